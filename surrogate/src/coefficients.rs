@@ -147,6 +147,28 @@ impl CoefficientPosterior {
         Ok(self.scatter.iter().zip(&slopes).map(row).collect())
     }
 
+    /// The covariance (outputs × outputs, in their units) of what the runs leave open, averaged over the box,
+    /// where the outputs are `at`: s² tr (ΨᵀΨ)⁻¹, inputs uniform on their scales.
+    ///
+    /// # Errors
+    /// Another number of values than of outputs.
+    pub fn mean_error(&self, at: &[f64]) -> Result<Vec<Vec<f64>>, SurrogateError> {
+        let mean: f64 = self.factor.iter().flatten().map(|f| f * f).sum();
+        let row = |row: Vec<f64>| row.into_iter().map(|c| c * mean).collect();
+        Ok(self.scatter(at)?.into_iter().map(row).collect())
+    }
+
+    /// The same with s² times a factor: for an s² that is poorly known itself.
+    pub fn widened(mut self, factor: f64) -> Self {
+        self.scatter.iter_mut().flatten().for_each(|entry| *entry *= factor);
+        self
+    }
+
+    /// F, a row for each term.
+    pub(crate) fn factor(&self) -> &[Vec<f64>] {
+        &self.factor
+    }
+
     /// An expansion that the runs allow: all coefficients of all outputs drawn together.
     ///
     /// # Errors
@@ -204,6 +226,11 @@ impl CoefficientPosterior {
         Ok(lower.iter().map(solve).collect())
     }
 
+    /// s² on the outputs' scales.
+    pub(crate) fn own_scatter(&self) -> &[Vec<f64>] {
+        &self.scatter
+    }
+
     pub(crate) fn leverage_at_unit(&self, t: &[f64]) -> f64 {
         let psi = basis_row(self.indices(), t);
         self.projected(&psi).iter().map(|w| w * w).sum()
@@ -224,6 +251,11 @@ impl CoefficientPosterior {
             sum.iter_mut().zip(row).for_each(|(sum, f)| *sum += f * psi);
         }
         sum
+    }
+
+    /// The basis at a point.
+    pub(crate) fn basis(&self, x: &[f64]) -> Vec<f64> {
+        basis_row(self.indices(), &self.unit(x))
     }
 
     fn unit(&self, x: &[f64]) -> Vec<f64> {

@@ -46,6 +46,7 @@
 //!    its errors
 //! 7. `coefficients`, `intervals`, `placement`: what runs leave open, and where more of them would help
 //! 8. `orders`, `sparse`, `fit`: from a dataset to an expansion
+//! 9. `groups`: runs that have their scatter in common
 
 mod coefficients;
 mod dataset;
@@ -56,6 +57,7 @@ mod differentiable;
 mod dyn_pce;
 mod error;
 mod fit;
+mod groups;
 mod intervals;
 mod kernel;
 mod leave_out;
@@ -82,6 +84,7 @@ pub use design::DesignMethod;
 pub use dyn_pce::{BoxPosition, DynPce};
 pub use error::SurrogateError;
 pub use fit::{FitOptions, PceFit, Terms};
+pub use groups::GroupedRuns;
 pub use intervals::SobolIntervals;
 pub use legendre::MAX_ORDER;
 pub use multi_index::Truncation;

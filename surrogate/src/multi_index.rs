@@ -16,6 +16,13 @@ pub enum Truncation {
         /// The exponent; the smaller, the fewer interactions.
         q: f64,
     },
+    /// Σ a_j ≤ p and a_i ≤ r for one input i: of an input that takes few values in the runs.
+    Limited {
+        /// The input, counted from 0.
+        input: usize,
+        /// The highest order in it.
+        order: u8,
+    },
 }
 
 impl Truncation {
@@ -37,7 +44,7 @@ impl Truncation {
                     (1..=order).fold(1u128, |c, j| c.saturating_mul((d + j) as u128) / j as u128);
                 count.try_into().unwrap_or(usize::MAX)
             }
-            Self::Hyperbolic { .. } => {
+            Self::Hyperbolic { .. } | Self::Limited { .. } => {
                 let mut count = 0;
                 self.visit(d, order, &mut |_| count += 1);
                 count
@@ -61,6 +68,10 @@ impl Truncation {
                 // the slack of the definition absorbs the rounding of the root
                 (sum.powf(1.0 / q) - 1e-10).ceil().max(0.0) as usize
             }
+            Self::Limited { input, order } => match index.get(input) {
+                Some(&a) if a > order => usize::MAX,
+                _ => Self::TotalDegree.first_order(index),
+            },
         }
     }
 
@@ -118,6 +129,16 @@ mod tests {
 
     fn binomial(n: u128, k: u128) -> u128 {
         (1..=k).fold(1, |c, j| c * (n - k + j) / j)
+    }
+
+    #[test]
+    fn an_input_may_be_limited() {
+        let limited = Truncation::Limited { input: 2, order: 1 };
+        let all = Truncation::TotalDegree.indices(3, 4);
+        let expected: Vec<Vec<u8>> = all.into_iter().filter(|index| index[2] < 2).collect();
+        assert_eq!(limited.indices(3, 4), expected);
+        assert_eq!(limited.count(3, 4), expected.len());
+        assert_eq!(limited.nested(3, 4), expected);
     }
 
     #[test]

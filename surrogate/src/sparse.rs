@@ -86,6 +86,8 @@ fn truncations(asked: Truncation) -> impl Iterator<Item = Truncation> {
     let most = match asked {
         Truncation::TotalDegree => 1.0,
         Truncation::Hyperbolic { q } => q,
+        // the others would not hold the limit
+        Truncation::Limited { .. } => 0.0,
     };
     let fewer = EXPONENTS.into_iter().filter(move |q| *q < most);
     fewer.map(|q| Truncation::Hyperbolic { q }).chain([asked])

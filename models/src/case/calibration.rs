@@ -31,8 +31,11 @@ pub struct DesignCase {
     pub seed: u64,
     /// How the prior box is filled.
     pub method: DesignMethod,
-    /// On what the runs are made, if the specimen is a packing.
+    /// On what the runs are made.
     pub microstructure: Microstructure,
+    /// Packings that the runs share; absent: as many as runs.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub packings: Option<usize>,
     /// Whether runs give the derivatives of their quantities by what is calibrated too, from which the
     /// surrogate learns as it does from more runs.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
@@ -68,14 +71,15 @@ impl Default for SequentialCase {
     }
 }
 
-/// `design.microstructure`: the packings that an ensemble is made on.
+/// `design.microstructure`: the specimens that an ensemble is made on.
 ///
-/// With one packing its deviation from the others enters the posterior unseen; with one a run, the
-/// residuals of the surrogate show how packings scatter, and the posterior can take it in.
+/// With one its deviation from the others enters the posterior unseen; with more, the residuals of the
+/// surrogate show how they scatter, and the posterior can take it in.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Microstructure {
-    /// Every run has a packing of its own.
+    /// Every run has a packing of its own, or shares one of `design.packings` or of several images with few
+    /// others.
     #[default]
     PerRun,
     /// All runs share the case's specimen (the paper).
@@ -257,6 +261,7 @@ impl Default for DesignCase {
             seed: 1,
             method: DesignMethod::LatinHypercube,
             microstructure: Microstructure::default(),
+            packings: None,
             derivatives: false,
         }
     }

@@ -112,11 +112,13 @@ impl CaseFile {
         case.extend.clear();
         case.qoi.quantities = candidate.measured(&case.compared());
         case.design.runs = candidate.runs;
+        case.design.packings = case.design.packings.map(|packings| packings.min(candidate.runs));
         case.fidelity.levels.truncate(1);
         // no run is repeated
         case.fidelity.levels.iter_mut().for_each(|level| level.repeats = 3);
         let has_mesh = candidate.mesh().is_some();
         if has_mesh {
+            case.design.packings = None;
             case.fidelity = Default::default();
         }
         let Case { calibration, confirm, further_tests, .. } = &mut case;

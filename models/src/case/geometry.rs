@@ -29,6 +29,8 @@ pub enum SpecimenGeometry {
     Image {
         /// File or folder, its path complete.
         stack: PathBuf,
+        /// Those of further specimens.
+        further: Vec<PathBuf>,
         /// Edge of a voxel in mm, if the file's tags are not to be trusted.
         voxel_mm: Option<f64>,
         /// Voxels along the edge of the blocks that are averaged while the file is read.
@@ -79,8 +81,10 @@ impl CaseFile {
                 return Err(self.beside_error(key, "image.stack", help));
             }
             let stack = self.existing("image.stack", stack, |path| path.exists())?;
+            let further = self.further_stacks(&stack, image.further_stacks.as_deref())?;
             return Ok(SpecimenGeometry::Image {
                 stack,
+                further,
                 voxel_mm: image.voxel_mm,
                 bin: image.bin,
                 segmentation: image.segmentation,
@@ -88,6 +92,10 @@ impl CaseFile {
                 height_mm: s.height_mm,
                 meshing,
             });
+        }
+        if image.further_stacks.is_some() {
+            let help = "Name the image that is segmented, meshed and simulated as stack, and others beside it.";
+            return Err(self.error("specimen.image.stack", "", "is missing", help));
         }
         let scan = match (&s.scan, &s.image, &s.grains) {
             (None, None, _) => None,
@@ -109,6 +117,37 @@ impl CaseFile {
         let Some(height_mm) = s.height_mm else { return Err(self.missing("height_mm")) };
         let grains = s.grains.clone();
         Ok(SpecimenGeometry::Cylinder { radius_mm, height_mm, grains, scan, meshing })
+    }
+
+    /// The places of the images of further specimens, each another one.
+    fn further_stacks(
+        &self,
+        own: &Path,
+        named: Option<&[PathBuf]>,
+    ) -> Result<Vec<PathBuf>, InputError> {
+        let (key, Some(named)) = ("image.further_stacks", named) else { return Ok(Vec::new()) };
+        let refuse = |name: &Path, problem: &str, help: &str| {
+            let name = name.display().to_string();
+            Err(self.error(&format!("specimen.{key}"), name, problem, help))
+        };
+        if named.is_empty() {
+            let help = "Name images of other specimens, or leave the key out: one image is specimen.image.stack.";
+            return refuse(Path::new("[]"), "names no image", help);
+        }
+        let place = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_owned());
+        let mut seen = vec![place(own)];
+        let mut found = Vec::new();
+        for name in named {
+            let path = self.existing(key, name, |path| path.exists())?;
+            if seen.contains(&place(&path)) {
+                let help = "Name each image once, and none that is specimen.image.stack: \
+                            one image twice does not show how specimens scatter.";
+                return refuse(name, "is named twice", help);
+            }
+            seen.push(place(&path));
+            found.push(path);
+        }
+        Ok(found)
     }
 
     fn mesh_file(&self, s: &SpecimenCase, mesh: &Path) -> Result<SpecimenGeometry, InputError> {

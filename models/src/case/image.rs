@@ -14,6 +14,9 @@ pub struct ImageCase {
     /// A TIFF file of many pages, or a folder of slices; without it `[specimen.scan]` makes the image.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stack: Option<PathBuf>,
+    /// Images of further specimens, over which the runs of the design are spread as well.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub further_stacks: Option<Vec<PathBuf>>,
     /// Edge of a voxel in mm; without it the file's tags say it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub voxel_mm: Option<f64>,
@@ -32,18 +35,19 @@ impl Default for ImageCase {
 
 impl ImageCase {
     fn of(own: Own, segmentation: Segmentation) -> Self {
-        let Own { stack, voxel_mm, bin } = own;
-        ImageCase { stack, voxel_mm, bin: bin.unwrap_or(1), segmentation }
+        let Own { stack, further_stacks, voxel_mm, bin } = own;
+        ImageCase { stack, further_stacks, voxel_mm, bin: bin.unwrap_or(1), segmentation }
     }
 }
 
 /// The keys of `[specimen.image]` that are not those of a segmentation.
-pub(super) const OWN_KEYS: [&str; 3] = ["stack", "voxel_mm", "bin"];
+pub(super) const OWN_KEYS: [&str; 4] = ["stack", "further_stacks", "voxel_mm", "bin"];
 
 /// Their values, where they are given.
 #[derive(Default)]
 struct Own {
     stack: Option<PathBuf>,
+    further_stacks: Option<Vec<PathBuf>>,
     voxel_mm: Option<f64>,
     bin: Option<usize>,
 }
@@ -94,6 +98,10 @@ impl<'de, M: MapAccess<'de>> MapAccess<'de> for Others<'_, M> {
                     self.own.stack = Some(self.map.next_value()?);
                     seed = again;
                 }
+                Some(Key::Further(again)) => {
+                    self.own.further_stacks = Some(self.map.next_value()?);
+                    seed = again;
+                }
                 Some(Key::Voxel(again)) => {
                     self.own.voxel_mm = Some(self.map.next_value()?);
                     seed = again;
@@ -114,6 +122,7 @@ impl<'de, M: MapAccess<'de>> MapAccess<'de> for Others<'_, M> {
 /// A key, or one of ours and what was to read it.
 enum Key<K, V> {
     Stack(K),
+    Further(K),
     Voxel(K),
     Bin(K),
     Other(V),
@@ -129,6 +138,7 @@ impl<'de, K: DeserializeSeed<'de>> DeserializeSeed<'de> for KeySeed<K> {
         let name = String::deserialize(key)?;
         match name.as_str() {
             "stack" => Ok(Key::Stack(self.0)),
+            "further_stacks" => Ok(Key::Further(self.0)),
             "voxel_mm" => Ok(Key::Voxel(self.0)),
             "bin" => Ok(Key::Bin(self.0)),
             _ => {

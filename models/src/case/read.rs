@@ -178,6 +178,7 @@ fn in_plain_words(message: &str) -> String {
         "i32" | "i64" => "a whole number",
         "a boolean" => "true or false",
         "path string" => "a path",
+        "a sequence" => "a list in brackets",
         other => other,
     };
     format!("{found}expected {expected}").replace('\n', "; ")
@@ -243,7 +244,9 @@ mod tests {
         let mut full = CaseFile::default_case().case;
         let image = full.specimen.image.as_mut().unwrap();
         image.stack = Some("scan.tif".into());
+        image.further_stacks = Some(vec!["other.tif".into()]);
         image.voxel_mm = Some(0.05);
+        full.design.packings = Some(10);
         image.segmentation.void_threshold = Some(1.0);
         image.segmentation.grain_threshold = Some(2.0);
         full.specimen.mesh = Some("cylinder.msh".into());
@@ -324,8 +327,9 @@ mod tests {
 
     #[test]
     fn the_keys_of_an_image_are_known_and_misspelt_ones_named() {
-        let stack = Some("scan.tif".into());
-        let mut image = ImageCase { stack, voxel_mm: Some(0.05), bin: 3, ..ImageCase::default() };
+        let (stack, further_stacks) = (Some("scan.tif".into()), Some(vec!["other.tif".into()]));
+        let mut image = ImageCase { stack, further_stacks, bin: 3, ..ImageCase::default() };
+        image.voxel_mm = Some(0.05);
         image.segmentation.void_threshold = Some(1.0);
         image.segmentation.grain_threshold = Some(2.0);
         let table = toml::Table::try_from(&image).unwrap();
@@ -351,6 +355,12 @@ mod tests {
             ("median = true", "median", "\"yes\"", "Write true or false"),
             ("# stack = \"scan.tif\"", "stack", "7", "Write it in quotes"),
             ("bin = 1", "bin", "2.5", "Write a whole number"),
+            (
+                "# further_stacks = [\"M-02.tif\", \"M-03.tif\"]",
+                "further_stacks",
+                "\"other.tif\"",
+                "expected a list in brackets",
+            ),
             ("seeds = \"h-maxima\"", "seeds", "\"h-maxma\"", "mean \"h-maxima\"?"),
             ("percentiles = [0.1, 99.9]", "percentiles", "[0.1]", "expected"),
         ] {

@@ -179,6 +179,14 @@ fn every_bad_value_is_named_with_its_key_and_what_to_do() {
         ("blur = 0.7", "blur = nan", &["specimen.scan", "blur = NaN"]),
         ("h_voxels = 0.5", "h_voxels = 1e9", &["specimen.image", "h_voxels = 1000000000"]),
         ("# stack = ", "stack = ", &["specimen.grains", "stands beside specimen.image.stack"]),
+        ("# further_stacks = ", "further_stacks = ", &["specimen.image.stack", "is missing"]),
+        ("# packings = 10", "packings = 1", &["design.packings = 1", "between 2 and 100"]),
+        ("# packings = 10", "packings = 101", &["design.packings = 101", "between 2 and 100"]),
+        (
+            "microstructure = \"per-run\"",
+            "packings = 5\nmicrostructure = \"one\"",
+            &["design.packings = 5", "stands beside design.microstructure"],
+        ),
         (
             "min_dihedral_deg = 12.0",
             "min_dihedral_deg = 60.0",

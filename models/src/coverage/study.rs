@@ -172,7 +172,8 @@ impl CoverageStudy {
             }
         };
         let size = laboratory.truth.len();
-        let (qois, open) = (laboratory.specimens.clone(), setting.error.clone());
+        let qois = laboratory.specimens.clone();
+        let open = setting.error.iter().cloned().collect();
         let evidence = Evidence { qois, known, population, open, ..Evidence::default() };
         let sampler = self.sampler.clone().seed(seed).threads(1);
         let posterior = sample(&setting.forward, &evidence, &sampler, seed)?;

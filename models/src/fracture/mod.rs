@@ -114,9 +114,9 @@ pub struct Evidence {
     /// Covariance of the error that all specimens share, relative to their means: that of the mesh, the
     /// geometry, the surrogate where it is the same everywhere. Empty: none, the paper's likelihood.
     pub shared: Vec<Vec<f64>>,
-    /// What the runs leave open of the surrogate, which is shared too. Right where each run had a packing of
-    /// its own: what a polynomial misses of one specimen belongs to `shared`.
-    pub open: Option<CoefficientPosterior>,
+    /// What the runs leave open of the surrogate, which is shared too, and what their specimens do where these are
+    /// few: what a polynomial misses of one specimen belongs to `shared`.
+    pub open: Vec<CoefficientPosterior>,
 }
 
 impl Evidence {
@@ -254,7 +254,7 @@ fn relative_to_means(
     if !known.is_empty() {
         specimens = specimens.knowing(known, population.clone())?;
     }
-    if let Some(open) = open {
+    for open in open {
         let scatter = relative_covariance(open.scatter(&mean)?, &mean);
         specimens = specimens.leaving_open(open.clone(), scatter)?;
     }

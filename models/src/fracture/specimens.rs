@@ -37,8 +37,8 @@ pub struct Specimens {
     pub(super) totals: Vec<f64>,
     /// S but for what follows, quantities × quantities; zero is the paper's likelihood.
     pub(super) shared: Vec<Vec<f64>>,
-    /// What runs leave open of the forward model.
-    open: Option<Open>,
+    /// What runs, and their specimens, leave open of the forward model.
+    open: Vec<Open>,
 }
 
 /// An error of the forward model that is not the same everywhere.
@@ -70,7 +70,7 @@ impl Specimens {
             inputs: Vec::new(),
             population: None,
             shared: vec![vec![0.0; expected]; expected],
-            open: None,
+            open: Vec::new(),
         })
     }
 
@@ -180,7 +180,9 @@ impl Specimens {
         let shared = self.shared.clone();
         // of the same size as the other
         let checked = self.sharing(scatter)?;
-        let open = Some(Open { coefficients, scatter: checked.shared.clone() });
+        let scatter = checked.shared.clone();
+        let mut open = checked.open.clone();
+        open.push(Open { coefficients, scatter });
         Ok(Self { shared, open, ..checked })
     }
 
@@ -190,7 +192,7 @@ impl Specimens {
     pub(super) fn shared_at<R: Scalar>(&self, point: &[R]) -> Result<Vec<Vec<R>>, DomainError> {
         let constant = |row: &Vec<f64>| row.iter().map(|&s| R::from(s)).collect();
         let mut shared: Vec<Vec<R>> = self.shared.iter().map(constant).collect();
-        if let Some(Open { coefficients, scatter }) = &self.open {
+        for Open { coefficients, scatter } in &self.open {
             let middle = match &self.population {
                 Some(population) => population.mean().to_vec(),
                 None => column_means(&self.inputs),

@@ -28,6 +28,12 @@ impl Base {
             let first = keys.next().and_then(|key| written.get_mut(key));
             absolute(&file, keys.fold(first, |value, key| value?.get_mut(key)));
         }
+        let images = ["specimen", "image", "further_stacks"];
+        let first = written.get_mut(images[0]);
+        let images = images[1..].iter().fold(first, |value, key| value?.get_mut(key));
+        for image in images.and_then(Value::as_array_mut).into_iter().flatten() {
+            absolute(&file, Some(image));
+        }
         let further = written.get_mut("further_tests").and_then(|table| table.get_mut("candidate"));
         for candidate in further.and_then(Value::as_array_mut).into_iter().flatten() {
             let mesh = ["set", "specimen", "mesh"];

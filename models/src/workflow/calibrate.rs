@@ -88,6 +88,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     };
     task.write("summary.txt", &labelled(plain(format!("{summary}\n")), &outside))?;
     let mut warnings = outside;
+    warnings.extend(fitted.made_on.warning(inputs));
     warnings.extend(fitted.known.warning.clone());
     warnings.extend(summary.warnings.iter().map(|warning| plain(warning.to_string())));
     warnings.extend(write_loo(task, &result, &ids)?);

@@ -63,7 +63,11 @@ impl Copies {
             }
             candidate.set_mesh(&name);
         }
-        if let Some(stack) = copies.case.specimen.image.as_mut().and_then(|i| i.stack.as_mut()) {
+        let image = copies.case.specimen.image.iter_mut();
+        let stacks = image.flat_map(|image| {
+            image.stack.iter_mut().chain(image.further_stacks.iter_mut().flatten())
+        });
+        for stack in stacks {
             // too large to be copied
             let from = source.beside(stack);
             *stack = std::path::absolute(&from).map_err(|e| WorkflowError::io(&from, e))?;

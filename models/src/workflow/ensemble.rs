@@ -1,5 +1,6 @@
 //! Stage `ensemble`: the simulations that the surrogate learns from.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use fem::{EnsembleState, RunInput, RunRecord, write_curve};
@@ -12,8 +13,9 @@ use super::fitted::BATCH;
 use super::inputs::Inputs;
 use super::level_runs::{FOLDER, LevelRuns, Runner, curve_of_level};
 use super::levels::Level;
+use super::made_on::{IMAGE, MadeOn, SEED};
+use super::microstructures::Microstructures;
 use super::neighbours::Neighbours;
-use super::packings::{Packings, SEED};
 use super::quadrature::compare_quadratures;
 use super::runs::place;
 use super::sequential::{Batches, Look};
@@ -21,16 +23,16 @@ use super::stiffness::STIFFNESS_RATIO;
 use super::task::Task;
 use crate::qoi::Quantity;
 
-/// What is known of a run beside its numbers; seed and stiffness are those of a packing of its own. The last
-/// is there where there are batches.
-const NOTES: [&str; 5] = ["run", "seconds", SEED, STIFFNESS_RATIO, BATCH];
+/// What is known of a run beside its numbers; seed and stiffness are those of its packing.
+const NOTES: [&str; 4] = ["run", "seconds", SEED, STIFFNESS_RATIO];
 
 /// The runs of a case and the meshes that they are made on.
 pub(super) struct Plan<'a> {
     prior: Vec<Input>,
     names: Vec<String>,
     runs: Vec<RunInput>,
-    packings: Option<Packings>,
+    /// What the runs are made on, if that is not the case's own specimen.
+    specimens: Option<Microstructures>,
     levels: Vec<Level<'a>>,
     /// Runs that are added where the posterior lives.
     batches: Option<Batches<'a>>,
@@ -43,8 +45,9 @@ impl<'a> Plan<'a> {
         let first = inputs.first_prior()?;
         let design = inputs.design();
         let mut points = design.method.sample(&first, design.runs, design.seed)?;
-        let mut packings = Packings::of(inputs, filled.min(points.len()))?;
-        let levels = Level::all(inputs, packings.is_some())?;
+        let mut specimens = Microstructures::of(inputs, filled.min(points.len()))?;
+        let meshes = specimens.as_ref().map_or(1, Microstructures::meshes);
+        let levels = Level::all(inputs, meshes)?;
         // what is read from here on leaves the runs before as they are
         let prior = inputs.prior()?;
         for (extension, k) in inputs.extend().iter().zip(1..) {
@@ -59,12 +62,12 @@ impl<'a> Plan<'a> {
             points.extend(design.method.sample(&within, extension.runs, seed)?);
         }
         if !inputs.extend().is_empty() {
-            packings = Packings::of(inputs, filled.min(points.len()))?;
+            specimens = Microstructures::of(inputs, filled.min(points.len()))?;
         }
         let run = |(i, inputs)| RunInput { id: i + 1, inputs };
         let runs: Vec<RunInput> = points.into_iter().enumerate().map(run).collect();
         let names = prior.iter().map(|input| input.name.clone()).collect();
-        Ok(Self { prior, names, runs, packings, levels, batches: None })
+        Ok(Self { prior, names, runs, specimens, levels, batches: None })
     }
 
     /// The same with the batches that the case asks for, in a folder of results.
@@ -77,7 +80,7 @@ impl<'a> Plan<'a> {
         let runs = plan.runs.len();
         plan.batches = Batches::of(inputs, &plan.levels[0], dir, runs)?;
         if let Some(batches) = &plan.batches {
-            plan.packings = Packings::of(inputs, filled.min(runs + batches.most()))?;
+            plan.specimens = Microstructures::of(inputs, filled.min(runs + batches.most()))?;
         }
         Ok(plan)
     }
@@ -109,7 +112,7 @@ impl<'a> Plan<'a> {
     }
 
     fn runner<'r>(&'r self, task: &'r Task<'r>) -> Runner<'r> {
-        Runner { task, names: &self.names, packings: self.packings.as_ref() }
+        Runner { task, names: &self.names, specimens: self.specimens.as_ref() }
     }
 }
 
@@ -117,8 +120,9 @@ impl<'a> Plan<'a> {
 /// repeated is known from those before, and batch after batch.
 pub(super) fn share(task: &Task<'_>) -> Result<(), WorkflowError> {
     let plan = Plan::with_batches(&task.inputs, &task.path(""), usize::MAX)?;
-    if let Some(packings) = &plan.packings {
-        plan.levels.iter().try_for_each(|level| packings.check(level, &plan.runs[0].inputs))?;
+    if let Some(specimens) = &plan.specimens {
+        let first = &plan.runs[0].inputs;
+        plan.levels.iter().try_for_each(|level| specimens.check(&task.inputs, level, first))?;
     }
     let runner = plan.runner(task);
     with_batches(&runner, &plan, all_levels(&runner, &plan)?).map(drop)
@@ -146,7 +150,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     write(&path, &data.to_csv().map_err(|e| WorkflowError::io(&path, e))?)?;
     write_failures(task, &plan.names, &done)?;
     if !corrections.is_empty() {
-        write_corrections(task, &data, &done, corrections, plan.packings.is_some())?;
+        write_corrections(task, &data, &done, corrections, &MadeOn::of(&data))?;
     }
     if let Some(batches) = &plan.batches {
         batches.write(task, &looks)?;
@@ -206,8 +210,8 @@ struct Corrected {
     /// Columns of the quantities.
     outputs: Vec<String>,
     corrections: Vec<Correction>,
-    /// The stiffness ratios of the packings of the first runs, as far as they were asked for.
-    stiffness: Vec<f64>,
+    /// The stiffness ratios of specimens of runs, as far as they were asked for.
+    stiffness: BTreeMap<usize, f64>,
 }
 
 impl Corrected {
@@ -222,7 +226,7 @@ impl Corrected {
             .windows(2)
             .map(|pair| Correction::between(&plan.prior, &outputs, &pair[0], &pair[1]))
             .collect::<Result<_, _>>()?;
-        Ok(Self { outputs, corrections, stiffness: Vec::new() })
+        Ok(Self { outputs, corrections, stiffness: BTreeMap::new() })
     }
 
     /// The usable ones of runs on the first level, corrected, with their derivatives and notes.
@@ -232,33 +236,43 @@ impl Corrected {
         inputs: &Inputs<'_>,
         first: &LevelRuns,
     ) -> Result<Dataset, WorkflowError> {
-        let Plan { prior, packings, levels, batches, .. } = plan;
-        if let Some(packings) = packings {
-            let known = self.stiffness.len();
-            let more = packings.stiffness_ratios(&levels[0], known..first.records.len())?;
-            self.stiffness.extend(more);
+        let Plan { prior, specimens, levels, batches, .. } = plan;
+        if let Some(specimens) = specimens {
+            let all = first.records.iter().map(|record| specimens.of_run(record.id));
+            let more = all.filter(|place| !self.stiffness.contains_key(place)).collect();
+            self.stiffness.extend(specimens.stiffness_ratios(inputs, &levels[0], &more)?);
         }
         let differentiated = if inputs.design().derivatives { prior.len() } else { 0 };
-        let names = &NOTES[..if batches.is_some() { NOTES.len() } else { NOTES.len() - 1 }];
+        let mut names = NOTES.to_vec();
+        let of_images = specimens.as_ref().is_some_and(|all| all.column() == IMAGE);
+        names.extend(of_images.then_some(IMAGE));
+        names.extend(batches.as_ref().map(|_| BATCH));
         let mut data = Dataset::new(prior.clone(), self.outputs.clone(), "breccia ensemble")?
             .with_derivatives_in(differentiated)?
-            .with_notes(names)?;
+            .with_notes(&names)?;
         for (record, quantities, jacobian) in first.differentiated() {
             let (mut quantities, mut jacobian) = (quantities.to_vec(), jacobian.to_vec());
             for correction in &self.corrections {
                 correction.apply(&record.inputs, &mut quantities, &mut jacobian)?;
             }
-            let (id, seconds) = (record.id.to_string(), format!("{:.3}", record.seconds));
-            let seed = packings.as_ref().map(|p| p.seeds[record.id - 1].to_string());
-            let ratio = self.stiffness.get(record.id - 1).map(f64::to_string);
+            let own = specimens.as_ref();
+            let ratio = own.and_then(|all| self.stiffness.get(&all.of_run(record.id)));
             let batch = batches.as_ref().and_then(|b| b.batch_of(record.id));
-            let [seed, ratio] = [seed, ratio].map(Option::unwrap_or_default);
-            let batch = batch.map_or_else(String::new, |batch| batch.to_string());
-            let notes: [&str; NOTES.len()] = [&id, &seconds, &seed, &ratio, &batch];
-            let notes = &notes[..names.len()];
+            let note = |name: &&str| match *name {
+                "run" => record.id.to_string(),
+                "seconds" => format!("{:.3}", record.seconds),
+                STIFFNESS_RATIO => ratio.map(f64::to_string).unwrap_or_default(),
+                BATCH => batch.map(|batch| batch.to_string()).unwrap_or_default(),
+                column => {
+                    let named = own.filter(|all| all.column() == column);
+                    named.map(|all| all.name(record.id)).unwrap_or_default()
+                }
+            };
+            let notes: Vec<String> = names.iter().map(note).collect();
+            let notes: Vec<&str> = notes.iter().map(String::as_str).collect();
             match differentiated {
-                0 => data.push_noted(&record.inputs, &quantities, notes)?,
-                _ => data.push_differentiated(&record.inputs, &quantities, &jacobian, notes)?,
+                0 => data.push_noted(&record.inputs, &quantities, &notes)?,
+                _ => data.push_differentiated(&record.inputs, &quantities, &jacobian, &notes)?,
             }
         }
         Ok(data)
@@ -278,7 +292,12 @@ fn all_levels(runner: &Runner<'_>, plan: &Plan<'_>) -> Result<Vec<LevelRuns>, Wo
         let level_runs = LevelRuns::new(records, qoi, level.setup.derivatives);
         let usable: Vec<&RunRecord> = level_runs.usable().map(|(record, _)| record).collect();
         let points: Vec<&[f64]> = usable.iter().map(|record| &record.inputs[..]).collect();
-        let repeated = spread(&plan.prior, &points, level.repeats);
+        let specimen = |run: &&RunRecord| match &plan.specimens {
+            Some(specimens) => specimens.of_run(run.id),
+            None => 0,
+        };
+        let specimens: Vec<usize> = usable.iter().map(specimen).collect();
+        let repeated = spread(&plan.prior, &points, &specimens, level.repeats);
         let input = |i: usize| RunInput { id: usable[i].id, inputs: usable[i].inputs.clone() };
         runs = repeated.into_iter().map(input).collect();
         done.push(level_runs);

@@ -8,6 +8,7 @@ use surrogate::{
 
 use super::WorkflowError;
 use super::level_runs::LevelRuns;
+use super::made_on::MadeOn;
 use super::task::Task;
 
 /// The ratio of quantities on one mesh to those on a cheaper one, over the prior box.
@@ -112,7 +113,7 @@ pub(super) fn write_corrections(
     data: &Dataset,
     levels: &[LevelRuns],
     corrections: &[Correction],
-    packing_per_run: bool,
+    made_on: &MadeOn,
 ) -> Result<(), WorkflowError> {
     let names = data.inputs().iter().map(|input| input.name.as_str());
     let outputs = data.outputs().iter().map(String::as_str);
@@ -131,7 +132,7 @@ pub(super) fn write_corrections(
     for (level, correction) in (1..).zip(corrections) {
         let report = correction.report();
         let scatter = report.scatter(&vec![1.0; report.outputs.len()])?;
-        let error = error_of(report, packing_per_run)?;
+        let error = error_of(report, made_on)?;
         for (m, ratio) in correction.mean_ratios().into_iter().enumerate() {
             let percent = |variance: f64| (100.0 * variance.sqrt()).to_string();
             rows.push([
@@ -154,18 +155,26 @@ pub(super) fn write_corrections(
 /// The relative covariance (quantities × quantities) of the error of a correction.
 ///
 /// Where each run had a packing of its own, ratios scatter between packings, as those of the specimens
-/// do: what is shared is the error of their mean. On one specimen it is what the ratio misses.
+/// do: what is shared is the error of their mean. On one specimen it is what the ratio misses. Where runs share n
+/// specimens it is the error of a mean over these, which more repeats do not make smaller: all scatter of the ratios
+/// is taken to be between them, s² (h + 1/n − 1/N) for N repeats that are spread evenly over them.
 ///
 /// # Errors
 /// Never with a report of the program's own.
 pub(super) fn error_of(
     report: &FitReport,
-    packing_per_run: bool,
+    made_on: &MadeOn,
 ) -> Result<Vec<Vec<f64>>, SurrogateError> {
     let ones = vec![1.0; report.outputs.len()];
-    match packing_per_run {
-        true => report.mean_error(&ones),
-        false => report.lack_of_fit(&ones),
+    match (made_on, made_on.several()) {
+        (MadeOn::One, _) => report.lack_of_fit(&ones),
+        (_, None) => report.mean_error(&ones),
+        (_, Some(count)) => {
+            let few = (count.min(report.rows) as f64).recip() - (report.rows as f64).recip();
+            let times = |row: Vec<f64>| row.into_iter().map(|c| c * few).collect();
+            let of_few: Vec<Vec<f64>> = report.scatter(&ones)?.into_iter().map(times).collect();
+            Ok(added(&report.mean_error(&ones)?, &of_few))
+        }
     }
 }
 
@@ -175,11 +184,11 @@ pub(super) fn error_of(
 /// As [`error_of`].
 pub(super) fn error_of_all(
     reports: &[FitReport],
-    packing_per_run: bool,
+    made_on: &MadeOn,
 ) -> Result<Option<Vec<Vec<f64>>>, WorkflowError> {
     let mut sum: Option<Vec<Vec<f64>>> = None;
     for report in reports {
-        let error = error_of(report, packing_per_run)?;
+        let error = error_of(report, made_on)?;
         sum = Some(match sum {
             None => error,
             Some(sum) => added(&sum, &error),
@@ -195,8 +204,14 @@ pub(super) fn added(a: &[Vec<f64>], b: &[Vec<f64>]) -> Vec<Vec<f64>> {
 }
 
 /// `count` points that fill a box, as indices of `points`: from the one nearest to the middle on, each
-/// the farthest from those before. A shorter choice is the beginning of a longer one.
-pub(super) fn spread(inputs: &[Input], points: &[&[f64]], count: usize) -> Vec<usize> {
+/// the farthest from those before, among those of the specimens that have the fewest. A shorter choice is the
+/// beginning of a longer one.
+pub(super) fn spread(
+    inputs: &[Input],
+    points: &[&[f64]],
+    specimens: &[usize],
+    count: usize,
+) -> Vec<usize> {
     let unit: Vec<Vec<f64>> = points
         .iter()
         .map(|point| {
@@ -212,9 +227,14 @@ pub(super) fn spread(inputs: &[Input], points: &[&[f64]], count: usize) -> Vec<u
     let mut chosen: Vec<usize> = nearest.into_iter().collect();
     // distance of each point to the nearest chosen one
     let mut gap = vec![f64::INFINITY; unit.len()];
+    let mut taken: BTreeMap<usize, usize> = specimens.iter().map(|&own| (own, 0)).collect();
     while let Some(&last) = chosen.last().filter(|_| chosen.len() < count.min(unit.len())) {
         gap.iter_mut().zip(&unit).for_each(|(gap, at)| *gap = gap.min(squared(at, &unit[last])));
-        let farthest = (0..unit.len()).rev().max_by(|&a, &b| gap[a].total_cmp(&gap[b]));
+        taken.entry(specimens[last]).and_modify(|taken| *taken += 1);
+        let rest = || (0..unit.len()).rev().filter(|i| !chosen.contains(i));
+        let fewest = rest().map(|i| taken[&specimens[i]]).min();
+        let next = rest().filter(|&i| Some(taken[&specimens[i]]) == fewest);
+        let farthest = next.max_by(|&a, &b| gap[a].total_cmp(&gap[b]));
         chosen.extend(farthest);
     }
     chosen.truncate(count);
@@ -235,13 +255,23 @@ mod tests {
         let points: Vec<[f64; 2]> =
             (0..25).map(|i| [(i % 5) as f64 * 0.5, (i / 5) as f64 * 0.5]).collect();
         let points: Vec<&[f64]> = points.iter().map(|p| &p[..]).collect();
-        let mut five = spread(&inputs, &points, 5);
-        assert_eq!(five[0], 12);
-        assert_eq!(spread(&inputs, &points, 3), five[..3]);
-        five.sort_unstable();
-        assert_eq!(five, [0, 4, 12, 20, 24]);
-        assert_eq!(spread(&inputs, &points, 99).len(), 25);
-        assert_eq!(spread(&inputs, &[], 2), Vec::<usize>::new());
+        // one specimen for all, or one for each: neither has a say
+        for specimens in [vec![0; 25], (0..25).collect()] {
+            let spread = |count| spread(&inputs, &points, &specimens, count);
+            let mut five = spread(5);
+            assert_eq!(five[0], 12);
+            assert_eq!(spread(3), five[..3]);
+            five.sort_unstable();
+            assert_eq!(five, [0, 4, 12, 20, 24]);
+            assert_eq!(spread(99).len(), 25);
+        }
+        assert_eq!(spread(&inputs, &[], &[], 2), Vec::<usize>::new());
+        // four corners are of one specimen
+        let specimens: Vec<usize> =
+            (0..25).map(|i| usize::from([0, 4, 20, 24].contains(&i))).collect();
+        let four = spread(&inputs, &points, &specimens, 4);
+        let of_corners = four.iter().filter(|&&i| specimens[i] == 1).count();
+        assert_eq!(of_corners, 2, "{four:?}");
     }
 
     /// A ratio that is the exponential of a plane is found again; a constant one with scatter has the
@@ -279,7 +309,7 @@ mod tests {
         }
         assert!((found[0] / (2.0 * at[0] * plane(&at)) - 1.0).abs() < 1e-12, "{found:?}");
         assert!((found[1] / (7.0 * plane(&at).powi(2)) - 1.0).abs() < 1e-12, "{found:?}");
-        assert!(error_of(correction.report(), true).unwrap()[0][0].abs() < 1e-20);
+        assert!(error_of(correction.report(), &MadeOn::Each).unwrap()[0][0].abs() < 1e-20);
 
         let noise: [f64; 9] = [0.02, -0.01, 0.0, 0.013, -0.02, 0.01, -0.03, 0.007, 0.01];
         let better: Vec<[f64; 2]> = cheap
@@ -299,13 +329,20 @@ mod tests {
         correction.apply(&at, &mut found, &mut []).unwrap();
         assert!((found[0] / (0.8 * mean.exp()) - 1.0).abs() < 1e-12);
         let variance = noise.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / 8.0;
-        let error = error_of(correction.report(), true).unwrap();
+        let error = error_of(correction.report(), &MadeOn::Each).unwrap();
         assert!((error[0][0] / (variance / 9.0) - 1.0).abs() < 1e-9);
         assert!((error[0][1] / (-2.0 * variance / 9.0) - 1.0).abs() < 1e-9);
-        let twice = error_of_all(&[correction.report().clone(), correction.report().clone()], true);
+        let twice = error_of_all(
+            &[correction.report().clone(), correction.report().clone()],
+            &MadeOn::Each,
+        );
         assert!((twice.unwrap().unwrap()[0][0] / (2.0 * error[0][0]) - 1.0).abs() < 1e-12);
+        // on three specimens in turn, that of a mean of three
+        let shared = MadeOn::Several((0..9).map(|i| i % 3).collect());
+        let error = error_of(correction.report(), &shared).unwrap();
+        assert!((error[0][0] / (variance / 3.0) - 1.0).abs() < 1e-9);
         // on one specimen, the error of the prediction: leave-one-out
-        let left_out = error_of(correction.report(), false).unwrap();
+        let left_out = error_of(correction.report(), &MadeOn::One).unwrap();
         assert!((left_out[0][0] / (variance * (9.0f64 / 8.0).powi(2)) - 1.0).abs() < 1e-9);
     }
 }

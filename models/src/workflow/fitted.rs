@@ -1,12 +1,13 @@
 //! What the runs have taught: the surrogate, and what is known of its error.
 
 use surrogate::{
-    CoefficientPosterior, Dataset, DynPce, FitOptions, FitReport, Input, PceFit, SurrogateError,
+    CoefficientPosterior, Dataset, DynPce, FitOptions, FitReport, GroupedRuns, Input, PceFit,
+    SurrogateError, Truncation,
 };
 
 use super::WorkflowError;
 use super::inputs::Inputs;
-use super::packings::has_packing_per_run;
+use super::made_on::MadeOn;
 use super::specimen_stiffness::{KnownStiffness, knowing_stiffness, of_specimens};
 use crate::case::SurrogateCase;
 use crate::error::InputError;
@@ -26,8 +27,10 @@ pub(super) struct Fitted {
     pub(super) report: FitReport,
     /// What the runs leave open of its coefficients.
     pub(super) open: CoefficientPosterior,
-    /// Whether each run had a packing of its own.
-    pub(super) packing_per_run: bool,
+    /// What the runs were made on.
+    pub(super) made_on: MadeOn,
+    /// Where runs share specimens: what runs leave open, and what so few specimens do.
+    pub(super) specimens: Option<GroupedRuns>,
     /// How well the corrections from cheaper meshes are known.
     pub(super) corrections: Vec<FitReport>,
     /// What is known of the specimens' stiffness ratios, if it takes them.
@@ -53,8 +56,11 @@ impl Fitted {
         corrections: Vec<FitReport>,
     ) -> Result<Self, SurrogateError> {
         let with_stiffness = knowing_stiffness(runs, specimens)?;
-        let fit = DynPce::fit(with_stiffness.as_ref().unwrap_or(runs), &fit_options(case))?;
-        let packing_per_run = has_packing_per_run(runs);
+        let made_on = MadeOn::of(runs);
+        let options = options_on(case, &made_on, with_stiffness.as_ref());
+        let fitted_to = with_stiffness.as_ref().unwrap_or(runs);
+        let fit = DynPce::fit(fitted_to, &options)?;
+        let groups = of_specimens_of_runs(&fit, fitted_to, &made_on)?;
         let placed = |&i: &usize| runs.note(i, BATCH).is_some_and(|batch| !batch.is_empty());
         let placed: Vec<usize> = (0..runs.len()).filter(placed).collect();
         let report = match placed.len() >= LEAST_LOCAL {
@@ -63,7 +69,7 @@ impl Fitted {
         };
         let PceFit { pce, coefficients: open, .. } = fit;
         let known = KnownStiffness::of(&pce, runs, specimens);
-        Ok(Self { pce, report, open, packing_per_run, corrections, known })
+        Ok(Self { pce, report, open, made_on, specimens: groups, corrections, known })
     }
 
     /// As the stages `ensemble` and `surrogate` left it.
@@ -75,12 +81,17 @@ impl Fitted {
         let pce: DynPce = inputs.json("surrogate.json")?;
         let runs = Dataset::read_csv(inputs.file("runs.csv")?)?;
         let known = KnownStiffness::of(&pce, &runs, &of_specimens(inputs)?);
+        let made_on = MadeOn::of(&runs);
         Ok(Self {
             pce,
             known,
+            specimens: match made_on.several() {
+                Some(_) => Some(inputs.json("surrogate_specimens.json")?),
+                None => None,
+            },
+            made_on,
             report: inputs.json("surrogate_error.json")?,
             open: inputs.json("surrogate_uncertainty.json")?,
-            packing_per_run: has_packing_per_run(&runs),
             corrections: match inputs.file_if_there("fidelity.json") {
                 Some(_) => inputs.json("fidelity.json")?,
                 None => Vec::new(),
@@ -95,9 +106,42 @@ impl Fitted {
 }
 
 /// How the case wants surrogates to be fitted.
-pub(super) fn fit_options(case: &SurrogateCase) -> FitOptions {
+fn fit_options(case: &SurrogateCase) -> FitOptions {
     let SurrogateCase { max_order, rule, terms } = *case;
     FitOptions { max_order, rule, terms, ..FitOptions::default() }
+}
+
+/// The same for runs that are made on some specimens; those `with_stiffness` have the ratio of each as their last
+/// input. Where runs share specimens that takes few values, and is taken to be linear on its scale: quantities go with
+/// powers of the ratio, and each further term would take one specimen more from what shows their scatter.
+pub(super) fn options_on(
+    case: &SurrogateCase,
+    made_on: &MadeOn,
+    with_stiffness: Option<&Dataset>,
+) -> FitOptions {
+    let options = fit_options(case);
+    match (made_on.several(), with_stiffness) {
+        (Some(_), Some(runs)) => {
+            let truncation = Truncation::Limited { input: runs.inputs().len() - 1, order: 1 };
+            FitOptions { truncation, ..options }
+        }
+        _ => options,
+    }
+}
+
+/// What runs leave open, and what their specimens do, where runs share these.
+///
+/// # Errors
+/// As [`GroupedRuns::of`].
+pub(super) fn of_specimens_of_runs(
+    fit: &PceFit,
+    runs: &Dataset,
+    made_on: &MadeOn,
+) -> Result<Option<GroupedRuns>, SurrogateError> {
+    match made_on {
+        MadeOn::Several(groups) => GroupedRuns::of(fit, runs, groups).map(Some),
+        _ => Ok(None),
+    }
 }
 
 /// Columns of `experiments.csv`, one row a specimen.

@@ -17,8 +17,8 @@ use super::specimen::{Scanned, Source};
 use crate::case::{
     ByParameter, CalibrationCase, CandidateCase, Case, CaseFile, ConditionsCase, ConfirmCase,
     DesignCase, ExtendCase, FidelityCase, FurtherTestsCase, ImageCase, MaterialCase,
-    MaterialParameter, NoiseCase, PriorCase, QoiCase, SequentialCase, SpecimenGeometry,
-    SurrogateCase, TestCase, Toe, VirtualCase,
+    MaterialParameter, Microstructure, NoiseCase, PriorCase, QoiCase, SequentialCase,
+    SpecimenGeometry, SurrogateCase, TestCase, Toe, VirtualCase,
 };
 use crate::experiment::SpecimenTable;
 
@@ -121,6 +121,7 @@ parts! {
     prior_table: prior => Option<PriorCase>;
     extend: extend => Vec<ExtendCase>;
     design: design => DesignCase;
+    microstructure: design.microstructure => Microstructure;
     fidelity: fidelity => FidelityCase;
     sequential: sequential => Option<SequentialCase>;
     surrogate: surrogate => SurrogateCase;
@@ -212,6 +213,29 @@ impl Inputs<'_> {
             self.reads_file(&path.to_string_lossy());
         }
         Ok(scanned)
+    }
+
+    /// The images of further specimens that runs are made on, to be read and segmented as the first one.
+    pub(super) fn further_scanned(&self) -> Result<Vec<Scanned>, WorkflowError> {
+        let Some(own) = self.scanned()? else { return Ok(Vec::new()) };
+        let SpecimenGeometry::Image { further, voxel_mm, bin, .. } = self.file.geometry()? else {
+            return Ok(Vec::new());
+        };
+        if further.is_empty() || *self.microstructure() == Microstructure::One {
+            return Ok(Vec::new());
+        }
+        let scanned = |path: PathBuf| {
+            self.reads_file(&path.to_string_lossy());
+            let source = Source::Stack { path, voxel_mm, bin };
+            Scanned { source, segmentation: own.segmentation.clone(), size_mm: own.size_mm }
+        };
+        Ok(further.into_iter().map(scanned).collect())
+    }
+
+    /// What is wrong with the image of a further specimen.
+    pub(super) fn refused_image(&self, path: &Path, problem: &str, help: &str) -> WorkflowError {
+        let name = path.display().to_string();
+        self.file.error("specimen.image.further_stacks", name, problem, help).into()
     }
 
     /// How images of specimens are read and segmented.

@@ -12,7 +12,7 @@ use super::WorkflowError;
 use super::inputs::Inputs;
 use super::level_runs::Runner;
 use super::levels::Level;
-use super::packings::Packings;
+use super::microstructures::Microstructures;
 use super::simulator::{quantities, recorded};
 use super::specimen_stiffness::with_stiffness_ratio;
 use super::stage::Stage;
@@ -67,7 +67,7 @@ pub fn simulate_laboratories(
     // as the stage `ensemble` draws them, so that its runs serve here too
     let per_run = study.ensemble(&of_design, seeds(&mut rng, design.runs))?;
     let own = study.packings(Vec::new())?.own_seed();
-    let one_packing = study.ensemble(&of_design, vec![own; design.runs])?;
+    let one_packing = study.ensemble(&of_design, vec![own.unwrap_or_default(); design.runs])?;
     let at = DesignMethod::Sobol.sample(&study.prior, points, design.seed ^ 1)?;
     let mean_response = study.mean_response(&at, seeds(&mut rng, points))?;
     let laboratories = study.laboratories(laboratories, inner)?;
@@ -84,8 +84,8 @@ struct Study<'a> {
 }
 
 impl Study<'_> {
-    fn packings(&self, seeds: Vec<u64>) -> Result<Packings, WorkflowError> {
-        Packings::with_seeds(&self.task.inputs, seeds)?.ok_or_else(|| {
+    fn packings(&self, seeds: Vec<u64>) -> Result<Microstructures, WorkflowError> {
+        Microstructures::with_seeds(&self.task.inputs, seeds)?.ok_or_else(|| {
             let message = "a study of coverage needs specimens that are described by a packing";
             WorkflowError::Unusable(message.to_owned())
         })
@@ -101,15 +101,16 @@ impl Study<'_> {
         // nothing of the case names these runs but what they are made of
         let kept = format!("{seeds:?}\n{points:?}\n");
         let packings = self.packings(seeds)?;
-        let mut levels = Level::all(&self.task.inputs, true)?;
+        let mut levels = Level::all(&self.task.inputs, 0)?;
         let mut level = levels.swap_remove(0);
         level.manifest += &kept;
-        let runner = Runner { task: self.task, names: &names, packings: Some(&packings) };
+        let runner = Runner { task: self.task, names: &names, specimens: Some(&packings) };
         let run = |(i, inputs): (usize, &Vec<f64>)| RunInput { id: i + 1, inputs: inputs.clone() };
         let records =
             runner.run(&level, &points.iter().enumerate().map(run).collect::<Vec<_>>(), true)?;
-        let ratios = packings.stiffness_ratios(&level, 0..packings.seeds.len())?;
-        Ok((records, ratios))
+        let places = (0..points.len()).collect();
+        let ratios = packings.stiffness_ratios(&self.task.inputs, &level, &places)?;
+        Ok((records, ratios.into_values().collect()))
     }
 
     fn ensemble(&self, points: &[Vec<f64>], seeds: Vec<u64>) -> Result<Dataset, WorkflowError> {
@@ -171,13 +172,7 @@ impl Study<'_> {
             let by_name: ByParameter<f64> =
                 parameters.iter().cloned().zip(truth.iter().copied()).collect();
             let scatter = inputs.scatter()?;
-            drawn.extend(VirtualSpecimen::draw(
-                specimens,
-                rng.random(),
-                &by_name,
-                scatter,
-                Some(own),
-            ));
+            drawn.extend(VirtualSpecimen::draw(specimens, rng.random(), &by_name, scatter, own));
             truths.push(truth);
         }
         let points: Vec<Vec<f64>> = drawn.iter().map(|v| v.parameters.clone()).collect();

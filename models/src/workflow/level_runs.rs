@@ -5,8 +5,9 @@ use std::borrow::Cow;
 use fem::{RunInput, RunRecord, TetMesh};
 
 use super::WorkflowError;
+use super::images;
 use super::levels::Level;
-use super::packings::Packings;
+use super::microstructures::Microstructures;
 use super::runs::run_named;
 use super::simulator::{Simulator, jacobian, quantities};
 use super::task::Task;
@@ -25,8 +26,8 @@ pub(super) struct Runner<'a> {
     pub(super) task: &'a Task<'a>,
     /// Names of the inputs.
     pub(super) names: &'a [String],
-    /// Of each run, if they have their own.
-    pub(super) packings: Option<&'a Packings>,
+    /// What they are made on, if that is not the case's own specimen.
+    pub(super) specimens: Option<&'a Microstructures>,
 }
 
 impl Runner<'_> {
@@ -38,13 +39,20 @@ impl Runner<'_> {
         runs: &[RunInput],
         wait: bool,
     ) -> Result<Vec<RunRecord>, WorkflowError> {
-        let Self { task, names, packings } = *self;
-        if let Some(packings) = packings {
+        let Self { task, names, specimens } = *self;
+        if let Some(specimens) = specimens {
+            if let Some(packings) = specimens.packing_of_each() {
+                let parameters = task.inputs.parameters()?;
+                return run_named(task, FOLDER, &level.manifest, names, runs, wait, &|run| {
+                    packings.simulator(run.id - 1, level, &parameters).map(Cow::Owned)
+                });
+            }
+            let simulators = specimens.shared_simulators(&task.inputs, level, runs)?;
             return run_named(task, FOLDER, &level.manifest, names, runs, wait, &|run| {
-                packings.simulator(run.id - 1, level).map(Cow::Owned)
+                Ok(Cow::Borrowed(&simulators[&specimens.of_run(run.id)]))
             });
         }
-        let mesh = level.mesh(&task.inputs)?;
+        let mesh = level.mesh(&task.inputs, images::OWN)?;
         let simulator = Simulator::new(&level.setup, mesh, task.inputs.parameters()?)?;
         if let Some(run) = runs.first() {
             simulator.check(&level.setup, &run.inputs)?;
@@ -58,9 +66,9 @@ impl Runner<'_> {
 impl Runner<'_> {
     /// The mesh of a level that a run is made on.
     pub(super) fn mesh(&self, level: &Level<'_>, run: usize) -> Result<TetMesh, WorkflowError> {
-        match self.packings {
-            Some(packings) => Ok(packings.mesh(run - 1, level)?),
-            None => level.mesh(&self.task.inputs),
+        match self.specimens {
+            Some(specimens) => specimens.mesh(&self.task.inputs, level, run),
+            None => level.mesh(&self.task.inputs, images::OWN),
         }
     }
 }

@@ -3,6 +3,7 @@
 use fem::{Meshing, PhaseField, TetMesh, gmsh};
 
 use super::WorkflowError;
+use super::images;
 use super::inputs::Inputs;
 use super::mesh::mesh_with;
 use super::simulator::Setup;
@@ -21,22 +22,20 @@ pub(super) struct Level<'a> {
 }
 
 impl<'a> Level<'a> {
-    /// The levels of a case; without `[fidelity]` there is the specimen's own alone.
+    /// The levels of a case whose runs are made on so many meshes of the stage `mesh`; without `[fidelity]` there is
+    /// the specimen's own alone.
     ///
     /// To be called after prior, design and packings are read: what was read until now names the runs
     /// of all levels, and another level leaves those of the others as they are.
     ///
     /// # Errors
-    /// No mesh where all runs share it.
-    pub(super) fn all(
-        inputs: &'a Inputs<'_>,
-        packing_per_run: bool,
-    ) -> Result<Vec<Self>, WorkflowError> {
+    /// No mesh where runs share it.
+    pub(super) fn all(inputs: &'a Inputs<'_>, meshes: usize) -> Result<Vec<Self>, WorkflowError> {
         // quantities of better levels are only compared with those of the first
         let derivatives = inputs.design().derivatives;
         let setup = inputs.setup();
-        if !packing_per_run {
-            inputs.file("mesh.msh")?;
+        for image in (images::OWN..).take(meshes) {
+            inputs.file(&images::mesh_file(image, "msh"))?;
         }
         let manifest = inputs.manifest();
         let levels = &inputs.fidelity().levels;
@@ -95,11 +94,14 @@ impl<'a> Level<'a> {
         self.case.map_or(*specimen, |case| case.meshing(specimen))
     }
 
-    /// The specimen's mesh on this level.
-    pub(super) fn mesh(&self, inputs: &Inputs<'_>) -> Result<TetMesh, WorkflowError> {
+    /// The specimen's mesh on this level, by the number of its image.
+    pub(super) fn mesh(&self, inputs: &Inputs<'_>, image: usize) -> Result<TetMesh, WorkflowError> {
         match self.case.is_some() || self.is_made_anew {
-            true => Ok(mesh_with(inputs, &|specimen| self.meshing(specimen))?.0),
-            false => Ok(gmsh::read(inputs.file("mesh.msh")?, &gmsh::GmshNames::default())?),
+            true => Ok(mesh_with(inputs, image, &|specimen| self.meshing(specimen))?.0),
+            false => {
+                let file = inputs.file(&images::mesh_file(image, "msh"))?;
+                Ok(gmsh::read(file, &gmsh::GmshNames::default())?)
+            }
         }
     }
 }

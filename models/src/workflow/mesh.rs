@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use fem::{Cylinder, MeshReport, Meshed, Meshing, Quality, TetMesh, gmsh, tiff, vtu};
 
 use super::WorkflowError;
+use super::images::{self, mesh_file, segmented_file};
 use super::inputs::Inputs;
 use super::segment::{WHOLE, write_picture};
 use super::simulator::{Simulator, height_mm};
@@ -17,7 +18,7 @@ use crate::table::{CsvTable, TableRow};
 
 pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let setup = task.inputs.setup();
-    let (mesh, report) = mesh_with(&task.inputs, &|meshing| *meshing)?;
+    let (mesh, report) = mesh_with(&task.inputs, images::OWN, &|meshing| *meshing)?;
     for warning in report.iter().flat_map(MeshReport::warnings) {
         say("note", &warning);
     }
@@ -38,12 +39,34 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     rows.push(("unknowns".to_owned(), simulator.problem().unknowns() as f64));
     let rows = rows.into_iter().map(|(name, value)| [name, value.to_string()]);
     task.write_csv("mesh.csv", ["quantity", "value"], rows)?;
+    drop(simulator);
+    for image in images::OWN + 1..=images::count(&task.inputs)? {
+        task.check_interrupt()?;
+        further(task, image)?;
+    }
     Ok(format!("{tets} tetrahedra, {nodes} nodes, {part:.1} % grains"))
 }
 
-/// The specimen's mesh by what `changed` makes of the case's mesher.
+/// Meshes the image of a further specimen.
+fn further(task: &Task<'_>, image: usize) -> Result<(), WorkflowError> {
+    let (mesh, report) = mesh_with(&task.inputs, image, &|meshing| *meshing)?;
+    for warning in report.iter().flat_map(MeshReport::warnings) {
+        say("note", &format!("image {image}: {warning}"));
+    }
+    gmsh::write(task.product(&mesh_file(image, "msh"))?, &mesh)?;
+    let mut rows = quantities(&mesh)?;
+    rows.extend(report.iter().flat_map(of_report));
+    let rows = rows.into_iter().map(|(name, value)| [name, value.to_string()]);
+    task.write_csv(&mesh_file(image, "csv"), ["quantity", "value"], rows)?;
+    let (tets, part) = (mesh.tets.len(), 100.0 * grain_fraction(&mesh));
+    say("mesh", &format!("image {image}: {tets} tetrahedra, {part:.1} % grains"));
+    Simulator::new(&task.inputs.setup(), mesh, Vec::new()).map(drop)
+}
+
+/// The specimen's mesh by what `changed` makes of the case's mesher, where there are several images that of one.
 pub(super) fn mesh_with(
     inputs: &Inputs<'_>,
+    image: usize,
     changed: &dyn Fn(&Meshing) -> Meshing,
 ) -> Result<(TetMesh, Option<MeshReport>), WorkflowError> {
     let mut geometry = inputs.geometry()?;
@@ -55,33 +78,40 @@ pub(super) fn mesh_with(
     let Some((_, meshing)) = Scanned::of(&geometry) else {
         return direct_mesh(inputs.case_path(), &geometry);
     };
-    let (labels, solid) = (inputs.file("labels.tif")?, inputs.file("solid.tif")?);
-    let cylinder = cylinder(inputs)?;
-    let voxel_mm = Some(quantity(inputs, "voxel_mm")?);
+    let [labels, solid] = ["labels.tif", "solid.tif"].map(|name| segmented_file(image, name));
+    let (labels, solid) = (inputs.file(&labels)?, inputs.file(&solid)?);
+    let cylinder = cylinder(inputs, image)?;
+    let voxel_mm = Some(quantity(inputs, image, "voxel_mm")?);
     let labels = tiff::read_labels(&labels, voxel_mm)?;
-    let mut solid = tiff::read(&solid, voxel_mm)?;
+    let path = solid;
+    let mut solid = tiff::read(&path, voxel_mm)?;
     solid.values.iter_mut().for_each(|value| *value /= WHOLE);
     if labels.shape != solid.shape {
-        let path = inputs.file("solid.tif")?;
         return Err(WorkflowError::OtherCase { path, stage: "segment" });
     }
     inputs.check_spacing(meshing.spacing_mm, cylinder.radius_mm, cylinder.height_mm())?;
-    let Meshed { mesh, report } =
-        labelled_mesh(inputs.case_path(), &labels, &solid, volumes(inputs)?, &cylinder, &meshing)?;
+    let Meshed { mesh, report } = labelled_mesh(
+        inputs.case_path(),
+        &labels,
+        &solid,
+        volumes(inputs, image)?,
+        &cylinder,
+        &meshing,
+    )?;
     Ok((mesh, Some(report)))
 }
 
 /// Number and volume (mm³) of each grain, as grey values gave them.
-fn volumes(inputs: &Inputs<'_>) -> Result<Vec<(u32, f64)>, WorkflowError> {
-    let path = inputs.file("grains.csv")?;
+fn volumes(inputs: &Inputs<'_>, image: usize) -> Result<Vec<(u32, f64)>, WorkflowError> {
+    let path = inputs.file(&segmented_file(image, "grains.csv"))?;
     let table = CsvTable::read(&path, &["id", "volume_mm3"])?;
     let grain = |row: TableRow<'_>| Ok((row.number("id")? as u32, row.number("volume_mm3")?));
     table.rows().map(grain).collect()
 }
 
 /// Where the specimen stands in its image.
-fn cylinder(inputs: &Inputs<'_>) -> Result<Cylinder, WorkflowError> {
-    let number = |name: &str| quantity(inputs, name);
+fn cylinder(inputs: &Inputs<'_>, image: usize) -> Result<Cylinder, WorkflowError> {
+    let number = |name: &str| quantity(inputs, image, name);
     Ok(Cylinder {
         centre_mm: [number("centre_x_mm")?, number("centre_y_mm")?],
         radius_mm: number("radius_mm")?,
@@ -91,8 +121,8 @@ fn cylinder(inputs: &Inputs<'_>) -> Result<Cylinder, WorkflowError> {
     })
 }
 
-fn quantity(inputs: &Inputs<'_>, name: &str) -> Result<f64, WorkflowError> {
-    let path = inputs.file("segment.csv")?;
+fn quantity(inputs: &Inputs<'_>, image: usize, name: &str) -> Result<f64, WorkflowError> {
+    let path = inputs.file(&segmented_file(image, "segment.csv"))?;
     let table = CsvTable::read(&path, &["quantity", "value"])?;
     Ok(table.named("quantity", name)?.number("value")?)
 }

@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use fem::{Meshing, Order, RunInput, RunRecord, write_curve};
 
 use super::WorkflowError;
+use super::images;
 use super::inputs::Inputs;
 use super::mesh::mesh_with;
 use super::runs::run_ensemble;
@@ -42,7 +43,7 @@ pub(super) fn mesh_errors(
     };
     let second_mm = inputs.confirm().second_spacing_mm.unwrap_or(0.5 * spacing_mm);
     let second = |specimen: &Meshing| Meshing { spacing_mm: second_mm, ..*specimen };
-    let mesh = mesh_with(inputs, &second)?.0;
+    let mesh = mesh_with(inputs, images::OWN, &second)?.0;
     let simulator = Simulator::new(&inputs.setup(), mesh, parameters)?;
     let run = RunInput { id: 1, inputs: mode.inputs.clone() };
     let records =

@@ -3,11 +3,11 @@
 //! | stage | reads | writes |
 //! |---|---|---|
 //! | (opening) | the case and what it names | `case.toml` (every default written out), `specimen.msh` or `experiments/` (copies), `origin.toml` (whose case it is) |
-//! | segment | the image, or a packing to be scanned | `scan.tif` (virtual), `labels.tif`, `solid.tif` (part of each voxel that is grain), `grains.csv`, `segment.csv` (`quantity,value`), `slices.png`, `grains.png`, `grain_sizes.svg` |
-//! | mesh | `case.toml`; `labels.tif`, `solid.tif`, `segment.csv` where there is an image | `mesh.vtu` (regions, grains), `mesh.msh` (Gmsh 4.1), `mesh.csv` (`quantity,value`), `mesh.png` (cut open), `mesh_quality.svg` |
+//! | segment | the image, or a packing to be scanned | `scan.tif` (virtual), `labels.tif`, `solid.tif` (part of each voxel that is grain), `grains.csv`, `segment.csv` (`quantity,value`), `slices.png`, `grains.png`, `grain_sizes.svg`; of further images the tables, volumes and slices as `images/2-…` |
+//! | mesh | `case.toml`; `labels.tif`, `solid.tif`, `segment.csv` where there is an image | `mesh.vtu` (regions, grains), `mesh.msh` (Gmsh 4.1), `mesh.csv` (`quantity,value`), `mesh.png` (cut open), `mesh_quality.svg`; of further images `meshes/2.msh`, `meshes/2.csv` |
 //! | experiments | `mesh.msh`, `experiments/` | virtual: `experiments/{specimens,truth,bias}.csv`, `experiments/curves/`; `experiments.csv`, `curve_checks.csv` (`id,finding,value,help`) |
-//! | ensemble | `mesh.msh`, `labels.tif` and `solid.tif` where all runs share an image | `ensemble/` (one file a run, for resuming), `runs.csv` (a [`surrogate::Dataset`]), `failed_runs.csv`, `curves/run-*.csv`, `quadrature.csv` where that of damage leaves a choice; with `[sequential]` also `experiments.csv` is read, and `sequential.csv` (`batches,runs,parameter,contraction,surrogate_share`) written; with `[fidelity]` `curves/level-*.csv` (of runs on better meshes), `fidelity.csv` (`level,qoi,order,ratio,scatter_percent,error_percent,runs`), `fidelity_runs.csv` (as simulated), `fidelity.json` |
-//! | surrogate | `runs.csv`, `experiments.csv` | `surrogate.json`, `surrogate_orders.csv`, `surrogate_error.json`, `surrogate_uncertainty.json` (what runs leave open of its coefficients), `sobol.csv` (`qoi,input,first,first_q05,first_q95,total,total_q05,total_q95`) |
+//! | ensemble | `mesh.msh` and `meshes/`, `labels.tif`, `solid.tif` and `images/` where runs share an image or a few | `ensemble/` (one file a run, for resuming), `runs.csv` (a [`surrogate::Dataset`]), `failed_runs.csv`, `curves/run-*.csv`, `quadrature.csv` where that of damage leaves a choice; with `[sequential]` also `experiments.csv` is read, and `sequential.csv` (`batches,runs,parameter,contraction,surrogate_share`) written; with `[fidelity]` `curves/level-*.csv` (of runs on better meshes), `fidelity.csv` (`level,qoi,order,ratio,scatter_percent,error_percent,runs`), `fidelity_runs.csv` (as simulated), `fidelity.json` |
+//! | surrogate | `runs.csv`, `experiments.csv` | `surrogate.json`, `surrogate_orders.csv`, `surrogate_error.json`, `surrogate_uncertainty.json` (what runs leave open of its coefficients), `surrogate_specimens.json` (where runs share a few specimens: what runs leave open, and what the specimens do), `sobol.csv` (`qoi,input,first,first_q05,first_q95,total,total_q05,total_q95`) |
 //! | calibrate | `surrogate.json`, `runs.csv`, `curves/run-*.csv`, `curves/level-*.csv`, `experiments.csv`, `experiments/` | `posterior.zarr`, `posterior.csv`, `predictive.csv`, `predictive_curves.csv` (`displacement_mm` and quantiles of the force of a new specimen), `sampling.csv`, `summary.csv`, `summary.txt`, `warnings.txt`, `range.csv` (`qoi,experiment_mean,low,high,inside`), `map.csv`, `uncertainty.csv`, `loo.csv` (`specimen,elpd,pareto_k`) |
 //! | confirm | `map.csv`, `posterior.csv`, `mesh.msh` | `confirm.csv`, `confirm_runs.csv`, `curves/baseline.csv`, `curves/map.csv`, `curves/draw-*.csv`, `fields/map*` (`.vtu`, `.pvd`, pictures, `map.csv`), `curves/second-mesh.csv` |
 //! | design | `posterior.csv`, `surrogate.json`, `experiments.csv`; the runs and curves where quantities are taken again | `design.csv` (`candidate,parameter,specimens,contraction,contraction_q05,contraction_q95,width90`), `design_specimens.csv` (`candidate,parameter,goal,value,specimens,limit`; without specimens where 1000 do not suffice), `design/candidate-*.csv` (runs of each candidate, a [`surrogate::Dataset`]) |
@@ -38,11 +38,13 @@ mod ensemble;
 mod error;
 mod experiments;
 mod extension;
+mod few_specimens;
 mod fidelity;
 mod files;
 mod fitted;
 mod freshness;
 mod gate;
+mod images;
 mod inputs;
 mod laboratories;
 mod leftovers;
@@ -50,9 +52,11 @@ mod level_runs;
 mod levels;
 mod links;
 mod locks;
+mod made_on;
 mod map_fields;
 mod mesh;
 mod mesh_error;
+mod microstructures;
 mod neighbours;
 mod packings;
 mod predicted_curves;
@@ -78,6 +82,7 @@ mod surrogate;
 mod task;
 #[cfg(test)]
 mod tests;
+mod turns;
 mod uncertainty;
 
 use std::path::{Path, PathBuf};

@@ -4,18 +4,18 @@ use std::collections::BTreeMap;
 
 use fem::read_curve;
 use ppl::Posterior;
-use surrogate::{Dataset, DynPce, FitReport};
+use surrogate::{Dataset, DynPce, FitReport, GroupedRuns};
 
 use super::WorkflowError;
-use super::fidelity::{Correction, error_of_all};
-use super::fitted::fit_options;
+use super::few_specimens::of_few;
+use super::fidelity::{Correction, added, error_of_all};
+use super::fitted::{of_specimens_of_runs, options_on};
 use super::inputs::Inputs;
 use super::level_runs::curve_of_level;
-use super::packings::{SEED, has_packing_per_run};
+use super::made_on::{IMAGE, MadeOn, SEED};
 use super::simulator::recorded;
 use super::specimen_stiffness::with_stiffness_ratio;
 use super::stiffness::STIFFNESS_RATIO;
-
 use super::task::Task;
 use crate::case::Toe;
 use crate::curve_check::InspectedCurve;
@@ -191,12 +191,16 @@ fn specimens(inputs: &Inputs<'_>) -> Result<Vec<Named>, WorkflowError> {
     Ok(curves)
 }
 
+/// What of a run tells its specimen.
+const NOTES: [&str; 3] = [SEED, IMAGE, STIFFNESS_RATIO];
+
 /// The shape over the parameters, on the specimen's own mesh.
 struct ShapeModel {
     pce: DynPce,
     report: FitReport,
     corrections: Vec<FitReport>,
-    packing_per_run: bool,
+    made_on: MadeOn,
+    specimens: Option<GroupedRuns>,
 }
 
 impl ShapeModel {
@@ -238,28 +242,34 @@ impl ShapeModel {
             before = now;
         }
         let mut data = Dataset::new(runs.inputs().to_vec(), outputs, "breccia ensemble")?
-            .with_notes(&[SEED, STIFFNESS_RATIO])?;
+            .with_notes(&NOTES)?;
         for (i, shape) in shapes.iter().enumerate() {
-            let notes = [SEED, STIFFNESS_RATIO].map(|name| runs.note(i, name).unwrap_or_default());
+            let notes = NOTES.map(|name| runs.note(i, name).unwrap_or_default());
             data.push_noted(runs.row(i).0, shape, &notes)?;
         }
+        let mut with_ratio = None;
         if pce.inputs().len() > runs.inputs().len() {
             let known: Vec<f64> = evidence.known.iter().flatten().flatten().copied().collect();
-            let with_ratio = with_stiffness_ratio(&data, &known, evidence.population.as_ref())?;
-            data = with_ratio.unwrap_or(data);
+            with_ratio = with_stiffness_ratio(&data, &known, evidence.population.as_ref())?;
         }
-        let fit = DynPce::fit(&data, &fit_options(inputs.surrogate()))?;
-        let packing_per_run = has_packing_per_run(runs);
-        Ok(Self { pce: fit.pce, report: fit.report, corrections, packing_per_run })
+        let made_on = MadeOn::of(runs);
+        let options = options_on(inputs.surrogate(), &made_on, with_ratio.as_ref());
+        let fitted_to = with_ratio.as_ref().unwrap_or(&data);
+        let fit = DynPce::fit(fitted_to, &options)?;
+        let specimens = of_specimens_of_runs(&fit, fitted_to, &made_on)?;
+        Ok(Self { pce: fit.pce, report: fit.report, corrections, made_on, specimens })
     }
 
     /// The covariance of its error where the shape is `at`, as for other quantities.
     fn error(&self, at: &[f64]) -> Result<Vec<Vec<f64>>, Reason> {
-        let mut error = match self.packing_per_run {
-            true => self.report.mean_error(at)?,
-            false => self.report.lack_of_fit(at)?,
+        let mut error = match (&self.specimens, &self.made_on) {
+            (Some(specimens), _) => {
+                added(&specimens.within.mean_error(at)?, &of_few(specimens).mean_error(at)?)
+            }
+            (None, MadeOn::One) => self.report.lack_of_fit(at)?,
+            (None, _) => self.report.mean_error(at)?,
         };
-        if let Some(relative) = error_of_all(&self.corrections, self.packing_per_run)? {
+        if let Some(relative) = error_of_all(&self.corrections, &self.made_on)? {
             for ((row, relative), a) in error.iter_mut().zip(relative).zip(at) {
                 row.iter_mut().zip(relative).zip(at).for_each(|((own, c), b)| *own += a * b * c);
             }

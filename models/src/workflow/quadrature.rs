@@ -78,7 +78,8 @@ pub(super) fn compare_quadratures(
 ) -> Result<(), WorkflowError> {
     let usable: Vec<_> = runs.usable().collect();
     let points: Vec<&[f64]> = usable.iter().map(|(record, _)| &record.inputs[..]).collect();
-    let (Some(field), Some(&middle)) = (level.setup.phase_field, spread(prior, &points, 1).first())
+    let (Some(field), Some(&middle)) =
+        (level.setup.phase_field, spread(prior, &points, &vec![0; points.len()], 1).first())
     else {
         return Ok(());
     };

@@ -4,7 +4,8 @@ use fem::{Region, Segmented, Volume, outlined_slice, tiff};
 
 use super::WorkflowError;
 use super::files::write;
-use super::specimen::Source;
+use super::images::{self, segmented_file};
+use super::specimen::{Scanned, Source, resize};
 use super::task::Task;
 use crate::progress::{Bar, say};
 use crate::report::{Raster, grain_picture, grain_sizes, side_by_side};
@@ -33,19 +34,92 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     for warning in &found.warnings {
         say("note", warning);
     }
-    tiff::write_labels(&task.product("labels.tif")?, &found.labels)?;
-    write_16_bits(task, "solid.tif", &found.solid, WHOLE)?;
-    task.write_csv("grains.csv", GRAIN_COLUMNS, found.regions.iter().map(grain))?;
-    let rows = quantities(&found).into_iter().map(|(name, value)| [name.to_owned(), value]);
-    task.write_csv("segment.csv", ["quantity", "value"], rows)?;
-
-    write_picture(task, "slices.png", &slices(&grey, &found.labels)?)?;
+    write_found(task, images::OWN, &grey, &found)?;
+    drop(grey);
     write_picture(task, "grains.png", &grain_picture(&found.labels))?;
     let sizes: Vec<(f64, f64)> =
         found.regions.iter().map(|grain| (grain.diameter_mm(), grain.volume_mm3)).collect();
     task.write("grain_sizes.svg", &grain_sizes(&sizes))?;
+    let told = in_words(&found);
+    let own = found.cylinder;
+    drop(found);
+    for (image, scanned) in images::further(inputs)? {
+        task.check_interrupt()?;
+        further(task, image, &scanned, [own.radius_mm, own.height_mm()])?;
+    }
+    Ok(told)
+}
+
+fn in_words(found: &Segmented) -> String {
     let (count, part) = (found.statistics.grains, 100.0 * found.statistics.grain_fraction);
-    Ok(format!("{count} grains, {part:.1} % of the specimen"))
+    format!("{count} grains, {part:.1} % of the specimen")
+}
+
+/// Fitted sizes of images differ by less than this part, or they do not show specimens of one size.
+const LARGEST_DIFFERENCE: f64 = 0.05;
+
+/// Segments the image of a further specimen, which is taken to have the radius and height in mm of the first: what
+/// runs differ by shall be the grains.
+fn further(
+    task: &Task<'_>,
+    image: usize,
+    scanned: &Scanned,
+    size_mm: [f64; 2],
+) -> Result<(), WorkflowError> {
+    let inputs = &task.inputs;
+    let Source::Stack { path, .. } = &scanned.source else { return Ok(()) };
+    // errors name the image: the case's own specimen is fine
+    let grey = scanned.image(path)?;
+    let bar = Bar::new("segment");
+    let mut step = 0.0;
+    let as_fitted = Scanned {
+        source: Source::Stack { path: path.clone(), voxel_mm: None, bin: 1 },
+        segmentation: scanned.segmentation.clone(),
+        size_mm: [None; 2],
+    };
+    let mut found = as_fitted.segment(path, &grey, &mut |name| {
+        bar.set(step / STEPS, &format!("image {image}: {name}"));
+        step += 1.0;
+    })?;
+    drop(bar);
+    let fitted = [found.cylinder.radius_mm, found.cylinder.height_mm()];
+    let is_given = scanned.size_mm.iter().all(Option::is_some);
+    // a smaller one may be cut out of any
+    let differs = |(fitted, own): (&f64, &f64)| match is_given {
+        true => fitted / own < 1.0 - LARGEST_DIFFERENCE,
+        false => (fitted / own - 1.0).abs() > LARGEST_DIFFERENCE,
+    };
+    if fitted.iter().zip(&size_mm).any(differs) {
+        let problem = format!(
+            "shows a specimen of {:.3} mm radius and {:.3} mm height, to be compared with one of {:.3} and {:.3} mm",
+            fitted[0], fitted[1], size_mm[0], size_mm[1]
+        );
+        let help = "Give specimen.radius_mm and height_mm of a cylinder that all images hold, or leave this one out.";
+        return Err(inputs.refused_image(path, &problem, help));
+    }
+    resize(&mut found.cylinder, size_mm.map(Some));
+    for warning in &found.warnings {
+        say("note", &format!("{}: {warning}", path.display()));
+    }
+    write_found(task, image, &grey, &found)?;
+    say("segment", &format!("image {image}: {}", in_words(&found)));
+    Ok(())
+}
+
+/// Writes what was found in an image.
+fn write_found(
+    task: &Task<'_>,
+    image: usize,
+    grey: &Volume<f32>,
+    found: &Segmented,
+) -> Result<(), WorkflowError> {
+    let name = |own| segmented_file(image, own);
+    tiff::write_labels(&task.product(&name("labels.tif"))?, &found.labels)?;
+    write_16_bits(task, &name("solid.tif"), &found.solid, WHOLE)?;
+    task.write_csv(&name("grains.csv"), GRAIN_COLUMNS, found.regions.iter().map(grain))?;
+    let rows = quantities(found).into_iter().map(|(name, value)| [name.to_owned(), value]);
+    task.write_csv(&name("segment.csv"), ["quantity", "value"], rows)?;
+    write_picture(task, &name("slices.png"), &slices(grey, &found.labels)?)
 }
 
 /// Writes values times a factor as whole numbers of 16 bits.

@@ -33,6 +33,7 @@ impl Scanned {
         match geometry {
             SpecimenGeometry::Image {
                 stack,
+                further: _,
                 voxel_mm,
                 bin,
                 segmentation,
@@ -93,15 +94,17 @@ impl Scanned {
             .segmentation
             .run(grey, progress)
             .map_err(|source| WorkflowError::Segmentation { file: case.to_owned(), source })?;
-        // a size that is given keeps the middle of the one that was found
-        let [radius, height] = self.size_mm;
-        let cylinder = &mut found.cylinder;
-        cylinder.radius_mm = radius.unwrap_or(cylinder.radius_mm);
-        if let Some(height) = height {
-            let middle = 0.5 * (cylinder.bottom_mm + cylinder.top_mm);
-            (cylinder.bottom_mm, cylinder.top_mm) = (middle - 0.5 * height, middle + 0.5 * height);
-        }
+        resize(&mut found.cylinder, self.size_mm);
         Ok(found)
+    }
+}
+
+/// Gives a cylinder the radius and height in mm that are given; the middle stays where it was found.
+pub(super) fn resize(cylinder: &mut Cylinder, [radius, height]: [Option<f64>; 2]) {
+    cylinder.radius_mm = radius.unwrap_or(cylinder.radius_mm);
+    if let Some(height) = height {
+        let middle = 0.5 * (cylinder.bottom_mm + cylinder.top_mm);
+        (cylinder.bottom_mm, cylinder.top_mm) = (middle - 0.5 * height, middle + 0.5 * height);
     }
 }
 

@@ -65,7 +65,7 @@ pub(super) fn stiffness_ratios(
         }
         SpecimenGeometry::Mesh { .. } => return Ok(vec![None; table.specimens.len()]),
     };
-    let level = Level::all(inputs, true)?.swap_remove(0);
+    let level = Level::all(inputs, 0)?.swap_remove(0);
     let meshing = level.meshing(&meshing);
     let ImageCase { segmentation, voxel_mm, bin, .. } = inputs.image();
     let (setup, table_file) = (level.setup, task.path(SPECIMENS));

@@ -5,7 +5,7 @@ use surrogate::{Dataset, DynPce, Input, SurrogateError};
 
 use super::WorkflowError;
 use super::inputs::Inputs;
-use super::packings::SEED;
+use super::made_on::{LEAST_FOR_STIFFNESS, MadeOn, specimen_of};
 use super::stiffness::STIFFNESS_RATIO;
 use crate::error::InputError;
 use crate::fracture::Population;
@@ -32,7 +32,7 @@ fn of_runs(runs: &Dataset) -> Option<Vec<f64>> {
 pub(super) fn population(runs: &Dataset, specimens: &[Option<f64>]) -> Option<Population> {
     let mut members: Vec<(&str, f64)> = Vec::new();
     for (i, ratio) in of_runs(runs)?.into_iter().enumerate() {
-        let name = runs.note(i, SEED).unwrap_or_default();
+        let name = specimen_of(runs, i);
         if !members.iter().any(|(other, _)| *other == name) {
             members.push((name, ratio));
         }
@@ -58,7 +58,7 @@ impl KnownStiffness {
     /// From runs and specimens, for a surrogate of the runs.
     pub(super) fn of(pce: &DynPce, runs: &Dataset, specimens: &[Option<f64>]) -> Self {
         if pce.inputs().last().is_none_or(|input| input.name != STIFFNESS_RATIO) {
-            return Self::default();
+            return Self { told: left_out(runs, specimens), ..Self::default() };
         }
         let population = population(runs, specimens);
         Self {
@@ -78,6 +78,17 @@ impl KnownStiffness {
     pub(super) fn rows(&self) -> Vec<Option<Vec<f64>>> {
         self.ratios.iter().map(|ratio| ratio.map(|k| vec![k])).collect()
     }
+}
+
+/// What is said where the ratio is known and yet left out.
+fn left_out(runs: &Dataset, specimens: &[Option<f64>]) -> Option<String> {
+    let count = MadeOn::of(runs).several().filter(|count| *count < LEAST_FOR_STIFFNESS)?;
+    specimens.iter().flatten().next().map(|_| {
+        format!(
+            "The stiffness ratio of the specimens' grains is not used: the runs are on {count} specimens, and it takes \
+             {LEAST_FOR_STIFFNESS} to tell what the ratio does from how they differ otherwise."
+        )
+    })
 }
 
 /// What is said of specimens of which the ratio is not known.
@@ -116,7 +127,8 @@ fn unlike_design(runs: &Dataset, specimens: &[Option<f64>]) -> Option<String> {
 
 /// The runs with the stiffness ratio as an input, where it is known of each specimen, or of some while a population
 /// tells of the others. Where it is known of none it stays out: the scatter of packings is then in the residuals of
-/// the surrogate and in that of the specimens.
+/// the surrogate and in that of the specimens. So it is where runs share too few specimens: with two the ratio
+/// would tell them apart exactly, and nothing would be left of how they scatter about the response.
 ///
 /// # Errors
 /// Ratios that are all the same.
@@ -127,7 +139,8 @@ pub(super) fn knowing_stiffness(
     let known: Vec<f64> = specimens.iter().flatten().copied().collect();
     let population = population(runs, specimens);
     let are_all_known = known.len() == specimens.len();
-    if known.is_empty() || (!are_all_known && population.is_none()) {
+    let are_too_few = MadeOn::of(runs).are_too_few_for_stiffness();
+    if known.is_empty() || are_too_few || (!are_all_known && population.is_none()) {
         return Ok(None);
     }
     with_stiffness_ratio(runs, &known, population.as_ref())

@@ -23,6 +23,9 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     write_sobol(task, &fit)?;
     task.write_json("surrogate_error.json", &fit.report)?;
     task.write_json("surrogate_uncertainty.json", &fit.open)?;
+    if let Some(specimens) = &fit.specimens {
+        task.write_json("surrogate_specimens.json", specimens)?;
+    }
     task.write_json("surrogate.json", &fit.pce)?;
     let error = fit.report.chosen().and_then(|o| o.loo.as_ref()).map_or_else(String::new, |loo| {
         let fractions: Vec<String> =

@@ -5,8 +5,10 @@ use ppl::{Posterior, Summary};
 use surrogate::CoefficientPosterior;
 
 use super::WorkflowError;
+use super::few_specimens::of_few;
 use super::fidelity::{added, error_of_all};
 use super::fitted::Fitted;
+use super::made_on::MadeOn;
 use super::specimen_stiffness::KnownStiffness;
 use super::task::Task;
 use crate::budget::{largest_part, matrix, shares};
@@ -16,19 +18,22 @@ use crate::fracture::{Evidence, Population, column_means, relative_covariance, s
 /// The covariances (quantities × quantities, relative to the specimens' means) of the errors that all
 /// specimens share.
 pub(super) struct SharedError {
-    surrogate: OfSurrogate,
+    surrogate: OfRuns,
+    /// Of the mean response, where runs share a few specimens.
+    specimens: Option<OfRuns>,
     /// Of the corrections from cheaper meshes, if there are any.
     mesh: Option<Vec<Vec<f64>>>,
     /// Of the model itself, as the case has it.
     discrepancy: Option<Vec<Vec<f64>>>,
 }
 
-/// The error of the surrogate.
-enum OfSurrogate {
-    /// What its runs leave open, which depends on the parameters; and its mean over the box.
-    Open(Box<CoefficientPosterior>, Vec<Vec<f64>>),
-    /// What it misses of the one specimen's response.
-    Misses(Vec<Vec<f64>>),
+/// An error of what is learnt from runs.
+#[derive(Default)]
+struct OfRuns {
+    /// What is the same everywhere.
+    constant: Option<Vec<Vec<f64>>>,
+    /// What runs leave open, which depends on the parameters; and its mean over the box.
+    open: Option<(CoefficientPosterior, Vec<Vec<f64>>)>,
 }
 
 impl SharedError {
@@ -36,62 +41,76 @@ impl SharedError {
     /// `[calibration.discrepancy]` has it.
     ///
     /// Where each run had a packing of its own, the residuals of the surrogate are scatter between packings,
-    /// which the specimens have too; what is shared is the error of the mean response, s² h(θ). Else it is
-    /// what the polynomial misses of the one specimen's response.
+    /// which the specimens have too; what is shared is the error of the mean response, s² h(θ). On one specimen it is
+    /// what the polynomial misses of its response. Where runs share a few specimens it is both, W + W h(θ) with W the
+    /// scatter of runs on the same specimen, and beside it what so few specimens tell of the mean of all, B g(θ)
+    /// ([`of_few`]).
     pub(super) fn of(
         fitted: &Fitted,
         discrepancy: &DiscrepancyCase,
         means: &[f64],
     ) -> Result<Self, WorkflowError> {
-        let surrogate = match fitted.packing_per_run {
-            true => {
-                let mean = relative_covariance(fitted.report.mean_error(means)?, means);
-                OfSurrogate::Open(Box::new(fitted.open.clone()), mean)
+        let open = |open: CoefficientPosterior| -> Result<_, WorkflowError> {
+            let mean = relative_covariance(open.mean_error(means)?, means);
+            Ok(Some((open, mean)))
+        };
+        let (surrogate, specimens) = match (&fitted.specimens, &fitted.made_on) {
+            (Some(specimens), _) => {
+                let misses = relative_covariance(specimens.within.scatter(means)?, means);
+                let within = open(specimens.within.clone())?;
+                let of_few = OfRuns { constant: None, open: open(of_few(specimens))? };
+                (OfRuns { constant: Some(misses), open: within }, Some(of_few))
             }
-            false => {
-                let misses = fitted.report.lack_of_fit(means)?;
-                OfSurrogate::Misses(relative_covariance(misses, means))
+            (None, MadeOn::One) => {
+                let misses = relative_covariance(fitted.report.lack_of_fit(means)?, means);
+                (OfRuns { constant: Some(misses), open: None }, None)
+            }
+            (None, _) => {
+                let mean = relative_covariance(fitted.report.mean_error(means)?, means);
+                (OfRuns { constant: None, open: Some((fitted.open.clone(), mean)) }, None)
             }
         };
-        let mesh = error_of_all(&fitted.corrections, fitted.packing_per_run)?;
+        let mesh = error_of_all(&fitted.corrections, &fitted.made_on)?;
         let discrepancy = discrepancy.covariance(&fitted.report.outputs);
-        Ok(Self { surrogate, mesh, discrepancy })
+        Ok(Self { surrogate, specimens, mesh, discrepancy })
+    }
+
+    fn of_runs(&self) -> impl Iterator<Item = &OfRuns> {
+        [&self.surrogate].into_iter().chain(&self.specimens)
     }
 
     /// Their sum, that of the surrogate averaged over the box: where there is no posterior to average over.
     pub(super) fn total(&self) -> Vec<Vec<f64>> {
-        let (OfSurrogate::Open(_, surrogate) | OfSurrogate::Misses(surrogate)) = &self.surrogate;
-        let all = [&self.mesh, &self.discrepancy].into_iter().flatten();
-        all.fold(surrogate.clone(), |sum, more| added(&sum, more))
+        let open = self.of_runs().filter_map(|part| part.open.as_ref().map(|(_, mean)| mean));
+        sum(self.constants().chain(open))
+    }
+
+    /// Those that do not depend on the parameters.
+    fn constants(&self) -> impl Iterator<Item = &Vec<Vec<f64>>> {
+        let others = [&self.mesh, &self.discrepancy].into_iter().flatten();
+        self.of_runs().filter_map(|part| part.constant.as_ref()).chain(others)
     }
 
     /// Specimens `qois` with these errors, and what is known of their stiffness ratios.
     pub(super) fn evidence(&self, qois: Vec<Vec<f64>>, known: &KnownStiffness) -> Evidence {
-        let zeros = || {
-            let size = qois.first().map_or(0, Vec::len);
-            vec![vec![0.0; size]; size]
-        };
-        let (mut shared, open) = match &self.surrogate {
-            OfSurrogate::Open(open, _) => (zeros(), Some((**open).clone())),
-            OfSurrogate::Misses(misses) => (misses.clone(), None),
-        };
-        for more in [&self.mesh, &self.discrepancy].into_iter().flatten() {
-            shared = added(&shared, more);
-        }
+        let size = qois.first().map_or(0, Vec::len);
+        let zeros = vec![vec![0.0; size]; size];
+        let shared = sum([&zeros].into_iter().chain(self.constants()));
+        let open = self.of_runs().filter_map(|part| part.open.as_ref());
+        let open = open.map(|(open, _)| open.clone()).collect();
         let population = known.population.clone();
         Evidence { qois, known: known.rows(), population, shared, open }
     }
+}
 
-    /// That of the surrogate, averaged over the draws of a posterior.
-    fn of_surrogate(
+impl OfRuns {
+    /// Averaged over the draws of a posterior.
+    fn over(
         &self,
         posterior: &Posterior,
         evidence: &Evidence,
     ) -> Result<Vec<Vec<f64>>, WorkflowError> {
-        let open = match &self.surrogate {
-            OfSurrogate::Open(open, _) => open,
-            OfSurrogate::Misses(misses) => return Ok(misses.clone()),
-        };
+        let Some((open, _)) = &self.open else { return Ok(sum(&self.constant)) };
         let known = evidence.middle();
         let draws = draws_of(posterior, "theta");
         let some = draws.iter().step_by(draws.len().div_ceil(MOST_DRAWS).max(1));
@@ -102,8 +121,16 @@ impl SharedError {
         let means = column_means(&evidence.qois);
         let scatter = relative_covariance(open.scatter(&means)?, &means);
         let row = |row: Vec<f64>| row.into_iter().map(|s| s * mean).collect();
-        Ok(scatter.into_iter().map(row).collect())
+        let open: Vec<Vec<f64>> = scatter.into_iter().map(row).collect();
+        Ok(sum(self.constant.iter().chain([&open])))
     }
+}
+
+/// The sum of matrices of one shape; without any, nothing.
+fn sum<'a>(matrices: impl IntoIterator<Item = &'a Vec<Vec<f64>>>) -> Vec<Vec<f64>> {
+    let mut all = matrices.into_iter();
+    let first = all.next().cloned().unwrap_or_default();
+    all.fold(first, |sum, more| added(&sum, more))
 }
 
 /// Draws over which an error is averaged.
@@ -133,8 +160,8 @@ pub(super) const OF_SURROGATE: &str = "surrogate";
 /// - mesh: the error of the correction from cheaper meshes. What the specimen's own mesh errs by is in no
 ///   interval: see `confirm.csv`;
 /// - discrepancy: what the case says the model itself may be off by;
-/// - geometry: the scatter of packings over n, where each run had one of its own, and what the stiffness of
-///   specimens without an image leaves open;
+/// - geometry: the scatter of packings over n, where runs show it; what runs on few specimens leave open of the mean of
+///   all; and what the stiffness of specimens without an image leaves open;
 /// - specimens: the scatter between specimens less that of packings, over n.
 ///
 /// None if the covariance of them all is not positive definite.
@@ -153,7 +180,7 @@ pub(super) fn budget(
     };
     let variances: Vec<f64> = means_of_draws.iter().enumerate().map(variance).collect();
     let Some(scatter) = mean_scatter(posterior, means.len()) else { return Ok(None) };
-    let of_surrogate = shared.of_surrogate(posterior, evidence)?;
+    let of_surrogate = shared.surrogate.over(posterior, evidence)?;
     let of_runs = match &shared.mesh {
         Some(mesh) => added(&of_surrogate, mesh),
         None => of_surrogate.clone(),
@@ -169,11 +196,19 @@ pub(super) fn budget(
     sources.extend(shared.discrepancy.as_ref().map(|model| ("discrepancy", shared_by_all(model))));
     let mut geometry: Option<DMatrix<f64>> = None;
     let mut own = scatter.clone();
-    if fitted.packing_per_run {
-        let packings = matrix(&relative_covariance(fitted.report.scatter(&means)?, &means));
+    if fitted.made_on.shows_scatter() {
+        let packings = match &fitted.specimens {
+            Some(specimens) => specimens.between.scatter(&means)?,
+            None => fitted.report.scatter(&means)?,
+        };
+        let packings = matrix(&relative_covariance(packings, &means));
         let packings = &packings * largest_part(&scatter, &packings);
         own -= &packings;
         geometry = Some(of_each(&packings));
+    }
+    if let Some(of_few) = &shared.specimens {
+        let of_few = shared_by_all(&of_few.over(posterior, evidence)?);
+        geometry = Some(geometry.map_or_else(|| of_few.clone(), |all| all + &of_few));
     }
 
     let mut jacobian: Vec<Vec<f64>> = Vec::new();
@@ -335,3 +370,6 @@ fn mean_scatter(posterior: &Posterior, size: usize) -> Option<DMatrix<f64>> {
     }
     Some(mean)
 }
+
+#[cfg(test)]
+mod tests;

@@ -2,6 +2,7 @@
 
 mod calibration;
 mod experiments;
+mod microstructure;
 mod prior;
 mod simulation;
 
@@ -48,6 +49,7 @@ impl CaseFile {
         }
         self.check_test()?;
         self.check_calibration()?;
+        self.check_microstructures(&geometry)?;
         self.check_fidelity(&geometry)?;
         self.check_second_mesh(&geometry)?;
         self.check_experiments(&geometry)?;

@@ -7,7 +7,7 @@ use super::super::ensemble::Plan;
 use super::super::fidelity::error_of_all;
 use super::super::files::write;
 use super::super::fitted::Fitted;
-use super::super::packings::has_packing_per_run;
+use super::super::made_on::MadeOn;
 use super::super::specimen_stiffness::{knowing_stiffness, of_specimens};
 use super::super::task::Task;
 use super::super::uncertainty::SharedError;
@@ -86,7 +86,7 @@ fn add_error_of_meshes(
     }
     let reports: Vec<FitReport> = task.inputs.json("fidelity.json")?;
     let runs = surrogate::Dataset::read_csv(task.inputs.file("runs.csv")?)?;
-    let Some(error) = error_of_all(&reports, has_packing_per_run(&runs))? else { return Ok(()) };
+    let Some(error) = error_of_all(&reports, &MadeOn::of(&runs))? else { return Ok(()) };
     let corrected = &reports[0].outputs;
     let place = |name: &String| corrected.iter().position(|own| own == name);
     for (row, a) in shared.iter_mut().zip(outputs) {

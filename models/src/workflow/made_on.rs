@@ -1,0 +1,140 @@
+//! On what the runs of an ensemble were made, as their table says.
+
+use surrogate::Dataset;
+
+use super::inputs::Inputs;
+use crate::case::Microstructure;
+
+/// The column of `runs.csv` with the seed of a packing; empty without one.
+pub(super) const SEED: &str = "packing_seed";
+
+/// The column of `runs.csv` with the number of an image, where there are several; the first is the case's own.
+pub(super) const IMAGE: &str = "image";
+
+/// Fewest specimens whose stiffness ratio is an input of the surrogate. Its slope and the mean response take two
+/// of them, and two more show how they scatter about both.
+pub(super) const LEAST_FOR_STIFFNESS: usize = 4;
+
+/// Of fewer specimens it is poorly known how they scatter.
+const FEW: usize = 5;
+
+/// The specimens of runs.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum MadeOn {
+    /// All runs are on one.
+    One,
+    /// Each run has its own.
+    Each,
+    /// Some runs share one: its number, of each run.
+    Several(Vec<usize>),
+}
+
+impl MadeOn {
+    pub(super) fn of(runs: &Dataset) -> Self {
+        let mut known: Vec<&str> = Vec::new();
+        let mut groups = Vec::with_capacity(runs.len());
+        for i in 0..runs.len() {
+            let name = specimen_of(runs, i);
+            let place = known.iter().position(|own| *own == name).unwrap_or(known.len());
+            if place == known.len() {
+                known.push(name);
+            }
+            groups.push(place);
+        }
+        match known.len() {
+            0 | 1 => Self::One,
+            count if count == runs.len() => Self::Each,
+            _ => Self::Several(groups),
+        }
+    }
+
+    /// Whether the runs tell how specimens scatter.
+    pub(super) fn shows_scatter(&self) -> bool {
+        *self != Self::One
+    }
+
+    /// How many there are where runs share some.
+    pub(super) fn several(&self) -> Option<usize> {
+        match self {
+            Self::Several(groups) => groups.iter().max().map(|last| 1 + last),
+            _ => None,
+        }
+    }
+
+    /// Whether they are too few for their stiffness ratio to be an input of the surrogate.
+    pub(super) fn are_too_few_for_stiffness(&self) -> bool {
+        self.several().is_some_and(|count| count < LEAST_FOR_STIFFNESS)
+    }
+
+    /// What to warn of: that nothing is known of how specimens scatter, or little.
+    pub(super) fn warning(&self, inputs: &Inputs<'_>) -> Option<String> {
+        // of packings for each run there is nothing to say, and nothing is read that calibrations do not depend on
+        if *self == Self::Each {
+            return None;
+        }
+        let image = inputs.image();
+        let is_image = image.stack.is_some();
+        let Some(count) = self.several() else {
+            let asked = *inputs.microstructure() == Microstructure::PerRun;
+            return match (is_image, image.further_stacks) {
+                (true, None) if asked => Some(
+                    "All runs are on one image: the posterior does not know how specimens scatter about it, and no \
+                     interval holds by how much this one differs from those tested. Images of further specimens in \
+                     specimen.image.further_stacks show it."
+                        .to_owned(),
+                ),
+                (true, Some(_)) => Some(
+                    "All runs are on the first image: design.microstructure = \"one\" leaves those of \
+                     specimen.image.further_stacks out, and the posterior does not know how specimens scatter about it."
+                        .to_owned(),
+                ),
+                _ => None,
+            };
+        };
+        let (what, mend) = match is_image {
+            true => ("images", "more images in specimen.image.further_stacks"),
+            false => ("packings", "more of design.packings"),
+        };
+        (count < FEW).then(|| {
+            format!(
+                "The runs are on {count} {what}: how specimens scatter is poorly known from so few. Intervals hold \
+                 what that leaves open, by Student's distribution; {mend} would make them narrower."
+            )
+        })
+    }
+}
+
+/// The name of the specimen of a run; empty where all runs share one that has none.
+pub(super) fn specimen_of(runs: &Dataset, run: usize) -> &str {
+    let named = |column| runs.note(run, column).filter(|name| !name.is_empty());
+    named(SEED).or_else(|| named(IMAGE)).unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use surrogate::Input;
+
+    use super::*;
+
+    fn made_on(column: &str, names: &[&str]) -> MadeOn {
+        let input = Input::new("x", 0.0, 1.0).unwrap();
+        let mut runs = Dataset::new(vec![input], vec!["y".into()], "made up").unwrap();
+        runs = runs.with_notes(&["run", column]).unwrap();
+        for (i, name) in names.iter().enumerate() {
+            runs.push_noted(&[0.5], &[1.0], &[&i.to_string(), name]).unwrap();
+        }
+        MadeOn::of(&runs)
+    }
+
+    #[test]
+    fn runs_tell_what_they_were_made_on() {
+        assert_eq!(made_on(SEED, &["", "", ""]), MadeOn::One);
+        assert_eq!(made_on(SEED, &["7", "7", "7"]), MadeOn::One);
+        assert_eq!(made_on(SEED, &["7", "8", "9"]), MadeOn::Each);
+        assert_eq!(made_on("other", &["7", "8", "9"]), MadeOn::One);
+        let shared = made_on(IMAGE, &["2", "1", "3", "1"]);
+        assert_eq!(shared, MadeOn::Several(vec![0, 1, 2, 1]));
+        assert_eq!(shared.several(), Some(3));
+        assert!(shared.are_too_few_for_stiffness() && !MadeOn::Each.are_too_few_for_stiffness());
+    }
+}

@@ -1,0 +1,61 @@
+//! Which specimen each run of a design is made on, where there are fewer of them than runs.
+
+use rand::SeedableRng;
+use rand::seq::SliceRandom;
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+/// What keeps these draws apart from those of the design, which has the same seed.
+const STREAM: u64 = 0x7475_726e;
+
+/// Specimens, counted from 0, of so many runs: in each round every specimen has one run, in an order that is drawn
+/// anew. More runs have the same beginning.
+///
+/// Rounds in one order would go through a design that has an order of its own: of a Sobol sequence every fourth point
+/// lies in one half of the first input, which could then not be told from four specimens in turn.
+pub(super) fn in_turn(runs: usize, specimens: usize, seed: u64) -> Vec<usize> {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed ^ STREAM);
+    let mut round: Vec<usize> = (0..specimens).collect();
+    let mut turns = Vec::with_capacity(runs + specimens);
+    while turns.len() < runs && specimens > 0 {
+        round.shuffle(&mut rng);
+        turns.extend(&round);
+    }
+    turns.truncate(runs);
+    turns
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_round_has_every_specimen_and_more_runs_begin_alike() {
+        let turns = in_turn(32, 5, 7);
+        for round in turns.chunks_exact(5) {
+            let mut round = round.to_vec();
+            round.sort_unstable();
+            assert_eq!(round, [0, 1, 2, 3, 4]);
+        }
+        assert_eq!(in_turn(13, 5, 7), turns[..13]);
+        assert_ne!(in_turn(32, 5, 8), turns);
+        assert_eq!(in_turn(3, 1, 7), [0, 0, 0]);
+    }
+
+    /// Every fourth point of a Sobol sequence lies in one half of the first input.
+    #[test]
+    fn specimens_are_not_mixed_up_with_the_order_of_a_design() {
+        let input = surrogate::Input::new("x", 0.0, 1.0).unwrap();
+        let points = surrogate::DesignMethod::Sobol.sample(&[input], 64, 1).unwrap();
+        let in_lower_half = |turns: &[usize], specimen: usize| {
+            let own = points.iter().zip(turns).filter(|(_, turn)| **turn == specimen);
+            own.filter(|(x, _)| x[0] < 0.5).count()
+        };
+        let fixed: Vec<usize> = (0..64).map(|i| i % 4).collect();
+        let drawn = in_turn(64, 4, 1);
+        for specimen in 0..4 {
+            assert!([0, 16].contains(&in_lower_half(&fixed, specimen)));
+            // four standard deviations of 16 runs
+            assert!(in_lower_half(&drawn, specimen).abs_diff(8) < 8, "{drawn:?}");
+        }
+    }
+}
