@@ -6,8 +6,12 @@ use super::block_csr::BlockCsr;
 
 /// Coarse unknowns of an aggregate: one for each rigid-body mode.
 pub(super) const MODES: usize = 6;
-/// A coupling is strong when ‖A_ij‖² exceeds this squared times ‖A_ii‖ ‖A_jj‖.
+/// A coupling is strong when ‖A_ij‖² exceeds this squared times ‖A_ii‖ ‖A_jj‖, between the nodes of the mesh.
 const STRONG: f64 = 0.08;
+/// The same between aggregates. Each of these couples with some fifty others, most of them more weakly than nodes do:
+/// with the bound of the nodes there are four in the next aggregate, and the coarser levels fill up and cost more than
+/// the finest one, the more so the larger the mesh is; the iterations are the same.
+const STRONG_BELOW: f64 = 0.02;
 const NONE: u32 = u32::MAX;
 
 /// The aggregate of each node, and how many there are; `diagonal` are the blocks of the nodes, beside which
@@ -18,13 +22,14 @@ pub(super) fn aggregates<const R: usize>(
 ) -> (Vec<u32>, usize) {
     let size = |b: &[[f64; R]; R]| b.iter().flatten().map(|x| x * x).sum::<f64>().sqrt();
     let n = diagonal.len();
+    let strong_from = if R == MODES { STRONG_BELOW } else { STRONG };
     let own: Vec<f64> = diagonal.iter().map(size).collect();
     let mut start = vec![0u32];
     let mut strong: Vec<(u32, f64)> = Vec::new();
     for i in 0..n {
         for (j, block) in a.row(i).filter(|(j, _)| *j != i && *j < n) {
             let coupling = size(block);
-            if coupling * coupling > STRONG * STRONG * own[i] * own[j] {
+            if coupling * coupling > strong_from * strong_from * own[i] * own[j] {
                 strong.push((j as u32, coupling / own[j].sqrt()));
             }
         }
