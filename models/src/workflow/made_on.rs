@@ -77,13 +77,13 @@ impl MadeOn {
         let Some(count) = self.several() else {
             let asked = *inputs.microstructure() == Microstructure::PerRun;
             return match (is_image, image.further_stacks) {
-                (true, None) if asked => Some(
+                (true, _) if asked => Some(
                     "All runs are on one image: the posterior does not know how specimens scatter about it, and no \
                      interval holds by how much this one differs from those tested. Images of further specimens in \
                      specimen.image.further_stacks show it."
                         .to_owned(),
                 ),
-                (true, Some(_)) => Some(
+                (true, Some(_)) if !asked => Some(
                     "All runs are on the first image: design.microstructure = \"one\" leaves those of \
                      specimen.image.further_stacks out, and the posterior does not know how specimens scatter about it."
                         .to_owned(),
