@@ -1,9 +1,12 @@
 //! Scans of specimens: made of virtual ones, and what their microstructures do to the stiffness.
 
+use std::path::{Path, PathBuf};
+
 use fem::{Packing, Scanner, Segmented};
 
 use super::WorkflowError;
 use super::files::SPECIMENS;
+use super::images;
 use super::levels::Level;
 use super::segment::write_16_bits;
 use super::specimen::{Scanned, Source, labelled_mesh};
@@ -59,9 +62,11 @@ pub(super) fn stiffness_ratios(
     if seen == 0 {
         return Ok(vec![None; table.specimens.len()]);
     }
-    let meshing = match inputs.geometry()? {
-        SpecimenGeometry::Cylinder { meshing, .. } | SpecimenGeometry::Image { meshing, .. } => {
-            meshing
+    let (meshing, of_design) = match inputs.geometry()? {
+        SpecimenGeometry::Cylinder { meshing, .. } => (meshing, Vec::new()),
+        SpecimenGeometry::Image { stack, further, meshing, .. } => {
+            let all = [stack].into_iter().chain(further).take(images::count(inputs)?);
+            (meshing, all.map(|path| canonical(&path)).collect())
         }
         SpecimenGeometry::Mesh { .. } => return Ok(vec![None; table.specimens.len()]),
     };
@@ -74,6 +79,12 @@ pub(super) fn stiffness_ratios(
         let Some(image) = &specimen.image else { return Ok(None) };
         let image = table_file.with_file_name(image);
         bar.set(0.0, &format!("the image of {}", specimen.id));
+        // runs are made on this very specimen, which has one ratio
+        let place = of_design.iter().position(|path| *path == canonical(&image));
+        if let Some(place) = place.filter(|_| of_design.len() > images::OWN) {
+            let mesh = level.mesh(inputs, images::OWN + place)?;
+            return Ok(Some(stiffness_ratio(&level.setup, mesh)?));
+        }
         let scanned = Scanned {
             source: Source::Stack { path: image.clone(), voxel_mm, bin },
             segmentation: segmentation.clone(),
@@ -90,4 +101,9 @@ pub(super) fn stiffness_ratios(
     };
     // one after the other: an image may fill the memory, and its segmentation all processors
     table.specimens.iter().map(ratio).collect()
+}
+
+/// The place of a file, whatever it is called.
+fn canonical(path: &Path) -> PathBuf {
+    path.canonicalize().unwrap_or_else(|_| path.to_owned())
 }

@@ -37,9 +37,12 @@ pub(super) fn population(runs: &Dataset, specimens: &[Option<f64>]) -> Option<Po
             members.push((name, ratio));
         }
     }
-    let all =
-        members.into_iter().map(|(_, ratio)| ratio).chain(specimens.iter().flatten().copied());
-    Population::of(&all.map(|ratio| vec![ratio]).collect::<Vec<_>>()).ok()
+    let of_design: Vec<f64> = members.into_iter().map(|(_, ratio)| ratio).collect();
+    // specimens whose images are those of the design have the ratios of these, and are counted once
+    let others = specimens.iter().flatten().copied().filter(|ratio| !of_design.contains(ratio));
+    let all: Vec<Vec<f64>> =
+        of_design.iter().copied().chain(others).map(|ratio| vec![ratio]).collect();
+    Population::of(&all).ok()
 }
 
 /// What is known of the stiffness ratios of specimens, where a surrogate takes them.
