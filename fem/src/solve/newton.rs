@@ -74,8 +74,6 @@ const KEEP: f64 = 0.1;
 const BACKTRACKS: u32 = 8;
 /// Most iterations, beside the others, in which the set of constrained values is another than before.
 const MOST_CHANGES: u32 = 300;
-/// Fraction of the residual that a linear solution may leave.
-const LINEAR_TOLERANCE: f64 = 1e-2;
 
 impl<'a, E: External> Solver<'a, E> {
     /// Where linear systems are solved, in words.
@@ -299,7 +297,7 @@ impl<'a, E: External> Solver<'a, E> {
                 }
             }
         }
-        self.step = self.solve_nodal(&right, LINEAR_TOLERANCE)?;
+        self.step = self.solve_nodal(&right, self.options.linear_tolerance)?;
         Ok(())
     }
 

@@ -93,5 +93,6 @@ fn bad_input_is_refused_with_the_entity_and_what_helps() {
         &["stop_below_peak = 1", "0.1 for 10 %"],
     );
     check(refusal(|i| i.options.tolerance = 0.0), &["solver: tolerance = 0"]);
+    check(refusal(|i| i.options.linear_tolerance = 0.5), &["solver: linear_tolerance = 0.5"]);
     check(refusal(|i| i.options.iterations = 0), &["solver: iterations = 0"]);
 }

@@ -12,10 +12,16 @@ pub(crate) fn multigrid() -> SolverOptions {
     SolverOptions { linear: LinearScheme::Multigrid, ..SolverOptions::default() }
 }
 
+/// With linear solutions from which other digits hardly reach the iterations.
+fn careful() -> SolverOptions {
+    SolverOptions { linear_tolerance: 1e-3, ..multigrid() }
+}
+
 pub(crate) fn problem(
     mesh: TetMesh,
     order: Order,
     loading: &CompressionTest,
+    options: SolverOptions,
     ranks: Ranks,
 ) -> Problem {
     loading
@@ -24,7 +30,7 @@ pub(crate) fn problem(
         .order(order)
         .materials([matrix(), grain()])
         .phase_field(phase_field(Split::None))
-        .options(multigrid())
+        .options(options)
         .ranks(ranks)
         .build()
         .expect("valid input")
@@ -75,7 +81,8 @@ fn any_number_of_ranks_takes_the_same_steps_past_the_peak() {
         (Order::Linear, sliding, &[4]),
     ] {
         let loading = loading(0.3, 1.0, 20).platens(platens);
-        let run = |ranks: Ranks| problem(prism(3, true), order, &loading, ranks).run(&mut ());
+        let run =
+            |ranks: Ranks| problem(prism(3, true), order, &loading, careful(), ranks).run(&mut ());
         let alone = run(Ranks::default());
         let last = alone.curve.last().expect("a point").force_n;
         assert!(last < 0.8 * peak(&alone).1, "{order:?}: {last}");
@@ -89,8 +96,8 @@ fn any_number_of_ranks_takes_the_same_steps_past_the_peak() {
             }
             let (a, b) = (alone.effort, all[0].effort);
             println!("{order:?}, {count} ranks: {b:?} after {a:?}");
-            // linear systems are solved to a hundredth: an iteration more or less follows from other digits
-            assert!(a.iterations.abs_diff(b.iterations) <= a.iterations / 40, "{a:?} {b:?}");
+            // a residual may end just above or below the tolerance
+            assert!(a.iterations.abs_diff(b.iterations) <= 1 + a.iterations / 100, "{a:?} {b:?}");
             assert!(f64::from(b.linear) < 1.2 * f64::from(a.linear), "{a:?} {b:?}");
         }
     }

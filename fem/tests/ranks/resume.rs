@@ -86,7 +86,8 @@ fn a_rank_that_is_gone_ends_the_others_with_the_last_state_named() {
     let path = folder.path().join("run.state");
     let ends = on_ranks(3, |ranks| {
         let gone = ranks.rank() == 2;
-        let problem = problem(prism(2, true), Order::Linear, &loading(0.3, 1.0, 12), ranks);
+        let problem =
+            problem(prism(2, true), Order::Linear, &loading(0.3, 1.0, 12), multigrid(), ranks);
         let checkpoint = Checkpoint { path: path.clone(), every: 2 };
         let mut run = problem.resume(&checkpoint).expect("a start");
         for step in 1.. {
@@ -109,14 +110,21 @@ fn a_rank_that_is_gone_ends_the_others_with_the_last_state_named() {
         let end = end.as_deref().expect("an error");
         assert!(end.contains("rank 2 is gone") && end.contains("run.state"), "{end}");
     }
-    let alone = problem(prism(2, true), Order::Linear, &loading(0.3, 1.0, 12), Ranks::default());
+    let alone = problem(
+        prism(2, true),
+        Order::Linear,
+        &loading(0.3, 1.0, 12),
+        multigrid(),
+        Ranks::default(),
+    );
     let checkpoint = Checkpoint { path: path.clone(), every: 2 };
     let run = alone.resume(&checkpoint).expect("the state is sound");
     assert_eq!(run.curve().len(), 4);
 
     let ends = on_ranks(2, |ranks| {
         let gone = ranks.rank() == 1;
-        let problem = problem(prism(2, true), Order::Linear, &loading(0.3, 1.0, 12), ranks);
+        let problem =
+            problem(prism(2, true), Order::Linear, &loading(0.3, 1.0, 12), multigrid(), ranks);
         (!gone).then(|| problem.start().step().expect_err("the other one is gone").to_string())
     });
     let end = ends[0].as_deref().expect("an error");
@@ -129,7 +137,8 @@ fn a_state_that_cannot_be_written_or_read_ends_all_ranks() {
     let at = |name: &str| Checkpoint { path: folder.path().join(name), every: 1 };
     std::fs::write(folder.path().join("damaged"), "no state").expect("a file");
     let ends = on_ranks(2, |ranks| {
-        let problem = problem(prism(2, true), Order::Linear, &loading(0.1, 1.0, 4), ranks);
+        let problem =
+            problem(prism(2, true), Order::Linear, &loading(0.1, 1.0, 4), multigrid(), ranks);
         let outcome = problem.run_resumable(&at("no/folder"), &mut ()).expect("a start");
         let End::Failed(unwritten) = outcome.end else { panic!("{:?}", outcome.end) };
         let damaged = problem.resume(&at("damaged")).expect_err("no state");
@@ -157,7 +166,8 @@ fn what_one_process_alone_can_do_is_refused_by_name() {
     assert!(text.contains("fewer elements"), "{text}");
 
     let ends = on_ranks(2, |ranks| {
-        let problem = problem(prism(2, true), Order::Linear, &loading(0.1, 1.0, 1), ranks);
+        let problem =
+            problem(prism(2, true), Order::Linear, &loading(0.1, 1.0, 1), multigrid(), ranks);
         let young = MaterialParameter::new("young_mpa", 275.0, |x| {
             vec![Material { ..matrix() }, Material::hencky(x, 0.25)]
         });
