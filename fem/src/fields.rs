@@ -21,4 +21,11 @@ impl Fields {
         self.displacement.copy_from_slice(&other.displacement);
         self.damage.copy_from_slice(&other.damage);
     }
+
+    /// Adds a multiple of other fields.
+    pub(crate) fn add_scaled(&mut self, multiple: f64, other: &Fields) {
+        let sums = self.displacement.as_flattened_mut().iter_mut().chain(&mut self.damage);
+        let others = other.displacement.as_flattened().iter().chain(&other.damage);
+        sums.zip(others).for_each(|(sum, x)| *sum += multiple * x);
+    }
 }

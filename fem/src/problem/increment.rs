@@ -81,7 +81,7 @@ impl LoadStepper<'_> {
         let [displacement_mm, force_n] =
             domain.boundary.measure(time_s, &fields.displacement, &reactions);
         let mut change = fields.clone();
-        subtract(&mut change, &state.fields);
+        change.add_scaled(-1.0, &state.fields);
         // what acts from outside balances the stress forces node by node; what friction takes from
         // the platens does not reach the body
         let (part, ranks) = (domain.operator.part(), domain.operator.part().ranks());
@@ -117,43 +117,32 @@ impl LoadStepper<'_> {
         state.reaction = reactions;
         state.pressures = external.pressures();
         state.forces = forces;
-        state.change = Some((change, step));
+        state.past.add(change, step);
         state.fields = fields;
         state.clock = target;
         Ok(())
     }
 
-    /// Where the next increment is started: the last one continued, with the prescribed values put
-    /// where they belong.
+    /// Where the next increment is started: the past continued, with the prescribed values put where they
+    /// belong.
     fn guess(&self, target: f64) -> Fields {
         let (problem, state) = (self.problem, &self.state);
         let mut fields = state.fields.clone();
-        match &state.change {
-            Some((change, step)) => {
-                let ratio = (target - state.clock) / step;
-                for (u, du) in fields.displacement.iter_mut().zip(&change.displacement) {
-                    for k in 0..3 {
-                        u[k] += ratio * du[k];
-                    }
-                }
-                fields.damage.iter_mut().zip(&change.damage).for_each(|(phi, d)| *phi += ratio * d);
-            }
-            None => {
-                let time_s = target * problem.parts.schedule.duration_s;
-                let nodes = problem.discretisation.nodes();
-                problem.discretisation.boundary.start(nodes, time_s, &mut fields);
-            }
+        if state.past.step().is_some() {
+            let part = problem.discretisation.operator.part();
+            let size = |term: &Fields| {
+                let moved = part.halo.own_of(&term.displacement).flatten().map(|u| u * u).sum();
+                let mut size = [moved, part.halo.own_of(&term.damage).map(|d| d * d).sum()];
+                part.ranks().sum(&mut size);
+                size
+            };
+            state.past.continue_by(target - state.clock, &mut fields, size);
+        } else {
+            let time_s = target * problem.parts.schedule.duration_s;
+            let nodes = problem.discretisation.nodes();
+            problem.discretisation.boundary.start(nodes, time_s, &mut fields);
         }
         problem.place(&mut fields, target);
         fields
     }
-}
-
-fn subtract(a: &mut Fields, b: &Fields) {
-    for (u, v) in a.displacement.iter_mut().zip(&b.displacement) {
-        for k in 0..3 {
-            u[k] -= v[k];
-        }
-    }
-    a.damage.iter_mut().zip(&b.damage).for_each(|(x, y)| *x -= y);
 }

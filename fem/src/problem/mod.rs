@@ -13,6 +13,7 @@ mod fingerprint;
 mod increment;
 mod memory;
 mod parameter;
+mod past;
 #[expect(clippy::module_inception, reason = "the room is named after what it is for")]
 mod problem;
 mod run;

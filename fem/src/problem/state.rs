@@ -8,6 +8,7 @@ use super::controller::Step;
 use super::curve::CurvePoint;
 use super::discretisation::Discretisation;
 use super::memory::Memory;
+use super::past::Past;
 use crate::boundary::Contact;
 use crate::fields::Fields;
 use crate::material::PhaseField;
@@ -22,8 +23,8 @@ pub(crate) struct RunState {
     pub(crate) reactions: BTreeMap<String, Vec<[f64; 3]>>,
     /// The last equilibrium.
     pub(crate) fields: Fields,
-    /// Its change over the increment before, and that increment: for the next guess.
-    pub(crate) change: Option<(Fields, f64)>,
+    /// How it came about: for the next guess.
+    pub(crate) past: Past,
     /// Stress forces at its nodes, N: for the work of the next increment.
     pub(crate) forces: Vec<[f64; 3]>,
     /// Reactions at it, N.
@@ -89,7 +90,7 @@ impl RunState {
         });
         Self {
             fields: gather_fields(part, &self.fields),
-            change: self.change.as_ref().map(|(fields, step)| (gather_fields(part, fields), *step)),
+            past: self.past.map(|change| gather_fields(part, change)),
             forces: part.gather_nodes(&self.forces),
             memory: self.memory.gathered(part),
             pressures: pressures.collect(),
@@ -112,7 +113,7 @@ impl RunState {
         let points = domain.operator.domain().rule().points.len();
         Self {
             fields: fields(&self.fields),
-            change: self.change.as_ref().map(|(change, step)| (fields(change), *step)),
+            past: self.past.map(fields),
             forces: part.pick_nodes(&self.forces),
             memory: self.memory.of_part(part, points),
             pressures,

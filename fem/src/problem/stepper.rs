@@ -204,8 +204,8 @@ impl<'a> LoadStepper<'a> {
     }
 
     fn progress(&self, failed: Option<Step>) -> Progress<'_> {
-        let RunState { clock, taken, change, curve, .. } = &self.state;
-        let moved = change.as_ref().map_or(0.0, |(_, moved)| *moved);
+        let RunState { clock, taken, past, curve, .. } = &self.state;
+        let moved = past.step().unwrap_or(0.0);
         Progress { passed: *clock, curve, taken: *taken, moved, failed }
     }
 

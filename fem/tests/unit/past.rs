@@ -1,0 +1,56 @@
+use super::*;
+
+/// The fields at a time, of two nodes.
+fn fields(at: impl Fn(f64) -> f64, time: f64) -> Fields {
+    let damage = vec![at(time), 2.0 - at(time)];
+    Fields { displacement: damage.iter().map(|d| [*d, -*d, 3.0 * d]).collect(), damage }
+}
+
+/// Where the past of a function at these times leads.
+fn continued(at: &dyn Fn(f64) -> f64, times: &[f64], target: f64) -> f64 {
+    let mut past = Past::default();
+    for pair in times.windows(2) {
+        let mut change = fields(at, pair[1]);
+        change.add_scaled(-1.0, &fields(at, pair[0]));
+        past.add(change, pair[1] - pair[0]);
+    }
+    let last = *times.last().expect("times");
+    let mut guess = fields(at, last);
+    let largest = |term: &Fields| term.damage.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    past.continue_by(target - last, &mut guess, |term| [largest(term); 2]);
+    assert_eq!(guess.displacement[0], [guess.damage[0], -guess.damage[0], 3.0 * guess.damage[0]]);
+    assert!((guess.damage[0] + guess.damage[1] - 2.0).abs() < 1e-12);
+    guess.damage[0]
+}
+
+#[test]
+fn a_cubic_is_continued_as_it_is_whatever_the_steps() {
+    let cubic = |t: f64| 0.2 + 3.0 * t - 0.7 * t * t + 0.4 * t * t * t;
+    let parabola = |t: f64| 1.0 - 2.0 * t + 0.3 * t * t;
+    let times = [0.0, 0.05, 0.1, 0.3, 0.4, 0.43];
+    for count in 2..=times.len() {
+        for target in [0.44, 0.5] {
+            let times = &times[..count];
+            let order = (count - 1).min(MOST);
+            if order >= 3 {
+                let guess = continued(&cubic, times, target);
+                assert!((guess - cubic(target)).abs() < 1e-12, "{count} times: {guess}");
+            }
+            if order >= 2 {
+                let guess = continued(&parabola, times, target);
+                assert!((guess - parabola(target)).abs() < 1e-12, "{count} times: {guess}");
+            }
+            let line = continued(&|t| 1.0 - t, times, target);
+            assert!((line - (1.0 - target)).abs() < 1e-12, "{count} times: {line}");
+        }
+    }
+}
+
+#[test]
+fn behind_a_jump_or_a_turn_of_the_clock_the_last_step_goes_on() {
+    let jump = |t: f64| if t > 0.25 { 5.0 } else { t };
+    let guess = continued(&jump, &[0.0, 0.1, 0.2, 0.3], 0.4);
+    assert!((guess - (5.0 + 4.8)).abs() < 1e-12, "{guess}");
+    let back = continued(&|t| t * t, &[0.0, 0.2, 0.4, 0.3], 0.25);
+    assert!((back - (0.09 - 0.5 * 0.07)).abs() < 1e-12, "{back}");
+}
