@@ -134,7 +134,7 @@ impl LoadStepper<'_> {
                 let moved = part.halo.own_of(&term.displacement).flatten().map(|u| u * u).sum();
                 let mut size = [moved, part.halo.own_of(&term.damage).map(|d| d * d).sum()];
                 part.ranks().sum(&mut size);
-                size
+                size.map(f64::sqrt)
             };
             state.past.continue_by(target - state.clock, &mut fields, size);
         } else {

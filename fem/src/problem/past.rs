@@ -10,6 +10,8 @@ use crate::fields::Fields;
 
 /// Equilibria beside the last that the polynomial goes through.
 const MOST: usize = 3;
+/// The most that a term is of the one before it.
+const FALL: f64 = 0.75;
 
 /// Changes of the fields over the last increments, and these increments of the clock; the newest first.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -55,7 +57,7 @@ impl Past {
                 term.add_scaled(multiple, change);
             }
             let size = size(&term);
-            if size[0] > last[0] || size[1] > last[1] {
+            if size[0] > FALL * last[0] || size[1] > FALL * last[1] {
                 break;
             }
             last = size;

@@ -61,11 +61,12 @@ fn a_device_takes_the_steps_of_the_processor_past_the_peak() {
             "past the peak"
         );
         assert_same(&here, &there);
-        // one algorithm: only sums round differently, and vectors that GMRES keeps are short ones here
+        // one algorithm: only sums round differently, and vectors that GMRES keeps are short ones here, which
+        // costs a tenth where platens lift off and tangents are indefinite
         assert_eq!(here_effort.iterations, there_effort.iterations, "{order:?}");
         for of in [|e: Effort| e.linear, |e: Effort| e.factorisations] {
             let [a, b] = [here_effort, there_effort].map(|e| f64::from(of(e)));
-            assert!((a - b).abs() <= 0.05 * a, "{order:?}: {here_effort:?} and {there_effort:?}");
+            assert!((a - b).abs() <= 0.15 * a, "{order:?}: {here_effort:?} and {there_effort:?}");
         }
     }
 }
