@@ -73,8 +73,9 @@ pub(crate) fn assert_same(alone: &Outcome, shared: &Outcome) {
 #[test]
 fn any_number_of_ranks_takes_the_same_steps_past_the_peak() {
     let sliding = Platens::Sliding;
-    // without friction nothing holds a body under platens that let go, and it has several ways to break
-    let rough = Platens::Unilateral(Friction { coefficient: 0.1, ..Friction::none() });
+    // with less friction a body under platens that let go has several ways to break, and single digits decide
+    // whether Newton's method finds one
+    let rough = Platens::Unilateral(Friction { coefficient: 0.3, ..Friction::none() });
     for (order, platens, counts) in [
         (Order::Quadratic, sliding, &[2, 3, 4][..]),
         (Order::Quadratic, rough, &[3]),
