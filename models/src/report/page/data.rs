@@ -98,7 +98,7 @@ pub(super) fn surrogate(results: &Results) -> Markup {
                     td.name { (qoi.label) }
                     @for (index, ends) in &qoi.sobol_total {
                         td { (format!("{index:.3}"))
-                            @if let Some([low, high]) = ends { (format!(" ({low:.3} … {high:.3})")) }
+                            @if let Some([low, high]) = ends { small { (format!("{low:.3} … {high:.3}")) } }
                         }
                     }
                 } } },
