@@ -184,6 +184,7 @@ fn runs_are_spread_over_the_images_of_several_specimens() {
     let warning = "The runs are on 4 images: how specimens scatter is poorly known from so few";
     let page = std::fs::read_to_string(out.join("report.html")).unwrap();
     assert!(err.contains(warning) && page.contains(warning), "{err}");
+    assert!((2..=4).all(|image| page.contains(&format!("image {image}, V-0{image}.tif"))));
 
     // nothing is made again, and status does not need the images
     let (code, _, err) = run();

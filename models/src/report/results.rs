@@ -177,7 +177,7 @@ pub(crate) struct Summarised {
 #[derive(Clone, Debug)]
 pub(crate) struct Picture {
     /// What it shows, a sentence.
-    pub(crate) caption: &'static str,
+    pub(crate) caption: String,
     /// The picture.
     pub(crate) content: PictureContent,
 }

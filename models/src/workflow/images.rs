@@ -3,6 +3,8 @@
 //! Images are counted from 1. The first is the case's own, `specimen.image.stack`, whose files have the names that they
 //! have where there is no other.
 
+use std::path::PathBuf;
+
 use super::WorkflowError;
 use super::inputs::Inputs;
 use super::specimen::Scanned;
@@ -26,14 +28,24 @@ pub(super) fn mesh_file(image: usize, ending: &str) -> String {
 /// # Errors
 /// A case without geometry.
 pub(super) fn count(inputs: &Inputs<'_>) -> Result<usize, WorkflowError> {
+    Ok(OWN + names(inputs)?.len())
+}
+
+/// The names of the further images that runs are made on, from the second on.
+///
+/// # Errors
+/// A case without geometry.
+pub(super) fn names(inputs: &Inputs<'_>) -> Result<Vec<String>, WorkflowError> {
     Ok(match inputs.geometry()? {
         // what all runs are made on matters to a case with further images alone
         SpecimenGeometry::Image { further, .. }
             if !further.is_empty() && *inputs.microstructure() == Microstructure::PerRun =>
         {
-            OWN + further.len()
+            let name =
+                |path: PathBuf| path.file_name().unwrap_or(path.as_os_str()).display().to_string();
+            further.into_iter().map(name).collect()
         }
-        _ => OWN,
+        _ => Vec::new(),
     })
 }
 

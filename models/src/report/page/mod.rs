@@ -79,7 +79,7 @@ fn specimen(results: &Results) -> Markup {
         section {
             h2 { "Specimen" }
             div.gallery {
-                @for picture in &results.pictures { (captioned(&picture.content, picture.caption)) }
+                @for picture in &results.pictures { (captioned(&picture.content, &picture.caption)) }
             }
             div.gallery {
                 @if !results.image_facts.is_empty() {

@@ -11,6 +11,7 @@ use std::path::Path;
 use surrogate::{Dataset, DynPce, FitReport, OrderRule};
 
 use super::super::WorkflowError;
+use super::super::images::{self, OWN, segmented_file};
 use super::super::inputs::Inputs;
 use super::levels::corrected;
 use crate::case::{CalibrationCase, Case, Likelihood};
@@ -139,7 +140,7 @@ fn pictures(
     inputs: &Inputs<'_>,
     done: &dyn Fn(&str) -> bool,
 ) -> Result<Vec<Picture>, WorkflowError> {
-    let files = [
+    let own = [
         (
             "slices.png",
             "Slices through the middle of the image with the outlines of the grains found.",
@@ -152,10 +153,16 @@ fn pictures(
             "Shape of the tetrahedra: 70.5° is the best, below 10° computing suffers.",
         ),
     ];
+    let own = own.map(|(name, caption)| (name.to_owned(), caption.to_owned()));
+    let names = if done("segment") { images::names(inputs)? } else { Vec::new() };
+    let further = (OWN + 1..).zip(names).map(|(image, name)| {
+        (segmented_file(image, "slices.png"), format!("The same of image {image}, {name}."))
+    });
     let mut pictures = Vec::new();
     let is_done = |name: &str| inputs.writer_of(name).is_some_and(done);
-    for (name, caption) in files.into_iter().filter(|(name, _)| is_done(name)) {
-        let Some(path) = inputs.file_if_there(name) else { continue };
+    let files = own.into_iter().chain(further);
+    for (name, caption) in files.filter(|(name, _)| is_done(name)) {
+        let Some(path) = inputs.file_if_there(&name) else { continue };
         let content = match name.ends_with(".svg") {
             true => std::fs::read_to_string(&path).map(PictureContent::Svg),
             false => std::fs::read(&path).map(PictureContent::Png),
