@@ -10,7 +10,8 @@ use crate::fields::Fields;
 
 /// Equilibria beside the last that the polynomial goes through.
 const MOST: usize = 3;
-/// The most that a term is of the one before it.
+/// The most that a term is of the one before it. From 0.3 to 1 iterations differ by less than a tenth; with 1
+/// a jump would be taken for a curve.
 const FALL: f64 = 0.75;
 
 /// Changes of the fields over the last increments, and these increments of the clock; the newest first.
