@@ -39,8 +39,9 @@ pub struct SolverOptions {
     /// Largest residual of a converged increment, relative to the reactions (displacement) and to
     /// the driving force (damage).
     pub tolerance: f64,
-    /// Part of the residual that the linear solution of an iteration may leave. With a thousandth, iterations no longer
-    /// depend on how linear systems are solved, so that any number of ranks takes as many; they cost a fifth more.
+    /// Part of the residual that the linear solution of an iteration may leave. With a thousandth, iterations hardly
+    /// depend on how linear systems are solved, so that any number of ranks takes as many but for one or two; a quarter
+    /// more linear iterations is what that costs.
     pub linear_tolerance: f64,
     /// Most Newton iterations of an increment.
     pub iterations: u32,

@@ -156,7 +156,8 @@ fn pictures(
     let own = own.map(|(name, caption)| (name.to_owned(), caption.to_owned()));
     let names = if done("segment") { images::names(inputs)? } else { Vec::new() };
     let further = (OWN + 1..).zip(names).map(|(image, name)| {
-        (segmented_file(image, "slices.png"), format!("The same of image {image}, {name}."))
+        let caption = format!("Slices through image {image}, {name}, with the grains found.");
+        (segmented_file(image, "slices.png"), caption)
     });
     let mut pictures = Vec::new();
     let is_done = |name: &str| inputs.writer_of(name).is_some_and(done);
