@@ -114,8 +114,6 @@ pub use material::{
 };
 pub use mesh::{CylinderLattice, LatticeError, Mixture, Quality, TetMesh, gmsh, stl, vtu};
 pub use num_dual::DualNum;
-#[cfg(feature = "mpi")]
-pub use parallel::MpiError;
 pub use parallel::{Communicator, Ranks};
 pub use problem::{
     AdaptiveSteps, ArcLength, Checkpoint, CompressionTest, CurvePoint, CurveWriter, End,

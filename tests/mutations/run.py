@@ -22,6 +22,8 @@ import tomllib
 HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
 SWITCH = "PPL_SEEDED_DEFECT"
+# the test program with the unit tests in ppl/src, which defects.toml calls "lib"
+UNIT_TESTS = "ppl-unit"
 # the switch as it is added to the copy of ppl/src/lib.rs
 CODE = """
 /// Whether the seeded defect with this number is on.
@@ -61,21 +63,19 @@ def copy_workspace(target):
 
 def build(workspace, tests):
     """Compiles the test programs; their paths by name."""
-    arguments = ["cargo", "test", "-p", "ppl", "--no-run", "--message-format=json-render-diagnostics"]
+    arguments = ["cargo", "test", "-p", "ppl", "-p", "crate-tests", "--no-run"]
+    arguments += ["--message-format=json-render-diagnostics"]
     for name in sorted(tests):
-        arguments += ["--lib"] if name == "lib" else ["--test", name]
-    environment = dict(os.environ, CARGO_PROFILE_DEV_OPT_LEVEL="1")
-    result = subprocess.run(
-        arguments, cwd=workspace, env=environment, stdout=subprocess.PIPE, text=True
-    )
+        arguments += ["--test", UNIT_TESTS if name == "lib" else name]
+    result = subprocess.run(arguments, cwd=workspace, stdout=subprocess.PIPE, text=True)
     if result.returncode != 0:
         sys.exit("the seeded copy does not compile: is every `wrong` of the type of its `right`?")
     programs = {}
     for line in result.stdout.splitlines():
         message = json.loads(line)
         if message.get("reason") == "compiler-artifact" and message.get("executable"):
-            kind = message["target"]["kind"]
-            programs["lib" if "lib" in kind else message["target"]["name"]] = message["executable"]
+            name = message["target"]["name"]
+            programs["lib" if name == UNIT_TESTS else name] = message["executable"]
     return programs
 
 

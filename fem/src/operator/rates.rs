@@ -65,11 +65,15 @@ impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
                     }
                 }
                 if moved.responds {
-                    let (low, soft) = self.part(q, &principal, below, &phi);
-                    let (high, hard) = self.part(q, &principal, above, &phi);
-                    let mut stress = high;
+                    // a loop, so that the law is compiled once for both sides
+                    let (mut stresses, mut drives) = ([[zero; 3]; 2], [zero; 2]);
+                    for side in 0..2 {
+                        let constants = if side == 0 { below } else { above };
+                        (stresses[side], drives[side]) = self.part(q, &principal, constants, &phi);
+                    }
+                    let mut stress = stresses[1];
                     for i in 0..3 {
-                        stress[i] = high[i] - low[i];
+                        stress[i] = stress[i] - stresses[0][i];
                     }
                     let piola = principal.piola(&stress, weight * moved.per_unit);
                     for k in 0..3 {
@@ -80,8 +84,8 @@ impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
                     let shares = if damaged { &self.rule.mixing[q][..] } else { &[] };
                     for (p, &c) in shares.iter().enumerate() {
                         let share = weight * self.constant(c);
-                        let drive = above.degradation.slope(phi[p]) * hard
-                            - below.degradation.slope(phi[p]) * soft;
+                        let drive = above.degradation.slope(phi[p]) * drives[1]
+                            - below.degradation.slope(phi[p]) * drives[0];
                         force[m][p] = share.mul_add(drive, force[m][p]);
                     }
                 }

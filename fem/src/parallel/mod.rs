@@ -8,15 +8,11 @@
 mod bisection;
 mod communicator;
 mod halo;
-#[cfg(feature = "mpi")]
-mod mpi;
 mod part;
 mod ranks;
 mod threads;
 
 pub use communicator::Communicator;
-#[cfg(feature = "mpi")]
-pub use mpi::MpiError;
 pub use ranks::Ranks;
 
 pub(crate) use bisection::bisect;

@@ -516,7 +516,7 @@ fn names_come_from_a_case_file() {
 fn shared() -> PathBuf {
     match std::env::var_os("BRECCIA_SHARED") {
         Some(path) => path.into(),
-        None => Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared"),
+        None => Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared"),
     }
 }
 

@@ -137,7 +137,7 @@ pub(crate) fn peak(outcome: &Outcome) -> (f64, f64) {
 /// The reference cylinder, or `None` with a note where the shared data are not at hand.
 pub(crate) fn reference_cylinder() -> Option<TetMesh> {
     let root = std::env::var_os("BRECCIA_SHARED").map_or_else(
-        || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared"),
+        || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared"),
         PathBuf::from,
     );
     let path = root.join("data/fem/cyl_a.msh");

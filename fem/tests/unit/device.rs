@@ -17,7 +17,7 @@ pub(crate) fn assert_compiles_for_a_card(kernels: &[Kernel]) {
     let path = folder.path().join("kernels.cu");
     std::fs::write(&path, source(kernels)).expect("it is written");
     let python = std::env::var("BRECCIA_PYTHON").unwrap_or_else(|_| "python3".into());
-    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/python/nvrtc.py");
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/../python/nvrtc.py");
     match std::process::Command::new(&python).arg(script).arg(&path).output() {
         Ok(output) if output.status.success() => {}
         Ok(output) if output.status.code() == Some(1) => {

@@ -13,7 +13,7 @@ pub(super) enum Failure {
     Slurm(#[from] SlurmError),
     #[cfg(feature = "mpi")]
     #[error(transparent)]
-    Mpi(#[from] fem::MpiError),
+    Mpi(#[from] fem_mpi::MpiError),
     #[cfg(not(feature = "mpi"))]
     #[error(
         "{0} processes were started together, but this program was built without MPI, and each would do the \

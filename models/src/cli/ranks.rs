@@ -26,7 +26,7 @@ fn launched() -> Option<usize> {
 pub(super) fn ranks() -> Result<Ranks, Failure> {
     match launched() {
         None => Ok(Ranks::default()),
-        Some(_) => Ok(Ranks::mpi()?),
+        Some(_) => Ok(fem_mpi::ranks()?),
     }
 }
 

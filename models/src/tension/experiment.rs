@@ -185,7 +185,8 @@ mod tests {
     /// The first specimen's largest load is 84.0228 ksi at 0.610127 (lines of the file).
     #[test]
     fn the_eight_specimens_are_read() {
-        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/matcal_304L_tension.csv");
+        let file =
+            Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models/data/matcal_304L_tension.csv");
         let tests = read_tension_tests(&file, 200_000.0, Unloading::default()).unwrap();
         let names: Vec<&str> = tests.iter().map(|test| test.specimen.as_str()).collect();
         assert_eq!((names.len(), names[0], names[7]), (8, "R1S1-Large", "R4S2-Large"));

@@ -84,7 +84,7 @@ fn one_mistake_is_one_error() {
         eprintln!("SKIPPED: expected messages are those of {TOOLCHAIN}*, this is {version:?}");
         return;
     }
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/ui");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../ppl/tests/ui");
     let files = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
     let mut sources: Vec<_> =
         files.filter(|path| path.extension() == Some("rs".as_ref())).collect();

@@ -146,8 +146,10 @@ fn rejections_know_their_place() {
     assert_eq!(location.statement, "let value = f.try_at([x, x, x])?[1]");
     assert_eq!(error.to_string(), "a must be above 1, got 0.5");
 
-    let source =
-        std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/language/models.rs"));
+    let source = std::fs::read_to_string(concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../ppl/tests/language/models.rs"
+    ));
     let source = source.unwrap();
     let line = source.lines().nth(location.line as usize - 1).unwrap();
     assert_eq!(line.trim(), format!("{};", location.statement));

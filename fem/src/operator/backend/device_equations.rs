@@ -11,6 +11,7 @@ use super::equations_source::{
 };
 use super::lanes::Stored;
 use super::matrix_free::SINGLE_FROM;
+use super::product_source::CNumbers;
 use super::regions::Regions;
 use super::slots::{Kind, Slots, node_sum};
 use crate::device::{Argument, Array, ComputeDevice, DeviceError, Program};
@@ -156,7 +157,9 @@ impl Elements {
         let plain = || slots.kinds.iter().map(|kind| kind.plain);
         let mut kernels: Vec<_> =
             plain().map(|plain| residual_kernel::<N>(rule, &setting, plain)).collect();
-        kernels.extend(plain().map(|plain| tangent_kernel::<N, T>(rule, &setting, plain)));
+        kernels.extend(
+            plain().map(|plain| tangent_kernel::<N>(rule, &setting, plain, CNumbers::of::<T>())),
+        );
         kernels.extend([node_sum(4), node_sum(1), block_sum(BLOCK)]);
         let (mut kinds, mut live) = (Vec::new(), vec![0; slots.count]);
         for kind in &slots.kinds {

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::equations_source::diagonal_kernel;
 use super::lanes::Stored;
 use super::matrix_free::{MatrixFree, SINGLE_FROM};
-use super::product_source::product_kernel;
+use super::product_source::{CNumbers, product_kernel};
 use super::slots::{Kind, Slots, node_sum};
 use crate::device::{Argument, Array, ComputeDevice, DeviceError, Program};
 use crate::material::Inverted;
@@ -70,9 +70,10 @@ impl<T: Stored> DeviceProduct<T> {
         };
         let vacant = slots.kinds.iter().map(vacant).collect();
         let kinds = slots.kinds.iter().map(|kind| kind.plain);
+        let stored = CNumbers::of::<T>();
         let mut kernels: Vec<_> =
-            kinds.clone().map(|plain| product_kernel::<T>(&layout, plain)).collect();
-        kernels.extend(kinds.map(|plain| diagonal_kernel::<T>(rule, plain)));
+            kinds.clone().map(|plain| product_kernel(&layout, plain, stored)).collect();
+        kernels.extend(kinds.map(|plain| diagonal_kernel(rule, plain, stored)));
         kernels.push(node_sum(4));
         Ok(Self {
             numbers: Numbers::Here,

@@ -2,8 +2,7 @@
 
 use std::fmt::Write;
 
-use super::lanes::Stored;
-use super::product_source::{own, pointers};
+use super::product_source::CNumbers;
 use super::recording::{Term, begin, functions, statements};
 use super::regions::Row;
 use crate::device::Kernel;
@@ -148,7 +147,7 @@ pub(super) fn residual_kernel<const N: usize>(
     results.extend(residual.drive);
     results.extend(residual.energies);
     results.push(residual.sound);
-    let (lines, results) = statements(&results, |place| inputs.given(place));
+    let (lines, results) = statements(&results, &|place| inputs.given(place));
     let mut body = inputs.begin + &lines;
     for (k, value) in results.iter().enumerate() {
         let to = match k {
@@ -164,10 +163,11 @@ pub(super) fn residual_kernel<const N: usize>(
 }
 
 /// The numbers of an element's tangent with both fields coupled, into the packs that the product reads.
-pub(super) fn tangent_kernel<const N: usize, T: Stored>(
+pub(super) fn tangent_kernel<const N: usize>(
     rule: &Rule,
     setting: &Setting,
     plain: bool,
+    stored: CNumbers,
 ) -> Kernel {
     let inputs = Inputs::new(rule, plain);
     let width = PointData::of(rule, plain).width();
@@ -176,21 +176,20 @@ pub(super) fn tangent_kernel<const N: usize, T: Stored>(
         element.linearise::<false>(true, &mut results)
     });
     results.push(sound);
-    let (lines, results) = statements(&results, |place| inputs.given(place));
-    let [_, written] = pointers::<T>();
-    let mut body = inputs.begin + &lines + &own::<T>(written, width);
+    let (lines, results) = statements(&results, &|place| inputs.given(place));
+    let mut body = inputs.begin + &lines + &stored.own(stored.write, width);
     for (k, value) in results[..width].iter().enumerate() {
-        writeln!(body, "    own[{}] = {value};", T::WIDTH * k).expect("a string takes all");
+        writeln!(body, "    own[{}] = {value};", stored.lanes * k).expect("a string takes all");
     }
     writeln!(body, "    sums[{SUMS} * (first + at) + 3] = {};", results[width])
         .expect("a string takes all");
-    let outputs = [(written, "data"), ("double *", "sums")];
+    let outputs = [(stored.write, "data"), ("double *", "sums")];
     let name = if plain { "plain_tangent" } else { "tangent" };
     Kernel::new(name, &[&Inputs::PARAMETERS[..], &outputs].concat(), body).calling(functions())
 }
 
 /// The diagonal of an element's tangent from its numbers, as the product's kernel reads and writes.
-pub(super) fn diagonal_kernel<T: Stored>(rule: &Rule, plain: bool) -> Kernel {
+pub(super) fn diagonal_kernel(rule: &Rule, plain: bool, stored: CNumbers) -> Kernel {
     begin();
     let width = PointData::of(rule, plain).width();
     let numbers: Vec<Term> = (0..width).map(Term::given).collect();
@@ -198,16 +197,15 @@ pub(super) fn diagonal_kernel<T: Stored>(rule: &Rule, plain: bool) -> Kernel {
         4 => diagonal::<Term, 4>(rule, plain, &numbers).to_vec(),
         _ => diagonal::<Term, 10>(rule, plain, &numbers).to_vec(),
     };
-    let [read, _] = pointers::<T>();
     let (lines, results) =
-        statements(of_nodes.as_flattened(), |place| format!("own[{}]", T::WIDTH * place));
-    let mut body = own::<T>(read, width) + &lines;
+        statements(of_nodes.as_flattened(), &|place| format!("own[{}]", stored.lanes * place));
+    let mut body = stored.own(stored.read, width) + &lines;
     for (k, value) in results.iter().enumerate() {
         writeln!(body, "    copies[4 * ({} * slots + first + at) + {}] = {value};", k / 4, k % 4)
             .expect("a string takes all");
     }
     let parameters =
-        [("index", "slots"), ("index", "first"), (read, "data"), ("double *", "copies")];
+        [("index", "slots"), ("index", "first"), (stored.read, "data"), ("double *", "copies")];
     Kernel::new(if plain { "plain_diagonal" } else { "diagonal" }, &parameters, body)
 }
 
@@ -243,8 +241,8 @@ pub(crate) fn equations_kernels(rule: &Rule) -> Vec<Kernel> {
     let of = |plain| {
         [
             residual_kernel::<10>(rule, &setting, plain),
-            tangent_kernel::<10, f32>(rule, &setting, plain),
-            diagonal_kernel::<f32>(rule, plain),
+            tangent_kernel::<10>(rule, &setting, plain, CNumbers::of::<f32>()),
+            diagonal_kernel(rule, plain, CNumbers::of::<f32>()),
         ]
     };
     [true, false].into_iter().flat_map(of).chain([block_sum(256)]).collect()

@@ -15,28 +15,58 @@ use crate::operator::point_data::PointData;
 /// The kernel of elements that are plain or not, whose slots begin at `first`, one an item. It reads the
 /// nodes of slot s at `nodes[a slots + s]`, its numbers in packs as the processor stores them, and
 /// writes what it adds to its node a to the four values at place `a slots + s` of `copies`.
-pub(super) fn product_kernel<T: Stored>(layout: &Layout, plain: bool) -> Kernel {
+pub(super) fn product_kernel(layout: &Layout, plain: bool, stored: CNumbers) -> Kernel {
     begin();
-    of_kind(&layout.rule, plain, Source::<T> { layout, plain, stored: std::marker::PhantomData })
+    let nodes = layout.rule.nodes;
+    let width = PointData::of(&layout.rule, plain).width();
+    let product = of_kind(&layout.rule, plain, Recorded { layout });
+    let fields = product.len() / nodes;
+    let (lines, results) = statements(&product, &|place| match place.checked_sub(4 * nodes) {
+        None => format!("n{}[{}]", place / 4, place % 4),
+        Some(k) => format!("own[{}]", stored.lanes * k),
+    });
+    let mut body = stored.own(stored.read, width);
+    for a in 0..nodes {
+        let node =
+            format!("    const double *n{a} = x + 4 * (index)nodes[{a} * slots + first + at];");
+        writeln!(body, "{node}").expect("a string takes all");
+    }
+    body += &lines;
+    for a in 0..nodes {
+        for c in 0..4 {
+            let value = if c < fields { results[a * fields + c].as_str() } else { "0.0" };
+            let copy = format!("    copies[4 * ({a} * slots + first + at) + {c}] = {value};");
+            writeln!(body, "{copy}").expect("a string takes all");
+        }
+    }
+    let name = if plain { "plain_product" } else { "product" };
+    let parameters = [
+        ("index", "slots"),
+        ("index", "first"),
+        ("const unsigned *", "nodes"),
+        (stored.read, "data"),
+        ("const double *", "x"),
+        ("double *", "copies"),
+    ];
+    Kernel::new(name, &parameters, body)
 }
 
 /// Those of both kinds and precisions, for their test.
 #[cfg(test)]
 pub(crate) fn product_kernels(layout: &Layout) -> Vec<Kernel> {
-    let single = [true, false].map(|plain| product_kernel::<f32>(layout, plain));
-    let double = [true, false].map(|plain| product_kernel::<f64>(layout, plain));
+    let single = [true, false].map(|plain| product_kernel(layout, plain, CNumbers::of::<f32>()));
+    let double = [true, false].map(|plain| product_kernel(layout, plain, CNumbers::of::<f64>()));
     let double = double.map(|k| Kernel { name: format!("double_{}", k.name), ..k });
     single.into_iter().chain(double).collect()
 }
 
-struct Source<'a, T> {
+/// The product of one element as recorded numbers, field by field of each node.
+struct Recorded<'a> {
     layout: &'a Layout,
-    plain: bool,
-    stored: std::marker::PhantomData<T>,
 }
 
-impl<T: Stored> OfKind for Source<'_, T> {
-    type Output = Kernel;
+impl OfKind for Recorded<'_> {
+    type Output = Vec<Term>;
 
     fn of_kind<
         const PLAIN: bool,
@@ -46,7 +76,7 @@ impl<T: Stored> OfKind for Source<'_, T> {
         const L: usize,
     >(
         self,
-    ) -> Kernel {
+    ) -> Vec<Term> {
         let width = PointData::of(&self.layout.rule, PLAIN).width();
         let mut u = [[Term::default(); C]; N];
         for a in 0..N {
@@ -56,55 +86,42 @@ impl<T: Stored> OfKind for Source<'_, T> {
         }
         let data: Vec<Pack<Term, 1>> =
             (0..width).map(|k| Pack::of(Term::given(4 * N + k))).collect();
-        let simd = Scalar::new();
         let product = ElementProduct::<Term, Scalar, PLAIN, C, D, L> {
             layout: self.layout,
-            simd,
+            simd: Scalar::new(),
             register: 0,
             data: &data,
         };
         let r = if N == 4 { product.linear(&u) } else { product.quadratic(&u) };
-        let [read, _] = pointers::<T>();
-        let lanes = T::WIDTH;
-        let (lines, results) =
-            statements(r.as_flattened(), |place| match place.checked_sub(4 * N) {
-                None => format!("n{}[{}]", place / 4, place % 4),
-                Some(k) => format!("own[{}]", lanes * k),
-            });
-        let mut body = own::<T>(read, width);
-        for a in 0..N {
-            let node =
-                format!("    const double *n{a} = x + 4 * (index)nodes[{a} * slots + first + at];");
-            writeln!(body, "{node}").expect("a string takes all");
-        }
-        body += &lines;
-        for a in 0..N {
-            for c in 0..4 {
-                let value = if c < C { results[a * C + c].as_str() } else { "0.0" };
-                let copy = format!("    copies[4 * ({a} * slots + first + at) + {c}] = {value};");
-                writeln!(body, "{copy}").expect("a string takes all");
-            }
-        }
-        let name = if self.plain { "plain_product" } else { "product" };
-        let parameters = [
-            ("index", "slots"),
-            ("index", "first"),
-            ("const unsigned *", "nodes"),
-            (read, "data"),
-            ("const double *", "x"),
-            ("double *", "copies"),
-        ];
-        Kernel::new(name, &parameters, body)
+        r.as_flattened().to_vec()
     }
 }
 
-/// Pointers of C to numbers as they are stored, to read them and to write them.
-pub(super) fn pointers<T: Stored>() -> [&'static str; 2] {
-    if size_of::<T>() == 4 { ["const float *", "float *"] } else { ["const double *", "double *"] }
+/// How C declares and finds the stored numbers of an element.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct CNumbers {
+    /// Pointer type to read them.
+    pub(super) read: &'static str,
+    /// Pointer type to write them.
+    pub(super) write: &'static str,
+    /// Numbers in a pack.
+    pub(super) lanes: usize,
 }
 
-/// The statement of C that finds the numbers of a kernel's element in their packs, as `own`.
-pub(super) fn own<T: Stored>(pointer: &str, width: usize) -> String {
-    let lanes = T::WIDTH;
-    format!("    {pointer}own = data + (at / {lanes} * {width} * {lanes} + at % {lanes});\n")
+impl CNumbers {
+    /// Numbers that are stored as `T`.
+    pub(super) fn of<T: Stored>() -> Self {
+        let [read, write] = if size_of::<T>() == 4 {
+            ["const float *", "float *"]
+        } else {
+            ["const double *", "double *"]
+        };
+        Self { read, write, lanes: T::WIDTH }
+    }
+
+    /// The C statement that declares `own`, a pointer to the numbers of the kernel's element.
+    pub(super) fn own(&self, pointer: &str, width: usize) -> String {
+        let lanes = self.lanes;
+        format!("    {pointer}own = data + (at / {lanes} * {width} * {lanes} + at % {lanes});\n")
+    }
 }

@@ -74,6 +74,7 @@ thread_local! {
     static RECORD: RefCell<Record> = RefCell::new(Record::new());
 }
 
+#[inline(never)]
 fn put(node: Node) -> Term {
     RECORD.with_borrow_mut(|record| {
         let next = Term(record.nodes.len() as u32);
@@ -91,6 +92,7 @@ impl Term {
         put(Node::Given(place as u32))
     }
 
+    #[inline(never)]
     fn fixed(x: f64) -> Self {
         // −0 is zero
         put(Node::Constant(if x == 0.0 { 0 } else { x.to_bits() }))
@@ -102,9 +104,13 @@ impl Term {
     }
 }
 
+// Recording is slow anyway, and each operation inlined into the recorded kernels would make them the
+// largest functions of the crate to compile: operations are calls.
+
 impl Add for Term {
     type Output = Self;
 
+    #[inline(never)]
     fn add(self, other: Self) -> Self {
         match (self, other) {
             (ZERO, x) | (x, ZERO) => x,
@@ -116,6 +122,7 @@ impl Add for Term {
 impl Sub for Term {
     type Output = Self;
 
+    #[inline(never)]
     fn sub(self, other: Self) -> Self {
         match (self, other) {
             (x, ZERO) => x,
@@ -128,6 +135,7 @@ impl Sub for Term {
 impl Mul for Term {
     type Output = Self;
 
+    #[inline(never)]
     fn mul(self, other: Self) -> Self {
         match (self, other) {
             (ZERO, _) | (_, ZERO) => ZERO,
@@ -140,6 +148,7 @@ impl Mul for Term {
 impl Div for Term {
     type Output = Self;
 
+    #[inline(never)]
     fn div(self, other: Self) -> Self {
         match (self, other) {
             (ZERO, _) => ZERO,
@@ -152,6 +161,7 @@ impl Div for Term {
 impl Neg for Term {
     type Output = Self;
 
+    #[inline(never)]
     fn neg(self) -> Self {
         if self == ZERO { ZERO } else { put(Node::Negate(self)) }
     }
@@ -168,6 +178,7 @@ impl Number for Term {
         Self::fixed(x)
     }
 
+    #[inline(never)]
     fn mul_add(self, b: Self, c: Self) -> Self {
         match (self, b, c) {
             (ZERO, _, x) | (_, ZERO, x) => x,
@@ -234,6 +245,7 @@ impl Scalar for Term {
         put(Node::Compare("==", self, other))
     }
 
+    #[inline(never)]
     fn select(mask: Self, yes: Self, no: Self) -> Self {
         if yes == no { yes } else { put(Node::Select(mask, yes, no)) }
     }
@@ -263,8 +275,8 @@ fn function(name: &str, most: usize, len: usize, round: Round<Term>) -> String {
     let outer = RECORD.replace(Record::new());
     let mut state: Vec<Term> = (0..len).map(Term::given).collect();
     let settled = round(&mut state);
-    let (test, holds) = statements(&[settled], |k| format!("s[{k}]"));
-    let (lines, results) = statements(&state, |k| format!("s[{k}]"));
+    let (test, holds) = statements(&[settled], &|k| format!("s[{k}]"));
+    let (lines, results) = statements(&state, &|k| format!("s[{k}]"));
     RECORD.replace(outer);
     let mut out = format!(
         "ITEM {name}(double *s) {{\n    for (int round = 0; round < {most}; round++) {{\n    {{\n{test}    \
@@ -286,7 +298,7 @@ pub(super) fn functions() -> Vec<String> {
 /// of what the kernel is given at a place; it is read where it is used first.
 pub(super) fn statements(
     results: &[Term],
-    given: impl Fn(usize) -> String,
+    given: &dyn Fn(usize) -> String,
 ) -> (String, Vec<String>) {
     RECORD.with_borrow(|record| {
         let nodes = &record.nodes;

@@ -1,7 +1,19 @@
-//! Ranks that are processes, on one machine or on several, by MPI.
+//! MPI processes, on one machine or on several, as the ranks of one `fem` simulation.
+//!
+//! This crate is apart from `fem` so that a build with MPI does not compile `fem` a second time. The
+//! crate is empty without its feature `mpi`, which needs an MPI library and libclang.
+//!
+//! ```no_run
+//! let ranks = fem_mpi::ranks()?;
+//! println!("process {} of {}", ranks.rank(), ranks.size());
+//! # Ok::<(), fem_mpi::MpiError>(())
+//! ```
+
+#![cfg(feature = "mpi")]
 
 use std::fmt;
 
+use fem::{Communicator, Ranks};
 use mpi::Threading;
 use mpi::datatype::PartitionMut;
 use mpi::environment::Universe;
@@ -9,15 +21,14 @@ use mpi::request::WaitGuard;
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::{Communicator as _, CommunicatorCollectives as _, Destination as _, Source as _};
 
-use super::communicator::Communicator;
-use super::ranks::Ranks;
-
-/// Why processes cannot speak by MPI.
+/// Why MPI cannot be started.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MpiError {
-    /// It can be started once in a process.
-    #[error("MPI was started before in this process: start it once, and clone its ranks")]
+    /// A process can start MPI once.
+    #[error(
+        "MPI was started before in this process: call `fem_mpi::ranks` once and clone its ranks"
+    )]
     StartedBefore,
     /// The library cannot be called from a thread other than the first.
     #[error(
@@ -41,23 +52,22 @@ impl fmt::Debug for Mpi {
     }
 }
 
-impl Ranks {
-    /// The processes of this run of `mpirun`; a process that was started otherwise is alone. MPI ends with
-    /// the last clone; a process that panics ends all of them.
-    ///
-    /// # Errors
-    /// [`MpiError`] for a second start, or a library without threads.
-    pub fn mpi() -> Result<Self, MpiError> {
-        // only one thread at a time calls it, but not always the first
-        let (universe, threading) =
-            mpi::initialize_with_threading(Threading::Serialized).ok_or(MpiError::StartedBefore)?;
-        if threading < Threading::Serialized {
-            return Err(MpiError::NoThreads);
-        }
-        let world = SimpleCommunicator::world();
-        let (rank, size) = (world.rank() as usize, world.size() as usize);
-        Ok(Self::new(Mpi { _universe: universe, rank, size }))
+/// The processes of this run of `mpirun`, or this process alone if no launcher has started it.
+///
+/// MPI ends when the last clone of the ranks is dropped. A process that panics ends all processes.
+///
+/// # Errors
+/// [`MpiError`] for a second call in one process, or for an MPI library without threads.
+pub fn ranks() -> Result<Ranks, MpiError> {
+    // one thread at a time calls MPI, but not always the first thread
+    let (universe, threading) =
+        mpi::initialize_with_threading(Threading::Serialized).ok_or(MpiError::StartedBefore)?;
+    if threading < Threading::Serialized {
+        return Err(MpiError::NoThreads);
     }
+    let world = SimpleCommunicator::world();
+    let (rank, size) = (world.rank() as usize, world.size() as usize);
+    Ok(Ranks::new(Mpi { _universe: universe, rank, size }))
 }
 
 /// The bytes of a message as MPI counts them.
