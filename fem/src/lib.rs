@@ -75,16 +75,25 @@
 #[cfg(feature = "bench-internals")]
 pub mod bench;
 mod boundary;
-mod device;
-mod element;
+// what is hidden is no part of the interface: fem/tests/operator looks into it
+#[doc(hidden)]
+#[allow(missing_debug_implementations)]
+pub mod device;
+#[doc(hidden)]
+#[allow(missing_debug_implementations)]
+pub mod element;
 mod ensemble;
 mod error;
 mod fields;
 mod file;
 mod image;
-mod material;
+#[doc(hidden)]
+#[allow(missing_debug_implementations)]
+pub mod material;
 mod mesh;
-mod operator;
+#[doc(hidden)]
+#[allow(missing_debug_implementations)]
+pub mod operator;
 mod parallel;
 mod problem;
 mod solve;

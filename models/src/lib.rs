@@ -19,56 +19,44 @@
 //!
 //! From the ground up; an import goes down only, and no two files import each other.
 //!
-//! 1. `error`, `table`, `progress`: mistakes in files, small tables, bars
-//! 2. `experiment`, `qoi`: specimens with their curves, quantities of interest
-//! 3. `curve_check`: what a look at a measured curve shows
-//! 4. `case`: the TOML case, with fem's own types where they are the same
-//! 5. `virtual_specimen`: specimens with a known truth
-//! 6. `fracture`, `hyperelastic`, `tension`: calibration models, each the pattern that a user copies
-//! 7. `coverage`, `budget`, `predicted_curve`: whether intervals hold what they promise, what widens them, and the
-//!    curves that they predict
-//! 8. `further_test`: what would make them narrower
-//! 9. `report`: figures and the page; knows results, not the workflow
-//! 10. `workflow`: stages, one row of a table each, whose inputs are what they read
-//! 11. `study`: beyond one process and one case: several calibrations, jobs of a cluster
+//! 1. `progress`: progress bars
+//! 2. `case`: the TOML case, with fem's own types where they are the same
+//! 3. `virtual_specimen`: specimens with a known truth
+//! 4. `coverage`: whether intervals hold what they promise
+//! 5. `report`: figures and the page; knows results, not the workflow
+//! 6. `workflow`: stages, one row of a table each, whose inputs are what they read
+//! 7. `study`: beyond one process and one case: several calibrations, jobs of a cluster
+//!
+//! Below these is the crate [`breccia_calibration`]: curves, quantities of interest and calibration models.
 
-mod budget;
 mod case;
 mod coverage;
-mod curve_check;
-mod error;
-mod experiment;
-mod fracture;
-mod further_test;
-pub mod hyperelastic;
-mod predicted_curve;
 mod progress;
-mod qoi;
 pub mod report;
 mod study;
-mod table;
-pub mod tension;
 mod virtual_specimen;
 mod workflow;
 
+pub use breccia_calibration::{
+    Belief, Calibration, CalibrationError, Evidence, Expected, FurtherTest, FurtherTestError, Goal,
+    Groups, InputError, MaterialParameter, Needed, Pooling, Population, Property, QoiError, Qois,
+    Quantity, Specimen, SpecimenTable, Specimens, TestAtDraw, TestCurve, TestGroup, Trend,
+    calibrate, calibrate_after, calibrate_groups, calibration, calibration_on,
+    calibration_over_groups, hyperelastic, tension,
+};
+use breccia_calibration::{
+    budget, curve_check, error, experiment, fracture, further_test, parameter, predicted_curve,
+    qoi, table,
+};
 pub use case::{
     AdaptiveCase, ArcLengthCase, ByParameter, CalibrationCase, CandidateCase, Case, CaseFile,
     ConditionsCase, ConfirmCase, DesignCase, DiscrepancyCase, ExperimentsCase, ExtendCase,
-    FidelityCase, FurtherTestsCase, ImageCase, LevelCase, Likelihood, MaterialCase,
-    MaterialParameter, MeasureCase, Microstructure, NoiseCase, OutputCase, PrescribeCase,
-    PriorBounds, PriorCase, Property, QoiCase, SequentialCase, SpecimenCase, SpecimenGeometry,
-    SurrogateCase, TestCase, Toe, TractionCase, VirtualCase,
+    FidelityCase, FurtherTestsCase, ImageCase, LevelCase, Likelihood, MaterialCase, MeasureCase,
+    Microstructure, NoiseCase, OutputCase, PrescribeCase, PriorBounds, PriorCase, QoiCase,
+    SequentialCase, SpecimenCase, SpecimenGeometry, SurrogateCase, TestCase, Toe, TractionCase,
+    VirtualCase,
 };
 pub use coverage::{CoverageRow, CoverageStudy, Emulated, KnownStiffness, Laboratory, Setting};
-pub use error::InputError;
-pub use experiment::{Specimen, SpecimenTable, TestCurve};
-pub use fracture::{
-    Calibration, CalibrationError, Evidence, Groups, Pooling, Population, Specimens, TestGroup,
-    Trend, calibrate, calibrate_after, calibrate_groups, calibration, calibration_on,
-    calibration_over_groups,
-};
-pub use further_test::{Belief, Expected, FurtherTest, FurtherTestError, Goal, Needed, TestAtDraw};
-pub use qoi::{QoiError, Qois, Quantity};
 pub use study::{
     PartStatus, Reference, SlurmError, SlurmJobs, Study, StudyCase, StudyFile, StudyJob,
     StudyLaboratory, StudyPart, StudySetting, Submitted, study_status,

@@ -9,7 +9,7 @@ use super::compute_device::ComputeDevice;
 use super::machine::{Argument, DeviceError, Memory};
 
 /// Numbers in the memory of a device.
-pub(crate) struct Array<T> {
+pub struct Array<T> {
     memory: Box<dyn Memory>,
     len: usize,
     numbers: PhantomData<T>,
@@ -22,29 +22,29 @@ impl<T> fmt::Debug for Array<T> {
 }
 
 impl<T: Pod + Zeroable> Array<T> {
-    pub(crate) fn zeros(device: &ComputeDevice, len: usize) -> Result<Self, DeviceError> {
+    pub fn zeros(device: &ComputeDevice, len: usize) -> Result<Self, DeviceError> {
         // no device gives out nothing
         let memory = device.allocate(len.max(1) * size_of::<T>())?;
         Ok(Self { memory, len, numbers: PhantomData })
     }
 
     /// An array that nobody can use.
-    pub(crate) fn lost(len: usize) -> Self {
+    pub fn lost(len: usize) -> Self {
         Self { memory: Box::new(Lost), len, numbers: PhantomData }
     }
 
-    pub(crate) fn of(device: &ComputeDevice, numbers: &[T]) -> Result<Self, DeviceError> {
+    pub fn of(device: &ComputeDevice, numbers: &[T]) -> Result<Self, DeviceError> {
         let mut array = Self::zeros(device, numbers.len())?;
         array.write(0, numbers)?;
         Ok(array)
     }
 
-    pub(crate) fn len(&self) -> usize {
+    pub fn len(&self) -> usize {
         self.len
     }
 
     /// Copies numbers to a place.
-    pub(crate) fn write(&mut self, at: usize, numbers: &[T]) -> Result<(), DeviceError> {
+    pub fn write(&mut self, at: usize, numbers: &[T]) -> Result<(), DeviceError> {
         assert!(at + numbers.len() <= self.len, "the numbers fit into the array");
         if numbers.is_empty() {
             return Ok(());
@@ -53,7 +53,7 @@ impl<T: Pod + Zeroable> Array<T> {
     }
 
     /// Copies the first numbers back.
-    pub(crate) fn read(&self, numbers: &mut [T]) -> Result<(), DeviceError> {
+    pub fn read(&self, numbers: &mut [T]) -> Result<(), DeviceError> {
         assert!(numbers.len() <= self.len, "as many numbers as the array has");
         if numbers.is_empty() {
             return Ok(());
@@ -61,7 +61,7 @@ impl<T: Pod + Zeroable> Array<T> {
         self.memory.read(bytemuck::cast_slice_mut(numbers))
     }
 
-    pub(crate) fn argument(&self) -> Argument<'_> {
+    pub fn argument(&self) -> Argument<'_> {
         Argument::Memory(self.memory.as_ref())
     }
 }

@@ -41,7 +41,7 @@ impl ComputeDevice {
         Host::new().map(Self::with)
     }
 
-    pub(super) fn with(device: impl Device + 'static) -> Self {
+    pub fn with(device: impl Device + 'static) -> Self {
         Self { device: Arc::new(device), programs: Arc::default() }
     }
 
@@ -51,12 +51,12 @@ impl ComputeDevice {
     }
 
     /// So many bytes of memory, all zero.
-    pub(super) fn allocate(&self, bytes: usize) -> Result<Box<dyn Memory>, DeviceError> {
+    pub fn allocate(&self, bytes: usize) -> Result<Box<dyn Memory>, DeviceError> {
         self.device.allocate(bytes)
     }
 
     /// Kernels, which are compiled once.
-    pub(crate) fn compile(&self, kernels: &[Kernel]) -> Result<Arc<dyn Program>, DeviceError> {
+    pub fn compile(&self, kernels: &[Kernel]) -> Result<Arc<dyn Program>, DeviceError> {
         let text = source(kernels);
         let mut programs = self.programs.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(program) = programs.get(&text) {

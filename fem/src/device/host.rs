@@ -14,7 +14,7 @@ use super::machine::{Argument, Device, DeviceError, Memory, Program};
 
 /// The C compiler of this machine.
 #[derive(Debug)]
-pub(super) struct Host {
+pub struct Host {
     compiler: String,
 }
 
@@ -23,7 +23,7 @@ const ITEMS: usize = 4096;
 
 impl Host {
     /// The compiler named by `CC`, or `cc`.
-    pub(super) fn new() -> Result<Self, DeviceError> {
+    pub fn new() -> Result<Self, DeviceError> {
         let compiler = std::env::var("CC").unwrap_or_else(|_| "cc".into());
         match Command::new(&compiler).arg("--version").output() {
             Ok(output) if output.status.success() => Ok(Self { compiler }),

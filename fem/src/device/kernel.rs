@@ -2,18 +2,18 @@
 
 /// A kernel: what is done for one item of many.
 #[derive(Clone, Debug)]
-pub(crate) struct Kernel {
-    pub(crate) name: String,
+pub struct Kernel {
+    pub name: String,
     /// C types and names: pointers, `index` and `double`.
-    pub(crate) parameters: Vec<(&'static str, String)>,
+    pub parameters: Vec<(&'static str, String)>,
     /// Statements of C, with the number of the item in `at`.
-    pub(crate) body: String,
+    pub body: String,
     /// Functions of C that they call; those of several kernels that are the same stand once.
-    pub(crate) functions: Vec<String>,
+    pub functions: Vec<String>,
 }
 
 impl Kernel {
-    pub(crate) fn new(
+    pub fn new(
         name: impl Into<String>,
         parameters: &[(&'static str, &str)],
         body: impl Into<String>,
@@ -23,7 +23,7 @@ impl Kernel {
     }
 
     /// The same with functions that it calls.
-    pub(crate) fn calling(self, functions: Vec<String>) -> Self {
+    pub fn calling(self, functions: Vec<String>) -> Self {
         Self { functions, ..self }
     }
 }
@@ -42,7 +42,7 @@ typedef unsigned long long index;
 
 /// The source of kernels. On a card each is an entry of its name, whose items are threads; on the host a
 /// function that runs the items from `first` to `last` with pointers to its arguments.
-pub(crate) fn source(kernels: &[Kernel]) -> String {
+pub fn source(kernels: &[Kernel]) -> String {
     let mut out = String::from(PRELUDE);
     let mut functions: Vec<&String> = kernels.iter().flat_map(|k| &k.functions).collect();
     functions.sort_unstable();

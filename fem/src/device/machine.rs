@@ -8,10 +8,10 @@ use super::kernel::Kernel;
 /// What went wrong on a device, in words.
 #[derive(Clone, Debug, thiserror::Error)]
 #[error("{0}")]
-pub struct DeviceError(pub(crate) String);
+pub struct DeviceError(pub String);
 
 /// A machine with memory of its own that runs kernels in the order in which they are launched.
-pub(crate) trait Device: fmt::Debug + Send + Sync {
+pub trait Device: fmt::Debug + Send + Sync {
     /// What it calls itself.
     fn name(&self) -> String;
 
@@ -23,7 +23,7 @@ pub(crate) trait Device: fmt::Debug + Send + Sync {
 }
 
 /// Memory of a device, given back when it is dropped.
-pub(crate) trait Memory: Any + fmt::Debug + Send {
+pub trait Memory: Any + fmt::Debug + Send {
     /// Copies bytes to a place.
     fn write(&mut self, at: usize, bytes: &[u8]) -> Result<(), DeviceError>;
 
@@ -32,7 +32,7 @@ pub(crate) trait Memory: Any + fmt::Debug + Send {
 }
 
 /// Compiled kernels.
-pub(crate) trait Program: fmt::Debug + Send + Sync {
+pub trait Program: fmt::Debug + Send + Sync {
     /// Runs a kernel for so many items.
     fn launch(
         &self,
@@ -44,7 +44,7 @@ pub(crate) trait Program: fmt::Debug + Send + Sync {
 
 /// What a kernel is given; each has the type of its parameter.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Argument<'a> {
+pub enum Argument<'a> {
     /// A pointer.
     Memory(&'a dyn Memory),
     /// `index`.

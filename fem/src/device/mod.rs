@@ -13,12 +13,8 @@ mod host;
 mod kernel;
 mod machine;
 
-pub(crate) use array::Array;
+pub use array::Array;
 pub use compute_device::ComputeDevice;
-pub(crate) use kernel::Kernel;
-pub use machine::DeviceError;
-pub(crate) use machine::{Argument, Program};
-
-#[cfg(test)]
-#[path = "../../tests/unit/device.rs"]
-pub(crate) mod tests;
+pub use host::Host;
+pub use kernel::{Kernel, source};
+pub use machine::{Argument, Device, DeviceError, Memory, Program};

@@ -28,7 +28,7 @@ pub struct PointValues {
 
 /// The geometry of a problem, whatever the element: what boundary conditions, solvers and results
 /// need to know of a space.
-pub(crate) trait Domain {
+pub trait Domain {
     /// Number of elements.
     fn tets(&self) -> usize;
 

@@ -4,23 +4,23 @@ use nalgebra::Vector3;
 
 /// Gradients of the barycentric coordinates at a point.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Geometry<T> {
+pub struct Geometry<T> {
     /// ∇λ_k for k = 1 … 3, 1/mm.
-    pub(crate) barycentric: [[T; 3]; 3],
+    pub barycentric: [[T; 3]; 3],
     /// The volume that the element would have if it were the same everywhere, mm³.
-    pub(crate) volume: T,
+    pub volume: T,
 }
 
 impl Geometry<f64> {
     /// Of a straight element with these vertices, the first four nodes.
-    pub(crate) fn straight(x: &[[f64; 3]]) -> Self {
+    pub fn straight(x: &[[f64; 3]]) -> Self {
         let edge = |k: usize| Vector3::from(x[k]) - Vector3::from(x[0]);
         Self::along([edge(1), edge(2), edge(3)])
     }
 
     /// At the point of an element where the shape functions of its nodes have these slopes,
     /// ∂N_a/∂λ_k: the map x = Σ N_a x_a has the columns ∂x/∂λ_k − ∂x/∂λ₀.
-    pub(crate) fn of<const N: usize>(x: &[[f64; 3]; N], slopes: &[[f64; 4]; N]) -> Self {
+    pub fn of<const N: usize>(x: &[[f64; 3]; N], slopes: &[[f64; 4]; N]) -> Self {
         Self::along([1, 2, 3].map(|k| {
             let columns = x.iter().zip(slopes).map(|(x, s)| Vector3::from(*x) * (s[k] - s[0]));
             columns.sum()

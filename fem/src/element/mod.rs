@@ -11,8 +11,8 @@ mod triangle;
 pub use domain::PointValues;
 pub use tetrahedron::Order;
 
-pub(crate) use domain::Domain;
-pub(crate) use geometry::Geometry;
-pub(crate) use rule::{DamageRule, Rule};
-pub(crate) use space::Space;
-pub(crate) use tetrahedron::{Linear, Quadratic, Tetrahedron};
+pub use domain::Domain;
+pub use geometry::Geometry;
+pub use rule::{DamageRule, Rule};
+pub use space::Space;
+pub use tetrahedron::{Linear, Quadratic, Tetrahedron};

@@ -2,25 +2,25 @@
 
 /// A point in barycentric coordinates, with its share of the volume.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct QuadraturePoint {
-    pub(crate) at: [f64; 4],
-    pub(crate) weight: f64,
+pub(super) struct QuadraturePoint {
+    pub at: [f64; 4],
+    pub weight: f64,
 }
 
 /// The centroid: exact to degree 1.
-pub(crate) fn one() -> Vec<QuadraturePoint> {
+pub(super) fn one() -> Vec<QuadraturePoint> {
     vec![QuadraturePoint { at: [0.25; 4], weight: 1.0 }]
 }
 
 /// Four points, (5 ± √5 …)/20: exact to degree 2. Point k is the one next to vertex k.
-pub(crate) fn four() -> Vec<QuadraturePoint> {
+pub(super) fn four() -> Vec<QuadraturePoint> {
     let far = (5.0 - 5f64.sqrt()) / 20.0;
     corners(far, 0.25)
 }
 
 /// Eleven points, the centroid with a negative weight: exact to degree 4 (Keast, Comput. Methods
 /// Appl. Mech. Engrg. 55 (1986) 339, doi:10.1016/0045-7825(86)90059-9).
-pub(crate) fn eleven() -> Vec<QuadraturePoint> {
+pub(super) fn eleven() -> Vec<QuadraturePoint> {
     let mut points = vec![QuadraturePoint { at: [0.25; 4], weight: -148.0 / 1875.0 }];
     points.extend(corners(1.0 / 14.0, 343.0 / 7500.0));
     points.extend(edges(0.25 * (1.0 - (5.0f64 / 14.0).sqrt()), 56.0 / 375.0));
@@ -29,7 +29,7 @@ pub(crate) fn eleven() -> Vec<QuadraturePoint> {
 
 /// Fourteen points with positive weights: exact to degree 5 (Walkington, Quadrature on simplices
 /// of arbitrary dimension, Carnegie Mellon 2000).
-pub(crate) fn fourteen() -> Vec<QuadraturePoint> {
+pub(super) fn fourteen() -> Vec<QuadraturePoint> {
     let mut points = corners(0.310_885_919_263_300_6, 0.112_687_925_718_015_85);
     points.extend(corners(0.092_735_250_310_891_22, 0.073_493_043_116_361_96));
     points.extend(edges(0.045_503_704_125_649_65, 0.042_546_020_777_081_466));

@@ -5,7 +5,7 @@ use super::tetrahedron::{Linear, Quadratic, Tetrahedron};
 
 /// The choice of damage points, after the automatic one has been settled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum DamageRule {
+pub enum DamageRule {
     /// No damage anywhere.
     Absent,
     /// At the nodes.
@@ -22,40 +22,40 @@ pub(crate) enum DamageRule {
 /// driven by Σ_q w_q C_qp ψ⁺_q, so that both are derivatives of one energy. Σ_p C_qp = 1 and
 /// Σ_q w_q C_qp = w_p: a uniform state is integrated exactly.
 #[derive(Clone, Debug)]
-pub(crate) struct Rule {
+pub struct Rule {
     /// Nodes of the element.
-    pub(crate) nodes: usize,
-    pub(crate) points: Vec<ElasticPoint>,
-    pub(crate) damage: Vec<DamagePoint>,
+    pub nodes: usize,
+    pub points: Vec<ElasticPoint>,
+    pub damage: Vec<DamagePoint>,
     /// C, by elastic point.
-    pub(crate) mixing: Vec<Vec<f64>>,
+    pub mixing: Vec<Vec<f64>>,
     /// Whether all damage points have the same weight and are driven alike.
-    pub(crate) alike: bool,
+    pub alike: bool,
 }
 
 /// Where the elastic terms are evaluated.
 #[derive(Clone, Debug)]
-pub(crate) struct ElasticPoint {
+pub struct ElasticPoint {
     /// λ.
-    pub(crate) at: [f64; 4],
+    pub at: [f64; 4],
     /// Share of the volume.
-    pub(crate) weight: f64,
+    pub weight: f64,
     /// ∂N_a/∂λ_k − ∂N_a/∂λ₀ for k = 1 … 3, by node.
-    pub(crate) slopes: Vec<[f64; 3]>,
+    pub slopes: Vec<[f64; 3]>,
 }
 
 /// Where the local damage terms are evaluated.
 #[derive(Clone, Debug)]
-pub(crate) struct DamagePoint {
+pub struct DamagePoint {
     /// N_a there.
-    pub(crate) shape: Vec<f64>,
+    pub shape: Vec<f64>,
     /// Share of the volume.
-    pub(crate) weight: f64,
+    pub weight: f64,
 }
 
 impl Rule {
     /// The rule of element type `T`.
-    pub(crate) fn new<const N: usize, T: Tetrahedron<N>>(rule: DamageRule) -> Self {
+    pub fn new<const N: usize, T: Tetrahedron<N>>(rule: DamageRule) -> Self {
         let quadratic = !T::EDGES.is_empty();
         let mut elastic = if quadratic { four() } else { one() };
         let (damage, mixing) = match (rule, quadratic) {
@@ -90,7 +90,7 @@ impl Rule {
     }
 
     /// The same points with the linear functions of the vertices.
-    pub(crate) fn linear(&self) -> Self {
+    pub fn linear(&self) -> Self {
         let slopes = Linear::slopes([0.25; 4]).map(|d| [d[1] - d[0], d[2] - d[0], d[3] - d[0]]);
         let mut rule = self.clone();
         rule.nodes = 4;
@@ -107,7 +107,7 @@ impl Rule {
 }
 
 /// ∫ N_a dV / V.
-pub(crate) fn mean_values<const N: usize, T: Tetrahedron<N>>() -> [f64; N] {
+pub(super) fn mean_values<const N: usize, T: Tetrahedron<N>>() -> [f64; N] {
     let mut mean = [0.0; N];
     for q in four() {
         let values = T::values(q.at);

@@ -10,18 +10,18 @@ use crate::parallel::Part;
 
 /// Equal-order Lagrange space for displacement and damage; `N` nodes an element.
 #[derive(Clone, Debug)]
-pub(crate) struct Space<const N: usize> {
+pub struct Space<const N: usize> {
     /// Reference positions, mm: the mesh's nodes, then those on its edges (P2).
-    pub(crate) nodes: Vec<[f64; 3]>,
-    pub(crate) tets: Vec<[u32; N]>,
-    pub(crate) region: Vec<u16>,
-    pub(crate) rule: Rule,
+    pub nodes: Vec<[f64; 3]>,
+    pub tets: Vec<[u32; N]>,
+    pub region: Vec<u16>,
+    pub rule: Rule,
     /// ∫ N_a dV / V of a straight element.
-    pub(crate) mean_value: [f64; N],
+    pub mean_value: [f64; N],
     /// N_a(λ) of the element type.
-    pub(crate) values: fn([f64; 4]) -> [f64; N],
+    pub values: fn([f64; 4]) -> [f64; N],
     /// ∂N_a/∂λ_k of the element type.
-    pub(crate) slopes: fn([f64; 4]) -> [[f64; 4]; N],
+    pub slopes: fn([f64; 4]) -> [[f64; 4]; N],
     midpoints: BTreeMap<[u32; 2], u32>,
     /// One of each straight element, those of the elastic points of each curved one.
     geometry: Vec<Geometry<f64>>,
@@ -33,7 +33,7 @@ pub(crate) struct Space<const N: usize> {
 
 impl<const N: usize> Space<N> {
     /// Raises a sound mesh to element type `T`, with its curved edges if the type has nodes there.
-    pub(crate) fn new<T: Tetrahedron<N>>(mesh: &TetMesh, damage: DamageRule) -> Self {
+    pub fn new<T: Tetrahedron<N>>(mesh: &TetMesh, damage: DamageRule) -> Self {
         let bent: BTreeMap<_, _> = mesh.edge_points.iter().copied().collect();
         let mut nodes = mesh.nodes.clone();
         let mut midpoints = BTreeMap::new();
@@ -87,7 +87,7 @@ impl<const N: usize> Space<N> {
     }
 
     /// The elements of a part of the mesh on its nodes.
-    pub(crate) fn part(&self, part: &Part) -> Self {
+    pub fn part(&self, part: &Part) -> Self {
         let local = part.local();
         let here =
             |tet: &[u32; N]| tet.map(|n| local(n).expect("a part has the nodes of its elements"));
@@ -116,29 +116,29 @@ impl<const N: usize> Space<N> {
     /// Where the gradients of an element are taken: at its elastic points, one for all if it is
     /// straight.
     #[inline(always)]
-    pub(crate) fn geometry(&self, tet: usize) -> &[Geometry<f64>] {
+    pub fn geometry(&self, tet: usize) -> &[Geometry<f64>] {
         &self.geometry[self.first[tet] as usize..self.first[tet + 1] as usize]
     }
 
     /// Whether an element has curved edges.
     #[inline(always)]
-    pub(crate) fn is_curved(&self, tet: usize) -> bool {
+    pub fn is_curved(&self, tet: usize) -> bool {
         self.first[tet + 1] - self.first[tet] > 1
     }
 
     /// Share of an element of the matrix that is grain.
     #[inline(always)]
-    pub(crate) fn fraction(&self, tet: usize) -> f64 {
+    pub fn fraction(&self, tet: usize) -> f64 {
         self.fraction.get(tet).copied().unwrap_or(0.0)
     }
 
     /// Whether an element is a mixture of matrix and grain.
-    pub(crate) fn has_mixtures(&self) -> bool {
+    pub fn has_mixtures(&self) -> bool {
         self.fraction.iter().any(|&fraction| fraction > 0.0)
     }
 
     /// Volume as the elastic points integrate it, mm³.
-    pub(crate) fn volume(&self, tet: usize) -> f64 {
+    pub fn volume(&self, tet: usize) -> f64 {
         match self.geometry(tet) {
             [one] => one.volume,
             points => points.iter().zip(&self.rule.points).map(|(g, q)| q.weight * g.volume).sum(),
@@ -146,7 +146,7 @@ impl<const N: usize> Space<N> {
     }
 
     /// The nodes on a set of triangles, in increasing order.
-    pub(crate) fn nodes_on(&self, triangles: &[[u32; 3]]) -> Vec<u32> {
+    pub fn nodes_on(&self, triangles: &[[u32; 3]]) -> Vec<u32> {
         let mut on = BTreeSet::new();
         for &[a, b, c] in triangles {
             on.extend([a, b, c]);
@@ -158,7 +158,7 @@ impl<const N: usize> Space<N> {
     }
 
     /// The node on an edge, if the elements have one.
-    pub(crate) fn midpoint(&self, i: u32, j: u32) -> Option<u32> {
+    pub fn midpoint(&self, i: u32, j: u32) -> Option<u32> {
         self.midpoints.get(&edge_key(i, j)).copied()
     }
 }

@@ -36,7 +36,7 @@ impl TryFrom<u8> for Order {
 }
 
 /// A Lagrange tetrahedron with `N` nodes: the vertices, then the midpoints of [`EDGES`](Self::EDGES).
-pub(crate) trait Tetrahedron<const N: usize> {
+pub trait Tetrahedron<const N: usize> {
     /// The edges that carry a node, as pairs of vertices.
     const EDGES: &'static [[usize; 2]];
 
@@ -48,10 +48,10 @@ pub(crate) trait Tetrahedron<const N: usize> {
 }
 
 /// P1.
-pub(crate) struct Linear;
+pub struct Linear;
 
 /// P2.
-pub(crate) struct Quadratic;
+pub struct Quadratic;
 
 impl Tetrahedron<4> for Linear {
     const EDGES: &'static [[usize; 2]] = &[];

@@ -26,7 +26,7 @@ pub enum CrackDensity {
 
 impl CrackDensity {
     /// c₀, which makes the crack energy per area equal to the toughness.
-    pub(crate) fn normaliser(self) -> f64 {
+    pub fn normaliser(self) -> f64 {
         match self {
             CrackDensity::At2 => 2.0,
             CrackDensity::At1 => 8.0 / 3.0,
@@ -35,7 +35,7 @@ impl CrackDensity {
 
     /// α(φ), α′(φ), α″(φ).
     #[inline(always)]
-    pub(crate) fn local<T: Scalar>(self, phi: T) -> [T; 3] {
+    pub fn local<T: Scalar>(self, phi: T) -> [T; 3] {
         match self {
             CrackDensity::At2 => [phi * phi, phi + phi, phi.constant(2.0)],
             CrackDensity::At1 => [phi, phi.constant(1.0), phi.constant(0.0)],

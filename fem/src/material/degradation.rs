@@ -4,15 +4,15 @@ use super::scalar::Scalar;
 
 /// g(φ) = (1 − η)(1 − φ)² + η, with the residual stiffness η.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Degradation<T> {
+pub struct Degradation<T> {
     /// 1 − η; zero where nothing can be damaged.
-    pub(crate) soft: T,
+    pub soft: T,
 }
 
 impl<T: Scalar> Degradation<T> {
     /// g(φ).
     #[inline(always)]
-    pub(crate) fn value(&self, phi: T) -> T {
+    pub fn value(&self, phi: T) -> T {
         let one = phi.constant(1.0);
         let sound = one - phi;
         self.soft.mul_add(sound * sound, one - self.soft)
@@ -20,13 +20,13 @@ impl<T: Scalar> Degradation<T> {
 
     /// g′(φ).
     #[inline(always)]
-    pub(crate) fn slope(&self, phi: T) -> T {
+    pub fn slope(&self, phi: T) -> T {
         self.soft * (phi + phi - phi.constant(2.0))
     }
 
     /// g″, a constant.
     #[inline(always)]
-    pub(crate) fn curvature(&self) -> T {
+    pub fn curvature(&self) -> T {
         self.soft + self.soft
     }
 }

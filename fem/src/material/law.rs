@@ -67,18 +67,18 @@ pub(super) fn check_moduli(entity: &str, young: f64, poisson: f64) -> Result<(),
 
 /// Bulk and shear modulus, MPa.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Moduli {
-    pub(crate) bulk: f64,
-    pub(crate) shear: f64,
+pub struct Moduli {
+    pub bulk: f64,
+    pub shear: f64,
 }
 
 impl Moduli {
-    pub(crate) fn new(young: f64, poisson: f64) -> Self {
+    pub fn new(young: f64, poisson: f64) -> Self {
         Self { bulk: young / (3.0 * (1.0 - 2.0 * poisson)), shear: young / (2.0 * (1.0 + poisson)) }
     }
 
     /// Young's modulus.
-    pub(crate) fn young(&self) -> f64 {
+    pub fn young(&self) -> f64 {
         9.0 * self.bulk * self.shear / (3.0 * self.bulk + self.shear)
     }
 }

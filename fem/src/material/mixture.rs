@@ -33,7 +33,7 @@ pub enum Homogenisation {
 }
 
 /// Fraction of grain above which a mixture has no damage.
-pub(crate) const MOST_GRAIN: f64 = 0.9;
+pub const MOST_GRAIN: f64 = 0.9;
 
 /// A modulus M as a function of what damage leaves of the stiffness, g.
 #[derive(Clone, Copy, Debug)]
@@ -76,12 +76,12 @@ impl<T: Scalar> Modulus<T> {
 
 /// A mixture, with the bulk and the shear modulus of its phases.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct MixedPhases<T> {
-    pub(crate) rule: Homogenisation,
-    pub(crate) matrix: [T; 2],
-    pub(crate) grain: [T; 2],
+pub struct MixedPhases<T> {
+    pub rule: Homogenisation,
+    pub matrix: [T; 2],
+    pub grain: [T; 2],
     /// f.
-    pub(crate) fraction: T,
+    pub fraction: T,
 }
 
 impl<T: Scalar> MixedPhases<T> {
@@ -94,7 +94,7 @@ impl<T: Scalar> MixedPhases<T> {
 
     /// The same for g = 1.
     #[inline(always)]
-    pub(crate) fn whole(&self) -> [T; 2] {
+    pub fn whole(&self) -> [T; 2] {
         let [bulk, shear] = self.ratios(self.fraction.constant(1.0));
         [bulk.value, shear.value]
     }

@@ -119,7 +119,7 @@ impl Material {
     }
 
     /// The form that the integration points use.
-    pub(crate) fn at_point(&self, phase_field: Option<&PhaseField>) -> PointMaterial {
+    pub fn at_point(&self, phase_field: Option<&PhaseField>) -> PointMaterial {
         let damage = phase_field.zip(self.fracture).map(|(field, fracture)| {
             let c0 = field.model.normaliser();
             Damage {

@@ -122,7 +122,7 @@ impl PhaseField {
     }
 
     /// Whether displacement and damage make one energy stationary.
-    pub(crate) fn is_variational(&self) -> bool {
+    pub fn is_variational(&self) -> bool {
         self.irreversibility != Irreversibility::History
             && (!self.hybrid || self.split == Split::None)
     }

@@ -11,57 +11,57 @@ use super::{hencky, neo_hookean};
 
 /// One region's constants.
 #[derive(Clone, Debug)]
-pub(crate) struct PointMaterial {
-    pub(crate) elasticity: Elasticity,
-    pub(crate) moduli: Moduli,
+pub struct PointMaterial {
+    pub elasticity: Elasticity,
+    pub moduli: Moduli,
     /// `None`: elastic.
-    pub(crate) damage: Option<Damage>,
+    pub damage: Option<Damage>,
 }
 
 /// The damage constants of a region.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Damage {
-    pub(crate) degraded: Degraded,
-    pub(crate) density: CrackDensity,
+pub struct Damage {
+    pub degraded: Degraded,
+    pub density: CrackDensity,
     /// η.
-    pub(crate) residual: f64,
+    pub residual: f64,
     /// Gc/(c₀ ℓ₀), MPa.
-    pub(crate) local: f64,
+    pub local: f64,
     /// Gc ℓ₀/c₀, N.
-    pub(crate) gradient: f64,
+    pub gradient: f64,
     /// ξ, MPa s.
-    pub(crate) viscosity: f64,
+    pub viscosity: f64,
 }
 
 /// What damage degrades, the same in all regions.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Degraded {
-    pub(crate) split: Split,
+pub struct Degraded {
+    pub split: Split,
     /// Whether the split concerns the driving energy only.
-    pub(crate) hybrid: bool,
+    pub hybrid: bool,
 }
 
 impl Degraded {
     /// All of the energy, or none where nothing can be damaged.
-    pub(crate) const ALL: Self = Self { split: Split::None, hybrid: false };
+    pub const ALL: Self = Self { split: Split::None, hybrid: false };
 }
 
 /// A law whose derivatives are written out, over any scalar.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Formula {
+pub enum Formula {
     Hencky,
     NeoHookean,
 }
 
 /// Such a law with its bulk and shear modulus.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct FormulaLaw<T> {
-    pub(crate) formula: Formula,
-    pub(crate) degraded: Degraded,
+pub struct FormulaLaw<T> {
+    pub formula: Formula,
+    pub degraded: Degraded,
     /// Without damage.
-    pub(crate) moduli: [T; 2],
+    pub moduli: [T; 2],
     /// What they are a mixture of, for Hencky's law; `None`: damage degrades them as a whole.
-    pub(crate) phases: Option<MixedPhases<T>>,
+    pub phases: Option<MixedPhases<T>>,
 }
 
 impl<T: Scalar> FormulaLaw<T> {
@@ -99,7 +99,7 @@ impl<T: Scalar> Law<T> for FormulaLaw<T> {
 
 impl PointMaterial {
     /// The formula of its law, if it has one.
-    pub(crate) fn formula(&self) -> Option<Formula> {
+    pub fn formula(&self) -> Option<Formula> {
         match self.elasticity {
             Elasticity::Hencky { .. } => Some(Formula::Hencky),
             Elasticity::NeoHookean { .. } => Some(Formula::NeoHookean),
@@ -133,7 +133,7 @@ impl Law<f64> for PointMaterial {
 /// Where all have one formula it is evaluated for all at once; laws of the user and mixed ones go
 /// lane by lane.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct LaneLaw<'a, T> {
+pub struct LaneLaw<'a, T> {
     formula: Option<FormulaLaw<T>>,
     materials: [&'a PointMaterial; POINTS],
 }
@@ -142,7 +142,7 @@ impl<'a, T: Lanes> LaneLaw<'a, T> {
     /// The laws of the materials of each lane with these moduli, of mixtures with these phases;
     /// `formula` if all materials of the mesh have one, which mixtures need.
     #[inline(always)]
-    pub(crate) fn new(
+    pub fn new(
         formula: Option<Formula>,
         degraded: Degraded,
         mut moduli: [T; 2],
@@ -165,8 +165,7 @@ impl<'a, T: Lanes> LaneLaw<'a, T> {
     }
 
     /// The formula that all lanes have.
-    #[cfg(test)]
-    pub(crate) fn formula(&self) -> Option<FormulaLaw<T>> {
+    pub fn formula(&self) -> Option<FormulaLaw<T>> {
         self.formula
     }
 }

@@ -8,30 +8,30 @@ use super::scalar::{Scalar, dot};
 
 /// The deformation at a point, turned into the eigenvectors of b = F Fᵀ.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Principal<T> {
-    pub(crate) strains: Strains<T>,
+pub struct Principal<T> {
+    pub strains: Strains<T>,
     /// The eigenvectors n_i: `basis[k][i]` is component k of number i.
-    pub(crate) basis: [[T; 3]; 3],
+    pub basis: [[T; 3]; 3],
     /// Qᵀ F⁻ᵀ: takes a reference gradient to the spatial one, in the basis n_i.
-    pub(crate) push: [[T; 3]; 3],
+    pub push: [[T; 3]; 3],
     /// One; zero where det F is not a positive number, and the strains are put to rest.
-    pub(crate) sound: T,
+    pub sound: T,
 }
 
 /// The principal strains in the forms that laws are written in.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Strains<T> {
+pub struct Strains<T> {
     /// ε_i = ½ log(1 + w_i).
-    pub(crate) log: [T; 3],
+    pub log: [T; 3],
     /// w_i = λ_i² − 1, the eigenvalues of b − I.
-    pub(crate) excess: [T; 3],
+    pub excess: [T; 3],
     /// x coth x of x = ε_i − ε_j, at the third index.
-    pub(crate) coth: [T; 3],
+    pub coth: [T; 3],
 }
 
 /// det F ≤ 0, or not a number.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Inverted;
+pub struct Inverted;
 
 impl<T: Scalar> Strains<T> {
     /// The strains of eigenvalues of b − I.
@@ -69,7 +69,7 @@ impl<T: Scalar> Strains<T> {
 impl<T: Scalar> Principal<T> {
     /// Principal logarithmic strains of F = I + H.
     #[inline(always)]
-    pub(crate) fn new(h: &[[T; 3]; 3]) -> Self {
+    pub fn new(h: &[[T; 3]; 3]) -> Self {
         let zero = h[0][0].constant(0.0);
         let one = zero.constant(1.0);
         let mut f = *h;
@@ -111,7 +111,7 @@ impl<T: Scalar> Principal<T> {
 
     /// P = τ F⁻ᵀ for the principal values of τ, times `weight`.
     #[inline(always)]
-    pub(crate) fn piola(&self, stress: &[T; 3], weight: T) -> [[T; 3]; 3] {
+    pub fn piola(&self, stress: &[T; 3], weight: T) -> [[T; 3]; 3] {
         let mut scaled = self.push;
         for i in 0..3 {
             let stress = weight * stress[i];

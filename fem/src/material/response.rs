@@ -4,33 +4,33 @@ use super::principal::Strains;
 use super::scalar::Scalar;
 
 /// A law with the constants of the points at hand.
-pub(crate) trait Law<T> {
+pub trait Law<T> {
     /// Energies and stress for a degradation g; `normal` and `shear` only with `TANGENT`.
     fn respond<const TANGENT: bool>(&self, strains: &Strains<T>, g: T) -> Response<T>;
 }
 
 /// Energies, stress and tangent for a given g.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Response<T> {
+pub struct Response<T> {
     /// g ψ⁺ + ψ⁻.
-    pub(crate) energy: T,
+    pub energy: T,
     /// ψ⁺, which drives damage: the derivative of the energy in g.
-    pub(crate) driving: T,
+    pub driving: T,
     /// The second derivative; zero but for mixtures, the others are linear in g.
-    pub(crate) softening: T,
+    pub softening: T,
     /// τ_i of g τ⁺ + τ⁻.
-    pub(crate) stress: [T; 3],
+    pub stress: [T; 3],
     /// τ⁺_i.
-    pub(crate) stress_plus: [T; 3],
+    pub stress_plus: [T; 3],
     /// D_ij = ∂τ_i/∂ε_j, as [`packed`] has it.
-    pub(crate) normal: [T; 6],
+    pub normal: [T; 6],
     /// ½ (τ_i − τ_j) coth(ε_i − ε_j), at the third index.
-    pub(crate) shear: [T; 3],
+    pub shear: [T; 3],
 }
 
 /// The place of entry (r, s ≤ r) of a symmetric matrix.
 #[inline(always)]
-pub(crate) const fn packed(r: usize, s: usize) -> usize {
+pub const fn packed(r: usize, s: usize) -> usize {
     r * (r + 1) / 2 + s
 }
 

@@ -11,7 +11,7 @@ use num_dual::DualNum;
 
 /// A number, or one of each of several points, of which sums and products are taken: all that the
 /// product with a tangent needs.
-pub(crate) trait Number:
+pub trait Number:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self> + AddAssign
 {
     /// The same number at all points.
@@ -22,10 +22,10 @@ pub(crate) trait Number:
 }
 
 /// A round of a loop: whether it was the end, and what the state is after another round.
-pub(crate) type Round<T> = fn(&mut [T]) -> <T as Scalar>::Mask;
+pub type Round<T> = fn(&mut [T]) -> <T as Scalar>::Mask;
 
 /// A number that the equations at a point can be written in.
-pub(crate) trait Scalar: Number + Div<Output = Self> {
+pub trait Scalar: Number + Div<Output = Self> {
     /// Where a comparison holds.
     type Mask: Copy;
 
@@ -79,7 +79,7 @@ pub(crate) trait Scalar: Number + Div<Output = Self> {
 }
 
 /// Numbers that stand side by side, one of each of [`COUNT`](Self::COUNT) elements.
-pub(crate) trait Lanes: Scalar {
+pub trait Lanes: Scalar {
     /// What it takes to make one.
     type Token: Copy;
 
@@ -94,7 +94,7 @@ pub(crate) trait Lanes: Scalar {
 }
 
 /// The most numbers that stand side by side.
-pub(crate) const POINTS: usize = 8;
+pub const POINTS: usize = 8;
 
 /// artanh(z)/z in powers of z²: what is left out is below 2⁻⁵³ for |z| < 0.18.
 const ARTANH: [f64; 11] = [
@@ -112,7 +112,7 @@ const ARTANH: [f64; 11] = [
 ];
 
 #[inline(always)]
-pub(crate) fn dot<T: Number>(a: &[T; 3], b: &[T; 3]) -> T {
+pub fn dot<T: Number>(a: &[T; 3], b: &[T; 3]) -> T {
     a[2].mul_add(b[2], a[1].mul_add(b[1], a[0] * b[0]))
 }
 

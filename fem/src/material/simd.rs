@@ -12,7 +12,7 @@ use super::scalar::{Lanes, Number, POINTS, Scalar};
 
 /// Registers of a number at which laws are evaluated: one computes while the other waits for a root
 /// or a quotient.
-pub(crate) const REGISTERS: usize = 2;
+pub const REGISTERS: usize = 2;
 
 macro_rules! each_register {
     ($name:ident, $intrinsic:ident $(, $other:ident)*) => {
@@ -43,14 +43,14 @@ macro_rules! simd_number {
      $sub:ident, $mul:ident, $neg:ident, $mul_add:ident) => {
         $(#[$doc])*
         #[derive(Clone, Copy)]
-        pub(crate) struct $number<S: Simd, const R: usize = REGISTERS> {
-            pub(crate) simd: S,
-            pub(crate) registers: [S::$registers; R],
+        pub struct $number<S: Simd, const R: usize = REGISTERS> {
+            pub simd: S,
+            pub registers: [S::$registers; R],
         }
 
         impl<S: Simd, const R: usize> $number<S, R> {
             #[inline(always)]
-            pub(crate) fn splat(simd: S, x: f64) -> Self {
+            pub fn splat(simd: S, x: f64) -> Self {
                 Self { simd, registers: [simd.$splat(x as $real); R] }
             }
         }
@@ -90,7 +90,7 @@ operator!(SimdF64, Div, div, div_f64s, other);
 
 /// Where a comparison holds.
 #[derive(Clone, Copy)]
-pub(crate) struct Mask<S: Simd> {
+pub struct Mask<S: Simd> {
     simd: S,
     registers: [S::m64s; REGISTERS],
 }

@@ -10,20 +10,20 @@ use super::scalar::{Scalar, dot};
 
 /// The tangent times the weight of its point.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct PointTangent<T> {
+pub struct PointTangent<T> {
     /// The principal axes, one after the other.
-    pub(crate) axes: [[T; 3]; 3],
+    pub axes: [[T; 3]; 3],
     /// D_ij − δ_ij τ_i, as [`packed`] has it.
-    pub(crate) normal: [T; 6],
+    pub normal: [T; 6],
     /// G_ij at the third index.
-    pub(crate) shear: [T; 3],
+    pub shear: [T; 3],
     /// τ_i.
-    pub(crate) stress: [T; 3],
+    pub stress: [T; 3],
 }
 
 impl<T: Scalar> PointTangent<T> {
     #[inline(always)]
-    pub(crate) fn new(principal: &Principal<T>, response: &Response<T>, weight: T) -> Self {
+    pub fn new(principal: &Principal<T>, response: &Response<T>, weight: T) -> Self {
         let half = weight.constant(0.5);
         let mut out = Self {
             axes: principal.basis,
@@ -55,7 +55,7 @@ impl<T: Scalar> PointTangent<T> {
     /// K_ij = δ_ij Σ_l A_il a_l b_l + (1 − δ_ij)(D_ij a_i b_j + G_ij a_j b_i), A_ii = D_ii − τ_i,
     /// A_il = G_il + τ_l, turned to the global axes.
     #[inline(always)]
-    pub(crate) fn block(&self, a: &[T; 3], b: &[T; 3]) -> [[T; 3]; 3] {
+    pub fn block(&self, a: &[T; 3], b: &[T; 3]) -> [[T; 3]; 3] {
         let products = [a[0] * b[0], a[1] * b[1], a[2] * b[2]];
         let mut local = [*a; 3];
         for i in 0..3 {
@@ -90,7 +90,7 @@ impl<T: Scalar> PointTangent<T> {
 
     /// A vector of the principal basis in the global axes.
     #[inline(always)]
-    pub(crate) fn turn(&self, v: &[T; 3]) -> [T; 3] {
+    pub fn turn(&self, v: &[T; 3]) -> [T; 3] {
         let mut out = *v;
         for m in 0..3 {
             out[m] = dot(&[self.axes[0][m], self.axes[1][m], self.axes[2][m]], v);

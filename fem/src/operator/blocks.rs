@@ -5,7 +5,7 @@ use crate::element::Rule;
 use crate::material::{PointTangent, Scalar, packed};
 
 /// The 4 × 4 blocks of nodes a and b: rows u_x, u_y, u_z, φ of a, columns those of b.
-pub(crate) type Blocks<T, const N: usize> = [[[[T; 4]; 4]; N]; N];
+pub type Blocks<T, const N: usize> = [[[[T; 4]; 4]; N]; N];
 
 /// An elastic point as the nodes see it.
 struct AtPoint<T, const N: usize> {
@@ -73,7 +73,7 @@ fn softening_of_nodes<T: Scalar, const N: usize>(rule: &Rule, q: usize, numbers:
 /// Writes the blocks (a, b ≤ a) of the symmetric matrix of an element with these numbers into
 /// `blocks`, which are zero; `AXES` and `plain` as the numbers were written.
 #[inline(always)]
-pub(crate) fn write_blocks<T: Scalar, const AXES: bool, const N: usize>(
+pub fn write_blocks<T: Scalar, const AXES: bool, const N: usize>(
     rule: &Rule,
     plain: bool,
     numbers: &[T],
@@ -184,7 +184,7 @@ fn complete_first<T: Scalar, const N: usize>(blocks: &mut Blocks<T, N>) {
 
 /// The diagonal of the same matrix.
 #[inline(always)]
-pub(crate) fn diagonal<T: Scalar, const N: usize>(
+pub(super) fn diagonal<T: Scalar, const N: usize>(
     rule: &Rule,
     plain: bool,
     numbers: &[T],

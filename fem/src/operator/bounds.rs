@@ -10,19 +10,19 @@ use crate::fields::Fields;
 
 /// lower ≤ u_x, u_y, u_z, φ ≤ upper at every node; infinite where there is no bound.
 #[derive(Clone, Debug)]
-pub(crate) struct Bounds {
-    pub(crate) lower: Vec<[f64; 4]>,
-    pub(crate) upper: Vec<[f64; 4]>,
+pub struct Bounds {
+    pub lower: Vec<[f64; 4]>,
+    pub upper: Vec<[f64; 4]>,
 }
 
 impl Bounds {
     /// No bounds.
-    pub(crate) fn none(nodes: usize) -> Self {
+    pub fn none(nodes: usize) -> Self {
         Self { lower: vec![[f64::NEG_INFINITY; 4]; nodes], upper: vec![[f64::INFINITY; 4]; nodes] }
     }
 
     /// Moves values that lie outside onto their bounds.
-    pub(crate) fn project(&self, fields: &mut Fields) {
+    pub fn project(&self, fields: &mut Fields) {
         let bounds = self.lower.iter().zip(&self.upper);
         let values = fields.displacement.iter_mut().zip(&mut fields.damage);
         for ((u, phi), (lower, upper)) in values.zip(bounds) {
@@ -34,7 +34,7 @@ impl Bounds {
     }
 
     /// Takes the values that a bound constrains out of those that are free; `residual` is by node.
-    pub(crate) fn constrain(&self, fields: &Fields, residual: &[[f64; 4]], free: &mut [[bool; 4]]) {
+    pub fn constrain(&self, fields: &Fields, residual: &[[f64; 4]], free: &mut [[bool; 4]]) {
         for (n, free) in free.iter_mut().enumerate() {
             let [x, y, z] = fields.displacement[n];
             for (k, value) in [x, y, z, fields.damage[n]].into_iter().enumerate() {

@@ -4,21 +4,21 @@ use super::element::{ElementState, MOST_POINTS};
 use crate::material::{Law, Scalar};
 
 /// Numbers of [`ElementState::stress_sums`].
-pub(crate) const SUMS: usize = 9;
+pub(super) const SUMS: usize = 9;
 /// Rows and columns of xx, yy, zz, xy, yz, xz: the order of VTK.
 const ENTRIES: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)];
 
 /// The state of an element, by its volume.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct CellStress {
+pub struct CellStress {
     /// Elastic energy over the reference volume, N mm/mm³ = MPa.
-    pub(crate) energy_density_mpa: f64,
+    pub energy_density_mpa: f64,
     /// Mean Cauchy stress over the current volume, MPa: xx, yy, zz, xy, yz, xz.
-    pub(crate) stress_mpa: [f64; 6],
+    pub stress_mpa: [f64; 6],
 }
 
 impl CellStress {
-    pub(crate) fn of([energy, volume, deformed, stress @ ..]: [f64; SUMS]) -> Self {
+    pub fn of([energy, volume, deformed, stress @ ..]: [f64; SUMS]) -> Self {
         Self {
             energy_density_mpa: energy / volume,
             stress_mpa: stress.map(|entry| entry / deformed),
@@ -26,7 +26,7 @@ impl CellStress {
     }
 
     /// √(3/2) of the norm of the deviator, MPa.
-    pub(crate) fn von_mises_mpa(&self) -> f64 {
+    pub fn von_mises_mpa(&self) -> f64 {
         let [xx, yy, zz, xy, yz, xz] = self.stress_mpa;
         let normal = (xx - yy).powi(2) + (yy - zz).powi(2) + (zz - xx).powi(2);
         let shear = xy * xy + yz * yz + xz * xz;
@@ -37,7 +37,7 @@ impl CellStress {
 impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
     /// ∫ψ dV, ∫dV, ∫J dV and the entries of ∫τ dV, with τ = J σ; whether the element is sound.
     #[inline(always)]
-    pub(crate) fn stress_sums(&self) -> ([T; SUMS], T) {
+    pub fn stress_sums(&self) -> ([T; SUMS], T) {
         let zero = self.constants.local.constant(0.0);
         let one = zero.constant(1.0);
         let (mut sums, mut sound) = ([zero; SUMS], one);

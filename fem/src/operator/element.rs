@@ -17,52 +17,52 @@ use crate::material::{
 };
 
 /// The most elastic or damage points that a rule has.
-pub(crate) const MOST_POINTS: usize = 14;
+pub const MOST_POINTS: usize = 14;
 
 /// The values of an element, or of one in each lane.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct ElementState<'a, T, L, const N: usize> {
-    pub(crate) rule: &'a Rule,
-    pub(crate) constants: Constants<T, L>,
-    pub(crate) density: CrackDensity,
+pub struct ElementState<'a, T, L, const N: usize> {
+    pub rule: &'a Rule,
+    pub constants: Constants<T, L>,
+    pub density: CrackDensity,
     /// u, mm.
-    pub(crate) displacement: [[T; 3]; N],
+    pub displacement: [[T; 3]; N],
     /// φ.
-    pub(crate) damage: [T; N],
+    pub damage: [T; N],
     /// φ at the start of the increment.
-    pub(crate) before: [T; N],
+    pub before: [T; N],
     /// At each elastic point; a single one for all of a straight element.
-    pub(crate) geometry: &'a [Geometry<T>],
+    pub geometry: &'a [Geometry<T>],
     /// Whether all lanes are straight and none is a mixture.
-    pub(crate) plain: bool,
+    pub plain: bool,
     /// The largest ψ⁺ so far by elastic point; `None`: the current one drives damage.
-    pub(crate) history: Option<&'a [T; MOST_POINTS]>,
+    pub history: Option<&'a [T; MOST_POINTS]>,
 }
 
 /// What the parameters of the material are at the points of an element.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Constants<T, L> {
-    pub(crate) law: L,
-    pub(crate) degradation: Degradation<T>,
+pub struct Constants<T, L> {
+    pub law: L,
+    pub degradation: Degradation<T>,
     /// Gc/(c₀ ℓ₀), MPa.
-    pub(crate) local: T,
+    pub local: T,
     /// Gc ℓ₀/c₀, N.
-    pub(crate) gradient: T,
+    pub gradient: T,
     /// ξ/Δt, MPa.
-    pub(crate) viscous: T,
+    pub viscous: T,
 }
 
 /// The contributions of an element to the residual.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct ElementResidual<T, const N: usize> {
+pub struct ElementResidual<T, const N: usize> {
     /// R_u (N) and R_φ (N mm) of its nodes.
-    pub(crate) nodal: [[T; 4]; N],
+    pub nodal: [[T; 4]; N],
     /// ∫ g′ ψ⁺ N_a dV alone.
-    pub(crate) drive: [T; N],
+    pub drive: [T; N],
     /// Elastic and crack energy, and viscous dissipation, N mm.
-    pub(crate) energies: [T; 3],
+    pub energies: [T; 3],
     /// One; zero where the element is turned inside out.
-    pub(crate) sound: T,
+    pub sound: T,
 }
 
 /// The state at an elastic point.
@@ -251,7 +251,7 @@ impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
 
     /// Writes the driving energy of each elastic point; whether the element is sound.
     #[inline(always)]
-    pub(crate) fn driving_energies(&self, out: &mut [T; MOST_POINTS]) -> T {
+    pub fn driving_energies(&self, out: &mut [T; MOST_POINTS]) -> T {
         let phi = self.damage_at_points();
         let mut sound = self.constant(1.0);
         for q in 0..self.rule.points.len() {
@@ -264,7 +264,7 @@ impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
 
     /// R_u and R_φ of the element's nodes, and its energies.
     #[inline(always)]
-    pub(crate) fn residual(&self) -> ElementResidual<T, N> {
+    pub fn residual(&self) -> ElementResidual<T, N> {
         let zero = self.constant(0.0);
         let (mut nodal, mut drive) = ([[zero; 4]; N], [zero; N]);
         let [mut elastic, mut fracture, mut viscous] = [zero; 3];
@@ -330,7 +330,7 @@ impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
     /// between u and φ. With `AXES` the principal axes follow behind all others, in place of their
     /// quaternions. Returns whether the element is sound.
     #[inline(always)]
-    pub(crate) fn linearise<const AXES: bool>(&self, coupled: bool, out: &mut [T]) -> T {
+    pub fn linearise<const AXES: bool>(&self, coupled: bool, out: &mut [T]) -> T {
         let zero = self.constant(0.0);
         let data = PointData::of(self.rule, self.plain);
         let phi = self.damage_at_points();

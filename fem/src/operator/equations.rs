@@ -13,7 +13,7 @@ use crate::parallel::Part;
 
 /// Whether the tangent keeps the terms between displacement and damage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Coupling {
+pub enum Coupling {
     /// The consistent tangent.
     Full,
     /// Block diagonal: each field with the other held, for alternate minimisation.
@@ -24,7 +24,7 @@ pub(crate) enum Coupling {
 ///
 /// Residuals are those of the whole body, the same on all ranks that have a node; tangents and products are
 /// what the elements of this rank give. All ranks fail where one does.
-pub(crate) trait Operator: std::fmt::Debug + Send + Sync {
+pub trait Operator: std::fmt::Debug + Send + Sync {
     /// Residual and energies; fails where an element is turned inside out.
     fn residual(&self, increment: &Increment, out: &mut Residual) -> Result<(), Inverted>;
 
@@ -74,7 +74,7 @@ pub(crate) trait Operator: std::fmt::Debug + Send + Sync {
 }
 
 /// Equations on the device that has the product with their tangent.
-pub(crate) trait EquationsOnDevice {
+pub trait EquationsOnDevice {
     /// Writes the numbers of the tangent with both fields coupled into the product's, kind by kind of its
     /// elements. `None`: not there, and the processor has to.
     fn linearise(&self, increment: &Increment, data: &[Argument]) -> Option<Result<(), Inverted>>;
@@ -84,13 +84,13 @@ pub(crate) trait EquationsOnDevice {
 }
 
 /// A product with vectors that are on a device.
-pub(crate) trait AppliedOnDevice {
+pub trait AppliedOnDevice {
     /// y = A x, four values a node.
     fn apply(&mut self, x: &Array<f64>, y: &mut Array<f64>) -> Result<(), DeviceError>;
 }
 
 /// A tangent that is applied without being assembled.
-pub(crate) trait Product: std::fmt::Debug + Send {
+pub trait Product: std::fmt::Debug + Send {
     /// Takes over the tangent at an increment.
     fn linearise(
         &mut self,

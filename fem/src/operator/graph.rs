@@ -2,13 +2,13 @@
 
 /// For each node the nodes of its elements, itself included, in increasing order.
 #[derive(Clone, Debug)]
-pub(crate) struct Graph {
-    pub(crate) start: Vec<u32>,
-    pub(crate) near: Vec<u32>,
+pub struct Graph {
+    pub start: Vec<u32>,
+    pub near: Vec<u32>,
 }
 
 impl Graph {
-    pub(crate) fn new<const N: usize>(tets: &[[u32; N]], nodes: usize) -> Self {
+    pub fn new<const N: usize>(tets: &[[u32; N]], nodes: usize) -> Self {
         let (first, of_node) = tets_of_nodes(tets, nodes);
         let mut start = Vec::with_capacity(nodes + 1);
         start.push(0);
@@ -27,16 +27,16 @@ impl Graph {
         Self { start, near }
     }
 
-    pub(crate) fn nodes(&self) -> usize {
+    pub fn nodes(&self) -> usize {
         self.start.len() - 1
     }
 
-    pub(crate) fn of(&self, node: usize) -> &[u32] {
+    pub fn of(&self, node: usize) -> &[u32] {
         &self.near[self.start[node] as usize..self.start[node + 1] as usize]
     }
 
     /// Where the pair (node, other) is stored.
-    pub(crate) fn place(&self, node: usize, other: u32) -> usize {
+    pub fn place(&self, node: usize, other: u32) -> usize {
         self.start[node] as usize + self.of(node).partition_point(|&m| m < other)
     }
 }

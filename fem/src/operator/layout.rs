@@ -10,7 +10,7 @@ use crate::element::{Domain, Rule};
 use crate::material::POINTS;
 
 /// Elements of a batch.
-pub(crate) const LANES: usize = POINTS;
+pub const LANES: usize = POINTS;
 /// Elements of a chunk: their nodal values should fit into the second-level cache.
 const PER_CHUNK: [usize; 2] = [4096, 512];
 
@@ -19,7 +19,7 @@ pub(super) const MIDDLE: [[usize; 4]; 4] = [[0, 4, 6, 7], [4, 1, 5, 8], [6, 5, 2
 
 /// What a product does not need again for other fields.
 #[derive(Debug)]
-pub(crate) struct Layout {
+pub struct Layout {
     pub(super) batches: Batches,
     pub(super) rule: Rule,
     /// For each elastic point the least λ, and what the vertices have above it.
@@ -29,7 +29,7 @@ pub(crate) struct Layout {
 }
 
 impl Layout {
-    pub(crate) fn new(domain: &dyn Domain) -> Self {
+    pub fn new(domain: &dyn Domain) -> Self {
         let rule = domain.rule().clone();
         let per_chunk = PER_CHUNK[usize::from(rule.nodes == 10)];
         let batches = Batches::new(domain, per_chunk);
@@ -49,8 +49,8 @@ impl Layout {
 
 /// Elements of a mesh, cut into chunks of batches.
 #[derive(Debug)]
-pub(crate) struct Batches {
-    pub(crate) chunks: Vec<Chunk>,
+pub(super) struct Batches {
+    pub chunks: Vec<Chunk>,
     /// The copies of each node, as (start, place).
     copy_start: Vec<u32>,
     copy: Vec<u32>,
@@ -60,29 +60,29 @@ pub(crate) struct Batches {
 
 /// Elements that are close together.
 #[derive(Debug)]
-pub(crate) struct Chunk {
+pub(super) struct Chunk {
     /// Elements, a multiple of [`LANES`]; `u32::MAX` fills the last batch up.
-    pub(crate) tets: Vec<u32>,
+    pub tets: Vec<u32>,
     /// Mesh nodes of the chunk.
-    pub(crate) global: Vec<u32>,
+    pub global: Vec<u32>,
     /// Chunk nodes of the elements: batch, then node of the element, then lane.
-    pub(crate) local: Vec<[u16; LANES]>,
+    pub local: Vec<[u16; LANES]>,
     /// Whether all of them are straight and none is a mixture.
-    pub(crate) plain: bool,
+    pub plain: bool,
 }
 
 /// Values of a chunk's node, so aligned that they do not cross a cache line.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(32))]
-pub(crate) struct Aligned(pub(crate) [f64; 4]);
+pub(super) struct Aligned(pub [f64; 4]);
 
 /// A place in the last batch that no element takes.
-pub(crate) const VACANT: u32 = u32::MAX;
+pub(super) const VACANT: u32 = u32::MAX;
 
 impl Batches {
     /// `per_chunk` elements a chunk, plain ones and others apart, each in the order of a
     /// space-filling curve.
-    pub(crate) fn new(domain: &dyn Domain, per_chunk: usize) -> Self {
+    pub(super) fn new(domain: &dyn Domain, per_chunk: usize) -> Self {
         let (tets, points) = (domain.tets(), domain.nodes());
         let curve = Curve::new(points);
         let mut order: Vec<(bool, u64, u32)> = (0..tets)
@@ -124,14 +124,14 @@ impl Batches {
     }
 
     /// Nodes of the mesh.
-    pub(crate) fn node_count(&self) -> usize {
+    pub(super) fn node_count(&self) -> usize {
         self.copy_start.len() - 1
     }
 
     /// y_n = Σ over the copies of node n of what `work` put there, in the order of the chunks.
     ///
     /// `work` gets the number of a chunk, a buffer and the zeroed values of its nodes.
-    pub(crate) fn gather(
+    pub(super) fn gather(
         &self,
         copies: &mut Vec<Aligned>,
         y: &mut [[f64; 4]],

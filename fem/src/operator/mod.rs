@@ -19,23 +19,20 @@ mod pattern;
 mod point_data;
 mod rates;
 mod residual;
-#[cfg(test)]
-#[path = "../../tests/unit/operator.rs"]
-mod tests;
 mod unknowns;
 
-pub(crate) use backend::{Assembly, device_product, product};
-#[cfg(test)]
-pub(crate) use backend::{MatrixFree, dispatch};
-pub(crate) use bounds::Bounds;
-pub(crate) use cell_stress::CellStress;
-#[cfg(test)]
-pub(crate) use equations::EquationsOnDevice;
-pub(crate) use equations::{AppliedOnDevice, Coupling, Operator, Product};
-pub(crate) use graph::Graph;
-#[cfg(test)]
-pub(crate) use layout::LANES;
-pub(crate) use layout::Layout;
-pub(crate) use pattern::{Pattern, Tangent};
-pub(crate) use residual::{Increment, NodeBlock, Residual, Shift, StepContext};
-pub(crate) use unknowns::{NONE, Unknowns};
+pub use backend::{Assembly, device_product, product};
+pub use backend::{Buffers, Gather, MatrixFree, dispatch, equations_kernels, product_kernels};
+pub use blocks::{Blocks, write_blocks};
+pub use bounds::Bounds;
+pub use cell_stress::CellStress;
+pub use element::{Constants, ElementState, MOST_POINTS};
+pub use equations::EquationsOnDevice;
+pub use equations::{AppliedOnDevice, Coupling, Operator, Product};
+pub use graph::Graph;
+pub use layout::LANES;
+pub use layout::Layout;
+pub use pattern::{Pattern, Tangent};
+pub use point_data::PointData;
+pub use residual::{Increment, NodeBlock, Residual, Shift, StepContext};
+pub use unknowns::{NONE, Unknowns};

@@ -8,19 +8,19 @@ use super::graph::Graph;
 use super::layout::LANES;
 
 /// The 4 × 4 block of nodes a and b: rows u_x, u_y, u_z, φ of a, columns those of b.
-pub(crate) type Block = [[f64; 4]; 4];
+pub(super) type Block = [[f64; 4]; 4];
 
 /// Which blocks there are, and the place of every element block; found once for a mesh.
 #[derive(Clone, Debug)]
-pub(crate) struct Pattern {
-    pub(crate) graph: Graph,
+pub struct Pattern {
+    pub graph: Graph,
     /// Element after element, the places of its N × N blocks, row by row.
     place: Vec<u32>,
 }
 
 impl Pattern {
     /// The pattern of a mesh whose elements couple all their nodes.
-    pub(crate) fn new<const N: usize>(tets: &[[u32; N]], nodes: usize) -> Self {
+    pub fn new<const N: usize>(tets: &[[u32; N]], nodes: usize) -> Self {
         let graph = Graph::new(tets, nodes);
         let place = tets
             .iter()
@@ -38,20 +38,20 @@ impl Pattern {
 ///
 /// Prescribed values have their rows and columns too: a solver leaves them out by a mask.
 #[derive(Clone, Debug)]
-pub(crate) struct Tangent {
-    pub(crate) pattern: Arc<Pattern>,
-    pub(crate) blocks: Vec<Block>,
+pub struct Tangent {
+    pub pattern: Arc<Pattern>,
+    pub blocks: Vec<Block>,
     /// Whether the blocks (a, b) and (b, a) are each other's transpose; friction breaks it.
-    pub(crate) symmetric: bool,
+    pub symmetric: bool,
 }
 
 impl Tangent {
-    pub(crate) fn new(pattern: Arc<Pattern>) -> Self {
+    pub fn new(pattern: Arc<Pattern>) -> Self {
         let blocks = vec![[[0.0; 4]; 4]; pattern.graph.near.len()];
         Self { pattern, blocks, symmetric: true }
     }
 
-    pub(crate) fn clear(&mut self) {
+    pub fn clear(&mut self) {
         self.blocks.fill([[0.0; 4]; 4]);
         self.symmetric = true;
     }
@@ -61,11 +61,7 @@ impl Tangent {
     ///
     /// Each thread has a range of the blocks and adds in the order of the elements, so that the
     /// sums do not depend on the ranges.
-    pub(crate) fn add_elements<const N: usize>(
-        &mut self,
-        first: usize,
-        elements: &[[[Block; N]; N]],
-    ) {
+    pub fn add_elements<const N: usize>(&mut self, first: usize, elements: &[[[Block; N]; N]]) {
         let places = &self.pattern.place[first * N * N..(first + elements.len()) * N * N];
         if elements.len() <= LANES {
             return add_in_range(&mut self.blocks, 0, places, elements);
@@ -79,7 +75,7 @@ impl Tangent {
     }
 
     /// Adds to the displacement's part of a node's own block.
-    pub(crate) fn add_node(&mut self, node: u32, block: &[[f64; 3]; 3]) {
+    pub fn add_node(&mut self, node: u32, block: &[[f64; 3]; 3]) {
         let place = self.pattern.graph.place(node as usize, node);
         self.symmetric &= (0..3).all(|i| (0..i).all(|j| block[i][j] == block[j][i]));
         for i in 0..3 {
@@ -90,7 +86,7 @@ impl Tangent {
     }
 
     /// y = A x, on nodal values u_x, u_y, u_z, φ.
-    pub(crate) fn multiply(&self, x: &[[f64; 4]], y: &mut [[f64; 4]]) {
+    pub fn multiply(&self, x: &[[f64; 4]], y: &mut [[f64; 4]]) {
         const ROWS: usize = 1024;
         let graph = &self.pattern.graph;
         y.par_chunks_mut(ROWS).enumerate().for_each(|(chunk, y)| {
@@ -111,7 +107,7 @@ impl Tangent {
     }
 
     /// The diagonal, by node.
-    pub(crate) fn diagonal(&self) -> Vec<[f64; 4]> {
+    pub fn diagonal(&self) -> Vec<[f64; 4]> {
         let graph = &self.pattern.graph;
         (0..graph.nodes())
             .map(|node| {

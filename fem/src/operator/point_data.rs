@@ -17,21 +17,21 @@ use crate::element::Rule;
 use crate::material::{Number, PointTangent, Scalar};
 
 /// Where the numbers of a point begin: √2 (x, y, z, w) of Q, s by k, D − τ packed, G, τ, τ⁺.
-pub(crate) const ROTATION: usize = 0;
-pub(crate) const PUSH: usize = 4;
-pub(crate) const NORMAL: usize = 13;
-pub(crate) const SHEAR: usize = 19;
-pub(crate) const STRESS: usize = 22;
-pub(crate) const SOURCE: usize = 25;
+pub(super) const ROTATION: usize = 0;
+pub(super) const PUSH: usize = 4;
+pub(super) const NORMAL: usize = 13;
+pub(super) const SHEAR: usize = 19;
+pub(super) const STRESS: usize = 22;
+pub(super) const SOURCE: usize = 25;
 /// Where those follow that only elements have which are not plain.
-pub(crate) const SOFTENING: usize = 28;
-pub(crate) const GRADIENT: usize = 29;
+pub(super) const SOFTENING: usize = 28;
+pub(super) const GRADIENT: usize = 29;
 /// Entries of the gradient term.
-pub(crate) const SLOPES: usize = 6;
+pub(super) const SLOPES: usize = 6;
 
 /// How many numbers there are of each kind.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct PointData {
+pub struct PointData {
     points: usize,
     damage: usize,
     alike: bool,
@@ -41,14 +41,14 @@ pub(crate) struct PointData {
 impl PointData {
     /// The numbers of a rule's tangents; `plain` for elements that are straight and no mixtures.
     #[inline(always)]
-    pub(crate) fn of(rule: &Rule, plain: bool) -> Self {
+    pub fn of(rule: &Rule, plain: bool) -> Self {
         let damage = rule.damage.len();
         Self { points: rule.points.len(), damage, alike: rule.alike, plain }
     }
 
     /// Numbers of an elastic point.
     #[inline(always)]
-    pub(crate) const fn each(damage: usize, plain: bool) -> usize {
+    pub const fn each(damage: usize, plain: bool) -> usize {
         match (damage, plain) {
             (0, _) => SOURCE,
             (_, true) => SOURCE + 3,
@@ -58,46 +58,46 @@ impl PointData {
 
     /// Numbers before those of the points.
     #[inline(always)]
-    pub(crate) const fn head(damage: usize, plain: bool) -> usize {
+    pub const fn head(damage: usize, plain: bool) -> usize {
         if damage > 0 && plain { damage + SLOPES } else { damage }
     }
 
     /// Where the gradient term of elastic point q begins.
     #[inline(always)]
-    pub(crate) fn gradient(self, q: usize) -> usize {
+    pub fn gradient(self, q: usize) -> usize {
         if self.plain { self.damage } else { self.point(q) + GRADIENT }
     }
 
     /// Where elastic point q begins.
     #[inline(always)]
-    pub(crate) fn point(self, q: usize) -> usize {
+    pub fn point(self, q: usize) -> usize {
         Self::head(self.damage, self.plain) + q * Self::each(self.damage, self.plain)
     }
 
     /// Numbers of the local part.
-    pub(crate) fn locals(self) -> usize {
+    pub fn locals(self) -> usize {
         if self.alike { self.damage.min(1) } else { self.damage }
     }
 
     /// The place of the local part of damage point p.
     #[inline(always)]
-    pub(crate) fn local(self, p: usize) -> usize {
+    pub fn local(self, p: usize) -> usize {
         self.point(self.points) + if self.alike { 0 } else { p }
     }
 
     /// Numbers that an element's tangent takes.
-    pub(crate) fn width(self) -> usize {
+    pub fn width(self) -> usize {
         self.point(self.points) + self.locals()
     }
 
     /// The same where the principal axes follow behind.
-    pub(crate) fn width_with_axes(self) -> usize {
+    pub fn width_with_axes(self) -> usize {
         self.width() + 9 * self.points
     }
 
     /// Writes the principal axes of elastic point q behind the other numbers.
     #[inline(always)]
-    pub(crate) fn write_axes<T: Scalar>(self, q: usize, axes: &[[T; 3]; 3], out: &mut [T]) {
+    pub fn write_axes<T: Scalar>(self, q: usize, axes: &[[T; 3]; 3], out: &mut [T]) {
         let place = self.width() + 9 * q;
         for i in 0..3 {
             for m in 0..3 {
@@ -108,7 +108,7 @@ impl PointData {
 
     /// The tangent of elastic point q, and s by k.
     #[inline(always)]
-    pub(crate) fn read_point<T: Scalar, const AXES: bool>(
+    pub fn read_point<T: Scalar, const AXES: bool>(
         self,
         q: usize,
         numbers: &[T],
@@ -138,7 +138,7 @@ impl PointData {
 /// Writes the numbers of an elastic point but for τ⁺; `push` is s by k. With `AXES` the quaternion
 /// is left out.
 #[inline(always)]
-pub(crate) fn write_point<T: Scalar, const AXES: bool>(
+pub(super) fn write_point<T: Scalar, const AXES: bool>(
     tangent: &PointTangent<T>,
     push: &[[T; 3]; 3],
     out: &mut [T],
@@ -159,7 +159,7 @@ pub(crate) fn write_point<T: Scalar, const AXES: bool>(
 
 /// The principal axes, one after the other, of √2 (x, y, z, w).
 #[inline(always)]
-pub(crate) fn principal_axes<T: Number>([x, y, z, w]: [T; 4]) -> [[T; 3]; 3] {
+pub(super) fn principal_axes<T: Number>([x, y, z, w]: [T; 4]) -> [[T; 3]; 3] {
     let one = x.constant(1.0);
     [
         [one - y * y - z * z, x * y + w * z, x * z - w * y],

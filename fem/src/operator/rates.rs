@@ -9,29 +9,29 @@ use super::element::{Constants, ElementState, MOST_POINTS};
 use crate::material::{Law, Principal, Scalar, dot};
 
 /// Parameters whose rates are computed together, with the strains of one evaluation.
-pub(crate) const AT_ONCE: usize = 4;
+pub(super) const AT_ONCE: usize = 4;
 
 /// A parameter in an element, or in one of each lane.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Moved<T, L, const N: usize> {
-    pub(crate) below: Constants<T, L>,
-    pub(crate) above: Constants<T, L>,
+pub struct Moved<T, L, const N: usize> {
+    pub below: Constants<T, L>,
+    pub above: Constants<T, L>,
     /// One over the difference of the parameter.
-    pub(crate) per_unit: T,
+    pub per_unit: T,
     /// Whether stress or driving energy differ between the two.
-    pub(crate) responds: bool,
+    pub responds: bool,
     /// ∂φ_n/∂θ of the nodes.
-    pub(crate) before: [T; N],
+    pub before: [T; N],
 }
 
 /// Numbers of a node for each parameter.
-pub(crate) type Rates<T, const N: usize> = [[[T; 4]; N]; AT_ONCE];
+pub(super) type Rates<T, const N: usize> = [[[T; 4]; N]; AT_ONCE];
 
 impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
     /// Adds ∂R/∂θ + ∂R/∂φ_n ∂φ_n/∂θ of the nodes, parameter by parameter, for damage that ψ⁺ drives
     /// without a history. Returns whether the element is sound.
     #[inline(always)]
-    pub(crate) fn rates(&self, moved: &[Moved<T, L, N>], out: &mut Rates<T, N>) -> T {
+    pub fn rates(&self, moved: &[Moved<T, L, N>], out: &mut Rates<T, N>) -> T {
         let zero = self.constant(0.0);
         let phi = self.damage_at_points();
         let damaged = !self.rule.damage.is_empty();

@@ -1,20 +1,20 @@
 //! Which nodal values are unknowns, and their numbers.
 
 /// Marks a nodal value that is prescribed or absent.
-pub(crate) const NONE: u32 = u32::MAX;
+pub const NONE: u32 = u32::MAX;
 
 /// Equation numbers of the nodal values u_x, u_y, u_z, φ.
 #[derive(Clone, Debug)]
-pub(crate) struct Unknowns {
-    pub(crate) equation: Vec<[u32; 4]>,
-    pub(crate) count: usize,
+pub struct Unknowns {
+    pub equation: Vec<[u32; 4]>,
+    pub count: usize,
 }
 
 impl Unknowns {
     /// Numbers the free values node by node in the given order.
     ///
     /// `damaged[n]` says whether node n carries damage; `constrained` are prescribed displacements.
-    pub(crate) fn new(
+    pub fn new(
         order: &[u32],
         damaged: &[bool],
         constrained: impl Iterator<Item = (u32, usize)>,

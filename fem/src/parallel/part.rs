@@ -12,7 +12,7 @@ use super::ranks::Ranks;
 /// Local nodes are numbered by kind (the vertices of the mesh, then the nodes on edges), of each kind the
 /// own ones first, of these in the order of the mesh. A node belongs to the lowest rank that has an element with it.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Part {
+pub struct Part {
     /// Elements by their numbers in the mesh.
     pub(crate) tets: Vec<u32>,
     /// Local nodes by their numbers in the mesh.

@@ -28,6 +28,7 @@ use fem::gmsh::PhysicalGroup;
 use fem::{GrainMode, Homogenisation, Meshing, Order, Packing, PhaseField, Scanner, SolverOptions};
 use serde::{Deserialize, Serialize};
 
+pub(crate) use crate::parameter::{MaterialParameter, Property};
 use crate::qoi::Quantity;
 pub use calibration::{
     CalibrationCase, ConfirmCase, DesignCase, DiscrepancyCase, ExtendCase, Likelihood,
@@ -42,7 +43,7 @@ pub use geometry::SpecimenGeometry;
 pub use image::ImageCase;
 pub use material::MaterialCase;
 pub(crate) use overlay::{merge, remove};
-pub use parameter::{ByParameter, MaterialParameter, PriorBounds, PriorCase, Property};
+pub use parameter::{ByParameter, PriorBounds, PriorCase};
 pub use read::CaseFile;
 pub use simulation::{AdaptiveCase, ArcLengthCase, OutputCase, TestCase};
 

@@ -3,144 +3,24 @@
 use std::collections::BTreeMap;
 use std::fmt;
 use std::marker::PhantomData;
-use std::str::FromStr;
 
 use ::surrogate::{Input, SurrogateError};
 use serde::de::{Error, MapAccess, Visitor, value::MapAccessDeserializer};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::MaterialCase;
+use crate::parameter::{MaterialParameter, Property};
 
-/// A number of `[material.<region>]`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub enum Property {
-    /// Young's modulus in MPa.
-    #[serde(rename = "young_mpa")]
-    Young,
-    /// Poisson's ratio.
-    #[serde(rename = "poisson")]
-    Poisson,
-    /// Critical energy release rate in N/mm.
-    #[serde(rename = "toughness_n_per_mm")]
-    Toughness,
-    /// Viscosity of the damage in MPa s.
-    #[serde(rename = "viscosity_mpa_s")]
-    Viscosity,
-    /// Fraction of the stiffness that full damage leaves.
-    #[serde(rename = "residual_stiffness")]
-    ResidualStiffness,
-}
-
-impl Property {
-    /// All of them, in the order in which parameters are listed.
-    pub const ALL: [Self; 5] =
-        [Self::Young, Self::Poisson, Self::Toughness, Self::Viscosity, Self::ResidualStiffness];
-
-    /// Its key in the case.
-    pub fn key(self) -> &'static str {
-        match self {
-            Self::Young => "young_mpa",
-            Self::Poisson => "poisson",
-            Self::Toughness => "toughness_n_per_mm",
-            Self::Viscosity => "viscosity_mpa_s",
-            Self::ResidualStiffness => "residual_stiffness",
+impl MaterialCase {
+    /// Sets the value of a property.
+    pub(crate) fn set(&mut self, property: Property, value: f64) {
+        match property {
+            Property::Young => self.young_mpa = Some(value),
+            Property::Poisson => self.poisson = Some(value),
+            Property::Toughness => self.toughness_n_per_mm = Some(value),
+            Property::Viscosity => self.viscosity_mpa_s = value,
+            Property::ResidualStiffness => self.residual_stiffness = value,
         }
-    }
-
-    /// Symbol and unit for figures.
-    pub fn label(self) -> &'static str {
-        match self {
-            Self::Young => "E (MPa)",
-            Self::Poisson => "ν",
-            Self::Toughness => "Gc (N/mm)",
-            Self::Viscosity => "ξ (MPa s)",
-            Self::ResidualStiffness => "η",
-        }
-    }
-
-    /// Its unit; 1 without one.
-    pub fn unit(self) -> &'static str {
-        self.label().split_once(" (").map_or("1", |(_, unit)| unit.trim_end_matches(')'))
-    }
-
-    /// What to know before writing it.
-    pub(crate) fn help(self) -> &'static str {
-        match self {
-            Self::Young => {
-                "Young's modulus is in MPa: 275.0 for the paper's matrix, 22000.0 for its grains."
-            }
-            Self::Poisson => {
-                "Incompressible solids need another element; 0.25 is the paper's value."
-            }
-            Self::Toughness => "It is in N/mm: 1 pJ/µm² = 0.001 N/mm.",
-            Self::Viscosity => "The paper's matrix has 0.3 MPa s.",
-            Self::ResidualStiffness => "It keeps full damage solvable; 0.01 is the paper's value.",
-        }
-    }
-
-    /// Whether it means nothing where there is no damage.
-    pub(crate) fn is_of_damage(self) -> bool {
-        matches!(self, Self::Toughness | Self::Viscosity | Self::ResidualStiffness)
-    }
-
-    /// How much it differs from one virtual specimen to the next, unless the case says otherwise:
-    /// standard deviation of the logarithm.
-    pub(crate) fn usual_scatter(self) -> f64 {
-        match self {
-            Self::Young => 0.03,
-            Self::Toughness => 0.1,
-            Self::Viscosity => 0.05,
-            Self::Poisson | Self::ResidualStiffness => 0.0,
-        }
-    }
-
-    /// Gives a material another value of it.
-    pub(crate) fn set(self, material: &mut MaterialCase, value: f64) {
-        match self {
-            Self::Young => material.young_mpa = Some(value),
-            Self::Poisson => material.poisson = Some(value),
-            Self::Toughness => material.toughness_n_per_mm = Some(value),
-            Self::Viscosity => material.viscosity_mpa_s = value,
-            Self::ResidualStiffness => material.residual_stiffness = value,
-        }
-    }
-}
-
-/// A parameter: a property of a region, written `matrix.young_mpa`.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct MaterialParameter {
-    /// The region of the mesh.
-    pub region: String,
-    /// Which of its numbers.
-    pub property: Property,
-}
-
-impl MaterialParameter {
-    /// Symbol and unit, with the region unless that is `alone`.
-    pub(crate) fn label(&self, alone: bool) -> String {
-        match alone {
-            true => self.property.label().to_owned(),
-            false => format!("{} {}", self.region, self.property.label()),
-        }
-    }
-}
-
-impl fmt::Display for MaterialParameter {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}.{}", self.region, self.property.key())
-    }
-}
-
-impl FromStr for MaterialParameter {
-    type Err = String;
-
-    fn from_str(path: &str) -> Result<Self, String> {
-        path.rsplit_once('.')
-            .and_then(|(region, key)| {
-                let property = Property::ALL.into_iter().find(|p| p.key() == key)?;
-                Some(Self { region: region.to_owned(), property })
-            })
-            .ok_or_else(|| format!("{path:?} is no parameter, such as matrix.young_mpa"))
     }
 }
 

@@ -124,7 +124,7 @@ impl Simulator {
     pub(super) fn at(&self, values: &[f64]) -> Result<Problem, FemError> {
         let mut materials = self.materials.clone();
         for ((region, parameter), &value) in self.parameters.iter().zip(values) {
-            parameter.property.set(&mut materials[*region], value);
+            materials[*region].set(parameter.property, value);
         }
         let problem = self.problem.with_materials(in_fem(&materials)?)?;
         if !self.derivatives {
@@ -133,7 +133,7 @@ impl Simulator {
         let by = |((region, parameter), &value): (&(usize, MaterialParameter), &f64)| {
             fem::MaterialParameter::try_new(parameter.to_string(), value, |value| {
                 let mut materials = materials.clone();
-                parameter.property.set(&mut materials[*region], value);
+                materials[*region].set(parameter.property, value);
                 in_fem(&materials)
             })
         };

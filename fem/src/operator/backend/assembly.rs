@@ -25,10 +25,10 @@ const LEAST: usize = 512;
 
 /// The operator on a space of `N`-node elements.
 #[derive(Debug)]
-pub(crate) struct Assembly<const N: usize> {
-    pub(crate) space: Space<N>,
+pub struct Assembly<const N: usize> {
+    pub space: Space<N>,
     /// How the moduli of mixtures follow from those of their phases.
-    pub(crate) rule: Homogenisation,
+    pub rule: Homogenisation,
     /// What this rank has of the mesh.
     part: Arc<Part>,
     /// The same equations on a device, where that has its linear systems.
@@ -36,22 +36,22 @@ pub(crate) struct Assembly<const N: usize> {
 }
 
 impl<const N: usize> Assembly<N> {
-    pub(crate) fn new(space: Space<N>) -> Self {
+    pub fn new(space: Space<N>) -> Self {
         Self { space, rule: Homogenisation::default(), part: Arc::default(), device: None }
     }
 
     /// The same with another rule for mixtures.
-    pub(crate) fn homogenised(self, rule: Homogenisation) -> Self {
+    pub fn homogenised(self, rule: Homogenisation) -> Self {
         Self { rule, ..self }
     }
 
     /// The same on a part of a mesh.
-    pub(crate) fn of_part(self, part: Arc<Part>) -> Self {
+    pub fn of_part(self, part: Arc<Part>) -> Self {
         Self { part, ..self }
     }
 
     /// The same with what a device can compute done there.
-    pub(crate) fn on_device(self, device: Option<ComputeDevice>) -> Self {
+    pub fn on_device(self, device: Option<ComputeDevice>) -> Self {
         Self { device: device.map(DeviceEquations::new), ..self }
     }
 

@@ -17,7 +17,7 @@ use crate::operator::point_data::PointData;
 use crate::operator::residual::Increment;
 
 /// A product as [`product`](super::product) makes it, on a device.
-pub(crate) fn device_product(
+pub fn device_product(
     layout: Arc<Layout>,
     tets: usize,
     device: &ComputeDevice,

@@ -229,8 +229,7 @@ pub(super) fn block_sum(block: usize) -> Kernel {
 }
 
 /// Those of a law with a split and mixtures on quadratic elements, for their test.
-#[cfg(test)]
-pub(crate) fn equations_kernels(rule: &Rule) -> Vec<Kernel> {
+pub fn equations_kernels(rule: &Rule) -> Vec<Kernel> {
     let split = crate::material::Split::Spectral;
     let setting = Setting {
         formula: Formula::Hencky,

@@ -19,7 +19,7 @@ use crate::operator::residual::Increment;
 const FEW: usize = 51;
 
 /// What the elements of a mesh have in common in an increment.
-pub(crate) struct Gather<'a, const N: usize> {
+pub struct Gather<'a, const N: usize> {
     pub(super) space: &'a Space<N>,
     increment: &'a Increment<'a>,
     density: CrackDensity,
@@ -29,7 +29,7 @@ pub(crate) struct Gather<'a, const N: usize> {
 }
 
 /// What the values of elements refer to, as their owner keeps it.
-pub(crate) struct Buffers<T> {
+pub struct Buffers<T> {
     /// Of straight elements.
     straight: [Geometry<T>; 1],
     /// Of elements of which one at least is curved, by elastic point.
@@ -39,7 +39,7 @@ pub(crate) struct Buffers<T> {
 
 impl<T: Lanes> Buffers<T> {
     #[inline(always)]
-    pub(crate) fn new(token: T::Token) -> Self {
+    pub fn new(token: T::Token) -> Self {
         let zero = T::load(token, &[0.0; POINTS]);
         let straight = [Geometry { barycentric: [[zero; 3]; 3], volume: zero }];
         Self { straight, curved: Vec::new(), history: None }
@@ -47,11 +47,7 @@ impl<T: Lanes> Buffers<T> {
 }
 
 impl<'a, const N: usize> Gather<'a, N> {
-    pub(crate) fn new(
-        space: &'a Space<N>,
-        rule: Homogenisation,
-        increment: &'a Increment<'a>,
-    ) -> Self {
+    pub fn new(space: &'a Space<N>, rule: Homogenisation, increment: &'a Increment<'a>) -> Self {
         let Increment { materials, context, .. } = increment;
         // one damage model for all regions
         let damage = materials.iter().find_map(|m| m.damage.as_ref());
@@ -110,7 +106,7 @@ impl<'a, const N: usize> Gather<'a, N> {
 
     /// The values of the elements of each lane.
     #[inline(always)]
-    pub(crate) fn elements<'b, T: Lanes>(
+    pub fn elements<'b, T: Lanes>(
         &'b self,
         token: T::Token,
         tets: [usize; POINTS],

@@ -12,11 +12,11 @@ use crate::operator::layout::LANES;
 /// where memory is the limit. It is so aligned that it does not cross a cache line.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(32))]
-pub(crate) struct Pack<T, const W: usize>([T; W]);
+pub struct Pack<T, const W: usize>([T; W]);
 
 impl<T: Copy, const W: usize> Pack<T, W> {
     /// The same number for all elements.
-    pub(crate) const fn of(x: T) -> Self {
+    pub const fn of(x: T) -> Self {
         Self([x; W])
     }
 }
@@ -38,12 +38,10 @@ impl<T, const W: usize> AsMut<[T]> for Pack<T, W> {
 /// Four numbers of each element of a batch, element by element.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(32))]
-pub(crate) struct Rows<T>(pub(crate) [[T; 4]; LANES]);
+pub struct Rows<T>(pub [[T; 4]; LANES]);
 
 /// What a product is computed with.
-pub(crate) trait Precision:
-    Copy + Default + Send + Sync + std::fmt::Debug + 'static
-{
+pub trait Precision: Copy + Default + Send + Sync + std::fmt::Debug + 'static {
     type Pack: Copy + Send + Sync + std::fmt::Debug + AsRef<[Self]> + AsMut<[Self]> + 'static;
     /// A register of them.
     type Register<S: Simd>: Number;
@@ -53,7 +51,7 @@ pub(crate) trait Precision:
 }
 
 /// The precision of stored numbers.
-pub(crate) trait Stored: Precision + Pod {
+pub trait Stored: Precision + Pod {
     /// Numbers in a pack.
     const WIDTH: usize;
     const ZERO: Self::Pack;
@@ -77,7 +75,7 @@ pub(crate) trait Stored: Precision + Pod {
 }
 
 /// Runs work with AVX2 where the processor has it.
-pub(crate) fn dispatch<W: WithSimd>(work: W) -> W::Output {
+pub fn dispatch<W: WithSimd>(work: W) -> W::Output {
     #[cfg(target_arch = "x86_64")]
     return match pulp::x86::V3::try_new() {
         Some(simd) => Simd::vectorize(simd, work),
@@ -89,7 +87,7 @@ pub(crate) fn dispatch<W: WithSimd>(work: W) -> W::Output {
 
 /// Asks for the cache line of a value that may lie behind the end of `data`.
 #[inline(always)]
-pub(crate) fn prefetch<T>(data: &[T], index: usize) {
+pub(super) fn prefetch<T>(data: &[T], index: usize) {
     #[cfg(target_arch = "x86_64")]
     if let Some(sse) = pulp::core_arch::x86::Sse::try_new() {
         use std::arch::x86_64::_MM_HINT_T0;
@@ -98,7 +96,7 @@ pub(crate) fn prefetch<T>(data: &[T], index: usize) {
 }
 
 /// The place of each element of a batch in its packs, as [`Stored::columns`] puts it.
-pub(crate) fn places<T: Stored>() -> [usize; LANES] {
+pub(super) fn places<T: Stored>() -> [usize; LANES] {
     struct Places<T>(PhantomData<T>);
     impl<T: Stored> WithSimd for Places<T> {
         type Output = [usize; LANES];

@@ -25,7 +25,7 @@ const AT_ONCE: usize = 16;
 pub(super) const SINGLE_FROM: usize = 400_000;
 
 /// A product for a space, with point data in the precision that its size asks for.
-pub(crate) fn product(layout: Arc<Layout>, tets: usize) -> Box<dyn Product> {
+pub fn product(layout: Arc<Layout>, tets: usize) -> Box<dyn Product> {
     if tets < SINGLE_FROM {
         Box::new(MatrixFree::<f64>::new(layout))
     } else {
@@ -35,7 +35,7 @@ pub(crate) fn product(layout: Arc<Layout>, tets: usize) -> Box<dyn Product> {
 
 /// The tangent at some fields.
 #[derive(Debug)]
-pub(crate) struct MatrixFree<T: Stored> {
+pub struct MatrixFree<T: Stored> {
     layout: Arc<Layout>,
     /// Chunk after chunk; batch, then part of the batch that a pack holds, then number of the
     /// element's tangent.
@@ -46,7 +46,7 @@ pub(crate) struct MatrixFree<T: Stored> {
 }
 
 impl<T: Stored> MatrixFree<T> {
-    pub(crate) fn new(layout: Arc<Layout>) -> Self {
+    pub fn new(layout: Arc<Layout>) -> Self {
         let zeros = |chunk: &Chunk| {
             let width = PointData::of(&layout.rule, chunk.plain).width();
             vec![T::ZERO; chunk.tets.len() / T::WIDTH * width]

@@ -18,16 +18,11 @@ mod shifts;
 mod slots;
 mod stresses;
 
-pub(crate) use assembly::Assembly;
-pub(crate) use device_product::device_product;
-#[cfg(test)]
-pub(crate) use equations_source::equations_kernels;
-#[cfg(test)]
-pub(crate) use gather::{Buffers, Gather};
-#[cfg(test)]
-pub(crate) use lanes::dispatch;
-#[cfg(test)]
-pub(crate) use matrix_free::MatrixFree;
-pub(crate) use matrix_free::product;
-#[cfg(test)]
-pub(crate) use product_source::product_kernels;
+pub use assembly::Assembly;
+pub use device_product::device_product;
+pub use equations_source::equations_kernels;
+pub use gather::{Buffers, Gather};
+pub use lanes::dispatch;
+pub use matrix_free::MatrixFree;
+pub use matrix_free::product;
+pub use product_source::product_kernels;

@@ -52,8 +52,7 @@ pub(super) fn product_kernel(layout: &Layout, plain: bool, stored: CNumbers) -> 
 }
 
 /// Those of both kinds and precisions, for their test.
-#[cfg(test)]
-pub(crate) fn product_kernels(layout: &Layout) -> Vec<Kernel> {
+pub fn product_kernels(layout: &Layout) -> Vec<Kernel> {
     let single = [true, false].map(|plain| product_kernel(layout, plain, CNumbers::of::<f32>()));
     let double = [true, false].map(|plain| product_kernel(layout, plain, CNumbers::of::<f64>()));
     let double = double.map(|k| Kernel { name: format!("double_{}", k.name), ..k });

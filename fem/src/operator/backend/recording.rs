@@ -48,7 +48,7 @@ struct Loop {
 
 /// A number by its place in the record; the first is zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub(crate) struct Term(u32);
+pub(super) struct Term(u32);
 
 const ZERO: Term = Term(0);
 

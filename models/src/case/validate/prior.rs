@@ -78,7 +78,7 @@ impl CaseFile {
         let Some(mut material) = self.case.material.get(&parameter.region).cloned() else {
             return Ok(());
         };
-        parameter.property.set(&mut material, value);
+        material.set(parameter.property, value);
         match self.in_fem(&parameter.region, &material) {
             Ok(_) => Ok(()),
             Err(FemError::Parameter { requirement, .. }) => Err(self.error(

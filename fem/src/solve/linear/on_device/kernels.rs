@@ -226,9 +226,13 @@ pub(super) fn kernels() -> Vec<Kernel> {
 }
 
 #[cfg(test)]
+#[path = "../../../../tests/support/nvrtc.rs"]
+mod nvrtc;
+
+#[cfg(test)]
 #[test]
 fn they_compile_for_a_card() {
-    crate::device::tests::assert_compiles_for_a_card(&kernels());
+    nvrtc::assert_compiles_for_a_card(&crate::device::source(&kernels()));
 }
 
 /// The kernels of a device.

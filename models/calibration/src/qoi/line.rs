@@ -5,25 +5,25 @@ const HALF_WIDTH: f64 = 0.1;
 
 /// Displacements in mm between which a line is taken.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Window {
-    pub(crate) from_mm: f64,
-    pub(crate) to_mm: f64,
+pub struct Window {
+    pub from_mm: f64,
+    pub to_mm: f64,
 }
 
 impl Window {
     /// A fifth of the displacement at peak wide, around a fraction of it.
-    pub(crate) fn around(fraction: f64, peak_mm: f64) -> Self {
+    pub fn around(fraction: f64, peak_mm: f64) -> Self {
         let [from_mm, to_mm] = Self::parts(fraction).map(|part| part * peak_mm);
         Self { from_mm, to_mm }
     }
 
     /// Its ends over the displacement at peak.
-    pub(crate) fn parts(fraction: f64) -> [f64; 2] {
+    pub fn parts(fraction: f64) -> [f64; 2] {
         [fraction - HALF_WIDTH, fraction + HALF_WIDTH]
     }
 
     /// How many readings lie in it.
-    pub(crate) fn readings(self, u: &[f64]) -> usize {
+    pub fn readings(self, u: &[f64]) -> usize {
         // a reading on the border belongs to the window whatever the rounding
         let slack = 1e-9 * (self.to_mm - self.from_mm);
         u.iter().filter(|u| (self.from_mm - slack..=self.to_mm + slack).contains(u)).count()
@@ -34,22 +34,22 @@ impl Window {
 /// over a window of length L with its middle at c,
 /// the slope is 12/L³ ∫ (u − c) y du and the line passes the mean of y at c.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Line {
+pub struct Line {
     /// In the unit of y for each mm.
-    pub(crate) slope: f64,
+    pub slope: f64,
     /// The middle of the window in mm: what of it the readings cover.
-    pub(crate) middle_mm: f64,
+    pub middle_mm: f64,
     /// Mean of y over the window.
-    pub(crate) mean: f64,
+    pub mean: f64,
     /// What the slope gains for each mm that the window's start, or its end, moves by.
-    pub(crate) slope_by_ends: [f64; 2],
+    pub slope_by_ends: [f64; 2],
 }
 
 impl Line {
     /// The line of values y at displacements u in mm; nothing where the readings do not reach into
     /// the window, or cover less than half of it. Readings may come in any order: noise of a displacement
     /// makes it go back and forth. Those at one displacement count as their mean.
-    pub(crate) fn of(u: &[f64], y: &[f64], window: Window) -> Option<Self> {
+    pub fn of(u: &[f64], y: &[f64], window: Window) -> Option<Self> {
         let points = distinct(u, y);
         let (first, last) = (points.first()?.0, points.last()?.0);
         let (from, to) = (window.from_mm.max(first), window.to_mm.min(last));

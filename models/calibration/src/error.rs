@@ -8,7 +8,7 @@ use std::path::Path;
 ///
 /// # Example
 /// ```
-/// use models::InputError;
+/// use breccia_calibration::InputError;
 /// let error = InputError::new("case.toml".as_ref(), "test.steps", "0", "must be at least 1", "Write steps = 44.");
 /// assert_eq!(error.to_string(), "case.toml: test.steps = 0: must be at least 1. Write steps = 44.");
 /// ```
@@ -74,10 +74,7 @@ fn stems(word: &str) -> impl Iterator<Item = &str> {
 
 /// The candidate that `word` was probably meant to be, by edit distance; its unit may have been left
 /// out, as in `height` for `height_mm`.
-pub(crate) fn closest<'a>(
-    word: &str,
-    candidates: impl IntoIterator<Item = &'a str>,
-) -> Option<&'a str> {
+pub fn closest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     // of a long text, nothing is a slip, and distances are costly
     if word.len() > 100 {
         return None;

@@ -6,7 +6,7 @@
 //! which law predicts them best:
 //!
 //! ```no_run
-//! use models::hyperelastic::{mooney_rivlin, neo_hookean, ogden, treloar_1944};
+//! use breccia_calibration::hyperelastic::{mooney_rivlin, neo_hookean, ogden, treloar_1944};
 //! use ppl::prelude::*;
 //!
 //! let tests = treloar_1944();
@@ -240,7 +240,7 @@ pub struct HeldOut {
 ///
 /// # Example
 /// ```no_run
-/// use models::hyperelastic::{Deformation, held_out, ogden, treloar_1944};
+/// use breccia_calibration::hyperelastic::{Deformation, held_out, ogden, treloar_1944};
 /// use ppl::Nuts;
 ///
 /// let (seen, new): (Vec<_>, Vec<_>) =
@@ -285,7 +285,7 @@ pub fn held_out<A: Model, B: Model>(
 ///
 /// L. R. G. Treloar (1944), Trans. Faraday Soc. 40, 59–70.
 pub fn treloar_1944() -> Vec<StretchTest> {
-    include_str!("../data/treloar_1944.csv").lines().filter_map(parse).collect()
+    include_str!("../../data/treloar_1944.csv").lines().filter_map(parse).collect()
 }
 
 fn parse(line: &str) -> Option<StretchTest> {

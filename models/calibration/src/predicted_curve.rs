@@ -23,10 +23,10 @@ const PLACES: usize = 80;
 const REACHING: f64 = 0.9;
 
 /// Quantiles of a band.
-pub(crate) const QUANTILES: [f64; 5] = [0.05, 0.25, 0.5, 0.75, 0.95];
+pub const QUANTILES: [f64; 5] = [0.05, 0.25, 0.5, 0.75, 0.95];
 
 /// How far a curve goes, in % of the displacement at peak.
-pub(crate) fn largest_percentage(curve: &TestCurve) -> Result<f64, QoiError> {
+pub fn largest_percentage(curve: &TestCurve) -> Result<f64, QoiError> {
     let quantities = [Quantity::DisplacementAtPeak];
     let peak_mm = Qois::values_of(curve, SLOPE_FRACTION, &quantities)?[0];
     let end = curve.displacement_mm.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -34,13 +34,13 @@ pub(crate) fn largest_percentage(curve: &TestCurve) -> Result<f64, QoiError> {
 }
 
 /// The percentages of the displacement at peak that the shape is read at, as far as every curve goes.
-pub(crate) fn percentages(reach: f64) -> Vec<u8> {
+pub fn percentages(reach: f64) -> Vec<u8> {
     let last = reach.min(f64::from(Quantity::LARGEST_PERCENT)) / f64::from(STEP);
     (1..=last as u8).map(|i| i * STEP).collect()
 }
 
 /// The shape of a curve at these percentages.
-pub(crate) fn shape(curve: &TestCurve, percent: &[u8]) -> Result<Vec<f64>, QoiError> {
+pub fn shape(curve: &TestCurve, percent: &[u8]) -> Result<Vec<f64>, QoiError> {
     let places: Vec<Quantity> = percent.iter().map(|&p| Quantity::RelativeForce(p)).collect();
     Qois::values_of(curve, SLOPE_FRACTION, &places)
 }
@@ -50,19 +50,19 @@ const SLOPE_FRACTION: f64 = 0.5;
 
 /// A draw of a new specimen.
 #[derive(Clone, Debug)]
-pub(crate) struct PredictedSpecimen {
-    pub(crate) peak_force_n: f64,
-    pub(crate) displacement_at_peak_mm: f64,
+pub struct PredictedSpecimen {
+    pub peak_force_n: f64,
+    pub displacement_at_peak_mm: f64,
     /// The forward model's shape at the draw's parameters.
-    pub(crate) shape: Vec<f64>,
+    pub shape: Vec<f64>,
 }
 
 /// Quantiles of the force of a new specimen along the displacement.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct PredictedCurves {
-    pub(crate) displacement_mm: Vec<f64>,
+pub struct PredictedCurves {
+    pub displacement_mm: Vec<f64>,
     /// [`QUANTILES`] at each displacement, N.
-    pub(crate) force_n: Vec<[f64; QUANTILES.len()]>,
+    pub force_n: Vec<[f64; QUANTILES.len()]>,
 }
 
 impl PredictedCurves {
@@ -71,7 +71,7 @@ impl PredictedCurves {
     ///
     /// The band goes as far as nine of ten draws do; the last tenth is continued by the parabola through its last
     /// three places.
-    pub(crate) fn of(
+    pub fn of(
         percent: &[u8],
         draws: &[PredictedSpecimen],
         specimens: &[Vec<f64>],

@@ -24,7 +24,7 @@ pub use groups::{Groups, Pooling, TestGroup, Trend, calibrate_groups, calibratio
 use likelihood::of_specimens;
 pub use population::Population;
 pub use specimens::Specimens;
-pub(crate) use specimens::column_means;
+pub use specimens::column_means;
 
 ppl::model! {
     /// Matrix parameters of a bonded granular material from specimen QoIs: the paper's three, with all
@@ -145,7 +145,7 @@ impl Evidence {
 ///
 /// # Example
 /// ```no_run
-/// use models::{CalibrationError, Evidence, calibrate};
+/// use breccia_calibration::{CalibrationError, Evidence, calibrate};
 /// use ppl::Nuts;
 /// use surrogate::DynPce;
 ///
@@ -217,7 +217,7 @@ fn leave_out(chains: &mut Chains, first: usize) {
 }
 
 /// The draws alone of [`calibrate`], unlabelled.
-pub(crate) fn sample(
+pub fn sample(
     pce: &DynPce,
     evidence: &Evidence,
     sampler: &Nuts<'_>,
@@ -262,12 +262,12 @@ fn relative_to_means(
 }
 
 /// The name of a surrogate's output in tables, where it is relative and has no unit.
-pub(crate) fn short_name(output: &str) -> String {
+pub fn short_name(output: &str) -> String {
     Quantity::of_column(output).map_or_else(|| output.to_owned(), |quantity| quantity.to_string())
 }
 
 /// A covariance (quantities × quantities) relative to the quantities' means.
-pub(crate) fn relative_covariance(covariance: Vec<Vec<f64>>, means: &[f64]) -> Vec<Vec<f64>> {
+pub fn relative_covariance(covariance: Vec<Vec<f64>>, means: &[f64]) -> Vec<Vec<f64>> {
     let row =
         |(row, a): (Vec<f64>, &f64)| row.iter().zip(means).map(|(c, b)| c / (a * b)).collect();
     covariance.into_iter().zip(means).map(row).collect()

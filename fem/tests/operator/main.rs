@@ -1,8 +1,12 @@
-//! Residual and tangent of a whole mesh.
+//! Residual and tangent of a whole mesh, and the devices that compute them. These tests use the modules that
+//! `fem` hides. They are apart from the unit tests, where the element kernels would be compiled once more.
 
+mod device;
 mod device_equations;
 mod device_product;
 mod element_kernel;
+#[path = "../support/nvrtc.rs"]
+mod nvrtc;
 
 use std::sync::Arc;
 
@@ -10,13 +14,13 @@ use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use self::element_kernel::Form;
-use super::*;
-use crate::element::{DamageRule, Domain, Linear, Quadratic, Space, Tetrahedron};
-use crate::fields::Fields;
-use crate::material::{
+use fem::Fields;
+use fem::TetMesh;
+use fem::element::{DamageRule, Domain, Linear, Quadratic, Space, Tetrahedron};
+use fem::material::{
     CrackDensity, Fracture, Material, PhaseField, PointMaterial, SaintVenantKirchhoff, Split,
 };
-use crate::mesh::TetMesh;
+use fem::operator::*;
 
 /// A law for Young's modulus and Poisson's ratio.
 type Law = fn(f64, f64) -> Material;

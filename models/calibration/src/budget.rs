@@ -9,7 +9,7 @@ use nalgebra::{Cholesky, DMatrix, SymmetricEigen};
 /// C = Σ_s C_s the covariances of their means by source, and P the inverse variances of the prior, the
 /// estimate moves with the quantities by G = (JᵀC⁻¹J + P)⁻¹ JᵀC⁻¹, and a source's part of its variance
 /// is that of G C_s Gᵀ. None if C is not positive definite.
-pub(crate) fn shares(
+pub fn shares(
     jacobian: &[Vec<f64>],
     prior_variances: &[f64],
     sources: &[DMatrix<f64>],
@@ -34,7 +34,7 @@ pub(crate) fn shares(
 
 /// The largest multiple, at most 1, of a part that a whole covariance can hold: whole − multiple · part
 /// stays positive semidefinite.
-pub(crate) fn largest_part(whole: &DMatrix<f64>, part: &DMatrix<f64>) -> f64 {
+pub fn largest_part(whole: &DMatrix<f64>, part: &DMatrix<f64>) -> f64 {
     let Some(factor) = Cholesky::new(whole.clone()) else { return 0.0 };
     let Some(inverse) = factor.l().try_inverse() else { return 0.0 };
     let relative = &inverse * part * inverse.transpose();
@@ -43,7 +43,7 @@ pub(crate) fn largest_part(whole: &DMatrix<f64>, part: &DMatrix<f64>) -> f64 {
 }
 
 /// A matrix from its rows.
-pub(crate) fn matrix(rows: &[Vec<f64>]) -> DMatrix<f64> {
+pub fn matrix(rows: &[Vec<f64>]) -> DMatrix<f64> {
     let columns = rows.first().map_or(0, Vec::len);
     DMatrix::from_fn(rows.len(), columns, |i, j| rows[i][j])
 }

@@ -376,7 +376,7 @@ impl<R> Expected<R> {
 }
 
 /// The mean of every column of rows of one length; nothing of no rows.
-pub(crate) fn column_means(rows: &[Vec<f64>]) -> Vec<f64> {
+pub fn column_means(rows: &[Vec<f64>]) -> Vec<f64> {
     let columns = rows.first().map_or(0, Vec::len);
     let mean = |m: usize| rows.iter().map(|row| row[m]).sum::<f64>() / rows.len() as f64;
     (0..columns).map(mean).collect()

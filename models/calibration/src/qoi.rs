@@ -13,7 +13,7 @@ use std::ops::RangeInclusive;
 use crate::experiment::TestCurve;
 pub use error::QoiError;
 use fits::Parabola;
-pub(crate) use line::{Line, Window};
+pub use line::{Line, Window};
 use place::Place;
 pub use quantity::Quantity;
 
@@ -32,14 +32,14 @@ const TOP: f64 = 0.97;
 ///
 /// # Example
 /// ```
-/// use models::{TestCurve, Qois};
+/// use breccia_calibration::{TestCurve, Qois};
 /// let displacement_mm: Vec<f64> = (0..=20).map(|i| 0.01 * i as f64).collect();
 /// let force_n = displacement_mm.iter().map(|u| 2000.0 * u - 10_000.0 * u * u).collect();
 /// let qois = Qois::of(&TestCurve { displacement_mm, force_n }, 0.3)?;
 /// assert!((qois.peak_force_n - 100.0).abs() < 1e-9);
 /// assert!((qois.displacement_at_peak_mm - 0.1).abs() < 1e-9);
 /// assert!((qois.slope_n_per_mm - 1400.0).abs() < 1e-6);      // derivative at 0.03 mm
-/// # Ok::<(), models::QoiError>(())
+/// # Ok::<(), breccia_calibration::QoiError>(())
 /// ```
 ///
 /// # References
@@ -82,7 +82,7 @@ impl Qois {
     /// # Example
     /// F = 2000 u − 10 000 u² falls by 2 · 10 000 · (1.2 − 1) · 0.1 mm = 400 N/mm past its peak at 0.1 mm:
     /// ```
-    /// use models::{Qois, Quantity, TestCurve};
+    /// use breccia_calibration::{Qois, Quantity, TestCurve};
     /// let displacement_mm: Vec<f64> = (0..=20).map(|i| 0.01 * i as f64).collect();
     /// let force_n = displacement_mm.iter().map(|u| 2000.0 * u - 10_000.0 * u * u).collect();
     /// let curve = TestCurve { displacement_mm, force_n };
@@ -90,7 +90,7 @@ impl Qois {
     /// let values = Qois::values_of(&curve, 0.3, &quantities)?;
     /// assert!((values[0] + 400.0).abs() < 1e-6);
     /// assert!((values[1] - 75.0).abs() < 1e-6);
-    /// # Ok::<(), models::QoiError>(())
+    /// # Ok::<(), breccia_calibration::QoiError>(())
     /// ```
     pub fn values_of(
         curve: &TestCurve,
@@ -122,7 +122,7 @@ impl Qois {
 /// # Errors
 /// No reading in the window, which would leave the chord of two that are farther apart, or readings that begin
 /// after half of it.
-pub(crate) fn slope_line(curve: &TestCurve, window: Window) -> Result<Line, QoiError> {
+pub fn slope_line(curve: &TestCurve, window: Window) -> Result<Line, QoiError> {
     let line = Line::of(&curve.displacement_mm, &curve.force_n, window);
     line.filter(|_| window.readings(&curve.displacement_mm) > 0).ok_or(QoiError::NoSlope {
         readings: window.readings(&curve.displacement_mm),

@@ -220,10 +220,10 @@ ppl::model! {
 ///
 /// # Example
 /// ```no_run
-/// use models::{Pooling, TestGroup, Trend, calibrate_groups};
+/// use breccia_calibration::{Pooling, TestGroup, Trend, calibrate_groups};
 /// use ppl::Nuts;
 ///
-/// # fn all(groups: Vec<TestGroup>) -> Result<(), models::CalibrationError> {
+/// # fn all(groups: Vec<TestGroup>) -> Result<(), breccia_calibration::CalibrationError> {
 /// // E and ξ follow the temperature, Gc does not
 /// let trends = vec![Trend::LogLinear, Trend::Constant, Trend::LogLinear];
 /// let pooling = Pooling { trends, deviation: 0.02 };

@@ -21,14 +21,14 @@ impl Qois {
     /// # Example
     /// The peak of F = θ (u − u²/0.2) goes with θ, and where it is does not:
     /// ```
-    /// use models::{Qois, TestCurve};
+    /// use breccia_calibration::{Qois, TestCurve};
     /// let displacement_mm: Vec<f64> = (0..=20).map(|i| 0.01 * i as f64).collect();
     /// let rates: Vec<f64> = displacement_mm.iter().map(|u| u - u * u / 0.2).collect();
     /// let force_n = rates.iter().map(|rate| 2000.0 * rate).collect();
     /// let rates = Qois::rates(&TestCurve { displacement_mm, force_n }, 0.3, &rates)?;
     /// assert!((rates.peak_force_n - 100.0 / 2000.0).abs() < 1e-12);
     /// assert!(rates.displacement_at_peak_mm.abs() < 1e-12);
-    /// # Ok::<(), models::QoiError>(())
+    /// # Ok::<(), breccia_calibration::QoiError>(())
     /// ```
     pub fn rates(
         curve: &TestCurve,

@@ -1,9 +1,9 @@
 //! Residual and tangent on the host as a device, against the processor's.
 
+use super::nvrtc::assert_compiles_for_a_card;
 use super::*;
-use crate::device::tests::assert_compiles_for_a_card;
-use crate::device::{Array, ComputeDevice};
-use crate::operator::backend::equations_kernels;
+use fem::device::{Array, ComputeDevice, source};
+use fem::operator::equations_kernels;
 
 fn host() -> Option<ComputeDevice> {
     ComputeDevice::host().inspect_err(|error| println!("SKIPPED: {error}")).ok()
@@ -118,7 +118,7 @@ fn laws_of_the_user_and_histories_stay_on_the_processor() {
     let assembly = || Assembly::new(Space::new::<Quadratic>(&mesh, DamageRule::Consistent));
     let (here, there) = (assembly(), assembly().on_device(Some(device)));
     let nodes = here.space.nodes.len();
-    let fields = Fields { damage: vec![0.2; nodes], ..Fields::zero(nodes) };
+    let fields = Fields { damage: vec![0.2; nodes], displacement: vec![[0.0; 3]; nodes] };
     let history = vec![0.3; here.space.points()];
     let before = vec![0.1; nodes];
     for (law, history) in [(mixed as Law, &[][..]), (Material::hencky, &history)] {
@@ -137,5 +137,5 @@ fn laws_of_the_user_and_histories_stay_on_the_processor() {
 fn the_equations_compile_for_a_card() {
     let mesh = cube(2, &mut Xoshiro256PlusPlus::seed_from_u64(7));
     let space = Space::new::<Quadratic>(&mesh, DamageRule::Vertex);
-    assert_compiles_for_a_card(&equations_kernels(&space.rule));
+    assert_compiles_for_a_card(&source(&equations_kernels(&space.rule)));
 }

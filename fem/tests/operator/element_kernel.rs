@@ -5,18 +5,18 @@ use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::{Law, cube, materials, mixed};
-use crate::element::{DamageRule, Domain, Geometry, Linear, Quadratic, Rule, Space, Tetrahedron};
-use crate::fields::Fields;
-use crate::material::{
+use fem::Fields;
+use fem::element::{DamageRule, Domain, Geometry, Linear, Quadratic, Rule, Space, Tetrahedron};
+use fem::material::{
     CrackDensity, Degradation, FormulaLaw, Homogenisation, Material, MixedPhases, PhaseField,
     PointMaterial, Split,
 };
-use crate::mesh::{Mixture, TetMesh};
-use crate::operator::backend::{Buffers, Gather};
-use crate::operator::blocks::{Blocks, write_blocks};
-use crate::operator::element::{Constants, ElementState, MOST_POINTS};
-use crate::operator::point_data::PointData;
-use crate::operator::{Assembly, Coupling, Increment, LANES, Operator, Residual, StepContext};
+use fem::operator::PointData;
+use fem::operator::{Assembly, Coupling, Increment, LANES, Operator, Residual, StepContext};
+use fem::operator::{Blocks, write_blocks};
+use fem::operator::{Buffers, Gather};
+use fem::operator::{Constants, ElementState, MOST_POINTS};
+use fem::{Mixture, TetMesh};
 
 const RULES: [DamageRule; 4] =
     [DamageRule::Absent, DamageRule::Vertex, DamageRule::Consistent, DamageRule::Eleven];

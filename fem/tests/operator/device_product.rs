@@ -1,9 +1,9 @@
 //! The recorded product on the host as a device, against the processor's.
 
+use super::nvrtc::assert_compiles_for_a_card;
 use super::*;
-use crate::device::tests::assert_compiles_for_a_card;
-use crate::device::{Array, ComputeDevice};
-use crate::operator::backend::product_kernels;
+use fem::device::{Array, ComputeDevice, source};
+use fem::operator::product_kernels;
 
 /// A state of a mesh, and its product on the processor and on the device.
 fn compare<const N: usize, T: Tetrahedron<N>>(
@@ -64,5 +64,5 @@ fn the_product_compiles_for_a_card() {
     let assembly =
         Assembly::new(Space::new::<Quadratic>(&cube(2, &mut rng), DamageRule::Consistent));
     let layout = Layout::new(assembly.domain());
-    assert_compiles_for_a_card(&product_kernels(&layout));
+    assert_compiles_for_a_card(&source(&product_kernels(&layout)));
 }

@@ -18,7 +18,7 @@ const GAP: f64 = 0.15;
 
 /// How much a finding matters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Weight {
+pub enum Weight {
     /// To be looked up.
     Note,
     /// To be told.
@@ -29,32 +29,32 @@ pub(crate) enum Weight {
 
 /// Something that was found on a curve.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Finding {
+pub struct Finding {
     /// Its name in tables.
-    pub(crate) name: &'static str,
+    pub name: &'static str,
     /// The number behind it; its unit is in the words.
-    pub(crate) value: f64,
+    pub value: f64,
     /// What was found, a clause.
-    pub(crate) problem: String,
+    pub problem: String,
     /// What to do, whole sentences.
-    pub(crate) help: &'static str,
-    pub(crate) weight: Weight,
+    pub help: &'static str,
+    pub weight: Weight,
 }
 
 /// A curve that was looked at.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct InspectedCurve {
+pub struct InspectedCurve {
     /// What was found, in the order in which it was looked for.
-    pub(crate) findings: Vec<Finding>,
+    pub findings: Vec<Finding>,
     /// Displacement (mm) at which loading begins: see [`toe_mm`].
-    pub(crate) toe_mm: f64,
+    pub toe_mm: f64,
     /// The curve up to its largest displacement.
-    pub(crate) loading: TestCurve,
+    pub loading: TestCurve,
 }
 
 impl InspectedCurve {
     /// Looks at a curve whose slope is taken around `slope_fraction` of the displacement at peak.
-    pub(crate) fn of(curve: &TestCurve, slope_fraction: f64) -> Self {
+    pub fn of(curve: &TestCurve, slope_fraction: f64) -> Self {
         let mut found = Self { findings: Vec::new(), toe_mm: 0.0, loading: curve.clone() };
         if let Some(finding) = order(curve) {
             found.findings.push(finding);
@@ -83,7 +83,7 @@ impl InspectedCurve {
     }
 
     /// The loading with displacements counted from the toe, and what they were moved by in mm.
-    pub(crate) fn without_toe(&self, slope_fraction: f64) -> (TestCurve, f64) {
+    pub fn without_toe(&self, slope_fraction: f64) -> (TestCurve, f64) {
         let (mut curve, mut moved) = (self.loading.clone(), 0.0);
         // where the slope is taken moves with the origin: a few turns settle both
         for _ in 0..4 {

@@ -115,7 +115,7 @@ pub struct TestAtDraw {
 ///
 /// # Example
 /// ```
-/// use models::{Belief, FurtherTest, Goal, TestAtDraw};
+/// use breccia_calibration::{Belief, FurtherTest, Goal, TestAtDraw};
 ///
 /// // a parameter known no better than its prior, which a quantity measures with an error of 1
 /// let prior = [[0.0, 12.0_f64.sqrt()]];
@@ -127,7 +127,7 @@ pub struct TestAtDraw {
 /// // n/(n + 1) of the variance
 /// assert!((test.expected(&belief, 4)?[0].contraction - 0.8).abs() < 1e-3);
 /// assert_eq!(test.specimens_for(&belief, 0, Goal::Contraction(0.901))?.specimens, Some(10));
-/// # Ok::<(), models::FurtherTestError>(())
+/// # Ok::<(), breccia_calibration::FurtherTestError>(())
 /// ```
 ///
 /// # References

@@ -2,30 +2,13 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use super::host::Host;
-use super::kernel::source;
-use super::machine::{Device, Memory};
-use super::*;
-use crate::{
+use fem::device::{
+    Argument, Array, ComputeDevice, Device, DeviceError, Host, Kernel, Memory, Program,
+};
+use fem::{
     CompressionTest, CylinderLattice, Fracture, LinearScheme, Material, Order, PhaseField,
     Schedule, SolverOptions,
 };
-
-/// Has NVRTC compile kernels for a card, where Python has it.
-pub(crate) fn assert_compiles_for_a_card(kernels: &[Kernel]) {
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = folder.path().join("kernels.cu");
-    std::fs::write(&path, source(kernels)).expect("it is written");
-    let python = std::env::var("BRECCIA_PYTHON").unwrap_or_else(|_| "python3".into());
-    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/../python/nvrtc.py");
-    match std::process::Command::new(&python).arg(script).arg(&path).output() {
-        Ok(output) if output.status.success() => {}
-        Ok(output) if output.status.code() == Some(1) => {
-            panic!("{}", String::from_utf8_lossy(&output.stderr));
-        }
-        _ => println!("SKIPPED: {python} has no NVRTC; set BRECCIA_PYTHON to one that has it"),
-    }
-}
 
 fn host() -> Option<ComputeDevice> {
     ComputeDevice::host().inspect_err(|error| println!("SKIPPED: {error}")).ok()

@@ -5,7 +5,7 @@ use surrogate::{DynPce, Input};
 
 use super::Calibration;
 use super::specimens::column_means;
-use crate::case::MaterialParameter;
+use crate::parameter::MaterialParameter;
 use crate::qoi::Quantity;
 
 impl Calibration {

@@ -5,7 +5,8 @@ use std::path::Path;
 use crate::error::{InputError, closest};
 
 /// A table of text cells with named columns, held whole.
-pub(crate) struct CsvTable<'a> {
+#[derive(Debug)]
+pub struct CsvTable<'a> {
     file: &'a Path,
     columns: Vec<String>,
     /// Line number in the file (from 1) and cells.
@@ -14,7 +15,7 @@ pub(crate) struct CsvTable<'a> {
 
 impl<'a> CsvTable<'a> {
     /// Reads `file` and checks that it has the `required` columns.
-    pub(crate) fn read(file: &'a Path, required: &[&str]) -> Result<Self, InputError> {
+    pub fn read(file: &'a Path, required: &[&str]) -> Result<Self, InputError> {
         let bytes = std::fs::read(file)
             .map_err(|e| InputError::unreadable(file, &e, "Check its name and place."))?;
         let bytes = bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(&bytes);
@@ -44,32 +45,32 @@ impl<'a> CsvTable<'a> {
     }
 
     /// The first row with this `text` under `column`.
-    pub(crate) fn named(&self, column: &str, text: &str) -> Result<TableRow<'_>, InputError> {
+    pub fn named(&self, column: &str, text: &str) -> Result<TableRow<'_>, InputError> {
         self.rows().find(|row| row.text(column) == text).ok_or_else(|| {
             InputError::new(self.file, text, "", "has no line", "Run the stages again.")
         })
     }
 
-    pub(crate) fn rows(&self) -> impl Iterator<Item = TableRow<'_>> {
+    pub fn rows(&self) -> impl Iterator<Item = TableRow<'_>> {
         (0..self.rows.len()).map(move |index| TableRow { table: self, index })
     }
 }
 
 /// One line of a [`CsvTable`].
-#[derive(Clone, Copy)]
-pub(crate) struct TableRow<'a> {
+#[derive(Clone, Copy, Debug)]
+pub struct TableRow<'a> {
     table: &'a CsvTable<'a>,
     index: usize,
 }
 
 impl<'a> TableRow<'a> {
     /// The cell under `column`; empty where the table has no such column.
-    pub(crate) fn text(&self, column: &str) -> &'a str {
+    pub fn text(&self, column: &str) -> &'a str {
         let place = self.table.columns.iter().position(|c| c == column);
         place.map_or("", |i| &self.table.rows[self.index].1[i])
     }
 
-    pub(crate) fn number(&self, column: &str) -> Result<f64, InputError> {
+    pub fn number(&self, column: &str) -> Result<f64, InputError> {
         match self.text(column).parse::<f64>() {
             Ok(value) if value.is_finite() => Ok(value),
             _ => Err(self.error(
@@ -80,7 +81,7 @@ impl<'a> TableRow<'a> {
         }
     }
 
-    pub(crate) fn positive(&self, column: &str) -> Result<f64, InputError> {
+    pub fn positive(&self, column: &str) -> Result<f64, InputError> {
         let value = self.number(column)?;
         if value > 0.0 {
             Ok(value)
@@ -90,7 +91,7 @@ impl<'a> TableRow<'a> {
     }
 
     /// An error at this line and `column`.
-    pub(crate) fn error(&self, column: &str, problem: &str, help: &str) -> InputError {
+    pub fn error(&self, column: &str, problem: &str, help: &str) -> InputError {
         let line = self.table.rows[self.index].0;
         let place = format!("line {line}, column {column}");
         InputError::new(self.table.file, place, self.text(column), problem, help)
@@ -98,7 +99,7 @@ impl<'a> TableRow<'a> {
 }
 
 /// A header and rows of cells as CSV.
-pub(crate) fn to_csv<H, R>(header: H, rows: impl IntoIterator<Item = R>) -> std::io::Result<Vec<u8>>
+pub fn to_csv<H, R>(header: H, rows: impl IntoIterator<Item = R>) -> std::io::Result<Vec<u8>>
 where
     H: IntoIterator<Item: AsRef<[u8]>>,
     R: IntoIterator<Item: AsRef<[u8]>>,

@@ -55,7 +55,7 @@ impl Quantity {
     pub const LARGEST_PERCENT: u8 = 199;
 
     /// The middle of the window of the slope past the peak, over the displacement at peak.
-    pub(crate) const POST_PEAK: f64 = 1.2;
+    pub const POST_PEAK: f64 = 1.2;
 
     /// A curve as a whole: its height, its width, and its shape at percentages of the width.
     pub fn of_curve(percent: &[u8]) -> Vec<Self> {
@@ -97,7 +97,7 @@ impl Quantity {
 
     /// How far a curve has to go past its peak for this, as a part of the displacement at peak; nothing for what
     /// is taken before, or at a displacement.
-    pub(crate) fn reach(self) -> Option<f64> {
+    pub fn reach(self) -> Option<f64> {
         match self {
             Self::PostPeakSlope => Some(1.3),
             Self::RelativeForce(percent) => {
@@ -119,7 +119,7 @@ impl Quantity {
     }
 
     /// Name and unit for figures.
-    pub(crate) fn label(self) -> Cow<'static, str> {
+    pub fn label(self) -> Cow<'static, str> {
         match self {
             Self::Slope => "initial slope (N/mm)".into(),
             Self::PeakForce => "peak force (N)".into(),

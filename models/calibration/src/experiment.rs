@@ -108,9 +108,9 @@ pub struct Specimen {
 ///
 /// # Example
 /// ```no_run
-/// let table = models::SpecimenTable::read("specimens.csv".as_ref())?;
+/// let table = breccia_calibration::SpecimenTable::read("specimens.csv".as_ref())?;
 /// println!("{} specimens", table.specimens.len());
-/// # Ok::<(), models::InputError>(())
+/// # Ok::<(), breccia_calibration::InputError>(())
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SpecimenTable {

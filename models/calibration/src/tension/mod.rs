@@ -6,7 +6,7 @@
 //! leaving out specimens ([`loo_by_specimen`]) says which predicts the next better:
 //!
 //! ```no_run
-//! use models::tension::{Unloading, Voce, calibrate, read_tension_tests};
+//! use breccia_calibration::tension::{Unloading, Voce, calibrate, read_tension_tests};
 //! use ppl::Nuts;
 //!
 //! let tests = read_tension_tests("tension.csv".as_ref(), 200_000.0, Unloading::default())?;

@@ -1,0 +1,61 @@
+//! Measured curves, their quantities of interest, and the calibration models of `models`.
+//!
+//! This crate knows neither cases nor simulations: it takes curves, surrogates and priors, and gives
+//! posteriors. It is apart from `models`, which passes all of it on, because its densities must be compiled
+//! with all optimisations and the stages, cases and reports of `models` need none.
+//!
+//! ```
+//! use breccia_calibration::{Qois, TestCurve};
+//!
+//! let displacement_mm: Vec<f64> = (0..=20).map(|i| 0.01 * i as f64).collect();
+//! let force_n = displacement_mm.iter().map(|u| 2000.0 * u - 10_000.0 * u * u).collect();
+//! let qois = Qois::of(&TestCurve { displacement_mm, force_n }, 0.3)?;
+//! assert!((qois.peak_force_n - 100.0).abs() < 1e-9);
+//! # Ok::<(), breccia_calibration::QoiError>(())
+//! ```
+//!
+//! # Modules
+//!
+//! From the ground up; an import goes down only, and no two files import each other.
+//!
+//! 1. `error`, `table`: mistakes in files, small tables
+//! 2. `parameter`, `experiment`, `qoi`: material parameters, specimens with their curves, quantities of interest
+//! 3. `curve_check`: findings on a measured curve
+//! 4. `fracture`, `hyperelastic`, `tension`: calibration models, each the pattern that a user copies
+//! 5. `budget`, `predicted_curve`: what widens intervals, and the curves that a posterior predicts
+//! 6. `further_test`: the test that would narrow the intervals
+
+// modules whose items `models` uses and does not pass on are no part of the interface
+#[doc(hidden)]
+pub mod budget;
+#[doc(hidden)]
+pub mod curve_check;
+#[doc(hidden)]
+pub mod error;
+#[doc(hidden)]
+pub mod experiment;
+#[doc(hidden)]
+pub mod fracture;
+#[doc(hidden)]
+pub mod further_test;
+pub mod hyperelastic;
+#[doc(hidden)]
+pub mod parameter;
+#[doc(hidden)]
+pub mod predicted_curve;
+#[doc(hidden)]
+pub mod qoi;
+#[doc(hidden)]
+pub mod table;
+pub mod tension;
+
+pub use error::InputError;
+pub use experiment::{Specimen, SpecimenTable, TestCurve};
+pub use fracture::{
+    Calibration, CalibrationError, Evidence, Groups, Pooling, Population, Specimens, TestGroup,
+    Trend, calibrate, calibrate_after, calibrate_groups, calibration, calibration_on,
+    calibration_over_groups,
+};
+pub use further_test::{Belief, Expected, FurtherTest, FurtherTestError, Goal, Needed, TestAtDraw};
+pub use parameter::{MaterialParameter, Property};
+pub use qoi::{QoiError, Qois, Quantity};
