@@ -4,8 +4,12 @@ use crate::dyn_pce::DynPce;
 
 /// Most points of a grid.
 pub(crate) const MAX_POINTS: usize = 1 << 20;
-/// Fewest and most points an input: 24 are exact for polynomials of degree 47.
+/// Fewest and most points an input: n are exact for polynomials of degree 2n − 1.
 const POINTS: std::ops::RangeInclusive<usize> = 4..=24;
+/// Points an input beyond the degree of the expansion. The square of the expansion takes as many points as its
+/// degree; the exponential density of an input on a logarithmic scale takes these: with 8 of them the relative
+/// error is below 1e-9 for bounds a factor of 1000 apart.
+const BEYOND_DEGREE: usize = 8;
 
 /// The values of an expansion on a tensor product of Gauss–Legendre points in t, weighted for inputs
 /// that are uniform on the box.
@@ -24,7 +28,10 @@ impl TensorGrid {
         let active: Vec<bool> = (0..pce.inputs().len()).map(takes_part).collect();
         let dimension = u32::try_from(active.iter().filter(|&&a| a).count()).ok()?;
         let fits = |n: usize| n.checked_pow(dimension).is_some_and(|points| points <= most);
-        let n = POINTS.rev().find(|&n| fits(n))?;
+        let degree =
+            pce.terms().iter().flat_map(|(index, _)| index.iter().map(|&k| usize::from(k)));
+        let enough = degree.max().unwrap_or(0) + BEYOND_DEGREE;
+        let n = POINTS.rev().find(|&n| n <= enough.max(*POINTS.start()) && fits(n))?;
         let (mut nodes, mut weights) = (Vec::new(), Vec::new());
         for (axis, active) in pce.axes().iter().zip(active) {
             let rule = gauss_legendre(if active { n } else { 1 });

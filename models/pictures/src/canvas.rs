@@ -1,6 +1,6 @@
 //! Triangles in space as pixels: the nearest surface is seen.
 
-use super::raster::{Colour, Raster};
+use crate::raster::{Colour, Raster};
 
 const PAPER: Colour = [255; 3];
 /// Half the width of an edge in pixels.
@@ -9,20 +9,20 @@ const EDGE: f64 = 0.8;
 const LEAST_HEIGHT: f64 = 7.0;
 
 /// A picture in which the nearest of several surfaces is seen.
-pub(super) struct Canvas {
+pub(crate) struct Canvas {
     picture: Raster,
     depth: Vec<f64>,
 }
 
 impl Canvas {
-    pub(super) fn new(width: usize, height: usize) -> Self {
+    pub(crate) fn new(width: usize, height: usize) -> Self {
         let depth = vec![f64::NEG_INFINITY; width * height];
         Self { picture: Raster::new(width, height, PAPER), depth }
     }
 
     /// A triangle in pixels and depth. `colour` gets the weights of the corners at a pixel and whether it is
     /// on an edge; where it gives none one sees through.
-    pub(super) fn fill(
+    pub(crate) fn fill(
         &mut self,
         corners: [[f64; 3]; 3],
         colour: impl Fn([f64; 3], bool) -> Option<Colour>,
@@ -67,7 +67,7 @@ impl Canvas {
     }
 
     /// The picture, each pixel of which is the mean of four that were drawn.
-    pub(super) fn picture(&self) -> Raster {
+    pub(crate) fn picture(&self) -> Raster {
         self.picture.halved()
     }
 }

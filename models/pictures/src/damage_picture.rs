@@ -2,9 +2,9 @@
 
 use std::collections::HashMap;
 
-use super::camera::{Camera, cross, dot, light, sub};
-use super::canvas::Canvas;
-use super::raster::{Raster, lit};
+use crate::camera::{Camera, cross, dot, light, sub};
+use crate::canvas::Canvas;
+use crate::raster::{Raster, lit};
 
 /// Longer side of the picture in pixels, of which four make one at the end.
 const SIDE: f64 = 1100.0;
@@ -14,7 +14,7 @@ const PAD: f64 = 0.06;
 const RAMP: [[u8; 3]; 5] =
     [[236, 232, 222], [246, 200, 96], [226, 112, 58], [160, 30, 52], [52, 12, 40]];
 /// The same in words of a style sheet.
-pub(super) const LEGEND: [&str; 5] =
+pub const LEGEND: [&str; 5] =
     ["rgb(236,232,222)", "rgb(246,200,96)", "rgb(226,112,58)", "rgb(160,30,52)", "rgb(52,12,40)"];
 const GRAIN: [f64; 3] = [140.0, 148.0, 160.0];
 

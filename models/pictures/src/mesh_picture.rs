@@ -4,9 +4,9 @@ use std::collections::HashMap;
 
 use fem::TetMesh;
 
-use super::camera::{Camera, cross, dot, light, sub};
-use super::canvas::Canvas;
-use super::raster::{Raster, grain_colour, lit};
+use crate::camera::{Camera, cross, dot, light, sub};
+use crate::canvas::Canvas;
+use crate::raster::{Raster, grain_colour, lit};
 
 /// Matrix whose centre lies in this sector about the axis is taken away, in degrees of azimuth.
 const CUT: (f64, f64) = (-100.0, -4.0);

@@ -3,8 +3,8 @@
 use fem::Volume;
 use rayon::prelude::*;
 
-use super::camera::{Camera, light};
-use super::raster::{Colour, Raster, grain_colour, lit};
+use crate::camera::{Camera, light};
+use crate::raster::{Colour, Raster, grain_colour, lit};
 
 /// Longer side of the picture in pixels, of which four make one at the end.
 const SIDE: f64 = 1200.0;

@@ -3,7 +3,7 @@
 use std::io;
 
 /// Red, green and blue.
-pub(super) type Colour = [u8; 3];
+pub(crate) type Colour = [u8; 3];
 
 /// A picture of pixels, row by row from the top left.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -15,18 +15,18 @@ pub struct Raster {
 
 impl Raster {
     /// A picture of one colour.
-    pub(super) fn new(width: usize, height: usize, colour: Colour) -> Self {
+    pub fn new(width: usize, height: usize, colour: Colour) -> Self {
         Self { width, height, pixels: vec![colour; width * height] }
     }
 
     /// A picture from rows of pixels, all of one length.
-    pub(super) fn from_rows(width: usize, rows: Vec<Vec<Colour>>) -> Self {
+    pub fn from_rows(width: usize, rows: Vec<Vec<Colour>>) -> Self {
         let height = rows.len();
         Self { width, height, pixels: rows.concat() }
     }
 
     /// A picture from red, green and blue of each pixel in turn.
-    pub(crate) fn from_bytes(width: usize, bytes: &[u8]) -> Self {
+    pub fn from_bytes(width: usize, bytes: &[u8]) -> Self {
         let pixels: Vec<Colour> = bytes.as_chunks().0.to_vec();
         Self { width, height: pixels.len() / width.max(1), pixels }
     }
@@ -39,25 +39,25 @@ impl Raster {
         Self::from_rows(times * self.width, rows.collect())
     }
 
-    pub(super) fn width(&self) -> usize {
+    pub fn width(&self) -> usize {
         self.width
     }
 
-    pub(super) fn height(&self) -> usize {
+    pub fn height(&self) -> usize {
         self.height
     }
 
     #[cfg(test)]
-    pub(super) fn at(&self, x: usize, y: usize) -> Colour {
+    pub fn at(&self, x: usize, y: usize) -> Colour {
         self.pixels[y * self.width + x]
     }
 
-    pub(super) fn set(&mut self, x: usize, y: usize, colour: Colour) {
+    pub fn set(&mut self, x: usize, y: usize, colour: Colour) {
         self.pixels[y * self.width + x] = colour;
     }
 
     /// Puts another picture, which must fit, with its top left corner here.
-    pub(super) fn paste(&mut self, other: &Raster, x: usize, y: usize) {
+    pub fn paste(&mut self, other: &Raster, x: usize, y: usize) {
         for (row, pixels) in other.pixels.chunks(other.width).enumerate() {
             let start = (y + row) * self.width + x;
             self.pixels[start..start + other.width].copy_from_slice(pixels);
@@ -65,7 +65,7 @@ impl Raster {
     }
 
     /// The picture at half the size, each pixel the mean of four; an odd last row or column is lost.
-    pub(super) fn halved(&self) -> Self {
+    pub fn halved(&self) -> Self {
         let (width, height) = (self.width / 2, self.height / 2);
         let mean = |x: usize, y: usize| -> Colour {
             let at = |dx, dy| self.pixels[(2 * y + dy) * self.width + 2 * x + dx];
@@ -118,7 +118,7 @@ pub fn side_by_side(pictures: &[Raster]) -> Raster {
 }
 
 /// A colour of its own for every grain, as far as there are any.
-pub(super) fn grain_colour(grain: u32) -> [f64; 3] {
+pub(crate) fn grain_colour(grain: u32) -> [f64; 3] {
     const GRAINS: [[f64; 3]; 6] = [
         [230.0, 159.0, 60.0],
         [86.0, 160.0, 211.0],
@@ -131,7 +131,7 @@ pub(super) fn grain_colour(grain: u32) -> [f64; 3] {
 }
 
 /// A colour in this much light, from 0 to 1.
-pub(super) fn lit(colour: [f64; 3], light: f64) -> Colour {
+pub(crate) fn lit(colour: [f64; 3], light: f64) -> Colour {
     colour.map(|c| (c * light.clamp(0.0, 1.0)) as u8)
 }
 

@@ -7,15 +7,15 @@ const LIGHT: [f64; 3] = [0.25, -0.6, 0.76];
 
 /// An orthogonal view of a specimen whose axis is z.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Camera {
+pub(crate) struct Camera {
     right: [f64; 3],
     up: [f64; 3],
     /// From the specimen to the viewer.
-    pub(super) towards: [f64; 3],
+    pub towards: [f64; 3],
 }
 
 impl Camera {
-    pub(super) fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let (azimuth, elevation) = (VIEW.0.to_radians(), VIEW.1.to_radians());
         let towards =
             [elevation.cos() * azimuth.cos(), elevation.cos() * azimuth.sin(), elevation.sin()];
@@ -24,36 +24,36 @@ impl Camera {
     }
 
     /// The way to the viewer in the plane across the axis.
-    pub(super) fn ahead(&self) -> [f64; 3] {
+    pub(crate) fn ahead(&self) -> [f64; 3] {
         let azimuth = VIEW.0.to_radians();
         [azimuth.cos(), azimuth.sin(), 0.0]
     }
 
     /// To the right, downwards and towards the viewer.
-    pub(super) fn project(&self, p: [f64; 3]) -> [f64; 3] {
+    pub(crate) fn project(&self, p: [f64; 3]) -> [f64; 3] {
         [dot(p, self.right), -dot(p, self.up), dot(p, self.towards)]
     }
 
     /// The point of these coordinates.
-    pub(super) fn unproject(&self, [x, y, depth]: [f64; 3]) -> [f64; 3] {
+    pub(crate) fn unproject(&self, [x, y, depth]: [f64; 3]) -> [f64; 3] {
         [0, 1, 2].map(|k| x * self.right[k] - y * self.up[k] + depth * self.towards[k])
     }
 }
 
 /// The light on a surface of this outward unit normal, from 0.5 in the dark to 1.
-pub(super) fn light(normal: [f64; 3]) -> f64 {
+pub(crate) fn light(normal: [f64; 3]) -> f64 {
     0.5 + 0.5 * dot(normal, LIGHT).max(0.0)
 }
 
-pub(super) fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+pub(crate) fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
-pub(super) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+pub(crate) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-pub(super) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 

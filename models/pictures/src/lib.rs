@@ -1,0 +1,31 @@
+//! Shaded pictures of grains, meshes and damage, drawn pixel by pixel.
+//!
+//! This crate is apart from `models`, whose report shows the pictures, because it must be compiled with all
+//! optimisations and `models` need not.
+//!
+//! ```
+//! let lattice = fem::CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.5 };
+//! let picture = breccia_pictures::mesh_picture(&lattice.build()?);
+//! assert!(picture.width() > 0 && picture.height() > 0);
+//! # Ok::<(), fem::LatticeError>(())
+//! ```
+//!
+//! # Modules
+//!
+//! From the ground up; an import goes down only.
+//!
+//! 1. `raster`, `canvas`: pixels, and triangles with depth on them
+//! 2. `camera`: where a point of space is seen, and how a face is lit
+//! 3. `grain_picture`, `mesh_picture`, `damage_picture`: the pictures
+
+mod camera;
+mod canvas;
+mod damage_picture;
+mod grain_picture;
+mod mesh_picture;
+mod raster;
+
+pub use damage_picture::{DamagedBody, LEGEND, damage_picture};
+pub use grain_picture::grain_picture;
+pub use mesh_picture::mesh_picture;
+pub use raster::{Raster, side_by_side};
