@@ -123,10 +123,10 @@ pub trait UnivariateDensity<R: Scalar>: Univariate {
         (0..n).map(|_| self.at_coordinate(next(), terms)).collect()
     }
 
-    /// ln P(lower < X < upper), with its derivatives in the parameters.
+    /// ln P(lower < X < upper), with its derivatives in the parameters: by adaptive quadrature, unless a
+    /// family has a closed form.
     fn ln_mass(&self, lower: f64, upper: f64) -> R {
-        let interval = Interval::new(lower..upper);
-        ln_mass_by_quadrature(self, self.support(), interval, |x| self.ln_pdf(x))
+        ln_mass_by_quadrature(self, Interval::new(lower..upper))
     }
 
     /// ln P(X ≤ x), with its derivatives in x and the parameters.
