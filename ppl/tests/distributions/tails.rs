@@ -3,7 +3,7 @@
 
 use ppl::prelude::*;
 use ppl::special::Tail;
-use ppl::{Dual, Univariate, UnivariateDensity};
+use ppl::{Dual, UnivariateDensity};
 
 use crate::numerics::assert_close;
 
