@@ -1,6 +1,6 @@
 //! A model with its data, ready to be evaluated.
 
-use rand::Rng;
+use rand::{Rng, RngCore};
 
 use crate::backend::{Backend, Forward, FullTape, Primal, Reverse};
 use crate::density::{FatalError, LogDensity, Rejection};
@@ -264,6 +264,14 @@ impl<M: Model> LogDensity for Bound<M> {
         workspace: &mut Workspace,
     ) -> Result<f64, Rejection> {
         self.reverse::<true>(y, gradient, workspace)
+    }
+
+    fn prior_point(&self, rng: &mut dyn RngCore) -> Option<Vec<f64>> {
+        inspect::draw(&self.model, rng).ok().map(|record| record.unconstrained)
+    }
+
+    fn with_values(&self, y: &[f64], values: &[(String, Vec<f64>)]) -> Result<Vec<f64>, String> {
+        inspect::with_values(&self.model, y, values)
     }
 
     fn explain(&self, y: &[f64]) -> Option<String> {

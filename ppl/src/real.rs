@@ -103,4 +103,12 @@ impl<S: Scalar> Recordable for Real<S> {
     fn flatten(&self, out: &mut Vec<f64>) {
         out.push(self.value());
     }
+
+    fn overwrite(&mut self, numbers: &mut dyn Iterator<Item = f64>) -> bool {
+        let number = numbers.next();
+        number.is_some_and(|number| {
+            *self = Self::from(number);
+            true
+        })
+    }
 }

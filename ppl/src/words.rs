@@ -44,6 +44,17 @@ pub(crate) fn further(detail: &Option<String>) -> String {
     detail.as_ref().map_or(String::new(), |detail| format!("; {detail}"))
 }
 
+/// Starting points that were tried.
+pub(crate) fn points_tried(uniform: u32, prior: u32) -> String {
+    match (uniform, prior) {
+        (uniform, 0) => format!("all {uniform} initial points"),
+        (0, prior) => format!("all {prior} draws from the prior"),
+        (uniform, prior) => {
+            format!("all {uniform} uniform initial points and {prior} draws from the prior")
+        }
+    }
+}
+
 pub(crate) fn first_to_fail(datum: String) -> String {
     format!("the first observation to fail is {datum}")
 }
