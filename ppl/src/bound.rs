@@ -133,7 +133,8 @@ impl<M: Model> Bound<M> {
     /// independent of the tape and of what was prepared when data were bound.
     ///
     /// # Errors
-    /// [`Rejection`] where the density is zero or not defined.
+    /// [`Rejection`] where the density is zero or not defined, and at the first statement whose
+    /// derivative is not finite.
     pub fn forward_gradient(&self, y: &[f64], gradient: &mut [f64]) -> Result<f64, Rejection> {
         let (mut value, mut sums) = (0.0, Vec::new());
         for (i, g) in gradient.iter_mut().enumerate() {
@@ -181,6 +182,18 @@ impl<M: Model> Bound<M> {
                 return Ok(density.backend.total());
             }
         }
+    }
+
+    /// The statement whose derivative is not finite at `y`, where the density is.
+    #[cold]
+    fn explain_gradient(&self, y: &[f64]) -> Option<String> {
+        self.log_density(y, &mut Workspace::default()).ok()?;
+        let rejection = self.forward_gradient(y, &mut vec![0.0; y.len()]).err()?;
+        Some(format!(
+            "the first statement whose derivative is not finite is {}: look for a function without \
+             tangent there, as the square root at 0, and for partials that a function of your own returns",
+            rejection.location()?
+        ))
     }
 
     /// The sum of all terms, with its gradient; once more if the tape was too short.
@@ -276,7 +289,7 @@ impl<M: Model> LogDensity for Bound<M> {
 
     fn explain(&self, y: &[f64]) -> Option<String> {
         match self.layout() {
-            Ok(_) => inspect::explain(&self.model, y),
+            Ok(_) => inspect::explain(&self.model, y).or_else(|| self.explain_gradient(y)),
             Err(error) => Some(error.to_string()),
         }
     }

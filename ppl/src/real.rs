@@ -49,6 +49,11 @@ impl<S: Scalar> Scalar for Real<S> {
     }
 
     #[inline(always)]
+    fn has_finite_slopes(self) -> bool {
+        self.0.has_finite_slopes()
+    }
+
+    #[inline(always)]
     fn deposit(self, adjoint: f64) {
         self.0.deposit(adjoint);
     }

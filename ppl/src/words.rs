@@ -28,8 +28,19 @@ pub(crate) fn list(items: impl IntoIterator<Item = String>) -> String {
     }
 }
 
-/// `y[3] = 0.7`.
+/// `y[3] = 0.7`; what to do about NaN.
 pub(crate) fn datum(name: &str, index: Option<usize>, values: &[f64]) -> String {
+    let advice = match values.iter().any(|value| value.is_nan()) {
+        true => format!(
+            ". Where data are missing, pass them as `Option<f64>` and write `{name}.impute() ~ …`, which \
+             declares the missing ones as unknowns"
+        ),
+        false => String::new(),
+    };
+    format!("{}{advice}", place_and_values(name, index, values))
+}
+
+fn place_and_values(name: &str, index: Option<usize>, values: &[f64]) -> String {
     let index = index.map_or(String::new(), |index| format!("[{index}]"));
     let numbers = |values: &[f64]| values.iter().map(f64::to_string).collect::<Vec<_>>().join(", ");
     match values {
