@@ -1,9 +1,7 @@
 //! Probabilities of intervals, with their derivatives in the parameters.
 
 use super::interval::Interval;
-use super::univariate::{ln_inside, quantile_within};
-use super::univariate_density::UnivariateDensity;
-use crate::accumulator::Joined;
+use super::univariate::{Univariate, ln_inside, quantile_within};
 use crate::scalar::Scalar;
 use crate::special::{Node, density_nodes};
 use crate::transform::Support;
@@ -17,16 +15,18 @@ pub(super) const CANCELLED: f64 = 0.05;
 /// Its derivative in a parameter is the mean over the interval of ∂ ln p(y), and what flows over an end
 /// that moves in y: −p(u) ∂x(y)/∂θ at the upper end u, and the opposite at the lower one. The value comes
 /// from the distribution functions where these have its digits, and from the quadrature elsewhere.
-pub(super) fn ln_mass_by_quadrature<R: Scalar, D: UnivariateDensity<R>>(
-    distribution: &D,
+pub(super) fn ln_mass_by_quadrature<R: Scalar>(
+    distribution: &impl Univariate,
+    support: Support<R>,
     interval: Interval,
+    ln_pdf: impl Fn(R) -> R,
+    ln_density_at_coordinate: impl Fn(R) -> R,
 ) -> R {
     let (value, share) = ln_inside(distribution, interval);
     let has_digits = share >= CANCELLED && value > f64::NEG_INFINITY;
     if has_digits && !R::DIFFERENTIABLE {
         return R::from(value);
     }
-    let support = distribution.support();
     let (first, last) = support.bounds();
     let (has_lower, has_upper) = (interval.lower() > first, interval.upper() < last);
     // a narrow interval has its digits in x, every other in the coordinate
@@ -42,10 +42,8 @@ pub(super) fn ln_mass_by_quadrature<R: Scalar, D: UnivariateDensity<R>>(
         [first.unwrap_or(f64::NEG_INFINITY), last.unwrap_or(f64::INFINITY)]
     };
     let at = |y: f64| match is_narrow {
-        true => distribution.ln_pdf(R::from(y)),
-        false => Joined::of(|terms| {
-            distribution.at_coordinate(R::from(y), terms);
-        }),
+        true => ln_pdf(R::from(y)),
+        false => ln_density_at_coordinate(R::from(y)),
     };
     // parameters that are data leave nothing to integrate; a partial may vanish at one point, not at
     // three

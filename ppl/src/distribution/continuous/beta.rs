@@ -5,8 +5,7 @@ use rand::Rng;
 use crate::accumulator::Accumulator;
 use crate::datum::Datum;
 use crate::density::DomainError;
-use crate::distribution::interval::Interval;
-use crate::distribution::interval_mass::{CANCELLED, ln_mass_by_quadrature};
+use crate::distribution::interval_mass::CANCELLED;
 use crate::distribution::traits::lift;
 use crate::distribution::univariate::Univariate;
 use crate::distribution::univariate_density::UnivariateDensity;
@@ -179,7 +178,7 @@ where
         let [below, above] = [lower, upper].map(|x| self.tails(x));
         let (mass, share) = LnTails::between(&below, &above);
         if share < CANCELLED {
-            return ln_mass_by_quadrature(self, Interval::new(lower..upper));
+            return self.ln_mass_by_quadrature(lower, upper);
         }
         let [in_a, in_b] = mass.slopes;
         R::gather(mass.ln, ((self.0, in_a), (self.1, in_b)))
