@@ -90,6 +90,9 @@ pub(crate) const PLAIN_VALUE: &str = "`value` drops the derivatives: compare unk
      `Scalar`, or is only recorded, by `#[track]` or `#[predict]`";
 pub(crate) const UNKNOWN_INDEX: &str = "the unknown `{}` is a real number, not an index: sum a \
      discrete choice out, by `Mixture` or `factor(ln_sum_exp(…))`, and take indices from data";
+pub(crate) const RUN_TIME_SIZE: &str = "`{}` is known at run time, but a size in `<…>` is a constant: \
+     write `.iid({})` in place of `.array::<{}>()`, `LkjCholesky::of({}, eta)` in place of \
+     `LkjCholesky::<{}>(eta)`, and vectors in place of arrays";
 pub(crate) const FUNCTION_OF_F64: &str = "`f64::{}` takes plain numbers, without derivatives: write \
      the method, `x.{}(…)`, which unknowns have too";
 pub(crate) const LOST_DERIVATIVES: &str = "`{}` is a plain number, without derivatives in unknowns: \

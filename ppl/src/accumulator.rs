@@ -193,12 +193,15 @@ impl<R: Scalar> Statement<R> for Joined<R> {
 
     #[inline(always)]
     fn total(&self) -> f64 {
-        self.number().value()
+        let total = self.number();
+        if total.has_finite_slopes() { total.value() } else { f64::NAN }
     }
 
+    /// Whether value and derivatives are, as far as the number carries these.
     #[inline(always)]
     fn is_finite(&self) -> bool {
-        self.number().value().is_finite()
+        let total = self.number();
+        total.value().is_finite() && total.has_finite_slopes()
     }
 }
 

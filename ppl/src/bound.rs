@@ -1,6 +1,6 @@
 //! A model with its data, ready to be evaluated.
 
-use rand::Rng;
+use rand::{Rng, RngCore};
 
 use crate::backend::{Backend, Forward, FullTape, Primal, Reverse};
 use crate::density::{FatalError, LogDensity, Rejection};
@@ -133,7 +133,8 @@ impl<M: Model> Bound<M> {
     /// independent of the tape and of what was prepared when data were bound.
     ///
     /// # Errors
-    /// [`Rejection`] where the density is zero or not defined.
+    /// [`Rejection`] where the density is zero or not defined, and at the first statement whose
+    /// derivative is not finite.
     pub fn forward_gradient(&self, y: &[f64], gradient: &mut [f64]) -> Result<f64, Rejection> {
         let (mut value, mut sums) = (0.0, Vec::new());
         for (i, g) in gradient.iter_mut().enumerate() {
@@ -181,6 +182,18 @@ impl<M: Model> Bound<M> {
                 return Ok(density.backend.total());
             }
         }
+    }
+
+    /// The statement whose derivative is not finite at `y`, where the density is.
+    #[cold]
+    fn explain_gradient(&self, y: &[f64]) -> Option<String> {
+        self.log_density(y, &mut Workspace::default()).ok()?;
+        let rejection = self.forward_gradient(y, &mut vec![0.0; y.len()]).err()?;
+        Some(format!(
+            "the first statement whose derivative is not finite is {}: look for a function without \
+             tangent there, as the square root at 0, and for partials that a function of your own returns",
+            rejection.location()?
+        ))
     }
 
     /// The sum of all terms, with its gradient; once more if the tape was too short.
@@ -266,9 +279,17 @@ impl<M: Model> LogDensity for Bound<M> {
         self.reverse::<true>(y, gradient, workspace)
     }
 
+    fn prior_point(&self, rng: &mut dyn RngCore) -> Option<Vec<f64>> {
+        inspect::draw(&self.model, rng).ok().map(|record| record.unconstrained)
+    }
+
+    fn with_values(&self, y: &[f64], values: &[(String, Vec<f64>)]) -> Result<Vec<f64>, String> {
+        inspect::with_values(&self.model, y, values)
+    }
+
     fn explain(&self, y: &[f64]) -> Option<String> {
         match self.layout() {
-            Ok(_) => inspect::explain(&self.model, y),
+            Ok(_) => inspect::explain(&self.model, y).or_else(|| self.explain_gradient(y)),
             Err(error) => Some(error.to_string()),
         }
     }

@@ -148,6 +148,14 @@ pub trait Recordable {
 
     /// Appends the elements, last dimension fastest.
     fn flatten(&self, out: &mut Vec<f64>);
+
+    /// Overwrites the elements by `numbers`, of which there are as many; whether this kind of value can
+    /// be overwritten.
+    #[doc(hidden)]
+    fn overwrite(&mut self, numbers: &mut dyn Iterator<Item = f64>) -> bool {
+        let _ = numbers;
+        false
+    }
 }
 
 /// How a number is written down: `impl_number_record! { [generics] Type: self => its f64; }`.
@@ -195,6 +203,9 @@ impl<T: Recordable> Recordable for [T] {
             x.flatten(out);
         }
     }
+    fn overwrite(&mut self, numbers: &mut dyn Iterator<Item = f64>) -> bool {
+        self.iter_mut().all(|x| x.overwrite(numbers))
+    }
 }
 
 impl<T: Recordable, const N: usize> Recordable for [T; N] {
@@ -204,6 +215,9 @@ impl<T: Recordable, const N: usize> Recordable for [T; N] {
     fn flatten(&self, out: &mut Vec<f64>) {
         self.as_slice().flatten(out);
     }
+    fn overwrite(&mut self, numbers: &mut dyn Iterator<Item = f64>) -> bool {
+        self.as_mut_slice().overwrite(numbers)
+    }
 }
 
 impl<T: Recordable> Recordable for Vec<T> {
@@ -212,5 +226,8 @@ impl<T: Recordable> Recordable for Vec<T> {
     }
     fn flatten(&self, out: &mut Vec<f64>) {
         self.as_slice().flatten(out);
+    }
+    fn overwrite(&mut self, numbers: &mut dyn Iterator<Item = f64>) -> bool {
+        self.as_mut_slice().overwrite(numbers)
     }
 }

@@ -4,6 +4,8 @@ use std::error::Error;
 use std::fmt;
 use std::sync::Arc;
 
+use rand::RngCore;
+
 /// A log density on unconstrained space ℝᵈ.
 ///
 /// [`Bound`](crate::Bound) implements it for every model; write it by hand for a density that
@@ -56,6 +58,23 @@ pub trait LogDensity: Sync {
         gradient: &mut [f64],
         workspace: &mut Self::Workspace,
     ) -> Result<f64, Rejection>;
+
+    /// A draw from the prior in unconstrained coordinates, if the density has a prior: chains and searches
+    /// start there where uniform starts are rejected, and random walks take their first scales from it.
+    fn prior_point(&self, rng: &mut dyn RngCore) -> Option<Vec<f64>> {
+        let _ = rng;
+        None
+    }
+
+    /// `y` with the quantities of these names at these values.
+    ///
+    /// # Errors
+    /// Which name or value does not fit, and what would.
+    #[doc(hidden)]
+    fn with_values(&self, y: &[f64], values: &[(String, Vec<f64>)]) -> Result<Vec<f64>, String> {
+        let _ = (y, values);
+        Err("a density without a model has no named quantities: give `init_points`".to_owned())
+    }
 
     /// What can be said about a rejected `y` beyond the [`Rejection`], as the datum at fault; for
     /// error messages.

@@ -56,6 +56,11 @@ impl<const N: usize> Scalar for Dual<N> {
     }
 
     #[inline]
+    fn has_finite_slopes(self) -> bool {
+        self.gradient.iter().all(|slope| slope.is_finite())
+    }
+
+    #[inline]
     fn gather(value: f64, partials: impl Partials<Self>) -> Self {
         let mut gradient = [0.0; N];
         partials.spread(&mut |argument, partial| {

@@ -15,6 +15,12 @@ pub(crate) trait ErasedDensity: Sync {
     /// Number of coordinates.
     fn dim(&self) -> usize;
 
+    /// As [`LogDensity::prior_point`].
+    fn prior_point(&self, rng: &mut dyn RngCore) -> Option<Vec<f64>>;
+
+    /// As [`LogDensity::with_values`].
+    fn with_values(&self, y: &[f64], values: &[(String, Vec<f64>)]) -> Result<Vec<f64>, String>;
+
     /// The density with a workspace of its own: one a chain.
     fn evaluator(&self) -> Box<dyn Evaluator + '_>;
 }
@@ -34,6 +40,14 @@ pub(crate) trait Evaluator: Send {
 impl<D: LogDensity> ErasedDensity for D {
     fn dim(&self) -> usize {
         LogDensity::dim(self)
+    }
+
+    fn prior_point(&self, rng: &mut dyn RngCore) -> Option<Vec<f64>> {
+        LogDensity::prior_point(self, rng)
+    }
+
+    fn with_values(&self, y: &[f64], values: &[(String, Vec<f64>)]) -> Result<Vec<f64>, String> {
+        LogDensity::with_values(self, y, values)
     }
 
     fn evaluator(&self) -> Box<dyn Evaluator + '_> {

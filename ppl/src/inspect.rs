@@ -11,6 +11,7 @@ use crate::evaluation::{Statistics, SufficientStatistics};
 use crate::layout::Layout;
 use crate::record::{Entry, Record, Role};
 use crate::trace::{CoordinateReader, Trace, UnknownsFrom};
+use crate::value_reader::ValueReader;
 use crate::words::{datum, first_to_fail, further};
 
 /// A model that cannot be evaluated at all.
@@ -163,6 +164,30 @@ pub(crate) fn record_at(
     let outcome = model.trace(&mut trace);
     trace.record.unfold();
     (trace.record, outcome)
+}
+
+/// `y` with the quantities of these names at these values, or what does not fit.
+pub(crate) fn with_values(
+    model: &dyn Statements,
+    y: &[f64],
+    values: &[(String, Vec<f64>)],
+) -> Result<Vec<f64>, String> {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(0);
+    let source = UnknownsFrom::Values(CoordinateReader::new(y), ValueReader::new(values));
+    let mut trace = Trace::new(source, &mut rng);
+    let outcome = traced(model, &mut trace);
+    let unknowns = trace.record.entries.iter().filter(|e| e.variable.role == Role::Parameter);
+    let names: Vec<String> = unknowns.map(|e| format!("`{}`", e.variable.name)).collect();
+    let (point, source) = (trace.record.unconstrained, trace.source);
+    if let UnknownsFrom::Values(_, values) = source {
+        match (outcome, &values.problem) {
+            (Ok(()), _) | (Err(_), Some(_)) => values.check(&names.join(", "))?,
+            // the density rejects this point, too, and another one is tried
+            (Err(_), None) if point.len() < y.len() => return Ok(y.to_vec()),
+            (Err(_), None) => {}
+        }
+    }
+    Ok(point)
 }
 
 /// Names, shapes and the number of unknowns, from a draw.

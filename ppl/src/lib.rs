@@ -55,8 +55,9 @@
 //!    own functions, and constrained values from unconstrained ones
 //! 6. `distribution`: one family a file
 //! 7. `expression`, `dot`, `plate_adjoint`, `operand`: what expressions of a model become
-//! 8. `model`, `submodel`, `evaluation`, `trace`: what `model!` expands to, and the contexts that evaluate it
-//! 9. `inspect`, `bound`, `erased`: a model with its data; the same without its types
+//! 8. `model`, `submodel`, `evaluation`, `value_reader`, `trace`: what `model!` expands to, and the contexts that evaluate it
+//! 9. `inspect`, `bound`, `erased`, `start`: a model with its data; the same without its types; where
+//!    searches and chains start
 //! 10. `optimize`, `sampler`: MAP and Laplace; NUTS and Metropolis
 //! 11. `diagnostics`: are the draws good?
 //! 12. `posterior`, `warnings`, `summary`: draws by name, and what to say of them
@@ -105,11 +106,13 @@ mod sampler;
 mod scalar;
 mod site;
 pub mod special;
+mod start;
 mod submodel;
 mod summary;
 pub mod tape;
 mod trace;
 pub mod transform;
+mod value_reader;
 mod warnings;
 mod words;
 
@@ -149,6 +152,7 @@ pub use sampler::{
 };
 pub use scalar::{Arithmetic, Scalar};
 pub use site::{Failure, Site};
+pub use start::StartKind;
 pub use submodel::{Declaration, Part, Prediction, Submodel};
 pub use summary::Summary;
 pub use warnings::{Warning, WarningKind};

@@ -42,7 +42,9 @@ pub fn ln_sum_exp<S: Scalar>(terms: &[S]) -> S {
         // −∞ − (−∞) is no number, though a sum of nothing is
         return S::from(if largest == f64::NEG_INFINITY { largest } else { value });
     }
-    S::fuse_iter(value, terms.iter().map(|term| (*term, (term.value() - value).exp())))
+    let partials = terms.iter().map(|term| (*term, (term.value() - value).exp()));
+    // an impossible term may have an infinite slope, and 0 · ∞ is NaN
+    S::fuse_iter(value, partials.filter(|(_, partial)| *partial != 0.0))
 }
 
 #[cfg(test)]

@@ -49,6 +49,11 @@ impl<S: Scalar> Scalar for Real<S> {
     }
 
     #[inline(always)]
+    fn has_finite_slopes(self) -> bool {
+        self.0.has_finite_slopes()
+    }
+
+    #[inline(always)]
     fn deposit(self, adjoint: f64) {
         self.0.deposit(adjoint);
     }
@@ -102,5 +107,13 @@ impl<S: Scalar> Recordable for Real<S> {
 
     fn flatten(&self, out: &mut Vec<f64>) {
         out.push(self.value());
+    }
+
+    fn overwrite(&mut self, numbers: &mut dyn Iterator<Item = f64>) -> bool {
+        let number = numbers.next();
+        number.is_some_and(|number| {
+            *self = Self::from(number);
+            true
+        })
     }
 }

@@ -86,6 +86,13 @@ pub trait Scalar:
     /// The result `value` of a function of arguments with these partial derivatives.
     fn gather(value: f64, partials: impl Partials<Self>) -> Self;
 
+    /// Whether every derivative that the number carries with it is finite.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn has_finite_slopes(self) -> bool {
+        true
+    }
+
     /// Adds to the adjoint of this number the sum of those that were kept apart.
     #[doc(hidden)]
     #[inline(always)]

@@ -3,8 +3,9 @@
 use std::fmt;
 
 use crate::posterior::{Posterior, SummaryRow};
+use crate::start::StartKind;
 use crate::warnings::{Warning, warnings};
-use crate::words::cell;
+use crate::words::{cell, list};
 
 /// Moments, quantiles and diagnostics of every parameter and tracked quantity, with what is wrong
 /// in words.
@@ -22,6 +23,8 @@ pub struct Summary {
     pub chains: usize,
     /// Draws per chain.
     pub draws: usize,
+    /// Chains that started at a draw from the prior, since every uniform starting point was rejected.
+    pub prior_starts: Vec<usize>,
 }
 
 impl Posterior {
@@ -30,7 +33,15 @@ impl Posterior {
         let identifiability = self.identifiability();
         let rows = self.rows(&identifiability);
         let warnings = warnings(self, &rows, &identifiability);
-        Summary { rows, warnings, chains: self.posterior.chains, draws: self.posterior.draws }
+        let chains = self.chains.chains.iter().enumerate();
+        let started = chains.filter(|(_, chain)| chain.warmup.start_kind == StartKind::PriorDraw);
+        Summary {
+            rows,
+            warnings,
+            chains: self.posterior.chains,
+            draws: self.posterior.draws,
+            prior_starts: started.map(|(number, _)| number).collect(),
+        }
     }
 }
 
@@ -73,6 +84,13 @@ impl fmt::Display for Summary {
             writeln!(f)?;
         }
         writeln!(f, "{} chains of {} draws", self.chains, self.draws)?;
+        if !self.prior_starts.is_empty() {
+            let numbers = list(self.prior_starts.iter().map(usize::to_string));
+            writeln!(
+                f,
+                "Started at draws from the prior, since every uniform point was rejected: chain {numbers}"
+            )?;
+        }
         if self.warnings.is_empty() {
             writeln!(f, "Nothing wrong was found.")?;
         }

@@ -14,6 +14,7 @@ use crate::model::{Context, ContextHooks, NumberOf};
 use crate::real::Real;
 use crate::record::{Entry, Label, Record, Role};
 use crate::site::Site;
+use crate::value_reader::ValueReader;
 use crate::words;
 
 /// Where a trace takes its unknowns from.
@@ -22,6 +23,8 @@ pub(crate) enum UnknownsFrom<'y> {
     Prior,
     /// Unconstrained coordinates.
     Point(CoordinateReader<'y>),
+    /// Unconstrained coordinates, except for the quantities that have a value by name.
+    Values(CoordinateReader<'y>, ValueReader<'y>),
 }
 
 /// Coordinates in order.
@@ -47,7 +50,7 @@ impl<'y> CoordinateReader<'y> {
 
 /// Records every statement; predictions and replicates are drawn with `rng`.
 pub(crate) struct Trace<'y> {
-    source: UnknownsFrom<'y>,
+    pub(crate) source: UnknownsFrom<'y>,
     rng: &'y mut dyn RngCore,
     pub(crate) record: Record,
     /// Places of the submodels around the current statement.
@@ -175,8 +178,22 @@ impl<'y> Trace<'y> {
         distribution: &D,
     ) -> Result<D::Value, Rejection> {
         self.pass(site);
+        let label = match self.source {
+            UnknownsFrom::Values(..) => Some(self.label(site)),
+            _ => None,
+        };
         let value = match &mut self.source {
             UnknownsFrom::Prior => site.locate(distribution.try_draw(self.rng))?,
+            UnknownsFrom::Values(point, values) => {
+                site.locate(distribution.validate())?;
+                let terms = &mut Settled::new();
+                let mut value = distribution.constrain(&mut || point.next(), false, terms);
+                if let Some(label) = &label {
+                    let missing = if is_imputed { ".missing" } else { "" };
+                    values.overwrite(&format!("{}{missing}", label.name), &mut value);
+                }
+                value
+            }
             UnknownsFrom::Point(point) => {
                 site.locate(distribution.validate())?;
                 let terms = &mut Settled::new();
@@ -187,7 +204,15 @@ impl<'y> Trace<'y> {
                 value
             }
         };
+        let first = self.record.unconstrained.len();
         distribution.unconstrain(&value, &mut self.record.unconstrained);
+        if let (UnknownsFrom::Values(_, values), Some(label)) = (&mut self.source, &label)
+            && self.record.unconstrained[first..].iter().any(|y| !y.is_finite())
+        {
+            values.problem.get_or_insert_with(|| {
+                format!("`{}`: the value lies outside the support of its prior", label.name)
+            });
+        }
         let log_prior = log_density(distribution, &value);
         self.declare(site, is_imputed, &value, distribution.bounds(), log_prior)?;
         Ok(value)

@@ -28,8 +28,19 @@ pub(crate) fn list(items: impl IntoIterator<Item = String>) -> String {
     }
 }
 
-/// `y[3] = 0.7`.
+/// `y[3] = 0.7`; what to do about NaN.
 pub(crate) fn datum(name: &str, index: Option<usize>, values: &[f64]) -> String {
+    let advice = match values.iter().any(|value| value.is_nan()) {
+        true => format!(
+            ". Where data are missing, pass them as `Option<f64>` and write `{name}.impute() ~ …`, which \
+             declares the missing ones as unknowns"
+        ),
+        false => String::new(),
+    };
+    format!("{}{advice}", place_and_values(name, index, values))
+}
+
+fn place_and_values(name: &str, index: Option<usize>, values: &[f64]) -> String {
     let index = index.map_or(String::new(), |index| format!("[{index}]"));
     let numbers = |values: &[f64]| values.iter().map(f64::to_string).collect::<Vec<_>>().join(", ");
     match values {
@@ -42,6 +53,17 @@ pub(crate) fn datum(name: &str, index: Option<usize>, values: &[f64]) -> String 
 /// The rest of a sentence.
 pub(crate) fn further(detail: &Option<String>) -> String {
     detail.as_ref().map_or(String::new(), |detail| format!("; {detail}"))
+}
+
+/// Starting points that were tried.
+pub(crate) fn points_tried(uniform: u32, prior: u32) -> String {
+    match (uniform, prior) {
+        (uniform, 0) => format!("all {uniform} initial points"),
+        (0, prior) => format!("all {prior} draws from the prior"),
+        (uniform, prior) => {
+            format!("all {uniform} uniform initial points and {prior} draws from the prior")
+        }
+    }
 }
 
 pub(crate) fn first_to_fail(datum: String) -> String {

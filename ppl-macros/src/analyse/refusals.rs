@@ -4,7 +4,10 @@ use std::collections::HashMap;
 
 use quote::quote;
 use syn::visit::{self, Visit};
-use syn::{Error, Expr, Ident, Item, Macro};
+use syn::{
+    AngleBracketedGenericArguments, Error, Expr, GenericArgument, Ident, Item, Macro, Path,
+    PathArguments, Stmt, Type,
+};
 
 use super::activity::{Activity, holds};
 use crate::ast::{Block, Statement};
@@ -50,6 +53,28 @@ impl Refusals<'_> {
         }
     }
 
+    /// A name of the model that stands as a size in `<…>`.
+    fn size<'t>(&self, arguments: &'t AngleBracketedGenericArguments) -> Option<&'t Ident> {
+        let name = |argument: &'t GenericArgument| match argument {
+            GenericArgument::Type(Type::Path(path)) => path.path.get_ident(),
+            GenericArgument::Const(Expr::Path(path)) => path.path.get_ident(),
+            GenericArgument::Const(Expr::Block(block)) => match &block.block.stmts[..] {
+                [Stmt::Expr(Expr::Path(path), None)] => path.path.get_ident(),
+                _ => None,
+            },
+            _ => None,
+        };
+        let mut names = arguments.args.iter().filter_map(name);
+        names.find(|name| self.scope.contains_key(*name))
+    }
+
+    fn run_time_size<'t>(&self, path: &'t Path) -> Option<&'t Ident> {
+        path.segments.iter().find_map(|segment| match &segment.arguments {
+            PathArguments::AngleBracketed(arguments) => self.size(arguments),
+            _ => None,
+        })
+    }
+
     fn holds(&self, expr: &Expr) -> bool {
         holds(expr, &|name| self.activity.is_active(name) || self.derived.contains(name))
     }
@@ -69,6 +94,16 @@ impl Refusals<'_> {
             Expr::Index(index) => {
                 let name = root(&index.index).filter(|name| self.scope.get(name) == Some(&true))?;
                 Some(about(&name, &name, errors::UNKNOWN_INDEX))
+            }
+            Expr::Path(path) if self.run_time_size(&path.path).is_some() => {
+                let name = self.run_time_size(&path.path)?;
+                Some(about(name, name, errors::RUN_TIME_SIZE))
+            }
+            Expr::MethodCall(call)
+                if call.turbofish.as_ref().and_then(|t| self.size(t)).is_some() =>
+            {
+                let name = call.turbofish.as_ref().and_then(|t| self.size(t))?;
+                Some(about(name, name, errors::RUN_TIME_SIZE))
             }
             _ if self.is_recorded => None,
             Expr::Call(call) if call.args.iter().any(|argument| self.holds(argument)) => {

@@ -4,6 +4,7 @@ use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use crate::density::{LogDensity, Rejection};
+use crate::words::further;
 
 /// Relative difference allowed, against max(1, |∂|).
 const TOLERANCE: f64 = 1e-8;
@@ -30,6 +31,18 @@ pub enum GradientMismatch {
         uncertainty: f64,
         /// The point.
         point: Vec<f64>,
+    },
+    /// A component is NaN or infinite.
+    #[error("∂/∂y[{coordinate}] is {got} at y = {point:?}{}", further(.detail))]
+    NotFinite {
+        /// Index of the unconstrained coordinate.
+        coordinate: usize,
+        /// The gradient's component.
+        got: f64,
+        /// The point.
+        point: Vec<f64>,
+        /// The statement at fault, if the density knows it.
+        detail: Option<String>,
     },
     /// Value and gradient come from different functions.
     #[error(
@@ -139,6 +152,10 @@ pub fn gradient_at<D: LogDensity>(density: &D, point: &[f64]) -> Result<(), Grad
         return Err(GradientMismatch::Value { got: with, expected: alone, point: point.to_vec() });
     }
     for (coordinate, &got) in computed.iter().enumerate() {
+        if !got.is_finite() {
+            let (point, detail) = (point.to_vec(), density.explain(point));
+            return Err(GradientMismatch::NotFinite { coordinate, got, point, detail });
+        }
         let mut moved = point.to_vec();
         let along = |step: f64| {
             moved[coordinate] = point[coordinate] + step;

@@ -123,10 +123,22 @@ pub trait UnivariateDensity<R: Scalar>: Univariate {
         (0..n).map(|_| self.at_coordinate(next(), terms)).collect()
     }
 
-    /// ln P(lower < X < upper), with its derivatives in the parameters.
+    /// ln P(lower < X < upper), with its derivatives in the parameters: by adaptive quadrature, unless a
+    /// family has a closed form.
     fn ln_mass(&self, lower: f64, upper: f64) -> R {
+        self.ln_mass_by_quadrature(lower, upper)
+    }
+
+    /// The default of [`ln_mass`](UnivariateDensity::ln_mass).
+    #[doc(hidden)]
+    fn ln_mass_by_quadrature(&self, lower: f64, upper: f64) -> R {
+        let at_coordinate = |y| {
+            Joined::of(|terms| {
+                self.at_coordinate(y, terms);
+            })
+        };
         let interval = Interval::new(lower..upper);
-        ln_mass_by_quadrature(self, self.support(), interval, |x| self.ln_pdf(x))
+        ln_mass_by_quadrature(self, self.support(), interval, |x| self.ln_pdf(x), at_coordinate)
     }
 
     /// ln P(X ≤ x), with its derivatives in x and the parameters.

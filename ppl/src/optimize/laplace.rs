@@ -6,7 +6,8 @@ use rand_distr::StandardNormal;
 
 use super::{
     curvature::negative_hessian,
-    map::{Map, Mode, OptimizeError},
+    error::OptimizeError,
+    map::{Map, Mode},
 };
 use crate::{density::LogDensity, erased::ErasedDensity};
 

@@ -6,26 +6,27 @@ use argmin::{
     core::{CostFunction, Error, Executor, Gradient, State},
     solver::quasinewton::LBFGS,
 };
-use rand::{Rng, SeedableRng};
+use rand::{Rng, RngCore, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
-use thiserror::Error;
 
-use super::{curvature::negative_hessian, line_search::WeakWolfe};
+use super::{
+    curvature::negative_hessian, error::OptimizeError, line_search::WeakWolfe, rescaled::Rescaled,
+};
 use crate::{
     bound::{Bound, Workspace},
+    datum::Recordable,
     density::{FatalError, LogDensity, Rejection},
     erased::{ErasedDensity, Evaluator},
-    inspect::ModelError,
     model::Model,
-    words::further,
+    start::{NamedValues, NoStart, StartKind, find_start},
 };
 
 /// Pairs of steps and gradient differences that L-BFGS remembers.
 pub(super) const MEMORY: usize = 10;
-/// Starting points tried for each start.
-const TRIES: u32 = 100;
 /// Starts agree if they end within this of the best log density: no posterior could tell them apart.
 const AGREEMENT: f64 = 0.01;
+/// Rounds of further searches in units of the widths of the density, where the first ones found no mode.
+const RESCALINGS: usize = 2;
 /// A mode is found if a Newton step would gain less log density than this.
 const GAIN: f64 = 1e-6;
 
@@ -34,7 +35,8 @@ const GAIN: f64 = 1e-6;
 /// [`Map::find`] gives the joint mode over the constrained values (no Jacobian), which is the
 /// maximum a posteriori estimate and does not depend on the transforms; [`Map::run`] that of any
 /// log density as it stands. The search runs in unconstrained coordinates, by L-BFGS
-/// from starts uniform on (−2, 2): it never leaves the support. A mode on the border of the
+/// from starts uniform on (−2, 2), or from draws of the prior where the density rejects 100 of these: it
+/// never leaves the support. A mode on the border of the
 /// support lies at infinity there; the search then ends where going on would gain nothing, and
 /// [`Mode::at_bound`] names the coordinates.
 ///
@@ -70,11 +72,12 @@ pub struct Map {
     starts: usize,
     seed: u64,
     iterations: u64,
+    values: NamedValues,
 }
 
 impl Default for Map {
     fn default() -> Self {
-        Self { starts: 10, seed: 0, iterations: 1000 }
+        Self { starts: 10, seed: 0, iterations: 1000, values: Vec::new() }
     }
 }
 
@@ -87,6 +90,8 @@ pub struct Mode {
     pub log_density: f64,
     /// Searches made.
     pub starts: usize,
+    /// Searches that began at a draw from the prior, since the density rejected every uniform point.
+    pub prior_starts: usize,
     /// Searches that ended within 0.01 of the best log density. Few of many: other modes, or a
     /// surface too hard for the method.
     pub agreeing: usize,
@@ -97,53 +102,6 @@ pub struct Mode {
     /// Coordinates of `point` that ran towards infinity: the mode lies on the border of the
     /// support, as at a prior bound.
     pub at_bound: Vec<usize>,
-}
-
-/// A search that could not be made.
-#[derive(Debug, Error)]
-pub enum OptimizeError {
-    /// A setting out of its range.
-    #[error("setting `{setting}` = {value}: {help}")]
-    Setting {
-        /// Name of the builder method.
-        setting: &'static str,
-        /// The value given.
-        value: String,
-        /// What is accepted.
-        help: &'static str,
-    },
-    /// The model cannot be evaluated at all.
-    #[error(transparent)]
-    Model(#[from] ModelError),
-    /// No starting point was accepted by the density.
-    #[error("no start: all {tries} points were rejected, the last: {last}{}", further(.detail))]
-    Start {
-        /// Points tried.
-        tries: u32,
-        /// The last rejection.
-        #[source]
-        last: Box<Rejection>,
-        /// What else can be said about it, as the datum at fault.
-        detail: Option<String>,
-    },
-    /// The density rejects points next to the mode, or reports a fatal error.
-    #[error("the search failed: {0}")]
-    Density(#[from] Box<Rejection>),
-    /// The optimiser failed.
-    #[error("the search failed: {0}")]
-    Optimiser(String),
-    /// There is nothing to find.
-    #[error("the density has no unknowns, so that there is nothing to find")]
-    NoUnknowns,
-    /// The log density is not concave at the mode, so that no normal distribution fits there.
-    #[error(
-        "no normal approximation: the log density is flat or rises from the mode (coordinates at a \
-         bound: {at_bound:?}); sample the posterior instead"
-    )]
-    NotConcave {
-        /// See [`Mode::at_bound`].
-        at_bound: Vec<usize>,
-    },
 }
 
 impl Map {
@@ -162,6 +120,15 @@ impl Map {
     /// Most iterations of each search.
     pub fn iterations(mut self, iterations: u64) -> Self {
         self.iterations = iterations;
+        self
+    }
+
+    /// Starts every search with the quantity of this name at this value; quantities without a value start
+    /// at random. A value is a number, or an array or a vector of as many as the quantity has.
+    pub fn init_value(mut self, name: &str, value: impl Recordable) -> Self {
+        let mut numbers = Vec::new();
+        value.flatten(&mut numbers);
+        self.values.push((name.to_owned(), numbers));
         self
     }
 
@@ -193,19 +160,26 @@ impl Map {
         }
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(self.seed);
         let mut ends = Vec::with_capacity(self.starts);
+        let mut prior_starts = 0;
         for _ in 0..self.starts {
-            let start = start(density, &mut rng)?;
+            let (kind, start) = start(density, &self.values, &mut rng)?;
+            prior_starts += usize::from(kind == StartKind::PriorDraw);
             ends.push(self.climb(density, start)?);
         }
-        let best = ends.iter().map(|(_, value)| *value).fold(f64::NEG_INFINITY, f64::max);
-        let agreeing = ends.iter().filter(|(_, value)| best - value < AGREEMENT).count();
-        let (point, log_density) = ends
-            .into_iter()
-            .find(|(_, value)| *value == best)
-            .ok_or_else(|| OptimizeError::Optimiser("no finite log density".into()))?;
-
         let mut evaluator = density.evaluator();
-        let (gain, concave) = newton_gain(&mut *evaluator, &point)?;
+        let mut round = 0;
+        let (agreeing, point, log_density, gain, concave) = loop {
+            let (agreeing, point, log_density) = best(&ends)?;
+            let (gain, concave) = newton_gain(&mut *evaluator, &point)?;
+            if gain < GAIN || round == RESCALINGS {
+                break (agreeing, point, log_density, gain, concave);
+            }
+            round += 1;
+            ends = ends
+                .into_iter()
+                .map(|end| self.climb_rescaled(density, end))
+                .collect::<Result<_, OptimizeError>>()?;
+        };
         let mut at_bound = Vec::new();
         for i in 0..point.len() {
             if runs_away(&mut *evaluator, &point, i)? {
@@ -213,7 +187,31 @@ impl Map {
             }
         }
         let converged = gain < GAIN && concave;
-        Ok(Mode { point, log_density, starts: self.starts, agreeing, gain, converged, at_bound })
+        Ok(Mode {
+            point,
+            log_density,
+            starts: self.starts,
+            prior_starts,
+            agreeing,
+            gain,
+            converged,
+            at_bound,
+        })
+    }
+
+    /// Another search from the `end` of one, in units of the widths of the density there: in units far
+    /// from them, as of an elastic modulus in pascals, the tolerances of a search end it at once.
+    fn climb_rescaled(
+        &self,
+        density: &dyn ErasedDensity,
+        (end, value): (Vec<f64>, f64),
+    ) -> Result<(Vec<f64>, f64), OptimizeError> {
+        let Ok(hessian) = negative_hessian(&mut *density.evaluator(), &end) else {
+            return Ok((end, value));
+        };
+        let rescaled = Rescaled::new(density, end.clone(), hessian.diagonal().iter().copied());
+        let (z, higher) = self.climb(&rescaled, vec![0.0; end.len()])?;
+        Ok(if higher > value { (rescaled.point(&z), higher) } else { (end, value) })
     }
 
     /// One search.
@@ -238,23 +236,37 @@ impl Map {
     }
 }
 
-/// A random point that the density accepts.
-fn start<R: Rng>(density: &dyn ErasedDensity, rng: &mut R) -> Result<Vec<f64>, OptimizeError> {
+/// The number of searches that agree with the best, where that ended, and the log density there.
+fn best(ends: &[(Vec<f64>, f64)]) -> Result<(usize, Vec<f64>, f64), OptimizeError> {
+    let best = ends.iter().map(|(_, value)| *value).fold(f64::NEG_INFINITY, f64::max);
+    let agreeing = ends.iter().filter(|(_, value)| best - value < AGREEMENT).count();
+    let found = ends.iter().find(|(_, value)| *value == best);
+    let (point, value) =
+        found.ok_or_else(|| OptimizeError::Optimiser("no finite log density".into()))?;
+    Ok((agreeing, point.clone(), *value))
+}
+
+/// A point that the density accepts.
+fn start(
+    density: &dyn ErasedDensity,
+    values: &NamedValues,
+    rng: &mut Xoshiro256PlusPlus,
+) -> Result<(StartKind, Vec<f64>), OptimizeError> {
     let mut evaluator = density.evaluator();
-    let mut tries = 0;
-    loop {
-        let y: Vec<f64> = (0..density.dim()).map(|_| 4.0 * rng.random::<f64>() - 2.0).collect();
-        tries += 1;
-        match evaluator.log_density(&y) {
-            Ok(_) => return Ok(y),
-            Err(fatal @ Rejection::Fatal(_)) => return Err(Box::new(fatal).into()),
-            Err(last) if tries == TRIES => {
-                let (last, detail) = (Box::new(last), evaluator.explain(&y));
-                return Err(OptimizeError::Start { tries, last, detail });
-            }
-            Err(_) => {}
-        }
-    }
+    let mut uniform = |rng: &mut Xoshiro256PlusPlus| -> Vec<f64> {
+        (0..density.dim()).map(|_| 4.0 * rng.random::<f64>() - 2.0).collect()
+    };
+    let mut accept = |y: &[f64]| evaluator.log_density(y).map(|_| ());
+    find_start(density, values, rng, &mut uniform, &mut accept).map_err(|problem| match problem {
+        NoStart::Values(problem) => OptimizeError::Values(problem),
+        NoStart::Fatal(error, _) => Box::new(Rejection::Fatal(error)).into(),
+        NoStart::Rejected { uniform, prior, last, point } => OptimizeError::Start {
+            tries: uniform,
+            prior_draws: prior,
+            last: Box::new(last),
+            detail: density.evaluator().explain(&point),
+        },
+    })
 }
 
 /// `½ gᵀ|H|⁻¹g` with the Hessian H of −ln p, and whether H has no negative eigenvalue.
@@ -366,6 +378,14 @@ impl<M: Model> LogDensity for WithoutJacobian<'_, M> {
         workspace: &mut Workspace,
     ) -> Result<f64, Rejection> {
         self.0.gradient_without_jacobian(y, gradient, workspace)
+    }
+
+    fn prior_point(&self, rng: &mut dyn RngCore) -> Option<Vec<f64>> {
+        LogDensity::prior_point(self.0, rng)
+    }
+
+    fn with_values(&self, y: &[f64], values: &[(String, Vec<f64>)]) -> Result<Vec<f64>, String> {
+        LogDensity::with_values(self.0, y, values)
     }
 
     fn explain(&self, y: &[f64]) -> Option<String> {

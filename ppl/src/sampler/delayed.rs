@@ -162,14 +162,16 @@ impl Method for Screened {
             let (setting, value) = ("screening_steps", "0".into());
             return Err(RunError::Setting { setting, value, help: "give at least 1" });
         }
-        let dim = common_dim(cheap, expensive)?;
+        common_dim(cheap, expensive)?;
         let alone = self.alone.min(settings.warmup);
+        // the prior of the cheap density costs less to draw from
+        let shape = ProposalShape::new(cheap, settings);
         let kernel = || Delayed {
             alone,
             is_unasked: alone > 0,
-            ..Delayed::new(cheap, expensive, ProposalShape::new(dim, settings.warmup), self.steps)
+            ..Delayed::new(cheap, expensive, shape.clone(), self.steps)
         };
-        settings.execute(dim, kernel)
+        settings.execute(expensive, kernel)
     }
 
     fn resume(

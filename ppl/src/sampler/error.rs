@@ -6,7 +6,7 @@ use thiserror::Error;
 
 use crate::{
     density::{FatalError, Location, Rejection},
-    words::further,
+    words::{further, points_tried},
 };
 
 /// A run that could not start. Trouble after the start ends a chain and keeps its draws, see
@@ -25,15 +25,17 @@ pub enum RunError {
     },
     /// No starting point was accepted by the density.
     #[error(
-        "chain {chain} cannot start: all {tries} initial points were rejected ({}); the last: \
-         {last}{}. Check the statement named and its data, or begin elsewhere",
-        tally(.rejections), further(.detail)
+        "chain {chain} cannot start: {} were rejected ({}); the last: {last}{}. Check the statement named \
+         and its data, or give starting values by `init_value`",
+        points_tried(*.tries, *.prior_draws), tally(.rejections), further(.detail)
     )]
     Initialisation {
         /// Number of the chain.
         chain: usize,
-        /// Points tried.
+        /// Uniform or given points tried.
         tries: u32,
+        /// Draws from the prior tried.
+        prior_draws: u32,
         /// How often each location of the model rejected.
         rejections: BTreeMap<Location, u64>,
         /// The last rejection.
@@ -42,6 +44,9 @@ pub enum RunError {
         /// What else can be said about it, as the datum at fault.
         detail: Option<String>,
     },
+    /// A starting value by name that does not fit the model.
+    #[error("starting value of {0}")]
+    Values(String),
     /// The model reported a fatal error before the first transition.
     #[error("chain {chain} cannot start: {}", .detail.clone().unwrap_or_else(|| .source.to_string()))]
     Fatal {

@@ -23,7 +23,9 @@ use crate::{
 
 /// Random-walk Metropolis that learns its proposal `Normal(y, s² Σ)` in the warmup.
 ///
-/// Needs no gradient. Σ is the covariance of the draws of the last of several windows, which
+/// Needs no gradient. The first Σ is diagonal, with the squared scales of the prior (of its quartiles over
+/// 200 draws), so that units do not matter; the identity for densities without a prior. Afterwards Σ is
+/// the covariance of the draws of the last of several windows, which
 /// double from 100 draws between the first 10 % and the last 25 % of the warmup; its correlations
 /// are shrunk by n/(n+5), so that it is positive definite from any number n of draws. The scale s
 /// begins at 2.38/√d with every window, and `ln s ← ln s + k^−0.6 (a − a*)` leads the acceptance
@@ -79,10 +81,8 @@ impl Method for RandomWalk {
         settings: &Settings<'_>,
         density: &dyn ErasedDensity,
     ) -> Result<Chains, RunError> {
-        let dim = density.dim();
-        settings.execute(dim, || {
-            MetropolisChain::new(density, ProposalShape::new(dim, settings.warmup))
-        })
+        let shape = ProposalShape::new(density, settings);
+        settings.execute(density, || MetropolisChain::new(density, shape.clone()))
     }
 
     fn resume(

@@ -137,7 +137,7 @@ impl Method for NoUTurn {
     ) -> Result<Chains, RunError> {
         self.check()?;
         let dim = density.dim();
-        let chains = settings.execute(dim, || {
+        let chains = settings.execute(density, || {
             let warmup = Warmup::new(self.rule, dim, settings.warmup, self.target_accept);
             NutsChain::new(density, self.max_depth, warmup, None)
         })?;

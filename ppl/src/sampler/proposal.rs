@@ -1,15 +1,17 @@
 //! The proposal of random-walk samplers, and how the warmup shapes it.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
-use rand::Rng;
+use rand::{Rng, SeedableRng};
 use rand_distr::StandardNormal;
 use serde::{Deserialize, Serialize};
 
 use super::{
     report::{InverseMassMatrix, WarmupReport},
+    settings::Settings,
     stream::Stream,
     warmup::{Moment, WindowSchedule, walk_windows},
 };
+use crate::{erased::ErasedDensity, start::prior_scales};
 
 /// Draws proposals.
 pub(super) struct Proposal {
@@ -48,9 +50,18 @@ pub(super) struct ProposalShape {
 }
 
 impl ProposalShape {
-    pub(super) fn new(dim: usize, warmup: usize) -> Self {
+    /// With the scales of the prior, from a random stream apart from those of the chains.
+    pub(super) fn new(density: &dyn ErasedDensity, settings: &Settings<'_>) -> Self {
+        let mut rng = Stream::seed_from_u64(settings.seed);
+        rng.long_jump();
+        let scales = prior_scales(density, &mut rng);
+        Self::with_scales(scales.unwrap_or_else(|| vec![1.0; density.dim()]), settings.warmup)
+    }
+
+    fn with_scales(scales: Vec<f64>, warmup: usize) -> Self {
+        let dim = scales.len();
         Self {
-            factor: DMatrix::identity(dim, dim),
+            factor: DMatrix::from_diagonal(&DVector::from_vec(scales)),
             scale: first_scale(dim),
             steps: 0.0,
             schedule: WindowSchedule::new(warmup, walk_windows),

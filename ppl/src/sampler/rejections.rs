@@ -24,6 +24,13 @@ impl Rejections {
         Ok(())
     }
 
+    /// Adds those counted elsewhere.
+    pub(super) fn add(&mut self, others: Self) {
+        for (location, count) in others.0 {
+            *self.0.entry(location).or_insert(0) += count;
+        }
+    }
+
     /// The log density at `y`, −∞ where it rejects the point, which is counted.
     pub(super) fn value(
         &mut self,

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::encoding::{infinite, locations};
 use crate::density::Location;
+use crate::start::StartKind;
 
 /// Statistics of one transition.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -149,6 +150,9 @@ pub struct MapSwitch {
 pub struct WarmupReport {
     /// First point of the chain, unconstrained.
     pub start: Vec<f64>,
+    /// Where that point came from.
+    #[serde(default)]
+    pub start_kind: StartKind,
     /// Its point at the end of the warmup, unconstrained; empty if it did not come so far.
     #[serde(default)]
     pub end: Vec<f64>,
@@ -173,9 +177,10 @@ pub struct WarmupReport {
 
 impl WarmupReport {
     /// Before the first transition.
-    pub(crate) fn at(start: Vec<f64>) -> Self {
+    pub(crate) fn at(start: Vec<f64>, start_kind: StartKind) -> Self {
         Self {
             start,
+            start_kind,
             end: Vec::new(),
             stats: Vec::new(),
             windows: Vec::new(),

@@ -20,9 +20,8 @@ use super::{
     tuning::Tuning,
 };
 use crate::density::{Location, Rejection};
-
-/// Random starts tried.
-const TRIES: u32 = 100;
+use crate::erased::ErasedDensity;
+use crate::start::{NoStart, StartKind, find_start, with_values};
 
 /// A Markov chain in progress.
 pub(super) trait MarkovChain {
@@ -55,16 +54,17 @@ pub(super) trait MarkovChain {
 }
 
 impl Settings<'_> {
-    /// Runs all chains over a density of `dim` coordinates; `make` builds the kernel of one.
+    /// Runs all chains over a density; `make` builds the kernel of one.
     pub(super) fn execute<K: MarkovChain>(
         &self,
-        dim: usize,
+        density: &dyn ErasedDensity,
         make: impl Fn() -> K + Sync,
     ) -> Result<Chains, RunError> {
+        let dim = density.dim();
         self.validate(dim)?;
         let abort = AtomicBool::new(false);
         let chains = self.in_parallel(streams(self.seed, self.chains), |number, mut rng| {
-            self.chain(number, dim, make(), &mut rng, &abort)
+            self.chain(number, density, make(), &mut rng, &abort)
         })?;
         Ok(Chains::new(dim, chains, self.thin))
     }
@@ -110,16 +110,18 @@ impl Settings<'_> {
     fn chain<K: MarkovChain>(
         &self,
         number: usize,
-        dim: usize,
+        density: &dyn ErasedDensity,
         mut kernel: K,
         rng: &mut Stream,
         abort: &AtomicBool,
     ) -> Result<Chain, RunError> {
-        self.start(number, dim, &mut kernel, rng)
+        let dim = density.dim();
+        let start_kind = self
+            .start(number, density, &mut kernel, rng)
             .inspect_err(|_| abort.store(true, Ordering::Relaxed))?;
         // without unknowns there is nothing to tune
         let warmup = if dim == 0 { 0 } else { self.warmup };
-        let mut chain = Chain::new(WarmupReport::at(kernel.position().to_vec()));
+        let mut chain = Chain::new(WarmupReport::at(kernel.position().to_vec(), start_kind));
         chain.warmup.stats.reserve_exact(warmup);
         chain.stats.reserve_exact(self.draws);
         chain.draws.reserve_exact(self.draws * dim);
@@ -202,34 +204,53 @@ impl Settings<'_> {
     fn start<K: MarkovChain>(
         &self,
         chain: usize,
-        dim: usize,
+        density: &dyn ErasedDensity,
         kernel: &mut K,
         rng: &mut Stream,
-    ) -> Result<(), RunError> {
-        let mut y = vec![0.0; dim];
-        let mut tries = 0;
-        loop {
-            match &self.init {
-                Starts::Uniform(radius) => {
-                    y.fill_with(|| radius * (2.0 * rng.random::<f64>() - 1.0))
-                }
-                Starts::Points(points) => y.copy_from_slice(&points[chain]),
+    ) -> Result<StartKind, RunError> {
+        let mut rejections = Rejections::default();
+        let mut accept = |y: &[f64]| {
+            kernel.begin(y).inspect_err(|rejection| {
+                // a fatal error ends the search, which passes it on
+                let _ = rejections.count(rejection);
+            })
+        };
+        let found = match &self.init {
+            Starts::Points(points) => with_values(density, points[chain].clone(), &self.values)
+                .and_then(|point| match accept(&point) {
+                    Ok(()) => Ok((StartKind::Given, point)),
+                    Err(Rejection::Fatal(error)) => Err(NoStart::Fatal(error, point)),
+                    Err(last) => Err(NoStart::Rejected { uniform: 1, prior: 0, last, point }),
+                }),
+            Starts::Uniform(radius) => {
+                let mut uniform = |rng: &mut Stream| -> Vec<f64> {
+                    let coordinate = |_| radius * (2.0 * rng.random::<f64>() - 1.0);
+                    (0..density.dim()).map(coordinate).collect()
+                };
+                find_start(density, &self.values, rng, &mut uniform, &mut accept)
             }
-            let Err(rejection) = kernel.begin(&y) else { return Ok(()) };
-            if let Err(StopReason::Fatal(source)) = kernel.rejections().count(&rejection) {
-                return Err(RunError::Fatal { chain, source, detail: kernel.explain(&y) });
+        };
+        let problem = match found {
+            Ok((kind, _)) => {
+                kernel.rejections().add(rejections);
+                return Ok(kind);
             }
-            tries += 1;
-            if tries == TRIES || matches!(self.init, Starts::Points(_)) {
-                return Err(RunError::Initialisation {
-                    chain,
-                    tries,
-                    rejections: kernel.rejections().take(),
-                    last: Box::new(rejection),
-                    detail: kernel.explain(&y),
-                });
+            Err(problem) => problem,
+        };
+        Err(match problem {
+            NoStart::Values(problem) => RunError::Values(problem),
+            NoStart::Fatal(source, point) => {
+                RunError::Fatal { chain, source, detail: kernel.explain(&point) }
             }
-        }
+            NoStart::Rejected { uniform, prior, last, point } => RunError::Initialisation {
+                chain,
+                tries: uniform,
+                prior_draws: prior,
+                rejections: rejections.take(),
+                last: Box::new(last),
+                detail: kernel.explain(&point),
+            },
+        })
     }
 
     /// The transitions up to the next kept draw, and their joint statistics.

@@ -3,6 +3,7 @@
 use std::sync::atomic::AtomicBool;
 
 use super::{error::RunError, progress::Progress};
+use crate::start::NamedValues;
 
 /// Where chains start, in unconstrained space.
 #[derive(Clone, Debug)]
@@ -30,6 +31,7 @@ pub(crate) struct Settings<'a> {
     pub(crate) seed: u64,
     pub(super) threads: Option<usize>,
     pub(super) init: Starts,
+    pub(super) values: NamedValues,
     pub(super) progress: Option<&'a dyn Progress>,
     pub(super) interrupt: Option<&'a AtomicBool>,
 }
@@ -45,6 +47,7 @@ impl std::fmt::Debug for Settings<'_> {
             .field("seed", &self.seed)
             .field("threads", &self.threads)
             .field("init", &self.init)
+            .field("values", &self.values)
             .finish_non_exhaustive()
     }
 }
@@ -59,6 +62,7 @@ impl Settings<'_> {
             seed: 0,
             threads: None,
             init: Starts::Uniform(2.0),
+            values: Vec::new(),
             progress: None,
             interrupt: None,
         }

@@ -155,7 +155,7 @@ pub fn regularised_gamma(a: f64, x: f64) -> (f64, f64) {
     let factor = ln_gamma_power(a, x).exp();
     if x < a + 1.0 {
         let (mut term, mut sum, mut n) = (1.0, 1.0, a);
-        while term > sum * (0.1 * f64::EPSILON) {
+        while term > sum * (0.1 * f64::EPSILON) && n < a + 1e7 {
             n += 1.0;
             term *= x / n;
             sum += term;

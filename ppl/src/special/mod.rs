@@ -18,18 +18,27 @@
 //! assert!((q - (-2.0f64).exp()).abs() < 1e-15 && (p + q - 1.0).abs() < 1e-15);
 //! ```
 
+mod adaptive;
 mod beta;
+mod beta_tails;
+mod forward;
 mod gamma;
+mod gamma_tails;
+mod ln_probability;
 mod logistic;
 mod memoised;
 mod normal;
 mod quadrature;
 mod root;
 
+pub(crate) use adaptive::{Node, density_nodes};
 pub use beta::{beta_logit_quantile, ln_beta, ln_beta_power, regularised_beta};
+pub use beta_tails::{Share, ln_beta_tails};
 pub use gamma::{
     digamma, gamma_ln_quantile, ln_gamma, ln_minus_digamma, regularised_gamma, stirling_error,
 };
+pub use gamma_tails::ln_gamma_tails;
+pub use ln_probability::{LnProbability, LnTails};
 pub(crate) use logistic::{logistic, softplus};
 pub(crate) use memoised::memoised;
 pub use normal::{

@@ -50,6 +50,85 @@ fn certain_trials() {
     assert_eq!(slope.gradient(), [-5.0]);
 }
 
+/// Where p or 1 − p underflows: numbers of mpmath 1.3 with 60 digits.
+#[test]
+fn binomial_of_extreme_logits() {
+    let cases = [
+        (1u64, 820.362, 0, -820.362),
+        (1, -820.362, 1, -820.362),
+        (1, 820.362, 1, 0.0),
+        (12, 745.5, 5, -5_211.825_438_608_186),
+        (12, -709.5, 5, -3_540.825_438_608_186),
+        (500, -1e6, 250, -249_999_656.760_005_12),
+        (3, 800.0, 3, 0.0),
+    ];
+    for (n, logit, k, expected) in cases {
+        let [x] = Dual::variables([logit]);
+        let got: Dual<1> = BinomialLogit(n, x).ln_density(&k);
+        assert_close(got.value(), expected, 1e-15, 0.0, &format!("{k} of {n} at {logit}"));
+        let slope = if logit > 0.0 { k as f64 - n as f64 } else { k as f64 };
+        assert_close(got.gradient()[0], slope, 1e-15, 0.0, "slope");
+    }
+}
+
+ppl::model! {
+    /// Counts of which a share is zero for another reason.
+    fn zero_inflated(counts: &[u64]) {
+        let absent ~ Beta(1.0, 1.0);
+        let rate ~ Gamma(2.0, 0.5);
+        for k in counts {
+            k ~ Mixture([absent, 1.0 - absent], [Poisson(0.0 * rate), Poisson(rate)]);
+        }
+    }
+
+    fn zero_inflated_by_hand(counts: &[u64]) {
+        let absent ~ Beta(1.0, 1.0);
+        let rate ~ Gamma(2.0, 0.5);
+        for k in counts {
+            if *k == 0 {
+                factor((absent + (1.0 - absent) * (-rate).exp()).ln());
+            } else {
+                factor((1.0 - absent).ln() + Poisson(rate).ln_density(k));
+            }
+        }
+    }
+
+    /// The same with trials, and by `ln_sum_exp`.
+    fn zero_inflated_trials(counts: &[u64]) {
+        let absent ~ Beta(1.0, 1.0);
+        let p ~ Beta(2.0, 2.0);
+        for k in counts {
+            let none = absent.ln() + Binomial(9u64, 0.0 * p).ln_density(k);
+            factor(ln_sum_exp(&[none, (1.0 - absent).ln() + Binomial(9u64, p).ln_density(k)]));
+        }
+    }
+}
+
+/// A count without any rate is zero, and neither value nor gradient of a mixture with it is NaN.
+#[test]
+fn counts_are_zero_at_rate_zero() {
+    assert!(Distribution::<f64>::validate(&Poisson(0.0)).is_ok());
+    let masses: [f64; 3] = [0u64, 1, 7].map(|k| Poisson(0.0).ln_density(&k));
+    assert_eq!(masses, [0.0, f64::NEG_INFINITY, f64::NEG_INFINITY]);
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
+    assert_eq!(Distribution::<f64>::draw(&Poisson(0.0), &mut rng), 0);
+
+    let counts = [0, 3, 0, 1, 0, 5];
+    let (model, by_hand) = (zero_inflated(&counts), zero_inflated_by_hand(&counts));
+    let mut work = ppl::Workspace::default();
+    for point in [[0.3, 0.7], [-1.5, 1.2], [2.0, -0.4]] {
+        let (mut one, mut other) = ([0.0; 2], [0.0; 2]);
+        let value = model.gradient(&point, &mut one, &mut work).expect("a density");
+        let expected = by_hand.gradient(&point, &mut other, &mut work).expect("a density");
+        assert_close(value, expected, 1e-13, 0.0, "zero-inflated counts");
+        for (got, expected) in one.into_iter().zip(other) {
+            assert_close(got, expected, 1e-12, 1e-12, "gradient");
+        }
+    }
+    ppl::check::gradient(&model, 7);
+    ppl::check::gradient(&zero_inflated_trials(&counts), 7);
+}
+
 #[test]
 fn bernoulli_logit() {
     for x in [-40.0, -1.2, 0.0, 3.0, 800.0] {

@@ -4,14 +4,17 @@
 mod counts;
 mod discrete;
 mod extremes;
+mod far_models;
 mod intervals;
 mod lkj;
 mod multivariate;
 mod numerics;
+mod own_tails;
 mod reference;
 mod scalar_models;
 mod sizes;
 mod stability;
+mod tails;
 mod univariate;
 mod validation;
 mod variations;

@@ -152,6 +152,15 @@ fn factors_of_covariance_matrices() {
         }
     }
     let indefinite = DynCholeskyFactor::of_covariance(&[vec![1.0], vec![2.0, 1.0]]).unwrap_err();
-    assert!(indefinite.to_string().contains("pivot 1 of the covariance matrix"), "{indefinite}");
+    let words =
+        "pivot 1 of the covariance matrix must be positive and finite (rows that are the same";
+    assert!(indefinite.to_string().contains(words), "{indefinite}");
+    assert!(indefinite.to_string().contains("add a nugget to the diagonal"), "{indefinite}");
+    assert!(indefinite.to_string().ends_with("got -3"), "{indefinite}");
+    // a kernel at two equal places, and the same with a nugget
+    let singular = |nugget| [vec![1.0 + nugget], vec![1.0, 1.0 + nugget]];
+    let error = DynCholeskyFactor::of_covariance(&singular(0.0)).unwrap_err();
+    assert!(error.to_string().ends_with("got 0"), "{error}");
+    assert!(DynCholeskyFactor::of_covariance(&singular(1e-10)).is_ok());
     assert!(DynCholeskyFactor::of_covariance(&[vec![1.0], vec![2.0]]).is_err());
 }

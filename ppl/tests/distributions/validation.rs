@@ -49,7 +49,7 @@ fn messages() {
     );
     assert_message(
         Distribution::<f64>::validate(&Poisson(-1.0)),
-        &format!("Poisson: rate {positive} -1"),
+        "Poisson: rate must be at least 0 and finite, got -1",
     );
     assert_message(
         Distribution::<f64>::validate(&Bernoulli(1.5)),

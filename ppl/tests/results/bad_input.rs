@@ -41,6 +41,14 @@ ppl::model! {
         y ~ Normal(mean, 1.0);
     }
 
+    /// √(x²) has a density everywhere, and no tangent at 0.
+    fn without_tangent(y: f64) {
+        let x ~ Normal(0.0, 1.0);
+        let size = x.square().sqrt();
+        y ~ Normal(0.3, 1.0);
+        factor(-0.5 * size);
+    }
+
     fn nothing(y: f64) {
         y ~ Normal(0.0, 1.0);
     }
@@ -51,6 +59,18 @@ fn refusal<M: Model>(model: &Bound<M>) -> [String; 2] {
         Nuts::default().run(model).expect_err("no start").to_string(),
         Map::default().find(model).expect_err("no start").to_string(),
     ]
+}
+
+/// The statement whose gradient is NaN, by sampler and check.
+#[test]
+fn the_statement_without_gradient_is_named() {
+    let model = without_tangent(0.3);
+    let error = Nuts::default().init_points(vec![vec![0.0]; 4]).run(&model).expect_err("no start");
+    let words = "the first statement whose derivative is not finite is `factor(-0.5 * size)`";
+    assert!(error.to_string().contains(words), "{error}");
+    let error = ppl::check::gradient_at(&model, &[0.0]).expect_err("no gradient").to_string();
+    assert!(error.contains("∂/∂y[0] is NaN") && error.contains(words), "{error}");
+    assert!(ppl::check::gradient_at(&model, &[0.5]).is_ok());
 }
 
 /// The datum that no point gives a density, by its index and value.
@@ -66,6 +86,7 @@ fn the_datum_at_fault_is_named() {
     x[2] = f64::INFINITY;
     for said in refusal(&level(&x, &[0.25; 4])) {
         assert!(said.contains("the first observation to fail is `y[2]` = 0.25"), "{said}");
+        assert!(!said.contains("impute"), "{said}");
     }
     for said in refusal(&paired(&[[0.1, 0.2], [0.3, f64::NAN]], &[])) {
         assert!(said.contains("fail is `pair[1]` = [0.3, NaN]"), "{said}");
@@ -75,6 +96,7 @@ fn the_datum_at_fault_is_named() {
     }
     for said in refusal(&one(f64::NAN)) {
         assert!(said.contains("fail is `y` = NaN"), "{said}");
+        assert!(said.contains("pass them as `Option<f64>` and write `y.impute() ~ …`"), "{said}");
     }
 }
 

@@ -48,6 +48,15 @@ ppl::model! {
         y ~ Normal(heat(b) + drag(b), 1.0); //~
     }
 
+    fn run_time_size_of_a_factor(rows: &[Vec<f64>]) {
+        let k = rows.len();
+        let factor ~ LkjCholesky::<k>(1.0); //~
+    }
+
+    fn run_time_size_of_an_array(rows: &[Vec<f64>], n: usize) {
+        let x ~ Normal(0.0, 1.0).array::<{ n }>(); //~
+    }
+
     fn plain_value(y: f64) {
         let a ~ Normal(0.0, 1.0);
         #[track] let sign = a.value().signum();

@@ -63,7 +63,9 @@ where
             let weight: R = lift(w);
             (weight, if weight.is_constant() { 0.0 } else { (t.value() - value).exp() })
         });
-        terms.add_number(R::fuse_iter(value, in_densities.chain(in_weights)));
+        // an impossible component may have an infinite slope, and 0 · ∞ is NaN
+        let partials = in_densities.chain(in_weights).filter(|(_, partial)| *partial != 0.0);
+        terms.add_number(R::fuse_iter(value, partials));
     }
 
     fn validate(&self) -> Result<(), DomainError> {

@@ -6,10 +6,12 @@ use crate::accumulator::Accumulator;
 use crate::density::DomainError;
 use crate::distribution::family::Truncated;
 use crate::distribution::interval::Interval;
-use crate::distribution::univariate::{Univariate, masses, quantile_within};
+use crate::distribution::univariate::{
+    NEAR_UNDERFLOW, Univariate, ln_inside, masses, quantile_within,
+};
 use crate::distribution::univariate_density::{UnivariateDensity, ln_probability};
 use crate::scalar::Scalar;
-use crate::special::integral_from_zero;
+use crate::special::{Tail, integral_from_zero};
 use crate::transform::Support;
 
 crate::univariate!([D: Univariate] Truncated<D>);
@@ -35,7 +37,21 @@ impl<D: Univariate> Truncated<D> {
 
     /// P(X in both intervals).
     fn share(&self, part: Interval) -> f64 {
-        masses(&self.inner, self.interval.and(part)).1 / masses(&self.inner, self.interval).1
+        let inside = masses(&self.inner, self.interval).1;
+        if inside < NEAR_UNDERFLOW {
+            return self.ln_share(part).exp();
+        }
+        masses(&self.inner, self.interval.and(part)).1 / inside
+    }
+
+    /// ln P(X in both intervals).
+    fn ln_share(&self, part: Interval) -> f64 {
+        let part = self.interval.and(part);
+        if part.lower() >= part.upper() {
+            return f64::NEG_INFINITY;
+        }
+        let [part, whole] = [part, self.interval].map(|i| ln_inside(&self.inner, i).0);
+        part - whole
     }
 }
 
@@ -44,7 +60,8 @@ impl<D: Univariate> Univariate for Truncated<D> {
         self.inner.validate()?;
         self.interval.validate("truncate")?;
         let inside = masses(&self.inner, self.interval).1;
-        DomainError::require(inside > 0.0, "truncate", "mass inside", "positive", inside)
+        let holds = inside > 0.0 || ln_inside(&self.inner, self.interval).0 > f64::NEG_INFINITY;
+        DomainError::require(holds, "truncate", "mass inside", "positive", inside)
     }
 
     fn sample<G: Rng + ?Sized>(&self, rng: &mut G) -> f64 {
@@ -75,6 +92,20 @@ impl<D: Univariate> Univariate for Truncated<D> {
 
     fn sf(&self, x: f64) -> f64 {
         if x >= self.interval.upper() { 0.0 } else { self.share(Interval::new(x..)) }
+    }
+
+    fn ln_tail(&self, x: f64, tail: Tail) -> f64 {
+        let share = match tail {
+            Tail::Lower => self.cdf(x),
+            Tail::Upper => self.sf(x),
+        };
+        if share > NEAR_UNDERFLOW {
+            return share.ln();
+        }
+        match tail {
+            Tail::Lower => self.ln_share(Interval::new(..x)),
+            Tail::Upper => self.ln_share(Interval::new(x..)),
+        }
     }
 
     fn quantile(&self, p: f64) -> f64 {

@@ -5,13 +5,15 @@ use rand::Rng;
 use crate::accumulator::Accumulator;
 use crate::datum::Datum;
 use crate::density::DomainError;
+use crate::distribution::interval_mass::CANCELLED;
 use crate::distribution::traits::lift;
 use crate::distribution::univariate::Univariate;
 use crate::distribution::univariate_density::UnivariateDensity;
 use crate::parameter::Parameter;
 use crate::scalar::Scalar;
 use crate::special::{
-    Tail, beta_logit_quantile, ln_beta_power, ln_minus_digamma, logistic, regularised_beta,
+    LnTails, Share, Tail, beta_logit_quantile, ln_beta_power, ln_beta_tails, ln_minus_digamma,
+    logistic, regularised_beta,
 };
 use crate::transform::Support;
 
@@ -53,6 +55,18 @@ fn add_at_end<R: Scalar, P: Parameter + Datum<R>>(
 impl<A: Parameter, B: Parameter> Beta<A, B> {
     fn parameters(&self) -> (f64, f64) {
         (self.0.number(), self.1.number())
+    }
+
+    /// Both tails at `x`, with their derivatives in the shapes.
+    fn tails(&self, x: f64) -> LnTails<2> {
+        let (a, b) = self.parameters();
+        if x <= 0.0 {
+            LnTails::BELOW
+        } else if x >= 1.0 {
+            LnTails::ABOVE
+        } else {
+            ln_beta_tails(a, b, Share::new(x, 1.0 - x))
+        }
     }
 
     /// Derivatives of ln p in α and β, at x and 1 − x, where they are unknown.
@@ -104,6 +118,10 @@ impl<A: Parameter, B: Parameter> Univariate for Beta<A, B> {
         regularised_beta(a, b, x, 1.0 - x).1
     }
 
+    fn ln_tail(&self, x: f64, tail: Tail) -> f64 {
+        self.tails(x).tail(tail).ln
+    }
+
     fn quantile(&self, p: f64) -> f64 {
         let (a, b) = self.parameters();
         if p > 0.5 {
@@ -153,6 +171,17 @@ where
             value,
             ((x, (a - 1.0) / v - (b - 1.0) / complement), (self.0, in_a), (self.1, in_b)),
         );
+    }
+
+    /// From the continued fraction of the incomplete beta function, differentiated term by term.
+    fn ln_mass(&self, lower: f64, upper: f64) -> R {
+        let [below, above] = [lower, upper].map(|x| self.tails(x));
+        let (mass, share) = LnTails::between(&below, &above);
+        if share < CANCELLED {
+            return self.ln_mass_by_quadrature(lower, upper);
+        }
+        let [in_a, in_b] = mass.slopes;
+        R::gather(mass.ln, ((self.0, in_a), (self.1, in_b)))
     }
 
     /// The Jacobian x (1 − x) cancels, and 1 − x keeps its digits near 1.

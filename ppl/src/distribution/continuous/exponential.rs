@@ -11,7 +11,7 @@ use crate::distribution::univariate::Univariate;
 use crate::distribution::univariate_density::UnivariateDensity;
 use crate::parameter::Parameter;
 use crate::scalar::Scalar;
-use crate::special::ln_one_minus_exp;
+use crate::special::{Tail, ln_one_minus_exp};
 use crate::transform::Support;
 
 /// Exponential distribution with rate λ (mean 1/λ).
@@ -60,6 +60,14 @@ impl<L: Parameter> Univariate for Exponential<L> {
         (-self.0.number() * x.max(0.0)).exp()
     }
 
+    fn ln_tail(&self, x: f64, tail: Tail) -> f64 {
+        let x = x.max(0.0);
+        match tail {
+            Tail::Lower => ln_one_minus_exp_of_product(self.0.number(), x),
+            Tail::Upper => -self.0.number() * x,
+        }
+    }
+
     fn quantile(&self, p: f64) -> f64 {
         -(-p).ln_1p() / self.0.number()
     }
@@ -67,6 +75,12 @@ impl<L: Parameter> Univariate for Exponential<L> {
     fn upper_quantile(&self, q: f64) -> f64 {
         -q.ln() / self.0.number()
     }
+}
+
+/// ln(1 − e^{−λw}), where λw may be below the smallest number.
+fn ln_one_minus_exp_of_product(rate: f64, width: f64) -> f64 {
+    let product = rate * width;
+    if product < f64::MIN_POSITIVE { rate.ln() + width.ln() } else { ln_one_minus_exp(product) }
 }
 
 impl<R, L> UnivariateDensity<R> for Exponential<L>
@@ -95,7 +109,17 @@ where
         let rate = self.0.number();
         let lower = lower.max(0.0);
         let width = upper - lower;
-        let from_width = if width.is_finite() { width / (rate * width).exp_m1() } else { 0.0 };
-        R::gather(ln_one_minus_exp(rate * width) - rate * lower, ((self.0, from_width - lower),))
+        let product = rate * width;
+        let from_width = if width.is_infinite() {
+            0.0
+        } else if product < f64::MIN_POSITIVE {
+            rate.recip()
+        } else {
+            width / product.exp_m1()
+        };
+        R::gather(
+            ln_one_minus_exp_of_product(rate, width) - rate * lower,
+            ((self.0, from_width - lower),),
+        )
     }
 }

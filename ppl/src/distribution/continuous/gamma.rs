@@ -5,14 +5,15 @@ use rand::Rng;
 use crate::accumulator::Accumulator;
 use crate::datum::Datum;
 use crate::density::DomainError;
+use crate::distribution::interval_mass::CANCELLED;
 use crate::distribution::traits::lift;
 use crate::distribution::univariate::Univariate;
 use crate::distribution::univariate_density::UnivariateDensity;
 use crate::parameter::Parameter;
 use crate::scalar::Scalar;
 use crate::special::{
-    HALF_LN_2PI, Tail, deviance, gamma_ln_quantile, ln_minus_digamma, memoised, regularised_gamma,
-    stirling_error,
+    HALF_LN_2PI, LnTails, Tail, deviance, gamma_ln_quantile, ln_gamma_tails, ln_minus_digamma,
+    memoised, regularised_gamma, stirling_error,
 };
 use crate::transform::Support;
 
@@ -50,6 +51,19 @@ pub(super) fn ln_power<R: Scalar>(unknown_shape: R, t: f64) -> (f64, f64) {
     (constant - deviance(shape, t), in_shape)
 }
 
+impl<A: Parameter, B: Parameter> Gamma<A, B> {
+    /// Both tails at `x`, with their derivatives in the shape.
+    fn tails(&self, x: f64) -> LnTails<1> {
+        let (shape, rate) = (self.0.number(), self.1.number());
+        if x <= 0.0 {
+            return LnTails::BELOW;
+        }
+        let t = rate * x;
+        let ln_t = if t.is_normal() { t.ln() } else { rate.ln() + x.ln() };
+        ln_gamma_tails(shape, t, ln_t)
+    }
+}
+
 impl<A: Parameter, B: Parameter> Univariate for Gamma<A, B> {
     fn validate(&self) -> Result<(), DomainError> {
         DomainError::require_positive("Gamma", "shape", self.0.number())?;
@@ -75,6 +89,10 @@ impl<A: Parameter, B: Parameter> Univariate for Gamma<A, B> {
 
     fn sf(&self, x: f64) -> f64 {
         regularised_gamma(self.0.number(), x * self.1.number()).1
+    }
+
+    fn ln_tail(&self, x: f64, tail: Tail) -> f64 {
+        self.tails(x).tail(tail).ln
     }
 
     fn quantile(&self, p: f64) -> f64 {
@@ -123,6 +141,26 @@ where
             value - v.ln(),
             ((x, (shape - 1.0) / v - rate), (self.0, in_shape), (self.1, shape / rate - v)),
         );
+    }
+
+    /// From the series and the continued fraction of the incomplete gamma function, differentiated term
+    /// by term; the rate moves both ends.
+    fn ln_mass(&self, lower: f64, upper: f64) -> R {
+        let [below, above] = [lower, upper].map(|x| self.tails(x));
+        let (mass, share) = LnTails::between(&below, &above);
+        if share < CANCELLED {
+            return self.ln_mass_by_quadrature(lower, upper);
+        }
+        if mass.ln == f64::NEG_INFINITY {
+            return R::from(mass.ln);
+        }
+        let (shape, rate) = (self.0.number(), self.1.number());
+        // x p(x)/P
+        let [near, far] = [lower, upper].map(|x| match x > 0.0 && x < f64::INFINITY {
+            true => (ln_power(shape, rate * x).0 - mass.ln).exp(),
+            false => 0.0,
+        });
+        R::gather(mass.ln, ((self.0, mass.slopes[0]), (self.1, (far - near) / rate)))
     }
 
     /// The Jacobian cancels 1/x.

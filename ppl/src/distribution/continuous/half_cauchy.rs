@@ -12,7 +12,7 @@ use crate::distribution::univariate::Univariate;
 use crate::distribution::univariate_density::UnivariateDensity;
 use crate::parameter::Parameter;
 use crate::scalar::Scalar;
-use crate::special::{ln_1p_square, logistic, softplus};
+use crate::special::{Tail, ln_1p_square, ln_ratio, logistic, softplus};
 use crate::transform::Support;
 
 /// Half-Cauchy distribution with scale (and median) σ; it has no mean.
@@ -64,6 +64,14 @@ impl<S: Parameter> Univariate for HalfCauchy<S> {
         2.0 * FRAC_1_PI * self.0.number().atan2(x.max(0.0))
     }
 
+    fn ln_tail(&self, x: f64, tail: Tail) -> f64 {
+        let (scale, x) = (self.0.number(), x.max(0.0));
+        // far out the angle is the ratio itself, which may leave the range of numbers
+        let (near, far) = if tail == Tail::Lower { (x, scale) } else { (scale, x) };
+        let ln_angle = if far / near > 1e9 { ln_ratio(near, far) } else { near.atan2(far).ln() };
+        LN_2_OVER_PI + ln_angle
+    }
+
     fn quantile(&self, p: f64) -> f64 {
         if p > 0.5 {
             self.0.number() / (FRAC_PI_2 * (1.0 - p)).tan()
@@ -80,6 +88,26 @@ impl<S: Parameter> Univariate for HalfCauchy<S> {
 /// ln(1 + e^{2t}) and its derivative, for t = ln(x/σ): no square overflows.
 fn ln_one_plus_square(t: f64) -> (f64, f64) {
     (softplus(2.0 * t), 2.0 * logistic(2.0 * t).0)
+}
+
+impl<S: Parameter> HalfCauchy<S> {
+    /// ln P between two points of which both are far below the scale, or both far above it, where the
+    /// angle is the ratio itself.
+    #[cold]
+    fn ln_mass_far_out<R: Scalar>(&self, lower: f64, upper: f64) -> R
+    where
+        S: Datum<R>,
+    {
+        let (scale, lower) = (self.0.number(), lower.max(0.0));
+        let (ln_angle, sign) = if upper < scale {
+            (ln_ratio(upper - lower, scale), -1.0)
+        } else if upper == f64::INFINITY {
+            (ln_ratio(scale, lower), 1.0)
+        } else {
+            (ln_ratio(scale, lower) + ln_ratio(upper - lower, upper), 1.0)
+        };
+        R::gather(ln_angle + LN_2_OVER_PI, ((self.0, sign / scale),))
+    }
 }
 
 impl<R, S> UnivariateDensity<R> for HalfCauchy<S>
@@ -130,7 +158,17 @@ where
     fn ln_mass(&self, lower: f64, upper: f64) -> R {
         let scale = self.0.number();
         let (a, b) = (lower.max(0.0) / scale, upper / scale);
-        let angle = if b == f64::INFINITY { 1f64.atan2(a) } else { (b - a).atan2(1.0 + a * b) };
+        if a > 1e9 || b < 1e-9 {
+            return self.ln_mass_far_out(lower, upper);
+        }
+        let angle = if b == f64::INFINITY {
+            1f64.atan2(a)
+        } else if a > 1.0 {
+            // a b may overflow
+            (1.0 - a / b).atan2(a + b.recip())
+        } else {
+            (b - a).atan2(1.0 + a * b)
+        };
         let end = |z: f64| ln_1p_square(z).1;
         let in_scale = (end(a) - if b == f64::INFINITY { 0.0 } else { end(b) }) / (angle * scale);
         R::gather(angle.ln() + LN_2_OVER_PI, ((self.0, in_scale),))

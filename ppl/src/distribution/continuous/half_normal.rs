@@ -14,8 +14,8 @@ use crate::distribution::univariate_density::UnivariateDensity;
 use crate::parameter::Parameter;
 use crate::scalar::Scalar;
 use crate::special::{
-    HALF_LN_2PI, NormalInterval, half_normal_quantile, normal_cdf, normal_from_zero,
-    normal_upper_quantile,
+    HALF_LN_2PI, NormalInterval, Tail, half_normal_quantile, ln_normal_cdf, normal_cdf,
+    normal_from_zero, normal_upper_quantile,
 };
 use crate::transform::Support;
 
@@ -62,6 +62,13 @@ impl<S: Parameter> Univariate for HalfNormal<S> {
 
     fn sf(&self, x: f64) -> f64 {
         2.0 * normal_cdf(-x.max(0.0) / self.0.number())
+    }
+
+    fn ln_tail(&self, x: f64, tail: Tail) -> f64 {
+        match tail {
+            Tail::Lower => self.cdf(x).ln(),
+            Tail::Upper => LN_2 + ln_normal_cdf(-x.max(0.0) / self.0.number()).0,
+        }
     }
 
     fn quantile(&self, p: f64) -> f64 {

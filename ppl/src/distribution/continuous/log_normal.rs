@@ -11,7 +11,7 @@ use crate::distribution::univariate::Univariate;
 use crate::distribution::univariate_density::UnivariateDensity;
 use crate::parameter::Parameter;
 use crate::scalar::Scalar;
-use crate::special::HALF_LN_2PI;
+use crate::special::{HALF_LN_2PI, Tail};
 use crate::transform::Support;
 
 /// Log-normal distribution: ln X is normal with mean μ and standard deviation σ.
@@ -63,6 +63,10 @@ impl<M: Parameter, S: Parameter> Univariate for LogNormal<M, S> {
 
     fn sf(&self, x: f64) -> f64 {
         self.logarithm().sf(x.max(0.0).ln())
+    }
+
+    fn ln_tail(&self, x: f64, tail: Tail) -> f64 {
+        self.logarithm().ln_tail(x.max(0.0).ln(), tail)
     }
 
     fn quantile(&self, p: f64) -> f64 {

@@ -11,7 +11,9 @@ use crate::distribution::univariate::Univariate;
 use crate::distribution::univariate_density::UnivariateDensity;
 use crate::parameter::Parameter;
 use crate::scalar::Scalar;
-use crate::special::{HALF_LN_2PI, NormalInterval, normal_cdf, normal_upper_quantile};
+use crate::special::{
+    HALF_LN_2PI, NormalInterval, Tail, ln_normal_cdf, normal_cdf, normal_upper_quantile,
+};
 use crate::transform::Support;
 
 /// Normal distribution with mean μ and standard deviation σ.
@@ -63,6 +65,11 @@ impl<M: Parameter, S: Parameter> Univariate for Normal<M, S> {
 
     fn sf(&self, x: f64) -> f64 {
         normal_cdf(-self.standardise(x))
+    }
+
+    fn ln_tail(&self, x: f64, tail: Tail) -> f64 {
+        let z = self.standardise(x);
+        ln_normal_cdf(if tail == Tail::Lower { z } else { -z }).0
     }
 
     fn quantile(&self, p: f64) -> f64 {

@@ -1,18 +1,22 @@
 //! Student's t distribution.
 
+use std::f64::consts::LN_2;
+
 use rand::Rng;
 
 use crate::accumulator::Accumulator;
 use crate::datum::Datum;
 use crate::density::DomainError;
+use crate::distribution::interval_mass::CANCELLED;
 use crate::distribution::traits::{lift, normaliser};
 use crate::distribution::univariate::Univariate;
 use crate::distribution::univariate_density::UnivariateDensity;
 use crate::parameter::Parameter;
 use crate::scalar::Scalar;
 use crate::special::{
-    HALF_LN_2PI, Tail, beta_logit_quantile, ln_1p_minus, ln_1p_square, ln_minus_digamma, memoised,
-    regularised_beta, stirling_error,
+    HALF_LN_2PI, LnProbability, LnTails, Share, Tail, beta_logit_quantile, ln_1p_minus,
+    ln_1p_square, ln_beta_tails, ln_minus_digamma, ln_ratio, memoised, regularised_beta,
+    stirling_error,
 };
 use crate::transform::Support;
 
@@ -40,6 +44,35 @@ crate::univariate!([N: Parameter, M: Parameter, S: Parameter] StudentT<N, M, S>)
 impl<N: Parameter, M: Parameter, S: Parameter> StudentT<N, M, S> {
     fn standardise(&self, x: f64) -> f64 {
         (x - self.1.number()) / self.2.number()
+    }
+
+    /// Both tails at `x`, with their derivatives in ν at a fixed x.
+    fn tails(&self, x: f64) -> LnTails<1> {
+        let nu = self.0.number();
+        let away = x - self.1.number();
+        if away.is_infinite() {
+            return if away > 0.0 { LnTails::ABOVE } else { LnTails::BELOW };
+        }
+        let z = away.abs() / self.2.number() / nu.sqrt();
+        // ν/(ν + t²) and t²/(ν + t²), which underflow before their logarithms do
+        let (ln_x, ln_complement) = if z.is_finite() {
+            (-ln_1p_square(z).0, -ln_1p_square(z.recip()).0)
+        } else {
+            (-2.0 * (ln_ratio(away.abs(), self.2.number()) - 0.5 * nu.ln()), 0.0)
+        };
+        let square = z * z;
+        let (x, complement) = (1.0 / (1.0 + square), 1.0 / (1.0 + square.recip()));
+        let at = Share { x, complement, ln_x, ln_complement };
+        let beta = ln_beta_tails(0.5 * nu, 0.5, at).lower;
+        // x moves with ν, by x (1 − x)/ν
+        let moved = (at.ln_beta_power(0.5 * nu, 0.5) - beta.ln).exp() / nu;
+        let slopes = [0.5 * beta.slopes[0] + moved];
+        let outside = LnProbability { ln: beta.ln - LN_2, slopes };
+        let inside = outside.complement();
+        match away < 0.0 {
+            true => LnTails { lower: outside, upper: inside },
+            false => LnTails { lower: inside, upper: outside },
+        }
     }
 
     /// P(T > |t|) ≤ ½: half the mass of the beta distribution below ν/(ν + t²).
@@ -100,6 +133,10 @@ impl<N: Parameter, M: Parameter, S: Parameter> Univariate for StudentT<N, M, S> 
         let t = self.standardise(x);
         let outside = self.outside(t);
         if t > 0.0 { outside } else { 1.0 - outside }
+    }
+
+    fn ln_tail(&self, x: f64, tail: Tail) -> f64 {
+        self.tails(x).tail(tail).ln
     }
 
     fn quantile(&self, p: f64) -> f64 {
@@ -164,6 +201,45 @@ where
                 (self.2, (share - 1.0) * inverse),
             ),
         );
+    }
+
+    /// From the incomplete beta function; location and scale move both ends.
+    fn ln_mass(&self, lower: f64, upper: f64) -> R {
+        let [below, above] = [lower, upper].map(|x| self.tails(x));
+        let (mass, share) = LnTails::between(&below, &above);
+        if share < CANCELLED {
+            return self.ln_mass_by_quadrature(lower, upper);
+        }
+        if mass.ln == f64::NEG_INFINITY {
+            return R::from(mass.ln);
+        }
+        let (location, scale) = (self.1.number(), self.2.number());
+        let plain = StudentT(self.0.number(), location, scale);
+        // p(x)/P and (x − μ) p(x)/P
+        let density = |x: f64, tails: &LnTails<1>| {
+            if x.is_infinite() {
+                return [0.0; 2];
+            }
+            let away = x - location;
+            let relative = match plain.ln_pdf(x) {
+                // z² overflowed: p(x) = ν P(beyond x)/|x − μ|
+                f64::NEG_INFINITY => {
+                    let beyond = tails.lower.ln.min(tails.upper.ln);
+                    self.0.number() * (beyond - mass.ln).exp() / away.abs()
+                }
+                ln_pdf => (ln_pdf - mass.ln).exp(),
+            };
+            [relative, relative * away]
+        };
+        let (near, far) = (density(lower, &below), density(upper, &above));
+        R::gather(
+            mass.ln,
+            (
+                (self.0, mass.slopes[0]),
+                (self.1, near[0] - far[0]),
+                (self.2, (near[1] - far[1]) / scale),
+            ),
+        )
     }
 }
 

@@ -10,6 +10,7 @@ use crate::distribution::univariate::Univariate;
 use crate::distribution::univariate_density::UnivariateDensity;
 use crate::parameter::Parameter;
 use crate::scalar::Scalar;
+use crate::special::ln_ratio;
 use crate::transform::Support;
 use crate::transform::log_logistic_density;
 
@@ -121,7 +122,7 @@ where
         let inside = (high - low).recip();
         let (own_low, own_high) = (f64::from(a > lower), f64::from(b < upper));
         R::gather(
-            ((high - low) / width).ln(),
+            ln_ratio(high - low, width),
             (
                 (self.0, width.recip() - own_low * inside),
                 (self.1, own_high * inside - width.recip()),

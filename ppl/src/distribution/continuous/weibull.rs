@@ -9,7 +9,7 @@ use crate::distribution::univariate::Univariate;
 use crate::distribution::univariate_density::UnivariateDensity;
 use crate::parameter::Parameter;
 use crate::scalar::Scalar;
-use crate::special::{ln_gamma, ln_one_minus_exp, ln_ratio};
+use crate::special::{Tail, ln_gamma, ln_one_minus_exp, ln_ratio};
 use crate::transform::Support;
 
 /// Weibull distribution with shape α and scale σ: the weakest of many links.
@@ -35,7 +35,17 @@ crate::univariate!([A: Parameter, S: Parameter] Weibull<A, S>);
 impl<A: Parameter, S: Parameter> Weibull<A, S> {
     /// The cumulative hazard −ln P(X > x) = (x/σ)^α.
     fn hazard(&self, x: f64) -> f64 {
-        (x.max(0.0) / self.1.number()).powf(self.0.number())
+        let (x, scale) = (x.max(0.0), self.1.number());
+        let ratio = x / scale;
+        if x > 0.0 && x.is_finite() && !ratio.is_normal() {
+            return self.ln_hazard(x).exp();
+        }
+        ratio.powf(self.0.number())
+    }
+
+    /// Its logarithm, which stays finite where the hazard does not.
+    fn ln_hazard(&self, x: f64) -> f64 {
+        self.0.number() * ln_ratio(x.max(0.0), self.1.number())
     }
 
     /// The x with this hazard.
@@ -53,6 +63,24 @@ impl<A: Parameter, S: Parameter> Weibull<A, S> {
         // which outgrows every power
         let value = if hazard == f64::INFINITY { -hazard } else { shape.ln() + shape * u - hazard };
         (value, [in_u, shape.recip() + u * rest, -in_u / scale])
+    }
+}
+
+impl<A: Parameter, S: Parameter> Weibull<A, S> {
+    /// ln P between two points whose hazards underflow: the logarithm of the difference of the hazards.
+    #[cold]
+    fn ln_mass_at_zero<R: Scalar>(&self, lower: f64, upper: f64) -> R
+    where
+        A: Datum<R>,
+        S: Datum<R>,
+    {
+        let (shape, scale) = (self.0.number(), self.1.number());
+        let [near, far] = [lower, upper].map(|x| ln_ratio(x.max(0.0), scale));
+        let ratio = (shape * (near - far)).exp();
+        let rest = -(shape * (near - far)).exp_m1();
+        let from_near = if ratio == 0.0 { 0.0 } else { ratio * near };
+        let value = shape * far + rest.ln();
+        R::gather(value, ((self.0, (far - from_near) / rest), (self.1, -shape / scale)))
     }
 }
 
@@ -83,6 +111,15 @@ impl<A: Parameter, S: Parameter> Univariate for Weibull<A, S> {
 
     fn sf(&self, x: f64) -> f64 {
         (-self.hazard(x)).exp()
+    }
+
+    fn ln_tail(&self, x: f64, tail: Tail) -> f64 {
+        let hazard = self.hazard(x);
+        match tail {
+            Tail::Lower if hazard < f64::MIN_POSITIVE => self.ln_hazard(x),
+            Tail::Lower => ln_one_minus_exp(hazard),
+            Tail::Upper => -hazard,
+        }
     }
 
     fn quantile(&self, p: f64) -> f64 {
@@ -125,12 +162,19 @@ where
     fn ln_mass(&self, lower: f64, upper: f64) -> R {
         let (shape, scale) = (self.0.number(), self.1.number());
         let [less, more] = [lower, upper].map(|x| self.hazard(x));
+        if more < f64::MIN_POSITIVE {
+            return self.ln_mass_at_zero(lower, upper);
+        }
+        if less == f64::INFINITY {
+            // e^{−∞}: the logarithm itself is beyond the largest number
+            return R::from(f64::NEG_INFINITY);
+        }
         let between = more - less;
         // the tails relative to the mass; what lies at infinity, or outside the support, does not move
         let near = if less == 0.0 { 0.0 } else { less / (-between).exp_m1() };
         let far = if more == f64::INFINITY { 0.0 } else { more / between.exp_m1() };
         let ln_ends = [(near, lower), (far, upper)]
-            .map(|(weight, x)| if weight == 0.0 { 0.0 } else { weight * (x / scale).ln() });
+            .map(|(weight, x)| if weight == 0.0 { 0.0 } else { weight * ln_ratio(x, scale) });
         let in_scale = -shape * (near + far) / scale;
         let partials = ((self.0, ln_ends[0] + ln_ends[1]), (self.1, in_scale));
         R::gather(ln_one_minus_exp(between) - less, partials)

@@ -36,16 +36,17 @@ impl<P: Parameter> Bernoulli<P> {
         self.0.number()
     }
 
-    /// ln p or ln(1 − p), and its derivative.
+    /// ln p or ln(1 − p), and its derivative; 0 for an impossible flag, whose infinite derivative would
+    /// turn a zero weight into NaN.
     #[inline(always)]
     fn ln_mass(&self, flag: bool) -> (f64, f64) {
         let p = self.0.number();
         if !(0.0..=1.0).contains(&p) {
             (f64::NAN, f64::NAN)
         } else if flag {
-            (p.ln(), p.recip())
+            (p.ln(), if p == 0.0 { 0.0 } else { p.recip() })
         } else {
-            ((-p).ln_1p(), -(1.0 - p).recip())
+            ((-p).ln_1p(), if p == 1.0 { 0.0 } else { -(1.0 - p).recip() })
         }
     }
 

@@ -10,7 +10,7 @@ use crate::distribution::family::Family;
 use crate::distribution::traits::Distribution;
 use crate::parameter::Parameter;
 use crate::scalar::Scalar;
-use crate::special::{HALF_LN_2PI, deviance, logistic, stirling_error};
+use crate::special::{HALF_LN_2PI, deviance, ln_beta, logistic, stirling_error};
 
 /// Binomial distribution of the successes among n trials with probability p each; it can be
 /// observed, not declared.
@@ -55,13 +55,29 @@ struct Trials {
     n: u64,
     p: f64,
     q: f64,
+    /// ln p and ln q, where p or q is below the smallest normal number.
+    underflow: Option<[f64; 2]>,
+}
+
+/// Trials by their probability.
+#[inline(always)]
+fn by_probability(n: u64, p: f64) -> Trials {
+    Trials { n, p, q: 1.0 - p, underflow: None }
+}
+
+/// Trials by their logit.
+#[inline(always)]
+fn by_logit(n: u64, x: f64) -> Trials {
+    let (p, q) = logistic(x);
+    let underflow = (p.min(q) < f64::MIN_POSITIVE).then(|| [x.min(0.0), (-x).min(0.0)]);
+    Trials { n, p, q, underflow }
 }
 
 impl Trials {
     /// ln P(k); without ln C(n, k), which is the same at every point, if `lean`.
     #[inline]
     fn ln_pmf(self, k: u64, lean: bool) -> f64 {
-        let Self { n, p, q } = self;
+        let Self { n, p, q, underflow } = self;
         if !(p >= 0.0 && q >= 0.0) {
             return f64::NAN;
         }
@@ -71,6 +87,8 @@ impl Trials {
         let (n, success, failure) = (n as f64, k as f64, (n - k) as f64);
         if n == 0.0 {
             0.0
+        } else if let Some([ln_p, ln_q]) = underflow {
+            success * ln_p + failure * ln_q + if lean { 0.0 } else { ln_choose(n, success) }
         } else if success == 0.0 {
             n * if p < 0.5 { (-p).ln_1p() } else { q.ln() }
         } else if failure == 0.0 {
@@ -89,17 +107,21 @@ impl Trials {
     }
 }
 
+/// ln C(n, k) = −ln(n + 1) − ln B(k + 1, n − k + 1).
+#[cold]
+fn ln_choose(n: f64, k: f64) -> f64 {
+    if k == 0.0 || k == n { 0.0 } else { -(n + 1.0).ln() - ln_beta(k + 1.0, n - k + 1.0) }
+}
+
 /// What both parametrisations say of their trials.
 macro_rules! impl_moments {
-    ($Name:ident, |$x:ident| $probabilities:expr) => {
+    ($Name:ident, $by_parameter:ident) => {
         impl<N: CountParameter, X: Parameter> Family for $Name<N, X> {}
 
         impl<N: CountParameter, X: Parameter> $Name<N, X> {
             #[inline(always)]
             fn trials(&self) -> Trials {
-                let $x = self.1.number();
-                let (p, q) = $probabilities;
-                Trials { n: self.0.count(), p, q }
+                $by_parameter(self.0.count(), self.1.number())
             }
 
             /// Expectation n p.
@@ -114,8 +136,8 @@ macro_rules! impl_moments {
         }
     };
 }
-impl_moments!(Binomial, |p| (p, 1.0 - p));
-impl_moments!(BinomialLogit, |x| logistic(x));
+impl_moments!(Binomial, by_probability);
+impl_moments!(BinomialLogit, by_logit);
 
 impl<R: Scalar, N: CountParameter, P: Parameter + Datum<R>> Distribution<R> for Binomial<N, P> {
     type Value = u64;
@@ -124,9 +146,10 @@ impl<R: Scalar, N: CountParameter, P: Parameter + Datum<R>> Distribution<R> for 
     fn add_terms(&self, k: &u64, terms: &mut impl Accumulator<R>) {
         let trials = self.trials();
         let (success, failure) = (*k as f64, trials.n as f64 - *k as f64);
-        // no 0/0 at the ends
-        let gain = if success == 0.0 { 0.0 } else { success / trials.p };
-        let loss = if failure <= 0.0 { 0.0 } else { failure / trials.q };
+        // no 0/0 at the ends, and no infinite partial of an impossible count, which would turn a zero
+        // weight into NaN
+        let gain = if success == 0.0 || trials.p == 0.0 { 0.0 } else { success / trials.p };
+        let loss = if failure <= 0.0 || trials.q == 0.0 { 0.0 } else { failure / trials.q };
         let value = trials.ln_pmf(*k, terms.leave_out_constants());
         terms.add(value, ((self.1, gain - loss),));
     }

@@ -13,7 +13,8 @@ use crate::special::{HALF_LN_2PI, deviance, ln_gamma, stirling_error};
 
 /// Poisson distribution of a count with rate λ; it can be observed, not declared.
 ///
-/// ln P(k) = k ln λ − λ − ln k!, for k = 0, 1, 2, … and λ > 0.
+/// ln P(k) = k ln λ − λ − ln k!, for k = 0, 1, 2, … and λ ≥ 0. At λ = 0 every count is zero, so that
+/// `Mixture([absent, 1.0 - absent], [Poisson(0.0 * rate), Poisson(rate)])` is a zero-inflated count.
 ///
 /// # Example
 /// ```
@@ -50,7 +51,7 @@ pub struct PoissonLog<E>(pub E);
 impl<L: Parameter> Family for Poisson<L> {}
 impl<E: Parameter> Family for PoissonLog<E> {}
 
-/// ln P(k) at a positive rate and its logarithm; without ln k!, which is the same at every point,
+/// ln P(k) at a rate ≥ 0 and its logarithm; without ln k!, which is the same at every point,
 /// if `lean`.
 #[inline]
 fn ln_pmf(k: f64, rate: f64, ln_rate: impl Fn() -> f64, lean: bool) -> f64 {
@@ -68,7 +69,7 @@ fn ln_pmf(k: f64, rate: f64, ln_rate: impl Fn() -> f64, lean: bool) -> f64 {
     }
 }
 
-/// A draw at a rate that may be too large for counts, or none: 0 then.
+/// A draw; 0 at rate 0 and where the rate is too large for counts.
 fn draw_count<G: Rng + ?Sized>(rate: f64, rng: &mut G) -> u64 {
     // counts below 2⁵³ are exact as f64, and `as` saturates beyond
     rand_distr::Poisson::new(rate).map_or(0, |poisson| rng.sample(poisson) as u64)
@@ -104,13 +105,16 @@ impl<R: Scalar, L: Parameter + Datum<R>> Distribution<R> for Poisson<L> {
     #[inline(always)]
     fn add_terms(&self, k: &u64, terms: &mut impl Accumulator<R>) {
         let (k, rate) = (*k as f64, self.0.number());
-        let positive = if rate > 0.0 { rate } else { f64::NAN };
-        let value = ln_pmf(k, positive, || rate.ln(), terms.leave_out_constants());
-        terms.add(value, ((self.0, k / rate - 1.0),));
+        let value = ln_pmf(k, rate, || rate.ln(), terms.leave_out_constants());
+        // a count is impossible at rate 0: an infinite partial would turn a zero weight into NaN
+        let in_rate = if k == 0.0 || rate == 0.0 { -1.0 } else { k / rate - 1.0 };
+        terms.add(value, ((self.0, in_rate),));
     }
 
     fn validate(&self) -> Result<(), DomainError> {
-        DomainError::require_positive("Poisson", "rate", self.0.number())
+        let rate = self.0.number();
+        let holds = rate >= 0.0 && rate.is_finite();
+        DomainError::require(holds, "Poisson", "rate", "at least 0 and finite", rate)
     }
 
     fn draw<G: Rng + ?Sized>(&self, rng: &mut G) -> u64 {

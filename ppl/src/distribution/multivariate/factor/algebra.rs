@@ -175,18 +175,19 @@ impl<R: Scalar> DynCholeskyFactor<R> {
                 entries.len() as f64,
             )?;
             let mut row: Vec<R> = Vec::with_capacity(i + 1);
+            let mut pivot = f64::NAN;
             for j in 0..=i {
                 let above = rows.get(j).unwrap_or(&row);
                 let pairs = || row.iter().zip(&above[..j]).map(|(&a, &b)| (a, b));
                 let inner: f64 = pairs().map(|(a, b)| a.value() * b.value()).sum();
                 let partials = pairs().flat_map(|(a, b)| [(a, -b.value()), (b, -a.value())]);
                 let rest = entries[j].value() - inner;
+                pivot = rest;
                 let rest = R::fuse_iter(rest, partials.chain([(entries[j], 1.0)]));
                 let entry = if j < i { rest / rows[j][j] } else { rest.sqrt() };
                 row.push(entry);
             }
-            let name = format_args!("pivot {i} of the covariance matrix");
-            DomainError::require_positive(NAME, name, row[i].value())?;
+            require_pivot(i, pivot)?;
             rows.push(row);
         }
         Ok(Self::from_fn(Free(matrix.len()), |i, j| rows[i][j]))
@@ -226,6 +227,20 @@ impl<R: Scalar> DynCholeskyFactor<R> {
 }
 
 const NAME: &str = "DynCholeskyFactor";
+
+/// Demands what the square of a diagonal entry of the factor must be.
+fn require_pivot(i: usize, pivot: f64) -> Result<(), DomainError> {
+    let holds = pivot > 0.0 && pivot.is_finite();
+    let name = format_args!("pivot {i} of the covariance matrix");
+    let requirement = match pivot.is_nan() {
+        true => "positive and finite",
+        false => {
+            "positive and finite (rows that are the same, or nearly so, make a kernel singular: add a \
+             nugget to the diagonal, of about 1e-10 of the variance)"
+        }
+    };
+    DomainError::require(holds, NAME, name, requirement, pivot)
+}
 
 /// Demands zeros above the diagonal.
 fn require_zeros<R: Scalar>(

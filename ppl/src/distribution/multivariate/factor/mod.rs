@@ -207,4 +207,16 @@ impl<R: Scalar, S: Size> Recordable for Factor<R, S> {
     fn flatten(&self, out: &mut Vec<f64>) {
         self.rows().flatten(out);
     }
+
+    fn overwrite(&mut self, numbers: &mut dyn Iterator<Item = f64>) -> bool {
+        let mut rows = self.size.filled(R::from(0.0));
+        for i in 0..self.size() {
+            for j in 0..self.size() {
+                let Some(number) = numbers.next() else { return false };
+                rows[i][j] = R::from(number);
+            }
+        }
+        *self = Self::from_rows(self.size, rows);
+        true
+    }
 }

@@ -1,0 +1,105 @@
+//! Starting points in unconstrained space: uniform, drawn from the prior, or given.
+
+use rand::RngCore;
+use serde::{Deserialize, Serialize};
+
+use crate::density::{FatalError, Rejection};
+use crate::erased::ErasedDensity;
+
+/// Uniform starting points tried before the prior is drawn from.
+const UNIFORM_TRIES: u32 = 100;
+/// Draws from the prior tried afterwards.
+const PRIOR_TRIES: u32 = 100;
+/// Draws from the prior whose quartiles give the scales of the coordinates.
+const SCALE_DRAWS: usize = 200;
+
+/// Where a starting point came from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum StartKind {
+    /// Uniform in every unconstrained coordinate.
+    #[default]
+    Uniform,
+    /// A draw from the prior, since the density rejected every uniform point.
+    PriorDraw,
+    /// Given by the user.
+    Given,
+}
+
+/// Values of quantities by name: one each, or as many as the quantity has numbers.
+pub(crate) type NamedValues = Vec<(String, Vec<f64>)>;
+
+/// No starting point was accepted.
+pub(crate) enum NoStart {
+    /// A named value does not fit the model.
+    Values(String),
+    /// The density reported a fatal error at this point.
+    Fatal(Box<FatalError>, Vec<f64>),
+    /// All points were rejected.
+    Rejected { uniform: u32, prior: u32, last: Rejection, point: Vec<f64> },
+}
+
+/// The first point that `accept` takes: a `uniform` one, or else a draw from the density's prior, each
+/// with the quantities of the `values` at these.
+pub(crate) fn find_start<G: RngCore>(
+    density: &dyn ErasedDensity,
+    values: &NamedValues,
+    rng: &mut G,
+    uniform: &mut dyn FnMut(&mut G) -> Vec<f64>,
+    accept: &mut dyn FnMut(&[f64]) -> Result<(), Rejection>,
+) -> Result<(StartKind, Vec<f64>), NoStart> {
+    let mut attempt = |point: Vec<f64>| -> Result<(Vec<f64>, Option<Rejection>), NoStart> {
+        let point = with_values(density, point, values)?;
+        match accept(&point) {
+            Ok(()) => Ok((point, None)),
+            Err(Rejection::Fatal(error)) => Err(NoStart::Fatal(error, point)),
+            Err(rejection) => Ok((point, Some(rejection))),
+        }
+    };
+    let mut tries = 0;
+    let (mut point, mut last) = loop {
+        tries += 1;
+        let (point, rejection) = attempt(uniform(rng))?;
+        let Some(last) = rejection else { return Ok((StartKind::Uniform, point)) };
+        if tries == UNIFORM_TRIES {
+            break (point, last);
+        }
+    };
+    let mut prior = 0;
+    while prior < PRIOR_TRIES
+        && let Some(draw) = density.prior_point(rng)
+    {
+        prior += 1;
+        let (next, rejection) = attempt(draw)?;
+        match rejection {
+            None => return Ok((StartKind::PriorDraw, next)),
+            Some(rejection) => (point, last) = (next, rejection),
+        }
+    }
+    Err(NoStart::Rejected { uniform: tries, prior, last, point })
+}
+
+/// `point` with the quantities of these names at these values.
+pub(crate) fn with_values(
+    density: &dyn ErasedDensity,
+    point: Vec<f64>,
+    values: &NamedValues,
+) -> Result<Vec<f64>, NoStart> {
+    match values.is_empty() {
+        true => Ok(point),
+        false => density.with_values(&point, values).map_err(NoStart::Values),
+    }
+}
+
+/// The scale of every coordinate under the prior, (third − first quartile)/1.349, which is the standard
+/// deviation of a normal prior and exists for every other; `None` without prior.
+pub(crate) fn prior_scales(density: &dyn ErasedDensity, rng: &mut dyn RngCore) -> Option<Vec<f64>> {
+    let draws: Option<Vec<Vec<f64>>> = (0..SCALE_DRAWS).map(|_| density.prior_point(rng)).collect();
+    let draws = draws?;
+    let scale = |i: usize| {
+        let mut column: Vec<f64> = draws.iter().map(|draw| draw[i]).collect();
+        column.sort_by(f64::total_cmp);
+        let scale = (column[3 * SCALE_DRAWS / 4] - column[SCALE_DRAWS / 4]) / 1.349;
+        if scale > 0.0 && scale.is_finite() { scale } else { 1.0 }
+    };
+    Some((0..density.dim()).map(scale).collect())
+}

@@ -1,0 +1,54 @@
+//! Values of quantities by name, as a model comes to these.
+
+use crate::datum::Recordable;
+
+/// Values of quantities by name, with how many numbers of each have been read.
+pub(crate) struct ValueReader<'y> {
+    values: Vec<(&'y str, &'y [f64], usize)>,
+    /// The first value that does not fit.
+    pub(crate) problem: Option<String>,
+}
+
+impl<'y> ValueReader<'y> {
+    pub(crate) fn new(values: &'y [(String, Vec<f64>)]) -> Self {
+        let values = values.iter().map(|(name, numbers)| (name.as_str(), numbers.as_slice(), 0));
+        Self { values: values.collect(), problem: None }
+    }
+
+    /// Overwrites `value` by the next numbers of this name, if there are any.
+    pub(crate) fn overwrite<V: Recordable>(&mut self, name: &str, value: &mut V) {
+        let Some((_, numbers, read)) = self.values.iter_mut().rev().find(|(own, ..)| *own == name)
+        else {
+            return;
+        };
+        let count: usize = value.shape().iter().product();
+        let own = numbers.get(*read..*read + count);
+        *read += count;
+        if !own.is_some_and(|own| value.overwrite(&mut own.iter().copied())) {
+            self.problem.get_or_insert_with(|| {
+                format!("`{name}`: {} number(s) are given, and more are needed", numbers.len())
+            });
+        }
+    }
+
+    /// What was not read in full.
+    pub(crate) fn check(self, names: &str) -> Result<(), String> {
+        if let Some(problem) = self.problem {
+            return Err(problem);
+        }
+        for (name, numbers, read) in self.values {
+            if read == 0 {
+                return Err(format!(
+                    "`{name}`: no unknown has this name; the unknowns are {names}"
+                ));
+            }
+            if read != numbers.len() {
+                let given = numbers.len();
+                return Err(format!(
+                    "`{name}`: {given} number(s) are given, and {read} are needed"
+                ));
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,79 @@
+//! Probabilities far out, of heavy ends and of narrow intervals, with their derivatives: against
+//! mpmath, against families with other code, and in models that need them.
+
+use ppl::prelude::*;
+use ppl::special::Tail;
+use ppl::{Dual, UnivariateDensity};
+
+use crate::numerics::assert_close;
+
+/// ln P(lower < X < upper) and its derivatives in the parameters: mpmath 1.3 with 60 digits or more,
+/// derivatives by central differences in that precision.
+const REFERENCE: &str = include_str!("tails.csv");
+
+struct Row {
+    family: String,
+    parameters: Vec<f64>,
+    ends: [f64; 2],
+    value: f64,
+    slopes: Vec<f64>,
+}
+
+fn rows() -> Vec<Row> {
+    let numbers = |cell: &str| -> Vec<f64> {
+        cell.split(' ').map(|number| number.parse().expect("a number")).collect()
+    };
+    let row = |line: &str| {
+        let cells: Vec<&str> = line.split(',').collect();
+        Row {
+            family: cells[0].to_owned(),
+            parameters: numbers(cells[1]),
+            ends: [numbers(cells[2])[0], numbers(cells[3])[0]],
+            value: numbers(cells[4])[0],
+            slopes: numbers(cells[5]),
+        }
+    };
+    REFERENCE.lines().skip(1).map(row).collect()
+}
+
+type D = Dual<3>;
+
+/// By derivatives, by plain numbers, and by the plain tail if one end is that of the support.
+fn check<P: UnivariateDensity<f64>, G: UnivariateDensity<D>>(row: &Row, plain: P, lifted: G) {
+    let Row { family, parameters, ends: [lower, upper], value, slopes } = row;
+    let name = format!("{family}{parameters:?} between {lower:e} and {upper:e}");
+    let got: D = lifted.ln_mass(*lower, *upper);
+    assert_close(got.value(), *value, 1e-12, 1e-13, &name);
+    for (i, expected) in slopes.iter().enumerate() {
+        assert_close(got.gradient()[i], *expected, 1e-10, 1e-12, &format!("∂{i} of {name}"));
+    }
+    let number = plain.ln_mass(*lower, *upper);
+    assert_close(number, got.value(), 1e-13, 1e-14, &name);
+    let (first, last) = plain.support().bounds();
+    if *lower <= first {
+        assert_close(plain.ln_tail(*upper, Tail::Lower), *value, 1e-12, 1e-13, &name);
+    }
+    if *upper >= last {
+        assert_close(plain.ln_tail(*lower, Tail::Upper), *value, 1e-12, 1e-13, &name);
+    }
+}
+
+#[test]
+fn probabilities_of_intervals_agree_with_mpmath() {
+    for row in &rows() {
+        let p = |i: usize| row.parameters[i];
+        let d = |i: usize| D::new(p(i), std::array::from_fn(|k| f64::from(u8::from(k == i))));
+        match row.family.as_str() {
+            "Gamma" => check(row, Gamma(p(0), p(1)), Gamma(d(0), d(1))),
+            "Beta" => check(row, Beta(p(0), p(1)), Beta(d(0), d(1))),
+            "StudentT" => {
+                check(row, StudentT(p(0), p(1), p(2)), StudentT(d(0), d(1), d(2)));
+            }
+            "Weibull" => check(row, Weibull(p(0), p(1)), Weibull(d(0), d(1))),
+            "HalfCauchy" => check(row, HalfCauchy(p(0)), HalfCauchy(d(0))),
+            "Exponential" => check(row, Exponential(p(0)), Exponential(d(0))),
+            "HalfNormal" => check(row, HalfNormal(p(0)), HalfNormal(d(0))),
+            other => panic!("no family {other}"),
+        }
+    }
+}
