@@ -39,10 +39,12 @@ impl Raster {
         Self::from_rows(times * self.width, rows.collect())
     }
 
+    /// Width in pixels.
     pub fn width(&self) -> usize {
         self.width
     }
 
+    /// Height in pixels.
     pub fn height(&self) -> usize {
         self.height
     }
@@ -52,6 +54,7 @@ impl Raster {
         self.pixels[y * self.width + x]
     }
 
+    /// Sets the colour of the pixel in column x and row y.
     pub fn set(&mut self, x: usize, y: usize, colour: Colour) {
         self.pixels[y * self.width + x] = colour;
     }
