@@ -22,8 +22,8 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     for warning in report.iter().flat_map(MeshReport::warnings) {
         say("note", &warning);
     }
-    gmsh::write(task.product("mesh.msh")?, &mesh)?;
-    vtu::write(task.product("mesh.vtu")?, &mesh, &[], &[])?;
+    task.product("mesh.msh", |path| gmsh::write(path, &mesh).map(drop))?;
+    task.product("mesh.vtu", |path| vtu::write(path, &mesh, &[], &[]))?;
     write_picture(task, "mesh.png", &mesh_picture(&mesh))?;
     task.write("mesh_quality.svg", &mesh_quality(&Quality::smallest_dihedrals_deg(&mesh)))?;
 
@@ -53,7 +53,7 @@ fn further(task: &Task<'_>, image: usize) -> Result<(), WorkflowError> {
     for warning in report.iter().flat_map(MeshReport::warnings) {
         say("note", &format!("image {image}: {warning}"));
     }
-    gmsh::write(task.product(&mesh_file(image, "msh"))?, &mesh)?;
+    task.product(&mesh_file(image, "msh"), |path| gmsh::write(path, &mesh).map(drop))?;
     let mut rows = quantities(&mesh)?;
     rows.extend(report.iter().flat_map(of_report));
     let rows = rows.into_iter().map(|(name, value)| [name, value.to_string()]);

@@ -13,20 +13,40 @@ fn stage(name: &str) -> &'static Stage {
 }
 
 #[test]
-fn a_damaged_result_is_made_again() {
+fn a_result_that_was_deleted_is_made_again_and_one_that_was_changed_is_not_replaced() {
     let dir = tempfile::tempdir().unwrap();
     let (source, out) = (dir.path().join("case.toml"), dir.path().join("out"));
     let interrupt = AtomicBool::new(false);
     let case = CaseFile::parse(CASE, &source).unwrap();
-    let workflow = Workflow::open(&case, &out, 1, &interrupt).unwrap();
+    let open = |replace: &[PathBuf]| {
+        let access = FolderAccess { reuse: false, replace: replace.to_vec() };
+        Workflow::open_with(&case, &out, 1, &interrupt, &access).unwrap()
+    };
+    let workflow = open(&[]);
     workflow.run(stage("mesh")).unwrap();
     assert_eq!(workflow.due(stage("mesh")), None);
     for product in ["mesh.msh", "mesh.vtu", "mesh.png", "mesh_quality.svg", "mesh.csv"] {
-        let whole = std::fs::read(out.join(product)).unwrap();
-        std::fs::write(out.join(product), &whole[..whole.len() / 2]).unwrap();
+        let path = out.join(product);
+        let whole = std::fs::read(&path).unwrap();
+        std::fs::remove_file(&path).unwrap();
         assert!(workflow.due(stage("mesh")).unwrap().contains(product));
         workflow.run(stage("mesh")).unwrap();
-        assert!(std::fs::read(out.join(product)).unwrap() == whole, "{product}");
+        assert!(std::fs::read(&path).unwrap() == whole, "{product}");
+
+        let half = &whole[..whole.len() / 2];
+        std::fs::write(&path, half).unwrap();
+        if product == "mesh.msh" {
+            // later stages use a mesh as it was edited
+            assert_eq!(workflow.due(stage("mesh")), None);
+            workflow.run(stage("mesh")).unwrap();
+        } else {
+            assert!(workflow.due(stage("mesh")).unwrap().contains(product));
+            let error = workflow.run(stage("mesh")).unwrap_err();
+            assert!(matches!(error, WorkflowError::UsersFile { .. }), "{error}");
+        }
+        assert!(std::fs::read(&path).unwrap() == half, "{product}");
+        open(std::slice::from_ref(&path)).run(stage("mesh")).unwrap();
+        assert!(std::fs::read(&path).unwrap() == whole, "{product}");
     }
 }
 

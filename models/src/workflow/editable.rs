@@ -1,0 +1,11 @@
+//! Products that the user may edit: the stage counts as done, and later stages use the edited file.
+
+use super::pattern::matches;
+
+/// Labels and meshes, which later stages read without what else the stage has written of them.
+const EDITABLE: [&str; 4] = ["labels.tif", "images/#-labels.tif", "mesh.msh", "meshes/#.msh"];
+
+/// Whether later stages use a file of this name as the user has edited it.
+pub(super) fn is_editable(name: &str) -> bool {
+    EDITABLE.iter().any(|pattern| matches(pattern, name))
+}
