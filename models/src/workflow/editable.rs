@@ -9,3 +9,15 @@ const EDITABLE: [&str; 4] = ["labels.tif", "images/#-labels.tif", "mesh.msh", "m
 pub(super) fn is_editable(name: &str) -> bool {
     EDITABLE.iter().any(|pattern| matches(pattern, name))
 }
+
+/// What is said of a stage that is not run again.
+pub(super) fn finished_before(edited: &[&str]) -> String {
+    match edited {
+        [] => "finished before, unchanged".to_owned(),
+        edited => format!(
+            "finished before; {} was edited and is used as it is (--replace {} makes it again)",
+            edited.join(", "),
+            edited[0]
+        ),
+    }
+}

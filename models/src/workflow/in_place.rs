@@ -65,13 +65,13 @@ pub(super) fn check_inputs(source: &CaseFile, dir: &Path) -> Result<(), Workflow
         }
         let Ok(name) = place.strip_prefix(&root) else { continue };
         let name = name.to_string_lossy().replace('\\', "/");
-        let is_meant = |pattern: &&str| match place.is_dir() {
-            true => format!("{}/", folder(pattern)).starts_with(&format!("{name}/")),
-            false => matches(pattern, &name),
-        };
+        // products lie in the folder of an input, or in its place
+        let lies_within =
+            |pattern: &str| format!("{}/", folder(pattern)).starts_with(&format!("{name}/"));
+        let is_meant =
+            |pattern: &&str| matches(pattern, &name) || (place.is_dir() && lies_within(pattern));
         // an input that is read where its copy would lie is not copied
-        let is_used_there = |pattern: &&str| matches(pattern, &name);
-        if !place.is_dir() && OPENING.iter().any(|pattern| is_used_there(&pattern)) {
+        if !place.is_dir() && OPENING.iter().any(|pattern| matches(pattern, &name)) {
             continue;
         }
         let is_measured = !is_virtual(source);

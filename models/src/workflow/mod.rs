@@ -31,6 +31,7 @@
 //! the stage `ensemble`, and of each stage's products one process makes all (a lock in `.locks/`, which
 //! dies with it) while the others wait. [`status`] looks on without changing anything.
 
+mod adoption;
 mod calibrate;
 mod confirm;
 mod content_hash;
@@ -107,7 +108,7 @@ pub use error::WorkflowError;
 pub use laboratories::{SimulatedLaboratories, simulate_laboratories};
 pub(crate) use neighbours::Together;
 pub(crate) use product_folder::ProductFolder;
-pub use product_folder::create_file;
+pub use product_folder::{FolderAccess, create_file};
 pub use simulate::{DeviceChoice, simulate};
 pub use stage::Stage;
 pub use stages::STAGES;
@@ -116,13 +117,14 @@ pub use status::{RunCounts, StageState, StageStatus, status};
 use crate::case::CaseFile;
 use crate::progress::say;
 use crate::report::Results;
+use adoption::adopt_products;
 use copies::Copies;
+use editable::finished_before;
 use freshness::{Freshness, Records, STAGES_FILE, finished_in};
 use in_place::check_inputs;
 use inputs::Inputs;
 use locks::lock;
 use neighbours::Neighbours;
-use ownership::{adopt_products, finished_before};
 use task::{StageRecord, Task};
 
 /// A case being worked on in a directory.
@@ -152,15 +154,6 @@ pub struct Workflow<'a> {
     folder: ProductFolder,
     freshness: Freshness,
     neighbours: Option<Neighbours>,
-}
-
-/// What a workflow may do in a folder that has files already.
-#[derive(Clone, Debug, Default)]
-pub struct FolderAccess {
-    /// Whether the folder is given to this case though it has the results of another: what differs is made again.
-    pub reuse: bool,
-    /// Files of the user that may be replaced by products; absolute paths.
-    pub replace: Vec<PathBuf>,
 }
 
 impl<'a> Workflow<'a> {

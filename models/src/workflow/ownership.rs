@@ -1,14 +1,8 @@
 //! Files of the user's among the products of stages: refused, used as they are, or replaced where that is allowed.
 
-use std::path::Path;
-
-use super::content_hash::ContentHash;
-use super::freshness::{STAGES_FILE, finished_in};
 use super::pattern::folder;
-use super::product_folder::ProductFolder;
 use super::stage::Stage;
 use super::task::StageRecord;
-use super::written::WRITTEN;
 use super::{Workflow, WorkflowError};
 
 impl Workflow<'_> {
@@ -41,33 +35,4 @@ impl Workflow<'_> {
         };
         self.folder.remove_leftovers(stage.products, is_kept)
     }
-}
-
-/// What is said of a stage that is not run again.
-pub(super) fn finished_before(edited: &[&str]) -> String {
-    match edited {
-        [] => "finished before, unchanged".to_owned(),
-        edited => format!(
-            "finished before; {} was edited and is used as it is (--replace {} makes it again)",
-            edited.join(", "),
-            edited[0]
-        ),
-    }
-}
-
-/// Records the products of a version that kept no record of files, as its stages remember them.
-pub(super) fn adopt_products(folder: &ProductFolder, dir: &Path) -> Result<(), WorkflowError> {
-    if dir.join(WRITTEN).exists() {
-        return Ok(());
-    }
-    let finished = finished_in(dir);
-    if finished.is_empty() {
-        return Ok(());
-    }
-    for (name, content) in finished.values().flat_map(StageRecord::contents) {
-        folder.adopt(name, content)?;
-    }
-    let path = dir.join(STAGES_FILE);
-    let content = ContentHash::of_path(&path).map_err(|e| WorkflowError::io(&path, e))?;
-    folder.adopt(STAGES_FILE, content)
 }

@@ -8,12 +8,25 @@
 mod tests;
 
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use super::WorkflowError;
 use super::content_hash::ContentHash;
 use super::links::link_tree;
 use super::pattern::{folder, matches};
 use super::written::Written;
+
+/// What a command may do in a folder that has files already.
+#[derive(Clone, Debug, Default)]
+pub struct FolderAccess {
+    /// Whether the folder is given to this case though it has the results of another: what differs is made again.
+    pub reuse: bool,
+    /// Files of the user that may be replaced by products; absolute paths.
+    pub replace: Vec<PathBuf>,
+}
+
+/// How long a folder may take to be replaced.
+const MOMENT: Duration = Duration::from_millis(100);
 
 /// A folder whose files the program writes.
 #[derive(Clone, Debug)]
@@ -100,6 +113,13 @@ impl ProductFolder {
     pub(crate) fn claim(&self, name: &str, command: &str) -> Result<(), WorkflowError> {
         if self.owner(name)? != Owner::User || self.is_replaceable(name) {
             return Ok(());
+        }
+        // a folder that another process is replacing has files of both contents for a moment
+        if self.path(name).is_dir() {
+            std::thread::sleep(MOMENT);
+            if self.owner(name)? != Owner::User {
+                return Ok(());
+            }
         }
         Err(WorkflowError::UsersFile {
             path: self.path(name),

@@ -9,15 +9,15 @@ use fem::{
     LinearScheme, Observer, Outcome, Ranks, SolverOptions, TetMesh, vtu,
 };
 
+use super::WorkflowError;
 use super::damage_of::damage_of;
 use super::effort_file::EffortFile;
 use super::in_place::{SIMULATION, check_inputs};
-use super::product_folder::ProductFolder;
+use super::product_folder::{FolderAccess, ProductFolder};
 use super::quadrature::quadrature_note;
 use super::resolution::resolution_note;
 use super::simulator::{Setup, Simulator, failure};
 use super::specimen::mesh_of;
-use super::{FolderAccess, WorkflowError};
 use crate::case::CaseFile;
 use crate::progress::{Bar, say};
 

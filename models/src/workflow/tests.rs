@@ -50,6 +50,27 @@ fn a_result_that_was_deleted_is_made_again_and_one_that_was_changed_is_not_repla
     }
 }
 
+/// A folder of results of a version that kept no record of the files that it had written.
+#[test]
+fn a_folder_without_a_record_of_files_is_taken_over_by_its_stages() {
+    let dir = tempfile::tempdir().unwrap();
+    let (source, out) = (dir.path().join("case.toml"), dir.path().join("out"));
+    let interrupt = AtomicBool::new(false);
+    let case = CaseFile::parse(CASE, &source).unwrap();
+    let open = || Workflow::open(&case, &out, 1, &interrupt);
+    open().unwrap().run(stage("mesh")).unwrap();
+    std::fs::remove_file(out.join("written.csv")).unwrap();
+    std::fs::remove_file(out.join("mesh.vtu")).unwrap();
+    open().unwrap().run(stage("mesh")).unwrap();
+    assert!(out.join("mesh.vtu").is_file());
+
+    std::fs::remove_file(out.join("written.csv")).unwrap();
+    std::fs::write(out.join("mesh.csv"), "of a person").unwrap();
+    let error = open().unwrap().run(stage("mesh")).unwrap_err();
+    assert!(matches!(error, WorkflowError::UsersFile { .. }), "{error}");
+    assert_eq!(std::fs::read_to_string(out.join("mesh.csv")).unwrap(), "of a person");
+}
+
 #[test]
 fn every_product_belongs_to_one_stage() {
     for stage in &STAGES {
