@@ -29,7 +29,7 @@ const COMMAND: &str = "run";
 
 /// A copy of a file that a case names.
 #[derive(Clone, Debug)]
-struct Copy {
+struct CopiedFile {
     /// Its name in the folder of the results.
     name: String,
     content: Vec<u8>,
@@ -42,7 +42,7 @@ struct Copy {
 pub(super) struct Copies {
     /// The case; what it names is in the folder.
     pub(super) case: Case,
-    files: Vec<Copy>,
+    files: Vec<CopiedFile>,
     /// Our copies and the person's own files or folders.
     originals: Vec<(PathBuf, PathBuf)>,
 }
@@ -97,7 +97,7 @@ impl Copies {
                             .map_err(|e| WorkflowError::io(&place, e))?;
                     }
                     let files = specimens.to_files().map_err(|e| WorkflowError::io(&to, e))?;
-                    copies.files.extend(files.into_iter().map(|(place, content)| Copy {
+                    copies.files.extend(files.into_iter().map(|(place, content)| CopiedFile {
                         name: format!("experiments/{}", place.display()),
                         content,
                         original: match place.starts_with("curves") {
@@ -149,7 +149,7 @@ impl Copies {
         };
         let part = |key: &str| there.get(key) == here.get(key);
         ["specimen", "prior", "experiments"].into_iter().all(part)
-            && self.files.iter().all(|Copy { name, content, .. }| {
+            && self.files.iter().all(|CopiedFile { name, content, .. }| {
                 fem::read_regular(&dir.join(name)).is_ok_and(|now| now == *content)
             })
     }
@@ -165,7 +165,7 @@ impl Copies {
         folder: &ProductFolder,
     ) -> Result<(), WorkflowError> {
         let mut contents: Vec<(&str, Vec<u8>)> = Vec::new();
-        for Copy { name, content, original } in &self.files {
+        for CopiedFile { name, content, original } in &self.files {
             if folder.has_bytes(name, content)
                 || folder.is_replaceable(name)
                 || !folder.is_edited(name)?
@@ -231,9 +231,9 @@ impl Copies {
     }
 }
 
-fn copy_of(name: &str, original: &Path) -> Result<Copy, WorkflowError> {
+fn copy_of(name: &str, original: &Path) -> Result<CopiedFile, WorkflowError> {
     let content = fem::read_regular(original).map_err(|e| WorkflowError::io(original, e))?;
-    Ok(Copy { name: name.to_owned(), content, original: original.to_owned() })
+    Ok(CopiedFile { name: name.to_owned(), content, original: original.to_owned() })
 }
 
 /// What a case is known by: the place of its file, if it has one.

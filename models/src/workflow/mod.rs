@@ -188,11 +188,15 @@ impl<'a> Workflow<'a> {
     ) -> Result<Self, WorkflowError> {
         check_inputs(source, dir)?;
         let copies = Copies::of(source, dir)?;
+        let folder = ProductFolder::new(dir, &access.replace);
+        if finished_in(dir).is_empty() {
+            // a file of the user's, and no other case
+            folder.claim(STAGES_FILE, "run")?;
+        }
         if !access.reuse {
             copies.check_owner(source, dir)?;
         }
         std::fs::create_dir_all(dir).map_err(|e| WorkflowError::results(dir, e))?;
-        let folder = ProductFolder::new(dir, &access.replace);
         adopt_products(&folder, dir)?;
         folder.claim(STAGES_FILE, "run")?;
         copies.write(source, dir, &folder)?;

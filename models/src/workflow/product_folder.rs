@@ -56,7 +56,7 @@ impl ProductFolder {
     }
 
     /// Another folder, in which the same files of the user may be replaced.
-    pub(super) fn of(&self, dir: &Path) -> Self {
+    pub(super) fn with_dir(&self, dir: &Path) -> Self {
         Self::new(dir, &self.replaceable)
     }
 

@@ -171,7 +171,7 @@ impl<'a> Batches<'a> {
         let (runs, corrections) = data()?;
         let found = self.calibrated(task, &runs, corrections)?;
         if let Some(look) = &found {
-            let (name, folder) = (name_of_look(k), task.folder.of(&self.folder));
+            let (name, folder) = (name_of_look(k), task.folder.with_dir(&self.folder));
             let text = serde_json::to_vec_pretty(look);
             let text = text.map_err(|e| WorkflowError::io(&folder.path(&name), e.into()))?;
             folder.write(&name, task.stage(), &text)?;
@@ -182,7 +182,7 @@ impl<'a> Batches<'a> {
 
     /// The `k`-th look as it was written; a look that the user has changed is refused.
     fn kept(&self, k: usize, task: &Task<'_>) -> Result<Option<Look>, WorkflowError> {
-        let (name, folder) = (name_of_look(k), task.folder.of(&self.folder));
+        let (name, folder) = (name_of_look(k), task.folder.with_dir(&self.folder));
         folder.claim(&name, task.stage())?;
         Ok(read_look(&folder.path(&name)))
     }
