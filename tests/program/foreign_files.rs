@@ -187,6 +187,7 @@ fn a_folder_with_inputs_in_the_place_of_products_is_refused() {
     let mesh = "[specimen]\nmesh = \"FILE\"\nregions = { matrix = 1 }\nsurfaces = { bottom = 2, top = 3 }\n";
     let rest =
         "[material.matrix]\nyoung_mpa = 275\npoisson = 0.25\n[test]\ndisplacement_mm = 0.2\n";
+    let grain = "[material.grain]\nyoung_mpa = 22000\npoisson = 0.25\n";
     for (specimen, file) in
         [(image, "scan.tif"), (image, "images/2-labels.tif"), (mesh, "mesh.msh")]
     {
@@ -194,7 +195,8 @@ fn a_folder_with_inputs_in_the_place_of_products_is_refused() {
         let path = dir.path().join(file);
         std::fs::create_dir_all(path.parent().unwrap()).unwrap();
         std::fs::write(&path, TEXT).unwrap();
-        let case = format!("{}{rest}", specimen.replace("FILE", file));
+        let grain = if specimen == image { grain } else { "" };
+        let case = format!("{}{grain}{rest}", specimen.replace("FILE", file));
         std::fs::write(dir.path().join("case.toml"), &case).unwrap();
         for command in ["segment", "mesh", "run", "simulate"] {
             for extra in [&[][..], &["--replace", file]] {
@@ -270,7 +272,7 @@ fn a_study_and_a_script_replace_no_file_of_the_users() {
         std::fs::write(path, text).unwrap();
     };
     let read = |name: &str| std::fs::read_to_string(dir.path().join(name)).unwrap();
-    write("base.toml", super::SMALL);
+    write("base.toml", &super::SMALL.replace("steps = 4", "steps = 40"));
     let study = "title = \"t\"\nbase = \"base.toml\"\n[[case]]\nname = \"a\"\n";
     write("study.toml", study);
     // the study itself has the name of a file that a study writes

@@ -53,8 +53,9 @@ fn a_pipe_in_the_place_of_any_input_is_refused_by_its_name() {
 
     let rest =
         "[material.matrix]\nyoung_mpa = 275\npoisson = 0.25\n[test]\ndisplacement_mm = 0.2\n";
+    let grain = "[material.grain]\nyoung_mpa = 22000\npoisson = 0.25\n";
     let image = format!(
-        "[specimen]\nspacing_mm = 0.7\n[specimen.image]\nstack = \"input\"\nvoxel_mm = 0.1\n{rest}"
+        "[specimen]\nspacing_mm = 0.7\n[specimen.image]\nstack = \"input\"\nvoxel_mm = 0.1\n{grain}{rest}"
     );
     let mesh = format!(
         "[specimen]\nmesh = \"input\"\nregions = {{ matrix = 1 }}\nsurfaces = {{ bottom = 2, top = 3 }}\n{rest}"

@@ -51,7 +51,24 @@ fn finished() -> tempfile::TempDir {
     let [old, new] = [whole, &dir].map(|d| d.path().canonicalize().unwrap());
     let text = text.replace(&old.display().to_string(), &new.display().to_string());
     std::fs::write(origin, text).unwrap();
+    record(&dir.path().join("out"), "origin.toml");
     dir
+}
+
+/// The content of a file as the workflow knows it: FNV-1a of its bytes and its length.
+fn content(path: &Path) -> String {
+    let text = std::fs::read(path).unwrap();
+    let bytes = text.iter().copied().chain((text.len() as u64).to_le_bytes());
+    let sum = bytes.fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+    });
+    format!("{sum:016x}")
+}
+
+/// Makes a file of the results one that the program has written.
+fn record(out: &Path, name: &str) {
+    let line = format!("{},{name}\n", content(&out.join(name)));
+    edit(&out.join("written.csv"), |text| format!("{text}{line}"));
 }
 
 fn edit(path: &Path, change: impl Fn(&str) -> String) {
@@ -309,22 +326,14 @@ fn a_folder_belongs_to_one_case_and_a_report_to_one_state_of_it() {
 fn a_chain_that_does_not_exist_is_an_error() {
     let dir = finished();
     let path = dir.path().join("out/posterior.csv");
-    // as the workflow knows a file: FNV-1a of its bytes and its length
-    let sum = || {
-        let text = std::fs::read(&path).unwrap();
-        let bytes = text.iter().copied().chain((text.len() as u64).to_le_bytes());
-        let sum = bytes.fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
-            (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
-        });
-        format!("{sum:016x}")
-    };
-    let whole = sum();
+    let whole = content(&path);
     edit(&path, |text| text.replacen("\n1,", "\n1e18,", 1));
     let report = || breccia(dir.path(), &["report", "--out", "out"]);
     let (code, _, err) = report();
     assert!(code == Some(1) && err.contains("posterior.csv"), "{err}");
     // the same where nobody notices the change
-    edit(&dir.path().join("out/stages.toml"), |text| text.replace(&whole, &sum()));
+    edit(&dir.path().join("out/stages.toml"), |text| text.replace(&whole, &content(&path)));
+    record(&dir.path().join("out"), "stages.toml");
     std::fs::remove_file(dir.path().join("out/report.html")).unwrap();
     let (code, _, err) = report();
     assert!(code == Some(1) && err.contains("chain = 1e18: is no chain of this case"), "{err}");

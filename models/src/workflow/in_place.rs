@@ -152,7 +152,8 @@ mod tests {
     use super::*;
 
     const CASE: &str = "[specimen]\nspacing_mm = 0.7\n[specimen.image]\nstack = \"STACK\"\nvoxel_mm = 0.1\n\
-        [material.matrix]\nyoung_mpa = 275\npoisson = 0.25\n[test]\ndisplacement_mm = 0.2\n";
+        [material.matrix]\nyoung_mpa = 275\npoisson = 0.25\n[material.grain]\nyoung_mpa = 22000\npoisson = 0.25\n\
+        [test]\ndisplacement_mm = 0.2\n";
 
     fn check(stack: &str, out: &str) -> Result<(), WorkflowError> {
         let dir = tempfile::tempdir().unwrap();

@@ -75,7 +75,8 @@ fn a_folder_without_a_record_of_files_is_taken_over_by_its_stages() {
 fn every_product_belongs_to_one_stage() {
     for stage in &STAGES {
         for product in stage.products {
-            assert_eq!(Stage::that_writes(product), Some(stage.name), "{product}");
+            let name = product.replace('#', "1").replace('*', "a b");
+            assert_eq!(Stage::that_writes(&name), Some(stage.name), "{product}");
         }
     }
     assert!(Stage::that_writes("case.toml").is_none());
