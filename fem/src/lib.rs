@@ -55,7 +55,7 @@
 //! From the ground up; an import goes down only, and no two files import each other.
 //!
 //! 1. `error`: what can be wrong, with its source
-//! 2. `file`: files that are written whole or not at all
+//! 2. `file`: files that are written whole or not at all, and inputs that are regular files
 //! 3. `fields`: displacement and damage at the nodes
 //! 4. `device`: where kernels run: a graphics card, or this machine in its place
 //! 5. `parallel`: ranks that share one problem: messages, and who has which part of the mesh
@@ -111,7 +111,7 @@ pub use ensemble::{
 };
 pub use error::{CheckpointError, CurveFileError, FemError, MeshError, StepFailure};
 pub use fields::Fields;
-pub use file::write_atomically;
+pub use file::{open_regular, read_regular, read_regular_text, write_atomically};
 pub use image::{
     Cylinder, ImageError, Region, RgbSlice, Score, SeedRule, Segmentation, Segmented, SpecimenForm,
     SpecimenStatistics, Volume, outlined_slice, score, tiff,

@@ -2,7 +2,10 @@
 
 mod cluster;
 mod failure;
+mod init;
+mod output;
 mod ranks;
+mod replace;
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -13,12 +16,15 @@ use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 use fem::Ranks;
 use models::{
-    Case, CaseFile, InputError, PartStatus, STAGES, Stage, StageStatus, Study, StudyFile, Workflow,
-    WorkflowError,
+    CaseFile, FolderAccess, InputError, PartStatus, STAGES, Stage, StageStatus, Study, StudyFile,
+    Workflow, WorkflowError,
 };
 
 use cluster::{Jobs, Sharing, slurm, slurm_study};
 use failure::Failure;
+use init::{init, init_own_data};
+use output::print_line;
+use replace::replaceable;
 
 /// Calibrates the fracture of bonded granular materials, with uncertainty.
 ///
@@ -98,6 +104,10 @@ enum Command {
         #[arg(long, value_name = "KEY=VALUE")]
         set: Vec<String>,
 
+        /// Replace FILE in DIR, which you have written or changed, by a product; may be repeated
+        #[arg(long, value_name = "FILE")]
+        replace: Vec<PathBuf>,
+
         /// Run one laboratory or one case alone, named by its folder within DIR
         #[arg(long, value_name = "PART", conflicts_with_all = ["slurm", "slurm_script"])]
         only: Option<String>,
@@ -137,6 +147,10 @@ struct CaseAndFolder {
     /// Calibrate against data that no simulation reaches; nothing is called identified then
     #[arg(long)]
     accept_out_of_range: bool,
+
+    /// Replace FILE in DIR, which you have written or changed, by a product; may be repeated
+    #[arg(long, value_name = "FILE")]
+    replace: Vec<PathBuf>,
 }
 
 impl CaseAndFolder {
@@ -149,9 +163,12 @@ impl CaseAndFolder {
         }
     }
 
+    fn access(&self) -> Result<FolderAccess, WorkflowError> {
+        Ok(FolderAccess { reuse: self.reuse, replace: replaceable(&self.out, &self.replace)? })
+    }
+
     fn open<'a>(&self, file: &CaseFile, threads: usize) -> Result<Workflow<'a>, WorkflowError> {
-        let open = if self.reuse { Workflow::reuse } else { Workflow::open };
-        let workflow = open(file, &self.out, threads, &INTERRUPT)?;
+        let workflow = Workflow::open_with(file, &self.out, threads, &INTERRUPT, &self.access()?)?;
         Ok(if self.accept_out_of_range { workflow.accept_out_of_range() } else { workflow })
     }
 }
@@ -177,7 +194,7 @@ pub(crate) fn main() -> ExitCode {
         };
     });
     if let Err(error) = handler {
-        eprintln!("note: Ctrl-C will not end cleanly ({error})");
+        let _ = writeln!(std::io::stderr(), "note: Ctrl-C will not end cleanly ({error})");
     }
     let mut stderr = std::io::stderr();
     let ranks = match ranks_of(&request) {
@@ -219,7 +236,7 @@ fn request() -> (usize, Request) {
         command.about(stage.about).after_help(writes)
     });
     let matches = Cli::command().subcommands(stages).try_get_matches();
-    let matches = matches.unwrap_or_else(|error| with_hint(error).exit());
+    let matches = matches.unwrap_or_else(|error| exit_with(&with_hint(error)));
     let threads = matches.get_one::<u16>("threads").copied();
     let threads = threads
         .map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), usize::from);
@@ -233,6 +250,18 @@ fn request() -> (usize, Request) {
             .map(|cli| cli.command.map_or(Request::Default, Request::Command)),
     };
     (threads, request.unwrap_or_else(|error| error.exit()))
+}
+
+/// Prints help, the version or what is wrong with the command line, and ends the program.
+fn exit_with(error: &clap::Error) -> ! {
+    let code = match error.print() {
+        Err(io) if io.kind() != std::io::ErrorKind::BrokenPipe => {
+            let _ = writeln!(std::io::stderr(), "error: {}", Failure::Output(io));
+            1
+        }
+        _ => error.exit_code(),
+    };
+    std::process::exit(code)
 }
 
 /// A case in the place of a command is meant to be run.
@@ -283,17 +312,19 @@ fn run(request: Request, threads: usize, ranks: &Ranks) -> Result<ExitCode, Fail
                 return Err(WorkflowError::Rank { rank, message }.into());
             }
             ranks::remember(ranks, &target.out);
-            let path = models::simulate(&file, &target.out, device, ranks, &INTERRUPT)?;
+            let access = target.access()?;
+            let path = models::simulate(&file, &target.out, device, ranks, &INTERRUPT, &access)?;
             if ranks.is_first() {
-                println!("{}", path.display());
+                print_line(path.display())?;
             }
         }
-        Request::Command(Command::Study { file: path, out, set, only, until, jobs }) => {
+        Request::Command(Command::Study { file: path, out, set, replace, only, until, jobs }) => {
+            let replace = replaceable(&out, &replace)?;
             let file = StudyFile::read(&path, &set).map_err(WorkflowError::from)?;
             let until = until.map(|name| stage_named(&name)).transpose()?;
-            let study = Study::open(file, &out, threads, &INTERRUPT)?;
+            let study = Study::open(file, &out, threads, &INTERRUPT, &replace)?;
             if jobs.are_asked_for() {
-                slurm_study(&study, &path, &set, &jobs)?;
+                slurm_study(&study, &path, &set, &jobs, &replace)?;
                 return Ok(ExitCode::SUCCESS);
             }
             if let Some(part) = only {
@@ -302,7 +333,7 @@ fn run(request: Request, threads: usize, ranks: &Ranks) -> Result<ExitCode, Fail
             }
             study.run()?;
             for name in ["study.csv", "report.html"] {
-                println!("{}", study.dir().join(name).display());
+                print_line(study.dir().join(name).display())?;
             }
         }
         Request::Command(Command::Status { dir }) => return status(&dir),
@@ -312,7 +343,7 @@ fn run(request: Request, threads: usize, ranks: &Ranks) -> Result<ExitCode, Fail
             match sharing {
                 Some(sharing) if sharing.share => workflow.share(stage)?,
                 Some(sharing) if sharing.jobs.are_asked_for() => {
-                    slurm(&workflow, stage, &sharing.jobs)?;
+                    slurm(&workflow, stage, &sharing.jobs, &target.access()?.replace)?;
                 }
                 _ => workflow.run(stage)?,
             }
@@ -332,67 +363,30 @@ fn stage_named(name: &str) -> Result<&'static Stage, WorkflowError> {
 
 /// Prints how far a folder is: exit code 3 while work is left.
 fn status(dir: &Path) -> Result<ExitCode, Failure> {
-    // whoever reads may have enough after a line
-    let mut stdout = std::io::stdout();
     let parts = match models::study_status(dir)? {
         Some(parts) => parts,
         None => vec![PartStatus { name: String::new(), stages: models::status(dir)? }],
     };
     for PartStatus { name, stages } in &parts {
         if !name.is_empty() {
-            let _ = writeln!(stdout, "{name}");
+            print_line(name)?;
         }
         for stage in stages {
-            let _ = writeln!(stdout, "{stage}");
+            print_line(stage)?;
         }
     }
     let mut stages = parts.iter().flat_map(|part| &part.stages);
     Ok(if stages.all(StageStatus::is_done) { ExitCode::SUCCESS } else { ExitCode::from(3) })
 }
 
-fn run_all(workflow: &Workflow<'_>) -> Result<(), WorkflowError> {
+fn run_all(workflow: &Workflow<'_>) -> Result<(), Failure> {
     workflow.run_all()?;
     let out = workflow.dir();
     for name in ["summary.txt", "map.csv", "confirm.csv"] {
         let path = out.join(name);
         let text = std::fs::read_to_string(&path)
             .map_err(|source| WorkflowError::Io { path: path.clone(), source })?;
-        println!("{}:\n{text}", path.display());
+        print_line(format_args!("{}:\n{text}", path.display()))?;
     }
-    println!("report: {}", out.join("report.html").display());
-    Ok(())
-}
-
-fn init_own_data(folder: &Path) -> Result<(), WorkflowError> {
-    // nothing of a person's is replaced, and nothing is left half done
-    if let Some((name, _)) = Case::OWN_DATA.iter().find(|(name, _)| folder.join(name).exists()) {
-        let source = std::io::ErrorKind::AlreadyExists.into();
-        return Err(WorkflowError::Init { path: folder.join(name), source });
-    }
-    for (name, text) in Case::OWN_DATA {
-        let path = folder.join(name);
-        path.parent()
-            .map_or(Ok(()), std::fs::create_dir_all)
-            .map_err(|source| WorkflowError::Init { path: path.clone(), source })?;
-        create(&path, text)?;
-    }
-    let [table, curves, case] = ["specimens.csv", "curves", "case.toml"]
-        .map(|name| folder.join(name).display().to_string());
-    println!("wrote {case} with examples: put your own specimens into {table} and {curves}");
-    println!("next: breccia run {case} --out results");
-    Ok(())
-}
-
-/// Writes a file that must not be there yet.
-fn create(file: &Path, text: &str) -> Result<(), WorkflowError> {
-    let created = std::fs::OpenOptions::new().write(true).create_new(true).open(file);
-    created
-        .and_then(|mut f| f.write_all(text.as_bytes()))
-        .map_err(|source| WorkflowError::Init { path: file.to_owned(), source })
-}
-
-fn init(file: &Path) -> Result<(), WorkflowError> {
-    create(file, Case::TEMPLATE)?;
-    println!("wrote {}; next: breccia run {} --out results", file.display(), file.display());
-    Ok(())
+    print_line(format_args!("report: {}", out.join("report.html").display()))
 }

@@ -63,6 +63,6 @@ pub use study::{
 };
 pub use virtual_specimen::VirtualSpecimen;
 pub use workflow::{
-    DeviceChoice, RunCounts, STAGES, SimulatedLaboratories, Stage, StageState, StageStatus,
-    Workflow, WorkflowError, simulate, simulate_laboratories, status,
+    DeviceChoice, FolderAccess, RunCounts, STAGES, SimulatedLaboratories, Stage, StageState,
+    StageStatus, Workflow, WorkflowError, create_file, simulate, simulate_laboratories, status,
 };

@@ -56,6 +56,47 @@ fn quantities(path: &Path) -> BTreeMap<String, f64> {
     rows[1..].iter().map(|row| (row[0].clone(), row[1].parse().unwrap())).collect()
 }
 
+/// A person takes a grain away by hand: the mesh is made of the corrected labels.
+#[test]
+fn edited_labels_are_meshed_and_never_replaced() {
+    let dir = tempfile::tempdir().unwrap();
+    scan(&dir.path().join("scan.tif"));
+    std::fs::write(dir.path().join("case.toml"), CASE).unwrap();
+    let run = |command: &[&str]| {
+        let command = [command, &["case.toml", "--out", "out"]].concat();
+        let (code, _, err) = said(&breccia(dir.path(), &command));
+        assert_eq!(code, Some(0), "{command:?}: {err}");
+        err
+    };
+    let path = dir.path().join("out/labels.tif");
+    let part = || quantities(&dir.path().join("out/mesh.csv"))["grain_fraction"];
+    run(&["segment"]);
+    run(&["mesh"]);
+    let (whole, all) = (std::fs::read(&path).unwrap(), part());
+
+    let mut labels = tiff::read_labels(&path, None).unwrap();
+    labels.values.iter_mut().filter(|label| **label == 1).for_each(|label| *label = 0);
+    tiff::write_labels(&path, &labels).unwrap();
+    let edited = std::fs::read(&path).unwrap();
+    for command in ["segment", "mesh"] {
+        let err = run(&[command]);
+        assert!(err.contains("labels.tif was edited and is used as it is"), "{command}: {err}");
+    }
+    // without grey values the volume of a grain is that of its voxels
+    let left = labels.values.iter().filter(|label| **label > 0).count() as f64;
+    let whole_image = quantities(&dir.path().join("out/segment.csv"));
+    let [radius, height] = ["radius_mm", "height_mm"].map(|name| whole_image[name]);
+    let expected = left * VOXEL.powi(3) / (std::f64::consts::PI * radius * radius * height);
+    assert!((part() / expected - 1.0).abs() < 0.03, "{} of {all}, not {expected}", part());
+    assert!(part() < 0.85 * all, "one of four balls is gone");
+    assert!(std::fs::read(&path).unwrap() == edited);
+
+    run(&["segment", "--replace", "labels.tif"]);
+    assert!(std::fs::read(&path).unwrap() == whole);
+    run(&["mesh"]);
+    assert!((part() / all - 1.0).abs() < 1e-9);
+}
+
 #[test]
 fn an_image_becomes_labels_mesh_and_curve() {
     let dir = tempfile::tempdir().unwrap();

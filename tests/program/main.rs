@@ -3,8 +3,10 @@
 mod conditions;
 mod devices;
 mod divergence;
+mod foreign_files;
 mod images;
 mod mesh_files;
+mod pipes;
 
 use std::path::Path;
 use std::process::{Command, Output};

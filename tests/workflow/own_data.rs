@@ -51,7 +51,24 @@ fn finished() -> tempfile::TempDir {
     let [old, new] = [whole, &dir].map(|d| d.path().canonicalize().unwrap());
     let text = text.replace(&old.display().to_string(), &new.display().to_string());
     std::fs::write(origin, text).unwrap();
+    record(&dir.path().join("out"), "origin.toml");
     dir
+}
+
+/// The content of a file as the workflow knows it: FNV-1a of its bytes and its length.
+fn content(path: &Path) -> String {
+    let text = std::fs::read(path).unwrap();
+    let bytes = text.iter().copied().chain((text.len() as u64).to_le_bytes());
+    let sum = bytes.fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+    });
+    format!("{sum:016x}")
+}
+
+/// Makes a file of the results one that the program has written.
+fn record(out: &Path, name: &str) {
+    let line = format!("{},{name}\n", content(&out.join(name)));
+    edit(&out.join("written.csv"), |text| format!("{text}{line}"));
 }
 
 fn edit(path: &Path, change: impl Fn(&str) -> String) {
@@ -113,7 +130,7 @@ fn a_folder_of_curves_becomes_a_posterior() {
 }
 
 #[test]
-fn what_is_deleted_or_damaged_is_made_again_and_leftovers_go() {
+fn what_is_deleted_is_made_again_and_what_a_person_changed_or_added_stays() {
     let dir = finished();
     let out = dir.path().join("out");
     let zarr = out.join("posterior.zarr");
@@ -121,42 +138,139 @@ fn what_is_deleted_or_damaged_is_made_again_and_leftovers_go() {
     let names = ["summary.txt", "mesh.vtu", "curves/run-003.csv", "curve_checks.csv", "range.csv"];
     let whole = names.map(read);
     let group = std::fs::read(zarr.join("zarr.json")).unwrap();
-    // deleted, cut, and left over from a larger design
-    for name in &names[..2] {
+    let run_with = |extra: &[&str]| {
+        let command = [&["run", "mine/case.toml", "--out", "out"], extra].concat();
+        breccia(dir.path(), &command)
+    };
+    let run = || run_with(&[]);
+    for name in names {
         std::fs::remove_file(out.join(name)).unwrap();
     }
-    for (name, content) in names.iter().zip(&whole).skip(2) {
-        std::fs::write(out.join(name), &content[..content.len() / 2]).unwrap();
-    }
-    for leftover in ["curves/run-099.csv", "curves/draw-7.csv"] {
-        std::fs::write(out.join(leftover), "time_s\n").unwrap();
-    }
-    std::fs::remove_file(zarr.join("zarr.json")).unwrap();
-    let run = || breccia(dir.path(), &["run", "mine/case.toml", "--out", "out"]);
+    std::fs::remove_dir_all(&zarr).unwrap();
     let (code, _, err) = run();
     assert_eq!(code, Some(0), "{err}");
     assert!(names.map(read) == whole, "{err}");
     assert!(std::fs::read(zarr.join("zarr.json")).unwrap() == group);
-    for leftover in ["curves/run-099.csv", "curves/draw-7.csv"] {
-        assert!(!out.join(leftover).exists(), "{leftover}");
-    }
-    // the whole store, and a file in its place
-    std::fs::remove_dir_all(&zarr).unwrap();
-    assert_eq!(run().0, Some(0));
-    assert!(std::fs::read(zarr.join("zarr.json")).unwrap() == group);
-    std::fs::remove_dir_all(&zarr).unwrap();
-    std::fs::write(&zarr, "no store").unwrap();
-    let (code, _, err) = run();
-    assert_eq!(code, Some(0), "{err}");
-    assert!(std::fs::read(zarr.join("zarr.json")).unwrap() == group);
     let (_, _, err) = run();
     assert!(!err.contains("again"), "{err}");
 
-    // a smaller design leaves no curves of the larger one
-    edit(&dir.path().join("mine/case.toml"), |text| text.replace("runs = 12", "runs = 11"));
+    // a person's own curves have names of products, and nothing is due
+    let own = ["curves/run-099.csv", "curves/draw-7.csv", "design/notes.txt"];
+    let assert_own_files_stay = || {
+        for name in own {
+            assert_eq!(read(name), b"of a person\n", "{name}");
+        }
+    };
+    for name in own {
+        std::fs::write(out.join(name), "of a person\n").unwrap();
+    }
     let (code, _, err) = run();
     assert_eq!(code, Some(0), "{err}");
-    assert!(out.join("curves/run-011.csv").exists() && !out.join("curves/run-012.csv").exists());
+    assert_own_files_stay();
+
+    // what a person has changed is not replaced before that is allowed by its name
+    for (name, content) in names.iter().zip(&whole) {
+        let half = &content[..content.len() / 2];
+        std::fs::write(out.join(name), half).unwrap();
+        let (code, _, err) = run();
+        assert_eq!(code, Some(1), "{err}");
+        for part in [*name, "was changed after breccia wrote it", "--replace"] {
+            assert!(err.contains(part), "{part:?} is not in {err:?}");
+        }
+        assert!(read(name) == half, "{name}");
+        let mut allowed = vec!["--replace", name];
+        // the stage would write files of this name too
+        if name.starts_with("curves/") {
+            let (code, _, err) = run_with(&allowed);
+            assert!(code == Some(1) && err.contains("curves/run-099.csv"), "{err}");
+            allowed.extend(["--replace", "curves/run-099.csv"]);
+        }
+        let (code, _, err) = run_with(&allowed);
+        assert_eq!(code, Some(0), "{err}");
+        assert!(read(name) == *content, "{name}");
+        assert_own_files_stay();
+    }
+    std::fs::write(zarr.join("notes.txt"), "of a person").unwrap();
+    let (code, _, err) = run();
+    assert!(code == Some(1) && err.contains("posterior.zarr"), "{err}");
+    assert!(zarr.join("notes.txt").exists());
+    let (code, _, err) = run_with(&["--replace", "posterior.zarr"]);
+    assert_eq!(code, Some(0), "{err}");
+    assert!(std::fs::read(zarr.join("zarr.json")).unwrap() == group);
+    assert!(!zarr.join("notes.txt").exists());
+
+    // a smaller design leaves no curves of the larger one, but those of a person
+    std::fs::remove_file(out.join("curves/run-099.csv")).unwrap();
+    edit(&dir.path().join("mine/case.toml"), |text| text.replace("runs = 12", "runs = 11"));
+    std::fs::write(out.join("curves/run-012.csv"), "of a person\n").unwrap();
+    let (code, _, err) = run_with(&["--replace", "curves/run-012.csv"]);
+    assert_eq!(code, Some(0), "{err}");
+    assert!(out.join("curves/run-011.csv").exists());
+    assert_eq!(read("curves/run-012.csv"), b"of a person\n");
+    edit(&dir.path().join("mine/case.toml"), |text| text.replace("runs = 11", "runs = 10"));
+    let (code, _, err) = run_with(&["--replace", "curves/run-012.csv"]);
+    assert_eq!(code, Some(0), "{err}");
+    assert!(!out.join("curves/run-011.csv").exists(), "{err}");
+}
+
+/// A person's corrections of a mesh and of a curve, which the following stages use.
+#[test]
+fn edited_products_are_used_and_never_replaced() {
+    let dir = finished();
+    let out = dir.path().join("out");
+    let read = |name: &str| std::fs::read_to_string(out.join(name)).unwrap();
+    let stage = |name: &str, extra: &[&str]| {
+        breccia(dir.path(), &[&[name, "mine/case.toml", "--out", "out"], extra].concat())
+    };
+    let peaks = || -> Vec<f64> {
+        let rows = table(&out.join("experiments.csv"));
+        rows.iter().map(|row| number(row, "peak_force_N")).collect()
+    };
+
+    // a curve: its copy in the results is used in place of the original
+    let (before, copy) = (peaks(), "experiments/curves/S-02.csv");
+    let whole = read(copy);
+    edit(&out.join(copy), |text| readings(text, |u, f| (u, 1.1 * f)));
+    let edited = read(copy);
+    let (code, _, err) = stage("experiments", &[]);
+    assert_eq!(code, Some(0), "{err}");
+    for part in [copy, "was edited and is used in place of mine/curves/S-02.csv", "--replace"] {
+        assert!(err.contains(part), "{part:?} is not in {err:?}");
+    }
+    assert!((peaks()[1] / before[1] - 1.1).abs() < 1e-9 && peaks()[0] == before[0]);
+    assert_eq!(read(copy), edited);
+    let (code, _, err) = stage("experiments", &["--replace", copy]);
+    assert_eq!(code, Some(0), "{err}");
+    assert!(read(copy) == whole && peaks() == before);
+
+    // the mesh: the stage counts as done, whatever has changed in the case
+    let heights = || number(&table(&out.join("experiments.csv"))[0], "displacement_factor");
+    let factor = heights();
+    let whole = read("mesh.msh");
+    let mut mesh = fem::gmsh::read(out.join("mesh.msh"), &fem::gmsh::GmshNames::default()).unwrap();
+    mesh.nodes.iter_mut().for_each(|node| node[2] *= 1.02);
+    fem::gmsh::write(out.join("mesh.msh"), &mesh).unwrap();
+    let edited = read("mesh.msh");
+    assert_ne!(edited, whole);
+    let (code, _, err) = stage("mesh", &[]);
+    assert!(code == Some(0) && err.contains("mesh.msh was edited and is used as it is"), "{err}");
+    edit(&dir.path().join("mine/case.toml"), |text| {
+        text.replace("spacing_mm = 1.5", "spacing_mm = 1.45")
+    });
+    for name in ["mesh", "experiments"] {
+        let (code, _, err) = stage(name, &[]);
+        assert!(
+            code == Some(0) && err.contains("mesh.msh was edited and is used as it is"),
+            "{err}"
+        );
+    }
+    assert!((heights() / factor - 1.02).abs() < 1e-6, "{} {factor}", heights());
+    let (_, told, _) = breccia(dir.path(), &["status", "out"]);
+    assert!(told.lines().any(|line| line.starts_with("mesh") && line.contains("done")), "{told}");
+    assert_eq!(read("mesh.msh"), edited);
+    let (code, _, err) = stage("mesh", &["--replace", "mesh.msh"]);
+    assert!(code == Some(0) && err.contains("gives up what was edited"), "{err}");
+    assert_ne!(read("mesh.msh"), edited);
 }
 
 #[test]
@@ -212,22 +326,14 @@ fn a_folder_belongs_to_one_case_and_a_report_to_one_state_of_it() {
 fn a_chain_that_does_not_exist_is_an_error() {
     let dir = finished();
     let path = dir.path().join("out/posterior.csv");
-    // as the workflow knows a file: FNV-1a of its bytes and its length
-    let sum = || {
-        let text = std::fs::read(&path).unwrap();
-        let bytes = text.iter().copied().chain((text.len() as u64).to_le_bytes());
-        let sum = bytes.fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
-            (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
-        });
-        format!("{sum:016x}")
-    };
-    let whole = sum();
+    let whole = content(&path);
     edit(&path, |text| text.replacen("\n1,", "\n1e18,", 1));
     let report = || breccia(dir.path(), &["report", "--out", "out"]);
     let (code, _, err) = report();
     assert!(code == Some(1) && err.contains("posterior.csv"), "{err}");
     // the same where nobody notices the change
-    edit(&dir.path().join("out/stages.toml"), |text| text.replace(&whole, &sum()));
+    edit(&dir.path().join("out/stages.toml"), |text| text.replace(&whole, &content(&path)));
+    record(&dir.path().join("out"), "stages.toml");
     std::fs::remove_file(dir.path().join("out/report.html")).unwrap();
     let (code, _, err) = report();
     assert!(code == Some(1) && err.contains("chain = 1e18: is no chain of this case"), "{err}");

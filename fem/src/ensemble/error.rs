@@ -61,6 +61,20 @@ pub enum EnsembleError {
         /// Names and values asked for.
         asked: String,
     },
+    /// A stored run whose checksum is missing or does not match its content.
+    #[error(
+        "{} was changed after run {id} was recorded ({reason}), so it is neither used nor replaced: restore the \
+         file, or move it out of the directory to make the run again",
+        path.display()
+    )]
+    Edited {
+        /// Number of the run.
+        id: usize,
+        /// Its file.
+        path: PathBuf,
+        /// How checksum and content differ.
+        reason: String,
+    },
     /// A run that cannot be what was meant.
     #[error("run {id}: {message}")]
     Run {

@@ -3,7 +3,8 @@
 use std::fs::{self, File, TryLockError};
 use std::path::Path;
 
-use super::store::{Store, StoredRun, run_of_lock, run_of_record};
+use super::record_file::StoredRun;
+use super::store::{Store, run_of_lock, run_of_record};
 use super::{EnsembleError, RunRecord};
 
 /// What an ensemble's directory holds at this moment.
@@ -15,6 +16,8 @@ pub struct EnsembleState {
     pub under_way: Vec<usize>,
     /// Numbers of the runs whose files cannot be read: they will be made again.
     pub damaged: Vec<usize>,
+    /// Numbers of the runs whose checksum is missing or does not match: an ensemble that needs them stops.
+    pub edited: Vec<usize>,
 }
 
 impl EnsembleState {
@@ -55,6 +58,7 @@ impl EnsembleState {
             match store.read(id)? {
                 StoredRun::Record(record) => state.records.push(record),
                 StoredRun::Damaged(_) => state.damaged.push(id),
+                StoredRun::Edited(_) => state.edited.push(id),
                 StoredRun::Nothing => {}
             }
         }

@@ -4,6 +4,7 @@ mod error;
 mod look;
 mod progress;
 mod record;
+mod record_file;
 mod run;
 mod store;
 

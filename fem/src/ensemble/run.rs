@@ -8,7 +8,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use super::store::{Store, StoredRun};
+use super::record_file::StoredRun;
+use super::store::Store;
 use super::{EnsembleError, EnsembleProgress, RunEnd, RunInput, RunRecord, RunStatus};
 use crate::error::FemError;
 use crate::problem::{End, Outcome};
@@ -248,6 +249,9 @@ impl Shift<'_> {
                 ));
                 Ok(None)
             }
+            StoredRun::Edited(reason) => {
+                Err(EnsembleError::Edited { id: run.id, path: path(), reason })
+            }
             StoredRun::Record(record)
                 if record.names == self.names && record.inputs == run.inputs =>
             {
@@ -313,22 +317,33 @@ impl Shift<'_> {
         self.progress.started(run.id);
         let Some(record) = self.make(k) else { return Ok(Attempt::Interrupted) };
         // nobody else can have written it, if the lock held
-        if let StoredRun::Record(other) = store.read(run.id)?
-            && !self.is_to_be_retried(&other)
-        {
-            self.progress.warning(&format!(
-                "run {} was made by another process too, which has written {} first; its record is \
-                 kept. The locks of this file system do not reach all machines: use one machine, or \
-                 another file system",
-                run.id,
-                store.path(run.id).display()
-            ));
-            return Ok(Attempt::Ended(other));
+        match store.read(run.id)? {
+            StoredRun::Record(other) if !self.is_to_be_retried(&other) => {
+                self.warn_of_second_maker(run.id);
+                return Ok(Attempt::Ended(other));
+            }
+            StoredRun::Edited(reason) => {
+                return Err(EnsembleError::Edited { id: run.id, path: store.path(run.id), reason });
+            }
+            StoredRun::Damaged(_) => {
+                let aside = store.set_aside(run.id)?;
+                let message = format!("the damaged file is kept as {}", aside.display());
+                self.progress.warning(&message);
+            }
+            StoredRun::Record(_) | StoredRun::Nothing => {}
         }
         store.write(&record)?;
         store.remove_lock(run.id);
         self.progress.ended(&record);
         Ok(Attempt::Ended(record))
+    }
+
+    fn warn_of_second_maker(&self, id: usize) {
+        self.progress.warning(&format!(
+            "run {id} was made by another process too, which has written {} first; its record is kept. The locks \
+             of this file system do not reach all machines: use one machine, or another file system",
+            self.ensemble.store.path(id).display()
+        ));
     }
 
     /// Runs the job; nothing if it was interrupted.

@@ -5,12 +5,15 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use super::record_file::{self, Checksums, StoredRun};
 use super::{EnsembleError, RunRecord};
-use crate::file::write_atomically;
+use crate::file::{read_regular, write_atomically};
 
 const MANIFEST: &str = "ensemble.json";
-/// Raised when the files change so that older ones cannot be read.
-const FORMAT: u32 = 1;
+/// The format that this version writes: each record carries a checksum.
+const FORMAT: u32 = 2;
+/// The format of records without checksums, which are accepted in a directory that was made with it.
+const WITHOUT_CHECKSUMS: u32 = 1;
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -22,26 +25,22 @@ struct Manifest {
 #[derive(Debug)]
 pub(super) struct Store {
     directory: PathBuf,
-}
-
-/// What is stored of a run.
-pub(super) enum StoredRun {
-    Nothing,
-    Record(RunRecord),
-    /// A file that cannot be read, and why.
-    Damaged(String),
+    checksums: Checksums,
 }
 
 impl Store {
     /// The files of a directory, without asking whose they are.
     pub(super) fn at(directory: &Path) -> Store {
-        Store { directory: directory.into() }
+        let manifest = read_regular(&directory.join(MANIFEST)).ok();
+        let manifest = manifest.and_then(|bytes| serde_json::from_slice(&bytes).ok());
+        let format = manifest.map_or(FORMAT, |manifest: Manifest| manifest.format);
+        Store { directory: directory.into(), checksums: checksums_of(format) }
     }
 
     /// Opens the directory, or makes it with the fingerprint.
     pub(super) fn open(directory: &Path, fingerprint: &str) -> Result<Store, EnsembleError> {
         fs::create_dir_all(directory).map_err(|e| EnsembleError::io("create", directory, e))?;
-        let store = Store::at(directory);
+        let mut store = Store { directory: directory.into(), checksums: Checksums::Required };
         let path = directory.join(MANIFEST);
 
         // of several processes that start at once, one writes the manifest
@@ -54,10 +53,10 @@ impl Store {
             return store.write_json(MANIFEST, &manifest).map(|()| store);
         }
 
-        let bytes = fs::read(&path).map_err(|e| EnsembleError::io("read", &path, e))?;
+        let bytes = read_regular(&path).map_err(|e| EnsembleError::io("read", &path, e))?;
         let manifest: Manifest = serde_json::from_slice(&bytes)
             .map_err(|source| EnsembleError::Manifest { path: path.clone(), source })?;
-        if manifest.format != FORMAT {
+        if !(WITHOUT_CHECKSUMS..=FORMAT).contains(&manifest.format) {
             return Err(EnsembleError::Format { path, found: manifest.format, expected: FORMAT });
         }
         if manifest.fingerprint != fingerprint {
@@ -66,6 +65,7 @@ impl Store {
                 difference: difference(&manifest.fingerprint, fingerprint),
             });
         }
+        store.checksums = checksums_of(manifest.format);
         Ok(store)
     }
 
@@ -75,24 +75,39 @@ impl Store {
 
     pub(super) fn read(&self, id: usize) -> Result<StoredRun, EnsembleError> {
         let path = self.path(id);
-        let bytes = match fs::read(&path) {
+        let bytes = match read_regular(&path) {
             Ok(bytes) => bytes,
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
                 return Ok(StoredRun::Nothing);
             }
             Err(error) => return Err(EnsembleError::io("read", &path, error)),
         };
-        Ok(match serde_json::from_slice::<RunRecord>(&bytes) {
-            Ok(record) if record.id == id => StoredRun::Record(record),
-            Ok(record) => StoredRun::Damaged(format!("it holds run {}", record.id)),
-            Err(error) => StoredRun::Damaged(error.to_string()),
-        })
+        Ok(record_file::parse(&bytes, id, self.checksums))
     }
 
     /// Writes a record so that at every moment there is the whole file or none. The caller must
     /// hold the run's lock.
     pub(super) fn write(&self, record: &RunRecord) -> Result<(), EnsembleError> {
-        self.write_json(&file_name(record.id), record)
+        let path = self.path(record.id);
+        record_file::to_bytes(record)
+            .and_then(|bytes| write_atomically(&path, &bytes))
+            .map_err(|source| EnsembleError::Write { path, source })
+    }
+
+    /// Gives a file that is no record of its run another name, which is returned: the run can be made again, and
+    /// the content is kept. The caller must hold the run's lock.
+    pub(super) fn set_aside(&self, id: usize) -> Result<PathBuf, EnsembleError> {
+        let path = self.path(id);
+        let name = |k: usize| match k {
+            0 => format!("{}.damaged", file_name(id)),
+            _ => format!("{}.damaged-{k}", file_name(id)),
+        };
+        let aside = (0..).map(|k| self.directory.join(name(k))).find(|aside| !aside.exists());
+        let aside = aside.expect("a folder has finitely many files");
+        match fs::rename(&path, &aside) {
+            Ok(()) => Ok(aside),
+            Err(error) => Err(EnsembleError::io("rename", &path, error)),
+        }
     }
 
     fn write_json(&self, name: &str, value: &impl Serialize) -> Result<(), EnsembleError> {
@@ -127,6 +142,10 @@ impl Store {
     fn lock_path(&self, id: usize) -> PathBuf {
         self.directory.join(format!(".{}.lock", file_name(id)))
     }
+}
+
+fn checksums_of(format: u32) -> Checksums {
+    if format == WITHOUT_CHECKSUMS { Checksums::Optional } else { Checksums::Required }
 }
 
 /// The number of the run whose record has this name.

@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use super::fingerprint::Fingerprint;
 use super::state::RunState;
 use crate::error::{CheckpointError, FemError};
-use crate::file::write_atomically;
+use crate::file::{read_regular, write_atomically};
 use crate::parallel::Ranks;
 
 /// Where a run keeps its state, and how often it saves.
@@ -55,7 +55,7 @@ impl Checkpoint {
         fingerprint: u64,
         ranks: &Ranks,
     ) -> Result<Option<RunState>, FemError> {
-        let read = match ranks.is_first().then(|| std::fs::read(&self.path)) {
+        let read = match ranks.is_first().then(|| read_regular(&self.path)) {
             None => Ok(Vec::new()),
             Some(Err(error)) if error.kind() == ErrorKind::NotFound => Ok(Vec::new()),
             // one byte more tells an empty file from none

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use super::curve::CurvePoint;
 use crate::error::{CurveFileError, FemError};
+use crate::file::open_regular;
 
 /// The columns that every curve file has, then those that may be absent.
 const COLUMNS: [&str; 14] = [
@@ -134,7 +135,7 @@ impl CurveWriter {
 /// ```
 pub fn read_curve(path: impl AsRef<Path>) -> Result<Vec<CurvePoint>, FemError> {
     let path = path.as_ref();
-    let file = File::open(path).map_err(|error| FemError::io("read", path, error))?;
+    let file = open_regular(path).map_err(|error| FemError::io("read", path, error))?;
     let wrong = |source| FemError::CurveFile { path: path.into(), source };
     let broken = |error: csv::Error| match error.is_io_error() {
         true => FemError::io("read", path, error.into()),

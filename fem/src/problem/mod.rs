@@ -23,6 +23,8 @@ mod state;
 mod stepper;
 mod steps;
 
+pub(crate) use fingerprint::Fingerprint;
+
 pub use builder::ProblemBuilder;
 pub use checkpoint::Checkpoint;
 pub use compression_test::{CompressionTest, Friction, Platens};

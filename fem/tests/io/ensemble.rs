@@ -219,6 +219,52 @@ fn progress_is_told_and_damaged_files_are_made_again() {
     for part in ["run-000002.json is damaged", "run 2 is made again", "it holds run 1"] {
         assert!(warnings.contains(part), "{warnings}");
     }
+    // what lay in their place is kept under another name
+    let aside = fs::read_to_string(dir.path().join("run-000002.json.damaged")).unwrap();
+    assert_eq!(aside, &text[..text.len() / 2]);
+    assert!(warnings.contains("kept as"), "{warnings}");
+}
+
+/// An edit of a record that is valid JSON is seen by its checksum.
+#[test]
+fn an_edited_record_is_neither_used_nor_replaced() {
+    let dir = tempfile::tempdir().unwrap();
+    let runs = runs(3);
+    let made = in_directory(dir.path()).run(&runs, &NAMES, 1, &simple, &(), &NEVER).unwrap();
+    let file = dir.path().join("run-000002.json");
+    let text = fs::read_to_string(&file).unwrap();
+    let mut value: serde_json::Value = serde_json::from_str(&text).unwrap();
+    // white space is no content
+    fs::write(&file, value.to_string()).unwrap();
+    let again = in_directory(dir.path()).run(&runs, &NAMES, 1, &never_called, &(), &NEVER).unwrap();
+    assert_eq!(again, made);
+
+    for point in value["record"]["curve"].as_array_mut().unwrap() {
+        point["force_n"] = (1.3 * point["force_n"].as_f64().unwrap()).into();
+    }
+    let without_checksum = value["record"].to_string();
+    for edited in [value.to_string(), without_checksum.clone()] {
+        fs::write(&file, &edited).unwrap();
+        let error =
+            in_directory(dir.path()).run(&runs, &NAMES, 1, &never_called, &(), &NEVER).unwrap_err();
+        assert!(matches!(error, EnsembleError::Edited { id: 2, .. }), "{error}");
+        for part in ["run-000002.json", "checksum", "neither used nor replaced", "restore"] {
+            assert!(error.to_string().contains(part), "{error}");
+        }
+        let state = fem::EnsembleState::of(dir.path()).unwrap();
+        assert_eq!((state.records.len(), state.edited, state.damaged), (2, vec![2], vec![]));
+        assert_eq!(fs::read_to_string(&file).unwrap(), edited);
+    }
+
+    // a directory of the earlier format, whose records have no checksums, is still read
+    let manifest = dir.path().join("ensemble.json");
+    let text = fs::read_to_string(&manifest).unwrap();
+    fs::write(&manifest, text.replace("\"format\": 2", "\"format\": 1")).unwrap();
+    let again = in_directory(dir.path()).run(&runs, &NAMES, 1, &never_called, &(), &NEVER).unwrap();
+    assert_eq!(again[1].curve[3].force_n, 1.3 * made[1].curve[3].force_n);
+    fs::write(&manifest, text.replace("\"format\": 2", "\"format\": 3")).unwrap();
+    let error = Ensemble::open(dir.path(), FINGERPRINT).unwrap_err();
+    assert!(matches!(error, EnsembleError::Format { found: 3, .. }), "{error}");
 }
 
 #[test]

@@ -7,7 +7,7 @@ use fem::gmsh::PhysicalGroup;
 use fem::{Meshing, Order, Packing, Scanner, Segmentation};
 
 use super::{CaseFile, SpecimenCase};
-use crate::error::InputError;
+use crate::error::{InputError, absence};
 
 /// Geometry of a case.
 #[derive(Clone, Debug, PartialEq)]
@@ -212,7 +212,7 @@ impl CaseFile {
         Err(self.error(
             &format!("specimen.{key}"),
             name.display().to_string(),
-            "there is no such file",
+            absence(&path),
             format!("It is sought at {}.", path.display()),
         ))
     }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::Case;
 use super::image::OWN_KEYS;
-use crate::error::{InputError, closest};
+use crate::error::{InputError, absence, closest};
 
 /// A case together with the file that it came from.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,7 +24,7 @@ impl CaseFile {
     /// Names file, key, value and help: a file that cannot be read, an unknown or missing key, a
     /// wrong type, a value outside its range, a mesh that does not exist.
     pub fn read(path: &Path) -> Result<Self, InputError> {
-        let text = std::fs::read_to_string(path).map_err(|e| {
+        let text = fem::read_regular_text(path).map_err(|e| {
             let help = match e.kind() {
                 ErrorKind::InvalidData => "Save it as plain text, UTF-8.",
                 _ => "Check its name, or write a first case with: breccia init",
@@ -76,7 +76,7 @@ impl CaseFile {
         Err(self.error(
             "experiments.table",
             table.display().to_string(),
-            "there is no such file",
+            absence(&file),
             format!("It is sought at {}.", file.display()),
         ))
     }

@@ -6,6 +6,7 @@ use clap::Args;
 use models::{SlurmJobs, Stage, Study, Workflow};
 
 use super::failure::{Failure, file_error};
+use super::output::print_line;
 
 /// How the work of a stage is shared with other processes.
 #[derive(Args)]
@@ -73,15 +74,19 @@ impl Jobs {
         })
     }
 
-    /// Writes a script; where it is.
-    fn write(&self, jobs: &SlurmJobs, name: &str, text: &str) -> Result<PathBuf, Failure> {
-        let logs = jobs.logs();
-        std::fs::create_dir_all(&logs).map_err(|e| file_error(&logs, e))?;
-        let script = self.slurm_script.clone().unwrap_or_else(|| logs.join(name));
-        std::fs::write(&script, text).map_err(|e| file_error(&script, e))?;
-        println!("wrote {}", script.display());
+    /// Writes a script and returns its path.
+    fn write(
+        &self,
+        jobs: &SlurmJobs,
+        name: &str,
+        text: &str,
+        replace: &[PathBuf],
+    ) -> Result<PathBuf, Failure> {
+        let script = self.slurm_script.clone().unwrap_or_else(|| jobs.logs().join(name));
+        jobs.write_script(&script, text, replace)?;
+        print_line(format_args!("wrote {}", script.display()))?;
         if !self.slurm {
-            println!("next: sbatch {}", script.display());
+            print_line(format_args!("next: sbatch {}", script.display()))?;
         }
         Ok(script)
     }
@@ -96,25 +101,27 @@ pub(super) fn slurm(
     workflow: &Workflow<'_>,
     stage: &'static Stage,
     asked: &Jobs,
+    replace: &[PathBuf],
 ) -> Result<(), Failure> {
     // what would fail on the cluster fails here; what is finished is not submitted
     if !workflow.rehearse(stage)? && asked.slurm {
-        println!("nothing is submitted");
+        print_line("nothing is submitted")?;
         return Ok(());
     }
     let jobs = asked.of(workflow.dir())?;
-    let script = asked.write(&jobs, "ensemble.sbatch", &jobs.script()?)?;
+    let script = asked.write(&jobs, "ensemble.sbatch", &jobs.script()?, replace)?;
     if asked.slurm {
         let submitted = SlurmJobs::submit(&script)?;
         let (tasks, cpus) = (jobs.tasks, jobs.cpus);
-        println!("job {}: {tasks} tasks of {cpus} processors make the runs", submitted.array);
+        let array = submitted.array;
+        print_line(format_args!("job {array}: {tasks} tasks of {cpus} processors make the runs"))?;
         let runs = workflow.dir().join("runs.csv");
-        println!(
+        print_line(format_args!(
             "job {}: collects them into {} once those have ended, however they end",
             submitted.collecting,
             runs.display()
-        );
-        println!("next: breccia status {}", workflow.dir().display());
+        ))?;
+        print_line(format_args!("next: breccia status {}", workflow.dir().display()))?;
     }
     Ok(())
 }
@@ -125,6 +132,7 @@ pub(super) fn slurm_study(
     file: &Path,
     set: &[String],
     asked: &Jobs,
+    replace: &[PathBuf],
 ) -> Result<(), Failure> {
     // a case that is none, or a folder of another one, fails here
     let parts = study.prepare()?;
@@ -133,17 +141,17 @@ pub(super) fn slurm_study(
         && stages.all(|stage| stage.is_done())
         && study.dir().join("report.html").is_file()
     {
-        println!("nothing is submitted");
+        print_line("nothing is submitted")?;
         return Ok(());
     }
     let jobs = asked.of(study.dir())?;
     let text = jobs.study_script(&absolute(file)?, set)?;
-    let script = asked.write(&jobs, "study.sbatch", &text)?;
+    let script = asked.write(&jobs, "study.sbatch", &text, replace)?;
     if asked.slurm {
         for job in jobs.submit_study(&script, &parts)? {
-            println!("job {}: {}", job.number, job.does);
+            print_line(format_args!("job {}: {}", job.number, job.does))?;
         }
-        println!("next: breccia status {}", study.dir().display());
+        print_line(format_args!("next: breccia status {}", study.dir().display()))?;
     }
     Ok(())
 }

@@ -11,6 +11,8 @@ pub(super) enum Failure {
     Workflow(#[from] WorkflowError),
     #[error(transparent)]
     Slurm(#[from] SlurmError),
+    #[error("standard output cannot be written ({0}); the results are in their files")]
+    Output(std::io::Error),
     #[cfg(feature = "mpi")]
     #[error(transparent)]
     Mpi(#[from] fem_mpi::MpiError),

@@ -18,7 +18,7 @@ impl Base {
     pub(super) fn read(study: &Path, base: &Path) -> Result<Self, InputError> {
         let path = study.with_file_name("").join(base);
         let file = CaseFile::read(&path)?;
-        let text = std::fs::read_to_string(&path)
+        let text = fem::read_regular_text(&path)
             .map_err(|e| InputError::unreadable(&path, &e, "Check its name and place."))?;
         let mut written: Table = text.parse().map_err(|e: toml::de::Error| {
             InputError::new(&path, "", "", e.message(), "See the base case.")

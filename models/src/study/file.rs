@@ -135,7 +135,7 @@ impl StudyFile {
     /// # Errors
     /// Names file, key, value and help: of the study, of its base, or of a case that is none.
     pub fn read(path: &Path, set: &[String]) -> Result<Self, InputError> {
-        let text = std::fs::read_to_string(path)
+        let text = fem::read_regular_text(path)
             .map_err(|e| InputError::unreadable(path, &e, "Check its name and place."))?;
         let written: Written = toml::from_str(&text).map_err(|e| {
             let line = e.span().map_or(1, |span| text[..span.start].matches('\n').count() + 1);
@@ -206,7 +206,8 @@ impl StudySetting {
         self.cases.iter().map(|case| self.within(&case.name))
     }
 
-    fn within(&self, name: &str) -> String {
+    /// The name of a file or folder of the setting within the folder of the study.
+    pub(super) fn within(&self, name: &str) -> String {
         if self.folder.is_empty() { name.to_owned() } else { format!("{}/{name}", self.folder) }
     }
 }

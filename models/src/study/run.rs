@@ -13,7 +13,7 @@ use crate::case::CaseFile;
 use crate::progress::say;
 use crate::report::{CalibratedParameter, ComparedCase, Pair, StudyResults, Variant, study_page};
 use crate::table::to_csv;
-use crate::workflow::{Stage, Together, Workflow, WorkflowError};
+use crate::workflow::{FolderAccess, ProductFolder, Stage, Together, Workflow, WorkflowError};
 
 /// A study being worked on in a directory.
 #[derive(Debug)]
@@ -22,18 +22,25 @@ pub struct Study<'a> {
     dir: PathBuf,
     threads: usize,
     interrupt: &'a AtomicBool,
+    /// Files of the user that may be replaced.
+    replace: Vec<PathBuf>,
 }
 
+/// The command that writes the files of a study.
+const COMMAND: &str = "study";
+
 impl<'a> Study<'a> {
-    /// A study whose results are written to `dir`: a folder a case, named as it.
+    /// A study whose results are written to `dir`: a folder a case, named as it. The given files of the user,
+    /// absolute paths, may be replaced.
     ///
     /// # Errors
-    /// A directory that cannot be made.
+    /// A directory that cannot be made; a file of the user's in the place of one that a study writes.
     pub fn open(
         file: StudyFile,
         dir: &Path,
         threads: usize,
         interrupt: &'a AtomicBool,
+        replace: &[PathBuf],
     ) -> Result<Self, WorkflowError> {
         // what cases take from a laboratory is named from their own folders
         let dir = std::path::absolute(dir).map_err(|e| WorkflowError::results(dir, e))?;
@@ -41,8 +48,14 @@ impl<'a> Study<'a> {
         let all = || file.settings.iter();
         let laboratories = all().flat_map(|setting| setting.laboratory_folders()).collect();
         let cases = all().flat_map(|setting| setting.case_folders()).collect();
-        Together { laboratories, cases }.write(&dir)?;
-        Ok(Self { file, dir, threads, interrupt })
+        Together::check_study(&file.path, &dir)?;
+        let folder = ProductFolder::new(&dir, replace);
+        for setting in &file.settings {
+            let names = ["study.csv", "report.html"].map(|name| setting.within(name));
+            names.iter().try_for_each(|name| folder.claim(name, COMMAND))?;
+        }
+        Together { laboratories, cases }.write(&dir, &folder)?;
+        Ok(Self { file, dir, threads, interrupt, replace: replace.to_vec() })
     }
 
     /// Runs all that is not finished: specimens are tested, each case is calibrated, and `study.csv` and
@@ -53,7 +66,7 @@ impl<'a> Study<'a> {
     /// # Errors
     /// The first failure in the order of the file, after all others have been run.
     pub fn run(&self) -> Result<(), WorkflowError> {
-        let all = Shift::new(&self.file, &self.dir, self.threads, self.interrupt).run()?;
+        let all = self.shift().run()?;
         self.conclude(all.cases)?;
         all.failure.map_or(Ok(()), Err)
     }
@@ -63,7 +76,11 @@ impl<'a> Study<'a> {
     /// # Errors
     /// What ended it; a name that no part of the study has.
     pub fn run_part(&self, name: &str, until: Option<&'static Stage>) -> Result<(), WorkflowError> {
-        Shift::new(&self.file, &self.dir, self.threads, self.interrupt).only(name, until)
+        self.shift().only(name, until)
+    }
+
+    fn shift(&self) -> Shift<'_> {
+        Shift::new(&self.file, &self.dir, self.threads, self.interrupt, &self.replace)
     }
 
     /// Writes the case of each part into its folder, and says how far each is: laboratories first.
@@ -73,7 +90,8 @@ impl<'a> Study<'a> {
     pub fn prepare(&self) -> Result<Vec<StudyPart>, WorkflowError> {
         let open = |file: &CaseFile, name: &str| {
             let dir = self.dir.join(name);
-            Workflow::open(file, &dir, self.threads, self.interrupt).map(drop)
+            let access = FolderAccess { reuse: false, replace: self.replace.clone() };
+            Workflow::open_with(file, &dir, self.threads, self.interrupt, &access).map(drop)
         };
         let mut laboratories_of = Vec::new();
         for setting in &self.file.settings {
@@ -122,10 +140,11 @@ impl<'a> Study<'a> {
             results[0].variants = settings.iter().zip(&results).skip(1).map(variant).collect();
         }
         for (setting, results) in settings.iter().zip(&results) {
-            let dir = self.dir.join(&setting.folder);
-            write(&dir.join("study.csv"), &numbers(&dir, &results.cases)?)?;
-            write(&dir.join("report.html"), study_page(results).as_bytes())?;
-            say("study", &dir.join("report.html").display().to_string());
+            let folder = ProductFolder::new(&self.dir, &self.replace);
+            let [table, page] = ["study.csv", "report.html"].map(|name| setting.within(name));
+            folder.write(&table, COMMAND, &numbers(&folder.path(&table), &results.cases)?)?;
+            folder.write(&page, COMMAND, study_page(results).as_bytes())?;
+            say("study", &folder.path(&page).display().to_string());
         }
         Ok(())
     }
@@ -137,7 +156,7 @@ impl<'a> Study<'a> {
 }
 
 /// `study.csv`.
-fn numbers(dir: &Path, cases: &[ComparedCase]) -> Result<Vec<u8>, WorkflowError> {
+fn numbers(file: &Path, cases: &[ComparedCase]) -> Result<Vec<u8>, WorkflowError> {
     let header = ["case", "parameter", "map", "mean", "sd", "q05", "q95", "truth"];
     let rows = cases.iter().flat_map(|case| {
         case.names.iter().zip(&case.parameters).map(|(name, p)| {
@@ -146,14 +165,7 @@ fn numbers(dir: &Path, cases: &[ComparedCase]) -> Result<Vec<u8>, WorkflowError>
             [case.name.clone(), name.clone()].into_iter().chain(numbers).chain([truth])
         })
     });
-    to_csv(header, rows).map_err(|e| WorkflowError::io(&dir.join("study.csv"), e))
-}
-
-fn write(path: &Path, content: &[u8]) -> Result<(), WorkflowError> {
-    if std::fs::read(path).is_ok_and(|now| now == content) {
-        return Ok(());
-    }
-    fem::write_atomically(path, content).map_err(|e| WorkflowError::io(path, e))
+    to_csv(header, rows).map_err(|e| WorkflowError::io(file, e))
 }
 
 /// Every two cases beside each other, parameter by parameter that both have.

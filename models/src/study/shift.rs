@@ -1,6 +1,6 @@
 //! Laboratories and cases of a study side by side, on the cores of one machine.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, OnceLock, PoisonError};
 
@@ -9,7 +9,7 @@ use crate::case::{CaseFile, ExperimentsCase};
 use crate::error::InputError;
 use crate::progress::{say, speaking_for};
 use crate::report::ComparedCase;
-use crate::workflow::{Cores, STAGES, Stage, Workflow, WorkflowError};
+use crate::workflow::{Cores, FolderAccess, STAGES, Stage, Workflow, WorkflowError};
 
 /// Stages that a laboratory takes.
 pub(super) const TESTING: [&str; 3] = ["segment", "mesh", "experiments"];
@@ -20,6 +20,8 @@ pub(super) struct Shift<'a> {
     dir: &'a Path,
     threads: usize,
     interrupt: &'a AtomicBool,
+    /// Files of the user that may be replaced.
+    replace: &'a [PathBuf],
     cores: Cores,
     /// By the place of the part.
     failures: Mutex<Vec<(usize, WorkflowError)>>,
@@ -48,9 +50,10 @@ impl<'a> Shift<'a> {
         dir: &'a Path,
         threads: usize,
         interrupt: &'a AtomicBool,
+        replace: &'a [PathBuf],
     ) -> Self {
         let (cores, failures) = (Cores::new(threads), Mutex::default());
-        Self { file, dir, threads, interrupt, cores, failures }
+        Self { file, dir, threads, interrupt, replace, cores, failures }
     }
 
     /// Runs all that is not finished; what is compared of each case, setting by setting.
@@ -230,7 +233,9 @@ impl<'a> Shift<'a> {
         file: &CaseFile,
     ) -> Result<Workflow<'a>, WorkflowError> {
         let dir = self.dir.join(name);
-        Ok(Workflow::open(file, &dir, self.threads, self.interrupt)?.among(&self.cores, rank))
+        let access = FolderAccess { reuse: false, replace: self.replace.to_vec() };
+        let workflow = Workflow::open_with(file, &dir, self.threads, self.interrupt, &access)?;
+        Ok(workflow.among(&self.cores, rank))
     }
 }
 

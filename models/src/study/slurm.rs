@@ -5,6 +5,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use crate::workflow::{ProductFolder, WorkflowError};
+
 /// What the jobs are, and what is asked of the cluster for each.
 #[derive(Clone, Debug)]
 pub struct SlurmJobs {
@@ -60,6 +62,27 @@ pub enum SlurmError {
 }
 
 impl SlurmJobs {
+    /// Writes a script, and makes the folder of the logs.
+    ///
+    /// # Errors
+    /// A file of the user's in its place, unless it is one of those that may be replaced; a file that cannot be
+    /// written.
+    pub fn write_script(
+        &self,
+        script: &Path,
+        text: &str,
+        replace: &[PathBuf],
+    ) -> Result<(), WorkflowError> {
+        let logs = self.logs();
+        std::fs::create_dir_all(&logs)
+            .map_err(|source| WorkflowError::Io { path: logs.clone(), source })?;
+        let failed = |source| WorkflowError::Io { path: script.to_owned(), source };
+        let script = std::path::absolute(script).map_err(failed)?;
+        let name = script.strip_prefix(&self.results).unwrap_or(&script);
+        let folder = ProductFolder::new(&self.results, replace);
+        folder.write(&name.to_string_lossy(), "--slurm-script", text.as_bytes()).map(drop)
+    }
+
     /// Where the jobs write what they say.
     pub fn logs(&self) -> PathBuf {
         self.results.join("slurm")

@@ -62,8 +62,10 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let names: Vec<&str> = ids.iter().map(String::as_str).collect();
     let posterior = result.in_units(pce.outputs(), &names, &evidence.qois);
     let posterior = &posterior.map_err(CalibrationError::Label)?;
-    let zarr = task.product("posterior.zarr")?;
-    posterior.write_zarr(&zarr).map_err(|e| WorkflowError::io(&zarr, e))?;
+    let named = |name: &str, e| WorkflowError::io(&task.path(name), e);
+    task.product("posterior.zarr", |path| {
+        posterior.write_zarr(path).map_err(|e| named("posterior.zarr", e))
+    })?;
     write_draws(task, posterior)?;
     write_predictions(task, posterior, pce.outputs())?;
     if let Some(told) = write_predicted_curves(task, pce, posterior, &evidence)? {
@@ -77,8 +79,9 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     }
     // specimens of one kind, whose inputs are known or are not, may be missing, and there are always some
     summary.warnings.retain(|warning| warning.kind != WarningKind::NoData);
-    let table = task.product("summary.csv")?;
-    summary.write_csv(&table).map_err(|e| WorkflowError::io(&table, e))?;
+    task.product("summary.csv", |path| {
+        summary.write_csv(path).map_err(|e| named("summary.csv", e))
+    })?;
     // warnings name parameters as the model does
     let plain = |text: String| {
         prior

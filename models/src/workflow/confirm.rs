@@ -38,7 +38,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let columns: Vec<&str> = columns.iter().map(AsRef::as_ref).collect();
     let mut rows = Vec::new();
     for (record, label) in records.iter().zip(&labels) {
-        write_curve(task.product(&format!("curves/{label}.csv"))?, &record.curve)?;
+        task.product(&format!("curves/{label}.csv"), |path| write_curve(path, &record.curve))?;
         let qois = quantities(record, qoi);
         if let Err(reason) = &qois {
             say(
@@ -92,7 +92,7 @@ fn baseline(task: &Task<'_>) -> Result<(), WorkflowError> {
     let run = RunInput { id: 1, inputs: Vec::new() };
     let records =
         run_ensemble(task, "confirm/baseline", &[], &[run], &|_| Ok(Cow::Borrowed(&simulator)))?;
-    Ok(write_curve(task.product("curves/baseline.csv")?, &records[0].curve)?)
+    task.product("curves/baseline.csv", |path| write_curve(path, &records[0].curve))
 }
 
 /// The parameters of these paths.

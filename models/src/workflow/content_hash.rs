@@ -1,6 +1,5 @@
 //! The content of an input or a product as one number, by which a change is noticed.
 
-use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 
@@ -12,7 +11,7 @@ const PORTION: usize = 1 << 20;
 /// Reference: Fowler, Noll & Vo, <http://www.isthe.com/chongo/tech/comp/fnv/>. It guards against
 /// stale files, not against malice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct ContentHash(u64);
+pub(crate) struct ContentHash(u64);
 
 impl ContentHash {
     /// Of nothing.
@@ -21,6 +20,11 @@ impl ContentHash {
     /// Of a text.
     pub(super) fn of(text: &str) -> Self {
         Self::EMPTY.bytes(text.as_bytes())
+    }
+
+    /// Of a file that has this content.
+    pub(super) fn of_bytes(content: &[u8]) -> Self {
+        Self::EMPTY.bytes(content)
     }
 
     /// Of a file, or of all that is in a folder.
@@ -46,7 +50,7 @@ impl ContentHash {
     }
 
     fn file(mut self, path: &Path) -> std::io::Result<Self> {
-        let mut reader = BufReader::with_capacity(PORTION, File::open(path)?);
+        let mut reader = BufReader::with_capacity(PORTION, fem::open_regular(path)?);
         let mut length = 0;
         loop {
             let portion = reader.fill_buf()?;
@@ -77,6 +81,14 @@ impl ContentHash {
 impl std::fmt::Display for ContentHash {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{:016x}", self.0)
+    }
+}
+
+impl std::str::FromStr for ContentHash {
+    type Err = std::num::ParseIntError;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        u64::from_str_radix(text, 16).map(Self)
     }
 }
 

@@ -6,10 +6,13 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::WorkflowError;
-use super::files::{SPECIMENS, same_file, write};
+use super::files::{SPECIMENS, same_file};
+use super::in_place::is_case_of_folder;
+use super::product_folder::{Owner, ProductFolder};
 use crate::case::{Case, CaseFile};
 use crate::error::InputError;
 use crate::experiment::SpecimenTable;
+use crate::progress::say;
 
 /// Which case a folder belongs to.
 const ORIGIN: &str = "origin.toml";
@@ -21,13 +24,25 @@ struct Origin {
     case: PathBuf,
 }
 
+/// The command whose name stands in messages about copies, which every command writes.
+const COMMAND: &str = "run";
+
+/// A copy of a file that a case names.
+#[derive(Clone, Debug)]
+struct CopiedFile {
+    /// Its name in the folder of the results.
+    name: String,
+    content: Vec<u8>,
+    /// The user's own file.
+    original: PathBuf,
+}
+
 /// A case whose files lie beside it in the folder of the results.
 #[derive(Clone, Debug)]
 pub(super) struct Copies {
     /// The case; what it names is in the folder.
     pub(super) case: Case,
-    /// Places in the folder, and what is written there.
-    files: Vec<(PathBuf, Vec<u8>)>,
+    files: Vec<CopiedFile>,
     /// Our copies and the person's own files or folders.
     originals: Vec<(PathBuf, PathBuf)>,
 }
@@ -46,8 +61,7 @@ impl Copies {
         if let Some(mesh) = &mut copies.case.specimen.mesh {
             let (from, to) = (source.beside(mesh), dir.join("specimen.msh"));
             if !same_file(&from, &to) {
-                let content = std::fs::read(&from).map_err(|e| WorkflowError::io(&from, e))?;
-                copies.files.push((to.clone(), content));
+                copies.files.push(copy_of("specimen.msh", &from)?);
                 copies.originals.push((to, from));
             }
             *mesh = "specimen.msh".into();
@@ -57,8 +71,7 @@ impl Copies {
             let name = format!("candidates/{place}.msh");
             let (from, to) = (source.beside(Path::new(mesh)), dir.join(&name));
             if !same_file(&from, &to) {
-                let content = std::fs::read(&from).map_err(|e| WorkflowError::io(&from, e))?;
-                copies.files.push((to.clone(), content));
+                copies.files.push(copy_of(&name, &from)?);
                 copies.originals.push((to, from));
             }
             candidate.set_mesh(&name);
@@ -84,10 +97,17 @@ impl Copies {
                             .map_err(|e| WorkflowError::io(&place, e))?;
                     }
                     let files = specimens.to_files().map_err(|e| WorkflowError::io(&to, e))?;
-                    let folder = dir.join("experiments");
-                    copies.files.extend(files.into_iter().map(|(p, text)| (folder.join(p), text)));
-                    let curves = from.with_file_name("curves");
-                    copies.originals.extend([(to, from), (folder.join("curves"), curves)]);
+                    copies.files.extend(files.into_iter().map(|(place, content)| CopiedFile {
+                        name: format!("experiments/{}", place.display()),
+                        content,
+                        original: match place.starts_with("curves") {
+                            true => from.with_file_name("").join(&place),
+                            false => from.clone(),
+                        },
+                    }));
+                    let (curves, copied) =
+                        (from.with_file_name("curves"), dir.join("experiments/curves"));
+                    copies.originals.extend([(to, from), (copied, curves)]);
                 }
                 *table = SPECIMENS.into();
             } else {
@@ -106,10 +126,10 @@ impl Copies {
     /// # Errors
     /// [`WorkflowError::OtherFolder`].
     pub(super) fn check_owner(&self, source: &CaseFile, dir: &Path) -> Result<(), WorkflowError> {
-        if !dir.join("stages.toml").is_file() || same_file(&source.path, &dir.join("case.toml")) {
+        if !dir.join("stages.toml").is_file() || is_case_of_folder(source, dir) {
             return Ok(());
         }
-        let owner: Option<Origin> = std::fs::read_to_string(dir.join(ORIGIN))
+        let owner: Option<Origin> = fem::read_regular_text(&dir.join(ORIGIN))
             .ok()
             .and_then(|text| toml::from_str(&text).ok());
         let is_named = owner.as_ref().is_some_and(|owner| owner.case == name_of(source));
@@ -123,35 +143,64 @@ impl Copies {
     /// Whether the case in the folder tests and calibrates the same.
     fn is_alike(&self, dir: &Path) -> bool {
         let there: Option<toml::Table> =
-            std::fs::read_to_string(dir.join("case.toml")).ok().and_then(|text| text.parse().ok());
+            fem::read_regular_text(&dir.join("case.toml")).ok().and_then(|text| text.parse().ok());
         let (Some(there), Ok(here)) = (there, toml::Table::try_from(&self.case)) else {
             return false;
         };
         let part = |key: &str| there.get(key) == here.get(key);
         ["specimen", "prior", "experiments"].into_iter().all(part)
-            && self
-                .files
-                .iter()
-                .all(|(path, content)| std::fs::read(path).is_ok_and(|now| now == *content))
+            && self.files.iter().all(|CopiedFile { name, content, .. }| {
+                fem::read_regular(&dir.join(name)).is_ok_and(|now| now == *content)
+            })
     }
 
-    /// Writes the case and what it names, and whose they are.
+    /// Writes the case and what it names, and whose they are. A copy that the user has edited is used as it is.
     ///
     /// # Errors
-    /// The folder cannot be written.
-    pub(super) fn write(&self, source: &CaseFile, dir: &Path) -> Result<(), WorkflowError> {
-        for (path, content) in &self.files {
-            write_if_other(path, content)?;
+    /// A file of the user's in the place of one of these; the folder cannot be written.
+    pub(super) fn write(
+        &self,
+        source: &CaseFile,
+        dir: &Path,
+        folder: &ProductFolder,
+    ) -> Result<(), WorkflowError> {
+        let mut contents: Vec<(&str, Vec<u8>)> = Vec::new();
+        for CopiedFile { name, content, original } in &self.files {
+            if folder.has_bytes(name, content)
+                || folder.is_replaceable(name)
+                || !folder.is_edited(name)?
+            {
+                contents.push((name, content.clone()));
+                continue;
+            }
+            let (edited, original) = (folder.path(name), original.display());
+            say(
+                "note",
+                &format!(
+                    "{} was edited and is used in place of {original}; --replace {name} copies that file again",
+                    edited.display()
+                ),
+            );
         }
-        let case = dir.join("case.toml");
-        if !same_file(&source.path, &case) {
+        if !is_case_of_folder(source, dir) {
             let origin = Origin { case: name_of(source) };
             let path = dir.join(ORIGIN);
             let text = toml::to_string(&origin)
                 .map_err(|e| WorkflowError::Unusable(format!("{}: {e}", path.display())))?;
-            write_if_other(&path, text.as_bytes())?;
+            contents.push((ORIGIN, text.into_bytes()));
         }
-        write_if_other(&case, self.case.to_toml().as_bytes())
+        // a case that the user has written there is read as it is
+        if !is_case_of_folder(source, dir) || folder.owner("case.toml")? == Owner::Program {
+            contents.push(("case.toml", self.case.to_toml().into_bytes()));
+        }
+        // all or none
+        for (name, content) in &contents {
+            if !folder.has_bytes(name, content) {
+                folder.claim(name, COMMAND)?;
+            }
+        }
+        let mut contents = contents.iter();
+        contents.try_for_each(|(name, content)| folder.write(name, COMMAND, content).map(drop))
     }
 
     /// The error with the names of a person's own files in place of those of our copies.
@@ -182,12 +231,9 @@ impl Copies {
     }
 }
 
-/// Leaves a file alone that has this content: many processes open one folder, some of them with a full disk.
-fn write_if_other(path: &Path, content: &[u8]) -> Result<(), WorkflowError> {
-    if std::fs::read(path).is_ok_and(|now| now == content) {
-        return Ok(());
-    }
-    write(path, content)
+fn copy_of(name: &str, original: &Path) -> Result<CopiedFile, WorkflowError> {
+    let content = fem::read_regular(original).map_err(|e| WorkflowError::io(original, e))?;
+    Ok(CopiedFile { name: name.to_owned(), content, original: original.to_owned() })
 }
 
 /// What a case is known by: the place of its file, if it has one.

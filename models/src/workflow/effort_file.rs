@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use fem::CurvePoint;
 
 use super::WorkflowError;
-use super::files::write;
 
 const HEADER: &str = "step,newton,linear,processor_s,memory_GB";
 
@@ -20,13 +19,14 @@ pub(super) struct EffortFile {
 }
 
 impl EffortFile {
-    pub(super) fn new(dir: &Path) -> Self {
-        Self { path: dir.join("effort.csv"), rows: Vec::new(), before_s: 0.0 }
+    /// The file of a path, which the caller has claimed.
+    pub(super) fn new(path: &Path) -> Self {
+        Self { path: path.to_owned(), rows: Vec::new(), before_s: 0.0 }
     }
 
     /// Takes over what earlier sittings wrote of the steps that are not taken again.
     pub(super) fn resumed(&mut self, steps: usize) {
-        let text = std::fs::read_to_string(&self.path).unwrap_or_default();
+        let text = fem::read_regular_text(&self.path).unwrap_or_default();
         self.rows = text.lines().skip(1).take(steps).map(str::to_owned).collect();
     }
 
@@ -39,7 +39,8 @@ impl EffortFile {
         let CurvePoint { newton, linear, .. } = point;
         self.rows.push(format!("{step},{newton},{linear},{seconds},{memory}"));
         let text = format!("{HEADER}\n{}\n", self.rows.join("\n"));
-        write(&self.path, text.as_bytes())
+        fem::write_atomically(&self.path, text.as_bytes())
+            .map_err(|e| WorkflowError::io(&self.path, e))
     }
 }
 
@@ -69,9 +70,9 @@ mod tests {
     fn a_later_sitting_goes_on_behind_the_steps_that_it_keeps() {
         let dir = tempfile::tempdir().unwrap();
         let point = |newton| CurvePoint { newton, linear: 2 * newton, ..CurvePoint::default() };
-        let mut first = EffortFile::new(dir.path());
+        let mut first = EffortFile::new(&dir.path().join("effort.csv"));
         (1..=3).for_each(|step| first.push(step, &point(step as u32)).unwrap());
-        let mut second = EffortFile::new(dir.path());
+        let mut second = EffortFile::new(&dir.path().join("effort.csv"));
         second.resumed(2);
         second.push(3, &point(7)).unwrap();
         let text = std::fs::read_to_string(dir.path().join("effort.csv")).unwrap();

@@ -8,7 +8,6 @@ use surrogate::{Dataset, Input};
 
 use super::WorkflowError;
 use super::fidelity::{Correction, spread, write_corrections};
-use super::files::write;
 use super::fitted::BATCH;
 use super::inputs::Inputs;
 use super::level_runs::{FOLDER, LevelRuns, Runner, curve_of_level};
@@ -138,16 +137,17 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let data = corrected.data(&plan, &task.inputs, &done[0])?;
     let (first, corrections) = (&done[0], &corrected.corrections);
     for record in &first.records {
-        write_curve(task.product(&format!("curves/run-{:03}.csv", record.id))?, &record.curve)?;
+        let name = format!("curves/run-{:03}.csv", record.id);
+        task.product(&name, |path| write_curve(path, &record.curve))?;
     }
     for (level, better) in (2..).zip(&done[1..]) {
         for record in &better.records {
             let name = curve_of_level(level, &record.id.to_string());
-            write_curve(task.product(&name)?, &record.curve)?;
+            task.product(&name, |path| write_curve(path, &record.curve))?;
         }
     }
-    let path = task.product("runs.csv")?;
-    write(&path, &data.to_csv().map_err(|e| WorkflowError::io(&path, e))?)?;
+    let table = data.to_csv().map_err(|e| WorkflowError::io(&task.path("runs.csv"), e))?;
+    task.write("runs.csv", table)?;
     write_failures(task, &plan.names, &done)?;
     if !corrections.is_empty() {
         write_corrections(task, &data, &done, corrections, &MadeOn::of(&data))?;
@@ -314,6 +314,7 @@ pub(super) struct Progress {
     /// Of those that ended, without quantities.
     pub(super) failed: usize,
     pub(super) damaged: usize,
+    pub(super) edited: usize,
     /// Those that ended took this long together.
     pub(super) seconds: f64,
 }
@@ -332,7 +333,16 @@ pub(super) fn progress(inputs: &Inputs<'_>, dir: &Path) -> Result<Vec<Progress>,
         let (ended, failed) = (runs.records.len().min(total), runs.failed().count());
         let seconds = runs.records.iter().map(|record| record.seconds).sum();
         let (under_way, damaged) = (state.under_way.len(), state.damaged.len());
-        Ok::<_, WorkflowError>(Progress { ended, total, under_way, failed, damaged, seconds })
+        let edited = state.edited.len();
+        Ok::<_, WorkflowError>(Progress {
+            ended,
+            total,
+            under_way,
+            failed,
+            damaged,
+            edited,
+            seconds,
+        })
     };
     let mut total = plan.runs.len();
     let mut found = Vec::new();

@@ -105,6 +105,53 @@ pub enum WorkflowError {
         /// The other case.
         owner: PathBuf,
     },
+    /// A file of the user's lies in the place of one that a command is about to write.
+    #[error(
+        "{} {}, and `breccia {command}` would replace it: move the file to another place, name another folder \
+         with --out, or allow it with --replace {name}",
+        path.display(),
+        if *is_changed { "was changed after breccia wrote it" } else { "was not written by breccia" }
+    )]
+    UsersFile {
+        /// The file.
+        path: PathBuf,
+        /// The command that would write it.
+        command: String,
+        /// The name of the file in the folder of the results.
+        name: String,
+        /// Whether the program has once written a file of this name there.
+        is_changed: bool,
+    },
+    /// An input of the case stands at the path of a product.
+    #[error(
+        "{}: {key} = {} stands in the folder of the results, {}, where breccia writes {product}: name another \
+         folder with --out",
+        case.display(),
+        input.display(),
+        dir.display()
+    )]
+    InputInPlace {
+        /// The case.
+        case: PathBuf,
+        /// The key that names the input.
+        key: String,
+        /// The input.
+        input: PathBuf,
+        /// The product, or a pattern of the names of products.
+        product: String,
+        /// The folder of the results.
+        dir: PathBuf,
+    },
+    /// A file has the name of the record of written files, and is none.
+    #[error(
+        "{} is not the record of the files that breccia writes there: move the file to another place, or name \
+         another folder with --out",
+        path.display()
+    )]
+    NoRecord {
+        /// The file.
+        path: PathBuf,
+    },
     /// The folder has runs by another version of the program.
     #[error(
         "{} has runs by another version of the program ({difference}), which may compute something else: \

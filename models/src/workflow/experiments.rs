@@ -6,7 +6,7 @@ use fem::{Meshing, Packing, RunInput, RunRecord, RunStatus, gmsh};
 use rayon::prelude::*;
 
 use super::WorkflowError;
-use super::files::{SPECIMENS, write};
+use super::files::SPECIMENS;
 use super::gate::check_closed_form;
 use super::runs::run_ensemble;
 use super::simulator::{Simulator, height_mm, radius_mm, recorded};
@@ -186,8 +186,7 @@ fn write_specimens(
     let table = SpecimenTable { specimens: measured.collect() };
     let files = table.to_files().map_err(|e| WorkflowError::io(&task.path(SPECIMENS), e))?;
     for (path, text) in files {
-        let path = task.product(&format!("experiments/{}", path.display()))?;
-        write(&path, &text)?;
+        task.write(&format!("experiments/{}", path.display()), text)?;
     }
     let rows = specimens.iter().map(|v| {
         let values = v.parameters.iter().map(f64::to_string);

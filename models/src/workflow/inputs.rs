@@ -374,7 +374,7 @@ impl Inputs<'_> {
     /// A text that a stage before has written.
     pub(super) fn text(&self, name: &str) -> Result<String, WorkflowError> {
         let path = self.file(name)?;
-        std::fs::read_to_string(&path).map_err(|e| WorkflowError::io(&path, e))
+        fem::read_regular_text(&path).map_err(|e| WorkflowError::io(&path, e))
     }
 
     /// What a stage before has written as JSON.

@@ -34,7 +34,7 @@ pub(super) fn write_fields(
     let (mut rows, mut steps) = (Vec::new(), Vec::new());
     for (name, point, fields) in &kept {
         let file = format!("map-{name}.vtu");
-        problem.write_vtu(task.product(&format!("fields/{file}"))?, fields)?;
+        task.product(&format!("fields/{file}"), |path| problem.write_vtu(path, fields))?;
         steps.push((point.time_s, file));
         let picture = format!("fields/map-{name}.png");
         write_picture(task, &picture, &damage_of(&problem, fields))?;
@@ -44,7 +44,7 @@ pub(super) fn write_fields(
         );
     }
     let steps: Vec<(f64, &str)> = steps.iter().map(|(time, file)| (*time, file.as_str())).collect();
-    vtu::write_pvd(task.product("fields/map.pvd")?, &steps)?;
+    task.product("fields/map.pvd", |path| vtu::write_pvd(path, &steps))?;
     let header = ["state", "time_s", "displacement_mm", "force_N", "picture"];
     task.write_csv("fields/map.csv", header, rows)
 }

@@ -2,14 +2,15 @@
 
 use std::collections::BTreeSet;
 
-use fem::{Cylinder, MeshReport, Meshed, Meshing, Quality, TetMesh, gmsh, tiff, vtu};
+use fem::{Cylinder, MeshReport, Meshed, Meshing, Quality, TetMesh, Volume, gmsh, tiff, vtu};
 
 use super::WorkflowError;
+use super::freshness::finished_in;
 use super::images::{self, mesh_file, segmented_file};
 use super::inputs::Inputs;
 use super::segment::{WHOLE, write_picture};
 use super::simulator::{Simulator, height_mm};
-use super::specimen::{Scanned, direct_mesh, labelled_mesh};
+use super::specimen::{Measured, Scanned, direct_mesh, labelled_mesh};
 use super::task::Task;
 use crate::case::SpecimenGeometry;
 use crate::progress::say;
@@ -22,8 +23,8 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     for warning in report.iter().flat_map(MeshReport::warnings) {
         say("note", &warning);
     }
-    gmsh::write(task.product("mesh.msh")?, &mesh)?;
-    vtu::write(task.product("mesh.vtu")?, &mesh, &[], &[])?;
+    task.product("mesh.msh", |path| gmsh::write(path, &mesh).map(drop))?;
+    task.product("mesh.vtu", |path| vtu::write(path, &mesh, &[], &[]))?;
     write_picture(task, "mesh.png", &mesh_picture(&mesh))?;
     task.write("mesh_quality.svg", &mesh_quality(&Quality::smallest_dihedrals_deg(&mesh)))?;
 
@@ -53,7 +54,7 @@ fn further(task: &Task<'_>, image: usize) -> Result<(), WorkflowError> {
     for warning in report.iter().flat_map(MeshReport::warnings) {
         say("note", &format!("image {image}: {warning}"));
     }
-    gmsh::write(task.product(&mesh_file(image, "msh"))?, &mesh)?;
+    task.product(&mesh_file(image, "msh"), |path| gmsh::write(path, &mesh).map(drop))?;
     let mut rows = quantities(&mesh)?;
     rows.extend(report.iter().flat_map(of_report));
     let rows = rows.into_iter().map(|(name, value)| [name, value.to_string()]);
@@ -78,27 +79,46 @@ pub(super) fn mesh_with(
     let Some((_, meshing)) = Scanned::of(&geometry) else {
         return direct_mesh(inputs.case_path(), &geometry);
     };
-    let [labels, solid] = ["labels.tif", "solid.tif"].map(|name| segmented_file(image, name));
-    let (labels, solid) = (inputs.file(&labels)?, inputs.file(&solid)?);
+    let name = segmented_file(image, "labels.tif");
     let cylinder = cylinder(inputs, image)?;
     let voxel_mm = Some(quantity(inputs, image, "voxel_mm")?);
-    let labels = tiff::read_labels(&labels, voxel_mm)?;
-    let path = solid;
+    let labels = tiff::read_labels(&inputs.file(&name)?, voxel_mm)?;
+    let solid = match is_edited(inputs, &name) {
+        // grey values have been measured for the grains as they were found
+        true => None,
+        false => Some(solid(inputs, image, voxel_mm, labels.shape)?),
+    };
+    let measured = match &solid {
+        Some(solid) => Some(Measured { solid, volumes_mm3: volumes(inputs, image)? }),
+        None => None,
+    };
+    inputs.check_spacing(meshing.spacing_mm, cylinder.radius_mm, cylinder.height_mm())?;
+    let Meshed { mesh, report } =
+        labelled_mesh(inputs.case_path(), &labels, measured, &cylinder, &meshing)?;
+    Ok((mesh, Some(report)))
+}
+
+/// Whether the user has edited labels.
+fn is_edited(inputs: &Inputs<'_>, labels: &str) -> bool {
+    let records = finished_in(inputs.folder());
+    let segmented = records.get("segment").filter(|record| record.has_written(labels));
+    segmented.is_some_and(|record| !record.wrote(labels, inputs.folder()))
+}
+
+/// The part of each voxel that is grain.
+fn solid(
+    inputs: &Inputs<'_>,
+    image: usize,
+    voxel_mm: Option<f64>,
+    shape: [usize; 3],
+) -> Result<Volume<f32>, WorkflowError> {
+    let path = inputs.file(&segmented_file(image, "solid.tif"))?;
     let mut solid = tiff::read(&path, voxel_mm)?;
     solid.values.iter_mut().for_each(|value| *value /= WHOLE);
-    if labels.shape != solid.shape {
-        return Err(WorkflowError::OtherCase { path, stage: "segment" });
+    if shape == solid.shape {
+        return Ok(solid);
     }
-    inputs.check_spacing(meshing.spacing_mm, cylinder.radius_mm, cylinder.height_mm())?;
-    let Meshed { mesh, report } = labelled_mesh(
-        inputs.case_path(),
-        &labels,
-        &solid,
-        volumes(inputs, image)?,
-        &cylinder,
-        &meshing,
-    )?;
-    Ok((mesh, Some(report)))
+    Err(WorkflowError::OtherCase { path, stage: "segment" })
 }
 
 /// Number and volume (mm³) of each grain, as grey values gave them.

@@ -15,8 +15,13 @@
 //!
 //! `stages.toml` remembers what each finished stage has read, key by key of the case and file by file,
 //! and what it wrote. A stage is done again when one of them has changed, so the same command after an
-//! interruption goes on where it stopped, and repairs a damaged result. A stage that is run by itself
+//! interruption goes on where it stopped, and makes a deleted result again. A stage that is run by itself
 //! takes no file that was made from something else than is there now, and a directory belongs to one case.
+//!
+//! `written.csv` has each file that the program has written with its content, recorded before the file gets its
+//! name. The program replaces and removes only files with such a content ([`ProductFolder`]). An edited product
+//! (labels, a mesh, a copied curve) is used by later stages as it is; any other file of the user's in the place of a
+//! product stops the stage before it computes, unless `--replace` allows it.
 //!
 //! In a study, whose folders lie in one, a stage takes over what a neighbour has made from the same inputs,
 //! and runs that have the same inputs are made once, in the study's `runs/`; each folder keeps all of its own
@@ -26,6 +31,7 @@
 //! the stage `ensemble`, and of each stage's products one process makes all (a lock in `.locks/`, which
 //! dies with it) while the others wait. [`status`] looks on without changing anything.
 
+mod adoption;
 mod calibrate;
 mod confirm;
 mod content_hash;
@@ -33,6 +39,7 @@ mod copies;
 mod cores;
 mod damage_of;
 mod design;
+mod editable;
 mod effort_file;
 mod ensemble;
 mod error;
@@ -45,9 +52,9 @@ mod fitted;
 mod freshness;
 mod gate;
 mod images;
+mod in_place;
 mod inputs;
 mod laboratories;
-mod leftovers;
 mod level_runs;
 mod levels;
 mod links;
@@ -58,8 +65,12 @@ mod mesh;
 mod mesh_error;
 mod microstructures;
 mod neighbours;
+mod one_stage;
+mod ownership;
 mod packings;
+mod pattern;
 mod predicted_curves;
+mod product_folder;
 mod quadrature;
 mod report;
 mod resolution;
@@ -84,7 +95,10 @@ mod task;
 mod tests;
 mod turns;
 mod uncertainty;
+mod written;
 
+use std::cell::RefCell;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
@@ -93,6 +107,8 @@ pub(crate) use cores::Cores;
 pub use error::WorkflowError;
 pub use laboratories::{SimulatedLaboratories, simulate_laboratories};
 pub(crate) use neighbours::Together;
+pub(crate) use product_folder::ProductFolder;
+pub use product_folder::{FolderAccess, create_file};
 pub use simulate::{DeviceChoice, simulate};
 pub use stage::Stage;
 pub use stages::STAGES;
@@ -101,11 +117,12 @@ pub use status::{RunCounts, StageState, StageStatus, status};
 use crate::case::CaseFile;
 use crate::progress::say;
 use crate::report::Results;
+use adoption::adopt_products;
 use copies::Copies;
-use files::write;
-use freshness::{Freshness, Records, finished_in};
+use editable::finished_before;
+use freshness::{Freshness, Records, STAGES_FILE, finished_in};
+use in_place::check_inputs;
 use inputs::Inputs;
-use leftovers::{remove_damaged, remove_leftovers};
 use locks::lock;
 use neighbours::Neighbours;
 use task::{StageRecord, Task};
@@ -134,6 +151,7 @@ pub struct Workflow<'a> {
     interrupt: &'a AtomicBool,
     accept_out_of_range: bool,
     copies: Copies,
+    folder: ProductFolder,
     freshness: Freshness,
     neighbours: Option<Neighbours>,
 }
@@ -154,34 +172,34 @@ impl<'a> Workflow<'a> {
         threads: usize,
         interrupt: &'a AtomicBool,
     ) -> Result<Self, WorkflowError> {
-        let copies = Copies::of(source, dir)?;
-        copies.check_owner(source, dir)?;
-        Self::with(copies, source, dir, threads, interrupt)
+        Self::open_with(source, dir, threads, interrupt, &FolderAccess::default())
     }
 
-    /// Like [`Workflow::open`] for a directory that may have the results of another case: what differs
-    /// is made again.
+    /// Like [`Workflow::open`] for a folder that has files already.
     ///
     /// # Errors
     /// As [`Workflow::open`].
-    pub fn reuse(
+    pub fn open_with(
         source: &CaseFile,
         dir: &Path,
         threads: usize,
         interrupt: &'a AtomicBool,
+        access: &FolderAccess,
     ) -> Result<Self, WorkflowError> {
-        Self::with(Copies::of(source, dir)?, source, dir, threads, interrupt)
-    }
-
-    fn with(
-        copies: Copies,
-        source: &CaseFile,
-        dir: &Path,
-        threads: usize,
-        interrupt: &'a AtomicBool,
-    ) -> Result<Self, WorkflowError> {
+        check_inputs(source, dir)?;
+        let copies = Copies::of(source, dir)?;
+        let folder = ProductFolder::new(dir, &access.replace);
+        if finished_in(dir).is_empty() {
+            // a file of the user's, and no other case
+            folder.claim(STAGES_FILE, "run")?;
+        }
+        if !access.reuse {
+            copies.check_owner(source, dir)?;
+        }
         std::fs::create_dir_all(dir).map_err(|e| WorkflowError::results(dir, e))?;
-        copies.write(source, dir)?;
+        adopt_products(&folder, dir)?;
+        folder.claim(STAGES_FILE, "run")?;
+        copies.write(source, dir, &folder)?;
         let file = CaseFile { path: dir.join("case.toml"), case: copies.case.clone() };
         Ok(Self {
             file,
@@ -192,6 +210,7 @@ impl<'a> Workflow<'a> {
             interrupt,
             accept_out_of_range: false,
             copies,
+            folder,
             freshness: Freshness::default(),
             neighbours: Neighbours::of(dir),
         })
@@ -215,69 +234,12 @@ impl<'a> Workflow<'a> {
     pub fn run_all(&self) -> Result<(), WorkflowError> {
         let ready = self.file.table().and_then(|_| self.file.check_steps());
         ready.map_err(|e| self.copies.named_by_owner(e.into()))?;
-        STAGES.iter().try_for_each(|stage| self.make(stage))
-    }
-
-    /// Runs one stage, unless it is finished and what it read and what it wrote are unchanged. The stage
-    /// `report` shows what there is where others are under way or to do, and is then run again at the end.
-    ///
-    /// # Errors
-    /// What ended the stage; a stage before it that has not been run, or has to be run again.
-    pub fn run(&self, stage: &'static Stage) -> Result<(), WorkflowError> {
-        if stage.name == "report" {
-            let mut stages = status(&self.dir).unwrap_or_else(|_| StageStatus::none());
-            stages.retain(|before| before.stage != stage.name);
-            if stages.iter().any(StageStatus::is_unfinished) {
-                return self.report_so_far(&stages);
-            }
-            self.check_all_before(stage)?;
-        }
-        self.check_what_it_read(stage)?;
-        self.make(stage)
-    }
-
-    /// Writes a report of what there is until now, which says what is missing. It is no product: the stage
-    /// is still to be run.
-    fn report_so_far(&self, stages: &[StageStatus]) -> Result<(), WorkflowError> {
-        let is_done =
-            |name: &str| stages.iter().any(|status| status.stage == name && status.is_done());
-        let mut results = report::load_done(&self.inputs(), &is_done)?;
-        let row = |status: &StageStatus| {
-            let (state, told) = status.words();
-            [status.stage.to_owned(), state.to_owned(), told]
-        };
-        results.unfinished = stages.iter().map(row).collect();
-        let path = self.dir.join("report.html");
-        write(&path, crate::report::page(&results).as_bytes())?;
-        say("report", &format!("{}, of what is there until now", path.display()));
-        Ok(())
-    }
-
-    /// Refuses a stage that read what is due itself.
-    fn check_what_it_read(&self, stage: &Stage) -> Result<(), WorkflowError> {
+        // before anything is computed
         let finished = self.finished();
-        let inputs = self.inputs();
-        // what it read the last time may be as it was, and yet be due itself
-        for name in finished.get(stage.name).into_iter().flat_map(|record| record.files_read()) {
-            if inputs.writer_of(name) != Some(stage.name) && self.dir.join(name).exists() {
-                self.freshness.check(name, &finished, &inputs, &self.dir)?;
-            }
+        for stage in STAGES.iter().filter(|stage| !finished.contains_key(stage.name)) {
+            self.folder.claim_unwritten(stage.products_of(&self.file.case), stage.name)?;
         }
-        Ok(())
-    }
-
-    /// A report shows what all stages left: none of those that have been run may be due.
-    fn check_all_before(&self, stage: &Stage) -> Result<(), WorkflowError> {
-        let records = self.finished();
-        let inputs = self.inputs();
-        for earlier in STAGES.iter().take_while(|earlier| earlier.name != stage.name) {
-            let change = records.get(earlier.name).and_then(|r| r.change(&inputs, &self.dir));
-            if let Some(change) = change {
-                let path = self.dir.join(earlier.products[0]);
-                return Err(WorkflowError::Stale { path, stage: earlier.name.to_owned(), change });
-            }
-        }
-        Ok(())
+        STAGES.iter().try_for_each(|stage| self.make(stage))
     }
 
     fn inputs(&self) -> Inputs<'_> {
@@ -287,15 +249,16 @@ impl<'a> Workflow<'a> {
     fn make(&self, stage: &'static Stage) -> Result<(), WorkflowError> {
         let before = self.finished();
         if let Some(earlier) = before.get(stage.name) {
-            match earlier.change(&self.inputs(), &self.dir) {
+            match self.change(earlier) {
                 None => {
-                    say(stage.name, "finished before, unchanged");
-                    return remove_leftovers(stage, earlier, &self.dir);
+                    say(stage.name, &finished_before(&earlier.edited(&self.dir)));
+                    return self.remove_leftovers(stage, earlier);
                 }
                 Some(change) => say(stage.name, &format!("again, since {change}")),
             }
         }
         let start = Instant::now();
+        self.claim(stage)?;
         self.share_work(stage, &before, false)?;
         // of several processes one goes on; the others find what it has made
         let _lock = lock(&self.dir, stage.name, stage.name, self.interrupt)?;
@@ -307,22 +270,21 @@ impl<'a> Workflow<'a> {
             _ => None,
         };
         let finished = self.finished();
-        if let Some(earlier) = finished.get(stage.name) {
-            if earlier.change(&self.inputs(), &self.dir).is_none() {
-                say(stage.name, "finished by another process");
-                return Ok(());
-            }
-            remove_damaged(earlier, &self.dir)?;
+        if let Some(earlier) = finished.get(stage.name)
+            && self.change(earlier).is_none()
+        {
+            say(stage.name, "finished by another process");
+            return Ok(());
         }
         let (result, record) = match self.taken_over(stage, &finished)? {
             Some(taken) => taken,
             None => self.with_task(stage, &finished, |task| {
                 let result = (stage.run)(&task)?;
-                Ok((result, task.trace()?))
+                Ok((result, task.trace()))
             })?,
         };
         say(stage.name, &format!("{result} ({:.1} s)", start.elapsed().as_secs_f64()));
-        remove_leftovers(stage, &record, &self.dir)?;
+        self.remove_leftovers(stage, &record)?;
         self.remember(stage, record)
     }
 
@@ -335,12 +297,22 @@ impl<'a> Workflow<'a> {
     ) -> Result<T, WorkflowError> {
         self.freshness.clear();
         let unguarded = self.inputs();
-        let guard = |name: &str| self.freshness.check(name, finished, &unguarded, &self.dir);
+        let told = RefCell::new(BTreeSet::new());
+        let guard = |name: &str| {
+            let checked = self.freshness.check(name, finished, &unguarded, &self.dir);
+            for edited in self.freshness.edited().into_values().flatten() {
+                if told.borrow_mut().insert(edited.clone()) {
+                    say(stage.name, &format!("{edited} was edited and is used as it is"));
+                }
+            }
+            checked
+        };
         let inputs = self.inputs().guarded(&guard);
         let cores = (&self.cores, self.threads, self.rank);
         let mut task = Task::among(stage.name, inputs, &self.dir, cores, self.interrupt);
         task.neighbours.clone_from(&self.neighbours);
         task.accept_out_of_range = self.accept_out_of_range;
+        task.folder.clone_from(&self.folder);
         work(task).map_err(|error| self.copies.named_by_owner(error))
     }
 
@@ -350,7 +322,7 @@ impl<'a> Workflow<'a> {
         let mut finished = self.finished();
         finished.insert(stage.name.to_owned(), record);
         let text = toml::to_string(&finished).expect("names and fingerprints are plain text");
-        write(&self.dir.join("stages.toml"), text.as_bytes())
+        self.folder.write(STAGES_FILE, stage.name, text.as_bytes()).map(drop)
     }
 
     /// Why a stage has to be run, in words; nothing if it is finished and nothing that it read or wrote
@@ -358,7 +330,7 @@ impl<'a> Workflow<'a> {
     pub fn due(&self, stage: &Stage) -> Option<String> {
         match self.finished().get(stage.name) {
             None => Some("it has not been run".to_owned()),
-            Some(trace) => trace.change(&self.inputs(), &self.dir),
+            Some(record) => self.change(record),
         }
     }
 

@@ -8,9 +8,10 @@ use std::sync::atomic::AtomicBool;
 use serde::{Deserialize, Serialize};
 
 use super::WorkflowError;
-use super::files::write;
+use super::files::same_file;
 use super::inputs::Inputs;
 use super::locks::lock;
+use super::product_folder::ProductFolder;
 
 /// The file that names them, in the folder around them.
 const FILE: &str = "study.toml";
@@ -27,19 +28,36 @@ pub(crate) struct Together {
 impl Together {
     /// What a folder says of those in it, if it is one of a study.
     pub(crate) fn read(dir: &Path) -> Option<Self> {
-        toml::from_str(&std::fs::read_to_string(dir.join(FILE)).ok()?).ok()
+        toml::from_str(&fem::read_regular_text(&dir.join(FILE)).ok()?).ok()
+    }
+
+    /// Refuses a folder for the results of a study in which the study itself has the name of this file.
+    ///
+    /// # Errors
+    /// [`WorkflowError::InputInPlace`].
+    pub(crate) fn check_study(study: &Path, dir: &Path) -> Result<(), WorkflowError> {
+        match same_file(study, &dir.join(FILE)) {
+            false => Ok(()),
+            true => Err(WorkflowError::InputInPlace {
+                case: study.to_owned(),
+                key: "the study".to_owned(),
+                input: study.to_owned(),
+                product: FILE.to_owned(),
+                dir: dir.to_owned(),
+            }),
+        }
     }
 
     /// Writes it, unless it is there.
     ///
     /// # Errors
-    /// A file that cannot be written.
-    pub(crate) fn write(&self, dir: &Path) -> Result<(), WorkflowError> {
+    /// A file of the user's in its place; a file that cannot be written.
+    pub(crate) fn write(&self, dir: &Path, folder: &ProductFolder) -> Result<(), WorkflowError> {
         if Self::read(dir).as_ref() == Some(self) {
             return Ok(());
         }
         let text = toml::to_string(self).expect("names are plain text");
-        write(&dir.join(FILE), text.as_bytes())
+        folder.write(FILE, "study", text.as_bytes()).map(drop)
     }
 
     fn folders(&self) -> impl Iterator<Item = &String> {
@@ -110,7 +128,7 @@ mod tests {
         let names = |names: &[&str]| names.iter().map(|name| name.to_string()).collect();
         let together =
             Together { laboratories: names(&["laboratories/L"]), cases: names(&["a", "v/a"]) };
-        together.write(root).unwrap();
+        together.write(root, &ProductFolder::new(root, &[])).unwrap();
         assert_eq!(Together::read(root), Some(together));
         let of = |name: &str| Neighbours::of(&root.join(name)).map(|found| found.folders);
         let at = |names: [&str; 2]| Some(names.map(|name| root.join(name)).to_vec());

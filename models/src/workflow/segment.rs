@@ -3,7 +3,6 @@
 use fem::{Region, Segmented, Volume, outlined_slice, tiff};
 
 use super::WorkflowError;
-use super::files::write;
 use super::images::{self, segmented_file};
 use super::specimen::{Scanned, Source, resize};
 use super::task::Task;
@@ -114,7 +113,7 @@ fn write_found(
     found: &Segmented,
 ) -> Result<(), WorkflowError> {
     let name = |own| segmented_file(image, own);
-    tiff::write_labels(&task.product(&name("labels.tif"))?, &found.labels)?;
+    task.product(&name("labels.tif"), |path| tiff::write_labels(path, &found.labels))?;
     write_16_bits(task, &name("solid.tif"), &found.solid, WHOLE)?;
     task.write_csv(&name("grains.csv"), GRAIN_COLUMNS, found.regions.iter().map(grain))?;
     let rows = quantities(found).into_iter().map(|(name, value)| [name.to_owned(), value]);
@@ -132,7 +131,7 @@ pub(super) fn write_16_bits(
     let number = |&value: &f32| (factor * value).round().clamp(0.0, 65535.0) as u32;
     let values = volume.values.iter().map(number).collect();
     let whole = Volume { shape: volume.shape, voxel_mm: volume.voxel_mm, values };
-    Ok(tiff::write_labels(&task.product(name)?, &whole)?)
+    task.product(name, |path| tiff::write_labels(path, &whole))
 }
 
 /// Writes a picture as PNG.
@@ -141,9 +140,8 @@ pub(super) fn write_picture(
     name: &str,
     picture: &Raster,
 ) -> Result<(), WorkflowError> {
-    let path = task.product(name)?;
-    let bytes = picture.to_png().map_err(|e| WorkflowError::io(&path, e))?;
-    write(&path, &bytes)
+    let bytes = picture.to_png().map_err(|e| WorkflowError::io(&task.path(name), e))?;
+    task.write(name, bytes)
 }
 
 /// The slices through the middle, across the axis and along it twice.

@@ -7,7 +7,7 @@
 
 use std::path::{Path, PathBuf};
 
-use fem::{RunInput, RunRecord, write_atomically};
+use fem::{RunInput, RunRecord};
 use ppl::Nuts;
 use serde::{Deserialize, Serialize};
 use surrogate::{Dataset, FitReport};
@@ -63,6 +63,16 @@ pub(super) struct Look {
     next: Vec<Vec<f64>>,
 }
 
+/// The name of the file of the `k`-th look.
+fn name_of_look(k: usize) -> String {
+    format!("look-{k:02}.json")
+}
+
+/// A look as it is kept; none if the file cannot be read, so that it is made again.
+fn read_look(path: &Path) -> Option<Look> {
+    serde_json::from_slice(&fem::read_regular(path).ok()?).ok()
+}
+
 impl<'a> Batches<'a> {
     /// What a case asks for after the runs of its levels, of which the last has the number `runs`. To be
     /// called after all that names those runs is read; what this reads names those of the batches besides.
@@ -97,7 +107,7 @@ impl<'a> Batches<'a> {
 
     /// The looks that are kept already.
     pub(super) fn looks(&self) -> Vec<Look> {
-        (0..).map_while(|k| self.kept(k)).collect()
+        (0..).map_while(|k| read_look(&self.folder.join(name_of_look(k)))).collect()
     }
 
     /// Runs of the batches that are known until now, and where they are.
@@ -151,33 +161,30 @@ impl<'a> Batches<'a> {
         k: usize,
         data: &mut dyn FnMut() -> Result<Learnt, WorkflowError>,
     ) -> Result<Option<Look>, WorkflowError> {
-        if let Some(look) = self.kept(k) {
+        if let Some(look) = self.kept(k, task)? {
             return Ok(Some(look));
         }
         let _lock = lock(&self.folder, "looks", task.stage(), task.interrupt)?;
-        if let Some(look) = self.kept(k) {
+        if let Some(look) = self.kept(k, task)? {
             return Ok(Some(look));
         }
         let (runs, corrections) = data()?;
         let found = self.calibrated(task, &runs, corrections)?;
         if let Some(look) = &found {
-            let path = self.path(k);
-            std::fs::create_dir_all(&self.folder).map_err(|e| WorkflowError::io(&path, e))?;
+            let (name, folder) = (name_of_look(k), task.folder.with_dir(&self.folder));
             let text = serde_json::to_vec_pretty(look);
-            let text = text.map_err(|e| WorkflowError::io(&path, e.into()))?;
-            write_atomically(&path, &text).map_err(|e| WorkflowError::io(&path, e))?;
+            let text = text.map_err(|e| WorkflowError::io(&folder.path(&name), e.into()))?;
+            folder.write(&name, task.stage(), &text)?;
             say(task.stage(), &look.words(runs.len()));
         }
         Ok(found)
     }
 
-    /// One that cannot be read is made again.
-    fn kept(&self, k: usize) -> Option<Look> {
-        serde_json::from_slice(&std::fs::read(self.path(k)).ok()?).ok()
-    }
-
-    fn path(&self, k: usize) -> PathBuf {
-        self.folder.join(format!("look-{k:02}.json"))
+    /// The `k`-th look as it was written; a look that the user has changed is refused.
+    fn kept(&self, k: usize, task: &Task<'_>) -> Result<Option<Look>, WorkflowError> {
+        let (name, folder) = (name_of_look(k), task.folder.with_dir(&self.folder));
+        folder.claim(&name, task.stage())?;
+        Ok(read_look(&folder.path(&name)))
     }
 
     fn calibrated(

@@ -3,7 +3,6 @@
 use std::sync::atomic::AtomicBool;
 
 use super::freshness::{Freshness, Records, finished_in};
-use super::links::link;
 use super::stage::Stage;
 use super::task::StageRecord;
 use super::{Workflow, WorkflowError};
@@ -23,7 +22,10 @@ impl Workflow<'_> {
                 say(stage.name, "finished before, unchanged");
                 Ok(())
             }
-            _ => self.share_work(stage, &finished, true),
+            _ => {
+                self.claim(stage)?;
+                self.share_work(stage, &finished, true)
+            }
         }
     }
 
@@ -39,6 +41,7 @@ impl Workflow<'_> {
             dir: self.dir.clone(),
             cores: self.cores.clone(),
             copies: self.copies.clone(),
+            folder: self.folder.clone(),
             freshness: Freshness::default(),
             neighbours: self.neighbours.clone(),
             interrupt: &RAISED,
@@ -93,7 +96,7 @@ impl Workflow<'_> {
                 self.freshness.check(name, finished, &inputs, &self.dir)?;
             }
             for name in record.products() {
-                link(&folder.join(name), &self.dir.join(name))?;
+                self.folder.link(&folder.join(name), name, stage.name)?;
             }
             let name = folder.strip_prefix(neighbours.root()).unwrap_or(folder).display();
             return Ok(Some((format!("as in {name}"), record)));

@@ -1,6 +1,5 @@
 //! One simulation with the case's own parameters.
 
-use std::io::ErrorKind;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -13,7 +12,8 @@ use fem::{
 use super::WorkflowError;
 use super::damage_of::damage_of;
 use super::effort_file::EffortFile;
-use super::files::write;
+use super::in_place::{SIMULATION, check_inputs};
+use super::product_folder::{FolderAccess, ProductFolder};
 use super::quadrature::quadrature_note;
 use super::resolution::resolution_note;
 use super::simulator::{Setup, Simulator, failure};
@@ -68,16 +68,19 @@ impl DeviceChoice {
 /// # Errors
 /// A mesh or a test that cannot be set up; a state of another case. A run that fails on its way is an
 /// error too, after its curve so far, its last state as `fields/last.vtu`, and the reason as
-/// `failure.txt` are written; the next run takes those two away.
+/// `failure.txt` are written; the next run takes those two away. A file of the user's in the place of one of
+/// these is refused before anything is computed.
 pub fn simulate(
     file: &CaseFile,
     dir: &Path,
     device: DeviceChoice,
     ranks: &Ranks,
     interrupt: &AtomicBool,
+    access: &FolderAccess,
 ) -> Result<PathBuf, WorkflowError> {
+    let folder = ProductFolder::new(dir, &access.replace);
     // before anything that all ranks have to do together
-    let mesh = agreed(ranks, mesh_for(file, dir))?;
+    let mesh = agreed(ranks, mesh_for(file, dir, &folder))?;
     let (device, solver) = device.device(file.case.solver, ranks)?;
     let setup = Setup { device: device.as_ref(), ranks: Some(ranks), solver, ..Setup::from(file) };
     if ranks.is_first() {
@@ -96,19 +99,19 @@ pub fn simulate(
             end => failure(&end).map_or(Ok(dir.join("curve.csv")), |error| Err(error.into())),
         };
     }
-    let (last, reason) = (dir.join("fields/last.vtu"), dir.join("failure.txt"));
-    let mut record = agreed(ranks, SimulationFiles::new(file, &simulator, dir, interrupt))?;
+    let files = SimulationFiles::new(file, &simulator, &folder, interrupt);
+    let mut record = agreed(ranks, files)?;
     let outcome = run(file, dir, &simulator, &mut record)?;
     say("device", &format!("linear systems were solved by {}", outcome.machine));
-    let path = record.curve_path.clone();
     let written = record.finish();
     // of a run before this one
-    remove(&last)?;
-    remove(&reason)?;
+    folder.remove(LAST)?;
+    folder.remove(REASON)?;
     if let Some(error) = failure(&outcome.end) {
-        std::fs::create_dir_all(dir.join("fields")).map_err(|e| WorkflowError::io(dir, e))?;
-        simulator.problem().write_vtu(&last, &outcome.fields)?;
-        write(&reason, format!("{error}\n").as_bytes())?;
+        let fields = &outcome.fields;
+        folder.write_with(LAST, COMMAND, |path| simulator.problem().write_vtu(path, fields))?;
+        folder.write(REASON, COMMAND, format!("{error}\n").as_bytes())?;
+        let (last, reason) = (folder.path(LAST), folder.path(REASON));
         let (last, reason) = (last.display(), reason.display());
         say("note", &format!("the last state is in {last}, the reason of the end in {reason}"));
         return Err(error.into());
@@ -117,15 +120,29 @@ pub fn simulate(
     if matches!(outcome.end, End::Interrupted) {
         return Err(WorkflowError::Interrupted);
     }
-    remove(&dir.join(STATE))?;
-    Ok(path)
+    folder.remove(STATE)?;
+    Ok(folder.path(CURVE))
 }
 
-/// Where the state of a run is kept.
+/// The command that writes these files.
+const COMMAND: &str = "simulate";
+/// The curve, a row for each step.
+const CURVE: &str = "curve.csv";
+/// What each step took.
+const EFFORT: &str = "effort.csv";
+/// The collection of the fields.
+const COLLECTION: &str = "fields.pvd";
+/// The state from which a run goes on.
 const STATE: &str = "simulate.state";
+/// The last state of a run that failed.
+const LAST: &str = "fields/last.vtu";
+/// Why a run failed.
+const REASON: &str = "failure.txt";
 
-/// The mesh of a case whose results go to `dir`.
-fn mesh_for(file: &CaseFile, dir: &Path) -> Result<TetMesh, WorkflowError> {
+/// The mesh of a case whose results go to `dir`, where no file of the user's is to be replaced.
+fn mesh_for(file: &CaseFile, dir: &Path, folder: &ProductFolder) -> Result<TetMesh, WorkflowError> {
+    check_inputs(file, dir)?;
+    folder.claim_all(SIMULATION, COMMAND)?;
     std::fs::create_dir_all(dir).map_err(|e| WorkflowError::results(dir, e))?;
     mesh_of(file)
 }
@@ -152,22 +169,13 @@ fn agreed<T>(ranks: &Ranks, own: Result<T, WorkflowError>) -> Result<T, Workflow
     }
 }
 
-/// Removes a file that may not be there.
-fn remove(path: &Path) -> Result<(), WorkflowError> {
-    match std::fs::remove_file(path) {
-        Err(e) if e.kind() != ErrorKind::NotFound => Err(WorkflowError::io(path, e)),
-        _ => Ok(()),
-    }
-}
-
 /// Writes what a run yields, and shows where it is.
 struct SimulationFiles<'a> {
     file: &'a CaseFile,
     simulator: &'a Simulator,
-    dir: &'a Path,
+    folder: &'a ProductFolder,
     interrupt: &'a AtomicBool,
     bar: Bar,
-    curve_path: PathBuf,
     /// Made with the first step, so that a run that is refused leaves the curve of the one before.
     curve: Option<CurveWriter>,
     effort: EffortFile,
@@ -182,34 +190,33 @@ impl<'a> SimulationFiles<'a> {
     fn new(
         file: &'a CaseFile,
         simulator: &'a Simulator,
-        dir: &'a Path,
+        folder: &'a ProductFolder,
         interrupt: &'a AtomicBool,
     ) -> Result<Self, WorkflowError> {
-        let curve_path = dir.join("curve.csv");
-        if file.case.output.fields_every > 0 {
-            let fields = dir.join("fields");
-            std::fs::create_dir_all(&fields).map_err(|e| WorkflowError::results(&fields, e))?;
+        if file.case.output.checkpoint_every > 0 {
+            folder.begin_growing(STATE, COMMAND)?;
         }
-        let bar = Bar::new("simulate");
         Ok(Self {
             file,
             simulator,
-            dir,
+            folder,
             interrupt,
-            bar,
-            curve_path,
+            bar: Bar::new(COMMAND),
             curve: None,
-            effort: EffortFile::new(dir),
+            effort: EffortFile::new(&folder.path(EFFORT)),
             steps: 0,
             fields: Vec::new(),
             failed: None,
         })
     }
 
-    fn curve(&mut self) -> Result<&mut CurveWriter, FemError> {
+    fn curve(&mut self) -> Result<&mut CurveWriter, WorkflowError> {
         let writer = match self.curve.take() {
             Some(writer) => writer,
-            None => CurveWriter::create(&self.curve_path)?,
+            None => {
+                self.folder.begin_growing(EFFORT, COMMAND)?;
+                CurveWriter::create(self.folder.begin_growing(CURVE, COMMAND)?)?
+            }
         };
         Ok(self.curve.insert(writer))
     }
@@ -219,19 +226,23 @@ impl<'a> SimulationFiles<'a> {
         self.curve()?.push(point)?;
         let every = self.file.case.output.pictures_every as usize;
         if let Some(fields) = fields.filter(|_| every > 0 && self.steps.is_multiple_of(every)) {
-            let path = self.dir.join(format!("damage/step-{:05}.png", self.steps));
+            let name = format!("damage/step-{:05}.png", self.steps);
             let picture = damage_of(self.simulator.problem(), fields).to_png();
-            write(&path, &picture.map_err(|e| WorkflowError::io(&path, e))?)?;
+            let picture = picture.map_err(|e| WorkflowError::io(&self.folder.path(&name), e))?;
+            self.folder.write(&name, COMMAND, &picture)?;
         }
         let every = self.file.case.output.fields_every as usize;
         if every > 0 && self.steps.is_multiple_of(every) {
             let name = format!("fields/step-{:05}.vtu", self.steps);
-            let path = self.dir.join(&name);
             if let Some(fields) = fields {
-                self.simulator.problem().write_vtu(&path, fields)?;
+                let problem = self.simulator.problem();
+                self.folder.write_with(&name, COMMAND, |path| problem.write_vtu(path, fields))?;
             }
             // steps before a continuation are listed as far as their files are there
-            if fields.is_some() || path.is_file() {
+            if fields.is_some() || self.folder.path(&name).is_file() {
+                if self.fields.is_empty() {
+                    self.folder.begin_growing(COLLECTION, COMMAND)?;
+                }
                 self.fields.push((point.time_s, name));
             }
         }
@@ -243,12 +254,15 @@ impl<'a> SimulationFiles<'a> {
             return Ok(());
         }
         let steps: Vec<(f64, &str)> = self.fields.iter().map(|(t, f)| (*t, f.as_str())).collect();
-        Ok(vtu::write_pvd(self.dir.join("fields.pvd"), &steps)?)
+        Ok(vtu::write_pvd(self.folder.path(COLLECTION), &steps)?)
     }
 
+    /// Records what the files of the run have become.
     fn finish(mut self) -> Result<(), WorkflowError> {
         self.curve()?;
-        self.failed.map_or(Ok(()), Err)
+        drop(self.curve.take());
+        self.failed.map_or(Ok(()), Err)?;
+        [CURVE, EFFORT, COLLECTION, STATE].iter().try_for_each(|name| self.folder.end_growing(name))
     }
 }
 

@@ -136,17 +136,26 @@ pub(super) fn packed_mesh(
     built.map_err(|source| WorkflowError::Meshing { file: case.to_owned(), source })
 }
 
-/// The mesh of labelled voxels with the grain fraction of each, and numbers and volumes (mm³) of the
-/// grains.
+/// What the grey values of an image say of its labelled grains.
+pub(super) struct Measured<'a> {
+    /// The part of each voxel that is grain.
+    pub(super) solid: &'a Volume<f32>,
+    /// Number and volume (mm³) of each grain.
+    pub(super) volumes_mm3: Vec<(u32, f64)>,
+}
+
+/// The mesh of labelled voxels, with what grey values say of the grains where these are the grains that were found.
 pub(super) fn labelled_mesh(
     case: &Path,
     labels: &Volume<u32>,
-    solid: &Volume<f32>,
-    volumes: Vec<(u32, f64)>,
+    measured: Option<Measured<'_>>,
     cylinder: &Cylinder,
     meshing: &Meshing,
 ) -> Result<Meshed, WorkflowError> {
-    let grains = VoxelGrains::new(labels, Some(solid), cylinder).with_volumes(volumes);
+    let solid = measured.as_ref().map(|measured| measured.solid);
+    let volumes = measured.as_ref().map(|measured| measured.volumes_mm3.clone());
+    let grains =
+        VoxelGrains::new(labels, solid, cylinder).with_volumes(volumes.unwrap_or_default());
     let built = meshing.build(cylinder.radius_mm, cylinder.height_mm(), &grains);
     built.map_err(|source| WorkflowError::Meshing { file: case.to_owned(), source })
 }
@@ -187,8 +196,9 @@ pub(super) fn mesh_of(file: &CaseFile) -> Result<TetMesh, WorkflowError> {
         let Segmented { labels, solid, cylinder, .. } = &found;
         let size = [cylinder.radius_mm, cylinder.height_mm()];
         file.check_spacing("specimen.spacing_mm", meshing.spacing_mm, size[0], size[1])?;
-        let volumes = found.regions.iter().map(|grain| (grain.id, grain.volume_mm3)).collect();
-        return Ok(labelled_mesh(&file.path, labels, solid, volumes, cylinder, &meshing)?.mesh);
+        let volumes_mm3 = found.regions.iter().map(|grain| (grain.id, grain.volume_mm3)).collect();
+        let measured = Some(Measured { solid, volumes_mm3 });
+        return Ok(labelled_mesh(&file.path, labels, measured, cylinder, &meshing)?.mesh);
     }
     Ok(direct_mesh(&file.path, &geometry)?.0)
 }

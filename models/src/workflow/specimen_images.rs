@@ -9,7 +9,7 @@ use super::files::SPECIMENS;
 use super::images;
 use super::levels::Level;
 use super::segment::write_16_bits;
-use super::specimen::{Scanned, Source, labelled_mesh};
+use super::specimen::{Measured, Scanned, Source, labelled_mesh};
 use super::stiffness::stiffness_ratio;
 use super::task::Task;
 use crate::case::{ImageCase, SpecimenGeometry};
@@ -95,8 +95,9 @@ pub(super) fn stiffness_ratios(
         let found = scanned.segment(&image, &grey, &mut |_| ())?;
         drop(grey);
         let Segmented { labels, solid, cylinder, .. } = &found;
-        let volumes = found.regions.iter().map(|grain| (grain.id, grain.volume_mm3)).collect();
-        let mesh = labelled_mesh(&image, labels, solid, volumes, cylinder, &meshing)?.mesh;
+        let volumes_mm3 = found.regions.iter().map(|grain| (grain.id, grain.volume_mm3)).collect();
+        let measured = Some(Measured { solid, volumes_mm3 });
+        let mesh = labelled_mesh(&image, labels, measured, cylinder, &meshing)?.mesh;
         Ok(Some(stiffness_ratio(&setup, mesh)?))
     };
     // one after the other: an image may fill the memory, and its segmentation all processors

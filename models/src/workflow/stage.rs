@@ -15,7 +15,7 @@ pub struct Stage {
     pub name: &'static str,
     /// What it does, in a line.
     pub about: &'static str,
-    /// The files that it writes; one that ends with `*` stands for all that begin so.
+    /// The files that it writes: `#` stands for a number, `*` for any text without a slash.
     pub products: &'static [&'static str],
     /// Work that several processes can do together, before one of them runs the rest.
     pub(super) share: Option<Share>,

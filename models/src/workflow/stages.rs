@@ -1,7 +1,9 @@
 //! The table of the stages: what each is called, what it writes, what runs it.
 
+use super::pattern::matches;
 use super::stage::Stage;
 use super::{calibrate, confirm, design, ensemble, experiments, mesh, report, segment, surrogate};
+use crate::case::Case;
 
 /// All stages in order: a new one is a row here and a file beside this one.
 pub static STAGES: [Stage; 9] = [
@@ -17,7 +19,11 @@ pub static STAGES: [Stage; 9] = [
             "slices.png",
             "grains.png",
             "grain_sizes.svg",
-            "images/*",
+            "images/#-labels.tif",
+            "images/#-solid.tif",
+            "images/#-grains.csv",
+            "images/#-segment.csv",
+            "images/#-slices.png",
         ],
         share: None,
         run: segment::run,
@@ -25,7 +31,15 @@ pub static STAGES: [Stage; 9] = [
     Stage {
         name: "mesh",
         about: "Build the mesh: mesh.vtu (for ParaView), mesh.msh (Gmsh), mesh.csv",
-        products: &["mesh.msh", "mesh.vtu", "mesh.png", "mesh_quality.svg", "mesh.csv", "meshes/*"],
+        products: &[
+            "mesh.msh",
+            "mesh.vtu",
+            "mesh.png",
+            "mesh_quality.svg",
+            "mesh.csv",
+            "meshes/#.msh",
+            "meshes/#.csv",
+        ],
         share: None,
         run: mesh::run,
     },
@@ -38,8 +52,8 @@ pub static STAGES: [Stage; 9] = [
             "experiments/specimens.csv",
             "experiments/truth.csv",
             "experiments/bias.csv",
-            "experiments/curves/*",
-            "experiments/scans/*",
+            "experiments/curves/*.csv",
+            "experiments/scans/*.tif",
         ],
         share: None,
         run: experiments::run,
@@ -55,8 +69,8 @@ pub static STAGES: [Stage; 9] = [
             "fidelity.json",
             "quadrature.csv",
             "sequential.csv",
-            "curves/run-*",
-            "curves/level-*",
+            "curves/run-#.csv",
+            "curves/level-#-run-#.csv",
         ],
         share: Some(ensemble::share),
         run: ensemble::run,
@@ -103,9 +117,16 @@ pub static STAGES: [Stage; 9] = [
             "confirm_runs.csv",
             "curves/baseline.csv",
             "curves/map.csv",
-            "curves/draw-*",
+            "curves/draw-#.csv",
             "curves/second-mesh.csv",
-            "fields/map*",
+            "fields/map-rising.vtu",
+            "fields/map-peak.vtu",
+            "fields/map-last.vtu",
+            "fields/map-rising.png",
+            "fields/map-peak.png",
+            "fields/map-last.png",
+            "fields/map.pvd",
+            "fields/map.csv",
         ],
         share: None,
         run: confirm::run,
@@ -113,7 +134,7 @@ pub static STAGES: [Stage; 9] = [
     Stage {
         name: "design",
         about: "Find which further test would tell more, and how many specimens it takes: design.csv",
-        products: &["design.csv", "design_specimens.csv", "design/*"],
+        products: &["design.csv", "design_specimens.csv", "design/candidate-#.csv"],
         share: None,
         run: design::run,
     },
@@ -134,10 +155,19 @@ impl Stage {
 
     /// The name of the stage that writes a file of the results.
     pub(super) fn that_writes(file: &str) -> Option<&'static str> {
-        let writes = |product: &&str| match product.strip_suffix('*') {
-            Some(start) => file.starts_with(start),
-            None => file == *product,
-        };
+        let writes = |product: &&str| matches(product, file);
         STAGES.iter().find(|stage| stage.products.iter().any(writes)).map(|stage| stage.name)
+    }
+
+    /// The products that it may write for a case.
+    pub(super) fn products_of(&self, case: &Case) -> impl Iterator<Item = &'static str> {
+        let is_scanned = case.specimen.scan.is_some();
+        let experiments = case.experiments.as_ref();
+        let is_virtual = experiments.is_some_and(|e| e.virtual_specimens.is_some());
+        self.products.iter().copied().filter(move |product| match *product {
+            "scan.tif" => is_scanned,
+            // measured specimens lie there otherwise
+            product => is_virtual || !product.starts_with("experiments/"),
+        })
     }
 }

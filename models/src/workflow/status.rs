@@ -5,6 +5,7 @@ use std::fmt;
 use std::path::Path;
 
 use super::WorkflowError;
+use super::copies::Copies;
 use super::ensemble::{Progress, progress};
 use super::freshness::{Freshness, Records, finished_in};
 use super::inputs::Inputs;
@@ -53,6 +54,8 @@ pub struct RunCounts {
     pub failed: usize,
     /// Runs whose files cannot be read; they are made again.
     pub damaged: usize,
+    /// Runs whose checksum is missing or does not match their content; the stage stops at them.
+    pub edited: usize,
     /// Runs that end in an hour, at the pace of those under way and the mean time of those that ended.
     pub per_hour: Option<f64>,
     /// Time left at that pace in seconds.
@@ -67,7 +70,11 @@ pub struct RunCounts {
 /// A folder that has no results; a case in it that cannot be read.
 pub fn status(dir: &Path) -> Result<Vec<StageStatus>, WorkflowError> {
     check_results(dir)?;
-    let file = CaseFile::read(&dir.join("case.toml"))?;
+    let mut file = CaseFile::read(&dir.join("case.toml"))?;
+    // a case that a person has written there may name files that are copied when a stage is run
+    if let Ok(copies) = Copies::of(&file, dir) {
+        file.case = copies.case;
+    }
     let records = finished_in(dir);
     let inputs = || Inputs::new(&file, dir, Stage::that_writes);
     let freshness = Freshness::default();
@@ -157,6 +164,7 @@ fn counts(levels: &[Progress]) -> RunCounts {
         under_way,
         failed: sum(|level| level.failed),
         damaged: sum(|level| level.damaged),
+        edited: sum(|level| level.edited),
         per_hour: at.and_then(mean).map(|seconds| 3600.0 * pace(seconds)),
         seconds_left: at.map(|_| known),
         is_at_least: rest.contains(&None),
@@ -228,6 +236,9 @@ impl fmt::Display for RunCounts {
         }
         if self.damaged > 0 {
             write!(f, ", {} damaged and made again", self.damaged)?;
+        }
+        if self.edited > 0 {
+            write!(f, ", {} changed after they were recorded, which stops the stage", self.edited)?;
         }
         Ok(())
     }

@@ -10,10 +10,10 @@ use serde::{Deserialize, Serialize};
 use super::WorkflowError;
 use super::content_hash::ContentHash;
 use super::cores::{Core, Cores};
-use super::files::write;
+use super::editable::is_editable;
 use super::inputs::Inputs;
-use super::links::part_from_other_names;
 use super::neighbours::Neighbours;
+use super::product_folder::ProductFolder;
 use super::sources::Sources;
 use crate::table::to_csv;
 
@@ -28,11 +28,25 @@ pub(super) struct StageRecord {
 }
 
 impl StageRecord {
-    /// Why the stage has to be run again, in words; nothing if it has not.
+    /// Why the stage has to be run again, in words; nothing if it has not. A stage with an edited product counts
+    /// as done.
     pub(super) fn change(&self, inputs: &Inputs<'_>, dir: &Path) -> Option<String> {
-        let damaged = || self.products.keys().find(|name| !self.wrote(name, dir));
+        if !self.edited(dir).is_empty() {
+            return None;
+        }
+        let is_damaged = |name: &&String| match is_editable(name) {
+            true => !dir.join(name).exists(),
+            false => !self.wrote(name, dir),
+        };
+        let damaged = || self.products.keys().find(is_damaged);
         self.source_change(inputs)
             .or_else(|| damaged().map(|name| format!("{name} is missing or was changed")))
+    }
+
+    /// Products that the user has edited, of those that later stages use as they are.
+    pub(super) fn edited(&self, dir: &Path) -> Vec<&str> {
+        let editable = self.products().filter(|name| is_editable(name));
+        editable.filter(|name| dir.join(name).exists() && !self.wrote(name, dir)).collect()
     }
 
     /// What has changed of all that the stage has read, in words.
@@ -51,6 +65,11 @@ impl StageRecord {
     /// Names of its products.
     pub(super) fn products(&self) -> impl Iterator<Item = &str> {
         self.products.keys().map(String::as_str)
+    }
+
+    /// Names and contents of its products.
+    pub(super) fn contents(&self) -> impl Iterator<Item = (&str, ContentHash)> {
+        self.products.iter().filter_map(|(name, sum)| Some((name.as_str(), sum.parse().ok()?)))
     }
 
     /// Whether a file or folder is one of its products.
@@ -79,7 +98,9 @@ pub(super) struct Task<'a> {
     /// Name of the stage.
     stage: &'static str,
     dir: &'a Path,
-    products: RefCell<Vec<String>>,
+    pub(super) folder: ProductFolder,
+    /// Names of the products and the fingerprints of their contents.
+    products: RefCell<BTreeMap<String, String>>,
     cores: Cores,
     /// Who is served first where cores are scarce.
     rank: usize,
@@ -119,6 +140,7 @@ impl<'a> Task<'a> {
             leave_to_others: false,
             stage,
             dir,
+            folder: ProductFolder::new(dir, &[]),
             products: RefCell::default(),
         }
     }
@@ -128,7 +150,9 @@ impl<'a> Task<'a> {
     where
         'a: 'b,
     {
-        Task::new(self.stage, inputs, self.dir, self.threads, self.interrupt)
+        let mut task = Task::new(self.stage, inputs, self.dir, self.threads, self.interrupt);
+        task.folder = self.folder.clone();
+        task
     }
 
     /// The name of the stage.
@@ -159,21 +183,33 @@ impl<'a> Task<'a> {
         self.dir.join(name)
     }
 
-    /// The place of a product that is about to be written; its folder is made.
-    pub(super) fn product(&self, name: &str) -> Result<PathBuf, WorkflowError> {
-        debug_assert_eq!(self.inputs.writer_of(name), Some(self.stage), "{name} is not declared");
-        self.products.borrow_mut().push(name.to_owned());
-        let path = self.dir.join(name);
-        if let Some(folder) = path.parent() {
-            std::fs::create_dir_all(folder).map_err(|e| WorkflowError::io(folder, e))?;
-        }
-        part_from_other_names(&path)?;
-        Ok(path)
+    /// Has a function write a product; it gets its name when it is whole.
+    ///
+    /// # Errors
+    /// A file of the user's in its place; what the function returns.
+    pub(super) fn product<E>(
+        &self,
+        name: &str,
+        write: impl FnOnce(&Path) -> Result<(), E>,
+    ) -> Result<(), WorkflowError>
+    where
+        WorkflowError: From<E>,
+    {
+        let content = self.folder.write_with(name, self.stage, write)?;
+        self.remember(name, content);
+        Ok(())
     }
 
     /// Writes a product.
-    pub(super) fn write(&self, name: &str, text: &str) -> Result<(), WorkflowError> {
-        write(&self.product(name)?, text.as_bytes())
+    pub(super) fn write(&self, name: &str, content: impl AsRef<[u8]>) -> Result<(), WorkflowError> {
+        let content = self.folder.write(name, self.stage, content.as_ref())?;
+        self.remember(name, content);
+        Ok(())
+    }
+
+    fn remember(&self, name: &str, content: ContentHash) {
+        debug_assert_eq!(self.inputs.writer_of(name), Some(self.stage), "{name} is not declared");
+        self.products.borrow_mut().insert(name.to_owned(), content.to_string());
     }
 
     /// Writes a table.
@@ -187,9 +223,8 @@ impl<'a> Task<'a> {
         H: IntoIterator<Item: AsRef<[u8]>>,
         R: IntoIterator<Item: AsRef<[u8]>>,
     {
-        let path = self.product(name)?;
-        let text = to_csv(header, rows).map_err(|e| WorkflowError::io(&path, e))?;
-        write(&path, &text)
+        let text = to_csv(header, rows).map_err(|e| WorkflowError::io(&self.path(name), e))?;
+        self.write(name, text)
     }
 
     /// Writes a value as JSON.
@@ -198,11 +233,10 @@ impl<'a> Task<'a> {
         name: &str,
         value: &impl Serialize,
     ) -> Result<(), WorkflowError> {
-        let path = self.product(name)?;
-        let mut text =
-            serde_json::to_vec_pretty(value).map_err(|e| WorkflowError::io(&path, e.into()))?;
+        let text = serde_json::to_vec_pretty(value);
+        let mut text = text.map_err(|e| WorkflowError::io(&self.path(name), e.into()))?;
         text.push(b'\n');
-        write(&path, &text)
+        self.write(name, text)
     }
 
     pub(super) fn check_interrupt(&self) -> Result<(), WorkflowError> {
@@ -213,16 +247,11 @@ impl<'a> Task<'a> {
     }
 
     /// What was read and written.
-    pub(super) fn trace(self) -> Result<StageRecord, WorkflowError> {
-        let products = self.products.into_inner().into_iter().map(|name| {
-            let path = self.dir.join(&name);
-            let sum = ContentHash::of_path(&path).map_err(|e| WorkflowError::io(&path, e))?;
-            Ok((name, sum.to_string()))
-        });
-        Ok(StageRecord {
+    pub(super) fn trace(self) -> StageRecord {
+        StageRecord {
             program: env!("CARGO_PKG_VERSION").to_owned(),
             sources: self.inputs.sources(),
-            products: products.collect::<Result<_, WorkflowError>>()?,
-        })
+            products: self.products.into_inner(),
+        }
     }
 }

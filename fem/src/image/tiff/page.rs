@@ -8,6 +8,7 @@ use ::tiff::decoder::{Decoder, DecodingResult, Limits};
 use ::tiff::tags::{CompressionMethod, Tag};
 use ::tiff::{ColorType, TiffError};
 
+use crate::file::open_regular;
 use crate::image::ImageError;
 
 pub(super) type Reader = Decoder<BufReader<File>>;
@@ -30,7 +31,7 @@ impl Declared {
 
 /// Opens a file; no page may take more than `most` bytes.
 pub(super) fn open(path: &Path, most: u64) -> Result<Reader, ImageError> {
-    let file = File::open(path).map_err(|source| ImageError::io("read", path, source))?;
+    let file = open_regular(path).map_err(|source| ImageError::io("read", path, source))?;
     let most = usize::try_from(most).unwrap_or(usize::MAX);
     let mut limits = Limits::default();
     limits.decoding_buffer_size = most;

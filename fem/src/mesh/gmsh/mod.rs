@@ -22,6 +22,7 @@ use std::path::Path;
 
 use super::TetMesh;
 use crate::error::MeshError;
+use crate::file::read_regular;
 use elements::Contents;
 pub use external::SphereModel;
 pub use names::{GmshNames, PhysicalGroup};
@@ -60,7 +61,7 @@ fn read_with(
     names: &GmshNames,
     grains: impl Fn(&Contents) -> Option<Vec<u32>>,
 ) -> Result<TetMesh, MeshError> {
-    let bytes = std::fs::read(path).map_err(|error| MeshError::io("read", path, error))?;
+    let bytes = read_regular(path).map_err(|error| MeshError::io("read", path, error))?;
     let contents = read_contents(&mut Source::new(&bytes)).map_err(|fault| MeshError::File {
         path: path.into(),
         place: fault.place,

@@ -7,7 +7,6 @@ use surrogate::{DynPce, Input};
 
 use super::super::WorkflowError;
 use super::super::ensemble::Plan;
-use super::super::files::write;
 use super::super::fitted::Fitted;
 use super::super::inputs::Inputs;
 use super::super::level_runs::LevelRuns;
@@ -41,8 +40,9 @@ pub(super) fn test(
         plan.make(&ensemble)?.into_iter().map(|level| with_quantities(level, &further)).collect();
     let (data, corrections) = plan.learnt(&ensemble.inputs, &quantities, &done)?;
     inputs.reads_with(&ensemble.inputs);
-    let path = task.product(&format!("design/candidate-{place}.csv"))?;
-    write(&path, &data.to_csv().map_err(|e| WorkflowError::io(&path, e))?)?;
+    let name = format!("design/candidate-{place}.csv");
+    let table = data.to_csv().map_err(|e| WorkflowError::io(&task.path(&name), e))?;
+    task.write(&name, table)?;
     let corrections: Vec<_> = corrections.iter().map(|one| one.report().clone()).collect();
     let fit = Fitted::of(&data, &of_specimens(inputs)?, inputs.surrogate(), corrections)?;
 

@@ -5,7 +5,6 @@ use surrogate::FitReport;
 use super::super::WorkflowError;
 use super::super::ensemble::Plan;
 use super::super::fidelity::error_of_all;
-use super::super::files::write;
 use super::super::fitted::Fitted;
 use super::super::made_on::MadeOn;
 use super::super::specimen_stiffness::{knowing_stiffness, of_specimens};
@@ -50,8 +49,9 @@ pub(super) fn test(
         let all = data.len() + failed.len();
         say("note", &format!("{} of {all} runs have no quantities: {first}", failed.len()));
     }
-    let path = task.product(&format!("design/candidate-{place}.csv"))?;
-    write(&path, &data.to_csv().map_err(|e| WorkflowError::io(&path, e))?)?;
+    let name = format!("design/candidate-{place}.csv");
+    let table = data.to_csv().map_err(|e| WorkflowError::io(&task.path(&name), e))?;
+    task.write(&name, table)?;
     let specimens = of_specimens(&task.inputs)?;
     let fit = Fitted::of(&data, &specimens, task.inputs.surrogate(), Vec::new())?;
     let data = knowing_stiffness(&data, &specimens)?.unwrap_or(data);

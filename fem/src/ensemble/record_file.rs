@@ -1,0 +1,76 @@
+//! The file of a run: its record with a checksum of the content.
+
+use std::io;
+
+use serde::{Deserialize, Serialize};
+
+use super::RunRecord;
+use crate::problem::Fingerprint;
+
+/// What is stored of a run.
+pub(super) enum StoredRun {
+    /// No file.
+    Nothing,
+    /// A record of the run.
+    Record(RunRecord),
+    /// A file that is no record of this run, and why.
+    Damaged(String),
+    /// A record whose checksum is missing or does not match its content, and how.
+    Edited(String),
+}
+
+/// Whether a record without a checksum is accepted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Checksums {
+    /// Every record carries one.
+    Required,
+    /// Records of earlier versions do not carry one.
+    Optional,
+}
+
+/// The content of the file.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RecordFile<R> {
+    /// FNV-1a of the record as compact JSON, 16 hexadecimal digits. White space of the file does not matter.
+    checksum: String,
+    record: R,
+}
+
+/// The bytes of the file of a record.
+pub(super) fn to_bytes(record: &RunRecord) -> io::Result<Vec<u8>> {
+    let file = RecordFile { checksum: checksum(record)?, record };
+    let mut bytes = serde_json::to_vec_pretty(&file)?;
+    bytes.push(b'\n');
+    Ok(bytes)
+}
+
+/// What the bytes of the file of a run hold.
+pub(super) fn parse(bytes: &[u8], id: usize, checksums: Checksums) -> StoredRun {
+    let (record, stored) = match serde_json::from_slice::<RecordFile<RunRecord>>(bytes) {
+        Ok(RecordFile { checksum, record }) => (record, Some(checksum)),
+        Err(error) => match serde_json::from_slice::<RunRecord>(bytes) {
+            Ok(record) => (record, None),
+            Err(_) => return StoredRun::Damaged(error.to_string()),
+        },
+    };
+    let computed = match checksum(&record) {
+        Ok(computed) => computed,
+        Err(error) => return StoredRun::Damaged(error.to_string()),
+    };
+    match stored {
+        Some(stored) if stored != computed => {
+            StoredRun::Edited(format!("its checksum is {stored}, that of its content {computed}"))
+        }
+        None if checksums == Checksums::Required => {
+            StoredRun::Edited("it has no checksum".to_owned())
+        }
+        _ if record.id != id => StoredRun::Damaged(format!("it holds run {}", record.id)),
+        _ => StoredRun::Record(record),
+    }
+}
+
+fn checksum(record: &RunRecord) -> io::Result<String> {
+    let bytes = serde_json::to_vec(record)?;
+    Ok(format!("{:016x}", Fingerprint::new().add(&bytes).value()))
+}

@@ -1,0 +1,26 @@
+//! Files of the user that a command may replace.
+
+use std::path::{Path, PathBuf};
+
+use models::{InputError, WorkflowError};
+
+/// The absolute paths of files that are named within the folder of the results, or as the shell completes them.
+///
+/// # Errors
+/// A name of no file.
+pub(super) fn replaceable(out: &Path, named: &[PathBuf]) -> Result<Vec<PathBuf>, WorkflowError> {
+    let absolute = |path: &Path| {
+        std::path::absolute(path)
+            .map_err(|source| WorkflowError::Io { path: path.to_owned(), source })
+    };
+    let of = |name: &PathBuf| {
+        let places = [absolute(&out.join(name))?, absolute(name)?];
+        let found = places.into_iter().find(|path| path.symlink_metadata().is_ok());
+        found.ok_or_else(|| {
+            let help = format!("Name a file within {}.", out.display());
+            let name = name.display().to_string();
+            InputError::new(Path::new("--replace"), name, "", "there is no such file", help).into()
+        })
+    };
+    named.iter().map(of).collect()
+}

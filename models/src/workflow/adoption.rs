@@ -1,0 +1,27 @@
+//! Folders of results of versions that kept no record of the files that they had written.
+
+use std::path::Path;
+
+use super::WorkflowError;
+use super::content_hash::ContentHash;
+use super::freshness::{STAGES_FILE, finished_in};
+use super::product_folder::ProductFolder;
+use super::task::StageRecord;
+use super::written::WRITTEN;
+
+/// Records the products of a version that kept no record of files, as its stages remember them.
+pub(super) fn adopt_products(folder: &ProductFolder, dir: &Path) -> Result<(), WorkflowError> {
+    if dir.join(WRITTEN).exists() {
+        return Ok(());
+    }
+    let finished = finished_in(dir);
+    if finished.is_empty() {
+        return Ok(());
+    }
+    for (name, content) in finished.values().flat_map(StageRecord::contents) {
+        folder.adopt(name, content)?;
+    }
+    let path = dir.join(STAGES_FILE);
+    let content = ContentHash::of_path(&path).map_err(|e| WorkflowError::io(&path, e))?;
+    folder.adopt(STAGES_FILE, content)
+}

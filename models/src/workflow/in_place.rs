@@ -1,0 +1,197 @@
+//! Inputs of a case that stand where the program writes: a folder for the results in which this happens is refused.
+
+use std::path::{Path, PathBuf};
+
+use super::WorkflowError;
+use super::files::{SPECIMENS, same_file};
+use super::freshness::STAGES_FILE;
+use super::pattern::{folder, matches};
+use super::stages::STAGES;
+use super::written::WRITTEN;
+use crate::case::CaseFile;
+use crate::table::CsvTable;
+
+/// Files that are copied, or used where they are, when a folder of results is opened.
+const OPENING: [&str; 6] = [
+    "case.toml",
+    "origin.toml",
+    "specimen.msh",
+    "candidates/#.msh",
+    SPECIMENS,
+    "experiments/curves/*.csv",
+];
+
+/// Files in which the program remembers what it has done, and the table of a study.
+const RECORDS: [&str; 4] = [STAGES_FILE, WRITTEN, "study.toml", "study.csv"];
+
+/// Files that `breccia simulate` writes.
+pub(super) const SIMULATION: [&str; 8] = [
+    "curve.csv",
+    "effort.csv",
+    "fields.pvd",
+    "fields/step-#.vtu",
+    "fields/last.vtu",
+    "damage/step-#.png",
+    "failure.txt",
+    "simulate.state",
+];
+
+/// A file or a folder that a case names.
+struct Named {
+    /// The key, or the column of the table of specimens.
+    key: String,
+    path: PathBuf,
+}
+
+/// Refuses a folder for results if an input of the case stands at the path of a product.
+///
+/// # Errors
+/// [`WorkflowError::InputInPlace`].
+pub(super) fn check_inputs(source: &CaseFile, dir: &Path) -> Result<(), WorkflowError> {
+    let root = resolved(dir);
+    for Named { key, path: input } in named_by(source) {
+        let place = resolved(&input);
+        let refuse = |product: &str| {
+            Err(WorkflowError::InputInPlace {
+                case: source.path.clone(),
+                key: key.clone(),
+                input: input.clone(),
+                product: product.to_owned(),
+                dir: dir.to_owned(),
+            })
+        };
+        if place.is_dir() && root.starts_with(&place) {
+            return refuse("the results, in the folder of the images");
+        }
+        let Ok(name) = place.strip_prefix(&root) else { continue };
+        let name = name.to_string_lossy().replace('\\', "/");
+        // products lie in the folder of an input, or in its place
+        let lies_within =
+            |pattern: &str| format!("{}/", folder(pattern)).starts_with(&format!("{name}/"));
+        let is_meant =
+            |pattern: &&str| matches(pattern, &name) || (place.is_dir() && lies_within(pattern));
+        // an input that is read where its copy would lie is not copied
+        if !place.is_dir() && OPENING.iter().any(|pattern| matches(pattern, &name)) {
+            continue;
+        }
+        let is_measured = !is_virtual(source);
+        let products = STAGES.iter().flat_map(|stage| stage.products).copied();
+        let products = products.filter(|p| !(is_measured && p.starts_with("experiments/")));
+        let all = products.chain(SIMULATION).chain(RECORDS);
+        if let Some(product) = all.into_iter().find(is_meant) {
+            return refuse(product);
+        }
+    }
+    Ok(())
+}
+
+fn is_virtual(source: &CaseFile) -> bool {
+    source.case.experiments.as_ref().is_some_and(|e| e.virtual_specimens.is_some())
+}
+
+/// All that a case names, as far as it is there.
+fn named_by(source: &CaseFile) -> Vec<Named> {
+    let case = &source.case;
+    let mut named = vec![Named { key: "the case".to_owned(), path: source.path.clone() }];
+    let mut add = |key: &str, path: &Path| {
+        named.push(Named { key: key.to_owned(), path: source.beside(path) });
+    };
+    case.specimen.mesh.iter().for_each(|mesh| add("specimen.mesh", mesh));
+    for candidate in &case.further_tests.candidate {
+        let mesh = candidate.mesh().into_iter();
+        mesh.for_each(|mesh| add("further_tests.candidate", Path::new(mesh)));
+    }
+    if let Some(image) = &case.specimen.image {
+        image.stack.iter().for_each(|stack| add("specimen.image.stack", stack));
+        let further = image.further_stacks.iter().flatten();
+        further.for_each(|stack| add("specimen.image.further_stacks", stack));
+    }
+    if let Some(table) = case.experiments.as_ref().and_then(|e| e.table.as_ref()) {
+        add("experiments.table", table);
+        named.extend(named_by_table(&source.beside(table)));
+    }
+    named.retain(|named| named.path.exists());
+    named
+}
+
+/// Curves and images of a table of specimens; none of a table that cannot be read, which is refused later.
+fn named_by_table(file: &Path) -> Vec<Named> {
+    let Ok(table) = CsvTable::read(file, &["id"]) else { return Vec::new() };
+    let mut named = Vec::new();
+    for row in table.rows() {
+        let id = row.text("id");
+        let curve = file.with_file_name("curves").join(format!("{id}.csv"));
+        named.push(Named { key: format!("the curve of specimen {id}"), path: curve });
+        let image = row.text("image");
+        if !image.is_empty() {
+            let path = file.with_file_name(image);
+            named.push(Named { key: format!("the image of specimen {id}"), path });
+        }
+    }
+    named
+}
+
+/// The place of a file or a folder without links, also where the last folders do not exist yet.
+fn resolved(path: &Path) -> PathBuf {
+    let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    for front in path.ancestors() {
+        if let (Ok(place), Ok(rest)) = (front.canonicalize(), path.strip_prefix(front)) {
+            return if rest.as_os_str().is_empty() { place } else { place.join(rest) };
+        }
+    }
+    path
+}
+
+/// Whether the case is the one that lies in the folder of its results.
+pub(super) fn is_case_of_folder(source: &CaseFile, dir: &Path) -> bool {
+    same_file(&source.path, &dir.join("case.toml"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CASE: &str = "[specimen]\nspacing_mm = 0.7\n[specimen.image]\nstack = \"STACK\"\nvoxel_mm = 0.1\n\
+        [material.matrix]\nyoung_mpa = 275\npoisson = 0.25\n[material.grain]\nyoung_mpa = 22000\npoisson = 0.25\n\
+        [test]\ndisplacement_mm = 0.2\n";
+
+    fn check(stack: &str, out: &str) -> Result<(), WorkflowError> {
+        let dir = tempfile::tempdir().unwrap();
+        for folder in ["images", "slices/inner"] {
+            std::fs::create_dir_all(dir.path().join(folder)).unwrap();
+        }
+        for file in ["scan.tif", "own.tif", "images/2-labels.tif", "images/3.tif", "curve.csv"] {
+            std::fs::write(dir.path().join(file), "").unwrap();
+        }
+        let text = CASE.replace("STACK", stack);
+        let case = CaseFile::parse(&text, &dir.path().join("my.toml")).unwrap();
+        check_inputs(&case, &dir.path().join(out))
+    }
+
+    #[test]
+    fn an_input_at_the_path_of_a_product_is_refused_and_no_other() {
+        for (stack, out) in [
+            ("scan.tif", "."),
+            ("./images/../scan.tif", "slices/.."),
+            ("images/2-labels.tif", "."),
+            ("images", "."),
+            (".", "."),
+            ("slices", "slices/inner/out"),
+            ("curve.csv", "."),
+        ] {
+            let error = check(stack, out).expect_err(stack).to_string();
+            for part in ["my.toml", "specimen.image.stack", "--out"] {
+                assert!(error.contains(part), "{part:?} is not in {error:?}");
+            }
+        }
+        for (stack, out) in [
+            ("own.tif", "."),
+            ("images/3.tif", "."),
+            ("slices", "."),
+            ("scan.tif", "out"),
+            ("images", "out"),
+        ] {
+            check(stack, out).unwrap();
+        }
+    }
+}
