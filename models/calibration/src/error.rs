@@ -52,7 +52,7 @@ impl InputError {
 }
 
 /// What is wrong with a file that should be there and be a regular file.
-pub(crate) fn absence(path: &Path) -> &'static str {
+pub fn absence(path: &Path) -> &'static str {
     match path.exists() {
         true => "is a folder, a pipe or a device, and no regular file",
         false => "there is no such file",
