@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 
 use super::imports::{Crate, Import};
 
-const CRATES: [&str; 5] = ["fem", "models", "ppl", "ppl-macros", "surrogate"];
+const CRATES: [&str; 7] =
+    ["fem", "models", "models/calibration", "models/pictures", "ppl", "ppl-macros", "surrogate"];
 
 /// Another checkout may be looked at in place of this one.
 fn workspace() -> PathBuf {
