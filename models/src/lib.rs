@@ -19,7 +19,7 @@
 //!
 //! From the ground up; an import goes down only, and no two files import each other.
 //!
-//! 1. `error`, `table`, `progress`: mistakes in files, small tables, bars
+//! 1. `error`, `table`, `progress`, `record`: mistakes in files, small tables, bars, records of testing machines
 //! 2. `experiment`, `qoi`: specimens with their curves, quantities of interest
 //! 3. `curve_check`: what a look at a measured curve shows
 //! 4. `case`: the TOML case, with fem's own types where they are the same
@@ -44,6 +44,7 @@ pub mod hyperelastic;
 mod predicted_curve;
 mod progress;
 mod qoi;
+mod record;
 pub mod report;
 mod study;
 mod table;
@@ -69,6 +70,7 @@ pub use fracture::{
 };
 pub use further_test::{Belief, Expected, FurtherTest, FurtherTestError, Goal, Needed, TestAtDraw};
 pub use qoi::{QoiError, Qois, Quantity};
+pub use record::{Compression, Decimal, Encoding, ReadOptions, Separator};
 pub use study::{
     PartStatus, Reference, SlurmError, SlurmJobs, Study, StudyCase, StudyFile, StudyJob,
     StudyLaboratory, StudyPart, StudySetting, Submitted, study_status,

@@ -3,8 +3,18 @@
 use super::fits::Polynomial;
 
 /// Degrees and half widths of the windows, these over the displacement from the start of the curve to the peak.
-const WINDOWS: [(usize, f64); 8] =
-    [(2, 0.07), (2, 0.14), (2, 0.2), (2, 0.3), (3, 0.3), (3, 0.45), (4, 0.4), (4, 0.55)];
+const WINDOWS: [(usize, f64); 10] = [
+    (2, 0.07),
+    (2, 0.14),
+    (2, 0.2),
+    (2, 0.3),
+    (3, 0.2),
+    (3, 0.3),
+    (3, 0.45),
+    (4, 0.28),
+    (4, 0.4),
+    (4, 0.55),
+];
 /// Fits per window: each centres the window on the peak of the fit before.
 const ITERATIONS: usize = 12;
 /// Standard deviation of the cubic coefficient of plausible curves, over peak force and displacement at peak: the

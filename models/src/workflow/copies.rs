@@ -9,7 +9,8 @@ use super::WorkflowError;
 use super::files::{SPECIMENS, same_file, write};
 use crate::case::{Case, CaseFile};
 use crate::error::InputError;
-use crate::experiment::SpecimenTable;
+use crate::experiment::{SpecimenTable, recorded_file};
+use crate::progress::say;
 
 /// Which case a folder belongs to.
 const ORIGIN: &str = "origin.toml";
@@ -30,6 +31,8 @@ pub(super) struct Copies {
     files: Vec<(PathBuf, Vec<u8>)>,
     /// Our copies and the person's own files or folders.
     originals: Vec<(PathBuf, PathBuf)>,
+    /// Specimens whose curves are exports of a testing machine, and how these were read.
+    understood: Vec<(String, String)>,
 }
 
 impl Copies {
@@ -38,8 +41,12 @@ impl Copies {
     /// # Errors
     /// A file that the case names is wrong.
     pub(super) fn of(source: &CaseFile, dir: &Path) -> Result<Self, WorkflowError> {
-        let mut copies =
-            Self { case: source.case.clone(), files: Vec::new(), originals: Vec::new() };
+        let mut copies = Self {
+            case: source.case.clone(),
+            files: Vec::new(),
+            originals: Vec::new(),
+            understood: Vec::new(),
+        };
         if source.path.is_file() {
             copies.originals.push((dir.join("case.toml"), source.path.clone()));
         }
@@ -72,10 +79,14 @@ impl Copies {
             let from = source.beside(stack);
             *stack = std::path::absolute(&from).map_err(|e| WorkflowError::io(&from, e))?;
         }
-        if let Some(table) = copies.case.experiments.as_mut().and_then(|e| e.table.as_mut()) {
+        let experiments = copies.case.experiments.as_mut();
+        let measured = experiments.and_then(|e| Some((e.table.as_mut()?, &mut e.read)));
+        if let Some((table, read)) = measured {
             let (from, to) = (source.beside(table), dir.join(SPECIMENS));
             if from.is_file() {
-                let mut specimens = SpecimenTable::read(&from)?;
+                // the copies are displacement_mm,force_N
+                let options = read.take().unwrap_or_default();
+                let (mut specimens, understood) = SpecimenTable::read_as(&from, &options)?;
                 if !same_file(&from, &to) {
                     // scans are too large to be copied
                     for image in specimens.specimens.iter_mut().filter_map(|s| s.image.as_mut()) {
@@ -83,9 +94,23 @@ impl Copies {
                         *image = std::path::absolute(&place)
                             .map_err(|e| WorkflowError::io(&place, e))?;
                     }
-                    let files = specimens.to_files().map_err(|e| WorkflowError::io(&to, e))?;
+                    let mut files = specimens.to_files().map_err(|e| WorkflowError::io(&to, e))?;
+                    // the table comes first, then a curve for each specimen
+                    for ((_, text), how) in files.iter_mut().skip(1).zip(&understood) {
+                        if let Some(how) = how {
+                            text.splice(0..0, format!("# read as: {how}\n").into_bytes());
+                        }
+                    }
+                    let ids = specimens.specimens.iter().map(|specimen| specimen.id.clone());
+                    let read = ids.zip(understood).filter_map(|(id, how)| Some((id, how?)));
+                    copies.understood = read.collect();
                     let folder = dir.join("experiments");
                     copies.files.extend(files.into_iter().map(|(p, text)| (folder.join(p), text)));
+                    for specimen in &specimens.specimens {
+                        let own = recorded_file(&from, &specimen.id)?;
+                        let copy = folder.join("curves").join(format!("{}.csv", specimen.id));
+                        copies.originals.push((copy, own));
+                    }
                     let curves = from.with_file_name("curves");
                     copies.originals.extend([(to, from), (folder.join("curves"), curves)]);
                 }
@@ -140,8 +165,12 @@ impl Copies {
     /// # Errors
     /// The folder cannot be written.
     pub(super) fn write(&self, source: &CaseFile, dir: &Path) -> Result<(), WorkflowError> {
+        let mut has_changed = false;
         for (path, content) in &self.files {
-            write_if_other(path, content)?;
+            has_changed |= write_if_other(path, content)?;
+        }
+        if has_changed {
+            self.say_what_was_understood();
         }
         let case = dir.join("case.toml");
         if !same_file(&source.path, &case) {
@@ -151,7 +180,29 @@ impl Copies {
                 .map_err(|e| WorkflowError::Unusable(format!("{}: {e}", path.display())))?;
             write_if_other(&path, text.as_bytes())?;
         }
-        write_if_other(&case, self.case.to_toml().as_bytes())
+        write_if_other(&case, self.case.to_toml().as_bytes())?;
+        Ok(())
+    }
+
+    /// Prints how exports were read, once for all that were read alike.
+    fn say_what_was_understood(&self) {
+        let mut told: Vec<&str> = Vec::new();
+        for (id, how) in &self.understood {
+            if told.contains(&how.as_str()) {
+                continue;
+            }
+            told.push(how);
+            let alike = self.understood.iter().filter(|(_, other)| other == how).count() - 1;
+            let others = if alike == 0 { String::new() } else { format!(" and {alike} others") };
+            say("note", &format!("curve of {id}{others} read as: {how}"));
+            if told.len() == 5 {
+                say(
+                    "note",
+                    "further curves are read in other ways: the first line of experiments/curves/*.csv",
+                );
+                break;
+            }
+        }
     }
 
     /// The error with the names of a person's own files in place of those of our copies.
@@ -182,12 +233,13 @@ impl Copies {
     }
 }
 
-/// Leaves a file alone that has this content: many processes open one folder, some of them with a full disk.
-fn write_if_other(path: &Path, content: &[u8]) -> Result<(), WorkflowError> {
+/// Writes a file unless it has this content, and returns whether it had not: many processes open one folder, some of
+/// them with a full disk.
+fn write_if_other(path: &Path, content: &[u8]) -> Result<bool, WorkflowError> {
     if std::fs::read(path).is_ok_and(|now| now == content) {
-        return Ok(());
+        return Ok(false);
     }
-    write(path, content)
+    write(path, content).map(|()| true)
 }
 
 /// What a case is known by: the place of its file, if it has one.
