@@ -38,15 +38,15 @@ mod virtual_specimen;
 mod workflow;
 
 pub use breccia_calibration::{
-    Belief, Calibration, CalibrationError, Evidence, Expected, FurtherTest, FurtherTestError, Goal,
-    Groups, InputError, MaterialParameter, Needed, Pooling, Population, Property, QoiError, Qois,
-    Quantity, Specimen, SpecimenTable, Specimens, TestAtDraw, TestCurve, TestGroup, Trend,
-    calibrate, calibrate_after, calibrate_groups, calibration, calibration_on,
-    calibration_over_groups, hyperelastic, tension,
+    Belief, Calibration, CalibrationError, Compression, Decimal, Encoding, Evidence, Expected,
+    FurtherTest, FurtherTestError, Goal, Groups, InputError, MaterialParameter, Needed, Pooling,
+    Population, Property, QoiError, Qois, Quantity, ReadOptions, Separator, Specimen,
+    SpecimenTable, Specimens, TestAtDraw, TestCurve, TestGroup, Trend, calibrate, calibrate_after,
+    calibrate_groups, calibration, calibration_on, calibration_over_groups, hyperelastic, tension,
 };
 use breccia_calibration::{
     budget, curve_check, error, experiment, fracture, further_test, parameter, predicted_curve,
-    qoi, table,
+    qoi, record, table,
 };
 pub use case::{
     AdaptiveCase, ArcLengthCase, ByParameter, CalibrationCase, CandidateCase, Case, CaseFile,

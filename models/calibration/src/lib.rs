@@ -18,7 +18,7 @@
 //!
 //! From the ground up; an import goes down only, and no two files import each other.
 //!
-//! 1. `error`, `table`: mistakes in files, small tables
+//! 1. `error`, `table`, `record`: mistakes in files, small tables, records of testing machines
 //! 2. `parameter`, `experiment`, `qoi`: material parameters, specimens with their curves, quantities of interest
 //! 3. `curve_check`: findings on a measured curve
 //! 4. `fracture`, `hyperelastic`, `tension`: calibration models, each the pattern that a user copies
@@ -46,6 +46,8 @@ pub mod predicted_curve;
 #[doc(hidden)]
 pub mod qoi;
 #[doc(hidden)]
+pub mod record;
+#[doc(hidden)]
 pub mod table;
 pub mod tension;
 
@@ -59,3 +61,4 @@ pub use fracture::{
 pub use further_test::{Belief, Expected, FurtherTest, FurtherTestError, Goal, Needed, TestAtDraw};
 pub use parameter::{MaterialParameter, Property};
 pub use qoi::{QoiError, Qois, Quantity};
+pub use record::{Compression, Decimal, Encoding, ReadOptions, Separator};

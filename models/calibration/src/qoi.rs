@@ -4,27 +4,26 @@
 mod error;
 mod fits;
 mod line;
+pub mod noise;
+mod peak;
+mod peak_window;
 mod place;
 mod quantity;
 mod rates;
 
-use std::ops::RangeInclusive;
-
 use crate::experiment::TestCurve;
 pub use error::QoiError;
-use fits::Parabola;
 pub use line::{Line, Window};
+use peak::Peak;
 use place::Place;
 pub use quantity::Quantity;
 
-/// Points of at least this fraction of the highest force make the parabola that locates the peak.
-const TOP: f64 = 0.97;
-
 /// The numbers of a curve that a calibration can compare.
 ///
-/// - peak (F, d_F): the vertex of the least-squares parabola through the points next to the
-///   highest one whose force is at least 97 % of its force (always its two neighbours), so that
-///   neither the load step nor one noisy reading decides it;
+/// - peak (F, d_F): of a curve without noise, the vertex of the least-squares parabola through the readings next to
+///   the highest one whose force is at least 97 % of its force (its two neighbours at least); of a noisy curve, the
+///   maximum of a polynomial over a window of displacement around it, whose width and degree have the least expected
+///   error for that noise and number of readings;
 /// - slope m: least-squares line through all of the curve with |d − f·d_F| ≤ 0.1 d_F, straight between its
 ///   readings: no reading enters or leaves by a jump where d_F moves, m follows d_F smoothly, and on dense readings
 ///   it is the slope of the line through them;
@@ -67,7 +66,8 @@ impl Qois {
         if u.len() < 5 || u.len() != force.len() {
             return Err(QoiError::TooShort { points: u.len().min(force.len()) });
         }
-        let (displacement_at_peak_mm, peak_force_n) = peak(u, force)?;
+        let Peak { at_mm: displacement_at_peak_mm, force_n: peak_force_n, .. } =
+            Peak::of(u, force)?;
         let window = Window::around(slope_fraction, displacement_at_peak_mm);
         let slope_n_per_mm = slope_line(curve, window)?.slope;
         let energy_to_peak_n_mm = work(u, force, (displacement_at_peak_mm, peak_force_n));
@@ -156,31 +156,6 @@ fn work(u: &[f64], force: &[f64], peak: (f64, f64)) -> f64 {
     let before = u.iter().copied().zip(force.iter().copied()).take_while(|(x, _)| *x < peak.0);
     let points: Vec<(f64, f64)> = before.chain([peak]).collect();
     points.windows(2).map(|w| 0.5 * (w[0].1 + w[1].1) * (w[1].0 - w[0].0)).sum()
-}
-
-/// The highest point, and the points around it whose parabola locates the peak.
-fn peak_points(u: &[f64], force: &[f64]) -> Result<(usize, RangeInclusive<usize>), QoiError> {
-    let last = force.len() - 1;
-    let top = (0..=last).max_by(|&i, &j| force[i].total_cmp(&force[j])).unwrap_or(0);
-    if top == 0 || top == last {
-        let end = if top == 0 { "start" } else { "end" };
-        return Err(QoiError::NoPeak { end, displacement_mm: u[top] });
-    }
-    let high = |i: usize| force[i] >= TOP * force[top];
-    let first = (0..top).rev().take_while(|&i| high(i)).last().unwrap_or(top - 1);
-    let end = (top + 1..=last).take_while(|&i| high(i)).last().unwrap_or(top + 1);
-    Ok((top, first..=end))
-}
-
-/// Location and value of the maximum.
-fn peak(u: &[f64], force: &[f64]) -> Result<(f64, f64), QoiError> {
-    let (top, around) = peak_points(u, force)?;
-    let points: Vec<(f64, f64)> = around.map(|i| (u[i] - u[top], force[i])).collect();
-    // the vertex must lie among the points it was fitted to
-    match Parabola::of(&points).vertex() {
-        Some((x, y)) if points[0].0 <= x && x <= points[points.len() - 1].0 => Ok((u[top] + x, y)),
-        _ => Err(QoiError::Unresolved { displacement_mm: u[top] }),
-    }
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! Small CSV tables: read with errors that name line, column and value, and written.
 
+use std::borrow::Cow;
 use std::path::Path;
 
 use crate::error::{InputError, closest};
@@ -19,11 +20,12 @@ impl<'a> CsvTable<'a> {
         let bytes = fem::read_regular(file)
             .map_err(|e| InputError::unreadable(file, &e, "Check its name and place."))?;
         let bytes = bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(&bytes);
+        let bytes = with_line_feeds(bytes);
         let mut reader =
-            csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(bytes);
+            csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(&*bytes);
         let columns: Vec<String> = match reader.headers() {
             Ok(header) => header.iter().map(str::to_owned).collect(),
-            Err(e) => return Err(malformed(file, &e)),
+            Err(e) => return Err(malformed(file, &bytes, &e)),
         };
         let twice = |(i, name): (usize, &String)| !name.is_empty() && columns[..i].contains(name);
         if let Some(i) = columns.iter().enumerate().position(twice) {
@@ -36,9 +38,10 @@ impl<'a> CsvTable<'a> {
             }
         }
         let mut rows = Vec::new();
+        let mut lines = LineCounter { text: &bytes, start: 0, line: 1 };
         for record in reader.records() {
-            let record = record.map_err(|e| malformed(file, &e))?;
-            let line = record.position().map_or(0, csv::Position::line);
+            let record = record.map_err(|e| malformed(file, &bytes, &e))?;
+            let line = record.position().map_or(0, |position| lines.line_at(position.byte()));
             rows.push((line, record.iter().map(str::to_owned).collect()));
         }
         Ok(Self { file, columns, rows })
@@ -49,6 +52,10 @@ impl<'a> CsvTable<'a> {
         self.rows().find(|row| row.text(column) == text).ok_or_else(|| {
             InputError::new(self.file, text, "", "has no line", "Run the stages again.")
         })
+    }
+
+    pub fn has_column(&self, column: &str) -> bool {
+        self.columns.iter().any(|name| name == column)
     }
 
     pub fn rows(&self) -> impl Iterator<Item = TableRow<'_>> {
@@ -98,6 +105,49 @@ impl<'a> TableRow<'a> {
     }
 }
 
+/// Counts lines of a text. The position of a record is behind the record before: blank lines and comments may follow.
+struct LineCounter<'a> {
+    text: &'a [u8],
+    /// Start of a line, and its number.
+    start: usize,
+    line: u64,
+}
+
+impl LineCounter<'_> {
+    /// The line of the first row at or after a position, which must not be before that of the last call.
+    fn line_at(&mut self, byte: u64) -> u64 {
+        let byte = usize::try_from(byte).unwrap_or(usize::MAX);
+        while self.start < self.text.len() {
+            let rest = &self.text[self.start..];
+            let length = rest.iter().position(|byte| *byte == b'\n').unwrap_or(rest.len());
+            let row = rest[..length].trim_ascii();
+            let is_skipped = row.is_empty() || row.starts_with(b"#");
+            if self.start + length >= self.text.len() || (self.start >= byte && !is_skipped) {
+                break;
+            }
+            self.start += length + 1;
+            self.line += 1;
+        }
+        self.line
+    }
+}
+
+/// The text with a line feed at the end of each line: the reader counts lines by these.
+fn with_line_feeds(bytes: &[u8]) -> Cow<'_, [u8]> {
+    if !bytes.contains(&b'\r') {
+        return Cow::Borrowed(bytes);
+    }
+    let mut text = Vec::with_capacity(bytes.len());
+    for (i, &byte) in bytes.iter().enumerate() {
+        match byte {
+            b'\r' if bytes.get(i + 1) == Some(&b'\n') => {}
+            b'\r' => text.push(b'\n'),
+            other => text.push(other),
+        }
+    }
+    Cow::Owned(text)
+}
+
 /// A header and rows of cells as CSV.
 pub fn to_csv<H, R>(header: H, rows: impl IntoIterator<Item = R>) -> std::io::Result<Vec<u8>>
 where
@@ -123,8 +173,10 @@ fn missing_column(file: &Path, column: &str, found: &[String], required: &[&str]
     InputError::new(file, "line 1", "", format!("the column {column} is missing"), help)
 }
 
-fn malformed(file: &Path, error: &csv::Error) -> InputError {
-    let place = error.position().map_or(String::new(), |p| format!("line {}", p.line()));
+fn malformed(file: &Path, text: &[u8], error: &csv::Error) -> InputError {
+    let line =
+        |position: &csv::Position| LineCounter { text, start: 0, line: 1 }.line_at(position.byte());
+    let place = error.position().map_or(String::new(), |p| format!("line {}", line(p)));
     match error.kind() {
         csv::ErrorKind::UnequalLengths { expected_len, len, .. } => InputError::new(
             file,
@@ -140,5 +192,23 @@ fn malformed(file: &Path, error: &csv::Error) -> InputError {
             format!("is no readable CSV ({error})"),
             "Save it as plain text, UTF-8, fields separated by commas.",
         ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_are_counted_alike_with_every_line_ending() {
+        let dir = tempfile::tempdir().unwrap();
+        let file = dir.path().join("t.csv");
+        for ending in ["\n", "\r\n", "\r"] {
+            let text = ["# made in May", "a,b", "1,2", "", "3,x", ""].join(ending);
+            std::fs::write(&file, text).unwrap();
+            let table = CsvTable::read(&file, &["a", "b"]).unwrap();
+            let error = table.rows().find_map(|row| row.number("b").err()).unwrap();
+            assert_eq!(error.place, "line 5, column b", "{ending:?}");
+        }
     }
 }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 
 use super::ByParameter;
+use crate::record::ReadOptions;
 
 /// `[experiments]`: a table of measured specimens, or virtual ones.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -19,6 +20,9 @@ pub struct ExperimentsCase {
     /// What is done about the soft start of a curve.
     #[serde(default)]
     pub toe: Toe,
+    /// How the curves are read, where they are no `displacement_mm,force_N`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub read: Option<ReadOptions>,
     /// Simulated specimens with a known truth.
     #[serde(rename = "virtual", skip_serializing_if = "Option::is_none")]
     pub virtual_specimens: Option<VirtualCase>,

@@ -221,6 +221,7 @@ mod tests {
         AdaptiveCase, ArcLengthCase, ConditionsCase, ImageCase, MeasureCase, PrescribeCase,
         TractionCase,
     };
+    use crate::record::{Compression, Decimal, Encoding, ReadOptions, Separator};
 
     fn message(text: &str) -> String {
         CaseFile::parse(text, Path::new("case.toml")).unwrap_err().to_string()
@@ -275,6 +276,24 @@ mod tests {
         let experiments = full.experiments.as_mut().unwrap();
         experiments.table = Some("specimens.csv".into());
         experiments.group = Some("50C".into());
+        experiments.read = Some(ReadOptions {
+            separator: Some(Separator::Semicolon),
+            decimal: Some(Decimal::Comma),
+            skip: Some(4),
+            encoding: Some(Encoding::Latin1),
+            sheet: Some("Readings".into()),
+            displacement: Some("Weg".into()),
+            force: Some("Kraft".into()),
+            time: Some("Zeit".into()),
+            displacement_unit: Some("mm".into()),
+            force_unit: Some("kN".into()),
+            time_unit: Some("s".into()),
+            displacement_factor: Some(1.0),
+            force_factor: Some(1000.0),
+            compression: Some(Compression::Negative),
+            zero_force: true,
+            zero_displacement: true,
+        });
         experiments.virtual_specimens.as_mut().unwrap().spacing_mm = Some(0.5);
         fn visit(table: &toml::Table) {
             for (key, value) in table {

@@ -260,6 +260,7 @@ pub(super) fn with_specimens(dir: &Path, setting: &StudySetting, case: &StudyCas
             table: Some(folder.join("experiments/specimens.csv")),
             group: None,
             toe,
+            read: None,
             virtual_specimens: None,
         });
     }

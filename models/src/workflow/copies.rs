@@ -11,7 +11,7 @@ use super::in_place::is_case_of_folder;
 use super::product_folder::{Owner, ProductFolder};
 use crate::case::{Case, CaseFile};
 use crate::error::InputError;
-use crate::experiment::SpecimenTable;
+use crate::experiment::{SpecimenTable, recorded_file};
 use crate::progress::say;
 
 /// Which case a folder belongs to.
@@ -45,6 +45,8 @@ pub(super) struct Copies {
     files: Vec<CopiedFile>,
     /// Our copies and the person's own files or folders.
     originals: Vec<(PathBuf, PathBuf)>,
+    /// Specimens whose curves are exports of a testing machine, and how these were read.
+    understood: Vec<(String, String)>,
 }
 
 impl Copies {
@@ -53,8 +55,12 @@ impl Copies {
     /// # Errors
     /// A file that the case names is wrong.
     pub(super) fn of(source: &CaseFile, dir: &Path) -> Result<Self, WorkflowError> {
-        let mut copies =
-            Self { case: source.case.clone(), files: Vec::new(), originals: Vec::new() };
+        let mut copies = Self {
+            case: source.case.clone(),
+            files: Vec::new(),
+            originals: Vec::new(),
+            understood: Vec::new(),
+        };
         if source.path.is_file() {
             copies.originals.push((dir.join("case.toml"), source.path.clone()));
         }
@@ -85,10 +91,14 @@ impl Copies {
             let from = source.beside(stack);
             *stack = std::path::absolute(&from).map_err(|e| WorkflowError::io(&from, e))?;
         }
-        if let Some(table) = copies.case.experiments.as_mut().and_then(|e| e.table.as_mut()) {
+        let experiments = copies.case.experiments.as_mut();
+        let measured = experiments.and_then(|e| Some((e.table.as_mut()?, &mut e.read)));
+        if let Some((table, read)) = measured {
             let (from, to) = (source.beside(table), dir.join(SPECIMENS));
             if from.is_file() {
-                let mut specimens = SpecimenTable::read(&from)?;
+                // the copies are displacement_mm,force_N
+                let options = read.take().unwrap_or_default();
+                let (mut specimens, understood) = SpecimenTable::read_as(&from, &options)?;
                 if !same_file(&from, &to) {
                     // scans are too large to be copied
                     for image in specimens.specimens.iter_mut().filter_map(|s| s.image.as_mut()) {
@@ -97,14 +107,29 @@ impl Copies {
                             .map_err(|e| WorkflowError::io(&place, e))?;
                     }
                     let files = specimens.to_files().map_err(|e| WorkflowError::io(&to, e))?;
-                    copies.files.extend(files.into_iter().map(|(place, content)| CopiedFile {
-                        name: format!("experiments/{}", place.display()),
-                        content,
-                        original: match place.starts_with("curves") {
-                            true => from.with_file_name("").join(&place),
-                            false => from.clone(),
-                        },
-                    }));
+                    // the table comes first, then a curve for each specimen
+                    let curves = specimens.specimens.iter().zip(&understood);
+                    let curves = curves.map(|(specimen, how)| (Some(specimen), how.as_ref()));
+                    for ((place, mut content), (specimen, how)) in
+                        files.into_iter().zip(std::iter::once((None, None)).chain(curves))
+                    {
+                        if let Some(how) = how {
+                            content.splice(0..0, format!("# read as: {how}\n").into_bytes());
+                        }
+                        let original = match specimen {
+                            None => from.clone(),
+                            Some(specimen) => recorded_file(&from, &specimen.id)?,
+                        };
+                        if specimen.is_some() {
+                            let copy = dir.join("experiments").join(&place);
+                            copies.originals.push((copy, original.clone()));
+                        }
+                        let name = format!("experiments/{}", place.display());
+                        copies.files.push(CopiedFile { name, content, original });
+                    }
+                    let ids = specimens.specimens.iter().map(|specimen| specimen.id.clone());
+                    let read = ids.zip(understood).filter_map(|(id, how)| Some((id, how?)));
+                    copies.understood = read.collect();
                     let (curves, copied) =
                         (from.with_file_name("curves"), dir.join("experiments/curves"));
                     copies.originals.extend([(to, from), (copied, curves)]);
@@ -199,8 +224,32 @@ impl Copies {
                 folder.claim(name, COMMAND)?;
             }
         }
+        if contents.iter().any(|(name, content)| !folder.has_bytes(name, content)) {
+            self.say_what_was_understood();
+        }
         let mut contents = contents.iter();
         contents.try_for_each(|(name, content)| folder.write(name, COMMAND, content).map(drop))
+    }
+
+    /// Prints how exports were read, once for all that were read alike.
+    fn say_what_was_understood(&self) {
+        let mut told: Vec<&str> = Vec::new();
+        for (id, how) in &self.understood {
+            if told.contains(&how.as_str()) {
+                continue;
+            }
+            told.push(how);
+            let alike = self.understood.iter().filter(|(_, other)| other == how).count() - 1;
+            let others = if alike == 0 { String::new() } else { format!(" and {alike} others") };
+            say("note", &format!("curve of {id}{others} read as: {how}"));
+            if told.len() == 5 {
+                say(
+                    "note",
+                    "further curves are read in other ways: the first line of experiments/curves/*.csv",
+                );
+                break;
+            }
+        }
     }
 
     /// The error with the names of a person's own files in place of those of our copies.

@@ -18,7 +18,6 @@ use super::task::Task;
 use crate::case::{ByParameter, MaterialParameter, QoiCase, SpecimenGeometry};
 use crate::error::InputError;
 use crate::experiment::{Specimen, SpecimenTable};
-use crate::progress::say;
 use crate::qoi::Qois;
 use crate::virtual_specimen::VirtualSpecimen;
 
@@ -29,9 +28,8 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         false => inputs.specimen_table()?,
     };
     let mesh = gmsh::read(inputs.file("mesh.msh")?, &gmsh::GmshNames::default())?;
-    let scale =
-        MeshScale { height_mm: height_mm(&mesh), radius_mm: radius_mm(&mesh), qoi: inputs.qoi() };
-    let size = [scale.height_mm, scale.radius_mm];
+    let size = [height_mm(&mesh), radius_mm(&mesh)];
+    let scale = MeshScale { height_mm: size[0], qoi: inputs.qoi() };
     let table = checked(task, inputs.chosen(table)?, size)?;
     check_closed_form(task, &table, size)?;
     let mut rows = table
@@ -54,7 +52,6 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
 /// The size of the mesh, at which specimens are compared.
 struct MeshScale<'a> {
     height_mm: f64,
-    radius_mm: f64,
     qoi: &'a QoiCase,
 }
 
@@ -64,25 +61,7 @@ impl MeshScale<'_> {
         let Specimen { id, group, height_mm, radius_mm, .. } = specimen;
         let mesh_height = self.height_mm;
         let factor = mesh_height / height_mm;
-        let differs = (factor - 1.0).abs() > 1e-9;
-        let factor = if differs { factor } else { 1.0 };
-        if differs {
-            say(
-                "note",
-                &format!(
-                    "{id} is {height_mm} mm high, the mesh {mesh_height:.4} mm: its displacements are scaled by {factor:.4}"
-                ),
-            );
-        }
-        let radius = self.radius_mm;
-        if (radius / radius_mm - 1.0).abs() > 0.01 {
-            say(
-                "note",
-                &format!(
-                    "{id} has a radius of {radius_mm} mm, the mesh {radius:.4} mm: forces are not scaled"
-                ),
-            );
-        }
+        let factor = if (factor - 1.0).abs() > 1e-9 { factor } else { 1.0 };
         let fraction = specimen.slope_fraction.unwrap_or(self.qoi.slope_fraction);
         let curve = specimen.curve.scale_displacement(factor);
         let values = Qois::values_of(&curve, fraction, &self.qoi.quantities).map_err(|e| {
@@ -181,6 +160,7 @@ fn write_specimens(
         group: group.clone(),
         slope_fraction: None,
         image: image(&v.id),
+        rate_mm_per_s: None,
         curve: v.measure(&recorded(&record.curve), noise),
     });
     let table = SpecimenTable { specimens: measured.collect() };

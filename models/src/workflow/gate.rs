@@ -199,7 +199,8 @@ impl Range {
                 "Is displacement in µm? The column displacement_mm is read as mm."
             }
             (Quantity::Slope | Quantity::PostPeakSlope | Quantity::EnergyToPeak, true) => {
-                "Is force_kN meant? The column force_N is read as N, displacement_mm as mm."
+                "Is force_kN meant? A column of this name is read as kN; the column force_N is read as N, \
+                 displacement_mm as mm."
             }
             (Quantity::Slope | Quantity::PostPeakSlope | Quantity::EnergyToPeak, false) => {
                 "Is displacement in m, or force in mN? The columns are read as mm and N."

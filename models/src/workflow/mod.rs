@@ -84,6 +84,7 @@ mod sources;
 mod specimen;
 mod specimen_checks;
 mod specimen_images;
+mod specimen_notes;
 mod specimen_stiffness;
 mod stage;
 mod stages;

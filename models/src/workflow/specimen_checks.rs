@@ -2,12 +2,12 @@
 
 use super::WorkflowError;
 use super::files::SPECIMENS;
+use super::specimen_notes::{Notes, check_rate, note_sizes};
 use super::task::Task;
 use crate::case::Toe;
 use crate::curve_check::{Finding, InspectedCurve, Weight};
 use crate::error::InputError;
 use crate::experiment::{SpecimenTable, TestCurve};
-use crate::progress::say;
 
 /// A specimen of so many times the mesh's height, or of this part of it, is not the one that is meshed.
 const HEIGHTS: f64 = 3.0;
@@ -53,8 +53,11 @@ pub(super) fn checked(
         }
     }
 
+    let mut notes = Notes::default();
+    check_rate(task, &table, height_mm, &mut notes)?;
+    note_sizes(&table, [height_mm, radius_mm], &mut notes);
     let (fraction, correct) = (task.inputs.qoi().slope_fraction, task.inputs.toe() == Toe::Correct);
-    let (mut rows, mut toes, mut refused) = (Vec::new(), Vec::new(), None);
+    let (mut toes, mut refused) = (Vec::new(), None);
     for specimen in &mut table.specimens {
         let fraction = specimen.slope_fraction.unwrap_or(fraction);
         let (curve, findings) = looked_at(&specimen.curve, fraction, correct);
@@ -63,21 +66,21 @@ pub(super) fn checked(
             if name == "toe" {
                 toes.push(value);
             }
-            let line = || format!("{} {problem}. {help}", specimen.id);
             match weight {
                 Weight::Error if refused.is_none() => {
                     let path = task.path("experiments/curves").join(format!("{}.csv", specimen.id));
                     refused = Some(InputError::new(&path, "", "", problem.clone(), help));
                 }
-                Weight::Error | Weight::Warning => say("note", &line()),
+                Weight::Error | Weight::Warning => {
+                    notes.say(name, &format!("{} {problem}. {help}", specimen.id));
+                }
                 Weight::Note => {}
             }
-            let number = if value.is_nan() { String::new() } else { value.to_string() };
-            let help = format!("{problem}. {help}");
-            rows.push([specimen.id.clone(), name.to_owned(), number, help]);
+            notes.list(&specimen.id, name, value, format!("{problem}. {help}"));
         }
     }
-    task.write_csv("curve_checks.csv", ["id", "finding", "value", "help"], rows)?;
+    notes.say_what_was_left_out();
+    task.write_csv("curve_checks.csv", ["id", "finding", "value", "help"], notes.into_rows())?;
     if let Some(error) = refused {
         return Err(error.into());
     }
@@ -85,7 +88,10 @@ pub(super) fn checked(
         [low.min(toe), high.max(toe)]
     });
     let done = if correct { "taken away" } else { "left in" };
-    say("note", &format!("the curves begin to carry load at {low:.4} to {high:.4} mm: {done}"));
+    crate::progress::say(
+        "note",
+        &format!("the curves begin to carry load at {low:.4} to {high:.4} mm: {done}"),
+    );
     Ok(table)
 }
 
@@ -101,6 +107,10 @@ pub(super) fn looked_at(
         return (seen.loading, seen.findings);
     }
     let (curve, moved) = seen.without_toe(slope_fraction);
+    if let Some(late) = seen.findings.iter_mut().find(|finding| finding.name == "late-load") {
+        late.weight = Weight::Note;
+        late.help = "Displacement is counted from there.";
+    }
     let toe = seen.findings.iter_mut().find(|finding| finding.name == "toe");
     if let Some(toe) = toe {
         toe.value = moved;

@@ -1,7 +1,7 @@
 //! The force of a curve at a place: a part of the displacement at peak, or a displacement.
 
 use super::error::QoiError;
-use super::fits::Parabola;
+use super::fits::Polynomial;
 use super::quantity::Quantity;
 use crate::experiment::TestCurve;
 
@@ -64,8 +64,8 @@ impl Place {
         points.sort_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
         let inside = points.iter().take_while(|(u, _)| u.abs() <= half).count();
         points.truncate(inside.max(3));
-        let parabola = Parabola::of(&points);
-        Ok(Reading { force: parabola.at(0.0), slope: parabola.slope_at(0.0) })
+        let parabola = Polynomial::of(&points, 2).jet(0.0);
+        Ok(Reading { force: parabola.value, slope: parabola.slope })
     }
 }
 

@@ -1,9 +1,9 @@
 //! How quantities of interest change with the forces of their curve.
 
-use super::fits::Parabola;
 use super::line::{Line, Window};
+use super::peak::Peak;
 use super::place::Place;
-use super::{QoiError, Qois, Quantity, peak_points, post_peak_line, slope_line, work};
+use super::{QoiError, Qois, Quantity, post_peak_line, slope_line, work};
 use crate::experiment::TestCurve;
 
 impl Qois {
@@ -11,7 +11,7 @@ impl Qois {
     /// each unit of the parameter: the quantities are differentiated through, by the chain rule.
     ///
     /// A curve that has its unloaded start has a rate of zero there. The displacements do not move. The
-    /// points that make the parabola of the peak are as they are. The window of the slope moves with the
+    /// readings that the peak is fitted to do not change. The window of the slope moves with the
     /// displacement at peak, and the slope with it: without that, the slope of viscous damage (F ∝ v exp(−x³/3)
     /// with x = u/d_F, d_F ~ ξ^(1/3)) would seem to grow like ξ^0.04, where it does not depend on ξ.
     ///
@@ -40,18 +40,8 @@ impl Qois {
         if force_rates.len() != force.len() {
             return Err(QoiError::TooShort { points: force_rates.len().min(force.len()) });
         }
-        let (top, around) = peak_points(u, force)?;
-        let parabola = |y: &[f64]| {
-            let points: Vec<_> = around.clone().map(|i| (u[i] - u[top], y[i])).collect();
-            Parabola::of(&points)
-        };
-        // both in the same polynomials, so that the coefficients of the second are the rates of the first
-        let (peak, change) = (parabola(force), parabola(force_rates));
-        let ([_, c1, c2], [_, d1, d2]) = (peak.coefficients, change.coefficients);
-        let shift = -0.5 * (d1 * c2 - c1 * d2) / (c2 * c2);
-        // the slope at the vertex is zero: its shift does not count
         let at = own.displacement_at_peak_mm;
-        let peak_force_n = change.at(at - u[top]);
+        let [shift, peak_force_n] = Peak::of(u, force)?.rates(u, force, force_rates);
 
         let line = slope_line(curve, Window::around(slope_fraction, at))?;
         let slope_n_per_mm = line_rate(curve, force_rates, slope_fraction, line, [at, shift]);

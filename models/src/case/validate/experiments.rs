@@ -8,6 +8,29 @@ impl CaseFile {
         let Some(experiments) = &self.case.experiments else {
             return Ok(());
         };
+        if let Some(read) = &experiments.read {
+            for (key, factor) in [
+                ("displacement_factor", read.displacement_factor),
+                ("force_factor", read.force_factor),
+            ] {
+                if factor.is_some_and(|factor| !(factor.is_finite() && factor > 0.0)) {
+                    return Err(self.error(
+                        &format!("experiments.read.{key}"),
+                        factor.unwrap_or_default().to_string(),
+                        "must be positive",
+                        "It is what 1 in the file is in mm or N; signs are detected, or stated by compression.",
+                    ));
+                }
+            }
+            if experiments.virtual_specimens.is_some() {
+                return Err(self.error(
+                    "experiments.read",
+                    "",
+                    "stands beside experiments.virtual",
+                    "Virtual specimens are not read from files: remove one of the two.",
+                ));
+            }
+        }
         match (&experiments.table, &experiments.virtual_specimens) {
             (None, None) => Err(self.error(
                 "experiments",

@@ -1,0 +1,112 @@
+//! Order and sign of the readings of a curve.
+
+use super::finding::{Finding, Weight, largest};
+use crate::experiment::TestCurve;
+use crate::qoi::noise;
+
+/// What displacement may go back before the peak, as a fraction of the way there.
+const BACK: f64 = 0.05;
+/// Noise of the displacement up to this fraction of the way to the peak is noise and not a wrong order.
+const NOISE: f64 = 0.02;
+/// How far noise makes displacement go back at most, in standard deviations: the largest of 20 000 differences.
+pub(super) const NOISE_BACK: f64 = 8.0;
+
+/// What is wrong with the order of the readings or their sign.
+pub(super) fn order(curve: &TestCurve) -> Option<Finding> {
+    let (u, force) = (&curve.displacement_mm, &curve.force_n);
+    let error = |name, value, problem: String, help| {
+        Some(Finding { name, value, problem, help, weight: Weight::Error })
+    };
+    let (last, top, farthest) = (u.len().checked_sub(1)?, largest(force), largest(u));
+    let lowest = force.iter().copied().fold(f64::INFINITY, f64::min);
+    let least = u.iter().copied().fold(f64::INFINITY, f64::min);
+    let span = u[farthest] - least;
+    if span <= 0.0 {
+        return error(
+            "displacement",
+            u[0],
+            format!("stays at a displacement of {} mm", u[0]),
+            "Check the column displacement_mm.",
+        );
+    }
+    if -lowest > 3.0 * force[top] {
+        return error(
+            "sign-of-force",
+            lowest,
+            format!("has forces down to {lowest} N and up to {} N only", force[top]),
+            "Compression is positive: change the sign of force_N, and of displacement_mm if that \
+             falls.",
+        );
+    }
+    // what rises to the very end, while the other one has a peak, is a displacement
+    let comes_back = u[farthest] - u[last] > 0.05 * span && farthest > 0;
+    let rises = force[last] - force[farthest] > 0.05 * (force[top] - lowest);
+    if comes_back && rises && top + 1 + force.len() / 20 > last {
+        return error(
+            "columns-swapped",
+            u[farthest],
+            format!("has its largest displacement_mm, {}, before its largest force_N", u[farthest]),
+            "Are the two columns swapped? Force has a peak, displacement rises to the end.",
+        );
+    }
+    if u[0] - u[last] > 0.5 * span {
+        // a test begins without force, and where displacement is counted from
+        let loaded = [force[0], force[last]].map(|f| f > 0.1 * force[top]);
+        let is_reversed = match loaded {
+            [true, false] => true,
+            [false, true] => false,
+            _ => u[last].abs() < u[0].abs(),
+        };
+        return if is_reversed {
+            error(
+                "order",
+                u[0] - u[last],
+                format!("begins at {} mm and ends at {} mm, without force", u[0], u[last]),
+                "Its rows stand in reverse order: write the first reading first.",
+            )
+        } else {
+            error(
+                "sign-of-displacement",
+                u[last],
+                format!("has displacements that fall, from {} to {} mm", u[0], u[last]),
+                "Compression is positive: change the sign of displacement_mm.",
+            )
+        };
+    }
+    let way = (u[top] - u[0]).max(BACK * span);
+    let noise_mm = noise_of_displacement(u);
+    if noise_mm > NOISE * way && setback(u) > BACK * way {
+        return error(
+            "order",
+            noise_mm,
+            format!("goes back and forth by {noise_mm:.4} mm from reading to reading"),
+            "Sort its rows by time.",
+        );
+    }
+    let back = setback(&u[..=top]);
+    if back > (BACK * way).max(NOISE_BACK * noise_mm) {
+        return error(
+            "order",
+            back,
+            format!("goes back by {back:.4} mm before its peak"),
+            "Sort its rows, or keep the monotonic test only: slope and peak are taken from one loading.",
+        );
+    }
+    None
+}
+
+/// Farthest that displacement goes back from its largest value before.
+fn setback(u: &[f64]) -> f64 {
+    let mut largest = f64::NEG_INFINITY;
+    let back = u.iter().map(|&x| {
+        largest = largest.max(x);
+        largest - x
+    });
+    back.fold(0.0, f64::max)
+}
+
+/// Standard deviation in mm of one reading of the displacement over the number of the reading.
+pub(super) fn noise_of_displacement(u: &[f64]) -> f64 {
+    let number: Vec<f64> = (0..u.len()).map(|i| i as f64).collect();
+    noise::of_single_readings(&number, u)
+}

@@ -1,0 +1,108 @@
+//! Where force and displacement of a curve are counted from: preload, untared force, late loading, toe.
+
+use super::finding::{Finding, Weight, largest};
+use crate::experiment::TestCurve;
+use crate::qoi::{Line, Qois, Window, noise, slope_line};
+
+/// A force at the first readings of more than this fraction of the peak is a preload.
+const PRELOAD: f64 = 0.02;
+/// Loading that begins later than this fraction of the way from there to the peak is no soft start.
+const LATE: f64 = 0.25;
+/// Force, over the highest, above which a specimen is loaded.
+const LOADED: f64 = 0.05;
+/// A toe of more than this fraction of the displacement at peak is worth a line on the screen.
+const TOE: f64 = 0.02;
+
+/// Force of the first readings in N, as their median, and its standard error.
+fn first_force(curve: &TestCurve) -> (f64, f64) {
+    let count = (curve.force_n.len() / 200).clamp(1, 25);
+    let mut first = curve.force_n[..count].to_vec();
+    first.sort_unstable_by(f64::total_cmp);
+    let noise_n = noise::standard_deviation(&curve.displacement_mm, &curve.force_n);
+    // the median scatters by √(π/2) more than the mean
+    (first[count / 2], 1.25 * noise_n / (count as f64).sqrt())
+}
+
+pub(super) fn preload(curve: &TestCurve, qois: &Qois) -> Option<Finding> {
+    let (value, error) = first_force(curve);
+    (value > PRELOAD * qois.peak_force_n + 3.0 * error).then(|| Finding {
+        name: "preload",
+        value,
+        problem: format!("begins at {value:.4} N"),
+        help: "Displacement must be counted from the unloaded specimen: toe = \"correct\" under \
+               [experiments] extrapolates to it. If the specimen was unloaded there, the load cell was not \
+               zeroed: write zero_force = true under [experiments.read].",
+        weight: Weight::Warning,
+    })
+}
+
+/// A load cell that was not zeroed: a specimen between platens does not pull.
+pub(super) fn force_zero(curve: &TestCurve) -> Option<Finding> {
+    let (value, error) = first_force(curve);
+    let peak_n = curve.force_n.iter().copied().fold(0.0, f64::max);
+    (value < -(PRELOAD * peak_n + 3.0 * error)).then(|| Finding {
+        name: "force-zero",
+        value,
+        problem: format!("begins at {value:.4} N, in tension: its load cell was not zeroed"),
+        help: "Peak and slope would be wrong by this force: subtract it from force_N, or write \
+               zero_force = true under [experiments.read].",
+        weight: Weight::Error,
+    })
+}
+
+/// Displacement (mm) after which the specimen stays loaded, where that is no soft start but the approach of
+/// the platen or a displacement that was not zeroed.
+pub(super) fn late_onset_mm(curve: &TestCurve) -> Option<f64> {
+    let (u, force) = (&curve.displacement_mm, &curve.force_n);
+    let noise_n = noise::standard_deviation(u, force);
+    let top = largest(force);
+    let limit = LOADED * force[top] + 3.0 * noise_n;
+    let is_loaded = |from: usize| force[from..top].iter().take(3).all(|&force| force > limit);
+    let first_loaded = (0..top).find(|&from| is_loaded(from))?;
+    let onset_mm = u[first_loaded.checked_sub(1)?];
+    (onset_mm > LATE * (u[top] - onset_mm)).then_some(onset_mm)
+}
+
+pub(super) fn late_load(onset_mm: f64) -> Finding {
+    Finding {
+        name: "late-load",
+        value: onset_mm,
+        problem: format!("is not loaded before {onset_mm:.4} mm"),
+        help: "Displacement must be counted from where loading begins: subtract it, or write \
+               toe = \"correct\" under [experiments].",
+        weight: Weight::Error,
+    }
+}
+
+pub(super) fn toe(toe_mm: f64, qois: &Qois) -> Finding {
+    let large = toe_mm.abs() > TOE * qois.displacement_at_peak_mm;
+    Finding {
+        name: "toe",
+        value: toe_mm,
+        problem: format!("begins to carry load at {toe_mm:.4} mm"),
+        help: "The displacement at peak includes it; toe = \"correct\" under [experiments] counts \
+               displacement from there.",
+        weight: if large { Weight::Warning } else { Weight::Note },
+    }
+}
+
+/// Displacement (mm) at which the curve without its soft start would leave zero force.
+///
+/// It is where the slope's line meets zero force, less what the curve's own bend moves that: a test
+/// F ∝ v exp(−x³/3), x = v/v_peak (viscous damage), has at v a tangent that meets zero force at
+/// −v x³/(1 − x³).
+pub(super) fn toe_mm(curve: &TestCurve, qois: &Qois, slope_fraction: f64) -> f64 {
+    let peak = qois.displacement_at_peak_mm;
+    let window = Window::around(slope_fraction, peak);
+    let Ok(Line { middle_mm: middle, mean: force, .. }) = slope_line(curve, window) else {
+        return 0.0;
+    };
+    let line = middle - force / qois.slope_n_per_mm;
+    let mut toe = line;
+    for _ in 0..50 {
+        let x = ((middle - toe) / (peak - toe)).clamp(0.0, 0.9);
+        let bend = x.powi(3) / (1.0 - x.powi(3));
+        toe = line + (middle - toe) * bend;
+    }
+    toe
+}

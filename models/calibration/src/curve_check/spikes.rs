@@ -1,0 +1,66 @@
+//! Single readings that stand off both their neighbours.
+
+use super::finding::{Finding, Weight, largest};
+use crate::experiment::TestCurve;
+use crate::qoi::noise;
+
+/// A reading that stands off both its neighbours by this fraction of the peak is a spike.
+const SPIKE: f64 = 0.05;
+/// Differences of normal noise that 20 000 readings do not reach, in standard deviations.
+const NOISE: f64 = 6.0;
+/// Examples of one finding that are listed.
+const EXAMPLES: usize = 5;
+
+/// The spikes of a curve, the highest first: at most [`EXAMPLES`] by themselves, then their number.
+pub(super) fn spikes(curve: &TestCurve) -> Vec<Finding> {
+    let (u, force) = (&curve.displacement_mm, &curve.force_n);
+    let top = largest(force);
+    let mut steps: Vec<f64> = force.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
+    steps.sort_unstable_by(f64::total_cmp);
+    let usual_step = steps.get(steps.len() / 2).copied().unwrap_or(0.0);
+    // a spike at the top must not be the measure of itself
+    let mut forces = force.clone();
+    forces.sort_unstable_by(f64::total_cmp);
+    let scale = forces[forces.len().saturating_sub(2)];
+    let noise_n = noise::of_single_readings(u, force);
+    let limit = (SPIKE * scale).max(3.0 * usual_step).max(NOISE * noise_n);
+    let height = |i: usize| {
+        let [before, after] = [force[i] - force[i - 1], force[i] - force[i + 1]];
+        let is_spike = before * after > 0.0;
+        if is_spike { before.signum() * before.abs().min(after.abs()) } else { 0.0 }
+    };
+    let inner = 1..force.len().saturating_sub(1);
+    let mut found: Vec<(usize, f64)> =
+        inner.map(|i| (i, height(i))).filter(|(_, height)| height.abs() > limit).collect();
+    found.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
+    let weight = |i: usize| if i == top { Weight::Error } else { Weight::Warning };
+    let mut findings: Vec<Finding> = found
+        .iter()
+        .enumerate()
+        // a spike at the top is an error, however many others are higher
+        .filter(|(place, (i, _))| *place < EXAMPLES || *i == top)
+        .map(|(_, &(i, height))| Finding {
+            name: "spike",
+            value: force[i],
+            problem: format!(
+                "has a single reading of {} N at {} mm, {height:+.4} N off its neighbours \
+                 (noise: {noise_n:.3} N)",
+                force[i], u[i]
+            ),
+            help: "Remove the reading.",
+            weight: weight(i),
+        })
+        .collect();
+    if let Some(further) = found.len().checked_sub(findings.len()).filter(|&count| count > 0) {
+        findings.push(Finding {
+            name: "spike",
+            value: further as f64,
+            problem: format!(
+                "has {further} further readings more than {limit:.4} N off their neighbours"
+            ),
+            help: "Remove these readings, or filter the record.",
+            weight: Weight::Warning,
+        });
+    }
+    findings
+}

@@ -1,0 +1,184 @@
+//! Findings on curves of a closed form.
+
+use rand::SeedableRng;
+use rand_distr::{Distribution, Normal};
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+use super::*;
+
+/// The viscous closed form, 44 steps to 0.22 mm, peak 147 N at 0.12 mm.
+fn viscous() -> TestCurve {
+    let displacement_mm: Vec<f64> = (0..=44).map(|i| 0.005 * f64::from(i)).collect();
+    let force =
+        |u: f64| 147.0 * (1.0_f64 / 3.0).exp() * (u / 0.12) * (-(u / 0.12_f64).powi(3) / 3.0).exp();
+    let force_n = displacement_mm.iter().map(|&u| force(u)).collect();
+    TestCurve { displacement_mm, force_n }
+}
+
+fn changed(change: impl Fn(&mut Vec<f64>, &mut Vec<f64>)) -> TestCurve {
+    let mut curve = viscous();
+    change(&mut curve.displacement_mm, &mut curve.force_n);
+    curve
+}
+
+/// Names and weights of what is not a mere note.
+fn found(curve: &TestCurve) -> Vec<(&'static str, Weight)> {
+    let findings = InspectedCurve::of(curve, 0.3).findings;
+    findings.iter().filter(|f| f.weight != Weight::Note).map(|f| (f.name, f.weight)).collect()
+}
+
+#[test]
+fn a_sound_curve_has_a_toe_of_nothing_and_no_other_finding() {
+    for fraction in [0.3, 0.55] {
+        let seen = InspectedCurve::of(&viscous(), fraction);
+        assert_eq!(seen.findings.iter().map(|f| f.name).collect::<Vec<_>>(), ["toe"]);
+        assert!(seen.toe_mm.abs() < 0.004 * 0.12, "{}", seen.toe_mm);
+    }
+}
+
+#[test]
+fn what_makes_quantities_wrong_is_an_error_of_its_own_name() {
+    use Weight::Error;
+    let minus = |x: &mut Vec<f64>| x.iter_mut().for_each(|x| *x = -*x);
+    let cases: [(TestCurve, &str); 9] = [
+        (changed(|u, _| minus(u)), "sign-of-displacement"),
+        (changed(|_, f| minus(f)), "sign-of-force"),
+        (changed(|u, f| (u.reverse(), f.reverse()).0), "order"),
+        (changed(std::mem::swap), "columns-swapped"),
+        (changed(|u, f| (u.swap(6, 15), f.swap(6, 15)).0), "order"),
+        (changed(|_, f| f[24] = 190.0), "spike"),
+        (changed(|u, _| u.fill(0.1)), "displacement"),
+        (changed(|u, f| (u.truncate(20), f.truncate(20)).0), "no-quantities"),
+        (changed(|_, f| f[5..10].reverse()), "slope"),
+    ];
+    for (curve, name) in cases {
+        let found = found(&curve);
+        assert!(found.contains(&(name, Error)), "{name}: {found:?}");
+    }
+}
+
+#[test]
+fn preload_spikes_unloading_and_sparse_readings_are_told() {
+    use Weight::Warning;
+    let loaded = changed(|u, f| {
+        u.drain(..4);
+        f.drain(..4);
+        let first = u[0];
+        u.iter_mut().for_each(|u| *u -= first);
+    });
+    assert_eq!(found(&loaded), [("preload", Warning), ("toe", Warning)]);
+    assert_eq!(found(&changed(|_, f| f[12] -= 30.0)), [("spike", Warning)]);
+    let unloaded = changed(|u, f| {
+        u.extend([0.2, 0.15, 0.1, 0.036]);
+        f.extend([50.0, 20.0, 1.0, 0.0]);
+    });
+    assert_eq!(found(&unloaded), [("unloading", Warning)]);
+    assert_eq!(InspectedCurve::of(&unloaded, 0.3).loading, viscous());
+    let sparse = changed(|u, f| {
+        let mut kept = 0..;
+        u.retain(|_| kept.next().is_some_and(|i| i % 3 == 0));
+        let mut kept = 0..;
+        f.retain(|_| kept.next().is_some_and(|i| i % 3 == 0));
+    });
+    assert_eq!(found(&sparse), [("sampling", Warning)]);
+}
+
+/// A soft start of a = 0.02 mm: force follows the closed form in v with v + a (1 − e^(−v/a)) = u.
+#[test]
+fn a_soft_start_is_measured_and_taken_away() {
+    let a = 0.02;
+    let soft = changed(|u, _| {
+        u.iter_mut().for_each(|u| *u += a * (1.0 - (-*u / (0.2 * a)).exp()));
+    });
+    assert_eq!(found(&soft), [("toe", Weight::Warning)]);
+    let (corrected, moved) = InspectedCurve::of(&soft, 0.3).without_toe(0.3);
+    assert!((moved / a - 1.0).abs() < 0.05, "{moved} mm");
+    let [exact, with, without] =
+        [&viscous(), &soft, &corrected].map(|curve| Qois::of(curve, 0.3).unwrap());
+    let error = |q: &Qois| q.displacement_at_peak_mm / exact.displacement_at_peak_mm - 1.0;
+    assert!(error(&with) > 0.15 && error(&without).abs() < 0.01, "{with:?} {without:?}");
+    assert!((without.slope_n_per_mm / exact.slope_n_per_mm - 1.0).abs() < 0.01);
+}
+
+/// `n` readings of the viscous curve with normal noise of the force in N and of the displacement in mm.
+fn dense(n: u32, noise_n: f64, noise_mm: f64, seed: u64) -> TestCurve {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+    let normal = Normal::new(0.0, 1.0).unwrap();
+    let force =
+        |u: f64| 147.0 * (1.0_f64 / 3.0).exp() * (u / 0.12) * (-(u / 0.12_f64).powi(3) / 3.0).exp();
+    let exact: Vec<f64> = (0..n).map(|i| 0.19 * f64::from(i) / f64::from(n)).collect();
+    TestCurve {
+        force_n: exact.iter().map(|&u| force(u) + noise_n * normal.sample(&mut rng)).collect(),
+        displacement_mm: exact.iter().map(|u| u + noise_mm * normal.sample(&mut rng)).collect(),
+    }
+}
+
+/// 3 N and 1 µm are noise: no spike, no wrong order.
+#[test]
+fn noise_of_force_and_displacement_is_no_fault_of_single_readings() {
+    for seed in 0..10 {
+        for (n, noise_n, noise_mm) in
+            [(4000, 3.0, 0.0), (20_000, 3.0, 0.001), (4000, 1.0, 0.001), (200, 1.0, 0.001)]
+        {
+            let curve = dense(n, noise_n, noise_mm, seed);
+            // 200 readings do not locate the toe to 2 % of the displacement at peak
+            let faults: Vec<_> = found(&curve).into_iter().filter(|f| f.0 != "toe").collect();
+            assert_eq!(faults, [], "{n} {noise_n} {noise_mm} {seed}");
+        }
+    }
+}
+
+/// Forty spikes of 40 N in 3 N noise: five of them, and the number of the others.
+#[test]
+fn many_spikes_are_five_examples_and_a_count() {
+    let mut curve = dense(4000, 3.0, 0.0, 1);
+    (0..40).for_each(|i| curve.force_n[100 + 20 * i] += 40.0);
+    let findings = InspectedCurve::of(&curve, 0.3).findings;
+    let spikes: Vec<_> = findings.iter().filter(|finding| finding.name == "spike").collect();
+    assert_eq!(spikes.len(), 6);
+    assert!(spikes[5].problem.contains("35 further readings"), "{}", spikes[5].problem);
+}
+
+/// Rows in random order scatter by a third of the range, which is no noise.
+#[test]
+fn shuffled_rows_are_a_wrong_order() {
+    let curve = changed(|u, f| {
+        for i in 0..u.len() {
+            let other = (i * i * 7 + 13) % u.len();
+            u.swap(i, other);
+            f.swap(i, other);
+        }
+    });
+    assert_eq!(found(&curve).first().map(|f| f.1), Some(Weight::Error), "{:?}", found(&curve));
+}
+
+#[test]
+fn a_load_cell_that_was_not_zeroed_is_an_error() {
+    let pulled = changed(|_, f| f.iter_mut().for_each(|f| *f -= 20.0));
+    assert!(found(&pulled).contains(&("force-zero", Weight::Error)), "{:?}", found(&pulled));
+    let noisy = TestCurve { force_n: dense(4000, 3.0, 0.0, 2).force_n, ..dense(4000, 3.0, 0.0, 2) };
+    assert!(!found(&noisy).iter().any(|f| f.0 == "force-zero"));
+}
+
+/// A displacement that begins at 0.3 mm, and a platen that travels 0.3 mm before it touches.
+#[test]
+fn loading_that_begins_late_is_named_and_corrected_on_request() {
+    let offset = changed(|u, _| u.iter_mut().for_each(|u| *u += 0.3));
+    let approach = changed(|u, f| {
+        u.iter_mut().for_each(|u| *u += 0.3);
+        u.splice(0..0, (0..60).map(|i| 0.005 * f64::from(i)));
+        f.splice(0..0, (0..60).map(|i| 0.2 * f64::from(i % 3)));
+    });
+    let exact = Qois::of(&viscous(), 0.3).unwrap();
+    for curve in [offset, approach] {
+        let seen = InspectedCurve::of(&curve, 0.3);
+        let names: Vec<_> = found(&curve).iter().map(|f| f.0).collect();
+        assert_eq!(names.first(), Some(&"late-load"), "{names:?}");
+        assert!(!names.contains(&"no-quantities"), "{names:?}");
+        let (corrected, moved_mm) = seen.without_toe(0.3);
+        let qois = Qois::of(&corrected, 0.3).unwrap();
+        assert!((moved_mm - 0.3).abs() < 0.001, "{moved_mm}");
+        let ratio = qois.displacement_at_peak_mm / exact.displacement_at_peak_mm;
+        assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
+    }
+}

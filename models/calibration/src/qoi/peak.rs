@@ -1,0 +1,88 @@
+//! The peak of a curve: the maximum of a polynomial that is fitted to readings around it.
+
+use super::error::QoiError;
+use super::fits::Polynomial;
+use super::noise;
+use super::peak_window::{Fit, best_fit};
+
+/// Readings of at least this fraction of the highest force locate the peak of a curve without noise.
+const TOP: f64 = 0.97;
+/// Noise below this fraction of the highest force does not decide which readings exceed [`TOP`].
+const NOISE_FREE: f64 = 2e-4;
+
+/// A peak and the fit that locates it.
+pub(super) struct Peak {
+    /// Displacement in mm.
+    pub(super) at_mm: f64,
+    pub(super) force_n: f64,
+    /// Indices of the readings that the polynomial is fitted to.
+    readings: Vec<usize>,
+    /// Degree of the polynomial.
+    degree: usize,
+}
+
+impl Peak {
+    /// Locates the peak of a curve.
+    ///
+    /// Without noise (simulations), it is the vertex of the parabola through the contiguous readings around the
+    /// highest one that reach 97 % of it, its two neighbours at least. With noise, neither the highest reading nor that
+    /// set is defined by the curve: the readings within a window of displacement around the peak are fitted (see
+    /// [`best_fit`]).
+    ///
+    /// # Errors
+    /// The highest reading is the first or the last; no fit has a maximum among its readings.
+    pub(super) fn of(u: &[f64], force: &[f64]) -> Result<Self, QoiError> {
+        let last = force.len() - 1;
+        let top = (0..=last).max_by(|&i, &j| force[i].total_cmp(&force[j])).unwrap_or(0);
+        if top == 0 || top == last {
+            let end = if top == 0 { "start" } else { "end" };
+            return Err(QoiError::NoPeak { end, displacement_mm: u[top] });
+        }
+        let noise_n = noise_around(u, force, u[top]);
+        let found = if noise_n <= NOISE_FREE * force[top] {
+            Self::of_top_readings(u, force, top)
+        } else {
+            best_fit(u, force, u[top], noise_n).map(|Fit { at_mm, force_n, readings, degree }| {
+                Self { at_mm, force_n, readings, degree }
+            })
+        };
+        found.ok_or(QoiError::Unresolved { displacement_mm: u[top] })
+    }
+
+    fn of_top_readings(u: &[f64], force: &[f64], top: usize) -> Option<Self> {
+        let high = |i: usize| force[i] >= TOP * force[top];
+        let first = (0..top).rev().take_while(|&i| high(i)).last().unwrap_or(top - 1);
+        let end = (top + 1..force.len()).take_while(|&i| high(i)).last().unwrap_or(top + 1);
+        let points: Vec<_> = (first..=end).map(|i| (u[i] - u[top], force[i])).collect();
+        let parabola = Polynomial::of(&points, 2);
+        let ends = [points[0].0, points[points.len() - 1].0];
+        let x = parabola.maximum(0.0, ends)?;
+        Some(Self {
+            at_mm: u[top] + x,
+            force_n: parabola.at(x),
+            readings: (first..=end).collect(),
+            degree: 2,
+        })
+    }
+
+    /// Rates of displacement and force of the peak, for rates of the force at each reading. The readings of the fit
+    /// do not change.
+    pub(super) fn rates(&self, u: &[f64], force: &[f64], force_rates: &[f64]) -> [f64; 2] {
+        let fit = |y: &[f64]| {
+            let points: Vec<_> = self.readings.iter().map(|&i| (u[i] - self.at_mm, y[i])).collect();
+            Polynomial::of(&points, self.degree).jet(0.0)
+        };
+        let (own, change) = (fit(force), fit(force_rates));
+        // the slope is zero at the peak, so that the shift does not change the force
+        [-change.slope / own.curvature, change.value]
+    }
+}
+
+/// Noise of the force, in N, of the readings within half the way to the peak.
+fn noise_around(u: &[f64], force: &[f64], peak_mm: f64) -> f64 {
+    let start = u.iter().copied().fold(f64::INFINITY, f64::min);
+    let reach = 0.5 * (peak_mm - start);
+    let near = u.iter().zip(force).filter(|(u, _)| (*u - peak_mm).abs() <= reach);
+    let (u, force): (Vec<f64>, Vec<f64>) = near.map(|(u, f)| (*u, *f)).unzip();
+    noise::standard_deviation(&u, &force)
+}

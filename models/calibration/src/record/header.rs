@@ -1,0 +1,170 @@
+//! Names, units and readings of a record.
+
+use std::path::Path;
+
+use super::options::ReadOptions;
+use super::text::{Row, Sheet, has_readings};
+use super::unit::Unit;
+use crate::error::InputError;
+
+/// Rows that follow the first reading and must have readings, too.
+const FOLLOWING: usize = 2;
+
+/// The name of a column.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Name {
+    /// As the file writes it.
+    pub(super) written: String,
+    /// Without its unit.
+    pub(super) name: String,
+    /// From the row of units, else from the name.
+    pub(super) unit: Option<String>,
+}
+
+/// Where names, units and readings are.
+pub(super) struct Layout {
+    pub(super) names: Vec<Name>,
+    /// Line of the names.
+    pub(super) names_line: usize,
+    /// Lines before the first reading.
+    pub(super) header_lines: usize,
+    /// Index of the first row with readings.
+    first: usize,
+    /// Whether the first row with readings has a number in each column.
+    numeric: Vec<bool>,
+}
+
+impl Layout {
+    /// The layout of a sheet.
+    ///
+    /// # Errors
+    /// No readings; no names above them; names and readings of different numbers.
+    pub(super) fn of(
+        file: &Path,
+        sheet: &Sheet,
+        options: &ReadOptions,
+    ) -> Result<Self, InputError> {
+        let rows = &sheet.rows;
+        let is_reading = |row: &Row| has_readings(row, sheet.decimal);
+        let is_start = |i: usize| {
+            let following = &rows[i..(i + 1 + FOLLOWING).min(rows.len())];
+            following.iter().all(|row| is_reading(row) && row.cells.len() == rows[i].cells.len())
+        };
+        let after_skip = |row: &Row| row.line > options.skip.unwrap_or(0);
+        let start = rows.iter().position(after_skip).unwrap_or(rows.len());
+        let Some(first) = (start..rows.len()).find(|&i| is_start(i)) else {
+            let problem = "has no rows of numbers below each other";
+            let help = "Check separator, decimal and skip under [experiments.read].";
+            return Err(InputError::new(file, "", "", problem, help));
+        };
+        let above = &rows[start..first];
+        let (units, names) = match above {
+            [.., names, units] if is_of_units(units) => (Some(units), Some(names)),
+            [.., names] => (None, Some(names)),
+            [] => (None, None),
+        };
+        // skip states that the names follow it
+        let names = if options.skip.is_some() { above.first().or(names) } else { names };
+        let Some(header) = names.filter(|names| names.cells.iter().any(|cell| !cell.is_empty()))
+        else {
+            let place = format!("line {}", rows[first].line);
+            let help = "Write a line with the names of the columns above the readings, as displacement_mm,force_N.";
+            return Err(InputError::new(file, place, "", "has no names of columns above it", help));
+        };
+        let width =
+            rows[first].cells.iter().rposition(|cell| !cell.is_empty()).map_or(0, |i| i + 1);
+        let named = header.cells.iter().rposition(|cell| !cell.is_empty()).map_or(0, |i| i + 1);
+        if named < width {
+            let place = format!("line {}", rows[first].line);
+            let problem = format!("has {width} fields, line {} has {named} names", header.line);
+            let help = "If commas are decimal signs and separators at once, export with another separator; else state \
+                        separator, decimal and skip under [experiments.read].";
+            return Err(InputError::new(file, place, "", problem, help));
+        }
+        let names = header.cells.iter().enumerate().map(|(i, written)| {
+            let (name, own_unit) = name_and_unit(written);
+            let unit = units.and_then(|units| units.cells.get(i)).filter(|unit| !unit.is_empty());
+            Name { written: written.clone(), name, unit: unit.cloned().or(own_unit) }
+        });
+        let numeric = rows[first].cells.iter().map(|cell| sheet.decimal.number(cell).is_some());
+        Ok(Self {
+            names: names.collect(),
+            names_line: header.line,
+            header_lines: rows[first].line - 1,
+            first,
+            numeric: numeric.collect(),
+        })
+    }
+
+    /// Whether a column begins with a number.
+    pub(super) fn is_numeric(&self, index: usize) -> bool {
+        self.numeric.get(index).copied().unwrap_or(false)
+    }
+
+    /// The numbers of a column as they stand in the file.
+    ///
+    /// # Errors
+    /// A cell that is no number.
+    pub(super) fn numbers(
+        &self,
+        file: &Path,
+        sheet: &Sheet,
+        index: usize,
+    ) -> Result<Vec<f64>, InputError> {
+        let number = |row: &Row| {
+            let cell = row.cells.get(index).map_or("", String::as_str);
+            sheet.decimal.number(cell).ok_or_else(|| {
+                let place = format!("line {}, column {}", row.line, self.names[index].written);
+                let help = "Remove what is no reading, or state separator and decimal under [experiments.read].";
+                InputError::new(file, place, cell, "is not a finite number", help)
+            })
+        };
+        sheet.rows[self.first..].iter().map(number).collect()
+    }
+
+    /// The names of the columns as the file writes them.
+    pub(super) fn listed(&self) -> String {
+        let names = self.names.iter().filter(|name| !name.written.is_empty());
+        names.map(|name| format!("{:?}", name.written)).collect::<Vec<_>>().join(", ")
+    }
+
+    /// An error at the name of a column.
+    pub(super) fn error(
+        &self,
+        file: &Path,
+        name: &str,
+        value: &str,
+        problem: impl Into<String>,
+        help: impl Into<String>,
+    ) -> InputError {
+        let place = format!("line {}, column {name}", self.names_line);
+        InputError::new(file, place, value, problem, help)
+    }
+}
+
+/// Whether all cells of a row are units or empty, and two at least are units.
+fn is_of_units(row: &Row) -> bool {
+    let filled = || row.cells.iter().filter(|cell| !cell.is_empty());
+    let is_bracketed = |cell: &str| cell.starts_with(['(', '[']) && cell.ends_with([')', ']']);
+    filled().count() >= 2 && filled().all(|cell| is_bracketed(cell) || Unit::named(cell).is_some())
+}
+
+/// Name and unit of `Load (kN)`, `Load [kN]`, `Load / kN`, `load in kN` or `force_kN`.
+fn name_and_unit(written: &str) -> (String, Option<String>) {
+    let both = |name: &str, unit: &str| (name.trim().to_owned(), Some(unit.trim().to_owned()));
+    for (open, close) in [('(', ')'), ('[', ']'), ('{', '}')] {
+        let inner = written.trim_end().strip_suffix(close).and_then(|rest| rest.rsplit_once(open));
+        if let Some((name, unit)) = inner {
+            return both(name, unit);
+        }
+    }
+    for separator in [" in ", "/", "_", " ", ","] {
+        if let Some((name, unit)) = written.rsplit_once(separator)
+            && !name.trim().is_empty()
+            && Unit::named(unit).is_some()
+        {
+            return both(name, unit);
+        }
+    }
+    (written.trim().to_owned(), None)
+}

@@ -1,0 +1,55 @@
+//! A sheet of an Excel workbook (`.xlsx`) as rows of cells.
+
+use std::io::Cursor;
+use std::path::Path;
+
+use calamine::{Data, Reader, Xlsx};
+
+use super::options::{Decimal, ReadOptions};
+use super::text::{Row, Sheet};
+use crate::error::InputError;
+
+/// The sheet that the options name, else the first.
+///
+/// # Errors
+/// The file is no workbook; it has no such sheet.
+pub(super) fn sheet(
+    file: &Path,
+    bytes: Vec<u8>,
+    options: &ReadOptions,
+) -> Result<Sheet, InputError> {
+    let unreadable = |e: calamine::XlsxError| {
+        let help = "Save it as .xlsx, or export the readings as text.";
+        InputError::new(file, "", "", format!("is no readable workbook ({e})"), help)
+    };
+    let mut workbook = Xlsx::new(Cursor::new(bytes)).map_err(unreadable)?;
+    let names = workbook.sheet_names();
+    let name = match &options.sheet {
+        Some(name) if names.contains(name) => name.clone(),
+        Some(name) => {
+            let help = format!("The sheets are: {}.", names.join(", "));
+            return Err(InputError::new(file, "sheet", name, "is not in the workbook", help));
+        }
+        None => names.first().cloned().unwrap_or_default(),
+    };
+    let range = workbook.worksheet_range(&name).map_err(unreadable)?;
+    let first = range.start().map_or(0, |(row, _)| row as usize);
+    let rows = range
+        .rows()
+        .enumerate()
+        .map(|(i, cells)| Row { line: first + i + 1, cells: cells.iter().map(text).collect() });
+    let filled = |row: &Row| row.cells.iter().any(|cell| !cell.is_empty());
+    let understood = vec![format!("sheet {name:?}")];
+    Ok(Sheet { rows: rows.filter(filled).collect(), decimal: Decimal::Point, understood })
+}
+
+/// A cell as text with a decimal point.
+fn text(cell: &Data) -> String {
+    match cell {
+        Data::Float(number) => number.to_string(),
+        Data::Int(number) => number.to_string(),
+        Data::String(text) => text.trim().to_owned(),
+        Data::Empty => String::new(),
+        other => other.to_string(),
+    }
+}

@@ -1,0 +1,199 @@
+//! What is said of specimens before anything is computed for them: at most five examples of a kind, all of them in
+//! `curve_checks.csv`; sizes that differ from the mesh's, and the rate of the tests.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use super::WorkflowError;
+use super::task::Task;
+use crate::error::InputError;
+use crate::experiment::SpecimenTable;
+use crate::progress::say;
+
+/// Lines of one kind that are printed.
+const EXAMPLES: usize = 5;
+/// A relative difference of the radius that is worth a line: it changes the force by twice that.
+const RADIUS: f64 = 1e-3;
+/// Relative difference of the strain rates of test and case that is refused: the viscosity is off by as much.
+const RATE: f64 = 0.05;
+
+/// Lines on the screen and rows of `curve_checks.csv`.
+#[derive(Default)]
+pub(super) struct Notes {
+    said: BTreeMap<&'static str, usize>,
+    rows: Vec<[String; 4]>,
+}
+
+impl Notes {
+    /// Prints a line unless five of its kind have been printed.
+    pub(super) fn say(&mut self, kind: &'static str, line: &str) {
+        let said = self.said.entry(kind).or_default();
+        *said += 1;
+        if *said <= EXAMPLES {
+            say("note", line);
+        }
+    }
+
+    /// Adds a row to `curve_checks.csv`.
+    pub(super) fn list(&mut self, id: &str, kind: &str, value: f64, text: String) {
+        let number = if value.is_nan() { String::new() } else { value.to_string() };
+        self.rows.push([id.to_owned(), kind.to_owned(), number, text]);
+    }
+
+    /// Prints how many lines of each kind were not printed.
+    pub(super) fn say_what_was_left_out(&self) {
+        for (kind, said) in self.said.iter().filter(|(_, said)| **said > EXAMPLES) {
+            let further = said - EXAMPLES;
+            say("note", &format!("{further} further findings of {kind}: see curve_checks.csv"));
+        }
+    }
+
+    pub(super) fn into_rows(self) -> Vec<[String; 4]> {
+        self.rows
+    }
+}
+
+/// Notes heights, by which displacements are scaled, and radii, by which forces are not.
+pub(super) fn note_sizes(
+    table: &SpecimenTable,
+    [height_mm, radius_mm]: [f64; 2],
+    notes: &mut Notes,
+) {
+    for specimen in &table.specimens {
+        let factor = height_mm / specimen.height_mm;
+        if (factor - 1.0).abs() > 1e-9 {
+            notes.say(
+                "height",
+                &format!(
+                    "{} is {} mm high, the mesh {height_mm:.4} mm: its displacements are scaled by {factor:.4}",
+                    specimen.id, specimen.height_mm
+                ),
+            );
+        }
+        let ratio = specimen.radius_mm / radius_mm;
+        if (ratio - 1.0).abs() > RADIUS {
+            let percent = 100.0 * (ratio * ratio - 1.0);
+            let text = format!(
+                "has a radius of {} mm, the mesh {radius_mm:.4} mm: its section, and with it its force, differs by \
+                 {percent:+.2} % and is not scaled. Mesh the mean radius (specimen.radius_mm) or correct the table",
+                specimen.radius_mm
+            );
+            notes.say("radius", &format!("{} {text}", specimen.id));
+            notes.list(&specimen.id, "radius", specimen.radius_mm, text);
+        }
+    }
+}
+
+/// Compares the strain rate of each test with the case's, and prints which rate is assumed of tests without a time.
+///
+/// # Errors
+/// As [`compare_rates`].
+pub(super) fn check_rate(
+    task: &Task<'_>,
+    table: &SpecimenTable,
+    height_mm: f64,
+    notes: &mut Notes,
+) -> Result<(), WorkflowError> {
+    let test = task.inputs.test();
+    let Some(displacement_mm) = test.displacement_mm else { return Ok(()) };
+    let case = CaseRate { displacement_mm, duration_s: test.duration_s, height_mm };
+    let are_all_known = compare_rates(table, case, &task.path("experiments/curves"))?;
+    if !are_all_known && !task.inputs.are_specimens_virtual()? {
+        let rate = displacement_mm / test.duration_s;
+        let text = format!(
+            "curves without a column time_s are taken as tests at {rate:.4} mm/s (test.displacement_mm / \
+             test.duration_s), and the viscosity is inversely proportional to this speed"
+        );
+        say("note", &text);
+        notes.list("all", "rate", rate, text);
+    }
+    Ok(())
+}
+
+/// The test of the case on a mesh of this height.
+#[derive(Clone, Copy)]
+struct CaseRate {
+    displacement_mm: f64,
+    duration_s: f64,
+    height_mm: f64,
+}
+
+/// Compares the strain rates of tests with the case's; returns whether all tests have one.
+///
+/// # Errors
+/// A rate that differs by more than 5 %: only the product of viscosity and rate is calibrated.
+fn compare_rates(table: &SpecimenTable, case: CaseRate, curves: &Path) -> Result<bool, InputError> {
+    let CaseRate { displacement_mm, duration_s, height_mm } = case;
+    let case_rate = displacement_mm / duration_s;
+    let mut are_all_known = true;
+    for specimen in &table.specimens {
+        let Some(rate) = specimen.rate_mm_per_s else {
+            are_all_known = false;
+            continue;
+        };
+        let scaled = rate * height_mm / specimen.height_mm;
+        if (case_rate / scaled - 1.0).abs() <= RATE {
+            continue;
+        }
+        let problem = format!(
+            "is the speed of its platen in mm/s, {scaled:.3e} mm/s at the height of the mesh; the case has \
+             {case_rate:.3e} mm/s (test.displacement_mm / test.duration_s)"
+        );
+        let help = format!(
+            "The viscosity would be wrong by a factor of {:.4}: write duration_s = {:.6} under [test], or correct the \
+             time of the curve.",
+            scaled / case_rate,
+            displacement_mm / scaled
+        );
+        let file = curves.join(format!("{}.csv", specimen.id));
+        let place = format!("specimen {}, rate", specimen.id);
+        return Err(InputError::new(&file, place, format!("{rate:.3e}"), problem, help));
+    }
+    Ok(are_all_known)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiment::Specimen;
+
+    fn table(rates: &[Option<f64>]) -> SpecimenTable {
+        let specimen = |(i, &rate_mm_per_s): (usize, &Option<f64>)| Specimen {
+            id: format!("S-{i}"),
+            height_mm: 8.8,
+            radius_mm: 2.5,
+            group: String::new(),
+            slope_fraction: None,
+            image: None,
+            rate_mm_per_s,
+            curve: crate::experiment::TestCurve::default(),
+        };
+        SpecimenTable { specimens: rates.iter().enumerate().map(specimen).collect() }
+    }
+
+    /// 0.22 mm in 1 s on 4.4 mm is the strain rate of 0.44 mm/s on 8.8 mm.
+    #[test]
+    fn a_rate_other_than_the_case_s_is_refused_with_the_duration_that_fits() {
+        let case = CaseRate { displacement_mm: 0.22, duration_s: 1.0, height_mm: 4.4 };
+        let curves = Path::new("curves");
+        assert!(compare_rates(&table(&[Some(0.44), Some(0.45)]), case, curves).unwrap());
+        assert!(!compare_rates(&table(&[Some(0.44), None]), case, curves).unwrap());
+        let error = compare_rates(&table(&[Some(0.44), Some(0.44 / 264.0)]), case, curves);
+        let error = error.unwrap_err().to_string();
+        for part in ["curves/S-1.csv", "rate = 1.667e-3", "duration_s = 264.0", "factor of 0.0038"]
+        {
+            assert!(error.contains(part), "{part}: {error}");
+        }
+    }
+
+    #[test]
+    fn five_lines_of_a_kind_are_printed_and_all_are_listed() {
+        let mut notes = Notes::default();
+        note_sizes(&table(&[None; 8]), [8.8, 2.49], &mut notes);
+        assert_eq!(notes.said["radius"], 8);
+        assert!(!notes.said.contains_key("height"));
+        let rows = notes.into_rows();
+        assert_eq!(rows.len(), 8);
+        assert!(rows[0][3].contains("+0.80 %"), "{:?}", rows[0]);
+    }
+}
