@@ -49,6 +49,7 @@ impl Raster {
         self.height
     }
 
+    /// Colour of the pixel in column x and row y.
     #[cfg(test)]
     pub fn at(&self, x: usize, y: usize) -> Colour {
         self.pixels[y * self.width + x]
