@@ -63,6 +63,7 @@ pub use study::{
 };
 pub use virtual_specimen::VirtualSpecimen;
 pub use workflow::{
-    DeviceChoice, FolderAccess, RunCounts, STAGES, SimulatedLaboratories, Stage, StageState,
-    StageStatus, Workflow, WorkflowError, create_file, simulate, simulate_laboratories, status,
+    DeviceChoice, FolderAccess, InputInPlace, RunCounts, STAGES, SimulatedLaboratories, Stage,
+    StageState, StageStatus, Workflow, WorkflowError, create_file, simulate, simulate_laboratories,
+    status,
 };

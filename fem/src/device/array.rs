@@ -39,7 +39,7 @@ impl<T: Pod + Zeroable> Array<T> {
         Ok(array)
     }
 
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.len
     }
 

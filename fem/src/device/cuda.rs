@@ -18,7 +18,7 @@ use super::machine::{Argument, Device, DeviceError, Memory, Program};
 
 /// The first card.
 #[derive(Debug)]
-pub struct Cuda {
+pub(super) struct Cuda {
     context: Arc<CudaContext>,
     stream: Arc<CudaStream>,
 }
@@ -32,7 +32,7 @@ fn failed(what: &str) -> impl Fn(&dyn Display) -> DeviceError {
 
 impl Cuda {
     /// The first card of this machine.
-    pub fn new() -> Result<Self, DeviceError> {
+    pub(super) fn new() -> Result<Self, DeviceError> {
         // SAFETY: both look whether a library can be loaded; without this the calls below panic.
         let (driver, compiler) = unsafe {
             (cudarc::driver::sys::is_culib_present(), cudarc::nvrtc::sys::is_culib_present())

@@ -49,7 +49,7 @@ impl InspectedCurve {
             found.findings.push(late_load(onset_mm));
             found.onset_mm = onset_mm;
         }
-        let loading = found.from_onset();
+        let loading = found.after_onset();
         match Qois::of(&loading, slope_fraction) {
             Err(reason) => found.findings.push(without_quantities(&reason)),
             Ok(qois) if qois.slope_n_per_mm <= 0.0 => found.findings.push(Finding {
@@ -73,7 +73,7 @@ impl InspectedCurve {
 
     /// The loading with displacements counted from the toe, and what they were moved by in mm.
     pub fn without_toe(&self, slope_fraction: f64) -> (TestCurve, f64) {
-        let mut curve = self.from_onset();
+        let mut curve = self.after_onset();
         let mut moved = self.onset_mm;
         // where the slope is taken moves with the origin: a few turns settle both
         for _ in 0..4 {
@@ -86,7 +86,7 @@ impl InspectedCurve {
     }
 
     /// The loading without the approach of the platen, with displacements counted from its end.
-    fn from_onset(&self) -> TestCurve {
+    fn after_onset(&self) -> TestCurve {
         if self.onset_mm == 0.0 {
             return self.loading.clone();
         }

@@ -89,7 +89,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
             .map(|input| &input.name)
             .fold(text, |text, name| text.replace(&format!("theta[{name}]"), name))
     };
-    task.write("summary.txt", &labelled(plain(format!("{summary}\n")), &outside))?;
+    task.write("summary.txt", labelled(plain(format!("{summary}\n")), &outside))?;
     let mut warnings = outside;
     warnings.extend(fitted.made_on.warning(inputs));
     warnings.extend(fitted.known.warning.clone());

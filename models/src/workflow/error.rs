@@ -12,6 +12,28 @@ use surrogate::SurrogateError;
 use crate::error::InputError;
 use crate::fracture::CalibrationError;
 
+/// An input of the case stands at the path of a product.
+#[derive(Debug, thiserror::Error)]
+#[error(
+        "{}: {key} = {} stands in the folder of the results, {}, where breccia writes {product}: name another \
+         folder with --out",
+        case.display(),
+        input.display(),
+        dir.display()
+    )]
+pub struct InputInPlace {
+    /// The case.
+    pub case: PathBuf,
+    /// The key that names the input.
+    pub key: String,
+    /// The input.
+    pub input: PathBuf,
+    /// The product, or a pattern of the names of products.
+    pub product: String,
+    /// The folder of the results.
+    pub dir: PathBuf,
+}
+
 /// Why a stage of the workflow ended before it was done.
 #[derive(Debug, thiserror::Error)]
 pub enum WorkflowError {
@@ -123,25 +145,8 @@ pub enum WorkflowError {
         is_changed: bool,
     },
     /// An input of the case stands at the path of a product.
-    #[error(
-        "{}: {key} = {} stands in the folder of the results, {}, where breccia writes {product}: name another \
-         folder with --out",
-        case.display(),
-        input.display(),
-        dir.display()
-    )]
-    InputInPlace {
-        /// The case.
-        case: PathBuf,
-        /// The key that names the input.
-        key: String,
-        /// The input.
-        input: PathBuf,
-        /// The product, or a pattern of the names of products.
-        product: String,
-        /// The folder of the results.
-        dir: PathBuf,
-    },
+    #[error(transparent)]
+    InputInPlace(Box<InputInPlace>),
     /// A file has the name of the record of written files, and is none.
     #[error(
         "{} is not the record of the files that breccia writes there: move the file to another place, or name \

@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use super::WorkflowError;
 use super::files::{SPECIMENS, same_file};
 use super::freshness::STAGES_FILE;
 use super::pattern::{folder, matches};
 use super::stages::STAGES;
 use super::written::WRITTEN;
+use super::{InputInPlace, WorkflowError};
 use crate::case::CaseFile;
 use crate::table::CsvTable;
 
@@ -52,13 +52,13 @@ pub(super) fn check_inputs(source: &CaseFile, dir: &Path) -> Result<(), Workflow
     for Named { key, path: input } in named_by(source) {
         let place = resolved(&input);
         let refuse = |product: &str| {
-            Err(WorkflowError::InputInPlace {
+            Err(WorkflowError::InputInPlace(Box::new(InputInPlace {
                 case: source.path.clone(),
                 key: key.clone(),
                 input: input.clone(),
                 product: product.to_owned(),
                 dir: dir.to_owned(),
-            })
+            })))
         };
         if place.is_dir() && root.starts_with(&place) {
             return refuse("the results, in the folder of the images");

@@ -26,7 +26,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     task.product("mesh.msh", |path| gmsh::write(path, &mesh).map(drop))?;
     task.product("mesh.vtu", |path| vtu::write(path, &mesh, &[], &[]))?;
     write_picture(task, "mesh.png", &mesh_picture(&mesh))?;
-    task.write("mesh_quality.svg", &mesh_quality(&Quality::smallest_dihedrals_deg(&mesh)))?;
+    task.write("mesh_quality.svg", mesh_quality(&Quality::smallest_dihedrals_deg(&mesh)))?;
 
     let mut rows = quantities(&mesh)?;
     match &report {

@@ -105,7 +105,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 pub(crate) use cores::Cores;
-pub use error::WorkflowError;
+pub use error::{InputInPlace, WorkflowError};
 pub use laboratories::{SimulatedLaboratories, simulate_laboratories};
 pub(crate) use neighbours::Together;
 pub(crate) use product_folder::ProductFolder;

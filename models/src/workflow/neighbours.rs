@@ -7,11 +7,11 @@ use std::sync::atomic::AtomicBool;
 
 use serde::{Deserialize, Serialize};
 
-use super::WorkflowError;
 use super::files::same_file;
 use super::inputs::Inputs;
 use super::locks::lock;
 use super::product_folder::ProductFolder;
+use super::{InputInPlace, WorkflowError};
 
 /// The file that names them, in the folder around them.
 const FILE: &str = "study.toml";
@@ -38,13 +38,13 @@ impl Together {
     pub(crate) fn check_study(study: &Path, dir: &Path) -> Result<(), WorkflowError> {
         match same_file(study, &dir.join(FILE)) {
             false => Ok(()),
-            true => Err(WorkflowError::InputInPlace {
+            true => Err(WorkflowError::InputInPlace(Box::new(InputInPlace {
                 case: study.to_owned(),
                 key: "the study".to_owned(),
                 input: study.to_owned(),
                 product: FILE.to_owned(),
                 dir: dir.to_owned(),
-            }),
+            }))),
         }
     }
 

@@ -38,7 +38,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     write_picture(task, "grains.png", &grain_picture(&found.labels))?;
     let sizes: Vec<(f64, f64)> =
         found.regions.iter().map(|grain| (grain.diameter_mm(), grain.volume_mm3)).collect();
-    task.write("grain_sizes.svg", &grain_sizes(&sizes))?;
+    task.write("grain_sizes.svg", grain_sizes(&sizes))?;
     let told = in_words(&found);
     let own = found.cylinder;
     drop(found);

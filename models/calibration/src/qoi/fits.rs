@@ -102,8 +102,7 @@ impl Polynomial {
         let mut x = start;
         for _ in 0..50 {
             let Jet { slope, curvature, .. } = self.jet(x);
-            // false for NaN, too
-            if !(curvature < 0.0) {
+            if curvature.is_nan() || curvature >= 0.0 {
                 return None;
             }
             let exact = -slope / curvature;

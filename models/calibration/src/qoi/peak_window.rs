@@ -2,6 +2,9 @@
 
 use super::fits::Polynomial;
 
+/// A curve of forces over the displacement at peak, both relative.
+type Shape = fn(f64) -> f64;
+
 /// Degrees and half widths of the windows, these over the displacement from the start of the curve to the peak.
 const WINDOWS: [(usize, f64); 10] = [
     (2, 0.07),
@@ -128,7 +131,7 @@ impl NoisyCurve<'_> {
         let degree = polynomial.degree();
         // squared errors of value and slope at the peak
         let (mut value, mut slope) = (variance * variances.value, variance * variances.slope);
-        let references: [(fn(f64) -> f64, f64); 2] =
+        let references: [(Shape, f64); 2] =
             [(|t| t * ((1.0 - t.powi(3)) / 3.0).exp() - 1.0, 1.0), (|t| (t - 1.0).powi(3), CUBIC)];
         for (shape, size) in references {
             let scale = size * peak.value;

@@ -10,6 +10,6 @@ use super::task::Task;
 
 pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let results = load(&task.inputs)?;
-    task.write("report.html", &crate::report::page(&results))?;
+    task.write("report.html", crate::report::page(&results))?;
     Ok(task.path("report.html").display().to_string())
 }
