@@ -25,7 +25,7 @@ const GAP: f64 = 0.15;
 pub struct InspectedCurve {
     /// What was found, in the order in which it was looked for.
     pub findings: Vec<Finding>,
-    /// Displacement (mm) at which loading begins: see [`toe_mm`].
+    /// Displacement (mm) at which loading begins: see `toe_mm` in `origin.rs`.
     pub toe_mm: f64,
     /// The curve up to its largest displacement.
     pub loading: TestCurve,

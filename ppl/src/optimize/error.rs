@@ -59,7 +59,7 @@ pub enum OptimizeError {
          bound: {at_bound:?}); sample the posterior instead"
     )]
     NotConcave {
-        /// See [`Mode::at_bound`].
+        /// See [`Mode::at_bound`](crate::Mode::at_bound).
         at_bound: Vec<usize>,
     },
 }

@@ -103,7 +103,7 @@ fn separators_decimal_signs_encodings_and_units_of_one_curve() {
 /// `tests/fixtures/compression.xlsx`: the first sheet has notes, the second the readings in kN, written by openpyxl.
 #[test]
 fn a_workbook_is_read_from_the_sheet_that_is_named() {
-    let file = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../tests/fixtures/compression.xlsx");
+    let file = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../fixtures/compression.xlsx");
     let options = |text: &str| toml::from_str::<ReadOptions>(text).unwrap();
     let record = Record::read(&file, &options("sheet = \"Readings\""), SIZE).unwrap();
     assert_is_the_curve(&record);
