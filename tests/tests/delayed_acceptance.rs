@@ -59,9 +59,9 @@ fn the_simulation_decides_though_the_surrogate_is_wrong() {
         (calibration(&surrogate, &qois, &PRIOR), calibration(&ViscousLimit, &qois, &PRIOR));
     let sampler =
         DelayedAcceptance::default().screening_steps(60).warmup(2050).screened_warmup(2000);
-    let chains = sampler.draws(1500).seed(4).run(&cheap, &exact).unwrap();
+    let chains = sampler.draws(8000).seed(4).run(&cheap, &exact).unwrap();
     let asked = chains.evaluations();
-    assert!(asked <= 4 * (1 + 50 + 1500), "{asked}");
+    assert!(asked <= 4 * (1 + 50 + 8000), "{asked}");
     let decided = Posterior::from_chains(&exact, chains, 4).unwrap().summary();
     let nuts = Nuts::default().draws(4000).target_accept(0.95).seed(1);
     let reference = nuts.sample(&exact).unwrap().summary();
