@@ -161,6 +161,7 @@ fn what_is_deleted_is_made_again_and_what_a_person_changed_or_added_stays() {
             assert_eq!(read(name), b"of a person\n", "{name}");
         }
     };
+    std::fs::create_dir_all(out.join("design")).unwrap();
     for name in own {
         std::fs::write(out.join(name), "of a person\n").unwrap();
     }

@@ -98,8 +98,9 @@ fn the_specimen_table_is_needed_from_the_experiments_on_and_heights_are_in_mm() 
     std::fs::write(dir.path().join("specimens.csv"), table).unwrap();
     let curve =
         "displacement_mm,force_N\n0,0\n0.03,48\n0.04,64\n0.05,80\n0.1,140\n0.12,147\n0.14,140\n";
-    for id in ["S-1", "S-2"] {
-        std::fs::write(dir.path().join(format!("curves/{id}.csv")), curve).unwrap();
+    for (id, peak) in [("S-1", "147"), ("S-2", "148")] {
+        let path = dir.path().join(format!("curves/{id}.csv"));
+        std::fs::write(path, curve.replace("147", peak)).unwrap();
     }
     let workflow = Workflow::open(&case, &out, 1, &interrupt).unwrap();
     let slip = workflow.run(stage("experiments")).unwrap_err().to_string();
