@@ -3,7 +3,7 @@
 //! This crate is apart from `fem` so that a build with MPI does not compile `fem` a second time. The
 //! crate is empty without its feature `mpi`, which needs an MPI library and libclang.
 //!
-//! ```no_run
+//! ```ignore
 //! let ranks = fem_mpi::ranks()?;
 //! println!("process {} of {}", ranks.rank(), ranks.size());
 //! # Ok::<(), fem_mpi::MpiError>(())
