@@ -75,7 +75,7 @@
 #[cfg(feature = "bench-internals")]
 pub mod bench;
 mod boundary;
-// what is hidden is no part of the interface: fem/tests/operator looks into it
+// hidden modules are not part of the interface; the tests in fem/tests/operator use them
 #[doc(hidden)]
 #[allow(missing_debug_implementations)]
 pub mod device;
