@@ -1,10 +1,10 @@
 //! What the case says that the model itself may be off by.
 
-use super::{TINY, breccia, number, table};
+use super::{TINY, breccia, copy_of_tiny, number, table};
 
 #[test]
 fn an_error_of_the_model_is_in_the_intervals_and_in_the_budget() {
-    let dir = tempfile::tempdir().unwrap();
+    let dir = copy_of_tiny();
     let case = |tail: &str| {
         let text = TINY.replace("[confirm]", &format!("{tail}\n[confirm]"));
         std::fs::write(dir.path().join("tiny.toml"), text).unwrap();
@@ -22,9 +22,6 @@ fn an_error_of_the_model_is_in_the_intervals_and_in_the_budget() {
             .map(|row| (row["source"].clone(), number(row, "share")))
             .collect()
     };
-    case("");
-    let (code, _, err) = breccia(dir.path(), &run);
-    assert_eq!(code, Some(0), "{err}");
     assert!(sources().iter().all(|(source, _)| source != "discrepancy"));
     let before = sd_of_young();
 

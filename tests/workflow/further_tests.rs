@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::{TINY, breccia, finished, number, start, table};
+use super::{TINY, breccia, copy_of_tiny, finished, number, start, table};
 
 const GC: &str = "matrix.toughness_n_per_mm";
 
@@ -44,7 +44,7 @@ fn contraction(rows: &[BTreeMap<String, String>], name: &str, n: &str, parameter
 
 #[test]
 fn a_slow_test_tells_what_fast_ones_leave_open() {
-    let dir = tempfile::tempdir().unwrap();
+    let dir = copy_of_tiny();
     std::fs::write(dir.path().join("tiny.toml"), case()).unwrap();
     let run = || breccia(dir.path(), &["run", "tiny.toml", "--out", "results"]);
 
@@ -122,7 +122,7 @@ fn a_slow_test_tells_what_fast_ones_leave_open() {
 /// A mesh file as another specimen: the cylinder without grains, a ring cut out of its wall.
 #[test]
 fn a_notched_specimen_is_a_mesh_file_of_its_own() {
-    let dir = tempfile::tempdir().unwrap();
+    let dir = copy_of_tiny();
     notched(&dir.path().join("notched.msh"));
     let text = TINY.to_owned()
         + r#"

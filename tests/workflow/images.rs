@@ -1,6 +1,8 @@
 //! Specimens with scans: the stiffness of their own microstructures enters the calibration.
 
-use super::{TINY, breccia, number, table};
+use std::sync::OnceLock;
+
+use super::{TINY, breccia, copy, number, table};
 
 #[test]
 fn the_stiffness_of_scanned_specimens_is_an_input_of_the_surrogate() {
@@ -106,11 +108,17 @@ fn with_images_of_virtual_specimens(dir: &std::path::Path, further: &str) -> Str
         .replace("spacing_mm = 1.5", "spacing_mm = 1.4")
         .replace("fraction = 0.05", "fraction = 0.12")
         .replace("specimens = 3", "specimens = 4");
-    std::fs::write(dir.join("virtual.toml"), &case).unwrap();
-    for stage in ["segment", "mesh", "experiments"] {
-        let (code, _, err) = breccia(dir, &[stage, "virtual.toml", "--out", "virtual"]);
-        assert_eq!(code, Some(0), "{err}");
-    }
+    static ONCE: OnceLock<tempfile::TempDir> = OnceLock::new();
+    let made = ONCE.get_or_init(|| {
+        let dir = tempfile::tempdir().unwrap();
+        std::fs::write(dir.path().join("virtual.toml"), &case).unwrap();
+        for stage in ["segment", "mesh", "experiments"] {
+            let (code, _, err) = breccia(dir.path(), &[stage, "virtual.toml", "--out", "virtual"]);
+            assert_eq!(code, Some(0), "{err}");
+        }
+        dir
+    });
+    copy(made.path(), dir);
     let cut = |from: &str, to: &str, text: &str, by: &str| {
         let (start, end) = (text.find(from).unwrap(), text.find(to).unwrap());
         format!("{}{by}{}", &text[..start], &text[end..])

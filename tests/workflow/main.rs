@@ -17,6 +17,7 @@ mod study;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
+use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 /// Some hundred tetrahedra, 12 runs, three virtual specimens, two short chains.
@@ -90,6 +91,76 @@ fn case_folder() -> tempfile::TempDir {
     dir
 }
 
+/// The tiny case and all its results in `results`, made once for all tests that only read them.
+struct Finished {
+    dir: tempfile::TempDir,
+    /// What `breccia run` printed on standard output.
+    printed: String,
+}
+
+fn finished_tiny() -> &'static Finished {
+    static ONCE: OnceLock<Finished> = OnceLock::new();
+    ONCE.get_or_init(|| {
+        let dir = case_folder();
+        let run = ["run", "tiny.toml", "--out", "results", "--threads", "2"];
+        let (code, printed, err) = breccia(dir.path(), &run);
+        assert_eq!(code, Some(0), "{err}");
+        Finished { dir, printed }
+    })
+}
+
+/// A copy of the finished tiny case, for a test that goes on from there.
+fn copy_of_tiny() -> tempfile::TempDir {
+    copy_with_results(finished_tiny().dir.path(), "results")
+}
+
+/// A copy of a folder that has a case and its results in `out`.
+fn copy_with_results(whole: &Path, out: &str) -> tempfile::TempDir {
+    let dir = tempfile::tempdir().unwrap();
+    copy(whole, dir.path());
+    // results know their case by its place
+    let [old, new] = [whole, dir.path()].map(|d| d.canonicalize().unwrap().display().to_string());
+    let out = dir.path().join(out);
+    edit(&out.join("origin.toml"), |text| text.replace(&old, &new));
+    record(&out, "origin.toml");
+    dir
+}
+
+fn copy(from: &Path, to: &Path) {
+    std::fs::create_dir_all(to).unwrap();
+    for entry in std::fs::read_dir(from).unwrap() {
+        let entry = entry.unwrap();
+        let target = to.join(entry.file_name());
+        match entry.path().is_dir() {
+            true => copy(&entry.path(), &target),
+            false => drop(std::fs::copy(entry.path(), target).unwrap()),
+        }
+    }
+}
+
+/// The content of a file as the record of written files has it: FNV-1a of its bytes and its length.
+fn content(path: &Path) -> String {
+    let text = std::fs::read(path).unwrap();
+    let bytes = text.iter().copied().chain((text.len() as u64).to_le_bytes());
+    let sum = bytes.fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+    });
+    format!("{sum:016x}")
+}
+
+/// Makes a file of the results one that the program has written.
+fn record(out: &Path, name: &str) {
+    let line = format!("{},{name}\n", content(&out.join(name)));
+    edit(&out.join("written.csv"), |text| format!("{text}{line}"));
+}
+
+fn edit(path: &Path, change: impl Fn(&str) -> String) {
+    let text = std::fs::read_to_string(path).unwrap();
+    let changed = change(&text);
+    assert_ne!(changed, text, "{}", path.display());
+    std::fs::write(path, changed).unwrap();
+}
+
 /// Cells by column name, one map a row.
 fn table(path: &Path) -> Vec<BTreeMap<String, String>> {
     let text = std::fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
@@ -115,9 +186,8 @@ fn without_seconds(path: &Path) -> Vec<BTreeMap<String, String>> {
 
 #[test]
 fn from_an_empty_directory_to_every_documented_file() {
-    let dir = case_folder();
-    let (code, out, err) = breccia(dir.path(), &["run", "tiny.toml", "--out", "results"]);
-    assert_eq!(code, Some(0), "{err}");
+    let dir = copy_of_tiny();
+    let out = &finished_tiny().printed;
     let results = dir.path().join("results");
 
     let headers = [
@@ -365,7 +435,7 @@ fn killed_at_any_moment_it_goes_on_and_ends_at_the_same_numbers() {
     }
     assert!(seen.len() < 12, "killed too late to test anything");
     let (code, _, err) =
-        breccia(dir.path(), &["run", "tiny.toml", "--out", "killed", "--threads", "2"]);
+        breccia(dir.path(), &["run", "tiny.toml", "--out", "killed", "--threads", "1"]);
     assert_eq!(code, Some(0), "{err}");
     let now = finished(&runs);
     assert!(
@@ -373,10 +443,7 @@ fn killed_at_any_moment_it_goes_on_and_ends_at_the_same_numbers() {
         "a finished run was run again"
     );
 
-    let (code, _, err) =
-        breccia(dir.path(), &["run", "tiny.toml", "--out", "whole", "--threads", "1"]);
-    assert_eq!(code, Some(0), "{err}");
-    let [killed, whole] = ["killed", "whole"].map(|name| dir.path().join(name));
+    let (killed, whole) = (dir.path().join("killed"), finished_tiny().dir.path().join("results"));
     assert_eq!(without_seconds(&killed.join("runs.csv")), without_seconds(&whole.join("runs.csv")));
     for name in ["experiments.csv", "surrogate.json", "posterior.csv", "map.csv", "confirm.csv"] {
         let [a, b] = [&killed, &whole].map(|dir| std::fs::read(dir.join(name)).unwrap());

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use super::{breccia, number, table};
+use super::{breccia, content, copy, copy_with_results, edit, number, record, table};
 
 /// The example, smaller still: a case of seconds.
 fn smaller(folder: &Path) {
@@ -19,18 +19,6 @@ fn smaller(folder: &Path) {
     std::fs::write(path, changed).unwrap();
 }
 
-fn copy(from: &Path, to: &Path) {
-    std::fs::create_dir_all(to).unwrap();
-    for entry in std::fs::read_dir(from).unwrap() {
-        let entry = entry.unwrap();
-        let target = to.join(entry.file_name());
-        match entry.path().is_dir() {
-            true => copy(&entry.path(), &target),
-            false => drop(std::fs::copy(entry.path(), target).unwrap()),
-        }
-    }
-}
-
 /// A folder with the small example in `mine`, finished in `out`.
 fn finished() -> tempfile::TempDir {
     static ONCE: OnceLock<tempfile::TempDir> = OnceLock::new();
@@ -43,39 +31,7 @@ fn finished() -> tempfile::TempDir {
         assert_eq!(code, Some(0), "{err}");
         dir
     });
-    let dir = tempfile::tempdir().unwrap();
-    copy(whole.path(), dir.path());
-    // the case is known by its place: that of the copy
-    let origin = dir.path().join("out/origin.toml");
-    let text = std::fs::read_to_string(&origin).unwrap();
-    let [old, new] = [whole, &dir].map(|d| d.path().canonicalize().unwrap());
-    let text = text.replace(&old.display().to_string(), &new.display().to_string());
-    std::fs::write(origin, text).unwrap();
-    record(&dir.path().join("out"), "origin.toml");
-    dir
-}
-
-/// The content of a file as the workflow knows it: FNV-1a of its bytes and its length.
-fn content(path: &Path) -> String {
-    let text = std::fs::read(path).unwrap();
-    let bytes = text.iter().copied().chain((text.len() as u64).to_le_bytes());
-    let sum = bytes.fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
-        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
-    });
-    format!("{sum:016x}")
-}
-
-/// Makes a file of the results one that the program has written.
-fn record(out: &Path, name: &str) {
-    let line = format!("{},{name}\n", content(&out.join(name)));
-    edit(&out.join("written.csv"), |text| format!("{text}{line}"));
-}
-
-fn edit(path: &Path, change: impl Fn(&str) -> String) {
-    let text = std::fs::read_to_string(path).unwrap();
-    let changed = change(&text);
-    assert_ne!(changed, text, "{}", path.display());
-    std::fs::write(path, changed).unwrap();
+    copy_with_results(whole.path(), "out")
 }
 
 /// A curve with every reading changed.

@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant, SystemTime};
 
-use super::{TINY, breccia, case_folder, finished, start, without_seconds};
+use super::{
+    TINY, breccia, case_folder, copy_of_tiny, finished, finished_tiny, start, without_seconds,
+};
 
 /// Every file below a folder with its time stamp and content.
 fn everything(dir: &Path) -> BTreeMap<PathBuf, (SystemTime, Vec<u8>)> {
@@ -47,9 +49,6 @@ fn status(folder: &Path, out: &str) -> (Option<i32>, BTreeMap<String, String>) {
 #[test]
 fn processes_that_share_an_ensemble_make_each_run_once_and_one_collects_them() {
     let dir = case_folder();
-    let (code, _, err) = breccia(dir.path(), &["ensemble", "tiny.toml", "--out", "alone"]);
-    assert_eq!(code, Some(0), "{err}");
-
     let worker = ["ensemble", "tiny.toml", "--out", "shared", "--share", "--threads", "1"];
     let runs = dir.path().join("shared/ensemble");
     let mut seen = BTreeMap::new();
@@ -81,7 +80,8 @@ fn processes_that_share_an_ensemble_make_each_run_once_and_one_collects_them() {
         let output = child.wait_with_output().unwrap();
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     }
-    let [alone, shared] = ["alone", "shared"].map(|name| dir.path().join(name));
+    let alone = finished_tiny().dir.path().join("results");
+    let shared = dir.path().join("shared");
     assert_eq!(without_seconds(&alone.join("runs.csv")), without_seconds(&shared.join("runs.csv")));
     let now = finished(&runs);
     assert!(seen.iter().all(|(path, time)| now.get(path) == Some(time)), "a run was made twice");
@@ -101,11 +101,9 @@ fn two_programs_in_one_folder_end_at_what_one_alone_would() {
     }
     let (code, stages) = status(dir.path(), "both");
     assert_eq!(code, Some(0), "{stages:?}");
-    let (code, _, err) = breccia(dir.path(), &["run", "tiny.toml", "--out", "one"]);
-    assert_eq!(code, Some(0), "{err}");
+    let (both, one) = (dir.path().join("both"), finished_tiny().dir.path().join("results"));
     for name in ["mesh.msh", "experiments.csv", "surrogate.json", "posterior.csv", "map.csv"] {
-        let [a, b] =
-            ["both", "one"].map(|out| std::fs::read(dir.path().join(out).join(name)).unwrap());
+        let [a, b] = [&both, &one].map(|out| std::fs::read(out.join(name)).unwrap());
         assert!(a == b, "{name} differs");
     }
 }
@@ -191,21 +189,19 @@ fn status_tells_what_is_done_stale_stopped_and_under_way_and_changes_nothing() {
 
 #[test]
 fn damaged_and_foreign_runs_are_told_from_good_ones() {
-    let dir = case_folder();
-    let ensemble = ["ensemble", "tiny.toml", "--out", "out"];
-    let (code, _, err) = breccia(dir.path(), &ensemble);
-    assert_eq!(code, Some(0), "{err}");
-    let runs = dir.path().join("out/ensemble");
+    let dir = copy_of_tiny();
+    let ensemble = ["ensemble", "tiny.toml", "--out", "results"];
+    let runs = dir.path().join("results/ensemble");
     let before = finished(&runs);
     let folder = before.keys().next().unwrap().parent().unwrap().to_owned();
-    let table = std::fs::read(dir.path().join("out/runs.csv")).unwrap();
+    let table = std::fs::read(dir.path().join("results/runs.csv")).unwrap();
 
     // half a file: made again, and nothing else is
     let torn = folder.join("run-000003.json");
     let text = std::fs::read_to_string(&torn).unwrap();
     std::fs::write(&torn, &text[..text.len() / 2]).unwrap();
-    std::fs::remove_file(dir.path().join("out/runs.csv")).unwrap();
-    let (code, stages) = status(dir.path(), "out");
+    std::fs::remove_file(dir.path().join("results/runs.csv")).unwrap();
+    let (code, stages) = status(dir.path(), "results");
     assert!(code == Some(3) && stages["ensemble"].contains("1 damaged"), "{stages:?}");
     let (code, _, err) = breccia(dir.path(), &ensemble);
     assert_eq!(code, Some(0), "{err}");
@@ -214,7 +210,7 @@ fn damaged_and_foreign_runs_are_told_from_good_ones() {
     let changed: Vec<_> = before.iter().filter(|(path, time)| now[*path] != **time).collect();
     assert!(changed.len() == 1 && *changed[0].0 == torn, "{changed:?}");
     let rows = |bytes: &[u8]| String::from_utf8_lossy(bytes).lines().count();
-    assert_eq!(rows(&std::fs::read(dir.path().join("out/runs.csv")).unwrap()), rows(&table));
+    assert_eq!(rows(&std::fs::read(dir.path().join("results/runs.csv")).unwrap()), rows(&table));
 
     // runs by another version are neither taken nor lost
     let manifest = folder.join("ensemble.json");
@@ -222,7 +218,7 @@ fn damaged_and_foreign_runs_are_told_from_good_ones() {
     let own = concat!("breccia ", env!("CARGO_PKG_VERSION"));
     assert!(text.contains(own), "{text}");
     std::fs::write(&manifest, text.replace(own, "breccia 0.0.9")).unwrap();
-    std::fs::remove_file(dir.path().join("out/runs.csv")).unwrap();
+    std::fs::remove_file(dir.path().join("results/runs.csv")).unwrap();
     let all = finished(&runs);
     for sharing in [&[][..], &["--share"], &["--slurm-script", "script.sh"]] {
         let (code, _, err) = breccia(dir.path(), &[&ensemble, sharing].concat());

@@ -1,14 +1,11 @@
 //! Runs whose linear systems are solved on a device: here this machine in the place of a card.
 
+use crate::support::test_device::test_device;
 use crate::support::{grain, loading, matrix, peak, phase_field, prism};
 use fem::{
     Checkpoint, CompressionTest, ComputeDevice, Effort, End, Fracture, Friction, LinearScheme,
     Material, MaterialParameter, Order, Outcome, Platens, Problem, SolverOptions, Split, TetMesh,
 };
-
-fn host() -> Option<ComputeDevice> {
-    ComputeDevice::host().inspect_err(|error| println!("SKIPPED: {error}")).ok()
-}
 
 fn problem(
     mesh: TetMesh,
@@ -39,7 +36,7 @@ fn assert_same(here: &Outcome, there: &Outcome) {
 
 #[test]
 fn a_device_takes_the_steps_of_the_processor_past_the_peak() {
-    let Some(device) = host() else { return };
+    let Some(device) = test_device() else { return };
     for (order, platens) in [
         (Order::Linear, Platens::Sliding),
         (Order::Quadratic, Platens::Sliding),
@@ -73,7 +70,7 @@ fn a_device_takes_the_steps_of_the_processor_past_the_peak() {
 
 #[test]
 fn a_run_goes_on_elsewhere_from_its_checkpoint() {
-    let Some(device) = host() else { return };
+    let Some(device) = test_device() else { return };
     let folder = tempfile::tempdir().expect("a folder");
     let checkpoint = Checkpoint { path: folder.path().join("state"), every: 5 };
     let loading = loading(0.2, 1.0, 20);
@@ -92,7 +89,7 @@ fn a_run_goes_on_elsewhere_from_its_checkpoint() {
 
 #[test]
 fn derivatives_with_parameters_come_from_a_device_too() {
-    let Some(device) = host() else { return };
+    let Some(device) = test_device() else { return };
     let rates = |device: Option<ComputeDevice>| {
         let problem = problem(prism(2, true), Order::Quadratic, loading(0.2, 1.0, 12), device);
         let fracture = matrix().fracture.expect("the matrix breaks");
@@ -118,7 +115,7 @@ fn derivatives_with_parameters_come_from_a_device_too() {
 
 #[test]
 fn a_factor_is_not_asked_of_a_device() {
-    let Some(device) = host() else { return };
+    let Some(device) = test_device() else { return };
     let options = SolverOptions { linear: LinearScheme::Direct, ..SolverOptions::default() };
     let builder = loading(0.2, 1.0, 2).builder(prism(2, false)).expect("a specimen");
     let refused = builder.materials([matrix()]).options(options).device(device).build();

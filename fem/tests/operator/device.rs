@@ -2,6 +2,7 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use crate::test_device::test_device;
 use fem::device::{
     Argument, Array, ComputeDevice, Device, DeviceError, Host, Kernel, Memory, Program,
 };
@@ -10,13 +11,9 @@ use fem::{
     Schedule, SolverOptions,
 };
 
-fn host() -> Option<ComputeDevice> {
-    ComputeDevice::host().inspect_err(|error| println!("SKIPPED: {error}")).ok()
-}
-
 #[test]
 fn a_kernel_is_run_for_each_item_once() {
-    let Some(device) = host() else { return };
+    let Some(device) = test_device() else { return };
     let parameters =
         [("double", "a"), ("index", "shift"), ("const double *", "x"), ("double *", "y")];
     let kernel = Kernel::new("axpy", &parameters, "    y[at] += a * x[at + shift];\n");
@@ -36,7 +33,7 @@ fn a_kernel_is_run_for_each_item_once() {
 
 #[test]
 fn a_kernel_that_is_not_c_is_refused_in_the_compilers_words() {
-    let Some(device) = host() else { return };
+    let Some(device) = test_device() else { return };
     let kernel = Kernel::new("wrong", &[("double *", "y")], "    y[at] = nothing;\n");
     let error = device.compile(&[kernel]).expect_err("it is not declared");
     assert!(error.to_string().contains("nothing"), "{error}");

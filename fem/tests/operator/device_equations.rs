@@ -2,12 +2,9 @@
 
 use super::nvrtc::assert_compiles_for_a_card;
 use super::*;
+use crate::test_device::test_device;
 use fem::device::{Array, ComputeDevice, source};
 use fem::operator::equations_kernels;
-
-fn host() -> Option<ComputeDevice> {
-    ComputeDevice::host().inspect_err(|error| println!("SKIPPED: {error}")).ok()
-}
 
 #[track_caller]
 fn assert_near(found: &[f64], expected: &[f64], bound: f64, what: &str) {
@@ -94,7 +91,7 @@ fn compare<const N: usize, T: Tetrahedron<N> + 'static>(
 
 #[test]
 fn a_device_computes_residual_and_tangent_of_every_kind_of_element() {
-    let Some(device) = host() else { return };
+    let Some(device) = test_device() else { return };
     let at2 = PhaseField::new(0.3);
     let spectral = PhaseField { split: Split::Spectral, model: CrackDensity::At1, ..at2 };
     let volumetric = PhaseField { split: Split::VolumetricDeviatoric, ..at2 };
@@ -113,7 +110,7 @@ fn a_device_computes_residual_and_tangent_of_every_kind_of_element() {
 /// What a device cannot compute the processor does, without a word of failure.
 #[test]
 fn laws_of_the_user_and_histories_stay_on_the_processor() {
-    let Some(device) = host() else { return };
+    let Some(device) = test_device() else { return };
     let mesh = cube(2, &mut Xoshiro256PlusPlus::seed_from_u64(7));
     let assembly = || Assembly::new(Space::new::<Quadratic>(&mesh, DamageRule::Consistent));
     let (here, there) = (assembly(), assembly().on_device(Some(device)));

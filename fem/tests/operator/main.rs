@@ -7,6 +7,8 @@ mod device_product;
 mod element_kernel;
 #[path = "../support/nvrtc.rs"]
 mod nvrtc;
+#[path = "../support/test_device.rs"]
+mod test_device;
 
 use std::sync::Arc;
 

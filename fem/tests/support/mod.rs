@@ -5,6 +5,7 @@ pub(crate) mod column;
 pub(crate) mod hertz;
 pub(crate) mod manufactured;
 pub(crate) mod notched_plate;
+pub(crate) mod test_device;
 
 use std::path::PathBuf;
 

@@ -12,7 +12,7 @@ use std::time::Duration;
 
 use super::WorkflowError;
 use super::content_hash::ContentHash;
-use super::links::link_tree;
+use super::folder_copies::copy_tree;
 use super::pattern::{folder, matches};
 use super::written::Written;
 
@@ -272,11 +272,16 @@ impl ProductFolder {
         self.written.add(name, content)
     }
 
-    /// Gives a file or a folder of another folder of results a place here too.
+    /// Copies a file or a folder of another folder of results.
     ///
     /// # Errors
     /// As [`Self::write`].
-    pub(super) fn link(&self, from: &Path, name: &str, command: &str) -> Result<(), WorkflowError> {
+    pub(super) fn copy_from(
+        &self,
+        from: &Path,
+        name: &str,
+        command: &str,
+    ) -> Result<(), WorkflowError> {
         let path = self.path(name);
         let failed = |e| WorkflowError::io(&path, e);
         let content = ContentHash::of_path(from).map_err(|e| WorkflowError::io(from, e))?;
@@ -290,8 +295,8 @@ impl ProductFolder {
         // whole under another name first: at no moment is there a half file
         let partial = tempfile::Builder::new().prefix(".").suffix(".partial").tempdir_in(folder);
         let partial = partial.map_err(failed)?;
-        let whole = partial.path().join("linked");
-        link_tree(from, &whole)?;
+        let whole = partial.path().join("copy");
+        copy_tree(from, &whole)?;
         std::fs::rename(&whole, &path).map_err(failed)
     }
 

@@ -12,7 +12,7 @@ use fem::{
 
 use super::WorkflowError;
 use super::content_hash::ContentHash;
-use super::links::link_records;
+use super::folder_copies::copy_records;
 use super::neighbours::Neighbours;
 use super::simulator::Simulator;
 use super::task::Task;
@@ -59,7 +59,7 @@ pub(super) fn run_named<'s>(
     let directory = place(&task.path(""), task.neighbours.as_ref(), folder, manifest);
     if directory != own {
         // made before there were neighbours
-        link_records(&own, &directory)?;
+        copy_records(&own, &directory)?;
     }
     // another version may compute something else: its runs are not mixed with those of this one
     let fingerprint = format!("program = breccia {}\n{manifest}", env!("CARGO_PKG_VERSION"));
@@ -97,7 +97,7 @@ pub(super) fn run_named<'s>(
     task.check_interrupt()?;
     if directory != own {
         // each folder of results has all that it was made from
-        link_records(&directory, &own)?;
+        copy_records(&directory, &own)?;
     }
     Ok(records)
 }

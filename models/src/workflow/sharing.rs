@@ -96,7 +96,7 @@ impl Workflow<'_> {
                 self.freshness.check(name, finished, &inputs, &self.dir)?;
             }
             for name in record.products() {
-                self.folder.link(&folder.join(name), name, stage.name)?;
+                self.folder.copy_from(&folder.join(name), name, stage.name)?;
             }
             let name = folder.strip_prefix(neighbours.root()).unwrap_or(folder).display();
             return Ok(Some((format!("as in {name}"), record)));

@@ -1,6 +1,7 @@
 //! Delayed-acceptance Metropolis.
 
 use rand::Rng;
+use serde::{Deserialize, Serialize};
 
 use super::{
     chains::Chains,
@@ -68,21 +69,56 @@ pub type DelayedAcceptance<'a> = Mcmc<'a, Screened>;
 /// How [`DelayedAcceptance`] moves.
 #[derive(Clone, Copy, Debug)]
 pub struct Screened {
-    steps: u32,
+    screening: Screening,
     /// Transitions of the warmup on the cheap density alone.
     alone: usize,
 }
 
+/// What a transition does on the cheap density.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Screening {
+    steps: u32,
+    /// The cheap density is raised to it.
+    power: f64,
+}
+
+impl Screening {
+    fn check(self) -> Result<(), RunError> {
+        let refused = |setting, value, help| Err(RunError::Setting { setting, value, help });
+        if self.steps == 0 {
+            return refused("screening_steps", "0".into(), "give at least 1");
+        }
+        if !(self.power > 0.0 && self.power <= 1.0) {
+            let help = "give a number above 0, at most 1";
+            return refused("screening_power", self.power.to_string(), help);
+        }
+        Ok(())
+    }
+}
+
 impl Default for DelayedAcceptance<'_> {
     fn default() -> Self {
-        Self { settings: Settings::new(2000, 5000), method: Screened { steps: 1, alone: 0 } }
+        let screening = Screening { steps: 1, power: 1.0 };
+        Self { settings: Settings::new(2000, 5000), method: Screened { screening, alone: 0 } }
     }
 }
 
 impl DelayedAcceptance<'_> {
     /// Steps on the cheap density for each decision of the expensive one, at least 1.
     pub fn screening_steps(mut self, steps: u32) -> Self {
-        self.method.steps = steps;
+        self.method.screening.steps = steps;
+        self
+    }
+
+    /// Raises the cheap density to this power, above 0 and at most 1; 1 unless set.
+    ///
+    /// Where the cheap density falls off faster than the expensive one, a chain that gets there stays for many
+    /// transitions: every way back looks worse than it is. R-hat is then large however good the cheap
+    /// density is elsewhere. A power below 1 makes the cheap density wide enough; more proposals are rejected
+    /// for it. For a posterior of ten unknowns with a good surrogate 0.8 is a start. The draws are those of
+    /// the expensive density whatever the power.
+    pub fn screening_power(mut self, power: f64) -> Self {
+        self.method.screening.power = power;
         self
     }
 
@@ -158,10 +194,7 @@ impl Method for Screened {
         settings: &Settings<'_>,
         [cheap, expensive]: [&dyn ErasedDensity; 2],
     ) -> Result<Chains, RunError> {
-        if self.steps == 0 {
-            let (setting, value) = ("screening_steps", "0".into());
-            return Err(RunError::Setting { setting, value, help: "give at least 1" });
-        }
+        self.screening.check()?;
         common_dim(cheap, expensive)?;
         let alone = self.alone.min(settings.warmup);
         // the prior of the cheap density costs less to draw from
@@ -169,7 +202,7 @@ impl Method for Screened {
         let kernel = || Delayed {
             alone,
             is_unasked: alone > 0,
-            ..Delayed::new(cheap, expensive, shape.clone(), self.steps)
+            ..Delayed::new(cheap, expensive, shape.clone(), self.screening)
         };
         settings.execute(expensive, kernel)
     }
@@ -182,7 +215,7 @@ impl Method for Screened {
     ) -> Result<Chains, RunError> {
         let dim = common_dim(cheap, expensive)?;
         settings.resume(dim, earlier, |chain| match chain.tuning.as_deref() {
-            Some(Tuning::Screened(shape, steps)) if *steps == self.steps => {
+            Some(Tuning::Screened(shape, screening)) if *screening == self.screening => {
                 let passed = chain.warmup.stats.len();
                 let length = chain.paused.as_ref().map_or(0, |paused| paused.length);
                 let left = length.saturating_sub(passed);
@@ -190,12 +223,13 @@ impl Method for Screened {
                     alone: self.alone.saturating_sub(passed).min(left),
                     // the expensive density is asked in the first transition that it decides
                     is_unasked: self.alone > 0 && passed <= self.alone && chain.is_empty(),
-                    ..Delayed::new(cheap, expensive, shape.clone(), *steps)
+                    ..Delayed::new(cheap, expensive, shape.clone(), *screening)
                 })
             }
-            Some(Tuning::Screened(_, steps)) => {
-                let reason = format!("they took {steps} screening steps");
-                Err(misfit(reason, "set `screening_steps` as it was"))
+            Some(Tuning::Screened(_, Screening { steps, power })) => {
+                let reason =
+                    format!("they took {steps} screening steps on a density to the power {power}");
+                Err(misfit(reason, "set `screening_steps` and `screening_power` as they were"))
             }
             _ => Err(another_sampler()),
         })
@@ -212,23 +246,29 @@ fn common_dim(cheap: &dyn ErasedDensity, expensive: &dyn ErasedDensity) -> Resul
     Err(RunError::Screening { screening: unknowns(screening), deciding: unknowns(deciding) })
 }
 
-/// A density with its current point.
+/// A density to a power, with its current point.
 struct Evaluated<'a> {
     density: Box<dyn Evaluator + 'a>,
+    power: f64,
     y: Vec<f64>,
     log_density: f64,
 }
 
 impl<'a> Evaluated<'a> {
-    fn new(density: &'a dyn ErasedDensity, dim: usize) -> Self {
+    fn new(density: &'a dyn ErasedDensity, power: f64, dim: usize) -> Self {
         let density = density.evaluator();
-        Self { density, y: vec![0.0; dim], log_density: f64::NEG_INFINITY }
+        Self { density, power, y: vec![0.0; dim], log_density: f64::NEG_INFINITY }
     }
 
     fn begin(&mut self, y: &[f64]) -> Result<(), Rejection> {
         self.y.copy_from_slice(y);
-        self.log_density = finite(&mut *self.density, y)?;
+        self.log_density = self.power * finite(&mut *self.density, y)?;
         Ok(())
+    }
+
+    /// The log density at another point, −∞ where it is rejected, which is counted.
+    fn value(&mut self, y: &[f64], rejections: &mut Rejections) -> Result<f64, StopReason> {
+        Ok(self.power * rejections.value(&mut *self.density, y)?)
     }
 }
 
@@ -237,7 +277,7 @@ struct Delayed<'a> {
     expensive: Evaluated<'a>,
     next: Vec<f64>,
     walk: Proposal,
-    steps: u32,
+    screening: Screening,
     /// Transitions ahead on the cheap density alone.
     alone: usize,
     /// Whether the expensive density has not been asked at the current point.
@@ -252,15 +292,15 @@ impl<'a> Delayed<'a> {
         cheap: &'a dyn ErasedDensity,
         expensive: &'a dyn ErasedDensity,
         shape: ProposalShape,
-        steps: u32,
+        screening: Screening,
     ) -> Self {
         let dim = expensive.dim();
         Self {
-            cheap: Evaluated::new(cheap, dim),
-            expensive: Evaluated::new(expensive, dim),
+            cheap: Evaluated::new(cheap, screening.power, dim),
+            expensive: Evaluated::new(expensive, 1.0, dim),
             next: vec![0.0; dim],
             walk: Proposal::new(shape),
-            steps,
+            screening,
             alone: 0,
             is_unasked: false,
             screened: 0.0,
@@ -271,10 +311,10 @@ impl<'a> Delayed<'a> {
     /// The steps on the cheap density; whether they moved.
     fn screen(&mut self, rng: &mut Stream) -> Result<bool, StopReason> {
         let (mut moved, mut sum) = (false, 0.0);
-        for _ in 0..self.steps {
+        for _ in 0..self.screening.steps {
             let level = &mut self.cheap;
             self.walk.propose(&level.y, &mut self.next, rng);
-            let value = self.rejections.value(&mut *level.density, &self.next)?;
+            let value = level.value(&self.next, &mut self.rejections)?;
             let acceptance = accepting(value - level.log_density);
             sum += acceptance;
             if rng.random::<f64>() < acceptance {
@@ -283,7 +323,7 @@ impl<'a> Delayed<'a> {
                 moved = true;
             }
         }
-        self.screened = sum / f64::from(self.steps);
+        self.screened = sum / f64::from(self.screening.steps);
         Ok(moved)
     }
 }
@@ -350,7 +390,7 @@ impl MarkovChain for Delayed<'_> {
     }
 
     fn tuning(&self) -> Tuning {
-        Tuning::Screened(self.walk.shape.clone(), self.steps)
+        Tuning::Screened(self.walk.shape.clone(), self.screening)
     }
 
     fn position(&self) -> &[f64] {

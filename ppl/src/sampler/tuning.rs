@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{proposal::ProposalShape, report::InverseMassMatrix, warmup::Warmup};
+use super::{
+    delayed::Screening, proposal::ProposalShape, report::InverseMassMatrix, warmup::Warmup,
+};
 
 /// All of a chain beside its position and its random stream.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -11,8 +13,8 @@ pub(super) enum Tuning {
     Hamiltonian { step: f64, covariance: InverseMassMatrix, warmup: Warmup },
     /// Of [`Metropolis`](super::Metropolis).
     Walk(ProposalShape),
-    /// Of [`DelayedAcceptance`](super::DelayedAcceptance), with its screening steps.
-    Screened(ProposalShape, u32),
+    /// Of [`DelayedAcceptance`](super::DelayedAcceptance).
+    Screened(ProposalShape, Screening),
 }
 
 impl Tuning {

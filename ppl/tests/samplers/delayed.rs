@@ -151,6 +151,24 @@ fn a_good_screen_saves_expensive_evaluations() {
     assert!(many < 0.6 * one, "{many} and {one} expensive evaluations per effective draw");
 }
 
+/// A screen that falls off faster than the density holds chains where they are far out; to a power that makes it
+/// wide enough it lets them go.
+#[test]
+fn a_narrow_screen_is_widened_by_a_power() {
+    let target = Gaussian::autoregressive(4, 0.5, 1.0, 2.0);
+    let narrow = Gaussian::autoregressive(4, 0.5, 0.7, 1.4);
+    let sampler = DelayedAcceptance::default().screening_steps(20).draws(5000).seed(1);
+    let run = |power| sampler.clone().screening_power(power).run(&narrow, &target).expect("runs");
+    let (stuck, wide) = (run(1.0), run(0.4));
+    assert_gaussian_moments(&target, &wide);
+    let ess = |chains: &Chains| {
+        let traces = chains.traces(0);
+        let slices: Vec<&[f64]> = traces.iter().map(Vec::as_slice).collect();
+        ppl::diagnostics::ess_bulk(&slices)
+    };
+    assert!(ess(&wide) > 3.0 * ess(&stuck), "{} and {}", ess(&wide), ess(&stuck));
+}
+
 ppl::model! {
     fn expensive(y: &[f64]) {
         let mu ~ Normal(0.0, 2.0);
@@ -194,8 +212,13 @@ fn models_are_screened_by_models_of_the_same_unknowns() {
     assert!(error.contains("has mu[2], the deciding one mu, sd"), "{error}");
     let error = sampler.run(&biased(), &half_normal()).expect_err("other dimensions");
     assert!(matches!(error, RunError::Screening { .. }), "{error}");
-    let error = sampler.screening_steps(0).run(&biased(), &biased()).expect_err("no steps");
+    let error = sampler.clone().screening_steps(0).run(&biased(), &biased()).expect_err("no steps");
     assert!(matches!(error, RunError::Setting { setting: "screening_steps", .. }));
+    for power in [0.0, 1.1, f64::NAN] {
+        let sampler = sampler.clone().screening_power(power);
+        let error = sampler.run(&biased(), &biased()).expect_err("no power");
+        assert!(matches!(error, RunError::Setting { setting: "screening_power", .. }));
+    }
 }
 
 #[test]

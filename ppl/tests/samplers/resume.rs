@@ -274,8 +274,12 @@ fn walks_refuse_what_is_not_theirs() {
         (walk.resume(&other, chains.clone()), "log density"),
         (delayed.resume(&other, &target, chains), "another sampler"),
         (
-            delayed.screening_steps(2).resume(&other, &target, screened),
+            delayed.clone().screening_steps(2).resume(&other, &target, screened.clone()),
             "they took 1 screening steps",
+        ),
+        (
+            delayed.screening_power(0.5).resume(&other, &target, screened),
+            "a density to the power 1;",
         ),
     ];
     for (result, words) in cases {

@@ -5,33 +5,29 @@ use std::path::Path;
 
 use super::WorkflowError;
 
-/// Gives a file, or all of a folder, a second place, where nothing is yet. Where the file system can, it is the
-/// same file under another name, else a copy.
+/// Copies a file, or a folder with all that is in it, to a place where nothing is yet. A file system that can
+/// share the blocks of two files does so. Hard links would not do: a user who edits one file would edit the other.
 ///
 /// # Errors
 /// A file that cannot be read or written.
-pub(super) fn link_tree(from: &Path, to: &Path) -> Result<(), WorkflowError> {
+pub(super) fn copy_tree(from: &Path, to: &Path) -> Result<(), WorkflowError> {
     let failed = |e| WorkflowError::io(to, e);
     if from.is_dir() {
         std::fs::create_dir_all(to).map_err(failed)?;
         for entry in std::fs::read_dir(from).map_err(|e| WorkflowError::io(from, e))? {
             let name = entry.map_err(|e| WorkflowError::io(from, e))?.file_name();
-            link_tree(&from.join(&name), &to.join(&name))?;
+            copy_tree(&from.join(&name), &to.join(&name))?;
         }
-        return Ok(());
-    }
-    // other systems do not show that a file has two names
-    if cfg!(unix) && std::fs::hard_link(from, to).is_ok() {
         return Ok(());
     }
     std::fs::copy(from, to).map(drop).map_err(failed)
 }
 
-/// Gives every finished file of a folder of runs a place in another folder, where no file of this name is yet.
+/// Copies every finished record of a folder of runs to another folder, unless a file of its name is there.
 ///
 /// # Errors
-/// As [`link_tree`].
-pub(super) fn link_records(from: &Path, to: &Path) -> Result<(), WorkflowError> {
+/// As [`copy_tree`].
+pub(super) fn copy_records(from: &Path, to: &Path) -> Result<(), WorkflowError> {
     let Ok(entries) = std::fs::read_dir(from) else { return Ok(()) };
     let failed = |e| WorkflowError::io(to, e);
     for entry in entries.flatten() {
@@ -45,7 +41,7 @@ pub(super) fn link_records(from: &Path, to: &Path) -> Result<(), WorkflowError> 
         let partial = tempfile::Builder::new().prefix(".").suffix(".partial").tempdir_in(to);
         let partial = partial.map_err(failed)?;
         let whole = partial.path().join(&name);
-        link_tree(&entry.path(), &whole)?;
+        copy_tree(&entry.path(), &whole)?;
         let moved = tempfile::TempPath::try_from_path(&whole)
             .and_then(|whole| whole.persist_noclobber(&place).map_err(|e| e.error));
         match moved {
@@ -62,13 +58,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_linked_folder_has_the_same_content() {
+    fn a_copied_folder_has_the_same_content_and_is_edited_alone() {
         let dir = tempfile::tempdir().unwrap();
         let [a, b] = ["a", "b"].map(|name| dir.path().join(name));
         std::fs::create_dir_all(a.join("inner")).unwrap();
         std::fs::write(a.join("inner/file"), "one").unwrap();
-        link_tree(&a, &b).unwrap();
+        copy_tree(&a, &b).unwrap();
         assert_eq!(std::fs::read_to_string(b.join("inner/file")).unwrap(), "one");
+        std::fs::write(b.join("inner/file"), "edited").unwrap();
+        assert_eq!(std::fs::read_to_string(a.join("inner/file")).unwrap(), "one");
     }
 
     #[test]
@@ -86,12 +84,12 @@ mod tests {
         }
         let read = |name: &str| std::fs::read_to_string(b.join(name)).ok();
         for _ in 0..2 {
-            link_records(&a, &b).unwrap();
+            copy_records(&a, &b).unwrap();
             assert_eq!(read("run-1.json").as_deref(), Some("1"));
             assert_eq!(read("run-3.json").as_deref(), Some("other"));
             assert_eq!(read(".run-2.lock"), None);
             assert_eq!(std::fs::read_dir(&b).unwrap().count(), 2, "nothing half is left");
         }
-        link_records(&dir.path().join("none"), &b).unwrap();
+        copy_records(&dir.path().join("none"), &b).unwrap();
     }
 }
