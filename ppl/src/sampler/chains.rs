@@ -1,4 +1,4 @@
-//! What a sampler leaves behind: draws, and what is needed to go on from them.
+//! Result of a sampler: draws, statistics, and the state needed to resume the chains.
 
 use std::collections::BTreeMap;
 
@@ -13,7 +13,7 @@ use super::{
 };
 use crate::density::Location;
 
-/// One chain.
+/// Draws, statistics and resumable state of one chain.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Chain {
     /// Kept draws, row-major `n × dim`, unconstrained.
@@ -22,20 +22,20 @@ pub struct Chain {
     pub stats: Vec<DrawStats>,
     /// Divergences among the kept draws.
     pub divergences: Vec<Divergence>,
-    /// The tuning.
+    /// Report of the warmup: tuned step size, inverse mass matrix and starting point.
     pub warmup: WarmupReport,
-    /// Points rejected after the warmup, by their place in the model.
+    /// Number of points rejected after the warmup, per location in the model.
     #[serde(with = "locations")]
     pub rejections: BTreeMap<Location, u64>,
     /// Why the chain ended early; `None` if it finished.
     pub stopped: Option<StopReason>,
-    /// The random stream after the warmup and each kept draw, from which a chain goes on; `None` for
-    /// one that failed in its warmup.
+    /// State of the random stream after the warmup and after each kept draw, needed to resume the chain. `None` if the
+    /// chain failed in its warmup.
     pub(super) stream: Option<Xoshiro256PlusPlus>,
-    /// Where an interrupt found the chain in its warmup.
+    /// State of a chain that was interrupted in its warmup.
     #[serde(default)]
     pub(super) paused: Option<Box<Paused>>,
-    /// How it goes on from there, or draws where the report of the warmup does not say it.
+    /// Tuned state of the kernel, needed to resume the chain. `None` if the warmup report contains all of it.
     #[serde(default)]
     pub(super) tuning: Option<Box<Tuning>>,
 }
@@ -45,12 +45,12 @@ pub struct Chain {
 pub(super) struct Paused {
     pub(super) position: Vec<f64>,
     pub(super) stream: Xoshiro256PlusPlus,
-    /// Transitions that the warmup has in all.
+    /// Total number of transitions of the warmup.
     pub(super) length: usize,
 }
 
 impl Paused {
-    /// Whether it is of `dim` coordinates, after so many transitions.
+    /// Whether the saved chain has `dim` coordinates and its warmup has at least `transitions` transitions.
     pub(super) fn fits(&self, dim: usize, transitions: usize) -> bool {
         let possible = transitions..=u32::MAX as usize;
         self.position.len() == dim && possible.contains(&self.length)
@@ -58,7 +58,7 @@ impl Paused {
 }
 
 impl Chain {
-    /// Without draws.
+    /// A chain without draws.
     pub(crate) fn new(warmup: WarmupReport) -> Self {
         Self {
             draws: Vec::new(),
@@ -78,7 +78,7 @@ impl Chain {
         self.stats.len()
     }
 
-    /// No draw was kept.
+    /// Whether no draw was kept.
     pub fn is_empty(&self) -> bool {
         self.stats.is_empty()
     }
@@ -86,28 +86,28 @@ impl Chain {
 
 /// The chains of one run.
 ///
-/// An interrupted run has chains of unequal length; [`Chains::len`] is the common length. The
-/// [`resume`](super::Mcmc::resume) of their sampler goes on where they stand.
+/// The chains of an interrupted run can have unequal lengths; [`Chains::len`] is the common length. The method
+/// [`resume`](super::Mcmc::resume) of the sampler continues each chain from its last draw.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Chains {
     /// Number of unconstrained coordinates.
     pub dim: usize,
     /// The chains in the order of their random streams.
     pub chains: Vec<Chain>,
-    /// Bound on the doublings of a trajectory; `None` for Metropolis.
+    /// Largest number of doublings of a trajectory; `None` for Metropolis.
     pub max_depth: Option<u32>,
-    /// Transitions after the warmup for every kept draw.
+    /// Number of transitions per kept draw, after the warmup.
     #[serde(default = "every")]
     pub thin: usize,
 }
 
-/// Not thinned.
+/// Default of `thin`: every draw is kept.
 fn every() -> usize {
     1
 }
 
 impl Chains {
-    /// Of a run.
+    /// The chains of a run.
     pub(crate) fn new(dim: usize, chains: Vec<Chain>, thin: usize) -> Self {
         Self { dim, chains, max_depth: None, thin }
     }
@@ -117,13 +117,13 @@ impl Chains {
         self.chains.iter().map(Chain::len).min().unwrap_or(0)
     }
 
-    /// There is no draw that every chain has.
+    /// Whether no draw is common to all chains.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Evaluations of the density in all chains, warmup included; of the expensive one for
-    /// [`DelayedAcceptance`](crate::DelayedAcceptance).
+    /// Number of density evaluations in all chains, warmup included. For
+    /// [`DelayedAcceptance`](crate::DelayedAcceptance), the number of evaluations of the expensive density.
     pub fn evaluations(&self) -> u64 {
         let of = |stats: &[DrawStats]| stats.iter().map(|s| u64::from(s.leapfrogs)).sum::<u64>();
         self.chains.iter().map(|c| of(&c.warmup.stats) + of(&c.stats)).sum()
@@ -132,7 +132,7 @@ impl Chains {
     /// The trace of one coordinate in every chain, for the diagnostics: `chains × len`.
     ///
     /// # Panics
-    /// If `index` is out of range, as slices do.
+    /// If `index` is not below [`dim`](Self::dim).
     pub fn traces(&self, index: usize) -> Vec<Vec<f64>> {
         assert!(index < self.dim, "coordinate {index} of {}", self.dim);
         let common = self.len() * self.dim;
@@ -142,7 +142,7 @@ impl Chains {
         self.chains.iter().map(own).collect()
     }
 
-    /// Divergent transitions among the kept draws of all chains.
+    /// Number of divergent transitions among the kept draws of all chains.
     pub fn divergences(&self) -> usize {
         self.chains.iter().map(|c| c.divergences.len()).sum()
     }

@@ -22,21 +22,21 @@ use crate::{
     erased::{ErasedDensity, Evaluator},
 };
 
-/// Metropolis where a cheap density screens proposals and an expensive one decides.
+/// Metropolis sampler in which a cheap density screens the proposals and an expensive density accepts or rejects them.
 ///
-/// From y, `screening_steps` n random-walk Metropolis steps on the cheap density q lead to y′;
-/// only if they moved, the expensive density p is evaluated at y′, which is accepted with
-/// probability `min(1, p(y′) q(y) / (p(y) q(y′)))`. The draws are those of **p, whatever q is**,
-/// as long as q is not zero where p is not; a poor q costs acceptance, not truth. With n = 1 this is
-/// delayed acceptance, with more the surrogate-transition method: draws are less correlated and a
-/// good q is used up, a poor one is rejected more often. The proposal is that of
-/// [`Metropolis`](super::Metropolis), tuned in the warmup to the acceptance under q; afterwards
-/// nothing is adapted. Since it is tuned by q alone, most of a warmup need not ask p:
-/// [`screened_warmup`](Self::screened_warmup).
+/// From the current point y, n = `screening_steps` random-walk Metropolis steps on the cheap density q lead to a point
+/// y′. If y′ differs from y, the expensive density p is evaluated at y′, and y′ is accepted with probability `min(1,
+/// p(y′) q(y) / (p(y) q(y′)))`. The draws follow **p for every q** that is positive wherever p is positive; a poor q
+/// lowers the acceptance rate but does not bias the draws. With n = 1 this is delayed acceptance, with n > 1 the
+/// surrogate-transition method: a larger n makes the draws less correlated if q is close to p, and lowers the
+/// acceptance rate if q is poor. The proposal is the proposal of [`Metropolis`](super::Metropolis). The warmup tunes it
+/// to the acceptance rate under q; after the warmup nothing is adapted. Since the tuning depends on q only, most of the
+/// warmup can run without p: see [`screened_warmup`](Self::screened_warmup).
 ///
-/// Statistics of a draw: `leapfrogs` counts the evaluations of the *expensive* density (0 or 1 a
-/// transition, one more in the first after a screened warmup; [`Chains::evaluations`] adds them up), `acceptance` is its acceptance probability, 0
-/// where the screening did not move; `step_size`, `depth`, `energy` as for Metropolis, with p.
+/// Statistics of a draw: `leapfrogs` counts the evaluations of the *expensive* density: 0 or 1 per transition, and one
+/// more in the first transition after a screened warmup. [`Chains::evaluations`] is their sum. `acceptance` is the
+/// acceptance probability under p, 0 if the screening did not move the chain. `step_size`, `depth` and `energy` are
+/// defined as for Metropolis, with p.
 ///
 /// # Example
 /// ```
@@ -66,19 +66,19 @@ use crate::{
 /// Carlo Strategies in Scientific Computing* (2001), doi:10.1007/978-0-387-76371-2, section 9.4.3.
 pub type DelayedAcceptance<'a> = Mcmc<'a, Screened>;
 
-/// How [`DelayedAcceptance`] moves.
+/// Transition kernel of [`DelayedAcceptance`].
 #[derive(Clone, Copy, Debug)]
 pub struct Screened {
     screening: Screening,
-    /// Transitions of the warmup on the cheap density alone.
+    /// Number of warmup transitions that use the cheap density only.
     alone: usize,
 }
 
-/// What a transition does on the cheap density.
+/// Settings of the screening by the cheap density.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Screening {
     steps: u32,
-    /// The cheap density is raised to it.
+    /// Exponent of the cheap density.
     power: f64,
 }
 
@@ -104,27 +104,29 @@ impl Default for DelayedAcceptance<'_> {
 }
 
 impl DelayedAcceptance<'_> {
-    /// Steps on the cheap density for each decision of the expensive one, at least 1.
+    /// Number of steps on the cheap density per evaluation of the expensive density, at least 1. The default is 1.
     pub fn screening_steps(mut self, steps: u32) -> Self {
         self.method.screening.steps = steps;
         self
     }
 
-    /// Raises the cheap density to this power, above 0 and at most 1; 1 unless set.
+    /// Exponent of the cheap density, in (0, 1]. The default is 1.
     ///
-    /// Where the cheap density falls off faster than the expensive one, a chain that gets there stays for many
-    /// transitions: every way back looks worse than it is. R-hat is then large however good the cheap
-    /// density is elsewhere. A power below 1 makes the cheap density wide enough; more proposals are rejected
-    /// for it. For a posterior of ten unknowns with a good surrogate 0.8 is a start. The draws are those of
-    /// the expensive density whatever the power.
+    /// Where the cheap density decreases faster than the expensive density, a chain can stay at one point for many
+    /// transitions, because the correction factor rejects almost every move away from it. R-hat is then large even if
+    /// the cheap density is accurate elsewhere. An exponent below 1 widens the cheap density; in exchange, more
+    /// proposals are rejected. For a posterior with ten unknowns and a good surrogate, try 0.8 first. The draws follow
+    /// the expensive density for every exponent.
     pub fn screening_power(mut self, power: f64) -> Self {
         self.method.screening.power = power;
         self
     }
 
-    /// Makes the first `transitions` of the warmup on the cheap density alone, without asking the expensive
-    /// one: they tune the proposal and go where q says. The rest of the warmup, some tens of transitions,
-    /// leads from there to p. At most the warmup; 0 unless set.
+    /// Number of first warmup transitions that use the cheap density only; at most the length of the warmup. The
+    /// default is 0.
+    ///
+    /// These transitions tune the proposal and move the chain to the typical set of q. The rest of the warmup, some
+    /// tens of transitions, moves the chain from there to the typical set of p.
     ///
     /// # Example
     /// ```
@@ -155,12 +157,14 @@ impl DelayedAcceptance<'_> {
         self
     }
 
-    /// Samples `expensive`, screened by `cheap`: any log densities of the same coordinates. Their
-    /// gradients are not asked for, and `cheap` need not be normalised alike.
+    /// Samples the density `expensive` with screening by the density `cheap`.
+    ///
+    /// The two densities must have the same coordinates. Their gradients are not used, and the normalising constant of
+    /// `cheap` is arbitrary.
     ///
     /// # Errors
-    /// [`RunError`] if a setting is out of range, the two densities do not have the same unknowns,
-    /// or a chain finds no starting point that both accept.
+    /// [`RunError`] if a setting is out of range, if the two densities have different unknowns, or if a chain finds no
+    /// starting point that both densities accept.
     pub fn run<C: LogDensity, D: LogDensity>(
         &self,
         cheap: &C,
@@ -169,12 +173,12 @@ impl DelayedAcceptance<'_> {
         self.method.run(&self.settings, [cheap, expensive])
     }
 
-    /// As [`Nuts::resume`](Mcmc::resume): goes on with chains of this sampler, finished or
-    /// interrupted, to the very draws of one longer run.
+    /// Continues chains of this sampler, finished or interrupted, as [`Nuts::resume`](Mcmc::resume) does. The draws are
+    /// identical to the draws of one longer run.
     ///
     /// # Errors
-    /// [`RunError::Resume`] if the chains are not of this sampler, these densities and as many
-    /// screening steps, or one failed in its warmup.
+    /// [`RunError::Resume`] if the chains come from another sampler, from other densities or from another number of
+    /// screening steps, or if a chain failed in its warmup.
     pub fn resume<C: LogDensity, D: LogDensity>(
         &self,
         cheap: &C,
@@ -186,7 +190,7 @@ impl DelayedAcceptance<'_> {
 }
 
 impl Method for Screened {
-    /// The cheap one, and the expensive one.
+    /// The cheap density and the expensive density.
     type Target<'d> = [&'d dyn ErasedDensity; 2];
 
     fn run(
@@ -197,7 +201,7 @@ impl Method for Screened {
         self.screening.check()?;
         common_dim(cheap, expensive)?;
         let alone = self.alone.min(settings.warmup);
-        // the prior of the cheap density costs less to draw from
+        // draws from the prior of the cheap density cost less
         let shape = ProposalShape::new(cheap, settings);
         let kernel = || Delayed {
             alone,
@@ -221,7 +225,7 @@ impl Method for Screened {
                 let left = length.saturating_sub(passed);
                 Ok(Delayed {
                     alone: self.alone.saturating_sub(passed).min(left),
-                    // the expensive density is asked in the first transition that it decides
+                    // the first transition with the expensive density also evaluates it at the current point
                     is_unasked: self.alone > 0 && passed <= self.alone && chain.is_empty(),
                     ..Delayed::new(cheap, expensive, shape.clone(), *screening)
                 })
@@ -236,7 +240,7 @@ impl Method for Screened {
     }
 }
 
-/// The number of coordinates of both.
+/// Number of coordinates of the two densities; an error if they differ.
 fn common_dim(cheap: &dyn ErasedDensity, expensive: &dyn ErasedDensity) -> Result<usize, RunError> {
     let (screening, deciding) = (cheap.dim(), expensive.dim());
     if screening == deciding {
@@ -246,7 +250,7 @@ fn common_dim(cheap: &dyn ErasedDensity, expensive: &dyn ErasedDensity) -> Resul
     Err(RunError::Screening { screening: unknowns(screening), deciding: unknowns(deciding) })
 }
 
-/// A density to a power, with its current point.
+/// A density raised to a power, with the current point of the chain.
 struct Evaluated<'a> {
     density: Box<dyn Evaluator + 'a>,
     power: f64,
@@ -266,7 +270,7 @@ impl<'a> Evaluated<'a> {
         Ok(())
     }
 
-    /// The log density at another point, −∞ where it is rejected, which is counted.
+    /// Log density at another point; −∞, and one more counted rejection, if the density rejects the point.
     fn value(&mut self, y: &[f64], rejections: &mut Rejections) -> Result<f64, StopReason> {
         Ok(self.power * rejections.value(&mut *self.density, y)?)
     }
@@ -278,11 +282,11 @@ struct Delayed<'a> {
     next: Vec<f64>,
     walk: Proposal,
     screening: Screening,
-    /// Transitions ahead on the cheap density alone.
+    /// Number of remaining transitions that use the cheap density only.
     alone: usize,
-    /// Whether the expensive density has not been asked at the current point.
+    /// Whether the expensive density has not yet been evaluated at the current point.
     is_unasked: bool,
-    /// Mean acceptance probability of the last screening.
+    /// Mean acceptance probability of the most recent screening.
     screened: f64,
     rejections: Rejections,
 }
@@ -308,7 +312,7 @@ impl<'a> Delayed<'a> {
         }
     }
 
-    /// The steps on the cheap density; whether they moved.
+    /// Runs the steps on the cheap density; returns whether the point changed.
     fn screen(&mut self, rng: &mut Stream) -> Result<bool, StopReason> {
         let (mut moved, mut sum) = (false, 0.0);
         for _ in 0..self.screening.steps {
@@ -363,7 +367,7 @@ impl MarkovChain for Delayed<'_> {
             let value = self.rejections.value(&mut *level.density, &cheap.y)?;
             let correction = before - cheap.log_density;
             acceptance = match level.log_density == f64::NEG_INFINITY {
-                // the cheap density led where the expensive one is zero: any way out is taken
+                // the current point has zero expensive density: accept every point with a positive one
                 true => f64::from(u8::from(value > f64::NEG_INFINITY)),
                 false => accepting(value - level.log_density + correction),
             };

@@ -1,6 +1,6 @@
-//! The scalar product.
+//! Scalar product of two vectors.
 
-/// `aᵀb` in four partial sums, so that wide registers can be used.
+/// `aᵀb` in four partial sums, so that the compiler can use SIMD registers.
 #[inline]
 pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     let (mut a, mut b) = (a.chunks_exact(4), b.chunks_exact(4));

@@ -1,4 +1,4 @@
-//! How what JSON has not is written: infinite numbers, counts by place.
+//! Serialisation of values that JSON cannot represent: infinite numbers, and maps whose keys are locations.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -7,7 +7,7 @@ use std::{
 
 use crate::density::Location;
 
-/// A number that may be +∞, which JSON has not: null.
+/// Serialises a number that may be +∞; +∞ becomes `null`, because JSON has no infinity.
 pub(super) mod infinite {
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -22,7 +22,7 @@ pub(super) mod infinite {
     }
 }
 
-/// Counts by place, as a list: keys of JSON are strings.
+/// Serialises counts per location as a list, because the keys of a JSON object must be strings.
 pub(super) mod locations {
     use serde::{Deserialize, Deserializer, Serializer};
 
@@ -46,10 +46,11 @@ pub(super) mod locations {
     }
 }
 
-/// The text for the rest of the program; each text once, so that loading again costs nothing.
+/// Leaks the text to get a `'static` string. Each distinct text is leaked once, so repeated loading does not leak
+/// memory.
 fn intern(text: String) -> &'static str {
     static TEXTS: Mutex<BTreeSet<&str>> = Mutex::new(BTreeSet::new());
-    // a set is whole between two statements, whoever panicked
+    // a panic of another thread cannot leave the set in an inconsistent state
     let mut texts = TEXTS.lock().unwrap_or_else(PoisonError::into_inner);
     match texts.get(text.as_str()) {
         Some(known) => known,

@@ -1,4 +1,4 @@
-//! Why a run could not start.
+//! Errors that prevent a run from starting.
 
 use std::collections::BTreeMap;
 
@@ -9,21 +9,21 @@ use crate::{
     words::{further, points_tried},
 };
 
-/// A run that could not start. Trouble after the start ends a chain and keeps its draws, see
+/// Error of a run that could not start. An error after the start ends one chain and keeps its draws, see
 /// [`Chain::stopped`](super::Chain::stopped).
 #[derive(Debug, Error)]
 pub enum RunError {
-    /// A setting out of its range.
+    /// A setting is out of its range.
     #[error("setting `{setting}` = {value}: {help}")]
     Setting {
         /// Name of the builder method.
         setting: &'static str,
-        /// The value given.
+        /// Value given by the user.
         value: String,
-        /// What is accepted.
+        /// Values that the setting accepts.
         help: &'static str,
     },
-    /// No starting point was accepted by the density.
+    /// The density rejected every starting point.
     #[error(
         "chain {chain} cannot start: {} were rejected ({}); the last: {last}{}. Check the statement named \
          and its data, or give starting values by `init_value`",
@@ -32,19 +32,19 @@ pub enum RunError {
     Initialisation {
         /// Number of the chain.
         chain: usize,
-        /// Uniform or given points tried.
+        /// Number of starting points tried that were uniform or given by the user.
         tries: u32,
-        /// Draws from the prior tried.
+        /// Number of starting points tried that were draws from the prior.
         prior_draws: u32,
-        /// How often each location of the model rejected.
+        /// Number of rejections per location in the model.
         rejections: BTreeMap<Location, u64>,
         /// The last rejection.
         #[source]
         last: Box<Rejection>,
-        /// What else can be said about it, as the datum at fault.
+        /// Further description of the last rejection, such as the rejected datum.
         detail: Option<String>,
     },
-    /// A starting value by name that does not fit the model.
+    /// A starting value given by name does not fit the model.
     #[error("starting value of {0}")]
     Values(String),
     /// The model reported a fatal error before the first transition.
@@ -52,12 +52,12 @@ pub enum RunError {
     Fatal {
         /// Number of the chain.
         chain: usize,
-        /// What it reported.
+        /// The fatal error.
         source: Box<FatalError>,
-        /// What the model itself says of it, where it cannot be evaluated at all.
+        /// The model's own description of the error, if the model cannot be evaluated at all.
         detail: Option<String>,
     },
-    /// The density that screens is not one of the same unknowns as the one that decides.
+    /// The screening density and the deciding density have different unknowns.
     #[error(
         "the screening density has {screening}, the deciding one {deciding}: both need the same unknowns"
     )]
@@ -67,12 +67,12 @@ pub enum RunError {
         /// Unknowns of the expensive density.
         deciding: String,
     },
-    /// The chains to go on with do not fit.
+    /// The chains to resume do not fit this run.
     #[error("cannot go on with earlier chains: {reason}; {help}")]
     Resume {
-        /// What does not fit.
+        /// The property that does not fit.
         reason: String,
-        /// What to do.
+        /// Suggested fix.
         help: &'static str,
     },
     /// The threads could not be started.

@@ -1,4 +1,4 @@
-//! Hamiltonian motion on the negative log density.
+//! Hamiltonian dynamics with the negative log density as potential energy.
 
 use rand::Rng;
 
@@ -8,7 +8,7 @@ use crate::{
     erased::{ErasedDensity, Evaluator},
 };
 
-/// A position with its log density and score.
+/// A position with its log density and score (gradient of the log density).
 #[derive(Clone, Debug)]
 pub(super) struct Position {
     pub(super) y: Vec<f64>,
@@ -35,7 +35,7 @@ pub(super) struct Phase {
     pub(super) p: Vec<f64>,
     pub(super) velocity: Vec<f64>,
     acceleration: Vec<f64>,
-    /// Position before the last step.
+    /// Position before the most recent leapfrog step.
     pub(super) before: Vec<f64>,
 }
 
@@ -64,9 +64,9 @@ impl Phase {
     }
 }
 
-/// Changes momenta and velocities by what the score and the acceleration do in `time`; returns the
-/// kinetic energy ½ pᵀM⁻¹p after that.
-// of slices: that they do not overlap lets the compiler use wide registers
+/// Updates momenta and velocities by score and acceleration over the time `time`. Returns the new kinetic energy ½
+/// pᵀM⁻¹p.
+// separate slices: since they cannot overlap, the compiler uses SIMD registers
 #[inline]
 fn kick(p: &mut [f64], v: &mut [f64], g: &[f64], a: &[f64], time: f64) -> f64 {
     let (p, p_rest) = p.as_chunks_mut::<4>();
@@ -90,7 +90,7 @@ fn kick(p: &mut [f64], v: &mut [f64], g: &[f64], a: &[f64], time: f64) -> f64 {
     0.5 * ((sums[0] + sums[1]) + (sums[2] + sums[3]) + rest)
 }
 
-/// The density, the mass matrix, and the count of rejected points.
+/// The log density, the mass matrix, and the number of rejected points per location.
 pub(super) struct Hamiltonian<'a> {
     density: Box<dyn Evaluator + 'a>,
     pub(super) metric: Metric,
@@ -123,11 +123,11 @@ impl<'a> Hamiltonian<'a> {
         self.metric.apply(&phase.point.gradient, &mut phase.acceleration);
     }
 
-    /// One leapfrog step of size `step` (negative: backwards in time); returns the energy after
-    /// it, infinite where the density rejects the point.
+    /// One leapfrog step of size `step`; a negative step goes backwards in time. Returns the energy after the step, +∞
+    /// if the density rejects the point.
     ///
-    /// Velocities are kicked along with the momenta, so that the mass matrix is applied once a
-    /// step and not twice; within one trajectory they cannot drift apart by more than rounding.
+    /// The velocities are updated together with the momenta, so that a step multiplies by the mass matrix once instead
+    /// of twice. Within one trajectory, velocities and momenta differ by rounding errors only.
     pub(super) fn leapfrog(&mut self, phase: &mut Phase, step: f64) -> Result<f64, StopReason> {
         let n = phase.p.len();
         let (p, v) = (&mut phase.p[..n], &mut phase.velocity[..n]);
@@ -151,8 +151,8 @@ impl<'a> Hamiltonian<'a> {
         Ok(if energy.is_nan() { f64::INFINITY } else { energy })
     }
 
-    /// Doubles or halves `step` until the energy error of one leapfrog step from `start` crosses
-    /// ln 0.8 (Hoffman & Gelman 2014, algorithm 4, with Stan's threshold); `phase` is scratch.
+    /// Doubles or halves `step` until the acceptance probability of one leapfrog step from `start` crosses 0.8 (Hoffman
+    /// & Gelman 2014, algorithm 4, with Stan's threshold). `phase` is scratch space.
     pub(super) fn search_step<R: Rng + ?Sized>(
         &mut self,
         start: &Position,
@@ -161,7 +161,7 @@ impl<'a> Hamiltonian<'a> {
         rng: &mut R,
     ) -> Result<f64, StopReason> {
         let mut growing = None;
-        // without unknowns, or on a flat density, every step is accepted
+        // the loop is bounded, because on a flat density or without unknowns every step is accepted
         for _ in 0..SEARCHES {
             phase.point.copy_from(start);
             self.refresh(phase, rng);
@@ -177,7 +177,7 @@ impl<'a> Hamiltonian<'a> {
     }
 }
 
-/// Bound on the step search: factors of two from 10⁻¹⁵ to 10¹⁵.
+/// Largest number of doublings or halvings in the step search: factors from 10⁻¹⁵ to 10¹⁵.
 const SEARCHES: usize = 50;
 
 #[cfg(test)]

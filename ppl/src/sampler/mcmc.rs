@@ -1,4 +1,4 @@
-//! The front that all samplers share: settings, a run, and a run that goes on.
+//! Interface common to all samplers: settings, `run` and `resume`.
 
 use std::sync::atomic::AtomicBool;
 
@@ -10,26 +10,27 @@ use super::{
 };
 use crate::{datum::Recordable, density::LogDensity, erased::ErasedDensity};
 
-/// Markov chain Monte Carlo by the transitions of `M`: chains that run in parallel, go on where they
-/// were interrupted, and draw the same for any number of threads.
+/// Markov chain Monte Carlo with the transition kernel `M`. The chains run in parallel, can be resumed after an
+/// interrupt, and give the same draws for any number of threads.
 ///
-/// Used by the names [`Nuts`](super::Nuts), [`Metropolis`](super::Metropolis) and
-/// [`DelayedAcceptance`](super::DelayedAcceptance), whose pages say what they do.
+/// The type aliases [`Nuts`](super::Nuts), [`Metropolis`](super::Metropolis) and
+/// [`DelayedAcceptance`](super::DelayedAcceptance) document the samplers.
 #[derive(Clone, Debug)]
 pub struct Mcmc<'a, M> {
     pub(crate) settings: Settings<'a>,
     pub(crate) method: M,
 }
 
-/// How a sampler moves. Its functions are compiled here, and not anew for every density of a user.
+/// Transition kernel of a sampler. Its functions take a type-erased density, so that they are compiled once and not for
+/// every density of a user.
 pub(crate) trait Method {
-    /// What it samples: a density, or an expensive one with a cheap one before it.
+    /// The sampled density, or the pair of a cheap and an expensive density.
     type Target<'d>: Copy;
 
-    /// All chains, from the start.
+    /// Runs all chains from their starting points.
     fn run(&self, settings: &Settings<'_>, target: Self::Target<'_>) -> Result<Chains, RunError>;
 
-    /// All chains, from where earlier ones ended.
+    /// Resumes all chains from the last state of the earlier chains.
     fn resume(
         &self,
         settings: &Settings<'_>,
@@ -38,7 +39,7 @@ pub(crate) trait Method {
     ) -> Result<Chains, RunError>;
 }
 
-/// A method that samples one density.
+/// A method that samples a single density.
 pub(crate) trait OneDensity: for<'d> Method<Target<'d> = &'d dyn ErasedDensity> {}
 
 #[expect(private_bounds, reason = "sealed: how chains move is no matter of the interface")]
@@ -51,18 +52,17 @@ impl<M: OneDensity> Mcmc<'_, M> {
         self.method.run(&self.settings, density)
     }
 
-    /// Goes on with the chains of an earlier run until each has as many draws as this sampler is
-    /// set to keep. They are those that one longer run would have drawn, bit for bit, on the same
-    /// density with the same `thin`. It finishes an interrupted run, were it still in its warmup, and
-    /// lengthens a finished one;
-    /// [`Posterior::from_chains`](crate::Posterior::from_chains) gives the draws their names.
+    /// Continues the chains of an earlier run until each chain has the number of draws that this sampler is set to
+    /// keep.
     ///
-    /// What was tuned and the random streams are those of the earlier chains; [`Chains::save`] keeps
-    /// them all.
+    /// The draws are bit for bit the draws of one longer run on the same density with the same `thin`. An interrupted
+    /// run is completed, even if the interrupt came in the warmup; a finished run is extended.
+    /// [`Posterior::from_chains`](crate::Posterior::from_chains) gives the draws their names. The tuning and the random
+    /// streams are taken from the earlier chains; [`Chains::save`] writes both to a file.
     ///
     /// # Errors
-    /// [`RunError::Resume`] if the chains are not of this sampler or this density, or one failed in
-    /// its warmup.
+    /// [`RunError::Resume`] if the chains come from another sampler or another density, or if a chain failed in its
+    /// warmup.
     pub fn resume<D: LogDensity>(&self, density: &D, earlier: Chains) -> Result<Chains, RunError> {
         self.method.resume(&self.settings, density, earlier)
     }
@@ -75,21 +75,21 @@ impl<'a, M> Mcmc<'a, M> {
         self
     }
 
-    /// Warmup transitions of each chain; they are not kept.
+    /// Number of warmup transitions per chain; their draws are discarded.
     pub fn warmup(mut self, warmup: usize) -> Self {
         self.settings.warmup = warmup;
         self
     }
 
-    /// Kept draws of each chain.
+    /// Number of kept draws per chain.
     pub fn draws(mut self, draws: usize) -> Self {
         self.settings.draws = draws;
         self
     }
 
-    /// Keeps every `thin`-th transition after the warmup. Statistics of a kept draw then
-    /// cover the transitions since the draw before: leapfrogs are added up, acceptance is
-    /// averaged, and it is divergent if any of them was.
+    /// Keeps every `thin`-th transition after the warmup. The statistics of a kept draw then cover all transitions
+    /// since the previous kept draw: leapfrog steps are summed, acceptance probabilities are averaged, and the draw is
+    /// divergent if any of the transitions was divergent.
     pub fn thin(mut self, thin: usize) -> Self {
         self.settings.thin = thin;
         self
@@ -101,15 +101,15 @@ impl<'a, M> Mcmc<'a, M> {
         self
     }
 
-    /// Threads of this run; by default rayon's pool is shared.
+    /// Number of threads of this run. By default, the run uses rayon's global pool.
     pub fn threads(mut self, threads: usize) -> Self {
         self.settings.threads = Some(threads);
         self
     }
 
-    /// Random starts are uniform on (−`radius`, `radius`) in every unconstrained coordinate; 2 unless set.
-    /// A chain whose density rejects 100 of these starts at a draw from the prior:
-    /// [`WarmupReport::start_kind`](super::WarmupReport::start_kind).
+    /// Half-width of the random starts, which are uniform on (−`radius`, `radius`) in every unconstrained coordinate.
+    /// The default is 2. If the density rejects 100 of these starts, the chain starts at a draw from the prior and
+    /// [`WarmupReport::start_kind`](super::WarmupReport::start_kind) records this.
     pub fn init_radius(mut self, radius: f64) -> Self {
         self.settings.init = Starts::Uniform(radius);
         self
@@ -121,8 +121,8 @@ impl<'a, M> Mcmc<'a, M> {
         self
     }
 
-    /// Starts every chain with the quantity of this name at this value; quantities without a value start
-    /// at random. A value is a number, or an array or a vector of as many as the quantity has.
+    /// Starts every chain with the given value of the named quantity; quantities without a value start at random. The
+    /// value is a number, or an array or vector with as many numbers as the quantity has.
     ///
     /// # Example
     /// ```
@@ -151,13 +151,14 @@ impl<'a, M> Mcmc<'a, M> {
         self
     }
 
-    /// Who hears of the chains while they run.
+    /// Observer that is notified of the progress of the chains.
     pub fn progress(mut self, progress: &'a dyn Progress) -> Self {
         self.settings.progress = Some(progress);
         self
     }
 
-    /// When the flag becomes true, every chain ends after its transition and keeps its draws.
+    /// Flag that interrupts the run: when it becomes true, every chain ends after its current transition and keeps its
+    /// draws.
     pub fn interrupt(mut self, interrupt: &'a AtomicBool) -> Self {
         self.settings.interrupt = Some(interrupt);
         self

@@ -1,4 +1,4 @@
-//! Markov chain Monte Carlo: [`Nuts`], and without gradients [`Metropolis`] and
+//! Markov chain Monte Carlo: [`Nuts`], which uses gradients, and the gradient-free samplers [`Metropolis`] and
 //! [`DelayedAcceptance`].
 
 mod chains;

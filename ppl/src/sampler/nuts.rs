@@ -17,32 +17,31 @@ use super::{
 use crate::erased::ErasedDensity;
 use chain::NutsChain;
 
-/// The no-U-turn sampler: Hamiltonian trajectories whose length finds itself.
+/// The no-U-turn sampler: Hamiltonian Monte Carlo that chooses the length of each trajectory automatically.
 ///
-/// Multinomial NUTS with the generalised criterion (Betancourt 2017), target acceptance 0.8, at
-/// most 10 doublings, starts uniform on (−2, 2), 4 chains with 1000 draws after 700 of warmup.
+/// This is multinomial NUTS with the generalised criterion (Betancourt 2017). Defaults: target acceptance 0.8, at most
+/// 10 doublings, starts uniform on (−2, 2), and 4 chains, each with 700 warmup transitions and 1000 draws.
 ///
-/// A start so far from the posterior that energies there have no digits for their differences, as
-/// where a rate is e⁸⁰, is left by a few steps of L-BFGS first, which end well before the mode.
-/// The default warmup fits the inverse mass matrix M⁻¹ to draws y and scores ∇ln p, by the least
-/// Fisher divergence. It does so every 10 draws in the first 30 % of the warmup, from the later
-/// half of the draws so far, and then in windows of 80 · 1.5ⁿ draws; the last 15 % tune the step
-/// alone. Each time it chooses between
-/// - a diagonal, `√(var y / var ∇ln p)`, and
-/// - up to 50 dimensions the dense geometric mean of `cov y` and `(cov ∇ln p)⁻¹`, above that the
-///   same in up to 32 directions beside the diagonal,
+/// Far from the posterior, energies can be so large that rounding hides their differences, for example where a rate is
+/// e⁸⁰. From such a start, a few steps of L-BFGS move the chain towards the posterior first; they stop well before the
+/// mode. The default warmup fits the inverse mass matrix M⁻¹ to draws y and scores ∇ln p by minimising the Fisher
+/// divergence. In the first 30 % of the warmup, it fits every 10 draws, to the later half of all draws so far. After
+/// that, it fits in windows of 80 · 1.5ⁿ draws. The last 15 % of the warmup tune only the step size. Each fit chooses
+/// between
+/// - a diagonal matrix, `√(var y / var ∇ln p)`, and
+/// - a matrix with correlations: in up to 50 dimensions, the dense geometric mean of `cov y` and `(cov ∇ln p)⁻¹`; in
+///   more dimensions, a diagonal with such a geometric mean in up to 32 directions.
 ///
-/// by the divergence on the last third of the draws, when fitted to those before; from the second
-/// window on, the map in use competes too. A divergence in the last 15 % raises the target to 0.9; one
-/// in 75 transitions of the later half raises it to 0.95. [`Nuts::stan_compatible`] takes Stan's warmup, which needs more gradients on most posteriors,
-/// but steps more carefully where scales are unknown and coordinates many (horseshoes, spectral
-/// Gaussian processes). After the warmup nothing is adapted; what
-/// was decided, and when, is in [`WarmupReport`].
+/// The choice minimises the divergence on the last third of the draws, with both matrices fitted to the first two
+/// thirds. After the first 30 % of the warmup, the matrix in use is compared too. A divergence in the last 15 % of the
+/// warmup raises the target acceptance to 0.9. One divergence per 75 transitions of the later half, at least 3 in all,
+/// raises it to 0.95. [`Nuts::stan_compatible`] uses Stan's warmup. It needs more gradients on most posteriors, but it
+/// chooses smaller steps on posteriors with unknown scales and many coordinates (horseshoe priors, spectral Gaussian
+/// processes). After the warmup nothing is adapted. [`WarmupReport`] lists all decisions of the warmup and their times.
 ///
-/// A point that the density rejects ends its trajectory as a divergence and is counted by its
-/// place in the model. A fatal error or the interrupt flag ends the run and keeps its draws; what was
-/// interrupted, in the warmup too, goes on by [`resume`](Mcmc::resume) from the [`Chains`] of
-/// [`run`](Mcmc::run).
+/// A point that the density rejects ends its trajectory as a divergence; rejections are counted per location in the
+/// model. A fatal error or the interrupt flag ends the run and keeps its draws. Call [`resume`](Mcmc::resume) with the
+/// [`Chains`] of [`run`](Mcmc::run) to continue an interrupted run, even if it was interrupted in the warmup.
 ///
 /// # Example
 /// ```
@@ -63,14 +62,14 @@ use chain::NutsChain;
 /// ppl::check::mean(&posterior, "level", (8.4 / 0.25) / (0.01 + 12.0)).within_mcse(4.0);
 /// # Ok::<(), ppl::SampleError>(())
 /// ```
-/// [`LogDensity`](crate::LogDensity) shows a density that is not a model.
+/// [`LogDensity`](crate::LogDensity) has an example of a density that is not a model.
 ///
 /// # References
 /// Hoffman & Gelman, JMLR 15 (2014) 1593; Betancourt, arXiv 1701.02434; Seyboldt, Carlson &
 /// Carpenter 2026, arXiv 2603.18845.
 pub type Nuts<'a> = Mcmc<'a, NoUTurn>;
 
-/// How [`Nuts`] moves.
+/// Transition kernel of [`Nuts`].
 #[derive(Clone, Debug)]
 pub struct NoUTurn {
     rule: Adaptation,
@@ -86,9 +85,9 @@ impl Default for Nuts<'_> {
 }
 
 impl Nuts<'_> {
-    /// Stan's warmup: 1000 draws, with variances of the draws in doubling windows between 75 draws
-    /// and 50 draws in which only the step is tuned (15 / 75 / 10 % below 150 draws, the step alone
-    /// below 20).
+    /// NUTS with Stan's warmup of 1000 draws. The first 75 draws tune the step size, doubling windows then estimate the
+    /// variances of the draws, and the last 50 draws tune the step size again. A warmup shorter than 150 draws is split
+    /// into 15 / 75 / 10 %; a warmup shorter than 20 draws tunes the step size only.
     ///
     /// Reference: Stan Reference Manual, *HMC algorithm parameters*.
     pub fn stan_compatible() -> Self {
@@ -97,13 +96,13 @@ impl Nuts<'_> {
         nuts
     }
 
-    /// Mean acceptance that the step size is tuned to, between 0 and 1.
+    /// Target of the mean acceptance probability, between 0 and 1. The warmup tunes the step size to it.
     pub fn target_accept(mut self, target: f64) -> Self {
         self.method.target_accept = target;
         self
     }
 
-    /// Most doublings of a trajectory, 1 to 20: at most `2^max_depth − 1` leapfrogs a draw.
+    /// Largest number of doublings of a trajectory, 1 to 20. A draw needs at most `2^max_depth − 1` leapfrog steps.
     pub fn max_depth(mut self, depth: u32) -> Self {
         self.method.max_depth = depth;
         self
@@ -111,7 +110,7 @@ impl Nuts<'_> {
 }
 
 impl NoUTurn {
-    /// Refuses settings out of range.
+    /// Returns an error if a setting is out of range.
     fn check(&self) -> Result<(), RunError> {
         let refuse = |setting, value, help| Err(RunError::Setting { setting, value, help });
         if !(self.target_accept > 0.0 && self.target_accept < 1.0) {
@@ -155,7 +154,7 @@ impl Method for NoUTurn {
     }
 }
 
-/// The kernel of a chain as it was after its last transition.
+/// Rebuilds the kernel of a chain as it was after the chain's last transition.
 fn as_tuned<'a>(
     density: &'a dyn ErasedDensity,
     max_depth: u32,

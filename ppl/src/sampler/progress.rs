@@ -1,10 +1,10 @@
-//! News from running chains.
+//! Progress reports of running chains.
 
 use std::time::{Duration, Instant};
 
 use super::report::DrawStats;
 
-/// Receives news from running chains, from their threads.
+/// Observer of running chains; the methods are called from the threads of the chains.
 ///
 /// # Example
 /// ```
@@ -16,34 +16,34 @@ use super::report::DrawStats;
 /// }
 /// ```
 pub trait Progress: Sync {
-    /// Called at most ten times a second by each chain, and once at its end.
+    /// Called by each chain at most ten times per second, and once at the end of the chain.
     fn update(&self, status: &ChainStatus);
 }
 
-/// The state of one running chain.
+/// State of one running chain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChainStatus {
     /// Number of the chain.
     pub chain: usize,
-    /// The chain is still in its warmup.
+    /// Whether the chain is still in its warmup.
     pub tuning: bool,
-    /// Transitions done, warmup included.
+    /// Number of transitions done, warmup included.
     pub done: usize,
-    /// Transitions asked for, warmup included.
+    /// Number of transitions requested, warmup included.
     pub total: usize,
-    /// Transitions per second since the chain began.
+    /// Transitions per second since the start of the chain.
     pub draws_per_second: f64,
-    /// Divergent transitions after the warmup.
+    /// Number of divergent transitions after the warmup.
     pub divergences: u64,
-    /// Step size of the last transition.
+    /// Step size of the most recent transition.
     pub step_size: f64,
-    /// No further transition will follow.
+    /// Whether the chain has ended.
     pub finished: bool,
 }
 
 const INTERVAL: Duration = Duration::from_millis(100);
 
-/// Calls [`Progress::update`] at a bounded rate.
+/// Calls [`Progress::update`] at a limited rate.
 pub(super) struct Meter<'a> {
     listener: Option<&'a dyn Progress>,
     status: ChainStatus,

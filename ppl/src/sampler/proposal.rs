@@ -1,4 +1,4 @@
-//! The proposal of random-walk samplers, and how the warmup shapes it.
+//! Proposal distribution of the random-walk samplers and its adaptation in the warmup.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 use rand::{Rng, SeedableRng};
@@ -13,7 +13,7 @@ use super::{
 };
 use crate::{erased::ErasedDensity, start::prior_scales};
 
-/// Draws proposals.
+/// Generator of proposals.
 pub(super) struct Proposal {
     noise: DVector<f64>,
     jump: DVector<f64>,
@@ -26,7 +26,7 @@ impl Proposal {
         Self { noise: DVector::zeros(dim), jump: DVector::zeros(dim), shape }
     }
 
-    /// Draws a proposal from `from`.
+    /// Draws a proposal around the point `from` and writes it to `to`.
     pub(super) fn propose(&mut self, from: &[f64], to: &mut [f64], rng: &mut Stream) {
         self.noise.iter_mut().for_each(|z| *z = rng.sample(StandardNormal));
         self.jump.gemv(self.shape.scale, &self.shape.factor, &self.noise, 0.0);
@@ -36,21 +36,21 @@ impl Proposal {
     }
 }
 
-/// `Normal(y, s² Σ)` with Σ from windows of draws and s led to the best acceptance; see
-/// [`Metropolis`](super::Metropolis).
+/// Shape of the proposal `Normal(y, s² Σ)`: Σ is estimated from windows of draws, and s is tuned to the target
+/// acceptance; see [`Metropolis`](super::Metropolis).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct ProposalShape {
     /// Cholesky factor of Σ.
     factor: DMatrix<f64>,
     pub(super) scale: f64,
-    /// Warmup transitions since the scale began anew.
+    /// Number of warmup transitions since the scale was last reset.
     steps: f64,
     schedule: WindowSchedule,
     window: Scatter,
 }
 
 impl ProposalShape {
-    /// With the scales of the prior, from a random stream apart from those of the chains.
+    /// Initial shape with the scales of the prior. The prior is sampled with a random stream that no chain uses.
     pub(super) fn new(density: &dyn ErasedDensity, settings: &Settings<'_>) -> Self {
         let mut rng = Stream::seed_from_u64(settings.seed);
         rng.long_jump();
@@ -69,7 +69,7 @@ impl ProposalShape {
         }
     }
 
-    /// Learns from a warmup transition that ended at `y`.
+    /// Adapts to a warmup transition that ended at `y`.
     pub(super) fn learn(&mut self, acceptance: f64, y: &[f64]) {
         let dim = y.len();
         self.steps += 1.0;
@@ -79,7 +79,7 @@ impl ProposalShape {
             self.window.add(y);
         }
         if matches!(moment, Moment::Last { .. }) {
-            // a window in which a coordinate never moved has no covariance: keep the old one
+            // the covariance is singular if one coordinate is constant in the window: keep the old factor
             if let Some(factor) = Cholesky::new(self.window.covariance()) {
                 self.factor = factor.unpack();
                 self.scale = first_scale(dim);
@@ -89,7 +89,7 @@ impl ProposalShape {
         }
     }
 
-    /// Records the tuning.
+    /// Writes the tuned proposal to the warmup report.
     pub(super) fn report(&self, report: &mut WarmupReport) {
         report.step_size = self.scale;
         report.target_acceptance = target_acceptance(self.factor.nrows());
@@ -98,7 +98,7 @@ impl ProposalShape {
         report.covariance = InverseMassMatrix::Dense(covariance.as_slice().to_vec());
     }
 
-    /// Whether it is of a density of `dim` coordinates, after so many transitions.
+    /// Whether the shape has `dim` coordinates and has adapted to `transitions` transitions.
     pub(super) fn fits(&self, dim: usize, transitions: usize) -> bool {
         self.factor.shape() == (dim, dim)
             && self.window.mean.len() == dim
@@ -107,17 +107,17 @@ impl ProposalShape {
     }
 }
 
-/// Best scale for a normal target whose covariance is known.
+/// Optimal scale for a normal target with known covariance.
 pub(super) fn first_scale(dim: usize) -> f64 {
     2.38 / (dim.max(1) as f64).sqrt()
 }
 
-/// Best acceptance: 0.44 for one coordinate, 0.234 for many.
+/// Optimal acceptance probability: 0.44 in one dimension, 0.234 in many.
 pub(super) fn target_acceptance(dim: usize) -> f64 {
     0.234 + 0.206 / dim.max(1) as f64
 }
 
-/// Mean and scatter matrix of vectors seen one by one.
+/// Running mean and scatter matrix of vectors (Welford's algorithm).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Scatter {
     count: f64,
@@ -137,7 +137,7 @@ impl Scatter {
         self.scatter.ger(1.0 - 1.0 / self.count, &delta, &delta, 1.0);
     }
 
-    /// InverseMassMatrix with correlations shrunk by n/(n+5).
+    /// Sample covariance with correlations shrunk by n/(n+5).
     pub(super) fn covariance(&self) -> DMatrix<f64> {
         let n = self.count;
         let unshrunk = &self.scatter / (n - 1.0);
@@ -153,7 +153,7 @@ mod tests {
 
     use super::*;
 
-    /// Against the two-pass formula on three points.
+    /// Compares with the two-pass formula on three points.
     #[test]
     fn scatter_by_hand() {
         let mut scatter = Scatter::new(2);

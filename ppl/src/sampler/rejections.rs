@@ -1,4 +1,4 @@
-//! Rejected points, counted by their location in the model.
+//! Counts of rejected points per location in the model.
 
 use std::collections::BTreeMap;
 
@@ -8,12 +8,12 @@ use crate::{
     erased::Evaluator,
 };
 
-/// How often each location of the model rejected a point.
+/// Number of rejected points per location in the model.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Rejections(BTreeMap<Location, u64>);
 
 impl Rejections {
-    /// Counts a rejection; a fatal error is passed on instead.
+    /// Counts a rejection; returns a fatal error instead of counting it.
     pub(super) fn count(&mut self, rejection: &Rejection) -> Result<(), StopReason> {
         match rejection {
             Rejection::Fatal(error) => return Err(StopReason::Fatal(error.clone())),
@@ -24,14 +24,14 @@ impl Rejections {
         Ok(())
     }
 
-    /// Adds those counted elsewhere.
+    /// Adds the counts of `others`.
     pub(super) fn add(&mut self, others: Self) {
         for (location, count) in others.0 {
             *self.0.entry(location).or_insert(0) += count;
         }
     }
 
-    /// The log density at `y`, −∞ where it rejects the point, which is counted.
+    /// Log density at `y`; −∞, and one more counted rejection, if the density rejects the point.
     pub(super) fn value(
         &mut self,
         density: &mut dyn Evaluator,
@@ -46,19 +46,19 @@ impl Rejections {
         }
     }
 
-    /// Hands over the counts so far and begins anew.
+    /// Returns the counts and resets them to zero.
     pub(super) fn take(&mut self) -> BTreeMap<Location, u64> {
         std::mem::take(&mut self.0)
     }
 }
 
-/// The probability min(1, eˣ) of accepting a move; never of one whose x is no number.
+/// Probability min(1, eˣ) of accepting a move; 0 if x is NaN.
 pub(super) fn accepting(x: f64) -> f64 {
-    // `min` leaves NaN out
+    // `f64::min` ignores NaN
     if x.is_nan() { 0.0 } else { x.exp().min(1.0) }
 }
 
-/// The log density at `y`; one that is not finite is a rejection, whoever wrote the density.
+/// Log density at `y`. A log density that is not finite is a rejection, also for densities written by users.
 pub(super) fn finite(density: &mut dyn Evaluator, y: &[f64]) -> Result<f64, Rejection> {
     let value = density.log_density(y)?;
     if value.is_finite() {

@@ -1,4 +1,4 @@
-//! Statistics of every transition, and how a chain was tuned.
+//! Statistics of each transition, and the report of the warmup.
 
 use std::{collections::BTreeMap, fmt};
 
@@ -13,25 +13,25 @@ use crate::start::StartKind;
 pub struct DrawStats {
     /// Log density at the draw, in unconstrained space (Jacobian included).
     pub log_density: f64,
-    /// Hamiltonian at the draw, `−log p + ½ pᵀM⁻¹p`; for Metropolis `−log p`.
+    /// Hamiltonian at the draw, `−log p + ½ pᵀM⁻¹p`. For Metropolis: `−log p`.
     pub energy: f64,
-    /// Mean of `min(1, e^(H₀−H))` over all leapfrogs; for Metropolis the acceptance probability.
+    /// Mean of `min(1, e^(H₀−H))` over all leapfrog steps. For Metropolis: the acceptance probability.
     pub acceptance: f64,
-    /// Leapfrog step; for Metropolis the scale of the proposal.
+    /// Leapfrog step size. For Metropolis: the scale of the proposal.
     pub step_size: f64,
-    /// Completed doublings of the trajectory (0 for Metropolis).
+    /// Number of completed doublings of the trajectory; 0 for Metropolis.
     pub depth: u32,
-    /// Evaluations of the density in the transition, discarded subtrees included.
+    /// Number of density evaluations in the transition, discarded subtrees included.
     pub leapfrogs: u32,
-    /// The energy error passed 1000, or a point was rejected; positions are in
-    /// [`Chain::divergences`](super::Chain::divergences).
+    /// Whether the transition diverged: its energy error exceeded 1000, or the density rejected a point. Positions of
+    /// divergences are in [`Chain::divergences`](super::Chain::divergences).
     pub divergent: bool,
-    /// The transition belongs to the warmup.
+    /// Whether the transition belongs to the warmup.
     pub tuning: bool,
 }
 
 impl DrawStats {
-    /// Of a transition without trajectory.
+    /// Statistics of a random-walk transition, which has no trajectory.
     pub(crate) fn walk(log_density: f64, acceptance: f64, scale: f64, evaluations: u32) -> Self {
         Self {
             log_density,
@@ -46,32 +46,32 @@ impl DrawStats {
     }
 }
 
-/// Where a trajectory of a kept draw diverged.
+/// A divergence in the trajectory of a kept draw.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Divergence {
     /// Index of the draw in its chain.
     pub draw: usize,
-    /// Last point (unconstrained) before the step that diverged.
+    /// Last point before the step that diverged, unconstrained.
     pub position: Vec<f64>,
-    /// Energy error `H − H₀` of that step; infinite for a rejected point.
+    /// Energy error `H − H₀` of the step that diverged; infinite if the density rejected the point.
     #[serde(with = "infinite")]
     pub energy_error: f64,
 }
 
-/// The mass matrix of a chain at the end of its warmup, as an estimate of the posterior covariance.
+/// Inverse mass matrix of a chain at the end of its warmup, an estimate of the posterior covariance.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum InverseMassMatrix {
-    /// Variances, length `dim`.
+    /// Diagonal matrix: variances, length `dim`.
     Diagonal(Vec<f64>),
-    /// Full matrix, row-major `dim × dim`.
+    /// Dense matrix, row-major `dim × dim`.
     Dense(Vec<f64>),
-    /// `D (I + U (Λ − I) Uᵀ) D`.
+    /// Diagonal with a low-rank correction, `D (I + U (Λ − I) Uᵀ) D`.
     LowRank {
         /// D², length `dim`.
         variances: Vec<f64>,
-        /// The orthonormal columns of U one after the other, `rank × dim`.
+        /// Orthonormal columns of U, concatenated, `rank × dim`.
         vectors: Vec<f64>,
-        /// Λ, length `rank`.
+        /// Diagonal of Λ, length `rank`.
         values: Vec<f64>,
     },
 }
@@ -104,14 +104,14 @@ impl InverseMassMatrix {
     }
 }
 
-/// A kind of mass matrix.
+/// Kind of inverse mass matrix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum MapKind {
-    /// Variances only.
+    /// Diagonal: variances only.
     Diagonal,
-    /// All correlations.
+    /// Dense: all correlations.
     Dense,
-    /// Correlations in a few directions, for many coordinates.
+    /// Low rank: correlations in a few directions, for many coordinates.
     LowRank {
         /// Number of directions.
         rank: usize,
@@ -128,55 +128,54 @@ impl fmt::Display for MapKind {
     }
 }
 
-/// A moment of the warmup at which the mass matrix was reconsidered.
+/// An update of the inverse mass matrix during the warmup.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MapSwitch {
-    /// Warmup transition (0-based) after which it took place.
+    /// Index of the warmup transition (0-based) after which the update took place.
     pub draw: usize,
-    /// The mass matrix from then on.
+    /// Kind of the inverse mass matrix after the update.
     pub map: MapKind,
-    /// The mass matrix before was better than the new ones, and stayed.
+    /// Whether the old matrix was better than the new candidates and was kept.
     pub kept: bool,
-    /// The search and adaptation of the step began anew.
+    /// Whether the step size was searched again and its adaptation restarted.
     pub restarted: bool,
-    /// Fisher divergence per coordinate of each kind compared, on draws not fitted to (0: the
-    /// density is normal in these coordinates); empty where nothing was compared.
+    /// Fisher divergence per coordinate of each candidate, on draws that were not used for its fit. It is 0 if the
+    /// density is normal with this covariance. Empty if nothing was compared.
     pub divergences: Vec<(MapKind, f64)>,
 }
 
-/// All that the warmup decided; nothing of it changes afterwards. After an interrupt in the warmup:
-/// what it had decided so far.
+/// All decisions of the warmup; they do not change afterwards. If the warmup was interrupted, the decisions up to then.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WarmupReport {
     /// First point of the chain, unconstrained.
     pub start: Vec<f64>,
-    /// Where that point came from.
+    /// Origin of the starting point.
     #[serde(default)]
     pub start_kind: StartKind,
-    /// Its point at the end of the warmup, unconstrained; empty if it did not come so far.
+    /// Point at the end of the warmup, unconstrained. Empty if the chain did not complete its warmup.
     #[serde(default)]
     pub end: Vec<f64>,
     /// Statistics of the warmup transitions.
     pub stats: Vec<DrawStats>,
-    /// Warmup transitions (0-based) after which the covariance was estimated anew.
+    /// Indices of the warmup transitions (0-based) after which the covariance was estimated.
     pub windows: Vec<usize>,
-    /// What NUTS decided at each of them; empty for other samplers.
+    /// Decisions of NUTS at each of the `windows`; empty for other samplers.
     pub switches: Vec<MapSwitch>,
     /// Step size of the kept draws.
     pub step_size: f64,
-    /// Acceptance the step size was tuned to; above the setting if divergences raised it.
+    /// Target acceptance probability of the step size. It is above the setting if divergences raised it.
     pub target_acceptance: f64,
-    /// Warmup transition (0-based) whose divergence raised the target last.
+    /// Index of the warmup transition (0-based) whose divergence last raised the target.
     pub target_raised: Option<usize>,
     /// Inverse mass matrix (NUTS) or covariance of the proposal before scaling (Metropolis).
     pub covariance: InverseMassMatrix,
-    /// Rejected points by their place in the model, initialisation included.
+    /// Number of rejected points per location in the model, initialisation included.
     #[serde(with = "locations")]
     pub rejections: BTreeMap<Location, u64>,
 }
 
 impl WarmupReport {
-    /// Before the first transition.
+    /// Report of a chain before its first transition.
     pub(crate) fn at(start: Vec<f64>, start_kind: StartKind) -> Self {
         Self {
             start,

@@ -1,4 +1,4 @@
-//! Runs that begin where earlier ones ended.
+//! Resumption of earlier runs.
 
 use super::{
     chains::{Chain, Chains},
@@ -8,12 +8,12 @@ use super::{
     stream::Stream,
 };
 
-/// Log densities of one point that differ by more than this, relative to themselves or to 1, are
-/// not of the same density: far above what another compiler or processor changes.
+/// Largest relative difference between two log densities of one point on the same density. The difference is relative
+/// to the log density or to 1, whichever is larger. Another compiler or processor causes far smaller differences.
 const SAME_DENSITY: f64 = 1e-6;
 
 impl Settings<'_> {
-    /// Goes on with the chains of an earlier run; `make` builds the kernel of one as it was tuned.
+    /// Continues the chains of an earlier run. `make` builds the tuned kernel of a chain.
     pub(super) fn resume<K: MarkovChain>(
         &self,
         dim: usize,
@@ -49,7 +49,7 @@ impl Settings<'_> {
     }
 }
 
-/// `kernel` where the chain stopped, and the random stream from there.
+/// Moves `kernel` to the last position of the chain; returns the kernel and the random stream at that position.
 fn take_up<K: MarkovChain>(
     mut kernel: K,
     chain: &Chain,
@@ -63,7 +63,7 @@ fn take_up<K: MarkovChain>(
     kernel
         .begin(last_position(chain, dim))
         .map_err(|rejection| other(format!("a last draw is rejected now: {rejection}")))?;
-    // a chain that has not moved yet has no log density to compare with
+    // a chain without transitions has no log density to compare with
     let last = chain.stats.last().or(chain.warmup.stats.last());
     let now = kernel.log_density();
     let then = last.map_or(now, |stats| stats.log_density);
@@ -80,7 +80,7 @@ pub(super) fn last_position(chain: &Chain, dim: usize) -> &[f64] {
     }
 }
 
-/// The chains have not the tuning of the sampler that is to go on with them.
+/// Error for chains that were tuned by a sampler of another kind.
 pub(super) fn another_sampler() -> RunError {
     misfit("they are of another sampler", "give chains of this one")
 }

@@ -23,38 +23,38 @@ use crate::density::{Location, Rejection};
 use crate::erased::ErasedDensity;
 use crate::start::{NoStart, StartKind, find_start, with_values};
 
-/// A Markov chain in progress.
+/// Transition kernel with the current state of one chain.
 pub(super) trait MarkovChain {
-    /// Takes `y` as the starting point, if the density accepts it.
+    /// Starts the chain at `y` if the density accepts this point.
     fn begin(&mut self, y: &[f64]) -> Result<(), Rejection>;
-    /// Finds a first step size.
+    /// Searches an initial step size.
     fn prepare(&mut self, rng: &mut Stream) -> Result<(), StopReason>;
-    /// One transition.
+    /// Runs one transition.
     fn transition(&mut self, rng: &mut Stream) -> Result<DrawStats, StopReason>;
-    /// Learns from a warmup transition.
+    /// Adapts to a warmup transition.
     fn adapt(&mut self, stats: &DrawStats, rng: &mut Stream) -> Result<(), StopReason>;
-    /// All that a warmup needs to go on from the current position.
+    /// State of the adaptation, from which the warmup can be resumed at the current position.
     fn tuning(&self) -> Tuning;
-    /// All that draws need after the warmup; `None` if the report of the warmup has it.
+    /// Tuned state needed to draw after the warmup; `None` if the warmup report contains all of it.
     fn tuned(&self) -> Option<Tuning> {
         Some(self.tuning())
     }
-    /// Ends the warmup, after which nothing is adapted, and records the tuning.
+    /// Ends the warmup and writes the tuned values to the report; afterwards nothing is adapted.
     fn freeze(&mut self, report: &mut WarmupReport);
-    /// The current position.
+    /// Current position of the chain.
     fn position(&self) -> &[f64];
-    /// The log density there.
+    /// Log density at the current position.
     fn log_density(&self) -> f64;
-    /// Last position before the last divergence, and its energy error.
+    /// Last position before the most recent divergence, and the energy error of that divergence.
     fn divergence(&self) -> (&[f64], f64);
-    /// The points rejected.
+    /// Counts of rejected points.
     fn rejections(&mut self) -> &mut Rejections;
-    /// As [`LogDensity::explain`](crate::LogDensity::explain).
+    /// Describes a rejection at `y`, see [`LogDensity::explain`](crate::LogDensity::explain).
     fn explain(&self, y: &[f64]) -> Option<String>;
 }
 
 impl Settings<'_> {
-    /// Runs all chains over a density; `make` builds the kernel of one.
+    /// Runs all chains from their starting points; `make` builds the kernel of a chain.
     pub(super) fn execute<K: MarkovChain>(
         &self,
         density: &dyn ErasedDensity,
@@ -69,8 +69,8 @@ impl Settings<'_> {
         Ok(Chains::new(dim, chains, self.thin))
     }
 
-    /// Goes on with `earlier` until every chain has all the draws; `make` builds the tuned kernel
-    /// of one, with its random stream.
+    /// Continues the chains `earlier` until each has the requested number of draws. `make` returns the tuned kernel and
+    /// the random stream of a chain.
     pub(super) fn go_on<K: MarkovChain>(
         &self,
         earlier: Vec<Chain>,
@@ -91,7 +91,7 @@ impl Settings<'_> {
         })
     }
 
-    /// One job a chain, on the threads asked for.
+    /// Runs one job per chain on the requested number of threads.
     fn in_parallel<T: Send, R: Send>(
         &self,
         jobs: Vec<T>,
@@ -127,7 +127,7 @@ impl Settings<'_> {
         chain.draws.reserve_exact(self.draws * dim);
         let mut meter = Meter::new(self.progress, number, warmup + self.draws * self.thin);
 
-        // without unknowns there is no step to find either
+        // without unknowns there is no step size to search either
         let prepared = if dim == 0 { Ok(()) } else { kernel.prepare(rng) };
         let tuned = prepared
             .and_then(|()| self.tune(warmup, &mut chain, &mut kernel, rng, &mut meter, abort));
@@ -135,7 +135,7 @@ impl Settings<'_> {
         Ok(chain)
     }
 
-    /// What `chain` lacks of a warmup of `length` transitions.
+    /// Runs the transitions that `chain` still needs to complete a warmup of `length` transitions.
     fn tune<K: MarkovChain>(
         &self,
         length: usize,
@@ -167,7 +167,7 @@ impl Settings<'_> {
         ended
     }
 
-    /// Draws until `chain` is complete, unless it has `ended` already.
+    /// Draws until `chain` is complete. Does nothing if `ended` is an error of the warmup.
     fn sample<K: MarkovChain>(
         &self,
         chain: &mut Chain,
@@ -200,7 +200,7 @@ impl Settings<'_> {
         }
     }
 
-    /// Finds the starting point.
+    /// Finds the starting point of a chain.
     fn start<K: MarkovChain>(
         &self,
         chain: usize,
@@ -211,7 +211,7 @@ impl Settings<'_> {
         let mut rejections = Rejections::default();
         let mut accept = |y: &[f64]| {
             kernel.begin(y).inspect_err(|rejection| {
-                // a fatal error ends the search, which passes it on
+                // `find_start` itself returns a fatal error, so this copy is dropped
                 let _ = rejections.count(rejection);
             })
         };
@@ -253,7 +253,7 @@ impl Settings<'_> {
         })
     }
 
-    /// The transitions up to the next kept draw, and their joint statistics.
+    /// Runs the transitions up to the next kept draw and returns their combined statistics.
     fn draw<K: MarkovChain>(
         &self,
         kernel: &mut K,
@@ -290,7 +290,7 @@ impl Settings<'_> {
     }
 }
 
-/// Adds what a kernel has rejected since it was asked last: up to a point from which it can go on.
+/// Moves the kernel's counts of rejections to `rejections`. Called only at points from which the chain can be resumed.
 fn count(kernel: &mut impl MarkovChain, rejections: &mut BTreeMap<Location, u64>) {
     for (location, count) in kernel.rejections().take() {
         *rejections.entry(location).or_insert(0) += count;

@@ -1,27 +1,27 @@
-//! Settings that every sampler shares.
+//! Settings common to all samplers.
 
 use std::sync::atomic::AtomicBool;
 
 use super::{error::RunError, progress::Progress};
 use crate::start::NamedValues;
 
-/// Where chains start, in unconstrained space.
+/// Starting points of the chains, in unconstrained space.
 #[derive(Clone, Debug)]
 pub(super) enum Starts {
-    /// Independent uniform coordinates on (−r, r).
+    /// Independent uniform coordinates on (−r, r), for the given r.
     Uniform(f64),
-    /// One point a chain.
+    /// One given point per chain.
     Points(Vec<Vec<f64>>),
 }
 
-/// Most numbers that one chain may keep, 32 GiB: a slip of the keyboard should not exhaust memory.
+/// Largest number of values that one chain may store, 32 GiB. The limit prevents a typing error from exhausting memory.
 const MOST_NUMBERS: usize = 1 << 32;
 const MOST_CHAINS: usize = 10_000;
 const MOST_THREADS: usize = 1024;
-/// Numbers kept with every draw beside its coordinates.
+/// Number of statistics stored per draw besides its coordinates.
 const STATISTICS: usize = 7;
 
-/// Settings that every sampler shares.
+/// Settings common to all samplers.
 #[derive(Clone)]
 pub(crate) struct Settings<'a> {
     pub(super) chains: usize,
@@ -38,7 +38,7 @@ pub(crate) struct Settings<'a> {
 
 impl std::fmt::Debug for Settings<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        // whoever listens need not be printable
+        // the observer need not implement `Debug`
         f.debug_struct("Settings")
             .field("chains", &self.chains)
             .field("warmup", &self.warmup)
@@ -70,7 +70,7 @@ impl Settings<'_> {
 }
 
 impl Settings<'_> {
-    /// Refuses settings that make no sense for `dim` coordinates.
+    /// Returns an error if a setting is invalid for `dim` coordinates.
     pub(super) fn validate(&self, dim: usize) -> Result<(), RunError> {
         let refuse = |setting, value: String, help| Err(RunError::Setting { setting, value, help });
         let positive = [

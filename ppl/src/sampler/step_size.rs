@@ -24,7 +24,8 @@ const KAPPA: f64 = 0.75;
 const T0: f64 = 10.0;
 
 impl DualAveraging {
-    /// Starts at `step_size`, and pulls towards ten times as much to explore cheap large steps first.
+    /// Starts at `step_size`. The iteration is shrunk towards ten times this value, so that it explores large, cheap
+    /// steps first.
     pub(super) fn new(target: f64, step_size: f64) -> Self {
         let log_step = step_size.ln();
         Self {
@@ -50,17 +51,17 @@ impl DualAveraging {
         self.log_average += weight * (self.log_step - self.log_average);
     }
 
-    /// Step for the next warmup transition.
+    /// Step size of the next warmup transition.
     pub(super) fn current(&self) -> f64 {
         self.log_step.exp()
     }
 
-    /// Step to freeze.
+    /// Averaged step size, used after the warmup.
     pub(super) fn average(&self) -> f64 {
         self.log_average.exp()
     }
 
-    /// Transitions learnt from since the last restart.
+    /// Number of transitions since the last restart.
     pub(super) fn count(&self) -> f64 {
         self.count
     }

@@ -1,20 +1,20 @@
-//! Why a chain ends before its last draw.
+//! Reasons for which a chain ends before its last draw.
 
 use serde::{Deserialize, Serialize};
 
 use crate::density::FatalError;
 
-/// Why a chain ended before its last draw. In files it stands in words.
+/// Reason for which a chain ended before its last draw. Files store it as the text of its message.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[serde(into = "String", from = "String")]
 pub enum StopReason {
-    /// The flag of [`interrupt`](super::Mcmc::interrupt) was raised.
+    /// The flag of [`interrupt`](super::Mcmc::interrupt) became true.
     #[error("interrupted")]
     Interrupted,
     /// Another chain of the run ended early.
     #[error("stopped because another chain failed")]
     OtherChain,
-    /// The density cannot be evaluated any more.
+    /// The density reported a fatal error.
     #[error(transparent)]
     Fatal(Box<FatalError>),
 }

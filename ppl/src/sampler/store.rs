@@ -1,4 +1,4 @@
-//! Chains on disk.
+//! Storage of chains in files.
 
 use std::{
     fs, io,
@@ -10,7 +10,7 @@ use thiserror::Error;
 
 use super::{chains::Chains, trajectory::DEPTHS};
 
-/// What a file of chains begins with.
+/// Format identifier at the beginning of a file of chains.
 const FORMAT: &str = "ppl chains 1";
 
 #[derive(Deserialize)]
@@ -29,44 +29,45 @@ struct Read {
     chains: Chains,
 }
 
-/// Chains that could not be written or read.
+/// Error while writing or reading a file of chains.
 #[derive(Debug, Error)]
 pub enum ChainsFileError {
-    /// The file system refused.
+    /// The file system reported an error.
     #[error("cannot {action} the chains {}: {source}", path.display())]
     File {
         /// "read" or "write".
         action: &'static str,
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Why.
+        /// Error of the file system.
         source: io::Error,
     },
-    /// The file is no chains of this version of the format.
+    /// The file does not contain chains in this version of the format.
     #[error(
         "{} is not a file of chains in the format `{FORMAT}` (it begins with {found}): give a file \
          written by `Chains::save` of this version, or run the sampler anew",
         path.display()
     )]
     Format {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// What stands in the place of the format.
+        /// Format identifier found in the file.
         found: String,
     },
     /// The contents are damaged.
     #[error("the chains in {} are damaged ({message}): run the sampler anew", path.display())]
     Damaged {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// What is wrong, and where.
+        /// Description and position of the damage.
         message: String,
     },
 }
 
 impl Chains {
-    /// Writes everything, the state of the random streams included, as JSON with exact numbers, for
-    /// the `resume` of the sampler. The file appears whole or not at all.
+    /// Writes the chains and the state of their random streams to a JSON file, from which the sampler can resume them.
+    ///
+    /// Numbers are stored exactly. The write is atomic: an error never leaves an incomplete file at `path`.
     ///
     /// # Errors
     /// [`ChainsFileError`] with the path.
@@ -103,16 +104,16 @@ impl Chains {
             fs::rename(&partial, path)
         };
         write().map_err(|source| {
-            // what is left of a failed attempt helps nobody; the first error is the one to tell
+            // remove the incomplete file; an error of the removal is ignored in favour of the first error
             let _ = fs::remove_file(&partial);
             ChainsFileError::File { action: "write", path: path.to_owned(), source }
         })
     }
 
-    /// Reads what [`Chains::save`] wrote.
+    /// Reads chains that [`Chains::save`] wrote.
     ///
     /// # Errors
-    /// [`ChainsFileError`] with the path and what is wrong with the file.
+    /// [`ChainsFileError`] with the path and a description of the problem.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, ChainsFileError> {
         let path = path.as_ref().to_owned();
         let text = match fs::read_to_string(&path) {
@@ -136,7 +137,7 @@ impl Chains {
         checked.map_err(|message| ChainsFileError::Damaged { path, message })
     }
 
-    /// Whether lengths agree, so that indices into the draws are safe.
+    /// Checks that all lengths agree, so that indices into the draws are valid.
     pub(crate) fn check(&self) -> Result<(), String> {
         if let Some(depth) = self.max_depth.filter(|depth| !DEPTHS.contains(depth)) {
             return Err(format!("{depth} doublings are out of range"));

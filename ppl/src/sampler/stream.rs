@@ -1,9 +1,9 @@
-//! Random numbers of chains.
+//! Random number streams of the chains.
 
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// Random stream of a chain: the seed's generator after one jump of 2¹²⁸ per chain before it.
+/// Random stream of a chain: the generator of the seed, advanced by a jump of 2¹²⁸ numbers for each preceding chain.
 pub(super) type Stream = Xoshiro256PlusPlus;
 
 /// The random streams of all chains.

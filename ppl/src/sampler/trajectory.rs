@@ -1,8 +1,8 @@
 //! One transition of the no-U-turn sampler.
 //!
-//! Multinomial NUTS as in Betancourt, *A Conceptual Introduction to Hamiltonian Monte Carlo*,
-//! arXiv 1701.02434, appendix A, with the generalised criterion and the two checks between
-//! neighbouring subtrees that Stan added. All memory is taken once, in [`Trajectory::new`].
+//! Multinomial NUTS as in Betancourt, *A Conceptual Introduction to Hamiltonian Monte Carlo*, arXiv 1701.02434,
+//! appendix A, with the generalised criterion. Stan's two additional checks between neighbouring subtrees are included.
+//! All memory is allocated in [`Trajectory::new`].
 
 mod weight;
 
@@ -20,13 +20,13 @@ use super::{
 };
 use weight::Weight;
 
-/// Doublings that a trajectory may be allowed.
+/// Allowed values of the largest number of doublings.
 pub(super) const DEPTHS: RangeInclusive<u32> = 1..=20;
 
-/// Energy error beyond which a trajectory is said to diverge.
+/// Energy error above which a trajectory is divergent.
 const DIVERGENCE: f64 = 1000.0;
 
-/// Why a subtree is discarded.
+/// Reason for discarding a subtree.
 enum Discard {
     Turning,
     Diverging,
@@ -51,12 +51,12 @@ impl Endpoint {
     }
 }
 
-/// A stretch of the trajectory; `first` and `last` in the order in which it was integrated.
+/// A contiguous part of the trajectory. `first` and `last` are its ends in the order of integration.
 #[derive(Clone, Debug)]
 struct Subtree {
     first: Endpoint,
     last: Endpoint,
-    /// Sum of the momenta, both ends included.
+    /// Sum of the momenta of all states.
     rho: Vec<f64>,
     weight: Weight,
     proposal: Position,
@@ -76,7 +76,7 @@ impl Subtree {
         }
     }
 
-    /// Becomes the tree of one state.
+    /// Resets the subtree to a single state.
     fn plant(&mut self, phase: &Phase, energy: f64, weight: Weight) {
         self.first.copy_from(phase);
         self.last.copy_from(phase);
@@ -86,13 +86,13 @@ impl Subtree {
         self.energy = energy;
     }
 
-    /// The generalised U-turn checks for `self` followed by `next`: over both, over `self` with the
-    /// first state of `next`, and over the last state of `self` with `next`.
+    /// Evaluates the generalised U-turn criterion for `self` followed by `next`. Three spans are checked: both
+    /// subtrees, `self` plus the first state of `next`, and the last state of `self` plus `next`.
     fn turns_into(&self, next: &Self) -> bool {
         let n = self.rho.len();
         let (rho, next_rho) = (&self.rho[..n], &next.rho[..n]);
         let (start, end) = (&self.first.velocity[..n], &next.last.velocity[..n]);
-        // the two states that meet
+        // the last state of `self` and the first state of `next`
         let (left, left_velocity) = (&self.last.p[..n], &self.last.velocity[..n]);
         let (right, right_velocity) = (&next.first.p[..n], &next.first.velocity[..n]);
         let mut checks = [0.0; 6];
@@ -110,7 +110,7 @@ impl Subtree {
         !checks.iter().all(|&c| c > 0.0)
     }
 
-    /// The U-turn check of a tree of two states, of which it sets the sum of the momenta.
+    /// Evaluates the U-turn criterion of a subtree of two states, and sets the sum of their momenta.
     fn turns_as_pair(&mut self) -> bool {
         let n = self.rho.len();
         let (start, end) = (&self.first.velocity[..n], &self.last.velocity[..n]);
@@ -125,8 +125,8 @@ impl Subtree {
         !checks.iter().all(|&c| c > 0.0)
     }
 
-    /// Appends `next`, whose weight joined with this one is `weight`; takes over its proposal if
-    /// `take`.
+    /// Appends the subtree `next`. `weight` is the total weight of both subtrees. If `take` is true, the proposal of
+    /// `next` becomes the proposal of the joined subtree.
     fn append(&mut self, next: &mut Self, weight: Weight, take: bool) {
         mem::swap(&mut self.last, &mut next.last);
         for (rho, other) in self.rho.iter_mut().zip(&next.rho) {
@@ -139,28 +139,28 @@ impl Subtree {
         }
     }
 
-    /// Time runs the other way.
+    /// Reverses the direction of integration.
     fn reverse(&mut self) {
         mem::swap(&mut self.first, &mut self.last);
     }
 }
 
-/// One step further: the end of the trajectory that moved, its energy and weight.
+/// Result of one leapfrog step: the index of the extended end, and the energy and weight of its new state.
 struct Advance {
     end: usize,
     energy: f64,
     weight: Weight,
 }
 
-/// The trajectory of one transition and the memory it grows in.
+/// The trajectory of one transition, with preallocated memory.
 #[derive(Clone, Debug)]
 pub(super) struct Trajectory {
     /// States at the backward and the forward end.
     ends: [Phase; 2],
     whole: Subtree,
-    /// The two subtrees being joined at every level.
+    /// For each level of the recursion, the two subtrees that are joined.
     levels: Vec<[Subtree; 2]>,
-    /// Last position before a divergence, and its energy error.
+    /// Last position before a divergence, and the energy error of the divergence.
     pub(super) divergence: (Vec<f64>, f64),
 }
 
@@ -174,12 +174,12 @@ impl Trajectory {
         }
     }
 
-    /// A phase to work with between transitions.
+    /// Scratch space for use between transitions.
     pub(super) fn scratch(&mut self) -> &mut Phase {
         &mut self.ends[0]
     }
 
-    /// Moves `current` by one transition that leaves the density invariant.
+    /// Runs one transition from `current`, which leaves the density invariant, and updates `current`.
     pub(super) fn transition<R: Rng + ?Sized>(
         &mut self,
         hamiltonian: &mut Hamiltonian<'_>,
@@ -225,7 +225,7 @@ impl Trajectory {
             }
             let turning = self.whole.turns_into(new);
             let (weight, fraction) = self.whole.weight.join(new.weight);
-            // accepted with w_new / w_old, not with its fraction: the draw moves far
+            // biased progressive sampling: acceptance with w_new / w_old favours draws far from the start
             let take = growth.rng.random::<f64>() * (1.0 - fraction) < fraction;
             self.whole.append(new, weight, take);
             if !growth.forward {
@@ -251,7 +251,7 @@ impl Trajectory {
     }
 }
 
-/// The recursion that doubles a trajectory.
+/// Recursion that doubles the trajectory.
 struct Growth<'t, 'a, R: ?Sized> {
     ends: &'t mut [Phase; 2],
     levels: &'t mut [[Subtree; 2]],
@@ -266,7 +266,7 @@ struct Growth<'t, 'a, R: ?Sized> {
 }
 
 impl<R: Rng + ?Sized> Growth<'_, '_, R> {
-    /// Grows a subtree of `2^level` states into `levels[level][place]`.
+    /// Builds a subtree of `2^level` states in `levels[level][place]`.
     fn grow(&mut self, level: usize, place: usize) -> ControlFlow<Discard> {
         match level {
             0 => {
@@ -283,14 +283,14 @@ impl<R: Rng + ?Sized> Growth<'_, '_, R> {
         let [first, second] = &mut below[level - 1];
         let turning = first.turns_into(second);
         let (weight, fraction) = first.weight.join(second.weight);
-        // uniform over the states of a new subtree
+        // multinomial sampling within the new subtree
         first.append(second, weight, self.rng.random::<f64>() < fraction);
         mem::swap(&mut above[0][place], first);
         if turning { ControlFlow::Break(Discard::Turning) } else { ControlFlow::Continue(()) }
     }
 
-    /// A subtree of two states, half of all: what the general case would copy to and fro is written
-    /// where it stays, and its three checks are one.
+    /// Builds a subtree of two states. Half of all subtrees have two states, so this special case is optimised: it
+    /// copies less than the general case, and it evaluates one U-turn check, because the three checks are identical.
     fn pair(&mut self, place: usize) -> ControlFlow<Discard> {
         let first = self.advance()?;
         let (tree, phase) = (&mut self.levels[1][place], &self.ends[first.end]);
@@ -310,7 +310,7 @@ impl<R: Rng + ?Sized> Growth<'_, '_, R> {
         if turning { ControlFlow::Break(Discard::Turning) } else { ControlFlow::Continue(()) }
     }
 
-    /// One leapfrog step at the growing end.
+    /// Makes one leapfrog step at the end of the trajectory that is being extended.
     fn advance(&mut self) -> ControlFlow<Discard, Advance> {
         let (end, step) = if self.forward { (1, self.step) } else { (0, -self.step) };
         let phase = &mut self.ends[end];

@@ -1,4 +1,4 @@
-//! When the warmup learns the mass matrix, and from which draws.
+//! Schedule of the warmup: when the mass matrix is estimated, and from which draws.
 
 use std::mem::discriminant;
 
@@ -11,43 +11,44 @@ use super::{
     step_size::DualAveraging,
 };
 
-/// Adaptation by which a run adapts its mass matrix.
+/// Rule by which the warmup adapts the mass matrix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) enum Adaptation {
-    /// Variance of the draws in doubling windows, as Stan does.
+    /// Stan's rule: variances of the draws in doubling windows.
     Stan,
-    /// Maps of least Fisher divergence from draws and scores, replaced early and often.
+    /// Default rule: frequent fits to draws and scores that minimise the Fisher divergence.
     Fisher,
 }
 
-/// Draws `start..end` of the warmup from which one mass matrix is estimated.
+/// Window `start..end` of warmup draws from which one mass matrix is estimated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Window {
     start: usize,
     end: usize,
-    /// The step search and dual averaging begin anew with the new mass matrix.
+    /// Whether the step size is searched again and dual averaging restarts after the window.
     restart: bool,
 }
 
-/// Below this length only the step size is adapted.
+/// Shortest warmup that adapts the mass matrix; a shorter warmup adapts the step size only.
 const SHORTEST: usize = 20;
-/// Length and growth of the windows of the default schedule.
+/// Lengths and growth factor of the windows of the default schedule.
 const EARLY_WINDOW: usize = 10;
 const FIRST_WINDOW: usize = 80;
 const WINDOW_GROWTH: f64 = 1.5;
-/// First window of Metropolis, whose draws tell less each.
+/// Length of the first window of Metropolis, whose draws are more correlated.
 const FIRST_WALK: usize = 100;
-/// The target of a run that diverged while only the step was tuned.
+/// Target acceptance after a divergence in the final part of the warmup, which tunes only the step size.
 const RAISED_TARGET: f64 = 0.9;
-/// The target of a run whose later half of the warmup diverged often.
+/// Target acceptance after frequent divergences in the later half of the warmup.
 const CAREFUL_TARGET: f64 = 0.95;
-/// Often is once in so many transitions, and a few times at least.
+/// Divergences are frequent if there is at least one per `OFTEN` transitions, and at least `A_FEW` in total.
 const OFTEN: usize = 75;
 const A_FEW: usize = 3;
-/// Transitions after a restart whose steps are still wild, so that a divergence tells nothing.
+/// Number of transitions after a restart during which divergences are ignored, because the step size varies strongly.
 const SETTLING: f64 = 20.0;
 
-/// 75 draws without, doubling windows from 25, 50 draws without; below 150 draws 15 / 75 / 10 %.
+/// Windows of Stan's warmup: 75 draws without a window, doubling windows from 25 draws, 50 draws without a window. In a
+/// warmup shorter than 150 draws, the three parts take 15 / 75 / 10 %.
 pub(super) fn stan_windows(warmup: usize) -> Vec<Window> {
     let (first, length, last) = if warmup >= 150 {
         (75, 25, warmup - 50)
@@ -58,14 +59,14 @@ pub(super) fn stan_windows(warmup: usize) -> Vec<Window> {
     growing(first, last, length, 2.0)
 }
 
-/// Every 10 draws in the first 30 %, from the later half of the draws so far; then windows of
-/// 80 · 1.5ⁿ draws, the last 15 % without.
+/// Windows of the default warmup. In the first 30 %, a window ends every 10 draws and covers the later half of all
+/// draws so far. Windows of 80 · 1.5ⁿ draws follow. The last 15 % of the warmup have no window.
 pub(super) fn fisher_windows(warmup: usize) -> Vec<Window> {
     let early = warmup * 3 / 10 / EARLY_WINDOW;
     let mut windows: Vec<Window> = (0..early)
         .map(|k| {
             let end = (k + 1) * EARLY_WINDOW;
-            // the first map from draws may change the scale by orders; later early ones hardly
+            // the first estimate can change the scale by orders of magnitude, later early ones change it little
             Window { start: if k == 0 { 0 } else { end / 2 }, end, restart: k == 0 }
         })
         .collect();
@@ -74,12 +75,12 @@ pub(super) fn fisher_windows(warmup: usize) -> Vec<Window> {
     windows
 }
 
-/// For Metropolis: doubling windows, with much time for the scale.
+/// Windows of the Metropolis warmup: doubling windows, and the last quarter without a window to tune the scale.
 pub(super) fn walk_windows(warmup: usize) -> Vec<Window> {
     growing(warmup / 10, warmup - warmup / 4, FIRST_WALK, 2.0)
 }
 
-/// Adjoining windows that grow by `growth`; one is stretched to `last` if the next would not fit.
+/// Contiguous windows whose lengths grow by the factor `growth`. The last window is extended to `last`.
 fn growing(first: usize, last: usize, length: usize, growth: f64) -> Vec<Window> {
     let (mut windows, mut start, mut length) = (Vec::new(), first, length as f64);
     while start < last {
@@ -92,27 +93,27 @@ fn growing(first: usize, last: usize, length: usize, growth: f64) -> Vec<Window>
     windows
 }
 
-/// What a warmup transition means for the estimate of the mass matrix.
+/// Position of a warmup transition relative to the windows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Moment {
     /// Before the first window.
     Before,
-    /// Inside a window: the draw belongs to the estimate.
+    /// Inside a window: the draw is used in the estimate.
     Inside,
-    /// Last draw of a window: replace the mass matrix, and search the step anew if `restart`.
+    /// Last draw of a window: the mass matrix is replaced.
     Last {
-        /// The step search and dual averaging begin anew.
+        /// Whether the step size is searched again and dual averaging restarts.
         restart: bool,
     },
-    /// Only the step size is adapted any more.
+    /// After the last window: only the step size is adapted.
     After,
 }
 
-/// The windows of one warmup, passed one by one.
+/// Windows of a warmup, with the number of transitions passed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct WindowSchedule {
     windows: Vec<Window>,
-    /// Last draws of the windows passed.
+    /// Index of the last draw of each completed window.
     pub(super) passed: Vec<usize>,
     draw: usize,
 }
@@ -123,17 +124,17 @@ impl WindowSchedule {
         Self { passed: Vec::with_capacity(windows.len()), windows, draw: 0 }
     }
 
-    /// First draw of the window that comes next, or is not over.
+    /// First draw of the current or next window.
     fn next_start(&self) -> Option<usize> {
         self.windows.get(self.passed.len()).map(|window| window.start)
     }
 
-    /// Whether that many transitions are over.
+    /// Whether exactly `transitions` transitions have passed.
     pub(super) fn has_passed(&self, transitions: usize) -> bool {
         self.draw == transitions
     }
 
-    /// Passes one transition.
+    /// Advances the schedule by one transition.
     pub(super) fn pass(&mut self) -> Moment {
         let draw = self.draw;
         self.draw += 1;
@@ -149,28 +150,28 @@ impl WindowSchedule {
     }
 }
 
-/// What the warmup asks of the sampler after a transition.
+/// Instruction of the warmup to the sampler after a transition.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Advice {
-    /// Go on with the current step.
+    /// Continue with the current step size.
     GoOn,
-    /// The mass matrix has changed: search a new step.
+    /// Search a new step size, because the mass matrix has changed.
     SearchStep,
 }
 
-/// The adaptation of a Hamiltonian chain during its warmup.
+/// Adaptation of a Hamiltonian chain during its warmup.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Warmup {
     pub(super) step: DualAveraging,
     pub(super) schedule: WindowSchedule,
     rule: Adaptation,
-    /// The mass matrix comes from draws.
+    /// Whether the mass matrix has been estimated from draws.
     learnt: bool,
     sample: Sample,
     switches: Vec<MapSwitch>,
-    /// First transition of the later half.
+    /// Index of the first transition of the later half of the warmup.
     half: usize,
-    /// Divergences of settled steps since then.
+    /// Number of divergences in the later half, without those shortly after a restart.
     divergences: usize,
     raised: Option<usize>,
 }
@@ -194,13 +195,13 @@ impl Warmup {
         }
     }
 
-    /// Whether a start far from the posterior is left for a nearer one first.
+    /// Whether a start far from the posterior is moved closer to it before the first transition.
     pub(super) fn approaches(&self) -> bool {
         self.rule == Adaptation::Fisher && !self.schedule.windows.is_empty()
     }
 
-    /// The mass matrix before any draw: with unit scale assumed for the draws, the Fisher rule
-    /// reads `σ² = 1/|∂ ln p|` from the first score.
+    /// Sets the mass matrix before the first draw. The default rule estimates `σ² = 1/|∂ ln p|` from the score at the
+    /// starting point, as the Fisher rule does for draws of unit scale.
     pub(super) fn first_metric(&self, metric: &mut Metric, point: &Position) {
         if self.rule == Adaptation::Fisher {
             let variance = |i: usize| 1.0 / point.gradient[i].abs();
@@ -234,10 +235,10 @@ impl Warmup {
         }
     }
 
-    /// After a divergence: a target is tuned to that suits how often they come.
+    /// Raises the target acceptance after a divergence, according to the number of divergences so far.
     ///
-    /// Where the density is as curved as that, the map fits its bulk and not its necks, and a chain
-    /// that enters one with steps for the bulk may not come out for hundreds of transitions.
+    /// Divergences indicate regions of high curvature ("necks"). The mass matrix fits the bulk of the density, not its
+    /// necks. A chain that enters a neck with a step size for the bulk can stay there for hundreds of transitions.
     fn raise_target(&mut self, moment: Moment) {
         let draw = self.schedule.draw - 1;
         if draw < self.half {
@@ -261,7 +262,7 @@ impl Warmup {
     fn switch(&mut self, metric: &mut Metric, restart: bool) -> Advice {
         let draw = self.schedule.draw - 1;
         let choice = match self.rule {
-            // a map from draws competes where the window is new to it
+            // the current matrix is compared only if it was estimated from draws, and from draws outside this window
             Adaptation::Fisher => choose(&self.sample, metric, restart && self.learnt),
             Adaptation::Stan => {
                 let window = self.sample.all();
@@ -277,7 +278,7 @@ impl Warmup {
         }
         self.learnt = true;
         let map = metric.kind();
-        // the first correlations change the scale as much as the first variances
+        // the first matrix with correlations changes the scale as much as the first variances
         let restarted = !kept && (restart || discriminant(&map) != discriminant(&before));
         let divergences = choice.divergences;
         self.switches.push(MapSwitch { draw, map, kept, restarted, divergences });
@@ -286,12 +287,12 @@ impl Warmup {
         if restarted { Advice::SearchStep } else { Advice::GoOn }
     }
 
-    /// Whether it is of a density of `dim` coordinates, after so many transitions.
+    /// Whether the adaptation has `dim` coordinates and has passed `transitions` transitions.
     pub(super) fn fits(&self, dim: usize, transitions: usize) -> bool {
         self.schedule.has_passed(transitions) && self.sample.fits(dim)
     }
 
-    /// Writes down what was decided.
+    /// Writes the decisions of the warmup to the report.
     pub(super) fn report(&mut self, report: &mut WarmupReport) {
         report.target_acceptance = self.step.target;
         report.target_raised = self.raised;

@@ -1,26 +1,27 @@
-//! Which map fits a window best.
+//! Choice of the inverse mass matrix that fits a warmup window best.
 
 use super::{Dense, Diagonal, LowRank, Metric, sample::Sample};
 use crate::sampler::report::MapKind;
 
-/// The map for a window of the warmup, and how those compared fared.
+/// Result of the comparison of inverse mass matrices in one warmup window.
 pub(in crate::sampler) struct Choice {
-    /// `None`: the map so far is better than every new one.
+    /// The chosen map; `None` if the current map is better than every new map.
     pub(in crate::sampler) metric: Option<Metric>,
-    /// Fisher divergence per coordinate on draws not fitted to; empty without a comparison.
+    /// Fisher divergence per coordinate of each new map, on draws that were not used for its fit. Empty if nothing was
+    /// compared.
     pub(in crate::sampler) divergences: Vec<(MapKind, f64)>,
 }
 
-/// Up to this dimension the map with correlations is dense, above it of low rank.
+/// Largest dimension with a dense map; above it, the map with correlations has low rank.
 const MOST_DENSE: usize = 50;
-/// A diagonal map this good per coordinate is exact but for rounding.
+/// Fisher divergence per coordinate below which a diagonal map is exact up to rounding.
 const EXACT: f64 = 1e-9;
-/// Windows shorter than this have a diagonal map: too few draws to judge by.
+/// Smallest number of draws for a comparison; shorter windows get a diagonal map.
 const SHORTEST_COMPARED: usize = 9;
 
-/// Fits maps to the first two thirds of `sample`, judges them by the Fisher divergence on the last
-/// third, and fits the best kind to the whole. If `sample` is new to `current`, as `unseen` says,
-/// that one competes too.
+/// Fits maps to the first two thirds of `sample`, compares their Fisher divergences on the last third, and refits the
+/// best kind of map to the whole sample. If `unseen` is true, `current` was not fitted to this sample and is compared
+/// too.
 pub(in crate::sampler) fn choose(sample: &Sample, current: &Metric, unseen: bool) -> Choice {
     let diagonal = |stretch: &super::Centred| {
         Diagonal::renewed(current.variances(), |i| stretch.fisher_variance(i))

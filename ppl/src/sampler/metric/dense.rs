@@ -4,17 +4,18 @@ use nalgebra::{Cholesky, DMatrix, Dyn};
 
 use super::{Diagonal, sample::Centred};
 
-/// `M⁻¹ = Σ`, a full covariance.
+/// Dense inverse mass matrix `M⁻¹ = Σ`, a full covariance matrix.
 #[derive(Clone, Debug)]
 pub(in crate::sampler) struct Dense {
-    /// Σ; symmetric, so that rows and columns are the same.
+    /// Σ. Row-major and column-major storage are the same, because Σ is symmetric.
     matrix: Vec<f64>,
     cholesky: Cholesky<f64, Dyn>,
-    /// The rows of its factor, with reciprocals on the diagonal.
+    /// Rows of the Cholesky factor, with reciprocals on the diagonal.
     rows: Vec<f64>,
 }
 
-/// Weight, in draws, of the diagonal in the correlations: they are multiplied by n/(n + this).
+/// Weight of the diagonal in the correlation matrices, in draws: with n draws, each correlation is multiplied by n/(n +
+/// `SHRINKAGE`).
 const SHRINKAGE: f64 = 1.0;
 
 impl Dense {
@@ -28,10 +29,10 @@ impl Dense {
         finite.then_some(Self { matrix, cholesky, rows })
     }
 
-    /// Minimiser of the Fisher divergence among dense maps: the geometric mean of cov(x) and
-    /// cov(g)⁻¹, both in units of `diagonal`, where their correlations are shrunk.
+    /// Fits the dense map with the smallest Fisher divergence: the geometric mean of cov(x) and cov(g)⁻¹, for draws x
+    /// and scores g in units of `diagonal`. The correlations of both matrices are shrunk towards zero.
     ///
-    /// `None` if a coordinate did not move.
+    /// `None` if one coordinate is constant over the sample.
     pub(super) fn fitted(sample: &Centred, diagonal: &Diagonal) -> Option<Self> {
         let scaled = sample.scaled(diagonal.sd());
         let n = sample.len() as f64;
@@ -45,7 +46,7 @@ impl Dense {
         let sd = diagonal.sd();
         for i in 0..sample.dim() {
             for j in 0..=i {
-                // exactly symmetric, whatever the rounding before
+                // symmetrise, because rounding makes the geometric mean slightly asymmetric
                 let value = 0.5 * (mean[(i, j)] + mean[(j, i)]) * sd[i] * sd[j];
                 (mean[(i, j)], mean[(j, i)]) = (value, value);
             }
@@ -53,7 +54,7 @@ impl Dense {
         Self::new(mean.as_slice().to_vec(), sample.dim())
     }
 
-    /// Row-major.
+    /// Σ, row-major.
     pub(super) fn matrix(&self) -> &[f64] {
         &self.matrix
     }
@@ -63,7 +64,7 @@ impl Dense {
         self.matrix.iter().step_by(dim + 1).copied().collect()
     }
 
-    /// Sums of columns, five at a time: no order of summation stands in the way of wide registers.
+    /// Multiplies by Σ column by column, five columns at a time, so that the compiler can use SIMD registers.
     #[inline]
     pub(super) fn apply(&self, p: &[f64], v: &mut [f64]) {
         let dim = p.len();
@@ -88,8 +89,8 @@ impl Dense {
         }
     }
 
-    /// From standard normals to momenta: `p = L⁻ᵀ z`, row by row of L, so that no sum has to wait
-    /// for its terms.
+    /// Transforms standard normals to momenta, `p = L⁻ᵀ z`. Row-by-row access to L makes the inner loop free of a
+    /// running sum.
     pub(super) fn colour(&self, p: &mut [f64]) {
         let dim = p.len();
         for i in (0..dim).rev() {
@@ -101,28 +102,27 @@ impl Dense {
         }
     }
 
-    /// `Lᵀg + L⁻¹x`.
+    /// Residual `Lᵀg + L⁻¹x` of the Fisher divergence.
     pub(super) fn residual(&self, sample: &Centred) -> DMatrix<f64> {
         let l = self.cholesky.l();
         let mut residual = sample.draws.clone();
-        // the factor's diagonal is positive, so that the solve cannot fail
+        // the diagonal of the Cholesky factor is positive, so that the solve cannot fail
         l.solve_lower_triangular_unchecked_mut(&mut residual);
         residual.gemm_tr(1.0, &l, &sample.scores, 1.0);
         residual
     }
 }
 
-/// The symmetric Σ with `Σ B Σ = A`: geometric mean of A and B⁻¹. With `B = L Lᵀ` it is
-/// `L⁻ᵀ (Lᵀ A L)^½ L⁻¹`.
+/// Symmetric solution Σ of `Σ B Σ = A`, the geometric mean of A and B⁻¹. With `B = L Lᵀ`, `Σ = L⁻ᵀ (Lᵀ A L)^½ L⁻¹`.
 ///
-/// `None` if B is not positive definite or A not positive semidefinite.
+/// `None` if B is not positive definite or an entry is not finite.
 pub(super) fn geometric_mean(a: &DMatrix<f64>, b: DMatrix<f64>) -> Option<DMatrix<f64>> {
     if a.iter().chain(b.iter()).any(|x| !x.is_finite()) {
         return None;
     }
     let l = Cholesky::new(b)?.l();
     let inner = (l.transpose() * a * &l).symmetric_eigen();
-    // square roots of square roots, so that the result is a product R Rᵀ
+    // fourth roots of the eigenvalues, so that the result is a product R Rᵀ and positive semidefinite
     let roots = inner.eigenvalues.map(|e| e.max(0.0).sqrt().sqrt());
     let mut factor = inner.eigenvectors;
     for (mut column, root) in factor.column_iter_mut().zip(&roots) {

@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use super::sample::Centred;
 
-/// `M⁻¹ = diag(σ²)`.
+/// Diagonal inverse mass matrix `M⁻¹ = diag(σ²)`.
 #[derive(Clone, Debug)]
 pub(in crate::sampler) struct Diagonal {
     variance: Vec<f64>,
@@ -21,8 +21,8 @@ impl Diagonal {
         Self { variance, sd }
     }
 
-    /// `before` with new variances; an entry that is no positive finite number keeps its old value,
-    /// because a window in which a coordinate never moved teaches nothing about its scale.
+    /// Replaces the variances `before` by new variances. An entry keeps its old value if the new one is not positive
+    /// and finite, because a window in which a coordinate is constant has no information about its scale.
     pub(in crate::sampler) fn renewed(
         mut before: Vec<f64>,
         variance: impl Fn(usize) -> f64,
@@ -51,12 +51,12 @@ impl Diagonal {
         }
     }
 
-    /// From standard normals to momenta.
+    /// Transforms standard normals to momenta.
     pub(super) fn colour(&self, p: &mut [f64]) {
         p.iter_mut().zip(&self.sd).for_each(|(p, sd)| *p /= sd);
     }
 
-    /// `Fᵀg + F⁻¹x` with `F = diag(σ)`.
+    /// Residual `Fᵀg + F⁻¹x` of the Fisher divergence, with `F = diag(σ)`.
     pub(super) fn residual(&self, sample: &Centred) -> DMatrix<f64> {
         let scaled = sample.scaled(&self.sd);
         scaled.draws + scaled.scores

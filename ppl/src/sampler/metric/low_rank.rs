@@ -1,4 +1,4 @@
-//! Mass matrices with a few correlated directions beside a diagonal, for many coordinates.
+//! Inverse mass matrices with a diagonal and a low-rank correction, for many coordinates.
 
 use nalgebra::{Cholesky, DMatrix};
 use rand::{Rng, SeedableRng};
@@ -8,25 +8,26 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use super::{Diagonal, dense::geometric_mean, sample::Centred};
 use crate::sampler::{dot::dot, report::InverseMassMatrix};
 
-/// `M⁻¹ = D (I + U (Λ − I) Uᵀ) D` with D = diag(σ) and orthonormal columns of U.
+/// Low-rank inverse mass matrix `M⁻¹ = D (I + U (Λ − I) Uᵀ) D` with D = diag(σ) and orthonormal columns of U.
 #[derive(Clone, Debug)]
 pub(in crate::sampler) struct LowRank {
     diagonal: Diagonal,
-    /// Columns of U, one after the other.
+    /// Columns of U, concatenated.
     vectors: Vec<f64>,
-    /// Λ.
+    /// Diagonal of Λ.
     values: Vec<f64>,
 }
 
-/// Directions looked for, of the draws and of the scores each.
+/// Number of leading directions computed for the draws, and again for the scores.
 const DIRECTIONS: usize = 16;
-/// Rounds of subspace iteration.
+/// Number of subspace iterations.
 const ROUNDS: usize = 2;
-/// How much shorter a column's own part may be than the longest, if products are to tell it.
+/// Smallest ratio of the shortest to the longest diagonal entry of the Cholesky factor for which the factor is accurate
+/// enough to orthonormalise the columns.
 const FARTHEST: f64 = 1e-6;
-/// Weight, in draws, of the identity in the covariances.
+/// Weight of the identity in the covariance matrices, in draws.
 const SHRINKAGE: f64 = 1.0;
-/// Directions whose variance is changed by less than this factor are left out.
+/// Smallest factor by which a direction must change the variance; directions below it are omitted.
 const NEGLIGIBLE: f64 = 1.5;
 
 impl LowRank {
@@ -34,9 +35,10 @@ impl LowRank {
         Self { diagonal, vectors, values }
     }
 
-    /// Minimiser of the Fisher divergence in the span of the directions in which, in units of a
-    /// diagonal, draws vary most (the wide ones) and scores vary most (the narrow ones). The
-    /// diagonal is first `diagonal`, then the minimiser for what those directions leave over.
+    /// Fits the map with the smallest Fisher divergence in a subspace. The subspace is spanned by the directions in
+    /// which, in units of the diagonal, the draws vary most (wide directions) and the scores vary most (narrow
+    /// directions). The first diagonal is `diagonal`; the final one minimises the Fisher divergence of the sample
+    /// without those directions.
     ///
     /// `None` if a matrix is not finite.
     pub(super) fn fitted(sample: &Centred, diagonal: &Diagonal) -> Option<Self> {
@@ -91,7 +93,8 @@ impl LowRank {
         factor.iter().zip(self.diagonal.variances()).map(|(f, s2)| f * s2).collect()
     }
 
-    /// `x ← (I + U (f(Λ) − I) Uᵀ) x`; four directions after the other, since they are orthogonal.
+    /// `x ← (I + U (f(Λ) − I) Uᵀ) x`. Since the directions are orthogonal, they are applied sequentially, four at a
+    /// time.
     #[inline]
     fn stretch(&self, x: &mut [f64], f: impl Fn(f64) -> f64) {
         let dim = x.len();
@@ -120,13 +123,13 @@ impl LowRank {
         v.iter_mut().zip(sd).for_each(|(v, sd)| *v *= sd);
     }
 
-    /// From standard normals to momenta.
+    /// Transforms standard normals to momenta.
     pub(super) fn colour(&self, p: &mut [f64]) {
         self.stretch(p, |value| value.sqrt().recip());
         self.diagonal.colour(p);
     }
 
-    /// `Fᵀg + F⁻¹x` with `F = D (I + U (Λ^½ − I) Uᵀ)`.
+    /// Residual `Fᵀg + F⁻¹x` of the Fisher divergence, with `F = D (I + U (Λ^½ − I) Uᵀ)`.
     pub(super) fn residual(&self, sample: &Centred) -> DMatrix<f64> {
         let mut scaled = sample.scaled(self.diagonal.sd());
         let columns = |x: &mut DMatrix<f64>, f: fn(f64) -> f64| {
@@ -138,7 +141,7 @@ impl LowRank {
     }
 }
 
-/// `xᵀu` for four u, each in four partial sums.
+/// Scalar products `xᵀu` with four vectors u, each in four partial sums.
 #[inline]
 fn dots(x: &[f64], u: [&[f64]; 4]) -> [f64; 4] {
     let (chunks, rest) = x.as_chunks::<4>();
@@ -159,21 +162,22 @@ fn dots(x: &[f64], u: [&[f64]; 4]) -> [f64; 4] {
     })
 }
 
-/// The leading directions of draws and of scores, orthonormal each.
+/// Leading directions of the draws and of the scores; the directions of each are orthonormal.
 struct Leading {
     wide: DMatrix<f64>,
     narrow: DMatrix<f64>,
 }
 
 impl Leading {
-    /// Anew, or from what is `near`; `None` if a number is not finite.
+    /// Computes the directions from a random start, or from the nearby directions `near`. `None` if a number is not
+    /// finite.
     fn of(sample: &Centred, near: Option<&Self>) -> Option<Self> {
         let wide = leading_directions(&sample.draws, near.map(|near| &near.wide))?;
         let narrow = leading_directions(&sample.scores, near.map(|near| &near.narrow))?;
         Some(Self { wide, narrow })
     }
 
-    /// An orthonormal basis of all.
+    /// Orthonormal basis of the span of all directions.
     fn basis(&self) -> DMatrix<f64> {
         let (wide, narrow) = (self.wide.ncols(), self.narrow.ncols());
         let mut both = DMatrix::zeros(self.wide.nrows(), wide + narrow);
@@ -183,9 +187,9 @@ impl Leading {
     }
 }
 
-/// Orthonormal directions in which the columns of `x` vary most, by subspace iteration from a
-/// fixed random start, or by one round more of it from directions that are nearly these (Halko,
-/// Martinsson & Tropp, SIAM Review 53 (2011) 217, algorithm 4.4).
+/// Orthonormal directions in which the columns of `x` vary most. Subspace iteration starts from a fixed random matrix;
+/// if nearly correct directions `near` are given, one iteration from them is enough (Halko, Martinsson & Tropp, SIAM
+/// Review 53 (2011) 217, algorithm 4.4).
 fn leading_directions(x: &DMatrix<f64>, near: Option<&DMatrix<f64>>) -> Option<DMatrix<f64>> {
     if x.iter().any(|x| !x.is_finite()) {
         return None;
@@ -201,9 +205,9 @@ fn leading_directions(x: &DMatrix<f64>, near: Option<&DMatrix<f64>>) -> Option<D
     Some((0..ROUNDS).fold(orthonormal(x * start), |basis, _| round(&basis)))
 }
 
-/// An orthonormal basis of the columns' span: by Cholesky factors of their products, twice, which
-/// is one multiplication of matrices after the other, and by reflections where they are too close
-/// to each other for that (Yamamoto, Nakatsukasa, Yanagisawa & Fukaya, ETNA 44 (2015) 306).
+/// Orthonormal basis of the span of the columns of `x`. Two rounds of Cholesky QR are used, because they consist of
+/// matrix products only; nearly dependent columns use a Householder QR decomposition instead (Yamamoto, Nakatsukasa,
+/// Yanagisawa & Fukaya, ETNA 44 (2015) 306).
 fn orthonormal(x: DMatrix<f64>) -> DMatrix<f64> {
     let once = |x: &DMatrix<f64>| {
         let l = Cholesky::new(x.transpose() * x)?.unpack();

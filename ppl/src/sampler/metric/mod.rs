@@ -1,8 +1,8 @@
-//! Mass matrices: diagonal, dense, and low rank beside a diagonal.
+//! Inverse mass matrices: diagonal, dense, and diagonal with a low-rank correction.
 //!
-//! Each is a linear map F from a standard normal to the posterior's scales, `M⁻¹ = F Fᵀ`. Which
-//! fits best is judged by the Fisher divergence `E|Fᵀ(g − ḡ) + F⁻¹(x − x̄)|²` of draws x with scores
-//! g: it vanishes if the density is normal with covariance `F Fᵀ`, and needs no normaliser.
+//! Each matrix is given by a linear map F from a standard normal to the scales of the posterior, `M⁻¹ = F Fᵀ`. Maps are
+//! compared by the Fisher divergence `E|Fᵀ(g − ḡ) + F⁻¹(x − x̄)|²` of draws x with scores g. The divergence is zero if
+//! the density is normal with covariance `F Fᵀ`, and it does not depend on the normalising constant.
 //!
 //! Reference: Seyboldt, Carlson & Carpenter 2026, arXiv 2603.18845.
 
@@ -22,7 +22,7 @@ pub(super) use sample::{Centred, Sample};
 
 use super::report::{InverseMassMatrix, MapKind};
 
-/// An inverse mass matrix `M⁻¹`, that is an estimate of the posterior covariance.
+/// Inverse mass matrix `M⁻¹`, an estimate of the posterior covariance.
 #[derive(Clone, Debug)]
 pub(super) enum Metric {
     Diagonal(Diagonal),
@@ -35,7 +35,8 @@ impl Metric {
         Self::Diagonal(Diagonal::identity(dim))
     }
 
-    /// `None` if the covariance is not positive definite or not of `dim` coordinates.
+    /// Map from a stored covariance. `None` if the covariance is not positive definite or does not have `dim`
+    /// coordinates.
     pub(super) fn from_covariance(covariance: &InverseMassMatrix, dim: usize) -> Option<Self> {
         let positive = |v: &[f64]| v.iter().all(|v| v.is_finite() && *v > 0.0);
         match covariance {
@@ -81,7 +82,7 @@ impl Metric {
         }
     }
 
-    /// `v = M⁻¹ p`, of momenta or scores alike.
+    /// `v = M⁻¹ p`, where p is a momentum or a score.
     #[inline]
     pub(super) fn apply(&self, p: &[f64], v: &mut [f64]) {
         match self {
@@ -91,7 +92,7 @@ impl Metric {
         }
     }
 
-    /// `p ~ Normal(0, M)`.
+    /// Draws a momentum, `p ~ Normal(0, M)`.
     pub(super) fn draw_momentum<R: Rng + ?Sized>(&self, rng: &mut R, p: &mut [f64]) {
         p.iter_mut().for_each(|p| *p = rng.sample(rand_distr::StandardNormal));
         match self {
@@ -101,7 +102,7 @@ impl Metric {
         }
     }
 
-    /// Fisher divergence per coordinate on centred draws and scores.
+    /// Fisher divergence per coordinate, estimated from centred draws and scores.
     pub(super) fn divergence(&self, sample: &Centred) -> f64 {
         let residual = match self {
             Self::Diagonal(m) => m.residual(sample),

@@ -1,4 +1,4 @@
-//! Draws and scores of a stretch of the warmup.
+//! Draws and scores of a part of the warmup.
 
 use std::ops::Range;
 
@@ -23,14 +23,14 @@ impl Sample {
         self.scores.extend_from_slice(score);
     }
 
-    /// Forgets the oldest draws but `keep`.
+    /// Removes all draws except the last `keep`.
     pub(in crate::sampler) fn keep_last(&mut self, keep: usize) {
         let old = self.len().saturating_sub(keep) * self.dim;
         self.draws.drain(..old);
         self.scores.drain(..old);
     }
 
-    /// Whether it is of a density of `dim` coordinates, with as many scores as draws.
+    /// Whether the sample has `dim` coordinates and as many scores as draws.
     pub(in crate::sampler) fn fits(&self, dim: usize) -> bool {
         self.dim == dim
             && self.draws.len() == self.scores.len()
@@ -41,7 +41,7 @@ impl Sample {
         self.draws.len().checked_div(self.dim).unwrap_or(0)
     }
 
-    /// A stretch, with its means taken off.
+    /// The draws and scores of `range`, minus their means.
     pub(super) fn centred(&self, range: Range<usize>) -> Centred {
         let stretch = |numbers: &[f64]| {
             let numbers = &numbers[range.start * self.dim..range.end * self.dim];
@@ -58,7 +58,7 @@ impl Sample {
     }
 }
 
-/// Draws and scores, one a column, without their means.
+/// Draws and scores minus their means; each column is one draw.
 pub(in crate::sampler) struct Centred {
     pub(super) draws: DMatrix<f64>,
     pub(super) scores: DMatrix<f64>,
@@ -73,23 +73,23 @@ impl Centred {
         self.draws.ncols()
     }
 
-    /// Degrees of freedom left of the variances.
+    /// Degrees of freedom of the variances.
     pub(super) fn freedom(&self) -> f64 {
         self.len() as f64 - 1.0
     }
 
-    /// Stan's variance of the draws, shrunk towards 10⁻³: `n/(n+5) var + 10⁻³ · 5/(n+5)`.
+    /// Variance of the draws, shrunk towards 10⁻³ as in Stan: `n/(n+5) var + 10⁻³ · 5/(n+5)`.
     pub(in crate::sampler) fn shrunk_variance(&self, i: usize) -> f64 {
         let n = self.len() as f64;
         (n * self.draws.row(i).norm_squared() / self.freedom() + 5e-3) / (n + 5.0)
     }
 
-    /// Minimiser of the Fisher divergence among diagonal maps, `σ² = √(var x / var ∇ln p)`.
+    /// Variance `σ² = √(var x / var ∇ln p)` of the diagonal map with the smallest Fisher divergence.
     pub(in crate::sampler) fn fisher_variance(&self, i: usize) -> f64 {
         (self.draws.row(i).norm_squared() / self.scores.row(i).norm_squared()).sqrt()
     }
 
-    /// In units of `sd`: draws divided by it, scores multiplied.
+    /// Rescales to units of `sd`: draws are divided by `sd`, scores are multiplied by it.
     pub(super) fn scaled(&self, sd: &[f64]) -> Self {
         let scale = |columns: &DMatrix<f64>, factor: fn(f64) -> f64| {
             DMatrix::from_fn(self.dim(), self.len(), |i, k| columns[(i, k)] * factor(sd[i]))
@@ -97,7 +97,7 @@ impl Centred {
         Self { draws: scale(&self.draws, f64::recip), scores: scale(&self.scores, |sd| sd) }
     }
 
-    /// Without their parts in the span of the orthonormal columns of `basis`.
+    /// Projects draws and scores onto the orthogonal complement of the orthonormal columns of `basis`.
     pub(super) fn without(&self, basis: &DMatrix<f64>) -> Self {
         let rest = |columns: &DMatrix<f64>| columns - basis * (basis.transpose() * columns);
         Self { draws: rest(&self.draws), scores: rest(&self.scores) }

@@ -18,7 +18,7 @@ use crate::{
     },
 };
 
-/// Where a starting point with a finite density but no finite gradient is rejected.
+/// Location reported for a starting point whose density is finite but whose gradient is not.
 const GRADIENT: Location = Location { statement: "gradient of the log density", file: "", line: 0 };
 
 pub(in crate::sampler) struct NutsChain<'a> {
@@ -31,7 +31,7 @@ pub(in crate::sampler) struct NutsChain<'a> {
 }
 
 impl<'a> NutsChain<'a> {
-    /// `tuned`: mass matrix and step of a run that goes on.
+    /// A chain with mass matrix and step size `tuned` if the run is resumed, else with the identity and step size 1.
     pub(in crate::sampler) fn new(
         density: &'a dyn ErasedDensity,
         max_depth: u32,
@@ -49,7 +49,7 @@ impl<'a> NutsChain<'a> {
         Self { density, hamiltonian, trajectory, current: Position::new(dim), warmup, step }
     }
 
-    /// Leaves a start that is too far from the posterior for the energy to tell anything.
+    /// Moves a start that is far from the posterior closer to it, because rounding hides energy differences there.
     fn approach(&mut self) -> Result<(), StopReason> {
         let near = approach(self.density, &self.current.y).map_err(StopReason::Fatal)?;
         if let Some(near) = near {
@@ -61,7 +61,7 @@ impl<'a> NutsChain<'a> {
         Ok(())
     }
 
-    /// Searches the step anew, and restarts its adaptation there.
+    /// Searches a new step size and restarts the step size adaptation from it.
     fn search_step(&mut self, rng: &mut Stream) -> Result<(), StopReason> {
         let scratch = self.trajectory.scratch();
         self.step = self.hamiltonian.search_step(&self.current, scratch, self.step, rng)?;

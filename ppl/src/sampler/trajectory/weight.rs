@@ -1,10 +1,10 @@
-//! Weights of states, e^(H₀−H), and their sums.
+//! Weights e^(H₀−H) of states, and sums of weights.
 
-/// Energy errors up to which a weight is a plain number; so are sums of 2¹⁵⁰ of them.
+/// Largest energy error whose weight is stored without scaling; sums of 2¹⁵⁰ such weights do not overflow.
 const PLAIN: f64 = 600.0;
 
-/// `sum · e^unit`. The unit is 0 but for states that lie very far in energy from where the
-/// trajectory began, so that weights are joined by an addition, without logarithms.
+/// Scaled weight `sum · e^unit`. The unit is 0 unless the energy of a state differs extremely from the energy at the
+/// start of the trajectory. Weights are therefore usually added without logarithms.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Weight {
     sum: f64,
@@ -12,10 +12,10 @@ pub(super) struct Weight {
 }
 
 impl Weight {
-    /// Of no state.
+    /// Weight of an empty set of states.
     pub(super) const NONE: Self = Self { sum: 0.0, unit: f64::NEG_INFINITY };
 
-    /// Of a state whose energy is H₀ + `error`.
+    /// Weight of a state with energy H₀ + `error`.
     #[inline]
     pub(super) fn of(error: f64) -> Self {
         if error.abs() <= PLAIN {
@@ -25,13 +25,13 @@ impl Weight {
         }
     }
 
-    /// With what probability Metropolis would accept a state of this weight.
+    /// Metropolis acceptance probability of a state with this weight.
     #[inline]
     pub(super) fn acceptance(self) -> f64 {
         if self.unit == 0.0 { self.sum.min(1.0) } else { self.unit.exp().min(1.0) }
     }
 
-    /// The sum of both, and the fraction of `next` in it.
+    /// Sum of both weights, and the fraction of `next` in the sum.
     #[inline]
     pub(super) fn join(self, next: Self) -> (Self, f64) {
         let (a, b) = if self.unit == next.unit { (self, next) } else { self.alike(next) };
@@ -39,7 +39,7 @@ impl Weight {
         (Self { sum, ..a }, b.sum / sum)
     }
 
-    /// Both in the larger of their units.
+    /// Rescales both weights to the larger of their units.
     #[cold]
     fn alike(self, other: Self) -> (Self, Self) {
         let unit = self.unit.max(other.unit);
