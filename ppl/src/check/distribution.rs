@@ -1,4 +1,4 @@
-//! What must hold for every distribution of one number.
+//! Conformance tests for univariate distributions.
 
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -10,29 +10,31 @@ use crate::dual::Dual;
 use crate::scalar::Scalar;
 use crate::special::integral_from_zero;
 
-/// Numbers with derivatives in x and up to seven parameters.
+/// Dual number with derivatives in x and in up to seven parameters.
 #[doc(hidden)]
 pub type Lifted = Dual<8>;
 
 const DRAWS: usize = 20_000;
-/// √n sup |Fₙ − F| exceeds this with probability 10⁻⁴: √(½ ln(2/10⁻⁴)).
+/// Critical value of the Kolmogorov-Smirnov statistic √n sup |Fₙ − F| at probability 10⁻⁴: √(½ ln(2/10⁻⁴)).
 const KOLMOGOROV_SMIRNOV: f64 = 2.225;
 
-/// Asserts what must hold for every distribution of one number, of the library's and of yours:
-/// `assert_distribution!([m, s] Normal(m, s), [0.3, 2.0], [-1.0, 0.5, 4.0])` names the parameters and
-/// says the family over them, their values, and points well inside the support.
+/// Asserts that a univariate distribution is consistent. It works for distributions of this library and of users.
 ///
-/// - The density integrates to 1 and has the mean and variance that it says, by quadrature.
-/// - `cdf` and `sf` are integrals of the density, and the quantiles their inverse.
-/// - Draws follow the `cdf` (Kolmogorov–Smirnov, at 1 in 10 000 for the seed 1).
-/// - The maps to and from unconstrained space are inverse, and their Jacobian is in the density.
-/// - Partials in x and in every parameter, whichever of these are unknown, are the differences of the
-///   log density; so are those of `.truncate(a..b)` and `.censor(a..b)`.
+/// In `assert_distribution!([m, s] Normal(m, s), [0.3, 2.0], [-1.0, 0.5, 4.0])`, `[m, s]` names the parameters and
+/// `Normal(m, s)` constructs the distribution. The parameter values and some points well inside the support follow.
 ///
-/// Where the density has a corner, which quadrature must not cross, say `, corner 0.3` at the end.
+/// - The density integrates to 1. Its mean and variance, by quadrature, equal `mean` and `variance`.
+/// - `cdf` and `sf` are integrals of the density, and the quantiles are their inverses.
+/// - Draws follow the `cdf` (Kolmogorov-Smirnov test with seed 1 at level 1 in 10 000).
+/// - The maps to and from unconstrained space are inverse to each other, and the density contains their Jacobian.
+/// - The partial derivatives in x and in the parameters equal finite differences of the log density, for every subset
+///   of parameters that are unknown. The same holds for `.truncate(a..b)` and `.censor(a..b)`.
+///
+/// If the density has a kink inside the support, append its position, as in `, corner 0.3`. The quadrature is split
+/// there.
 ///
 /// # Panics
-/// With the first value that is wrong, and what it should be.
+/// At the first wrong value; the message states this value and the correct one.
 ///
 /// # Example
 /// ```
@@ -56,25 +58,25 @@ macro_rules! assert_distribution {
     };
 }
 
-/// A family with the values of its parameters, and points well inside the support.
+/// A distribution family with parameter values, and points well inside the support.
 #[doc(hidden)]
 #[derive(Clone, Copy, Debug)]
 pub struct Case<'a, const P: usize> {
     pub name: &'a str,
     pub parameters: [f64; P],
     pub points: &'a [f64],
-    /// Where the density has a corner.
+    /// Position of a kink of the density.
     pub corner: Option<f64>,
 }
 
-/// A distribution over numbers of one kind that can be an unknown.
+/// A univariate distribution over the scalar type `R` that can be the prior of an unknown.
 #[doc(hidden)]
 pub trait Over<R: Scalar>: UnivariateDensity<R> + Unknown<R, Value = R> {}
 
 impl<R: Scalar, D: UnivariateDensity<R> + Unknown<R, Value = R>> Over<R> for D {}
 
-/// What [`assert_distribution`](crate::assert_distribution) calls, with the family over plain numbers
-/// and over those with derivatives.
+/// Implementation of [`assert_distribution`](crate::assert_distribution). `make` constructs the distribution over
+/// `f64`, `lifted` over dual numbers.
 #[doc(hidden)]
 #[track_caller]
 pub fn assert_conformance<const P: usize, D: Over<f64>, G: Over<Lifted>>(
@@ -92,14 +94,14 @@ pub fn assert_conformance<const P: usize, D: Over<f64>, G: Over<Lifted>>(
     case.partials(make, lifted);
 }
 
-/// Log density at the coordinate `y`, by the way of an unknown.
+/// Log density at the unconstrained coordinate `y`, as computed for an unknown.
 fn constrained<R: Scalar, D: Unknown<R>>(distribution: &D, y: R, jacobian: bool) -> R {
     Joined::of(|terms| {
         distribution.constrain(&mut || y, jacobian, terms);
     })
 }
 
-/// The density at the coordinate `y`; none where eʸ leaves the range of numbers.
+/// Density at the unconstrained coordinate `y`; 0 where eʸ overflows or underflows.
 fn density<D: Over<f64>>(distribution: &D, y: f64) -> f64 {
     let density = constrained(distribution, y, true).exp();
     if !density.is_finite() && y.abs() > 650.0 { 0.0 } else { density }
@@ -116,8 +118,8 @@ impl<const P: usize> Case<'_, P> {
         );
     }
 
-    /// A middle and a width of the density over coordinates: the corner or the median, and the
-    /// distance between the quartiles.
+    /// Centre and width of the density over the unconstrained coordinate: the kink or else the median, and the
+    /// interquartile range.
     fn place<D: Over<f64>>(&self, distribution: &D) -> (f64, f64) {
         let support = distribution.support();
         let [first, median, third] =
@@ -125,7 +127,7 @@ impl<const P: usize> Case<'_, P> {
         (self.corner.map_or(median, |x| support.unconstrain(x)), third - first)
     }
 
-    /// ∫ g(x) p(x) dx.
+    /// Expectation ∫ g(x) p(x) dx.
     fn expectation<D: Over<f64>>(&self, distribution: &D, g: impl Fn(f64) -> f64) -> f64 {
         let (middle, width) = self.place(distribution);
         let support = distribution.support();
@@ -159,13 +161,13 @@ impl<const P: usize> Case<'_, P> {
         for &x in self.points {
             let (below, above) = (distribution.cdf(x), distribution.sf(x));
             let y = support.unconstrain(x);
-            // the coordinate may run against x
+            // the unconstrained coordinate can be a decreasing function of x
             let towards = if below < above { -width.signum() } else { width.signum() };
             let tail = |distance: f64| density(distribution, y + towards * distance);
             let by_quadrature = integral_from_zero(tail, f64::INFINITY, width.abs());
             self.close(below.min(above), by_quadrature, 1e-8, 0.0, &format!("a tail at {x}"));
             self.close(below + above, 1.0, 1e-14, 0.0, &format!("the sum of both tails at {x}"));
-            // an error of the probability by its rounding moves x by ε · tail/density
+            // rounding the probability moves its quantile by ε · tail/density
             let pdf = distribution.ln_density(&x).exp();
             let allowed = |tail: f64| 1e-11 * tail / pdf + 1e-13 * x.abs();
             if below < 0.9 {
@@ -220,8 +222,7 @@ impl<const P: usize> Case<'_, P> {
         }
     }
 
-    /// Values with derivatives where any of the parameters are unknown, against differences of the
-    /// values without.
+    /// Compares dual-number derivatives with finite differences, for every subset of parameters that are unknown.
     fn partials<D: Over<f64>, G: Over<Lifted>>(
         &self,
         make: &dyn Fn([f64; P]) -> D,
@@ -230,7 +231,7 @@ impl<const P: usize> Case<'_, P> {
         let plain = make(self.parameters);
         let support = plain.support();
         let [low, middle, high] = [0.1, 0.5, 0.8].map(|p| plain.quantile(p));
-        // no difference is right at a corner
+        // finite differences are wrong at a kink
         let is_corner =
             |x: f64| self.corner.is_some_and(|corner| (x - corner).abs() < 0.1 * (high - low));
         let middle = if is_corner(middle) { plain.quantile(0.3) } else { middle };
@@ -256,7 +257,7 @@ impl<const P: usize> Case<'_, P> {
             for &at in points {
                 let what = format!("{reading} at {at}");
                 let expected = value(&plain, at);
-                // the ends of an instrument are data
+                // the limits of a censored distribution are data, so the derivative in x is not compared
                 let moves = *reading != "censor";
                 let (first, last) = match *reading {
                     "ln_density" => support.bounds(),

@@ -1,13 +1,13 @@
-//! Why a check could not be carried out.
+//! Errors that prevent a check.
 
 use crate::density::Rejection;
 use crate::inspect::ModelError;
 use crate::sampler::{RunError, StopReason};
 
-/// A trial that could not be carried out.
+/// Error that ended a trial of a check.
 #[derive(Debug, thiserror::Error)]
 pub enum CheckError {
-    /// The model is at fault.
+    /// The model is invalid.
     #[error(transparent)]
     Model(#[from] ModelError),
     /// The sampler could not start.
@@ -19,14 +19,14 @@ pub enum CheckError {
     /// The sampler stopped early.
     #[error("a chain ended early: {0}")]
     Stopped(#[source] StopReason),
-    /// A setting makes no sense.
+    /// A setting is out of its range.
     #[error("{setting} = {value}: give at least {least}")]
     Setting {
-        /// The setting.
+        /// Name of the setting.
         setting: &'static str,
-        /// Its value.
+        /// Value given by the user.
         value: usize,
-        /// The least that is accepted.
+        /// Smallest accepted value.
         least: usize,
     },
 }

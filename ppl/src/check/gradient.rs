@@ -1,4 +1,4 @@
-//! A gradient against an independent derivative.
+//! Comparison of a gradient with finite differences.
 
 use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -6,16 +6,16 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use crate::density::{LogDensity, Rejection};
 use crate::words::further;
 
-/// Relative difference allowed, against max(1, |∂|).
+/// Allowed difference relative to max(1, |∂|).
 const TOLERANCE: f64 = 1e-8;
-/// Rounding of a log density, against max(1, |ln p|): differences show no less.
+/// Rounding error of a log density relative to max(1, |ln p|), which limits the accuracy of finite differences.
 const ROUNDING: f64 = 1e-12;
 const POINTS: usize = 10;
 
-/// A gradient that is not the derivative of its density.
+/// Error of a gradient that differs from the derivative of its density.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum GradientMismatch {
-    /// A component differs.
+    /// One component of the gradient differs.
     #[error(
         "∂/∂y[{coordinate}] is {got:.12e}, but differences of the log density give {expected:.12e} \
          (± {uncertainty:.1e}) at y = {point:?}"
@@ -23,13 +23,13 @@ pub enum GradientMismatch {
     Component {
         /// Index of the unconstrained coordinate.
         coordinate: usize,
-        /// The gradient's component.
+        /// Component of the gradient.
         got: f64,
         /// Extrapolated central difference.
         expected: f64,
-        /// Its own error, estimated.
+        /// Estimated error of the central difference.
         uncertainty: f64,
-        /// The point.
+        /// Point of the comparison.
         point: Vec<f64>,
     },
     /// A component is NaN or infinite.
@@ -37,26 +37,26 @@ pub enum GradientMismatch {
     NotFinite {
         /// Index of the unconstrained coordinate.
         coordinate: usize,
-        /// The gradient's component.
+        /// Component of the gradient.
         got: f64,
-        /// The point.
+        /// Point of the comparison.
         point: Vec<f64>,
-        /// The statement at fault, if the density knows it.
+        /// Statement of the model that caused the value, if the density reports it.
         detail: Option<String>,
     },
-    /// Value and gradient come from different functions.
+    /// The log density returned with the gradient differs from the log density computed alone.
     #[error(
         "the gradient's log density is {got:.15e}, but the density alone gives {expected:.15e} at y = {point:?}"
     )]
     Value {
-        /// Returned with the gradient.
+        /// Log density returned with the gradient.
         got: f64,
-        /// Returned alone.
+        /// Log density computed alone.
         expected: f64,
-        /// The point.
+        /// Point of the comparison.
         point: Vec<f64>,
     },
-    /// Differences do not settle, so that nothing can be said.
+    /// The finite differences do not converge, so that no comparison is possible.
     #[error(
         "differences of the log density along y[{coordinate}] do not settle (± {uncertainty:.1e} at \
          {estimate:.6e}): it is not smooth near y = {point:?}"
@@ -64,33 +64,33 @@ pub enum GradientMismatch {
     NotSmooth {
         /// Index of the unconstrained coordinate.
         coordinate: usize,
-        /// Best difference.
+        /// Most accurate finite difference.
         estimate: f64,
-        /// Its error, estimated.
+        /// Estimated error of the finite difference.
         uncertainty: f64,
-        /// The point.
+        /// Point of the comparison.
         point: Vec<f64>,
     },
-    /// No point to test at.
+    /// Every tried point was rejected by the density.
     #[error("all {tries} points were rejected, the last with: {last}")]
     NoPoint {
-        /// Points tried.
+        /// Number of points tried.
         tries: usize,
-        /// Why the last was rejected.
+        /// Rejection of the last point.
         #[source]
         last: Rejection,
     },
 }
 
-/// Asserts that the gradient of `density` is the derivative of its value, to 1e-8 of max(1, |∂|)
-/// or 1e-12 of the value, at ten points uniform on (−2, 2)ᵈ.
+/// Asserts that the gradient of `density` is the derivative of its value, at ten points uniform on (−2, 2)ᵈ. The
+/// allowed difference is 1e-8 relative to max(1, |∂|), or 1e-12 relative to the log density if that is larger.
 ///
-/// The derivative is a central difference of [`LogDensity::log_density`], extrapolated to step 0
-/// (Ridders 1982, doi:10.1016/S0141-1195(82)80057-0), so it shares nothing with the code under
-/// test. Points that the density rejects are replaced by others.
+/// The derivative is a central difference of [`LogDensity::log_density`], extrapolated to step 0 (Ridders 1982,
+/// doi:10.1016/S0141-1195(82)80057-0). It is therefore independent of the tested code. Points that the density rejects
+/// are replaced by other points.
 ///
 /// # Panics
-/// With the words of [`GradientMismatch`].
+/// If the gradient is wrong, with the message of [`GradientMismatch`].
 ///
 /// ```
 /// use ppl::{LogDensity, Rejection, check};
@@ -137,10 +137,10 @@ fn at_random_points<D: LogDensity>(density: &D, seed: u64) -> Result<(), Gradien
     Ok(())
 }
 
-/// The check of [`gradient`] at one point.
+/// Compares gradient and finite differences at one point, see [`gradient`].
 ///
 /// # Errors
-/// [`GradientMismatch`] with the component and both derivatives.
+/// [`GradientMismatch`] with the component and both values.
 pub fn gradient_at<D: LogDensity>(density: &D, point: &[f64]) -> Result<(), GradientMismatch> {
     let mut workspace = D::Workspace::default();
     let rejected = |last: Rejection| GradientMismatch::NoPoint { tries: 1, last };
@@ -176,8 +176,8 @@ pub fn gradient_at<D: LogDensity>(density: &D, point: &[f64]) -> Result<(), Grad
     Ok(())
 }
 
-/// Ridders' method: central differences with shrinking steps, extrapolated as polynomials in the
-/// squared step; the entry of the table that agrees best with its neighbours wins.
+/// Derivative at 0 and its estimated error, by Ridders' method. Central differences with decreasing steps are
+/// extrapolated as polynomials in the squared step. The result is the table entry that agrees best with its neighbours.
 pub(super) fn derivative(mut f: impl FnMut(f64) -> f64) -> (f64, f64) {
     const SHRINK: f64 = 1.6;
     const ROWS: usize = 16;
@@ -211,7 +211,7 @@ mod tests {
         let (d, error) = derivative(|h| (1.3 + h).exp() * (1.3 + h).sin());
         let exact = 1.3_f64.exp() * (1.3_f64.sin() + 1.3_f64.cos());
         assert!((d / exact - 1.0).abs() < 1e-11 && error < 1e-9, "{d} ± {error}, {exact}");
-        // a steep one, and one whose far points do not exist
+        // a steep function, and a function that is undefined at the larger steps
         let (d, _) = derivative(|h| (200.0 * h).sin());
         assert!((d / 200.0 - 1.0).abs() < 1e-9, "{d}");
         let (d, _) = derivative(|h| (0.01 + h).ln());

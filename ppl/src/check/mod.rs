@@ -1,7 +1,7 @@
 //! Statistical assertions for your own `cargo test`.
 //!
-//! A sampler's answer is random, so a tolerance has to come from its standard error, and every
-//! assertion has a stated chance to fail although nothing is wrong:
+//! Sampling is random, so a tolerance must come from the standard error of the estimate, and every assertion has a
+//! known probability of failing although nothing is wrong:
 //!
 //! | assertion | tolerance | false alarms |
 //! |---|---|---|
@@ -10,13 +10,12 @@
 //! | [`assert_distribution!`] | of quadrature and differences; draws at 1 in 10 000 | none: its seed is fixed |
 //! | [`sbc`] `.assert_uniform(p)` | uniform ranks | at most p, over all quantities |
 //!
-//! The first three refuse chains that do not mix before they compare: an R-hat above 1.05, or fewer
-//! than 100 effective draws a chain. Draws in separate modes have so large a standard error that it
-//! would allow any value.
+//! The first three fail for chains that do not mix: R-hat above 1.05 or fewer than 100 effective draws per chain.
+//! Without this test, draws in separate modes would pass for any value, because their standard error is very large.
 //!
-//! The first rate assumes that the MCSE is known; with the few hundred effective draws of a
-//! short run it is some 5 % uncertain, which can double the rate at k = 4. With a fixed seed a test
-//! always gives the same answer, so a false alarm shows once, when the test is written.
+//! The first rate assumes that the MCSE is known exactly. With the few hundred effective draws of a short run, the MCSE
+//! has an uncertainty of about 5 %, which can double the rate at k = 4. With a fixed seed, a test gives the same result
+//! in every run, so a false alarm appears once, when the test is written.
 //!
 //! ```
 //! use ppl::check;

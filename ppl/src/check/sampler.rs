@@ -1,4 +1,4 @@
-//! What is calibrated: samplers.
+//! Samplers that simulation-based calibration can test.
 
 use super::CheckError;
 use crate::sampler::{Chains, Metropolis, Nuts};
@@ -9,24 +9,24 @@ use crate::{Bound, Model};
 pub struct Draws {
     /// Row-major `n × dim`, in unconstrained coordinates.
     pub points: Vec<f64>,
-    /// Divergent transitions among them.
+    /// Number of divergent transitions among the draws.
     pub divergences: usize,
 }
 
-/// Something that draws from the posterior of any model, for [`sbc`](super::sbc).
+/// A sampler that can draw from the posterior of any model, for [`sbc`](super::sbc).
 ///
-/// The samplers of this crate do; implement it to check an own one, or one that needs more than
-/// the model, as [`DelayedAcceptance`](crate::DelayedAcceptance) its cheap density.
+/// [`Nuts`] and [`Metropolis`] implement this trait. Implement it to test your own sampler, or a sampler with further
+/// inputs, such as [`DelayedAcceptance`](crate::DelayedAcceptance) with its cheap density.
 pub trait Sampler: Sync {
-    /// Samples `model` with its settings and this seed.
+    /// Samples `model` with the sampler's settings and the given seed.
     ///
     /// # Errors
-    /// [`CheckError`] if it cannot.
+    /// [`CheckError`] if the sampler fails.
     fn draws<M: Model>(&self, model: &Bound<M>, seed: u64) -> Result<Draws, CheckError>;
 }
 
 impl Draws {
-    /// All draws of these chains.
+    /// All draws of the given chains.
     ///
     /// # Errors
     /// [`CheckError::Stopped`] if a chain ended early.

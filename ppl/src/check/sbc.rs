@@ -13,13 +13,12 @@ use crate::sampler::Nuts;
 use crate::special::regularised_gamma;
 use crate::{Bound, Entry, Model, Record, Role};
 
-/// Simulation-based calibration: do posteriors of simulated data contain the truth as often as
-/// they say?
+/// Simulation-based calibration: a test whether posterior intervals contain the true values as often as they claim.
 ///
-/// A truth is drawn from the prior, data are simulated from it, and the rank of the truth among
-/// the posterior's draws is noted. Over many trials the ranks are uniform if model, gradient and
-/// sampler are right. The parameters alone cannot tell a posterior from the prior, whose draws
-/// are calibrated too; so the log likelihood of the data is ranked with them.
+/// Each trial draws true parameters from the prior, simulates data from them, and computes the rank of the true values
+/// among the posterior draws. If model, gradient and sampler are correct, the ranks of many trials are uniform. A
+/// sampler that returned prior draws would also give uniform ranks of the parameters. Therefore the log likelihood of
+/// the data is ranked too.
 ///
 /// ```
 /// use ppl::check;
@@ -52,39 +51,38 @@ pub struct Sbc<S> {
     sampler: S,
 }
 
-/// Simulation-based calibration with 200 trials, 99 ranked draws of one chain each; see [`Sbc`].
+/// Simulation-based calibration with 200 trials and 99 ranked draws per trial; see [`Sbc`].
 pub fn sbc<'a>(seed: u64) -> Sbc<Nuts<'a>> {
     let sampler = Nuts::default().chains(1).warmup(500).draws(990);
     Sbc { seed, replications: 200, ranked: 99, sampler }
 }
 
 impl<S: Sampler> Sbc<S> {
-    /// Number of trials, at least 20. The smallest miscalibration that can be seen shrinks as
-    /// 1/√trials.
+    /// Number of trials, at least 20. The smallest detectable miscalibration is proportional to 1/√trials.
     pub fn replications(mut self, replications: usize) -> Self {
         self.replications = replications;
         self
     }
 
-    /// Draws that the truth is ranked among, equally spaced over the run. Keep them so few that
-    /// they are nearly independent: correlated draws make ranks look miscalibrated.
+    /// Number of posterior draws per trial among which the true values are ranked. The draws are equally spaced over
+    /// the run. They must be nearly independent, so choose a small number: correlated draws make the ranks look
+    /// miscalibrated.
     pub fn ranked_draws(mut self, draws: usize) -> Self {
         self.ranked = draws;
         self
     }
 
-    /// The sampler, by default [`Nuts`] with one chain of 500 + 990 draws; its seed is set anew
-    /// for every trial.
+    /// The tested sampler, by default [`Nuts`] with one chain of 500 warmup transitions and 990 draws. Each trial sets
+    /// a new seed.
     pub fn sampler<T: Sampler>(self, sampler: T) -> Sbc<T> {
         let Self { seed, replications, ranked, .. } = self;
         Sbc { seed, replications, ranked, sampler }
     }
 
-    /// Runs `trial` once a replication, in parallel; the result does not depend on the number of
-    /// threads.
+    /// Runs `trial` once per replication, in parallel. The result does not depend on the number of threads.
     ///
     /// # Errors
-    /// The first [`CheckError`] of a trial, or fewer than 20 trials.
+    /// The first [`CheckError`] of a trial, or [`CheckError::Setting`] for fewer than 20 trials or 9 ranked draws.
     pub fn run(
         &self,
         trial: impl Fn(&mut Trial<'_, S>) -> Result<(), CheckError> + Sync,
@@ -130,10 +128,10 @@ impl<S: Sampler> Sbc<S> {
     }
 }
 
-/// One replication: draw a truth, simulate, and rank it.
+/// One replication: it draws true parameters, simulates data, and ranks the true parameters among posterior draws.
 #[derive(Debug)]
 pub struct Trial<'a, S> {
-    /// Random numbers of this trial, for truth and data.
+    /// Random number generator of this trial, for the true parameters and the data.
     pub rng: Xoshiro256PlusPlus,
     sampler: &'a S,
     ranked: usize,
@@ -141,12 +139,12 @@ pub struct Trial<'a, S> {
     ranks: Vec<(String, f64)>,
 }
 
-/// Numbers by name.
+/// Values with their names.
 type Named = Vec<(String, f64)>;
 
 impl<S: Sampler> Trial<'_, S> {
-    /// Samples `model` and ranks all parameters of `truth`, a prior draw of the same model, and
-    /// the log likelihood.
+    /// Samples `model`, and ranks the log likelihood and all parameters of `truth`. `truth` is a prior draw of the same
+    /// model.
     ///
     /// # Errors
     /// [`CheckError`] if the sampler or the model fails.
@@ -154,9 +152,9 @@ impl<S: Sampler> Trial<'_, S> {
         self.rank_with(model, truth, |_| Vec::new())
     }
 
-    /// As [`rank`](Trial::rank), with further quantities, which may depend on the data:
-    /// `|at| vec![("residual".to_owned(), at.values("mu").unwrap_or_default()[0] - mean_of_data)]`,
-    /// the same ones at every point.
+    /// Ranks further quantities in addition to those of [`rank`](Trial::rank). The quantities can depend on the data,
+    /// as in `|at| vec![("residual".to_owned(), at.values("mu").unwrap_or_default()[0] - mean_of_data)]`. The closure
+    /// must return the same names for every record.
     ///
     /// # Errors
     /// [`CheckError`] if the sampler or the model fails.
@@ -174,7 +172,7 @@ impl<S: Sampler> Trial<'_, S> {
             all.extend(further(at));
             all
         };
-        // the truth was drawn beside other data
+        // `truth` was drawn with other data, so its log likelihood is evaluated with the simulated data
         let (y, mut rng) = (&truth.unconstrained, self.rng.clone());
         let likelihood = model.constrain(y, &mut rng)?.log_likelihood();
         let truth = quantities(truth, likelihood);
@@ -198,7 +196,7 @@ impl<S: Sampler> Trial<'_, S> {
         }
         for (i, (name, _)) in truth.into_iter().enumerate() {
             if equal[i] < self.ranked {
-                // a rank in 0 … L, spread over its cell: exactly uniform on (0, 1); ties likewise
+                // randomised rank: uniform within its cell, so exactly uniform on (0, 1), also with ties
                 let spread = self.rng.random::<f64>() * (equal[i] + 1) as f64;
                 let rank = (below[i] as f64 + spread) / (self.ranked + 1) as f64;
                 self.ranks.push((name, rank));
@@ -213,17 +211,17 @@ fn elements(entry: &Entry) -> impl Iterator<Item = (String, f64)> {
     names.into_iter().zip(entry.values.iter().copied())
 }
 
-/// Normalised ranks of one number over all trials.
+/// Normalised ranks of one quantity over all trials.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SbcQuantity {
-    /// Name with indices.
+    /// Name of the quantity, with indices.
     pub name: String,
-    /// Ranks on (0, 1), one a trial.
+    /// Ranks on (0, 1), one per trial.
     pub ranks: Vec<f64>,
 }
 
 impl SbcQuantity {
-    /// Counts in `bins` equal bins.
+    /// Number of ranks in each of `bins` bins of equal width.
     pub fn histogram(&self, bins: usize) -> Vec<usize> {
         let mut counts = vec![0; bins];
         for rank in &self.ranks {
@@ -232,8 +230,8 @@ impl SbcQuantity {
         counts
     }
 
-    /// p-value of Pearson's χ² test for uniform ranks, with about ten trials a bin (5 to 20 bins):
-    /// sees ∪ and ∩ shapes.
+    /// p-value of Pearson's χ² test for uniform ranks, with about ten trials per bin (5 to 20 bins). It is sensitive to
+    /// ∪ and ∩ shapes of the histogram.
     pub fn chi_square_p(&self) -> f64 {
         let bins = (self.ranks.len() / 10).clamp(5, 20);
         let expected = self.ranks.len() as f64 / bins as f64;
@@ -242,8 +240,8 @@ impl SbcQuantity {
         regularised_gamma((bins as f64 - 1.0) / 2.0, statistic / 2.0).1
     }
 
-    /// Bound on the p-value of the largest distance D between the ranks' distribution function and
-    /// the diagonal, 2 exp(−2 n D²) (Massart 1990, doi:10.1214/aop/1176990746): sees shifts.
+    /// Upper bound 2 exp(−2 n D²) on the p-value of the largest distance D between the empirical distribution function
+    /// of the ranks and the diagonal (Massart 1990, doi:10.1214/aop/1176990746). It is sensitive to shifts.
     pub fn ecdf_p(&self) -> f64 {
         let mut sorted = self.ranks.clone();
         sorted.sort_unstable_by(f64::total_cmp);
@@ -256,29 +254,29 @@ impl SbcQuantity {
     }
 }
 
-/// Ranks of all quantities.
+/// Result of a simulation-based calibration.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SbcReport {
-    /// One entry a number.
+    /// Ranks of each quantity.
     pub quantities: Vec<SbcQuantity>,
-    /// Divergent transitions over all trials.
+    /// Number of divergent transitions over all trials.
     pub divergences: usize,
 }
 
 impl SbcReport {
-    /// The smallest p-value over all quantities and both tests, corrected for their number
-    /// (Bonferroni): below p with a chance of at most p if everything is right.
+    /// Smallest p-value over all quantities and both tests, with Bonferroni correction. If everything is correct, it is
+    /// below p with probability at most p.
     pub fn p_value(&self) -> f64 {
         let tests = 2.0 * self.quantities.len() as f64;
         let all = self.quantities.iter().flat_map(|q| [q.chi_square_p(), q.ecdf_p()]);
         (tests * all.fold(f64::INFINITY, f64::min)).min(1.0)
     }
 
-    /// Asserts that all ranks are uniform; fails by chance at most with the rate `false_alarms`,
-    /// as 1e-4.
+    /// Asserts that all ranks are uniform. If everything is correct, the assertion fails with a probability of at most
+    /// `false_alarms`, for example 1e-4.
     ///
     /// # Panics
-    /// With the histograms if the p-value is smaller, and if nothing was ranked.
+    /// If the p-value is smaller than `false_alarms`, with the histograms; or if no quantity was ranked.
     #[track_caller]
     pub fn assert_uniform(&self, false_alarms: f64) {
         assert!(!self.quantities.is_empty(), "no quantity was ranked: call Trial::rank");

@@ -2,14 +2,14 @@
 
 use nalgebra::Complex;
 
-/// Biased autocovariance (1/n) Σ_t (x_t − x̄)(x_{t+l} − x̄) for l = 0 … n − 1, averaged over chains
-/// of equal length, each centred on its own mean.
+/// Biased autocovariance (1/n) Σ_t (x_t − x̄)(x_{t+l} − x̄) for lags l = 0 … n − 1, averaged over chains of equal
+/// length. Each chain is centred on its own mean.
 ///
-/// Two chains ride in one complex transform: for z = a + ib, the real part of the autocorrelation
-/// of z is that of a plus that of b. The power spectra add up, so one transform back serves all.
+/// Two chains share one complex transform: for z = a + ib, the real part of the autocovariance of z is the sum of the
+/// autocovariances of a and b. The power spectra are summed, so that one inverse transform is enough.
 pub(super) fn autocovariance(chains: &[&[f64]]) -> Vec<f64> {
     let draws = chains[0].len();
-    let size = (2 * draws).next_power_of_two(); // zeros behind keep the ends from wrapping around
+    let size = (2 * draws).next_power_of_two(); // zero padding prevents circular wrap-around
     let roots: Vec<Complex<f64>> = (0..size / 2)
         .map(|k| Complex::cis(-2.0 * std::f64::consts::PI * k as f64 / size as f64))
         .collect();
@@ -34,12 +34,12 @@ pub(super) fn autocovariance(chains: &[&[f64]]) -> Vec<f64> {
         }
     }
 
-    transform(&mut power, &roots); // real input: forward and inverse differ by the scale only
+    transform(&mut power, &roots); // the spectrum is real and even, so forward and inverse transform differ only in scale
     let scale = 1.0 / (size as f64 * draws as f64 * chains.len() as f64);
     power[..draws].iter().map(|z| z.re * scale).collect()
 }
 
-/// In-place radix-2 transform; `roots[k] = exp(−2πik/n)` for k < n/2, n a power of two.
+/// In-place radix-2 fast Fourier transform. `roots[k] = exp(−2πik/n)` for k < n/2; n is a power of two.
 fn transform(x: &mut [Complex<f64>], roots: &[Complex<f64>]) {
     let n = x.len();
     let shift = usize::BITS - n.trailing_zeros();

@@ -1,4 +1,4 @@
-//! Parameters of which the data determine only a combination.
+//! Parameters for which the data determine only a combination.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use rayon::prelude::*;
@@ -6,45 +6,45 @@ use rayon::prelude::*;
 use super::order::quantile_of_sorted;
 use crate::special::normal_upper_quantile;
 
-/// More unknowns are not looked at: the eigenvectors would take longer than the rest of a summary.
+/// Largest number of unknowns for which combinations are searched; for more, the eigenvectors would take longer than
+/// the rest of a summary.
 pub(crate) const MOST_COMBINED: usize = 200;
-/// The variance that is left of the prior's, 1, along a direction that the data do not see: less the
-/// scatter of a few hundred effective draws.
+/// Posterior variance, relative to the prior variance, above which a direction is uninformed by the data. It is below 1
+/// by the sampling error of a few hundred effective draws.
 const UNSEEN: f64 = 0.8;
-/// The variance that is left of the prior's along a direction that they do see. Combinations in
-/// between are weakly informed, and no more.
+/// Posterior variance, relative to the prior variance, below which a direction is well informed by the data. Directions
+/// between both limits are weakly informed.
 const SEEN: f64 = 0.1;
-/// Two parameters belong together if their part in the unseen directions is above this, three times
-/// the scatter of a thousand effective draws; up to ten in one sum have it.
+/// Smallest entry of the projection onto the uninformed directions that links two parameters. It is three times the
+/// sampling error of a thousand effective draws. A sum of up to ten parameters has larger entries.
 const TOGETHER: f64 = 0.1;
-/// A direction is taken up by another parameter if they have this correlation.
+/// Correlation above which another parameter accounts for an uninformed direction.
 const TAKEN_UP: f64 = 0.5;
 
-/// Parameters of which the data determine only a combination.
+/// Parameters for which the data determine only a combination.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Combination {
-    /// Which of them, ascending.
+    /// Indices of the parameters, ascending.
     pub(crate) members: Vec<usize>,
-    /// The largest correlation between two of them, in absolute value, with its sign.
+    /// The correlation of two members that is largest in absolute value, with its sign.
     pub(crate) correlation: f64,
 }
 
-/// Draws of one parameter.
+/// Prior and posterior draws of one parameter.
 pub(crate) struct BeforeAndAfter {
     pub(crate) prior: Vec<f64>,
     pub(crate) posterior: Vec<f64>,
 }
 
-/// Sets of parameters that the data tell only together.
+/// Finds groups of parameters for which the data determine only a combination.
 ///
-/// Every parameter is first put on the scale on which its prior is standard normal. That needs no
-/// moments, and what the data say of a product of positive numbers is then about a sum. In the
-/// covariance of the posterior on this scale, an eigenvalue near 1 belongs to a direction that the
-/// data do not see.
+/// Each parameter is first transformed so that its prior is standard normal. This needs no moments, and it turns a
+/// constraint on a product of positive numbers into a constraint on a sum. An eigenvalue near 1 of the transformed
+/// posterior covariance belongs to a direction that the data do not inform.
 ///
-/// What is no matter of a combination is left out: parameters that are unseen by themselves, groups
-/// that their prior already ties together, and a direction that a third parameter takes up, as the
-/// common part of the standardised effects of a hierarchy is taken up by its mean.
+/// Three cases are not reported: single parameters that the data do not inform, groups whose prior already correlates
+/// their members, and directions that correlate with a parameter outside the group. An example of the last case is a
+/// hierarchical model, where the mean of the group accounts for the common part of the standardised effects.
 pub(crate) fn combinations(columns: &[BeforeAndAfter]) -> Vec<Combination> {
     if columns.is_empty() || columns.len() > MOST_COMBINED {
         return Vec::new();
@@ -71,7 +71,8 @@ pub(crate) fn combinations(columns: &[BeforeAndAfter]) -> Vec<Combination> {
     groups.filter_map(|members| judge(members, &prior, &posterior)).collect()
 }
 
-/// Whether the data see some directions of these parameters well and others not at all.
+/// Returns the members as a combination if the data inform some directions of these parameters well and others not at
+/// all.
 fn judge(
     members: Vec<usize>,
     prior: &DMatrix<f64>,
@@ -103,7 +104,7 @@ fn judge(
     Some(Combination { members, correlation: largest })
 }
 
-/// Whether another parameter goes along with this direction.
+/// Whether another parameter is correlated with this direction.
 fn is_taken_up(
     members: &[usize],
     direction: &DVector<f64>,
@@ -117,7 +118,7 @@ fn is_taken_up(
     })
 }
 
-/// The parts of more than one row that hang together by large entries.
+/// Connected components with more than one row, where entries above [`TOGETHER`] in absolute value link two rows.
 fn connected(matrix: &DMatrix<f64>) -> Vec<Vec<usize>> {
     let size = matrix.nrows();
     let mut free = vec![true; size];
@@ -140,11 +141,11 @@ fn connected(matrix: &DMatrix<f64>) -> Vec<Vec<usize>> {
 }
 
 impl BeforeAndAfter {
-    /// Prior and posterior on the scale on which the prior is standard normal, by its ranks.
+    /// Prior and posterior draws after the rank transformation that makes the prior standard normal.
     fn scaled(&self) -> [Vec<f64>; 2] {
         let mut sorted = self.prior.clone();
         sorted.sort_unstable_by(f64::total_cmp);
-        // a table of scores over the ranks of the prior's draws, linear in between
+        // normal scores of the sorted prior draws; values between two draws are interpolated linearly
         let n = sorted.len() as f64;
         let scores: Vec<f64> =
             (0..sorted.len()).map(|i| -normal_upper_quantile((i as f64 + 0.5) / n)).collect();
@@ -161,7 +162,7 @@ impl BeforeAndAfter {
     }
 }
 
-/// The covariance matrix of draws.
+/// Covariance matrix of the draws of all parameters.
 fn moments(draws: &[&[f64]]) -> DMatrix<f64> {
     let count = draws[0].len();
     let mut centred = DMatrix::from_fn(count, draws.len(), |row, column| draws[column][row]);

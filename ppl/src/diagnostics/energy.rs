@@ -1,10 +1,10 @@
-//! Does the momentum resampling of Hamiltonian Monte Carlo reach the tails?
+//! Energy diagnostic of Hamiltonian Monte Carlo: whether momentum resampling reaches the tails.
 
 /// Energy Bayesian fraction of missing information of one chain,
 /// E-BFMI = Σ_t (E_t − E_{t−1})² / Σ_t (E_t − Ē)².
 ///
-/// Below 0.3 the energy changes too slowly from draw to draw: heavy tails or a funnel, and the
-/// posterior's extremes are underexplored. NaN for fewer than two draws or a constant energy.
+/// Below 0.3, the energy changes too slowly from draw to draw. Typical causes are heavy tails or a funnel, and the
+/// tails of the posterior are then underexplored. NaN for fewer than two draws or a constant energy.
 ///
 /// ```
 /// assert_eq!(ppl::diagnostics::e_bfmi(&[1.0, 2.0, 3.0]), 1.0);
@@ -15,7 +15,7 @@ pub fn e_bfmi(energy: &[f64]) -> f64 {
     let centre = super::mean(energy.iter().copied());
     let steps: f64 = energy.windows(2).map(|pair| (pair[1] - pair[0]).powi(2)).sum();
     if steps == 0.0 {
-        return f64::NAN; // the spread of a constant may be a rounding error instead of 0
+        return f64::NAN; // because of rounding, the spread of a constant may not be exactly 0
     }
     let spread: f64 = energy.iter().map(|e| (e - centre).powi(2)).sum();
     steps / spread

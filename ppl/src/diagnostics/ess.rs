@@ -4,11 +4,11 @@ use super::autocovariance::autocovariance;
 use super::order::{normal_scores, quantile};
 use super::{borrow, mean, mean_and_variance, split, usable};
 
-/// Bulk effective sample size: that of the rank-normalised split chains, for the centre of the
-/// distribution. Ask for at least 100 per chain.
+/// Bulk effective sample size, for the centre of the distribution: the effective sample size of the rank-normalised
+/// split chains. At least 100 per chain is recommended.
 ///
-/// One slice per chain; chains are cut to the shortest. NaN for fewer than four draws, for values
-/// that are not finite, and for a quantity that never moved.
+/// `chains` has one slice per chain; longer chains are cut to the length of the shortest. NaN for fewer than four
+/// draws, for values that are not finite, and for a constant quantity.
 ///
 /// Reference: Vehtari et al. (2021), section 4.1, doi:10.1214/20-BA1221.
 pub fn ess_bulk(chains: &[&[f64]]) -> f64 {
@@ -16,20 +16,20 @@ pub fn ess_bulk(chains: &[&[f64]]) -> f64 {
     usable(chains).map_or(f64::NAN, scores)
 }
 
-/// Tail effective sample size: the smaller of those of the 5 % and the 95 % quantile.
+/// Tail effective sample size: the smaller of the effective sample sizes of the 5 % and the 95 % quantile.
 ///
-/// Same conventions as [`ess_bulk`]. (ArviZ 1 takes other quantiles unless told
-/// `prob=(0.05, 0.95)`.) Reference: Vehtari et al. (2021), section 4.3.
+/// Input and NaN as for [`ess_bulk`]. (ArviZ 1 uses other quantiles by default; call it with `prob=(0.05, 0.95)` to
+/// compare.) Reference: Vehtari et al. (2021), section 4.3.
 pub fn ess_tail(chains: &[&[f64]]) -> f64 {
     ess_quantile(chains, 0.05).min(ess_quantile(chains, 0.95))
 }
 
-/// Effective sample size for the mean: that of the split chains as they are.
+/// Effective sample size for the mean: the effective sample size of the split chains without rank normalisation.
 pub fn ess_mean(chains: &[&[f64]]) -> f64 {
     usable(chains).map_or(f64::NAN, |chains| effective_size(&split(&chains)))
 }
 
-/// Effective sample size for the standard deviation: that of (x − x̄)².
+/// Effective sample size for the standard deviation: the effective sample size of (x − x̄)².
 pub fn ess_sd(chains: &[&[f64]]) -> f64 {
     let Some(chains) = usable(chains) else {
         return f64::NAN;
@@ -38,9 +38,10 @@ pub fn ess_sd(chains: &[&[f64]]) -> f64 {
     of_transformed(&chains, |x| (x - centre).powi(2))
 }
 
-/// Effective sample size for a quantile: that of the indicator x ≤ q, with q the sample quantile.
+/// Effective sample size for a quantile: the effective sample size of the indicator x ≤ q, where q is the sample
+/// quantile.
 ///
-/// `probability` lies in (0, 1). NaN as for [`ess_bulk`], and when all draws fall on one side.
+/// `probability` is in (0, 1). NaN as for [`ess_bulk`], and if the indicator is constant.
 pub fn ess_quantile(chains: &[&[f64]], probability: f64) -> f64 {
     let Some(chains) = usable(chains) else {
         return f64::NAN;
@@ -56,9 +57,9 @@ fn of_transformed(chains: &[&[f64]], f: impl Fn(f64) -> f64) -> f64 {
     effective_size(&borrow(&halves))
 }
 
-/// S/τ with τ from Geyer's initial monotone sequence: lags are summed in pairs, each no larger
-/// than the one before, as long as a pair is positive. τ is floored at 1/log₁₀ S, since antithetic
-/// chains would otherwise promise more than the estimate of τ can carry.
+/// Effective sample size S/τ, with the autocorrelation time τ from Geyer's initial monotone sequence. Lags are summed
+/// in pairs while the pair sum is positive, and each pair sum is limited to the previous one. τ is at least 1/log₁₀ S,
+/// because for antithetic chains a smaller estimate would be unreliable.
 fn effective_size(chains: &[&[f64]]) -> f64 {
     let draws = chains[0].len();
     if draws < 2 {
@@ -73,7 +74,7 @@ fn effective_size(chains: &[&[f64]]) -> f64 {
         total += mean_and_variance(chains.iter().map(|c| mean(c.iter().copied()))).1;
     }
     if total <= 0.0 {
-        return f64::NAN; // an indicator that never changed
+        return f64::NAN; // the quantity is constant
     }
     let correlation = |lag: usize| 1.0 - (within - covariance[lag]) / total;
 

@@ -1,4 +1,4 @@
-//! What did the data say about each parameter?
+//! Comparison of prior and posterior of each parameter.
 
 use std::fmt;
 
@@ -6,26 +6,26 @@ use super::order::quantile_of_sorted;
 use super::{mean, mean_and_variance};
 use crate::words::cell;
 
-/// The variance of the prior draws cannot be trusted if its own standard error is more than this
-/// part of it: labels are 0.1 of the prior variance apart.
+/// Largest relative standard error of the variance of the prior draws at which this variance is used. The limits
+/// between the labels of [`Identification`] are wider apart than this.
 const LARGEST_ERROR: f64 = 0.1;
-/// The contraction below which the posterior is wider than the prior, whatever the draws.
+/// Contraction below which the posterior is wider than the prior beyond sampling error.
 const WIDENED: f64 = -0.5;
-/// A prior piles up at its bounds itself if the posterior has less than this many times its fraction
-/// there: one datum doubles it where the prior is Beta(½, ½), and a prior that cuts a peak off is
-/// many times wider than the peak.
+/// Smallest ratio of posterior to prior fraction of draws at a bound for which the posterior piles up there. One datum
+/// doubles the fraction where the prior is Beta(½, ½). If a prior cuts off a peak, the ratio is much larger, because
+/// such a prior is many times wider than the peak.
 const PILED_UP: f64 = 2.0;
-/// A prior with heavy tails holds to be rare what is farther out than all but this fraction of it: a
-/// local scale of a horseshoe is one of hundreds, and some of them are far out.
+/// Fraction of the prior draws beyond which a value is rare under a prior with heavy tails. The fraction is small
+/// because a horseshoe has hundreds of local scales, of which some are expected far out in the tail.
 const RARE: f64 = 1e-3;
 
-/// The ends of a prior.
+/// Names of the bounds of a prior.
 const SIDES: [&str; 2] = ["lower", "upper"];
 
-/// How far the data narrowed a parameter.
+/// Degree to which the data narrow a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Identification {
-    /// Contraction below 0.1: the posterior is the prior.
+    /// Contraction below 0.1: the posterior is about as wide as the prior.
     Not,
     /// Contraction from 0.1 to 0.5.
     Weakly,
@@ -34,7 +34,7 @@ pub enum Identification {
 }
 
 impl Identification {
-    /// The label of a contraction; one that is not a number counts as nothing learned.
+    /// Label of a contraction. NaN is labelled [`Identification::Not`].
     pub fn of(contraction: f64) -> Self {
         match contraction {
             c if c >= 0.5 => Self::Identified,
@@ -54,7 +54,7 @@ impl fmt::Display for Identification {
     }
 }
 
-/// Draws that pile up at an end of a prior.
+/// Posterior draws that pile up at a bound of the prior.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Cut {
     side: &'static str,
@@ -68,38 +68,37 @@ impl fmt::Display for Cut {
     }
 }
 
-/// What the data did to one parameter.
+/// Comparison of prior and posterior of one parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Identifiability {
-    /// Name with indices, as `sd[0]`.
+    /// Name with indices, such as `sd[0]`.
     pub name: String,
-    /// Mean and standard deviation before the data.
+    /// Prior mean and standard deviation.
     pub prior: [f64; 2],
-    /// Mean and standard deviation after the data.
+    /// Posterior mean and standard deviation.
     pub posterior: [f64; 2],
-    /// Widths of the central halves of prior and posterior, where the prior has heavy tails.
+    /// Interquartile ranges of prior and posterior, if the prior has heavy tails.
     pub halves: Option<[f64; 2]>,
-    /// Fraction of the draws within 1 % of the width of the prior's box from a bound, and within a fifth
-    /// of their own standard deviation: a wide prior does not cut off what is far from its bound on the
-    /// scale of the posterior. `None` for a prior that cuts nothing off, or has about as much there.
+    /// Fraction of the posterior draws that pile up at a bound of the prior. A draw counts if its distance to the bound
+    /// is below 1 % of the width of the bounded prior and below a fifth of the posterior standard deviation. The second
+    /// limit ignores a bound of a wide prior that is far away on the scale of the posterior. `None` if no draws pile
+    /// up, or if the prior has a similar fraction there.
     pub boundary_mass: Option<f64>,
-    /// Which ends have it.
+    /// The bounds at which draws pile up.
     cuts: Vec<Cut>,
     conflict: bool,
 }
 
 impl Identifiability {
-    /// From draws of the prior and of the posterior; `bounds` are the prior's, infinite where it has
-    /// none.
+    /// Compares draws of the prior and of the posterior. `bounds` are the bounds of the prior, infinite if it has none.
     ///
-    /// Draws pile up at a bound only if they have more than twice the prior's fraction there: a prior may
-    /// have much of its own, and what the data left where it was has the prior's shape. A bound at
-    /// zero is the quantity's own, as of a scale or a share, and cuts nothing off.
+    /// Draws pile up at a bound only if the posterior fraction there is more than twice the prior fraction. A prior can
+    /// itself have a large fraction at its bound, and a parameter that the data do not inform then keeps this fraction.
+    /// A bound at zero is ignored, because it belongs to the quantity, such as a scale or a share.
     ///
-    /// Under a prior with heavy tails, as a Cauchy, sample variances are those of the few farthest
-    /// draws. Where the prior draws have a kurtosis κ so large that the standard error of their
-    /// variance, √((κ − 1)/n) of it, is above a tenth, the widths of the central halves stand in
-    /// for the standard deviations of prior and posterior alike.
+    /// Under a prior with heavy tails, such as a Cauchy, the sample variance depends on a few extreme draws. Let κ be
+    /// the kurtosis of the n prior draws. If the relative standard error √((κ − 1)/n) of their variance is above 0.1,
+    /// interquartile ranges replace the standard deviations of prior and posterior.
     ///
     /// ```
     /// use ppl::diagnostics::{Identifiability, Identification};
@@ -137,7 +136,7 @@ impl Identifiability {
                 && if heavy {
                     fraction_beyond(&before, quantile_of_sorted(&after, 0.5)) < RARE
                 } else {
-                    // one draw far out makes a variance, but not a width
+                    // a single outlier increases the variance, but not the interquartile range
                     halves[1] > halves[0]
                 };
         }
@@ -156,37 +155,38 @@ impl Identifiability {
         row
     }
 
-    /// c = 1 − var(posterior)/var(prior): 1 all learned, 0 nothing, negative if the data widened it.
+    /// Contraction c = 1 − var(posterior)/var(prior). It is near 1 if the data determine the parameter, 0 if posterior
+    /// and prior are equally wide, and negative if the posterior is wider.
     ///
-    /// With [`halves`](Self::halves), the squares of these widths stand for the variances.
+    /// If [`halves`](Self::halves) is set, the squared interquartile ranges replace the variances.
     pub fn contraction(&self) -> f64 {
         let [before, after] = self.halves.unwrap_or([self.prior[1], self.posterior[1]]);
         1.0 - (after / before).powi(2)
     }
 
-    /// The posterior is wider than the prior, as where the data ask for the prior's tail.
+    /// Whether the posterior is wider than the prior, for example because the data favour the tail of the prior.
     pub(crate) fn widened(&self) -> bool {
         self.conflict || self.halves.is_some() && self.contraction() < WIDENED
     }
 
-    /// The data ask for values that the prior holds to be rare: the contraction is below −0.5, and
-    /// not for a draw far out; under a prior with heavy tails, which has such values, less than one
-    /// in a thousand of its draws lies as far out as the posterior.
+    /// Whether the data conflict with the prior, that is, favour values that are rare under it. The contraction is then
+    /// below −0.5, and not because of a single outlier. Under a prior with heavy tails, less than one in a thousand
+    /// prior draws must also be as far out as the posterior median.
     pub fn conflict(&self) -> bool {
         self.conflict
     }
 
-    /// The contraction in words.
+    /// Label of the contraction.
     pub fn label(&self) -> Identification {
         Identification::of(self.contraction())
     }
 
-    /// More than 5 % of the draws lie at a prior bound: the prior cuts the posterior.
+    /// Whether the prior truncates the posterior: more than 5 % of the draws pile up at a prior bound.
     pub fn truncated(&self) -> bool {
         self.boundary_mass.is_some_and(|mass| mass > 0.05)
     }
 
-    /// Where the prior cuts, in words: "12 % at its upper end 100".
+    /// Description of the bounds at which draws pile up, such as "12 % at its upper end 100".
     pub(crate) fn cuts(&self) -> String {
         self.cuts.iter().map(Cut::to_string).collect::<Vec<_>>().join(" and ")
     }
@@ -217,14 +217,14 @@ impl fmt::Display for Identifiability {
     }
 }
 
-/// The standard deviation with n − 1.
+/// Mean and standard deviation, with the divisor n − 1 for the variance.
 fn mean_and_sd(draws: &[f64]) -> [f64; 2] {
     let (mean, variance) = mean_and_variance(draws.iter().copied());
     [mean, variance.sqrt()]
 }
 
-/// Whether the variance of these draws has a standard error of more than [`LARGEST_ERROR`] of it,
-/// as far as they can tell: one that overflows is of no use either.
+/// Whether the estimated standard error of the variance of these draws exceeds [`LARGEST_ERROR`], relative to the
+/// variance. Also true if the variance overflows.
 pub(super) fn has_heavy_tails(draws: &[f64]) -> bool {
     let [centre, sd] = mean_and_sd(draws);
     let kurtosis = mean(draws.iter().map(|x| ((x - centre) / sd).powi(4)));
@@ -242,7 +242,7 @@ fn central_half(sorted: &[f64]) -> f64 {
     quantile_of_sorted(sorted, 0.75) - quantile_of_sorted(sorted, 0.25)
 }
 
-/// Fraction of the draws that are farther from their median than `x`, on its side.
+/// Smaller of the fractions of draws below and above `x`, for sorted draws.
 fn fraction_beyond(sorted: &[f64], x: f64) -> f64 {
     let below = sorted.partition_point(|&own| own < x);
     below.min(sorted.len() - below) as f64 / sorted.len() as f64

@@ -132,7 +132,7 @@ impl Chains {
     /// The trace of one coordinate in every chain, for the diagnostics: `chains × len`.
     ///
     /// # Panics
-    /// If `index` is not below [`dim`](Self::dim).
+    /// If `index` is not below `dim`.
     pub fn traces(&self, index: usize) -> Vec<Vec<f64>> {
         assert!(index < self.dim, "coordinate {index} of {}", self.dim);
         let common = self.len() * self.dim;
