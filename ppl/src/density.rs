@@ -1,4 +1,4 @@
-//! What a sampler sees of a model: a log density, its gradient, and why a point was rejected.
+//! Interface between models and samplers: log density, gradient, and reasons for rejected points.
 
 use std::error::Error;
 use std::fmt;
@@ -8,8 +8,8 @@ use rand::RngCore;
 
 /// A log density on unconstrained space ℝᵈ.
 ///
-/// [`Bound`](crate::Bound) implements it for every model; write it by hand for a density that
-/// is not a model.
+/// [`Bound`](crate::Bound) implements this trait for every model. Implement it yourself for a density that is not a
+/// model.
 ///
 /// # Example
 /// ```
@@ -36,22 +36,22 @@ use rand::RngCore;
 /// # Ok::<(), ppl::SampleError>(())
 /// ```
 pub trait LogDensity: Sync {
-    /// Memory that evaluations use again and again; one a thread.
+    /// Scratch memory that evaluations reuse; one instance per thread.
     type Workspace: Default + Send;
 
-    /// d.
+    /// Dimension d of the space.
     fn dim(&self) -> usize;
 
-    /// Log density at `y` (length d), log-Jacobians included.
+    /// Log density at `y` (length d), including the log-Jacobians.
     ///
     /// # Errors
-    /// [`Rejection`] where the density is zero or not defined.
+    /// [`Rejection`] if the density is zero or undefined at `y`.
     fn log_density(&self, y: &[f64], workspace: &mut Self::Workspace) -> Result<f64, Rejection>;
 
-    /// Log density at `y`, with its gradient written to `gradient` (length d).
+    /// Log density at `y`; the gradient is written to `gradient` (length d).
     ///
     /// # Errors
-    /// [`Rejection`] where the density is zero or not defined.
+    /// [`Rejection`] if the density is zero or undefined at `y`.
     fn gradient(
         &self,
         y: &[f64],
@@ -59,44 +59,42 @@ pub trait LogDensity: Sync {
         workspace: &mut Self::Workspace,
     ) -> Result<f64, Rejection>;
 
-    /// A draw from the prior in unconstrained coordinates, if the density has a prior: chains and searches
-    /// start there where uniform starts are rejected, and random walks take their first scales from it.
+    /// Draw from the prior in unconstrained coordinates; `None` if the density has no prior. Samplers and optimisers
+    /// start at such a draw if they reject all uniform starts. Random walks take their first scales from such draws.
     fn prior_point(&self, rng: &mut dyn RngCore) -> Option<Vec<f64>> {
         let _ = rng;
         None
     }
 
-    /// `y` with the quantities of these names at these values.
+    /// Copy of `y` in which the named quantities have the given values.
     ///
-    /// # Errors
-    /// Which name or value does not fit, and what would.
+    /// # Errors Description of the name or value that does not fit, and of what would fit.
     #[doc(hidden)]
     fn with_values(&self, y: &[f64], values: &[(String, Vec<f64>)]) -> Result<Vec<f64>, String> {
         let _ = (y, values);
         Err("a density without a model has no named quantities: give `init_points`".to_owned())
     }
 
-    /// What can be said about a rejected `y` beyond the [`Rejection`], as the datum at fault; for
-    /// error messages.
+    /// Further description of a rejected point `y` for error messages, such as the rejected datum.
     fn explain(&self, y: &[f64]) -> Option<String> {
         let _ = y;
         None
     }
 }
 
-/// A statement of a model: where it stands and how it reads.
+/// A statement of a model: its source text and position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Location {
-    /// The statement as written, shortened.
+    /// Source text of the statement, shortened.
     pub statement: &'static str,
     /// Source file.
     pub file: &'static str,
-    /// Line in it.
+    /// Line number in the source file.
     pub line: u32,
 }
 
 impl Location {
-    /// For densities that are not made of statements.
+    /// Location for densities that do not consist of statements.
     pub const fn unknown() -> Self {
         Self { statement: "log density", file: "", line: 0 }
     }
@@ -112,46 +110,46 @@ impl fmt::Display for Location {
     }
 }
 
-/// Why a point has no density.
+/// Reason why a point has no density.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Rejection {
-    /// A term is NaN or infinite.
+    /// A term of the log density is NaN or infinite.
     #[error("log density is {value} at {location}")]
     NotFinite {
-        /// The statement whose term it is.
+        /// Statement that contributes the term.
         location: Location,
-        /// The term.
+        /// Value of the term.
         value: f64,
     },
-    /// A function or a distribution is not defined there.
+    /// A function or distribution was called outside its domain.
     #[error("{error} at {location}")]
     Domain {
-        /// The statement that called it.
+        /// Statement that called the function or distribution.
         location: Location,
-        /// What it said.
+        /// Error of the function or distribution.
         #[source]
         error: Box<DomainError>,
     },
-    /// The model said `reject!`.
+    /// The model executed `reject!`.
     #[error("rejected at {location}: {message}")]
     Reject {
-        /// The statement.
+        /// The `reject!` statement.
         location: Location,
-        /// The model's words.
+        /// Message of the `reject!` statement.
         message: String,
     },
-    /// Nothing can be evaluated any more: the run stops and keeps its draws.
+    /// A fatal error: no further evaluation is possible. The run stops and keeps its draws.
     #[error(transparent)]
     Fatal(#[from] Box<FatalError>),
 }
 
 impl Rejection {
-    /// Ends the run, as where a density asks a service that is gone: `cause` is an error, or words.
+    /// Rejection that ends the run, for example because an external service failed. `cause` is an error or a message.
     pub fn fatal(cause: impl Into<Box<dyn Error + Send + Sync>>) -> Self {
         Self::Fatal(Box::new(FatalError::other(cause)))
     }
 
-    /// The statement that rejected, if the run can go on.
+    /// Statement that rejected the point; `None` for a fatal error.
     pub fn location(&self) -> Option<Location> {
         match self {
             Self::NotFinite { location, .. }
@@ -162,101 +160,101 @@ impl Rejection {
     }
 }
 
-/// Why nothing can be evaluated any more. All but the last are mistakes in a model, or in how it is
-/// called.
+/// Error after which no further evaluation is possible. All variants except the last are errors in a model or in its
+/// call.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FatalError {
-    /// A prediction was asked for where none can be made.
+    /// A prediction statement ran in a context that does not predict.
     #[error("{location}: predictions need `if cx.predicts()` around them")]
     Prediction {
-        /// The statement.
+        /// The prediction statement.
         location: Location,
     },
-    /// More observations than when the data were bound.
+    /// The model executed more observation statements than when its data were bound.
     #[error(
         "{location}: the model observes more often than when its data were bound; make that a matter of \
          data"
     )]
     MoreObservations {
-        /// The first statement too many.
+        /// First additional observation statement.
         location: Location,
     },
-    /// An unknown past the last coordinate, or coordinates past the last unknown.
+    /// The number of unknowns and the number of coordinates differ.
     #[error(
         "the number of unknowns depends on the values of unknowns, or the point has another length \
          than `dim()`: {}; make the size of the model a matter of data",
         coordinates_left(.location)
     )]
     VaryingDimension {
-        /// The statement that asks for more than there is; `None` where coordinates are left over.
+        /// Statement that needs more coordinates than there are; `None` if some coordinates were not used.
         location: Option<Location>,
     },
-    /// A distribution that contradicts itself.
+    /// A distribution read another number of coordinates than its `dim()`.
     #[error(
         "{location}: its distribution takes another number of coordinates than its `dim()`, {dim}"
     )]
     OtherDimension {
-        /// The statement.
+        /// Statement with the distribution.
         location: Location,
-        /// What `dim()` says.
+        /// Value of `dim()`.
         dim: usize,
     },
-    /// A product of vectors of different lengths.
+    /// A dot product has vectors of different lengths.
     #[error(
         "{location}: `dot` multiplies {data} data with {unknowns} unknowns: give them one length"
     )]
     DotLengths {
-        /// The statement.
+        /// Statement with the dot product.
         location: Location,
         /// Number of data.
         data: usize,
         /// Number of unknowns.
         unknowns: usize,
     },
-    /// A gradient of another length than the point.
+    /// Gradient and point have different lengths.
     #[error(
         "the gradient has room for {gradient} numbers, the point has {point}: give them one length"
     )]
     GradientLength {
-        /// Room for the gradient.
+        /// Length of the gradient.
         gradient: usize,
-        /// Coordinates of the point.
+        /// Length of the point.
         point: usize,
     },
-    /// A name that stands for two things, or whose values change their shape.
+    /// A name is used for two quantities, or the values of a name change their shape.
     #[error("{location}: the name `{name}` {problem}")]
     Name {
-        /// The statement.
+        /// Statement with the name.
         location: Location,
-        /// The name.
+        /// Name of the quantity.
         name: String,
-        /// What is wrong with it.
+        /// Description of the problem.
         problem: String,
     },
-    /// Named dimensions that contradict each other.
+    /// Named dimensions are inconsistent.
     #[error("{problem}")]
     Dimensions {
-        /// Which, and how.
+        /// The dimension and the inconsistency.
         problem: String,
     },
-    /// The model's own code panicked, at an index out of bounds for example.
+    /// The code of the model panicked, for example because of an index out of bounds.
     #[error(
         "the model panics{}: {message}; compare the data that it reads there",
         at_or_after(.location)
     )]
     Panic {
-        /// The last statement before.
+        /// Last statement executed before the panic.
         location: Option<Location>,
-        /// What it said.
+        /// Message of the panic.
         message: String,
     },
-    /// What a density of the user's said, by [`Rejection::fatal`].
+    /// A fatal error of a user-defined density, created by [`Rejection::fatal`].
     #[error(transparent)]
     Other(#[from] OtherError),
 }
 
 impl FatalError {
-    /// An error of the user's own, or words.
+    /// Fatal error from a user-defined error or message.
     pub(crate) fn other(cause: impl Into<Box<dyn Error + Send + Sync>>) -> Self {
         Self::Other(OtherError(Arc::from(cause.into())))
     }
@@ -273,7 +271,7 @@ fn at_or_after(location: &Option<Location>) -> String {
     location.map_or(String::new(), |location| format!(" at or after {location}"))
 }
 
-/// An error of the user's own; two are the same if they say the same.
+/// User-defined error. Two errors are equal if their messages are equal.
 #[derive(Clone, Debug)]
 pub struct OtherError(Arc<dyn Error + Send + Sync>);
 
@@ -295,20 +293,19 @@ impl Error for OtherError {
     }
 }
 
-/// An argument outside the domain of a distribution or of a function: "Normal: sd must be positive
-/// and finite, got -1".
+/// Error of an argument outside the domain of a distribution or function, such as "Normal: sd must be positive and
+/// finite, got -1".
 ///
-/// Functions that say why in words of their own leave `parameter` empty: see
-/// [`new`](DomainError::new).
+/// If the function provides the whole message, `parameter` is empty: see [`new`](DomainError::new).
 #[derive(Clone, Debug, PartialEq)]
 pub struct DomainError {
-    /// Which distribution or function refuses; may be empty.
+    /// Name of the distribution or function; may be empty.
     pub distribution: &'static str,
-    /// Which of its arguments is at fault.
+    /// Name of the invalid argument.
     pub parameter: Box<str>,
-    /// What it must be.
+    /// Requirement on the argument, or the whole message.
     pub requirement: Box<str>,
-    /// What it is.
+    /// Value of the argument.
     pub value: f64,
 }
 
@@ -328,7 +325,7 @@ impl fmt::Display for DomainError {
 impl Error for DomainError {}
 
 impl DomainError {
-    /// In words, which name the argument, its value and what is required.
+    /// Error with a complete message, which should name the argument, its value and the requirement.
     pub fn new(message: impl Into<Box<str>>) -> Self {
         Self {
             distribution: "",
@@ -338,7 +335,7 @@ impl DomainError {
         }
     }
 
-    /// Of an argument that does not meet a requirement.
+    /// Error of an argument that does not meet a requirement.
     #[cold]
     pub fn unmet(
         distribution: &'static str,
@@ -354,10 +351,9 @@ impl DomainError {
         }
     }
 
-    /// Demands that `holds`.
+    /// Checks a requirement.
     ///
-    /// # Errors
-    /// The demand, if it does not hold.
+    /// # Errors [`DomainError`] with the requirement if `holds` is false.
     pub fn require(
         holds: bool,
         distribution: &'static str,
@@ -368,10 +364,9 @@ impl DomainError {
         if holds { Ok(()) } else { Err(Self::unmet(distribution, parameter, requirement, value)) }
     }
 
-    /// Demands a finite number.
+    /// Checks that a value is finite.
     ///
-    /// # Errors
-    /// The demand, if it does not hold.
+    /// # Errors [`DomainError`] if the value is not finite.
     pub fn require_finite(
         distribution: &'static str,
         parameter: impl fmt::Display,
@@ -380,10 +375,9 @@ impl DomainError {
         Self::require(value.is_finite(), distribution, parameter, "finite", value)
     }
 
-    /// Demands a positive, finite number.
+    /// Checks that a value is positive and finite.
     ///
-    /// # Errors
-    /// The demand, if it does not hold.
+    /// # Errors [`DomainError`] if the value is not positive and finite.
     pub fn require_positive(
         distribution: &'static str,
         parameter: impl fmt::Display,

@@ -1,8 +1,8 @@
-//! What `model!` expands to: one body, many evaluation contexts.
+//! Traits behind the code that `model!` generates: one model body, many evaluation contexts.
 //!
-//! A [`Model`] runs its statements against a [`Context`]. The context decides what a statement
-//! means: read an unknown from unconstrained coordinates and add its density
-//! ([`density`](crate::Bound)), draw it from the prior, record it under its name, predict.
+//! A [`Model`] runs its statements in a [`Context`]. The context determines the effect of a statement. The density
+//! context ([`density`](crate::Bound)) reads an unknown from unconstrained coordinates and adds its density. Other
+//! contexts draw the unknown from the prior, record it under its name, or predict.
 
 use crate::accumulator::Settled;
 use crate::datum::{Datum, Incomplete, Recordable};
@@ -12,9 +12,9 @@ use crate::real::Real;
 use crate::scalar::Scalar;
 use crate::site::Site;
 
-/// A probabilistic model: data and the statements about them.
+/// A probabilistic model: data and statements about the data.
 ///
-/// `model!` writes this; by hand it reads the same.
+/// `model!` implements this trait; a manual implementation looks the same.
 ///
 /// # Example
 /// ```
@@ -42,31 +42,31 @@ use crate::site::Site;
 /// # Ok::<(), ppl::ModelError>(())
 /// ```
 pub trait Model: Sync {
-    /// Whether every point runs the same statements, and none takes data from a point: what the
-    /// density has of data alone is one constant then, and data are summed up when they are bound.
-    /// `model!` knows; by hand it may stay `false`.
+    /// Whether every point executes the same statements with the same data. Then the terms that depend only on data are
+    /// constant, and the data can be summarised when they are bound. `model!` sets this value; a manual implementation
+    /// can keep the default `false`.
     const STATIC: bool = false;
 
-    /// Runs every statement in order against `cx`.
+    /// Executes every statement in order in the context `cx`.
     ///
     /// # Errors
-    /// [`Rejection`] as soon as a statement rejects the point.
+    /// [`Rejection`] of the first statement that rejects the point.
     fn run<C: Context>(&self, cx: &mut C) -> Result<(), Rejection>;
 }
 
-/// An evaluation context: what the statements of a model are run against.
+/// Evaluation context in which the statements of a model are executed.
 ///
-/// The crate has all there are: density and gradient, draw from the prior, record, prediction.
+/// The crate contains all implementations: density and gradient, prior draws, records, predictions.
 pub trait Context: ContextHooks {
-    /// What the context computes with.
+    /// Scalar type of the computation.
     type Number: Scalar;
 
-    /// Whether `#[predict]` statements run.
+    /// Whether `#[predict]` statements are executed.
     fn predicts(&self) -> bool {
         false
     }
 
-    /// `let x ~ D`: declares an unknown.
+    /// Executes `let x ~ D`: declares an unknown.
     ///
     /// # Errors
     /// A rejection if the density is not finite.
@@ -76,8 +76,8 @@ pub trait Context: ContextHooks {
         distribution: D,
     ) -> Result<D::Value, Rejection>;
 
-    /// `place ~ D`: conditions on something in scope, lifted to the distribution's values by
-    /// [`Datum`](crate::Datum).
+    /// Executes `place ~ D`: conditions on a datum. [`Datum`](crate::Datum) converts the datum to the value type of the
+    /// distribution.
     ///
     /// # Errors
     /// A rejection if the density is not finite.
@@ -88,7 +88,7 @@ pub trait Context: ContextHooks {
         distribution: D,
     ) -> Result<(), Rejection>;
 
-    /// [`observe`](Context::observe) of data as they are.
+    /// Version of [`observe`](Context::observe) for data that are not yet converted.
     ///
     /// # Errors
     /// A rejection if the density is not finite.
@@ -105,8 +105,8 @@ pub trait Context: ContextHooks {
         self.observe(site, datum.lift(), distribution)
     }
 
-    /// `place.impute() ~ D`: conditions on `datum` where there is one, declares an unknown where it
-    /// is missing, and returns the one or the other.
+    /// Executes `place.impute() ~ D`. If `datum` is present, conditions on it and returns it; if it is missing,
+    /// declares an unknown and returns its value.
     ///
     /// # Errors
     /// A rejection if the density is not finite.
@@ -126,7 +126,7 @@ pub trait Context: ContextHooks {
         }
     }
 
-    /// [`impute`](Context::impute) of data as they are.
+    /// Version of [`impute`](Context::impute) for data that are not yet converted.
     ///
     /// # Errors
     /// A rejection if the density is not finite.
@@ -140,16 +140,15 @@ pub trait Context: ContextHooks {
         self.impute(site, datum.known(), distribution)
     }
 
-    /// `factor(w)`: adds w to the log density.
+    /// Executes `factor(w)`: adds w to the log density.
     ///
     /// # Errors
     /// A rejection if w is not finite.
     fn factor(&mut self, site: &'static Site, weight: Real<Self::Number>) -> Result<(), Rejection>;
 
-    /// `#[track] let x = …`: records a deterministic quantity.
+    /// Executes `#[track] let x = …`: records a deterministic quantity.
     ///
-    /// # Errors
-    /// A fatal one if the name is taken.
+    /// # Errors A fatal error if the name is already in use.
     fn track<T: Recordable + ?Sized>(
         &mut self,
         site: &'static Site,
@@ -159,10 +158,9 @@ pub trait Context: ContextHooks {
         Ok(())
     }
 
-    /// `#[predict] let x = …`: records a deterministic quantity with the predictions.
+    /// Executes `#[predict] let x = …`: records a deterministic quantity with the predictions.
     ///
-    /// # Errors
-    /// A fatal one if the name is taken.
+    /// # Errors A fatal error if the name is already in use.
     fn track_prediction<T: Recordable + ?Sized>(
         &mut self,
         site: &'static Site,
@@ -172,17 +170,17 @@ pub trait Context: ContextHooks {
         Ok(())
     }
 
-    /// `#[predict] let x ~ D`: a new draw, on finished draws only.
+    /// Executes `#[predict] let x ~ D`: draws a prediction. Called only after sampling, at the kept draws.
     ///
     /// # Errors
-    /// A rejection if the parameters of `distribution` lie outside their domain.
+    /// A rejection if a parameter of `distribution` is outside its domain.
     fn predict<D: Distribution<Real<Self::Number>>>(
         &mut self,
         site: &'static Site,
         distribution: D,
     ) -> Result<D::Value, Rejection>;
 
-    /// `#[dims(name = labels)]`: labels of the entries along a dimension, for exports.
+    /// Executes `#[dims(name = labels)]`: sets the labels of the entries along a dimension, for exports.
     #[inline]
     fn coordinates<L: IntoIterator<Item: ToString>>(
         &mut self,
@@ -193,13 +191,12 @@ pub trait Context: ContextHooks {
     }
 }
 
-/// What generated code asks of a context beside the statements themselves; nothing to call or implement.
+/// Methods that generated code calls besides those of [`Context`]; users need not call or implement them.
 pub trait ContextHooks {
-    /// Adds the terms of an observation that was summarised when the data were bound, if it was, and
-    /// says so: the data need not be read again.
+    /// Adds the terms of an observation that was summarised when the data were bound. Returns false if it was not
+    /// summarised; the data must then be read.
     ///
-    /// # Errors
-    /// A rejection if the density is not finite.
+    /// # Errors A rejection if the density is not finite.
     #[inline(always)]
     fn observe_summarised<D: Distribution<NumberOf<Self>>>(
         &mut self,
@@ -213,7 +210,7 @@ pub trait ContextHooks {
         Ok(false)
     }
 
-    /// [`condition`](Context::condition) in a loop: see [`observe_in_loop`](Self::observe_in_loop).
+    /// Version of [`condition`](Context::condition) in a loop, see [`observe_in_loop`](Self::observe_in_loop).
     ///
     /// # Errors
     /// A rejection if the density is not finite.
@@ -234,11 +231,10 @@ pub trait ContextHooks {
         self.observe_in_loop(site, datum.lift(), distribution, total)
     }
 
-    /// [`observe`](Context::observe) in a loop, whose terms may be summed up in `total`, which a
-    /// register can hold, until [`add_total`](Self::add_total).
+    /// Version of [`observe`](Context::observe) in a loop. A context can sum the terms in `total`, which the compiler
+    /// can keep in registers; [`add_total`](Self::add_total) adds the sum to the density.
     ///
-    /// # Errors
-    /// A rejection if the density is not finite; a context that sums up says so at the end.
+    /// # Errors A rejection if the density is not finite. A context that sums the terms reports it only in `add_total`.
     #[inline(always)]
     fn observe_in_loop<D: Distribution<NumberOf<Self>>>(
         &mut self,
@@ -254,23 +250,22 @@ pub trait ContextHooks {
         self.observe(site, datum, distribution)
     }
 
-    /// An empty sum for the terms of a loop, which begins.
+    /// Empty sum for the terms of a loop, created before the loop.
     #[inline(always)]
     fn total(&mut self) -> Settled {
         Settled::new()
     }
 
-    /// What a loop has summed up, which has ended.
+    /// Adds the sum of the terms of a loop to the density, after the loop.
     ///
-    /// # Errors
-    /// A rejection if it is not finite.
+    /// # Errors A rejection if the sum is not finite.
     #[inline(always)]
     fn add_total(&mut self, site: &'static Site, total: Settled) -> Result<(), Rejection> {
         let _ = (site, total);
         Ok(())
     }
 
-    /// `for y in data { y ~ D }` with one `D` for all.
+    /// Executes `for y in data { y ~ D }`, where `D` is the same for all data.
     ///
     /// # Errors
     /// A rejection if the density is not finite.
@@ -287,7 +282,7 @@ pub trait ContextHooks {
         self.observe_all(site, data.into_iter().map(|datum| datum.lift()), distribution)
     }
 
-    /// [`observe`](Context::observe) of many data.
+    /// Version of [`observe`](Context::observe) for many data with the same distribution.
     ///
     /// # Errors
     /// A rejection if the density is not finite.
@@ -309,28 +304,28 @@ pub trait ContextHooks {
         Ok(())
     }
 
-    /// A position for [`unwind`](Self::unwind).
+    /// Current position, as an argument of [`unwind`](Self::unwind).
     #[inline(always)]
     fn mark(&self) -> usize {
         0
     }
 
-    /// Nothing that was computed since `mark` is needed any more: the end of an iteration.
+    /// Releases all intermediate values computed since `mark`, at the end of an iteration.
     #[inline(always)]
     fn unwind(&mut self, mark: usize) {
         let _ = mark;
     }
 
-    /// Statements of a submodel follow: their names get that of `site` and a point in front.
+    /// Begins a submodel: the name of `site` and a dot precede the names of its statements.
     #[inline]
     fn enter(&mut self, site: &'static Site) {
         let _ = site;
     }
 
-    /// The submodel entered last has ended.
+    /// Ends the most recently entered submodel.
     #[inline]
     fn leave(&mut self) {}
 }
 
-/// The numbers in the body of a model that runs against `C`.
+/// Scalar type in the body of a model that runs in the context `C`.
 pub(crate) type NumberOf<C> = Real<<C as Context>::Number>;

@@ -4,43 +4,43 @@ use std::fmt;
 
 use super::{ess_mean, mean, mean_and_variance};
 
-/// What went wrong with a cross-validation.
+/// Error of a cross-validation.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum LooError {
-    /// There is nothing to leave out.
+    /// The model has no observations.
     #[error("no pointwise log-likelihood: the model observes nothing with a `place ~ D` statement")]
     NoObservations,
-    /// The tail of the importance ratios cannot be fitted.
+    /// There are too few draws to fit the tail of the importance ratios.
     #[error("{draws} draws are too few: PSIS needs at least 25 to fit a tail of 5")]
     TooFewDraws {
-        /// Draws over all chains.
+        /// Number of draws over all chains.
         draws: usize,
     },
-    /// An observation has no density at some draw.
+    /// The log-likelihood of an observation is not finite at some draw.
     #[error("the log-likelihood of observation {observation} is {value} at a draw")]
     NotFinite {
         /// Index of the observation.
         observation: usize,
-        /// The offending value.
+        /// Value of the log-likelihood.
         value: f64,
     },
-    /// The length of the data does not fit the stated numbers.
+    /// The number of log-likelihood values differs from chains × draws × observations.
     #[error(
         "log-likelihood has {got} values; {chains} chains × {draws} draws × {observations} observations need {expected}"
     )]
     Shape {
-        /// Values given.
+        /// Number of values given.
         got: usize,
-        /// Values needed.
+        /// Number of values required.
         expected: usize,
-        /// Chains.
+        /// Number of chains.
         chains: usize,
-        /// Draws per chain.
+        /// Number of draws per chain.
         draws: usize,
-        /// Observations.
+        /// Number of observations.
         observations: usize,
     },
-    /// Models can only be compared on the same observations.
+    /// The compared models have different numbers of observations.
     #[error(
         "`{first}` was validated on {expected} observations but `{other}` on {got}: compare models on the same data"
     )]
@@ -49,28 +49,28 @@ pub enum LooError {
         first: String,
         /// Name of the other model.
         other: String,
-        /// Observations of the first.
+        /// Number of observations of the first model.
         expected: usize,
-        /// Observations of the other.
+        /// Number of observations of the other model.
         got: usize,
     },
 }
 
-/// One observation left out.
+/// Leave-one-out result of one observation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LooPoint {
-    /// log p(y_i | y_−i).
+    /// Log predictive density of the observation, log p(y_i | y_−i).
     pub elpd: f64,
-    /// log p(y_i | y) − log p(y_i | y_−i): how much the fit leans on this observation.
+    /// Influence of the observation on the fit, log p(y_i | y) − log p(y_i | y_−i).
     pub p_loo: f64,
-    /// Shape of the generalised Pareto tail of its importance ratios; see [`Loo::threshold`].
+    /// Shape k of the generalised Pareto tail of the importance ratios; see [`Loo::threshold`].
     pub pareto_k: f64,
 }
 
 /// Expected log pointwise predictive density for new data, estimated by PSIS-LOO.
 ///
-/// elpd = Σ_i log Σ_s w_is p(y_i | θ_s) / Σ_s w_is with w_is ∝ 1/p(y_i | θ_s), the largest weights
-/// replaced by quantiles of a generalised Pareto distribution fitted to them.
+/// elpd = Σ_i log (Σ_s w_is p(y_i | θ_s) / Σ_s w_is) with w_is ∝ 1/p(y_i | θ_s). The largest weights are replaced by
+/// quantiles of a generalised Pareto distribution that is fitted to them.
 ///
 /// ```
 /// // one chain of 100 draws, two observations: [chain][draw][observation]
@@ -86,30 +86,31 @@ pub struct LooPoint {
 /// (2024), J. Mach. Learn. Res. 25(72).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Loo {
-    /// Sum over observations of log p(y_i | y_−i).
+    /// Expected log predictive density: sum of log p(y_i | y_−i) over the observations.
     pub elpd: f64,
-    /// Standard error of `elpd` over observations, √(n·var(elpd_i)), with the n − 1 variance.
+    /// Standard error √(n·var(elpd_i)) of `elpd`, where n is the number of observations and the variance has the
+    /// divisor n − 1.
     pub se: f64,
     /// Effective number of parameters.
     pub p_loo: f64,
-    /// Largest shape k at which the estimate can be relied on: min(1 − 1/log₁₀ S, 0.7).
+    /// Largest Pareto shape k for which the estimate is reliable: min(1 − 1/log₁₀ S, 0.7), for S draws.
     pub threshold: f64,
-    /// Every observation.
+    /// Results of the observations.
     pub points: Vec<LooPoint>,
-    /// A hash of the data, to tell others from them; `None` where only likelihoods are known.
+    /// Hash of the observed data, which detects models of different data. `None` if the data are unknown.
     pub data: Option<u64>,
-    /// Whether the model adds to its density by `factor` too, of which nothing is left out.
+    /// Whether the model also adds terms to its density by `factor`. Such terms are never left out.
     pub has_factors: bool,
 }
 
 impl Loo {
-    /// From pointwise log-likelihoods, `[chain][draw][observation]` row-major.
+    /// Cross-validation from pointwise log-likelihoods, `[chain][draw][observation]` row-major.
     ///
-    /// The effective sample size of each observation's likelihood sets the length of its tail.
+    /// The effective sample size of an observation's likelihood determines the tail length of its importance ratios.
     ///
     /// # Errors
-    /// [`LooError`] for no observation, fewer than 25 draws, a wrong length or values that are not
-    /// finite.
+    /// [`LooError`] if there is no observation, if there are fewer than 25 draws, if the length is wrong, or if a value
+    /// is not finite.
     pub fn new(
         chains: usize,
         draws: usize,
@@ -149,16 +150,17 @@ impl Loo {
         Ok(loo.sum_up())
     }
 
-    /// Indices of the observations whose estimate cannot be relied on, k above the threshold.
+    /// Indices of the observations with an unreliable estimate, whose k is above the threshold.
     ///
-    /// Refit without each of them, or use a more robust likelihood.
+    /// Refit the model without each of these observations, or use a more robust likelihood.
     pub fn unreliable(&self) -> Vec<usize> {
         let bad = |p: &LooPoint| p.pareto_k.is_nan() || p.pareto_k > self.threshold;
         (0..self.points.len()).filter(|&i| bad(&self.points[i])).collect()
     }
 
-    /// With log p(y_i | y_−i) of one observation from a fit without it in place of the estimate. Its k
-    /// becomes −∞: nothing of it is estimated from a tail any more.
+    /// Replaces the estimate of one observation by log p(y_i | y_−i) from a fit without this observation.
+    ///
+    /// The k of the observation becomes −∞, because its estimate no longer uses importance sampling.
     ///
     /// ```
     /// # let log_likelihood: Vec<f64> =
@@ -170,7 +172,7 @@ impl Loo {
     /// ```
     ///
     /// # Panics
-    /// If there is no such observation.
+    /// If `observation` is not an index of an observation.
     pub fn refitted(mut self, observation: usize, elpd: f64) -> Self {
         let point = &mut self.points[observation];
         let with_it = point.elpd + point.p_loo;
@@ -178,7 +180,7 @@ impl Loo {
         self.sum_up()
     }
 
-    /// With the sums over the points.
+    /// Recomputes the sums over the observations.
     fn sum_up(mut self) -> Self {
         let n = self.points.len() as f64;
         let (mean, variance) = mean_and_variance(self.points.iter().map(|p| p.elpd));
@@ -226,12 +228,11 @@ fn leave_one_out(log_likelihood: &[f64], relative_ess: f64) -> LooPoint {
     LooPoint { elpd, p_loo: with_it - elpd, pareto_k }
 }
 
-/// Replaces log importance ratios by normalised, Pareto-smoothed log weights and returns the shape
-/// k of their tail.
+/// Replaces log importance ratios by normalised, Pareto-smoothed log weights. Returns the shape k of their tail.
 ///
-/// The tail has min(0.2 S, 3 √(S/r)) ratios, r the relative effective sample size. k is −∞ for
-/// ratios that are all equal (nothing to smooth) and +∞ where no Pareto tail can be fitted; the
-/// weights are then the plain ones. Ratios have to be finite.
+/// The tail consists of the largest min(0.2 S, 3 √(S/r)) of S ratios, with the relative effective sample size r. k is
+/// −∞ if all ratios of the tail are equal, so that no smoothing is needed. k is +∞ if no Pareto tail can be fitted. In
+/// both cases the weights are the normalised ratios. All ratios must be finite.
 ///
 /// Reference: Vehtari, Simpson, Gelman, Yao & Gabry (2024), J. Mach. Learn. Res. 25(72).
 pub fn pareto_smooth(log_ratios: &mut [f64], relative_ess: f64) -> f64 {
@@ -261,7 +262,7 @@ pub fn pareto_smooth(log_ratios: &mut [f64], relative_ess: f64) -> f64 {
                     } else {
                         (-shape * (-p).ln_1p()).exp_m1() / shape
                     };
-                    // never above the largest raw ratio, which is 1 here
+                    // limit to the largest raw ratio, which is 1 here
                     log_ratios[i] = (cutoff + scale * quantile).ln().min(0.0);
                 }
                 shape
@@ -274,9 +275,9 @@ pub fn pareto_smooth(log_ratios: &mut [f64], relative_ess: f64) -> f64 {
     shape
 }
 
-/// Shape and scale of a generalised Pareto distribution from exceedances in increasing order:
-/// the posterior mean of Zhang & Stephens (2009), doi:10.1198/tech.2009.08017, with the shape
-/// drawn towards 0.5 by the weight of ten observations. `None` if the lower quarter is flat.
+/// Fits a generalised Pareto distribution to exceedances in ascending order; returns shape and scale. The estimate is
+/// the posterior mean of Zhang & Stephens (2009), doi:10.1198/tech.2009.08017, with the shape shrunk towards 0.5 by the
+/// weight of ten observations. `None` if the lower quarter of the exceedances is constant.
 fn fit_generalised_pareto(exceedances: &[f64]) -> Option<(f64, f64)> {
     let n = exceedances.len();
     let quartile = exceedances[(n as f64 / 4.0 + 0.5) as usize - 1];
@@ -318,8 +319,8 @@ mod tests {
     use rand::{Rng, SeedableRng};
     use rand_xoshiro::Xoshiro256PlusPlus;
 
-    /// A generalised Pareto sample by inversion has its own shape back. The asymptotic error of
-    /// the shape is (1 + k)/√n = 0.03 at most; four of them are allowed.
+    /// Fits a sample with known shape, drawn by inversion. The asymptotic standard error of the shape is (1 + k)/√n, at
+    /// most 0.03; four standard errors are allowed.
     #[test]
     fn pareto_fit_finds_the_shape_it_was_drawn_from() {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(9);

@@ -1,46 +1,47 @@
-//! Which model predicts better, and by how much more than chance?
+//! Comparison of the predictive accuracy of models.
 
 use std::fmt;
 
 use super::{Loo, LooError, mean_and_variance};
 
-/// One model in a comparison.
+/// One model of a comparison.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LooRow {
-    /// The model's name.
+    /// Name of the model.
     pub name: String,
     /// Expected log predictive density.
     pub elpd: f64,
-    /// Its standard error.
+    /// Standard error of `elpd`.
     pub se: f64,
     /// Effective number of parameters.
     pub p_loo: f64,
-    /// elpd less that of the best model, ≤ 0.
+    /// elpd of this model minus elpd of the best model, ≤ 0.
     pub difference: f64,
-    /// Standard error of the difference, from the paired pointwise differences.
+    /// Standard error of `difference`, from the paired pointwise differences.
     pub difference_se: f64,
-    /// Observations whose Pareto k is too large.
+    /// Number of observations whose Pareto k is above the threshold.
     pub unreliable: usize,
 }
 
-/// Models from the best to the worst; [`fmt::Display`] is the table with a verdict in words.
+/// Models sorted from best to worst. [`fmt::Display`] prints a table and a conclusion for each model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LooComparison {
-    /// One row a model, best first.
+    /// One row per model, best first.
     pub rows: Vec<LooRow>,
-    /// Those that saw other numbers than the best did, as far as known: transformed data need
-    /// their Jacobian, and other data cannot be compared.
+    /// Names of models whose observed data differ from the data of the best model, where both are known. Such models
+    /// are not comparable: different data never are, and transformed data require the Jacobian.
     pub other_data: Vec<String>,
 }
 
 /// Compares models that were fitted to the same observations.
 ///
-/// The difference Σ (elpd_i − elpd_i of the best) has the standard error √(n·var) of its paired
-/// terms, which is smaller than those of the two sums: hard observations are hard for both.
+/// The difference to the best model is Σ (elpd_i − elpd_i of the best). Its standard error is √(n·var) of the paired
+/// terms, which is smaller than the standard errors of the two sums, because pointwise values of the models are
+/// correlated.
 ///
 /// # Errors
-/// [`LooError::NoObservations`] without a model, [`LooError::DifferentData`] if the numbers of
-/// observations differ.
+/// [`LooError::NoObservations`] without a model, [`LooError::DifferentData`] if models have different numbers of
+/// observations.
 ///
 /// Reference: Vehtari, Gelman & Gabry (2017), equation 24, doi:10.1007/s11222-016-9696-4.
 pub fn loo_compare(models: &[(&str, &Loo)]) -> Result<LooComparison, LooError> {

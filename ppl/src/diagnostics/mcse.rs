@@ -1,12 +1,12 @@
-//! Monte Carlo standard errors: how far an estimate may be off because the draws are finite.
+//! Monte Carlo standard errors: the part of an estimate's error that is due to the finite number of draws.
 
 use super::{ess_mean, ess_quantile, ess_sd, mean, mean_and_variance, usable};
 use crate::scalar::logistic;
 use crate::special::{Tail, beta_logit_quantile};
 
-/// Standard error of the posterior mean, sd/√ESS, in the unit of the draws.
+/// Monte Carlo standard error of the posterior mean, sd/√ESS, in the unit of the draws.
 ///
-/// One slice per chain; NaN where the effective sample size is.
+/// `chains` has one slice per chain. NaN if the effective sample size is NaN.
 ///
 /// ```
 /// let chain: Vec<f64> = (0..1000).map(|i| (i as f64 * 2.4).sin()).collect();
@@ -22,10 +22,10 @@ pub fn mcse_mean(chains: &[&[f64]]) -> f64 {
     (variance / ess_mean(&chains)).sqrt()
 }
 
-/// Standard error of the posterior standard deviation by the fourth moment,
-/// √((E\[(x−x̄)⁴\] − σ⁴)/ESS) / (2σ), with the effective sample size of (x − x̄)².
+/// Monte Carlo standard error of the posterior standard deviation, from the fourth moment: √((E\[(x−x̄)⁴\] − σ⁴)/ESS) /
+/// (2σ), with the effective sample size of (x − x̄)².
 ///
-/// One slice per chain; NaN where the effective sample size is.
+/// `chains` has one slice per chain. NaN if the effective sample size is NaN.
 pub fn mcse_sd(chains: &[&[f64]]) -> f64 {
     let Some(chains) = usable(chains) else {
         return f64::NAN;
@@ -37,10 +37,10 @@ pub fn mcse_sd(chains: &[&[f64]]) -> f64 {
     ((fourth - second * second) / ess_sd(&chains)).sqrt() / (2.0 * second.sqrt())
 }
 
-/// Standard error of a posterior quantile: half the distance between the order statistics that
-/// bound its central 68 % under Beta(ESS·p + 1, ESS·(1 − p) + 1).
+/// Monte Carlo standard error of a posterior quantile: half the distance between two order statistics. These are the
+/// bounds of the central 68 % interval of the quantile's position under Beta(ESS·p + 1, ESS·(1 − p) + 1).
 ///
-/// One slice per chain, `probability` in (0, 1); NaN where the effective sample size is.
+/// `chains` has one slice per chain, `probability` is in (0, 1). NaN if the effective sample size is NaN.
 ///
 /// Reference: Vehtari et al. (2021), section 4.4.
 pub fn mcse_quantile(chains: &[&[f64]], probability: f64) -> f64 {
@@ -58,7 +58,7 @@ pub fn mcse_quantile(chains: &[&[f64]], probability: f64) -> f64 {
         let fraction = logistic(beta_logit_quantile(a, b, p, Tail::Lower)).0;
         fraction * sorted.len() as f64 - 1.0
     };
-    // one standard deviation of a normal on either side
+    // the probabilities Φ(−1) and Φ(1), one standard deviation of a normal on either side
     let low = position(0.1586553).max(0.0).floor() as usize;
     let high = position(0.8413447).min(sorted.len() as f64 - 1.0).ceil() as usize;
     (sorted[high] - sorted[low]) / 2.0

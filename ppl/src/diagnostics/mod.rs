@@ -1,10 +1,9 @@
-//! Has the sampler converged, how far can its numbers be trusted, and what did the data say?
+//! Convergence diagnostics, Monte Carlo errors, and comparisons of prior and posterior.
 //!
-//! Every function takes plain slices, one per chain, and can be used without a model. All follow
-//! Vehtari, Gelman, Simpson, Carpenter & Bürkner (2021), doi:10.1214/20-BA1221, and agree with
-//! ArviZ and the R package posterior to rounding (see the golden tests), with one deliberate
-//! difference: a quantity that never moved, or that is not finite, gives NaN and not a flattering
-//! number.
+//! Every function takes plain slices, one per chain, and can be used without a model. The convergence diagnostics
+//! follow Vehtari, Gelman, Simpson, Carpenter & Bürkner (2021), doi:10.1214/20-BA1221. They agree with ArviZ and the R
+//! package posterior to rounding (see the golden tests), with one deliberate difference: a quantity that is constant or
+//! not finite gives NaN instead of an apparently good value.
 
 mod autocovariance;
 mod combinations;
@@ -32,13 +31,13 @@ pub use rhat::rhat;
 pub(crate) use combinations::{BeforeAndAfter, Combination, MOST_COMBINED, combinations};
 pub(crate) use power_scaling::{PowerScaled, power_scaled};
 
-/// Mean of the values; NaN when there are none.
+/// Mean of the values; NaN if there are none.
 pub(crate) fn mean(values: impl Iterator<Item = f64>) -> f64 {
     let (n, sum) = values.fold((0.0, 0.0), |(n, sum), x| (n + 1.0, sum + x));
     sum / n
 }
 
-/// Mean and sample variance (divided by n − 1) in two passes.
+/// Mean and sample variance (divisor n − 1), in two passes.
 pub(crate) fn mean_and_variance<I>(values: I) -> (f64, f64)
 where
     I: Iterator<Item = f64> + Clone,
@@ -48,8 +47,8 @@ where
     (centre, squares / (n - 1.0))
 }
 
-/// The chains cut to their common length, or `None` if a diagnostic would mean nothing: fewer than
-/// four draws, a value that is not finite, or no movement at all.
+/// The chains, cut to their common length. `None` if diagnostics are undefined: fewer than four draws, a value that is
+/// not finite, or a constant quantity.
 fn usable<'a>(chains: &[&'a [f64]]) -> Option<Vec<&'a [f64]>> {
     let draws = chains.iter().map(|chain| chain.len()).min()?;
     let cut: Vec<&[f64]> = chains.iter().map(|chain| &chain[..draws]).collect();
@@ -59,7 +58,7 @@ fn usable<'a>(chains: &[&'a [f64]]) -> Option<Vec<&'a [f64]>> {
     (draws >= 4 && finite && moves).then_some(cut)
 }
 
-/// Each chain's first and last half; the middle draw of an odd chain belongs to neither.
+/// First and last half of each chain; the middle draw of a chain of odd length is omitted.
 fn split<'a>(chains: &[&'a [f64]]) -> Vec<&'a [f64]> {
     chains
         .iter()
@@ -70,7 +69,7 @@ fn split<'a>(chains: &[&'a [f64]]) -> Vec<&'a [f64]> {
         .collect()
 }
 
-/// Borrows every chain of an owned set.
+/// Slices of owned chains.
 fn borrow(chains: &[Vec<f64>]) -> Vec<&[f64]> {
     chains.iter().map(Vec::as_slice).collect()
 }

@@ -1,42 +1,43 @@
-//! Separate modes of one number, and which chains sit in which.
+//! Detection of separate posterior modes of one quantity, and of the chains that sample each mode.
 
 use super::identifiability::has_heavy_tails;
 use super::order::quantile_of_sorted;
 use super::{borrow, mean_and_variance};
 
-/// Cells of the density estimate between the outer quantiles.
+/// Number of cells of the density estimate, between the 0.5 % and 99.5 % quantiles.
 const CELLS: usize = 512;
-/// The density between two modes is below this fraction of the lower one.
+/// Largest ratio of the density in a valley to the lower of the two neighbouring peaks.
 const VALLEY: f64 = 0.2;
-/// Each mode holds at least this fraction of all draws.
+/// Smallest fraction of all draws in a mode.
 const LEAST_FRACTION: f64 = 0.03;
-/// So often the draws in a mode go from one half of it to the other: forty independent draws do, and
-/// no chain that goes out into a tail, sticks there and comes back.
+/// Smallest number of times that the draws in a mode cross its median. Forty independent draws cross it about twenty
+/// times; a chain that gets stuck in a tail for a while crosses it far less often.
 const LEAST_TURNS: usize = 20;
 
-/// Modes of a number that are separated by a deep valley of its density.
+/// Modes of a quantity that are separated by deep valleys of its density.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Modes {
     /// Mean of the draws in each mode, ascending.
     pub centres: Vec<f64>,
-    /// Where one mode ends and the next begins.
+    /// Boundaries between neighbouring modes, ascending.
     pub valleys: Vec<f64>,
     /// Fraction of each chain's draws in each mode: `chain × mode`.
     pub fractions: Vec<Vec<f64>>,
-    /// How often each chain went from one mode to another.
+    /// Number of transitions of each chain between modes.
     pub changes: Vec<usize>,
 }
 
 impl Modes {
-    /// The modes of a number, given as one trace a chain; `None` if there is only one.
+    /// Finds the modes of a quantity, given one trace per chain; `None` if there is only one mode.
     ///
-    /// The draws of all chains are smoothed with the width that suits the narrowest chain that moves,
-    /// and cut where the density falls below a fifth of the lower peak beside, with at least 3 % of
-    /// the draws on either side; of a quantity with heavy tails this is done on a scale on which they are
-    /// light. On either side draws have to move to and fro, about its median, as forty independent
-    /// ones do: a heap of draws where a chain stuck for a while is no mode. R-hat sees that chains
-    /// differ, but not how, and it is near 1 where each chain has changed between modes only a few
-    /// times.
+    /// The draws of all chains are smoothed with a kernel density estimate, whose bandwidth suits the narrowest chain
+    /// that moves. The density is cut where it falls below a fifth of the lower neighbouring peak, if at least 3 % of
+    /// the draws lie on either side. A quantity with heavy tails is first transformed to a scale with light tails. The
+    /// draws of a mode must also cross its median at least twenty times, as forty independent draws do on average. This
+    /// excludes draws at which a chain was stuck for a while.
+    ///
+    /// R-hat shows that chains differ, but not how. It can also be near 1 if each chain has changed between modes only
+    /// a few times.
     ///
     /// ```
     /// use ppl::diagnostics::Modes;
@@ -93,13 +94,13 @@ impl Modes {
         })
     }
 
-    /// The chains that spent at least 99 % of their draws in this mode.
+    /// Indices of the chains with at least 99 % of their draws in the given mode.
     pub fn sitting_in(&self, mode: usize) -> Vec<usize> {
         (0..self.fractions.len()).filter(|&chain| self.fractions[chain][mode] >= 0.99).collect()
     }
 
-    /// Whether the draws know the weights of the modes: every chain changed between them at least
-    /// ten times, or twice with at least half of the average fraction in every mode.
+    /// Whether the draws determine the weights of the modes. Every chain must have changed between modes at least ten
+    /// times, or at least twice if it has at least half of the average fraction in every mode.
     pub fn mixed(&self) -> bool {
         let average = |mode: usize| {
             self.fractions.iter().map(|fractions| fractions[mode]).sum::<f64>()
@@ -112,24 +113,24 @@ impl Modes {
     }
 }
 
-/// Where the smoothed density of all chains is cut.
+/// Positions at which the smoothed density of all chains is cut.
 fn valleys(chains: &[&[f64]], sorted: &[f64]) -> Option<Vec<f64>> {
     let mut valleys = Vec::new();
     Smoothed::new(chains, sorted)?.cut(0, CELLS, &mut valleys);
     Some(valleys)
 }
 
-/// A scale u = asinh((x − median)/width) on which heavy tails are light.
+/// Transformation u = asinh((x − median)/width) that makes heavy tails light.
 ///
-/// On their own scale, draws that follow each other far out in a Cauchy tail lie in a heap by
-/// themselves; here the tail is exponential, and the heap a part of it.
+/// On the original scale, successive draws far out in a Cauchy tail form an isolated cluster. On the transformed scale
+/// the tail decays exponentially, and the draws are a part of it.
 struct AsinhScale {
     centre: f64,
     width: f64,
 }
 
 impl AsinhScale {
-    /// `None` where the draws have no heavy tails.
+    /// Transformation for the given draws; `None` if they have no heavy tails.
     fn of_heavy_tails(sorted: &[f64]) -> Option<Self> {
         let quantile = |p| quantile_of_sorted(sorted, p);
         let width = 0.5 * (quantile(0.75) - quantile(0.25));
@@ -146,14 +147,14 @@ impl AsinhScale {
     }
 }
 
-/// How often the draws go from one side of `centre` to the other.
+/// Number of times that the draws cross `centre`.
 fn turns(draws: impl Iterator<Item = f64>, centre: f64) -> usize {
     let mut sides = draws.map(|x| x < centre);
     let mut last = sides.next();
     sides.filter(|&side| last.replace(side) != Some(side)).count()
 }
 
-/// The smallest standard deviation of a chain, of one that did not stick in a spot if there is any.
+/// Smallest standard deviation of a chain. Chains that are stuck at one place are used only if there are no others.
 fn narrowest(chains: &[&[f64]]) -> Option<f64> {
     let spreads = chains.iter().map(|chain| {
         let (centre, variance) = mean_and_variance(chain.iter().copied());
@@ -163,19 +164,20 @@ fn narrowest(chains: &[&[f64]]) -> Option<f64> {
     spreads.min_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))).map(|(_, sd)| sd)
 }
 
-/// A density estimate on cells between the outer quantiles.
+/// Kernel density estimate on cells between the 0.5 % and 99.5 % quantiles.
 struct Smoothed<'d> {
     chains: &'d [&'d [f64]],
     sorted: &'d [f64],
     first: f64,
     width: f64,
     density: Vec<f64>,
-    /// Draws in the cells before each.
+    /// Number of draws in all preceding cells, for each cell.
     before: Vec<usize>,
 }
 
 impl<'d> Smoothed<'d> {
-    /// Gaussian smoothing of a histogram, by Silverman's rule for the narrowest chain that moves.
+    /// Smooths a histogram with a Gaussian kernel. Silverman's rule for the narrowest chain that moves gives the
+    /// bandwidth.
     fn new(chains: &'d [&'d [f64]], sorted: &'d [f64]) -> Option<Self> {
         let total = sorted.len();
         let (first, last) = (sorted[total / 200], sorted[total - 1 - total / 200]);
@@ -208,7 +210,7 @@ impl<'d> Smoothed<'d> {
         Some(Self { chains, sorted, first, width, density: density.collect(), before })
     }
 
-    /// Whether the cells `from..to` hold enough draws, and these move about.
+    /// Whether the cells `from..to` contain enough draws, and the draws cross their median often enough.
     fn is_mode(&self, from: usize, to: usize) -> bool {
         let [below, above] = [from, to].map(|cell| self.before[cell]);
         let enough = (above - below) as f64 >= LEAST_FRACTION * self.sorted.len() as f64;
@@ -224,7 +226,7 @@ impl<'d> Smoothed<'d> {
         }
     }
 
-    /// Cuts the cells `from..to` at their deepest valley, and both parts again.
+    /// Cuts the cells `from..to` at the deepest valley, and recursively both parts.
     fn cut(&self, from: usize, to: usize, valleys: &mut Vec<f64>) {
         let part = &self.density[from..to];
         let highest = |best: &mut f64, x: &f64| {
@@ -240,7 +242,7 @@ impl<'d> Smoothed<'d> {
             .filter(|&i| depth(i) < VALLEY && divides(i))
             .min_by(|&i, &j| depth(i).total_cmp(&depth(j)));
         if let Some(i) = valley {
-            // the middle of an empty stretch
+            // cut in the middle of a valley of constant density
             let flat = part[i..].iter().take_while(|&&x| x <= part[i]).count();
             let at = from + i + flat / 2;
             valleys.push(self.first + self.width * (at as f64 + 0.5));

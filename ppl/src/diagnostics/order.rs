@@ -4,7 +4,7 @@ use crate::special::normal_upper_quantile;
 
 /// Quantile by linear interpolation between order statistics (type 7 of Hyndman & Fan 1996).
 ///
-/// NaN when `values` is empty or holds a NaN.
+/// NaN if `values` is empty or contains NaN.
 ///
 /// ```
 /// assert_eq!(ppl::diagnostics::quantile(&[3.0, 1.0, 2.0, 4.0], 0.5), 2.5);
@@ -26,15 +26,15 @@ pub(crate) fn quantile_of_sorted(sorted: &[f64], probability: f64) -> f64 {
     let below = position.floor() as usize;
     let (low, high) = (sorted[below], sorted[(below + 1).min(last)]);
     if low == high {
-        // also keeps ±∞ from becoming NaN
+        // avoids NaN from ∞ − ∞
         low
     } else {
         low + (position - below as f64) * (high - low)
     }
 }
 
-/// Normal scores z = Φ⁻¹((r − 3/8)/(S + 1/4)) of the ranks r = 1 … S over all chains, in the places of
-/// their values; ties share their average rank.
+/// Normal scores z = Φ⁻¹((r − 3/8)/(S + 1/4)) of the ranks r = 1 … S over all chains, in the order of the draws. Ties
+/// get their average rank.
 pub(super) fn normal_scores(chains: &[&[f64]]) -> Vec<Vec<f64>> {
     let mut scores: Vec<Vec<f64>> = chains.iter().map(|chain| vec![0.0; chain.len()]).collect();
     let mut order: Vec<(f64, usize, usize)> = Vec::new();
@@ -79,7 +79,7 @@ mod tests {
         assert_eq!(first[1], second[0]);
         assert!(first[1].abs() < 1e-15, "the middle rank is the median");
         assert!((first[0] + second[1]).abs() < 1e-15, "symmetric ranks");
-        // Φ⁻¹(0.625/4.25) from tables of the normal distribution
+        // Φ⁻¹(0.625/4.25) from a table of the normal distribution
         assert!((first[0] + 1.0491313979639705).abs() < 1e-9);
     }
 }

@@ -1,27 +1,27 @@
-//! How far a quantity moves when a part of the posterior is raised to a power.
+//! Power-scaling sensitivity: change of a quantity when a part of the posterior density is raised to a power.
 
 use super::{ess_mean, pareto_smooth};
 
-/// Relative change of the power on either side of 1.
+/// Relative change of the power in both directions from 1.
 const STEP: f64 = 0.01;
 
-/// Response of one quantity to scaling one part of the density.
+/// Response of one quantity to power-scaling of one part of the density.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct PowerScaled {
-    /// Change of the distribution per doubling of the power, in cumulative Jensen–Shannon distance.
+    /// Change of the distribution per doubling of the power, as cumulative Jensen–Shannon distance.
     pub(crate) sensitivity: f64,
-    /// Larger Pareto shape k of the two sets of importance ratios.
+    /// Larger of the Pareto shapes k of the two sets of importance ratios.
     pub(crate) pareto_k: f64,
 }
 
-/// Sensitivity of quantities to the part of the log density whose values at the draws are
-/// `log_part`, as prior or likelihood; one result for each of `quantities`.
+/// Power-scaling sensitivity of each of the `quantities` to one part of the log density, such as prior or likelihood.
+/// `log_part` contains the values of this part at the draws.
 ///
-/// The posterior with that part to the power α has importance ratios part^(α − 1). With α = 1.01
-/// and 1/1.01, smoothed by PSIS, the sensitivity is (d(α) + d(1/α)) / (2 log₂ α), d the
-/// [`cjs_distance`] between the plain and the weighted draws.
+/// If the part is raised to the power α, the draws have the importance ratios part^(α − 1). These are smoothed by PSIS
+/// for α = 1.01 and α = 1/1.01. The sensitivity is (d(α) + d(1/α)) / (2 log₂ α), where d is the [`cjs_distance`]
+/// between unweighted and weighted draws.
 ///
-/// `log_part` has one slice a chain, every quantity all draws chain after chain.
+/// `log_part` has one slice per chain. Each quantity is one slice with the draws of all chains, concatenated.
 ///
 /// # References
 /// Kallioinen, Paananen, Bürkner & Vehtari (2024), *Statistics and Computing* 34, 57,
@@ -38,7 +38,7 @@ pub(crate) fn power_scaled(log_part: &[&[f64]], quantities: &[&[f64]]) -> Vec<Po
         .collect()
 }
 
-/// Smoothed, normalised weights of the posterior with the part to the power `alpha`, and their k.
+/// Smoothed, normalised importance weights if the part is raised to the power `alpha`, and their Pareto shape k.
 fn weights(log_part: &[&[f64]], alpha: f64) -> (Vec<f64>, f64) {
     let mut log_weights: Vec<f64> =
         log_part.iter().copied().flatten().map(|l| (alpha - 1.0) * l).collect();
@@ -53,12 +53,11 @@ fn weights(log_part: &[&[f64]], alpha: f64) -> (Vec<f64>, f64) {
     (log_weights.into_iter().map(f64::exp).collect(), k)
 }
 
-/// Cumulative Jensen–Shannon distance between draws with equal weights and the same draws with
-/// the given ones: 0 for equal distributions, at most 1.
+/// Cumulative Jensen–Shannon distance between unweighted and weighted draws: 0 for equal distributions, at most 1.
 ///
-/// For the distribution functions P and Q, CJS(P‖Q) = ∫ P log₂(2P/(P + Q)) dx +
-/// (∫ Q dx − ∫ P dx)/(2 ln 2); the sum of both directions over ∫ P dx + ∫ Q dx, and its root. It
-/// depends on the sign of x, so the larger of x and −x counts. NaN for draws that are not finite.
+/// For distribution functions P and Q, CJS(P‖Q) = ∫ P log₂(2P/(P + Q)) dx + (∫ Q dx − ∫ P dx)/(2 ln 2). The distance is
+/// the square root of (CJS(P‖Q) + CJS(Q‖P)) / (∫ P dx + ∫ Q dx). Since it depends on the sign of x, the result is the
+/// larger distance of x and −x. NaN for draws that are not finite.
 ///
 /// # References
 /// Nguyen & Vreeken (2015), doi:10.1007/978-3-319-23525-7_11; Kallioinen et al. (2024), section 2.3.
@@ -77,15 +76,14 @@ fn cjs_distance(draws: &[f64], weights: &[f64]) -> f64 {
         below_q += weights[pair[0]] / total;
         let width = draws[pair[1]] - draws[pair[0]];
         sums[0].add(below_p, below_q, width);
-        // the distribution function of −x on the same interval
+        // distribution functions of −x on the same interval
         sums[1].add(1.0 - below_p, (1.0 - below_q).max(0.0), width);
     }
     let [upward, downward] = sums.map(|s| s.distance());
     upward.max(downward)
 }
 
-/// The integrals of the cumulative divergence, in both directions together: there the linear
-/// terms cancel.
+/// Integrals of CJS(P‖Q) + CJS(Q‖P). The linear terms of both directions cancel.
 #[derive(Clone, Copy, Default)]
 struct Integrals {
     divergence: f64,

@@ -1,17 +1,17 @@
-//! The potential scale reduction R̂.
+//! Potential scale reduction factor R̂.
 
 use super::order::{normal_scores, quantile};
 use super::{borrow, mean, mean_and_variance, split, usable};
 
-/// Rank-normalised split R̂: the larger of the bulk and the folded version.
+/// Rank-normalised split R̂: the larger of bulk R̂ and folded R̂.
 ///
-/// Chains are split in half and ranks over all draws become normal scores z. With W the mean of
-/// the variances within the halves and B/n the variance between their means,
-/// R̂ = √((B/W + n − 1)/n). The folded version applies the same to |x − median|, so that chains
-/// which differ in spread are seen too. Above 1.01 the chains do not agree yet.
+/// Each chain is split in half, and the draws are replaced by the normal scores z of their ranks. With the mean W of
+/// the variances within the halves and the variance B/n between the means of the halves, R̂ = √((B/W + n − 1)/n).
+/// Folded R̂ is computed from |x − median|, so that it detects chains with different spread. Above 1.01 the chains have
+/// not converged.
 ///
-/// One slice per chain; chains are cut to the shortest. NaN for fewer than four draws, for values
-/// that are not finite, and for a quantity that never moved.
+/// `chains` has one slice per chain; longer chains are cut to the length of the shortest. NaN for fewer than four
+/// draws, for values that are not finite, and for a constant quantity.
 ///
 /// ```
 /// let here: Vec<f64> = (0..100).map(|i| (i as f64).sin()).collect();
@@ -30,7 +30,7 @@ pub fn rhat(chains: &[&[f64]]) -> f64 {
     let distances: Vec<Vec<f64>> = distances.collect();
     let bulk = variance_ratio(&borrow(&normal_scores(&halves)));
     let folded = variance_ratio(&borrow(&normal_scores(&borrow(&distances))));
-    bulk.max(folded) // a folded constant (±1 only) is NaN and gives way
+    bulk.max(folded) // folded R̂ is NaN for a quantity with two values; `max` ignores NaN
 }
 
 /// √((B/W + n − 1)/n) of chains of length n.

@@ -1,4 +1,4 @@
-//! From the records of a model at many points to columns by name.
+//! Conversion of model records at many points to named columns.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use crate::density::{Location, Rejection};
 use crate::group::{Group, Values};
 use crate::record::{Entry, Record, Role};
 
-/// Which aspect of an entry goes into a group.
+/// Aspect of an entry that becomes a column.
 #[derive(Clone, Copy)]
 enum Aspect {
     Values,
@@ -33,7 +33,7 @@ impl Column {
         };
         column.len = column.pick(entry).len();
         if let Aspect::LogLikelihood = part {
-            // one number a statement: plates have as many as their dimensions make together
+            // the log-likelihood has only the plate dimensions of the statement; find them from its length
             let mut lengths = column.shape.iter().scan(1, |all, &length| {
                 *all *= length;
                 Some(*all)
@@ -57,7 +57,7 @@ impl Column {
     }
 }
 
-/// The columns of posterior, predictive, log-likelihood and log-prior.
+/// Columns of the four groups: posterior, predictive, log-likelihood and log-prior.
 pub(crate) struct Columns([Vec<Column>; 4]);
 
 impl Columns {
@@ -85,7 +85,7 @@ impl Columns {
         self.0.iter().flatten()
     }
 
-    /// Joins what was collected, one part a chain.
+    /// Joins the collected columns of all chains into groups.
     pub(crate) fn groups(&self, parts: Vec<Collected>, draws: usize) -> [Group; 4] {
         let mut data = parts.iter().fold(Vec::new(), |mut data: Vec<Vec<f64>>, part| {
             data.resize(part.columns.len(), Vec::new());
@@ -107,7 +107,7 @@ impl Columns {
     }
 }
 
-/// The columns of one chain, in the order of the plan.
+/// Collected columns of one chain, in the order of [`Columns`].
 pub(crate) struct Collected {
     columns: Vec<Vec<f64>>,
     pub(crate) rejected: BTreeMap<Location, u64>,
@@ -118,7 +118,7 @@ impl Collected {
         Self { columns: plan.columns().map(|_| Vec::new()).collect(), rejected: BTreeMap::new() }
     }
 
-    /// Adds a draw of chain `chain`. What stands behind a statement that rejected is NaN.
+    /// Adds a draw of chain `chain`. If a statement rejected the draw, all later values are NaN.
     pub(crate) fn add(
         &mut self,
         plan: &Columns,

@@ -1,16 +1,16 @@
-//! Why there is no posterior.
+//! Errors that prevent a posterior.
 
 use crate::density::Rejection;
 use crate::inspect::ModelError;
 use crate::sampler::{RunError, StopReason};
 
-/// A model that was not sampled.
+/// Error of sampling a model.
 #[derive(Debug, thiserror::Error)]
 pub enum SampleError {
-    /// The model cannot be evaluated at all.
+    /// The model cannot be evaluated.
     #[error(transparent)]
     Model(#[from] ModelError),
-    /// The density that screens is not of the same unknowns as the one that decides.
+    /// The screening model and the deciding model have different unknowns.
     #[error(
         "the screening model has {screening}, the deciding one {deciding}: both need the same unknowns"
     )]
@@ -23,26 +23,26 @@ pub enum SampleError {
     /// The run could not start.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// The draws make no posterior, as when an interrupt came before the first.
+    /// The chains do not give a posterior, for example because an interrupt came before the first draw.
     #[error(transparent)]
     Posterior(#[from] PosteriorError),
 }
 
-/// Chains that do not make a posterior.
+/// Error of chains that do not give a posterior.
 #[derive(Clone, Debug, thiserror::Error)]
 pub enum PosteriorError {
-    /// The model itself is at fault.
+    /// The model is invalid.
     #[error(transparent)]
     Model(#[from] ModelError),
-    /// The chains are those of another density.
+    /// The chains come from another density.
     #[error("the chains have {got} coordinates but the model has {expected}: they are not its own")]
     Dimension {
-        /// Coordinates of the model.
+        /// Number of coordinates of the model.
         expected: usize,
-        /// Coordinates of the chains.
+        /// Number of coordinates of the chains.
         got: usize,
     },
-    /// Lengths within the chains disagree.
+    /// Lengths within the chains are inconsistent.
     #[error("the chains do not fit together: {0}; give chains as a sampler returned them")]
     Damaged(String),
     /// At least one chain has no draw.
@@ -52,25 +52,25 @@ pub enum PosteriorError {
         .source.as_ref().map_or("none was asked for".to_owned(), StopReason::to_string)
     )]
     NoDraws {
-        /// The empty chain.
+        /// Index of the empty chain.
         chain: usize,
-        /// Why it stopped; `None` if no draw was asked for.
+        /// Reason why the chain stopped; `None` if no draw was requested.
         source: Option<StopReason>,
     },
-    /// Names or shapes depend on the values of unknowns.
+    /// Names or shapes of quantities depend on the values of unknowns.
     #[error(
         "`{name}` is not there with the same shape at every draw: record it outside `if` on unknowns"
     )]
     ChangingShape {
-        /// The quantity.
+        /// Name of the quantity.
         name: String,
     },
-    /// The model stopped while its quantities were computed at a draw.
+    /// A fatal error occurred while the model's quantities were computed at a draw.
     #[error("the model stopped at a draw of chain {chain}: {source}")]
     Stopped {
-        /// Chain of the draw.
+        /// Index of the chain.
         chain: usize,
-        /// What it said.
+        /// The fatal error.
         source: Rejection,
     },
 }

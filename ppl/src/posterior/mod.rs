@@ -1,4 +1,4 @@
-//! A finished run: draws by name, predictions, and everything needed to judge them.
+//! Posterior of a finished run: named draws, predictions and diagnostics.
 
 mod collect;
 mod error;
@@ -25,17 +25,17 @@ use collect::{Collected, Columns};
 pub use error::{PosteriorError, SampleError};
 pub use row::SummaryRow;
 
-/// Prior draws taken beside every posterior: enough for a prior variance to about 3 %.
+/// Number of prior draws stored with every posterior; gives the prior variance to about 3 %.
 const PRIOR_DRAWS: usize = 2000;
 
-/// Where a trajectory diverged, in the model's own quantities.
+/// A divergence, described by the parameters of the model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DivergentPoint {
-    /// Chain.
+    /// Index of the chain.
     pub chain: usize,
-    /// Draw in the chain whose trajectory diverged.
+    /// Index of the draw, within its chain, whose trajectory diverged.
     pub draw: usize,
-    /// Parameters there by element name; empty if the model rejects the point.
+    /// Parameter values at the divergence by element name; empty if the model rejects the point.
     pub values: Vec<(String, f64)>,
 }
 
@@ -63,57 +63,56 @@ pub struct DivergentPoint {
 /// # Ok::<(), ppl::SampleError>(())
 /// ```
 ///
-/// Tracked quantities, predictions, replicates of the data and pointwise log-likelihoods are
-/// computed once, when the posterior is made, so that it does not hold on to the model. Chains
-/// that stopped early are cut to the shortest. Everything is reproducible from the seed of the
-/// run, whatever the number of threads.
+/// Tracked quantities, predictions, replicates of the data and pointwise log-likelihoods are computed once, when the
+/// posterior is created, so that it does not borrow the model. If a chain stopped early, all chains are cut to its
+/// length. All results are reproducible from the seed of the run, for any number of threads.
 #[derive(Clone, Debug)]
 pub struct Posterior {
-    /// Names, shapes, dimensions and roles.
+    /// Names, shapes, dimensions and roles of all quantities.
     pub layout: Layout,
-    /// Parameters and tracked quantities on their own scale.
+    /// Draws of parameters and tracked quantities, in constrained space.
     pub posterior: Group,
-    /// `#[predict]` quantities, and under the name of each observed quantity a replicate of it.
+    /// Draws of the `#[predict]` quantities, and replicates of each observed quantity under its name.
     pub predictive: Group,
-    /// Log density of every observation statement executed.
+    /// Pointwise log-likelihood of every executed observation statement.
     pub log_likelihood: Group,
-    /// Log prior density of every parameter at every draw, one number a name.
+    /// Log prior density of every parameter at every draw, one number per parameter name.
     pub log_prior: Group,
-    /// The data: one chain with one draw.
+    /// Observed data, as one chain with one draw.
     pub observed: Group,
-    /// Prior draws of parameters and tracked quantities; `None` if the model rejected one for good.
+    /// Prior draws of parameters and tracked quantities. `None` if the model cannot be drawn from its prior.
     pub prior: Option<Group>,
-    /// Prior predictions and replicates.
+    /// Prior predictions, and replicates of the observed quantities.
     pub prior_predictive: Option<Group>,
-    /// Draws that the prior made beside those, and a statement rejected, by location.
+    /// Number of prior draws that a statement rejected, by location. They are not part of `prior`.
     pub prior_rejections: BTreeMap<Location, u64>,
-    /// Unconstrained draws and the sampler's statistics.
+    /// Unconstrained draws and statistics of the sampler.
     pub chains: Chains,
-    /// Where trajectories diverged.
+    /// Points at which trajectories diverged.
     pub divergences: Vec<DivergentPoint>,
-    /// Draws at which the model could not be evaluated again, by location: their predictions are NaN.
+    /// Number of draws that the model rejected when predictions were computed, by location. Their predictions are NaN.
     pub unpredicted: BTreeMap<Location, u64>,
-    /// The ends of the priors' supports, one for each of the layout's variables.
+    /// Bounds of the priors' supports, one entry per variable of the layout.
     bounds: Vec<Option<(f64, f64)>>,
-    /// Whether the chains were drawn from another density than the model's.
+    /// Whether the chains were drawn from another density than the density of the model.
     pub(crate) is_foreign: bool,
-    /// Whether the model adds to its density by `factor`.
+    /// Whether the model adds terms to its density by `factor`.
     has_factors: bool,
-    /// Observations that had no data.
+    /// Names of observations without data.
     pub(crate) without_data: Vec<String>,
 }
 
 impl Posterior {
-    /// Computes everything that the model names at every draw of `chains`.
+    /// Computes all named quantities of the model at every draw of `chains`.
     ///
-    /// `seed` drives predictions, replicates and prior draws; they are independent of the sampler's
-    /// stream with the same seed.
+    /// `seed` determines predictions, replicates and prior draws. They are independent of the draws of a sampler with
+    /// the same seed.
     ///
     /// # Errors
-    /// [`PosteriorError`] if the chains have another number of coordinates than the model, one is
-    /// empty, or the model itself is at fault. Chains of the same unknowns with other data are no
-    /// error, as held-out data need them; the summary says that they are of another density. A draw
-    /// at which a prediction rejects is none either: what follows the statement is NaN, and counted.
+    /// [`PosteriorError`] if the number of coordinates of the chains differs from the model's, if a chain is empty, or
+    /// if the model is invalid. Chains that were drawn with other data are no error, because held-out data need them;
+    /// the summary then says that they come from another density. A draw at which a prediction is rejected is no error
+    /// either: the values of the following statements are NaN, and the draw is counted in `unpredicted`.
     pub fn from_chains<M: Model>(
         model: &Bound<M>,
         chains: Chains,
@@ -122,7 +121,7 @@ impl Posterior {
         Self::of_erased(model, chains, seed)
     }
 
-    /// As [`from_chains`](Self::from_chains), compiled once.
+    /// Type-erased version of [`from_chains`](Self::from_chains), which is compiled once.
     pub(crate) fn of_erased(
         model: &dyn ErasedModel,
         chains: Chains,
@@ -140,7 +139,7 @@ impl Posterior {
             }
         }
 
-        // long jumps keep these streams apart from the sampler's, which are short jumps apart
+        // long jumps make these streams independent of the sampler's streams, which are short jumps apart
         let mut prior_rng = Xoshiro256PlusPlus::seed_from_u64(seed);
         prior_rng.long_jump();
         let mut streams = prior_rng.clone();
@@ -210,13 +209,13 @@ impl Posterior {
         })
     }
 
-    /// Draws of a parameter, tracked quantity or prediction.
+    /// Draws of a parameter, a tracked quantity or a prediction.
     pub fn values(&self, name: &str) -> Option<&Values> {
         self.posterior.get(name).or_else(|| self.predictive.get(name))
     }
 
-    /// One vector a chain for one number, as `young` or `sd[0]`; where there are labels also
-    /// `sd[north]`, if no number is called so by its index.
+    /// Trace of one number, such as `young` or `sd[0]`: one vector per chain. An element can also be named by its
+    /// label, as in `sd[north]`, unless an index gives the same name.
     pub fn trace(&self, element: &str) -> Option<Vec<Vec<f64>>> {
         let of = |element: &str| {
             self.posterior.trace(element).or_else(|| self.predictive.trace(element))
@@ -224,14 +223,13 @@ impl Posterior {
         of(element).or_else(|| of(&self.layout.index_of(element)?))
     }
 
-    /// Labels the entries along one dimension of a quantity, in tables and exports:
+    /// Sets labels for the entries along one dimension of a quantity, used in tables and exports:
     /// `posterior.label("mean", 0, &["slope", "peak force", "displacement at peak"])?`.
     ///
-    /// A dimension that was named in the model, by `#[dims(…)]`, gets the labels wherever it
-    /// stands.
+    /// If the model names the dimension by `#[dims(…)]`, the labels apply to all quantities with this dimension.
     ///
     /// # Errors
-    /// [`LabelError`] for a name or dimension that does not exist, or a wrong number of labels.
+    /// [`LabelError`] if the quantity or the dimension does not exist, or if the number of labels is wrong.
     pub fn label(
         &mut self,
         name: &str,
@@ -241,17 +239,17 @@ impl Posterior {
         self.layout.label(name, dimension, labels)
     }
 
-    /// Says in what units a quantity is, for exports: one unit for all of its numbers, or one for each
+    /// Sets the units of a quantity for exports. Give one unit for all numbers of the quantity, or one unit for each
     /// entry along its last dimension: `posterior.set_units("mean", &["N/mm", "N", "mm"])?`.
     ///
     /// # Errors
-    /// [`LabelError`] for a name that does not exist, or another number of units than of entries.
+    /// [`LabelError`] if the quantity does not exist, or if the number of units is wrong.
     pub fn set_units(&mut self, name: &str, units: &[&str]) -> Result<(), LabelError> {
         self.layout.set_units(name, units)
     }
 
-    /// Leave-one-out cross-validation over all observation statements. What `factor` adds to the
-    /// density is kept throughout; the result says so if there is any.
+    /// Leave-one-out cross-validation over all observation statements. Terms that `factor` adds to the density are
+    /// never left out; [`Loo::has_factors`] reports such terms.
     ///
     /// # Errors
     /// [`LooError`] if the model observes nothing or a log-likelihood is not finite.
@@ -272,12 +270,12 @@ impl Posterior {
         Ok(Loo { data: Some(hasher.finish()), has_factors: self.has_factors, ..loo })
     }
 
-    /// Whether the density is more than the prior.
+    /// Whether the density has terms other than the prior.
     pub(crate) fn has_likelihood(&self) -> bool {
         self.has_factors || !self.log_likelihood.variables.is_empty()
     }
 
-    /// What the data did to every parameter; empty without prior draws.
+    /// Comparison of prior and posterior for every parameter; empty without prior draws.
     pub fn identifiability(&self) -> Vec<Identifiability> {
         let Some(prior) = &self.prior else {
             return Vec::new();
@@ -295,7 +293,7 @@ impl Posterior {
             rows.par_extend(names.into_par_iter().enumerate().filter_map(|(index, element)| {
                 let [before, after] =
                     [(prior, before), (&self.posterior, after)].map(|(g, v)| g.column(v, index));
-                // structural constants, as the zeros of a Cholesky factor, are not parameters
+                // constants, such as the zeros of a Cholesky factor, are not parameters
                 let moves = before.iter().any(|x| *x != before[0]);
                 moves.then(|| Identifiability::of_draws(element, &before, &after, *bounds))
             }));
@@ -303,7 +301,7 @@ impl Posterior {
         rows
     }
 
-    /// Points rejected by statement: (warmup, sampling).
+    /// Number of rejected points by location: (in the warmup, after the warmup).
     pub fn rejections(&self) -> BTreeMap<Location, (u64, u64)> {
         let mut counts: BTreeMap<Location, (u64, u64)> = BTreeMap::new();
         for chain in &self.chains.chains {
@@ -339,8 +337,7 @@ fn prior_draws(
     Ok(Some(plan.groups(vec![out], PRIOR_DRAWS)))
 }
 
-/// Whether log densities differ from draw to draw by more than another order of the same sums would
-/// change.
+/// Whether the log densities in the chains differ from the model's by more than rounding errors and a constant.
 fn is_foreign(model: &dyn ErasedModel, chains: &Chains) -> bool {
     const SAME: f64 = 1e-6;
     let Some(chain) = chains.chains.first() else { return false };
@@ -350,7 +347,7 @@ fn is_foreign(model: &dyn ErasedModel, chains: &Chains) -> bool {
         let then = chain.stats[draw].log_density;
         (then, evaluator.log_density(point).unwrap_or(f64::NAN))
     };
-    // a constant may have been left out
+    // only differences are compared, because the sampled density may omit a constant
     let (first, last) = (at(0), at(chain.len() - 1));
     let difference = (last.1 - first.1) - (last.0 - first.0);
     let size = [first.0, first.1, last.0, last.1].iter().fold(1.0f64, |size, x| size.max(x.abs()));

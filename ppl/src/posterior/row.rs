@@ -1,4 +1,4 @@
-//! The rows of a summary: moments, quantiles and diagnostics of each number.
+//! Rows of a summary: moments, quantiles and diagnostics of each number.
 
 use std::collections::BTreeMap;
 
@@ -11,13 +11,13 @@ use crate::diagnostics::{
 };
 use crate::group::{Group, Values};
 
-/// One number of the posterior, in the unit of the quantity.
+/// Summary of one number of the posterior, in the unit of the quantity.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SummaryRow {
-    /// Name with indices, as `sd[0]`, or with labels where the dimensions have them, as `sd[north]`.
+    /// Name with indices, such as `sd[0]`, or with labels if the dimension has labels, such as `sd[north]`.
     #[serde(skip)]
     pub name: String,
-    /// Name with indices, whatever the labels: what files have, for programs to rely on.
+    /// Name with indices, independent of labels. Exported files contain this name.
     #[serde(rename = "parameter")]
     pub place: String,
     /// Posterior mean.
@@ -36,22 +36,22 @@ pub struct SummaryRow {
     pub ess_bulk: f64,
     /// Tail effective sample size.
     pub ess_tail: f64,
-    /// 1 − var(posterior)/var(prior), for parameters.
+    /// Contraction 1 − var(posterior)/var(prior); only for parameters.
     pub contraction: Option<f64>,
     /// Monte Carlo standard error of the mean.
     pub mcse_mean: f64,
 }
 
 impl SummaryRow {
-    /// The smaller of the effective sample sizes.
+    /// Smaller of bulk and tail effective sample size.
     pub(crate) fn ess(&self) -> f64 {
         self.ess_bulk.min(self.ess_tail)
     }
 }
 
 impl Posterior {
-    /// One row a number, in the order of the model; without those that are constant by construction,
-    /// as the zeros of a Cholesky factor.
+    /// One row per number, in the order of the model. Numbers that are constant by construction are omitted, such as
+    /// the zeros of a Cholesky factor.
     pub(crate) fn rows(&self, identifiability: &[Identifiability]) -> Vec<SummaryRow> {
         let contraction: BTreeMap<&str, f64> =
             identifiability.iter().map(|i| (i.name.as_str(), i.contraction())).collect();
@@ -91,8 +91,8 @@ impl Posterior {
             .collect()
     }
 
-    /// Which numbers of a quantity differ from draw to draw, of the posterior or of the prior; all of
-    /// them if none does, as of a quantity that the model sets to a constant.
+    /// For each number of a quantity, whether it varies between the draws of the posterior or of the prior. All true if
+    /// no number varies, as for a quantity that the model sets to a constant.
     fn moving(&self, values: &Values) -> Vec<bool> {
         let prior = self.prior.as_ref().and_then(|prior| Some((prior, prior.get(&values.name)?)));
         let moving = (0..values.size()).map(|index| {
@@ -100,7 +100,7 @@ impl Posterior {
                 let column = group.column(values, index);
                 column.iter().any(|x| *x != column[0])
             };
-            // without draws of the prior nothing tells what the model fixes
+            // without prior draws, a constant posterior does not imply that the model fixes the number
             differ(&self.posterior, values) || prior.is_none_or(|(group, own)| differ(group, own))
         });
         let moving: Vec<bool> = moving.collect();

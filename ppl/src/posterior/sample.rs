@@ -1,4 +1,4 @@
-//! From a model to its posterior: a run, then everything that the model names at the draws.
+//! Sampling of a model and construction of its posterior.
 
 use super::{Posterior, SampleError};
 use crate::bound::Bound;
@@ -9,11 +9,11 @@ use crate::sampler::{DelayedAcceptance, Mcmc, OneDensity};
 
 #[expect(private_bounds, reason = "sealed: how chains move is no matter of the interface")]
 impl<K: OneDensity> Mcmc<'_, K> {
-    /// Samples a model: [`run`](Mcmc::run), then [`Posterior::from_chains`] with the sampler's seed.
+    /// Samples a model by [`run`](Mcmc::run), and calls [`Posterior::from_chains`] with the seed of the sampler.
     ///
     /// # Errors
-    /// [`SampleError`] if the model cannot be evaluated, a setting is out of range, a chain finds no
-    /// starting point, or one was stopped before its first draw.
+    /// [`SampleError`] if the model cannot be evaluated, a setting is out of range, a chain finds no starting point, or
+    /// a chain stops before its first draw.
     pub fn sample<M: Model>(&self, model: &Bound<M>) -> Result<Posterior, SampleError> {
         model.layout()?;
         let chains = self.method.run(&self.settings, model)?;
@@ -22,13 +22,15 @@ impl<K: OneDensity> Mcmc<'_, K> {
 }
 
 impl DelayedAcceptance<'_> {
-    /// Samples the model `expensive`, screened by the model `cheap`: the draws with everything
-    /// that `expensive` names. Both must declare the same unknowns in the same order, and with
-    /// the same supports, so that their unconstrained coordinates mean the same.
+    /// Samples the model `expensive` with screening by the model `cheap`. The posterior contains all named quantities
+    /// of `expensive`.
+    ///
+    /// Both models must declare the same unknowns with the same supports and in the same order, so that they have the
+    /// same unconstrained coordinates.
     ///
     /// # Errors
-    /// [`SampleError`] if the unknowns differ, a model cannot be evaluated, a setting is out of
-    /// range, a chain finds no starting point, or one was stopped before its first draw.
+    /// [`SampleError`] if the unknowns differ, a model cannot be evaluated, a setting is out of range, a chain finds no
+    /// starting point, or a chain stops before its first draw.
     pub fn sample<C: Model, M: Model>(
         &self,
         cheap: &Bound<C>,
@@ -43,7 +45,7 @@ impl DelayedAcceptance<'_> {
     }
 }
 
-/// The unknowns of a model with their shapes, as `mu, sd[3]`.
+/// Names of the unknowns of a model with their shapes, such as `mu, sd[3]`.
 fn unknowns(layout: &Layout) -> String {
     let named = layout.with_role(Role::Parameter).map(|v| match v.shape.as_slice() {
         [] => v.name.clone(),
