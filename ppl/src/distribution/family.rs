@@ -1,50 +1,50 @@
-//! The variations that every distribution has.
+//! Variations that are available for every distribution.
 
 use super::interval::{Ends, Interval};
 
-/// The variations that every distribution has.
+/// Variations that are available for every distribution.
 pub trait Family: Sized + Clone {
-    /// The distribution conditioned on an interval: `Normal(0.0, 1.0).truncate(0.0..)`.
+    /// The distribution truncated to an interval: `Normal(0.0, 1.0).truncate(0.0..)`.
     ///
-    /// The bounds are data. Either may be left out.
+    /// The bounds must be data. Either bound can be omitted.
     fn truncate(self, range: impl Ends) -> Truncated<Self> {
         Truncated { inner: self, interval: Interval::new(range) }
     }
 
-    /// The distribution seen through an instrument that ends: `Weibull(2.0, 50.0).censor(..100.0)`
-    /// takes data at or beyond 100 as "at least 100".
+    /// The distribution of a measurement with a limited range: `Weibull(2.0, 50.0).censor(..100.0)` treats data at or
+    /// beyond 100 as "at least 100".
     ///
-    /// The bounds are data.
+    /// The bounds must be data.
     fn censor(self, range: impl Ends) -> Censored<Self> {
         Censored { inner: self, interval: Interval::new(range) }
     }
 
-    /// The same distribution over the coordinates of its standard form, for unknowns whose location
-    /// or scale is unknown: `Normal(mu, tau).non_centered()`; see [`NonCentered`].
+    /// The distribution in non-centred parametrisation, for unknowns whose location or scale is unknown:
+    /// `Normal(mu, tau).non_centered()`; see [`NonCentered`].
     fn non_centered(self) -> NonCentered<Self> {
         NonCentered { inner: self }
     }
 
-    /// `n` independent values, a `Vec`: for lengths known at run time.
+    /// Vector of `n` independent values, for lengths known at run time.
     fn iid(self, n: usize) -> Iid<Self> {
         Iid { inner: self, n }
     }
 
-    /// `N` independent values, an array: for lengths known at compile time.
+    /// Array of `N` independent values, for lengths known at compile time.
     fn array<const N: usize>(self) -> Array<Self, N> {
         Array { inner: self }
     }
 
-    /// Independent values in ascending order: `Normal(0.0, 5.0).array::<4>().ordered()`.
+    /// Independent values, sorted in ascending order: `Normal(0.0, 5.0).array::<4>().ordered()`.
     fn ordered(self) -> Ordered<Self> {
         Ordered { inner: self }
     }
 }
 
-/// A distribution of one real number conditioned on an interval; made by [`Family::truncate`].
+/// A univariate distribution truncated to an interval; created by [`Family::truncate`].
 ///
-/// ln p(x) = ln p₀(x) − ln P₀(X ∈ interval): the normaliser, and its derivatives in the
-/// parameters, count in the density just as in the draws.
+/// ln p(x) = ln p₀(x) − ln P₀(X ∈ interval). The density includes the normalising constant and its derivatives with
+/// respect to the parameters.
 ///
 /// # Example
 /// ```
@@ -60,12 +60,12 @@ pub struct Truncated<D> {
     pub(super) interval: Interval,
 }
 
-/// A distribution of one real number observed through an instrument that ends at `lower` and
-/// `upper`; made by [`Family::censor`]. It can be observed, not declared.
+/// A univariate distribution censored at the limits `lower` and `upper`; created by [`Family::censor`]. It can be
+/// observed, but it cannot be the prior of an unknown.
 ///
-/// A datum inside contributes its density, one at or below the lower end ln P(X ≤ lower), one at
-/// or above the upper end ln P(X ≥ upper): left and right censoring, or both at once. Draws
-/// beyond an end are recorded at it.
+/// A datum between the limits contributes its log density. A datum at or below the lower limit contributes ln P(X ≤
+/// lower), a datum at or above the upper limit ln P(X ≥ upper). This covers left censoring, right censoring and both at
+/// once. A draw beyond a limit is replaced by the limit.
 ///
 /// # Example
 /// ```
@@ -87,13 +87,12 @@ pub struct Censored<D> {
     pub(super) interval: Interval,
 }
 
-/// A distribution in non-centred form; made by [`Family::non_centered`].
+/// A distribution in non-centred parametrisation; created by [`Family::non_centered`].
 ///
-/// As a distribution it is the one that it was made from. As that of an unknown x it has the
-/// coordinates of the standardised z, with x = T(z) as in
-/// [`LocationScale`](super::LocationScale), and its density is that of z, in which location and
-/// scale do not appear. A prior whose scale is unknown and whose elements the data say little about
-/// has no funnel then, which samplers cannot enter.
+/// The distribution of x is unchanged. As the prior of an unknown x = T(z), see
+/// [`LocationScale`](super::LocationScale), its coordinates are those of the standardised z. Their density does not
+/// depend on location and scale. If the scale is unknown and the data inform the elements weakly, this avoids the
+/// funnel of the centred parametrisation, which samplers explore poorly.
 ///
 /// # Example
 /// ```
@@ -122,9 +121,9 @@ pub struct NonCentered<D> {
     pub(super) inner: D,
 }
 
-/// `n` independent values of one distribution; made by [`Family::iid`].
+/// Vector of `n` independent values of one distribution; created by [`Family::iid`].
 ///
-/// Observed data of another length have density zero.
+/// Observed data with another length have density zero.
 ///
 /// # Example
 /// ```
@@ -139,7 +138,7 @@ pub struct Iid<D> {
     pub(super) n: usize,
 }
 
-/// `N` independent values of one distribution; made by [`Family::array`].
+/// Array of `N` independent values of one distribution; created by [`Family::array`].
 ///
 /// # Example
 /// ```
@@ -154,13 +153,13 @@ pub struct Array<D, const N: usize> {
     pub(super) inner: D,
 }
 
-/// N independent values in ascending order; made by [`Family::ordered`].
+/// N independent values, sorted in ascending order; created by [`Family::ordered`].
 ///
-/// p(x) = N! Π p₀(xᵢ) for x₁ ≤ x₂ ≤ … ≤ x_N, the density of the order statistics: it integrates
-/// to 1 over ordered vectors. Elements on the whole line give ordered values, elements above 0
-/// positive-ordered ones; `Uniform(a, b)` is flat on ordered vectors between a and b.
+/// p(x) = N! Π p₀(xᵢ) for x₁ ≤ x₂ ≤ … ≤ x_N. This is the density of the order statistics, which integrates to 1 over
+/// ordered vectors. The values are positive if the elements are positive. With elements `Uniform(a, b)`, the density is
+/// uniform over the ordered vectors between a and b.
 ///
-/// The coordinates are those of [`Ascending`](crate::transform::Ascending).
+/// [`Ascending`](crate::transform::Ascending) documents the unconstrained coordinates.
 ///
 /// # Example
 /// ```

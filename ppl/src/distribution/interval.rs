@@ -1,4 +1,4 @@
-//! Intervals of the real line, as `.truncate` and `.censor` take them.
+//! Intervals of the real line, the arguments of `.truncate` and `.censor`.
 
 use std::ops::{
     Bound, Range, RangeBounds, RangeFrom, RangeFull, RangeInclusive, RangeTo, RangeToInclusive,
@@ -6,7 +6,7 @@ use std::ops::{
 
 use crate::density::DomainError;
 
-/// A range of plain numbers.
+/// A range of `f64`.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is no range of plain numbers",
     label = "needed: `0.0..`, `..1.0`, `0.0..1.0` or the like",
@@ -30,7 +30,7 @@ impl_ends!(
     RangeToInclusive<f64>
 );
 
-/// An interval whose ends may be infinite. Both belong to it: they have measure zero.
+/// An interval whose ends can be infinite. Both ends belong to it, since they have measure zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
     lower: f64,
@@ -38,7 +38,7 @@ pub struct Interval {
 }
 
 impl Interval {
-    /// From `a..b`, `a..=b`, `a..`, `..b` and the like.
+    /// Interval from a range such as `a..b`, `a..=b`, `a..` or `..b`.
     pub fn new(range: impl Ends) -> Self {
         let end = |bound: Bound<&f64>, open: f64| match bound {
             Bound::Included(&x) | Bound::Excluded(&x) => x,
@@ -59,12 +59,12 @@ impl Interval {
         self.upper
     }
 
-    /// What two intervals have in common.
+    /// Intersection of two intervals.
     pub(super) fn and(self, other: Self) -> Self {
         Self { lower: self.lower.max(other.lower), upper: self.upper.min(other.upper) }
     }
 
-    /// Demands ends in order.
+    /// Checks that the lower end is below the upper end.
     pub(super) fn validate(self, variation: &'static str) -> Result<(), DomainError> {
         let requirement = format_args!("below the upper end {}", self.upper);
         DomainError::require(

@@ -1,4 +1,4 @@
-//! Probabilities of intervals, with their derivatives in the parameters.
+//! Log probabilities of intervals, with their derivatives with respect to the parameters.
 
 use super::interval::Interval;
 use super::univariate::{Univariate, ln_inside, quantile_within};
@@ -6,15 +6,14 @@ use crate::scalar::Scalar;
 use crate::special::{Node, density_nodes};
 use crate::transform::Support;
 
-/// Share of the larger tail below which a difference of two tails has lost too many digits.
+/// Ratio of the difference of two tails to the larger tail below which the difference has lost too many digits.
 pub(super) const CANCELLED: f64 = 0.05;
 
-/// ln P(X ∈ interval) for any density, by adaptive quadrature over the distribution's own unconstrained
-/// coordinate y.
+/// Log probability ln P(X ∈ interval) of any density, by adaptive quadrature over the unconstrained coordinate y.
 ///
-/// Its derivative in a parameter is the mean over the interval of ∂ ln p(y), and what flows over an end
-/// that moves in y: −p(u) ∂x(y)/∂θ at the upper end u, and the opposite at the lower one. The value comes
-/// from the distribution functions where these have its digits, and from the quadrature elsewhere.
+/// The derivative with respect to a parameter θ has two parts. The first is the mean of ∂ ln p(y)/∂θ over the interval.
+/// The second comes from the ends, which move in y: −p(u) ∂x(y)/∂θ at the upper end u, and the opposite sign at the
+/// lower end. The value comes from the distribution functions where these are accurate, otherwise from the quadrature.
 pub(super) fn ln_mass_by_quadrature<R: Scalar>(
     distribution: &impl Univariate,
     support: Support<R>,
@@ -29,9 +28,9 @@ pub(super) fn ln_mass_by_quadrature<R: Scalar>(
     }
     let (first, last) = support.bounds();
     let (has_lower, has_upper) = (interval.lower() > first, interval.upper() < last);
-    // a narrow interval has its digits in x, every other in the coordinate
+    // integrate a narrow interval over x and every other interval over the coordinate, to avoid rounding errors
     let is_narrow = share < CANCELLED && has_lower && has_upper;
-    // the coordinate of what lies below an end runs against x
+    // with an upper bound only, the coordinate is a decreasing function of x
     let is_reversed = matches!(support, Support::Below(_)) && !is_narrow;
     let [lower, upper] = if is_narrow {
         [interval.lower(), interval.upper()]
@@ -45,8 +44,8 @@ pub(super) fn ln_mass_by_quadrature<R: Scalar>(
         true => ln_pdf(R::from(y)),
         false => ln_density_at_coordinate(R::from(y)),
     };
-    // parameters that are data leave nothing to integrate; a partial may vanish at one point, not at
-    // three
+    // if all parameters are data, there is no derivative to integrate; three points are tested, because a partial
+    // derivative can vanish at one point
     let part = Support::Real.within(lower, upper);
     let is_constant =
         || [-0.9, 0.1, 1.3].into_iter().all(|y| at(part.constrain(y).0).is_constant());
@@ -61,7 +60,7 @@ pub(super) fn ln_mass_by_quadrature<R: Scalar>(
         true => (lower, [upper - lower; 2]),
         false => place(quartiles(), [lower, upper], &|y| at(y).value()),
     };
-    // evaluated once: every evaluation leaves its mark on a tape
+    // evaluate each point once, because every evaluation adds operations to the tape
     let mut terms = Vec::new();
     let mut ln_density = |y: f64| {
         terms.push(at(y));
@@ -88,8 +87,8 @@ pub(super) fn ln_mass_by_quadrature<R: Scalar>(
     R::fuse_iter(value, means.chain(flows))
 }
 
-/// Where the mass within an interval lies in the coordinate, and first guesses of its widths below and
-/// above: from the quartiles, or from an end where these have no digits.
+/// Centre of the probability mass in the coordinate, and first estimates of its widths below and above the centre. Both
+/// come from the quartiles; if these are inaccurate, the centre is an end of the interval.
 fn place(
     [first, median, third]: [f64; 3],
     [lower, upper]: [f64; 2],

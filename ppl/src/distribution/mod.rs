@@ -1,12 +1,12 @@
-//! Distributions: density with exact partials, draws, support, moments.
+//! Distributions: densities with exact partial derivatives, draws, supports, moments.
 //!
-//! One family a file: of one real number in `continuous`, of counts, flags and categories in
-//! `discrete`, of vectors and matrices in `multivariate`; variations and mixtures of others in
-//! `compound`; regressions in `glm`. Parameters are public fields (`Normal(mean, sd)`), each a number, a reference to one,
-//! or an unknown of the model. Variations are methods of [`Family`]: `.truncate(a..b)`,
-//! `.censor(a..b)`, `.iid(n)`, `.array::<N>()`, `.array::<N>().ordered()`, `.non_centered()`.
+//! Each family has its own file: univariate ones in `continuous`, distributions of counts and flags in `discrete`, of
+//! vectors and matrices in `multivariate`, variations and mixtures in `compound`, regressions in `glm`. Parameters are
+//! public fields (`Normal(mean, sd)`). Each is a number, a reference to a number, or an unknown of the model.
+//! Variations are methods of [`Family`]: `.truncate(a..b)`, `.censor(a..b)`, `.iid(n)`, `.array::<N>()`,
+//! `.array::<N>().ordered()`, `.non_centered()`.
 
-// in the order in which they may use each other
+// in order of dependency: each module uses only modules above it
 mod interval;
 
 mod family;

@@ -1,4 +1,4 @@
-//! What a distribution offers to a model.
+//! Traits of distributions in models.
 
 use rand::Rng;
 
@@ -9,57 +9,56 @@ use crate::density::DomainError;
 use crate::parameter::Parameter;
 use crate::scalar::Scalar;
 
-/// What every distribution offers to a model: density and draws over values of type `Value`.
+/// A distribution of values of type `Value`, with density and draws.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a distribution",
     label = "the right-hand side of `~` must be a distribution such as `Normal(0.0, 1.0)`"
 )]
 pub trait Distribution<R: Scalar>: Family {
-    /// A number, a count, a flag, an array, a vector or a Cholesky factor.
+    /// Type of the values: a number, a count, a flag, an array, a vector or a Cholesky factor.
     type Value: Clone + Recordable;
 
-    /// Adds the log density (log mass for counts) at `x`, term by term, each with its partials: −∞
-    /// outside the support, NaN for parameters outside their domain. A density that is a number
-    /// already goes to [`add_number`](Accumulator::add_number).
+    /// Adds the log density (log probability for counts) at `x`, with the partial derivatives of each term: −∞ outside
+    /// the support, NaN for invalid parameters. A density that is already a scalar is added by
+    /// [`add_number`](Accumulator::add_number).
     fn add_terms(&self, x: &Self::Value, terms: &mut impl Accumulator<R>);
 
-    /// Log density (log mass for counts) at `x`.
+    /// Log density (log probability for counts) at `x`.
     #[must_use = "a model takes it by `factor(…);`"]
     #[inline(always)]
     fn ln_density(&self, x: &Self::Value) -> R {
         Joined::of(|terms| self.add_terms(x, terms))
     }
 
-    /// Whether data that share their parameters have sufficient statistics.
+    /// Whether there are sufficient statistics for data with the same parameters.
     #[doc(hidden)]
     const HAS_STATISTICS: bool = false;
 
-    /// Appends those of `data`.
+    /// Appends the sufficient statistics of `data`.
     #[doc(hidden)]
     fn sufficient_statistics(data: impl Iterator<Item = Self::Value>, out: &mut Vec<f64>) {
         let _ = (data, out);
     }
 
-    /// The terms of the log densities at the data with these sufficient statistics.
+    /// Adds the log densities of the data with the given sufficient statistics.
     #[doc(hidden)]
     fn add_statistics_terms(&self, statistics: &[f64], terms: &mut impl Accumulator<R>) {
         let _ = statistics;
         terms.add_number(R::from(f64::NAN));
     }
 
-    /// Whether one observation holds so many data that their statistics are found when it is bound.
+    /// Whether one observation contains so many data that it is summarised when the data are bound.
     #[doc(hidden)]
     const SUMMARISES: bool = false;
 
-    /// Appends the statistics of one observation: they depend on `x` and on what the distribution
-    /// has of data, not on unknowns.
+    /// Appends the statistics of one observation. They depend on `x` and on the data in the distribution, but not on
+    /// unknowns.
     #[doc(hidden)]
     fn summarise(&self, x: &Self::Value, out: &mut Vec<f64>) {
         let _ = (x, out);
     }
 
-    /// The log density of what cross-validation may leave out of `x`, part by part, at the end of
-    /// `out`.
+    /// Appends the log density of each part of `x` that cross-validation can leave out.
     #[doc(hidden)]
     fn pointwise(&self, x: &Self::Value, out: &mut Vec<f64>) {
         let mut terms = Settled::new();
@@ -67,31 +66,30 @@ pub trait Distribution<R: Scalar>: Family {
         out.push(terms.total());
     }
 
-    /// Whether `x` has the size that the distribution asks for.
+    /// Checks that `x` has the size that the distribution requires.
     ///
     /// # Errors
-    /// [`DomainError`] that says both sizes.
+    /// [`DomainError`] with both sizes.
     #[doc(hidden)]
     fn fits(&self, x: &Self::Value) -> Result<(), DomainError> {
         let _ = x;
         Ok(())
     }
 
-    /// Whether the parameters lie in their domain.
+    /// Checks that the parameters are valid.
     ///
     /// # Errors
-    /// [`DomainError`] naming distribution, parameter, requirement and value.
+    /// [`DomainError`] with distribution, parameter, requirement and value.
     fn validate(&self) -> Result<(), DomainError>;
 
-    /// An exact draw, as constants of `R`, that lies inside the open support: one that underflows to
-    /// an end, or overflows, is the nearest number inside. For parameters outside their domain it
-    /// may be NaN; [`try_draw`](Distribution::try_draw) never is.
+    /// Draws an exact value, without derivatives. The value lies inside the open support: a draw that underflows to an
+    /// end or overflows is replaced by the nearest number inside. For invalid parameters it can be NaN;
+    /// [`try_draw`](Distribution::try_draw) returns an error instead.
     fn draw<G: Rng + ?Sized>(&self, rng: &mut G) -> Self::Value;
 
-    /// [`draw`](Distribution::draw) for parameters that may lie outside their domain.
+    /// Version of [`draw`](Distribution::draw) for parameters that can be invalid.
     ///
-    /// # Errors
-    /// [`DomainError`] for such parameters, and for a draw that is NaN in spite of them.
+    /// # Errors [`DomainError`] if a parameter is invalid, or if the draw is NaN for valid parameters.
     fn try_draw<G: Rng + ?Sized>(&self, rng: &mut G) -> Result<Self::Value, DomainError> {
         self.validate()?;
         let value = self.draw(rng);
@@ -104,14 +102,14 @@ pub trait Distribution<R: Scalar>: Family {
     }
 }
 
-/// The name of a type without the modules and parameters around it.
+/// Name of a type, without modules and type parameters.
 fn name<T>() -> &'static str {
     let path = std::any::type_name::<T>();
     let end = path.find('<').unwrap_or(path.len());
     path[..end].rsplit("::").next().unwrap_or(path)
 }
 
-/// A distribution whose values can be unknowns: it maps unconstrained coordinates to them.
+/// A distribution that can be the prior of an unknown: it maps unconstrained coordinates to values.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` cannot be the distribution of an unknown",
     label = "has no smooth map from unconstrained space",
@@ -122,8 +120,8 @@ pub trait Unknown<R: Scalar>: Distribution<R> {
     /// Number of unconstrained coordinates.
     fn dim(&self) -> usize;
 
-    /// The value at the next coordinates. Its log density goes to `terms`; `jacobian` adds the
-    /// log-Jacobian of the map, in a form that cancels what can be cancelled.
+    /// Maps the next coordinates to a value. Adds its log density to `terms`, and the log-Jacobian of the map if
+    /// `jacobian` is true. Terms of the two that cancel are omitted.
     fn constrain(
         &self,
         next: &mut impl FnMut() -> R,
@@ -131,7 +129,7 @@ pub trait Unknown<R: Scalar>: Distribution<R> {
         terms: &mut impl Accumulator<R>,
     ) -> Self::Value;
 
-    /// [`constrain`](Unknown::constrain) for n independent values.
+    /// Version of [`constrain`](Unknown::constrain) for n independent values.
     #[doc(hidden)]
     #[inline(always)]
     fn constrain_all(
@@ -144,24 +142,24 @@ pub trait Unknown<R: Scalar>: Distribution<R> {
         (0..n).map(|_| self.constrain(next, jacobian, terms)).collect()
     }
 
-    /// Appends the coordinates of `x`: the inverse of [`constrain`](Unknown::constrain).
+    /// Appends the unconstrained coordinates of `x`, the inverse of [`constrain`](Unknown::constrain).
     fn unconstrain(&self, x: &Self::Value, out: &mut Vec<f64>);
 
-    /// The ends of the support that a prior may be said to cut at, the same for each element: two
-    /// finite ones, if they are not the quantity's own, or a single one at which a constant prior was
+    /// Bounds at which a prior can truncate the posterior, the same for every element. They are the ends of the support
+    /// if both are finite and not natural bounds of the quantity, or the finite end at which a constant prior was
     /// truncated.
     fn bounds(&self) -> Option<(f64, f64)> {
         None
     }
 }
 
-/// A parameter as a number of the model's kind.
+/// Converts a parameter to the scalar type of the model.
 #[inline(always)]
 pub(crate) fn lift<R>(parameter: impl Datum<R>) -> R {
     parameter.lift()
 }
 
-/// A part of a log density that depends on `parameter` alone: left out where that may be.
+/// Term of a log density that depends only on `parameter`; 0 if the parameter is constant and constants are omitted.
 #[inline(always)]
 pub(crate) fn normaliser<R: Scalar, P: Parameter + Datum<R>>(
     terms: &impl Accumulator<R>,

@@ -1,4 +1,4 @@
-//! Distributions of one real number, as plain numbers.
+//! Univariate distributions: values without derivatives.
 
 use rand::Rng;
 
@@ -7,36 +7,36 @@ use super::interval::Interval;
 use crate::density::DomainError;
 use crate::special::{LnProbability, LnTails, Tail};
 
-/// A distribution of one real number: what needs the values of its parameters only.
+/// A univariate distribution: methods that need only the values of its parameters.
 pub trait Univariate: Family {
-    /// Whether the parameters lie in their domain.
+    /// Checks that the parameters are valid.
     ///
     /// # Errors
-    /// [`DomainError`] naming distribution, parameter, requirement and value.
+    /// [`DomainError`] with distribution, parameter, requirement and value.
     fn validate(&self) -> Result<(), DomainError>;
 
-    /// An exact draw.
+    /// Draws an exact value.
     fn sample<G: Rng + ?Sized>(&self, rng: &mut G) -> f64;
 
-    /// Expectation; NaN or infinite where it does not exist.
+    /// Mean; NaN or infinite if it does not exist.
     fn mean(&self) -> f64;
 
-    /// Variance; NaN or infinite where it does not exist.
+    /// Variance; NaN or infinite if it does not exist.
     fn variance(&self) -> f64;
 
-    /// P(X ≤ x), accurate in the lower tail: a plain number, which has lost its derivatives in
-    /// unknown parameters ([`ln_cdf`](super::UnivariateDensity::ln_cdf) has them).
+    /// Distribution function P(X ≤ x), accurate in the lower tail. The result has no derivatives with respect to
+    /// unknown parameters; for derivatives, use [`ln_cdf`](super::UnivariateDensity::ln_cdf).
     fn cdf(&self, x: f64) -> f64;
 
-    /// P(X > x), accurate in the upper tail: a plain number, which has lost its derivatives in
-    /// unknown parameters ([`ln_sf`](super::UnivariateDensity::ln_sf) has them).
+    /// Survival function P(X > x), accurate in the upper tail. The result has no derivatives with respect to unknown
+    /// parameters; for derivatives, use [`ln_sf`](super::UnivariateDensity::ln_sf).
     fn sf(&self, x: f64) -> f64;
 
-    /// ln P(X ≤ x) or ln P(X > x), a plain number.
+    /// Log tail probability ln P(X ≤ x) or ln P(X > x), without derivatives.
     ///
-    /// The default is the logarithm of [`cdf`](Univariate::cdf) or [`sf`](Univariate::sf). Override it
-    /// where a probability below the smallest number, 1e-308, matters: draws from a truncation that far
-    /// out need it.
+    /// The default is the logarithm of [`cdf`](Univariate::cdf) or [`sf`](Univariate::sf). Override it if probabilities
+    /// below the smallest number, 1e-308, must be supported: draws from a distribution truncated that far out in the
+    /// tail need them.
     fn ln_tail(&self, x: f64, tail: Tail) -> f64 {
         match tail {
             Tail::Lower => self.cdf(x).ln(),
@@ -44,16 +44,16 @@ pub trait Univariate: Family {
         }
     }
 
-    /// The x with P(X ≤ x) = p.
+    /// Quantile x with P(X ≤ x) = p.
     fn quantile(&self, p: f64) -> f64;
 
-    /// The x with P(X > x) = q, accurate for small q.
+    /// Upper quantile x with P(X > x) = q, accurate for small q.
     fn upper_quantile(&self, q: f64) -> f64 {
         self.quantile(1.0 - q)
     }
 }
 
-/// P(X ≤ lower), P(lower < X < upper) and P(X ≥ upper).
+/// Probabilities below, inside and above an interval: P(X ≤ lower), P(lower < X < upper) and P(X ≥ upper).
 pub(super) fn masses(distribution: &impl Univariate, interval: Interval) -> (f64, f64, f64) {
     let (lower, upper) = (interval.lower(), interval.upper());
     let (below, above) = (distribution.cdf(lower), distribution.sf(upper));
@@ -67,10 +67,11 @@ pub(super) fn masses(distribution: &impl Univariate, interval: Interval) -> (f64
     (below, inside, above)
 }
 
-/// Below this a probability, or a share of it, may have lost digits by underflow.
+/// Probability below which underflow can have reduced the accuracy.
 pub(super) const NEAR_UNDERFLOW: f64 = 1e-290;
 
-/// ln P(X ∈ interval), and the share of the larger tail that a difference of two tails has left.
+/// Log probability ln P(X ∈ interval), and the ratio of the difference of two tails to the larger tail, which measures
+/// cancellation.
 pub(super) fn ln_inside(distribution: &impl Univariate, interval: Interval) -> (f64, f64) {
     let (below, inside, above) = masses(distribution, interval);
     if inside < NEAR_UNDERFLOW && below + above > 0.5 {
@@ -81,7 +82,7 @@ pub(super) fn ln_inside(distribution: &impl Univariate, interval: Interval) -> (
         let (mass, share) = LnTails::between(&lower, &upper);
         return (mass.ln, share);
     }
-    // from the tails where these are small
+    // use the tails if both are small
     let both = below < 0.5 && above < 0.5 && inside > 0.5;
     let value = if both { (-(below + above)).ln_1p() } else { inside.ln() };
     let share = if below > 0.5 {
@@ -94,8 +95,8 @@ pub(super) fn ln_inside(distribution: &impl Univariate, interval: Interval) -> (
     (value, share)
 }
 
-/// The x in the interval with the shares `below` and `above` = 1 − below of its mass on either
-/// side, from the end that keeps digits.
+/// Quantile within an interval: the point with the fraction `below` of the interval's probability below it and `above`
+/// = 1 − `below` above it. It is computed from the tail that is more accurate.
 pub(super) fn quantile_within(
     distribution: &impl Univariate,
     interval: Interval,
@@ -103,7 +104,7 @@ pub(super) fn quantile_within(
     above: f64,
 ) -> f64 {
     let (lower, upper) = (interval.lower(), interval.upper());
-    // bounds out of order hold no value, and `clamp` would panic
+    // reversed bounds have no quantile, and `clamp` would panic
     if lower.is_nan() || upper.is_nan() || lower > upper {
         return f64::NAN;
     }
@@ -120,8 +121,7 @@ pub(super) fn quantile_within(
     x.clamp(lower, upper)
 }
 
-/// [`quantile_within`] an interval whose probability underflows, by bisection over the ordered
-/// numbers of 64 bits.
+/// Version of [`quantile_within`] for an interval whose probability underflows, by bisection over all `f64` numbers.
 fn far_quantile(distribution: &impl Univariate, interval: Interval, below: f64, above: f64) -> f64 {
     let (lower, upper) = (interval.lower(), interval.upper());
     if below <= 0.0 {
@@ -131,7 +131,7 @@ fn far_quantile(distribution: &impl Univariate, interval: Interval, below: f64, 
         return upper;
     }
     let ln_tail = |x: f64, tail: Tail| distribution.ln_tail(x, tail);
-    // the smaller tail has the digits
+    // the smaller tail is more accurate
     let is_lower = ln_tail(upper, Tail::Lower) < ln_tail(lower, Tail::Upper);
     let (tail, near, far, share, rest) = match is_lower {
         true => (Tail::Lower, upper, lower, below, above),
@@ -146,7 +146,7 @@ fn far_quantile(distribution: &impl Univariate, interval: Interval, below: f64, 
     while first < last {
         let middle = first + (last - first) / 2;
         let reached = ln_tail(from_order(middle), tail);
-        // the lower tail grows with x, the upper one falls
+        // the lower tail is an increasing function of x, the upper tail a decreasing one
         if if is_lower { reached >= target } else { reached <= target } {
             last = middle;
         } else {
@@ -156,14 +156,14 @@ fn far_quantile(distribution: &impl Univariate, interval: Interval, below: f64, 
     from_order(first).clamp(lower, upper)
 }
 
-/// The place of a number among all of 64 bits, infinities by the largest finite ones.
+/// Rank of a number in the ordered set of all `f64` numbers; infinities get the ranks of the largest finite numbers.
 fn to_order(x: f64) -> i128 {
     let bits = x.clamp(-f64::MAX, f64::MAX).to_bits();
     let size = i128::from(bits & (u64::MAX >> 1));
     if x.is_sign_negative() { -size } else { size }
 }
 
-/// The inverse of [`to_order`].
+/// Inverse of [`to_order`].
 fn from_order(order: i128) -> f64 {
     let size = f64::from_bits(order.unsigned_abs() as u64);
     if order < 0 { -size } else { size }

@@ -1,4 +1,4 @@
-//! Distributions of one real number, as densities with derivatives.
+//! Univariate distributions: densities with derivatives.
 
 use super::interval::Interval;
 use super::interval_mass::ln_mass_by_quadrature;
@@ -7,10 +7,10 @@ use crate::accumulator::{Accumulator, Joined};
 use crate::scalar::Scalar;
 use crate::transform::Support;
 
-/// The density of a [`Univariate`] distribution over any [`Scalar`].
+/// Density of a [`Univariate`] distribution over any [`Scalar`] type.
 ///
-/// Implementing it (and [`univariate!`](crate::univariate)) makes a distribution usable in
-/// models, in all variations.
+/// A type that implements this trait and calls [`univariate!`](crate::univariate) can be used in models, in all
+/// variations.
 ///
 /// # Example
 /// ```
@@ -63,19 +63,19 @@ use crate::transform::Support;
 /// assert!((positive.cdf(positive.quantile(0.3)) - 0.3).abs() < 1e-12);
 /// ```
 pub trait UnivariateDensity<R: Scalar>: Univariate {
-    /// Whether all parameters are data, as far as known.
+    /// Whether all parameters are known to be data.
     #[doc(hidden)]
     const CONSTANT: bool = false;
 
-    /// Whether the ends of the support are those of the quantity, as of a share or an angle, so that
-    /// no prior can be wider.
+    /// Whether the ends of the support are natural bounds of the quantity, such as those of a share or an angle, so
+    /// that no prior can be wider.
     #[doc(hidden)]
     const NATURAL_ENDS: bool = false;
 
-    /// Where the density is positive.
+    /// Support of the density.
     fn support(&self) -> Support<R>;
 
-    /// Adds the log density at `x` inside the support, with its exact partials in x and the
+    /// Adds the log density at `x` inside the support, with its exact partial derivatives with respect to x and the
     /// parameters.
     fn add_ln_pdf(&self, x: R, terms: &mut impl Accumulator<R>);
 
@@ -102,8 +102,8 @@ pub trait UnivariateDensity<R: Scalar>: Univariate {
         terms.add_number(R::from(f64::NAN));
     }
 
-    /// The value at the unconstrained coordinate `y`; log density plus log-Jacobian go to `terms`.
-    /// Override it where the two cancel.
+    /// Maps the unconstrained coordinate `y` to a value, and adds log density and log-Jacobian to `terms`. Override
+    /// this method if terms of the two cancel.
     #[inline(always)]
     fn at_coordinate(&self, y: R, terms: &mut impl Accumulator<R>) -> R {
         let x = self.support().place(y, terms);
@@ -111,7 +111,7 @@ pub trait UnivariateDensity<R: Scalar>: Univariate {
         x
     }
 
-    /// [`at_coordinate`](UnivariateDensity::at_coordinate) for n values.
+    /// Version of [`at_coordinate`](UnivariateDensity::at_coordinate) for n values.
     #[doc(hidden)]
     #[inline(always)]
     fn at_coordinates(
@@ -123,13 +123,13 @@ pub trait UnivariateDensity<R: Scalar>: Univariate {
         (0..n).map(|_| self.at_coordinate(next(), terms)).collect()
     }
 
-    /// ln P(lower < X < upper), with its derivatives in the parameters: by adaptive quadrature, unless a
-    /// family has a closed form.
+    /// Log probability ln P(lower < X < upper), with its derivatives with respect to the parameters. The default uses
+    /// adaptive quadrature; override it if there is a closed form.
     fn ln_mass(&self, lower: f64, upper: f64) -> R {
         self.ln_mass_by_quadrature(lower, upper)
     }
 
-    /// The default of [`ln_mass`](UnivariateDensity::ln_mass).
+    /// Default implementation of [`ln_mass`](UnivariateDensity::ln_mass).
     #[doc(hidden)]
     fn ln_mass_by_quadrature(&self, lower: f64, upper: f64) -> R {
         let at_coordinate = |y| {
@@ -141,18 +141,18 @@ pub trait UnivariateDensity<R: Scalar>: Univariate {
         ln_mass_by_quadrature(self, self.support(), interval, |x| self.ln_pdf(x), at_coordinate)
     }
 
-    /// ln P(X ≤ x), with its derivatives in x and the parameters.
+    /// Log distribution function ln P(X ≤ x), with its derivatives with respect to x and the parameters.
     fn ln_cdf(&self, x: impl Into<R>) -> R {
         self.ln_mass_between(f64::NEG_INFINITY, x)
     }
 
-    /// ln P(X > x), with its derivatives in x and the parameters.
+    /// Log survival function ln P(X > x), with its derivatives with respect to x and the parameters.
     fn ln_sf(&self, x: impl Into<R>) -> R {
         self.ln_mass_between(x, f64::INFINITY)
     }
 
-    /// ln P(lower < X < upper), with its derivatives in both ends and the parameters; −∞ if there is
-    /// nothing between them.
+    /// Log probability ln P(lower < X < upper), with its derivatives with respect to both ends and the parameters; −∞
+    /// if the interval is empty.
     fn ln_mass_between(&self, lower: impl Into<R>, upper: impl Into<R>) -> R {
         let ends: [R; 2] = [lower.into(), upper.into()];
         let mass = ln_probability(self, Interval::new(ends[0].value()..ends[1].value()));
@@ -160,7 +160,7 @@ pub trait UnivariateDensity<R: Scalar>: Univariate {
             return mass;
         }
         let (a, b) = self.support().bounds();
-        // where an end moves it adds or takes away the density, unless it is nowhere near the support
+        // the derivative with respect to an end is ± the density there, and 0 outside the support
         let density = |x: f64| {
             if !(a < x && x < b) {
                 return 0.0;
@@ -171,8 +171,8 @@ pub trait UnivariateDensity<R: Scalar>: Univariate {
         R::fuse(mass.value(), [mass, ends[0], ends[1]], [1.0, -below, above])
     }
 
-    /// See [`Unknown::bounds`](super::Unknown::bounds): the ends of the support, if there are two and
-    /// neither is the quantity's own.
+    /// Implementation of [`Unknown::bounds`](super::Unknown::bounds): the ends of the support, if both are finite and
+    /// not natural bounds of the quantity.
     #[doc(hidden)]
     fn chosen_ends(&self) -> Option<(f64, f64)> {
         let (lower, upper) = self.support().bounds();
@@ -180,7 +180,7 @@ pub trait UnivariateDensity<R: Scalar>: Univariate {
     }
 }
 
-/// Makes a [`UnivariateDensity`] a [`Distribution`](crate::Distribution) and an [`Unknown`](crate::Unknown):
+/// Implements [`Distribution`](crate::Distribution) and [`Unknown`](crate::Unknown) for a [`UnivariateDensity`]:
 /// `ppl::univariate!([M: Parameter, S: Parameter] Normal<M, S>);`.
 #[macro_export]
 macro_rules! univariate {
@@ -267,7 +267,7 @@ macro_rules! univariate {
     };
 }
 
-/// −∞ outside the support, the density inside.
+/// Adds the log density at `x`: −∞ outside the support.
 #[inline(always)]
 pub fn add_terms<R, D>(distribution: &D, x: R, terms: &mut impl Accumulator<R>)
 where
@@ -281,7 +281,7 @@ where
     }
 }
 
-/// One coordinate to one value.
+/// Maps one coordinate to a value and adds its log density.
 #[inline(always)]
 pub fn constrain<R: Scalar, D: UnivariateDensity<R>>(
     distribution: &D,
@@ -298,7 +298,7 @@ pub fn constrain<R: Scalar, D: UnivariateDensity<R>>(
     }
 }
 
-/// ln P(X ∈ interval), also where the interval covers the support or misses it.
+/// Log probability ln P(X ∈ interval); the interval can cover the support or be disjoint from it.
 pub(super) fn ln_probability<R: Scalar, D: UnivariateDensity<R>>(
     distribution: &D,
     interval: Interval,

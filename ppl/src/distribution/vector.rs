@@ -1,29 +1,28 @@
-//! Lengths in the type, or in a number.
+//! Sequences of values, with a length known at compile time or at run time.
 
 use super::family::{Array, Family, Iid};
 use crate::datum::{Datum, Recordable};
 use crate::scalar::Scalar;
 
-/// Independent values of one distribution, `.array::<N>()` or `.iid(n)`: what
-/// [`ordered`](Family::ordered) acts on.
+/// Independent values of one distribution, `.array::<N>()` or `.iid(n)`, to which [`ordered`](Family::ordered) applies.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a number of independent values",
     label = "write `.array::<N>()` or `.iid(n)` first: `Normal(0.0, 1.0).array::<3>().ordered()`"
 )]
 pub trait Repeated<R: Scalar>: Family {
-    /// The distribution of each.
+    /// Distribution of one value.
     type Element;
 
-    /// An array or a `Vec`.
+    /// Type of all values: an array or a `Vec`.
     type Values: Clone + Recordable + AsRef<[R]> + AsMut<[R]>;
 
-    /// The distribution of each.
+    /// Distribution of one value.
     fn element(&self) -> &Self::Element;
 
-    /// How many.
+    /// Number of values.
     fn size(&self) -> usize;
 
-    /// As many zeros.
+    /// Zeros of the right number.
     fn zeros(&self) -> Self::Values;
 }
 
@@ -61,20 +60,20 @@ impl<R: Scalar, D: Family> Repeated<R> for Iid<D> {
     }
 }
 
-/// An array, a slice or a `Vec`: slopes and levels of a regression, weights and components of a
-/// [`Mixture`](super::Mixture).
+/// A sequence of parameters, an array, a slice or a `Vec`: the slopes and intercepts of a regression, or the weights
+/// and components of a [`Mixture`](super::Mixture).
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a vector",
     label = "needed: an array, a slice or a `Vec`"
 )]
 pub trait Sequence: Clone {
-    /// One of them.
+    /// Type of an item.
     type Item: Clone;
 
-    /// All of them.
+    /// All items.
     fn items(&self) -> &[Self::Item];
 
-    /// Item `i` as a number of the model's kind.
+    /// Item `i`, converted to the scalar type of the model.
     #[inline(always)]
     fn at<R>(&self, i: usize) -> R
     where

@@ -1,4 +1,4 @@
-//! A fixed number of independent values.
+//! Arrays of independent values whose length is known at compile time.
 
 use rand::Rng;
 
@@ -41,7 +41,7 @@ impl<R: Scalar, D: Unknown<R>, const N: usize> Unknown<R> for Array<D, N> {
         jacobian: bool,
         terms: &mut impl Accumulator<R>,
     ) -> Self::Value {
-        // a loop, where `array::from_fn` would be a call that keeps the terms out of registers
+        // a loop is inlined; `array::from_fn` would be a function call that keeps the terms out of registers
         let mut values = [const { None }; N];
         for value in &mut values {
             *value = Some(self.inner.constrain(next, jacobian, terms));

@@ -1,4 +1,4 @@
-//! Measurements that stop at a limit.
+//! Censored distributions, for measurements with a detection limit or a measuring range.
 
 use rand::Rng;
 
@@ -38,7 +38,7 @@ where
 
     fn draw<G: Rng + ?Sized>(&self, rng: &mut G) -> R {
         let (x, interval) = (self.inner.draw(rng).value(), self.interval);
-        // `max` and `min` would make a number of NaN
+        // `f64::max` and `f64::min` would replace NaN by a limit
         R::from(match x {
             x if x < interval.lower() => interval.lower(),
             x if x > interval.upper() => interval.upper(),

@@ -1,4 +1,4 @@
-//! A number of independent values that is known at run time.
+//! Vectors of independent values whose length is known at run time.
 
 use rand::Rng;
 

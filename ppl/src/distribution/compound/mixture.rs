@@ -1,4 +1,4 @@
-//! Mixtures with the component summed out.
+//! Mixture distributions, marginalised over the component.
 
 use rand::Rng;
 
@@ -11,12 +11,12 @@ use crate::distribution::vector::Sequence;
 use crate::parameter::Parameter;
 use crate::scalar::Scalar;
 
-/// A value from one of several distributions, chosen with the given weights; which one is summed
-/// out. It can be observed, not declared.
+/// Mixture of distributions with given weights; the component of each value is marginalised out. A mixture can be
+/// observed, but it cannot be the prior of an unknown.
 ///
-/// ln p(x) = ln Σᵢ wᵢ pᵢ(x), for wᵢ ≥ 0 with Σ wᵢ = 1. The weights are an array, slice or vector;
-/// so are the components, of one family: of real numbers, of counts, or of anything else with a
-/// density. A mixture of several families is `factor(ln_sum_exp(…))`.
+/// ln p(x) = ln Σᵢ wᵢ pᵢ(x), for wᵢ ≥ 0 with Σ wᵢ = 1. The weights are an array, slice or vector. The components are an
+/// array, slice or vector of distributions of one family, with values of any type. For a mixture of several families,
+/// use `factor(ln_sum_exp(…))`.
 ///
 /// # Example
 /// ```
@@ -43,7 +43,7 @@ where
 {
     type Value = <C::Item as Distribution<R>>::Value;
 
-    /// With the partials wᵢ pᵢ/p in ln pᵢ and pᵢ/p in wᵢ.
+    /// Adds ln p, with the partial derivatives wᵢ pᵢ/p with respect to ln pᵢ and pᵢ/p with respect to wᵢ.
     fn add_terms(&self, x: &Self::Value, terms: &mut impl Accumulator<R>) {
         let (weights, components) = (self.0.items(), self.1.items());
         if weights.len() != components.len() {
@@ -63,7 +63,7 @@ where
             let weight: R = lift(w);
             (weight, if weight.is_constant() { 0.0 } else { (t.value() - value).exp() })
         });
-        // an impossible component may have an infinite slope, and 0 · ∞ is NaN
+        // skip components of zero density: their derivative can be infinite, and 0 · ∞ is NaN
         let partials = in_densities.chain(in_weights).filter(|(_, partial)| *partial != 0.0);
         terms.add_number(R::fuse_iter(value, partials));
     }

@@ -1,4 +1,4 @@
-//! Distributions made of others: variations, mixtures.
+//! Distributions composed of other distributions: arrays, truncation, censoring, ordering, mixtures.
 
 mod array;
 mod censored;

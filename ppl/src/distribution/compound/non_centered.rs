@@ -1,4 +1,4 @@
-//! Unknowns whose coordinates do not depend on their parameters.
+//! Non-centred parametrisation of unknowns.
 
 use rand::Rng;
 
@@ -12,7 +12,7 @@ use crate::distribution::traits::{Distribution, Unknown, lift};
 use crate::parameter::Parameter;
 use crate::scalar::Scalar;
 
-/// A distribution that is a fixed one, moved and stretched: x = T(z) with z standard.
+/// Location-scale family: x = T(z), where the distribution of z has no location or scale parameter.
 ///
 /// | distribution | z | x |
 /// |---|---|---|
@@ -26,16 +26,16 @@ use crate::scalar::Scalar;
             `.iid(n)` and `.array::<N>()`"
 )]
 pub trait LocationScale<R: Scalar>: Unknown<R> {
-    /// The distribution of z.
+    /// Type of the distribution of z.
     type Standard: Unknown<R, Value = Self::Value>;
 
-    /// The distribution of z.
+    /// Distribution of z.
     fn standard(&self) -> Self::Standard;
 
-    /// x = T(z).
+    /// Map x = T(z).
     fn stretch(&self, z: &Self::Value) -> Self::Value;
 
-    /// z = T⁻¹(x).
+    /// Inverse map z = T⁻¹(x).
     fn standardised(&self, x: &Self::Value) -> Self::Value;
 }
 
@@ -74,7 +74,7 @@ impl<R: Scalar, D: LocationScale<R>> Unknown<R> for NonCentered<D> {
         if jacobian {
             return self.inner.stretch(&standard.constrain(next, jacobian, terms));
         }
-        // the density is over x, not over z
+        // without the Jacobian, the density is the density of x and not of z
         let (z, _) = Joined::with(|terms| standard.constrain(next, jacobian, terms));
         let x = self.inner.stretch(&z);
         self.inner.add_terms(&x, terms);
@@ -86,7 +86,7 @@ impl<R: Scalar, D: LocationScale<R>> Unknown<R> for NonCentered<D> {
     }
 }
 
-/// Families of one number, by their standard form and the map from it.
+/// Implements `LocationScale` for a univariate family, from its standard distribution, the map T and the inverse of T.
 macro_rules! impl_location_scale {
     ($([$($P:ident),*] $Name:ty => $Standard:ty {
         |$own:pat_param| $standard:expr, |$d:ident, $z:ident| $x:expr, |$v:ident| $back:expr

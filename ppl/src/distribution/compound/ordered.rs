@@ -1,4 +1,4 @@
-//! Ordered values.
+//! Ordered values: independent values, sorted in ascending order.
 
 use rand::Rng;
 
@@ -16,7 +16,7 @@ use crate::transform::Ascending;
 impl<A: Family> Family for Ordered<A> {}
 
 impl<A> Ordered<A> {
-    /// Σ ln p₀(xᵢ) + ln N!.
+    /// Adds the log density of the sorted values, Σ ln p₀(xᵢ) + ln N!.
     fn add_all<R: Scalar, T: Accumulator<R>>(
         &self,
         x: &[R],

@@ -1,4 +1,4 @@
-//! A distribution conditioned on an interval.
+//! Truncated distributions.
 
 use rand::Rng;
 
@@ -17,8 +17,8 @@ use crate::transform::Support;
 crate::univariate!([D: Univariate] Truncated<D>);
 
 impl<D: Univariate> Truncated<D> {
-    /// n ∫ d^{n−1} P(|X − c| > d, one side) dd on both sides of the median c, upper and lower:
-    /// the parts of E|X − c|ⁿ, by parts, so that distribution functions suffice.
+    /// Upper and lower part of E|X − c|ⁿ about the median c: n ∫ dⁿ⁻¹ P(X > c + d) dd and n ∫ dⁿ⁻¹ P(X < c − d) dd.
+    /// Integration by parts gives this form, which needs only distribution functions.
     fn sides(&self, n: i32) -> (f64, f64) {
         let centre = self.quantile(0.5);
         let scale = self.quantile(0.75) - self.quantile(0.25);
@@ -30,12 +30,12 @@ impl<D: Univariate> Truncated<D> {
         (up, down)
     }
 
-    /// Whether moments of the conditioned variable exist wherever those of the inner one do not.
+    /// Whether the interval is bounded, so that all moments exist even if those of the inner distribution do not.
     fn is_bounded(&self) -> bool {
         self.quantile(0.0).is_finite() && self.upper_quantile(0.0).is_finite()
     }
 
-    /// P(X in both intervals).
+    /// Probability of the interval `part` under the truncated distribution.
     fn share(&self, part: Interval) -> f64 {
         let inside = masses(&self.inner, self.interval).1;
         if inside < NEAR_UNDERFLOW {
@@ -44,7 +44,7 @@ impl<D: Univariate> Truncated<D> {
         masses(&self.inner, self.interval.and(part)).1 / inside
     }
 
-    /// ln P(X in both intervals).
+    /// Log probability of the interval `part` under the truncated distribution.
     fn ln_share(&self, part: Interval) -> f64 {
         let part = self.interval.and(part);
         if part.lower() >= part.upper() {
@@ -147,8 +147,8 @@ where
         if lower.is_finite() && upper.is_finite() {
             return Some((lower, upper));
         }
-        // a cut at zero makes a scale, and with unknown parameters it is no prior but part of the
-        // model, as where data are censored
+        // do not report two kinds of truncation: at zero, which defines a scale, and of a distribution with unknown
+        // parameters, which is part of the model and not a range chosen for a prior
         let (end, cut) = match lower.is_finite() {
             true => (lower, self.interval.lower()),
             false => (upper, self.interval.upper()),

@@ -37,7 +37,8 @@ pub struct Beta<A, B>(pub A, pub B);
 
 crate::univariate!([A: Parameter, B: Parameter] Beta<A, B>);
 
-/// The limit of ln p at the end of shape `own`: −∞, ∞ or, for a unit shape, the other factor alone.
+/// Adds the limit of ln p at the end of the support that belongs to the shape `own`: −∞ or ∞, or a finite limit that
+/// depends on the shape `other` if `own` is 1.
 #[inline]
 fn add_at_end<R: Scalar, P: Parameter + Datum<R>>(
     own: impl Parameter,
@@ -57,7 +58,7 @@ impl<A: Parameter, B: Parameter> Beta<A, B> {
         (self.0.number(), self.1.number())
     }
 
-    /// Both tails at `x`, with their derivatives in the shapes.
+    /// Both tail probabilities at `x`, with their derivatives with respect to the shapes.
     fn tails(&self, x: f64) -> LnTails<2> {
         let (a, b) = self.parameters();
         if x <= 0.0 {
@@ -69,7 +70,7 @@ impl<A: Parameter, B: Parameter> Beta<A, B> {
         }
     }
 
-    /// Derivatives of ln p in α and β, at x and 1 − x, where they are unknown.
+    /// Derivatives of ln p with respect to α and β, at x and `complement` = 1 − x; zero if both shapes are constant.
     #[inline]
     fn in_parameters<R: Scalar>(&self, x: f64, complement: f64) -> [f64; 2]
     where
@@ -173,7 +174,7 @@ where
         );
     }
 
-    /// From the continued fraction of the incomplete beta function, differentiated term by term.
+    /// Uses the continued fraction of the incomplete beta function and its derivative.
     fn ln_mass(&self, lower: f64, upper: f64) -> R {
         let [below, above] = [lower, upper].map(|x| self.tails(x));
         let (mass, share) = LnTails::between(&below, &above);
@@ -184,7 +185,7 @@ where
         R::gather(mass.ln, ((self.0, in_a), (self.1, in_b)))
     }
 
-    /// The Jacobian x (1 − x) cancels, and 1 − x keeps its digits near 1.
+    /// The Jacobian x (1 − x) cancels terms of ln p, and 1 − x is computed without rounding errors near x = 1.
     #[inline]
     fn at_coordinate(&self, y: R, terms: &mut impl Accumulator<R>) -> R {
         let (a, b) = self.parameters();

@@ -77,7 +77,7 @@ impl<L: Parameter> Univariate for Exponential<L> {
     }
 }
 
-/// ln(1 − e^{−λw}), where λw may be below the smallest number.
+/// ln(1 − e^{−λw}), accurate even if λw underflows.
 fn ln_one_minus_exp_of_product(rate: f64, width: f64) -> f64 {
     let product = rate * width;
     if product < f64::MIN_POSITIVE { rate.ln() + width.ln() } else { ln_one_minus_exp(product) }
@@ -104,7 +104,7 @@ where
         );
     }
 
-    /// ln(e^{−λa} − e^{−λb}) = −λa + ln(1 − e^{−λ(b − a)}).
+    /// Uses ln(e^{−λa} − e^{−λb}) = −λa + ln(1 − e^{−λ(b − a)}).
     fn ln_mass(&self, lower: f64, upper: f64) -> R {
         let rate = self.0.number();
         let lower = lower.max(0.0);

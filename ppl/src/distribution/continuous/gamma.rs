@@ -36,8 +36,8 @@ pub struct Gamma<A, B>(pub A, pub B);
 
 crate::univariate!([A: Parameter, B: Parameter] Gamma<A, B>);
 
-/// ln(x p(x)) at the rate-scaled value t = β x, and its derivative in the shape where that is
-/// unknown.
+/// ln(x p(x)) at the scaled value t = β x, and its derivative with respect to the shape; the derivative is 0 if the
+/// shape is constant.
 #[inline]
 pub(super) fn ln_power<R: Scalar>(unknown_shape: R, t: f64) -> (f64, f64) {
     let shape = unknown_shape.value();
@@ -52,7 +52,7 @@ pub(super) fn ln_power<R: Scalar>(unknown_shape: R, t: f64) -> (f64, f64) {
 }
 
 impl<A: Parameter, B: Parameter> Gamma<A, B> {
-    /// Both tails at `x`, with their derivatives in the shape.
+    /// Both tail probabilities at `x`, with their derivatives with respect to the shape.
     fn tails(&self, x: f64) -> LnTails<1> {
         let (shape, rate) = (self.0.number(), self.1.number());
         if x <= 0.0 {
@@ -129,7 +129,7 @@ where
     fn add_ln_pdf(&self, x: R, terms: &mut impl Accumulator<R>) {
         let (shape, rate, v) = (self.0.number(), self.1.number(), x.value());
         if v == 0.0 {
-            // the limit, where x^{α − 1} alone decides
+            // limit of ln p at x = 0, which depends on the factor x^{α − 1}
             if shape == 1.0 {
                 return terms.add(rate.ln(), ((self.1, rate.recip()),));
             }
@@ -143,8 +143,8 @@ where
         );
     }
 
-    /// From the series and the continued fraction of the incomplete gamma function, differentiated term
-    /// by term; the rate moves both ends.
+    /// Uses the series and the continued fraction of the incomplete gamma function and their derivatives. A change of
+    /// the rate has the same effect as a change of both ends of the interval.
     fn ln_mass(&self, lower: f64, upper: f64) -> R {
         let [below, above] = [lower, upper].map(|x| self.tails(x));
         let (mass, share) = LnTails::between(&below, &above);
@@ -155,7 +155,7 @@ where
             return R::from(mass.ln);
         }
         let (shape, rate) = (self.0.number(), self.1.number());
-        // x p(x)/P
+        // x p(x)/P at both ends, where P is the probability of the interval
         let [near, far] = [lower, upper].map(|x| match x > 0.0 && x < f64::INFINITY {
             true => (ln_power(shape, rate * x).0 - mass.ln).exp(),
             false => 0.0,
@@ -163,7 +163,7 @@ where
         R::gather(mass.ln, ((self.0, mass.slopes[0]), (self.1, (far - near) / rate)))
     }
 
-    /// The Jacobian cancels 1/x.
+    /// The Jacobian x cancels the factor 1/x of the density.
     #[inline]
     fn at_coordinate(&self, y: R, terms: &mut impl Accumulator<R>) -> R {
         let (shape, rate, v) = (self.0.number(), self.1.number(), y.value().exp());

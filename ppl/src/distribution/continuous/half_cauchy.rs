@@ -15,7 +15,7 @@ use crate::scalar::Scalar;
 use crate::special::{Tail, ln_1p_square, ln_ratio, logistic, softplus};
 use crate::transform::Support;
 
-/// Half-Cauchy distribution with scale (and median) σ; it has no mean.
+/// Half-Cauchy distribution with scale (and median) σ. Its mean is infinite.
 ///
 /// ln p(x) = ln(2/π) − ln σ − ln(1 + (x/σ)²), for x ≥ 0 and σ > 0.
 ///
@@ -66,7 +66,7 @@ impl<S: Parameter> Univariate for HalfCauchy<S> {
 
     fn ln_tail(&self, x: f64, tail: Tail) -> f64 {
         let (scale, x) = (self.0.number(), x.max(0.0));
-        // far out the angle is the ratio itself, which may leave the range of numbers
+        // for large ratios, atan(near/far) = near/far to rounding, and the ratio itself can underflow
         let (near, far) = if tail == Tail::Lower { (x, scale) } else { (scale, x) };
         let ln_angle = if far / near > 1e9 { ln_ratio(near, far) } else { near.atan2(far).ln() };
         LN_2_OVER_PI + ln_angle
@@ -85,14 +85,14 @@ impl<S: Parameter> Univariate for HalfCauchy<S> {
     }
 }
 
-/// ln(1 + e^{2t}) and its derivative, for t = ln(x/σ): no square overflows.
+/// ln(1 + e^{2t}) and its derivative, for t = ln(x/σ); does not overflow.
 fn ln_one_plus_square(t: f64) -> (f64, f64) {
     (softplus(2.0 * t), 2.0 * logistic(2.0 * t).0)
 }
 
 impl<S: Parameter> HalfCauchy<S> {
-    /// ln P between two points of which both are far below the scale, or both far above it, where the
-    /// angle is the ratio itself.
+    /// Log probability of an interval whose ends are both far below or both far above the scale. There atan(z) equals
+    /// z, or π/2 − 1/z, to rounding.
     #[cold]
     fn ln_mass_far_out<R: Scalar>(&self, lower: f64, upper: f64) -> R
     where
@@ -138,7 +138,7 @@ where
         let inverse = self.0.number().recip();
         let x = y.value().exp();
         let square = (x * inverse).powi(2);
-        // −ln(1 + z²) and 2 z²/(1 + z²), from the logarithm of z where its square over- or underflows
+        // −ln(1 + z²) and 2 z²/(1 + z²); computed from ln z if z² overflows or underflows
         let (minus_ln, share) = if (1e-300..1e300).contains(&square) {
             (terms.minus_ln(1.0 + square), 2.0 * square / (1.0 + square))
         } else {
@@ -153,8 +153,8 @@ where
         terms.replace(y, x, x)
     }
 
-    /// ln P = ln[(2/π) atan((b − a) σ/(σ² + a b))], whose slope in σ is that of both ends,
-    /// (a p(a) − b p(b))/σ P.
+    /// Computes ln P = ln[(2/π) atan((b − a) σ/(σ² + a b))]. Its derivative with respect to σ is (a p(a) − b p(b))/(σ
+    /// P).
     fn ln_mass(&self, lower: f64, upper: f64) -> R {
         let scale = self.0.number();
         let (a, b) = (lower.max(0.0) / scale, upper / scale);
@@ -164,7 +164,7 @@ where
         let angle = if b == f64::INFINITY {
             1f64.atan2(a)
         } else if a > 1.0 {
-            // a b may overflow
+            // divide by b, because a b can overflow
             (1.0 - a / b).atan2(a + b.recip())
         } else {
             (b - a).atan2(1.0 + a * b)

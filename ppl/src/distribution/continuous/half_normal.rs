@@ -19,7 +19,7 @@ use crate::special::{
 };
 use crate::transform::Support;
 
-/// Half-normal distribution: |Z| σ for a standard normal Z.
+/// Half-normal distribution: distribution of σ |Z| for a standard normal Z.
 ///
 /// ln p(x) = ½ ln(2/π) − ln σ − ½ (x/σ)², for x ≥ 0 and σ > 0.
 ///
@@ -84,7 +84,7 @@ impl<S: Parameter> Univariate for HalfNormal<S> {
     }
 }
 
-/// −ln p(0).
+/// Inverse log density at the mode, −ln p(0).
 fn ln_mode_inverse(sd: f64) -> f64 {
     sd.ln() + HALF_LN_2PI - LN_2
 }

@@ -1,4 +1,4 @@
-//! Families of one real number.
+//! Continuous univariate distributions.
 
 mod beta;
 mod exponential;

@@ -81,12 +81,12 @@ impl<M: Parameter, S: Parameter> Univariate for Normal<M, S> {
     }
 }
 
-/// A draw from Normal(0, 1); for any generator, so that it is compiled here and not for every model.
+/// A draw from Normal(0, 1). It takes a trait object, so that it is compiled once instead of for every generator type.
 pub(super) fn standard_normal(rng: &mut dyn RngCore) -> f64 {
     rng.sample(StandardNormal)
 }
 
-/// ln(σ √(2π)).
+/// Log of the normalising constant, ln(σ √(2π)).
 #[inline(always)]
 fn ln_normaliser(sd: f64) -> f64 {
     sd.ln() + HALF_LN_2PI
@@ -110,7 +110,7 @@ where
         let precise = self.1.number().recip();
         let z = (x.value() - self.0.number()) * precise;
         let slope = z * precise;
-        // the logarithm of what a plate shares leaves the loop
+        // a logarithm that is the same for all elements of a plate is computed outside the loop
         let constant = match S::SHARED || S::CONSTANT {
             true => -normaliser(terms, self.1, ln_normaliser),
             false => terms.minus_ln(self.1.number()) - HALF_LN_2PI,
@@ -127,7 +127,7 @@ where
         y
     }
 
-    /// Sums over all values stay in registers.
+    /// Evaluates n values at once, so that the sums stay in registers.
     #[inline(always)]
     fn at_coordinates(
         &self,
@@ -156,9 +156,9 @@ where
 
     const HAS_STATISTICS: bool = true;
 
-    /// n, x̄ and Σ (x − x̄)².
+    /// Statistics n, x̄ and Σ (x − x̄)².
     fn sufficient_statistics(mut data: impl Iterator<Item = R>, out: &mut Vec<f64>) {
-        // sums of differences from one datum keep their digits
+        // differences from one datum avoid cancellation
         let Some(origin) = data.next().map(Scalar::value) else { return };
         let (mut n, mut sum, mut squares) = (1.0, 0.0, 0.0);
         for x in data {

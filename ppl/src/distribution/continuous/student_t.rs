@@ -46,7 +46,7 @@ impl<N: Parameter, M: Parameter, S: Parameter> StudentT<N, M, S> {
         (x - self.1.number()) / self.2.number()
     }
 
-    /// Both tails at `x`, with their derivatives in ν at a fixed x.
+    /// Both tail probabilities at `x`, with their derivatives with respect to ν at fixed x.
     fn tails(&self, x: f64) -> LnTails<1> {
         let nu = self.0.number();
         let away = x - self.1.number();
@@ -54,7 +54,7 @@ impl<N: Parameter, M: Parameter, S: Parameter> StudentT<N, M, S> {
             return if away > 0.0 { LnTails::ABOVE } else { LnTails::BELOW };
         }
         let z = away.abs() / self.2.number() / nu.sqrt();
-        // ν/(ν + t²) and t²/(ν + t²), which underflow before their logarithms do
+        // logarithms of ν/(ν + t²) and t²/(ν + t²), computed directly because the fractions can underflow
         let (ln_x, ln_complement) = if z.is_finite() {
             (-ln_1p_square(z).0, -ln_1p_square(z.recip()).0)
         } else {
@@ -64,7 +64,7 @@ impl<N: Parameter, M: Parameter, S: Parameter> StudentT<N, M, S> {
         let (x, complement) = (1.0 / (1.0 + square), 1.0 / (1.0 + square.recip()));
         let at = Share { x, complement, ln_x, ln_complement };
         let beta = ln_beta_tails(0.5 * nu, 0.5, at).lower;
-        // x moves with ν, by x (1 − x)/ν
+        // derivative through the argument ν/(ν + t²), which changes with ν at the rate x (1 − x)/ν
         let moved = (at.ln_beta_power(0.5 * nu, 0.5) - beta.ln).exp() / nu;
         let slopes = [0.5 * beta.slopes[0] + moved];
         let outside = LnProbability { ln: beta.ln - LN_2, slopes };
@@ -75,7 +75,7 @@ impl<N: Parameter, M: Parameter, S: Parameter> StudentT<N, M, S> {
         }
     }
 
-    /// P(T > |t|) ≤ ½: half the mass of the beta distribution below ν/(ν + t²).
+    /// P(T > |t|) ≤ ½, half of the probability below ν/(ν + t²) under Beta(ν/2, ½).
     fn outside(&self, t: f64) -> f64 {
         let nu = self.0.number();
         let square = t * t / nu;
@@ -83,11 +83,11 @@ impl<N: Parameter, M: Parameter, S: Parameter> StudentT<N, M, S> {
         0.5 * regularised_beta(0.5 * nu, 0.5, x, y).0
     }
 
-    /// The t > 0 with P(T > t) = q, for q ≤ ½.
+    /// The quantile t > 0 with P(T > t) = q, for q ≤ ½.
     fn distance(&self, q: f64) -> f64 {
         let nu = self.0.number();
         let logit = if q > 0.25 {
-            // the inner mass, so that a small t keeps its digits
+            // use the probability of (−t, t), because it has no cancellation for small t
             beta_logit_quantile(0.5 * nu, 0.5, 1.0 - 2.0 * q, Tail::Upper)
         } else {
             beta_logit_quantile(0.5 * nu, 0.5, 2.0 * q, Tail::Lower)
@@ -154,12 +154,13 @@ impl<N: Parameter, M: Parameter, S: Parameter> Univariate for StudentT<N, M, S> 
     }
 }
 
-/// ln Γ(ν/2 + ½) − ln Γ(ν/2) − ½ ln(ν/2), which vanishes as ν grows, less ½ ln 2π.
+/// Log of the normalising constant of the standard t distribution: ln Γ(ν/2 + ½) − ln Γ(ν/2) − ½ ln(ν/2) − ½ ln 2π. The
+/// terms without ½ ln 2π vanish for large ν.
 fn ln_shape(nu: f64) -> f64 {
     of_nu(nu)[0]
 }
 
-/// [`ln_shape`], and twice the part of its derivative that is in digamma functions.
+/// The value [`ln_shape`], and twice the digamma terms of its derivative with respect to ν.
 fn of_nu(nu: f64) -> [f64; 2] {
     let parts = |nu: f64| {
         let (half, inverse) = (0.5 * nu, nu.recip());
@@ -203,7 +204,7 @@ where
         );
     }
 
-    /// From the incomplete beta function; location and scale move both ends.
+    /// Uses the incomplete beta function. A change of location or scale has the same effect as a change of both ends.
     fn ln_mass(&self, lower: f64, upper: f64) -> R {
         let [below, above] = [lower, upper].map(|x| self.tails(x));
         let (mass, share) = LnTails::between(&below, &above);
@@ -215,14 +216,14 @@ where
         }
         let (location, scale) = (self.1.number(), self.2.number());
         let plain = StudentT(self.0.number(), location, scale);
-        // p(x)/P and (x − μ) p(x)/P
+        // p(x)/P and (x − μ) p(x)/P, where P is the probability of the interval
         let density = |x: f64, tails: &LnTails<1>| {
             if x.is_infinite() {
                 return [0.0; 2];
             }
             let away = x - location;
             let relative = match plain.ln_pdf(x) {
-                // z² overflowed: p(x) = ν P(beyond x)/|x − μ|
+                // z² overflowed: use the tail approximation p(x) = ν P(beyond x)/|x − μ|
                 f64::NEG_INFINITY => {
                     let beyond = tails.lower.ln.min(tails.upper.ln);
                     self.0.number() * (beyond - mass.ln).exp() / away.abs()
@@ -243,7 +244,7 @@ where
     }
 }
 
-/// −½ (ν + 1) ln(1 + z²/ν), the derivatives of ln p in z and ν, and (ν + 1) z²/(ν + z²).
+/// −½ (ν + 1) ln(1 + z²/ν), the derivatives of ln p with respect to z and ν, and (ν + 1) z²/(ν + z²).
 #[inline]
 fn standard<R: Scalar>(z: f64, unknown_nu: R) -> (f64, [f64; 3]) {
     let nu = unknown_nu.value();

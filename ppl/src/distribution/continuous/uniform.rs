@@ -18,8 +18,8 @@ use crate::transform::log_logistic_density;
 ///
 /// ln p(x) = −ln(b − a), for a < b.
 ///
-/// As an unknown it has the logistic distribution in its unconstrained coordinate: the width
-/// drops out of density and Jacobian together.
+/// The unconstrained coordinate of an unknown with this prior has the standard logistic distribution, because the width
+/// cancels between density and Jacobian.
 ///
 /// # Example
 /// ```
@@ -115,7 +115,7 @@ where
         support.replace(y, terms)
     }
 
-    /// The interval inside moves with those ends that it does not cut off.
+    /// The parameter derivatives take into account that the interval is clipped to (a, b).
     fn ln_mass(&self, lower: f64, upper: f64) -> R {
         let (a, b, width) = (self.0.number(), self.1.number(), self.width());
         let (low, high) = (a.max(lower), b.min(upper));

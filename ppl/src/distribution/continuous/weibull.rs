@@ -12,7 +12,7 @@ use crate::scalar::Scalar;
 use crate::special::{Tail, ln_gamma, ln_one_minus_exp, ln_ratio};
 use crate::transform::Support;
 
-/// Weibull distribution with shape α and scale σ: the weakest of many links.
+/// Weibull distribution with shape α and scale σ: distribution of the strength of the weakest of many links.
 ///
 /// ln p(x) = ln α − ln σ + (α − 1) ln(x/σ) − (x/σ)^α, for x > 0 and α, σ > 0.
 ///
@@ -33,7 +33,7 @@ pub struct Weibull<A, S>(pub A, pub S);
 crate::univariate!([A: Parameter, S: Parameter] Weibull<A, S>);
 
 impl<A: Parameter, S: Parameter> Weibull<A, S> {
-    /// The cumulative hazard −ln P(X > x) = (x/σ)^α.
+    /// Cumulative hazard −ln P(X > x) = (x/σ)^α.
     fn hazard(&self, x: f64) -> f64 {
         let (x, scale) = (x.max(0.0), self.1.number());
         let ratio = x / scale;
@@ -43,31 +43,31 @@ impl<A: Parameter, S: Parameter> Weibull<A, S> {
         ratio.powf(self.0.number())
     }
 
-    /// Its logarithm, which stays finite where the hazard does not.
+    /// Log of the cumulative hazard, which stays finite if the hazard overflows or underflows.
     fn ln_hazard(&self, x: f64) -> f64 {
         self.0.number() * ln_ratio(x.max(0.0), self.1.number())
     }
 
-    /// The x with this hazard.
+    /// Value x with the given cumulative hazard.
     fn at_hazard(&self, hazard: f64) -> f64 {
         self.1.number() * hazard.powf(self.0.number().recip())
     }
 
-    /// ln(x p(x)) at u = ln(x/σ) with its derivatives in u, α and σ.
+    /// ln(x p(x)) at u = ln(x/σ), and its derivatives with respect to u, α and σ.
     #[inline]
     fn ln_power(&self, u: f64) -> (f64, [f64; 3]) {
         let (shape, scale) = (self.0.number(), self.1.number());
         let hazard = (shape * u).exp();
         let rest = 1.0 - hazard;
         let in_u = shape * rest;
-        // which outgrows every power
+        // −hazard dominates the other terms, which could give ∞ − ∞
         let value = if hazard == f64::INFINITY { -hazard } else { shape.ln() + shape * u - hazard };
         (value, [in_u, shape.recip() + u * rest, -in_u / scale])
     }
 }
 
 impl<A: Parameter, S: Parameter> Weibull<A, S> {
-    /// ln P between two points whose hazards underflow: the logarithm of the difference of the hazards.
+    /// Log probability of an interval whose hazards underflow: the logarithm of the difference of the hazards.
     #[cold]
     fn ln_mass_at_zero<R: Scalar>(&self, lower: f64, upper: f64) -> R
     where
@@ -146,7 +146,7 @@ where
     fn add_ln_pdf(&self, x: R, terms: &mut impl Accumulator<R>) {
         let (v, scale) = (x.value(), self.1.number());
         if v == 0.0 {
-            // the limit: x^{α − 1} alone decides
+            // limit of ln p at x = 0, which depends on the factor x^{α − 1}
             let shape = self.0.number();
             if shape == 1.0 {
                 return terms.add(-scale.ln(), ((self.1, -scale.recip()),));
@@ -157,8 +157,8 @@ where
         terms.add(value - v.ln(), ((x, (in_u - 1.0) / v), (self.0, in_shape), (self.1, in_scale)));
     }
 
-    /// ln(e^{−G} − e^{−H}) = −G + ln(1 − e^{−(H − G)}) of the hazards G ≤ H at both ends, without
-    /// cancellation however far out.
+    /// Computes ln(e^{−G} − e^{−H}) = −G + ln(1 − e^{−(H − G)}) for the hazards G ≤ H at the ends, without cancellation
+    /// in the tails.
     fn ln_mass(&self, lower: f64, upper: f64) -> R {
         let (shape, scale) = (self.0.number(), self.1.number());
         let [less, more] = [lower, upper].map(|x| self.hazard(x));
@@ -166,11 +166,11 @@ where
             return self.ln_mass_at_zero(lower, upper);
         }
         if less == f64::INFINITY {
-            // e^{−∞}: the logarithm itself is beyond the largest number
+            // the probability underflows so far that its logarithm overflows
             return R::from(f64::NEG_INFINITY);
         }
         let between = more - less;
-        // the tails relative to the mass; what lies at infinity, or outside the support, does not move
+        // derivative weights of both ends, relative to P; an end at infinity or outside the support has weight 0
         let near = if less == 0.0 { 0.0 } else { less / (-between).exp_m1() };
         let far = if more == f64::INFINITY { 0.0 } else { more / between.exp_m1() };
         let ln_ends = [(near, lower), (far, upper)]

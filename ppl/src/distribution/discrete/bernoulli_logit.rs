@@ -1,4 +1,4 @@
-//! The Bernoulli distribution by the logit of its probability.
+//! Bernoulli distribution, parametrised by the logit of the probability.
 
 use rand::Rng;
 
@@ -11,8 +11,8 @@ use crate::parameter::Parameter;
 use crate::scalar::Scalar;
 use crate::special::{logistic, softplus};
 
-/// Bernoulli distribution of a flag that is true with probability 1/(1 + e⁻ˣ), for logistic
-/// regression; it can be observed, not declared.
+/// Bernoulli distribution of a flag that is true with probability 1/(1 + e⁻ˣ), for logistic regression. It can be
+/// observed, but it cannot be the prior of an unknown.
 ///
 /// ln P(true) = −ln(1 + e⁻ˣ), ln P(false) = −ln(1 + eˣ), for real x.
 ///
@@ -58,7 +58,8 @@ where
         R::gather(-softplus(against), ((self.0, sign * logistic(against).0),))
     }
 
-    /// In a sum, where 10⁻¹⁶ are no loss, the logarithm may be that of a product.
+    /// Computes ln(1 + e) instead of `ln_1p`, so that the logarithms of a sum can be combined; the error of 10⁻¹⁶ is
+    /// negligible.
     #[inline(always)]
     fn add_terms(&self, flag: &bool, terms: &mut impl Accumulator<R>) {
         let sign = if *flag { 1.0 } else { -1.0 };

@@ -1,4 +1,4 @@
-//! The binomial distribution, by probability and by logit.
+//! Binomial distribution, parametrised by the probability or by its logit.
 
 use rand::Rng;
 
@@ -12,8 +12,8 @@ use crate::parameter::Parameter;
 use crate::scalar::Scalar;
 use crate::special::{HALF_LN_2PI, deviance, ln_beta, logistic, stirling_error};
 
-/// Binomial distribution of the successes among n trials with probability p each; it can be
-/// observed, not declared.
+/// Binomial distribution of the number of successes among n trials with success probability p. It can be observed, but
+/// it cannot be the prior of an unknown.
 ///
 /// ln P(k) = ln C(n, k) + k ln p + (n − k) ln(1 − p), for k = 0, …, n and 0 ≤ p ≤ 1.
 ///
@@ -31,8 +31,8 @@ use crate::special::{HALF_LN_2PI, deviance, ln_beta, logistic, stirling_error};
 #[derive(Clone, Copy, Debug)]
 pub struct Binomial<N, P>(pub N, pub P);
 
-/// Binomial distribution by the logit x of its probability 1/(1 + e⁻ˣ), for logistic regression;
-/// it can be observed, not declared.
+/// Binomial distribution, parametrised by the logit x of the success probability 1/(1 + e⁻ˣ), for logistic regression.
+/// It can be observed, but it cannot be the prior of an unknown.
 ///
 /// ln P(k) = ln C(n, k) − k ln(1 + e⁻ˣ) − (n − k) ln(1 + eˣ), for k = 0, …, n and real x.
 ///
@@ -49,23 +49,24 @@ pub struct Binomial<N, P>(pub N, pub P);
 #[derive(Clone, Copy, Debug)]
 pub struct BinomialLogit<N, X>(pub N, pub X);
 
-/// Trials with the probabilities p of success and q = 1 − p of failure, each with its own digits.
+/// Number of trials with the probabilities p of success and q = 1 − p of failure. Both are stored, because 1 − p has
+/// rounding errors if p is near 1.
 #[derive(Clone, Copy)]
 struct Trials {
     n: u64,
     p: f64,
     q: f64,
-    /// ln p and ln q, where p or q is below the smallest normal number.
+    /// ln p and ln q, if p or q is below the smallest normal number.
     underflow: Option<[f64; 2]>,
 }
 
-/// Trials by their probability.
+/// Trials from the success probability.
 #[inline(always)]
 fn by_probability(n: u64, p: f64) -> Trials {
     Trials { n, p, q: 1.0 - p, underflow: None }
 }
 
-/// Trials by their logit.
+/// Trials from the logit of the success probability.
 #[inline(always)]
 fn by_logit(n: u64, x: f64) -> Trials {
     let (p, q) = logistic(x);
@@ -74,7 +75,7 @@ fn by_logit(n: u64, x: f64) -> Trials {
 }
 
 impl Trials {
-    /// ln P(k); without ln C(n, k), which is the same at every point, if `lean`.
+    /// Log probability ln P(k). If `lean` is true, the constant ln C(n, k) is omitted.
     #[inline]
     fn ln_pmf(self, k: u64, lean: bool) -> f64 {
         let Self { n, p, q, underflow } = self;
@@ -107,13 +108,13 @@ impl Trials {
     }
 }
 
-/// ln C(n, k) = −ln(n + 1) − ln B(k + 1, n − k + 1).
+/// Log binomial coefficient, ln C(n, k) = −ln(n + 1) − ln B(k + 1, n − k + 1).
 #[cold]
 fn ln_choose(n: f64, k: f64) -> f64 {
     if k == 0.0 || k == n { 0.0 } else { -(n + 1.0).ln() - ln_beta(k + 1.0, n - k + 1.0) }
 }
 
-/// What both parametrisations say of their trials.
+/// Implements the methods that both parametrisations have in common.
 macro_rules! impl_moments {
     ($Name:ident, $by_parameter:ident) => {
         impl<N: CountParameter, X: Parameter> Family for $Name<N, X> {}
@@ -146,8 +147,8 @@ impl<R: Scalar, N: CountParameter, P: Parameter + Datum<R>> Distribution<R> for 
     fn add_terms(&self, k: &u64, terms: &mut impl Accumulator<R>) {
         let trials = self.trials();
         let (success, failure) = (*k as f64, trials.n as f64 - *k as f64);
-        // no 0/0 at the ends, and no infinite partial of an impossible count, which would turn a zero
-        // weight into NaN
+        // avoid 0/0 for k = 0 and k = n, and infinite partial derivatives for counts of probability zero: multiplied by
+        // a weight of zero, these would give NaN
         let gain = if success == 0.0 || trials.p == 0.0 { 0.0 } else { success / trials.p };
         let loss = if failure <= 0.0 || trials.q == 0.0 { 0.0 } else { failure / trials.q };
         let value = trials.ln_pmf(*k, terms.leave_out_constants());
@@ -175,7 +176,7 @@ impl<R: Scalar, N: CountParameter, X: Parameter + Datum<R>> Distribution<R>
         let trials = self.trials();
         let (success, failure) = (*k as f64, trials.n as f64 - *k as f64);
         let value = trials.ln_pmf(*k, terms.leave_out_constants());
-        // k − n p, without cancellation in either tail
+        // k − n p, written without cancellation in the tails
         terms.add(value, ((self.1, success * trials.q - failure * trials.p),));
     }
 

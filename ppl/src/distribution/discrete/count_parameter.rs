@@ -1,10 +1,10 @@
-//! Parameters that are counts.
+//! Parameters of distributions that are counts.
 
 use crate::datum::Datum;
 
-/// A parameter that is a count: `u64`, `u32`, `usize` or a reference to one.
+/// A distribution parameter that is a count: `u64`, `u32`, `usize` or a reference to one of these types.
 pub trait CountParameter: Copy {
-    /// Its value.
+    /// Value of the count.
     fn count(self) -> u64;
 }
 

@@ -1,4 +1,4 @@
-//! Families of counts and flags.
+//! Distributions of counts and flags.
 
 mod bernoulli;
 mod bernoulli_logit;

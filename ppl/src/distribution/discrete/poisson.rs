@@ -1,4 +1,4 @@
-//! The Poisson distribution, by its rate and by the logarithm of it.
+//! Poisson distribution, parametrised by the rate or by the logarithm of the rate.
 
 use rand::Rng;
 
@@ -11,10 +11,10 @@ use crate::parameter::Parameter;
 use crate::scalar::Scalar;
 use crate::special::{HALF_LN_2PI, deviance, ln_gamma, stirling_error};
 
-/// Poisson distribution of a count with rate λ; it can be observed, not declared.
+/// Poisson distribution of a count with rate λ. It can be observed, but it cannot be the prior of an unknown.
 ///
-/// ln P(k) = k ln λ − λ − ln k!, for k = 0, 1, 2, … and λ ≥ 0. At λ = 0 every count is zero, so that
-/// `Mixture([absent, 1.0 - absent], [Poisson(0.0 * rate), Poisson(rate)])` is a zero-inflated count.
+/// ln P(k) = k ln λ − λ − ln k!, for k = 0, 1, 2, … and λ ≥ 0. With λ = 0 every count is zero, so that
+/// `Mixture([absent, 1.0 - absent], [Poisson(0.0 * rate), Poisson(rate)])` is a zero-inflated Poisson distribution.
 ///
 /// # Example
 /// ```
@@ -29,8 +29,8 @@ use crate::special::{HALF_LN_2PI, deviance, ln_gamma, stirling_error};
 #[derive(Clone, Copy, Debug)]
 pub struct Poisson<L>(pub L);
 
-/// Poisson distribution of a count with rate e^η, for log-linear regression; it can be observed,
-/// not declared.
+/// Poisson distribution of a count with rate e^η, for log-linear regression. It can be observed, but it cannot be the
+/// prior of an unknown.
 ///
 /// ln P(k) = k η − e^η − ln k!, for k = 0, 1, 2, … and real η.
 ///
@@ -51,8 +51,7 @@ pub struct PoissonLog<E>(pub E);
 impl<L: Parameter> Family for Poisson<L> {}
 impl<E: Parameter> Family for PoissonLog<E> {}
 
-/// ln P(k) at a rate ≥ 0 and its logarithm; without ln k!, which is the same at every point,
-/// if `lean`.
+/// Log probability ln P(k), for a rate ≥ 0 and its logarithm. If `lean` is true, the constant ln k! is omitted.
 #[inline]
 fn ln_pmf(k: f64, rate: f64, ln_rate: impl Fn() -> f64, lean: bool) -> f64 {
     if rate.is_nan() || rate < 0.0 {
@@ -64,14 +63,14 @@ fn ln_pmf(k: f64, rate: f64, ln_rate: impl Fn() -> f64, lean: bool) -> f64 {
     } else if rate.is_normal() {
         -stirling_error(k) - deviance(k, rate) - 0.5 * k.ln() - HALF_LN_2PI
     } else {
-        // e^η leaves the range of numbers where the mass does not
+        // e^η can overflow or underflow although the log probability is finite
         k * ln_rate() - ln_gamma(k + 1.0)
     }
 }
 
-/// A draw; 0 at rate 0 and where the rate is too large for counts.
+/// Draws a count; 0 if the rate is 0 or too large for `u64`.
 fn draw_count<G: Rng + ?Sized>(rate: f64, rng: &mut G) -> u64 {
-    // counts below 2⁵³ are exact as f64, and `as` saturates beyond
+    // f64 represents counts below 2⁵³ exactly, and `as` saturates for larger ones
     rand_distr::Poisson::new(rate).map_or(0, |poisson| rng.sample(poisson) as u64)
 }
 
@@ -106,7 +105,7 @@ impl<R: Scalar, L: Parameter + Datum<R>> Distribution<R> for Poisson<L> {
     fn add_terms(&self, k: &u64, terms: &mut impl Accumulator<R>) {
         let (k, rate) = (*k as f64, self.0.number());
         let value = ln_pmf(k, rate, || rate.ln(), terms.leave_out_constants());
-        // a count is impossible at rate 0: an infinite partial would turn a zero weight into NaN
+        // a positive count has probability 0 at rate 0: an infinite derivative times a weight of zero would be NaN
         let in_rate = if k == 0.0 || rate == 0.0 { -1.0 } else { k / rate - 1.0 };
         terms.add(value, ((self.0, in_rate),));
     }

@@ -1,12 +1,12 @@
-//! Known predictors.
+//! Design matrices of regressions.
 
 use std::fmt::Debug;
 
 use crate::distribution::Sequence;
 
-/// The predictors of one datum: an array `[f64; K]`, a `Vec<f64>`, or a number if there is one.
+/// Predictors of one datum: an array `[f64; K]`, a `Vec<f64>`, or a number for a single predictor.
 pub trait Predictors: Debug {
-    /// The numbers, one a slope.
+    /// The values of the predictors, one per slope.
     fn numbers(&self) -> &[f64];
 }
 
@@ -31,8 +31,8 @@ impl Predictors for f64 {
     }
 }
 
-/// A design matrix, one row a datum: `&[[f64; K]]` for K predictors, `&[Vec<f64>]` where their number
-/// is known at run time, `&[f64]` for one; a reference to a `Vec` or an array of these too.
+/// Design matrix with one row per datum: `&[[f64; K]]` for K predictors, `&[Vec<f64>]` if their number is known at run
+/// time, `&[f64]` for a single predictor. A reference to a `Vec` or an array of rows is accepted too.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a design matrix",
     label = "needed: one row of predictors a datum, as `&[[f64; K]]`, `&[Vec<f64>]` or `&[f64]`"
@@ -41,7 +41,7 @@ pub trait Design: Copy + Debug {
     /// Number of rows.
     fn size(&self) -> usize;
 
-    /// The predictors of datum `i`.
+    /// Predictors of datum `i`.
     fn row(&self, i: usize) -> &[f64];
 }
 

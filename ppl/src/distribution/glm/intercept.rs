@@ -1,4 +1,4 @@
-//! Intercepts: one for all data, or one a group.
+//! Intercepts of regressions: one for all data, or one per group.
 
 use crate::datum::Datum;
 use crate::density::DomainError;
@@ -6,7 +6,7 @@ use crate::distribution::Sequence;
 use crate::parameter::Parameter;
 use crate::scalar::Scalar;
 
-/// What a linear predictor begins with: a number, known or unknown, or [`ByGroup`].
+/// Intercept of a linear predictor: a number, an unknown, or [`ByGroup`].
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not an intercept",
     label = "needed: a number, an unknown, or `ByGroup(&levels, &group)`"
@@ -15,20 +15,20 @@ pub trait Intercept<R>: Clone {
     /// Number of different intercepts.
     fn groups(&self) -> usize;
 
-    /// The group of datum `i`.
+    /// Index of the group of datum `i`.
     fn group(&self, i: usize) -> usize;
 
-    /// The intercept of a group.
+    /// Intercept of a group.
     fn level(&self, group: usize) -> f64;
 
-    /// Calls `f` with the numbers that the intercept of a group is made of, each with `weight` times
-    /// the derivative in it.
+    /// Propagates a derivative with respect to the intercept of a group: calls `f` with each number on which the
+    /// intercept depends, and `weight` times the derivative with respect to this number.
     fn spread(&self, group: usize, weight: f64, f: &mut impl FnMut(R, f64));
 
-    /// Whether each of `n` data has one, and all are finite.
+    /// Checks that each of the `n` data has an intercept and that all intercepts are finite.
     ///
     /// # Errors
-    /// [`DomainError`] that names the datum or the intercept.
+    /// [`DomainError`] with the invalid datum or intercept.
     fn validate(&self, family: &'static str, n: usize) -> Result<(), DomainError>;
 }
 
@@ -58,8 +58,8 @@ impl<R: Scalar, P: Parameter + Datum<R>> Intercept<R> for P {
     }
 }
 
-/// An intercept a group: the levels, an array, a slice or a `Vec`, and for every datum the index of
-/// its own; see [`NormalGlm`](crate::NormalGlm).
+/// One intercept per group: the intercepts (an array, a slice or a `Vec`), and the group index of every datum; see
+/// [`NormalGlm`](crate::NormalGlm).
 #[derive(Clone, Copy, Debug)]
 pub struct ByGroup<'g, L>(pub L, pub &'g [usize]);
 

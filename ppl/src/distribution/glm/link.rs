@@ -1,4 +1,4 @@
-//! Regressions of counts and flags: a family by its link, one distribution a datum.
+//! Regressions of counts and flags with canonical link: Poisson and logistic regression.
 
 use rand::Rng;
 
@@ -11,13 +11,13 @@ use crate::density::DomainError;
 use crate::distribution::{BernoulliLogit, Distribution, Family, PoissonLog, Sequence};
 use crate::scalar::Scalar;
 
-/// Counts about a linear predictor, `PoissonLogGlm(x, intercept, slopes)`: kᵢ ~ PoissonLog(ηᵢ) with
-/// ηᵢ = aᵢ + Σₖ xᵢₖ bₖ, for all i in one statement; they can be observed, not declared.
+/// Poisson regression with log link, `PoissonLogGlm(x, intercept, slopes)`: kᵢ ~ PoissonLog(ηᵢ) with ηᵢ = aᵢ + Σₖ xᵢₖ
+/// bₖ, for all data in one statement. It can be observed, but it cannot be the prior of an unknown.
 ///
 /// ln P(k) = Σᵢ (kᵢ ηᵢ − e^ηᵢ − ln kᵢ!).
 ///
-/// x, intercept and slopes are those of [`NormalGlm`](crate::NormalGlm); data are slices or vectors of
-/// counts. Cross-validation sees every datum by itself.
+/// x, intercept and slopes are as in [`NormalGlm`](crate::NormalGlm); the data are a slice or vector of counts.
+/// Cross-validation leaves out one datum at a time.
 ///
 /// # Example
 /// ```
@@ -39,14 +39,13 @@ use crate::scalar::Scalar;
 #[derive(Clone, Copy, Debug)]
 pub struct PoissonLogGlm<X, A, B>(pub X, pub A, pub B);
 
-/// Flags about a linear predictor, `BernoulliLogitGlm(x, intercept, slopes)`: each is true with
-/// probability 1/(1 + e^−ηᵢ), where ηᵢ = aᵢ + Σₖ xᵢₖ bₖ, for all i in one statement; they can be
-/// observed, not declared.
+/// Logistic regression, `BernoulliLogitGlm(x, intercept, slopes)`: a flag is true with probability 1/(1 + e^−ηᵢ), where
+/// ηᵢ = aᵢ + Σₖ xᵢₖ bₖ, for all data in one statement. It can be observed, but it cannot be the prior of an unknown.
 ///
-/// ln P = Σᵢ −ln(1 + e^∓ηᵢ), with − where the flag is true.
+/// ln P = Σᵢ −ln(1 + e^∓ηᵢ), with the sign − if the flag is true.
 ///
-/// x, intercept and slopes are those of [`NormalGlm`](crate::NormalGlm); data are slices or vectors of
-/// `bool`. Cross-validation sees every datum by itself.
+/// x, intercept and slopes are as in [`NormalGlm`](crate::NormalGlm); the data are a slice or vector of `bool`.
+/// Cross-validation leaves out one datum at a time.
 ///
 /// # Example
 /// ```
@@ -68,8 +67,8 @@ pub struct PoissonLogGlm<X, A, B>(pub X, pub A, pub B);
 #[derive(Clone, Copy, Debug)]
 pub struct BernoulliLogitGlm<X, A, B>(pub X, pub A, pub B);
 
-/// `$Name` of data `$Datum`, each with the distribution `$Each` of its own η. What it needs of the
-/// data are these themselves as `f64`, which are bound once and not read anew at every point.
+/// Implements the regression `$Name` for data of type `$Datum`; `$Each` is the distribution of one datum given η. The
+/// statistics are the data as `f64`, which are stored when the data are bound.
 macro_rules! impl_link {
     ($Name:ident, $Each:ident, $Datum:ty, |$x:ident| $datum:expr) => {
         impl<X: Clone, A: Clone, B: Clone> Family for $Name<X, A, B> {}

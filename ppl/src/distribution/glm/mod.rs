@@ -1,7 +1,7 @@
-//! Generalised linear models: one statement for all data about a linear predictor.
+//! Generalised linear models: regressions in which one statement observes all data.
 //!
-//! ηᵢ = aᵢ + Σₖ xᵢₖ bₖ for known predictors x, an intercept a and slopes b. A family adds what it makes
-//! of η; that x is known lets it prepare the data when they are bound.
+//! The linear predictor is ηᵢ = aᵢ + Σₖ xᵢₖ bₖ, with known predictors x, an intercept a and slopes b. The family
+//! determines the distribution of a datum given η. Since x is known, data can be summarised when they are bound.
 
 mod design;
 mod intercept;

@@ -15,16 +15,18 @@ use crate::parameter::Parameter;
 use crate::scalar::Scalar;
 use crate::special::HALF_LN_2PI;
 
-/// Normal data about a linear predictor, `NormalGlm(x, intercept, slopes, sd)`: yᵢ ~ Normal(ηᵢ, σ)
-/// with ηᵢ = aᵢ + Σₖ xᵢₖ bₖ, for all i in one statement.
+/// Linear regression, `NormalGlm(x, intercept, slopes, sd)`: yᵢ ~ Normal(ηᵢ, σ) with ηᵢ = aᵢ + Σₖ xᵢₖ bₖ, for all data
+/// in one statement.
 ///
 /// ln p(y) = −½ Σᵢ ((yᵢ − ηᵢ)/σ)² − n ln σ − ½ n ln 2π, for σ > 0.
 ///
-/// x is a [`Design`], one row a datum, without entries (`&[[f64; 0]]`) if there are no predictors; the
-/// intercept a number or an unknown, or one a group by [`ByGroup`](crate::ByGroup); the slopes an array, a slice or a `Vec`, one a predictor. Data are
-/// slices or vectors of numbers. Their sufficient statistics are found when they are bound (the means of
-/// the groups, and a QR factorisation of what is left), so that a gradient costs as much as there are
-/// groups and predictors, however many data there are. Cross-validation sees every datum by itself.
+/// x is a [`Design`] with one row per datum; without predictors, its rows are empty (`&[[f64; 0]]`). The intercept is a
+/// number or an unknown, or one value per group by [`ByGroup`](crate::ByGroup). The slopes are an array, a slice or a
+/// `Vec` with one value per predictor. The data are a slice or vector of numbers.
+///
+/// Sufficient statistics are computed when the data are bound: the means of the groups, and a QR factorisation of the
+/// deviations from the means. The cost of a gradient therefore depends on the number of groups and predictors, but not
+/// on the number of data. Cross-validation leaves out one datum at a time.
 ///
 /// # Example
 /// ```

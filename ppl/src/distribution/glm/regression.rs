@@ -1,4 +1,4 @@
-//! What generalised linear models have in common: the predictor of a datum, and loops over all data.
+//! Common parts of the generalised linear models: the linear predictor of a datum, and loops over all data.
 
 use crate::accumulator::{Accumulator, Joined};
 use crate::datum::Datum;
@@ -11,7 +11,7 @@ use rand::Rng;
 use super::design::Design;
 use super::intercept::Intercept;
 
-/// η of one datum: its value, and what it is made of.
+/// Linear predictor η of one datum: its value, and the parameters on which it depends.
 #[derive(Debug)]
 pub(super) struct Eta<'g, A, B> {
     value: f64,
@@ -72,9 +72,9 @@ impl<R: Scalar, A: Intercept<R>, B: Sequence<Item: Datum<R>>> Datum<R> for Eta<'
     }
 }
 
-/// What the families have in common.
+/// A regression, as a distribution for each datum.
 pub(super) trait Regression<R: Scalar> {
-    /// The distribution of one datum.
+    /// Distribution of one datum.
     type Each<'g>: Distribution<R>
     where
         Self: 'g;
@@ -82,14 +82,14 @@ pub(super) trait Regression<R: Scalar> {
     /// Number of data.
     fn size(&self) -> usize;
 
-    /// The distribution of datum `i`.
+    /// Distribution of datum `i`.
     fn each(&self, i: usize) -> Self::Each<'_>;
 }
 
-/// What a regression says of one datum.
+/// Type of one datum of a regression.
 pub(super) type Value<'g, R, G> = <<G as Regression<R>>::Each<'g> as Distribution<R>>::Value;
 
-/// The log density, datum by datum; −∞ where there is another number of data.
+/// Adds the log density of all data, datum by datum; −∞ if the number of data is wrong.
 #[inline(always)]
 pub(super) fn add_terms<'g, R, G>(
     regression: &'g G,
@@ -107,7 +107,7 @@ pub(super) fn add_terms<'g, R, G>(
     }
 }
 
-/// The log density of each datum.
+/// Appends the log density of each datum.
 pub(super) fn pointwise<'g, R: Scalar, G: Regression<R>>(
     regression: &'g G,
     data: &[Value<'g, R, G>],
@@ -126,7 +126,7 @@ pub(super) fn draw<'g, R: Scalar, G: Regression<R>>(
     (0..regression.size()).map(|i| regression.each(i).draw(rng)).collect()
 }
 
-/// Whether there is a row for every datum.
+/// Checks that the design matrix has one row per datum.
 pub(super) fn require_length(
     family: &str,
     x: &impl Design,
@@ -141,7 +141,7 @@ pub(super) fn require_length(
     Err(DomainError::new(message))
 }
 
-/// Whether the predictors fit the slopes, and all numbers are finite.
+/// Checks that the number of predictors equals the number of slopes, and that all numbers are finite.
 pub(super) fn validate<R: Scalar>(
     family: &'static str,
     x: &impl Design,

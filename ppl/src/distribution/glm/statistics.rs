@@ -1,8 +1,8 @@
-//! The sufficient statistics of normal data about a linear predictor.
+//! Sufficient statistics of a linear regression.
 //!
-//! Σᵢ (yᵢ − aᵢ − xᵢ b)² = Σ_g n_g (ȳ_g − a_g − x̄_g b)² + ‖ỹ − X̃ b‖², with ỹ and X̃ less the means of
-//! their groups. With the QR factorisation of [X̃ ỹ], whose triangle has the rows (rₖ, zₖ) and a
-//! last one (0, ρ), the last square is Σₖ (zₖ − rₖ b)² + ρ².
+//! Σᵢ (yᵢ − aᵢ − xᵢ b)² = Σ_g n_g (ȳ_g − a_g − x̄_g b)² + ‖ỹ − X̃ b‖², where ỹ and X̃ are the deviations from the means
+//! of the groups. The triangular factor of a QR factorisation of [X̃ ỹ] has the rows (rₖ, zₖ) and a last row (0, ρ).
+//! The last term is then Σₖ (zₖ − rₖ b)² + ρ².
 
 use nalgebra::DMatrix;
 
@@ -14,22 +14,22 @@ use crate::parameter::Parameter;
 use crate::partials::Partials;
 use crate::scalar::Scalar;
 
-/// The statistics as they were written: rows of the triangle, then those of the groups.
+/// Statistics as stored: the rows of the triangular factor, followed by the rows of the groups.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Statistics<'s> {
     /// Number of data.
     pub(super) n: f64,
-    /// ρ².
+    /// Residual sum of squares ρ².
     rest: f64,
     slopes: usize,
-    /// For every slope k: rₖ and zₖ.
+    /// rₖ and zₖ for every slope k.
     triangle: &'s [f64],
-    /// For every group g: x̄_g, ȳ_g and n_g.
+    /// x̄_g, ȳ_g and n_g for every group g.
     groups: &'s [f64],
 }
 
 impl<'s> Statistics<'s> {
-    /// Appends those of `y`, of data in `groups` groups and with `slopes` predictors.
+    /// Appends the statistics of the data `y` in `groups` groups and with `slopes` predictors.
     pub(super) fn write(
         x: &impl Design,
         y: &[f64],
@@ -39,7 +39,7 @@ impl<'s> Statistics<'s> {
         out: &mut Vec<f64>,
     ) {
         let width = slopes + 1;
-        // x̄, ȳ and the number of data; sums of differences from a first datum keep their digits
+        // x̄, ȳ and the number of data of each group; sums of differences from a first datum avoid cancellation
         let mut means = vec![0.0; groups * (width + 1)];
         let mut first = vec![None; groups];
         let entry = |i: usize, k: usize| if k < slopes { x.row(i)[k] } else { y[i] };
@@ -71,7 +71,7 @@ impl<'s> Statistics<'s> {
         out.extend(means);
     }
 
-    /// `None` where there are none.
+    /// Reads stored statistics; `None` if `numbers` is too short.
     #[inline(always)]
     pub(super) fn read(numbers: &'s [f64], slopes: usize) -> Option<Self> {
         let (&[n, rest], numbers) = numbers.split_first_chunk()?;
@@ -80,18 +80,18 @@ impl<'s> Statistics<'s> {
     }
 }
 
-/// Data by their sufficient statistics, about a predictor.
+/// Sufficient statistics together with the parameters of a linear predictor.
 #[derive(Debug)]
 pub(super) struct Fit<'s, A, B> {
     pub(super) statistics: Statistics<'s>,
     pub(super) intercept: &'s A,
     pub(super) slopes: &'s B,
-    /// 1/σ².
+    /// Precision 1/σ².
     pub(super) weight: f64,
 }
 
 impl<'s, A, B> Fit<'s, A, B> {
-    /// The residual of a row [x, y] without the intercept.
+    /// Residual y − x b of a row [x, y], without the intercept.
     #[inline(always)]
     fn residual<R: Scalar>(&self, row: &[f64]) -> f64
     where
@@ -114,7 +114,7 @@ impl<'s, A, B> Fit<'s, A, B> {
         self.statistics.groups.chunks_exact(self.statistics.slopes + 2).enumerate()
     }
 
-    /// Σᵢ (yᵢ − ηᵢ)².
+    /// Sum of squared residuals, Σᵢ (yᵢ − ηᵢ)².
     #[inline(always)]
     pub(super) fn squares<R: Scalar>(&self) -> f64
     where
@@ -133,7 +133,8 @@ impl<'s, A, B> Fit<'s, A, B> {
         squares
     }
 
-    /// With the partial in σ, all partials of −½ Σᵢ (yᵢ − ηᵢ)²/σ² and a function of σ.
+    /// Partial derivatives of −½ Σᵢ (yᵢ − ηᵢ)²/σ² plus a function of σ; `slope` is the derivative of the sum with
+    /// respect to σ.
     #[inline(always)]
     pub(super) fn and<S>(self, sd: S, slope: f64) -> FitPartials<'s, A, B, S> {
         FitPartials { fit: self, sd, slope }
@@ -147,7 +148,7 @@ pub(super) struct FitPartials<'s, A, B, S> {
     slope: f64,
 }
 
-/// For how many slopes at a time the partials are sums in registers.
+/// Number of slopes whose partial derivatives are summed in registers at a time.
 const BLOCK: usize = 8;
 
 impl<R, A, B, S> Partials<R> for FitPartials<'_, A, B, S>

@@ -1,4 +1,4 @@
-//! The LKJ distribution for a size of either kind.
+//! LKJ distribution, for sizes known at compile time or at run time.
 
 use std::f64::consts::PI;
 
@@ -10,10 +10,10 @@ use crate::accumulator::Accumulator;
 use crate::scalar::Scalar;
 use crate::special::{Hyperbolic, ln_beta, ln_gamma};
 
-/// Rows of a correlation factor must have length 1 to this tolerance when they are data.
+/// Largest deviation from 1 of the squared length of a row of an observed correlation factor.
 const UNIT_TOLERANCE: f64 = 1e-8;
 
-/// η and K. Rows i and columns j count from 0.
+/// Parameter η and size K of an LKJ distribution. Rows i and columns j are counted from 0.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Lkj<S> {
     pub(super) eta: f64,
@@ -21,13 +21,13 @@ pub(super) struct Lkj<S> {
 }
 
 impl<S: Size> Lkj<S> {
-    /// Number of coordinates, one below the diagonal each.
+    /// Number of coordinates: one per entry below the diagonal.
     pub(super) fn dim(self) -> usize {
         let size = self.size.get();
         size * size.saturating_sub(1) / 2
     }
 
-    /// ln c_K.
+    /// Log of the normalising constant, ln c_K.
     fn ln_normaliser(self) -> f64 {
         let last = self.size.get() as f64 - 1.0;
         let gamma = |k: f64| ln_gamma(self.eta + 0.5 * (last - k));
@@ -37,32 +37,32 @@ impl<S: Size> Lkj<S> {
         })
     }
 
-    /// The constant of the density over coordinates: −Σ [ln B(½, bⱼ) + ½ ln 2bⱼ].
+    /// Constant term of the density over coordinates, −Σ [ln B(½, bⱼ) + ½ ln 2bⱼ].
     fn ln_coordinate_normaliser(self) -> f64 {
         let size = self.size.get();
         let term = |j| ln_beta(0.5, self.shape(j)) + self.scale(j).ln();
         -(1..size).map(|j| (size - j) as f64 * term(j - 1)).sum::<f64>()
     }
 
-    /// Power of Lᵢᵢ in the density over factors.
+    /// Exponent of Lᵢᵢ in the density over factors.
     #[inline(always)]
     fn power(self, i: usize) -> f64 {
         (self.size.get() - 1 - i) as f64 + 2.0 * (self.eta - 1.0)
     }
 
-    /// The shape bⱼ of the partial correlations of column j.
+    /// Beta shape bⱼ of the partial correlations in column j.
     #[inline(always)]
     fn shape(self, j: usize) -> f64 {
         self.eta + 0.5 * (self.size.get() as f64 - 2.0 - j as f64)
     }
 
-    /// Scale of the coordinates of column j: x = √(2 bⱼ) y.
+    /// Scale of the coordinates x = √(2 bⱼ) y in column j.
     #[inline(always)]
     fn scale(self, j: usize) -> f64 {
         (2.0 * self.shape(j)).sqrt()
     }
 
-    /// ln p of a factor; −∞ unless its rows have length 1.
+    /// Log density of a factor; −∞ if its rows do not have length 1.
     pub(super) fn ln_density<R: Scalar>(self, factor: &Factor<R, S>) -> R {
         if factor.size() != self.size.get() {
             return R::from(f64::NEG_INFINITY);
@@ -91,7 +91,7 @@ impl<S: Size> Lkj<S> {
             if i == j {
                 return R::from(rest);
             }
-            // z = 2 Beta(b, b) − 1 = tanh(½ ln(G/G')) for two gamma variables
+            // z = 2 Beta(b, b) − 1 = tanh(½ ln(G/G')) for two independent gamma variables G and G'
             let y = 0.5 * (ln_gamma_draw(self.shape(j), rng) - ln_gamma_draw(self.shape(j), rng));
             let entry = rest * y.tanh();
             rest /= y.cosh();
@@ -111,8 +111,8 @@ impl<S: Size> Lkj<S> {
         let weight = |i: usize, j: usize| {
             if jacobian { 2.0 * self.shape(j) } else { self.power(i) }
         };
-        // ln p = constant − Σ weight ln cosh y; of ln cosh y what shares a weight: the sum of the
-        // sizes, and one logarithm of a product
+        // ln p = constant − Σ weight ln cosh y. Terms with the same weight are combined: ln cosh y is a sum of `size`
+        // and ln `shrink`, and the logarithms are combined to the logarithm of a product.
         let (mut sizes, mut shrinks) = (size.vector(|_| 0.0), size.vector(|_| 1.0));
         let mut x = size.filled(R::from(0.0));
         let mut angles = Angles::zero(size);
@@ -143,7 +143,7 @@ impl<S: Size> Lkj<S> {
         Factor { size, rows: x, angles: Some(angles), scale: None }
     }
 
-    /// Appends the coordinates of a factor: sinh yᵢⱼ = Lᵢⱼ/|(Lᵢ,ⱼ₊₁ … Lᵢᵢ)|.
+    /// Appends the coordinates of a factor, from sinh yᵢⱼ = Lᵢⱼ/|(Lᵢ,ⱼ₊₁ … Lᵢᵢ)|.
     pub(super) fn unconstrain<R: Scalar>(self, factor: &Factor<R, S>, out: &mut Vec<f64>) {
         let l = factor.values();
         for i in 0..self.size.get() {
@@ -155,8 +155,8 @@ impl<S: Size> Lkj<S> {
     }
 }
 
-/// The logarithm of a draw from the gamma distribution with this shape and unit rate, as
-/// ln G(b + 1) + (ln U)/b: no underflow for small shapes.
+/// Logarithm of a gamma draw with the given shape b and unit rate. It is computed as ln G(b + 1) + (ln U)/b, which does
+/// not underflow for small shapes.
 fn ln_gamma_draw<G: Rng + ?Sized>(shape: f64, rng: &mut G) -> f64 {
     let ln_larger = rand_distr::Gamma::new(shape + 1.0, 1.0)
         .map_or(f64::NAN, |gamma| rng.sample::<f64, _>(gamma).ln());

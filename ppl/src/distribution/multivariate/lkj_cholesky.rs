@@ -11,19 +11,19 @@ use crate::distribution::family::Family;
 use crate::distribution::traits::{Distribution, Unknown};
 use crate::scalar::Scalar;
 
-/// Cholesky factor L of a K×K correlation matrix R = L Lᵀ with p(R) ∝ det(R)^(η − 1).
+/// LKJ distribution of the Cholesky factor L of a K×K correlation matrix R = L Lᵀ, with p(R) ∝ det(R)^(η − 1).
 ///
-/// ln p(L) = ln c_K + Σᵢ (K − i + 2η − 2) ln Lᵢᵢ (i from 2, counted from 1), for η > 0, with
-/// ln c_K = (K−1) ln Γ(η + (K−1)/2) − Σₖ [(k/2) ln π + ln Γ(η + (K−1−k)/2)], k = 1 … K−1.
-/// Each correlation has a beta distribution on (−1, 1) with both shapes η − 1 + K/2; η = 1 is
-/// uniform over correlation matrices. Where K is known at run time only, it is
-/// [`LkjCholesky::of(k, eta)`](LkjCholesky::of).
+/// ln p(L) = ln c_K + Σᵢ (K − i + 2η − 2) ln Lᵢᵢ for η > 0, where i = 2 … K is counted from 1, and ln c_K = (K−1) ln
+/// Γ(η + (K−1)/2) − Σₖ [(k/2) ln π + ln Γ(η + (K−1−k)/2)] with k = 1 … K−1. Each correlation has a beta distribution on
+/// (−1, 1) with both shapes equal to η − 1 + K/2. The distribution with η = 1 is uniform over correlation matrices. For
+/// a size K that is known only at run time, use [`LkjCholesky::of(k, eta)`](LkjCholesky::of).
 ///
 /// # Coordinates
-/// Row i > column j from 0: y = x/√(2 bⱼ) with bⱼ = η + (K − 2 − j)/2, zᵢⱼ = tanh yᵢⱼ a partial
-/// correlation, Lᵢⱼ = zᵢⱼ Πₖ﹤ⱼ sech yᵢₖ. Density times Jacobian separates,
-/// Σ [−2 bⱼ ln cosh yᵢⱼ − ln B(½, bⱼ) − ½ ln 2bⱼ], so that prior draws are exact and nothing
-/// like 1 − Σ L² is formed; the scale makes every x about standard normal, also for K = 40.
+/// For row i and column j < i, both counted from 0, the coordinate x gives y = x/√(2 bⱼ) with bⱼ = η + (K − 2 − j)/2.
+/// The partial correlation is zᵢⱼ = tanh yᵢⱼ, and Lᵢⱼ = zᵢⱼ Πₖ﹤ⱼ sech yᵢₖ. The density times the Jacobian is a product
+/// over the coordinates, with the logarithm Σ [−2 bⱼ ln cosh yᵢⱼ − ln B(½, bⱼ) − ½ ln 2bⱼ]. Prior draws are therefore
+/// exact, and no difference such as 1 − Σ L² is computed. Because of the scale √(2 bⱼ), every x is approximately
+/// standard normal, even for K = 40.
 ///
 /// # Example
 /// ```
@@ -40,7 +40,7 @@ use crate::scalar::Scalar;
 #[derive(Clone, Copy, Debug)]
 pub struct LkjCholesky<const K: usize>(pub f64);
 
-/// [`LkjCholesky`] of a size that is known at run time only; made by [`LkjCholesky::of`].
+/// Version of [`LkjCholesky`] for a size known only at run time; created by [`LkjCholesky::of`].
 ///
 /// # Example
 /// ```
@@ -68,13 +68,13 @@ pub struct LkjCholesky<const K: usize>(pub f64);
 pub struct DynLkjCholesky(Lkj<Free>);
 
 impl LkjCholesky<0> {
-    /// Factors of `size` rows, where that is known at run time only: `LkjCholesky::of(k, 2.0)`.
+    /// LKJ distribution of factors with `size` rows, for sizes known only at run time: `LkjCholesky::of(k, 2.0)`.
     pub fn of(size: usize, eta: f64) -> DynLkjCholesky {
         DynLkjCholesky(Lkj { eta, size: Free(size) })
     }
 }
 
-/// Both are the same distribution over factors of their size.
+/// Implements the distribution for both types of size.
 macro_rules! impl_lkj {
     ([$($generics:tt)*] $Name:ty, $Size:ty, |$own:ident| $lkj:expr) => {
         impl<$($generics)*> $Name {

@@ -1,4 +1,4 @@
-//! Families of vectors and matrices.
+//! Distributions of vectors and matrices.
 
 mod factor;
 mod lkj;

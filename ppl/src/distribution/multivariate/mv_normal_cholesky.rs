@@ -1,4 +1,4 @@
-//! The multivariate normal distribution, by the Cholesky factor of its covariance.
+//! Multivariate normal distribution, parametrised by the Cholesky factor of its covariance.
 
 use rand::Rng;
 use rand_distr::StandardNormal;
@@ -17,9 +17,9 @@ use crate::scalar::Scalar;
 ///
 /// ln p(x) = −½ |L⁻¹(x − μ)|² − Σᵢ ln Lᵢᵢ − (K/2) ln 2π, for Lᵢᵢ > 0.
 ///
-/// The factor is a [`CholeskyFactor`](super::CholeskyFactor) of numbers or unknowns, and the mean an
-/// array, as values are; or a [`DynCholeskyFactor`](super::DynCholeskyFactor), and the mean a slice
-/// or `Vec`. Both may be behind references.
+/// L is a [`CholeskyFactor`](super::CholeskyFactor) of numbers or unknowns; mean and values are then arrays. Or L is a
+/// [`DynCholeskyFactor`](super::DynCholeskyFactor), and the mean is a slice or a `Vec`. Mean and factor can be
+/// references.
 ///
 /// # Example
 /// ```
@@ -39,16 +39,16 @@ pub struct MvNormalCholesky<M, L>(pub M, pub L);
 
 impl<M: Clone, L: Clone> Family for MvNormalCholesky<M, L> {}
 
-/// The scale of a [`MvNormalCholesky`]: a factor whose size is in its type or comes from the data.
+/// Scale of a [`MvNormalCholesky`]: a Cholesky factor with a size known at compile time or at run time.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a Cholesky factor of a covariance matrix",
     label = "needed: a `CholeskyFactor` or a `DynCholeskyFactor`, or a reference to one"
 )]
 pub trait Scale<R: Scalar>: Clone {
-    /// Its size.
+    /// Type of the size.
     type Size: Size;
 
-    /// The factor in numbers of the model.
+    /// The factor over the scalar type of the model.
     fn factor(&self) -> Factor<R, Self::Size>;
 }
 
@@ -70,7 +70,7 @@ impl<R: Scalar, L: Scale<R>> Scale<R> for &L {
     }
 }
 
-/// Means and values of a normal distribution of this scale.
+/// Type of the means and values of a normal distribution with the scale `L`.
 type Vector<R, L> = <<L as Scale<R>>::Size as Size>::Vector<R>;
 
 const NAME: &str = "MvNormalCholesky";
@@ -97,7 +97,7 @@ where
         add_terms(x, mean, factor, terms);
     }
 
-    // data of a size that is known at run time only have their lengths compared one by one
+    // no statistics if the size is known only at run time, because the length of each datum must then be checked
     const HAS_STATISTICS: bool = <L::Size as Size>::AT_MOST != usize::MAX;
 
     fn sufficient_statistics(data: impl Iterator<Item = Self::Value>, out: &mut Vec<f64>) {

@@ -1,5 +1,5 @@
-//! Log densities of the multivariate normal distribution, of one datum and of many that share mean
-//! and factor, with their partials.
+//! Log densities of the multivariate normal distribution and their partial derivatives: for one datum, and for many
+//! data with the same mean and factor.
 
 use super::factor::{Factor, Whole};
 use super::size::Size;
@@ -8,16 +8,16 @@ use crate::partials::Partials;
 use crate::scalar::Scalar;
 use crate::special::HALF_LN_2PI;
 
-/// The partials of one density: −w in x, w in μ and wᵢ zⱼ − δᵢⱼ/Lᵢᵢ in Lᵢⱼ.
+/// Partial derivatives of the log density of one datum: −w with respect to x, w to μ, and wᵢ zⱼ − δᵢⱼ/Lᵢᵢ to Lᵢⱼ.
 struct Gradient<R: Scalar, S: Size> {
     x: S::Vector<R>,
     mean: S::Vector<R>,
     factor: Factor<R, S>,
-    /// L⁻¹(x − μ).
+    /// z = L⁻¹(x − μ).
     z: S::Vector<f64>,
-    /// L⁻ᵀ z.
+    /// w = L⁻ᵀ z.
     w: S::Vector<f64>,
-    /// 1/Lᵢᵢ.
+    /// Reciprocal diagonal 1/Lᵢᵢ.
     inverse: S::Vector<f64>,
 }
 
@@ -38,7 +38,7 @@ impl<R: Scalar, S: Size> Partials<R> for Gradient<R, S> {
     }
 }
 
-/// The partials of many densities together.
+/// Partial derivatives of the log density of many data.
 struct Sum<R: Scalar, S: Size> {
     mean: S::Vector<R>,
     in_mean: S::Vector<f64>,
@@ -56,8 +56,8 @@ impl<R: Scalar, S: Size> Partials<R> for Sum<R, S> {
     }
 }
 
-/// Σ ln Lᵢᵢ; NaN if one is not positive. A loop, since a call of `product` keeps the compiler from
-/// taking the logarithm out of a plate.
+/// Log determinant Σ ln Lᵢᵢ; NaN if a diagonal entry is negative. A loop is used, because with a call of `product` the
+/// compiler does not move the logarithm out of the loop over a plate.
 #[inline]
 fn ln_determinant<S: Size>(size: S, l: &S::Matrix<f64>) -> f64 {
     let (mut product, mut positive) = (1.0, true);
@@ -75,7 +75,7 @@ fn ln_determinant<S: Size>(size: S, l: &S::Matrix<f64>) -> f64 {
     sum
 }
 
-/// b ← L⁻¹ b, with the reciprocals of the diagonal.
+/// Solves L x = b in place; `inverse` contains the reciprocals of the diagonal.
 #[inline]
 fn solve_lower<S: Size>(
     size: S,
@@ -91,7 +91,7 @@ fn solve_lower<S: Size>(
     }
 }
 
-/// b ← L⁻ᵀ b.
+/// Solves Lᵀ x = b in place; `inverse` contains the reciprocals of the diagonal.
 #[inline]
 fn solve_upper<S: Size>(
     size: S,
@@ -133,9 +133,9 @@ pub(super) fn add_terms<R: Scalar, S: Size>(
     terms.add(value, Gradient { x: x.clone(), mean, factor, z, w, inverse });
 }
 
-/// n, x̄ and, row by row, the scatter matrix Σ (x − x̄)(x − x̄)ᵀ.
+/// Statistics n, x̄ and the scatter matrix Σ (x − x̄)(x − x̄)ᵀ, row-major.
 pub(super) fn sufficient_statistics(mut data: impl Iterator<Item = Vec<f64>>, out: &mut Vec<f64>) {
-    // sums of differences from one datum keep their digits
+    // differences from one datum avoid cancellation
     let Some(origin) = data.next() else { return };
     let size = origin.len();
     let (mut n, mut sum, mut scatter) = (1.0, vec![0.0; size], vec![0.0; size * size]);
@@ -154,7 +154,7 @@ pub(super) fn sufficient_statistics(mut data: impl Iterator<Item = Vec<f64>>, ou
     out.extend((0..size * size).map(|k| scatter[k] - sum[k / size] * sum[k % size] / n));
 }
 
-/// Adds the log densities at the data with these sufficient statistics.
+/// Adds the log density of the data with the given sufficient statistics.
 #[inline(always)]
 pub(super) fn add_statistics_terms<R: Scalar, S: Size>(
     statistics: &[f64],
@@ -169,7 +169,7 @@ pub(super) fn add_statistics_terms<R: Scalar, S: Size>(
     let inverse = size.vector(|i| l[i][i].recip());
     let mut z = size.vector(|i| center[i] - mean[i].value());
     solve_lower(size, &l, &inverse, &mut z);
-    // A = L⁻¹ S L⁻ᵀ, by rows of the symmetric S and then of what is left
+    // A = L⁻¹ S L⁻ᵀ: solve with the rows of the symmetric S, then with the columns of the result
     let (mut half, mut a) = (size.filled(0.0), size.filled(0.0));
     for i in 0..k {
         let mut row = size.vector(|j| scatter[i * k + j]);
@@ -193,7 +193,8 @@ pub(super) fn add_statistics_terms<R: Scalar, S: Size>(
     if !R::DIFFERENTIABLE {
         return terms.add_number(R::from(value));
     }
-    // G = L⁻ᵀ (n z zᵀ + A), of which the lower triangle less n/Lᵢᵢ is the partial in L
+    // G = L⁻ᵀ (n z zᵀ + A); the partial derivative with respect to L is the lower triangle of G minus n/Lᵢᵢ on the
+    // diagonal
     let mut weights = size.filled(0.0);
     for j in 0..k {
         let mut column = size.vector(|i| n * z[i] * z[j] + a[i][j]);

@@ -1,4 +1,4 @@
-//! Sizes of vectors and matrices: in their type, or known at run time only.
+//! Sizes of vectors and matrices, known at compile time or at run time.
 
 use std::fmt::Debug;
 use std::ops::IndexMut;
@@ -10,20 +10,20 @@ pub trait MatrixEntry: Copy + Debug + Recordable {}
 
 impl<T: Copy + Debug + Recordable> MatrixEntry for T {}
 
-/// The size of a matrix, and what vectors and matrices of this size are kept in. What is written over
-/// a size is compiled for [`Fixed`] ones as for arrays: loops are unrolled, nothing is allocated.
+/// Size of a matrix, with the types of its vectors and matrices. Code that is generic over `Size` compiles to array
+/// code for [`Fixed`] sizes: loops are unrolled, and nothing is allocated.
 pub trait Size: Copy + Debug {
-    /// The size, if the type tells; the largest number otherwise.
+    /// The size if it is known at compile time, else `usize::MAX`.
     const AT_MOST: usize;
 
-    /// As many numbers.
+    /// Vector with this number of entries.
     type Vector<T: MatrixEntry>: Clone
         + Debug
         + Recordable
         + AsRef<[T]>
         + IndexMut<usize, Output = T>;
 
-    /// As many rows of as many numbers.
+    /// Square matrix with this number of rows.
     type Matrix<T: MatrixEntry>: Clone
         + Debug
         + Recordable
@@ -32,18 +32,18 @@ pub trait Size: Copy + Debug {
     /// The size.
     fn get(self) -> usize;
 
-    /// A vector, entry by entry.
+    /// Vector with the given entries.
     fn vector<T: MatrixEntry>(self, entry: impl FnMut(usize) -> T) -> Self::Vector<T>;
 
-    /// A matrix of the same number everywhere.
+    /// Matrix whose entries all have the same value.
     fn filled<T: MatrixEntry>(self, value: T) -> Self::Matrix<T>;
 }
 
-/// A size in the type.
+/// Size known at compile time.
 #[derive(Clone, Copy, Debug)]
 pub struct Fixed<const K: usize>;
 
-/// A size that comes from the data.
+/// Size known only at run time.
 #[derive(Clone, Copy, Debug)]
 pub struct Free(pub usize);
 

@@ -1,4 +1,4 @@
-//! Products of factors, and with vectors.
+//! Products of Cholesky factors with each other and with vectors, and factorisation.
 
 use super::partials::Row;
 use super::{CholeskyFactor, DynCholeskyFactor, Factor};
@@ -8,7 +8,7 @@ use crate::distribution::multivariate::size::{Fixed, Free, Size};
 use crate::scalar::Scalar;
 
 impl<R: Scalar, S: Size> Factor<R, S> {
-    /// The covariance matrix L Lᵀ.
+    /// Covariance matrix L Lᵀ.
     pub fn covariance(&self) -> S::Matrix<R> {
         let rows = self.rows();
         let entry = |i: usize, j: usize| {
@@ -27,9 +27,9 @@ impl<R: Scalar, S: Size> Factor<R, S> {
         matrix
     }
 
-    /// The correlation matrix: L Lᵀ scaled to a unit diagonal.
+    /// Correlation matrix: L Lᵀ, scaled to a unit diagonal.
     pub fn correlation(&self) -> S::Matrix<R> {
-        // rows of other lengths have the same correlations
+        // scaling of rows does not change the correlations
         let mut rows = Self { scale: None, ..self.clone() }.rows();
         for i in 0..self.size() {
             let row = &mut rows[i];
@@ -42,7 +42,7 @@ impl<R: Scalar, S: Size> Factor<R, S> {
         matrix
     }
 
-    /// The x with L x = b.
+    /// Solution x of L x = b.
     fn solved(&self, mut x: S::Vector<R>) -> S::Vector<R> {
         let l = self.values();
         for i in 0..self.size() {
@@ -59,7 +59,7 @@ impl<R: Scalar, S: Size> Factor<R, S> {
         x
     }
 
-    /// L x + b.
+    /// Product L x + b.
     #[inline]
     fn product(&self, x: &S::Vector<R>, b: &S::Vector<R>) -> S::Vector<R> {
         let (l, numbers) = (self.values(), self.size.vector(|j| x[j].value()));
@@ -73,11 +73,10 @@ impl<R: Scalar, S: Size> Factor<R, S> {
 }
 
 impl<R: Scalar, const K: usize> CholeskyFactor<R, K> {
-    /// From rows; what stands above the diagonal must be zero.
+    /// Factor from rows; the entries above the diagonal must be zero.
     ///
     /// # Errors
-    /// [`DomainError`] for a nonzero entry above the diagonal, or a diagonal that is not
-    /// positive and finite.
+    /// [`DomainError`] if an entry above the diagonal is nonzero, or if a diagonal entry is not positive and finite.
     pub fn new(rows: [[R; K]; K]) -> Result<Self, DomainError> {
         require_zeros("CholeskyFactor", &rows)?;
         let factor = Self::from_rows(Fixed, rows);
@@ -85,23 +84,23 @@ impl<R: Scalar, const K: usize> CholeskyFactor<R, K> {
         Ok(factor)
     }
 
-    /// diag(scale) · L.
+    /// Product diag(scale) · L.
     #[inline(always)]
     pub fn scale_rows(&self, scale: impl Datum<[R; K]>) -> Self {
         self.scaled(scale.lift())
     }
 
-    /// The x with L x = b.
+    /// Solution x of L x = b.
     pub fn solve_lower(&self, b: impl Datum<[R; K]>) -> [R; K] {
         self.solved(b.lift())
     }
 
-    /// L x.
+    /// Product L x.
     pub fn times(&self, x: impl Datum<[R; K]>) -> [R; K] {
         self.product(&x.lift(), &[R::from(0.0); K])
     }
 
-    /// L x + b.
+    /// Product L x + b.
     #[inline]
     pub(in crate::distribution) fn times_and(&self, x: &[R; K], b: &[R; K]) -> [R; K] {
         self.product(x, b)
@@ -109,11 +108,11 @@ impl<R: Scalar, const K: usize> CholeskyFactor<R, K> {
 }
 
 impl<R: Scalar> DynCholeskyFactor<R> {
-    /// From rows, each at least up to the diagonal; what stands above it must be zero.
+    /// Factor from rows, each at least up to the diagonal; entries above the diagonal must be zero.
     ///
     /// # Errors
-    /// [`DomainError`] for a row that is too short or too long, a nonzero entry above the diagonal,
-    /// or a diagonal that is not positive and finite.
+    /// [`DomainError`] if a row is too short or too long, if an entry above the diagonal is nonzero, or if a diagonal
+    /// entry is not positive and finite.
     pub fn new(rows: &[Vec<R>]) -> Result<Self, DomainError> {
         let size = rows.len();
         for (i, row) in rows.iter().enumerate() {
@@ -128,12 +127,10 @@ impl<R: Scalar> DynCholeskyFactor<R> {
         Ok(factor)
     }
 
-    /// The factor of a covariance matrix, whose entries may depend on unknowns: as for the values of
-    /// a Gaussian process at given places. What stands above the diagonal is not read.
+    /// Cholesky factor of a covariance matrix. Its entries can depend on unknowns, for example for a Gaussian process.
+    /// The entries above the diagonal are not read.
     ///
-    /// # Errors
-    /// [`DomainError`] for a row that does not reach the diagonal, and for a matrix that is not
-    /// positive definite.
+    /// # Errors [`DomainError`] if a row does not reach the diagonal, or if the matrix is not positive definite.
     ///
     /// # Example
     /// ```
@@ -200,26 +197,26 @@ impl<R: Scalar> DynCholeskyFactor<R> {
         Ok(x.iter().map(Datum::lift).collect())
     }
 
-    /// diag(scale) · L.
+    /// Product diag(scale) · L.
     ///
     /// # Errors
-    /// [`DomainError`] unless there are as many scales as rows.
+    /// [`DomainError`] if the number of scales differs from the number of rows.
     pub fn scale_rows(&self, scale: &[impl Datum<R>]) -> Result<Self, DomainError> {
         Ok(self.scaled(self.collected("number of scales", scale)?))
     }
 
-    /// The x with L x = b.
+    /// Solution x of L x = b.
     ///
     /// # Errors
-    /// [`DomainError`] unless b has as many numbers as there are rows.
+    /// [`DomainError`] if the length of b differs from the number of rows.
     pub fn solve_lower(&self, b: &[impl Datum<R>]) -> Result<Vec<R>, DomainError> {
         Ok(self.solved(self.collected("length of b", b)?))
     }
 
-    /// L x.
+    /// Product L x.
     ///
     /// # Errors
-    /// [`DomainError`] unless x has as many numbers as there are rows.
+    /// [`DomainError`] if the length of x differs from the number of rows.
     pub fn times(&self, x: &[impl Datum<R>]) -> Result<Vec<R>, DomainError> {
         let x = self.collected("length of x", x)?;
         Ok(self.product(&x, &vec![R::from(0.0); x.len()]))
@@ -228,7 +225,7 @@ impl<R: Scalar> DynCholeskyFactor<R> {
 
 const NAME: &str = "DynCholeskyFactor";
 
-/// Demands what the square of a diagonal entry of the factor must be.
+/// Checks that a pivot, the square of a diagonal entry of the factor, is positive and finite.
 fn require_pivot(i: usize, pivot: f64) -> Result<(), DomainError> {
     let holds = pivot > 0.0 && pivot.is_finite();
     let name = format_args!("pivot {i} of the covariance matrix");
@@ -242,7 +239,7 @@ fn require_pivot(i: usize, pivot: f64) -> Result<(), DomainError> {
     DomainError::require(holds, NAME, name, requirement, pivot)
 }
 
-/// Demands zeros above the diagonal.
+/// Checks that all entries above the diagonal are zero.
 fn require_zeros<R: Scalar>(
     name: &'static str,
     rows: &[impl AsRef<[R]>],

@@ -1,23 +1,23 @@
-//! Correlation factors as functions of coordinates.
+//! Correlation factors as functions of unconstrained coordinates.
 
 use crate::distribution::multivariate::size::{Fixed, Size};
 use crate::special::Hyperbolic;
 
-/// Entries of a correlation factor as functions of coordinates: zᵢⱼ = tanh yᵢⱼ is a partial
-/// correlation, Lᵢⱼ = zᵢⱼ rᵢⱼ and Lᵢᵢ = rᵢᵢ with rᵢⱼ = Πₖ﹤ⱼ sech yᵢₖ.
+/// Entries of a correlation factor as functions of coordinates. zᵢⱼ = tanh yᵢⱼ is a partial correlation; Lᵢⱼ = zᵢⱼ rᵢⱼ
+/// and Lᵢᵢ = rᵢᵢ with rᵢⱼ = Πₖ﹤ⱼ sech yᵢₖ.
 #[derive(Clone, Debug)]
 pub(crate) struct Angles<S: Size> {
     pub(super) entries: S::Matrix<f64>,
     pub(super) tanh: S::Matrix<f64>,
     pub(super) sech: S::Matrix<f64>,
-    /// rᵢⱼ sech yᵢⱼ times the slope of yᵢⱼ in its coordinate.
+    /// rᵢⱼ sech yᵢⱼ, times the derivative of yᵢⱼ with respect to its coordinate.
     pub(super) reach: S::Matrix<f64>,
 }
 
 impl<const K: usize> Copy for Angles<Fixed<K>> {}
 
 impl<S: Size> Angles<S> {
-    /// Those of the unit matrix.
+    /// Angles of the identity matrix.
     #[inline(always)]
     pub(crate) fn zero(size: S) -> Self {
         let mut entries = size.filled(0.0);
@@ -28,7 +28,7 @@ impl<S: Size> Angles<S> {
         Self { entries, tanh, sech, reach }
     }
 
-    /// Takes yᵢⱼ, with its slope in its coordinate, once row `i` is there up to column j.
+    /// Sets yᵢⱼ and its derivative with respect to its coordinate. The columns of a row must be set in ascending order.
     #[inline(always)]
     pub(crate) fn set(&mut self, i: usize, j: usize, at: Hyperbolic, slope: f64) {
         let rest = self.entries[i][i];
@@ -38,7 +38,7 @@ impl<S: Size> Angles<S> {
         self.reach[i][j] = rest * at.sech * slope;
     }
 
-    /// An entry of the factor.
+    /// Entry (i, j) of the factor.
     #[inline(always)]
     pub(crate) fn entry(&self, i: usize, j: usize) -> f64 {
         self.entries[i][j]

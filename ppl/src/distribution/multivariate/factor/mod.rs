@@ -14,10 +14,10 @@ use crate::scalar::Scalar;
 pub(super) use angles::Angles;
 pub(super) use partials::Whole;
 
-/// A [`Factor`] of K×K numbers, K known at compile time.
+/// A [`Factor`] of a K×K matrix, with K known at compile time.
 ///
-/// The value type of [`LkjCholesky`](crate::LkjCholesky) and the scale of
-/// [`MvNormalCholesky`](crate::MvNormalCholesky).
+/// [`LkjCholesky`](crate::LkjCholesky) has values of this type, and [`MvNormalCholesky`](crate::MvNormalCholesky) uses
+/// it as its scale.
 ///
 /// # Example
 /// ```
@@ -30,7 +30,7 @@ pub(super) use partials::Whole;
 /// ```
 pub type CholeskyFactor<R, const K: usize> = Factor<R, Fixed<K>>;
 
-/// A [`Factor`] whose size is known at run time only: as the number of quantities that a file names.
+/// A [`Factor`] whose size is known only at run time, for example if a file determines the number of quantities.
 ///
 /// # Example
 /// ```
@@ -43,30 +43,30 @@ pub type CholeskyFactor<R, const K: usize> = Factor<R, Fixed<K>>;
 /// ```
 pub type DynCholeskyFactor<R> = Factor<R, Free>;
 
-/// A lower triangular matrix L with positive diagonal, the factor of L Lᵀ: [`CholeskyFactor`] or
-/// [`DynCholeskyFactor`]. A correlation factor (rows of length 1) becomes a covariance factor by
-/// `scale_rows` with standard deviations.
+/// Cholesky factor: a lower triangular matrix L with positive diagonal, which represents L Lᵀ. It has the aliases
+/// [`CholeskyFactor`] and [`DynCholeskyFactor`]. The method `scale_rows` with standard deviations turns a correlation
+/// factor, whose rows have length 1, into a covariance factor.
 #[derive(Clone, Debug)]
 pub struct Factor<R: MatrixEntry, S: Size> {
     pub(super) size: S,
-    /// Entries, or below the diagonal the coordinates of `angles`.
+    /// Entries; with `angles`, the coordinates below the diagonal instead of the entries.
     pub(super) rows: S::Matrix<R>,
-    /// What the entries are functions of, where that makes derivatives cheaper: never for data.
+    /// Parametrisation of the entries by coordinates, if this makes derivatives cheaper; always `None` for data.
     pub(super) angles: Option<Angles<S>>,
-    /// What the rows have still to be multiplied by, under the same condition.
+    /// Factors by which the rows are still to be multiplied; always `None` for data.
     pub(super) scale: Option<S::Vector<R>>,
 }
 
 impl<R: MatrixEntry, const K: usize> Copy for Factor<R, Fixed<K>> {}
 
 impl<R: Scalar, S: Size> Factor<R, S> {
-    /// From rows that are right by construction.
+    /// Factor from rows that are valid by construction.
     #[inline(always)]
     pub(super) fn from_rows(size: S, rows: S::Matrix<R>) -> Self {
         Self { size, rows, angles: None, scale: None }
     }
 
-    /// From entries on and below the diagonal that are right by construction.
+    /// Factor from valid entries on and below the diagonal.
     #[inline]
     pub(super) fn from_fn(size: S, mut entry: impl FnMut(usize, usize) -> R) -> Self {
         let mut rows = size.filled(R::from(0.0));
@@ -78,7 +78,7 @@ impl<R: Scalar, S: Size> Factor<R, S> {
         Self::from_rows(size, rows)
     }
 
-    /// Demands a positive diagonal and finite entries.
+    /// Checks that the diagonal is positive and that all entries are finite.
     pub(super) fn validate(&self, distribution: &'static str) -> Result<(), DomainError> {
         for i in 0..self.size() {
             let name = format_args!("diagonal entry {i} of the Cholesky factor");
@@ -97,7 +97,7 @@ impl<R: Scalar, S: Size> Factor<R, S> {
         self.size.get()
     }
 
-    /// MatrixEntry (i, j), zero above the diagonal.
+    /// Entry (i, j); zero above the diagonal.
     ///
     /// # Panics
     /// If `i` or `j` is not below [`size`](Self::size).
@@ -116,7 +116,7 @@ impl<R: Scalar, S: Size> Factor<R, S> {
         }
     }
 
-    /// Rows, with zeros above the diagonal.
+    /// All rows, with zeros above the diagonal.
     #[inline(always)]
     pub fn rows(&self) -> S::Matrix<R> {
         let mut rows = self.rows.clone();
@@ -130,7 +130,7 @@ impl<R: Scalar, S: Size> Factor<R, S> {
         rows
     }
 
-    /// diag(scale) · L, for as many scales as rows.
+    /// Product diag(scale) · L; `scale` must have as many numbers as there are rows.
     #[inline(always)]
     fn scaled(&self, scale: S::Vector<R>) -> Self {
         let unscaled = match self.scale {
@@ -141,7 +141,7 @@ impl<R: Scalar, S: Size> Factor<R, S> {
         if R::DIFFERENTIABLE { scaled } else { Self::from_rows(scaled.size, scaled.rows()) }
     }
 
-    /// Plain numbers.
+    /// Values of all entries, without derivatives.
     #[inline(always)]
     pub(super) fn values(&self) -> S::Matrix<f64> {
         let mut values = self.size.filled(0.0);
@@ -159,7 +159,7 @@ impl<R: Scalar, S: Size> Factor<R, S> {
         scale * self.unscaled_value(i, j)
     }
 
-    /// An entry before it is scaled.
+    /// Value of an entry before the multiplication by its scale.
     #[inline(always)]
     fn unscaled_value(&self, i: usize, j: usize) -> f64 {
         match &self.angles {
@@ -170,7 +170,7 @@ impl<R: Scalar, S: Size> Factor<R, S> {
 }
 
 impl<T: MatrixEntry, S: Size> Factor<T, S> {
-    /// In numbers of another kind, with the scale still apart.
+    /// Factor over another scalar type. Angles and scale stay separate.
     #[inline(always)]
     pub(super) fn lifted<R: Scalar>(&self) -> Factor<R, S>
     where
@@ -184,7 +184,7 @@ impl<T: MatrixEntry, S: Size> Factor<T, S> {
             }
         }
         if T::CONSTANT || !R::DIFFERENTIABLE {
-            // said once more, so that no density of plain numbers asks for the rest
+            // separate return, so that the code for derivatives is not compiled for densities over `f64`
             return Factor::from_rows(size, rows);
         }
         let scale = self.scale.as_ref().map(|scale| size.vector(|i| scale[i].lift()));

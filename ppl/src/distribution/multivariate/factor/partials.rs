@@ -1,5 +1,5 @@
-//! What entries are made of: partials in them go on to coordinates and scales, without an operation
-//! for every entry.
+//! Partial derivatives with respect to the entries of a factor. They are propagated directly to coordinates and scales,
+//! so that entries need no operations of their own on the tape.
 
 use super::Factor;
 use super::angles::Angles;
@@ -8,7 +8,8 @@ use crate::partials::Partials;
 use crate::scalar::Scalar;
 
 impl<R: Scalar, S: Size> Factor<R, S> {
-    /// Calls `f` with the numbers that make the entries of row `i`, whose partials are `weights`.
+    /// Propagates the partial derivatives `weights` with respect to the entries of row `i`: calls `f` with each number
+    /// on which the entries depend and the derivative with respect to this number.
     #[inline(always)]
     fn spread_row(&self, i: usize, mut weights: S::Vector<f64>, f: &mut impl FnMut(R, f64)) {
         if let Some(scale) = &self.scale {
@@ -34,11 +35,11 @@ impl<R: Scalar, S: Size> Factor<R, S> {
         }
     }
 
-    /// Calls `f` with the numbers that make all entries, whose partials are `weights`.
+    /// Propagates the partial derivatives `weights` with respect to all entries: calls `f` with each number on which
+    /// the entries depend and the derivative with respect to this number.
     ///
-    /// Several short loops over parts that are taken out of this structure first: where the size is
-    /// small and in the type the compiler unrolls them, and keeps in registers whatever no loop looks
-    /// up.
+    /// The structure is taken apart first, and the work is split into several short loops. If the size is small and
+    /// known at compile time, the compiler unrolls the loops and keeps the parts in registers.
     #[inline(always)]
     pub(in crate::distribution::multivariate) fn spread_rows(
         self,
@@ -91,7 +92,7 @@ impl<R: Scalar, S: Size> Factor<R, S> {
     }
 }
 
-/// The partials of entry (i, j), where coordinates make it.
+/// Partial derivatives of entry (i, j) of a factor with angles.
 pub(super) struct One<'a, R: Scalar, S: Size> {
     pub(super) factor: &'a Factor<R, S>,
     pub(super) angles: &'a Angles<S>,
@@ -121,7 +122,7 @@ impl<R: Scalar, S: Size> Partials<R> for One<'_, R, S> {
     }
 }
 
-/// The partials of a function of a row, some numbers and one more.
+/// Partial derivatives of a function of one row of a factor, of the numbers `x` and of one more number, `start`.
 pub(super) struct Row<'a, R: Scalar, S: Size> {
     pub(super) factor: &'a Factor<R, S>,
     pub(super) i: usize,
@@ -142,10 +143,9 @@ impl<R: Scalar, S: Size> Partials<R> for Row<'_, R, S> {
     }
 }
 
-/// The partials of a function of a whole factor.
+/// Partial derivatives of a function of all entries of a factor.
 ///
-/// Entries that are made on the way, each by an operation of its own, would come between the
-/// arguments of this one.
+/// Computing the entries first would put one operation per entry on the tape, between the arguments of the function.
 pub(in crate::distribution::multivariate) struct Whole<R: Scalar, S: Size> {
     pub(in crate::distribution::multivariate) factor: Factor<R, S>,
     pub(in crate::distribution::multivariate) weights: S::Matrix<f64>,
