@@ -1,41 +1,41 @@
-//! Where the summands of a log density go.
+//! Accumulators of log density terms.
 
 use crate::partials::Partials;
 use crate::scalar::Scalar;
 
-/// Takes the summands of a log density, each with its partial derivatives.
+/// Accumulator of the terms of a log density, each with its partial derivatives.
 ///
-/// A density that hands over what it is the sum of, term by term, leaves open what becomes of them:
-/// one number ([`Joined`]), or values and adjoints that are added up where they belong, with nothing
-/// kept of the terms ([`Settled`]).
+/// A density passes its terms one by one, and the accumulator determines their use. [`Joined`] adds them to one scalar.
+/// [`Settled`] adds the values, propagates the partial derivatives to the adjoints immediately, and stores no terms.
 pub trait Accumulator<R: Scalar> {
-    /// A summand with this value and these partials.
+    /// Adds a term with the given value and partial derivatives.
     fn add(&mut self, value: f64, partials: impl Partials<R>);
 
-    /// A summand that is a number already.
+    /// Adds a term that is already a scalar.
     fn add_number(&mut self, term: R);
 
-    /// The number with this value, and this slope in `y`, where nothing will use `y` any more.
+    /// Number with the given value and the given derivative with respect to `y`. The caller must not use `y`
+    /// afterwards.
     #[inline(always)]
     fn replace(&mut self, y: R, value: f64, slope: f64) -> R {
         y.unary(value, slope)
     }
 
-    /// −ln x for a summand that follows, or 0 if it will be added later, together with others, as one
-    /// logarithm of a product.
+    /// Returns −ln x for the following term. An accumulator can return 0 and add the logarithm later, combined with
+    /// others as the logarithm of a product.
     #[inline(always)]
     fn minus_ln(&mut self, x: f64) -> f64 {
         -x.ln()
     }
 
-    /// Whether what is the same at every point may be left out.
+    /// Whether terms that are the same at every point can be omitted.
     #[inline(always)]
     fn leave_out_constants(&self) -> bool {
         false
     }
 }
 
-/// The sum as one number.
+/// Accumulator of the sum as one scalar.
 #[derive(Clone, Copy, Debug)]
 pub struct Joined<R>(Option<R>);
 
@@ -46,13 +46,13 @@ impl<R> Default for Joined<R> {
 }
 
 impl<R: Scalar> Joined<R> {
-    /// What `density` adds up.
+    /// Sum of the terms that `density` adds.
     #[inline(always)]
     pub fn of(density: impl FnOnce(&mut Self)) -> R {
         Self::with(density).1
     }
 
-    /// What `density` returns, and what it adds up.
+    /// Return value of `density`, and the sum of the terms that it adds.
     #[inline(always)]
     pub fn with<T>(density: impl FnOnce(&mut Self) -> T) -> (T, R) {
         let mut terms = Self::default();
@@ -60,7 +60,7 @@ impl<R: Scalar> Joined<R> {
         (value, terms.number())
     }
 
-    /// The sum.
+    /// Sum of the terms.
     #[inline(always)]
     pub(crate) fn number(self) -> R {
         self.0.unwrap_or_else(|| R::from(0.0))
@@ -79,14 +79,14 @@ impl<R: Scalar> Accumulator<R> for Joined<R> {
     }
 }
 
-/// Values are added up; partials go straight to the adjoints of what they are in.
+/// Accumulator that adds the values of the terms and propagates their partial derivatives to the adjoints immediately.
 ///
-/// With `drop_constants` they leave out what is the same at every point: samplers need no more, and
-/// [`Bound`](crate::Bound) adds the sum of what was left out.
+/// With `drop_constants`, terms that are the same at every point are omitted, since samplers do not need them.
+/// [`Bound`](crate::Bound) adds the sum of the omitted terms.
 #[derive(Clone, Copy, Debug)]
 pub struct Settled {
     value: f64,
-    /// What the value has to lose the logarithm of.
+    /// Product of deferred divisors: the total is `value` − ln(`product`).
     product: f64,
     drop_constants: bool,
 }
@@ -97,7 +97,7 @@ impl Settled {
         Self { value: 0.0, product: 1.0, drop_constants: false }
     }
 
-    /// The sum of the values.
+    /// Sum of the values.
     #[inline(always)]
     pub(crate) fn total(&self) -> f64 {
         self.value - self.product.ln()
@@ -105,11 +105,11 @@ impl Settled {
 
     #[inline(always)]
     pub(crate) fn is_finite(&self) -> bool {
-        // the product always is
+        // the product is always finite
         self.value.is_finite()
     }
 
-    /// Adds the sum of others.
+    /// Adds the sum of another accumulator.
     #[inline(always)]
     pub(crate) fn add_all(&mut self, others: Self) {
         self.value += others.value;
@@ -120,7 +120,8 @@ impl Settled {
         }
     }
 
-    /// −ln x, or 0 if it could be left to the product.
+    /// Multiplies the product by x and returns 0. If the product would overflow or underflow, returns the logarithms
+    /// instead.
     #[inline(always)]
     fn divide(&mut self, x: f64) -> f64 {
         let product = self.product * x;
@@ -164,17 +165,17 @@ impl<R: Scalar> Accumulator<R> for Settled {
     }
 }
 
-/// All terms of a statement.
+/// Accumulator of all terms of one statement.
 pub(crate) trait Statement<R: Scalar>: Accumulator<R> + Copy {
-    /// None yet; with `drop_constants` what is the same at every point is left out, where that makes
-    /// sense.
+    /// Empty accumulator. With `drop_constants`, terms that are the same at every point are omitted if the type
+    /// supports it.
     fn empty(drop_constants: bool) -> Self;
 
-    /// What takes the terms of observations in a loop, if they go to what it has summed up so far
-    /// and not each by itself.
+    /// Accumulator for observations in a loop that adds their terms to `total`; `None` if each observation needs its
+    /// own.
     fn within(total: &mut Settled) -> Option<&mut Self>;
 
-    /// The sum.
+    /// Sum of the terms.
     fn total(&self) -> f64;
 
     fn is_finite(&self) -> bool;
@@ -197,7 +198,7 @@ impl<R: Scalar> Statement<R> for Joined<R> {
         if total.has_finite_slopes() { total.value() } else { f64::NAN }
     }
 
-    /// Whether value and derivatives are, as far as the number carries these.
+    /// Whether the value and the derivatives stored with the scalar are finite.
     #[inline(always)]
     fn is_finite(&self) -> bool {
         let total = self.number();

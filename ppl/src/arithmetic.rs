@@ -1,8 +1,8 @@
-//! Operators of numbers that carry derivatives, written once.
+//! Operators of scalar types with derivatives.
 
 use std::ops::{Add, Div, Mul, Sub};
 
-/// Arithmetic of a [`Scalar`](crate::Scalar) with itself, with `f64` and with `&f64` on the right.
+/// Arithmetic of a [`Scalar`](crate::Scalar) with a right-hand side of its own type, `f64` or `&f64`.
 pub trait Arithmetic<Rhs = Self>:
     Sized
     + Add<Rhs, Output = Self>
@@ -17,8 +17,8 @@ impl<S, Rhs> Arithmetic<Rhs> for S where
 {
 }
 
-/// Operators of a derivative-carrying number, all from `fuse`, with `f64` on either side, and
-/// references to both.
+/// Implements the operators of a scalar type with derivatives by `fuse`: with `f64` on either side, and with
+/// references.
 macro_rules! impl_arithmetic {
     ([$($generics:tt)*] $Number:ty) => {
         impl_arithmetic!(@op [$($generics)*] $Number, Add, add, AddAssign, add_assign,

@@ -1,6 +1,7 @@
-//! Backends: where the numbers of a density come from, where its terms go, and so what a number is:
-//! plain (primal), carrying its derivatives (forward), on a tape that keeps nothing of terms (reverse),
-//! on one that keeps everything (full tape).
+//! Backends of a density: sources of coordinates and targets of density terms, for each scalar type.
+//!
+//! There are four: plain values (primal), values with derivatives (forward mode), a tape that stores no density terms
+//! (reverse mode), and a tape that stores every operation (full tape).
 
 use std::cell::Cell;
 
@@ -9,38 +10,38 @@ use crate::real::Real;
 use crate::scalar::Scalar;
 use crate::tape::{Tape, Var};
 
-/// Where unknowns come from and where density terms go.
+/// Source of coordinates and target of density terms.
 pub(crate) trait Backend {
     type Number: Scalar;
 
-    /// What takes the terms of a statement.
+    /// Accumulator of the terms of a statement.
     type Accumulator: Statement<Real<Self::Number>>;
 
     /// Unconstrained coordinates of one unknown.
     type Coordinates;
 
-    /// The next `n` coordinates; `None` if there are fewer.
+    /// Takes the next `n` coordinates; `None` if fewer are left.
     fn take(&mut self, n: usize) -> Option<Self::Coordinates>;
 
-    /// The `i`-th of them; not a number past the last.
+    /// Coordinate `i` of an unknown; NaN if `i` is out of range.
     fn coordinate(&self, own: &Self::Coordinates, i: usize) -> Self::Number;
 
     /// Adds all terms of a statement.
     fn add(&mut self, terms: Self::Accumulator);
 
-    /// Adds what was summed up elsewhere.
+    /// Adds the terms of a separate accumulator.
     fn add_all(&mut self, terms: Settled);
 
-    /// Whether what is the same at every point is left out.
+    /// Whether terms that are the same at every point are omitted.
     #[inline(always)]
     fn drop_constants(&self) -> bool {
         false
     }
 
-    /// The value of the sum so far.
+    /// Sum of the terms added so far.
     fn total(&self) -> f64;
 
-    /// A position to go back to once nothing that came after it is needed.
+    /// Current position, to which `unwind` returns when later operations are no longer needed.
     #[inline(always)]
     fn mark(&self) -> usize {
         0
@@ -52,7 +53,7 @@ pub(crate) trait Backend {
     }
 }
 
-/// Plain values.
+/// Backend for plain values.
 pub(crate) struct Primal<'y> {
     coordinates: &'y [f64],
     drop_constants: bool,
@@ -60,7 +61,7 @@ pub(crate) struct Primal<'y> {
 }
 
 impl<'y> Primal<'y> {
-    /// At `y`, with `drop_constants` without what is the same at every point.
+    /// Backend at the point `y`. With `drop_constants`, terms that are the same at every point are omitted.
     #[inline(always)]
     pub(crate) fn new(y: &'y [f64], drop_constants: bool) -> Self {
         Self { coordinates: y, drop_constants, total: Settled::new() }
@@ -103,7 +104,7 @@ impl<'y> Backend for Primal<'y> {
     }
 }
 
-/// Numbers that carry their derivatives with them.
+/// Backend for scalars that contain their derivatives.
 pub(crate) struct Forward<'y, R> {
     coordinates: &'y [R],
     pub(crate) total: R,
@@ -146,7 +147,7 @@ impl<'y, R: Scalar> Backend for Forward<'y, R> {
     }
 }
 
-/// A tape on which nothing is kept of terms.
+/// Backend with a tape that stores no density terms.
 pub(crate) struct Reverse<'t, 'y> {
     coordinates: &'y [f64],
     adjoints: &'t [Cell<f64>],
@@ -156,8 +157,8 @@ pub(crate) struct Reverse<'t, 'y> {
 }
 
 impl<'t, 'y> Reverse<'t, 'y> {
-    /// Puts all coordinates on the cleared tape, so that they come first there; none if the tape
-    /// is too short for them. With `drop_constants` without what is the same at every point.
+    /// Places all coordinates on the cleared tape as its first nodes; none if the tape is too short. With
+    /// `drop_constants`, terms that are the same at every point are omitted.
     #[inline(always)]
     pub(crate) fn new(tape: &'t Tape, y: &'y [f64], drop_constants: bool) -> Self {
         let adjoints = tape.inputs(y.len());
@@ -214,7 +215,7 @@ impl<'t, 'y> Backend for Reverse<'t, 'y> {
     }
 }
 
-/// A tape that keeps every operation to the end, terms and whatever the model says about them.
+/// Backend with a tape that stores every operation until the end, including the density terms.
 pub(crate) struct FullTape<'t, 'y> {
     reverse: Reverse<'t, 'y>,
     total: f64,

@@ -1,4 +1,4 @@
-//! A model with its data, ready to be evaluated.
+//! Models bound to their data.
 
 use rand::{Rng, RngCore};
 
@@ -13,10 +13,10 @@ use crate::record::Record;
 use crate::tape::Tape;
 use crate::trace::Trace;
 
-/// A model bound to its data: what a function declared by `model!` returns.
+/// A model bound to its data; the return type of functions declared by `model!`.
 ///
-/// Names, shapes and the number of unknowns are found once, by a run on a prior draw; what goes
-/// wrong there is reported by [`layout`](Bound::layout) and by every sampler.
+/// The names, shapes and number of the unknowns are determined once, by a run on a prior draw. An error of this run is
+/// reported by [`layout`](Bound::layout) and by every sampler.
 ///
 /// # Example
 /// ```
@@ -55,7 +55,7 @@ pub struct Bound<M> {
     inspection: Inspection,
 }
 
-/// Memory for evaluations of a [`Bound`] model.
+/// Scratch memory for evaluations of a [`Bound`] model.
 #[derive(Debug, Default)]
 pub struct Workspace {
     tape: Tape,
@@ -63,13 +63,13 @@ pub struct Workspace {
 }
 
 impl<M: Model> Bound<M> {
-    /// Binds a model to the data that it holds.
+    /// Binds a model to its data.
     pub fn new(model: M) -> Self {
         let inspection = inspect::inspect(&model, M::STATIC);
         Self { model, inspection }
     }
 
-    /// The model itself.
+    /// The model.
     pub fn model(&self) -> &M {
         &self.model
     }
@@ -77,13 +77,12 @@ impl<M: Model> Bound<M> {
     /// Names, shapes, roles and the number of unknowns.
     ///
     /// # Errors
-    /// What is wrong with the model or its data, with the statement.
+    /// [`ModelError`] with the invalid statement or data.
     pub fn layout(&self) -> Result<&Layout, ModelError> {
         self.inspection.layout()
     }
 
-    /// One draw from the prior, with tracked quantities, predictions, and a replicate of every
-    /// observed quantity.
+    /// Draws from the prior: unknowns, tracked quantities, predictions, and a replicate of every observed quantity.
     ///
     /// # Errors
     /// [`ModelError`] if the model rejects its own prior draws.
@@ -91,8 +90,7 @@ impl<M: Model> Bound<M> {
         inspect::draw(&self.model, rng)
     }
 
-    /// Everything that the model names, at the unconstrained point `y`; predictions and
-    /// replicates are drawn with `rng`.
+    /// Evaluates all named quantities at the unconstrained point `y`. Predictions and replicates are drawn with `rng`.
     ///
     /// # Errors
     /// [`Rejection`] if a statement rejects the point.
@@ -101,11 +99,10 @@ impl<M: Model> Bound<M> {
         outcome.map(|()| record)
     }
 
-    /// Log density over constrained values at the unconstrained point `y`: without
-    /// log-Jacobians.
+    /// Log density over constrained values at the unconstrained point `y`, that is, without the log-Jacobians.
     ///
     /// # Errors
-    /// [`Rejection`] where it is zero or not defined.
+    /// [`Rejection`] if the density is zero or undefined.
     pub fn log_density_without_jacobian(
         &self,
         y: &[f64],
@@ -115,11 +112,11 @@ impl<M: Model> Bound<M> {
         value::<_, _, false>(&self.model, Primal::new(y, false), statistics)
     }
 
-    /// [`log_density_without_jacobian`](Bound::log_density_without_jacobian) with its gradient
-    /// in the unconstrained coordinates.
+    /// Value of [`log_density_without_jacobian`](Bound::log_density_without_jacobian) and its gradient with respect to
+    /// the unconstrained coordinates.
     ///
     /// # Errors
-    /// [`Rejection`] where it is zero or not defined.
+    /// [`Rejection`] if the density is zero or undefined.
     pub fn gradient_without_jacobian(
         &self,
         y: &[f64],
@@ -129,12 +126,11 @@ impl<M: Model> Bound<M> {
         self.reverse::<false>(y, gradient, workspace)
     }
 
-    /// The gradient by forward mode, one coordinate at a time, and from all data: slow, and
-    /// independent of the tape and of what was prepared when data were bound.
+    /// Gradient by forward mode, one coordinate at a time, and without data summaries. It is slow, and independent of
+    /// the tape and of summaries computed when the data were bound.
     ///
     /// # Errors
-    /// [`Rejection`] where the density is zero or not defined, and at the first statement whose
-    /// derivative is not finite.
+    /// [`Rejection`] if the density is zero or undefined, or of the first statement whose derivative is not finite.
     pub fn forward_gradient(&self, y: &[f64], gradient: &mut [f64]) -> Result<f64, Rejection> {
         let (mut value, mut sums) = (0.0, Vec::new());
         for (i, g) in gradient.iter_mut().enumerate() {
@@ -152,12 +148,11 @@ impl<M: Model> Bound<M> {
         Ok(value)
     }
 
-    /// The gradient from all data with every operation kept on the tape to the end: slow, and
-    /// independent of what [`gradient`](LogDensity::gradient) leaves out, takes early or has
-    /// prepared when data were bound.
+    /// Gradient by a tape that stores every operation, without data summaries. It is slow, and independent of the
+    /// optimisations in [`gradient`](LogDensity::gradient): omitted constants, terms without nodes, and data summaries.
     ///
     /// # Errors
-    /// [`Rejection`] where the density is zero or not defined.
+    /// [`Rejection`] if the density is zero or undefined.
     pub fn tape_gradient(
         &self,
         y: &[f64],
@@ -184,7 +179,7 @@ impl<M: Model> Bound<M> {
         }
     }
 
-    /// The statement whose derivative is not finite at `y`, where the density is.
+    /// Describes the first statement whose derivative is not finite at `y`, if the density is finite there.
     #[cold]
     fn explain_gradient(&self, y: &[f64]) -> Option<String> {
         self.log_density(y, &mut Workspace::default()).ok()?;
@@ -196,7 +191,7 @@ impl<M: Model> Bound<M> {
         ))
     }
 
-    /// The sum of all terms, with its gradient; once more if the tape was too short.
+    /// Sum of all terms and its gradient; repeated with a longer tape if the tape was too short.
     fn reverse<const JACOBIAN: bool>(
         &self,
         y: &[f64],
@@ -229,7 +224,7 @@ fn other_length(gradient: usize, point: usize) -> Rejection {
     Box::new(FatalError::GradientLength { gradient, point }).into()
 }
 
-/// The sum of all terms.
+/// Sum of all terms.
 #[inline]
 fn value<M: Model, L: Backend, const JACOBIAN: bool>(
     model: &M,

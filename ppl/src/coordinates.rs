@@ -2,9 +2,9 @@
 
 use std::ops::Index;
 
-/// Labels of the entries along dimensions, by the name of the dimension.
+/// Labels of the entries along dimensions, sorted by the name of the dimension.
 ///
-/// In the order of the names. No map: every crate with a model compiles the destructor anew.
+/// The type is a vector and not a map, because every crate with a model would compile the destructor of a map again.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Coordinates(Vec<(String, Vec<String>)>);
 
@@ -13,22 +13,22 @@ impl Coordinates {
         self.0.binary_search_by(|(name, _)| name.as_str().cmp(dimension))
     }
 
-    /// No dimension has labels.
+    /// Whether no dimension has labels.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// The labels along `dimension`.
+    /// Labels along `dimension`.
     pub fn get(&self, dimension: &str) -> Option<&Vec<String>> {
         self.position(dimension).ok().map(|index| &self.0[index].1)
     }
 
-    /// All dimensions that have labels.
+    /// Iterator over all dimensions with labels.
     pub fn iter(&self) -> std::slice::Iter<'_, (String, Vec<String>)> {
         self.0.iter()
     }
 
-    /// The labels along `dimension`, to be written.
+    /// Labels along `dimension` for modification; an empty list is inserted if there are none.
     pub(crate) fn labels(&mut self, dimension: &str) -> &mut Vec<String> {
         let index = self.position(dimension).unwrap_or_else(|index| {
             self.0.insert(index, (dimension.to_owned(), Vec::new()));

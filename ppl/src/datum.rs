@@ -1,8 +1,8 @@
-//! Values in and out of a model: what can be observed, what can be written down.
+//! Conversion of values: data to the value types of distributions, and values to plain numbers for records.
 
-/// Something that a statement `place ~ D` can condition on, seen as the value type of `D`.
+/// A value on which a statement `place ~ D` can condition, convertible to the value type of `D`.
 ///
-/// Data (`f64`, counts, flags), unknowns and arrays, slices and vectors of them.
+/// Implemented for data (`f64`, counts, flags), unknowns, and arrays, slices and vectors of these.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` fits neither the values nor the parameters of this distribution",
     label = "needed: something that can be read as `{V}`",
@@ -11,34 +11,34 @@
     note = "a distribution of one number takes no arrays: write a loop over the entries, or \
             `.array::<N>()` for independent values of the same distribution"
 )]
-// what is hidden stays here: with a trait of its own behind this one, the compiler names that one, and
-// the words above are lost where data do not fit
+// The hidden items belong to this trait. In a separate supertrait, they would make the compiler report that trait, and
+// the messages above would not appear for data of a wrong type.
 pub trait Datum<V> {
-    /// Whether no unknown is behind it.
+    /// Whether the value does not depend on unknowns.
     #[doc(hidden)]
     const CONSTANT: bool = false;
 
-    /// Whether it is the same in every iteration of the plate around.
+    /// Whether the value is the same in every iteration of the surrounding plate.
     #[doc(hidden)]
     const SHARED: bool = false;
 
-    /// How many numbers it is made of at most, if the type tells.
+    /// Largest number of scalars on which the value depends, if the type determines it.
     #[doc(hidden)]
     const NUMBERS: usize = usize::MAX;
 
-    /// The value that the density is evaluated at.
+    /// Converts to the value at which the density is evaluated.
     fn lift(&self) -> V;
 
-    /// Calls `f` with the numbers that this one is made of, each with `weight` times the
-    /// derivative in it; not at all for a constant.
+    /// Calls `f` with each scalar on which the value depends and `weight` times the derivative with respect to it; not
+    /// for a constant.
     #[doc(hidden)]
     #[inline(always)]
     fn spread(&self, weight: f64, f: &mut impl FnMut(V, f64)) {
         f(self.lift(), weight);
     }
 
-    /// As [`spread`](Datum::spread), where the weights are final: what sums up its own adjoint may
-    /// take them without calling `f`.
+    /// Version of [`spread`](Datum::spread) for final weights: a value that sums its own adjoint can add the weights
+    /// without calling `f`.
     #[doc(hidden)]
     #[inline(always)]
     fn settle(&self, weight: f64, f: &mut impl FnMut(V, f64)) {
@@ -112,14 +112,14 @@ impl<V, T: Datum<V>> Datum<Vec<V>> for Vec<T> {
     }
 }
 
-/// Something that `place.impute() ~ D` can complete: a datum that may be missing.
+/// A value that `place.impute() ~ D` can complete: a datum that can be missing.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is never missing, or does not fit the values of this distribution",
     label = "needed: an `Option` of something that can be read as `{V}`",
     note = "complete data are observed without `.impute()`"
 )]
 pub trait Incomplete<V> {
-    /// The value that the density is evaluated at, if there is one.
+    /// The datum, converted to the value at which the density is evaluated; `None` if it is missing.
     fn known(&self) -> Option<V>;
 }
 
@@ -137,20 +137,20 @@ impl<V, T: Incomplete<V> + ?Sized> Incomplete<V> for &T {
     }
 }
 
-/// A value with a shape that can be written down as plain numbers.
+/// A value with a shape that can be recorded as plain numbers.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` cannot be recorded",
     note = "numbers, arrays, vectors and Cholesky factors can be"
 )]
 pub trait Recordable {
-    /// Dimensions, empty for a number.
+    /// Dimensions of the value; empty for a scalar.
     fn shape(&self) -> Vec<usize>;
 
-    /// Appends the elements, last dimension fastest.
+    /// Appends the elements in row-major order.
     fn flatten(&self, out: &mut Vec<f64>);
 
-    /// Overwrites the elements by `numbers`, of which there are as many; whether this kind of value can
-    /// be overwritten.
+    /// Overwrites the elements with the given numbers, one per element. Returns false if this type cannot be
+    /// overwritten.
     #[doc(hidden)]
     fn overwrite(&mut self, numbers: &mut dyn Iterator<Item = f64>) -> bool {
         let _ = numbers;
@@ -158,7 +158,7 @@ pub trait Recordable {
     }
 }
 
-/// How a number is written down: `impl_number_record! { [generics] Type: self => its f64; }`.
+/// Implements [`Recordable`] for scalar types: `impl_number_record! { [generics] Type: self => its f64; }`.
 macro_rules! impl_number_record {
     ($([$($generics:tt)*] $Number:ty: $self:ident => $value:expr;)*) => {$(
         impl<$($generics)*> $crate::datum::Recordable for $Number {
@@ -188,7 +188,7 @@ impl<T: Recordable + ?Sized> Recordable for &T {
     }
 }
 
-/// The shape of `len` values of this shape.
+/// Shape of `len` values that have the given shape.
 fn stacked(len: usize, mut shape: Vec<usize>) -> Vec<usize> {
     shape.insert(0, len);
     shape

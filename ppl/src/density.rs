@@ -68,7 +68,8 @@ pub trait LogDensity: Sync {
 
     /// Copy of `y` in which the named quantities have the given values.
     ///
-    /// # Errors Description of the name or value that does not fit, and of what would fit.
+    /// # Errors
+    /// Description of the name or value that does not fit, and of what would fit.
     #[doc(hidden)]
     fn with_values(&self, y: &[f64], values: &[(String, Vec<f64>)]) -> Result<Vec<f64>, String> {
         let _ = (y, values);
@@ -353,7 +354,8 @@ impl DomainError {
 
     /// Checks a requirement.
     ///
-    /// # Errors [`DomainError`] with the requirement if `holds` is false.
+    /// # Errors
+    /// [`DomainError`] with the requirement if `holds` is false.
     pub fn require(
         holds: bool,
         distribution: &'static str,
@@ -366,7 +368,8 @@ impl DomainError {
 
     /// Checks that a value is finite.
     ///
-    /// # Errors [`DomainError`] if the value is not finite.
+    /// # Errors
+    /// [`DomainError`] if the value is not finite.
     pub fn require_finite(
         distribution: &'static str,
         parameter: impl fmt::Display,
@@ -377,7 +380,8 @@ impl DomainError {
 
     /// Checks that a value is positive and finite.
     ///
-    /// # Errors [`DomainError`] if the value is not positive and finite.
+    /// # Errors
+    /// [`DomainError`] if the value is not positive and finite.
     pub fn require_positive(
         distribution: &'static str,
         parameter: impl fmt::Display,

@@ -1,9 +1,9 @@
-//! User functions that bring their own derivatives.
+//! User-defined functions with derivatives.
 
 use crate::density::DomainError;
 use crate::scalar::Scalar;
 
-/// A function ℝᴰ → ℝᴹ with an exact Jacobian, usable inside `model!` as one operation.
+/// A function ℝᴰ → ℝᴹ with an exact Jacobian; inside `model!` it is a single operation.
 ///
 /// # Example
 /// ```
@@ -29,22 +29,22 @@ pub trait Differentiable<const D: usize, const M: usize>: Sync {
     /// Value and Jacobian `jacobian[m][d]` = ∂fₘ/∂x_d.
     ///
     /// # Errors
-    /// [`DomainError`] where the function is not defined.
+    /// [`DomainError`] if the function is undefined at `x`.
     fn value_and_jacobian(&self, x: &[f64; D]) -> Result<([f64; M], [[f64; D]; M]), DomainError>;
 
-    /// The value alone; override it where it is cheaper than value and Jacobian together.
+    /// Value only; override this method if the value is cheaper than value and Jacobian together.
     ///
     /// # Errors
-    /// [`DomainError`] where the function is not defined.
+    /// [`DomainError`] if the function is undefined at `x`.
     fn value(&self, x: &[f64; D]) -> Result<[f64; M], DomainError> {
         self.value_and_jacobian(x).map(|(value, _)| value)
     }
 
-    /// The function on any [`Scalar`].
+    /// Evaluates the function for any [`Scalar`] type.
     ///
     /// # Errors
-    /// [`DomainError`] where the function is not defined; inside `model!`, `f.try_at(x)?` makes
-    /// that a rejected point with this message.
+    /// [`DomainError`] if the function is undefined at `x`. Inside `model!`, `f.try_at(x)?` turns the error into a
+    /// rejection of the point with its message.
     #[inline(always)]
     fn try_at<S: Scalar>(&self, x: [S; D]) -> Result<[S; M], DomainError>
     where
@@ -58,8 +58,8 @@ pub trait Differentiable<const D: usize, const M: usize>: Sync {
         Ok(S::fuse_all(value, x, jacobian))
     }
 
-    /// [`try_at`](Differentiable::try_at) with NaN outside the domain: a model that uses the
-    /// value there rejects the point.
+    /// Version of [`try_at`](Differentiable::try_at) that returns NaN outside the domain; a model that uses the NaN
+    /// rejects the point.
     #[inline(always)]
     fn at<S: Scalar>(&self, x: [S; D]) -> [S; M]
     where
@@ -69,7 +69,7 @@ pub trait Differentiable<const D: usize, const M: usize>: Sync {
         if !S::DIFFERENTIABLE {
             return self.value(&point).unwrap_or([f64::NAN; M]).map(S::from);
         }
-        // numbers of the same kind in both cases: what follows need not ask which of them it has
+        // use `fuse_all` in both cases: the result is then always on the tape, and later operations need no check
         let outside = ([f64::NAN; M], [[0.0; D]; M]);
         let (value, jacobian) = self.value_and_jacobian(&point).unwrap_or(outside);
         S::fuse_all(value, x, jacobian)
@@ -86,8 +86,8 @@ impl<F: Differentiable<D, M>, const D: usize, const M: usize> Differentiable<D, 
     }
 }
 
-/// A function ℝᵈ → ℝᵐ with an exact Jacobian whose sizes are known at run time only: as the numbers of
-/// parameters and quantities that a file names. [`Differentiable`] is several times faster.
+/// A function ℝᵈ → ℝᵐ with an exact Jacobian and with sizes known only at run time, for example if a file lists the
+/// parameters and quantities. [`Differentiable`] is several times faster.
 ///
 /// # Example
 /// ```
@@ -110,28 +110,28 @@ impl<F: Differentiable<D, M>, const D: usize, const M: usize> Differentiable<D, 
 /// assert_eq!((product.value(), product.gradient()), (24.0, [12.0, 8.0, 6.0]));
 /// ```
 pub trait DynDifferentiable: Sync {
-    /// m.
+    /// Number m of outputs.
     fn outputs(&self) -> usize;
 
     /// Value and Jacobian `jacobian[m][d]` = ∂fₘ/∂x_d.
     ///
     /// # Errors
-    /// [`DomainError`] where the function is not defined, or for another number of arguments.
+    /// [`DomainError`] if the function is undefined at `x`, or if the number of arguments is wrong.
     fn value_and_jacobian(&self, x: &[f64]) -> Result<(Vec<f64>, Vec<Vec<f64>>), DomainError>;
 
-    /// The value alone; override it where it is cheaper than value and Jacobian together.
+    /// Value only; override this method if the value is cheaper than value and Jacobian together.
     ///
     /// # Errors
-    /// As [`value_and_jacobian`](Self::value_and_jacobian).
+    /// [`DomainError`] as in [`value_and_jacobian`](Self::value_and_jacobian).
     fn value(&self, x: &[f64]) -> Result<Vec<f64>, DomainError> {
         self.value_and_jacobian(x).map(|(value, _)| value)
     }
 
-    /// The function on any [`Scalar`].
+    /// Evaluates the function for any [`Scalar`] type.
     ///
     /// # Errors
-    /// [`DomainError`] where the function is not defined; inside `model!`, `f.try_at(&x)?` makes
-    /// that a rejected point with this message.
+    /// [`DomainError`] if the function is undefined at `x`. Inside `model!`, `f.try_at(&x)?` turns the error into a
+    /// rejection of the point with its message.
     fn try_at<S: Scalar>(&self, x: &[S]) -> Result<Vec<S>, DomainError>
     where
         Self: Sized,
@@ -145,8 +145,8 @@ pub trait DynDifferentiable: Sync {
         Ok(outputs.map(|(v, row)| S::fuse_iter(v, x.iter().copied().zip(row))).collect())
     }
 
-    /// [`try_at`](Self::try_at) with NaN outside the domain: a model that uses the value there
-    /// rejects the point.
+    /// Version of [`try_at`](Self::try_at) that returns NaN outside the domain; a model that uses the NaN rejects the
+    /// point.
     fn at<S: Scalar>(&self, x: &[S]) -> Vec<S>
     where
         Self: Sized,

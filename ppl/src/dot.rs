@@ -6,15 +6,15 @@ use crate::expression::{Expression, Formula};
 use crate::real::Real;
 use crate::scalar::Scalar;
 
-/// What [`dot`] multiplies data with: slices, arrays and vectors of numbers.
+/// Second argument of [`dot`]: a slice, array or vector of scalars.
 pub trait Numbers: Debug {
-    /// What the context computes with.
+    /// Scalar type of the context.
     type Scalar: Scalar;
 
-    /// The numbers.
+    /// The scalars.
     fn numbers(&self) -> &[Real<Self::Scalar>];
 
-    /// Calls `f` with each number and `weight` times its datum, where these are final.
+    /// Calls `f` with each scalar and `weight` times its datum; these partial derivatives are final.
     #[inline(always)]
     fn settle(&self, data: &[f64], weight: f64, f: &mut impl FnMut(Real<Self::Scalar>, f64)) {
         for (d, x) in data.iter().zip(self.numbers()) {
@@ -50,7 +50,7 @@ impl<S: Scalar> Numbers for Vec<Real<S>> {
     }
 }
 
-/// Σ dᵢ xᵢ over data dᵢ and numbers xᵢ; see [`dot`].
+/// The sum Σ dᵢ xᵢ over data dᵢ and scalars xᵢ; see [`dot`].
 #[derive(Debug)]
 pub struct Dot<'a, N: ?Sized> {
     value: f64,
@@ -92,8 +92,7 @@ impl<N: Numbers + ?Sized> Formula for Dot<'_, N> {
     }
 }
 
-/// The linear predictor Σ dᵢ xᵢ of data dᵢ and unknowns xᵢ, as one operation; NaN if their
-/// numbers differ.
+/// Linear predictor Σ dᵢ xᵢ of data dᵢ and unknowns xᵢ, as a single operation. NaN if their lengths differ.
 ///
 /// # Example
 /// ```

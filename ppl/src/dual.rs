@@ -1,11 +1,11 @@
-//! Forward mode: a value with its gradient in `N` directions.
+//! Forward-mode differentiation: a value with its gradient in `N` directions.
 
 use crate::partials::Partials;
 use crate::scalar::{Scalar, impl_arithmetic};
 
-/// A number with the derivatives along `N` directions, carried forward.
+/// A number with its derivatives along `N` directions (forward-mode differentiation).
 ///
-/// The choice for functions of few inputs and the oracle that tests the tape.
+/// Suitable for functions with few inputs, and used to test the tape.
 #[derive(Clone, Copy, Debug)]
 pub struct Dual<const N: usize> {
     value: f64,
@@ -18,7 +18,7 @@ impl<const N: usize> Dual<N> {
         Self { value, gradient }
     }
 
-    /// The `N` independent variables at `x`: unit gradients.
+    /// The `N` independent variables at the point `x`, with unit gradients.
     pub fn variables(x: [f64; N]) -> [Self; N] {
         std::array::from_fn(|i| {
             let mut gradient = [0.0; N];
@@ -65,7 +65,7 @@ impl<const N: usize> Scalar for Dual<N> {
         let mut gradient = [0.0; N];
         partials.spread(&mut |argument, partial| {
             for (total, g) in gradient.iter_mut().zip(argument.gradient) {
-                // a direction that the argument does not move along stays out of it: 0 · ∞
+                // skip directions with zero derivative, because 0 · ∞ is NaN
                 if g != 0.0 {
                     *total += partial * g;
                 }

@@ -1,5 +1,5 @@
-//! Densities and models whose types are forgotten: samplers, optimisers and posteriors are compiled
-//! once, here, and not anew for every model of a user.
+//! Type-erased densities and models. With them, samplers, optimisers and posteriors are compiled once in this crate and
+//! not again for every user model.
 
 use rand::RngCore;
 
@@ -10,30 +10,30 @@ use crate::layout::Layout;
 use crate::model::Model;
 use crate::record::Record;
 
-/// A [`LogDensity`] whose type is forgotten.
+/// Type-erased [`LogDensity`].
 pub(crate) trait ErasedDensity: Sync {
     /// Number of coordinates.
     fn dim(&self) -> usize;
 
-    /// As [`LogDensity::prior_point`].
+    /// See [`LogDensity::prior_point`].
     fn prior_point(&self, rng: &mut dyn RngCore) -> Option<Vec<f64>>;
 
-    /// As [`LogDensity::with_values`].
+    /// See [`LogDensity::with_values`].
     fn with_values(&self, y: &[f64], values: &[(String, Vec<f64>)]) -> Result<Vec<f64>, String>;
 
-    /// The density with a workspace of its own: one a chain.
+    /// The density with its own workspace; one evaluator per chain.
     fn evaluator(&self) -> Box<dyn Evaluator + '_>;
 }
 
 /// A log density with its workspace.
 pub(crate) trait Evaluator: Send {
-    /// As [`LogDensity::log_density`].
+    /// See [`LogDensity::log_density`].
     fn log_density(&mut self, y: &[f64]) -> Result<f64, Rejection>;
 
-    /// As [`LogDensity::gradient`].
+    /// See [`LogDensity::gradient`].
     fn gradient(&mut self, y: &[f64], gradient: &mut [f64]) -> Result<f64, Rejection>;
 
-    /// As [`LogDensity::explain`].
+    /// See [`LogDensity::explain`].
     fn explain(&self, y: &[f64]) -> Option<String>;
 }
 
@@ -74,19 +74,19 @@ impl<D: LogDensity> Evaluator for WithWorkspace<'_, D> {
     }
 }
 
-/// A [`Bound`] model, as far as it names quantities.
+/// Type-erased [`Bound`] model, with the methods for named quantities.
 pub(crate) trait ErasedModel: ErasedDensity {
-    /// As [`Bound::layout`].
+    /// See [`Bound::layout`].
     fn layout(&self) -> Result<&Layout, ModelError>;
 
-    /// As [`Bound::draw_prior`]; `rejected` hears of draws that a statement rejected before.
+    /// See [`Bound::draw_prior`]; `rejected` is called for each previous draw that a statement rejected.
     fn draw_prior(
         &self,
         rng: &mut dyn RngCore,
         rejected: &mut dyn FnMut(&Rejection),
     ) -> Result<Record, ModelError>;
 
-    /// What the model names at `y`, up to a rejection.
+    /// Named quantities at `y`; incomplete if a statement rejects the point.
     fn record_at(&self, y: &[f64], rng: &mut dyn RngCore) -> (Record, Result<(), Rejection>);
 }
 

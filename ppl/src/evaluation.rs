@@ -1,4 +1,4 @@
-//! The evaluation context that a log density is, over any kind of number.
+//! Evaluation context of the log density, for every backend.
 
 use crate::accumulator::{Accumulator, Settled, Statement};
 use crate::backend::Backend;
@@ -11,15 +11,15 @@ use crate::site::Site;
 /// Sufficient statistics of observations that share their parameters.
 pub(crate) type SufficientStatistics = Box<[f64]>;
 
-/// Where statistics come from, in the order in which the model comes to them.
+/// Source of sufficient statistics, in the order of the model's statements.
 pub(crate) enum Statistics<'p> {
-    /// The data were bound: every point runs the same statements.
+    /// Precomputed when the data were bound, which requires that every point executes the same statements.
     Found(std::slice::Iter<'p, SufficientStatistics>),
-    /// To be found at every point, in this memory.
+    /// Recomputed at every point, with this scratch memory.
     Anew(&'p mut Vec<f64>),
 }
 
-/// Evaluates the log density. Without `JACOBIAN` it is the density over constrained values.
+/// Context that evaluates the log density. Without `JACOBIAN`, it is the density over constrained values.
 pub(crate) struct Density<'p, L, const JACOBIAN: bool> {
     pub(crate) backend: L,
     statistics: Statistics<'p>,
@@ -31,7 +31,7 @@ impl<'p, L: Backend, const JACOBIAN: bool> Density<'p, L, JACOBIAN> {
         Self { backend, statistics }
     }
 
-    /// Runs the model over all coordinates: one that it left unread would have a flat density.
+    /// Runs the model; an error if coordinates are left over, because the density would not depend on them.
     #[inline(always)]
     pub(crate) fn read(&mut self, model: &impl Model) -> Result<(), Rejection> {
         model.run(self)?;
@@ -41,7 +41,7 @@ impl<'p, L: Backend, const JACOBIAN: bool> Density<'p, L, JACOBIAN> {
         Ok(())
     }
 
-    /// To take the terms of a statement.
+    /// Empty accumulator for the terms of a statement.
     #[inline(always)]
     fn terms(&self) -> L::Accumulator {
         L::Accumulator::empty(self.backend.drop_constants())
@@ -200,9 +200,10 @@ impl<L: Backend, const JACOBIAN: bool> ContextHooks for Density<'_, L, JACOBIAN>
     }
 }
 
-/// Rejections are made where they are returned, and only what they say elsewhere: a compiler that
-/// sees their kind knows that the statements which follow have numbers on the same tape, all of
-/// them; where it only sees memory it would have to ask each.
+/// Constructs a fatal rejection; only its content is constructed out of line.
+///
+/// Since the `Rejection` variant is constructed inline, the compiler knows that all scalars in later statements are on
+/// the same tape. With an out-of-line constructor it would have to check each of them.
 #[inline(always)]
 pub(crate) fn fatal(error: impl FnOnce() -> FatalError) -> Rejection {
     Rejection::Fatal(elsewhere(|| Box::new(error())))

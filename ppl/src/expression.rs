@@ -1,9 +1,9 @@
-//! Arithmetic that is differentiated as a whole.
+//! Arithmetic expressions that are differentiated as a whole.
 //!
-//! `model!` reads `a + b * x` in a statement as one expression: its type is the shape of the
-//! formula, its value and the derivative of every step are known when it is built, and closing
-//! it makes one operation of the numbers in it. As the argument of a distribution it is not even
-//! closed: the partials of the density go straight through it.
+//! `model!` treats `a + b * x` in a statement as one expression. Its type is the structure of the formula. The value
+//! and the derivative of every step are computed when the expression is built. Closing an expression makes it a single
+//! operation on its scalars. An expression in a distribution argument is not closed: the partial derivatives of the
+//! density are propagated through it directly.
 
 use std::fmt::Debug;
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -15,37 +15,36 @@ use crate::partials::Partials;
 use crate::real::Real;
 use crate::scalar::Scalar;
 
-/// A formula over the numbers of a model.
+/// A formula over the scalars of a model.
 ///
-/// It can stand wherever a distribution takes a parameter; [`close`](Expression::close) makes it
-/// a number.
+/// It can be a parameter of a distribution; [`close`](Expression::close) turns it into a scalar.
 #[derive(Clone, Copy, Debug)]
 pub struct Expression<E>(pub(crate) E);
 
-/// A formula or a part of one.
+/// A formula or a part of a formula.
 pub trait Formula: Copy + Debug {
-    /// What it is made of.
+    /// Type of the scalars in the formula.
     type Number: Scalar;
 
-    /// Whether it is the same in every iteration of the plate around.
+    /// Whether the formula is the same in every iteration of the surrounding plate.
     const SHARED: bool = false;
 
-    /// How many numbers are in it at most, if the type tells.
+    /// Largest number of scalars in the formula, if the type determines it.
     const NUMBERS: usize = usize::MAX;
 
-    /// Its value.
+    /// Value of the formula.
     fn result(self) -> f64;
 
-    /// The lengths of the vectors whose product it is.
+    /// Lengths of the two vectors, if the formula is a dot product.
     #[inline(always)]
     fn lengths(self) -> Option<[usize; 2]> {
         None
     }
 
-    /// Calls `f` with each number in it and `weight` times the derivative in that number.
+    /// Calls `f` with each scalar in the formula and `weight` times the derivative with respect to it.
     fn spread(self, weight: f64, f: &mut impl FnMut(Self::Number, f64));
 
-    /// As [`spread`](Formula::spread) for weights that are final.
+    /// Version of [`spread`](Formula::spread) for final weights.
     #[inline(always)]
     fn settle(self, weight: f64, f: &mut impl FnMut(Self::Number, f64)) {
         self.spread(weight, f);
@@ -67,7 +66,7 @@ impl<S: Scalar> Formula for Real<S> {
     }
 }
 
-/// A function of one part.
+/// A function of one formula.
 #[derive(Clone, Copy, Debug)]
 pub struct Unary<A> {
     value: f64,
@@ -95,7 +94,7 @@ impl<A: Formula> Formula for Unary<A> {
     }
 }
 
-/// A function of two parts.
+/// A function of two formulas.
 #[derive(Clone, Copy, Debug)]
 pub struct Binary<A, B> {
     value: f64,
@@ -126,13 +125,13 @@ impl<A: Formula, B: Formula<Number = A::Number>> Formula for Binary<A, B> {
 }
 
 impl<A: Formula> Expression<A> {
-    /// Its value.
+    /// Value of the formula.
     #[inline(always)]
     pub fn value(self) -> f64 {
         self.0.result()
     }
 
-    /// The formula as one number.
+    /// Converts the formula to one scalar.
     #[inline(always)]
     pub fn close(self) -> A::Number {
         A::Number::gather(self.value(), self)
@@ -143,26 +142,26 @@ impl<A: Formula> Expression<A> {
         Expression(Unary { value, slope, argument: self.0 })
     }
 
-    /// A function of [`Scalar`], with the derivative that it has there.
+    /// Applies a function of [`Scalar`], with its derivative at the value.
     #[inline(always)]
     fn apply(self, f: impl FnOnce(Dual<1>) -> Dual<1>) -> Expression<Unary<A>> {
         let y = f(Dual::new(self.value(), [1.0]));
         self.unary(y.value(), y.gradient()[0])
     }
 
-    /// As [`Scalar::powi`].
+    /// See [`Scalar::powi`].
     #[inline(always)]
     pub fn powi(self, n: i32) -> Expression<Unary<A>> {
         self.apply(|x| x.powi(n))
     }
 
-    /// As [`Scalar::powf`].
+    /// See [`Scalar::powf`].
     #[inline(always)]
     pub fn powf(self, p: f64) -> Expression<Unary<A>> {
         self.apply(|x| x.powf(p))
     }
 
-    /// As [`Scalar::pow`].
+    /// See [`Scalar::pow`].
     #[inline(always)]
     pub fn pow<B: Formula<Number = A::Number>>(self, p: Expression<B>) -> Expression<Binary<A, B>> {
         let [x, e] = Dual::variables([self.value(), p.value()]);
@@ -247,7 +246,7 @@ impl<A: Formula> Neg for Expression<A> {
     }
 }
 
-/// An operator between a formula and a formula, a datum, a number, or references to these.
+/// Implements an operator between formulas, and between a formula and a datum, a scalar, or a reference to one.
 macro_rules! arithmetic {
     ($Op:ident, $op:ident, |$a:ident, $b:ident| $rule:expr) => {
         impl<A: Formula, B: Formula<Number = A::Number>> $Op<Expression<B>> for Expression<A> {
@@ -309,7 +308,7 @@ arithmetic!(Div, div, |a, b| (a / b, 1.0 / b, -a / (b * b)));
 mod tests {
     use super::*;
 
-    /// A formula of every operation against the same over duals.
+    /// Compares a formula with every operation to the same computation with duals.
     #[test]
     fn formulas_are_differentiated_exactly() {
         type R = Real<Dual<3>>;

@@ -1,20 +1,20 @@
-//! Functions that have no derivatives of their own.
+//! Derivatives of black-box functions by finite differences.
 
 use crate::density::DomainError;
 use crate::differentiable::Differentiable;
 
-/// A black box ℝᴰ → ℝᴹ as a [`Differentiable`], its Jacobian by central differences.
+/// A black-box function ℝᴰ → ℝᴹ as a [`Differentiable`], with the Jacobian from central differences.
 ///
-/// `(f(x + h eᵢ) − f(x − h eᵢ))/2h` for each argument, with a step h of its own in the argument's
-/// unit: 2 D + 1 calls for value and Jacobian. The error is h²/6 · |f‴| of truncation and about
-/// δ/h of what the function itself is uncertain by, δ (its tolerance, or 10⁻¹⁶ |f| of rounding);
-/// both are least near h = ∛(3δ/|f‴|), which is 10⁻⁵ of the scale on which a smooth function bends,
-/// and more for a solver with a loose tolerance. Where only one of the two points lies in the domain,
+/// The derivative with respect to argument i is `(f(x + h eᵢ) − f(x − h eᵢ))/2h`. Each argument has its own step h, in
+/// the unit of the argument. Value and Jacobian need 2 D + 1 calls. The truncation error is h²/6 · |f‴|. If the
+/// function has an uncertainty δ (a solver tolerance, or 10⁻¹⁶ |f| of rounding), the difference has a further error of
+/// about δ/h. The sum of both is smallest near h = ∛(3δ/|f‴|). For a smooth function, this is 10⁻⁵ of the scale on
+/// which it bends; for a solver with a loose tolerance it is larger. If only one of the two points lies in the domain,
 /// as at a bound, the difference is one-sided, with an error of h/2 · |f″|.
 ///
-/// Draws are those of the density whatever the error, since values are exact; a Jacobian that is
-/// off lets energies drift, and NUTS takes smaller steps. A function that knows its derivatives
-/// (by hand, an adjoint, or a surrogate of it) is better: implement [`Differentiable`] there.
+/// Errors of the Jacobian do not bias the draws, because the values are exact. They make the energy drift along a
+/// trajectory, so that NUTS takes smaller steps. If derivatives are available (analytical, by an adjoint, or from a
+/// surrogate), implement [`Differentiable`] instead.
 ///
 /// # Example
 /// ```
@@ -52,10 +52,10 @@ pub struct FiniteDifference<F, const D: usize> {
 }
 
 impl<F, const D: usize> FiniteDifference<F, D> {
-    /// With a step for each argument, in the argument's unit.
+    /// Function with a step for each argument, in the unit of the argument.
     ///
     /// # Errors
-    /// [`DomainError`] unless every step is positive and finite.
+    /// [`DomainError`] if a step is not positive and finite.
     pub fn new(function: F, steps: [f64; D]) -> Result<Self, DomainError> {
         for (i, step) in steps.into_iter().enumerate() {
             let name = format_args!("step[{i}]");
@@ -78,7 +78,7 @@ where
                 point[d] += offset;
                 (point[d], (self.function)(&point))
             };
-            // the points as they are after rounding
+            // use the points after rounding
             let ((high, above), (low, below)) = (at(step), at(-step));
             let (high, above, low, below) = match (above, below) {
                 (Ok(above), Ok(below)) => (high, above, low, below),

@@ -1,23 +1,23 @@
-//! Draws by name and shape.
+//! Named draws with shapes.
 
 /// Draws of one named quantity.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Values {
-    /// Name in the model.
+    /// Name of the quantity in the model.
     pub name: String,
-    /// Dimensions of one draw, empty for a number.
+    /// Dimensions of one draw; empty for a scalar.
     pub shape: Vec<usize>,
-    /// `[chain][draw][element]` row-major, the last dimension of an element fastest.
+    /// Draws in the order `[chain][draw][element]`; the elements of a draw are row-major.
     pub data: Vec<f64>,
 }
 
 impl Values {
-    /// Numbers in one draw.
+    /// Number of elements in one draw.
     pub fn size(&self) -> usize {
         self.shape.iter().product()
     }
 
-    /// The names of these numbers: `young`, or `sd[0]`, `sd[1]`, …, or `chol[0,0]`, `chol[0,1]`, …
+    /// Names of the elements: `young`, or `sd[0]`, `sd[1]`, …, or `chol[0,0]`, `chol[0,1]`, …
     pub fn elements(&self) -> Vec<String> {
         element_names(&self.name, &self.shape)
     }
@@ -28,19 +28,19 @@ impl Values {
 pub struct Group {
     /// Number of chains.
     pub chains: usize,
-    /// Draws per chain.
+    /// Number of draws per chain.
     pub draws: usize,
-    /// One entry a name, in the order of the model's statements.
+    /// One entry per quantity, in the order of the model's statements.
     pub variables: Vec<Values>,
 }
 
 impl Group {
-    /// The draws of this name.
+    /// Draws of the named quantity.
     pub fn get(&self, name: &str) -> Option<&Values> {
         self.variables.iter().find(|v| v.name == name)
     }
 
-    /// One vector a chain for the number called `element`, as `young` or `sd[0]`.
+    /// Trace of the element with the given name, such as `young` or `sd[0]`: one vector per chain.
     pub fn trace(&self, element: &str) -> Option<Vec<Vec<f64>>> {
         let name = element.split('[').next().unwrap_or(element);
         let values = self.get(name)?;
@@ -48,12 +48,12 @@ impl Group {
         Some(self.trace_of(values, index))
     }
 
-    /// All numbers with their names and one vector a chain.
+    /// Names and traces of all elements; a trace has one vector per chain.
     pub fn traces(&self) -> impl Iterator<Item = (String, Vec<Vec<f64>>)> {
         self.variables.iter().flat_map(move |values| self.traces_in(values))
     }
 
-    /// The numbers of one of the group's quantities.
+    /// Names and traces of the elements of one quantity.
     pub(crate) fn traces_in<'g>(
         &'g self,
         values: &'g Values,
@@ -69,7 +69,7 @@ impl Group {
         (0..self.chains).map(|c| (0..self.draws).map(|d| at(c, d)).collect()).collect()
     }
 
-    /// The draws of number `index` of one of the group's quantities, chain after chain.
+    /// Draws of element `index` of a quantity, with the chains concatenated.
     pub(crate) fn column(&self, values: &Values, index: usize) -> Vec<f64> {
         values.data[index..].iter().step_by(values.size()).copied().collect()
     }
@@ -79,7 +79,7 @@ pub(crate) fn element_names(name: &str, shape: &[usize]) -> Vec<String> {
     labelled_names(name, shape, |_, index| index.to_string())
 }
 
-/// The names of all numbers of a quantity, with `label(dimension, index)` for every index.
+/// Names of all elements of a quantity; `label(dimension, index)` is written for every index.
 pub(crate) fn labelled_names(
     name: &str,
     shape: &[usize],

@@ -1,18 +1,18 @@
-//! The language in ten short pages, from coin flips to a calibrated surrogate.
+//! Guide to the modelling language in ten short pages, from coin flips to a calibrated surrogate.
 //!
-//! Every page builds one model, runs it and says what to look at. Read them in order; the page
-//! of [`model!`](crate::model!) is the reference.
+//! Every page builds a model, runs it and explains the results. Read the pages in order. The page of
+//! [`model!`](crate::model!) is the reference.
 //!
 //! 1. [`coin`]: unknowns, data, a first posterior
 //! 2. [`measurements`]: several unknowns, plates over data
 //! 3. [`regression`]: predictors, generic models, predictions
-//! 4. [`hierarchy`]: groups that share a distribution, and its shape
-//! 5. [`checking`]: was the run good? diagnostics and warnings
-//! 6. [`predicting`]: would the model make such data? prior and posterior predictive checks
-//! 7. [`comparing`]: which of two models predicts better? cross-validation
-//! 8. [`extending`]: own functions and own distributions
-//! 9. [`testing`]: models under `cargo test`
-//! 10. [`surrogates`]: calibrating a simulation through a cheap stand-in
+//! 4. [`hierarchy`]: groups that share a distribution, and parametrisations of hierarchical models
+//! 5. [`checking`]: convergence diagnostics and warnings
+//! 6. [`predicting`]: prior and posterior predictive checks
+//! 7. [`comparing`]: comparison of models by cross-validation
+//! 8. [`extending`]: user-defined functions and distributions
+//! 9. [`testing`]: tests of models under `cargo test`
+//! 10. [`surrogates`]: calibration of a simulation with a cheap surrogate
 
 #[doc = include_str!("../docs/guide/coin.md")]
 pub mod coin {}

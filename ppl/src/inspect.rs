@@ -1,4 +1,4 @@
-//! What a model says when it is traced: compiled once, here, and not anew for every model.
+//! Inspection of models by tracing. The code is type-erased, so that it is compiled once and not for every model.
 
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -14,34 +14,34 @@ use crate::trace::{CoordinateReader, Trace, UnknownsFrom};
 use crate::value_reader::ValueReader;
 use crate::words::{datum, first_to_fail, further};
 
-/// A model that cannot be evaluated at all.
+/// Error of a model that cannot be evaluated.
 #[derive(Clone, Debug, thiserror::Error)]
 pub enum ModelError {
-    /// Not one prior draw went through.
+    /// The model rejected all its prior draws.
     #[error(
         "the model rejects its own prior draws ({tries} tries), last with: {last}{}",
         further(.detail)
     )]
     NoPriorDraw {
-        /// Number of tries.
+        /// Number of tried draws.
         tries: usize,
-        /// Why the last failed.
+        /// Rejection of the last draw.
         #[source]
         last: Rejection,
-        /// What else can be said about it, as the datum at fault.
+        /// Further description of the last rejection, such as the rejected datum.
         detail: Option<String>,
     },
-    /// A mistake in the model itself.
+    /// The model is invalid.
     #[error(transparent)]
     Invalid(Box<FatalError>),
 }
 
-/// A model whose type is forgotten.
+/// Type-erased model.
 pub(crate) trait Statements {
-    /// Runs them against a trace.
+    /// Runs the statements in a trace.
     fn trace(&self, trace: &mut Trace<'_>) -> Result<(), Rejection>;
 
-    /// The log density at `y`, with `drop_constants` without what is the same at every point.
+    /// Log density at `y`. With `drop_constants`, terms that are the same at every point are omitted.
     fn value(
         &self,
         y: &[f64],
@@ -50,13 +50,13 @@ pub(crate) trait Statements {
     ) -> Result<f64, Rejection>;
 }
 
-/// What was found out about a model when it was bound to its data.
+/// Properties of a model, determined when it is bound to its data.
 #[derive(Clone, Debug)]
 pub(crate) struct Inspection {
     layout: Result<Layout, ModelError>,
-    /// What the data alone add to the log density, if that is the same at every point.
+    /// Sum of the terms that depend only on data, if it is the same at every point.
     pub(crate) constant: Option<f64>,
-    /// What suffices of observations, where every point runs the same statements.
+    /// Sufficient statistics of the observations, if every point executes the same statements.
     statistics: Option<Vec<SufficientStatistics>>,
 }
 
@@ -72,7 +72,7 @@ impl Inspection {
         }
     }
 
-    /// The sufficient statistics of the data; `memory` for it where it is found anew.
+    /// Sufficient statistics of the data; `memory` is scratch memory if they are recomputed at every point.
     #[inline]
     pub(crate) fn statistics<'p>(&'p self, memory: &'p mut Vec<f64>) -> Statistics<'p> {
         match &self.statistics {
@@ -82,7 +82,7 @@ impl Inspection {
     }
 }
 
-/// Names, shapes, and with `is_static` what is the same at every point.
+/// Determines names and shapes; with `is_static`, also the constant and the sufficient statistics.
 pub(crate) fn inspect(model: &dyn Statements, is_static: bool) -> Inspection {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(0);
     let (record, statistics) = match run(model, &mut rng, is_static.then(Vec::new), &mut |_| ()) {
@@ -99,12 +99,12 @@ pub(crate) fn inspect(model: &dyn Statements, is_static: bool) -> Inspection {
     found
 }
 
-/// A draw from the prior.
+/// Draws from the prior.
 pub(crate) fn draw(model: &dyn Statements, rng: &mut dyn RngCore) -> Result<Record, ModelError> {
     draw_counting(model, rng, &mut |_| ())
 }
 
-/// A draw from the prior; `rejected` hears of each that a statement rejected before.
+/// Draws from the prior; `rejected` is called for each previous draw that a statement rejected.
 pub(crate) fn draw_counting(
     model: &dyn Statements,
     rng: &mut dyn RngCore,
@@ -113,7 +113,8 @@ pub(crate) fn draw_counting(
     run(model, rng, None, rejected).map(|(record, _)| record)
 }
 
-/// A draw from the prior, and what suffices of observations if it is to be added to `statistics`.
+/// Draws from the prior. If `statistics` is given, also returns it with the sufficient statistics of the observations
+/// added.
 fn run(
     model: &dyn Statements,
     rng: &mut dyn RngCore,
@@ -142,8 +143,8 @@ fn run(
     }
 }
 
-/// The model's own code may panic, at an index out of bounds for example: that is said of the model,
-/// with the last statement before it.
+/// Runs a model in a trace. A panic of the model, for example because of an index out of bounds, becomes a fatal error
+/// with the last statement executed before it.
 fn traced(model: &dyn Statements, trace: &mut Trace<'_>) -> Result<(), Rejection> {
     let panic = match catch_unwind(AssertUnwindSafe(|| model.trace(trace))) {
         Ok(outcome) => return outcome,
@@ -154,7 +155,7 @@ fn traced(model: &dyn Statements, trace: &mut Trace<'_>) -> Result<(), Rejection
     Err(Box::new(FatalError::Panic { location: trace.last, message: text.to_owned() }).into())
 }
 
-/// What the model names at `y`, up to a rejection.
+/// Named quantities at `y`; incomplete if a statement rejects the point.
 pub(crate) fn record_at(
     model: &dyn Statements,
     y: &[f64],
@@ -166,7 +167,8 @@ pub(crate) fn record_at(
     (trace.record, outcome)
 }
 
-/// `y` with the quantities of these names at these values, or what does not fit.
+/// Copy of `y` in which the named quantities have the given values; an error describes a name or value that does not
+/// fit.
 pub(crate) fn with_values(
     model: &dyn Statements,
     y: &[f64],
@@ -182,7 +184,7 @@ pub(crate) fn with_values(
     if let UnknownsFrom::Values(_, values) = source {
         match (outcome, &values.problem) {
             (Ok(()), _) | (Err(_), Some(_)) => values.check(&names.join(", "))?,
-            // the density rejects this point, too, and another one is tried
+            // the density rejects this point too, so that the caller tries another one
             (Err(_), None) if point.len() < y.len() => return Ok(y.to_vec()),
             (Err(_), None) => {}
         }
@@ -190,7 +192,7 @@ pub(crate) fn with_values(
     Ok(point)
 }
 
-/// Names, shapes and the number of unknowns, from a draw.
+/// Names, shapes and the number of unknowns, from a prior draw.
 fn layout(record: Record) -> Layout {
     Layout {
         dim: record.unconstrained.len(),
@@ -200,11 +202,11 @@ fn layout(record: Record) -> Layout {
     }
 }
 
-/// Data that depend on the point, by a function of the user's: nothing was found for all points.
+/// Error of a model whose data depend on the point through a user-defined function, so that nothing can be precomputed.
 struct Moving;
 
-/// The difference that leaving out constants makes, if it is the same at several draws from the
-/// prior; from the draw where least is lost to rounding.
+/// Sum of the terms omitted by `drop_constants`, if it is the same at several prior draws. It is computed at the draw
+/// with the smallest rounding error.
 fn constant(
     model: &dyn Statements,
     rng: &mut dyn RngCore,
@@ -218,7 +220,7 @@ fn constant(
         let y = record.unconstrained;
         let mut value =
             |drop_constants| model.value(&y, drop_constants, found.statistics(&mut sums));
-        // far out in the prior there may be no density
+        // in the tails of the prior the density can be undefined
         let (Ok(full), Ok(rest)) = (value(false), value(true)) else { continue };
         if let Ok(anew) = model.value(&y, false, Statistics::Anew(&mut sums))
             && (anew - full).abs() > 1e-8 * (anew.abs() + full.abs() + 1.0)
@@ -238,8 +240,7 @@ fn constant(
     Ok(is_same.then_some(best.1))
 }
 
-/// A sentence about the first observation without density, if that is where the model fails
-/// at `y`.
+/// Description of the first observation without a finite density, if the model fails at `y` because of it.
 pub(crate) fn explain(model: &dyn Statements, y: &[f64]) -> Option<String> {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(0);
     let mut trace = Trace::new(UnknownsFrom::Point(CoordinateReader::new(y)), &mut rng);

@@ -1,4 +1,4 @@
-//! The named quantities of a model: shapes, dimensions, labels, roles.
+//! Named quantities of a model: shapes, dimensions, labels, roles.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -11,22 +11,22 @@ use crate::record::{Entry, Role, Variable};
 pub struct Layout {
     /// Number of unconstrained coordinates.
     pub dim: usize,
-    /// All names with shapes, dimensions and roles.
+    /// All quantities with their names, shapes, dimensions and roles.
     pub variables: Vec<Variable>,
     /// Labels of the entries along dimensions, by the name of the dimension.
     pub coordinates: Coordinates,
-    /// Units of quantities, by name: one, or one for each entry along the last dimension.
+    /// Units of quantities by name: one unit, or one for each entry along the last dimension.
     pub units: BTreeMap<String, Vec<String>>,
 }
 
 impl Layout {
-    /// The variables with this role.
+    /// Variables with the given role.
     pub fn with_role(&self, role: Role) -> impl Iterator<Item = &Variable> {
         self.variables.iter().filter(move |v| v.role == role)
     }
 
-    /// The names of all numbers of a quantity, with labels for indices where its dimensions have
-    /// them, each its own: `sd[north]`, `sd[south]`.
+    /// Names of all elements of a quantity, such as `sd[north]` and `sd[south]`. Labels replace the indices of a
+    /// dimension if all its labels are distinct.
     pub fn labelled(&self, variable: &Variable) -> Vec<String> {
         let labels: Vec<Option<&Vec<String>>> = variable
             .dims
@@ -43,7 +43,7 @@ impl Layout {
         })
     }
 
-    /// The name with indices of the number with this name with labels.
+    /// Converts an element name with labels to the name with indices.
     pub(crate) fn index_of(&self, labelled: &str) -> Option<String> {
         let name = labelled.split('[').next()?;
         let variable = self.variables.iter().find(|v| v.name == name)?;
@@ -51,7 +51,7 @@ impl Layout {
         element_names(name, &variable.shape).into_iter().nth(index)
     }
 
-    /// Labels the entries along one dimension of a quantity.
+    /// Sets the labels along one dimension of a quantity.
     pub(crate) fn label(
         &mut self,
         name: &str,
@@ -70,7 +70,7 @@ impl Layout {
         Ok(())
     }
 
-    /// Says in what units a quantity is.
+    /// Sets the units of a quantity.
     pub(crate) fn set_units(&mut self, name: &str, units: &[&str]) -> Result<(), LabelError> {
         let variable = self.named(name)?;
         if let ([_, _, ..], Some(dimension), Some(&entries)) =
@@ -91,39 +91,39 @@ impl Layout {
     }
 }
 
-/// Labels that fit no dimension.
+/// Error of labels or units that do not fit the model.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LabelError {
-    /// No quantity of this name.
+    /// The model has no quantity with this name.
     #[error("the model has no quantity `{name}`; it has {known}")]
     NoQuantity {
-        /// The name asked for.
+        /// Requested name.
         name: String,
-        /// The names that there are.
+        /// Names of the existing quantities.
         known: String,
     },
-    /// Fewer dimensions.
+    /// The quantity has fewer dimensions.
     #[error(
         "`{name}` has {dimensions} dimension(s), counted from 0: there is no dimension {dimension}"
     )]
     NoDimension {
-        /// The quantity.
+        /// Name of the quantity.
         name: String,
-        /// The dimension asked for.
+        /// Index of the requested dimension.
         dimension: usize,
-        /// How many there are.
+        /// Number of dimensions of the quantity.
         dimensions: usize,
     },
-    /// Another number of labels.
+    /// The number of labels is wrong.
     #[error("dimension `{dimension}` has {entries} entries in `{name}` but {labels} labels")]
     Length {
-        /// The dimension's name.
+        /// Name of the dimension.
         dimension: String,
-        /// The quantity.
+        /// Name of the quantity.
         name: String,
-        /// Entries along it.
+        /// Number of entries along the dimension.
         entries: usize,
-        /// Labels given.
+        /// Number of labels given.
         labels: usize,
     },
 }
@@ -141,7 +141,8 @@ fn check_length(
     Err(LabelError::Length { dimension, name, entries, labels })
 }
 
-/// Whether dimensions have one length each, as many labels as entries, and names of their own.
+/// Checks that each dimension has one length and as many labels as entries, and that no quantity has the name of a
+/// dimension.
 pub(crate) fn check(entries: &[Entry], coordinates: &Coordinates) -> Result<(), String> {
     let mut lengths: BTreeMap<&str, (&str, usize)> = BTreeMap::new();
     for variable in entries.iter().map(|entry| &entry.variable) {

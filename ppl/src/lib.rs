@@ -1,8 +1,7 @@
 //! Probabilistic programming in Rust: write a model, condition it on data, sample its unknowns.
 //!
-//! A model is a function of its data, declared with [`model!`]. One rule makes the language:
-//! **`let x ~ D` declares an unknown; `place ~ D` without `let` conditions on something in
-//! scope.** The page of [`model!`] has the rest.
+//! A model is a function of its data, declared with [`model!`]. The language has one main rule: **`let x ~ D` declares
+//! an unknown; `place ~ D` without `let` conditions on an existing value.** The page of [`model!`] is the reference.
 //!
 //! ```
 //! use ppl::prelude::*;
@@ -29,38 +28,37 @@
 //! # Ok::<(), ppl::SampleError>(())
 //! ```
 //!
-//! New here? [`guide`] teaches the language in ten short pages.
+//! The [`guide`] teaches the language in ten short pages.
 //!
-//! # What is here
-//! - **Models**: [`model!`], or the trait [`Model`] by hand; [`Bound`] is a model with its data.
-//! - **Distributions**, one type each, with the variations of [`Family`]: `.iid(n)`,
-//!   `.array::<N>()`, `.truncate(a..b)`, `.ordered()`. An own one implements
-//!   [`Distribution`].
-//! - **Derivatives**: exact, by reverse mode; own functions enter as [`Differentiable`],
-//!   black boxes by [`FiniteDifference`].
-//! - **Samplers**: [`Nuts`]; without gradients [`Metropolis`], and [`DelayedAcceptance`], which a
-//!   cheap density screens. They take models and bare densities; chains run in parallel, with the
-//!   same draws for any number of threads. [`Map`] finds joint modes, [`Laplace`] the normal there.
-//! - **Results**: [`Posterior`] holds draws by name and shape, with summary, diagnostics in
-//!   words, predictive checks, cross-validation, prior sensitivity, and export for ArviZ.
+//! # Contents
+//! - **Models**: declare them with [`model!`], or implement the trait [`Model`]; [`Bound`] is a model with its data.
+//! - **Distributions**: one type each, with the variations of [`Family`]: `.iid(n)`, `.array::<N>()`,
+//!   `.truncate(a..b)`, `.ordered()`. User-defined distributions implement [`Distribution`].
+//! - **Derivatives**: exact, by reverse mode. User-defined functions implement [`Differentiable`]; [`FiniteDifference`]
+//!   differentiates black boxes.
+//! - **Samplers**: [`Nuts`] uses gradients. [`Metropolis`] and [`DelayedAcceptance`] need none; the latter screens
+//!   proposals with a cheap density. They sample models and other log densities. Chains run in parallel, with the same
+//!   draws for any number of threads. [`Map`] finds joint modes, [`Laplace`] the normal approximation at a mode.
+//! - **Results**: [`Posterior`] contains named draws with shapes. It provides a summary, diagnostics with explanations,
+//!   predictive checks, cross-validation, prior sensitivity, and export for ArviZ.
 //! - **[`check`]**: statistical assertions for `cargo test`.
 //!
-//! # The order of the rooms
-//! From the ground up; an import goes down only.
-//! 1. `density`, `site`, `group`, `coordinates`, `words`: what all may use
-//! 2. `datum`, `record`, `layout`: values of a model, and what a posterior needs to know of it
-//! 3. `special`, `arithmetic`, `partials`, `scalar`, `ln_sum_exp`: numbers, and functions of them
-//! 4. `dual`, `tape`, `real`, `accumulator`: numbers that carry derivatives, and sums of densities
-//! 5. `differentiable`, `finite_difference`, `parameter`, `literal`, `backend`, `transform`:
-//!    own functions, and constrained values from unconstrained ones
-//! 6. `distribution`: one family a file
-//! 7. `expression`, `dot`, `plate_adjoint`, `operand`: what expressions of a model become
-//! 8. `model`, `submodel`, `evaluation`, `value_reader`, `trace`: what `model!` expands to, and the contexts that evaluate it
-//! 9. `inspect`, `bound`, `erased`, `start`: a model with its data; the same without its types; where
-//!    searches and chains start
+//! # The order of the modules
+//! A module imports only modules that precede it in this list.
+//! 1. `density`, `site`, `group`, `coordinates`, `words`: common definitions
+//! 2. `datum`, `record`, `layout`: values of a model, and their description for a posterior
+//! 3. `special`, `arithmetic`, `partials`, `scalar`, `ln_sum_exp`: scalar types and functions
+//! 4. `dual`, `tape`, `real`, `accumulator`: scalars with derivatives, and sums of log density terms
+//! 5. `differentiable`, `finite_difference`, `parameter`, `literal`, `backend`, `transform`: user-defined functions,
+//!    and maps from unconstrained to constrained values
+//! 6. `distribution`: distributions, one family per file
+//! 7. `expression`, `dot`, `plate_adjoint`, `operand`: types of the expressions in a model
+//! 8. `model`, `submodel`, `evaluation`, `value_reader`, `trace`: traits behind `model!`, and the contexts that
+//!    evaluate it
+//! 9. `inspect`, `bound`, `erased`, `start`: a model with its data; type-erased models; starting points
 //! 10. `optimize`, `sampler`: MAP and Laplace; NUTS and Metropolis
-//! 11. `diagnostics`: are the draws good?
-//! 12. `posterior`, `warnings`, `summary`: draws by name, and what to say of them
+//! 11. `diagnostics`: convergence diagnostics
+//! 12. `posterior`, `warnings`, `summary`: named draws, and their description
 //! 13. `predictive`, `power_scaling`, `export`: replicated data, prior sensitivity, files
 //! 14. `check`: assertions
 //! 15. `guide`: ten pages
@@ -157,7 +155,7 @@ pub use submodel::{Declaration, Part, Prediction, Submodel};
 pub use summary::Summary;
 pub use warnings::{Warning, WarningKind};
 
-/// The language of models: distributions, their variations, and what expressions need.
+/// The modelling language: distributions, their variations, and functions for expressions.
 pub mod prelude {
     pub use crate::differentiable::{Differentiable, DynDifferentiable};
     pub use crate::distribution::*;
@@ -170,8 +168,8 @@ pub mod prelude {
     pub use crate::{LogDensity, Real, model};
 }
 
-/// What generated code calls, and the traits behind the public ones by which the crate's own parts reach
-/// each other. Not public interface; sealed, since nothing outside can name them.
+/// Items that generated code calls, and internal traits behind the public ones. Not public interface: the module is
+/// hidden, so that the traits are sealed.
 #[doc(hidden)]
 pub mod __private {
     pub use crate::accumulator::Settled;

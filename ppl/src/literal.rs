@@ -1,15 +1,15 @@
-//! Literals in the body of a model that take their type from what stands beside them.
+//! Literals in the body of a model whose type is inferred from neighbouring values.
 
 use crate::real::Real;
 use crate::scalar::Scalar;
 
-/// What a literal beside other numbers can be.
+/// Type that a literal beside other numbers can have.
 #[diagnostic::on_unimplemented(
     message = "a literal cannot stand beside `{Self}`",
     label = "what stands in one array, or ends the arms of one branch, has one type"
 )]
 pub trait Literal {
-    /// The number.
+    /// Converts the value of the literal.
     fn of(value: f64) -> Self;
 }
 
@@ -34,7 +34,7 @@ impl<S: Scalar> Literal for Real<S> {
     }
 }
 
-/// A literal as what it is needed for.
+/// Converts a literal to the inferred type.
 #[inline(always)]
 pub fn literal<T: Literal>(value: f64) -> T {
     T::of(value)

@@ -1,14 +1,14 @@
-//! Sums of densities.
+//! Sums of densities on the log scale.
 
 use crate::scalar::Scalar;
 
-/// ln Σ eˣⁱ without overflow, as one operation: what sums a discrete unknown out. −∞ for no terms.
+/// ln Σ eˣⁱ without overflow, as a single operation; used to marginalise discrete unknowns. −∞ if there are no terms.
 ///
-/// A term of −∞ changes nothing. Where the components are distributions, [`Mixture`](crate::Mixture)
-/// says the same, and can be predicted and left out.
+/// A term of −∞ has no effect. If the components are distributions, prefer [`Mixture`](crate::Mixture), which also
+/// supports predictions and cross-validation.
 ///
 /// # Example
-/// The change point of a series of counts, summed out:
+/// The change point of a series of counts, marginalised:
 /// ```
 /// use ppl::prelude::*;
 ///
@@ -39,11 +39,11 @@ pub fn ln_sum_exp<S: Scalar>(terms: &[S]) -> S {
     let sum: f64 = terms.iter().map(|term| (term.value() - largest).exp()).sum();
     let value = largest + sum.ln();
     if !value.is_finite() {
-        // −∞ − (−∞) is no number, though a sum of nothing is
+        // −∞ − (−∞) is NaN, but the result is −∞ if all terms are −∞
         return S::from(if largest == f64::NEG_INFINITY { largest } else { value });
     }
     let partials = terms.iter().map(|term| (*term, (term.value() - value).exp()));
-    // an impossible term may have an infinite slope, and 0 · ∞ is NaN
+    // skip terms of zero density: their derivative can be infinite, and 0 · ∞ is NaN
     S::fuse_iter(value, partials.filter(|(_, partial)| *partial != 0.0))
 }
 

@@ -148,7 +148,8 @@ pub trait Context: ContextHooks {
 
     /// Executes `#[track] let x = …`: records a deterministic quantity.
     ///
-    /// # Errors A fatal error if the name is already in use.
+    /// # Errors
+    /// A fatal error if the name is already in use.
     fn track<T: Recordable + ?Sized>(
         &mut self,
         site: &'static Site,
@@ -160,7 +161,8 @@ pub trait Context: ContextHooks {
 
     /// Executes `#[predict] let x = …`: records a deterministic quantity with the predictions.
     ///
-    /// # Errors A fatal error if the name is already in use.
+    /// # Errors
+    /// A fatal error if the name is already in use.
     fn track_prediction<T: Recordable + ?Sized>(
         &mut self,
         site: &'static Site,
@@ -196,7 +198,8 @@ pub trait ContextHooks {
     /// Adds the terms of an observation that was summarised when the data were bound. Returns false if it was not
     /// summarised; the data must then be read.
     ///
-    /// # Errors A rejection if the density is not finite.
+    /// # Errors
+    /// A rejection if the density is not finite.
     #[inline(always)]
     fn observe_summarised<D: Distribution<NumberOf<Self>>>(
         &mut self,
@@ -234,7 +237,8 @@ pub trait ContextHooks {
     /// Version of [`observe`](Context::observe) in a loop. A context can sum the terms in `total`, which the compiler
     /// can keep in registers; [`add_total`](Self::add_total) adds the sum to the density.
     ///
-    /// # Errors A rejection if the density is not finite. A context that sums the terms reports it only in `add_total`.
+    /// # Errors
+    /// A rejection if the density is not finite. A context that sums the terms reports it only in `add_total`.
     #[inline(always)]
     fn observe_in_loop<D: Distribution<NumberOf<Self>>>(
         &mut self,
@@ -258,7 +262,8 @@ pub trait ContextHooks {
 
     /// Adds the sum of the terms of a loop to the density, after the loop.
     ///
-    /// # Errors A rejection if the sum is not finite.
+    /// # Errors
+    /// A rejection if the sum is not finite.
     #[inline(always)]
     fn add_total(&mut self, site: &'static Site, total: Settled) -> Result<(), Rejection> {
         let _ = (site, total);

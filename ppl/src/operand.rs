@@ -1,4 +1,4 @@
-//! What generated code asks of names whose types the macro does not know.
+//! Traits by which generated code handles values whose types the macro does not know.
 
 use crate::density::Rejection;
 use crate::expression::{Expression, Formula};
@@ -7,29 +7,30 @@ use crate::real::Real;
 use crate::scalar::Scalar;
 use crate::site::Site;
 
-/// What generated code asks of an operand or of the result of arithmetic, whose type the macro
-/// does not know: numbers of the model become formulas and back, everything else stays as it is.
-/// `(&Of(&x)).operand()` finds [`Number`] before [`Other`], since that takes one reference less.
+/// Wrapper for an operand or a result of arithmetic whose type the macro does not know.
+///
+/// Scalars of the model are converted to formulas and back; all other values stay unchanged. In `(&Of(&x)).operand()`,
+/// the compiler selects [`Number`] before [`Other`], because the former needs one reference less.
 #[derive(Debug)]
 pub struct Of<'a, T: ?Sized>(pub &'a T);
 
-/// A number of the model.
+/// A scalar of the model.
 pub trait Number {
-    /// As the operand of a formula.
+    /// Type of the operand in a formula.
     type Operand;
-    /// As a value.
+    /// Type of the value.
     type Value;
 
-    /// The number or formula as an operand.
+    /// Converts the scalar or formula to an operand.
     fn operand(&self) -> Self::Operand;
 
-    /// The formula as a number.
+    /// Converts the formula to a scalar.
     fn closed(&self) -> Self::Value;
 
-    /// The operand, if it is no product of vectors whose lengths differ.
+    /// The operand; an error if it is a dot product of vectors with different lengths.
     ///
     /// # Errors
-    /// A fatal one that says both lengths.
+    /// A fatal error with both lengths.
     #[inline(always)]
     fn same_length(&self, site: &Site) -> Result<Self::Operand, Rejection> {
         match self.lengths() {
@@ -38,7 +39,7 @@ pub trait Number {
         }
     }
 
-    /// Those of the vectors whose product it is.
+    /// Lengths of the two vectors, if the operand is a dot product.
     #[inline(always)]
     fn lengths(&self) -> Option<[usize; 2]> {
         None
@@ -95,21 +96,21 @@ impl<'a, S: Scalar> Number for Of<'_, &'a Real<S>> {
     }
 }
 
-/// Anything else.
+/// Any value that is not a scalar of the model.
 pub trait Other {
-    /// Its type.
+    /// Type of the value.
     type Same;
 
-    /// As it is.
+    /// The unchanged value.
     fn operand(&self) -> Self::Same;
 
-    /// As it is.
+    /// The unchanged value.
     fn closed(&self) -> Self::Same;
 
-    /// As it is.
+    /// The unchanged value.
     ///
     /// # Errors
-    /// None.
+    /// Never returns an error.
     #[inline(always)]
     fn same_length(&self, _: &Site) -> Result<Self::Same, Rejection> {
         Ok(self.operand())
@@ -190,12 +191,12 @@ impl<S: Scalar, const N: usize> Number for Of<'_, Sums<S, N>> {
     }
 }
 
-/// Numbers from outside a plate, whose adjoints are summed up apart while it runs.
+/// Scalars from outside a plate, whose adjoints are summed separately while the plate runs.
 pub trait Apart {
-    /// The number with the sum.
+    /// The scalar together with the sum of its adjoint.
     type Sum;
 
-    /// An empty sum.
+    /// Creates an empty sum.
     fn sum(&self) -> Self::Sum;
 }
 
@@ -226,12 +227,12 @@ impl<S: Scalar, const N: usize> Apart for Of<'_, [Real<S>; N]> {
     }
 }
 
-/// Anything else.
+/// Any value without a separate sum of its adjoint.
 pub trait Together<'a> {
-    /// Its type.
+    /// Type of the value.
     type Kept: ?Sized;
 
-    /// As it is.
+    /// The unchanged value.
     fn sum(&self) -> Kept<'a, Self::Kept>;
 }
 
@@ -263,7 +264,7 @@ impl<T: Clone> Number for Of<'_, Kept<'_, T>> {
 mod tests {
     use super::*;
 
-    // written as the macro writes it, whether or not the borrow is needed
+    // same form as in generated code, whether or not the borrow is needed
     #[allow(clippy::needless_borrow)]
     #[test]
     fn what_is_no_number_stays_as_it_is() {

@@ -3,10 +3,9 @@
 use crate::real::Real;
 use crate::scalar::Scalar;
 
-/// A parameter of a distribution, seen as a plain number: `f64`, any [`Scalar`], or a reference to
-/// one.
+/// A parameter of a distribution, convertible to `f64`: `f64`, any [`Scalar`], or a reference to one.
 pub trait Parameter: Copy {
-    /// Its value.
+    /// Value of the parameter.
     fn number(self) -> f64;
 }
 
@@ -31,8 +30,8 @@ impl<S: Scalar> Parameter for &Real<S> {
     }
 }
 
-/// Counts can be read as plain numbers, which leaves one error to `Normal(0, 1.0)`: that a density
-/// takes only what is converted in plain sight.
+/// Implements [`Parameter`] for integers. For `Normal(0, 1.0)`, the compiler then reports only one error: densities
+/// require an explicit conversion.
 macro_rules! impl_count_parameter {
     ($($Count:ty),*) => {$(
         impl Parameter for $Count {

@@ -1,20 +1,20 @@
-//! What an operation depends on, and how strongly.
+//! Arguments of operations and their partial derivatives.
 
 use crate::datum::Datum;
 
 /// Arguments of an operation with their partial derivatives.
 ///
-/// Tuples of pairs (argument, partial), where an argument is anything that can be read as an
-/// `R`: data among them cost nothing.
+/// Implemented for tuples of pairs (argument, partial derivative). An argument is any value convertible to `R`; data
+/// have no cost.
 pub trait Partials<R> {
-    /// How many arguments there are at most, if the type tells.
+    /// Largest number of arguments, if the type determines it.
     #[doc(hidden)]
     const MOST: usize = usize::MAX;
 
-    /// Calls `f` with every argument that is no constant, and its partial.
+    /// Calls `f` with every argument that is not constant, and its partial derivative.
     fn spread(self, f: &mut impl FnMut(R, f64));
 
-    /// As [`spread`](Partials::spread) for a summand of the result: its partials are final.
+    /// Version of [`spread`](Partials::spread) for a term of the result, whose partial derivatives are final.
     #[doc(hidden)]
     #[inline(always)]
     fn settle(self, f: &mut impl FnMut(R, f64))
@@ -25,7 +25,7 @@ pub trait Partials<R> {
     }
 }
 
-/// Pairs from an iterator.
+/// Pairs of arguments and partial derivatives from an iterator.
 pub(crate) struct Each<I>(pub(crate) I);
 
 impl<R, I: IntoIterator<Item = (R, f64)>> Partials<R> for Each<I> {
@@ -37,7 +37,7 @@ impl<R, I: IntoIterator<Item = (R, f64)>> Partials<R> for Each<I> {
     }
 }
 
-/// Arguments and partials side by side.
+/// Arrays of arguments and of partial derivatives.
 pub(crate) struct Zipped<R, const K: usize>(pub(crate) [R; K], pub(crate) [f64; K]);
 
 impl<R: Copy, const K: usize> Partials<R> for Zipped<R, K> {

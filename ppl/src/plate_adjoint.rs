@@ -1,8 +1,7 @@
-//! Adjoints that a plate sums up apart from the tape.
+//! Adjoints of a plate, summed separately from the tape.
 //!
-//! Every iteration of a plate adds to the adjoints of the same few numbers. On the tape each of
-//! these additions has to wait for the one before it to reach memory; a sum of its own can stay in
-//! a register until the plate ends.
+//! Every iteration of a plate adds to the adjoints of the same few scalars. On the tape, each addition must wait until
+//! the previous one has reached memory. A separate sum can stay in a register until the plate ends.
 
 use std::cell::Cell;
 use std::ops::{Deref, Index};
@@ -12,10 +11,10 @@ use crate::expression::{Expression, Formula};
 use crate::real::Real;
 use crate::scalar::Scalar;
 
-/// What changes no number when it is added, zeros neither: the compiler leaves the first sum out.
+/// −0.0, the exact additive identity (0.0 + x changes −0.0), so that the compiler can omit the first addition.
 const NOTHING: f64 = -0.0;
 
-/// A number with the part of its adjoint that comes from a plate.
+/// A scalar with the part of its adjoint that comes from a plate.
 #[derive(Debug)]
 pub struct Sum<R> {
     pub(crate) number: R,
@@ -33,14 +32,14 @@ impl<R: Scalar> Sum<R> {
         Summed { number: self.number, adjoint: &self.adjoint }
     }
 
-    /// Adds the sum to the adjoint.
+    /// Adds the sum to the adjoint of the scalar.
     #[inline(always)]
     pub fn deposit(&self) {
         self.number.deposit(self.adjoint.get());
     }
 }
 
-/// A number in a formula that adds to a sum of its own, and is `SHARED` by all iterations or not.
+/// A scalar in a formula that adds to its own sum. `SHARED`: whether the scalar is the same in all iterations.
 #[derive(Clone, Copy, Debug)]
 pub struct Summed<'a, R, const SHARED: bool = true> {
     number: R,
@@ -68,7 +67,7 @@ impl<S: Scalar, const SHARED: bool> Formula for Summed<'_, Real<S>, SHARED> {
     }
 }
 
-/// A formula whose adjoint is summed up before it goes on to what the formula is made of.
+/// A formula whose adjoint is summed over a plate before it is propagated to the scalars in the formula.
 #[derive(Debug)]
 pub struct Open<A> {
     pub(crate) formula: Expression<A>,
@@ -86,7 +85,7 @@ impl<A: Formula> Open<A> {
         OpenSummed(self)
     }
 
-    /// Hands the sum on.
+    /// Propagates the sum to the scalars in the formula.
     #[inline(always)]
     pub fn deposit(&self) {
         let settle = &mut |number: A::Number, adjoint| number.deposit(adjoint);
@@ -94,7 +93,7 @@ impl<A: Formula> Open<A> {
     }
 }
 
-/// A formula in a formula that adds to an [`Open`] sum.
+/// Part of a formula that adds to the sum of an [`Open`] formula.
 #[derive(Debug)]
 pub struct OpenSummed<'a, A>(&'a Open<A>);
 
@@ -126,7 +125,7 @@ impl<A: Formula> Formula for OpenSummed<'_, A> {
     }
 }
 
-/// The same for an array.
+/// An array of scalars with the parts of their adjoints that come from a plate.
 #[derive(Debug)]
 pub struct Sums<S, const N: usize> {
     pub(crate) numbers: [Real<S>; N],
@@ -139,14 +138,14 @@ impl<S: Scalar, const N: usize> Sums<S, N> {
         Self { numbers, adjoints: [const { Cell::new(NOTHING) }; N] }
     }
 
-    /// One of the numbers in a formula, the same in every iteration.
+    /// Element `i` in a formula, where `i` is the same in every iteration.
     #[inline(always)]
     pub fn __element(&self, i: usize) -> Expression<Summed<'_, Real<S>>> {
         self.part(i)
     }
 
-    /// One of the numbers in a formula, another one in every iteration. That its adjoint is not on
-    /// the tape lets the compiler see that data do not change with it.
+    /// Element `i` in a formula, where `i` differs between iterations. Since the adjoint is not on the tape, the
+    /// compiler knows that writing to it does not change the data.
     #[inline(always)]
     pub fn __own(&self, i: usize) -> Expression<Summed<'_, Real<S>, false>> {
         self.part(i)
@@ -157,7 +156,7 @@ impl<S: Scalar, const N: usize> Sums<S, N> {
         Expression(Summed { number: self.numbers[i], adjoint: &self.adjoints[i] })
     }
 
-    /// Adds the sums to the adjoints.
+    /// Adds the sums to the adjoints of the scalars.
     #[inline(always)]
     pub fn deposit(&self) {
         for (number, adjoint) in self.numbers.iter().zip(&self.adjoints) {
@@ -183,12 +182,12 @@ impl<S: Scalar, const N: usize> Numbers for Sums<S, N> {
     }
 }
 
-/// Anything else from outside a plate, as it is.
+/// Any other value from outside a plate, unchanged.
 #[derive(Debug)]
 pub struct Kept<'a, T: ?Sized>(pub(crate) &'a T);
 
 impl<T: ?Sized> Kept<'_, T> {
-    /// Nothing: there are no adjoints.
+    /// Does nothing, because there are no adjoints.
     #[inline(always)]
     pub fn deposit(&self) {}
 }
@@ -202,15 +201,15 @@ impl<T: ?Sized> Deref for Kept<'_, T> {
     }
 }
 
-/// What stands behind an index, copied.
+/// Indexing that clones the element.
 pub trait At<I> {
-    /// Its type.
+    /// Type of the element.
     type Element;
 
-    /// The element.
+    /// Clone of element `i`.
     fn __element(&self, i: I) -> Self::Element;
 
-    /// The element.
+    /// Clone of element `i`.
     fn __own(&self, i: I) -> Self::Element;
 }
 

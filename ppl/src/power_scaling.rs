@@ -1,4 +1,4 @@
-//! Prior sensitivity of a posterior, from its own draws.
+//! Power-scaling sensitivity of a posterior to its prior and likelihood.
 
 use std::fmt;
 
@@ -10,57 +10,57 @@ use crate::posterior::Posterior;
 use crate::warnings::{Warning, WarningKind, stuck};
 use crate::words::list;
 
-/// From here on a change of prior or likelihood is worth a look.
+/// Sensitivity from which the effect of prior or likelihood is noteworthy.
 const THRESHOLD: f64 = 0.05;
-/// Importance weights with a larger Pareto k cannot be relied on.
+/// Largest Pareto k at which importance weights are reliable.
 const LARGEST_K: f64 = 0.7;
 
-/// What went wrong with a power scaling.
+/// Error of a power-scaling analysis.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PowerScalingError {
-    /// No such parameter.
+    /// The model has no parameter with this name.
     #[error("no parameter `{name}` to scale the prior of; there are: {known}")]
     UnknownParameter {
-        /// Name asked for.
+        /// Requested name.
         name: String,
-        /// Names that exist.
+        /// Names of the existing parameters.
         known: String,
     },
-    /// The model observes nothing.
+    /// The model has no observations.
     #[error("the model observes nothing with a `place ~ D` statement: there is no likelihood")]
     NoObservations,
-    /// A density is not finite at a draw.
+    /// A log density is not finite at some draw.
     #[error("the log density of `{name}` is not finite at a draw")]
     NotFinite {
-        /// Parameter or observed quantity.
+        /// Name of the parameter or observed quantity.
         name: String,
     },
 }
 
-/// What prior and data do to one quantity.
+/// Diagnosis of the effects of prior and likelihood on one quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sensitivity {
-    /// The prior matters little.
+    /// The prior has little effect.
     None,
-    /// Prior and likelihood both matter: they pull in different directions.
+    /// Prior and likelihood both have an effect, which indicates that they conflict.
     PriorDataConflict,
-    /// The prior matters and the likelihood does not.
+    /// The prior has an effect, and the likelihood has little.
     StrongPrior,
 }
 
 /// Sensitivity of one number of the posterior.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SensitivityRow {
-    /// Name with indices, as `sd[0]`.
+    /// Name with indices, such as `sd[0]`.
     pub name: String,
-    /// To the prior: change in distribution per doubling of its weight.
+    /// Sensitivity to the prior: change of the distribution per doubling of the exponent of the prior.
     pub prior: f64,
-    /// To the likelihood.
+    /// Sensitivity to the likelihood.
     pub likelihood: f64,
 }
 
 impl SensitivityRow {
-    /// What the two numbers say, with the published threshold of 0.05.
+    /// Diagnosis from both sensitivities, with the published threshold of 0.05.
     pub fn sensitivity(&self) -> Sensitivity {
         match (self.prior >= THRESHOLD, self.likelihood >= THRESHOLD) {
             (true, true) => Sensitivity::PriorDataConflict,
@@ -70,31 +70,30 @@ impl SensitivityRow {
     }
 }
 
-/// Sensitivity of every parameter and tracked quantity to the weight of prior and likelihood.
+/// Sensitivity of every parameter and tracked quantity to power-scaling of prior and likelihood.
 ///
 /// See [`Posterior::power_scaling`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct PowerScaling {
-    /// One row a number that moves, in the order of the model.
+    /// One row per number that varies between draws, in the order of the model.
     pub rows: Vec<SensitivityRow>,
-    /// Largest Pareto k of the prior's and the likelihood's importance weights; above 0.7 the
-    /// numbers cannot be relied on.
+    /// Largest Pareto k of the importance weights of the prior and of the likelihood. Above 0.7, the sensitivities are
+    /// unreliable.
     pub pareto_k: [f64; 2],
-    /// A chain is not where the posterior is.
+    /// Whether a chain is stuck or far below the others in log density.
     is_mixed: bool,
 }
 
 impl Posterior {
-    /// How the posterior answers to a prior, or a likelihood, raised to a power near 1: no new
-    /// sampling, by importance weights.
+    /// Sensitivity of the posterior to power-scaling: the prior or the likelihood is raised to a power near 1. It uses
+    /// importance weights and needs no further sampling.
     ///
-    /// All `let x ~ D` statements are the prior, all `place ~ D` statements the likelihood;
-    /// `factor` belongs to neither and stays as it is. In a hierarchy the distribution of the
-    /// groups is part of the model: scale the priors of its parameters only, with
-    /// [`power_scaling_of`](Self::power_scaling_of).
+    /// All `let x ~ D` statements belong to the prior, all `place ~ D` statements to the likelihood. `factor` terms
+    /// belong to neither and are not scaled. In a hierarchical model, the distribution of the groups is part of the
+    /// model: scale only the priors of its parameters, with [`power_scaling_of`](Self::power_scaling_of).
     ///
     /// # Errors
-    /// [`PowerScalingError`] if the model observes nothing or a density is not finite.
+    /// [`PowerScalingError`] if the model has no observations, or if a log density is not finite.
     ///
     /// # Example
     /// ```
@@ -125,10 +124,10 @@ impl Posterior {
         self.scale(&all)
     }
 
-    /// [`power_scaling`](Self::power_scaling) with the priors of these parameters only.
+    /// Version of [`power_scaling`](Self::power_scaling) that scales only the priors of the given parameters.
     ///
     /// # Errors
-    /// As there; also if there is no such parameter.
+    /// [`PowerScalingError`] as in [`power_scaling`](Self::power_scaling), and if a parameter does not exist.
     pub fn power_scaling_of(&self, parameters: &[&str]) -> Result<PowerScaling, PowerScalingError> {
         let chosen: Vec<&Values> = parameters
             .iter()
@@ -180,7 +179,7 @@ impl Posterior {
     }
 }
 
-/// The sum over all numbers of a draw, chain after chain.
+/// Sum over all numbers of the given quantities at each draw, with the chains concatenated.
 fn sum_by_draw(group: &Group, parts: &[&Values]) -> Result<Vec<f64>, PowerScalingError> {
     let mut sums = vec![0.0; group.chains * group.draws];
     for values in parts {
@@ -197,13 +196,13 @@ fn sum_by_draw(group: &Group, parts: &[&Values]) -> Result<Vec<f64>, PowerScalin
 }
 
 impl PowerScaling {
-    /// The row of this name, as `mu` or `sd[0]`.
+    /// Row of the named number, such as `mu` or `sd[0]`.
     pub fn row(&self, name: &str) -> Option<&SensitivityRow> {
         self.rows.iter().find(|row| row.name == name)
     }
 
-    /// What the numbers say, in words; nothing where a chain is stuck elsewhere, as the warnings of the
-    /// [`Posterior`] say, because they are of its draws as well.
+    /// Warnings about conflicts and strong priors. Empty if a chain is stuck, because the sensitivities depend on all
+    /// draws; the warnings of the [`Posterior`] report stuck chains.
     pub fn warnings(&self) -> Vec<Warning> {
         if self.is_mixed {
             return Vec::new();

@@ -1,4 +1,4 @@
-//! Checks of data against what the model would produce, before and after it has seen them.
+//! Prior and posterior predictive checks.
 
 use std::fmt;
 
@@ -6,15 +6,15 @@ use crate::diagnostics::{mean_and_variance, quantile};
 use crate::group::Group;
 use crate::posterior::Posterior;
 
-/// What went wrong with a predictive check.
+/// Error of a predictive check.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PredictiveError {
-    /// Nothing of this name is observed.
+    /// The model has no observed quantity with this name.
     #[error("no observed quantity `{name}`; there are: {known}")]
     NotObserved {
-        /// Name asked for.
+        /// Requested name.
         name: String,
-        /// Names that exist.
+        /// Names of the observed quantities.
         known: String,
     },
     /// The model rejected its own prior draws.
@@ -22,17 +22,16 @@ pub enum PredictiveError {
     NoPrior,
 }
 
-/// One statistic of the data beside the same statistic of replicated data.
+/// One statistic of the data, with the same statistic of replicated data.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PredictiveCheck {
-    /// Observed quantity.
+    /// Name of the observed quantity.
     pub name: String,
     /// Name of the statistic.
     pub statistic: String,
-    /// The statistic of the data.
+    /// Statistic of the data.
     pub observed: f64,
-    /// The statistic of one replicate of the data for every draw; draws without prediction are
-    /// left out.
+    /// Statistic of one replicate of the data per draw. Draws whose replicate contains NaN are omitted.
     pub replicated: Vec<f64>,
 }
 
@@ -54,10 +53,10 @@ impl PredictiveCheck {
         }
     }
 
-    /// P(T(replicate) > T(data)) + ½ P(T(replicate) = T(data)).
+    /// Predictive p-value P(T(replicate) > T(data)) + ½ P(T(replicate) = T(data)).
     ///
-    /// Near 0 or 1 the model does not produce data like these in this respect. Under a posterior
-    /// it is not uniform for a true model but drawn towards ½, since the data were used twice.
+    /// Near 0 or 1, the model does not reproduce this statistic of the data. For posterior replicates of a true model,
+    /// the p-value is not uniform but concentrated around ½, because the data are used twice.
     ///
     /// # References
     /// Gelman, Meng & Stern (1996), *Statistica Sinica* 6, 733.
@@ -76,15 +75,15 @@ impl PredictiveCheck {
     }
 }
 
-/// The usual statistics of one observed quantity: mean, sd, smallest, median, largest.
+/// Checks of the usual statistics of one observed quantity: mean, sd, smallest, median and largest value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PredictiveTable {
-    /// One check a statistic.
+    /// One check per statistic.
     pub checks: Vec<PredictiveCheck>,
 }
 
 impl PredictiveTable {
-    /// The check of this statistic, as `sd`.
+    /// Check of the named statistic, such as `sd`.
     pub fn check(&self, statistic: &str) -> Option<&PredictiveCheck> {
         self.checks.iter().find(|check| check.statistic == statistic)
     }
@@ -104,13 +103,13 @@ impl fmt::Display for PredictiveTable {
 }
 
 impl Posterior {
-    /// A statistic of the observed quantity `name` against its replicates under the posterior:
+    /// Compares a statistic of the observed quantity `name` with its distribution over posterior replicates:
     /// `posterior.predictive_check("y", "largest", |y| y.iter().copied().fold(f64::MIN, f64::max))`.
     ///
-    /// `compute` sees all numbers of the quantity, those of a plate one after the other.
+    /// `compute` receives all numbers of the quantity; the values of a plate are concatenated.
     ///
     /// # Errors
-    /// [`PredictiveError`] if nothing of this name is observed.
+    /// [`PredictiveError`] if there is no observed quantity with this name.
     ///
     /// # Example
     /// ```
@@ -143,11 +142,11 @@ impl Posterior {
         self.check_against(&self.predictive, name, statistic, &compute)
     }
 
-    /// The same against replicates under the prior: would the model, before it saw them, have
-    /// produced such data at all?
+    /// Version of [`predictive_check`](Self::predictive_check) with replicates under the prior. It shows whether such
+    /// data are plausible before they are observed.
     ///
     /// # Errors
-    /// [`PredictiveError`] if nothing of this name is observed or there are no prior draws.
+    /// [`PredictiveError`] if there is no observed quantity with this name, or if there are no prior draws.
     pub fn prior_predictive_check(
         &self,
         name: &str,
@@ -158,19 +157,18 @@ impl Posterior {
         self.check_against(group, name, statistic, &compute)
     }
 
-    /// Mean, sd, smallest, median and largest value of the observed quantity `name` against its
-    /// replicates under the posterior.
+    /// Compares mean, sd, smallest, median and largest value of the observed quantity `name` with posterior replicates.
     ///
     /// # Errors
-    /// [`PredictiveError`] if nothing of this name is observed.
+    /// [`PredictiveError`] if there is no observed quantity with this name.
     pub fn predictive_table(&self, name: &str) -> Result<PredictiveTable, PredictiveError> {
         self.table_against(&self.predictive, name)
     }
 
-    /// The same under the prior.
+    /// Version of [`predictive_table`](Self::predictive_table) with replicates under the prior.
     ///
     /// # Errors
-    /// [`PredictiveError`] if nothing of this name is observed or there are no prior draws.
+    /// [`PredictiveError`] if there is no observed quantity with this name, or if there are no prior draws.
     pub fn prior_predictive_table(&self, name: &str) -> Result<PredictiveTable, PredictiveError> {
         self.table_against(self.prior_predictive.as_ref().ok_or(PredictiveError::NoPrior)?, name)
     }
@@ -178,7 +176,7 @@ impl Posterior {
     fn table_against(&self, group: &Group, name: &str) -> Result<PredictiveTable, PredictiveError> {
         let moments = |y: &[f64]| mean_and_variance(y.iter().copied());
         let mut checks = vec![self.check_against(group, name, "mean", &|y| moments(y).0)?];
-        // one number has no spread
+        // for a single number, sd is undefined and the quantiles are equal
         if self.observed.get(name).is_some_and(|values| values.size() > 1) {
             let quantiles = [("smallest", 0.0), ("median", 0.5), ("largest", 1.0)];
             checks.push(self.check_against(group, name, "sd", &|y| moments(y).1.sqrt())?);

@@ -1,18 +1,17 @@
-//! The numbers in the body of a model.
+//! Scalars in the body of a model.
 
 use crate::datum::Recordable;
 use crate::partials::Partials;
 use crate::scalar::{Scalar, impl_arithmetic};
 
-/// A number in the body of a model, over whatever kind of number the evaluation context needs.
+/// A scalar in the body of a model, over the scalar type of the evaluation context.
 ///
-/// A body is generic code. Over a bare type parameter `2.0 * x` would not resolve without
-/// `where` clauses that spoil the inference of every other float; over this one type the
-/// operators are ordinary implementations.
+/// The body of a model is generic code. With a bare type parameter, `2.0 * x` would need `where` clauses that break the
+/// type inference of other floats. With this type, the operators are ordinary implementations.
 #[derive(Clone, Copy, Debug)]
 pub struct Real<S>(pub(crate) S);
 
-/// Data as they come from an iterator.
+/// Conversion of data from an iterator over references.
 impl<S: Scalar> From<&f64> for Real<S> {
     #[inline(always)]
     fn from(x: &f64) -> Self {
@@ -83,7 +82,7 @@ impl<S: Scalar> Scalar for Real<S> {
     }
 }
 
-/// Partials of wrapped numbers, as those of the numbers inside.
+/// Partial derivatives with respect to `Real` scalars, converted to the wrapped scalars.
 struct Bare<P>(P);
 
 impl<S: Scalar, P: Partials<Real<S>>> Partials<S> for Bare<P> {

@@ -1,4 +1,4 @@
-//! The named quantities of a model at one point.
+//! Record of the named quantities of a model at one point.
 
 use std::borrow::Cow;
 
@@ -6,91 +6,92 @@ use crate::coordinates::Coordinates;
 use crate::density::{FatalError, Rejection};
 use crate::site::Site;
 
-/// What a named quantity is to the model.
+/// Role of a named quantity in the model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Role {
-    /// Unknown: `let x ~ D`.
+    /// Unknown, declared by `let x ~ D`.
     Parameter,
-    /// Deterministic and recorded: `#[track] let x = …`.
+    /// Recorded deterministic quantity, `#[track] let x = …`.
     Tracked,
-    /// Drawn or computed on finished draws: `#[predict] let x ~ D`, `#[predict] let x = …`.
+    /// Prediction, drawn or computed at the kept draws: `#[predict] let x ~ D` or `#[predict] let x = …`.
     Predicted,
-    /// Conditioned on: `place ~ D`.
+    /// Observed quantity, conditioned on by `place ~ D`.
     Observed,
 }
 
 /// A named quantity and its shape.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Variable {
-    /// Name in the model.
+    /// Name of the quantity in the model.
     pub name: String,
-    /// Dimensions, empty for a number; statements in loops stack along the first.
+    /// Dimensions of the value; empty for a scalar. Values of statements in a loop are stacked along the first
+    /// dimension.
     pub shape: Vec<usize>,
-    /// Names of the dimensions: those of `#[dims(…)]`, or `<name>_dim_0`, ….
+    /// Names of the dimensions, from `#[dims(…)]` or else `<name>_dim_0`, ….
     pub dims: Vec<String>,
-    /// What it is.
+    /// Role of the quantity.
     pub role: Role,
 }
 
-/// The values of one named quantity at one point.
+/// Values of one named quantity at one point.
 #[derive(Clone, Debug)]
 pub struct Entry {
-    /// Name and shape.
+    /// Name and shape of the quantity.
     pub variable: Variable,
-    /// Elements, last dimension fastest. For observed quantities: the data.
+    /// Elements, row-major. For observed quantities, the data.
     pub values: Vec<f64>,
-    /// For parameters: the ends of the prior's support, if it has two finite ones that are not the
-    /// quantity's own, or one at which it was truncated.
+    /// For parameters, the bounds at which the prior can truncate the posterior: the ends of its support if both are
+    /// finite and not natural bounds of the quantity, or the end at which it was truncated.
     pub bounds: Option<(f64, f64)>,
-    /// For parameters: the log density of their distribution, summed over the statements executed.
+    /// For parameters, the log density of their prior, summed over the executed statements.
     pub log_prior: f64,
-    /// For observed quantities: a new draw from the same distribution, element by element.
+    /// For observed quantities, a replicate: a new draw from the same distribution for every element.
     pub replicate: Vec<f64>,
-    /// For observed quantities: the log density of each statement executed.
+    /// For observed quantities, the log density of every executed statement.
     pub log_likelihood: Vec<f64>,
-    /// Names of the dimensions along which the plates around stack.
+    /// Dimension names of the plates around the statement.
     plates: Vec<&'static str>,
 }
 
-/// All named quantities of a model at one point, in the order of their statements.
+/// All named quantities of a model at one point, in the order of the statements.
 #[derive(Clone, Debug, Default)]
 pub struct Record {
-    /// One a name.
+    /// One entry per name.
     pub entries: Vec<Entry>,
-    /// The point in unconstrained coordinates.
+    /// The point, in unconstrained coordinates.
     pub unconstrained: Vec<f64>,
     /// Labels of the entries along dimensions, by the name of the dimension.
     pub coordinates: Coordinates,
-    /// The sum of all `factor`s, if there was one.
+    /// Sum of all `factor` terms; `None` if there are none.
     pub(crate) factors: Option<f64>,
-    /// Observations whose plates were empty.
+    /// Names of observations whose plates were empty.
     pub(crate) without_data: Vec<String>,
 }
 
 impl Record {
-    /// The entry of this name.
+    /// Entry of the named quantity.
     pub fn get(&self, name: &str) -> Option<&Entry> {
         self.entries.iter().find(|entry| entry.variable.name == name)
     }
 
-    /// The values of this name.
+    /// Values of the named quantity.
     pub fn values(&self, name: &str) -> Option<&[f64]> {
         self.get(name).map(|entry| entry.values.as_slice())
     }
 
-    /// The replicate of the observed quantity of this name: data simulated from this point.
+    /// Replicate of the named observed quantity, that is, data simulated at this point.
     pub fn replicate(&self, name: &str) -> Option<&[f64]> {
         self.get(name).map(|entry| entry.replicate.as_slice())
     }
 
-    /// The log likelihood there: of everything observed, and every `factor`.
+    /// Log likelihood at this point: the sum over all observations and `factor` terms.
     pub(crate) fn log_likelihood(&self) -> f64 {
         let observed = self.entries.iter().flat_map(|entry| &entry.log_likelihood);
         observed.sum::<f64>() + self.factors.unwrap_or(0.0)
     }
 
-    /// Gives what nested plates stacked a dimension for each of them, where all have labels and
-    /// their values are as many as the labels make together.
+    /// Splits the stacked dimension of nested plates into one dimension per plate. This requires labels for all plates,
+    /// and as many values as the product of the numbers of labels.
     pub(crate) fn unfold(&mut self) {
         for Entry { variable, plates, .. } in &mut self.entries {
             if plates.len() < 2 {
@@ -164,13 +165,13 @@ impl Record {
     }
 }
 
-/// A statement as it stands in the results.
+/// Identification of a statement in the results.
 pub(crate) struct Label {
     pub(crate) site: &'static Site,
-    /// With those of the submodels around it in front.
+    /// Name of the statement, with the names of the surrounding submodels as prefixes.
     pub(crate) name: Cow<'static, str>,
-    /// Whether it, or a submodel around it, stands in a loop.
+    /// Whether the statement or a surrounding submodel is in a loop.
     pub(crate) stacked: bool,
-    /// Names of the dimensions along which it stacks, the innermost last.
+    /// Names of the dimensions along which the values are stacked, innermost last.
     pub(crate) plates: Vec<&'static str>,
 }

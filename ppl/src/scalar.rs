@@ -1,4 +1,4 @@
-//! Numbers that carry derivatives.
+//! Scalar types with derivatives.
 
 mod plain;
 
@@ -15,7 +15,7 @@ use crate::special;
 use plain::{error_density, logit};
 pub(crate) use special::{logistic, softplus};
 
-/// Functions of a [`Scalar`], each with its value v and its derivative at x.
+/// Implements functions of a [`Scalar`], each with its value v and its derivative at x.
 macro_rules! functions {
     ($($(#[$doc:meta])* $name:ident($x:ident): $v:ident = $value:expr => $slope:expr;)*) => {$(
         $(#[$doc])*
@@ -28,11 +28,11 @@ macro_rules! functions {
     )*};
 }
 
-/// A real number that a model computes with: `f64` (values only), [`Var`](crate::tape::Var)
-/// (reverse mode) or [`Dual`](crate::Dual) (forward mode).
+/// Scalar type of the computations in a model: `f64` (values only), [`Var`](crate::tape::Var) (reverse mode) or
+/// [`Dual`](crate::Dual) (forward mode).
 ///
-/// Everything is built on [`fuse`](Scalar::fuse): a function whose value and partial
-/// derivatives are known enters as *one* operation, whatever it computes inside.
+/// All functions are based on [`fuse`](Scalar::fuse): a function with known value and partial derivatives is *one*
+/// operation, regardless of its internal computations.
 ///
 /// # Example
 /// ```
@@ -74,53 +74,53 @@ pub trait Scalar:
     + Datum<Self>
     + Recordable
 {
-    /// Whether derivatives are carried at all: expensive partials are skipped where not.
+    /// Whether the type has derivatives. If not, expensive partial derivatives are not computed.
     const DIFFERENTIABLE: bool;
 
-    /// The number itself.
+    /// Value without derivatives.
     fn value(self) -> f64;
 
-    /// Whether no derivative flows into this number (data, literals).
+    /// Whether the scalar has no derivatives, as data and literals.
     fn is_constant(self) -> bool;
 
-    /// The result `value` of a function of arguments with these partial derivatives.
+    /// Result of a function with the given value and the given partial derivatives with respect to its arguments.
     fn gather(value: f64, partials: impl Partials<Self>) -> Self;
 
-    /// Whether every derivative that the number carries with it is finite.
+    /// Whether all derivatives stored with the scalar are finite.
     #[doc(hidden)]
     #[inline(always)]
     fn has_finite_slopes(self) -> bool {
         true
     }
 
-    /// Adds to the adjoint of this number the sum of those that were kept apart.
+    /// Adds a separately summed adjoint to the adjoint of this scalar.
     #[doc(hidden)]
     #[inline(always)]
     fn deposit(self, adjoint: f64) {
         let _ = adjoint;
     }
 
-    /// A function of this number alone, which nothing else will use from now on: the function may
-    /// take its place.
+    /// Function of this scalar only, where the caller does not use the scalar afterwards. The result can reuse the
+    /// scalar's place on the tape.
     #[doc(hidden)]
     #[inline(always)]
     fn replaced(self, value: f64, derivative: f64) -> Self {
         self.unary(value, derivative)
     }
 
-    /// [`gather`](Scalar::gather) for any number of arguments.
+    /// Version of [`gather`](Scalar::gather) for any number of arguments.
     #[inline(always)]
     fn fuse_iter(value: f64, arguments: impl IntoIterator<Item = (Self, f64)>) -> Self {
         Self::gather(value, Each(arguments))
     }
 
-    /// [`gather`](Scalar::gather) for a fixed number of arguments.
+    /// Version of [`gather`](Scalar::gather) for a fixed number of arguments.
     #[inline(always)]
     fn fuse<const K: usize>(value: f64, arguments: [Self; K], partials: [f64; K]) -> Self {
         Self::gather(value, Zipped(arguments, partials))
     }
 
-    /// [`fuse`](Scalar::fuse) for functions of the same arguments.
+    /// Version of [`fuse`](Scalar::fuse) for several functions of the same arguments.
     #[doc(hidden)]
     #[inline(always)]
     fn fuse_all<const D: usize, const M: usize>(
@@ -131,7 +131,7 @@ pub trait Scalar:
         each(values, arguments, jacobian)
     }
 
-    /// A function of this number alone.
+    /// Function of this scalar only.
     #[inline(always)]
     fn unary(self, value: f64, derivative: f64) -> Self {
         Self::gather(value, ((self, derivative),))
@@ -213,7 +213,7 @@ pub trait Scalar:
         self.unary(p, p * q)
     }
 
-    /// ln Φ(x), however far out.
+    /// ln Φ(x), accurate in both tails.
     #[inline]
     fn ln_normal_cdf(self) -> Self {
         let (value, derivative) = special::ln_normal_cdf(self.value());
@@ -236,8 +236,8 @@ pub trait Scalar:
         self.unary(x.powf(p), derivative)
     }
 
-    /// xᵖ where both may be unknown; x ≥ 0. At 0, where xᵖ with p < 1 has no tangent, the derivative
-    /// in x is 0: a growth curve may begin there.
+    /// xᵖ with derivatives with respect to x and p, for x ≥ 0. At x = 0 and p > 0, p ≠ 1, the derivative with respect
+    /// to x is set to 0 even if it is infinite, so that a growth curve can start there.
     #[inline]
     fn pow(self, p: Self) -> Self {
         let (x, e) = (self.value(), p.value());
@@ -250,7 +250,7 @@ pub trait Scalar:
         Self::gather(v, ((self, slopes.0), (p, slopes.1)))
     }
 
-    /// The angle of the point (`x`, self), as `f64::atan2`.
+    /// Angle of the point (`x`, self), see `f64::atan2`.
     #[inline]
     fn atan2(self, x: impl Into<Self>) -> Self {
         let x = x.into();
@@ -260,7 +260,7 @@ pub trait Scalar:
         Self::gather(ordinate.atan2(abscissa), partials)
     }
 
-    /// √(x² + y²), with derivatives 0 at 0.
+    /// √(x² + y²); the derivatives at 0 are set to 0.
     #[inline]
     fn hypot(self, other: impl Into<Self>) -> Self {
         let other = other.into();
@@ -270,22 +270,21 @@ pub trait Scalar:
         Self::gather(length, ((self, x * per_length), (other, y * per_length)))
     }
 
-    /// This number, or the end of the interval that it lies beyond.
+    /// Limits the scalar to the interval between `lower` and `upper`.
     #[inline]
     fn clamp(self, lower: impl Into<Self>, upper: impl Into<Self>) -> Self {
         Scalar::min(Scalar::max(self, lower), upper)
     }
 
-    /// The larger of two numbers, this one if they are equal; NaN if either is (`f64::max`, which
-    /// comes first for data, leaves NaN out).
+    /// Larger of two scalars; `self` if they are equal, and NaN if one of them is NaN. For data, `f64::max` has
+    /// precedence, which ignores NaN.
     #[inline]
     fn max(self, other: impl Into<Self>) -> Self {
         let other = other.into();
         if self >= other || self.value().is_nan() { self } else { other }
     }
 
-    /// The smaller of two numbers, this one if they are equal; NaN if either is, as for
-    /// [`max`](Scalar::max).
+    /// Smaller of two scalars; `self` if they are equal, and NaN if one of them is NaN, see [`max`](Scalar::max).
     #[inline]
     fn min(self, other: impl Into<Self>) -> Self {
         let other = other.into();
@@ -312,7 +311,7 @@ impl Scalar for f64 {
     }
 }
 
-/// Numbers with these values and partials, one by one.
+/// Scalars with the given values and partial derivatives, constructed one by one.
 #[inline(always)]
 pub(crate) fn each<S: Scalar, const D: usize, const M: usize>(
     values: [f64; M],

@@ -1,4 +1,4 @@
-//! Starting points in unconstrained space: uniform, drawn from the prior, or given.
+//! Starting points in unconstrained space: uniform, drawn from the prior, or given by the user.
 
 use rand::RngCore;
 use serde::{Deserialize, Serialize};
@@ -6,40 +6,40 @@ use serde::{Deserialize, Serialize};
 use crate::density::{FatalError, Rejection};
 use crate::erased::ErasedDensity;
 
-/// Uniform starting points tried before the prior is drawn from.
+/// Number of uniform starting points that are tried first.
 const UNIFORM_TRIES: u32 = 100;
-/// Draws from the prior tried afterwards.
+/// Number of draws from the prior that are tried after the uniform points.
 const PRIOR_TRIES: u32 = 100;
-/// Draws from the prior whose quartiles give the scales of the coordinates.
+/// Number of prior draws for the scales of the coordinates.
 const SCALE_DRAWS: usize = 200;
 
-/// Where a starting point came from.
+/// Origin of a starting point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum StartKind {
     /// Uniform in every unconstrained coordinate.
     #[default]
     Uniform,
-    /// A draw from the prior, since the density rejected every uniform point.
+    /// A draw from the prior, because the density rejected every uniform point.
     PriorDraw,
     /// Given by the user.
     Given,
 }
 
-/// Values of quantities by name: one each, or as many as the quantity has numbers.
+/// Values of quantities by name: one number, or as many numbers as the quantity has.
 pub(crate) type NamedValues = Vec<(String, Vec<f64>)>;
 
-/// No starting point was accepted.
+/// Error of a search for a starting point.
 pub(crate) enum NoStart {
     /// A named value does not fit the model.
     Values(String),
     /// The density reported a fatal error at this point.
     Fatal(Box<FatalError>, Vec<f64>),
-    /// All points were rejected.
+    /// The density rejected all points.
     Rejected { uniform: u32, prior: u32, last: Rejection, point: Vec<f64> },
 }
 
-/// The first point that `accept` takes: a `uniform` one, or else a draw from the density's prior, each
-/// with the quantities of the `values` at these.
+/// Finds the first point that `accept` accepts: a `uniform` point, else a draw from the prior of the density. In each
+/// point, the named quantities get the given `values`.
 pub(crate) fn find_start<G: RngCore>(
     density: &dyn ErasedDensity,
     values: &NamedValues,
@@ -78,7 +78,7 @@ pub(crate) fn find_start<G: RngCore>(
     Err(NoStart::Rejected { uniform: tries, prior, last, point })
 }
 
-/// `point` with the quantities of these names at these values.
+/// Copy of `point` in which the named quantities have the given values.
 pub(crate) fn with_values(
     density: &dyn ErasedDensity,
     point: Vec<f64>,
@@ -90,8 +90,8 @@ pub(crate) fn with_values(
     }
 }
 
-/// The scale of every coordinate under the prior, (third − first quartile)/1.349, which is the standard
-/// deviation of a normal prior and exists for every other; `None` without prior.
+/// Scale of every coordinate under the prior: the interquartile range divided by 1.349. It is the standard deviation
+/// for a normal prior, and it exists for every prior. `None` if the density has no prior.
 pub(crate) fn prior_scales(density: &dyn ErasedDensity, rng: &mut dyn RngCore) -> Option<Vec<f64>> {
     let draws: Option<Vec<Vec<f64>>> = (0..SCALE_DRAWS).map(|_| density.prior_point(rng)).collect();
     let draws = draws?;

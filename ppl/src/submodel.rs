@@ -1,4 +1,4 @@
-//! Blocks of statements that several models share.
+//! Submodels: blocks of statements that several models share.
 
 use crate::datum::Recordable;
 use crate::density::Rejection;
@@ -8,8 +8,8 @@ use crate::real::Real;
 use crate::scalar::Scalar;
 use crate::site::Site;
 
-/// Statements that end with a value, to be run by a model: what a function with a return type
-/// expands to in `model!`.
+/// A block of statements with a result, which a model can run. In `model!`, a function with a return type becomes a
+/// submodel.
 ///
 /// # Example
 /// ```
@@ -40,27 +40,27 @@ use crate::site::Site;
 /// ```
 #[diagnostic::on_unimplemented(message = "`{Self}` is not a submodel")]
 pub trait Submodel<S: Scalar> {
-    /// What it ends with.
+    /// Type of the result.
     type Value;
 
-    /// Runs every statement in order against `cx`.
+    /// Executes every statement in order in the context `cx`.
     ///
     /// # Errors
-    /// [`Rejection`] as soon as a statement rejects the point.
+    /// [`Rejection`] of the first statement that rejects the point.
     fn run<C: Context<Number = S>>(&self, cx: &mut C) -> Result<Self::Value, Rejection>;
 }
 
-/// A submodel with its arguments: what stands on the right of `let name ~`.
+/// A submodel with its arguments: the right-hand side of `let name ~`.
 #[derive(Clone, Copy, Debug)]
 pub struct Part<M>(pub M);
 
-/// What `let name ~` can declare in the context `C`: a distribution, or a [`Part`] whose names get
-/// the prefix `name.`.
+/// Right-hand side of `let name ~` in the context `C`: a distribution, or a [`Part`], whose names get the prefix
+/// `name.`.
 pub trait Declaration<C: Context> {
-    /// What the name stands for.
+    /// Type of the declared value.
     type Value;
 
-    /// Runs it.
+    /// Executes the declaration.
     ///
     /// # Errors
     /// [`Rejection`] if a statement rejects the point.
@@ -88,16 +88,16 @@ impl<C: Context, M: Submodel<C::Number>> Declaration<C> for Part<M> {
     }
 }
 
-/// What `#[predict] let name ~` can draw in the context `C`: as [`Declaration`], but counts and
-/// flags too.
+/// Right-hand side of `#[predict] let name ~` in the context `C`: as for [`Declaration`], and also distributions of
+/// counts and flags.
 pub trait Prediction<C: Context> {
-    /// What the name stands for.
+    /// Type of the predicted value.
     type Value;
 
-    /// Draws it.
+    /// Draws the prediction.
     ///
     /// # Errors
-    /// [`Rejection`] if parameters lie outside their domain.
+    /// [`Rejection`] if a parameter is invalid.
     fn predict(self, site: &'static Site, cx: &mut C) -> Result<Self::Value, Rejection>;
 }
 
@@ -120,7 +120,7 @@ impl<C: Context, M: Submodel<C::Number>> Prediction<C> for Part<M> {
     }
 }
 
-/// A submodel run forward: its unknowns, and what it would observe, are drawn anew.
+/// Context that runs a submodel forward: its unknowns and observed quantities are drawn.
 struct Predicting<'c, C>(&'c mut C);
 
 impl<C: Context> Context for Predicting<'_, C> {
@@ -156,7 +156,7 @@ impl<C: Context> Context for Predicting<'_, C> {
         self.0.predict(site, distribution)
     }
 
-    // weights move a density, which draws do not see; prior draws treat them the same
+    // `factor` terms do not affect draws; prior draws ignore them too
     fn factor(&mut self, _: &'static Site, _: Real<C::Number>) -> Result<(), Rejection> {
         Ok(())
     }

@@ -1,4 +1,4 @@
-//! The table that a person reads.
+//! Summary table of a posterior.
 
 use std::fmt;
 
@@ -7,28 +7,27 @@ use crate::start::StartKind;
 use crate::warnings::{Warning, warnings};
 use crate::words::{cell, list};
 
-/// Moments, quantiles and diagnostics of every parameter and tracked quantity, with what is wrong
-/// in words.
+/// Moments, quantiles and diagnostics of every parameter and tracked quantity, with warnings.
 ///
-/// `println!("{}", posterior.summary())` prints the table and the warnings. A quantity that never
-/// moves has NaN diagnostics, shown as `–`.
+/// `println!("{}", posterior.summary())` prints the table and the warnings. The diagnostics of a constant quantity are
+/// NaN, printed as `–`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Summary {
-    /// One row a number, in the order of the model; numbers that are the same at every draw of a
-    /// quantity whose others move, as the zeros of a Cholesky factor, have none.
+    /// One row per number, in the order of the model. Constant numbers of a quantity whose other numbers vary are
+    /// omitted, such as the zeros of a Cholesky factor.
     pub rows: Vec<SummaryRow>,
-    /// What is wrong and what to try; empty if nothing was found.
+    /// Warnings with advice; empty if no problem was found.
     pub warnings: Vec<Warning>,
     /// Number of chains.
     pub chains: usize,
-    /// Draws per chain.
+    /// Number of draws per chain.
     pub draws: usize,
-    /// Chains that started at a draw from the prior, since every uniform starting point was rejected.
+    /// Indices of the chains that started at a draw from the prior, because every uniform starting point was rejected.
     pub prior_starts: Vec<usize>,
 }
 
 impl Posterior {
-    /// The table of moments, quantiles and diagnostics, with warnings in words.
+    /// Table of moments, quantiles and diagnostics, with warnings.
     pub fn summary(&self) -> Summary {
         let identifiability = self.identifiability();
         let rows = self.rows(&identifiability);
@@ -46,8 +45,8 @@ impl Posterior {
 }
 
 impl Summary {
-    /// The row of this name, as `young` or `sd[0]`; where there are labels also `sd[north]`, if no
-    /// row is called so by its index.
+    /// Row of the named number, such as `young` or `sd[0]`. A row can also be named by its label, as in `sd[north]`,
+    /// unless an index gives the same name.
     pub fn row(&self, name: &str) -> Option<&SummaryRow> {
         let by_place = self.rows.iter().find(|row| row.place == name);
         by_place.or_else(|| self.rows.iter().find(|row| row.name == name))

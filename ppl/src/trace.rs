@@ -1,4 +1,4 @@
-//! The evaluation context that records everything by name.
+//! Evaluation context that records all named quantities.
 
 use std::borrow::Cow;
 
@@ -17,20 +17,20 @@ use crate::site::Site;
 use crate::value_reader::ValueReader;
 use crate::words;
 
-/// Where a trace takes its unknowns from.
+/// Source of the unknowns of a trace.
 pub(crate) enum UnknownsFrom<'y> {
     /// Draws from the prior.
     Prior,
     /// Unconstrained coordinates.
     Point(CoordinateReader<'y>),
-    /// Unconstrained coordinates, except for the quantities that have a value by name.
+    /// Unconstrained coordinates, except for the quantities with a named value.
     Values(CoordinateReader<'y>, ValueReader<'y>),
 }
 
-/// Coordinates in order.
+/// Reader of coordinates in order.
 pub(crate) struct CoordinateReader<'y> {
     coordinates: std::slice::Iter<'y, f64>,
-    /// The model asked for more than there are.
+    /// Whether the model has read more coordinates than there are.
     short: bool,
 }
 
@@ -39,7 +39,7 @@ impl<'y> CoordinateReader<'y> {
         Self { coordinates: y.iter(), short: false }
     }
 
-    /// The next coordinate; NaN past the last.
+    /// Next coordinate; NaN after the last one.
     fn next(&mut self) -> Real<f64> {
         Real(self.coordinates.next().copied().unwrap_or_else(|| {
             self.short = true;
@@ -48,21 +48,21 @@ impl<'y> CoordinateReader<'y> {
     }
 }
 
-/// Records every statement; predictions and replicates are drawn with `rng`.
+/// Context that records every statement. Predictions and replicates are drawn with `rng`.
 pub(crate) struct Trace<'y> {
     pub(crate) source: UnknownsFrom<'y>,
     rng: &'y mut dyn RngCore,
     pub(crate) record: Record,
-    /// Places of the submodels around the current statement.
+    /// Sites of the submodels around the current statement.
     around: Vec<&'static Site>,
-    /// What suffices of observations, if it is wanted.
+    /// Sufficient statistics of the observations; `None` if they are not requested.
     pub(crate) statistics: Option<Vec<SufficientStatistics>>,
-    /// The datum whose distribution was not defined.
+    /// Description of the datum whose distribution was invalid.
     pub(crate) failing: Option<String>,
-    /// The statement that came last, and how many did.
+    /// Location of the last executed statement; the next field is the number of executed statements.
     pub(crate) last: Option<Location>,
     ran: usize,
-    /// How many had run when the plates around began.
+    /// For each surrounding plate, the number of statements executed before the plate began.
     begun: Vec<usize>,
 }
 
@@ -74,7 +74,7 @@ impl<'y> Trace<'y> {
         Self { source, rng, record, around, statistics, failing, last, ran, begun }
     }
 
-    /// What was recorded, if its dimensions fit together.
+    /// Returns the record; an error if its dimensions are inconsistent.
     pub(crate) fn finish(mut self) -> Result<Record, Rejection> {
         let record = &mut self.record;
         record.unfold();
@@ -103,13 +103,13 @@ impl<'y> Trace<'y> {
         label
     }
 
-    /// The label of a statement of `place.impute() ~ D`: missing values are `y.missing`, the others
-    /// `y`; both know which entries they are.
+    /// Label of a statement `place.impute() ~ D`. Missing values are recorded as `y.missing`, the others as `y`; both
+    /// get labels with the indices of their entries.
     fn imputed(&mut self, site: &'static Site, is_missing: bool) -> Label {
         let mut at = self.label(site);
         let missing = format!("{}.missing", at.name);
         if at.stacked {
-            // neither has an entry for all that the plate stacks
+            // neither quantity has all entries of the plate, so that the plate's dimension does not apply
             let plates = std::mem::take(&mut at.plates);
             let plate = if let [plate] = plates[..] { Some(plate) } else { None };
             let entries = &self.record.entries;
@@ -139,13 +139,13 @@ impl<'y> Trace<'y> {
         Ok(entry)
     }
 
-    /// A statement is about to run.
+    /// Registers a statement that is about to be executed.
     fn pass(&mut self, site: &Site) {
         self.last = Some(site.location);
         self.ran += 1;
     }
 
-    /// A plate had no data for this observation.
+    /// Registers an observation whose plate has no data.
     fn without_data(&mut self, site: &'static Site) {
         let name = self.label(site).name.into_owned();
         if !self.record.without_data.contains(&name) {
@@ -153,7 +153,7 @@ impl<'y> Trace<'y> {
         }
     }
 
-    /// Writes down an unknown.
+    /// Records an unknown.
     fn declare(
         &mut self,
         site: &'static Site,
@@ -164,7 +164,7 @@ impl<'y> Trace<'y> {
     ) -> Result<(), Rejection> {
         let at = if is_imputed { self.imputed(site, true) } else { self.label(site) };
         let entry = self.write(&at, Role::Parameter, value)?;
-        // statements in a loop may have different bounds: then they have none in common
+        // statements in a loop can have different bounds; the quantity then has no bounds
         let first = !at.stacked || entry.variable.shape[0] == 1;
         entry.bounds = bounds.filter(|_| first || entry.bounds == bounds);
         entry.log_prior += log_prior;
@@ -218,7 +218,7 @@ impl<'y> Trace<'y> {
         Ok(value)
     }
 
-    /// Writes down an observation.
+    /// Records an observation.
     fn condition(
         &mut self,
         site: &'static Site,
@@ -255,7 +255,7 @@ impl<'y> Trace<'y> {
         self.condition(site, is_imputed, datum, &replicate, &log_likelihood)
     }
 
-    /// The next datum of a statement.
+    /// Description of the next datum of a statement.
     fn in_words(&self, site: &'static Site, datum: &dyn Recordable) -> String {
         let at = self.label(site);
         let index = self.record.get(&at.name).map_or(0, |entry| entry.log_likelihood.len());
@@ -264,7 +264,7 @@ impl<'y> Trace<'y> {
         words::datum(&at.name, at.stacked.then_some(index), &numbers)
     }
 
-    /// Writes down a value with neither density nor replicate.
+    /// Records a value without density and replicate.
     fn note(
         &mut self,
         site: &'static Site,
@@ -277,7 +277,7 @@ impl<'y> Trace<'y> {
     }
 }
 
-/// By the terms that a density of values takes: no others are compiled.
+/// Log density of a value. The accumulator is the same as in the primal backend, so that no further code is compiled.
 fn log_density<D: Distribution<Real<f64>>>(distribution: &D, x: &D::Value) -> f64 {
     let mut terms = Settled::new();
     distribution.add_terms(x, &mut terms);

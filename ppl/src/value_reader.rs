@@ -1,11 +1,11 @@
-//! Values of quantities by name, as a model comes to these.
+//! Reader of named values, in the order of the model's statements.
 
 use crate::datum::Recordable;
 
-/// Values of quantities by name, with how many numbers of each have been read.
+/// Named values, each with the count of its numbers that have been read.
 pub(crate) struct ValueReader<'y> {
     values: Vec<(&'y str, &'y [f64], usize)>,
-    /// The first value that does not fit.
+    /// Description of the first value that does not fit.
     pub(crate) problem: Option<String>,
 }
 
@@ -15,7 +15,7 @@ impl<'y> ValueReader<'y> {
         Self { values: values.collect(), problem: None }
     }
 
-    /// Overwrites `value` by the next numbers of this name, if there are any.
+    /// Overwrites `value` by the next numbers of the named quantity; no effect if the name has no values.
     pub(crate) fn overwrite<V: Recordable>(&mut self, name: &str, value: &mut V) {
         let Some((_, numbers, read)) = self.values.iter_mut().rev().find(|(own, ..)| *own == name)
         else {
@@ -31,7 +31,7 @@ impl<'y> ValueReader<'y> {
         }
     }
 
-    /// What was not read in full.
+    /// Checks that all values were read completely.
     pub(crate) fn check(self, names: &str) -> Result<(), String> {
         if let Some(problem) = self.problem {
             return Err(problem);

@@ -1,11 +1,11 @@
-//! Numbers, data and lists as sentences show them.
+//! Formatting of numbers, data and lists in messages.
 
-/// Most numbers of a datum that are shown.
+/// Largest number of values of a datum that are shown.
 const SHOWN: usize = 6;
-/// Most items of a list that are shown.
+/// Largest number of items of a list that are shown.
 const LISTED: usize = 4;
 
-/// Four or five significant digits, and `–` where there is nothing to show.
+/// Formats a number with four or five significant digits; NaN as `–`.
 pub(crate) fn cell(x: f64) -> String {
     match x.abs() {
         size if size.is_nan() => "–".into(),
@@ -18,7 +18,7 @@ pub(crate) fn cell(x: f64) -> String {
     }
 }
 
-/// At most four of the items, and how many were left out.
+/// Joins at most four items, and the number of omitted items.
 pub(crate) fn list(items: impl IntoIterator<Item = String>) -> String {
     let items: Vec<String> = items.into_iter().collect();
     let shown = items.iter().take(LISTED).map(String::as_str).collect::<Vec<_>>().join(", ");
@@ -28,7 +28,7 @@ pub(crate) fn list(items: impl IntoIterator<Item = String>) -> String {
     }
 }
 
-/// `y[3] = 0.7`; what to do about NaN.
+/// Formats a datum as `y[3] = 0.7`; if it contains NaN, adds advice about missing data.
 pub(crate) fn datum(name: &str, index: Option<usize>, values: &[f64]) -> String {
     let advice = match values.iter().any(|value| value.is_nan()) {
         true => format!(
@@ -50,12 +50,12 @@ fn place_and_values(name: &str, index: Option<usize>, values: &[f64]) -> String 
     }
 }
 
-/// The rest of a sentence.
+/// Formats an optional detail as the end of a sentence.
 pub(crate) fn further(detail: &Option<String>) -> String {
     detail.as_ref().map_or(String::new(), |detail| format!("; {detail}"))
 }
 
-/// Starting points that were tried.
+/// Describes the tried starting points.
 pub(crate) fn points_tried(uniform: u32, prior: u32) -> String {
     match (uniform, prior) {
         (uniform, 0) => format!("all {uniform} initial points"),

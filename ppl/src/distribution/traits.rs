@@ -89,7 +89,8 @@ pub trait Distribution<R: Scalar>: Family {
 
     /// Version of [`draw`](Distribution::draw) for parameters that can be invalid.
     ///
-    /// # Errors [`DomainError`] if a parameter is invalid, or if the draw is NaN for valid parameters.
+    /// # Errors
+    /// [`DomainError`] if a parameter is invalid, or if the draw is NaN for valid parameters.
     fn try_draw<G: Rng + ?Sized>(&self, rng: &mut G) -> Result<Self::Value, DomainError> {
         self.validate()?;
         let value = self.draw(rng);

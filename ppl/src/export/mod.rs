@@ -1,4 +1,4 @@
-//! Posteriors on disk: a Zarr store that ArviZ opens, and CSV.
+//! Export of posteriors: a Zarr store for ArviZ, and CSV.
 
 mod zarr;
 
@@ -16,16 +16,14 @@ impl Posterior {
     /// Writes a Zarr v3 store that current ArviZ opens without conversion:
     /// `arviz.from_zarr("posterior.zarr")`.
     ///
-    /// Groups: `posterior` (parameters and tracked quantities), `unconstrained_posterior`,
-    /// `sample_stats`, `posterior_predictive`, `log_likelihood`, `log_prior`, `observed_data`,
-    /// `prior`, `prior_predictive`. Dimensions are `chain`, `draw` and those of `#[dims(…)]`, or
-    /// `<name>_dim_0`, …, with labels as coordinates where the model or [`Posterior::label`] gave
-    /// some, and the attribute `units` where [`Posterior::set_units`] did: a text, or a list along the
-    /// last dimension. An older store at `path` is replaced.
+    /// The groups are `posterior` (parameters and tracked quantities), `unconstrained_posterior`, `sample_stats`,
+    /// `posterior_predictive`, `log_likelihood`, `log_prior`, `observed_data`, `prior` and `prior_predictive`. The
+    /// dimensions are `chain`, `draw`, and those named by `#[dims(…)]` or else `<name>_dim_0`, …. Labels from the model
+    /// or from [`Posterior::label`] become coordinates. Units from [`Posterior::set_units`] become the attribute
+    /// `units`: a text, or a list along the last dimension. An existing store at `path` is replaced.
     ///
     /// # Errors
-    /// An error of the file system with the path in its words; also if `path` exists and is not
-    /// a Zarr store.
+    /// An error of the file system, whose message contains the path; also if `path` exists and is not a Zarr store.
     pub fn write_zarr(&self, path: impl AsRef<Path>) -> io::Result<()> {
         let path = path.as_ref();
         zarr::replace(path, |temporary| self.write_store(temporary))
@@ -59,7 +57,7 @@ impl Posterior {
         store.finish()
     }
 
-    /// The names of the dimensions of a quantity.
+    /// Names of the dimensions of a quantity.
     fn dims(&self, name: &str) -> &[String] {
         let variable = self.layout.variables.iter().find(|v| v.name == name);
         variable.map_or(&[], |v| &v.dims)
@@ -75,7 +73,7 @@ impl Posterior {
         Ok(())
     }
 
-    /// One quantity with a coordinate for each of its own dimensions.
+    /// Writes one quantity, with a coordinate for each of its own dimensions.
     fn write_values(
         &self,
         store: &mut ZarrStore,
@@ -105,7 +103,7 @@ impl Posterior {
         )
     }
 
-    /// `units`: a text, or a list along the last dimension; densities have none.
+    /// Attribute `units`: a text, or a list along the last dimension. Log densities have no units.
     fn attributes(&self, group: &str, name: &str) -> Value {
         let units = self.layout.units.get(name).filter(|_| !group.starts_with("log_"));
         match units.map(Vec::as_slice) {
@@ -123,7 +121,7 @@ impl Posterior {
         write_chain_and_draw(store, GROUP, count, draws)?;
         let data = chains.chains.iter().flat_map(|c| &c.draws[..draws * chains.dim]).copied();
         let values = Values { name: "y".into(), shape: vec![chains.dim], data: data.collect() };
-        // no quantity of the model, though one may be called y
+        // the dimension name is given here, because `y` is not a quantity of the model
         let leading = [("chain", count), ("draw", draws)];
         self.write_values(store, GROUP, &values, &leading, &["coordinate".to_owned()])
     }
@@ -134,7 +132,7 @@ impl Posterior {
         store.group(GROUP)?;
         write_chain_and_draw(store, GROUP, count, draws)?;
         let stats = || self.chains.chains.iter().flat_map(|chain| &chain.stats[..draws]);
-        // the names of ArviZ's schema
+        // names of ArviZ's schema
         let columns = [
             ("lp", ZarrArray::Real(stats().map(|s| s.log_density).collect())),
             ("energy", ZarrArray::Real(stats().map(|s| s.energy).collect())),
@@ -151,11 +149,11 @@ impl Posterior {
         Ok(())
     }
 
-    /// Writes one row a draw: `chain`, `draw`, then every parameter and tracked quantity, one
-    /// column a number, as `young`, `sd[0]`.
+    /// Writes a CSV file with one row per draw: `chain`, `draw`, and one column per number of every parameter and
+    /// tracked quantity, such as `young` or `sd[0]`.
     ///
     /// # Errors
-    /// An error of the file system with the path in its words.
+    /// An error of the file system, whose message contains the path.
     pub fn write_csv(&self, path: impl AsRef<Path>) -> io::Result<()> {
         let path = path.as_ref();
         self.write_draws(path).map_err(|error| named(path, error))
@@ -183,7 +181,7 @@ impl Summary {
     /// `parameter,mean,sd,q05,q50,q95,rhat,ess_bulk,ess_tail,contraction,mcse_mean`.
     ///
     /// # Errors
-    /// An error of the file system, with the path in its words.
+    /// An error of the file system, whose message contains the path.
     pub fn write_csv(&self, path: impl AsRef<Path>) -> io::Result<()> {
         let path = path.as_ref();
         let write = || {
@@ -197,7 +195,7 @@ impl Summary {
     }
 }
 
-/// A file that could not be written.
+/// Error of a file that could not be written.
 #[derive(Debug, thiserror::Error)]
 #[error("cannot write {}: {source}", path.display())]
 struct Unwritten {
@@ -205,12 +203,12 @@ struct Unwritten {
     source: io::Error,
 }
 
-/// The same error with the path in its words, and itself as the source.
+/// Adds the path to the message of an error, and keeps the error as the source.
 fn named(path: &Path, source: io::Error) -> io::Error {
     io::Error::new(source.kind(), Unwritten { path: path.to_owned(), source })
 }
 
-/// Labels as numbers if all are.
+/// Labels as integers if all labels are integers, else as text.
 fn labelled(labels: &[String]) -> ZarrArray {
     let numbers: Result<_, _> = labels.iter().map(|label| label.parse()).collect();
     numbers.map_or_else(|_| ZarrArray::Text(labels.to_vec()), ZarrArray::Integer)

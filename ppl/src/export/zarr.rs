@@ -1,4 +1,4 @@
-//! Just enough of Zarr v3 to store labelled arrays: one chunk an array, no compression.
+//! Minimal subset of Zarr v3 that stores labelled arrays: one chunk per array, no compression.
 //!
 //! Reference: Zarr core specification 3.0, zarr-specs.readthedocs.io.
 
@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Map, Value, json};
 
-/// The elements of an array, row-major.
+/// Elements of an array, row-major.
 pub(super) enum ZarrArray {
     Real(Vec<f64>),
     Integer(Vec<i64>),
@@ -60,7 +60,7 @@ impl ZarrArray {
     }
 }
 
-/// A store being written; its metadata are gathered for the root.
+/// A store that is being written. The metadata of all nodes are collected for the root.
 pub(super) struct ZarrStore {
     root: PathBuf,
     metadata: Map<String, Value>,
@@ -90,7 +90,7 @@ impl ZarrStore {
         self.described(group, name, dimensions, data, json!({}))
     }
 
-    /// An array with attributes.
+    /// Writes an array with attributes.
     pub(super) fn described(
         &mut self,
         group: &str,
@@ -121,7 +121,7 @@ impl ZarrStore {
         if shape.contains(&0) {
             return Ok(());
         }
-        // the only chunk has index 0 along every dimension: c/0/0
+        // the index of the only chunk is 0 along every dimension: c/0/0
         let mut file = self.root.join(node).join("c");
         file.extend(shape.iter().map(|_| "0"));
         if let Some(folder) = file.parent() {
@@ -130,7 +130,8 @@ impl ZarrStore {
         fs::write(file, data.bytes())
     }
 
-    /// Writes the root with the metadata of all nodes, so that one read opens the store.
+    /// Writes the root with the metadata of all nodes (consolidated metadata), so that a reader can open the store with
+    /// one read.
     pub(super) fn finish(self) -> io::Result<()> {
         let root = json!({
             "zarr_format": 3,
@@ -158,7 +159,8 @@ fn to_text(value: &Value) -> io::Result<String> {
     serde_json::to_string_pretty(value).map_err(io::Error::other)
 }
 
-/// Writes beside `path` and renames at the end, so that a reader never sees half a store.
+/// Writes to a temporary path beside `path` and renames it at the end, so that a reader never finds an incomplete
+/// store.
 pub(super) fn replace(path: &Path, write: impl FnOnce(&Path) -> io::Result<()>) -> io::Result<()> {
     if path.exists() && !path.join("zarr.json").is_file() {
         return Err(io::Error::new(

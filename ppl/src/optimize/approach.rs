@@ -1,4 +1,4 @@
-//! The way from a distant start to where a posterior can be sampled.
+//! Search for a point near the posterior from a distant starting point.
 
 use argmin::{
     core::{CostFunction, Error, Executor, Gradient, State},
@@ -11,14 +11,15 @@ use super::{
 };
 use crate::{density::FatalError, erased::ErasedDensity};
 
-/// The log density below which a gain counts by its ratio.
+/// Magnitude of the log density above which relative instead of absolute gains count.
 const SCALE: f64 = 1e4;
-/// An iteration that gains less, in that unit, is the last: there, samplers find their own way.
+/// Smallest gain of an iteration, on the compressed scale; the search stops below it, because samplers need no help
+/// there.
 const LEAST_GAIN: f64 = 0.3;
 const ITERATIONS: u64 = 100;
 
-/// arsinh(−ln p/[`SCALE`]), which has the same minimum as −ln p, and the slope of a logarithm far
-/// above it: the way down e⁸⁰ is no longer than that down 80.
+/// Compressed cost arsinh(−ln p/[`SCALE`]). It has the same minimum as −ln p, and for large values it grows like the
+/// logarithm. A start at e⁸⁰ therefore needs no more iterations than a start at 80.
 struct Compressed<'a>(Descent<'a>);
 
 impl CostFunction for Compressed<'_> {
@@ -42,14 +43,14 @@ impl Gradient for Compressed<'_> {
     }
 }
 
-/// Where L-BFGS comes to from a start so far from the posterior that energies there have no digits
-/// for their differences, or that a mass matrix learnt on the way is of no use further on; `None`
-/// if `start` is not.
+/// Moves a distant starting point towards the posterior by L-BFGS. Returns `None` if `start` is not distant.
 ///
-/// It ends well before the mode, so that chains stay as far from each other as they were sent.
+/// A start is distant if rounding hides the differences of energies there, or if a mass matrix adapted on the way would
+/// not suit the posterior. The search stops well before the mode, so that the starts of different chains stay
+/// dispersed.
 ///
 /// # Errors
-/// What the density reported as fatal.
+/// The fatal error of the density.
 pub(crate) fn approach(
     density: &dyn ErasedDensity,
     start: &[f64],
@@ -59,7 +60,7 @@ pub(crate) fn approach(
     let result = Executor::new(Compressed(Descent::new(density)), solver)
         .configure(|state| state.param(start.to_vec()).max_iters(ITERATIONS))
         .run();
-    // a search that fails leaves the start as it is
+    // if the search fails, keep the start
     let Ok(result) = result else { return Ok(None) };
     if let Some(fatal) = result.problem.problem.and_then(|problem| problem.0.into_fatal()) {
         return Err(fatal);

@@ -1,14 +1,14 @@
-//! Second derivatives of a log density by differences of its gradient.
+//! Hessian of a log density from differences of its gradient.
 
 use nalgebra::DMatrix;
 
 use crate::{density::Rejection, erased::Evaluator};
 
-/// Difference step in units of the width 1/√curvature of the density along a coordinate: the
-/// truncation error is of order 10⁻⁸, and rounding no more.
+/// Difference step relative to the width 1/√curvature of the density along a coordinate. Truncation and rounding errors
+/// are then of order 10⁻⁸.
 const RELATIVE_STEP: f64 = 1e-4;
 
-/// `−∂² ln p / ∂yᵢ∂yⱼ` at `y`, symmetrised central differences.
+/// Negative Hessian `−∂² ln p / ∂yᵢ∂yⱼ` at `y`, by symmetrised central differences.
 pub(super) fn negative_hessian(
     density: &mut dyn Evaluator,
     y: &[f64],
@@ -25,7 +25,7 @@ pub(super) fn negative_hessian(
     Ok((&hessian + hessian.transpose()) * 0.5)
 }
 
-/// `−(∇ln p(y + h eᵢ) − ∇ln p(y − h eᵢ)) / 2h`.
+/// Column i of the negative Hessian: `−(∇ln p(y + h eᵢ) − ∇ln p(y − h eᵢ)) / 2h`.
 fn difference(
     density: &mut dyn Evaluator,
     y: &[f64],

@@ -11,11 +11,11 @@ use super::{
 };
 use crate::{density::LogDensity, erased::ErasedDensity};
 
-/// Normal approximation of a density in unconstrained space, at its mode there.
+/// Normal approximation of a density at its mode in unconstrained space (Laplace approximation).
 ///
-/// `Normal(ŷ, H⁻¹)` with H the Hessian of −ln p at the mode ŷ, by central differences of the
-/// gradient. The log-Jacobians belong to the density here, so that ŷ is another point than the one
-/// of [`Map::find`].
+/// The approximation is `Normal(ŷ, H⁻¹)`, where H is the Hessian of −ln p at the mode ŷ, computed by central
+/// differences of the gradient. The density includes the log-Jacobians, so that ŷ differs from the point of
+/// [`Map::find`].
 ///
 /// # Example
 /// ```
@@ -34,18 +34,18 @@ use crate::{density::LogDensity, erased::ErasedDensity};
 /// Reference: Tierney & Kadane, JASA 81 (1986) 82, doi:10.1080/01621459.1986.10478240.
 #[derive(Clone, Debug)]
 pub struct Laplace {
-    /// The mode, Jacobians included.
+    /// Mode of the density with Jacobians.
     pub mode: Mode,
     /// Covariance `H⁻¹`, d × d.
     pub covariance: DMatrix<f64>,
-    /// ln ∫ p approximated by `ln p(ŷ) + (d/2) ln 2π − ½ ln det H`: the log evidence, if the
-    /// density is normalised as a model's is.
+    /// Approximation `ln p(ŷ) + (d/2) ln 2π − ½ ln det H` of ln ∫ p. It is the log evidence if the density is
+    /// normalised, as the density of a model is.
     pub log_evidence: f64,
     precision: Cholesky<f64, Dyn>,
 }
 
 impl Laplace {
-    /// Finds the mode with `search` and fits the normal there.
+    /// Finds the mode with `search` and computes the normal approximation there.
     ///
     /// # Errors
     /// [`OptimizeError`], in particular if the density is not concave at the mode.
@@ -64,10 +64,10 @@ impl Laplace {
         Ok(Self { covariance: precision.inverse(), log_evidence, precision, mode })
     }
 
-    /// One draw of the normal, unconstrained.
+    /// Draws from the normal approximation, in unconstrained space.
     pub fn draw<R: Rng + ?Sized>(&self, rng: &mut R) -> Vec<f64> {
         let mut z = DVector::from_fn(self.mode.point.len(), |_, _| rng.sample(StandardNormal));
-        // H = L Lᵀ, so that L⁻ᵀ z has covariance H⁻¹; the factor's diagonal is positive
+        // H = L Lᵀ, so that L⁻ᵀ z has covariance H⁻¹; the solve cannot fail, because the diagonal of L is positive
         self.precision.l_dirty().tr_solve_lower_triangular_mut(&mut z);
         z.iter().zip(&self.mode.point).map(|(z, y)| y + z).collect()
     }

@@ -1,24 +1,24 @@
-//! Line search for argmin's L-BFGS that lives with rejected points.
+//! Line search for argmin's L-BFGS that handles rejected points.
 
 use argmin::core::{
     CostFunction, Error, Gradient, IterState, KV, LineSearch, Problem, Solver, State,
     TerminationReason,
 };
 
-/// State of argmin's solvers with gradients.
+/// State of argmin's gradient-based solvers.
 type Iteration = IterState<Vec<f64>, Vec<f64>, (), (), (), f64>;
 
-/// Sufficient decrease, and the fraction of the first slope that may be left.
+/// Wolfe parameters: sufficient decrease, and largest fraction of the initial slope that may remain.
 const DECREASE: f64 = 1e-4;
 const SLOPE: f64 = 0.9;
-/// Bisections and doublings before the search gives up.
+/// Largest number of bisections and doublings.
 const TRIES: u32 = 60;
 
 /// Bisection for the weak Wolfe conditions.
 ///
-/// It compares values only, so that an infinite cost (a point the density rejects) is merely too
-/// far; the slope condition keeps L-BFGS's matrix positive definite. If no step passes, the best
-/// found stands, or the start itself.
+/// An infinite cost, from a point that the density rejects, counts as a step that is too long. The slope condition
+/// keeps the matrix of L-BFGS positive definite. If no step satisfies the conditions, the result is the best point so
+/// far, or the start.
 ///
 /// Reference: Lewis & Overton, *Nonsmooth optimization via quasi-Newton methods*, Mathematical
 /// Programming 141 (2013), section 3, doi:10.1007/s10107-012-0514-2.
@@ -29,7 +29,7 @@ pub(super) struct WeakWolfe {
     cost: f64,
     slope: f64,
     step: f64,
-    /// Longest step known to be too short, and shortest known to be too long.
+    /// Longest step that is too short, and shortest step that is too long.
     bracket: [f64; 2],
     best: (Vec<f64>, f64, Vec<f64>),
     tries: u32,

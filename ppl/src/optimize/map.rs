@@ -1,4 +1,4 @@
-//! Maximum a posteriori by L-BFGS from several starts.
+//! Maximum a posteriori estimation by L-BFGS from several starting points.
 
 use std::cell::RefCell;
 
@@ -21,24 +21,24 @@ use crate::{
     start::{NamedValues, NoStart, StartKind, find_start},
 };
 
-/// Pairs of steps and gradient differences that L-BFGS remembers.
+/// Number of pairs of steps and gradient differences in the memory of L-BFGS.
 pub(super) const MEMORY: usize = 10;
-/// Starts agree if they end within this of the best log density: no posterior could tell them apart.
+/// Largest difference to the best log density at which two searches agree; it is negligible for a posterior.
 const AGREEMENT: f64 = 0.01;
-/// Rounds of further searches in units of the widths of the density, where the first ones found no mode.
+/// Number of further searches in rescaled coordinates, if the first searches found no mode.
 const RESCALINGS: usize = 2;
-/// A mode is found if a Newton step would gain less log density than this.
+/// Largest gain of log density by a Newton step at which the search has converged.
 const GAIN: f64 = 1e-6;
 
-/// Finds the mode of a posterior.
+/// Search for the mode of a posterior.
 ///
-/// [`Map::find`] gives the joint mode over the constrained values (no Jacobian), which is the
-/// maximum a posteriori estimate and does not depend on the transforms; [`Map::run`] that of any
-/// log density as it stands. The search runs in unconstrained coordinates, by L-BFGS
-/// from starts uniform on (−2, 2), or from draws of the prior where the density rejects 100 of these: it
-/// never leaves the support. A mode on the border of the
-/// support lies at infinity there; the search then ends where going on would gain nothing, and
-/// [`Mode::at_bound`] names the coordinates.
+/// [`Map::find`] returns the joint mode over the constrained values, that is, without Jacobian. This is the maximum a
+/// posteriori estimate, which does not depend on the transforms. [`Map::run`] returns the mode of any log density.
+///
+/// The search uses L-BFGS in unconstrained coordinates, so that it never leaves the support. It starts from uniform
+/// points on (−2, 2), or from draws of the prior if the density rejects 100 uniform points. A mode on the boundary of
+/// the support lies at infinity in unconstrained coordinates. The search then stops when further steps gain nothing,
+/// and [`Mode::at_bound`] lists the coordinates.
 ///
 /// # Example
 /// ```
@@ -81,31 +81,31 @@ impl Default for Map {
     }
 }
 
-/// What a search for the mode found.
+/// Result of a search for the mode.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mode {
     /// The mode in unconstrained coordinates.
     pub point: Vec<f64>,
-    /// Log density there; without Jacobian if it comes from [`Map::find`].
+    /// Log density at the mode; without Jacobian if it comes from [`Map::find`].
     pub log_density: f64,
-    /// Searches made.
+    /// Number of searches.
     pub starts: usize,
-    /// Searches that began at a draw from the prior, since the density rejected every uniform point.
+    /// Number of searches that started at a draw from the prior, because the density rejected every uniform point.
     pub prior_starts: usize,
-    /// Searches that ended within 0.01 of the best log density. Few of many: other modes, or a
-    /// surface too hard for the method.
+    /// Number of searches that ended within 0.01 of the best log density. If only few of many agree, there are other
+    /// modes, or the density is too difficult for the method.
     pub agreeing: usize,
-    /// Log density that a further Newton step would gain.
+    /// Gain of log density by one further Newton step.
     pub gain: f64,
-    /// The gain is below 10⁻⁶ and the density falls in every direction.
+    /// Whether the search converged: the gain is below 10⁻⁶, and the log density is concave at the mode.
     pub converged: bool,
-    /// Coordinates of `point` that ran towards infinity: the mode lies on the border of the
-    /// support, as at a prior bound.
+    /// Coordinates of `point` that diverge to infinity: the mode lies on the boundary of the support, for example at a
+    /// prior bound.
     pub at_bound: Vec<usize>,
 }
 
 impl Map {
-    /// Number of searches, each from its own random start.
+    /// Number of searches, each with its own random start. The default is 10.
     pub fn starts(mut self, starts: usize) -> Self {
         self.starts = starts;
         self
@@ -117,14 +117,14 @@ impl Map {
         self
     }
 
-    /// Most iterations of each search.
+    /// Largest number of iterations of each search. The default is 1000.
     pub fn iterations(mut self, iterations: u64) -> Self {
         self.iterations = iterations;
         self
     }
 
-    /// Starts every search with the quantity of this name at this value; quantities without a value start
-    /// at random. A value is a number, or an array or a vector of as many as the quantity has.
+    /// Starts every search with the given value of the named quantity; quantities without a value start at random. The
+    /// value is a number, or an array or vector with as many numbers as the quantity has.
     pub fn init_value(mut self, name: &str, value: impl Recordable) -> Self {
         let mut numbers = Vec::new();
         value.flatten(&mut numbers);
@@ -132,19 +132,19 @@ impl Map {
         self
     }
 
-    /// The joint mode of a model over its constrained values.
+    /// Finds the joint mode of a model over its constrained values.
     ///
     /// # Errors
-    /// [`OptimizeError`] if the model is wrong, no start is accepted, or it fails fatally.
+    /// [`OptimizeError`] if the model is invalid, no starting point is accepted, or the model reports a fatal error.
     pub fn find<M: Model>(&self, model: &Bound<M>) -> Result<Mode, OptimizeError> {
         model.layout()?;
         self.run(&WithoutJacobian(model))
     }
 
-    /// The mode of any log density.
+    /// Finds the mode of any log density.
     ///
     /// # Errors
-    /// [`OptimizeError`] if no start is accepted, or the density fails fatally.
+    /// [`OptimizeError`] if no starting point is accepted, or the density reports a fatal error.
     pub fn run<D: LogDensity>(&self, density: &D) -> Result<Mode, OptimizeError> {
         self.run_any(density)
     }
@@ -199,8 +199,8 @@ impl Map {
         })
     }
 
-    /// Another search from the `end` of one, in units of the widths of the density there: in units far
-    /// from them, as of an elastic modulus in pascals, the tolerances of a search end it at once.
+    /// Continues a search from its `end`, in units of the widths of the density there. In very different units, such as
+    /// pascals for an elastic modulus, the tolerances of a search stop it immediately.
     fn climb_rescaled(
         &self,
         density: &dyn ErasedDensity,
@@ -214,7 +214,7 @@ impl Map {
         Ok(if higher > value { (rescaled.point(&z), higher) } else { (end, value) })
     }
 
-    /// One search.
+    /// Runs one search.
     fn climb(
         &self,
         density: &dyn ErasedDensity,
@@ -236,7 +236,7 @@ impl Map {
     }
 }
 
-/// The number of searches that agree with the best, where that ended, and the log density there.
+/// Number of searches that agree with the best one, and the end point and log density of the best one.
 fn best(ends: &[(Vec<f64>, f64)]) -> Result<(usize, Vec<f64>, f64), OptimizeError> {
     let best = ends.iter().map(|(_, value)| *value).fold(f64::NEG_INFINITY, f64::max);
     let agreeing = ends.iter().filter(|(_, value)| best - value < AGREEMENT).count();
@@ -246,7 +246,7 @@ fn best(ends: &[(Vec<f64>, f64)]) -> Result<(usize, Vec<f64>, f64), OptimizeErro
     Ok((agreeing, point.clone(), *value))
 }
 
-/// A point that the density accepts.
+/// A starting point that the density accepts.
 fn start(
     density: &dyn ErasedDensity,
     values: &NamedValues,
@@ -269,23 +269,23 @@ fn start(
     })
 }
 
-/// `½ gᵀ|H|⁻¹g` with the Hessian H of −ln p, and whether H has no negative eigenvalue.
+/// Estimated gain `½ gᵀ|H|⁻¹g` of a Newton step with the Hessian H of −ln p, and whether H has no negative eigenvalue.
 fn newton_gain(density: &mut dyn Evaluator, y: &[f64]) -> Result<(f64, bool), OptimizeError> {
     let mut gradient = nalgebra::DVector::zeros(y.len());
     density.gradient(y, gradient.as_mut_slice()).map_err(Box::new)?;
     let eigen = negative_hessian(density, y).map_err(Box::new)?.symmetric_eigen();
     let largest = eigen.eigenvalues.amax();
     let along = eigen.eigenvectors.transpose() * gradient;
-    // directions flatter than differences can resolve count with the least curvature they can
+    // curvatures below the resolution of the finite differences are replaced by this resolution
     let floor = 1e-8 * largest;
     let terms = along.iter().zip(&eigen.eigenvalues);
     let gain = terms.map(|(g, h)| 0.5 * g * g / h.abs().max(floor).max(f64::MIN_POSITIVE)).sum();
     Ok((gain, eigen.eigenvalues.iter().all(|&h| h >= -floor)))
 }
 
-/// Whether coordinate `i` runs to infinity. Approaching a bound, constrained values and with them
-/// the density change as e^(−k|y|), k ≥ 1: the slope points outwards on both sides and shrinks by
-/// at least e a unit. Round an interior mode it changes sign.
+/// Whether coordinate `i` diverges to infinity. Towards a bound, the constrained values and with them the density
+/// change as e^(−k|y|), k ≥ 1. The slope then points outwards on both sides of y and decreases by a factor of at least
+/// e per unit. At an interior mode, the slope changes its sign.
 fn runs_away(density: &mut dyn Evaluator, y: &[f64], i: usize) -> Result<bool, OptimizeError> {
     let outwards = y[i].signum();
     let mut gradient = vec![0.0; y.len()];
@@ -302,10 +302,10 @@ fn runs_away(density: &mut dyn Evaluator, y: &[f64], i: usize) -> Result<bool, O
     Ok(near > 0.0 && inner > 2.0 * near && outer.abs() < 0.5 * near)
 }
 
-/// The negative log density for argmin; rejected points cost +∞.
+/// Negative log density as the cost function of argmin; rejected points have the cost +∞.
 pub(super) struct Descent<'a> {
     density: RefCell<Box<dyn Evaluator + 'a>>,
-    /// A fatal error, kept until argmin returns.
+    /// Fatal error, stored until argmin returns.
     fatal: RefCell<Option<Box<FatalError>>>,
 }
 
@@ -357,7 +357,7 @@ impl Gradient for Descent<'_> {
     }
 }
 
-/// A model's density over its constrained values.
+/// Density of a model over its constrained values.
 struct WithoutJacobian<'a, M>(&'a Bound<M>);
 
 impl<M: Model> LogDensity for WithoutJacobian<'_, M> {

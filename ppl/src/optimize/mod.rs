@@ -1,4 +1,4 @@
-//! Modes and what lies round them: [`Map`] and [`Laplace`].
+//! Mode search and approximation at the mode: [`Map`] and [`Laplace`].
 
 mod approach;
 mod curvature;

@@ -1,12 +1,12 @@
-//! A log density in the units that its curvature gives.
+//! Log density in rescaled coordinates.
 
 use rand::RngCore;
 
 use crate::density::Rejection;
 use crate::erased::{ErasedDensity, Evaluator};
 
-/// A log density over z, with y = origin + scale · z: in units of the width of the density, where a
-/// search has tolerances that mean something.
+/// A log density over z with y = origin + scale · z. The scales are the widths of the density, so that the tolerances
+/// of a search are appropriate.
 pub(super) struct Rescaled<'a> {
     density: &'a dyn ErasedDensity,
     origin: Vec<f64>,
@@ -14,7 +14,7 @@ pub(super) struct Rescaled<'a> {
 }
 
 impl<'a> Rescaled<'a> {
-    /// About `origin`, by the curvatures there: the widths 1/√|curvature|.
+    /// Rescales around `origin` to the widths 1/√|curvature| there.
     pub(super) fn new(
         density: &'a dyn ErasedDensity,
         origin: Vec<f64>,
@@ -28,7 +28,7 @@ impl<'a> Rescaled<'a> {
         Self { density, origin, scales }
     }
 
-    /// The point of the density itself.
+    /// Converts rescaled to original coordinates.
     pub(super) fn point(&self, z: &[f64]) -> Vec<f64> {
         let pairs = self.origin.iter().zip(&self.scales);
         pairs.zip(z).map(|((origin, scale), z)| origin + scale * z).collect()

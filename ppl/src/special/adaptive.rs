@@ -1,7 +1,7 @@
-//! Adaptive quadrature of a density given by its logarithm.
+//! Adaptive quadrature of a density that is given by its logarithm.
 
-/// Nodes, weights of the 15-point Kronrod rule, and weights of the embedded 7-point Gauss rule, on
-/// (−1, 1): the half with nodes ≥ 0.
+/// Nodes and weights of the 15-point Kronrod rule, and weights of the embedded 7-point Gauss rule, on (−1, 1). Only the
+/// half with nodes ≥ 0 is listed.
 ///
 /// Reference: Piessens et al. (1983), *QUADPACK*, routine `qk15`.
 const KRONROD: [(f64, f64, f64); 8] = [
@@ -15,40 +15,40 @@ const KRONROD: [(f64, f64, f64); 8] = [
     (0.0, 0.209_482_141_084_727_82, 0.417_959_183_673_469_4),
 ];
 
-/// Share of the integral up to which the error of a panel is accepted.
+/// Largest error of a panel, relative to the integral.
 const TOLERANCE: f64 = 1e-14;
-/// Share of the integral below which the last panel of a side ends it.
+/// Relative contribution to the integral below which a panel is the last one on its side.
 const NEGLIGIBLE: f64 = 1e-20;
-/// Most bisections of one panel: enough to enclose a corner of the density.
+/// Largest number of bisections of one panel, sufficient to enclose a kink of the density.
 const MOST_BISECTIONS: u32 = 40;
-/// Most panels: a density that needs more is not integrable here.
+/// Largest number of panels.
 const MOST_PANELS: usize = 300;
-/// Ends of the panels in t, for distances scale · (eᵗ − 1) from the middle: every power-law tail is
-/// exponential in t, and e⁷⁰⁰ leaves the range of numbers.
+/// Ends of the panels in t, where scale · (eᵗ − 1) is the distance from the middle. Every power-law tail is exponential
+/// in t. The last end is 700, because e⁷⁰⁰ is close to the largest number.
 const ENDS: [f64; 13] = [0.0, 1.0, 2.0, 3.0, 4.0, 6.0, 9.0, 15.0, 30.0, 70.0, 150.0, 350.0, 700.0];
 
-/// A node with the logarithm of its share of the integral, not normalised.
+/// A node of the quadrature, with the logarithm of its unnormalised contribution to the integral.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Node {
-    /// Number of the evaluation of the density, from 0.
+    /// Index of the density evaluation at the node, from 0.
     pub(crate) evaluation: usize,
     pub(crate) ln_weight: f64,
 }
 
-/// One panel of one side of the middle.
+/// A panel on one side of the middle.
 struct Panel {
-    /// −1 below the middle, 1 above.
+    /// −1 below the middle, 1 above the middle.
     side: f64,
     from: f64,
     to: f64,
     bisections: u32,
     nodes: [Node; 15],
-    /// Logarithm of the sum of Kronrod weights, and the error relative to it.
+    /// Logarithm of the integral over the panel, and the estimated error relative to this integral.
     ln_sum: f64,
     error: f64,
 }
 
-/// The integrand: a log density over y, in t with y = middle ± scale · (eᵗ − 1).
+/// Integrand: a log density over y as a function of t, with y = middle ± scale · (eᵗ − 1).
 struct Integrand<'f> {
     ln_density: &'f mut dyn FnMut(f64) -> f64,
     evaluations: usize,
@@ -76,7 +76,7 @@ impl Integrand<'_> {
             let y = self.middle + side * scale * t.exp_m1();
             let (evaluation, density) = (self.evaluations, self.evaluate(y));
             let value = density + t + (scale * half).ln() + weight.ln();
-            // a density that is not defined there, or infinite at one point, has no mass there
+            // nodes with an undefined or infinite density contribute nothing
             let is_usable = y.is_finite() && value < f64::INFINITY;
             *node =
                 Node { evaluation, ln_weight: if is_usable { value } else { f64::NEG_INFINITY } };
@@ -104,7 +104,8 @@ impl Integrand<'_> {
         panel
     }
 
-    /// The scale on one side at which the log density has changed by about 1, from a first guess.
+    /// Adjusts the scale on one side, from a first estimate, so that the log density changes by about 1 over this
+    /// distance.
     fn adjust_scale(&mut self, side: f64, length: f64) {
         let (middle, at_middle) = (self.middle, self.evaluate(self.middle));
         let index = usize::from(side > 0.0);
@@ -126,12 +127,12 @@ impl Integrand<'_> {
     }
 }
 
-/// Nodes and weights for integrals of smooth functions times the density `exp(ln_density)` over
-/// (`lower`, `upper`), either of them infinite. `middle` lies inside or at a finite end, and
-/// `scales` are first guesses of the widths of the density below and above it.
+/// Nodes and weights for integrals of smooth functions times the density `exp(ln_density)` over (`lower`, `upper`). The
+/// bounds can be infinite. `middle` must lie inside or at a finite bound. `scales` are first estimates of the widths of
+/// the density below and above `middle`.
 ///
-/// Panels are bisected until the error of the integral of the density itself is below 1e-14, so that
-/// tails of any weight and corners are resolved.
+/// Panels are bisected until the relative error of the integral of the density is below 1e-14. Heavy tails and kinks
+/// are therefore resolved.
 pub(crate) fn density_nodes(
     ln_density: &mut dyn FnMut(f64) -> f64,
     [lower, upper]: [f64; 2],

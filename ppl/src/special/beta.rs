@@ -1,17 +1,16 @@
-//! The beta function and its relatives.
+//! Beta function and regularised incomplete beta function.
 
 use super::gamma::stirling_error;
 use super::logistic::logistic;
 use super::root::tail_quantile;
 use super::{HALF_LN_2PI, Tail, deviance};
 
-/// δ(a) + δ(b) − δ(a + b).
+/// Combination δ(a) + δ(b) − δ(a + b) of Stirling errors.
 fn stirling_part(a: f64, b: f64) -> f64 {
     stirling_error(a) + stirling_error(b) - stirling_error(a + b)
 }
 
-/// ln B(a, b) = ln Γ(a) + ln Γ(b) − ln Γ(a + b), for a, b > 0, without the cancellation of
-/// large terms.
+/// ln B(a, b) = ln Γ(a) + ln Γ(b) − ln Γ(a + b) for a, b > 0, without cancellation of large terms.
 pub fn ln_beta(a: f64, b: f64) -> f64 {
     let powers = a * (b / a).ln_1p() + b * (a / b).ln_1p();
     // ½ ln((a + b)/(a b)) = ½ ln(1/a + 1/b)
@@ -28,8 +27,8 @@ pub fn ln_beta_power(a: f64, b: f64, x: f64, y: f64) -> f64 {
         - HALF_LN_2PI
 }
 
-/// The regularised incomplete beta function Iₓ(a, b) and its complement, each accurate where it
-/// is small; y = 1 − x is asked for so that it can have its own digits.
+/// Regularised incomplete beta function Iₓ(a, b) and its complement; each is accurate where it is small. The argument y
+/// = 1 − x is passed separately, to avoid rounding errors in 1 − x.
 ///
 /// # References
 /// NIST Digital Library of Mathematical Functions, 8.17.22.
@@ -53,7 +52,7 @@ pub fn regularised_beta(a: f64, b: f64, x: f64, y: f64) -> (f64, f64) {
     }
 }
 
-/// 1/(1 + d₁/(1 + d₂/(1 + …))) for x below the mean, by the forward recurrence of its
+/// Continued fraction 1/(1 + d₁/(1 + d₂/(1 + …))) for x below the mean, evaluated by forward recurrence of its
 /// increments.
 fn continued_fraction(a: f64, b: f64, x: f64) -> f64 {
     let (mut ratio, mut increment, mut sum) = (1.0, 1.0, 1.0);
@@ -76,8 +75,7 @@ fn continued_fraction(a: f64, b: f64, x: f64) -> f64 {
     }
 }
 
-/// ln(x/(1 − x)) for the x where the given tail of the beta distribution holds the probability
-/// `p`.
+/// ln(x/(1 − x)) of the quantile x of the beta distribution, for which the given tail has probability `p`.
 pub fn beta_logit_quantile(a: f64, b: f64, p: f64, tail: Tail) -> f64 {
     tail_quantile((a / b).ln(), p, tail, |logit| {
         let (x, y) = logistic(logit);

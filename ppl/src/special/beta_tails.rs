@@ -1,4 +1,4 @@
-//! Tails of the beta distribution in logarithms, with their derivatives in both shapes.
+//! Log tail probabilities of the beta distribution, with their derivatives with respect to both shapes.
 
 use super::beta::{ln_beta, ln_beta_power};
 use super::forward::{Forward, MOST_TERMS};
@@ -6,8 +6,8 @@ use super::gamma::{digamma, ln_minus_digamma};
 use super::ln_probability::{CLOSE_TO_ONE, LnProbability, LnTails};
 use super::{Tail, ln_ratio};
 
-/// A number within (0, 1) and its complement, each with its own digits, and their logarithms, which
-/// stay finite where the numbers are 0 by rounding.
+/// A number in (0, 1) and its complement, both accurate near 0, with their logarithms. The logarithms stay finite if a
+/// number underflows to 0.
 #[derive(Clone, Copy, Debug)]
 pub struct Share {
     /// x.
@@ -21,7 +21,7 @@ pub struct Share {
 }
 
 impl Share {
-    /// From x and 1 − x.
+    /// Share from x and its complement 1 − x.
     pub fn new(x: f64, complement: f64) -> Self {
         let ln = |x: f64, complement: f64| if x > 0.5 { (-complement).ln_1p() } else { x.ln() };
         Self { x, complement, ln_x: ln(x, complement), ln_complement: ln(complement, x) }
@@ -29,21 +29,21 @@ impl Share {
 
     /// ln [xᵃ (1 − x)ᵇ/B(a, b)].
     pub fn ln_beta_power(self, a: f64, b: f64) -> f64 {
-        // with a shape below 1 the terms do not cancel, and the logarithms have more digits than x
+        // with a shape below 1 there is no cancellation, and the logarithms are more accurate than x
         if a.min(b) < 1.0 || self.x.min(self.complement) < f64::MIN_POSITIVE {
             return a * self.ln_x + b * self.ln_complement - ln_beta(a, b);
         }
         ln_beta_power(a, b, self.x, self.complement)
     }
 
-    /// 1 − x in place of x.
+    /// Share with x and 1 − x exchanged.
     fn reversed(self) -> Self {
         let Self { x, complement, ln_x, ln_complement } = self;
         Self { x: complement, complement: x, ln_x: ln_complement, ln_complement: ln_x }
     }
 }
 
-/// The tails of the beta distribution with shapes `a` and `b`, with their derivatives in both.
+/// Tails of the beta distribution with shapes `a` and `b`, with their derivatives with respect to both shapes.
 ///
 /// # References
 /// NIST Digital Library of Mathematical Functions, 8.17.22, differentiated term by term.
@@ -68,7 +68,7 @@ pub fn ln_beta_tails(a: f64, b: f64, at: Share) -> LnTails<2> {
     };
     let first = tail(by_lower);
     let far = if by_lower { at.complement } else { at.x };
-    // the continued fraction of the other tail converges within some hundreds of terms up to here
+    // below this limit, the continued fraction of the other tail converges within some hundreds of terms
     let second = match first.ln > CLOSE_TO_ONE && far < 0.95 {
         true => tail(!by_lower),
         false => first.complement(),
@@ -76,7 +76,7 @@ pub fn ln_beta_tails(a: f64, b: f64, at: Share) -> LnTails<2> {
     LnTails::new(if by_lower { Tail::Lower } else { Tail::Upper }, first, second)
 }
 
-/// Iₓ(a, b) by its continued fraction.
+/// Iₓ(a, b) by its continued fraction, with derivatives.
 fn beta_lower(a: f64, b: f64, at: Share) -> LnProbability<2> {
     let x = at.x;
     let one = Forward::constant(1.0);
@@ -116,11 +116,11 @@ fn ln_factor(a: f64, b: f64, at: Share) -> f64 {
     at.ln_beta_power(a, b) - a.ln()
 }
 
-/// Derivatives of [`ln_factor`] in a and b: ln x + ψ(a + b) − ψ(a + 1) and ln(1 − x) + ψ(a + b) − ψ(b).
+/// Derivatives of [`ln_factor`] with respect to a and b: ln x + ψ(a + b) − ψ(a + 1) and ln(1 − x) + ψ(a + b) − ψ(b).
 fn factor_slopes(a: f64, b: f64, at: Share) -> [f64; 2] {
     let n = a + b;
     let both = ln_minus_digamma(n);
-    // ln(n x/a) without the cancellation of large logarithms
+    // ln(n x/a) without cancellation of large logarithms
     let ln_excess = |ln_x: f64, shape: f64| ln_x + ln_ratio(n, shape);
     let in_a = match a < 1.0 {
         true => at.ln_x + (n.ln() - both) - digamma(a + 1.0),

@@ -1,4 +1,4 @@
-//! The gamma function and its relatives.
+//! Gamma function, Stirling error, digamma function and regularised incomplete gamma functions.
 
 use super::root::tail_quantile;
 use super::{HALF_LN_2PI, Tail, deviance};
@@ -31,7 +31,7 @@ fn series(coefficients: &[f64], square: f64) -> f64 {
     coefficients.iter().rev().fold(0.0, |s, c| c + square * s)
 }
 
-/// From here on the series above are exact to the last digit.
+/// Argument from which the series above are exact to rounding.
 const ASYMPTOTIC: f64 = 10.0;
 
 fn stirling_series(x: f64) -> f64 {
@@ -39,8 +39,7 @@ fn stirling_series(x: f64) -> f64 {
     inverse * series(&STIRLING, inverse * inverse)
 }
 
-/// ln Γ(x) for x > 0, NaN elsewhere; error below 5e-15 for x < 10, relative error below 1e-15
-/// beyond.
+/// ln Γ(x) for x > 0, else NaN. The error is below 5e-15 for x < 10; the relative error is below 1e-15 for larger x.
 pub fn ln_gamma(x: f64) -> f64 {
     if x.is_nan() || x <= 0.0 {
         return f64::NAN;
@@ -97,8 +96,8 @@ pub fn stirling_error(x: f64) -> f64 {
     }
     let inverse = x.recip();
     let t = (2.0 * inverse - 1.1) / 0.9;
-    // Clenshaw's recurrence, apart for even and odd degrees, so that one need not wait for the
-    // other: T₂ₖ(t) = Tₖ(u), and T₂ₖ₊₁(t) goes by the same rule from T₁ = T₋₁ = t
+    // Clenshaw's recurrence, separately for even and odd degrees, so that both run in parallel: T₂ₖ(t) = Tₖ(u), and
+    // T₂ₖ₊₁(t) satisfies the same recurrence with T₁ = T₋₁ = t
     let u = 2.0 * t * t - 1.0;
     let [mut even, mut odd] = [(STIRLING_ERROR[22], 0.0), (0.0, 0.0)];
     for pair in STIRLING_ERROR[2..22].rchunks_exact(2) {
@@ -109,8 +108,7 @@ pub fn stirling_error(x: f64) -> f64 {
     inverse * (STIRLING_ERROR[0] + u * even.0 - even.1 + odd)
 }
 
-/// ln x − ψ(x) > 0, for x > 0: what is left of the digamma function in derivatives of
-/// densities.
+/// ln x − ψ(x) > 0 for x > 0, the form in which the digamma function occurs in derivatives of densities.
 pub fn ln_minus_digamma(x: f64) -> f64 {
     if x.is_nan() || x <= 0.0 {
         return f64::NAN;
@@ -126,7 +124,7 @@ pub fn ln_minus_digamma(x: f64) -> f64 {
     if shifted == x { far } else { far + (sum - (shifted.ln() - x.ln())) }
 }
 
-/// The digamma function ψ(x) = d ln Γ/dx, for x > 0.
+/// Digamma function ψ(x) = d ln Γ/dx, for x > 0.
 pub fn digamma(x: f64) -> f64 {
     x.ln() - ln_minus_digamma(x)
 }
@@ -136,8 +134,8 @@ pub(super) fn ln_gamma_power(a: f64, x: f64) -> f64 {
     -deviance(a, x) - stirling_error(a) - 0.5 * a.ln() - HALF_LN_2PI
 }
 
-/// The regularised incomplete gamma functions P(a, x) and Q(a, x) = 1 − P(a, x), each accurate
-/// where it is small; a > 0.
+/// Regularised incomplete gamma functions P(a, x) and Q(a, x) = 1 − P(a, x) for a > 0; each is accurate where it is
+/// small.
 ///
 /// # References
 /// NIST Digital Library of Mathematical Functions, 8.7.1 (series) and 8.9.2 (continued
@@ -168,14 +166,14 @@ pub fn regularised_gamma(a: f64, x: f64) -> (f64, f64) {
     }
 }
 
-/// 1/(x + 1 − a − 1(1 − a)/(x + 3 − a − 2(2 − a)/(x + 5 − a − …))), for x > a, by the forward
+/// Continued fraction 1/(x + 1 − a − 1(1 − a)/(x + 3 − a − 2(2 − a)/(x + 5 − a − …))) for x > a, evaluated by forward
 /// recurrence of its increments.
 fn continued_fraction(a: f64, x: f64) -> f64 {
     let mut denominator = x + 1.0 - a;
     let mut ratio = denominator.recip();
     let (mut increment, mut sum) = (ratio, ratio);
     let mut n = 0.0;
-    // Steed's algorithm: every increment is the one before times (denominator · ratio − 1)
+    // Steed's algorithm: each increment is the previous increment times (denominator · ratio − 1)
     while increment.abs() > 0.1 * f64::EPSILON * sum.abs() && n < 1e7 {
         n += 1.0;
         let numerator = n * (a - n);
@@ -187,8 +185,8 @@ fn continued_fraction(a: f64, x: f64) -> f64 {
     sum
 }
 
-/// ln x for the x where the given tail of the gamma distribution with shape `a` and unit rate
-/// holds the probability `p`.
+/// ln x of the quantile x of the gamma distribution with shape `a` and unit rate, for which the given tail has
+/// probability `p`.
 pub fn gamma_ln_quantile(a: f64, p: f64, tail: Tail) -> f64 {
     tail_quantile(a.ln(), p, tail, |y| {
         let x = y.exp();

@@ -1,12 +1,12 @@
-//! Tails of the gamma distribution in logarithms, with their derivative in the shape.
+//! Log tail probabilities of the gamma distribution, with their derivative with respect to the shape.
 
 use super::forward::{Forward, MOST_TERMS};
 use super::gamma::{digamma, ln_gamma, ln_gamma_power, ln_minus_digamma};
 use super::ln_probability::{CLOSE_TO_ONE, LnProbability, LnTails};
 use super::{Tail, ln_ratio};
 
-/// The tails of the gamma distribution with shape `a` and unit rate at x, with their derivatives in
-/// `a`. `ln_x` is ln x, which stays finite where `x` is 0 or ∞ by rounding.
+/// Tails of the gamma distribution with shape `a` and unit rate at x, with their derivatives with respect to `a`.
+/// `ln_x` is ln x, which is finite even if `x` underflows or overflows.
 ///
 /// # References
 /// NIST Digital Library of Mathematical Functions, 8.7.1 (series) and 8.9.2 (continued fraction),
@@ -25,7 +25,7 @@ pub fn ln_gamma_tails(a: f64, x: f64, ln_x: f64) -> LnTails<1> {
         return LnTails::from_one(Tail::Upper, gamma_upper(a, x));
     }
     let lower = gamma_lower(a, x, ln_x);
-    // the continued fraction converges within some thousands of terms from here on
+    // above this limit, the continued fraction converges within some thousands of terms
     let upper = match lower.ln > CLOSE_TO_ONE && x > 0.02 {
         true => gamma_upper(a, x),
         false => lower.complement(),
@@ -33,7 +33,7 @@ pub fn ln_gamma_tails(a: f64, x: f64, ln_x: f64) -> LnTails<1> {
     LnTails::new(Tail::Lower, lower, upper)
 }
 
-/// P(a, x) = xᵃ e⁻ˣ/Γ(a + 1) Σ xⁿ/(a + 1)ₙ.
+/// P(a, x) = xᵃ e⁻ˣ/Γ(a + 1) Σ xⁿ/(a + 1)ₙ, with its derivative.
 fn gamma_lower(a: f64, x: f64, ln_x: f64) -> LnProbability<1> {
     let (mut term, mut sum) = (Forward::constant(1.0), Forward::constant(1.0));
     let mut n = 0.0;
@@ -47,7 +47,7 @@ fn gamma_lower(a: f64, x: f64, ln_x: f64) -> LnProbability<1> {
         true => a * ln_x - ln_gamma(a + 1.0),
         false => ln_gamma_power(a, x),
     };
-    // ln x − ψ(a + 1)
+    // derivative ln x − ψ(a + 1) of the factor before the sum
     let in_power = match a < 1.0 || x < f64::MIN_POSITIVE {
         true => ln_x - digamma(a + 1.0),
         false => ln_ratio(x, a) + ln_minus_digamma(a) - a.recip(),
@@ -55,12 +55,12 @@ fn gamma_lower(a: f64, x: f64, ln_x: f64) -> LnProbability<1> {
     LnProbability::new(ln_power + sum.value.ln(), [in_power + sum.slopes[0] / sum.value])
 }
 
-/// Q(a, x) by its continued fraction.
+/// Q(a, x) by its continued fraction, with its derivative.
 fn gamma_upper(a: f64, x: f64) -> LnProbability<1> {
     let mut denominator = Forward::new(x + 1.0 - a, [-1.0]);
     let mut ratio = denominator.recip();
     let (mut increment, mut sum, mut n) = (ratio, ratio, 0.0);
-    // Steed's algorithm: every increment is the previous one times (denominator · ratio − 1)
+    // Steed's algorithm: each increment is the previous increment times (denominator · ratio − 1)
     while n < MOST_TERMS && (n < 2.0 || !increment.is_negligible_in(sum)) {
         n += 1.0;
         denominator = denominator.shifted(2.0);

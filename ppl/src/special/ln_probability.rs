@@ -1,33 +1,33 @@
-//! Probabilities in logarithms, with their derivatives in the parameters.
+//! Logarithms of probabilities, with their derivatives with respect to parameters.
 
 use super::{Tail, ln_one_minus_exp};
 
-/// ln 0.9: the complement of a more probable event loses digits.
+/// ln 0.9. The complement of an event with a larger probability is inaccurate.
 pub(super) const CLOSE_TO_ONE: f64 = -0.105_360_515_657_826_3;
 
-/// The logarithm of a probability and its derivatives in `N` parameters.
+/// Logarithm of a probability and its derivatives with respect to `N` parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LnProbability<const N: usize> {
-    /// ln P, −∞ for an impossible event.
+    /// ln P; −∞ for an impossible event.
     pub ln: f64,
-    /// ∂ ln P in each parameter.
+    /// Derivative of ln P with respect to each parameter.
     pub slopes: [f64; N],
 }
 
 impl<const N: usize> LnProbability<N> {
-    /// P = 0, whatever the parameters.
+    /// Probability 0 for all values of the parameters.
     pub const IMPOSSIBLE: Self = Self { ln: f64::NEG_INFINITY, slopes: [0.0; N] };
-    /// P = 1, whatever the parameters.
+    /// Probability 1 for all values of the parameters.
     pub const CERTAIN: Self = Self { ln: 0.0, slopes: [0.0; N] };
-    /// A parameter outside its domain.
+    /// Value for invalid parameters.
     pub(super) const UNDEFINED: Self = Self { ln: f64::NAN, slopes: [f64::NAN; N] };
 
-    /// With a logarithm that rounding has not made positive.
+    /// Log probability; a logarithm that is positive because of rounding is set to 0.
     pub(super) fn new(ln: f64, slopes: [f64; N]) -> Self {
         Self { ln: if ln > 0.0 { 0.0 } else { ln }, slopes }
     }
 
-    /// 1 − P.
+    /// Probability 1 − P of the complement.
     pub fn complement(self) -> Self {
         if self.ln == f64::NEG_INFINITY {
             return Self::CERTAIN;
@@ -38,7 +38,7 @@ impl<const N: usize> LnProbability<N> {
         Self { ln, slopes }
     }
 
-    /// P − `part`, and the share of P that remains: a small share has lost digits.
+    /// Difference P − `part`, and its ratio to P. A small ratio indicates cancellation.
     pub fn without(self, part: Self) -> (Self, f64) {
         if part.ln == f64::NEG_INFINITY {
             return (self, 1.0);
@@ -51,7 +51,7 @@ impl<const N: usize> LnProbability<N> {
     }
 }
 
-/// P(X ≤ x) and P(X > x).
+/// Both tail probabilities at a point x.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LnTails<const N: usize> {
     /// P(X ≤ x).
@@ -61,16 +61,16 @@ pub struct LnTails<const N: usize> {
 }
 
 impl<const N: usize> LnTails<N> {
-    /// At or below the lower end of the support.
+    /// Tails at or below the lower end of the support.
     pub const BELOW: Self =
         Self { lower: LnProbability::IMPOSSIBLE, upper: LnProbability::CERTAIN };
-    /// At or above the upper end of the support.
+    /// Tails at or above the upper end of the support.
     pub const ABOVE: Self =
         Self { lower: LnProbability::CERTAIN, upper: LnProbability::IMPOSSIBLE };
     pub(super) const UNDEFINED: Self =
         Self { lower: LnProbability::UNDEFINED, upper: LnProbability::UNDEFINED };
 
-    /// From one tail.
+    /// Tails from one tail probability and its complement.
     pub(super) fn from_one(tail: Tail, mass: LnProbability<N>) -> Self {
         Self::new(tail, mass, mass.complement())
     }
@@ -82,7 +82,7 @@ impl<const N: usize> LnTails<N> {
         }
     }
 
-    /// One of them.
+    /// The lower or the upper tail.
     pub fn tail(&self, tail: Tail) -> LnProbability<N> {
         match tail {
             Tail::Lower => self.lower,
@@ -90,8 +90,8 @@ impl<const N: usize> LnTails<N> {
         }
     }
 
-    /// P(X between the two points), from the tails that are small; the share of the larger tail that it
-    /// is, which tells how many digits the difference has kept.
+    /// Probability between two points, computed from small tails where possible. Also returns the ratio of the
+    /// difference of two tails to the larger tail, which measures cancellation.
     pub fn between(below: &Self, above: &Self) -> (LnProbability<N>, f64) {
         let half = -std::f64::consts::LN_2;
         let (outside_below, outside_above) = (below.lower, above.upper);

@@ -1,6 +1,6 @@
-//! The logistic function and its relatives.
+//! Logistic function and softplus function.
 
-/// σ(x) and σ(−x) = 1 − σ(x), each to full relative accuracy.
+/// σ(x) and σ(−x) = 1 − σ(x), each with full relative accuracy.
 #[inline]
 pub(crate) fn logistic(x: f64) -> (f64, f64) {
     let e = (-x.abs()).exp();

@@ -1,13 +1,13 @@
-//! Functions of shapes, asked again and again for the same.
+//! Memoisation of functions of one shape parameter.
 
-/// `$f($x)`, at once where it was asked for last in this thread.
+/// Evaluates `$f($x)`, or returns the last result of this thread if `$x` is unchanged.
 ///
-/// The observations of a plate mostly share the shape of their distribution, and no compiler takes
-/// gamma functions of it out of a loop.
+/// The observations of a plate mostly share the shape of their distribution, and compilers do not move gamma functions
+/// out of a loop.
 macro_rules! memoised {
     ($f:expr, $x:expr) => {{
         std::thread_local! {
-            // no number is equal to NaN
+            // NaN differs from every number, so that the first call evaluates the function
             static LAST: std::cell::Cell<(f64, [f64; 2])> = const {
                 std::cell::Cell::new((f64::NAN, [0.0; 2]))
             };

@@ -1,10 +1,8 @@
-//! Special functions that keep their digits: in far tails, for large arguments, near
-//! cancellation.
+//! Special functions that are accurate in the tails, for large arguments and near cancellation.
 //!
-//! Only what `statrs` lacks, or has to fewer digits than a log density needs, is here. Log
-//! gamma functions enter densities through the Stirling error δ(x), so that large terms cancel
-//! on paper instead of in the last digits (Loader 2000, *Fast and Accurate Computation of
-//! Binomial Probabilities*).
+//! The module contains only functions that `statrs` lacks or computes less accurately than log densities require. Log
+//! gamma functions enter densities through the Stirling error δ(x), so that large terms cancel analytically and not
+//! numerically (Loader 2000, *Fast and Accurate Computation of Binomial Probabilities*).
 //!
 //! # Example
 //! ```
@@ -47,15 +45,15 @@ pub use normal::{
 };
 pub(crate) use quadrature::integral_from_zero;
 
-/// ½ ln 2π.
+/// The constant ½ ln 2π.
 pub const HALF_LN_2PI: f64 = 0.918_938_533_204_672_7;
 
-/// Which end of a distribution a probability is counted from.
+/// Tail of a distribution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tail {
-    /// P(X ≤ x).
+    /// Lower tail, P(X ≤ x).
     Lower,
-    /// P(X > x).
+    /// Upper tail, P(X > x).
     Upper,
 }
 
@@ -74,7 +72,7 @@ pub fn ln_1p_minus(x: f64) -> f64 {
     r * (2.0 * square * sum - x)
 }
 
-/// a ln(a/m) + m − a ≥ 0, the deviance of a Poisson count `a` at expectation `m`.
+/// Deviance a ln(a/m) + m − a ≥ 0 of a Poisson count `a` with expectation `m`.
 pub fn deviance(a: f64, m: f64) -> f64 {
     if a == 0.0 {
         return m;
@@ -89,14 +87,14 @@ pub fn deviance(a: f64, m: f64) -> f64 {
     }
 }
 
-/// ln(a/b) of positive numbers, whose ratio may leave the range of numbers.
+/// ln(a/b) of positive numbers; accurate even if a/b overflows or underflows.
 #[inline]
 pub fn ln_ratio(a: f64, b: f64) -> f64 {
     let ratio = a / b;
     if ratio.is_normal() { ratio.ln() } else { a.ln() - b.ln() }
 }
 
-/// ln(1 + z²), z/(1 + z²) and z²/(1 + z²), where z² may overflow.
+/// ln(1 + z²), z/(1 + z²) and z²/(1 + z²); accurate even if z² overflows.
 #[inline]
 pub fn ln_1p_square(z: f64) -> (f64, f64, f64) {
     if z.abs() > 1e8 {
@@ -107,7 +105,7 @@ pub fn ln_1p_square(z: f64) -> (f64, f64, f64) {
     (ln_1p_of(square), z * inverse, square * inverse)
 }
 
-/// ln(1 + x) for x ≥ 0: the logarithm of the rounded sum, corrected for the rounding.
+/// ln(1 + x) for x ≥ 0: the logarithm of the rounded sum, with a correction for the rounding error.
 ///
 /// # References
 /// Kahan; theorem 4 in Goldberg (1991), *What every computer scientist should know about
@@ -118,19 +116,19 @@ fn ln_1p_of(x: f64) -> f64 {
     if sum == 1.0 { x } else { sum.ln() * (x / (sum - 1.0)) }
 }
 
-/// tanh y and sech y, with ln cosh y in two parts.
+/// tanh y, sech y, and two parts from which ln cosh y is computed.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Hyperbolic {
     pub(crate) tanh: f64,
     pub(crate) sech: f64,
     /// |y|.
     pub(crate) size: f64,
-    /// (1 + e^{−2|y|})/2: ln cosh y is its logarithm and the size.
+    /// (1 + e^{−2|y|})/2, so that ln cosh y = `size` + ln `shrink`.
     pub(crate) shrink: f64,
 }
 
 impl Hyperbolic {
-    /// At y, to some units in the last place of 1.
+    /// Values at y, with an error of a few units in the last place of 1.
     #[inline(always)]
     pub(crate) fn at(y: f64) -> Self {
         let size = y.abs();

@@ -1,4 +1,4 @@
-//! Probabilities of the standard normal distribution.
+//! Standard normal distribution: probabilities, quantiles and Mills ratio.
 
 use std::f64::consts::SQRT_2;
 
@@ -6,13 +6,13 @@ use statrs::function::erf;
 
 use super::HALF_LN_2PI;
 
-/// φ(z).
+/// Standard normal density φ(z).
 fn density(z: f64) -> f64 {
     (-0.5 * z * z - HALF_LN_2PI).exp()
 }
 
-/// Chebyshev coefficients of (z + 2) R(z) in t = (z − 5)/(z + 5), R the Mills ratio, to 1e-17;
-/// computed with 40 digits at 60 nodes.
+/// Chebyshev coefficients of (z + 2) R(z) in t = (z − 5)/(z + 5), where R is the Mills ratio, to 1e-17; computed with
+/// 40 digits at 60 nodes.
 const MILLS: [f64; 25] = [
     1.548419526289845,
     -0.7147756055465746,
@@ -41,7 +41,7 @@ const MILLS: [f64; 25] = [
     1.4937287712718886e-17,
 ];
 
-/// The Mills ratio R(z) = P(Z > z)/φ(z) = √(π/2) e^{z²/2} erfc(z/√2).
+/// Mills ratio R(z) = P(Z > z)/φ(z) = √(π/2) e^{z²/2} erfc(z/√2).
 ///
 /// # References
 /// Shepherd & Laframboise (1981), doi:10.1090/S0025-5718-1981-0595058-X, for the variable t.
@@ -58,7 +58,7 @@ pub fn mills_ratio(z: f64) -> f64 {
     (t * this - last + MILLS[0]) / (z + 2.0)
 }
 
-/// Φ(z), accurate in the lower tail.
+/// Distribution function Φ(z), accurate in the lower tail.
 pub fn normal_cdf(z: f64) -> f64 {
     if z < 0.0 {
         density(z) * mills_ratio(-z)
@@ -69,7 +69,7 @@ pub fn normal_cdf(z: f64) -> f64 {
     }
 }
 
-/// ln Φ(z) and its derivative φ(z)/Φ(z), however far out.
+/// ln Φ(z) and its derivative φ(z)/Φ(z), accurate in both tails.
 pub fn ln_normal_cdf(z: f64) -> (f64, f64) {
     if z < 0.0 {
         let ratio = mills_ratio(-z);
@@ -80,12 +80,12 @@ pub fn ln_normal_cdf(z: f64) -> (f64, f64) {
     }
 }
 
-/// P(0 < Z < z), odd in z, accurate near 0.
+/// P(0 < Z < z), an odd function of z; accurate near 0.
 pub fn normal_from_zero(z: f64) -> f64 {
     if z.abs() > 1.0 {
         return (0.5 - density(z) * mills_ratio(z.abs())).copysign(z);
     }
-    // φ(z) (z + z³/3 + z⁵/15 + …): no term is negative
+    // φ(z) (z + z³/3 + z⁵/15 + …); all terms have the same sign
     let (mut term, mut sum) = (z, z);
     let mut odd = 1.0;
     while term.abs() > 0.1 * f64::EPSILON * sum.abs() {
@@ -96,13 +96,13 @@ pub fn normal_from_zero(z: f64) -> f64 {
     density(z) * sum
 }
 
-/// The z with P(Z > z) = q, accurate for small q.
+/// Quantile z with P(Z > z) = q, accurate for small q.
 pub fn normal_upper_quantile(q: f64) -> f64 {
     let z = SQRT_2 * erf::erfc_inv(2.0 * q);
     if !z.is_finite() {
         return z;
     }
-    // one Newton step for the last digits; in the tail on ln P(Z > z)
+    // one Newton step improves the last digits; in the tail, it solves for ln P(Z > z)
     if q < 0.25 {
         let ratio = mills_ratio(z);
         let ln_tail = -0.5 * z * z - HALF_LN_2PI + ratio.ln();
@@ -114,12 +114,12 @@ pub fn normal_upper_quantile(q: f64) -> f64 {
     }
 }
 
-/// Φ⁻¹(p), accurate for small p; NaN outside \[0, 1\].
+/// Quantile Φ⁻¹(p), accurate for small p; NaN outside \[0, 1\].
 pub fn normal_quantile(p: f64) -> f64 {
     if (0.0..=1.0).contains(&p) { -normal_upper_quantile(p) } else { f64::NAN }
 }
 
-/// The z with P(|Z| ≤ z) = p, accurate for small p.
+/// Quantile z with P(|Z| ≤ z) = p, accurate for small p.
 pub fn half_normal_quantile(p: f64) -> f64 {
     if p > 0.5 {
         return normal_upper_quantile(0.5 * (1.0 - p));
@@ -128,19 +128,19 @@ pub fn half_normal_quantile(p: f64) -> f64 {
     z - (normal_from_zero(z) - 0.5 * p) / density(z)
 }
 
-/// The probability of α < Z < β and what its derivatives need.
+/// Probability P of α < Z < β for a standard normal Z, and the terms of its derivatives.
 #[derive(Clone, Copy, Debug)]
 pub struct NormalInterval {
     /// ln P(α < Z < β).
     pub ln_mass: f64,
-    /// (φ(α) − φ(β))/P: the mean of Z inside.
+    /// (φ(α) − φ(β))/P, the conditional mean of Z.
     pub first: f64,
-    /// (α φ(α) − β φ(β))/P: the mean of Z² inside, less 1.
+    /// (α φ(α) − β φ(β))/P, the conditional mean of Z² minus 1.
     pub second: f64,
 }
 
 impl NormalInterval {
-    /// For α < β, either of them infinite; accurate however far out, however narrow.
+    /// Probability for α < β, which can be infinite. It is accurate in the tails and for narrow intervals.
     pub fn new(alpha: f64, beta: f64) -> Self {
         if alpha + beta < 0.0 {
             let mirrored = Self::right(-beta, -alpha);
@@ -152,7 +152,7 @@ impl NormalInterval {
         }
     }
 
-    /// For β ≥ |α|.
+    /// Probability for β ≥ |α|.
     fn right(alpha: f64, beta: f64) -> Self {
         let width = beta - alpha;
         // ln φ(α) − ln φ(β)
@@ -179,8 +179,7 @@ impl NormalInterval {
     }
 }
 
-/// ∫₀ʷ e^{−αt − t²/2} dt by Gauss–Legendre quadrature: exact to rounding while the exponent
-/// stays above −1.
+/// ∫₀ʷ e^{−αt − t²/2} dt by Gauss–Legendre quadrature; exact to rounding if the exponent stays above −1.
 fn narrow(alpha: f64, width: f64) -> f64 {
     const NODES: [(f64, f64); 5] = [
         (0.148_874_338_981_631_2, 0.295_524_224_714_752_9),

@@ -2,15 +2,15 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-/// ∫ f(distance) from 0 to `length`, for f smooth inside; an infinite length needs the
-/// `scale` on which f decays.
+/// ∫ f(distance) from 0 to `length`, for a function f that is smooth inside. For an infinite length, `scale` is the
+/// scale on which f decays.
 ///
-/// Relative accuracy about 1e-12 for integrands of one sign with algebraic ends or faster decay.
+/// The relative accuracy is about 1e-12 for integrands of one sign whose ends are algebraic or decay faster.
 pub(crate) fn integral_from_zero(f: impl Fn(f64) -> f64, length: f64, scale: f64) -> f64 {
     nodes_from_zero(length, scale).map(|(distance, weight)| weight * f(distance)).sum()
 }
 
-/// The nodes and the positive weights of [`integral_from_zero`].
+/// Nodes and positive weights of [`integral_from_zero`].
 fn nodes_from_zero(length: f64, scale: f64) -> impl Iterator<Item = (f64, f64)> {
     const STEP: f64 = 1.0 / 32.0;
     let nodes = (-144..=144).map(move |i| {

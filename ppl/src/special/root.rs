@@ -2,9 +2,9 @@
 
 use super::Tail;
 
-/// The coordinate y where a tail of a distribution over ℝ holds the probability `p`.
+/// Coordinate y at which a tail of a distribution over ℝ has probability `p`.
 ///
-/// `at(y)` gives the lower tail, the upper tail and the density there.
+/// `at(y)` returns the lower tail, the upper tail and the density at y.
 pub(crate) fn tail_quantile(
     start: f64,
     p: f64,
@@ -29,11 +29,11 @@ pub(crate) fn tail_quantile(
     }
 }
 
-/// The root of an increasing function given as (value, slope): Newton's method inside a bracket
-/// that grows from `start`.
+/// Root of an increasing function that is given as (value, slope), by Newton's method within a bracket that is extended
+/// from `start`.
 ///
-/// Meant for ln P(tail) − ln p over an unconstrained coordinate, which is close to straight in
-/// the tails. Values may be infinite: only the bracket moves then.
+/// Intended for ln P(tail) − ln p as a function of an unconstrained coordinate, which is nearly linear in the tails. If
+/// a value is infinite, the step is a bisection.
 fn increasing_root(start: f64, f: impl Fn(f64) -> (f64, f64)) -> f64 {
     let (mut low, mut high) = (start, start);
     let mut step = 1.0;
@@ -60,7 +60,7 @@ fn increasing_root(start: f64, f: impl Fn(f64) -> (f64, f64)) -> f64 {
             low = y;
         }
         let newton = y - value / slope;
-        // convergence is quadratic: a step this small leaves nothing to the next
+        // convergence is quadratic: after a step this small, the error is below rounding
         if (newton - y).abs() <= 1e-10 * (1.0 + y.abs()) {
             return newton;
         }

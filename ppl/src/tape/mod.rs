@@ -1,10 +1,9 @@
-//! Reverse mode: an arena of operations, swept backwards once.
+//! Reverse-mode differentiation with a tape of operations that is swept backwards once.
 //!
-//! An operation costs one node, an adjoint, and one edge to each of its arguments. A term of the
-//! density costs none: its adjoint is known to be 1, and its partials go to their parents at once
-//! ([`Settled`](crate::accumulator::Settled)). Nodes that nothing refers to any more, those of one
-//! iteration of a plate, are swept early by `unwind`, so that the tape of a plate is as long as
-//! one iteration.
+//! Each operation adds a node with an adjoint to the tape, and one edge per argument. A term of the density adds no
+//! node: its adjoint is known to be 1, and its partial derivatives are added to the adjoints of its arguments
+//! immediately ([`Settled`](crate::accumulator::Settled)). The nodes of one iteration of a plate are swept by `unwind`
+//! at the end of the iteration, so that the tape of a plate is only as long as one iteration.
 
 mod var;
 
@@ -13,7 +12,7 @@ use std::cell::Cell;
 use crate::scalar::Scalar;
 pub use var::Var;
 
-/// The operations of one evaluation, in order; cleared and used again for the next.
+/// Operations of one evaluation, in order. The tape is cleared and reused for the next evaluation.
 ///
 /// # Example
 /// ```
@@ -30,23 +29,24 @@ pub use var::Var;
 /// ```
 #[derive(Debug)]
 pub struct Tape {
-    /// One a node.
+    /// Adjoint of every node.
     adjoints: Box<[Cell<f64>]>,
-    /// Those of a node stand together, in the order of the nodes.
+    /// Edges to the arguments of each node, contiguous per node, in the order of the nodes.
     edges: Box<[Cell<Edge>]>,
-    /// Inputs whose place another number has taken: which, its slope, and what the adjoint was.
+    /// Inputs that were replaced by a function of them: index of the input, derivative of the function, and adjoint of
+    /// the input before the replacement.
     replaced: Box<[Cell<(u32, f64, f64)>]>,
     replacements: Cell<usize>,
     inputs: Cell<usize>,
-    /// Number of nodes, and of edges, in use.
+    /// Number of nodes in use; the next field is the number of edges in use.
     length: Cell<usize>,
     filled: Cell<usize>,
     full: Cell<bool>,
-    /// The adjoint of numbers for which there was no room.
+    /// Adjoint of scalars for which the tape had no space.
     sink: Cell<f64>,
 }
 
-/// By how much a parent moves its child.
+/// Partial derivative of a node (the child) with respect to one of its arguments (the parent).
 #[derive(Clone, Copy, Debug, Default)]
 struct Edge {
     child: u32,
@@ -61,7 +61,7 @@ impl Default for Tape {
 }
 
 impl Tape {
-    /// Room for `nodes` operations of four arguments on average.
+    /// Tape with space for `nodes` operations with four arguments on average.
     pub fn with_capacity(nodes: usize) -> Self {
         Self {
             adjoints: vec![Cell::default(); nodes].into(),
@@ -76,7 +76,7 @@ impl Tape {
         }
     }
 
-    /// Forgets all operations, keeping the memory; a tape that was full becomes twice as large.
+    /// Removes all operations and keeps the memory. If the tape was full, its size is doubled.
     #[inline]
     pub fn clear(&mut self) {
         if self.full.get() {
@@ -93,18 +93,18 @@ impl Tape {
         *self = Self::with_capacity(2 * self.adjoints.len().max(1));
     }
 
-    /// Whether operations are missing for want of room: clear the tape and evaluate again.
+    /// Whether the tape was too short for all operations: clear the tape and evaluate again.
     pub fn is_full(&self) -> bool {
         self.full.get()
     }
 
-    /// A new independent variable. Inputs come first: their order is that of the gradient.
+    /// Adds an independent variable. Inputs must come first; their order is the order of the gradient.
     pub fn input(&self, value: f64) -> Var<'_> {
         self.push(value, self.filled.get())
     }
 
-    /// `n` independent variables at once, at the start of a cleared tape: their adjoints, or none
-    /// if there is no room. They are zero once [`first`](Tape::first) has made numbers of them.
+    /// Adds `n` independent variables at the start of a cleared tape. Returns their adjoints; none if the tape is too
+    /// short. [`first`](Tape::first) sets an adjoint to zero.
     #[inline]
     pub(crate) fn inputs(&self, n: usize) -> &[Cell<f64>] {
         let Some(adjoints) = self.adjoints.get(..n) else {
@@ -116,26 +116,26 @@ impl Tape {
         adjoints
     }
 
-    /// The number at a node that exists.
+    /// Scalar at an existing node.
     #[inline(always)]
     pub(crate) fn number<'t>(&'t self, value: f64, adjoint: &'t Cell<f64>) -> Var<'t> {
         Var::new(value, self, adjoint)
     }
 
-    /// The number at a node that nothing has used yet.
+    /// Scalar at a node that has not been used yet; sets its adjoint to zero.
     #[inline(always)]
     pub(crate) fn first<'t>(&'t self, value: f64, adjoint: &'t Cell<f64>) -> Var<'t> {
         adjoint.set(0.0);
         self.number(value, adjoint)
     }
 
-    /// A number that is none of constants and yet on no node.
+    /// Scalar without a node, as a placeholder on a full tape; its adjoint is added to `sink`.
     #[inline(always)]
     pub(crate) fn nowhere(&self, value: f64) -> Var<'_> {
         self.number(value, &self.sink)
     }
 
-    /// The present length, for `unwind`.
+    /// Current length of the tape, as an argument of `unwind`.
     #[inline(always)]
     pub(crate) fn mark(&self) -> usize {
         self.length.get()
@@ -147,11 +147,11 @@ impl Tape {
         term.deposit(1.0);
     }
 
-    /// The gradient of the sum of all seeded terms with respect to the first inputs.
+    /// Computes the gradient of the sum of all seeded terms with respect to the first inputs.
     ///
     /// # Panics
-    /// If the tape [is full](Tape::is_full), or has less room than `gradient`.
-    // inlined: for ten unknowns a call that copies ten numbers is half of what a sweep costs
+    /// If the tape [is full](Tape::is_full), or if it is shorter than `gradient`.
+    // inlined, because for ten unknowns the function call would double the cost of a sweep
     #[inline(always)]
     pub fn sweep(&self, gradient: &mut [f64]) {
         assert!(!self.is_full(), "operations are missing: clear the tape and evaluate again");
@@ -161,13 +161,13 @@ impl Tape {
             *g = adjoint.get();
         }
         for replaced in &self.replaced[..self.replacements.get()] {
-            // from the adjoint: what was copied as a block can be read only once all of it is there
+            // reads the adjoint instead of `gradient`, because a read after a block copy would wait for the whole copy
             let (index, slope, own) = replaced.get();
             gradient[index as usize] = own + slope * adjoints[index as usize].get();
         }
     }
 
-    /// Sweeps back over the nodes past `mark` and forgets them.
+    /// Sweeps back over the nodes after `mark` and removes them.
     #[inline(always)]
     pub(crate) fn unwind(&self, mark: usize) {
         if self.length.get() > mark {
@@ -175,11 +175,11 @@ impl Tape {
         }
     }
 
-    // inlined: a call in a plate would keep what it sums up out of registers
+    // inlined, because a function call in a plate would move its sums out of the registers
     #[inline(always)]
     fn sweep_back(&self, mark: usize) {
         self.length.set(mark);
-        // what is missing cannot be swept: the evaluation will be repeated
+        // on a full tape operations are missing, so nothing is swept: the evaluation will be repeated
         if self.full.get() {
             return;
         }
@@ -191,7 +191,7 @@ impl Tape {
                 break;
             }
             let adjoint = adjoints[child as usize].get();
-            // what nothing depends on may have an infinite partial, and 0 · ∞ is no number
+            // skip nodes without effect: their partial derivatives can be infinite, and 0 · ∞ is NaN
             if adjoint != 0.0 {
                 let parent = &adjoints[parent as usize];
                 parent.set(parent.get() + adjoint * partial);
@@ -201,7 +201,7 @@ impl Tape {
         self.filled.set(edges.len());
     }
 
-    /// Nodes with these values, each a function of all parents: there is one question for room.
+    /// Adds one node per value, each a function of all parents, with a single check of the remaining space.
     #[inline(always)]
     fn push_all<const D: usize, const M: usize>(
         &self,
@@ -231,7 +231,7 @@ impl Tape {
         numbers
     }
 
-    /// A node whose edges are those up to `end`.
+    /// Adds a node whose edges end at index `end`.
     #[inline(always)]
     fn push(&self, value: f64, end: usize) -> Var<'_> {
         let index = self.length.get();

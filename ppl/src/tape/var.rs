@@ -1,4 +1,4 @@
-//! The numbers on a tape.
+//! Scalars on a tape.
 
 use std::cell::Cell;
 
@@ -6,7 +6,7 @@ use super::{Edge, Tape};
 use crate::partials::Partials;
 use crate::scalar::{Scalar, each, impl_arithmetic};
 
-/// A number on a [`Tape`], or a constant that is on none.
+/// A scalar on a [`Tape`], or a constant without a node.
 #[derive(Clone, Copy)]
 pub struct Var<'t> {
     value: f64,
@@ -32,7 +32,7 @@ impl OnTape<'_> {
         self.adjoint.set(self.adjoint.get() + weight);
     }
 
-    /// Its number on the tape, from where its adjoint lies; no sensible one on a full tape.
+    /// Index of the node, computed from the address of its adjoint; meaningless on a full tape.
     #[inline(always)]
     fn index(self) -> u32 {
         let address = |adjoint: *const Cell<f64>| adjoint as usize;
@@ -41,7 +41,7 @@ impl OnTape<'_> {
     }
 }
 
-/// Takes the arguments of one operation, `most` at most.
+/// Writes the edges of one operation with at most `most` arguments.
 struct EdgeWriter<'t> {
     tape: Option<&'t Tape>,
     most: usize,
@@ -70,7 +70,7 @@ impl<'t> EdgeWriter<'t> {
         self.written += 1;
     }
 
-    /// Asks once whether there is room, where it is known for how many.
+    /// Reserves space for the edges, with a single check if the largest number of arguments is known.
     #[inline(always)]
     fn begin(&mut self, tape: &'t Tape) {
         self.tape = Some(tape);

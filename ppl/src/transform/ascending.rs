@@ -1,14 +1,14 @@
-//! Ordered values.
+//! Map of ordered values.
 
 use super::Support;
 use crate::accumulator::{Accumulator, Joined};
 use crate::scalar::Scalar;
 
-/// Values x₁ < x₂ < … < xₙ inside a support.
+/// Ordered values x₁ < x₂ < … < xₙ inside a support.
 ///
-/// Their coordinates u₁, u₂, … by the map of the [`Support`] are ordered too (against the values
-/// below an end), and come from free ones by gaps: u₁ = y₁, uᵢ = uᵢ₋₁ + exp yᵢ, with log-Jacobian
-/// Σ yᵢ, i from 2, and that of the support.
+/// The map of the [`Support`] takes the values to coordinates u₁, u₂, …, which are ordered too (in reverse for
+/// `Support::Below`). The ordered coordinates come from free coordinates y by u₁ = y₁ and uᵢ = uᵢ₋₁ + exp yᵢ. The
+/// log-Jacobian is Σ yᵢ, with i from 2, plus the log-Jacobian of the support.
 ///
 /// # Example
 /// ```
@@ -26,7 +26,7 @@ use crate::scalar::Scalar;
 pub struct Ascending<R>(pub Support<R>);
 
 impl<R: Scalar> Ascending<R> {
-    /// Fills `x` from the next coordinates and returns the log-Jacobian.
+    /// Fills `x` from the next coordinates, and returns the log-Jacobian.
     pub fn constrain(&self, next: &mut impl FnMut() -> R, x: &mut [R]) -> R {
         let mut last = None;
         let ((), log_jacobian) = Joined::with(|terms| {
@@ -46,7 +46,8 @@ impl<R: Scalar> Ascending<R> {
         log_jacobian
     }
 
-    /// Appends the coordinates of `x`; infinite where two values, or one and an end, are the same.
+    /// Appends the coordinates of `x`. A coordinate is infinite if two values are equal, or if a value is at an end of
+    /// the support.
     pub fn unconstrain(&self, x: &[R], out: &mut Vec<f64>) {
         let mut u: Vec<f64> = x.iter().map(|x| self.0.unconstrain(x.value())).collect();
         if let Support::Below(_) = self.0 {

@@ -5,10 +5,10 @@
 //! | [`Support`] | an interval of ℝ, open or bounded | exponential, logistic |
 //! | [`Ascending`] | ordered values in an interval | ordered coordinates of the interval, by exponential gaps |
 //!
-//! Factors of correlation matrices have theirs in [`LkjCholesky`](crate::LkjCholesky).
+//! [`LkjCholesky`](crate::LkjCholesky) documents the map of the Cholesky factors of correlation matrices.
 //!
-//! Nothing is clamped: where a value leaves the range of numbers, it is infinite or NaN, and so
-//! is a density there, which rejects the point.
+//! Nothing is clamped: a value that overflows is infinite or NaN. Its density is then not finite, so that the point is
+//! rejected.
 
 mod ascending;
 mod support;

@@ -1,10 +1,10 @@
-//! Intervals of the real line.
+//! Supports of univariate distributions: intervals of the real line.
 
 use crate::accumulator::{Accumulator, Joined};
 use crate::scalar::Scalar;
 use crate::special::logistic;
 
-/// Where a univariate density is positive, and the smooth map of ℝ onto it.
+/// Support of a univariate density, with the smooth map of ℝ onto it.
 ///
 /// | support | x(y) | log dx/dy |
 /// |---|---|---|
@@ -17,18 +17,18 @@ use crate::special::logistic;
 /// Stan Reference Manual, "Constraint Transforms".
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Support<R> {
-    /// ℝ.
+    /// The real line ℝ.
     Real,
-    /// (a, ∞).
+    /// The interval (a, ∞).
     Above(R),
-    /// (−∞, b).
+    /// The interval (−∞, b).
     Below(R),
-    /// (a, b).
+    /// The interval (a, b).
     Between(R, R),
 }
 
 impl<R: Scalar> Support<R> {
-    /// The point at the unconstrained coordinate `y`, and the log-Jacobian there.
+    /// Point at the unconstrained coordinate `y`, and the log-Jacobian.
     #[inline(always)]
     pub fn constrain(&self, y: R) -> (R, R) {
         let log_jacobian = match *self {
@@ -42,13 +42,13 @@ impl<R: Scalar> Support<R> {
         (self.point(y), log_jacobian)
     }
 
-    /// The point at the unconstrained coordinate `y`.
+    /// Point at the unconstrained coordinate `y`.
     #[inline(always)]
     pub(crate) fn point(&self, y: R) -> R {
         self.replace(y, &mut Joined::default())
     }
 
-    /// As [`point`](Support::point), where nothing will use `y` any more.
+    /// Version of [`point`](Support::point) for a coordinate `y` that is not used afterwards.
     #[inline(always)]
     pub(crate) fn replace(&self, y: R, terms: &mut impl Accumulator<R>) -> R {
         match *self {
@@ -65,7 +65,7 @@ impl<R: Scalar> Support<R> {
             Self::Between(a, b) => {
                 let (p, q) = logistic(y.value());
                 let width = b.value() - a.value();
-                // measured from the nearer end, so that both tails keep their digits
+                // measured from the nearer end, to avoid rounding errors near both ends
                 let x = if p < q { a.value() + width * p } else { b.value() - width * q };
                 let slope = width * p * q;
                 if a.is_constant() && b.is_constant() {
@@ -76,8 +76,8 @@ impl<R: Scalar> Support<R> {
         }
     }
 
-    /// As [`constrain`](Support::constrain), where nothing will use `y` any more and the log-Jacobian
-    /// goes to `terms`.
+    /// Version of [`constrain`](Support::constrain) for a coordinate `y` that is not used afterwards; adds the
+    /// log-Jacobian to `terms`.
     #[inline(always)]
     pub(crate) fn place(&self, y: R, terms: &mut impl Accumulator<R>) -> R {
         match *self {
@@ -93,7 +93,7 @@ impl<R: Scalar> Support<R> {
         self.replace(y, terms)
     }
 
-    /// The coordinate of the value `x`; infinite at an end of the support.
+    /// Unconstrained coordinate of the value `x`; infinite at an end of the support.
     pub fn unconstrain(&self, x: f64) -> f64 {
         match self {
             Self::Real => x,
@@ -103,7 +103,7 @@ impl<R: Scalar> Support<R> {
         }
     }
 
-    /// Lower and upper end, infinite where open.
+    /// Lower and upper end of the support; infinite if there is none.
     pub fn bounds(&self) -> (f64, f64) {
         match self {
             Self::Real => (f64::NEG_INFINITY, f64::INFINITY),
@@ -113,13 +113,13 @@ impl<R: Scalar> Support<R> {
         }
     }
 
-    /// The nearest number within the open support, if `x` lies at or beyond an end of it: where a draw
-    /// underflowed, the smallest normal one, whose inverse is finite.
+    /// Moves `x` to the nearest number inside the open support if it is at or beyond an end. If the end is 0, this is
+    /// the smallest normal number, whose reciprocal is finite.
     pub fn inside(&self, x: f64) -> f64 {
         let (a, b) = self.bounds();
         let first = if a == 0.0 { f64::MIN_POSITIVE } else { a.next_up() };
         let last = if b == 0.0 { -f64::MIN_POSITIVE } else { b.next_down() };
-        // `max` and `min` would make a number of NaN
+        // `f64::max` and `f64::min` would replace NaN by an end
         if x < first {
             first
         } else if x > last {
@@ -131,13 +131,13 @@ impl<R: Scalar> Support<R> {
 
     /// Whether `x` lies in the closed support.
     #[inline(always)]
-    #[allow(clippy::manual_range_contains)] // which is more to compile
+    #[allow(clippy::manual_range_contains)] // the range method takes longer to compile
     pub fn contains(&self, x: f64) -> bool {
         let (a, b) = self.bounds();
         a <= x && x <= b
     }
 
-    /// The ends, where there are any.
+    /// Lower and upper end; `None` if there is none.
     fn ends(self) -> (Option<R>, Option<R>) {
         match self {
             Self::Real => (None, None),
@@ -156,12 +156,12 @@ impl<R: Scalar> Support<R> {
         }
     }
 
-    /// The part of the support within `lower..upper`.
+    /// Intersection of the support with `lower..upper`.
     #[inline]
     pub fn within(&self, lower: f64, upper: f64) -> Self {
         let (a, b) = self.ends();
         let cut = |end: f64| end.is_finite().then(|| R::from(end));
-        // an end that is no number stays: there is no density then
+        // keep an end that is NaN, so that the density is undefined
         let keeps = |own: f64, holds: bool| holds || own.is_nan();
         let lower = a.filter(|a| keeps(a.value(), a.value() >= lower)).or_else(|| cut(lower));
         let upper = b.filter(|b| keeps(b.value(), b.value() <= upper)).or_else(|| cut(upper));
@@ -169,12 +169,12 @@ impl<R: Scalar> Support<R> {
     }
 }
 
-/// ln σ(y) + ln σ(−y) = −|y| − 2 ln(1 + e^{−|y|}), the log density of the logistic distribution, and
-/// its derivative. The logarithm is left to `minus_ln`.
+/// Log density of the logistic distribution, ln σ(y) + ln σ(−y) = −|y| − 2 ln(1 + e^{−|y|}), and its derivative.
+/// `minus_ln` computes the logarithm.
 #[inline(always)]
 pub(crate) fn log_logistic_density(y: f64, minus_ln: impl FnOnce(f64) -> f64) -> (f64, f64) {
     let (p, q) = logistic(y);
-    // next to |y| or ln 2 the logarithm of the rounded sum is exact enough
+    // compared with |y| or ln 2, the rounding error of the sum is negligible
     let sum = 1.0 + (-y.abs()).exp();
     (minus_ln(sum * sum) - y.abs(), q - p)
 }

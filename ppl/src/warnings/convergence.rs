@@ -1,4 +1,4 @@
-//! Whether the chains have arrived, and agree.
+//! Warnings about convergence: stopped chains, R-hat, modes and effective sample size.
 
 use rayon::prelude::*;
 
@@ -10,10 +10,10 @@ use crate::posterior::SummaryRow;
 use crate::record::Role;
 use crate::words::{cell, list};
 
-/// Separate modes, by the place of the number that has them.
+/// Separate modes, by the element name of the number.
 pub(super) type Separate = Vec<(String, Modes)>;
 
-/// What can be seen of each chain, and of each draw.
+/// Finds problems of single chains and single draws.
 pub(super) fn find(posterior: &Posterior, rows: &[SummaryRow], warnings: &mut Warnings) {
     let runs = &posterior.chains.chains;
     for (chain, run) in runs.iter().enumerate() {
@@ -47,7 +47,7 @@ pub(super) fn find(posterior: &Posterior, rows: &[SummaryRow], warnings: &mut Wa
     );
 }
 
-/// What chains that are in one place, as far as known, say together.
+/// Finds problems that appear in the comparison of chains; called only if no chain is stuck.
 pub(super) fn compare(
     posterior: &Posterior,
     rows: &[SummaryRow],
@@ -75,7 +75,7 @@ pub(super) fn compare(
          each by itself; if only one counts, begin there (`Map`, then `init_points`)",
     );
 
-    // the sd of a single draw is NaN: it may move, for all one knows
+    // the sd of a single draw is NaN, so that the quantity may vary
     let moves = |r: &&SummaryRow| r.q05 != r.q95 || r.sd.is_nan();
     let unknown =
         rows.iter().filter(|r| r.mean.is_finite() && (r.rhat.is_nan() || r.ess().is_nan()));
@@ -100,7 +100,7 @@ pub(super) fn compare(
     );
 }
 
-/// The parameters with separate modes that are not mixed.
+/// Parameters with separate modes between which the chains do not mix.
 pub(super) fn separate_modes(posterior: &Posterior) -> Separate {
     let group = &posterior.posterior;
     let parameters: Vec<_> = posterior

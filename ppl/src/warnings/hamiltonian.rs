@@ -1,4 +1,4 @@
-//! What only a run of Hamiltonian Monte Carlo can show.
+//! Warnings about Hamiltonian Monte Carlo: energy, divergences and tree depth.
 
 use rayon::prelude::*;
 
@@ -24,7 +24,7 @@ pub(super) fn find(posterior: &Posterior, names: &ShownNames, warnings: &mut War
     );
 
     let divergences = posterior.chains.divergences();
-    // a rejected point has no energy; every one after the warmup is counted with its statement
+    // a rejected point has an infinite energy error; each one after the warmup is counted per statement
     let errors = runs.iter().flat_map(|run| &run.divergences).map(|d| d.energy_error);
     let rejected = errors.filter(|error| !error.is_finite()).count();
     let counted: u64 = posterior.rejections().values().map(|counts| counts.1).sum();
@@ -65,7 +65,7 @@ pub(super) fn find(posterior: &Posterior, names: &ShownNames, warnings: &mut War
     }
 }
 
-/// The kinds of mass matrix of the chains, each once.
+/// Kinds of mass matrix of the chains, without duplicates.
 fn maps(runs: &[Chain]) -> String {
     let mut kinds: Vec<String> = Vec::new();
     for run in runs {
@@ -77,9 +77,7 @@ fn maps(runs: &[Chain]) -> String {
     kinds.join(" or ")
 }
 
-/// The parameters whose divergences lie farthest from the centre of the posterior, in units of the
-/// width of its central half: in heavy tails, where many of them are, there may be no other width.
-/// What to try where trajectories diverge, given the acceptance that was aimed at.
+/// Advice for divergent trajectories, given the target acceptance probability of the run.
 fn too_curved(runs: &[Chain]) -> &'static str {
     let target = runs.iter().map(|run| run.warmup.target_acceptance).fold(0.0, f64::max);
     if target < 0.95 {
@@ -96,6 +94,8 @@ fn too_curved(runs: &[Chain]) -> &'static str {
     }
 }
 
+/// Location of the divergences: the two parameters whose median over the divergences is farthest from the posterior
+/// median. The distance is in units of the interquartile range, because heavy tails may have no standard deviation.
 fn where_divergences_are(posterior: &Posterior, names: &ShownNames) -> String {
     let points: Vec<_> = posterior.divergences.iter().filter(|p| !p.values.is_empty()).collect();
     let Some(first) = points.first() else {

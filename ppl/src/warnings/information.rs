@@ -1,4 +1,4 @@
-//! What prior and data say about the parameters.
+//! Warnings about the information in prior and data.
 
 use std::collections::BTreeSet;
 
@@ -15,10 +15,9 @@ use crate::posterior::Posterior;
 use crate::posterior::SummaryRow;
 use crate::words::{cell, list};
 
-/// R-hat of chains so far apart that the spread of their draws is theirs: about a sixth of the
-/// variance is between them.
+/// R-hat above which a large part of the variance lies between the chains, about a sixth.
 const APART: f64 = 1.1;
-/// Effective draws below which variances scatter by more than the thresholds of a combination.
+/// Effective sample size below which the sampling error of variances exceeds the thresholds of a combination.
 const ENOUGH_FOR_A_COVARIANCE: f64 = 100.0;
 
 pub(super) fn find(
@@ -43,9 +42,9 @@ pub(super) fn find(
             .flat_map(|found| &found.members)
             .any(|&k| identifiability[k].name == row.name)
     };
-    // exchanged labels make a posterior as wide as the prior, whatever the data say of each mode
+    // with exchanged labels, the posterior is as wide as the prior, even if each mode is well informed
     let has_modes = |row: &Identifiability| modes.iter().any(|(place, _)| *place == row.name);
-    // what was moved or widened was informed, and what is told in a combination is said there
+    // widened posteriors are informed by the data, and combinations have their own warning
     for (label, words) in [
         (Identification::Not, "The data did not inform (contraction below 0.1): "),
         (Identification::Weakly, "The data informed only weakly (contraction below 0.5): "),
@@ -83,7 +82,7 @@ pub(super) fn find(
          knowledge, or write the model in the combination",
     );
 
-    // chains that stay apart make a posterior wide, not the data
+    // a posterior can be wide because the chains disagree; this is no conflict of prior and data
     let apart: BTreeSet<&str> =
         rows.iter().filter(|row| row.rhat > APART).map(|row| row.place.as_str()).collect();
     let widened = identifiability.iter().filter(|row| row.conflict());
@@ -112,8 +111,8 @@ pub(super) fn find(
     );
 }
 
-/// The sets of parameters that the data tell only together. One with several modes is not the matter
-/// of a covariance.
+/// Groups of parameters for which the data determine only a combination. Parameters with several modes or few effective
+/// draws are excluded, because their covariance is not meaningful.
 fn undetermined(
     posterior: &Posterior,
     rows: &[SummaryRow],
@@ -150,7 +149,7 @@ fn undetermined(
     found
 }
 
-/// The quantities that are Cholesky factors, whose entries say little one by one.
+/// Names of the quantities that are Cholesky factors; single entries of a factor have no simple meaning.
 fn factors(posterior: &Posterior) -> BTreeSet<&str> {
     let group = &posterior.posterior;
     let is_triangular = |values: &&Values| match values.shape[..] {
@@ -162,7 +161,7 @@ fn factors(posterior: &Posterior) -> BTreeSet<&str> {
     group.variables.iter().filter(is_triangular).map(|values| values.name.as_str()).collect()
 }
 
-/// The quantity that `name[index]` is a number of.
+/// Name of the quantity that has the element `name[index]`.
 fn quantity(name: &str) -> &str {
     name.split_once('[').map_or(name, |(quantity, _)| quantity)
 }

@@ -1,62 +1,62 @@
-//! Warnings, and how they are put together.
+//! Types of warnings, and their construction.
 
 use std::collections::BTreeMap;
 use std::fmt;
 
 use crate::posterior::SummaryRow;
 
-/// The kind of a [`Warning`].
+/// Kind of a [`Warning`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum WarningKind {
-    /// A chain far below the others in log density, or one that hardly moved. What is found by
-    /// comparing chains, or from all draws, is left out then.
+    /// A chain has far lower log densities than the others, or hardly moved. Warnings from comparisons of chains or
+    /// from all draws are then omitted.
     StuckChain,
     /// A chain ended early.
     Stopped,
-    /// The chains were drawn from another density: other data, or another model.
+    /// The chains were drawn from another density, with other data or another model.
     OtherDensity,
     /// A quantity is NaN or infinite at some draw.
     NotFinite,
-    /// R̂ above 1.01.
+    /// R-hat is above 1.01.
     Disagreement,
-    /// Separate modes between which the chains hardly change.
+    /// There are separate modes between which the chains hardly change.
     Modes,
-    /// Effective sample size below 100 per chain, or too few draws to tell.
+    /// The effective sample size is below 100 per chain, or there are too few draws to estimate it.
     FewEffectiveDraws,
-    /// E-BFMI below 0.3.
+    /// E-BFMI is below 0.3.
     Energy,
-    /// Divergent transitions.
+    /// Some transitions diverged.
     Divergences,
-    /// Trajectories cut at the largest tree depth.
+    /// Some trajectories reached the largest tree depth.
     TreeDepth,
-    /// Parameters about which the data said little.
+    /// The data inform some parameters only weakly.
     Uninformed,
-    /// Parameters of which the data determine only a combination.
+    /// The data determine only a combination of some parameters.
     Combination,
-    /// Posterior mass piled up at a prior bound.
+    /// Draws pile up at a prior bound.
     Boundary,
-    /// Prior and data pull in different directions; see [`PowerScaling`](crate::PowerScaling).
+    /// Prior and data conflict; see [`PowerScaling`](crate::PowerScaling).
     PriorDataConflict,
-    /// The prior decides more than the data; see [`PowerScaling`](crate::PowerScaling).
+    /// The prior dominates the data; see [`PowerScaling`](crate::PowerScaling).
     StrongPrior,
-    /// No statement about data ran, or one had none.
+    /// No observation statement was executed, or an observation has no data.
     NoData,
-    /// Points that a statement rejected, after the warmup or often in it.
+    /// A statement rejected points, after the warmup or frequently during it.
     Rejections,
-    /// Draws of the prior that a statement rejected.
+    /// A statement rejected draws from the prior.
     PriorOutsideDomain,
-    /// Draws at which predictions could not be computed.
+    /// Predictions could not be computed at some draws.
     Unpredicted,
 }
 
-/// Something to know about a run before its numbers are used.
+/// A problem of a run that affects the use of its results.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Warning {
-    /// What kind of thing.
+    /// Kind of the problem.
     pub kind: WarningKind,
-    /// What was found, with names and numbers.
+    /// Description of the problem, with names and numbers.
     pub what: String,
-    /// What to try.
+    /// Advice for the user.
     pub advice: &'static str,
 }
 
@@ -66,7 +66,7 @@ impl fmt::Display for Warning {
     }
 }
 
-/// The names of numbers as the table shows them, by those with indices.
+/// Element names as shown in the summary table, by element names with indices.
 pub(super) struct ShownNames<'r>(BTreeMap<&'r str, &'r str>);
 
 impl<'r> ShownNames<'r> {
@@ -82,12 +82,12 @@ impl<'r> ShownNames<'r> {
     }
 }
 
-/// Warnings as they are made.
+/// Collector of warnings.
 #[derive(Default)]
 pub(super) struct Warnings(pub(super) Vec<Warning>);
 
 impl Warnings {
-    /// Adds one if there is anything to name: `items` are what a warning with these words is about.
+    /// Adds a warning if `items` is not empty. `items` lists the affected quantities or chains.
     pub(super) fn add(
         &mut self,
         kind: WarningKind,

@@ -1,4 +1,4 @@
-//! What is wrong with a run, in words, and what to try.
+//! Warnings about a run, with advice.
 
 mod convergence;
 mod hamiltonian;
@@ -12,11 +12,11 @@ use crate::words;
 use list::{ShownNames, Warnings};
 pub use list::{Warning, WarningKind};
 
-/// Rejections in the warmup, or of prior draws, are told from this fraction of all on: single ones come
-/// with first steps that are too large.
+/// Fraction of rejected points above which rejections in the warmup or of prior draws are reported. Single rejections
+/// are normal, because the first steps are too large.
 const FREQUENT: f64 = 0.01;
 
-/// All that is to be said of a posterior.
+/// All warnings about a posterior.
 pub(crate) fn warnings(
     posterior: &Posterior,
     rows: &[SummaryRow],
@@ -34,7 +34,7 @@ pub(crate) fn warnings(
     if posterior.chains.max_depth.is_some() {
         hamiltonian::find(posterior, &names, &mut warnings);
     }
-    // without data there is nothing that a posterior could have learned
+    // without data, a posterior cannot be informed
     if are_together && posterior.has_likelihood() {
         information::find(posterior, rows, identifiability, &modes, &names, &mut warnings);
     }
@@ -42,7 +42,7 @@ pub(crate) fn warnings(
     warnings.0
 }
 
-/// What the model's statements refused.
+/// Warnings about the statements of the model: missing data, rejections and failed predictions.
 fn model(posterior: &Posterior, warnings: &mut Warnings) {
     let observed = &posterior.observed.variables;
     let empty = observed.iter().filter(|v| v.data.is_empty()).map(|v| &v.name);

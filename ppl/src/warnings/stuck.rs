@@ -1,20 +1,21 @@
-//! Chains that did not come to where the others are, or do not move.
+//! Detection of chains that did not reach the others or hardly moved.
 
 use super::list::{WarningKind, Warnings};
 use crate::diagnostics::{mean, mean_and_variance, quantile};
 use crate::sampler::{Chain, Chains};
 use crate::words::{cell, list};
 
-/// What has less than e⁻²⁰ of the weight of another place holds no draw of any run.
+/// Difference of log weights above which a region contains no draws of any run, because its weight is below e⁻²⁰ of the
+/// other region's.
 const NO_WEIGHT: f64 = 20.0;
-/// Log densities lie apart by more than so many widths of the better chain's.
+/// Additional difference of median log densities, in widths of the 90 % interval of the better chain's log density.
 const APART: f64 = 3.0;
-/// A chain that moves in fewer of its transitions stays where it is.
+/// Smallest fraction of transitions with a move for a chain that is not stuck.
 const MOVES: f64 = 0.02;
-/// Fewer draws tell nothing.
+/// Smallest number of draws for a decision.
 const FEWEST: usize = 20;
 
-/// Where a chain is.
+/// Region that a chain samples, described by its log densities and widths.
 struct Stay {
     chain: usize,
     transitions: usize,
@@ -22,7 +23,7 @@ struct Stay {
     acceptance: f64,
     /// The 5 %, 50 % and 95 % quantiles of the log density.
     log_density: [f64; 3],
-    /// Of every coordinate.
+    /// Standard deviation of every coordinate.
     sds: Vec<f64>,
 }
 
@@ -49,8 +50,8 @@ impl Stay {
         self.moves as f64 >= MOVES * self.transitions as f64
     }
 
-    /// Its draws would have no weight where `other` is. A place may hold more by being wider, and a
-    /// narrow one, as the neck of a funnel, less than its density says.
+    /// Whether the draws of this chain have negligible weight compared with the draws of `other`. A wider region can
+    /// have more weight than its density suggests, and a narrow one less, such as the neck of a funnel.
     fn is_far_below(&self, other: &Self) -> bool {
         let ([_, own, best], [least, centre, most]) = (self.log_density, other.log_density);
         let ratios = self.sds.iter().zip(&other.sds).filter(|(_, other)| **other > 0.0);
@@ -59,7 +60,7 @@ impl Stay {
     }
 }
 
-/// Chains far below the best, and chains that hardly move, each in words.
+/// Descriptions of the chains with far lower log density than the best, and of the chains that hardly moved.
 struct Stuck {
     below: Vec<String>,
     still: Vec<String>,
@@ -88,8 +89,7 @@ impl Stuck {
     }
 }
 
-/// Whether there is such a chain: what is computed from all draws then says nothing of the
-/// posterior.
+/// Whether a chain is stuck; results from all draws then do not describe the posterior.
 pub(crate) fn is_any(chains: &Chains) -> bool {
     let Stuck { below, still } = Stuck::find(chains);
     !(below.is_empty() && still.is_empty())

@@ -130,7 +130,8 @@ impl<R: Scalar> DynCholeskyFactor<R> {
     /// Cholesky factor of a covariance matrix. Its entries can depend on unknowns, for example for a Gaussian process.
     /// The entries above the diagonal are not read.
     ///
-    /// # Errors [`DomainError`] if a row does not reach the diagonal, or if the matrix is not positive definite.
+    /// # Errors
+    /// [`DomainError`] if a row does not reach the diagonal, or if the matrix is not positive definite.
     ///
     /// # Example
     /// ```
