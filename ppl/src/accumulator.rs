@@ -120,8 +120,8 @@ impl Settled {
         }
     }
 
-    /// Multiplies the product by x and returns 0. If the product would overflow or underflow, returns the logarithms
-    /// instead.
+    /// Multiplies the product by x and returns 0. If the new product would overflow or underflow, resets the product to
+    /// 1 and returns minus its logarithm instead.
     #[inline(always)]
     fn divide(&mut self, x: f64) -> f64 {
         let product = self.product * x;

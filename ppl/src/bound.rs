@@ -126,8 +126,8 @@ impl<M: Model> Bound<M> {
         self.reverse::<false>(y, gradient, workspace)
     }
 
-    /// Gradient by forward mode, one coordinate at a time, and without data summaries. It is slow, and independent of
-    /// the tape and of summaries computed when the data were bound.
+    /// Gradient by forward mode, one coordinate at a time, from all data. It is slow, and independent of the tape and
+    /// of the statistics that were computed when the data were bound.
     ///
     /// # Errors
     /// [`Rejection`] if the density is zero or undefined, or of the first statement whose derivative is not finite.
@@ -148,8 +148,8 @@ impl<M: Model> Bound<M> {
         Ok(value)
     }
 
-    /// Gradient by a tape that stores every operation, without data summaries. It is slow, and independent of the
-    /// optimisations in [`gradient`](LogDensity::gradient): omitted constants, terms without nodes, and data summaries.
+    /// Gradient from all data, by a tape that stores every operation. It is slow, and independent of the optimisations
+    /// in [`gradient`](LogDensity::gradient): omitted constants, terms without nodes, and precomputed statistics.
     ///
     /// # Errors
     /// [`Rejection`] if the density is zero or undefined.

@@ -11,8 +11,8 @@ pub struct Site {
     pub location: Location,
     /// Whether the statement is in a loop; its values are then stacked.
     pub repeated: bool,
-    /// Names of the dimensions along which the surrounding loops stack the values, innermost last; empty if one of them
-    /// has no name.
+    /// Names of the dimensions along which the surrounding loops stack the values, innermost last; empty if the stacked
+    /// dimension has no name.
     pub plates: &'static [&'static str],
     /// Names of the dimensions of the value; empty if they have no names.
     pub dims: &'static [&'static str],

@@ -103,8 +103,8 @@ impl<'y> Trace<'y> {
         label
     }
 
-    /// Label of a statement `place.impute() ~ D`. Missing values are recorded as `y.missing`, the others as `y`; both
-    /// get labels with the indices of their entries.
+    /// Label of a statement `place.impute() ~ D`. Missing values are recorded as `y.missing`, the others as `y`. Both
+    /// get the labels of their entries, or else the indices.
     fn imputed(&mut self, site: &'static Site, is_missing: bool) -> Label {
         let mut at = self.label(site);
         let missing = format!("{}.missing", at.name);

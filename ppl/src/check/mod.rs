@@ -6,8 +6,8 @@
 //! | assertion | tolerance | false alarms |
 //! |---|---|---|
 //! | [`mean`], [`sd`], [`quantile`] `.within_mcse(k)` | k Monte Carlo standard errors | 2 Φ(−k): 1 in 370 for k = 3, 1 in 16 000 for k = 4 |
-//! | [`gradient`] | 1e-8 relative | none: not random but for the points, which the seed fixes |
-//! | [`assert_distribution!`] | of quadrature and differences; draws at 1 in 10 000 | none: its seed is fixed |
+//! | [`gradient`] | 1e-8 relative | none: the seed fixes the random points |
+//! | [`assert_distribution!`] | relative, per property; draws at level 1 in 10 000 | none: the seed is fixed |
 //! | [`sbc`] `.assert_uniform(p)` | uniform ranks | at most p, over all quantities |
 //!
 //! The first three fail for chains that do not mix: R-hat above 1.05 or fewer than 100 effective draws per chain.

@@ -33,7 +33,7 @@ pub fn rhat(chains: &[&[f64]]) -> f64 {
     bulk.max(folded) // folded R̂ is NaN for a quantity with two values; `max` ignores NaN
 }
 
-/// √((B/W + n − 1)/n) of chains of length n.
+/// R̂ = √((B/W + n − 1)/n) of chains of length n, without splitting and ranking.
 fn variance_ratio(chains: &[&[f64]]) -> f64 {
     let n = chains[0].len() as f64;
     let moments: Vec<(f64, f64)> =

@@ -82,9 +82,9 @@ pub trait Distribution<R: Scalar>: Family {
     /// [`DomainError`] with distribution, parameter, requirement and value.
     fn validate(&self) -> Result<(), DomainError>;
 
-    /// Draws an exact value, without derivatives. The value lies inside the open support: a draw that underflows to an
-    /// end or overflows is replaced by the nearest number inside. For invalid parameters it can be NaN;
-    /// [`try_draw`](Distribution::try_draw) returns an error instead.
+    /// Draws exactly from the distribution; the value has no derivatives. It lies inside the open support: a draw that
+    /// underflows to an end or overflows is replaced by the nearest number inside. For invalid parameters, the value
+    /// can be NaN; [`try_draw`](Distribution::try_draw) returns an error instead.
     fn draw<G: Rng + ?Sized>(&self, rng: &mut G) -> Self::Value;
 
     /// Version of [`draw`](Distribution::draw) for parameters that can be invalid.

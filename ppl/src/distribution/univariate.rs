@@ -15,7 +15,7 @@ pub trait Univariate: Family {
     /// [`DomainError`] with distribution, parameter, requirement and value.
     fn validate(&self) -> Result<(), DomainError>;
 
-    /// Draws an exact value.
+    /// Draws exactly from the distribution.
     fn sample<G: Rng + ?Sized>(&self, rng: &mut G) -> f64;
 
     /// Mean; NaN or infinite if it does not exist.

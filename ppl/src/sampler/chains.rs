@@ -29,8 +29,8 @@ pub struct Chain {
     pub rejections: BTreeMap<Location, u64>,
     /// Why the chain ended early; `None` if it finished.
     pub stopped: Option<StopReason>,
-    /// State of the random stream after the warmup and after each kept draw, needed to resume the chain. `None` if the
-    /// chain failed in its warmup.
+    /// State of the random stream after the last kept draw, or after the warmup if there is no draw; needed to resume
+    /// the chain. `None` if the chain failed in its warmup.
     pub(super) stream: Option<Xoshiro256PlusPlus>,
     /// State of a chain that was interrupted in its warmup.
     #[serde(default)]

@@ -30,7 +30,7 @@ pub enum RunError {
         points_tried(*.tries, *.prior_draws), tally(.rejections), further(.detail)
     )]
     Initialisation {
-        /// Number of the chain.
+        /// Index of the chain.
         chain: usize,
         /// Number of starting points tried that were uniform or given by the user.
         tries: u32,
@@ -50,7 +50,7 @@ pub enum RunError {
     /// The model reported a fatal error before the first transition.
     #[error("chain {chain} cannot start: {}", .detail.clone().unwrap_or_else(|| .source.to_string()))]
     Fatal {
-        /// Number of the chain.
+        /// Index of the chain.
         chain: usize,
         /// The fatal error.
         source: Box<FatalError>,

@@ -58,7 +58,7 @@ impl Phase {
         self.acceleration.copy_from_slice(&other.acceleration);
     }
 
-    /// `H = −ln p(y) + ½ pᵀM⁻¹p`.
+    /// Hamiltonian `H = −ln p(y) + ½ pᵀM⁻¹p`.
     pub(super) fn energy(&self) -> f64 {
         0.5 * dot(&self.p, &self.velocity) - self.point.log_density
     }
@@ -66,7 +66,7 @@ impl Phase {
 
 /// Updates momenta and velocities by score and acceleration over the time `time`. Returns the new kinetic energy ½
 /// pᵀM⁻¹p.
-// separate slices: since they cannot overlap, the compiler uses SIMD registers
+// The arguments are slices, which cannot overlap, so that the compiler uses SIMD registers.
 #[inline]
 fn kick(p: &mut [f64], v: &mut [f64], g: &[f64], a: &[f64], time: f64) -> f64 {
     let (p, p_rest) = p.as_chunks_mut::<4>();

@@ -23,7 +23,7 @@ pub trait Progress: Sync {
 /// State of one running chain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChainStatus {
-    /// Number of the chain.
+    /// Index of the chain.
     pub chain: usize,
     /// Whether the chain is still in its warmup.
     pub tuning: bool,

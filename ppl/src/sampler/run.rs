@@ -211,7 +211,7 @@ impl Settings<'_> {
         let mut rejections = Rejections::default();
         let mut accept = |y: &[f64]| {
             kernel.begin(y).inspect_err(|rejection| {
-                // `find_start` itself returns a fatal error, so this copy is dropped
+                // the search returns a fatal error itself, so this copy is dropped
                 let _ = rejections.count(rejection);
             })
         };

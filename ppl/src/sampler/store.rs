@@ -54,7 +54,7 @@ pub enum ChainsFileError {
         /// Format identifier found in the file.
         found: String,
     },
-    /// The contents are damaged.
+    /// The contents of the file are damaged.
     #[error("the chains in {} are damaged ({message}): run the sampler anew", path.display())]
     Damaged {
         /// Path of the file.

@@ -90,7 +90,7 @@ pub fn stirling_error(x: f64) -> f64 {
         return f64::NAN;
     }
     if x < 1.0 {
-        // δ(x) − δ(x + 1)
+        // step = δ(x) − δ(x + 1)
         let step = (x + 0.5) * (x.ln_1p() - x.ln()) - 1.0;
         return step + stirling_error(x + 1.0);
     }

@@ -155,9 +155,9 @@ impl NormalInterval {
     /// Probability for β ≥ |α|.
     fn right(alpha: f64, beta: f64) -> Self {
         let width = beta - alpha;
-        // ln φ(α) − ln φ(β)
+        // decrease of the log density over the interval, ln φ(α) − ln φ(β)
         let drop = if beta == f64::INFINITY { f64::INFINITY } else { 0.5 * width * (beta + alpha) };
-        // P/φ(α)
+        // `relative` is the probability divided by φ(α)
         let ln_density = -0.5 * alpha * alpha - HALF_LN_2PI;
         let (ln_mass, relative) = if alpha <= 0.0 {
             let outside = normal_cdf(alpha) + normal_cdf(-beta);

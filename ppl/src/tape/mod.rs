@@ -116,13 +116,13 @@ impl Tape {
         adjoints
     }
 
-    /// Scalar at an existing node.
+    /// Scalar for the existing node with the given adjoint.
     #[inline(always)]
     pub(crate) fn number<'t>(&'t self, value: f64, adjoint: &'t Cell<f64>) -> Var<'t> {
         Var::new(value, self, adjoint)
     }
 
-    /// Scalar at a node that has not been used yet; sets its adjoint to zero.
+    /// Scalar for a node that has not been used yet; sets the node's adjoint to zero.
     #[inline(always)]
     pub(crate) fn first<'t>(&'t self, value: f64, adjoint: &'t Cell<f64>) -> Var<'t> {
         adjoint.set(0.0);

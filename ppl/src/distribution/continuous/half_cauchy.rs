@@ -34,7 +34,7 @@ use crate::transform::Support;
 #[derive(Clone, Copy, Debug)]
 pub struct HalfCauchy<S>(pub S);
 
-/// ln(2/π).
+/// The constant ln(2/π).
 const LN_2_OVER_PI: f64 = -0.451_582_705_289_454_9;
 
 crate::univariate!([S: Parameter] HalfCauchy<S>);

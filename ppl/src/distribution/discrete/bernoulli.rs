@@ -31,7 +31,7 @@ pub struct Bernoulli<P>(pub P);
 impl<P: Parameter> Family for Bernoulli<P> {}
 
 impl<P: Parameter> Bernoulli<P> {
-    /// Probability of true.
+    /// Probability that the flag is true.
     pub fn mean(&self) -> f64 {
         self.0.number()
     }

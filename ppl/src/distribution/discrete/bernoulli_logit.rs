@@ -32,7 +32,7 @@ pub struct BernoulliLogit<X>(pub X);
 impl<X: Parameter> Family for BernoulliLogit<X> {}
 
 impl<X: Parameter> BernoulliLogit<X> {
-    /// Probability of true.
+    /// Probability that the flag is true.
     pub fn mean(&self) -> f64 {
         logistic(self.0.number()).0
     }

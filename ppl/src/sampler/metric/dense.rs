@@ -19,7 +19,7 @@ pub(in crate::sampler) struct Dense {
 const SHRINKAGE: f64 = 1.0;
 
 impl Dense {
-    /// `None` if `matrix` is not positive definite.
+    /// Dense map with Σ = `matrix`; `None` if `matrix` is not positive definite.
     pub(super) fn new(matrix: Vec<f64>, dim: usize) -> Option<Self> {
         let cholesky = Cholesky::new(DMatrix::from_column_slice(dim, dim, &matrix))?;
         let mut factor = cholesky.l();

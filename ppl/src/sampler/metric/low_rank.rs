@@ -22,7 +22,7 @@ pub(in crate::sampler) struct LowRank {
 const DIRECTIONS: usize = 16;
 /// Number of subspace iterations.
 const ROUNDS: usize = 2;
-/// Smallest ratio of the shortest to the longest diagonal entry of the Cholesky factor for which the factor is accurate
+/// Smallest ratio of the smallest to the largest diagonal entry of the Cholesky factor for which the factor is accurate
 /// enough to orthonormalise the columns.
 const FARTHEST: f64 = 1e-6;
 /// Weight of the identity in the covariance matrices, in draws.
