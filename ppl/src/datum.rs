@@ -37,8 +37,8 @@ pub trait Datum<V> {
         f(self.lift(), weight);
     }
 
-    /// Version of [`spread`](Datum::spread) for final weights: a value that sums its own adjoint can add the weights
-    /// without calling `f`.
+    /// Version of [`spread`](Datum::spread) for weights to which no further factor will be applied. A value that sums
+    /// its own adjoint can add such weights without calling `f`.
     #[doc(hidden)]
     #[inline(always)]
     fn settle(&self, weight: f64, f: &mut impl FnMut(V, f64)) {

@@ -14,7 +14,8 @@ pub trait Numbers: Debug {
     /// The scalars.
     fn numbers(&self) -> &[Real<Self::Scalar>];
 
-    /// Calls `f` with each scalar and `weight` times its datum; these partial derivatives are final.
+    /// Calls `f` with each scalar and `weight` times its datum. The products are complete contributions to the
+    /// adjoints: no further factor will be applied.
     #[inline(always)]
     fn settle(&self, data: &[f64], weight: f64, f: &mut impl FnMut(Real<Self::Scalar>, f64)) {
         for (d, x) in data.iter().zip(self.numbers()) {

@@ -44,7 +44,7 @@ pub trait Formula: Copy + Debug {
     /// Calls `f` with each scalar in the formula and `weight` times the derivative with respect to it.
     fn spread(self, weight: f64, f: &mut impl FnMut(Self::Number, f64));
 
-    /// Version of [`spread`](Formula::spread) for final weights.
+    /// Version of [`spread`](Formula::spread) for weights to which no further factor will be applied.
     #[inline(always)]
     fn settle(self, weight: f64, f: &mut impl FnMut(Self::Number, f64)) {
         self.spread(weight, f);

@@ -14,7 +14,8 @@ pub trait Partials<R> {
     /// Calls `f` with every argument that is not constant, and its partial derivative.
     fn spread(self, f: &mut impl FnMut(R, f64));
 
-    /// Version of [`spread`](Partials::spread) for a term of the result, whose partial derivatives are final.
+    /// Version of [`spread`](Partials::spread) for a term of the log density: no further factor will be applied to its
+    /// partial derivatives.
     #[doc(hidden)]
     #[inline(always)]
     fn settle(self, f: &mut impl FnMut(R, f64))
