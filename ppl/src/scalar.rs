@@ -80,7 +80,7 @@ pub trait Scalar:
     /// Value without derivatives.
     fn value(self) -> f64;
 
-    /// Whether the scalar has no derivatives, as data and literals.
+    /// Whether the scalar has no derivatives, such as data and literals.
     fn is_constant(self) -> bool;
 
     /// Result of a function with the given value and the given partial derivatives with respect to its arguments.

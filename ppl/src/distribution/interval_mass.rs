@@ -6,7 +6,7 @@ use crate::scalar::Scalar;
 use crate::special::{Node, density_nodes};
 use crate::transform::Support;
 
-/// Ratio of the difference of two tails to the larger tail below which the difference has lost too many digits.
+/// Smallest ratio of the difference of two tail probabilities to the larger one for which the difference is accurate.
 pub(super) const CANCELLED: f64 = 0.05;
 
 /// Log probability ln P(X ∈ interval) of any density, by adaptive quadrature over the unconstrained coordinate y.

@@ -84,7 +84,7 @@ impl<S: Parameter> Univariate for HalfNormal<S> {
     }
 }
 
-/// Inverse log density at the mode, −ln p(0).
+/// Negative log density at the mode, −ln p(0).
 fn ln_mode_inverse(sd: f64) -> f64 {
     sd.ln() + HALF_LN_2PI - LN_2
 }
