@@ -30,7 +30,7 @@ pub fn rhat(chains: &[&[f64]]) -> f64 {
     let distances: Vec<Vec<f64>> = distances.collect();
     let bulk = variance_ratio(&borrow(&normal_scores(&halves)));
     let folded = variance_ratio(&borrow(&normal_scores(&borrow(&distances))));
-    bulk.max(folded) // folded R̂ is NaN for a quantity with two values; `max` ignores NaN
+    bulk.max(folded) // folded R̂ is NaN if |x − median| is constant; `max` ignores NaN
 }
 
 /// R̂ = √((B/W + n − 1)/n) of chains of length n, without splitting and ranking.
