@@ -47,7 +47,7 @@ pub(crate) struct Statement {
     /// Lint attributes, copied to the emitted statement.
     pub(crate) attrs: Vec<Attribute>,
     pub(crate) mark: Mark,
-    /// `#[dims(…)]`.
+    /// The dimensions in `#[dims(…)]`.
     pub(crate) dims: Vec<Dim>,
     pub(crate) kind: Kind,
     /// All tokens of the statement.
@@ -123,7 +123,7 @@ pub(crate) enum Left {
     Missing(Expr),
 }
 
-/// `= value else { … }`.
+/// The initial value of a declaration: `= value else { … }`.
 #[derive(Clone)]
 pub(crate) struct Init {
     pub(crate) eq: Token![=],

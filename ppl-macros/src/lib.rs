@@ -31,7 +31,7 @@ use proc_macro2::TokenStream;
 
 use crate::analyse::Analysis;
 
-// Documented where it is re-exported, in `ppl`, which its examples need.
+// The documentation is on the re-export in `ppl`, because its examples need `ppl`.
 #[allow(missing_docs)]
 #[proc_macro]
 pub fn model(input: proc_macro::TokenStream) -> proc_macro::TokenStream {

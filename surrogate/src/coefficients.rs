@@ -225,7 +225,7 @@ impl CoefficientPosterior {
             row[i] = square.sample(rng).sqrt();
         }
         let lower = semidefinite_factor(&self.scatter);
-        // each row x of L₀ A⁻ᵀ solves A xᵀ = l
+        // each row x of L₀ A⁻ᵀ solves A xᵀ = lᵀ, where l is the same row of L₀
         let root = self.freedom.sqrt();
         let solve = |l: &Vec<f64>| {
             let mut x: Vec<f64> = Vec::with_capacity(m);
@@ -237,7 +237,7 @@ impl CoefficientPosterior {
         Ok(lower.iter().map(solve).collect())
     }
 
-    /// s² on the outputs' scales.
+    /// The matrix s² (outputs × outputs) on the outputs' scales.
     pub(crate) fn own_scatter(&self) -> &[Vec<f64>] {
         &self.scatter
     }
@@ -287,7 +287,7 @@ impl DynDifferentiable for CoefficientPosterior {
         self.estimate.position(x)?;
         let t = self.unit(x);
         let projected = self.projected(&basis_row(self.indices(), &t));
-        // ∂h = 2 (F Fᵀψ)ᵀ ∂ψ
+        // derivative of the leverage h = |Fᵀψ|²: ∂h = 2 (F Fᵀψ)ᵀ ∂ψ
         let weights: Vec<f64> = self.factor.iter().map(|row| dot(row, &projected)).collect();
         let slope = |((row, axis), &x): ((&Vec<f64>, &Axis), &f64)| {
             2.0 * dot(row, &weights) * axis.slope_at(x)

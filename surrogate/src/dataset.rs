@@ -8,7 +8,7 @@ use crate::error::SurrogateError;
 
 /// A named input with its lower and upper bound.
 ///
-/// Units are the user's: put them in the name (`young_mpa`).
+/// Values are used without conversion of units; put the unit in the name (`young_mpa`).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Input {
     /// Name, with its unit.
@@ -51,7 +51,7 @@ impl Input {
         }
     }
 
-    /// Whether `x` lies in the closed interval; NaN does not.
+    /// Whether `x` lies in the closed interval; false for NaN.
     #[inline]
     pub fn contains(&self, x: f64) -> bool {
         self.lower <= x && x <= self.upper

@@ -57,7 +57,7 @@ impl<const D: usize, const M: usize> PceKernel<D, M> {
         }
     }
 
-    /// Values and the derivatives [output][input] with respect to t.
+    /// Values, and derivatives with respect to t, indexed as `[output][input]`.
     // always inlined: a function call would make the more frequent caller 10 % slower
     #[inline(always)]
     pub(crate) fn value_and_jacobian(&self, t: &[f64; D]) -> ([f64; M], [[f64; D]; M]) {

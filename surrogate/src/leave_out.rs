@@ -16,7 +16,7 @@ pub(crate) struct Prefix {
     /// Block H_bb = Q_b Q_bᵀ of the hat matrix for each run; within a block, the derivatives are first and
     /// the value is last.
     pub(crate) hat: Vec<f64>,
-    /// tr (ΨᵀΨ)⁻¹ = |R⁻¹|²_F
+    /// Trace of (ΨᵀΨ)⁻¹, which is |R⁻¹|²_F.
     pub(crate) trace: f64,
 }
 

@@ -81,7 +81,7 @@ mod tests {
         }
     }
 
-    /// P_4 = (35t⁴ − 30t² + 3)/8 and P_5 = (63t⁵ − 70t³ + 15t)/8; at t = ±1, P_k' = (±1)^(k+1) k(k+1)/2.
+    /// Closed forms: P_4 = (35t⁴ − 30t² + 3)/8 and P_5 = (63t⁵ − 70t³ + 15t)/8; at t = ±1, P_k' = (±1)^(k+1) k(k+1)/2.
     #[test]
     fn values_and_derivatives_have_their_closed_forms() {
         for t in [-1.0, -0.8, 0.0, 0.37, 1.0f64] {

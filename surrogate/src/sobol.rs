@@ -109,7 +109,7 @@ impl DynPce {
         }
     }
 
-    /// NaN for each output.
+    /// One NaN per output, for quantities that cannot be computed.
     fn unknown(&self) -> Vec<f64> {
         vec![f64::NAN; self.outputs().len()]
     }

@@ -44,11 +44,11 @@ pub struct ElementState<'a, T, L, const N: usize> {
 pub struct Constants<T, L> {
     pub law: L,
     pub degradation: Degradation<T>,
-    /// Gc/(c₀ ℓ₀), MPa.
+    /// Coefficient of the local crack density: Gc/(c₀ ℓ₀), MPa.
     pub local: T,
-    /// Gc ℓ₀/c₀, N.
+    /// Coefficient of the gradient of the crack density: Gc ℓ₀/c₀, N.
     pub gradient: T,
-    /// ξ/Δt, MPa.
+    /// Coefficient of the viscous term: ξ/Δt, MPa.
     pub viscous: T,
 }
 

@@ -28,7 +28,7 @@ pub trait Operator: std::fmt::Debug + Send + Sync {
     /// Residual and energies; fails if an element is inverted.
     fn residual(&self, increment: &Increment, out: &mut Residual) -> Result<(), Inverted>;
 
-    /// The consistent tangent.
+    /// Assembles the consistent tangent.
     fn tangent(
         &self,
         increment: &Increment,
@@ -63,7 +63,7 @@ pub trait Operator: std::fmt::Debug + Send + Sync {
         out: &mut [Vec<[f64; 4]>],
     ) -> Result<(), Inverted>;
 
-    /// The geometry.
+    /// The mesh and its geometry.
     fn domain(&self) -> &dyn Domain;
 
     /// The elements and nodes of this rank.
@@ -78,7 +78,7 @@ pub trait Operator: std::fmt::Debug + Send + Sync {
 /// Equations that are evaluated on the same device as the product with their tangent.
 pub trait EquationsOnDevice {
     /// Writes the point data of the fully coupled tangent into the arrays of the product, one array per kind
-    /// of elements. `None` if the device cannot linearise, so that the processor has to.
+    /// of elements. `None` if the device cannot linearise, and the processor has to linearise.
     fn linearise(&self, increment: &Increment, data: &[Argument]) -> Option<Result<(), Inverted>>;
 
     /// The error of the device, if the device has failed and is no longer used.
@@ -101,7 +101,7 @@ pub trait Product: std::fmt::Debug + Send {
         coupling: Coupling,
     ) -> Result<(), Inverted>;
 
-    /// y = A x, on nodal values u_x, u_y, u_z, φ.
+    /// y = A x, for nodal values u_x, u_y, u_z, φ.
     fn apply(&mut self, x: &[[f64; 4]], y: &mut [[f64; 4]]);
 
     /// The diagonal, four values per node.

@@ -85,7 +85,7 @@ impl Tangent {
         }
     }
 
-    /// y = A x, on nodal values u_x, u_y, u_z, φ.
+    /// y = A x, for nodal values u_x, u_y, u_z, φ.
     pub fn multiply(&self, x: &[[f64; 4]], y: &mut [[f64; 4]]) {
         const ROWS: usize = 1024;
         let graph = &self.pattern.graph;

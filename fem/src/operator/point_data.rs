@@ -18,7 +18,7 @@
 use crate::element::Rule;
 use crate::material::{Number, PointTangent, Scalar};
 
-/// Offsets within the point data of an elastic point: √2 (x, y, z, w) of Q, s by k, D − τ packed, G, τ, τ⁺.
+/// Offsets within the point data of an elastic point: √2 (x, y, z, w) of Q, s_1 to s_3, D − τ packed, G, τ, τ⁺.
 pub(super) const ROTATION: usize = 0;
 pub(super) const PUSH: usize = 4;
 pub(super) const NORMAL: usize = 13;
@@ -108,7 +108,7 @@ impl PointData {
         }
     }
 
-    /// Reads the tangent of elastic point q, and s by k.
+    /// Reads the tangent of elastic point q, and the vectors s_k.
     #[inline(always)]
     pub fn read_point<T: Scalar, const AXES: bool>(
         self,
@@ -137,7 +137,7 @@ impl PointData {
     }
 }
 
-/// Writes the point data of an elastic point except τ⁺; `push` is s by k. With `AXES` the quaternion is not
+/// Writes the point data of an elastic point except τ⁺; `push` has the vectors s_k. With `AXES` the quaternion is not
 /// written.
 #[inline(always)]
 pub(super) fn write_point<T: Scalar, const AXES: bool>(

@@ -23,7 +23,7 @@ pub type NodeBlock = (u32, [[f64; 3]; 3]);
 pub struct StepContext<'a> {
     /// φ at the start of the increment.
     pub damage_before: &'a [f64],
-    /// Δt, s.
+    /// Duration Δt of the increment, s.
     pub duration: f64,
     /// Largest previous ψ⁺ at each elastic point, element after element. Empty if damage is driven by the
     /// current ψ⁺.
@@ -61,12 +61,12 @@ pub struct Residual {
     pub nodal: Vec<[f64; 4]>,
     /// The part ∫ g′ ψ⁺ N_a dV of R_φ, N mm; its norm scales R_φ.
     pub drive: Vec<f64>,
-    /// ∫ g ψ⁺ + ψ⁻ dV, N mm.
+    /// Elastic energy ∫ g ψ⁺ + ψ⁻ dV, N mm.
     pub elastic: f64,
     /// Sums of squares of external loads and contact forces over the nodes that this rank owns: of forces
     /// (N²) and of damage sources.
     pub external: [f64; 2],
-    /// ∫ Gc/(c₀ ℓ₀) [α + ℓ₀² |∇φ|²] dV, N mm.
+    /// Crack energy ∫ Gc/(c₀ ℓ₀) [α + ℓ₀² |∇φ|²] dV, N mm.
     pub fracture: f64,
     /// Viscous dissipation of the increment: ∫ ξ (φ − φ_n)²/Δt dV, N mm.
     pub viscous: f64,

@@ -33,7 +33,7 @@ pub(super) fn head(attrs: Vec<Attribute>) -> Result<Head> {
     Ok((lints, mark, named))
 }
 
-/// `#[dims(year, school = names)]`.
+/// Parses an attribute such as `#[dims(year, school = names)]`.
 fn dims(attr: &Attribute) -> Result<Vec<Dim>> {
     let dim = |input: ParseStream| {
         let name: Ident = input.parse()?;
