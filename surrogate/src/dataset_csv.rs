@@ -121,8 +121,8 @@ fn parse(text: &str) -> Located<Dataset> {
     Ok(dataset)
 }
 
-/// Declares the derivatives that have a column in the header. These are the derivatives by the inputs up to
-/// the last one that has any; each of these inputs needs the columns of all outputs.
+/// Declares the derivatives that have a column in the header. These are the derivatives by the first k inputs,
+/// where input k is the last one with a column. Each of the k inputs needs the columns of all outputs.
 fn with_derivatives(
     dataset: Dataset,
     header: &csv::StringRecord,

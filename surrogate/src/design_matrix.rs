@@ -28,7 +28,7 @@ pub(crate) struct Regression<'a> {
 }
 
 /// Rows of a least squares problem. The first rows are the values, one row per run. With derivatives, the
-/// rows of the derivatives follow, run after run; a derivative is by the coordinate t ∈ [−1, 1] of an input.
+/// rows of the derivatives with respect to the inputs' coordinates t ∈ [−1, 1] follow, run after run.
 pub(crate) struct Equations {
     /// Values and derivatives of the basis, rows × terms.
     pub(crate) rows: Vec<Vec<f64>>,
@@ -154,8 +154,8 @@ impl<'a> Regression<'a> {
         self.y.col(output).iter().copied().fold(f64::INFINITY, f64::min)
     }
 
-    /// Numbers of terms of the orders that the factorisation of all rows determines, and that the rows of all
-    /// runs but one may determine.
+    /// Number of terms of each order whose terms do not outnumber the rank of the factorisation of all rows,
+    /// nor the rows of all runs but one.
     pub(crate) fn sizes(&self, fit: &NestedLeastSquares) -> Vec<usize> {
         let determined = |terms: &usize| *terms <= self.most && *terms <= fit.rank();
         self.counts.iter().copied().filter(determined).collect()

@@ -172,8 +172,8 @@ impl DynPce {
     pub fn scale_outputs(mut self, factors: &[f64]) -> Result<Self, SurrogateError> {
         check_count("factors", self.outputs.len(), factors.len())?;
         let constant = vec![0; self.inputs.len()];
-        // the factor of a logarithmic output is added to the constant term, which is the first term if
-        // present
+        // the logarithm of the factor of a logarithmic output is added to the constant term, which is the first
+        // term if present
         if self.output_scales.contains(&Scale::Log) && self.terms[0].0 != constant {
             self.terms.insert(0, (constant, vec![0.0; self.outputs.len()]));
         }

@@ -172,7 +172,7 @@ pub enum SurrogateError {
         /// The number of rows.
         rows: usize,
     },
-    /// A term does not fit the expansion.
+    /// A term of an expansion is invalid.
     #[error("term {index:?}: {problem}")]
     Term {
         /// The multi-index.

@@ -2,8 +2,8 @@
 //! of the damage at the start of the increment.
 //!
 //! The residual is evaluated with the constants below and above the parameter's value, using the same
-//! strains, and the difference is kept. This is exact if the residual is linear in the parameter, as in E,
-//! Gc, ξ and η of a single phase, and of second order in the difference otherwise.
+//! strains, and the difference is kept. This is exact if the residual is linear in the parameter, as in E, Gc,
+//! ξ and η of a single phase. Otherwise the error is of second order in the difference of the parameter.
 
 use super::element::{Constants, ElementState, MOST_POINTS};
 use crate::material::{Law, Principal, Scalar, dot};

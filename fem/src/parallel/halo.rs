@@ -33,9 +33,9 @@ impl Halo {
         Self { ranks, own, neighbours }
     }
 
-    /// The halo of items that are numbered over all ranks: rank r owns the items from `first[r]` to `first[r
-    /// + 1]`. Locally, a rank has its own items first, then `ghosts`, which are given by their global numbers
-    /// in increasing order.
+    /// The halo of items that are numbered over all ranks: rank r owns the items from `first[r]` to
+    /// `first[r + 1]` − 1. Locally, a rank has its own items first, then `ghosts`, which are given by their
+    /// global numbers in increasing order.
     pub(crate) fn of_ghosts(ranks: &Ranks, first: &[usize], ghosts: &[u32]) -> Self {
         let rank = ranks.rank();
         let own = first[rank + 1] - first[rank];

@@ -6,8 +6,8 @@
 //! handled recursively.
 //!
 //! A variable may begin as a literal, as in `let mut s = 0.0;`. The literal becomes a number of the model if
-//! later statements change the variable to a value that may depend on unknowns. The elements of `vec![0.0;
-//! n]` are handled in the same way.
+//! later statements change the variable to a value that may depend on unknowns. The elements of
+//! `vec![0.0; n]` are handled in the same way.
 
 use proc_macro2::TokenTree;
 use quote::{ToTokens, quote};
