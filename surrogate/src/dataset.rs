@@ -165,7 +165,7 @@ impl Dataset {
         Ok(self)
     }
 
-    /// Adds columns of text; existing rows get empty cells.
+    /// Declares columns of text, in place of earlier notes; existing rows get empty cells.
     ///
     /// # Errors
     /// If a name is bad or repeated.

@@ -11,7 +11,7 @@ impl CoefficientPosterior {
     ///
     /// A run at x reduces the leverage ψᵀAψ by (ψᵀAψ_x)²/(1 + h(x)), with A = (ΨᵀΨ)⁻¹ (Cohn, *Neural
     /// networks* 9 (1996) 1071, doi:10.1016/0893-6080(95)00137-9). If the places are draws from a posterior,
-    /// the average is the posterior mean: runs concentrate where the posterior has its mass. Chosen runs are
+    /// the average is over the posterior: runs concentrate where the posterior has its mass. Chosen runs are
     /// apart from each other, because a run makes a second run beside it less useful.
     ///
     /// # Errors

@@ -78,8 +78,8 @@ impl NestedLeastSquares {
     }
 
     /// Jackknife covariance (outputs × outputs) of the fit with the first `terms` columns, averaged over the
-    /// box. It sums the changes of the coefficients when each run is left out: Σ_b Δ_bᵀ Δ_b with Δ_b = R⁻¹
-    /// Q_bᵀ (I − H_bb)⁻¹ r_b. It is valid for any correlation of the errors within a run.
+    /// box. It sums the squares of the changes of the coefficients when each run is left out: Σ_b Δ_bᵀ Δ_b
+    /// with Δ_b = R⁻¹ Q_bᵀ (I − H_bb)⁻¹ r_b. It is valid for any correlation of the errors within a run.
     pub(crate) fn jackknife(&self, prefix: &Prefix, left_out: &Mat<f64>) -> Vec<Vec<f64>> {
         let (runs, outputs) = (self.runs, left_out.ncols());
         let block = self.q.nrows() / runs;
