@@ -42,7 +42,7 @@ impl Activity {
         self.active.contains(name)
     }
 
-    /// Whether tokens mention an active name.
+    /// Whether tokens mention an active name, which may depend on unknowns.
     pub(crate) fn mentions(&self, tokens: &impl ToTokens) -> bool {
         mentions(tokens.to_token_stream(), &|name| self.is_active(name))
     }

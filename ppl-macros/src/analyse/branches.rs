@@ -76,7 +76,7 @@ impl<'a> Visit<'a> for Branches<'_> {
             Expr::If(chosen) => self.decides(&chosen.cond),
             Expr::Match(chosen) => {
                 self.decides(&chosen.expr);
-                // patterns include the guards
+                // in syn 3 the pattern of an arm includes its guard
                 chosen.arms.iter().for_each(|arm| self.decides(&arm.pat));
             }
             Expr::While(_) | Expr::Loop(_) | Expr::ForLoop(_) => self.decides(expr),

@@ -19,7 +19,7 @@ use crate::syntax::places::{Place, place, plain_name, root};
 /// Results of the analysis, by statement.
 #[derive(Default)]
 pub(crate) struct Facts {
-    /// The sites of the statements.
+    /// The sites of the statements: their positions and names in the model.
     pub(crate) sites: BTreeMap<Id, Site>,
     /// The errors of invalid statements.
     pub(crate) errors: HashMap<Id, Error>,

@@ -10,7 +10,7 @@ use crate::ast::Id;
 use crate::errors::{self, about};
 use crate::syntax::places::Place;
 
-/// The site of a statement, with the fields of `ppl::Site`.
+/// The site of a statement: its position and name in the model, with the fields of `ppl::Site`.
 #[derive(Clone)]
 pub(crate) struct Site {
     pub(crate) name: String,

@@ -16,7 +16,7 @@ pub(crate) fn operand(expr: &Expr) -> Expr {
     asked(expr, expr.span(), "operand")
 }
 
-/// A formula closed to a number, with the location of `span`.
+/// The number that results from a formula, with the location of `span`.
 pub(crate) fn closed(expr: &Expr, span: Span) -> Expr {
     asked(expr, span, "closed")
 }

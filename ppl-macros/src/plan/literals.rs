@@ -18,7 +18,7 @@ use crate::analyse::Activity;
 use crate::ast::{Block, Flow, Kind};
 use crate::syntax::expressions::{is_arithmetic, is_type};
 
-/// Adapts the literals in an array, in the final values of the arms of a branch, or on the right side of an
+/// Adapts the types of the literals in an array, in the final values of the arms of a branch, or on the right side of an
 /// assignment.
 pub(super) fn align(expr: &mut Expr, activity: &Activity) {
     match expr {
@@ -32,12 +32,12 @@ pub(super) fn align(expr: &mut Expr, activity: &Activity) {
     }
 }
 
-/// Adapts the literals in the final values of the arms of control flow.
+/// Adapts the types of the literals in the final values of the arms of control flow.
 pub(super) fn align_arms(flow: &mut Flow, activity: &Activity) {
     siblings(ends_of_arms(flow), false, activity);
 }
 
-/// Adapts literals among expressions that must have one type. This type is known, or is the type of an
+/// Adapts the types of literals among expressions that must have one type. This type is known, or is the type of an
 /// expression that holds unknowns. If the expressions have parts of the same kind, such as `Normal(x, 0.5)`
 /// and `Normal(0.0, y)`, corresponding parts are handled recursively.
 fn siblings(exprs: Vec<&mut Expr>, is_known: bool, activity: &Activity) {

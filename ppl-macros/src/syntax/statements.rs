@@ -38,7 +38,7 @@ pub(crate) fn starts_statement(input: ParseStream) -> bool {
     input.peek(Token![let]) || input.peek(Token![for]) || input.peek(Token![#])
 }
 
-/// Whether a plate begins here.
+/// Whether a plate, a `for` loop of the model, begins here.
 pub(crate) fn starts_plate(input: ParseStream) -> bool {
     input.peek(Token![for]) && !input.peek2(Token![<])
         || input.peek(syn::Lifetime) && input.peek3(Token![for])
