@@ -18,8 +18,8 @@ use crate::analyse::Activity;
 use crate::ast::{Block, Flow, Kind};
 use crate::syntax::expressions::{is_arithmetic, is_type};
 
-/// Adapts the types of the literals in an array, in the final values of the arms of a branch, or on the right side of an
-/// assignment.
+/// Adapts the types of the literals in an array, in the final values of the arms of a branch, or on the right
+/// side of an assignment.
 pub(super) fn align(expr: &mut Expr, activity: &Activity) {
     match expr {
         Expr::Array(array) => siblings(array.elems.iter_mut().collect(), false, activity),
