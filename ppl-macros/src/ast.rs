@@ -1,4 +1,4 @@
-//! What was written: models and their statements, as they were read and never changed afterwards.
+//! The syntax tree of models and their statements. It does not change after parsing.
 
 use proc_macro2::{Span, TokenStream};
 use syn::{
@@ -16,14 +16,14 @@ pub(crate) struct Model {
     pub(crate) name: Ident,
     pub(crate) generics: Generics,
     pub(crate) arguments: Vec<Argument>,
-    /// The type of the value that it ends with, if it is a submodel.
+    /// The return type, if the function is a submodel.
     pub(crate) value: Option<Type>,
     pub(crate) body: Block,
-    /// What is wrong with the signature, where the model can still be declared.
+    /// Errors in the signature that still allow the model to be declared.
     pub(crate) errors: Vec<Error>,
 }
 
-/// Data.
+/// An argument of the function: data of the model.
 pub(crate) struct Argument {
     pub(crate) attrs: Vec<Attribute>,
     pub(crate) name: Ident,
@@ -37,29 +37,29 @@ pub(crate) struct Block {
     pub(crate) statements: Vec<Statement>,
 }
 
-/// By which analyses speak of a statement.
+/// Number of a statement, the key of the tables of the analyses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(crate) struct Id(pub(crate) usize);
 
 #[derive(Clone)]
 pub(crate) struct Statement {
     pub(crate) id: Id,
-    /// Lint attributes, handed on.
+    /// Lint attributes, copied to the emitted statement.
     pub(crate) attrs: Vec<Attribute>,
     pub(crate) mark: Mark,
-    /// `#[dims(…)]`.
+    /// The dimensions in `#[dims(…)]`.
     pub(crate) dims: Vec<Dim>,
     pub(crate) kind: Kind,
-    /// All of it.
+    /// All tokens of the statement.
     pub(crate) tokens: TokenStream,
-    /// As it reads, for reports.
+    /// The source text of the statement, for reports.
     pub(crate) text: String,
-    /// Where it begins.
+    /// The span of the first token.
     pub(crate) span: Span,
 }
 
 impl Statement {
-    /// The names that it puts into scope.
+    /// The names that the statement adds to the scope.
     pub(crate) fn declared(&self) -> Vec<Ident> {
         match &self.kind {
             Kind::Tilde { left: Left::Unknown(_, name) | Left::Part(_, name), .. } => {
@@ -83,7 +83,7 @@ pub(crate) enum Mark {
     Predict,
 }
 
-/// The name of a dimension, and what to call the entries along it: `name`, `name = labels`.
+/// A dimension: its name and optionally the labels of the entries along it, `name` or `name = labels`.
 #[derive(Clone)]
 pub(crate) struct Dim {
     pub(crate) name: Ident,
@@ -98,32 +98,32 @@ pub(crate) enum Kind {
     Let { let_token: Token![let], pat: Pat, init: Option<Init> },
     /// `factor(weight);`
     Factor { name: Ident, weight: Expr },
-    /// A plate.
+    /// A plate: a `for` loop of the model.
     For(Box<For>),
-    /// Branches with statements inside.
+    /// Control flow (`if`, `match` or a block) that contains statements of the model.
     Flow(Flow),
-    /// The value that a submodel ends with.
+    /// The final value of a submodel.
     End(Flow),
-    /// Any other Rust.
+    /// Any other Rust statement.
     Rust(Stmt),
-    /// What could not be read, with the names that it would have declared.
+    /// A statement that could not be parsed, with the names that it would have declared.
     Broken { names: Vec<Ident>, error: Error },
 }
 
-/// What stands before `~`.
+/// The left side of `~`.
 #[derive(Clone)]
 pub(crate) enum Left {
-    /// `let name`, with a distribution after it.
+    /// `let name` with a distribution on the right side.
     Unknown(Token![let], Ident),
-    /// `let name`, with a function after it, which may return a submodel or a distribution.
+    /// `let name` with a function call on the right side, which may return a submodel or a distribution.
     Part(Token![let], Ident),
-    /// A place with data.
+    /// An observed place: a variable, a field or an element with data.
     Place(Expr),
-    /// `place.impute()`, a place with data that may be missing.
+    /// `place.impute()`: an observed place with data that may be missing.
     Missing(Expr),
 }
 
-/// `= value else { … }`.
+/// The initial value of a declaration: `= value else { … }`.
 #[derive(Clone)]
 pub(crate) struct Init {
     pub(crate) eq: Token![=],
@@ -131,7 +131,7 @@ pub(crate) struct Init {
     pub(crate) diverge: Option<(Token![else], Block)>,
 }
 
-/// Something with a value, that may have statements inside.
+/// An expression with a value that may contain statements of the model.
 #[derive(Clone)]
 pub(crate) enum Flow {
     If {
@@ -147,12 +147,12 @@ pub(crate) enum Flow {
         arms: Vec<Arm>,
     },
     Block(Block),
-    /// Without statements inside.
+    /// An expression without statements of the model.
     Value(Expr),
 }
 
 impl Flow {
-    /// The expression, if there are no statements inside.
+    /// The expression, if it contains no statements of the model.
     pub(crate) fn rust(&self) -> Option<&Expr> {
         match self {
             Self::Value(value) => Some(value),

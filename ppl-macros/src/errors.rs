@@ -1,4 +1,4 @@
-//! What the macro says when it refuses: each message names the way out. `{}` stands for a name.
+//! The error messages of the macro. Each message says how to fix the error. `{}` is replaced by a name.
 
 use std::fmt::Display;
 
@@ -99,12 +99,12 @@ pub(crate) const LOST_DERIVATIVES: &str = "`{}` is a plain number, without deriv
      `ln_cdf` and `ln_sf` have them, `.censor(…)` observes what is beyond a limit, and what is only \
      recorded takes `#[track]`";
 
-/// An error that covers all of `tokens`.
+/// An error whose span covers all of `tokens`.
 pub(crate) fn at(tokens: impl ToTokens, message: impl Display) -> Error {
     Error::new_spanned(tokens, message)
 }
 
-/// An error that covers all of `tokens`, about something with a name.
+/// An error whose span covers all of `tokens`; `name` replaces `{}` in the message.
 pub(crate) fn about(name: impl Display, tokens: impl ToTokens, message: &str) -> Error {
     at(tokens, message.replace("{}", &name.to_string()))
 }

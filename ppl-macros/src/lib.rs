@@ -1,17 +1,18 @@
 //! The `model!` macro of `ppl`. The language is described at `ppl::model!`.
 //!
-//! One way: tokens are parsed to a tree of what was written, which nothing changes afterwards;
-//! analyses read it and leave tables by statement; statements are emitted in order, and a plan writes
-//! the Rust in them. An error stays in the statement where it happened, as a `compile_error!` in place
-//! of it, so that one mistake stays one error and all else is still there for completion.
+//! The macro runs in one direction. The parser turns tokens into a syntax tree, which does not change
+//! afterwards. Analyses read the tree and fill tables that are indexed by statement. Code generation emits
+//! the statements in order; a plan rewrites the Rust expressions in them. A statement with an error is
+//! replaced by a `compile_error!`, so that one mistake gives one error and the rest of the model is still
+//! available to code completion.
 //!
-//! The rooms, from the ground up; an import goes down only:
+//! The modules; a module imports only from modules above it in this list:
 //!
-//! 1. `errors`: what the macro says when it refuses
-//! 2. `syntax`: questions about Rust as written
-//! 3. `ast`, `walk`, `parse`: what was written, the way through it, and how it is read
-//! 4. `analyse`: which names are active, what a loop writes, where statements stand
-//! 5. `plan`: expressions as they will be written, and the places and sums that these ask for
+//! 1. `errors`: the error messages of the macro
+//! 2. `syntax`: properties of Rust syntax, independent of any model
+//! 3. `ast`, `walk`, `parse`: the syntax tree of a model, its traversal, and the parser
+//! 4. `analyse`: names that may depend on unknowns, variables that a loop changes, sites of statements
+//! 5. `plan`: rewritten expressions, and the sites and sums that they need
 //! 6. `emit`: statements and functions as tokens
 
 mod analyse;
@@ -30,7 +31,7 @@ use proc_macro2::TokenStream;
 
 use crate::analyse::Analysis;
 
-// Documented where it is re-exported, in `ppl`, which its examples need.
+// The documentation is on the re-export in `ppl`, because its examples need `ppl`.
 #[allow(missing_docs)]
 #[proc_macro]
 pub fn model(input: proc_macro::TokenStream) -> proc_macro::TokenStream {

@@ -1,5 +1,5 @@
-//! The way through a body, statement by statement as they are written. Analyses go it, each looking at
-//! what it asks for; syn's visitor leads on through the Rust inside.
+//! Traversal of a body, statement by statement in source order. Each analysis overrides the methods for the
+//! nodes that it needs; syn's visitor continues into the Rust expressions.
 
 use syn::visit::Visit;
 use syn::{Expr, Pat};
@@ -23,8 +23,8 @@ pub(crate) trait Walk<'a>: Visit<'a> {
         self.visit_expr(labels);
     }
 
-    /// A pattern takes a value apart: of `let`, of `for` and of the arms of `match`. There is no
-    /// expression for it where statements make the value.
+    /// A pattern of `let`, `for` or an arm of `match`, and the expression that it destructures. There is no
+    /// expression if statements of the model compute the value.
     fn bind(&mut self, pat: &'a Pat, value: Option<&'a Expr>) {
         let _ = value;
         self.visit_pat(pat);

@@ -1,16 +1,22 @@
-//! What the runs leave open of an expansion: the posterior of its coefficients.
+//! Posterior of the coefficients of an expansion: its estimation error, given the runs.
 //!
-//! Least squares with errors of one covariance Σ from run to run and a prior that says nothing,
-//! p(C, Σ) ∝ |Σ|^(−(M+1)/2), has a posterior in closed form (Box & Tiao, *Bayesian Inference in Statistical
-//! Analysis*, 1973, section 8.4): Σ is inverse Wishart with ν = N − P degrees of freedom and scale RᵀR, and
-//! C given Σ is normal about its estimate with covariance (ΨᵀΨ)⁻¹ ⊗ Σ. It is preferred to a bootstrap of
-//! runs because it is exact where each run has a packing of its own, needs no further fit, does not fail
-//! where runs are hardly more than terms, and gives the error at a place as one number: the leverage.
-//! A bootstrap narrows there, since residuals are smaller than errors by √(1 − h).
+//! The regression model has errors that are independent between runs, with one covariance Σ (outputs ×
+//! outputs). With the noninformative prior p(C, Σ) ∝ |Σ|^(−(M+1)/2) the posterior has a closed form (Box &
+//! Tiao, *Bayesian Inference in Statistical Analysis*, 1973, section 8.4): Σ is inverse Wishart with ν = N −
+//! P degrees of freedom and scale RᵀR, and C given Σ is normal about the least squares estimate with
+//! covariance (ΨᵀΨ)⁻¹ ⊗ Σ.
 //!
-//! Two fits are no such regression, and their Σ is taken so that the errors are not too small. Where
-//! derivatives were fitted too, errors of a run hang together: Σ is scaled to what leaving out runs
-//! changes. Terms that were chosen by the data explain some of the noise: Σ is that of cross-validation.
+//! This posterior is preferred to a bootstrap of the runs for four reasons. It is exact if each run has its
+//! own packing. It needs no further fit. It does not fail if there are hardly more runs than terms; a
+//! bootstrap is too narrow then, because residuals are smaller than errors by the factor √(1 − h). It reduces
+//! the error at a point to one number, the leverage h.
+//!
+//! Two kinds of fit violate the assumptions. For each of them Σ is replaced by an estimate that is not too
+//! small:
+//! - Fits with derivatives: the errors within a run are correlated. Σ is scaled to the jackknife covariance,
+//!   which leaves out whole runs.
+//! - Fits with sparse terms: terms that were chosen by the data explain some of the noise. Σ is the
+//!   covariance of the cross-validation residuals.
 
 use ppl::{DomainError, DynDifferentiable};
 use rand::Rng;
@@ -23,9 +29,9 @@ use crate::error::SurrogateError;
 use crate::legendre::{basis_row, basis_slopes};
 use crate::scale::Axis;
 
-/// The posterior of an expansion's coefficients.
+/// Posterior of the coefficients of an expansion.
 ///
-/// In a model it is a function of the inputs with one output, the [leverage](Self::leverage).
+/// In a `ppl` model it is a function of the inputs with one output, the [leverage](Self::leverage).
 ///
 /// ```
 /// use surrogate::{Dataset, DesignMethod, DynPce, FitOptions, Input, rand};
@@ -48,15 +54,15 @@ use crate::scale::Axis;
 #[serde(try_from = "Stored")]
 pub struct CoefficientPosterior {
     estimate: DynPce,
-    /// Of each term of the estimate, in their order, its row of a factor F with F Fᵀ = (ΨᵀΨ)⁻¹.
+    /// Factor F with F Fᵀ = (ΨᵀΨ)⁻¹, one row per term, in the order of the estimate's terms.
     factor: Vec<Vec<f64>>,
-    /// s² of the runs (outputs × outputs) on the outputs' scales.
+    /// s²: covariance (outputs × outputs) of one run's error, on the outputs' scales.
     scatter: Vec<Vec<f64>>,
-    /// ν
+    /// ν, the degrees of freedom of s².
     freedom: f64,
 }
 
-/// The same as it is read, unchecked.
+/// Deserialized fields of a [`CoefficientPosterior`], before their sizes are checked.
 #[derive(Deserialize)]
 struct Stored {
     estimate: DynPce,
@@ -83,7 +89,8 @@ impl TryFrom<Stored> for CoefficientPosterior {
 }
 
 impl CoefficientPosterior {
-    /// From the estimate and, by its terms in any order, the rows of the factor.
+    /// Builds the posterior from the estimate and the rows of the factor F, given as (term, row) in any
+    /// order.
     pub(crate) fn new(
         estimate: &DynPce,
         rows: impl IntoIterator<Item = (Vec<u8>, Vec<f64>)>,
@@ -98,33 +105,36 @@ impl CoefficientPosterior {
         Stored { estimate: estimate.clone(), factor, scatter, freedom }.try_into()
     }
 
-    /// The expansion that was fitted.
+    /// The expansion of the least squares estimate.
     pub fn estimate(&self) -> &DynPce {
         &self.estimate
     }
 
-    /// ν: runs less terms, or what takes their place where derivatives were fitted too.
+    /// ν, the degrees of freedom of s²: N − P, the number of runs minus the number of terms, unless
+    /// derivatives were fitted too.
     pub fn freedom(&self) -> f64 {
         self.freedom
     }
 
-    /// The leverage h(x) = ψ(x)ᵀ(ΨᵀΨ)⁻¹ψ(x): the variance of the fit at `x` per variance of a run's error.
+    /// The leverage h(x) = ψ(x)ᵀ(ΨᵀΨ)⁻¹ψ(x): ratio of the variance of the fit at `x` to the variance of one
+    /// run's error.
     ///
     /// # Errors
-    /// A point outside the box by more than the tolerance, NaN, or one of another length.
+    /// If `x` lies outside the box by more than the tolerance, contains NaN, or has the wrong length.
     pub fn leverage(&self, x: &[f64]) -> Result<f64, SurrogateError> {
         self.estimate.position(x)?;
         Ok(self.leverage_at_unit(&self.unit(x)))
     }
 
-    /// The covariance (outputs × outputs, in their units) of what the runs leave open at `x`, where the
-    /// outputs are `at`: s² h(x).
+    /// Covariance of the fit at `x`: s² h(x) (outputs × outputs, in the outputs' units), where `at` are the
+    /// values of the outputs at `x`.
     ///
-    /// It is the error of the mean response of specimens that differ from run to run. What a polynomial
-    /// misses of a single specimen's response comes beside it; [`FitReport::lack_of_fit`] has both.
+    /// If each run has its own specimen, this is the error of the mean response over specimens. It does not
+    /// include the lack of fit of the polynomial to the response of a single specimen;
+    /// [`FitReport::lack_of_fit`] includes both.
     ///
     /// # Errors
-    /// As [`Self::leverage`]; another number of values than of outputs.
+    /// As [`Self::leverage`]; if `at` does not have one value per output.
     ///
     /// [`FitReport::lack_of_fit`]: crate::FitReport::lack_of_fit
     pub fn error(&self, x: &[f64], at: &[f64]) -> Result<Vec<Vec<f64>>, SurrogateError> {
@@ -134,10 +144,11 @@ impl CoefficientPosterior {
         Ok(scatter.into_iter().map(row).collect())
     }
 
-    /// s² (outputs × outputs, in their units), where the outputs are `at`: [`Self::error`] per leverage.
+    /// s² (outputs × outputs, in the outputs' units) where the outputs have the values `at`: [`Self::error`]
+    /// divided by the leverage.
     ///
     /// # Errors
-    /// Another number of values than of outputs.
+    /// If `at` does not have one value per output.
     pub fn scatter(&self, at: &[f64]) -> Result<Vec<Vec<f64>>, SurrogateError> {
         let scales = self.estimate.output_scales();
         check_count("output values", scales.len(), at.len())?;
@@ -147,32 +158,32 @@ impl CoefficientPosterior {
         Ok(self.scatter.iter().zip(&slopes).map(row).collect())
     }
 
-    /// The covariance (outputs × outputs, in their units) of what the runs leave open, averaged over the box,
-    /// where the outputs are `at`: s² tr (ΨᵀΨ)⁻¹, inputs uniform on their scales.
+    /// Covariance of the fit averaged over the box: s² tr (ΨᵀΨ)⁻¹ (outputs × outputs, in the outputs' units),
+    /// where the outputs have the values `at`. The average is over inputs that are uniform on their scales.
     ///
     /// # Errors
-    /// Another number of values than of outputs.
+    /// If `at` does not have one value per output.
     pub fn mean_error(&self, at: &[f64]) -> Result<Vec<Vec<f64>>, SurrogateError> {
         let mean: f64 = self.factor.iter().flatten().map(|f| f * f).sum();
         let row = |row: Vec<f64>| row.into_iter().map(|c| c * mean).collect();
         Ok(self.scatter(at)?.into_iter().map(row).collect())
     }
 
-    /// The same with s² times a factor: for an s² that is poorly known itself.
+    /// Multiplies s² by a factor, for an s² that is itself uncertain.
     pub fn widened(mut self, factor: f64) -> Self {
         self.scatter.iter_mut().flatten().for_each(|entry| *entry *= factor);
         self
     }
 
-    /// F, a row for each term.
+    /// The factor F, one row per term.
     pub(crate) fn factor(&self) -> &[Vec<f64>] {
         &self.factor
     }
 
-    /// An expansion that the runs allow: all coefficients of all outputs drawn together.
+    /// Draws an expansion from the posterior: all coefficients of all outputs jointly.
     ///
     /// # Errors
-    /// Fewer degrees of freedom than outputs, which say nothing of their covariance.
+    /// If there are fewer degrees of freedom than outputs, so that no covariance of the outputs can be drawn.
     pub fn draw<R: Rng>(&self, rng: &mut R) -> Result<DynPce, SurrogateError> {
         let (m, columns) = (self.scatter.len(), self.factor[0].len());
         let spread = self.spread(rng)?;
@@ -198,8 +209,8 @@ impl CoefficientPosterior {
             .with_tolerance(estimate.tolerance())
     }
 
-    /// A factor of a draw of Σ, by rows: L₀ A⁻ᵀ with L₀L₀ᵀ = ν s² and Bartlett's triangle A of a standard
-    /// Wishart matrix.
+    /// A factor L₀ A⁻ᵀ of a draw of Σ, by rows, with L₀L₀ᵀ = ν s² and the triangular Bartlett factor A of a
+    /// standard Wishart matrix.
     fn spread<R: Rng>(&self, rng: &mut R) -> Result<Vec<Vec<f64>>, SurrogateError> {
         let m = self.scatter.len();
         let mut bartlett = vec![vec![0.0; m]; m];
@@ -214,7 +225,7 @@ impl CoefficientPosterior {
             row[i] = square.sample(rng).sqrt();
         }
         let lower = semidefinite_factor(&self.scatter);
-        // each row x of L₀ A⁻ᵀ solves A xᵀ = l
+        // each row x of L₀ A⁻ᵀ solves A xᵀ = lᵀ, where l is the same row of L₀
         let root = self.freedom.sqrt();
         let solve = |l: &Vec<f64>| {
             let mut x: Vec<f64> = Vec::with_capacity(m);
@@ -226,7 +237,7 @@ impl CoefficientPosterior {
         Ok(lower.iter().map(solve).collect())
     }
 
-    /// s² on the outputs' scales.
+    /// The matrix s² (outputs × outputs) on the outputs' scales.
     pub(crate) fn own_scatter(&self) -> &[Vec<f64>] {
         &self.scatter
     }
@@ -236,7 +247,7 @@ impl CoefficientPosterior {
         self.projected(&psi).iter().map(|w| w * w).sum()
     }
 
-    /// Fᵀ ψ at a point.
+    /// Fᵀ ψ at `x`, whose squared norm is the leverage.
     ///
     /// # Errors
     /// As [`Self::leverage`].
@@ -253,7 +264,7 @@ impl CoefficientPosterior {
         sum
     }
 
-    /// The basis at a point.
+    /// The basis polynomials at `x`, one value per term.
     pub(crate) fn basis(&self, x: &[f64]) -> Vec<f64> {
         basis_row(self.indices(), &self.unit(x))
     }
@@ -276,7 +287,7 @@ impl DynDifferentiable for CoefficientPosterior {
         self.estimate.position(x)?;
         let t = self.unit(x);
         let projected = self.projected(&basis_row(self.indices(), &t));
-        // ∂h = 2 (F Fᵀψ)ᵀ ∂ψ
+        // derivative of the leverage h = |Fᵀψ|²: ∂h = 2 (F Fᵀψ)ᵀ ∂ψ
         let weights: Vec<f64> = self.factor.iter().map(|row| dot(row, &projected)).collect();
         let slope = |((row, axis), &x): ((&Vec<f64>, &Axis), &f64)| {
             2.0 * dot(row, &weights) * axis.slope_at(x)
@@ -295,8 +306,8 @@ pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// L with L Lᵀ = a symmetric matrix, with columns of zeros where that has no rank: outputs that
-/// polynomials follow exactly have no scatter.
+/// Lower triangular factor L of a positive semidefinite matrix `a` = L Lᵀ. A pivot that is zero to working
+/// precision gives a column of zeros: an output that the polynomial fits exactly has no scatter.
 fn semidefinite_factor(a: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let m = a.len();
     let mut l = vec![vec![0.0; m]; m];

@@ -1,4 +1,4 @@
-//! Runs of a computer model: bounded inputs, outputs, where they came from.
+//! Runs of a computer model: bounded inputs, outputs and provenance.
 
 use std::collections::BTreeSet;
 
@@ -6,9 +6,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::SurrogateError;
 
-/// A named input with the interval in which it is studied.
+/// A named input with its lower and upper bound.
 ///
-/// Units are the user's: put them in the name (`young_mpa`).
+/// Values are used without conversion of units; put the unit in the name (`young_mpa`).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Input {
     /// Name, with its unit.
@@ -20,10 +20,10 @@ pub struct Input {
 }
 
 impl Input {
-    /// Names an interval.
+    /// Creates a named interval.
     ///
     /// # Errors
-    /// A name that cannot head a column; bounds that are not finite and increasing.
+    /// If the name cannot be the header of a CSV column, or the bounds are not finite and increasing.
     ///
     /// ```
     /// let young = surrogate::Input::new("young_mpa", 250.0, 300.0)?;
@@ -36,7 +36,7 @@ impl Input {
         Ok(input)
     }
 
-    /// The test of [`Input::new`], for inputs that were built field by field.
+    /// Checks what [`Input::new`] checks, for inputs that were built field by field.
     pub(crate) fn check(&self) -> Result<(), SurrogateError> {
         check_name(&self.name)?;
         let width = self.upper - self.lower;
@@ -51,7 +51,7 @@ impl Input {
         }
     }
 
-    /// Whether `x` lies in the closed interval; NaN does not.
+    /// Whether `x` lies in the closed interval; false for NaN.
     #[inline]
     pub fn contains(&self, x: f64) -> bool {
         self.lower <= x && x <= self.upper
@@ -60,12 +60,12 @@ impl Input {
 
 /// Runs of a computer model: `n` rows of named bounded inputs and named outputs.
 ///
-/// Every row is finite and inside the bounds, since nothing else can be added. Beside its numbers a row
-/// may have notes, such as the number of the run: columns of text that mean nothing to a fit.
-/// [`Dataset::write_csv`] keeps all of it as one file that other tools read.
+/// Every row is finite and inside the bounds; other rows are rejected. A row may also have notes, such as the
+/// number of the run: columns of text, which a fit ignores. [`Dataset::write_csv`] writes everything to one
+/// file that other tools can read.
 ///
-/// A row may have the derivative of every output in every input too, or in the first of them, which a fit
-/// then uses: [`Dataset::with_derivatives`].
+/// A row may also have the derivative of every output by every input, or by the first few inputs. A fit then
+/// uses the derivatives: see [`Dataset::with_derivatives`].
 ///
 /// ```
 /// use surrogate::{Dataset, Input};
@@ -84,19 +84,19 @@ pub struct Dataset {
     notes: Vec<String>,
     x: Vec<f64>,
     y: Vec<f64>,
-    /// The number of inputs, from the first on, in which rows have derivatives.
+    /// Number of inputs by which rows have derivatives; these are the first inputs.
     differentiated: usize,
-    /// rows × outputs × those inputs; empty without derivatives.
+    /// Derivatives, rows × outputs × inputs with derivatives; empty without derivatives.
     slopes: Vec<f64>,
-    /// One text a row and note.
+    /// Notes, rows × names of notes.
     noted: Vec<String>,
 }
 
 impl Dataset {
-    /// An empty dataset with its columns declared; `provenance` is free text, possibly of several lines.
+    /// Creates an empty dataset with the given columns; `provenance` is free text of one or more lines.
     ///
     /// # Errors
-    /// No input, no output, a bad or repeated name, bad bounds.
+    /// If there is no input or no output, a name is bad or repeated, or bounds are bad.
     pub fn new(
         inputs: Vec<Input>,
         outputs: Vec<String>,
@@ -116,7 +116,7 @@ impl Dataset {
             check_name(output)?;
         }
         check_distinct(inputs.iter().map(|i| &i.name).chain(&outputs))?;
-        // one kind of line break, so that the text survives the file
+        // normalise line breaks, so that the text survives writing and reading the file
         let provenance: String = provenance.into().replace("\r\n", "\n").replace('\r', "\n");
         Ok(Self {
             inputs,
@@ -131,11 +131,11 @@ impl Dataset {
         })
     }
 
-    /// The dataset, still without rows, with the derivative of every output in every input as further
-    /// columns, named `d_<output>_d_<input>`.
+    /// Adds columns for the derivative of every output by every input, named `d_<output>_d_<input>`. The
+    /// dataset must not have rows yet.
     ///
     /// # Errors
-    /// Rows that are there already; a name that one of these columns repeats.
+    /// If the dataset already has rows, or one of these columns repeats a name.
     ///
     /// ```
     /// # use surrogate::{Dataset, Input};
@@ -150,10 +150,11 @@ impl Dataset {
         self.with_derivatives_in(all)
     }
 
-    /// The same with the derivatives in the first `inputs` alone; of the others only values are known.
+    /// Adds columns for the derivatives of every output by the first `inputs` inputs only, as
+    /// [`Self::with_derivatives`].
     ///
     /// # Errors
-    /// As [`Self::with_derivatives`]; more inputs than there are.
+    /// As [`Self::with_derivatives`]; if `inputs` exceeds the number of inputs.
     pub fn with_derivatives_in(mut self, inputs: usize) -> Result<Self, SurrogateError> {
         check_count("rows before derivatives are declared", 0, self.len())?;
         if inputs > self.inputs.len() {
@@ -164,10 +165,10 @@ impl Dataset {
         Ok(self)
     }
 
-    /// The dataset with further columns of text; rows that are there already have them empty.
+    /// Declares columns of text, in place of earlier notes; existing rows get empty cells.
     ///
     /// # Errors
-    /// A bad or repeated name.
+    /// If a name is bad or repeated.
     ///
     /// ```
     /// # use surrogate::{Dataset, Input};
@@ -187,18 +188,18 @@ impl Dataset {
         Ok(self)
     }
 
-    /// Adds a row: `x` in the order of the inputs, `y` in that of the outputs.
+    /// Adds a row: `x` in the order of the inputs, `y` in the order of the outputs.
     ///
     /// # Errors
-    /// A wrong number of values, a value that is not finite, an input outside its bounds.
+    /// If the number of values is wrong, a value is not finite, or an input is outside its bounds.
     pub fn push(&mut self, x: &[f64], y: &[f64]) -> Result<(), SurrogateError> {
         self.push_noted(x, y, &vec![""; self.notes.len()])
     }
 
-    /// Adds a row with its notes, in their order.
+    /// Adds a row with its notes, in the order of [`Self::notes`].
     ///
     /// # Errors
-    /// As [`Self::push`].
+    /// As [`Self::push`]; if the number of notes is wrong.
     pub fn push_noted(
         &mut self,
         x: &[f64],
@@ -208,12 +209,12 @@ impl Dataset {
         self.add(x, y, &[], notes)
     }
 
-    /// Adds a row with its derivatives, `jacobian[m][d]` = ∂y_m/∂x_d in the outputs' per the inputs' units,
-    /// and its notes.
+    /// Adds a row with its derivatives and its notes: `jacobian[m][d]` = ∂y_m/∂x_d in units of output m per
+    /// unit of input d.
     ///
     /// # Errors
-    /// As [`Self::push`]; a dataset [without derivatives](Self::with_derivatives), a derivative that is
-    /// not finite.
+    /// As [`Self::push`]; if the dataset has no [columns for derivatives](Self::with_derivatives), or a
+    /// derivative is not finite.
     pub fn push_differentiated(
         &mut self,
         x: &[f64],
@@ -229,7 +230,8 @@ impl Dataset {
         self.add(x, y, &slopes, notes)
     }
 
-    /// Adds a row of inputs, outputs, derivatives output after output, and notes.
+    /// Adds a row. `slopes` has the derivatives of the first output by each input, then those of the second
+    /// output, and so on.
     pub(crate) fn add(
         &mut self,
         x: &[f64],
@@ -269,7 +271,7 @@ impl Dataset {
         &self.inputs
     }
 
-    /// The outputs' names.
+    /// The names of the outputs.
     pub fn outputs(&self) -> &[String] {
         &self.outputs
     }
@@ -279,25 +281,25 @@ impl Dataset {
         &self.notes
     }
 
-    /// What row `i`, counted from 0, has under the note `name`.
+    /// The text of the note `name` in row `i`, counted from 0.
     pub fn note(&self, i: usize, name: &str) -> Option<&str> {
         let place = self.notes.iter().position(|note| note == name)?;
         self.noted.get(i * self.notes.len() + place).map(String::as_str)
     }
 
-    /// In how many inputs, from the first on, rows have the derivative of every output.
+    /// Number of inputs by which rows have derivatives; these are the first inputs.
     pub fn inputs_with_derivatives(&self) -> usize {
         self.differentiated
     }
 
-    /// The derivatives of row `i`, counted from 0, outputs × inputs with derivatives, those of one output
-    /// beside each other. None without derivatives or without such a row.
+    /// The derivatives of row `i`, counted from 0: outputs × inputs with derivatives, row-major. None if the
+    /// dataset has no derivatives or no row `i`.
     pub fn derivatives(&self, i: usize) -> Option<&[f64]> {
         let size = self.slopes_per_row();
         if size == 0 { None } else { self.slopes.get(i * size..(i + 1) * size) }
     }
 
-    /// The names of the derivatives' columns, in their order.
+    /// The names of the columns of derivatives, in their order.
     pub(crate) fn derivative_columns(&self) -> Vec<String> {
         let of = |output: &String| {
             let column = move |input: &Input| format!("d_{output}_d_{}", input.name);
@@ -319,7 +321,7 @@ impl Dataset {
         columns
     }
 
-    /// Where the rows came from.
+    /// The provenance of the rows, as free text.
     pub fn provenance(&self) -> &str {
         &self.provenance
     }
@@ -337,13 +339,13 @@ impl Dataset {
     /// The inputs and the outputs of row `i`, counted from 0.
     ///
     /// # Panics
-    /// If there is no such row, as for a slice.
+    /// If there is no row `i`.
     pub fn row(&self, i: usize) -> (&[f64], &[f64]) {
         let (d, m) = (self.inputs.len(), self.outputs.len());
         (&self.x[i * d..(i + 1) * d], &self.y[i * m..(i + 1) * m])
     }
 
-    /// All rows in the order in which they were added.
+    /// All rows, in the order in which they were added.
     pub fn rows(&self) -> impl ExactSizeIterator<Item = (&[f64], &[f64])> {
         (0..self.len()).map(|i| self.row(i))
     }
@@ -357,7 +359,8 @@ pub(crate) fn check_count(
     if expected == found { Ok(()) } else { Err(SurrogateError::Count { what, expected, found }) }
 }
 
-/// Names head CSV columns: `#` would turn the header into a comment, and cells are trimmed.
+/// Rejects names that cannot be the header of a CSV column: a leading `#` would turn the header line into a
+/// comment, and the reader trims cells.
 pub(crate) fn check_name(name: &str) -> Result<(), SurrogateError> {
     let bad = name.is_empty()
         || name.trim() != name

@@ -1,4 +1,4 @@
-//! A dataset as one CSV file: declarations in leading `#` lines, then header and rows.
+//! A dataset as one CSV file: declarations in leading `#` lines, then the header and the rows.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use crate::error::SurrogateError;
 impl Dataset {
     /// Writes the dataset as CSV.
     ///
-    /// Names, bounds and provenance stand in `#` lines above the header, so one file holds all:
+    /// Names, bounds and provenance are in `#` lines above the header:
     /// ```text
     /// # provenance: breccia ensemble, mesh 3k
     /// # input,young_mpa,250.0,300.0
@@ -16,12 +16,12 @@ impl Dataset {
     /// young_mpa,force_n
     /// 275.0,147.1
     /// ```
-    /// Derivatives stand after the outputs, in columns such as `d_force_n_d_young_mpa`.
-    /// Other tools read it with their comment option (`comment="#"` in pandas). Numbers are the
-    /// shortest text that parses to the same 64 bits.
+    /// The columns of derivatives follow the outputs, with names such as `d_force_n_d_young_mpa`. Other tools
+    /// read the file with their comment option (`comment="#"` in pandas). Each number is the shortest decimal
+    /// text that parses to the same 64 bits.
     ///
     /// # Errors
-    /// The file cannot be written.
+    /// If the file cannot be written.
     pub fn write_csv(&self, path: impl AsRef<Path>) -> Result<(), SurrogateError> {
         let path = path.as_ref();
         self.to_csv()
@@ -29,10 +29,10 @@ impl Dataset {
             .map_err(|source| SurrogateError::Io { path: path.to_owned(), source })
     }
 
-    /// What [`Dataset::write_csv`] writes.
+    /// Returns the bytes that [`Dataset::write_csv`] writes.
     ///
     /// # Errors
-    /// None: text in memory can always be written.
+    /// None in practice: writing to memory does not fail.
     pub fn to_csv(&self) -> std::io::Result<Vec<u8>> {
         let lines = self.provenance().split('\n').map(|line| format!("# provenance: {line}\n"));
         let mut writer = csv::WriterBuilder::new()
@@ -55,15 +55,15 @@ impl Dataset {
         writer.into_inner().map_err(csv::IntoInnerError::into_error)
     }
 
-    /// Reads what [`Dataset::write_csv`] writes.
+    /// Reads a file that [`Dataset::write_csv`] wrote.
     ///
-    /// Columns are found by name, in any order. The columns of derivatives are all there or none; others
-    /// that no `#` line declares are notes.
+    /// Columns are identified by name and may be in any order. The columns of derivatives must be complete or
+    /// absent. Other columns that no `#` line declares are notes.
     ///
     /// # Errors
-    /// The file cannot be read; a declaration is malformed or missing; a declared column is
-    /// missing or occurs twice; some derivatives have a column and others none; a cell is no finite number or lies outside its bounds. Each
-    /// names file, line, column and value.
+    /// If the file cannot be read; a declaration is malformed or missing; a declared column is missing or
+    /// occurs twice; only some of the derivatives have a column; a cell is not a finite number or lies
+    /// outside its bounds. Each error names the file, the line, the column and the value.
     pub fn read_csv(path: impl AsRef<Path>) -> Result<Self, SurrogateError> {
         let path = path.as_ref();
         let text = std::fs::read_to_string(path)
@@ -76,7 +76,7 @@ impl Dataset {
     }
 }
 
-/// A failure and the line on which it showed.
+/// A result whose error has the line number where it occurred.
 type Located<T> = Result<T, (u64, SurrogateError)>;
 
 fn parse(text: &str) -> Located<Dataset> {
@@ -121,8 +121,8 @@ fn parse(text: &str) -> Located<Dataset> {
     Ok(dataset)
 }
 
-/// The dataset with the derivatives that the header has columns of: in the inputs up to the last that has
-/// one, and there all of them.
+/// Declares the derivatives that have a column in the header. These are the derivatives by the first k inputs,
+/// where input k is the last one with a column. Each of the k inputs needs the columns of all outputs.
 fn with_derivatives(
     dataset: Dataset,
     header: &csv::StringRecord,
@@ -130,7 +130,7 @@ fn with_derivatives(
     let all = dataset.inputs().len();
     let dataset = dataset.with_derivatives_in(all)?;
     let is_there = |name: &String| header.iter().any(|column| column == name);
-    // of each output one column an input
+    // `derivative_columns` lists one column per input for each output, so `place % all` is the input
     let places = dataset.derivative_columns().into_iter().enumerate();
     let (there, missing): (Vec<_>, Vec<_>) = places.partition(|(_, name)| is_there(name));
     let inputs = there.iter().map(|(place, _)| place % all + 1).max().unwrap_or(0);
@@ -142,7 +142,7 @@ fn with_derivatives(
     }
 }
 
-/// The leading `#` lines: an empty dataset.
+/// Parses the leading `#` lines and returns an empty dataset.
 fn declarations(text: &str) -> Located<Dataset> {
     let (mut inputs, mut outputs, mut provenance) = (Vec::new(), Vec::new(), Vec::new());
     let mut line = 0;
@@ -178,7 +178,7 @@ fn declarations(text: &str) -> Located<Dataset> {
     Dataset::new(inputs, outputs, provenance.join("\n")).map_err(|e| (line, e))
 }
 
-/// One line as a CSV record.
+/// Parses one line as a CSV record.
 fn fields(line: &str) -> Located<Vec<String>> {
     let mut reader = csv::ReaderBuilder::new()
         .has_headers(false)
@@ -199,7 +199,8 @@ fn number(column: &str, text: &str) -> Result<f64, SurrogateError> {
     })
 }
 
-/// The line of a record, which `csv` places before the comments and empty lines above it.
+/// Line number of a record. The `csv` crate reports the position before the comments and empty lines above
+/// the record.
 fn line_at(text: &str, position: Option<&csv::Position>) -> u64 {
     let Some(position) = position else { return 1 };
     let rest = usize::try_from(position.byte()).ok().and_then(|byte| text.get(byte..));

@@ -1,4 +1,5 @@
-//! Where to run the computer model: random, stratified and low-discrepancy designs.
+//! Experimental designs, the points at which to run the computer model: random, stratified and
+//! low-discrepancy.
 
 use rand::seq::SliceRandom;
 use rand::{Rng, SeedableRng};
@@ -9,30 +10,31 @@ use crate::dataset::Input;
 use crate::error::SurrogateError;
 use crate::sobol_sequence::{MAX_DIMENSION, ScrambledSobol};
 
-/// A rule that spreads `n` points over a box.
+/// A method that distributes `n` points over a box.
 ///
 /// - `MonteCarlo`: independent uniform points.
-/// - `LatinHypercube`: in each input, one point in each of `n` equal intervals, at a uniform
-///   place in it (McKay, Beckman & Conover 1979, doi:10.1080/00401706.1979.10489755).
+/// - `LatinHypercube`: for each input, one point in each of `n` equal intervals, at a uniformly distributed
+///   position in the interval (McKay, Beckman & Conover 1979, doi:10.1080/00401706.1979.10489755).
 /// - `Sobol`: the first `n` points of a Sobol sequence (direction numbers of Joe & Kuo 2008,
-///   doi:10.1137/070709359), randomised by a linear matrix scramble and a digital shift
-///   (Matoušek 1998, doi:10.1006/jcom.1998.0489); best with `n` a power of two.
+///   doi:10.1137/070709359), randomised by a linear matrix scramble and a digital shift (Matoušek 1998,
+///   doi:10.1006/jcom.1998.0489). Best if `n` is a power of two.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum DesignMethod {
     /// Independent uniform points.
     MonteCarlo,
-    /// One point in each of `n` intervals of each input.
+    /// One point in each of `n` equal intervals of each input.
     LatinHypercube,
     /// Scrambled Sobol points.
     Sobol,
 }
 
 impl DesignMethod {
-    /// `n` points in the inputs' units, each in the inputs' order; the same seed gives the same points.
+    /// Draws `n` points in the inputs' units; the coordinates of a point are in the order of `inputs`. The
+    /// same seed gives the same points.
     ///
     /// # Errors
-    /// Bad bounds; more than 21 inputs for `Sobol`.
+    /// If bounds are bad, or `Sobol` has more than 21 inputs.
     ///
     /// ```
     /// use surrogate::{DesignMethod, Input};
@@ -54,17 +56,17 @@ impl DesignMethod {
         let mut points = self.sample_unit(inputs.len(), n, &mut rng)?;
         for point in &mut points {
             for (x, input) in point.iter_mut().zip(inputs) {
-                // rounding may carry the sum just past the bound
+                // rounding may carry the sum just above the upper bound
                 *x = (input.lower + (input.upper - input.lower) * *x).min(input.upper);
             }
         }
         Ok(points)
     }
 
-    /// `n` points in the unit cube [0, 1)^`dimension`, drawn with the caller's generator.
+    /// Draws `n` points in the unit cube [0, 1)^`dimension` with the random number generator `rng`.
     ///
     /// # Errors
-    /// More than 21 dimensions for `Sobol`.
+    /// If `Sobol` has more than 21 dimensions.
     pub fn sample_unit<R: Rng>(
         self,
         dimension: usize,
@@ -130,7 +132,7 @@ mod tests {
         }
     }
 
-    /// A changed stream would silently change every stored ensemble.
+    /// If the random stream of a seed changed, stored ensembles could not be reproduced.
     #[test]
     fn the_points_of_a_seed_are_pinned() {
         let pinned = [
@@ -143,8 +145,8 @@ mod tests {
         }
     }
 
-    /// Kolmogorov–Smirnov: √n D exceeds 1.95 with probability 0.001 for independent draws, and
-    /// with less for stratified ones. The seeds are fixed, so there is no false alarm later.
+    /// Kolmogorov–Smirnov test: √n D exceeds 1.95 with probability 0.001 for independent draws, and with a
+    /// smaller probability for stratified draws. The seeds are fixed, so the result is always the same.
     #[test]
     fn every_margin_is_uniform() {
         let n = 1000;
@@ -175,7 +177,8 @@ mod tests {
         3f64.powi(-dimension) - 2.0 / n * single + double / (n * n)
     }
 
-    /// The mean for independent points is (2^−d − 3^−d)/n exactly; Sobol points must be far below.
+    /// For independent points the expected discrepancy is exactly (2^−d − 3^−d)/n. The discrepancy of Sobol
+    /// points must be far smaller.
     #[test]
     fn discrepancies_are_those_of_the_kind() {
         let (d, n, repeats) = (3, 256, 40);

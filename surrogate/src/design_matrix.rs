@@ -1,4 +1,4 @@
-//! A dataset as a regression: values of the basis and of the outputs on their scales.
+//! The regression problem of a dataset: values of the basis, and outputs on their scales.
 
 use faer::Mat;
 
@@ -10,36 +10,39 @@ use crate::multi_index::Truncation;
 use crate::regression::NestedLeastSquares;
 use crate::scale::{Axis, Scale};
 
-/// What a fit knows before scales and order are chosen.
+/// Data and candidate terms of a fit, before scales and order are chosen.
 pub(crate) struct Regression<'a> {
     pub(crate) data: &'a Dataset,
-    /// runs × outputs, in their units
+    /// Outputs in their units, runs × outputs.
     pub(crate) y: Mat<f64>,
-    /// Of each output over the runs.
+    /// Variance of each output over the runs.
     pub(crate) variance: Vec<f64>,
     /// Number of terms of order 0, 1, …
     pub(crate) counts: Vec<usize>,
-    /// Multi-indices of the orders that the runs may determine, nested.
+    /// Multi-indices of the highest order that has at most `most` terms. The terms of each lower order are a
+    /// prefix.
     pub(crate) columns: Vec<Vec<u8>>,
-    /// Most terms that the rows of all runs but one may determine.
+    /// Largest number of terms that all runs but one may determine: their number of rows.
     pub(crate) most: usize,
     pub(crate) truncation: Truncation,
 }
 
-/// Rows of a least squares problem: for each run its value, then, run after run, its derivatives by each
-/// input's coordinate t on [−1, 1] where the data have them.
+/// Rows of a least squares problem. The first rows are the values, one row per run. With derivatives, the
+/// rows of the derivatives with respect to the inputs' coordinates t ∈ [−1, 1] follow, run after run.
 pub(crate) struct Equations {
-    /// Of the basis.
+    /// Values and derivatives of the basis, rows × terms.
     pub(crate) rows: Vec<Vec<f64>>,
-    /// rows × targets
+    /// Outputs on their scales and their derivatives, rows × targets.
     pub(crate) targets: Mat<f64>,
-    /// Derivatives of a target in a run.
+    /// Number of derivatives of each target per run.
     slopes: usize,
 }
 
 impl<'a> Regression<'a> {
+    /// Collects the data and the candidate terms up to `max_order`.
+    ///
     /// # Errors
-    /// Fewer than two rows; an output that is the same in all of them.
+    /// If there are fewer than two rows, or an output has the same value in all rows.
     pub(crate) fn new(
         data: &'a Dataset,
         truncation: Truncation,
@@ -65,8 +68,8 @@ impl<'a> Regression<'a> {
         Ok(Self { data, y, variance, counts, columns, most, truncation })
     }
 
-    /// The same data with all terms of one order, if they are not more than `limit`, whether or not the runs
-    /// determine them.
+    /// The same data with all terms of one order in the given truncation, even if the runs do not determine
+    /// them. None if there are more than `limit` terms.
     pub(crate) fn with_order(
         &self,
         truncation: Truncation,
@@ -85,10 +88,11 @@ impl<'a> Regression<'a> {
         })
     }
 
-    /// The equations with the inputs and outputs on their scales.
+    /// The rows of the least squares problem, with inputs and outputs on the given scales.
     ///
     /// # Errors
-    /// As [`axes`]; another number of scales, the logarithm of an output that is not above 0 in some row.
+    /// As [`axes`]; if the number of scales is wrong, or an output on a logarithmic scale is not above 0 in
+    /// some row.
     pub(crate) fn equations(
         &self,
         inputs: &[Scale],
@@ -105,7 +109,7 @@ impl<'a> Regression<'a> {
         self.equations_for(inputs, &targets)
     }
 
-    /// The equations for any outputs, each on a scale that it has.
+    /// The rows of the least squares problem for any list of targets; each target is an output and its scale.
     ///
     /// # Errors
     /// As [`axes`].
@@ -137,7 +141,7 @@ impl<'a> Regression<'a> {
         Ok(Equations { rows, targets, slopes })
     }
 
-    /// dz/dt of an output on its scale by an input's coordinate: (∂y/∂x) / (dy/dz · dt/dx).
+    /// Derivative dz/dt of output z on its scale by the coordinate t of an input: (∂y/∂x) / (dy/dz · dt/dx).
     fn slope(&self, axes: &[Axis], scale: Scale, run: usize, output: usize, input: usize) -> f64 {
         let slopes = self.data.derivatives(run).unwrap_or_default();
         let x = self.data.row(run).0[input];
@@ -145,12 +149,13 @@ impl<'a> Regression<'a> {
         slopes[output * self.data.inputs_with_derivatives() + input] / by
     }
 
-    /// The least value of an output.
+    /// The smallest value of an output.
     pub(crate) fn least(&self, output: usize) -> f64 {
         self.y.col(output).iter().copied().fold(f64::INFINITY, f64::min)
     }
 
-    /// The numbers of terms that a factorisation of all rows determines, with a run to spare.
+    /// Number of terms of each order whose terms do not outnumber the rank of the factorisation of all rows,
+    /// nor the rows of all runs but one.
     pub(crate) fn sizes(&self, fit: &NestedLeastSquares) -> Vec<usize> {
         let determined = |terms: &usize| *terms <= self.most && *terms <= fit.rank();
         self.counts.iter().copied().filter(determined).collect()
@@ -162,14 +167,15 @@ impl Equations {
         self.rows.len() / (1 + self.slopes)
     }
 
-    /// The factorisation for the chosen runs, of not more columns than they have rows.
+    /// QR factorisation of the rows of the chosen runs. Columns beyond the number of rows are dropped.
     pub(crate) fn least_squares(&self, chosen: &[usize], weights: &[f64]) -> NestedLeastSquares {
         let (mut psi, targets) = self.weighted(chosen, weights);
         psi.truncate(psi.nrows(), psi.ncols().min(psi.nrows()));
         NestedLeastSquares::new(psi, targets, chosen.len())
     }
 
-    /// Basis and targets of the chosen runs, rows of derivatives times the weights of their inputs.
+    /// Basis and targets at the rows of the chosen runs. The row of a derivative is multiplied by the weight
+    /// of its input.
     pub(crate) fn weighted(&self, chosen: &[usize], weights: &[f64]) -> (Mat<f64>, Mat<f64>) {
         let (all, n) = (self.runs(), chosen.len());
         let count = n * (1 + self.slopes);
@@ -189,14 +195,14 @@ impl Equations {
         (psi, targets)
     }
 
-    /// Only these columns, in this order.
+    /// The same rows with only the given columns, in the given order.
     pub(crate) fn with_columns(&self, columns: &[usize]) -> Self {
         let row = |row: &Vec<f64>| columns.iter().map(|&j| row[j]).collect();
         let rows = self.rows.iter().map(row).collect();
         Self { rows, targets: self.targets.clone(), slopes: self.slopes }
     }
 
-    /// Of each target over the runs.
+    /// Variance of each target over the runs.
     pub(crate) fn variances(&self) -> Vec<f64> {
         let n = self.runs();
         let variance = |m: usize| {
@@ -207,8 +213,9 @@ impl Equations {
         (0..self.targets.ncols()).map(variance).collect()
     }
 
-    /// The standard deviation of the values per root mean square of the derivatives by each coordinate,
-    /// both averaged over the targets as fractions of their variances; empty without derivatives.
+    /// For each input's coordinate, the ratio of the standard deviation of the values to the root mean square
+    /// of the derivatives. Squares are averaged over the targets, as fractions of the target's variance.
+    /// Empty without derivatives.
     pub(crate) fn values_per_slope(&self, variances: &[f64]) -> Vec<f64> {
         let n = self.runs();
         let ratio = |j: usize| {

@@ -1,4 +1,4 @@
-//! An expansion inside a probabilistic model.
+//! Implements the traits of `ppl`, so that an expansion can be used in a probabilistic model.
 
 use ppl::{Differentiable, DomainError, DynDifferentiable};
 
@@ -12,8 +12,8 @@ impl From<SurrogateError> for DomainError {
     }
 }
 
-/// In a model a point too far outside the training box is a rejected point that carries the
-/// message of [`SurrogateError::OutsideBox`].
+/// Uses the expansion as a function in a `ppl` model. A point too far outside the training box is rejected,
+/// with the message of [`SurrogateError::OutsideBox`].
 ///
 /// ```
 /// use ppl::Differentiable;
@@ -36,7 +36,7 @@ impl<const D: usize, const M: usize> Differentiable<D, M> for Pce<D, M> {
     }
 }
 
-/// As for a [`Pce`], with sizes known at run time.
+/// Uses the expansion as a function in a `ppl` model, as [`Pce`] does, with sizes known at run time.
 ///
 /// ```
 /// use ppl::DynDifferentiable;

@@ -1,4 +1,4 @@
-//! The polynomial chaos expansion with sizes known at run time: terms, guard, evaluation.
+//! The polynomial chaos expansion with sizes known at run time: terms, check of the box, evaluation.
 
 use crate::dataset::{Input, check_count, check_distinct, check_name};
 use crate::error::SurrogateError;
@@ -8,20 +8,20 @@ use crate::scale::{Axis, Scale};
 
 /// A polynomial chaos expansion of `m` outputs in `d` inputs on a box.
 ///
-/// f(x) = Σ_a c_a Π_i ψ_(a_i)(t_i) with t ∈ [−1, 1]^d the affine image of the box and
-/// ψ_k = √(2k+1) P_k orthonormal Legendre polynomials for the uniform distribution. Inputs and
-/// outputs have the units of the dataset it was fitted to.
+/// f(x) = Σ_a c_a Π_i ψ_(a_i)(t_i), where t ∈ [−1, 1]^d is the affine image of the box and ψ_k = √(2k+1) P_k
+/// are Legendre polynomials, orthonormal for the uniform distribution. Inputs and outputs have the units of
+/// the dataset to which the expansion was fitted.
 ///
-/// **Scales** ([`DynPce::with_scales`]): on a logarithmic [`Scale`] t is the affine image of ln x, and
-/// the sum is the logarithm of the output. Values and derivatives are those of the numbers themselves
-/// all the same.
+/// **Scales** ([`DynPce::with_scales`]): if an input is on a logarithmic [`Scale`], its t is the affine image
+/// of ln x. If an output is on a logarithmic scale, the sum is ln f. Evaluation takes x and returns f and its
+/// derivatives by x in any case.
 ///
-/// **Outside the box** (see [`BoxPosition`]): silent inside; up to a tolerance outside, by
-/// default 1 % of an input's width on its scale, the polynomial is continued as it is, smooth and with
-/// its exact gradient, and [`DynPce::position`] tells so; farther out every evaluation is an error.
+/// **Outside the box** (see [`BoxPosition`]): up to a tolerance outside, by default 1 % of an input's width
+/// on its scale, evaluation extrapolates the polynomial with its exact gradient, and [`DynPce::position`]
+/// returns [`BoxPosition::Near`]. Farther outside every evaluation returns an error.
 ///
-/// Degrees go up to [`MAX_ORDER`]. Where `d` and `m` are known at compile time, [`Pce`](crate::Pce)
-/// is the same expansion, evaluated several times faster and without allocation:
+/// Degrees are at most [`MAX_ORDER`]. If `d` and `m` are known at compile time, [`Pce`](crate::Pce) is the
+/// same expansion, evaluated several times faster and without allocation:
 ///
 /// ```
 /// use surrogate::{DynPce, Input, Pce};
@@ -44,30 +44,33 @@ pub struct DynPce {
     axes: Vec<Axis>,
     outputs: Vec<String>,
     output_scales: Vec<Scale>,
-    /// In the graded order of the multi-indices.
+    /// Multi-indices and coefficients, in graded order of the multi-indices.
     terms: Vec<(Vec<u8>, Vec<f64>)>,
     tolerance: f64,
-    /// The highest degree of an input.
+    /// The highest degree of any input in any term.
     degree: usize,
 }
 
-/// Where a point lies with respect to the training box.
+/// Position of a point relative to the training box.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BoxPosition {
-    /// Inside or on the boundary.
+    /// Inside the box or on its boundary.
     Inside,
-    /// Outside, but by no more than the tolerance: the value is an extrapolation.
+    /// Outside the box, within the tolerance: the value is an extrapolation.
     Near,
 }
 
 impl DynPce {
-    /// Builds an expansion from its terms: multi-index and orthonormal coefficients of all outputs, in any order.
+    /// Builds an expansion from its terms, in any order. A term is a multi-index and the orthonormal
+    /// coefficients of all outputs.
     ///
-    /// Coefficients of plain Legendre polynomials P_n are divided by Π √(2 a_i + 1) first.
+    /// A coefficient of plain Legendre polynomials P_n must be divided by Π √(2 a_i + 1) to become an
+    /// orthonormal coefficient.
     ///
     /// # Errors
-    /// No input or output, bad bounds or names; no terms, a repeated multi-index, a degree above
-    /// [`MAX_ORDER`], a coefficient that is not finite, a term of another size.
+    /// If there is no input, no output or no term; bounds or names are bad; a multi-index is repeated, has
+    /// the wrong length or has a degree above [`MAX_ORDER`]; a coefficient is not finite, or a term does not
+    /// have one coefficient per output.
     pub fn from_terms(
         inputs: Vec<Input>,
         outputs: Vec<String>,
@@ -114,10 +117,11 @@ impl DynPce {
         Ok(Self { inputs, axes, outputs, output_scales, terms, tolerance: 0.01, degree })
     }
 
-    /// The expansion with the same coefficients on other scales, one for each input and each output.
+    /// The expansion with the same coefficients on other scales, one scale per input and one per output.
     ///
     /// # Errors
-    /// Another number of scales; a logarithm of an input whose lower bound is not above 0.
+    /// If the number of scales is wrong, or an input on a logarithmic scale has a lower bound that is not
+    /// above 0.
     ///
     /// ```
     /// use surrogate::{DynPce, Input, Scale};
@@ -143,11 +147,11 @@ impl DynPce {
         Ok(self)
     }
 
-    /// Sets how far outside the box, as a fraction of each input's width on its scale, evaluation is
-    /// still allowed.
+    /// Sets the tolerance: the distance outside the box at which evaluation is still allowed, as a fraction
+    /// of each input's width on its scale.
     ///
     /// # Errors
-    /// A tolerance that is negative or not finite.
+    /// If the tolerance is negative or not finite.
     pub fn with_tolerance(mut self, tolerance: f64) -> Result<Self, SurrogateError> {
         if !(tolerance >= 0.0 && tolerance.is_finite()) {
             return Err(SurrogateError::Option {
@@ -160,15 +164,16 @@ impl DynPce {
         Ok(self)
     }
 
-    /// The expansion with each output multiplied by a factor of its own, as by a change of its unit.
+    /// Multiplies each output by its factor, for example to change its unit.
     ///
     /// # Errors
-    /// Another number of factors than of outputs; a factor that leaves no finite coefficient; one that
-    /// is not above 0 for an output on a logarithmic scale.
+    /// If the number of factors is wrong, a scaled coefficient is not finite, or the factor of an output on a
+    /// logarithmic scale is not above 0.
     pub fn scale_outputs(mut self, factors: &[f64]) -> Result<Self, SurrogateError> {
         check_count("factors", self.outputs.len(), factors.len())?;
         let constant = vec![0; self.inputs.len()];
-        // a factor is a summand of a logarithm; the constant term is the first where there is one
+        // the logarithm of the factor of a logarithmic output is added to the constant term, which is the first
+        // term if present
         if self.output_scales.contains(&Scale::Log) && self.terms[0].0 != constant {
             self.terms.insert(0, (constant, vec![0.0; self.outputs.len()]));
         }
@@ -192,12 +197,12 @@ impl DynPce {
             .with_tolerance(tolerance)
     }
 
-    /// The inputs with the box.
+    /// The inputs, whose bounds are the box.
     pub fn inputs(&self) -> &[Input] {
         &self.inputs
     }
 
-    /// The outputs' names.
+    /// The names of the outputs.
     pub fn outputs(&self) -> &[String] {
         &self.outputs
     }
@@ -212,7 +217,7 @@ impl DynPce {
         &self.output_scales
     }
 
-    /// Whether no input and no output is on a logarithmic scale.
+    /// Whether all inputs and outputs are on linear scales.
     pub fn is_linear(&self) -> bool {
         self.axes
             .iter()
@@ -226,7 +231,7 @@ impl DynPce {
         &self.axes
     }
 
-    /// Multi-indices with their orthonormal coefficients of all outputs, in graded order.
+    /// Multi-indices with the orthonormal coefficients of all outputs, in graded order.
     pub fn terms(&self) -> &[(Vec<u8>, Vec<f64>)] {
         &self.terms
     }
@@ -236,17 +241,17 @@ impl DynPce {
         self.tolerance
     }
 
-    /// Whether `x` lies inside the box or within the tolerance of it.
+    /// Position of `x` relative to the box: inside, or outside within the tolerance.
     ///
     /// # Errors
-    /// A point farther outside, NaN, or one of another length.
+    /// If `x` lies outside the box by more than the tolerance, contains NaN, or has the wrong length.
     pub fn position(&self, x: &[f64]) -> Result<BoxPosition, SurrogateError> {
         check_count("input values", self.inputs.len(), x.len())?;
         if self.inputs.iter().zip(x).all(|(input, &x)| input.contains(x)) {
             return Ok(BoxPosition::Inside);
         }
         for ((input, axis), &value) in self.inputs.iter().zip(&self.axes).zip(x) {
-            // the bounds themselves may be lost in the rounding of their logarithms
+            // `contains` first: the rounding of logarithms may put a bound itself outside
             if !(input.contains(value) || axis.is_near(value, self.tolerance)) {
                 return Err(SurrogateError::OutsideBox {
                     input: input.name.clone(),
@@ -260,7 +265,7 @@ impl DynPce {
         Ok(BoxPosition::Near)
     }
 
-    /// The outputs at `x`, in the inputs' units.
+    /// The outputs at `x`; `x` is in the inputs' units.
     ///
     /// # Errors
     /// As [`Self::position`].
@@ -279,7 +284,8 @@ impl DynPce {
         Ok(value)
     }
 
-    /// The outputs at `x` and their derivatives, `jacobian[m][i]` = ∂f_m/∂x_i in the outputs' per the inputs' units.
+    /// The outputs at `x` and their derivatives: `jacobian[m][i]` = ∂f_m/∂x_i in units of output m per unit
+    /// of input i.
     ///
     /// # Errors
     /// As [`Self::position`].
@@ -313,7 +319,7 @@ impl DynPce {
         Ok((value, jacobian))
     }
 
-    /// ψ_k(t_i) and dψ_k/dx_i for each input and all degrees that occur.
+    /// ψ_k(t_i) and dψ_k/dx_i for each input i and each degree k up to the highest in the expansion.
     fn basis(&self, x: &[f64]) -> Vec<Vec<[f64; 2]>> {
         let polynomials = |(axis, &x): (&Axis, &f64)| {
             let slope = axis.slope_at(x);
@@ -327,7 +333,7 @@ impl DynPce {
 /// The intervals of the inputs on their scales.
 ///
 /// # Errors
-/// Another number of scales than of inputs; a logarithm of an interval that reaches 0.
+/// If the number of scales is wrong, or the lower bound of an input on a logarithmic scale is not above 0.
 pub(crate) fn axes(inputs: &[Input], scales: &[Scale]) -> Result<Vec<Axis>, SurrogateError> {
     check_count("scales of inputs", inputs.len(), scales.len())?;
     inputs.iter().zip(scales).map(|(input, &scale)| Axis::new(input, scale)).collect()

@@ -1,8 +1,8 @@
-//! What can go wrong, with the place, the value and the help.
+//! The error type of this crate. Messages give the place, the value and the remedy.
 
 use std::path::PathBuf;
 
-/// Everything that this crate refuses.
+/// Errors of this crate.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SurrogateError {
@@ -11,36 +11,36 @@ pub enum SurrogateError {
     Io {
         /// The file.
         path: PathBuf,
-        /// The system's reason.
+        /// The error of the operating system.
         source: std::io::Error,
     },
-    /// A file was read, but one of its lines is wrong.
+    /// A line of a file is wrong.
     #[error("{}, line {line}: {source}", path.display())]
     InFile {
         /// The file.
         path: PathBuf,
         /// Line number, from 1.
         line: u64,
-        /// What is wrong there.
+        /// The error in this line.
         source: Box<SurrogateError>,
     },
-    /// A surrogate file is not what [`crate::DynPce::write`] writes.
+    /// A surrogate file does not have the format that [`crate::DynPce::write`] writes.
     #[error("{}: not a surrogate file: {source}", path.display())]
     Json {
         /// The file.
         path: PathBuf,
-        /// The parser's reason, with line and column.
+        /// The error of the JSON parser, with line and column.
         source: serde_json::Error,
     },
-    /// A line that is no CSV record, or a malformed declaration.
+    /// A line is not a CSV record, or a declaration is malformed.
     #[error("{problem}; {help}")]
     Syntax {
-        /// What was found.
+        /// What is wrong.
         problem: String,
         /// What to write instead.
         help: &'static str,
     },
-    /// A cell that should hold a number holds something else.
+    /// A cell does not contain a number.
     #[error("column `{column}`: `{text}` is not a number; write one, for example 1.5e-3")]
     NotANumber {
         /// The column.
@@ -56,17 +56,17 @@ pub enum SurrogateError {
         /// The names in the header.
         found: String,
     },
-    /// Derivatives of some outputs in some inputs only.
+    /// The columns of derivatives are incomplete.
     #[error(
         "column `{missing}` is missing although there is `{there}`; give the derivative of every output in every input, or none"
     )]
     SomeDerivatives {
-        /// A column that is there.
+        /// A column that is present.
         there: String,
-        /// One that is not.
+        /// A column that is missing.
         missing: String,
     },
-    /// A name that cannot head a CSV column.
+    /// A name cannot be the header of a CSV column.
     #[error(
         "`{name}` cannot name a column; use visible text without line breaks that does not start with #"
     )]
@@ -74,13 +74,13 @@ pub enum SurrogateError {
         /// The refused name.
         name: String,
     },
-    /// Two columns with one name.
+    /// Two columns have the same name.
     #[error("the name `{name}` occurs twice; give every input and output a name of its own")]
     DuplicateName {
         /// The repeated name.
         name: String,
     },
-    /// An interval that is empty, reversed or not finite.
+    /// An interval is empty, reversed or not finite.
     #[error(
         "input `{input}` has the bounds [{lower}, {upper}]; give two finite numbers, the lower one first"
     )]
@@ -92,25 +92,25 @@ pub enum SurrogateError {
         /// Upper bound.
         upper: f64,
     },
-    /// A logarithm of a number that has none.
+    /// A number on a logarithmic scale is zero or negative.
     #[error(
         "`{name}` reaches {value}, which has no logarithm; raise it above 0 or leave `{name}` linear"
     )]
     Logarithm {
-        /// The input, whose lower bound it is, or the output.
+        /// The output, or the input whose lower bound is `value`.
         name: String,
         /// The number.
         value: f64,
     },
-    /// A name that is neither an input nor an output.
+    /// A name is neither the name of an input nor of an output.
     #[error("`{name}` is neither an input nor an output; there are: {known}")]
     UnknownName {
         /// The name.
         name: String,
-        /// The names that there are.
+        /// The names of all inputs and outputs.
         known: String,
     },
-    /// A number of inputs, outputs or cells other than the one expected.
+    /// A number of items, such as inputs, outputs or cells, differs from the expected number.
     #[error("expected {expected} {what}, found {found}")]
     Count {
         /// What was counted.
@@ -120,7 +120,7 @@ pub enum SurrogateError {
         /// The number found.
         found: usize,
     },
-    /// NaN or an infinity where a number is needed.
+    /// A value is NaN or infinite.
     #[error("column `{column}` = {value} is not finite; correct or remove the row")]
     NotFinite {
         /// The column.
@@ -128,7 +128,7 @@ pub enum SurrogateError {
         /// The value.
         value: f64,
     },
-    /// A row whose input lies outside its declared interval.
+    /// An input of a row lies outside its bounds.
     #[error(
         "column `{column}` = {value} lies outside its bounds [{lower}, {upper}]; correct the row or widen the bounds"
     )]
@@ -142,58 +142,58 @@ pub enum SurrogateError {
         /// Upper bound.
         upper: f64,
     },
-    /// An output that is the same in every row has no relative error.
+    /// An output has the same value in every row, so that its relative error is undefined.
     #[error("output `{output}` is {value} in every row; there is nothing to fit, leave it out")]
     ConstantOutput {
         /// The output.
         output: String,
-        /// Its one value.
+        /// The value of the output in every row.
         value: f64,
     },
-    /// An option outside its range.
+    /// An option is outside its allowed range.
     #[error("option {option} = {value} is not allowed; it must be {allowed}")]
     Option {
-        /// The option.
+        /// The name of the option.
         option: &'static str,
         /// The value given.
         value: String,
-        /// The values allowed.
+        /// A description of the allowed values.
         allowed: String,
     },
-    /// The rows do not determine the coefficients of the order asked for.
+    /// The rows do not determine the coefficients of the requested order.
     #[error(
         "order {order} has {terms} terms, which {rows} rows do not determine; add rows or lower the order"
     )]
     NotEstimable {
-        /// The order.
+        /// The requested order.
         order: usize,
-        /// Its number of terms.
+        /// The number of terms of the order.
         terms: usize,
         /// The number of rows.
         rows: usize,
     },
-    /// Terms that do not make up an expansion.
+    /// A term of an expansion is invalid.
     #[error("term {index:?}: {problem}")]
     Term {
         /// The multi-index.
         index: Vec<u8>,
-        /// What is wrong with it.
+        /// What is wrong with the term.
         problem: String,
     },
-    /// A surrogate was asked for a point too far outside its training box.
+    /// An input is outside the training box by more than the tolerance.
     #[error(
         "input `{input}` = {value} lies outside the training box [{lower}, {upper}] by more than {tolerance} of its width; train the surrogate on a wider box"
     )]
     OutsideBox {
         /// The input.
         input: String,
-        /// The value.
+        /// The value of the input.
         value: f64,
         /// Lower bound of the box.
         lower: f64,
         /// Upper bound of the box.
         upper: f64,
-        /// Fraction of the width that is tolerated.
+        /// The tolerance, as a fraction of the width of the box.
         tolerance: f64,
     },
 }

@@ -1,4 +1,4 @@
-//! From a dataset to an expansion of the order, and with the terms, that leave out the least.
+//! Fits an expansion to a dataset: chooses scales, order and terms with the least prediction error.
 
 use serde::{Deserialize, Serialize};
 
@@ -16,46 +16,47 @@ use crate::scale_choice::{Scales, choose};
 use crate::select::{Holdout, OrderRule, Truth, by_loo, by_split};
 use crate::sparse::sparse;
 
-/// Most inputs for which the 2^d corners of the box are visited.
+/// Largest number of inputs for which all 2^d corners of the box are evaluated.
 const MAX_CORNER_INPUTS: usize = 10;
 
-/// Which terms of an order an expansion has.
+/// Selects all terms of an order or a sparse subset of them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Terms {
-    /// All of them: for few inputs, and where runs scatter.
+    /// All terms of the order: best for few inputs, and for runs that scatter.
     #[default]
     All,
-    /// Those that matter, of which there may be more than runs: for many inputs or high orders.
+    /// A sparse subset, chosen from candidates that may outnumber the runs: for many inputs or high orders.
     ///
-    /// Terms are added one after the other, each the one that leaves the least of the outputs
-    /// (orthogonal least squares: Chen, Billings & Luo 1989, doi:10.1080/00207178908953472). Of each order
-    /// hyperbolic truncations of several exponents are tried, from main effects to its total degree, as
-    /// Blatman & Sudret do (2011, doi:10.1016/j.jcp.2010.12.021). Number of terms, truncation and order are those
-    /// of the least error of tenfold cross-validation in which each fold chooses its own terms: to leave
-    /// out a run behind terms that it has helped to choose says little.
+    /// Forward selection adds one term at a time, each time the term that reduces the residuals of the
+    /// outputs most (orthogonal least squares: Chen, Billings & Luo 1989, doi:10.1080/00207178908953472). For
+    /// each order several hyperbolic truncations are tried, from few interactions to the requested truncation of the
+    /// order, as in Blatman & Sudret (2011, doi:10.1016/j.jcp.2010.12.021). The number of terms, the
+    /// truncation and the order minimise the error of tenfold cross-validation, in which each fold selects
+    /// its own terms. The leave-one-out error would be too small, because the run that is left out has
+    /// influenced the selection of the terms.
     Sparse,
 }
 
-/// What [`DynPce::fit`] may do.
+/// Options of [`DynPce::fit`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FitOptions {
-    /// Highest order looked at, up to [`MAX_ORDER`].
+    /// Highest order tried, at most [`MAX_ORDER`].
     pub max_order: usize,
-    /// The terms that an order stands for.
+    /// The candidate terms of an order.
     pub truncation: Truncation,
-    /// Whether an order has all of them, or those that matter.
+    /// Whether the expansion has all candidate terms or a sparse subset.
     pub terms: Terms,
     /// How the order is chosen.
     pub rule: OrderRule,
-    /// Which inputs and outputs are expanded in logarithms.
+    /// How the linear and logarithmic scales of inputs and outputs are chosen.
     pub scales: Scales,
-    /// The split into training and validation rows, reported whatever the rule.
+    /// The split into training and validation rows. The report has its errors for every rule.
     pub split: Holdout,
 }
 
 impl Default for FitOptions {
-    /// Orders 0 to 8, total degree, corrected leave-one-out for the order and the scales.
+    /// Orders 0 to 8, total degree, all terms; order and scales chosen by the corrected leave-one-out error.
     fn default() -> Self {
         Self {
             max_order: 8,
@@ -68,24 +69,25 @@ impl Default for FitOptions {
     }
 }
 
-/// A fitted surrogate with its error.
+/// A fitted surrogate with its error estimates.
 #[derive(Clone, Debug)]
 pub struct PceFit<P = DynPce> {
     /// The expansion, fitted to all rows.
     pub pce: P,
-    /// How its order was chosen and how good it is.
+    /// How the order was chosen, and the error estimates.
     pub report: FitReport,
-    /// What the runs leave open of its coefficients.
+    /// The posterior of the coefficients.
     pub coefficients: CoefficientPosterior,
-    /// Leave-one-out residuals (a row each, outputs beside each other) on the outputs' scales.
+    /// Leave-one-out residuals on the outputs' scales, one row per run and one column per output; for sparse
+    /// terms, residuals of cross-validation.
     left_out: Vec<Vec<f64>>,
 }
 
 impl<const D: usize, const M: usize> Pce<D, M> {
-    /// [`DynPce::fit`] for sizes known at compile time.
+    /// Fits an expansion as [`DynPce::fit`] does, with sizes known at compile time.
     ///
     /// # Errors
-    /// As [`DynPce::fit`]; a dataset with other than `D` inputs and `M` outputs.
+    /// As [`DynPce::fit`]; if the dataset does not have `D` inputs and `M` outputs.
     pub fn fit(data: &Dataset, options: &FitOptions) -> Result<PceFit<Pce<D, M>>, SurrogateError> {
         check_count("inputs in the dataset", D, data.inputs().len())?;
         check_count("outputs in the dataset", M, data.outputs().len())?;
@@ -97,17 +99,17 @@ impl<const D: usize, const M: usize> Pce<D, M> {
 impl DynPce {
     /// Fits an expansion to a dataset by least squares and chooses its order.
     ///
-    /// Both order rules are worked out, the one in the options decides, and the chosen order is
-    /// fitted to all rows. An order needs more rows than terms; the others are reported as not
+    /// The report has the errors by both order rules; `options.rule` chooses the order, and the chosen order
+    /// is fitted to all rows. An order needs more rows than terms; the report marks other orders as not
     /// estimable.
     ///
-    /// Where the dataset [has derivatives](Dataset::with_derivatives), they are fitted with the values in
-    /// one weighted least squares problem: a run counts as one row for its value and one for each input, so
-    /// that fewer runs than terms may do. Leaving a run out leaves out all its rows.
+    /// If the dataset [has derivatives](Dataset::with_derivatives), values and derivatives are fitted in one
+    /// weighted least squares problem. A run then has one row for its value and one row per derivative, so
+    /// that there may be fewer runs than terms. Leave-one-out errors leave out all rows of a run.
     ///
     /// # Errors
-    /// A dataset with fewer than two rows or a constant output; an option out of range; a fixed order
-    /// that the rows do not determine.
+    /// If the dataset has fewer than two rows or a constant output, an option is out of range, or the rows do
+    /// not determine a fixed order.
     ///
     /// ```
     /// use surrogate::{Dataset, DesignMethod, DynPce, FitOptions, Input};
@@ -198,21 +200,24 @@ impl DynPce {
 }
 
 impl<P> PceFit<P> {
-    /// The leverage h(x) = ψ(x)ᵀ(ΨᵀΨ)⁻¹ψ(x): the variance of the fit at `x` per variance of a row's error.
+    /// The leverage h(x) = ψ(x)ᵀ(ΨᵀΨ)⁻¹ψ(x): ratio of the variance of the fit at `x` to the variance of one
+    /// row's error.
     ///
-    /// Above [`FitReport::largest_leverage`] the fit extrapolates from its rows, even inside the box.
+    /// Where the leverage exceeds [`FitReport::largest_leverage`], the fit extrapolates from its rows, even
+    /// inside the box.
     ///
     /// # Errors
-    /// A point outside the box by more than the tolerance, NaN, or one of another length.
+    /// If `x` lies outside the box by more than the tolerance, contains NaN, or has the wrong length.
     pub fn leverage(&self, x: &[f64]) -> Result<f64, SurrogateError> {
         self.coefficients.leverage(x)
     }
 
-    /// The report with the leave-one-out error of these rows alone, counted from 0: those that were run
-    /// where the surrogate will be used. What it misses there is not what it misses all over the box.
+    /// The report with the leave-one-out error of the given rows only (counted from 0), for example of rows
+    /// that were run near the points where the surrogate will be used. The lack of fit at these points may
+    /// differ from the lack of fit over the whole box.
     ///
     /// # Errors
-    /// No rows; a row that the dataset does not have.
+    /// If `rows` is empty or contains a row that the dataset does not have.
     pub fn about(&self, rows: &[usize]) -> Result<FitReport, SurrogateError> {
         if rows.is_empty() {
             return check_count("rows, at least", 1, 0).map(|()| self.report.clone());
@@ -224,7 +229,7 @@ impl<P> PceFit<P> {
                 let (what, found) = ("rows of the dataset", row + 1);
                 return Err(SurrogateError::Count { what, expected: self.left_out.len(), found });
             };
-            // about 0: that it is off on average is an error too
+            // second moment about 0, not about the mean: a bias is an error too
             for (line, a) in covariance.iter_mut().zip(r) {
                 line.iter_mut().zip(r).for_each(|(c, b)| *c += a * b / rows.len() as f64);
             }
@@ -233,7 +238,7 @@ impl<P> PceFit<P> {
     }
 }
 
-/// None where there are too many corners.
+/// The largest leverage of a corner of the box; None if there are too many corners.
 fn largest_corner_leverage(coefficients: &CoefficientPosterior) -> Option<f64> {
     let d = coefficients.estimate().inputs().len();
     let corner = |bits: usize| -> Vec<f64> {

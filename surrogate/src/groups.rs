@@ -1,28 +1,31 @@
-//! Runs that come in groups: how much of their scatter is that of the groups, and what that leaves open.
+//! Variance components of runs in groups: scatter between groups, scatter within a group, and the resulting
+//! errors of the fit.
 //!
-//! Runs on one specimen share how it deviates from the others. With b_j ~ N(0, B) for each of n groups and
-//! e_i ~ N(0, W) for each of N runs, on the outputs' scales,
+//! Runs on the same specimen share the deviation of that specimen from the mean. With b_j ~ N(0, B) for each
+//! of n groups and e_i ~ N(0, W) for each of N runs, on the outputs' scales, the model is
 //!
 //! Y = Ψ C + Z b + E,
 //!
-//! where Z (runs × groups) is 1 where a run is of a group. Least squares give Ĉ = C + (ΨᵀΨ)⁻¹Ψᵀ(Z b + E), so that the
-//! fit at x errs by the covariance
+//! where Z (runs × groups) is 1 where a run belongs to a group and 0 elsewhere. The least squares estimate is
+//! Ĉ = C + (ΨᵀΨ)⁻¹Ψᵀ(Z b + E), so that the error of the fit at x has the covariance
 //!
 //! W h(x) + B g(x), with h = ψᵀ(ΨᵀΨ)⁻¹ψ and g = |ZᵀΨ(ΨᵀΨ)⁻¹ψ|².
 //!
-//! More runs on the same groups make h small, but not g: of a constant g = Σ (N_j/N)², which is 1/n for groups of the same
-//! size N/n, and it is larger towards the ends of an input that all runs of a group have in common. With a group
-//! for each run g = h, and the covariance is (B + W) h, that of independent runs.
+//! More runs on the same groups reduce h but not g. For a constant, g = Σ (N_j/N)², which is 1/n for groups
+//! of equal size N/n. If all runs of a group have the same value of an input, g increases towards the ends of
+//! that input's interval. If each run is its own group, g = h, and the covariance is (B + W) h, as for
+//! independent runs.
 //!
-//! B and W are those of moments (Henderson's third method; for a constant alone the analysis of variance): with
-//! R = (I − H)Y, Z̃ = (I − H)Z, r = rank Z̃ and P the projector on Z̃,
+//! B and W are estimated by the method of moments (Henderson's third method; for a constant, the analysis of
+//! variance). With R = (I − H)Y, Z̃ = (I − H)Z, r = rank Z̃ and the projector P onto the columns of Z̃,
 //!
 //! W = Rᵀ(I − P)R/(N − T − r) for T terms, B = (RᵀPR − r W)/|Z̃|²_F.
 //!
-//! For groups of the same size and a constant this is B = (MSB − MSW)/(N/n). Where too few runs are left for W
-//! all scatter is taken to be that of the groups. Negative parts of B are cut.
+//! For groups of equal size and a constant, B = (MSB − MSW)/(N/n). If too few degrees of freedom remain for
+//! W, W is set to 0 and all scatter is attributed to the groups. Negative eigenvalues of B are set to 0.
 //!
-//! References: Henderson (1953), doi:10.2307/3001853; Searle, Casella & McCulloch (1992), *Variance Components*, ch. 5.
+//! References: Henderson (1953), doi:10.2307/3001853; Searle, Casella & McCulloch (1992), *Variance
+//! Components*, ch. 5.
 
 use faer::{Mat, Side};
 use serde::{Deserialize, Serialize};
@@ -32,10 +35,11 @@ use crate::dataset::{Dataset, check_count};
 use crate::error::SurrogateError;
 use crate::fit::PceFit;
 
-/// What is left of a column's square beside those before it, below which it is one of them.
+/// A column is linearly dependent on the columns before it if orthogonalisation reduces its squared norm to
+/// less than this fraction.
 const DEPENDENT: f64 = 1e-10;
 
-/// What runs in groups leave open of an expansion.
+/// Errors of a fit to runs in groups, separated into scatter within and between groups.
 ///
 /// ```
 /// use surrogate::{Dataset, DesignMethod, DynPce, FitOptions, GroupedRuns, Input};
@@ -55,23 +59,24 @@ const DEPENDENT: f64 = 1e-10;
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GroupedRuns {
-    /// What runs leave open: W and the leverage h.
+    /// Error from the scatter within groups: covariance W and leverage h.
     pub within: CoefficientPosterior,
-    /// What groups leave open: B and, in place of the leverage, g. Its degrees of freedom are those that B is
-    /// known from.
+    /// Error from the scatter between groups: covariance B, with g in place of the leverage h. Its degrees of
+    /// freedom are those of the estimate of B.
     pub between: CoefficientPosterior,
     /// Number of groups.
     pub groups: usize,
 }
 
 impl GroupedRuns {
-    /// Of the runs that a fit was made from; `groups` has the number of the group of each.
+    /// Estimates the variance components from the runs of a fit; `groups` has the group number of each run.
     ///
-    /// Where derivatives were fitted too, all scatter is taken to be that of the groups: the errors of a run's value
-    /// and derivatives hang together and tell no W.
+    /// If derivatives were fitted too, all scatter is attributed to the groups: the errors within a run are
+    /// correlated, so that W cannot be estimated.
     ///
     /// # Errors
-    /// Another number of runs; one group; groups that the terms tell apart, so that nothing is left for B.
+    /// If the number of runs is wrong, there is only one group, or the terms explain all differences between
+    /// groups, so that B cannot be estimated.
     pub fn of(fit: &PceFit, data: &Dataset, groups: &[usize]) -> Result<Self, SurrogateError> {
         check_count("groups of runs", data.len(), groups.len())?;
         check_count("runs of the fit", fit.report.rows, data.len())?;
@@ -92,7 +97,8 @@ impl GroupedRuns {
         let factor = Mat::from_fn(terms, open.factor()[0].len(), |i, j| open.factor()[i][j]);
         let place = |i: usize| names.binary_search(&groups[i]).unwrap_or_default();
         let z = Mat::from_fn(runs, count, |i, j| f64::from(u8::from(place(i) == j)));
-        // what a group's deviation does to the coefficients, and what of it is left in the residuals
+        // effect of a group's deviation on the coefficients, and the part of the deviation that remains in
+        // the residuals
         let taken = &factor * (factor.transpose() * (psi.transpose() * &z));
         let left = &z - &psi * &taken;
         let residuals = residuals(fit, data, &psi);
@@ -133,8 +139,8 @@ impl GroupedRuns {
     }
 }
 
-/// The residuals of the values (runs × outputs) on the outputs' scales. Where terms were chosen by the data, which
-/// explain some of the noise, they are as large as those of cross-validation.
+/// Residuals of the values (runs × outputs) on the outputs' scales. Sparse terms were chosen by the data and
+/// explain some of the noise; their residuals are scaled up to the size of the cross-validation residuals.
 fn residuals(fit: &PceFit, data: &Dataset, psi: &Mat<f64>) -> Mat<f64> {
     let open = &fit.coefficients;
     let (terms, scales) = (open.estimate().terms(), open.estimate().output_scales());
@@ -152,12 +158,13 @@ fn residuals(fit: &PceFit, data: &Dataset, psi: &Mat<f64>) -> Mat<f64> {
     })
 }
 
-/// An orthonormal basis of the columns of `left`, each of which is what is left of the one of `whole`.
+/// An orthonormal basis of the columns of `left`. Column j of `left` is a projection of column j of `whole`,
+/// whose norm scales the tolerance of linear dependence.
 fn orthonormal(left: &Mat<f64>, whole: &Mat<f64>) -> Mat<f64> {
     let mut basis: Vec<Vec<f64>> = Vec::new();
     for j in 0..left.ncols() {
         let mut column: Vec<f64> = left.col(j).iter().copied().collect();
-        // twice is enough (Kahan)
+        // one repetition makes the basis orthogonal to working precision (Kahan's "twice is enough")
         for _ in 0..2 {
             for before in &basis {
                 let along: f64 = column.iter().zip(before).map(|(a, b)| a * b).sum();
@@ -173,19 +180,19 @@ fn orthonormal(left: &Mat<f64>, whole: &Mat<f64>) -> Mat<f64> {
     Mat::from_fn(left.nrows(), basis.len(), |i, j| basis[j][i])
 }
 
-/// A symmetric matrix without its negative eigenvalues, outputs being compared by their own scatter: units do
-/// not matter.
+/// Sets the negative eigenvalues of a symmetric matrix to 0. Outputs are scaled by their scatter first, so
+/// that the result does not depend on their units.
 fn without_negative_parts(matrix: &Mat<f64>, scatter: &Mat<f64>) -> Mat<f64> {
     let size = matrix.nrows();
     let unit: Vec<f64> = (0..size).map(|m| scatter[(m, m)].sqrt()).collect();
-    // an output that is followed exactly has no scatter at all
+    // an output that the polynomial fits exactly has no scatter
     let relative = |i: usize, j: usize| {
         let units = unit[i] * unit[j];
         if units > 0.0 { matrix[(i, j)] / units } else { 0.0 }
     };
     let scaled = Mat::from_fn(size, size, relative);
     let Ok(eigen) = scaled.self_adjoint_eigen(Side::Lower) else {
-        // never of finite numbers; the diagonal is on the safe side
+        // does not happen for finite numbers; the diagonal alone is conservative
         return Mat::from_fn(size, size, |i, j| if i == j { matrix[(i, i)].max(0.0) } else { 0.0 });
     };
     let (vectors, values) = (eigen.U(), eigen.S());

@@ -1,4 +1,4 @@
-//! Intervals of Sobol indices, from expansions that the runs allow.
+//! Intervals of Sobol indices from draws of the coefficients.
 
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -7,30 +7,33 @@ use crate::coefficients::CoefficientPosterior;
 use crate::error::SurrogateError;
 use crate::sobol::SobolIndices;
 
-/// Draws of the coefficients, and points of the quadrature on logarithmic scales for each of them: what
-/// a quadrature errs by cancels, since draws and estimate have the same.
+/// Number of draws of the coefficients.
 const DRAWS: usize = 400;
+/// Largest number of quadrature points per draw on logarithmic scales. Draws and estimate use the same
+/// quadrature points, so that the quadrature error cancels in their difference.
 const MOST_POINTS: usize = 1 << 14;
 
-/// The ends of intervals of Sobol indices, each as `[lower, upper]`.
+/// Intervals of Sobol indices, each as `[lower, upper]`.
 ///
-/// An index is a sum of squares, which errors of coefficients make larger: that of the estimate once, those of
-/// draws twice. An interval is therefore the estimate less what the draws differ from it by, cut
-/// to 0 … 1 (the basic interval of Davison & Hinkley, *Bootstrap Methods and their Application*, 1997,
-/// section 5.2): that the estimate is too large moves it down.
+/// A Sobol index is a sum of squares of coefficients, which errors of the coefficients bias upwards. The
+/// index of the estimate contains these errors once, the index of a draw twice. The interval is therefore the
+/// basic interval (Davison & Hinkley, *Bootstrap Methods and their Application*, 1997, section 5.2): the
+/// estimate minus the quantiles of draw − estimate, cut to [0, 1]. An upward bias of the estimate moves the
+/// interval down.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SobolIntervals {
-    /// `first[m][i]`: of output m by input i alone.
+    /// `first[m][i]`: first-order index of output m and input i.
     pub first: Vec<Vec<[f64; 2]>>,
-    /// `total[m][i]`: by all in which input i takes part.
+    /// `total[m][i]`: total index of output m and input i.
     pub total: Vec<Vec<[f64; 2]>>,
 }
 
 impl CoefficientPosterior {
-    /// Central intervals of a probability; the same seed gives the same ones. NaN where an index is.
+    /// Central intervals of the given probability. The same seed gives the same intervals. The interval of an
+    /// index that is NaN is NaN.
     ///
     /// # Errors
-    /// As [`Self::draw`]; a probability that is not between 0 and 1.
+    /// As [`Self::draw`]; if the probability is not between 0 and 1.
     ///
     /// ```
     /// use surrogate::{Dataset, DesignMethod, DynPce, FitOptions, Input};
@@ -69,7 +72,7 @@ impl CoefficientPosterior {
             moved.sort_by(f64::total_cmp);
             let tail = 0.5 * (1.0 - probability) * (DRAWS - 1) as f64;
             let (low, high) = (moved[tail as usize], moved[DRAWS - 1 - tail as usize]);
-            // a NaN stays one
+            // `clamp` keeps NaN
             [of(&exact) - high, of(&exact) - low].map(|x| x.clamp(0.0, 1.0))
         };
         let (outputs, inputs) = (self.estimate().outputs().len(), self.estimate().inputs().len());

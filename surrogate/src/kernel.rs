@@ -1,12 +1,11 @@
-//! Evaluation of an expansion with its gradient, on the stack.
+//! Evaluation of an expansion and its gradient without allocation.
 
 use crate::legendre::{MAX_ORDER, legendre, norm};
 
 /// Terms arranged for evaluation, in coordinates t ∈ [−1, 1]^D and plain Legendre polynomials.
 ///
-/// Terms that differ only in the last input stand together in a row, whose sum over the last
-/// input is taken first: the products over the other inputs are then needed once a row, not
-/// once a term.
+/// Terms that differ only in the degree of the last input form a row. Evaluation first sums over the last
+/// input, so that it needs the product over the other inputs once per row instead of once per term.
 #[derive(Clone, Debug)]
 pub(crate) struct PceKernel<const D: usize, const M: usize> {
     rows: Vec<TermRow<D>>,
@@ -17,14 +16,14 @@ pub(crate) struct PceKernel<const D: usize, const M: usize> {
 
 #[derive(Clone, Debug)]
 struct TermRow<const D: usize> {
-    /// Degrees of the inputs but the last, whose place holds 0.
+    /// Degrees of all inputs except the last; the entry of the last input is 0.
     degrees: [u8; D],
-    /// End of the row's coefficients.
+    /// End of the row's coefficients in `coefficients`.
     end: usize,
 }
 
 impl<const D: usize, const M: usize> PceKernel<D, M> {
-    /// From orthonormal coefficients; no degree may exceed [`MAX_ORDER`].
+    /// Arranges terms with orthonormal coefficients; no degree may exceed [`MAX_ORDER`].
     pub(crate) fn new(terms: impl Iterator<Item = ([u8; D], [f64; M])>) -> Self {
         let mut terms: Vec<_> = terms.collect();
         terms.sort_by_key(|(index, _)| *index);
@@ -50,7 +49,7 @@ impl<const D: usize, const M: usize> PceKernel<D, M> {
     }
 
     pub(crate) fn value(&self, t: &[f64; D]) -> [f64; M] {
-        // few polynomials need few instructions: the sizes in common use have code of their own
+        // separate code for the common degrees: fewer polynomials are faster
         match self.degree {
             0..=3 => self.sum::<4>(t),
             4..=8 => self.sum::<9>(t),
@@ -58,8 +57,8 @@ impl<const D: usize, const M: usize> PceKernel<D, M> {
         }
     }
 
-    /// Values and the derivatives [output][input] with respect to t.
-    // always: it has two callers, and a call of its own costs the frequent one a tenth
+    /// Values, and derivatives with respect to t, indexed as `[output][input]`.
+    // always inlined: a function call would make the more frequent caller 10 % slower
     #[inline(always)]
     pub(crate) fn value_and_jacobian(&self, t: &[f64; D]) -> ([f64; M], [[f64; D]; M]) {
         match self.degree {
@@ -98,7 +97,7 @@ impl<const D: usize, const M: usize> PceKernel<D, M> {
         let mut jacobian = [[0.0; D]; M];
         let mut start = 0;
         for row in &self.rows {
-            // value and derivative of the sum over the last input; P_0 = 1 needs no product
+            // value and derivative of the sum over the last input; P_0 = 1 needs no multiplication
             let c = &self.coefficients[start..row.end];
             let mut inner = c[0].map(|c| [c, 0.0]);
             for k in 1..c.len().min(K) {
@@ -109,7 +108,7 @@ impl<const D: usize, const M: usize> PceKernel<D, M> {
                 }
             }
             start = row.end;
-            // weight of the row and its derivatives by the other inputs
+            // weight of the row, and its derivatives with respect to the other inputs
             let mut weight = 1.0;
             let mut slopes = [1.0; D];
             for d in 0..D - 1 {
@@ -131,7 +130,7 @@ impl<const D: usize, const M: usize> PceKernel<D, M> {
     }
 }
 
-/// [`legendre`] of every input, filled in place: mapping the array would copy it.
+/// [`legendre`] of every input, computed in place: `map` would copy the array.
 #[inline]
 fn polynomials<const D: usize, const K: usize>(t: &[f64; D]) -> [[[f64; 2]; K]; D] {
     let mut basis = [[[0.0; 2]; K]; D];

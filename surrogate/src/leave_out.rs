@@ -1,49 +1,51 @@
-//! Leaving out a run with all its rows, without another fit.
+//! Leave-one-run-out errors from a single fit. All rows of a run are left out together.
 
 use faer::Mat;
 
-/// Below, 1 − h is mostly rounding, and without the run the others are short of rank.
+/// Pivots of I − H_bb below this limit are mostly rounding error: the other runs alone do not determine the
+/// coefficients.
 const DETERMINED: f64 = 1e-10;
 
-/// The fit of the first columns of a basis to the rows of all runs: one row for its value each, then, run
-/// after run, those of its derivatives.
+/// The least squares fit of the first `terms` columns of the basis to the rows of all runs. The first `runs`
+/// rows are the values; the rows of the derivatives follow, run after run.
 pub(crate) struct Prefix {
     pub(crate) terms: usize,
     pub(crate) runs: usize,
-    /// y − f, rows × outputs, as the rows are weighted
+    /// Weighted residuals y − f, rows × outputs.
     pub(crate) residuals: Mat<f64>,
-    /// H_bb = Q_b Q_bᵀ of each run's rows, the derivatives first and the value last
+    /// Block H_bb = Q_b Q_bᵀ of the hat matrix for each run; within a block, the derivatives are first and
+    /// the value is last.
     pub(crate) hat: Vec<f64>,
-    /// tr (ΨᵀΨ)⁻¹ = |R⁻¹|²_F
+    /// Trace of (ΨᵀΨ)⁻¹, which is |R⁻¹|²_F.
     pub(crate) trace: f64,
 }
 
-/// The row of the `place`-th of a run's rows, the value being the last of `block`.
+/// Index of row `place` of a run. A run has `block` rows; its value is the last of them.
 #[inline]
 pub(crate) fn row_of(runs: usize, block: usize, run: usize, place: usize) -> usize {
     if place + 1 == block { run } else { runs + run * (block - 1) + place }
 }
 
 impl Prefix {
-    /// Rows of a run.
+    /// Number of rows per run.
     fn block(&self) -> usize {
         self.residuals.nrows() / self.runs
     }
 
-    /// Sums over the runs of the leverages at a place in their blocks.
+    /// Sum over all runs of the leverage of row `place` of the run.
     pub(crate) fn leverage_at(&self, place: usize) -> f64 {
         let block = self.block();
         self.hat.chunks(block * block).map(|hat| hat[place * (block + 1)]).sum()
     }
 
-    /// h_i of the values.
+    /// Leverages h_i of the values.
     pub(crate) fn leverages(&self) -> impl Iterator<Item = f64> {
         let size = self.block().pow(2);
         self.hat.chunks(size).map(move |hat| hat[size - 1])
     }
 
-    /// Degrees of freedom that the terms leave to the values: N − P where there are no derivatives, which
-    /// bear their share of the terms.
+    /// Degrees of freedom of the residuals of the values: N − P without derivatives. With derivatives, N
+    /// minus the sum of the leverages of the values, because the derivatives determine a part of the terms.
     pub(crate) fn freedom(&self) -> f64 {
         match self.block() {
             1 => (self.runs - self.terms) as f64,
@@ -51,13 +53,13 @@ impl Prefix {
         }
     }
 
-    /// The residuals of the values, runs × outputs.
+    /// Residuals of the values, runs × outputs.
     pub(crate) fn value_residuals(&self) -> Mat<f64> {
         self.residuals.get(..self.runs, ..).to_owned()
     }
 
-    /// The residuals (rows × outputs) at the rows of each run of the fit to all the other runs:
-    /// (I − H_bb)⁻¹ (y_b − f_b). None if some run alone determines a coefficient.
+    /// Leave-one-run-out residuals (rows × outputs): residuals of each run in the fit to all other runs, (I −
+    /// H_bb)⁻¹ (y_b − f_b). None if a coefficient is determined by a single run alone.
     pub(crate) fn left_out(&self) -> Option<Mat<f64>> {
         let (block, outputs) = (self.block(), self.residuals.ncols());
         let mut left_out = self.residuals.clone();
@@ -82,19 +84,19 @@ impl Prefix {
         Some(left_out)
     }
 
-    /// The rows of [`Self::left_out`] that are values, runs × outputs.
+    /// Leave-one-run-out residuals of the values only, runs × outputs.
     pub(crate) fn loo_residuals(&self) -> Option<Mat<f64>> {
         Some(self.left_out()?.get(..self.runs, ..).to_owned())
     }
 
-    /// N/(N−P) · (1 + tr (ΨᵀΨ)⁻¹): Chapelle's correction of the leave-one-out error, where N − P is
+    /// Chapelle's correction factor N/(N−P) · (1 + tr (ΨᵀΨ)⁻¹) of the leave-one-out error, where N − P is
     /// [`Self::freedom`].
     pub(crate) fn correction(&self) -> f64 {
         self.runs as f64 / self.freedom() * (1.0 + self.trace)
     }
 }
 
-/// I − H = L D Lᵀ with L below the diagonal of `factor` and D on it.
+/// Factorises I − H = L D Lᵀ; `factor` holds L below the diagonal and D on the diagonal.
 fn factorise(hat: &[f64], block: usize, factor: &mut [f64]) -> Option<()> {
     for a in 0..block {
         for b in 0..=a {

@@ -1,12 +1,13 @@
-//! Legendre polynomials on [−1, 1] with their derivatives.
+//! Legendre polynomials on [−1, 1] and their derivatives.
 
-/// Highest degree of an input in an expansion: evaluation keeps all polynomials on the stack.
+/// Highest degree of an input in an expansion. The limit allows evaluation to keep all polynomials on the
+/// stack.
 pub const MAX_ORDER: usize = 16;
 
 /// The pairs (P_k(t), P_k'(t)) for k = 0 … K − 1.
 ///
-/// (k+1) P_(k+1) = (2k+1) t P_k − k P_(k−1) and P'_(k+1) = (2k+1) P_k + P'_(k−1), which has no
-/// division by 1 − t² and therefore holds at the ends too.
+/// The recurrences are (k+1) P_(k+1) = (2k+1) t P_k − k P_(k−1) and P'_(k+1) = (2k+1) P_k + P'_(k−1). The
+/// second one has no division by 1 − t² and therefore is valid at t = ±1 too.
 #[inline]
 pub(crate) fn legendre<const K: usize>(t: f64) -> [[f64; 2]; K] {
     let mut p = [[1.0, 0.0]; K];
@@ -26,7 +27,7 @@ pub(crate) fn norm(k: usize) -> f64 {
     ((2 * k + 1) as f64).sqrt()
 }
 
-/// Π_i ψ_(a_i)(t_i) for each multi-index, with ψ_k = √(2k+1) P_k.
+/// Values of the basis at t: Π_i ψ_(a_i)(t_i) for each multi-index a, with ψ_k = √(2k+1) P_k.
 pub(crate) fn basis_row<'a>(indices: impl IntoIterator<Item = &'a Vec<u8>>, t: &[f64]) -> Vec<f64> {
     let psi = orthonormal(t);
     let product =
@@ -34,7 +35,7 @@ pub(crate) fn basis_row<'a>(indices: impl IntoIterator<Item = &'a Vec<u8>>, t: &
     indices.into_iter().map(product).collect()
 }
 
-/// The derivatives of [`basis_row`] in t_1, t_2, …, a row each.
+/// Derivatives of [`basis_row`] by t_1, t_2, …, one row per coordinate.
 pub(crate) fn basis_slopes<'a>(
     indices: impl IntoIterator<Item = &'a Vec<u8>> + Clone,
     t: &[f64],
@@ -50,7 +51,7 @@ pub(crate) fn basis_slopes<'a>(
 
 type Polynomials = [[f64; 2]; MAX_ORDER + 1];
 
-/// The pairs (ψ_k(t), ψ_k'(t)) at each coordinate.
+/// The pairs (ψ_k(t), ψ_k'(t)) for each coordinate t and all degrees k.
 fn orthonormal(t: &[f64]) -> Vec<Polynomials> {
     let at = |&t: &f64| {
         let p = legendre::<{ MAX_ORDER + 1 }>(t);
@@ -80,7 +81,7 @@ mod tests {
         }
     }
 
-    /// P_4 = (35t⁴ − 30t² + 3)/8 and P_5 = (63t⁵ − 70t³ + 15t)/8; at t = ±1, P_k' = (±1)^(k+1) k(k+1)/2.
+    /// Closed forms: P_4 = (35t⁴ − 30t² + 3)/8 and P_5 = (63t⁵ − 70t³ + 15t)/8; at t = ±1, P_k' = (±1)^(k+1) k(k+1)/2.
     #[test]
     fn values_and_derivatives_have_their_closed_forms() {
         for t in [-1.0, -0.8, 0.0, 0.37, 1.0f64] {
@@ -102,7 +103,7 @@ mod tests {
         }
     }
 
-    /// The midpoint rule on a fine grid, exact to O(h²).
+    /// Integrates by the midpoint rule on a fine grid, with error O(h²).
     #[test]
     fn the_basis_is_orthonormal() {
         let n = 20_000;

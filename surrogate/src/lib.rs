@@ -1,10 +1,10 @@
 //! Polynomial chaos surrogates of expensive computer models, with exact gradients.
 //!
-//! A computer model that takes hours cannot be sampled. A [`DesignMethod`] says where to run it, a
-//! [`Dataset`] keeps what it returned, [`Pce::fit`] replaces it by a polynomial whose order is
-//! chosen by held-out error, and the [`Pce`] answers in nanoseconds: value and Jacobian
-//! together, moments, Sobol indices, and an error for points outside the box it was trained on.
-//! It does not know where the data came from.
+//! Some computer models take hours per run and cannot be sampled directly. A [`DesignMethod`] chooses the
+//! points at which to run the model, a [`Dataset`] stores the results, and [`Pce::fit`] fits a polynomial
+//! chaos expansion whose order has the least leave-one-out error. The fitted [`Pce`] evaluates in
+//! nanoseconds: value and Jacobian together, moments and Sobol indices. It returns an error for points
+//! outside the box of the training runs. This crate does not depend on the kind of computer model.
 //!
 //! ```
 //! use surrogate::{Dataset, DesignMethod, FitOptions, Input, Pce};
@@ -29,24 +29,26 @@
 //! # Ok::<(), surrogate::SurrogateError>(())
 //! ```
 //!
-//! Scope: uniform inputs on a box, expansions by least squares up to order 16, with all terms or those that
-//! matter ([`Terms`]). [`Pce`] is for numbers
-//! of inputs and outputs that are known at compile time, [`DynPce`] for those that a file decides.
+//! Scope: independent uniform inputs on a box; expansions fitted by least squares up to order 16, with all
+//! terms of an order or a sparse subset ([`Terms`]). [`Pce`] has numbers of inputs and outputs that are known
+//! at compile time. [`DynPce`] has numbers that are known at run time, for example from a file.
 //!
-//! # Rooms
+//! # Modules
 //!
-//! From the ground up; an import goes down only, and no two files import each other.
+//! A module imports only from modules above it in this list, and no two files import each other.
 //!
-//! 1. `error`, `dataset`, `dataset_csv`: what was run, and its file
-//! 2. `sobol_sequence`, `design`: where to run
+//! 1. `error`, `dataset`, `dataset_csv`: errors; runs of the model and their CSV file
+//! 2. `sobol_sequence`, `design`: experimental designs, the points at which to run the model
 //! 3. `scale`, `legendre`, `multi_index`: coordinates, one-dimensional polynomials and their products
 //! 4. `dyn_pce`, `kernel`, `pce`: the expansion, with sizes known at run time and at compile time
-//! 5. `pce_file`, `quadrature`, `sobol`, `differentiable`: its file, its moments, its use in a model
-//! 6. `leave_out`, `regression`, `select`, `report`, `design_matrix`, `weights`, `scale_choice`: least squares and
-//!    its errors
-//! 7. `coefficients`, `intervals`, `placement`: what runs leave open, and where more of them would help
-//! 8. `orders`, `sparse`, `fit`: from a dataset to an expansion
-//! 9. `groups`: runs that have their scatter in common
+//! 5. `pce_file`, `quadrature`, `sobol`, `differentiable`: file format, moments and Sobol indices, use in a
+//!    `ppl` model
+//! 6. `leave_out`, `regression`, `select`, `report`, `design_matrix`, `weights`, `scale_choice`: least
+//!    squares and its errors
+//! 7. `coefficients`, `intervals`, `placement`: posterior of the coefficients, and where further runs reduce
+//!    its variance
+//! 8. `orders`, `sparse`, `fit`: the fit of an expansion to a dataset
+//! 9. `groups`: variance components for runs in groups, such as several runs on one specimen
 
 mod coefficients;
 mod dataset;

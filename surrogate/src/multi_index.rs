@@ -1,33 +1,33 @@
-//! Which products of one-dimensional polynomials an expansion has.
+//! Truncations: the sets of multi-indices of an expansion.
 
 use std::cmp::Reverse;
 
 use serde::{Deserialize, Serialize};
 
-/// The set of multi-indices a that an order p stands for.
+/// The set of multi-indices a of an expansion of order p.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Truncation {
-    /// Σ a_j ≤ p, which has C(p + d, d) terms.
+    /// Σ a_j ≤ p: C(p + d, d) terms in d inputs.
     #[default]
     TotalDegree,
-    /// (Σ a_j^q)^(1/q) ≤ p with 0 < q < 1: fewer interactions.
+    /// (Σ a_j^q)^(1/q) ≤ p with 0 < q < 1: has fewer interaction terms than the total degree.
     Hyperbolic {
-        /// The exponent; the smaller, the fewer interactions.
+        /// The exponent q: a smaller q gives fewer interactions.
         q: f64,
     },
-    /// Σ a_j ≤ p and a_i ≤ r for one input i: of an input that takes few values in the runs.
+    /// Σ a_j ≤ p and a_i ≤ r for one input i: for an input with few distinct values in the runs.
     Limited {
         /// The input, counted from 0.
         input: usize,
-        /// The highest order in it.
+        /// The highest degree r in this input.
         order: u8,
     },
 }
 
 impl Truncation {
-    /// The multi-indices of an order in `d` inputs, graded by total degree and lexicographically
-    /// decreasing within one.
+    /// The multi-indices of an order in `d` inputs, sorted by total degree. Multi-indices of equal degree are
+    /// in decreasing lexicographic order.
     pub(crate) fn indices(self, d: usize, order: usize) -> Vec<Vec<u8>> {
         let mut indices = Vec::new();
         self.visit(d, order, &mut |index| indices.push(index.to_vec()));
@@ -35,11 +35,11 @@ impl Truncation {
         indices
     }
 
-    /// The number of terms of an order in `d` inputs, without making them.
+    /// Number of multi-indices of an order in `d` inputs, computed without a list of them if possible.
     pub(crate) fn count(self, d: usize, order: usize) -> usize {
         match self {
             Self::TotalDegree => {
-                // C(d + p, p), an integer after every step
+                // C(d + p, p); the intermediate result is an integer after every step
                 let count =
                     (1..=order).fold(1u128, |c, j| c.saturating_mul((d + j) as u128) / j as u128);
                 count.try_into().unwrap_or(usize::MAX)
@@ -52,20 +52,20 @@ impl Truncation {
         }
     }
 
-    /// The indices of all orders up to `order` such that those of each lower order are a prefix.
+    /// The multi-indices of `order`, sorted so that the multi-indices of each lower order are a prefix.
     pub(crate) fn nested(self, d: usize, order: usize) -> Vec<Vec<u8>> {
         let mut indices = self.indices(d, order);
         indices.sort_by_key(|index| self.first_order(index));
         indices
     }
 
-    /// The least order whose set contains the index.
+    /// The lowest order whose set contains the multi-index.
     fn first_order(self, index: &[u8]) -> usize {
         match self {
             Self::TotalDegree => index.iter().map(|&a| usize::from(a)).sum(),
             Self::Hyperbolic { q } => {
                 let sum: f64 = index.iter().map(|&a| f64::from(a).powf(q)).sum();
-                // the slack of the definition absorbs the rounding of the root
+                // the tolerance absorbs the rounding error of the root
                 (sum.powf(1.0 / q) - 1e-10).ceil().max(0.0) as usize
             }
             Self::Limited { input, order } => match index.get(input) {
@@ -79,7 +79,8 @@ impl Truncation {
         self.descend(&mut vec![0; d], 0, order, found);
     }
 
-    /// Depth first over the inputs; the sets are closed downwards, so a branch ends where it leaves.
+    /// Visits the multi-indices depth first over the inputs. The sets are downward closed, so a branch ends
+    /// at the first multi-index outside the set.
     fn descend(self, index: &mut [u8], input: usize, order: usize, found: &mut impl FnMut(&[u8])) {
         if input == index.len() {
             return found(index);
@@ -92,7 +93,8 @@ impl Truncation {
     }
 }
 
-/// The frozen order of terms: total degree first, then lexicographically decreasing.
+/// Sort key of terms: total degree, then decreasing lexicographic order. Results depend on this order; do not
+/// change it.
 pub(crate) fn graded(index: &[u8]) -> (usize, Reverse<&[u8]>) {
     (index.iter().map(|&a| usize::from(a)).sum(), Reverse(index))
 }

@@ -1,4 +1,4 @@
-//! Every order that is looked at, fitted and with its errors: all orders out of one factorisation.
+//! Fits every order with its errors; all orders share one QR factorisation.
 
 use std::rc::Rc;
 
@@ -15,15 +15,15 @@ use crate::scale_choice::ChosenScales;
 use crate::select::{Holdout, LeaveOneOutError, OrderReport, OrderRule, SplitError, Truth};
 use crate::weights::{WeightedFit, fit_weighted};
 
-/// All orders that were looked at.
+/// All orders that were tried.
 pub(crate) struct Orders {
-    /// Of order 0, 1, …
+    /// Errors of order 0, 1, ….
     pub(crate) reports: Vec<OrderReport>,
-    /// Of those that the runs determine.
+    /// Fits of the orders that the runs determine.
     pub(crate) fitted: Vec<Fitted>,
     /// Number of training rows of the split.
     pub(crate) train: usize,
-    /// Of rows of derivatives by each input.
+    /// Weights of the rows of derivatives, one per input with derivatives.
     pub(crate) weights: Vec<f64>,
 }
 
@@ -31,13 +31,14 @@ pub(crate) struct Orders {
 pub(crate) struct Fitted {
     pub(crate) fit: Rc<NestedLeastSquares>,
     pub(crate) prefix: Prefix,
-    /// Multi-indices, of which the order has the first.
+    /// Multi-indices of the columns; the terms of this order are a prefix.
     pub(crate) columns: Rc<Vec<Vec<u8>>>,
-    /// Residuals (runs × outputs) of cross-validation, where those of leaving out a run would flatter.
+    /// Residuals of cross-validation (runs × outputs) for sparse terms, whose leave-one-out residuals would
+    /// be too small.
     pub(crate) cross_validated: Option<Mat<f64>>,
 }
 
-/// The orders with all terms of the regression's truncation.
+/// Fits every order with all terms of the regression's truncation.
 ///
 /// # Errors
 /// As [`Regression::equations`].
@@ -69,7 +70,8 @@ pub(crate) fn all_terms(
     Ok(Orders { reports, fitted, train, weights })
 }
 
-/// The number of training rows and the errors of the orders that they determine.
+/// Number of training rows of the split, and the training and validation errors of each order that the
+/// training rows determine.
 pub(crate) fn split_errors(
     equations: &Equations,
     weights: &[f64],

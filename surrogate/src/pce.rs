@@ -9,10 +9,10 @@ use crate::error::SurrogateError;
 use crate::kernel::PceKernel;
 use crate::scale::{Axis, Scale};
 
-/// A polynomial chaos expansion of `M` outputs in `D` inputs on a box: a [`DynPce`] whose evaluation
-/// allocates nothing.
+/// A polynomial chaos expansion of `M` outputs in `D` inputs on a box: a [`DynPce`] with evaluation that does
+/// not allocate.
 ///
-/// It has all that a [`DynPce`] has, and takes and returns arrays.
+/// It dereferences to [`DynPce`]; its own methods take and return arrays.
 ///
 /// ```
 /// use surrogate::{Input, Pce};
@@ -29,10 +29,10 @@ use crate::scale::{Axis, Scale};
 #[derive(Clone, Debug)]
 pub struct Pce<const D: usize, const M: usize> {
     expansion: DynPce,
-    /// The box where all scales are linear, and empty otherwise: an evaluation inside pays for scales
-    /// nothing beyond the comparisons that it needs anyway.
+    /// The box if all scales are linear, otherwise NaN, so that no point is inside. A point inside then needs
+    /// no check of the scales.
     plain_box: [[f64; 2]; D],
-    /// dt/dx, kept because divisions would be a tenth of an evaluation.
+    /// dt/dx of each input. Divisions instead would make evaluation 10 % slower.
     slopes: [f64; D],
     kernel: PceKernel<D, M>,
     axes: [Axis; D],
@@ -62,8 +62,10 @@ impl<const D: usize, const M: usize> From<Pce<D, M>> for DynPce {
 impl<const D: usize, const M: usize> TryFrom<DynPce> for Pce<D, M> {
     type Error = SurrogateError;
 
+    /// Arranges the terms for evaluation.
+    ///
     /// # Errors
-    /// Other than `D` inputs or `M` outputs.
+    /// If the expansion does not have `D` inputs and `M` outputs.
     fn try_from(expansion: DynPce) -> Result<Self, SurrogateError> {
         const { assert!(D > 0 && M > 0, "an expansion needs an input and an output") };
         check_count("inputs", D, expansion.inputs().len())?;
@@ -86,7 +88,7 @@ impl<const D: usize, const M: usize> TryFrom<DynPce> for Pce<D, M> {
 }
 
 impl<const D: usize, const M: usize> Pce<D, M> {
-    /// Builds an expansion from its terms, as [`DynPce::from_terms`].
+    /// Builds an expansion from its terms, in any order, as [`DynPce::from_terms`].
     ///
     /// # Errors
     /// As [`DynPce::from_terms`].
@@ -99,7 +101,7 @@ impl<const D: usize, const M: usize> Pce<D, M> {
         DynPce::from_terms(inputs.into(), outputs.into(), terms)?.try_into()
     }
 
-    /// As [`DynPce::with_tolerance`].
+    /// Sets the tolerance outside the box, as [`DynPce::with_tolerance`].
     ///
     /// # Errors
     /// As [`DynPce::with_tolerance`].
@@ -108,7 +110,7 @@ impl<const D: usize, const M: usize> Pce<D, M> {
         Ok(self)
     }
 
-    /// As [`DynPce::with_scales`].
+    /// The expansion with the same coefficients on other scales, as [`DynPce::with_scales`].
     ///
     /// # Errors
     /// As [`DynPce::with_scales`].
@@ -120,19 +122,19 @@ impl<const D: usize, const M: usize> Pce<D, M> {
         self.expansion.with_scales(&inputs, &outputs)?.try_into()
     }
 
-    /// Whether `x` lies inside the box or within the tolerance of it.
+    /// Position of `x` relative to the box: inside, or outside within the tolerance.
     ///
     /// # Errors
-    /// A point farther outside, or NaN.
+    /// If `x` lies outside the box by more than the tolerance, or contains NaN.
     #[inline]
     pub fn position(&self, x: &[f64; D]) -> Result<BoxPosition, SurrogateError> {
         if self.is_plain(x) { Ok(BoxPosition::Inside) } else { self.expansion.position(x) }
     }
 
-    /// The outputs at `x`, in the inputs' units.
+    /// The outputs at `x`; `x` is in the inputs' units.
     ///
     /// # Errors
-    /// A point outside the box by more than the tolerance, or NaN.
+    /// If `x` lies outside the box by more than the tolerance, or contains NaN.
     #[inline]
     pub fn value(&self, x: &[f64; D]) -> Result<[f64; M], SurrogateError> {
         if !self.is_plain(x) {
@@ -141,10 +143,11 @@ impl<const D: usize, const M: usize> Pce<D, M> {
         Ok(self.kernel.value(&self.to_unit(x)))
     }
 
-    /// The outputs at `x` and their derivatives, `jacobian[m][d]` = ∂f_m/∂x_d in the outputs' per the inputs' units.
+    /// The outputs at `x` and their derivatives: `jacobian[m][d]` = ∂f_m/∂x_d in units of output m per unit
+    /// of input d.
     ///
     /// # Errors
-    /// A point outside the box by more than the tolerance, or NaN.
+    /// If `x` lies outside the box by more than the tolerance, or contains NaN.
     #[inline]
     pub fn value_and_jacobian(
         &self,
@@ -162,7 +165,7 @@ impl<const D: usize, const M: usize> Pce<D, M> {
         Ok((value, jacobian))
     }
 
-    /// Whether all scales are linear and `x` lies inside the box, which is the common case.
+    /// Whether all scales are linear and `x` lies inside the box: the common case.
     #[inline]
     fn is_plain(&self, x: &[f64; D]) -> bool {
         self.plain_box.iter().zip(x).all(|([lower, upper], x)| lower <= x && x <= upper)

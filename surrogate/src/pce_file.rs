@@ -1,4 +1,4 @@
-//! A surrogate on disk: JSON with every coefficient beside its multi-index.
+//! The file format of a surrogate: JSON with every multi-index and its coefficients.
 
 use std::path::Path;
 
@@ -11,7 +11,8 @@ use crate::error::SurrogateError;
 use crate::pce::Pce;
 use crate::scale::Scale;
 
-/// The form in which a surrogate is stored: no number's meaning depends on its position.
+/// The stored form of a surrogate. Every term has its multi-index, so that the order of the terms does not
+/// matter.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct PceFile {
@@ -19,7 +20,7 @@ struct PceFile {
     inputs: Vec<Input>,
     outputs: Vec<String>,
     tolerance: f64,
-    /// Names of the inputs and outputs on a logarithmic scale; older files have none.
+    /// Names of the inputs and outputs on a logarithmic scale. Older files do not have this field.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     logarithmic: Vec<String>,
     terms: Vec<Term>,
@@ -89,7 +90,7 @@ impl DynPce {
         all.map(|(name, _)| name.clone()).collect()
     }
 
-    /// The expansion with the named inputs and outputs on a logarithmic scale, the others linear.
+    /// Puts the named inputs and outputs on a logarithmic scale and all others on a linear scale.
     fn with_logarithmic(self, names: &[String]) -> Result<Self, SurrogateError> {
         let known: Vec<&String> =
             self.inputs().iter().map(|i| &i.name).chain(self.outputs()).collect();
@@ -106,7 +107,7 @@ impl DynPce {
     /// Writes the expansion as JSON.
     ///
     /// # Errors
-    /// The file cannot be written.
+    /// If the file cannot be written.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), SurrogateError> {
         let path = path.as_ref();
         let text = serde_json::to_string_pretty(self)
@@ -115,20 +116,21 @@ impl DynPce {
             .map_err(|source| SurrogateError::Io { path: path.to_owned(), source })
     }
 
-    /// Reads what [`DynPce::write`] writes; the terms may stand in any order.
+    /// Reads a file that [`DynPce::write`] wrote; the terms may be in any order.
     ///
     /// # Errors
-    /// The file cannot be read or is no such JSON.
+    /// If the file cannot be read or is not the JSON of an expansion.
     pub fn read(path: impl AsRef<Path>) -> Result<Self, SurrogateError> {
         read(path.as_ref())
     }
 }
 
 impl<const D: usize, const M: usize> Pce<D, M> {
-    /// Reads what [`DynPce::write`] writes; the terms may stand in any order.
+    /// Reads a file that [`DynPce::write`] wrote; the terms may be in any order.
     ///
     /// # Errors
-    /// The file cannot be read, is no such JSON, or has other than `D` inputs and `M` outputs.
+    /// If the file cannot be read, is not the JSON of an expansion, or does not have `D` inputs and `M`
+    /// outputs.
     pub fn read(path: impl AsRef<Path>) -> Result<Self, SurrogateError> {
         read(path.as_ref())
     }

@@ -1,19 +1,21 @@
-//! Where more runs help most: near places that matter, such as draws of a posterior.
+//! Sequential design: chooses further runs that reduce the error of the fit most at given points, such as
+//! posterior draws.
 
 use crate::coefficients::{CoefficientPosterior, dot};
 use crate::error::SurrogateError;
 
 impl CoefficientPosterior {
-    /// `count` of the places, as indices, at which further runs leave the least of the fit's variance,
-    /// averaged over all places; the first is the best alone, each next one the best beside those before.
+    /// Chooses `count` of the `places` for further runs and returns their indices. Each choice minimises the
+    /// variance of the fit averaged over all places, given the places chosen before. A place is chosen at
+    /// most once.
     ///
-    /// A run at x takes (ψᵀAψ_x)²/(1 + h(x)) from the leverage ψᵀAψ, A = (ΨᵀΨ)⁻¹ (Cohn, *Neural
-    /// networks* 9 (1996) 1071, doi:10.1016/0893-6080(95)00137-9). Where places are draws of a posterior, the
-    /// average is over it: runs lie where it lives, and apart, since one makes others beside it
-    /// worth less. A place is chosen once.
+    /// A run at x reduces the leverage ψᵀAψ by (ψᵀAψ_x)²/(1 + h(x)), with A = (ΨᵀΨ)⁻¹ (Cohn, *Neural
+    /// networks* 9 (1996) 1071, doi:10.1016/0893-6080(95)00137-9). If the places are draws from a posterior,
+    /// the average is over the posterior: runs concentrate where the posterior has its mass. Chosen runs are
+    /// apart from each other, because a run makes a second run beside it less useful.
     ///
     /// # Errors
-    /// A place outside the box by more than the tolerance.
+    /// If a place lies outside the box by more than the tolerance.
     ///
     /// ```
     /// use surrogate::{Dataset, DynPce, FitOptions, Input, OrderRule};
@@ -33,7 +35,7 @@ impl CoefficientPosterior {
         places: &[Vec<f64>],
         count: usize,
     ) -> Result<Vec<usize>, SurrogateError> {
-        // w = Fᵀψ: leverages and covariances are products of these
+        // w = Fᵀψ: leverages and covariances at places are products of these vectors
         let mut w: Vec<Vec<f64>> =
             places.iter().map(|x| self.projection(x)).collect::<Result<_, _>>()?;
         let mut chosen: Vec<usize> = Vec::new();
@@ -44,11 +46,11 @@ impl CoefficientPosterior {
             });
             let Some(gains) = gains else { break };
             let free = (0..places.len()).filter(|place| !chosen.contains(place));
-            // the first of equals
+            // `max_by` returns the last of equal gains; `rev` makes it the one with the smallest index
             let best = free.rev().max_by(|&a, &b| gains[a].total_cmp(&gains[b]));
             let Some(best) = best else { break };
             chosen.push(best);
-            // A − Aψψᵀ A/(1 + h) has the factor F (I − κ w wᵀ) with (1 − κ h)² = 1/(1 + h)
+            // the update A − Aψψᵀ A/(1 + h) has the factor F (I − κ w wᵀ) with (1 − κ h)² = 1/(1 + h)
             let own = w[best].clone();
             let h = dot(&own, &own);
             let shrink = if h > 0.0 { (1.0 - (1.0 + h).sqrt().recip()) / h } else { 0.0 };
@@ -61,7 +63,7 @@ impl CoefficientPosterior {
     }
 }
 
-/// Σ w wᵀ over the places; none without places.
+/// Σ w wᵀ over all places; None if there are no places.
 fn moments(w: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
     let size = w.first()?.len();
     let mut sum = vec![vec![0.0; size]; size];

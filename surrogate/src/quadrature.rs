@@ -1,28 +1,30 @@
-//! Integrals over the box where an expansion on logarithmic scales has no closed form.
+//! Numerical integrals over the box, for expansions on logarithmic scales, which have no closed form.
 
 use crate::dyn_pce::DynPce;
 
-/// Most points of a grid.
+/// Largest number of points of a grid.
 pub(crate) const MAX_POINTS: usize = 1 << 20;
-/// Fewest and most points an input: n are exact for polynomials of degree 2n − 1.
+/// Smallest and largest number of Gauss points per input; n points are exact for polynomials of degree 2n −
+/// 1.
 const POINTS: std::ops::RangeInclusive<usize> = 4..=24;
-/// Points an input beyond the degree of the expansion. The square of the expansion takes as many points as its
-/// degree; the exponential density of an input on a logarithmic scale takes these: with 8 of them the relative
-/// error is below 1e-9 for bounds a factor of 1000 apart.
+/// Number of Gauss points per input in addition to the degree of the expansion. The square of the expansion
+/// needs as many points as its degree. The additional points integrate the exponential density of an input on
+/// a logarithmic scale: with 8 points the relative error is below 1e-9 for bounds a factor of 1000 apart.
 const BEYOND_DEGREE: usize = 8;
 
-/// The values of an expansion on a tensor product of Gauss–Legendre points in t, weighted for inputs
-/// that are uniform on the box.
+/// Values of an expansion on a tensor grid of Gauss–Legendre points in t, with weights for inputs that are
+/// uniform on the box.
 pub(crate) struct TensorGrid {
-    /// Weights of each input's points; they sum to 1.
+    /// Weights of each input's points; the weights of an input sum to 1.
     weights: Vec<Vec<f64>>,
-    /// Point after point, the last input's fastest; outputs beside each other.
+    /// Values, points × outputs; the index of the last input changes fastest.
     values: Vec<f64>,
     outputs: usize,
 }
 
 impl TensorGrid {
-    /// None where the inputs that take part need more points than `most`: more than ten do with [`MAX_POINTS`].
+    /// Evaluates the expansion on a grid of at most `most` points. None if even the coarsest grid over the
+    /// inputs that occur in the terms is larger; with [`MAX_POINTS`] this happens for more than ten inputs.
     pub(crate) fn new(pce: &DynPce, most: usize) -> Option<Self> {
         let takes_part = |i: usize| pce.terms().iter().any(|(index, _)| index[i] > 0);
         let active: Vec<bool> = (0..pce.inputs().len()).map(takes_part).collect();
@@ -36,7 +38,7 @@ impl TensorGrid {
         for (axis, active) in pce.axes().iter().zip(active) {
             let rule = gauss_legendre(if active { n } else { 1 });
             let x: Vec<f64> = rule.iter().map(|(t, _)| axis.at_unit(*t)).collect();
-            // uniform in x: the density of t is proportional to dx/dt
+            // inputs are uniform in x, so the density of t is proportional to dx/dt
             let w: Vec<f64> =
                 rule.iter().zip(&x).map(|((_, w), &x)| w / axis.slope_at(x)).collect();
             let sum: f64 = w.iter().sum();
@@ -48,7 +50,7 @@ impl TensorGrid {
         let mut values = Vec::new();
         grid.visit(|place| {
             let x: Vec<f64> = place.iter().zip(&nodes).map(|(&k, nodes)| nodes[k]).collect();
-            // points of the grid lie inside the box
+            // no error occurs: points of the grid lie inside the box
             values.extend(pce.value(&x).unwrap_or_else(|_| vec![f64::NAN; outputs]));
         });
         grid.values = values;
@@ -59,7 +61,7 @@ impl TensorGrid {
         self.conditional_mean(&[]).1
     }
 
-    /// Var E[f | the given inputs] of each output.
+    /// Var E[f | given inputs] of each output.
     pub(crate) fn variance_by(&self, given: &[usize]) -> Vec<f64> {
         let (weights, means) = self.conditional_mean(given);
         let (mut mean, mut variance) = (vec![0.0; self.outputs], vec![0.0; self.outputs]);
@@ -74,7 +76,8 @@ impl TensorGrid {
         variance
     }
 
-    /// E[f | the given inputs] on their own grid, with its weights.
+    /// E[f | given inputs] at each point of the grid of the given inputs, with the weights of these points.
+    /// Returns (weights, means).
     fn conditional_mean(&self, given: &[usize]) -> (Vec<f64>, Vec<f64>) {
         let size: usize = given.iter().map(|&i| self.weights[i].len()).product();
         let (mut weights, mut means) = (vec![0.0; size], vec![0.0; size * self.outputs]);
@@ -92,7 +95,7 @@ impl TensorGrid {
         (weights, means)
     }
 
-    /// Calls with the place of every point, the last input's fastest.
+    /// Calls `call` with the indices of every grid point; the index of the last input changes fastest.
     fn visit(&self, mut call: impl FnMut(&[usize])) {
         let mut place = vec![0; self.weights.len()];
         loop {
@@ -107,10 +110,10 @@ impl TensorGrid {
     }
 }
 
-/// Points in (−1, 1) and weights for the density ½, exact for polynomials of degree 2n − 1.
+/// Gauss–Legendre points in (−1, 1) with weights for the density ½, exact for polynomials of degree 2n − 1.
 ///
-/// The points are the zeros of P_n by Newton's method from cos(π (i + ¾)/(n + ½)), the weights
-/// 1/((1 − t²) P_n'(t)²) (Abramowitz & Stegun 25.4.29, halved).
+/// The points are the zeros of P_n, computed by Newton's method from the starting values cos(π (i + ¾)/(n +
+/// ½)). The weights are 1/((1 − t²) P_n'(t)²) (half of Abramowitz & Stegun 25.4.29).
 fn gauss_legendre(n: usize) -> Vec<(f64, f64)> {
     let polynomial = |t: f64| {
         let (mut before, mut now) = (1.0, t);

@@ -1,4 +1,4 @@
-//! Least squares for nested sets of columns out of one QR factorisation.
+//! Least squares fits to nested sets of columns from one QR factorisation.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::{householder, qr::no_pivoting::factor, triangular_inverse};
@@ -6,10 +6,10 @@ use faer::{Conj, Mat, Par};
 
 use crate::leave_out::{Prefix, row_of};
 
-/// Ψ = Q R with thin Q, for all outputs at once.
+/// QR factorisation Ψ = Q R with thin Q, and the targets of all outputs.
 ///
-/// The first k columns of Q and the leading block of R are the factorisation of the first k
-/// columns of Ψ. Coefficients, leverages and errors of every prefix follow without another one.
+/// The first k columns of Q and the leading k × k block of R factorise the first k columns of Ψ.
+/// Coefficients, leverages and errors of every prefix of the columns therefore need no further factorisation.
 pub(crate) struct NestedLeastSquares {
     q: Mat<f64>,
     r_inverse: Mat<f64>,
@@ -20,11 +20,11 @@ pub(crate) struct NestedLeastSquares {
 }
 
 impl NestedLeastSquares {
-    /// Factorises Ψ (rows × terms), which must not have more columns than rows: one row for the value of
-    /// each run, then, run after run, those of its derivatives.
+    /// Factorises Ψ (rows × terms), which must not have more columns than rows. The first `runs` rows are the
+    /// values; the rows of the derivatives follow, run after run.
     ///
-    /// Columns that depend on earlier ones to working precision end the factorisation:
-    /// [`Self::rank`] is the length of the prefix that can be used.
+    /// If a column depends on earlier columns to working precision, it and all later columns are ignored:
+    /// [`Self::rank`] is the number of usable columns.
     pub(crate) fn new(psi: Mat<f64>, y: Mat<f64>, runs: usize) -> Self {
         let (q, r) = thin_qr(psi);
         let largest = (0..r.ncols()).map(|j| r[(j, j)].abs()).fold(0.0, f64::max);
@@ -46,7 +46,8 @@ impl NestedLeastSquares {
         self.r_inverse.ncols()
     }
 
-    /// The fits with the first `sizes[0]`, `sizes[1]`, … columns; sizes increase up to the rank.
+    /// The fits with the first `sizes[0]`, `sizes[1]`, … columns. The sizes must increase and not exceed the
+    /// rank.
     pub(crate) fn sweep(&self, sizes: &[usize]) -> Vec<Prefix> {
         let (rows, runs) = (self.q.nrows(), self.runs);
         let block = rows / runs;
@@ -76,9 +77,9 @@ impl NestedLeastSquares {
         prefixes
     }
 
-    /// The covariance (outputs × outputs) of the fit with the first `terms` columns, averaged over the box,
-    /// from what leaving out each run changes: Σ_b Δ_bᵀ Δ_b with Δ_b = R⁻¹ Q_bᵀ (I − H_bb)⁻¹ r_b. It
-    /// holds however the errors within a run hang together.
+    /// Jackknife covariance (outputs × outputs) of the fit with the first `terms` columns, averaged over the
+    /// box. It sums the squares of the changes of the coefficients when each run is left out: Σ_b Δ_bᵀ Δ_b
+    /// with Δ_b = R⁻¹ Q_bᵀ (I − H_bb)⁻¹ r_b. It is valid for any correlation of the errors within a run.
     pub(crate) fn jackknife(&self, prefix: &Prefix, left_out: &Mat<f64>) -> Vec<Vec<f64>> {
         let (runs, outputs) = (self.runs, left_out.ncols());
         let block = self.q.nrows() / runs;
@@ -103,13 +104,14 @@ impl NestedLeastSquares {
         })
     }
 
-    /// The leading block of R⁻¹.
+    /// The leading `terms` × `terms` block of R⁻¹.
     pub(crate) fn r_inverse(&self, terms: usize) -> Mat<f64> {
         self.r_inverse.get(..terms, ..terms).to_owned()
     }
 }
 
-/// Sequential, since its result must not depend on the number of threads.
+/// Thin QR factorisation (Q, R). It is sequential, because its result must not depend on the number of
+/// threads.
 fn thin_qr(mut a: Mat<f64>) -> (Mat<f64>, Mat<f64>) {
     let (n, p) = a.shape();
     let block = factor::recommended_block_size::<f64>(n, p);
@@ -210,7 +212,8 @@ mod tests {
         }
     }
 
-    /// Runs of three rows: the value among the first rows, two derivatives after them.
+    /// Runs of three rows: one value and two derivatives. All values come first, then the derivatives, run
+    /// after run.
     #[test]
     fn fast_leave_one_run_out_is_brute_force() {
         let (runs, block, p) = (9, 3, 11);

@@ -1,4 +1,4 @@
-//! How the order was chosen and how good the surrogate is.
+//! The report of a fit: errors of every order and of the surrogate.
 
 use std::fmt;
 
@@ -10,7 +10,7 @@ use crate::error::SurrogateError;
 use crate::scale::Scale;
 use crate::select::{OrderReport, OrderRule, mean};
 
-/// How the order was chosen and how good the surrogate is.
+/// Errors of every order, the choice of the order, and errors of the surrogate.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FitReport {
     /// Number of rows.
@@ -21,67 +21,68 @@ pub struct FitReport {
     pub outputs: Vec<String>,
     /// Names of the inputs and outputs on a logarithmic scale.
     pub logarithmic: Vec<String>,
-    /// Where the scales were chosen: the corrected leave-one-out error, averaged over the outputs, of
-    /// the best order with all scales linear.
+    /// Corrected leave-one-out error of the best order if all scales are linear, averaged over the outputs.
+    /// None if the scales were not chosen automatically.
     pub linear_error: Option<f64>,
-    /// Errors of every order that was looked at.
+    /// Errors of every order that was tried.
     pub orders: Vec<OrderReport>,
-    /// The rule that chose.
+    /// The rule that chose the order.
     pub rule: OrderRule,
-    /// The order chosen.
+    /// The chosen order.
     pub order: usize,
-    /// The order that the corrected leave-one-out error chooses.
+    /// The order with the least corrected leave-one-out error.
     pub order_by_loo: usize,
-    /// The order that the split chooses.
+    /// The order that the split into training and validation rows chooses.
     pub order_by_split: usize,
     /// Covariance (outputs × outputs) of the leave-one-out residuals at the chosen order, on the outputs'
     /// scales.
     pub(crate) loo_covariance: Vec<Vec<f64>>,
-    /// RᵀR/(N − P) of the residuals of the fit, on the outputs' scales; with derivatives N − P stands for
-    /// the degrees of freedom that the terms leave to the values.
+    /// RᵀR/(N − P) of the residuals of the fit, on the outputs' scales. With derivatives, R has the residuals
+    /// of the values, and N − P is replaced by their degrees of freedom.
     pub(crate) residual_covariance: Vec<Vec<f64>>,
-    /// Where derivatives were fitted too: of each input, the weight of a row of derivatives by its coordinate
-    /// on [−1, 1], which is the standard deviation of the values' errors per that of these derivatives'.
+    /// Weights of the rows of derivatives, one per input; empty without derivatives. A weight is the standard
+    /// deviation of the values' errors divided by that of the errors of the derivatives by the input's
+    /// coordinate on [−1, 1].
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub derivative_weights: Vec<f64>,
-    /// Where derivatives were fitted too: the covariance of the fit, averaged over the box, on the outputs'
-    /// scales.
+    /// Covariance of the fit averaged over the box, on the outputs' scales, if derivatives were fitted too.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) mean_covariance: Option<Vec<Vec<f64>>>,
-    /// Mean leverage over the box, tr (ΨᵀΨ)⁻¹: inputs uniform on their scales.
+    /// Mean leverage over the box, tr (ΨᵀΨ)⁻¹, for inputs that are uniform on their scales.
     pub mean_leverage: f64,
-    /// Largest leverage h(x) = ψ(x)ᵀ(ΨᵀΨ)⁻¹ψ(x) of a row.
+    /// Largest leverage h(x) = ψ(x)ᵀ(ΨᵀΨ)⁻¹ψ(x) of any row.
     pub largest_leverage: f64,
-    /// Largest leverage of a corner of the box; None above 10 inputs, which have too many corners.
+    /// Largest leverage of a corner of the box. None above 10 inputs, because the number of corners is
+    /// 2^inputs.
     pub largest_corner_leverage: Option<f64>,
 }
 
 impl FitReport {
-    /// The entry of the chosen order.
+    /// The errors of the chosen order.
     pub fn chosen(&self) -> Option<&OrderReport> {
         self.orders.iter().find(|o| o.order == self.order)
     }
 
-    /// The error of the surrogate of a deterministic model: covariance (outputs × outputs, in their
-    /// units) of the leave-one-out residuals, where the outputs are `at`.
+    /// Error of the surrogate as a prediction of a single run: covariance of the leave-one-out residuals
+    /// (outputs × outputs, in the outputs' units), where the outputs have the values `at`.
     ///
-    /// Whoever runs the model again finds it off by this much from the surrogate, because the polynomial
-    /// does not match the model. For runs of specimens that differ, it holds their scatter too: see
-    /// [`Self::mean_error`].
+    /// For a deterministic model this is the lack of fit: the difference between model and polynomial. If the
+    /// specimens differ between runs, it also includes the scatter of the specimens; for the error of their
+    /// mean response see [`Self::mean_error`].
     ///
-    /// On a logarithmic scale residuals are relative, so that the covariance is that of the logarithms
-    /// times `at[j] * at[k]`.
+    /// On a logarithmic scale residuals are relative: the covariance of the logarithms is multiplied by
+    /// `at[j] * at[k]`.
     ///
     /// # Errors
-    /// Another number of values than of outputs.
+    /// If `at` does not have one value per output.
     pub fn lack_of_fit(&self, at: &[f64]) -> Result<Vec<Vec<f64>>, SurrogateError> {
         self.in_units(&self.loo_covariance, 1.0, at)
     }
 
-    /// The scatter of the runs about the surrogate: s² = RᵀR/(N − P) (outputs × outputs, in their
-    /// units), where the outputs are `at`.
+    /// Scatter of the runs about the surrogate: s² = RᵀR/(N − P) (outputs × outputs, in the outputs' units),
+    /// where the outputs have the values `at`.
     ///
-    /// If each run had a specimen of its own, this is the scatter between specimens at equal inputs.
+    /// If each run has its own specimen, this is the scatter between specimens at equal inputs.
     ///
     /// # Errors
     /// As [`Self::lack_of_fit`].
@@ -89,13 +90,13 @@ impl FitReport {
         self.in_units(&self.residual_covariance, 1.0, at)
     }
 
-    /// The error of the surrogate as the mean response of specimens that differ from run to run:
-    /// s² times the mean leverage (outputs × outputs, in their units), where the outputs are `at`.
+    /// Error of the surrogate as the mean response over specimens, if each run has its own specimen: s² times
+    /// the mean leverage (outputs × outputs, in the outputs' units), where the outputs have the values `at`.
     ///
-    /// Right where the residuals are scatter between specimens and not a polynomial's failure to follow
-    /// the model. Where derivatives were fitted too, it is the jackknife's: what leaving out each run changes,
-    /// since the errors of a run's value and derivatives hang together. At a place of its own the error is [`Self::scatter`] times
-    /// [`PceFit::leverage`](crate::PceFit::leverage) there.
+    /// This assumes that the residuals are scatter between specimens and not lack of fit of the polynomial.
+    /// If derivatives were fitted too, this is the jackknife covariance instead, because the errors within a
+    /// run are correlated. The error at a single point is [`Self::scatter`] times
+    /// [`PceFit::leverage`](crate::PceFit::leverage) at that point.
     ///
     /// # Errors
     /// As [`Self::lack_of_fit`].
@@ -106,7 +107,8 @@ impl FitReport {
         }
     }
 
-    /// A covariance on the outputs' scales, times a factor, by the derivatives of the outputs there.
+    /// Converts a covariance on the outputs' scales, times `factor`, to the outputs' units at the values
+    /// `at`.
     fn in_units(
         &self,
         covariance: &[Vec<f64>],
@@ -127,7 +129,7 @@ impl FitReport {
 }
 
 impl fmt::Display for FitReport {
-    /// A table of the orders, errors averaged over the outputs.
+    /// Writes a table of the orders, with errors averaged over the outputs.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "order  terms        LOO  corrected      train  validation")?;
         for o in &self.orders {
@@ -178,7 +180,7 @@ pub(crate) fn covariance(rows: &Mat<f64>) -> Vec<Vec<f64>> {
     mean_products(&centred, (n - 1) as f64)
 }
 
-/// RᵀR over a divisor.
+/// RᵀR divided by `divisor`.
 pub(crate) fn mean_products(rows: &Mat<f64>, divisor: f64) -> Vec<Vec<f64>> {
     let m = rows.ncols();
     let entry = |j: usize, k: usize| {

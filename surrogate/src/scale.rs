@@ -5,21 +5,21 @@ use serde::{Deserialize, Serialize};
 use crate::dataset::Input;
 use crate::error::SurrogateError;
 
-/// In what an input or an output is expanded: the number itself or its logarithm.
+/// Scale on which an input or an output is expanded: the number itself or its logarithm.
 ///
-/// Power laws are polynomials of order 1 between logarithms.
+/// A power law is a polynomial of order 1 if both its input and its output are on logarithmic scales.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Scale {
     /// The number itself.
     #[default]
     Linear,
-    /// Its natural logarithm; for an input, its lower bound must be above 0.
+    /// The natural logarithm of the number. The lower bound of an input must be above 0.
     Log,
 }
 
 impl Scale {
-    /// The number on the scale: z = y or z = ln y.
+    /// The coordinate of the number y on the scale: z = y or z = ln y.
     #[inline]
     pub(crate) fn coordinate(self, y: f64) -> f64 {
         match self {
@@ -28,7 +28,7 @@ impl Scale {
         }
     }
 
-    /// The number at a place on the scale, and its derivative there: dy/dz = 1 or y.
+    /// The number y at the coordinate z on the scale, and the derivative dy/dz, which is 1 or y.
     #[inline]
     pub(crate) fn value_and_slope(self, z: f64) -> (f64, f64) {
         match self {
@@ -40,7 +40,7 @@ impl Scale {
         }
     }
 
-    /// dy/dz at the number `y`.
+    /// dy/dz as a function of the number `y`.
     #[inline]
     pub(crate) fn slope_at(self, y: f64) -> f64 {
         match self {
@@ -49,8 +49,8 @@ impl Scale {
         }
     }
 
-    /// y − f in the number's own units, from the number and its residual on the scale: y (1 − e^(−r))
-    /// for a logarithm.
+    /// The residual y − f in the number's own units, from the number y and its residual r on the scale: y (1
+    /// − e^(−r)) for a logarithm.
     pub(crate) fn residual(self, y: f64, r: f64) -> f64 {
         match self {
             Self::Linear => r,
@@ -59,18 +59,20 @@ impl Scale {
     }
 }
 
-/// An input's interval on its scale, and the map of it onto [−1, 1].
+/// The interval of an input on its scale, and its map onto [−1, 1].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Axis {
     pub(crate) scale: Scale,
-    /// The bounds on the scale.
+    /// The lower bound on the scale.
     pub(crate) lower: f64,
     pub(crate) upper: f64,
 }
 
 impl Axis {
+    /// The interval of `input` on `scale`.
+    ///
     /// # Errors
-    /// A logarithm of an interval that reaches 0 or below.
+    /// If the scale is logarithmic and the lower bound is not above 0.
     pub(crate) fn new(input: &Input, scale: Scale) -> Result<Self, SurrogateError> {
         if scale == Scale::Log && input.lower <= 0.0 {
             return Err(SurrogateError::Logarithm { name: input.name.clone(), value: input.lower });
@@ -79,33 +81,33 @@ impl Axis {
         Ok(Self { scale, lower, upper })
     }
 
-    /// t ∈ [−1, 1] of a value inside.
+    /// The coordinate t of the value `x`; t ∈ [−1, 1] inside the interval.
     #[inline]
     pub(crate) fn to_unit(self, x: f64) -> f64 {
         let z = self.scale.coordinate(x);
         ((z - self.lower) - (self.upper - z)) / (self.upper - self.lower)
     }
 
-    /// The value at t ∈ [−1, 1].
+    /// The value x at the coordinate t ∈ [−1, 1].
     pub(crate) fn at_unit(self, t: f64) -> f64 {
         let z = 0.5 * ((1.0 - t) * self.lower + (1.0 + t) * self.upper);
         self.scale.value_and_slope(z).0
     }
 
-    /// dt/dz on the scale.
+    /// dt/dz, where z is the coordinate on the scale.
     #[inline]
     pub(crate) fn unit_slope(self) -> f64 {
         2.0 / (self.upper - self.lower)
     }
 
-    /// dt/dx at a value.
+    /// dt/dx at the value `x`.
     #[inline]
     pub(crate) fn slope_at(self, x: f64) -> f64 {
         self.unit_slope() / self.scale.slope_at(x)
     }
 
-    /// Whether `x` is outside the interval by no more than a fraction of its width on the scale.
-    /// NaN is not.
+    /// Whether `x` is inside the interval, or outside by no more than the fraction `tolerance` of the
+    /// interval's width on the scale. False for NaN.
     pub(crate) fn is_near(self, x: f64, tolerance: f64) -> bool {
         let margin = tolerance * (self.upper - self.lower);
         let z = self.scale.coordinate(x);

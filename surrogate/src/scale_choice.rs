@@ -1,4 +1,4 @@
-//! Which inputs and outputs are expanded in logarithms.
+//! Chooses which inputs and outputs are on logarithmic scales.
 
 use faer::Mat;
 use serde::{Deserialize, Serialize};
@@ -9,45 +9,50 @@ use crate::scale::Scale;
 use crate::select::{LeaveOneOutError, OrderRule, ROUNDING, Truth, error};
 use crate::weights::{WeightedFit, fit_weighted};
 
-/// A logarithm is taken only where it leaves less than this fraction of the squared error: below,
-/// the choice would follow the noise of single rows.
+/// A logarithmic scale is chosen only if it reduces the squared error to less than this fraction. Smaller
+/// improvements depend on the noise of single rows.
 const WORTHWHILE: f64 = 0.9;
 
-/// Least ratio of an input's bounds at which its logarithm is curved enough to try.
+/// Smallest ratio of an input's bounds at which a logarithmic scale is tried. Below, the logarithm is almost
+/// linear.
 const LEAST_RATIO: f64 = 1.1;
 
 /// How the scales of inputs and outputs are chosen: see [`Scale`].
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Scales {
-    /// By the corrected leave-one-out error of the outputs themselves, which is one measure for
-    /// all scales. Starting from linear scales, the input whose change of scale gains most is changed
-    /// until none gains a tenth; each output takes the better of its two scales at each order. Candidates are
-    /// inputs whose upper bound exceeds the lower one, above 0, by a tenth, and outputs above 0 in
-    /// all rows.
+    /// Chosen by the corrected leave-one-out error of the outputs in their own units, which is comparable
+    /// between scales. The search starts from linear scales. Each step puts the one input on a logarithmic
+    /// scale that reduces the error most; the search stops when no input reduces the error by a tenth. At
+    /// each order an output is on a logarithmic scale if this reduces its error by a tenth. Candidates are
+    /// inputs with a lower bound above 0 and an upper bound at least a tenth larger, and outputs that are
+    /// above 0 in all rows.
     #[default]
     Auto,
-    /// All linear.
+    /// All scales are linear.
     Linear,
-    /// These.
+    /// The given scales.
     Given {
-        /// One for each input.
+        /// One scale per input.
         inputs: Vec<Scale>,
-        /// One for each output.
+        /// One scale per output.
         outputs: Vec<Scale>,
     },
 }
 
-/// The scales to fit on.
+/// The scales of a fit.
 pub(crate) struct ChosenScales {
     pub(crate) inputs: Vec<Scale>,
     pub(crate) outputs: Vec<Scale>,
-    /// The error with all scales linear, where there was a choice.
+    /// The corrected leave-one-out error with all scales linear; None if the scales were not chosen
+    /// automatically.
     pub(crate) linear_error: Option<f64>,
 }
 
+/// Returns the given scales, or chooses them.
+///
 /// # Errors
-/// Given scales of another number, or a logarithm of what is not above 0.
+/// As [`Regression::equations_for`]; given scales are not checked here.
 pub(crate) fn choose(
     regression: &Regression<'_>,
     scales: &Scales,
@@ -100,25 +105,26 @@ pub(crate) fn choose(
     Ok(ChosenScales { inputs: best.inputs, outputs: best.outputs, linear_error })
 }
 
-/// Scales of the inputs, with the best of the outputs on them.
+/// Scales of the inputs, with the best scales of the outputs for them.
 struct Candidate {
     inputs: Vec<Scale>,
     outputs: Vec<Scale>,
     /// The corrected leave-one-out error at the best order.
     error: f64,
-    /// The same with linear outputs.
+    /// The corrected leave-one-out error at the best order with all outputs linear.
     linear_error: f64,
 }
 
 impl Candidate {
-    /// None where no order, or not the one asked for, can be estimated.
+    /// Evaluates the input scales. None if no order can be estimated, or if the fixed order cannot be
+    /// estimated.
     fn new(
         regression: &Regression<'_>,
         inputs: Vec<Scale>,
         rule: OrderRule,
     ) -> Result<Option<Self>, SurrogateError> {
         let (y, outputs) = (&regression.y, regression.y.ncols());
-        // every output linear, then the logarithms of those that have one
+        // targets: every output on the linear scale, then every positive output on the logarithmic scale
         let logs: Vec<usize> = (0..outputs).filter(|&m| regression.least(m) > 0.0).collect();
         let linear = (0..outputs).map(|m| (m, Scale::Linear));
         let source: Vec<(usize, Scale)> =

@@ -1,4 +1,4 @@
-//! How good each order is, and which one to take.
+//! Errors of each order, and the rules that choose an order.
 
 use faer::Mat;
 use serde::{Deserialize, Serialize};
@@ -7,27 +7,29 @@ use crate::error::SurrogateError;
 use crate::leave_out::Prefix;
 use crate::scale::Scale;
 
-/// How the order of an expansion is chosen. Errors are averaged over the outputs.
+/// Rule that chooses the order of an expansion. Errors are averaged over the outputs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum OrderRule {
-    /// The least corrected leave-one-out error.
+    /// The order with the least corrected leave-one-out error.
     #[default]
     CorrectedLoo,
-    /// The smallest order whose validation error is within a tolerance of the least: see [`Holdout`].
+    /// The lowest order whose validation error is within a tolerance of the least validation error: see
+    /// [`Holdout`].
     Split,
-    /// This order.
+    /// The given order.
     Fixed(usize),
 }
 
-/// Random rows for training, the others for validation.
+/// A random split of the rows into training and validation rows.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Holdout {
     /// Fraction of the rows used for training.
     pub train_fraction: f64,
-    /// An order is good enough if its validation error exceeds the least by at most this fraction of it.
+    /// Tolerance of the validation error, as a fraction: the lowest order qualifies whose validation error is
+    /// at most (1 + tolerance) times the least.
     pub tolerance: f64,
-    /// Seed of the random choice of rows.
+    /// Seed of the random split.
     pub seed: u64,
 }
 
@@ -57,20 +59,21 @@ impl Holdout {
     }
 }
 
-/// Leave-one-out errors of one order, per output, as fractions of the output's variance. They are errors
-/// of the output itself, whatever its scale.
+/// Leave-one-out errors of one order, one per output, as fractions of the output's variance. On every scale
+/// these are errors of the output in its own units.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LeaveOneOutError {
-    /// mean ((y_i − f_i)/(1 − h_i))² / mean (y_i − ȳ)²; with derivatives, the run's are left out too.
+    /// mean ((y_i − f_i)/(1 − h_i))² / mean (y_i − ȳ)². With derivatives, the value and the derivatives of
+    /// run i are left out together.
     pub plain: Vec<f64>,
-    /// The same times N/(N−P) · (1 + tr (ΨᵀΨ)⁻¹), which charges for few rows per term
-    /// (Chapelle, Vapnik & Bengio 2002; Blatman & Sudret 2011, doi:10.1016/j.jcp.2010.12.021). Of an
-    /// expansion with [the terms that matter](crate::Terms::Sparse): the error of cross-validation.
+    /// The plain error times Chapelle's correction N/(N−P) · (1 + tr (ΨᵀΨ)⁻¹), a penalty for few rows per
+    /// term (Chapelle, Vapnik & Bengio 2002; Blatman & Sudret 2011, doi:10.1016/j.jcp.2010.12.021). For an
+    /// expansion with [sparse terms](crate::Terms::Sparse), the error of cross-validation instead.
     pub corrected: Vec<f64>,
 }
 
 impl LeaveOneOutError {
-    /// None where some run alone determines a coefficient.
+    /// None if a coefficient is determined by a single run alone.
     pub(crate) fn new(prefix: &Prefix, truth: &Truth<'_>) -> Option<Self> {
         let plain = truth.relative_squares(&prefix.loo_residuals()?);
         let corrected = plain.iter().map(|e| e * prefix.correction()).collect();
@@ -78,35 +81,36 @@ impl LeaveOneOutError {
     }
 }
 
-/// Errors of one order fitted to the training rows, per output: mean squares as fractions of the output's variance.
+/// Errors of one order fitted to the training rows, one per output: mean squared errors as fractions of the
+/// output's variance.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SplitError {
-    /// On the rows fitted to.
+    /// Error on the training rows.
     pub train: Vec<f64>,
-    /// On the other rows.
+    /// Error on the validation rows.
     pub validation: Vec<f64>,
 }
 
-/// What is known of one order.
+/// Errors of one order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OrderReport {
     /// The order.
     pub order: usize,
-    /// Its number of terms.
+    /// The number of terms of the order.
     pub terms: usize,
-    /// None: not estimable from all rows but one.
+    /// None if the rows of all runs but one do not determine the order's coefficients.
     pub loo: Option<LeaveOneOutError>,
-    /// None: not estimable from the training rows.
+    /// None if the training rows do not determine the order's coefficients.
     pub split: Option<SplitError>,
 }
 
-/// The least corrected leave-one-out error.
+/// The order with the least corrected leave-one-out error.
 pub(crate) fn by_loo(orders: &[OrderReport]) -> Option<usize> {
     let errors = orders.iter().filter_map(|o| Some((o.order, error(&o.loo.as_ref()?.corrected))));
     Some(errors.min_by(|a, b| a.1.total_cmp(&b.1))?.0)
 }
 
-/// The smallest order within the tolerance of the least validation error.
+/// The lowest order whose validation error is within the tolerance of the least validation error.
 pub(crate) fn by_split(orders: &[OrderReport], tolerance: f64) -> Option<usize> {
     let errors: Vec<_> = orders
         .iter()
@@ -117,28 +121,30 @@ pub(crate) fn by_split(orders: &[OrderReport], tolerance: f64) -> Option<usize> 
     errors.iter().find(|e| e.1 <= (1.0 + tolerance) * least).map(|e| e.0)
 }
 
-/// The mean over the outputs; below the floor an error is rounding, and orders tie.
+/// The mean error over the outputs, at least [`ROUNDING`]: orders whose error is only rounding error are
+/// equally good.
 pub(crate) fn error(fractions: &[f64]) -> f64 {
     mean(fractions).max(ROUNDING)
 }
 
-/// A squared relative error that is rounding.
+/// Squared relative error below which an error is only rounding error.
 pub(crate) const ROUNDING: f64 = 1e-24;
 
 pub(crate) fn mean(x: &[f64]) -> f64 {
     x.iter().sum::<f64>() / x.len() as f64
 }
 
-/// What residuals are measured by: the outputs' numbers, scales and variances.
+/// Reference for residuals: values, scales and variances of the outputs.
 pub(crate) struct Truth<'a> {
-    /// rows × outputs, in their own units
+    /// Values in the outputs' own units, rows × outputs.
     pub(crate) y: &'a Mat<f64>,
     pub(crate) scales: &'a [Scale],
     pub(crate) variance: &'a [f64],
 }
 
 impl Truth<'_> {
-    /// Mean squares, in the outputs' own units, of residuals on their scales, as fractions of the variances.
+    /// Mean squared residuals in the outputs' own units, as fractions of the outputs' variances. `residuals`
+    /// are on the outputs' scales, rows × outputs.
     pub(crate) fn relative_squares(&self, residuals: &Mat<f64>) -> Vec<f64> {
         let n = residuals.nrows();
         let square =

@@ -1,29 +1,31 @@
-//! Moments and Sobol indices of an expansion: in closed form on linear scales, by quadrature on others.
+//! Moments and Sobol indices of an expansion: closed forms on linear scales, quadrature on logarithmic
+//! scales.
 
 use crate::dyn_pce::DynPce;
 use crate::quadrature::{MAX_POINTS, TensorGrid};
 
-/// Fractions of each output's variance that inputs and pairs of inputs cause.
+/// Sobol indices: fractions of each output's variance that are due to inputs and pairs of inputs.
 ///
-/// The inputs are independent and uniform on the box, and an output is the number itself, whatever
-/// the scales: on linear scales these are sums of c_a², otherwise integrals by Gauss–Legendre quadrature.
-/// An output without variance has NaN here, and so have all on logarithmic scales with more than ten
-/// inputs, for which that quadrature has too many points.
+/// The inputs are independent and uniform on the box. On every scale the variance is that of the output in
+/// its own units. If all scales are linear, the indices are sums of c_a². Otherwise they are integrals,
+/// computed by Gauss–Legendre quadrature; all indices are NaN if more than ten inputs occur in the terms,
+/// because the quadrature has too many points. The indices of an output with zero variance are NaN.
 ///
 /// References: Sobol', Math. Comput. Simul. 55 (2001) 271, doi:10.1016/S0378-4754(00)00270-6;
 /// Sudret, Reliab. Eng. Syst. Saf. 93 (2008) 964, doi:10.1016/j.ress.2007.04.002.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SobolIndices {
-    /// `first[m][i]`: by input i alone.
+    /// `first[m][i]`: fraction of the variance of output m that is due to input i alone.
     pub first: Vec<Vec<f64>>,
-    /// `total[m][i]`: by all in which input i takes part.
+    /// `total[m][i]`: fraction that is due to input i alone or in an interaction.
     pub total: Vec<Vec<f64>>,
-    /// `second[m][i][j]`: by i and j together beyond each alone; symmetric, 0 on the diagonal.
+    /// `second[m][i][j]`: fraction that is due to the interaction of the inputs i and j; symmetric, 0 on the
+    /// diagonal.
     pub second: Vec<Vec<Vec<f64>>>,
 }
 
 impl DynPce {
-    /// The mean of each output over the box, inputs uniform: c_0 on linear scales.
+    /// The mean of each output over the box, for uniform inputs: c_0 if all scales are linear.
     pub fn mean(&self) -> Vec<f64> {
         if !self.is_linear() {
             return TensorGrid::new(self, MAX_POINTS)
@@ -33,7 +35,7 @@ impl DynPce {
         constant.map_or_else(|| vec![0.0; self.outputs().len()], |(_, c)| c.clone())
     }
 
-    /// The variance of each output over the box, inputs uniform: Σ_(a≠0) c_a² on linear scales.
+    /// The variance of each output over the box, for uniform inputs: Σ_(a≠0) c_a² if all scales are linear.
     ///
     /// ```
     /// use surrogate::{Input, Pce};
@@ -61,7 +63,7 @@ impl DynPce {
         self.sobol_with(MAX_POINTS)
     }
 
-    /// The same by a quadrature of not more than so many points, where there is need of one.
+    /// The Sobol indices as [`Self::sobol`], with at most `most_points` quadrature points.
     pub(crate) fn sobol_with(&self, most_points: usize) -> SobolIndices {
         let (d, m) = (self.inputs().len(), self.outputs().len());
         let mut indices = SobolIndices {
@@ -86,7 +88,7 @@ impl DynPce {
         indices
     }
 
-    /// Parts of the variance, from the coefficients.
+    /// Adds the parts of the variance, computed from the coefficients, to `parts`.
     fn sums_of_squares(&self, parts: &mut SobolIndices) {
         for (index, c) in self.terms() {
             let active: Vec<usize> = (0..index.len()).filter(|&i| index[i] > 0).collect();
@@ -107,13 +109,13 @@ impl DynPce {
         }
     }
 
-    /// NaN for each output.
+    /// One NaN per output, for quantities that cannot be computed.
     fn unknown(&self) -> Vec<f64> {
         vec![f64::NAN; self.outputs().len()]
     }
 }
 
-/// Parts of the variance from Var E[f | some inputs]; returns the whole variance.
+/// Computes the parts of the variance from Var E[f | some inputs]; returns the total variance.
 fn conditional_variances(grid: &TensorGrid, d: usize, parts: &mut SobolIndices) -> Vec<f64> {
     let all: Vec<usize> = (0..d).collect();
     let variance = grid.variance_by(&all);

@@ -2,19 +2,19 @@
 
 use rand::Rng;
 
-/// Most inputs for which direction numbers are tabulated.
+/// Largest dimension for which direction numbers are tabulated.
 pub(crate) const MAX_DIMENSION: usize = 21;
 
-/// Binary digits of a coordinate, as many as an `f64` in [0, 1) holds evenly.
+/// Binary digits of a coordinate; `f64` represents all multiples of 2^−52 in [0, 1) exactly.
 const BITS: u32 = 52;
 
-/// Columns of the generating matrices: 2^40 points before the sequence repeats.
+/// Number of columns of the generating matrices: the sequence ends after 2^40 points.
 const COLUMNS: usize = 40;
 
-/// Primitive polynomials and initial direction numbers of dimensions 2, 3, …: the polynomial
-/// x^s + a_1 x^(s−1) + … + a_(s−1) x + 1 has the inner bits `a` and as many numbers `m` as its
-/// degree s. From the table "new-joe-kuo-6.21201" of Joe & Kuo, SIAM J. Sci. Comput. 30 (2008)
-/// 2635–2654, doi:10.1137/070709359. Dimension 1 is the van der Corput sequence.
+/// Primitive polynomials and initial direction numbers of the dimensions 2, 3, …. An entry is (`a`, `m`): the
+/// polynomial x^s + a_1 x^(s−1) + … + a_(s−1) x + 1 has the inner coefficients a_1 … a_(s−1) as the bits of
+/// `a`, and `m` has s initial numbers. From the table "new-joe-kuo-6.21201" of Joe & Kuo, SIAM J. Sci.
+/// Comput. 30 (2008) 2635–2654, doi:10.1137/070709359. Dimension 1 is the van der Corput sequence.
 const TABLE: [(u64, &[u64]); MAX_DIMENSION - 1] = [
     (0, &[1]),
     (1, &[1, 3]),
@@ -38,7 +38,8 @@ const TABLE: [(u64, &[u64]); MAX_DIMENSION - 1] = [
     (4, &[1, 3, 7, 13, 13, 15, 69]),
 ];
 
-/// The columns of one dimension's generating matrix; the first digit is the highest of [`BITS`].
+/// The columns of the generating matrix of one dimension. The first digit of a number is the most significant
+/// of [`BITS`].
 fn direction_numbers(dimension: usize) -> [u64; COLUMNS] {
     let mut m = [1u64; COLUMNS];
     if dimension > 0 {
@@ -57,11 +58,11 @@ fn direction_numbers(dimension: usize) -> [u64; COLUMNS] {
     std::array::from_fn(|k| m[k] << (BITS - 1 - k as u32))
 }
 
-/// An endless iterator over the points of a Sobol sequence, randomised once.
+/// Iterator over the points of a Sobol sequence, randomised once.
 ///
-/// Each dimension's matrix is multiplied by a random lower triangular matrix with unit diagonal
-/// (linear matrix scramble) and a random number is added digit by digit (digital shift). Both
-/// keep the net property; the shift makes each point uniform on the cube.
+/// Each dimension's generating matrix is multiplied by a random lower triangular matrix with unit diagonal
+/// (linear matrix scramble). Then a random number is added digit by digit (digital shift). Both preserve the
+/// net property; the shift makes each point uniform on the cube.
 pub(crate) struct ScrambledSobol {
     columns: Vec<[u64; COLUMNS]>,
     state: Vec<u64>,
@@ -72,7 +73,7 @@ impl ScrambledSobol {
     pub(crate) fn new<R: Rng>(dimension: usize, rng: &mut R) -> Self {
         let (mut columns, mut state) = (Vec::new(), Vec::new());
         for d in 0..dimension {
-            // row r of the scramble acts on digits 0..=r, counted from the most significant
+            // row r of the scramble matrix depends on digits 0..=r, counted from the most significant
             let rows: [u64; BITS as usize] = std::array::from_fn(|r| {
                 let digit = 1u64 << (BITS - 1 - r as u32);
                 let above = ((1u64 << BITS) - 1) & !(2 * digit - 1);
@@ -94,7 +95,7 @@ impl Iterator for ScrambledSobol {
     fn next(&mut self) -> Option<Vec<f64>> {
         let point = self.state.iter().map(|&s| s as f64 / (1u64 << BITS) as f64).collect();
         self.index += 1;
-        // in Gray-code order consecutive points differ by one column
+        // in Gray-code order consecutive points differ by one column of the generating matrix
         let changed = self.index.trailing_zeros() as usize;
         for (state, columns) in self.state.iter_mut().zip(&self.columns) {
             *state ^= columns.get(changed)?;
@@ -118,7 +119,7 @@ mod tests {
             .collect()
     }
 
-    /// The ten points that the authors of the table print for three dimensions.
+    /// The first ten points in three dimensions, as published by the authors of the table.
     #[test]
     fn without_scramble_the_points_are_the_published_ones() {
         let published = [
@@ -138,7 +139,7 @@ mod tests {
         assert_eq!(plain.take(10).collect::<Vec<_>>(), published);
     }
 
-    /// All ways to split `total` digits among `parts` coordinates.
+    /// All ways to distribute `total` digits over `parts` coordinates.
     fn splits(total: u32, parts: usize) -> Vec<Vec<u32>> {
         if parts == 1 {
             return vec![vec![total]];
@@ -153,8 +154,8 @@ mod tests {
             .collect()
     }
 
-    /// The definition of a (t, m, s)-net: each elementary interval of volume 2^(t−m) holds 2^t
-    /// points. Sobol's bound is t = Σ (degree − 1): 0, 0, 1, 3, 5 for 1 to 5 dimensions.
+    /// Definition of a (t, m, s)-net: each elementary interval of volume 2^(t−m) contains 2^t points. Sobol's
+    /// bound is t = Σ (degree − 1): 0, 0, 1, 3, 5 for 1 to 5 dimensions.
     #[test]
     fn the_points_are_nets_of_the_known_quality() {
         let m = 9;
@@ -184,7 +185,7 @@ mod tests {
         }
     }
 
-    /// Property A of the Joe–Kuo numbers: the first 2^s points lie one in each of the 2^s orthants.
+    /// Property A of the Joe–Kuo numbers: each of the 2^s orthants contains one of the first 2^s points.
     #[test]
     fn the_first_points_visit_every_orthant() {
         for dimension in [2, 5, 10, 16, 18] {
@@ -196,7 +197,7 @@ mod tests {
         }
     }
 
-    /// x^s + … + 1 is primitive when x has the order 2^s − 1 modulo it.
+    /// x^s + … + 1 is primitive if the order of x modulo this polynomial is 2^s − 1.
     #[test]
     fn the_polynomials_are_primitive_and_the_numbers_admissible() {
         for (a, m) in TABLE {
@@ -214,7 +215,7 @@ mod tests {
                     break;
                 }
             }
-            // x + 1 divides nothing shorter: degree 1 has order 1 = 2^1 − 1
+            // holds for degree 1 too: modulo x + 1, x has order 1 = 2^1 − 1
             assert_eq!(order, (1 << s) - 1, "{polynomial:b}");
             for (k, &m) in m.iter().enumerate() {
                 assert!(m % 2 == 1 && m < 2 << k);

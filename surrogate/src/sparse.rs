@@ -1,4 +1,4 @@
-//! The terms that matter: more to choose from than runs to fit them to.
+//! Sparse expansions: a subset of candidate terms that may outnumber the runs.
 
 use std::rc::Rc;
 
@@ -15,23 +15,24 @@ use crate::scale_choice::ChosenScales;
 use crate::select::{Holdout, LeaveOneOutError, OrderReport, OrderRule, Truth, error};
 use crate::weights::fit_weighted;
 
-/// Exponents of the hyperbolic truncations below the one that is asked for: the smaller, the fewer
-/// interactions are among the terms to choose from.
+/// Exponents of the hyperbolic truncations that are tried in addition to the requested truncation. A smaller
+/// exponent gives fewer interaction terms among the candidates.
 const EXPONENTS: [f64; 3] = [0.4, 0.6, 0.8];
 
-/// Most terms to choose from: beyond, a fit takes minutes.
+/// Largest number of candidate terms; with more, a fit takes minutes.
 const MOST_CANDIDATES: usize = 6000;
 
-/// Parts of the runs that are left out in turn.
+/// Number of folds of the cross-validation.
 const FOLDS: usize = 10;
 
-/// Fewer rows than this for each term make no good fit.
+/// Smallest number of rows per term.
 const ROWS_PER_TERM: usize = 2;
 
-/// What is left of a column's square beside those chosen before it, below which it is one of them.
+/// A column is linearly dependent on the chosen columns if their projection leaves less than this fraction of
+/// its squared norm.
 const DEPENDENT: f64 = 1e-12;
 
-/// An order with the terms of a truncation that matter.
+/// The best sparse fit of one order for one truncation.
 struct Candidate {
     error: f64,
     loo: LeaveOneOutError,
@@ -39,7 +40,7 @@ struct Candidate {
     equations: Equations,
 }
 
-/// The orders up to that of the regression, each with the terms that matter.
+/// Fits every order of the regression with its best sparse subset of terms.
 ///
 /// # Errors
 /// As [`Regression::equations`].
@@ -49,7 +50,7 @@ pub(crate) fn sparse(
     truth: &Truth<'_>,
     (rule, split): (OrderRule, &Holdout),
 ) -> Result<Orders, SurrogateError> {
-    // weights of derivatives are those of the orders with all terms
+    // the weights of derivatives come from the fits with all terms
     let dense = regression.equations(&scales.inputs, &scales.outputs)?;
     let weights = fit_weighted(regression, &dense, truth, rule).weights;
     let folds = folds(dense.runs(), split.seed);
@@ -81,20 +82,20 @@ pub(crate) fn sparse(
     Ok(orders)
 }
 
-/// Truncations from few interactions to those that are asked for.
+/// The truncations to try, from few interactions to the requested truncation.
 fn truncations(asked: Truncation) -> impl Iterator<Item = Truncation> {
     let most = match asked {
         Truncation::TotalDegree => 1.0,
         Truncation::Hyperbolic { q } => q,
-        // the others would not hold the limit
+        // hyperbolic truncations would not respect the limit
         Truncation::Limited { .. } => 0.0,
     };
     let fewer = EXPONENTS.into_iter().filter(move |q| *q < most);
     fewer.map(|q| Truncation::Hyperbolic { q }).chain([asked])
 }
 
-/// The number of terms that cross-validation finds best, in which each fold chooses its own, and as many
-/// chosen by all runs.
+/// The sparse fit whose number of terms has the least cross-validation error. During cross-validation each
+/// fold selects its own terms. The final fit has the same number of terms, selected by all runs.
 fn candidate(
     regression: &Regression<'_>,
     equations: &Equations,
@@ -125,7 +126,8 @@ fn candidate(
     Some(Candidate { error, loo, fitted, equations })
 }
 
-/// Residuals (runs × outputs) of each run from the terms that the runs of other folds choose, for one term, two, …
+/// Cross-validation residuals (runs × outputs) of the fits with one term, two terms, …. For each fold, the
+/// terms are selected by and fitted to the runs of the other folds.
 fn cross_validate(equations: &Equations, weights: &[f64], folds: &[Vec<usize>]) -> Vec<Mat<f64>> {
     let runs = equations.runs();
     let mut all: Vec<Mat<f64>> = Vec::new();
@@ -153,15 +155,17 @@ fn cross_validate(equations: &Equations, weights: &[f64], folds: &[Vec<usize>]) 
     all
 }
 
-/// Columns in the order in which they matter to the chosen runs, the constant first: each takes away the
-/// most of what the columns before it leave of the targets, summed over them as fractions of their variances. Not
-/// more than `most`.
+/// Forward selection of columns by orthogonal least squares on the rows of the chosen runs. Returns at most
+/// `most` columns in order of selection. The first is the constant; each further column reduces the residuals
+/// of the targets most. Squared residuals are summed over the targets, as fractions of the targets'
+/// variances.
 fn forward(equations: &Equations, chosen: &[usize], weights: &[f64], most: usize) -> Vec<usize> {
     let (columns, mut left) = equations.weighted(chosen, weights);
     for (target, variance) in left.col_iter_mut().zip(&equations.variances()) {
         target.iter_mut().for_each(|y| *y /= variance.sqrt());
     }
-    // of each column, less what lies along the directions taken: its square, its products with the targets
+    // for each column after removal of its projection on the chosen columns: squared norm, products with the
+    // targets
     let own: Vec<f64> = columns.col_iter().map(|c| c.squared_norm_l2()).collect();
     let mut square = own.clone();
     let mut products = columns.transpose() * &left;
@@ -169,7 +173,7 @@ fn forward(equations: &Equations, chosen: &[usize], weights: &[f64], most: usize
     let mut path = vec![0];
     while let Some(&last) = path.last() {
         let mut direction = columns.col(last).to_owned();
-        // twice is enough (Kahan)
+        // one repetition makes the directions orthogonal to working precision (Kahan's "twice is enough")
         for before in directions.iter().chain(&directions) {
             let along = before.transpose() * &direction;
             zip!(&mut direction, before).for_each(|unzip!(x, b)| *x -= along * b);
@@ -200,7 +204,7 @@ fn forward(equations: &Equations, chosen: &[usize], weights: &[f64], most: usize
     path
 }
 
-/// The runs in groups of the same size, at random.
+/// Random groups of runs; their sizes differ by at most one.
 fn folds(runs: usize, seed: u64) -> Vec<Vec<usize>> {
     let mut order: Vec<usize> = (0..runs).collect();
     order.shuffle(&mut Xoshiro256PlusPlus::seed_from_u64(seed));

@@ -1,42 +1,44 @@
-//! How much a derivative counts against a value.
+//! Weights of derivatives relative to values in the least squares problem.
 //!
-//! Values scatter about a polynomial by σ_v, derivatives by the j-th coordinate by σ_j. The best linear
-//! fit weights rows by 1/σ, and only the ratios σ_v/σ_j matter. They are estimated from the residuals,
-//! each sum of squares over the degrees of freedom that the terms leave to its rows, and the fit is
-//! repeated until they settle (Förstner's estimate of variance components, Z. Vermessungswesen 104 (1979)
-//! 149; at rest it is the restricted maximum likelihood).
+//! Values scatter about the polynomial with standard deviation σ_v, derivatives by the j-th coordinate with
+//! σ_j. The best linear fit weights rows by 1/σ, so that only the ratios σ_v/σ_j matter. Each variance is
+//! estimated as the sum of squared residuals divided by the degrees of freedom of its rows, and the fit is
+//! repeated until the ratios converge (Förstner's estimate of variance components, Z. Vermessungswesen 104
+//! (1979) 149). The converged estimate is the restricted maximum likelihood estimate.
 //!
-//! No fixed ratio would do. Of what a smooth model has beyond order p, the derivative is larger than the
-//! value, like p^(3/2), and a weight of 0.3 suits order 3; but if each run has a packing of its own, values
-//! scatter by per cents where logarithmic derivatives hardly do, and then it is the derivatives that know
-//! the response: with 3 and 1 %, 30 runs and order 3, the weight of 0.3 leaves twice to six times the
-//! squared error of the estimated ones. Ratios for each input cost nothing and serve inputs that matter
-//! little, whose derivatives are known best.
+//! No fixed ratio is good for all models. For a smooth deterministic model, the truncation error at order p
+//! is larger for the derivative than for the value, by a factor that grows like p^(3/2), and a weight of 0.3
+//! suits order 3. If each run has its own packing, values may scatter by several percent and logarithmic
+//! derivatives much less, so that the derivatives determine the response. Example: with 3 % scatter of
+//! values, 1 % scatter of derivatives, 30 runs and order 3, the weight 0.3 gives two to six times the squared
+//! error of the estimated weights. Separate ratios for each input cost nothing. They benefit inputs with
+//! little influence, whose derivatives scatter least.
 
 use crate::design_matrix::{Equations, Regression};
 use crate::leave_out::{Prefix, row_of};
 use crate::regression::NestedLeastSquares;
 use crate::select::{LeaveOneOutError, OrderRule, ROUNDING, Truth, error};
 
-/// Rounds of fit and estimate; ratios that moved by less than [`SETTLED`] are at rest.
+/// Largest number of rounds of fit and estimate.
 const ROUNDS: usize = 10;
+/// Ratios that change by less than this fraction have converged.
 const SETTLED: f64 = 0.05;
 
-/// Weights beyond these would cost digits: rows that count so little, or so much, are as good as absent
+/// Range of weights. Weights outside it would lose digits, and rows with such weights are practically absent
 /// or exact.
 const RANGE: std::ops::RangeInclusive<f64> = 1e-3..=1e3;
 
-/// All orders fitted to all runs.
+/// The fits of all orders to all runs.
 pub(crate) struct WeightedFit {
     pub(crate) fit: NestedLeastSquares,
-    /// Of the orders that the runs determine.
+    /// Fits of the orders that the runs determine.
     pub(crate) prefixes: Vec<Prefix>,
-    /// σ_v/σ_j of each input's coordinate on [−1, 1]; empty without derivatives.
+    /// Weight σ_v/σ_j of the derivatives by each input's coordinate on [−1, 1]; empty without derivatives.
     pub(crate) weights: Vec<f64>,
 }
 
-/// Fits with weights that suit the order which the rule asks for, or else that of the least corrected
-/// leave-one-out error.
+/// Fits all orders and estimates the weights of derivatives. The weights are estimated from the residuals of
+/// the fixed order, or else of the order with the least corrected leave-one-out error.
 pub(crate) fn fit_weighted(
     regression: &Regression<'_>,
     equations: &Equations,
@@ -75,8 +77,8 @@ fn best<'a>(prefixes: &'a [Prefix], truth: &Truth<'_>, rule: OrderRule) -> Optio
     Some(errors.min_by(|a, b| a.1.total_cmp(&b.1))?.0)
 }
 
-/// The ratios that the residuals of a fit tell: squares averaged over the outputs as fractions of their
-/// variances, so that outputs without error do not decide.
+/// Estimates the ratios σ_v/σ_j from the residuals of a fit. Squared residuals are averaged over the outputs
+/// as fractions of the outputs' variances, so that outputs which the polynomial fits exactly have no influence.
 fn estimate(prefix: &Prefix, variances: &[f64], weights: &[f64]) -> Vec<f64> {
     let (runs, block) = (prefix.runs, weights.len() + 1);
     let spread = |place: usize, weight: f64| {
@@ -94,7 +96,8 @@ fn estimate(prefix: &Prefix, variances: &[f64], weights: &[f64]) -> Vec<f64> {
     weights.iter().enumerate().map(ratio).collect()
 }
 
-/// The weight within the range; the one before where rows without freedom tell none.
+/// Clamps a weight to [`RANGE`]. Returns `before` if the weight is not finite, as for rows without degrees of
+/// freedom.
 fn limited(weight: f64, before: f64) -> f64 {
     if weight.is_finite() { weight.clamp(*RANGE.start(), *RANGE.end()) } else { before }
 }

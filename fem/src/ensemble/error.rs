@@ -1,13 +1,13 @@
-//! Why an ensemble cannot go on. A run that fails is no such reason.
+//! Errors of an ensemble. The failure of a single run is not an error of the ensemble.
 
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Why an ensemble cannot be opened or carried on.
+/// Why an ensemble cannot be opened or continued.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum EnsembleError {
-    /// The directory holds the runs of another ensemble.
+    /// The directory contains the runs of another ensemble.
     #[error(
         "{} holds the runs of another ensemble ({difference}); take another directory, or set back \
          what was changed",
@@ -19,7 +19,7 @@ pub enum EnsembleError {
         /// The lines of the fingerprints that differ.
         difference: String,
     },
-    /// The ensemble's manifest cannot be understood.
+    /// The manifest of the ensemble is malformed.
     #[error(
         "{} is no manifest of an ensemble: {source}; take another directory, or delete this one to \
          start anew",
@@ -28,10 +28,10 @@ pub enum EnsembleError {
     Manifest {
         /// The manifest.
         path: PathBuf,
-        /// What is wrong.
+        /// The error of the JSON parser.
         source: serde_json::Error,
     },
-    /// The directory was made by a version that writes other files.
+    /// The files in the directory have a format that this version does not read.
     #[error(
         "{} has format {found}, not {expected}; take another directory, or delete this one to start \
          anew",
@@ -40,12 +40,12 @@ pub enum EnsembleError {
     Format {
         /// The manifest.
         path: PathBuf,
-        /// The format of the files there.
+        /// The format of the files in the directory.
         found: u32,
-        /// The format that this version reads.
+        /// The format that this version writes.
         expected: u32,
     },
-    /// A stored run was made from other inputs than are asked for now.
+    /// A stored run has other inputs than the requested run.
     #[error(
         "run {id} in {} was made with {stored}, but {asked} is asked for; take another directory \
          for another design",
@@ -54,14 +54,14 @@ pub enum EnsembleError {
     OtherInputs {
         /// Number of the run.
         id: usize,
-        /// Its file.
+        /// The file of the run.
         path: PathBuf,
-        /// Names and values it was made from.
+        /// Names and values of the stored inputs.
         stored: String,
-        /// Names and values asked for.
+        /// Names and values of the requested inputs.
         asked: String,
     },
-    /// A stored run whose checksum is missing or does not match its content.
+    /// The checksum of a stored run is missing or does not match its content.
     #[error(
         "{} was changed after run {id} was recorded ({reason}), so it is neither used nor replaced: restore the \
          file, or move it out of the directory to make the run again",
@@ -70,28 +70,28 @@ pub enum EnsembleError {
     Edited {
         /// Number of the run.
         id: usize,
-        /// Its file.
+        /// The file of the run.
         path: PathBuf,
         /// How checksum and content differ.
         reason: String,
     },
-    /// A run that cannot be what was meant.
+    /// The input of a run is invalid.
     #[error("run {id}: {message}")]
     Run {
         /// Number of the run.
         id: usize,
-        /// What is wrong, and what to do about it.
+        /// What is wrong, and how to fix it.
         message: String,
     },
     /// The threads could not be started.
     #[error("cannot start {threads} threads: {source}; ask for fewer")]
     Threads {
-        /// How many were asked for.
+        /// The requested number of threads.
         threads: usize,
-        /// What the system says.
+        /// The error of the thread pool.
         source: rayon::ThreadPoolBuildError,
     },
-    /// A run, or the manifest, cannot be written: a full disk, a quota.
+    /// A run or the manifest cannot be written, for example because the disk is full.
     #[error(
         "cannot write {}: {source}; what was finished before is kept: make room, and the same command \
          goes on from there",
@@ -100,10 +100,10 @@ pub enum EnsembleError {
     Write {
         /// The file.
         path: PathBuf,
-        /// What the operating system says.
+        /// The error of the operating system.
         source: io::Error,
     },
-    /// The file system refuses a lock.
+    /// The file system does not support locks.
     #[error(
         "cannot lock {}: {source}; processes that share an ensemble need locks that all machines see \
          (a local disk, NFS with its lock service, Lustre mounted with flock): take a directory there",
@@ -112,17 +112,17 @@ pub enum EnsembleError {
     Lock {
         /// The file.
         path: PathBuf,
-        /// What the operating system says.
+        /// The error of the operating system.
         source: io::Error,
     },
-    /// A file that cannot be read or made.
+    /// A file cannot be read or created.
     #[error("cannot {action} {}: {source}", path.display())]
     Io {
-        /// What was tried.
+        /// The action that failed.
         action: &'static str,
         /// The file.
         path: PathBuf,
-        /// What the operating system says.
+        /// The error of the operating system.
         source: io::Error,
     },
 }

@@ -1,4 +1,4 @@
-//! A look at an ensemble from outside, which changes nothing.
+//! The state of an ensemble, read from its directory without changing it.
 
 use std::fs::{self, File, TryLockError};
 use std::path::Path;
@@ -7,25 +7,26 @@ use super::record_file::StoredRun;
 use super::store::{Store, run_of_lock, run_of_record};
 use super::{EnsembleError, RunRecord};
 
-/// What an ensemble's directory holds at this moment.
+/// The current content of an ensemble's directory.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct EnsembleState {
-    /// Runs that are finished or have failed, by their number.
+    /// Records of runs that have finished or failed, in the order of their numbers.
     pub records: Vec<RunRecord>,
-    /// Numbers of the runs that a process is making now, on whatever machine.
+    /// Numbers of the runs that a process on any machine is computing.
     pub under_way: Vec<usize>,
-    /// Numbers of the runs whose files cannot be read: they will be made again.
+    /// Numbers of the runs whose files cannot be read; these runs will be computed again.
     pub damaged: Vec<usize>,
-    /// Numbers of the runs whose checksum is missing or does not match: an ensemble that needs them stops.
+    /// Numbers of the runs whose checksum is missing or does not match. An ensemble that needs one of these
+    /// runs returns an error.
     pub edited: Vec<usize>,
 }
 
 impl EnsembleState {
-    /// Looks at the directory of an ensemble, which processes may be writing to; of one that is not there
-    /// nothing is found.
+    /// Reads the state of an ensemble from its directory while processes may be writing to it. The state is
+    /// empty if the directory does not exist.
     ///
-    /// Whether a run is under way is known from its lock, not from a clock: the lock of a process that was
-    /// killed is gone.
+    /// A run is in progress if its lock is held. This does not depend on a clock: the lock of a killed
+    /// process is released.
     ///
     /// # Errors
     /// [`EnsembleError::Io`] if the directory or a file cannot be read.
@@ -62,15 +63,15 @@ impl EnsembleState {
                 StoredRun::Nothing => {}
             }
         }
-        // a failed run that is made again has a record and a lock; one just written has both for a moment
+        // a retried run has a record and a lock; a run just written has both for a moment
         locks.retain(|id| !state.records.iter().any(|record| record.id == *id));
         state.under_way = locks;
         Ok(state)
     }
 }
 
-/// Whether a process holds the lock. A worker that comes while this one looks finds it taken for that
-/// moment, and comes again.
+/// Whether a process holds the lock. The test itself takes the lock for a moment; a worker that tries to lock
+/// the run at that moment treats the run as computed by another process.
 fn is_locked(path: &Path) -> bool {
     File::open(path)
         .is_ok_and(|file| matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock)))

@@ -1,4 +1,4 @@
-//! Ensembles of many tests: parallel, resumable, shared by several processes.
+//! Ensembles of many runs: parallel, resumable, and shared by several processes.
 
 mod error;
 mod look;

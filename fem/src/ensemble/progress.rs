@@ -1,33 +1,33 @@
-//! What an ensemble tells while it runs.
+//! Progress reports of a running ensemble.
 
 use super::RunRecord;
 
-/// Listens to an ensemble; every method does nothing unless it is overridden.
+/// Receives progress reports of an ensemble; by default every method does nothing.
 ///
-/// Methods are called from the threads that run the tests. `()` is the silent listener.
+/// Methods are called from the threads that run the tests. `()` ignores all reports.
 pub trait EnsembleProgress: Sync {
-    /// Something changed: so many of all runs are finished (or failed), and with the parts of
-    /// those under way this fraction of the ensemble is done (0 to 1).
+    /// Called after each change: `finished` of `total` runs have finished or failed. `fraction` (0 to 1) is
+    /// the completed fraction of the ensemble, including partially completed runs.
     fn update(&self, finished: usize, total: usize, fraction: f64) {
         let _ = (finished, total, fraction);
     }
 
-    /// This process has begun a run.
+    /// This process has started a run.
     fn started(&self, id: usize) {
         let _ = id;
     }
 
-    /// A run under way has done this fraction of its work (0 to 1).
+    /// A run in progress has completed this fraction of its work (0 to 1).
     fn advanced(&self, id: usize, fraction: f64) {
         let _ = (id, fraction);
     }
 
-    /// This process has finished a run, or recorded its failure.
+    /// This process has finished a run or recorded its failure.
     fn ended(&self, record: &RunRecord) {
         let _ = record;
     }
 
-    /// Something a person should know, such as a damaged file that will be made anew.
+    /// A warning for the user, for example that the run of a damaged file will be computed again.
     fn warning(&self, message: &str) {
         let _ = message;
     }

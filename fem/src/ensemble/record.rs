@@ -1,19 +1,19 @@
-//! One run of an ensemble: what goes in, and what is kept of it.
+//! Input and record of one run of an ensemble.
 
 use serde::{Deserialize, Serialize};
 
 use crate::problem::{CurvePoint, Sensitivities};
 
-/// A run to be made.
+/// The input of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunInput {
-    /// Number of the run, unique in its ensemble.
+    /// Number of the run, unique in the ensemble.
     pub id: usize,
-    /// Values of the inputs, in the order of their names.
+    /// Values of the inputs, in the order of the input names.
     pub inputs: Vec<f64>,
 }
 
-/// A run that was made, as it stands in its file.
+/// The result of a run, as stored in its file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RunRecord {
@@ -23,15 +23,15 @@ pub struct RunRecord {
     pub names: Vec<String>,
     /// Values of the inputs.
     pub inputs: Vec<f64>,
-    /// Whether it finished, or why it failed.
+    /// Whether the run finished, or why it failed.
     pub status: RunStatus,
-    /// Where the test ended.
+    /// How the test ended.
     pub end: RunEnd,
-    /// How long it took (s of wall-clock time).
+    /// Wall-clock time of the run, s.
     pub seconds: f64,
-    /// The curve; of a failed run as far as it came.
+    /// The force–displacement curve; incomplete if the run failed.
     pub curve: Vec<CurvePoint>,
-    /// The derivatives of the force along it, where they were asked for.
+    /// Derivatives of the force along the curve, if they were requested.
     #[serde(default, skip_serializing_if = "Sensitivities::is_empty")]
     pub sensitivities: Sensitivities,
 }
@@ -40,26 +40,26 @@ pub struct RunRecord {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum RunStatus {
-    /// It reached its end.
+    /// The run finished.
     Finished,
-    /// It failed, for this reason.
+    /// The run failed; the text is the reason.
     Failed(String),
 }
 
-/// Where a recorded test ended.
+/// How a recorded test ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum RunEnd {
-    /// At the full displacement.
+    /// The test reached the full displacement.
     Displacement,
-    /// When the force had fallen below its peak as far as asked.
+    /// The force fell below its peak by the requested fraction.
     BelowPeak,
-    /// Before its end, by a failure.
+    /// The run failed before its end.
     Failed,
 }
 
 impl RunRecord {
-    /// The record of a run; `end` is why it failed where it did.
+    /// Creates the record of a run; `end` contains the reason if the run failed.
     pub(super) fn new(
         run: &RunInput,
         names: &[&str],
@@ -76,7 +76,7 @@ impl RunRecord {
         RunRecord { id, names, inputs, status, end, seconds, curve, sensitivities }
     }
 
-    /// Names and values of the inputs as a person reads them.
+    /// Names and values of the inputs as text.
     pub(super) fn described(names: &[impl AsRef<str>], inputs: &[f64]) -> String {
         let pairs: Vec<String> = names
             .iter()

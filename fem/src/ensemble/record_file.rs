@@ -1,4 +1,4 @@
-//! The file of a run: its record with a checksum of the content.
+//! The file of a run: its record, and a checksum of the record.
 
 use std::io;
 
@@ -7,37 +7,38 @@ use serde::{Deserialize, Serialize};
 use super::RunRecord;
 use crate::problem::Fingerprint;
 
-/// What is stored of a run.
+/// Content of the file of a run.
 pub(super) enum StoredRun {
-    /// No file.
+    /// There is no file.
     Nothing,
     /// A record of the run.
     Record(RunRecord),
-    /// A file that is no record of this run, and why.
+    /// The file is not a record of this run; the text gives the reason.
     Damaged(String),
-    /// A record whose checksum is missing or does not match its content, and how.
+    /// The checksum is missing or does not match the record; the text gives the reason.
     Edited(String),
 }
 
 /// Whether a record without a checksum is accepted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Checksums {
-    /// Every record carries one.
+    /// Every record must have a checksum.
     Required,
-    /// Records of earlier versions do not carry one.
+    /// A record may lack a checksum, as in files of earlier versions.
     Optional,
 }
 
-/// The content of the file.
+/// The layout of the file.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RecordFile<R> {
-    /// FNV-1a of the record as compact JSON, 16 hexadecimal digits. White space of the file does not matter.
+    /// FNV-1a hash of the record as compact JSON, 16 hexadecimal digits. It does not depend on white space in
+    /// the file.
     checksum: String,
     record: R,
 }
 
-/// The bytes of the file of a record.
+/// The bytes of the file for a record.
 pub(super) fn to_bytes(record: &RunRecord) -> io::Result<Vec<u8>> {
     let file = RecordFile { checksum: checksum(record)?, record };
     let mut bytes = serde_json::to_vec_pretty(&file)?;
@@ -45,7 +46,7 @@ pub(super) fn to_bytes(record: &RunRecord) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// What the bytes of the file of a run hold.
+/// Parses the bytes of the file of run `id`.
 pub(super) fn parse(bytes: &[u8], id: usize, checksums: Checksums) -> StoredRun {
     let (record, stored) = match serde_json::from_slice::<RecordFile<RunRecord>>(bytes) {
         Ok(RecordFile { checksum, record }) => (record, Some(checksum)),

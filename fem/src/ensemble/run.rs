@@ -1,4 +1,4 @@
-//! Running an ensemble.
+//! Runs an ensemble.
 
 use std::any::Any;
 use std::collections::{BTreeSet, VecDeque};
@@ -14,13 +14,13 @@ use super::{EnsembleError, EnsembleProgress, RunEnd, RunInput, RunRecord, RunSta
 use crate::error::FemError;
 use crate::problem::{End, Outcome};
 
-/// How long to wait before looking again at a run that another process has.
+/// Delay before checking again a run that another process has locked.
 const WAIT: Duration = Duration::from_millis(200);
 
-/// What makes one run: its inputs, and a function to tell the fraction of it that is done.
+/// Computes one run from its input; the second argument reports the completed fraction of the run.
 type Job<'a> = &'a (dyn Fn(&RunInput, &dyn Fn(f64)) -> Result<Outcome, FemError> + Sync);
 
-/// What a run waits for before it begins, and holds until it has ended.
+/// A function that a run calls before it starts. It may block; its result is dropped when the run ends.
 struct Turn(Box<dyn Fn() -> Box<dyn Any> + Send + Sync>);
 
 impl std::fmt::Debug for Turn {
@@ -31,17 +31,16 @@ impl std::fmt::Debug for Turn {
 
 /// A directory of runs that belong together.
 ///
-/// Every finished run is one file, written to the disk whole before it gets its name, so killing
-/// the program at any moment loses at most the runs under way, and the same command resumes.
-/// Several processes, on one machine or on several with a common file system that has locks, can
-/// share the directory: each run is locked by the one that makes it, and the lock dies with its
-/// process. Nothing is decided by a clock. A failed run is recorded with its reason and the ensemble
-/// goes on.
+/// Every finished run is one file, which is written completely before it gets its name. If the program is
+/// killed, only runs in progress are lost; the same command resumes the ensemble. Several processes can share
+/// the directory, on one machine or on several machines with a common file system that supports locks. A
+/// process locks each run while it computes the run, and the lock is released when the process ends. Clocks
+/// are not used. A failed run is recorded with its reason, and the other runs continue.
 ///
-/// What is assumed of the file system: renaming a file is atomic, and a lock (`flock`) that one
-/// machine holds is seen by all. Where locks are refused nothing is run. Where they are granted but
-/// reach only one machine, a run may be made twice: the first record is kept, and the second maker
-/// says so ([`EnsembleProgress::warning`]).
+/// Requirements on the file system: renaming a file is atomic, and a lock (`flock`) that one machine holds is
+/// visible on all machines. If locks are not supported, [`Self::open`] or [`Self::run`] returns an error. If
+/// locks are visible on one machine only, a run may be computed twice: the first record is kept, and the
+/// second process reports a warning ([`EnsembleProgress::warning`]).
 ///
 /// # Example
 /// ```
@@ -79,52 +78,55 @@ pub struct Ensemble {
 }
 
 impl Ensemble {
-    /// Opens an ensemble's directory, or makes it.
+    /// Opens the directory of an ensemble, or creates it.
     ///
-    /// `fingerprint` is a text that says everything that makes its runs comparable (mesh, loading,
-    /// fixed parameters, design), best one setting a line: it is kept, compared line by line, and
-    /// quoted where it differs.
+    /// `fingerprint` is a text that describes everything that makes the runs comparable (mesh, loading, fixed
+    /// parameters, design), ideally one setting per line. It is stored and compared line by line; error
+    /// messages quote the lines that differ.
     ///
     /// # Errors
-    /// [`EnsembleError::Foreign`] if the directory has another fingerprint,
-    /// [`EnsembleError::Manifest`] or [`EnsembleError::Io`] if it cannot be used.
+    /// [`EnsembleError::Foreign`] if the directory has another fingerprint, [`EnsembleError::Manifest`] or
+    /// [`EnsembleError::Io`] if the directory cannot be used.
     pub fn open(directory: impl AsRef<Path>, fingerprint: &str) -> Result<Ensemble, EnsembleError> {
         let store = Store::open(directory.as_ref(), fingerprint)?;
         let turn = Turn(Box::new(|| Box::new(())));
         Ok(Ensemble { store, retry_failed: false, leave_to_others: false, turn })
     }
 
-    /// Whether runs that are recorded as failed are made again (by default not).
+    /// Sets whether runs that are recorded as failed are computed again (default: no).
     pub fn retry_failed(mut self, retry: bool) -> Ensemble {
         self.retry_failed = retry;
         self
     }
 
-    /// Whether to end, with the records at hand, once all that is missing is under way in other
-    /// processes (by default their ends are waited for, and the runs of one that dies are made here).
+    /// Sets whether [`Self::run`] returns as soon as other processes are computing all missing runs (default:
+    /// no). By default it waits for these runs, and computes a run itself if the other process ends without a
+    /// record.
     pub fn leave_to_others(mut self, leave: bool) -> Ensemble {
         self.leave_to_others = leave;
         self
     }
 
-    /// What each run waits for before it begins, and holds until it has ended: a place among all that is
-    /// computed on this machine, where several ensembles share it (by default nothing).
+    /// Sets a function that each run calls before it starts; its result is dropped when the run ends. The
+    /// function may block, to limit the number of computations on a machine that several ensembles share. The
+    /// default does nothing.
     pub fn in_turn(self, turn: impl Fn() -> Box<dyn Any> + Send + Sync + 'static) -> Ensemble {
         Ensemble { turn: Turn(Box::new(turn)), ..self }
     }
 
-    /// Makes all runs that are not on the disk yet, and returns the records in the order asked.
+    /// Computes all runs that are not stored yet, and returns the records in the order of `runs`.
     ///
-    /// `names` are the inputs' names (with units); `threads` runs are made at once (0: one a
-    /// processor). The job gets the run and a function to tell the fraction that is done; an
-    /// [`End::Interrupted`](crate::End) outcome is not recorded. A job that panics is a failed run.
+    /// `names` are the names of the inputs, with units. `threads` runs are computed at once (0: one per
+    /// processor). `job` computes a run; its second argument reports the completed fraction. If `interrupt` is
+    /// true, an outcome with [`End::Interrupted`](crate::End) is not recorded. If a job panics, the run is
+    /// recorded as failed.
     ///
-    /// Once `interrupt` is true no further run is begun, and only the records at hand are
-    /// returned; the job itself must look at it to end runs under way.
+    /// After `interrupt` becomes true, no further run is started, and only the existing records are returned.
+    /// To end runs in progress, the job must check `interrupt` too.
     ///
     /// # Errors
-    /// [`EnsembleError`] if the runs do not fit their names or what is stored, or a file cannot be
-    /// written. Failures of runs are no errors.
+    /// [`EnsembleError`] if the runs do not match `names` or the stored runs, or a file cannot be read or
+    /// written. Failed runs are not errors.
     pub fn run(
         &self,
         runs: &[RunInput],
@@ -149,7 +151,7 @@ impl Ensemble {
             state: Mutex::default(),
         };
         shift.begin()?;
-        // each thread of the pool takes run after run; work inside a run shares the same pool
+        // each thread of the pool takes runs from the queue; parallel work inside a run uses the same pool
         pool.broadcast(|_| shift.work());
 
         let Queue { records, error, .. } =
@@ -193,28 +195,28 @@ struct Shift<'a> {
 #[derive(Default)]
 struct Queue {
     records: Vec<Option<RunRecord>>,
-    /// Share of each run that is done.
+    /// Completed fraction of each run.
     fractions: Vec<f64>,
-    /// Runs to be made, as positions; with a mark those that another process had.
+    /// Runs to be computed, as indices; true if another process had locked the run.
     queue: VecDeque<(usize, bool)>,
     error: Option<EnsembleError>,
 }
 
-/// What became of the try to make a run.
+/// Result of the attempt to compute a run.
 enum Attempt {
     Ended(RunRecord),
-    /// Another process is making it.
+    /// Another process is computing the run.
     Elsewhere,
     Interrupted,
 }
 
 impl Shift<'_> {
     fn state(&self) -> MutexGuard<'_, Queue> {
-        // jobs, which may panic, never run under the lock
+        // a poisoned lock is safe to use: jobs, which may panic, never run while it is held
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Takes stock of what is on the disk.
+    /// Reads the stored records and fills the queue.
     fn begin(&self) -> Result<(), EnsembleError> {
         let records = self
             .runs
@@ -235,7 +237,7 @@ impl Shift<'_> {
         self.ensemble.retry_failed && record.status != RunStatus::Finished
     }
 
-    /// The record of a run, if it is there and can be read.
+    /// The stored record of a run; None if there is no file or it is damaged.
     fn stored(&self, run: &RunInput) -> Result<Option<RunRecord>, EnsembleError> {
         let path = || self.ensemble.store.path(run.id);
         match self.ensemble.store.read(run.id)? {
@@ -266,7 +268,7 @@ impl Shift<'_> {
         }
     }
 
-    /// What each thread does: run after run until none is left.
+    /// The loop of each thread: takes runs from the queue until it is empty.
     fn work(&self) {
         while !self.interrupt.load(Ordering::Relaxed) {
             let next = {
@@ -277,7 +279,7 @@ impl Shift<'_> {
             if was_elsewhere {
                 std::thread::sleep(WAIT);
             }
-            // before the run is locked: another process may make it meanwhile
+            // wait before the run is locked, so that another process can compute it meanwhile
             let turn = (self.ensemble.turn.0)();
             let attempt = match self.interrupt.load(Ordering::Relaxed) {
                 true => Ok(Attempt::Interrupted),
@@ -307,7 +309,7 @@ impl Shift<'_> {
             false => None,
         };
         let Some(_lock) = store.lock(run.id)? else { return Ok(Attempt::Elsewhere) };
-        // another process may have made it since this one looked
+        // another process may have finished the run since the queue was filled
         if let Some(record) = self.stored(run)?
             && !(self.is_to_be_retried(&record) && before.as_ref() == Some(&record))
         {
@@ -316,7 +318,7 @@ impl Shift<'_> {
         }
         self.progress.started(run.id);
         let Some(record) = self.make(k) else { return Ok(Attempt::Interrupted) };
-        // nobody else can have written it, if the lock held
+        // a record can be here only if the lock did not exclude the other process
         match store.read(run.id)? {
             StoredRun::Record(other) if !self.is_to_be_retried(&other) => {
                 self.warn_of_second_maker(run.id);
@@ -346,11 +348,11 @@ impl Shift<'_> {
         ));
     }
 
-    /// Runs the job; nothing if it was interrupted.
+    /// Runs the job; None if it was interrupted.
     fn make(&self, k: usize) -> Option<RunRecord> {
         let run = &self.runs[k];
         let done = |fraction: f64| {
-            // a run is done when its record is on the disk
+            // does not finish the run: a run is finished when its record has been written
             self.state().fractions[k] = fraction.clamp(0.0, 1.0);
             self.progress.advanced(run.id, fraction);
             self.tell();
@@ -378,7 +380,7 @@ impl Shift<'_> {
             }
         };
         let record = RunRecord::new(run, self.names, end, yields, seconds);
-        // JSON has no infinities: such a curve could be written but never read again
+        // JSON cannot represent infinite values: a record with such a curve could be written but not read
         let is_readable = serde_json::to_vec(&record)
             .and_then(|bytes| serde_json::from_slice::<RunRecord>(&bytes))
             .is_ok();

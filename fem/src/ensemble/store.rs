@@ -1,4 +1,5 @@
-//! An ensemble's directory: its manifest, one file a run, locks that die with their process.
+//! The directory of an ensemble: its manifest, one file per run, and locks that are released when their
+//! process ends.
 
 use std::fs::{self, File, TryLockError};
 use std::path::{Path, PathBuf};
@@ -10,9 +11,10 @@ use super::{EnsembleError, RunRecord};
 use crate::file::{read_regular, write_atomically};
 
 const MANIFEST: &str = "ensemble.json";
-/// The format that this version writes: each record carries a checksum.
+/// The format that this version writes: each record has a checksum.
 const FORMAT: u32 = 2;
-/// The format of records without checksums, which are accepted in a directory that was made with it.
+/// An older format, whose records have no checksums. They are accepted in a directory whose manifest has this
+/// format.
 const WITHOUT_CHECKSUMS: u32 = 1;
 
 #[derive(Serialize, Deserialize)]
@@ -29,7 +31,7 @@ pub(super) struct Store {
 }
 
 impl Store {
-    /// The files of a directory, without asking whose they are.
+    /// The files of a directory. The fingerprint of its ensemble is not checked.
     pub(super) fn at(directory: &Path) -> Store {
         let manifest = read_regular(&directory.join(MANIFEST)).ok();
         let manifest = manifest.and_then(|bytes| serde_json::from_slice(&bytes).ok());
@@ -37,13 +39,13 @@ impl Store {
         Store { directory: directory.into(), checksums: checksums_of(format) }
     }
 
-    /// Opens the directory, or makes it with the fingerprint.
+    /// Opens a directory and checks its fingerprint, or creates the directory with this fingerprint.
     pub(super) fn open(directory: &Path, fingerprint: &str) -> Result<Store, EnsembleError> {
         fs::create_dir_all(directory).map_err(|e| EnsembleError::io("create", directory, e))?;
         let mut store = Store { directory: directory.into(), checksums: Checksums::Required };
         let path = directory.join(MANIFEST);
 
-        // of several processes that start at once, one writes the manifest
+        // if several processes start at once, only one of them writes the manifest
         let lock_path = directory.join(".ensemble.lock");
         let lock =
             File::create(&lock_path).map_err(|e| EnsembleError::io("open", &lock_path, e))?;
@@ -85,8 +87,8 @@ impl Store {
         Ok(record_file::parse(&bytes, id, self.checksums))
     }
 
-    /// Writes a record so that at every moment there is the whole file or none. The caller must
-    /// hold the run's lock.
+    /// Writes a record atomically: at any moment either the whole file or no file exists. The caller must
+    /// hold the lock of the run.
     pub(super) fn write(&self, record: &RunRecord) -> Result<(), EnsembleError> {
         let path = self.path(record.id);
         record_file::to_bytes(record)
@@ -94,8 +96,8 @@ impl Store {
             .map_err(|source| EnsembleError::Write { path, source })
     }
 
-    /// Gives a file that is no record of its run another name, which is returned: the run can be made again, and
-    /// the content is kept. The caller must hold the run's lock.
+    /// Renames a file that is not a record of its run, and returns the new path. The run can then be computed
+    /// again, and the content of the file is kept. The caller must hold the lock of the run.
     pub(super) fn set_aside(&self, id: usize) -> Result<PathBuf, EnsembleError> {
         let path = self.path(id);
         let name = |k: usize| match k {
@@ -120,8 +122,8 @@ impl Store {
         write().map_err(|source| EnsembleError::Write { path, source })
     }
 
-    /// Locks a run for this process, or nothing if another one has it. The system drops the lock
-    /// when the file is closed or the process dies, however it dies.
+    /// Locks a run for this process. Returns None if another process holds the lock. The operating system
+    /// releases the lock when the file is closed or the process ends in any way.
     pub(super) fn lock(&self, id: usize) -> Result<Option<File>, EnsembleError> {
         let path = self.lock_path(id);
         let file = File::create(&path).map_err(|e| EnsembleError::io("open", &path, e))?;
@@ -132,10 +134,10 @@ impl Store {
         }
     }
 
-    /// Removes the lock file of a run whose record is on the disk. Only then: a process that
-    /// locks the removed file will look for the record and find it.
+    /// Removes the lock file of a run. Call it only after the record of the run has been written: a process
+    /// that has locked the removed file then finds the record.
     pub(super) fn remove_lock(&self, id: usize) {
-        // a lock file that stays behind does no harm
+        // a lock file that cannot be removed does no harm
         let _ = fs::remove_file(self.lock_path(id));
     }
 
@@ -148,12 +150,12 @@ fn checksums_of(format: u32) -> Checksums {
     if format == WITHOUT_CHECKSUMS { Checksums::Optional } else { Checksums::Required }
 }
 
-/// The number of the run whose record has this name.
+/// The run number in the file name of a record.
 pub(super) fn run_of_record(name: &str) -> Option<usize> {
     name.strip_prefix("run-")?.strip_suffix(".json")?.parse().ok()
 }
 
-/// The number of the run whose lock has this name.
+/// The run number in the file name of a lock.
 pub(super) fn run_of_lock(name: &str) -> Option<usize> {
     run_of_record(name.strip_prefix('.')?.strip_suffix(".lock")?)
 }
@@ -162,7 +164,7 @@ fn file_name(id: usize) -> String {
     format!("run-{id:06}.json")
 }
 
-/// The lines that only one of two fingerprints has.
+/// Describes the lines in which two fingerprints differ.
 fn difference(stored: &str, asked: &str) -> String {
     let only_in = |a: &str, b: &str| -> String {
         let lines: Vec<String> = a

@@ -1,16 +1,16 @@
-//! The node blocks of an element's tangent, from its numbers.
+//! Node blocks of an element's tangent, computed from its point data.
 
 use super::point_data::{PointData, SOFTENING, SOURCE};
 use crate::element::Rule;
 use crate::material::{PointTangent, Scalar, packed};
 
-/// The 4 × 4 blocks of nodes a and b: rows u_x, u_y, u_z, φ of a, columns those of b.
+/// The 4 × 4 blocks of node pairs (a, b): rows u_x, u_y, u_z, φ of a, columns u_x, u_y, u_z, φ of b.
 pub type Blocks<T, const N: usize> = [[[[T; 4]; 4]; N]; N];
 
-/// An elastic point as the nodes see it.
+/// The tangent at an elastic point, with the gradients of the shape functions.
 struct AtPoint<T, const N: usize> {
     tangent: PointTangent<T>,
-    /// F⁻ᵀ ∇N_a in the principal axes.
+    /// F⁻ᵀ ∇N_a in the principal axes, by node.
     spatial: [[T; 3]; N],
 }
 
@@ -40,7 +40,7 @@ impl<T: Scalar, const N: usize> AtPoint<T, N> {
         Self { tangent, spatial }
     }
 
-    /// 2 Gc ℓ₀/c₀ V ∇N_a, by k.
+    /// 2 Gc ℓ₀/c₀ V ∇N_a · ∇λ_k, by k.
     #[inline(always)]
     fn damage_flux(gradient: &[T], slope: &[f64; 3]) -> [T; 3] {
         let zero = gradient[0].constant(0.0);
@@ -55,7 +55,7 @@ impl<T: Scalar, const N: usize> AtPoint<T, N> {
     }
 }
 
-/// The change of g at elastic point q with φ of each node, Σ_p C_qp g′_p N_a(p).
+/// Derivatives of g at elastic point q with respect to φ of each node: Σ_p C_qp g′_p N_a(p).
 #[inline(always)]
 fn softening_of_nodes<T: Scalar, const N: usize>(rule: &Rule, q: usize, numbers: &[T]) -> [T; N] {
     let zero = numbers[0].constant(0.0);
@@ -70,8 +70,8 @@ fn softening_of_nodes<T: Scalar, const N: usize>(rule: &Rule, q: usize, numbers:
     soft
 }
 
-/// Writes the blocks (a, b ≤ a) of the symmetric matrix of an element with these numbers into
-/// `blocks`, which are zero; `AXES` and `plain` as the numbers were written.
+/// Computes the blocks (a, b ≤ a) of the symmetric matrix of an element from its point data. `blocks` must be
+/// zero on entry. `AXES` and `plain` must be the values with which the point data were written.
 #[inline(always)]
 pub fn write_blocks<T: Scalar, const AXES: bool, const N: usize>(
     rule: &Rule,
@@ -85,7 +85,7 @@ pub fn write_blocks<T: Scalar, const AXES: bool, const N: usize>(
         let slopes = point.slopes.first_chunk::<N>().expect("a slope of each node");
         let (tangent, push) = data.read_point::<T, AXES>(q, numbers);
         let at = AtPoint::new(tangent, &push, slopes);
-        // the shape functions add up to one: node 0 follows from the others
+        // shape functions sum to one, so the blocks of node 0 follow from the other blocks
         for a in 1..N {
             for b in 1..=a {
                 let block = at.tangent.block(&at.spatial[a], &at.spatial[b]);
@@ -160,8 +160,8 @@ pub fn write_blocks<T: Scalar, const AXES: bool, const N: usize>(
     }
 }
 
-/// The blocks of node 0, whose shape function is one less the others', but for the terms without
-/// gradients and those between the fields.
+/// Computes the blocks of node 0 from the other blocks: the shape functions sum to one. Applies to the terms
+/// with gradients; terms without gradients and coupling terms are added separately.
 #[inline(always)]
 fn complete_first<T: Scalar, const N: usize>(blocks: &mut Blocks<T, N>) {
     for i in 0..4 {
@@ -182,7 +182,7 @@ fn complete_first<T: Scalar, const N: usize>(blocks: &mut Blocks<T, N>) {
     }
 }
 
-/// The diagonal of the same matrix.
+/// The diagonal of the element's matrix.
 #[inline(always)]
 pub(super) fn diagonal<T: Scalar, const N: usize>(
     rule: &Rule,

@@ -1,17 +1,17 @@
-//! Stress and energy of an element as a whole, for results.
+//! Mean stress and energy density of each element, for output files.
 
 use super::element::{ElementState, MOST_POINTS};
 use crate::material::{Law, Scalar};
 
-/// Numbers of [`ElementState::stress_sums`].
+/// Number of entries of [`ElementState::stress_sums`].
 pub(super) const SUMS: usize = 9;
-/// Rows and columns of xx, yy, zz, xy, yz, xz: the order of VTK.
+/// Tensor indices of xx, yy, zz, xy, yz, xz: the order of VTK.
 const ENTRIES: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)];
 
-/// The state of an element, by its volume.
+/// Mean stress and energy density of an element.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CellStress {
-    /// Elastic energy over the reference volume, N mm/mm³ = MPa.
+    /// Elastic energy per reference volume, N mm/mm³ = MPa.
     pub energy_density_mpa: f64,
     /// Mean Cauchy stress over the current volume, MPa: xx, yy, zz, xy, yz, xz.
     pub stress_mpa: [f64; 6],
@@ -25,7 +25,7 @@ impl CellStress {
         }
     }
 
-    /// √(3/2) of the norm of the deviator, MPa.
+    /// Von Mises stress: √(3/2) times the norm of the deviatoric stress, MPa.
     pub fn von_mises_mpa(&self) -> f64 {
         let [xx, yy, zz, xy, yz, xz] = self.stress_mpa;
         let normal = (xx - yy).powi(2) + (yy - zz).powi(2) + (zz - xx).powi(2);
@@ -35,7 +35,8 @@ impl CellStress {
 }
 
 impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
-    /// ∫ψ dV, ∫dV, ∫J dV and the entries of ∫τ dV, with τ = J σ; whether the element is sound.
+    /// ∫ψ dV, ∫dV, ∫J dV and the entries of ∫τ dV, with τ = J σ. The second value is 1, or 0 if the element
+    /// is inverted.
     #[inline(always)]
     pub fn stress_sums(&self) -> ([T; SUMS], T) {
         let zero = self.constants.local.constant(0.0);

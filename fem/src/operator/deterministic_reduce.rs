@@ -1,26 +1,26 @@
-//! Sums over all elements of a mesh by several threads, with one result.
+//! Multithreaded sums over all elements of a mesh whose result does not depend on the number of threads.
 
 use rayon::prelude::*;
 
 use super::layout::LANES;
 use crate::material::Inverted;
 
-/// Nodes of elements (one counted for each element that has it) from which threads pay; smaller
-/// problems are those of ensembles, which have a run for every core.
+/// Least number of element nodes (counted once per element) for which several threads are used. Smaller
+/// problems occur in ensembles, which run one problem per core.
 const WORTH: usize = 100_000;
-/// Nodes of elements that are computed before they are added: they stay in the cache.
+/// Number of element nodes whose results are computed before they are added, so that they stay in the cache.
 const BLOCK: usize = 8192;
-/// Elements that a thread takes at once.
+/// Number of elements per task of a thread.
 const PIECE: usize = 8 * LANES;
-/// Pieces of a block for each thread, so that none waits long for another.
+/// Number of tasks per thread in a block, for load balance.
 const PIECES: usize = 4;
 
-/// Computes something for every element of `N` nodes and adds it in the order of the elements, so
+/// Computes a result for every element of `N` nodes and adds the results in the order of the elements, so
 /// that no sum depends on the number of threads.
 ///
-/// `compute` writes what the elements from a number on give, at most [`LANES`] of them, and always
-/// the same ones together; `add` gets the number of the first element and what it and those behind
-/// it gave, while the next ones are computed.
+/// `compute` gets the number of its first element and writes the results of at most [`LANES`] consecutive
+/// elements. The grouping of elements is always the same. `add` gets the number of the first element and the
+/// results of consecutive elements; it runs while the next results are computed.
 pub(super) fn deterministic_reduce<const N: usize, R: Clone + Send + Sync>(
     elements: usize,
     blank: R,

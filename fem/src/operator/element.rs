@@ -1,14 +1,14 @@
-//! The equations over an element, written once: residual and linearisation for single numbers, for
-//! several elements side by side and for dual numbers.
+//! The equations of an element: residual and linearisation. They are generic over the number type: single
+//! numbers, SIMD lanes of several elements, and dual numbers.
 //!
-//! Both work in the element's barycentric axes. With U_k = ∂u/∂λ_k − ∂u/∂λ₀ (k = 1 … 3) the gradient
-//! is H = Σ_k U_k ⊗ ∇λ_k whatever the order of the element, and what belongs to U_k goes back to node
-//! a with the weight ∂U_k/∂u_a. In a curved element ∇λ_k changes from point to point. A region that
-//! cannot be damaged is one with η = 1 and no toughness; of a mixture the matrix alone is damaged, so
-//! that its energy is not linear in g.
+//! Both work in the element's barycentric coordinates. With U_k = ∂u/∂λ_k − ∂u/∂λ₀ (k = 1 … 3) the
+//! displacement gradient is H = Σ_k U_k ⊗ ∇λ_k for linear and quadratic elements. A force conjugate to U_k is
+//! distributed to node a with the weight ∂U_k/∂u_a. In a curved element ∇λ_k varies between the points. A
+//! region without damage has η = 1 and zero toughness. In a mixture only the matrix is damaged, so that the
+//! energy is not linear in g.
 //!
-//! A new term of the energy goes into the two readings here, into the third of `rates.rs`, and, if it adds to the numbers of an
-//! elastic point, into `point_data.rs`.
+//! A new term of the energy must be added to `residual` and `linearise` here and to `rates.rs`. If it adds
+//! point data of an elastic point, it must also be added to `point_data.rs`.
 
 use super::point_data::{self, PointData};
 use crate::element::{Geometry, Rule};
@@ -16,58 +16,58 @@ use crate::material::{
     CrackDensity, Degradation, Law, PointTangent, Principal, Response, Scalar, dot, packed,
 };
 
-/// The most elastic or damage points that a rule has.
+/// Largest number of elastic points or of damage points of any rule.
 pub const MOST_POINTS: usize = 14;
 
-/// The values of an element, or of one in each lane.
+/// The state of an element, or of one element per SIMD lane.
 #[derive(Clone, Copy, Debug)]
 pub struct ElementState<'a, T, L, const N: usize> {
     pub rule: &'a Rule,
     pub constants: Constants<T, L>,
     pub density: CrackDensity,
-    /// u, mm.
+    /// Nodal displacement u, mm.
     pub displacement: [[T; 3]; N],
-    /// φ.
+    /// Nodal damage φ.
     pub damage: [T; N],
-    /// φ at the start of the increment.
+    /// Nodal damage φ at the start of the increment.
     pub before: [T; N],
-    /// At each elastic point; a single one for all of a straight element.
+    /// Geometry factors by elastic point; a straight element has a single entry.
     pub geometry: &'a [Geometry<T>],
-    /// Whether all lanes are straight and none is a mixture.
+    /// Whether the elements of all lanes are straight and none is a mixture.
     pub plain: bool,
-    /// The largest ψ⁺ so far by elastic point; `None`: the current one drives damage.
+    /// Largest previous ψ⁺ by elastic point. `None` if damage is driven by the current ψ⁺.
     pub history: Option<&'a [T; MOST_POINTS]>,
 }
 
-/// What the parameters of the material are at the points of an element.
+/// Material constants of an element.
 #[derive(Clone, Copy, Debug)]
 pub struct Constants<T, L> {
     pub law: L,
     pub degradation: Degradation<T>,
-    /// Gc/(c₀ ℓ₀), MPa.
+    /// Coefficient of the local crack density: Gc/(c₀ ℓ₀), MPa.
     pub local: T,
-    /// Gc ℓ₀/c₀, N.
+    /// Coefficient of the gradient of the crack density: Gc ℓ₀/c₀, N.
     pub gradient: T,
-    /// ξ/Δt, MPa.
+    /// Coefficient of the viscous term: ξ/Δt, MPa.
     pub viscous: T,
 }
 
-/// The contributions of an element to the residual.
+/// Contributions of an element to residual and energies.
 #[derive(Clone, Copy, Debug)]
 pub struct ElementResidual<T, const N: usize> {
-    /// R_u (N) and R_φ (N mm) of its nodes.
+    /// R_u (N) and R_φ (N mm) of the element's nodes.
     pub nodal: [[T; 4]; N],
-    /// ∫ g′ ψ⁺ N_a dV alone.
+    /// The part ∫ g′ ψ⁺ N_a dV of R_φ.
     pub drive: [T; N],
     /// Elastic and crack energy, and viscous dissipation, N mm.
     pub energies: [T; 3],
-    /// One; zero where the element is turned inside out.
+    /// 1, or 0 if the element is inverted.
     pub sound: T,
 }
 
-/// The state at an elastic point.
+/// Strains and stresses at an elastic point.
 pub(super) struct At<T> {
-    /// Volume that the point stands for.
+    /// Volume of the point.
     pub(super) weight: T,
     pub(super) principal: Principal<T>,
     pub(super) response: Response<T>,
@@ -79,19 +79,19 @@ impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
         self.constants.local.constant(x)
     }
 
-    /// How the element lies in space at elastic point q.
+    /// Geometry factors at elastic point q.
     #[inline(always)]
     pub(super) fn geometry(&self, q: usize) -> &Geometry<T> {
         &self.geometry[if self.geometry.len() == 1 { 0 } else { q }]
     }
 
-    /// The volume that elastic point q stands for.
+    /// Volume of elastic point q.
     #[inline(always)]
     pub(super) fn weight(&self, q: usize) -> T {
         self.geometry(q).volume * self.constant(self.rule.points[q].weight)
     }
 
-    /// The volume that damage point p stands for: that of the elastic points which see it.
+    /// Volume of damage point p: the sum of the volumes of the elastic points, weighted by the mixing matrix.
     #[inline(always)]
     pub(super) fn damage_weight(&self, p: usize) -> T {
         if self.geometry.len() == 1 {
@@ -104,7 +104,7 @@ impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
         sum
     }
 
-    /// ∂U_k/∂u_a at elastic point q.
+    /// ∂U_k/∂u_a at elastic point q, by node a.
     #[inline(always)]
     fn slopes(&self, q: usize) -> &[[f64; 3]; N] {
         self.rule.points[q].slopes.first_chunk().expect("a slope of each node")
@@ -115,7 +115,7 @@ impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
         self.rule.damage[p].shape.first_chunk().expect("a value of each node")
     }
 
-    /// Elastic point q, with damage `phi` at the damage points.
+    /// Strains and stresses at elastic point q, for the values `phi` of φ at the damage points.
     #[inline(always)]
     pub(super) fn at<const TANGENT: bool>(&self, q: usize, phi: &[T; MOST_POINTS]) -> At<T> {
         let principal = self.principal(q);
@@ -125,7 +125,7 @@ impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
         At { weight: self.weight(q), principal, response }
     }
 
-    /// The strains at elastic point q.
+    /// Principal strains at elastic point q.
     #[inline(always)]
     pub(super) fn principal(&self, q: usize) -> Principal<T> {
         let du = self.differences(q, &self.displacement);
@@ -141,7 +141,7 @@ impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
         Principal::new(&h)
     }
 
-    /// ∂u/∂λ_k − ∂u/∂λ₀ at elastic point q, by k.
+    /// ∂u/∂λ_k − ∂u/∂λ₀ at elastic point q, for k = 1 … 3.
     #[inline(always)]
     pub(super) fn differences<const C: usize>(&self, q: usize, u: &[[T; C]; N]) -> [[T; C]; 3] {
         let slopes = self.slopes(q);
@@ -160,7 +160,7 @@ impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
         du
     }
 
-    /// Adds what belongs to the differences to the nodes.
+    /// Distributes forces that are conjugate to the differences ∂u/∂λ_k − ∂u/∂λ₀ to the nodes.
     #[inline(always)]
     pub(super) fn add_flux(
         &self,
@@ -204,7 +204,7 @@ impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
         phi
     }
 
-    /// g_q = Σ_p C_qp g(φ_p), one where nothing can be damaged.
+    /// g_q = Σ_p C_qp g(φ_p); 1 if the element cannot be damaged.
     #[inline(always)]
     pub(super) fn stiffness_at(
         &self,
@@ -223,7 +223,7 @@ impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
         sum
     }
 
-    /// What drives damage at elastic point q: ψ⁺, or the largest value that it has had.
+    /// Driving energy of damage at elastic point q: ψ⁺, or the largest ψ⁺ so far.
     #[inline(always)]
     fn driving(&self, q: usize, at: &At<T>) -> T {
         match self.history {
@@ -232,7 +232,7 @@ impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
         }
     }
 
-    /// How what drives damage at elastic point q changes with g.
+    /// Derivative of the driving energy at elastic point q with respect to g.
     #[inline(always)]
     fn softening(&self, q: usize, at: &At<T>) -> T {
         let Some(so_far) = self.history else { return at.response.softening };
@@ -240,7 +240,7 @@ impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
         T::select(held, self.constant(0.0), at.response.softening)
     }
 
-    /// Adds the driving energy of elastic point q to the damage points.
+    /// Distributes the driving energy of elastic point q to the damage points.
     #[inline(always)]
     fn add_driving(&self, q: usize, at: &At<T>, to: &mut [T; MOST_POINTS]) {
         let energy = at.weight * self.driving(q, at);
@@ -249,7 +249,7 @@ impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
         }
     }
 
-    /// Writes the driving energy of each elastic point; whether the element is sound.
+    /// Writes the driving energy of each elastic point. Returns 1, or 0 if the element is inverted.
     #[inline(always)]
     pub fn driving_energies(&self, out: &mut [T; MOST_POINTS]) -> T {
         let phi = self.damage_at_points();
@@ -262,7 +262,7 @@ impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
         sound
     }
 
-    /// R_u and R_φ of the element's nodes, and its energies.
+    /// Residuals R_u and R_φ of the element's nodes, and energies.
     #[inline(always)]
     pub fn residual(&self) -> ElementResidual<T, N> {
         let zero = self.constant(0.0);
@@ -326,9 +326,9 @@ impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
         ElementResidual { nodal, drive, energies: [elastic, fracture, viscous], sound }
     }
 
-    /// Writes the numbers of the tangent, as [`PointData`] orders them; `coupled` keeps the terms
-    /// between u and φ. With `AXES` the principal axes follow behind all others, in place of their
-    /// quaternions. Returns whether the element is sound.
+    /// Writes the point data of the element's tangent in the order of [`PointData`]. `coupled` keeps the
+    /// coupling terms between u and φ. With `AXES` the principal axes are appended, and the quaternions are
+    /// not written. Returns 1, or 0 if the element is inverted.
     #[inline(always)]
     pub fn linearise<const AXES: bool>(&self, coupled: bool, out: &mut [T]) -> T {
         let zero = self.constant(0.0);
@@ -363,7 +363,7 @@ impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
             if !self.plain {
                 point[point_data::SOFTENING] = at.weight * self.softening(q, &at);
             }
-            // one for all points if there is one geometry
+            // a straight element stores the gradient term once, other elements store it per point
             if !self.plain || q == 0 {
                 let volume = if self.plain { self.geometry[0].volume } else { at.weight };
                 let stiffness = volume * (self.constants.gradient + self.constants.gradient);
@@ -377,7 +377,8 @@ impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
         }
         for p in 0..self.rule.damage.len() {
             out[p] = self.constants.degradation.slope(phi[p]);
-            // g″ Σ w ψ⁺ + w (Gc/(c₀ ℓ₀) α″ + ξ/Δt); one place where it is the same at all points
+            // g″ Σ w ψ⁺ + w (Gc/(c₀ ℓ₀) α″ + ξ/Δt); `data.local` is the same entry for all points if they are
+            // alike
             let [.., curvature] = self.density.local(phi[p]);
             let stiffness = self.constants.local.mul_add(curvature, self.constants.viscous);
             let weight = self.damage_weight(p);

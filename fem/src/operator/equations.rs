@@ -1,4 +1,4 @@
-//! What solvers ask of the equations: the seam between methods and machines.
+//! The interface between solvers and the implementations of the equations.
 
 use std::sync::Arc;
 
@@ -11,24 +11,24 @@ use crate::element::Domain;
 use crate::material::Inverted;
 use crate::parallel::Part;
 
-/// Whether the tangent keeps the terms between displacement and damage.
+/// Whether the tangent includes the coupling terms between displacement and damage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Coupling {
     /// The consistent tangent.
     Full,
-    /// Block diagonal: each field with the other held, for alternate minimisation.
+    /// Block diagonal tangent without coupling terms, for alternate minimisation.
     Separate,
 }
 
-/// The equations on a space, whatever the element.
+/// The discrete equations on a mesh, for any element type.
 ///
-/// Residuals are those of the whole body, the same on all ranks that have a node; tangents and products are
-/// what the elements of this rank give. All ranks fail where one does.
+/// Residuals are those of the whole body, equal on all ranks that share a node. Tangents and products are
+/// partial: they contain only the elements of this rank. If one rank fails, all ranks fail.
 pub trait Operator: std::fmt::Debug + Send + Sync {
-    /// Residual and energies; fails where an element is turned inside out.
+    /// Residual and energies; fails if an element is inverted.
     fn residual(&self, increment: &Increment, out: &mut Residual) -> Result<(), Inverted>;
 
-    /// The consistent tangent.
+    /// Assembles the consistent tangent.
     fn tangent(
         &self,
         increment: &Increment,
@@ -36,14 +36,15 @@ pub trait Operator: std::fmt::Debug + Send + Sync {
         out: &mut Tangent,
     ) -> Result<(), Inverted>;
 
-    /// ψ⁺ at each elastic point, element after element, or the largest value so far.
+    /// Driving energy at each elastic point, element after element: ψ⁺, or the largest ψ⁺ so far.
     fn driving_energies(&self, increment: &Increment, out: &mut [f64]) -> Result<(), Inverted>;
 
     /// Stress and elastic energy of each element.
     fn stresses(&self, increment: &Increment) -> Result<Vec<CellStress>, Inverted>;
 
-    /// The numbers of the tangents of elements, as [`PointData`](super::point_data::PointData) orders them:
-    /// `write` gets the number of a batch of [`LANES`] elements and its numbers.
+    /// Point data of the tangents of the elements `tets`, in the order of
+    /// [`PointData`](super::point_data::PointData). Calls `write` for each batch of [`LANES`] elements with
+    /// the index of the batch and its point data.
     fn point_data(
         &self,
         increment: &Increment,
@@ -52,8 +53,9 @@ pub trait Operator: std::fmt::Debug + Send + Sync {
         write: &mut dyn FnMut(usize, &[[f64; LANES]]),
     ) -> Result<(), Inverted>;
 
-    /// How the residual at fixed fields changes with parameters: ∂R/∂θ + ∂R/∂φ_n ∂φ_n/∂θ of every
-    /// node, prescribed values included, a vector for each shift. Not for damage with a history.
+    /// Derivatives of the residual with respect to parameters at fixed fields: ∂R/∂θ + ∂R/∂φ_n ∂φ_n/∂θ at
+    /// every node, prescribed values included. `out` has one vector per shift. Not implemented for damage
+    /// with a history.
     fn rates(
         &self,
         increment: &Increment,
@@ -61,37 +63,37 @@ pub trait Operator: std::fmt::Debug + Send + Sync {
         out: &mut [Vec<[f64; 4]>],
     ) -> Result<(), Inverted>;
 
-    /// The geometry.
+    /// The mesh and its geometry.
     fn domain(&self) -> &dyn Domain;
 
-    /// What this rank has of the mesh.
+    /// The elements and nodes of this rank.
     fn part(&self) -> &Arc<Part>;
 
-    /// The same equations on a device, if they are on one.
+    /// The implementation of the equations on a device, if there is one.
     fn on_device(&self) -> Option<&dyn EquationsOnDevice> {
         None
     }
 }
 
-/// Equations on the device that has the product with their tangent.
+/// Equations that are evaluated on the same device as the product with their tangent.
 pub trait EquationsOnDevice {
-    /// Writes the numbers of the tangent with both fields coupled into the product's, kind by kind of its
-    /// elements. `None`: not there, and the processor has to.
+    /// Writes the point data of the fully coupled tangent into the arrays of the product, one array per kind
+    /// of elements. `None` if the device cannot linearise, and the processor has to linearise.
     fn linearise(&self, increment: &Increment, data: &[Argument]) -> Option<Result<(), Inverted>>;
 
-    /// Why the device is no longer used, if it has failed.
+    /// The error of the device, if the device has failed and is no longer used.
     fn lost(&self) -> Option<DeviceError>;
 }
 
-/// A product with vectors that are on a device.
+/// A product with vectors in the memory of a device.
 pub trait AppliedOnDevice {
-    /// y = A x, four values a node.
+    /// y = A x, with four values per node.
     fn apply(&mut self, x: &Array<f64>, y: &mut Array<f64>) -> Result<(), DeviceError>;
 }
 
-/// A tangent that is applied without being assembled.
+/// A tangent that is applied without being assembled (matrix-free).
 pub trait Product: std::fmt::Debug + Send {
-    /// Takes over the tangent at an increment.
+    /// Linearises the equations at an increment and stores the tangent.
     fn linearise(
         &mut self,
         operator: &dyn Operator,
@@ -99,22 +101,22 @@ pub trait Product: std::fmt::Debug + Send {
         coupling: Coupling,
     ) -> Result<(), Inverted>;
 
-    /// y = A x, on nodal values u_x, u_y, u_z, φ.
+    /// y = A x, for nodal values u_x, u_y, u_z, φ.
     fn apply(&mut self, x: &[[f64; 4]], y: &mut [[f64; 4]]);
 
-    /// The diagonal, by node.
+    /// The diagonal, four values per node.
     fn diagonal(&mut self) -> Vec<[f64; 4]>;
 
-    /// Adds the tangent of the linear functions on the same elements, whose nodes are the first
-    /// four of each element: the level below quadratic elements.
+    /// Adds the tangent of linear shape functions on the same elements to `out`. It is the next coarser level
+    /// for quadratic elements; its nodes are the first four nodes of each element.
     fn add_linear(&mut self, out: &mut Tangent);
 
-    /// The same product on a device, if it is on one.
+    /// The implementation of the product on a device, if there is one.
     fn on_device(&mut self) -> Option<&mut dyn AppliedOnDevice> {
         None
     }
 
-    /// What the tangent takes in memory.
+    /// Memory of the tangent in bytes.
     #[cfg(feature = "bench-internals")]
     fn bytes(&self) -> usize;
 }

@@ -1,6 +1,6 @@
-//! The graph of a mesh: which nodes share an element.
+//! The graph of a mesh: pairs of nodes that share an element.
 
-/// For each node the nodes of its elements, itself included, in increasing order.
+/// For each node the nodes of its elements, including itself, in increasing order (CSR format).
 #[derive(Clone, Debug)]
 pub struct Graph {
     pub start: Vec<u32>,
@@ -35,13 +35,13 @@ impl Graph {
         &self.near[self.start[node] as usize..self.start[node + 1] as usize]
     }
 
-    /// Where the pair (node, other) is stored.
+    /// Position of the pair (node, other) in `near`.
     pub fn place(&self, node: usize, other: u32) -> usize {
         self.start[node] as usize + self.of(node).partition_point(|&m| m < other)
     }
 }
 
-/// The elements of each node, as (start, elements).
+/// The elements of each node in CSR format: (offsets by node, elements).
 fn tets_of_nodes<const N: usize>(tets: &[[u32; N]], nodes: usize) -> (Vec<u32>, Vec<u32>) {
     let mut start = vec![0u32; nodes + 1];
     for &node in tets.iter().flatten() {

@@ -1,30 +1,31 @@
-//! Where the elements stand: in batches of lanes, and batches in chunks with nodal values of their own.
+//! Memory layout of the elements: batches of SIMD lanes, grouped into chunks with copies of their nodal
+//! values.
 //!
-//! A chunk works on copies of its nodes' values; the copies are added in a fixed order afterwards.
-//! So chunks run on any number of threads with the same result, and a chunk's values stay in
-//! the nearest cache.
+//! A chunk works on copies of its nodes' values, which are summed in a fixed order afterwards. Results
+//! therefore do not depend on the number of threads, and the values of a chunk stay in the cache.
 
 use rayon::prelude::*;
 
 use crate::element::{Domain, Rule};
 use crate::material::POINTS;
 
-/// Elements of a batch.
+/// Number of elements in a batch.
 pub const LANES: usize = POINTS;
-/// Elements of a chunk: their nodal values should fit into the second-level cache.
+/// Number of elements in a chunk, for linear and quadratic elements: nodal values should fit into the
+/// second-level cache.
 const PER_CHUNK: [usize; 2] = [4096, 512];
 
-/// The edge between two vertices of a quadratic tetrahedron, as a node; vertices on the diagonal.
+/// Node on the edge between two vertices of a quadratic tetrahedron; the diagonal has the vertices.
 pub(super) const MIDDLE: [[usize; 4]; 4] = [[0, 4, 6, 7], [4, 1, 5, 8], [6, 5, 2, 9], [7, 8, 9, 3]];
 
-/// What a product does not need again for other fields.
+/// Layout and integration rule of a mesh, which do not depend on the fields.
 #[derive(Debug)]
 pub struct Layout {
     pub(super) batches: Batches,
     pub(super) rule: Rule,
-    /// For each elastic point the least λ, and what the vertices have above it.
+    /// For each elastic point the smallest λ, and the vertices whose λ is larger, with the difference.
     pub(super) excess: Vec<(f64, Vec<(usize, f64)>)>,
-    /// Whether the damage points are the nodes.
+    /// Whether the damage points are at the nodes.
     pub(super) nodal: bool,
 }
 
@@ -47,41 +48,41 @@ impl Layout {
     }
 }
 
-/// Elements of a mesh, cut into chunks of batches.
+/// The elements of a mesh in chunks of batches.
 #[derive(Debug)]
 pub(super) struct Batches {
     pub chunks: Vec<Chunk>,
-    /// The copies of each node, as (start, place).
+    /// Copies of each node in CSR format: offsets by node, and indices of the copies.
     copy_start: Vec<u32>,
     copy: Vec<u32>,
-    /// Copies in all.
+    /// Total number of copies.
     copies: usize,
 }
 
-/// Elements that are close together.
+/// Neighbouring elements that are processed together.
 #[derive(Debug)]
 pub(super) struct Chunk {
-    /// Elements, a multiple of [`LANES`]; `u32::MAX` fills the last batch up.
+    /// Element numbers, a multiple of [`LANES`]; `u32::MAX` fills up the last batch.
     pub tets: Vec<u32>,
-    /// Mesh nodes of the chunk.
+    /// Mesh nodes of the chunk's elements.
     pub global: Vec<u32>,
-    /// Chunk nodes of the elements: batch, then node of the element, then lane.
+    /// Indices of the elements' nodes into `global`, by batch, node of the element and lane.
     pub local: Vec<[u16; LANES]>,
-    /// Whether all of them are straight and none is a mixture.
+    /// Whether all elements are straight and none is a mixture.
     pub plain: bool,
 }
 
-/// Values of a chunk's node, so aligned that they do not cross a cache line.
+/// Values of one node of a chunk, aligned so that they do not cross a cache line.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(32))]
 pub(super) struct Aligned(pub [f64; 4]);
 
-/// A place in the last batch that no element takes.
+/// Marks a lane of the last batch that has no element.
 pub(super) const VACANT: u32 = u32::MAX;
 
 impl Batches {
-    /// `per_chunk` elements a chunk, plain ones and others apart, each in the order of a
-    /// space-filling curve.
+    /// Builds chunks of at most `per_chunk` elements. Plain elements and other elements are in separate
+    /// chunks; both are ordered along a space-filling curve.
     pub(super) fn new(domain: &dyn Domain, per_chunk: usize) -> Self {
         let (tets, points) = (domain.tets(), domain.nodes());
         let curve = Curve::new(points);
@@ -111,7 +112,7 @@ impl Batches {
             for batch in tets.chunks(LANES) {
                 for a in 0..nodes {
                     local.push(std::array::from_fn(|lane| {
-                        // a vacant lane reads the first element's nodes, and adds zeros to them
+                        // a vacant lane reads the nodes of the batch's first element and adds zeros to them
                         let tet = if batch[lane] == VACANT { batch[0] } else { batch[lane] };
                         local_of[domain.nodes_of(tet as usize)[a] as usize] as u16
                     }));
@@ -123,14 +124,15 @@ impl Batches {
         Self { chunks, copy_start, copy, copies }
     }
 
-    /// Nodes of the mesh.
+    /// Number of nodes of the mesh.
     pub(super) fn node_count(&self) -> usize {
         self.copy_start.len() - 1
     }
 
-    /// y_n = Σ over the copies of node n of what `work` put there, in the order of the chunks.
+    /// Computes y_n as the sum of the copies of node n, in the order of the chunks.
     ///
-    /// `work` gets the number of a chunk, a buffer and the zeroed values of its nodes.
+    /// `work` fills the copies of a chunk. Its arguments are the index of the chunk, a buffer, and the
+    /// copies, which are zero on entry.
     pub(super) fn gather(
         &self,
         copies: &mut Vec<Aligned>,
@@ -166,7 +168,7 @@ impl Batches {
     }
 }
 
-/// Where the copies of each node are: (start by node, places, number of copies).
+/// The copies of each node: (offsets by node, indices of the copies, number of copies).
 fn copies(chunks: &[Chunk], nodes: usize) -> (Vec<u32>, Vec<u32>, usize) {
     let mut start = vec![0u32; nodes + 1];
     for &n in chunks.iter().flat_map(|c| &c.global) {
@@ -185,14 +187,14 @@ fn copies(chunks: &[Chunk], nodes: usize) -> (Vec<u32>, Vec<u32>, usize) {
     (start, copy, total)
 }
 
-/// A curve through a box that keeps neighbours together (Morton, IBM 1966).
+/// A space-filling curve through a box, in Morton order (Morton, IBM 1966).
 struct Curve {
     corner: [f64; 3],
     scale: f64,
 }
 
 impl Curve {
-    /// Cells along the longest side, as a power of two.
+    /// Number of bits per coordinate: the longest side of the box has 2^BITS cells.
     const BITS: u32 = 20;
 
     fn new(points: &[[f64; 3]]) -> Self {

@@ -1,10 +1,10 @@
-//! The equations on a mesh: physics, geometry and layout, and the unknowns that they act on.
+//! The discrete equations on a mesh: element kernels, memory layout, and the unknowns.
 //!
-//! *Physics* is the element kernel (`element.rs`) over the point kernel of the room of materials:
-//! residual, linearisation and, in `backend/apply.rs`, the product read the same equations.
-//! *Geometry* is [`Domain`](crate::element::Domain). *Layout* ([`Layout`]) is where elements stand in
-//! lanes and chunks. Solvers see [`Operator`] and [`Product`]; a machine implements them in a
-//! `backend`.
+//! *Physics* is the element kernel (`element.rs`), which calls the point kernel of the module `material`.
+//! Residual, linearisation and the product with the tangent (`backend/apply.rs`) implement the same
+//! equations. *Geometry* is [`Domain`](crate::element::Domain). *Layout* ([`Layout`]) groups the elements
+//! into SIMD lanes and chunks. Solvers use the traits [`Operator`] and [`Product`], which a `backend`
+//! implements for the processor or a device.
 
 mod backend;
 mod blocks;

@@ -1,4 +1,4 @@
-//! The assembled tangent: 4 × 4 blocks of nodes, and where the element blocks go.
+//! The assembled tangent: 4 × 4 blocks of node pairs, and the positions of the element blocks.
 
 use std::sync::Arc;
 
@@ -7,19 +7,19 @@ use rayon::prelude::*;
 use super::graph::Graph;
 use super::layout::LANES;
 
-/// The 4 × 4 block of nodes a and b: rows u_x, u_y, u_z, φ of a, columns those of b.
+/// The 4 × 4 block of nodes a and b: rows u_x, u_y, u_z, φ of a, columns u_x, u_y, u_z, φ of b.
 pub(super) type Block = [[f64; 4]; 4];
 
-/// Which blocks there are, and the place of every element block; found once for a mesh.
+/// The sparsity pattern of the tangent of a mesh, with the position of every element block.
 #[derive(Clone, Debug)]
 pub struct Pattern {
     pub graph: Graph,
-    /// Element after element, the places of its N × N blocks, row by row.
+    /// Positions of the N × N blocks of each element in the tangent, element after element, row by row.
     place: Vec<u32>,
 }
 
 impl Pattern {
-    /// The pattern of a mesh whose elements couple all their nodes.
+    /// Finds the pattern of a mesh. An element couples all its nodes.
     pub fn new<const N: usize>(tets: &[[u32; N]], nodes: usize) -> Self {
         let graph = Graph::new(tets, nodes);
         let place = tets
@@ -34,14 +34,14 @@ impl Pattern {
     }
 }
 
-/// The tangent, both triangles, a block row for each node.
+/// The assembled tangent, with one block row per node. Both triangles are stored.
 ///
-/// Prescribed values have their rows and columns too: a solver leaves them out by a mask.
+/// Prescribed values have rows and columns too; a solver excludes them by a mask.
 #[derive(Clone, Debug)]
 pub struct Tangent {
     pub pattern: Arc<Pattern>,
     pub blocks: Vec<Block>,
-    /// Whether the blocks (a, b) and (b, a) are each other's transpose; friction breaks it.
+    /// Whether block (b, a) is the transpose of block (a, b) for all node pairs; friction makes it false.
     pub symmetric: bool,
 }
 
@@ -56,11 +56,11 @@ impl Tangent {
         self.symmetric = true;
     }
 
-    /// Adds the symmetric matrices of elements that follow each other, of which the blocks
-    /// (a, b ≤ a) are given.
+    /// Adds the symmetric matrices of consecutive elements. Only the blocks (a, b ≤ a) of an element are
+    /// read.
     ///
-    /// Each thread has a range of the blocks and adds in the order of the elements, so that the
-    /// sums do not depend on the ranges.
+    /// Each thread owns a range of the blocks of the tangent and adds in the order of the elements, so that
+    /// the sums do not depend on the number of threads.
     pub fn add_elements<const N: usize>(&mut self, first: usize, elements: &[[[Block; N]; N]]) {
         let places = &self.pattern.place[first * N * N..(first + elements.len()) * N * N];
         if elements.len() <= LANES {
@@ -74,7 +74,7 @@ impl Tangent {
         });
     }
 
-    /// Adds to the displacement's part of a node's own block.
+    /// Adds a block to the displacement part of the diagonal block of a node.
     pub fn add_node(&mut self, node: u32, block: &[[f64; 3]; 3]) {
         let place = self.pattern.graph.place(node as usize, node);
         self.symmetric &= (0..3).all(|i| (0..i).all(|j| block[i][j] == block[j][i]));
@@ -85,7 +85,7 @@ impl Tangent {
         }
     }
 
-    /// y = A x, on nodal values u_x, u_y, u_z, φ.
+    /// y = A x, for nodal values u_x, u_y, u_z, φ.
     pub fn multiply(&self, x: &[[f64; 4]], y: &mut [[f64; 4]]) {
         const ROWS: usize = 1024;
         let graph = &self.pattern.graph;
@@ -106,7 +106,7 @@ impl Tangent {
         });
     }
 
-    /// The diagonal, by node.
+    /// The diagonal, four values per node.
     pub fn diagonal(&self) -> Vec<[f64; 4]> {
         let graph = &self.pattern.graph;
         (0..graph.nodes())
@@ -118,7 +118,7 @@ impl Tangent {
     }
 }
 
-/// Adds what belongs into `blocks`, of which the first has place `from`.
+/// Adds the element blocks whose position is in the range of `blocks`, which begins at position `from`.
 fn add_in_range<const N: usize>(
     blocks: &mut [Block],
     from: usize,

@@ -1,35 +1,37 @@
-//! The numbers that the tangent of an element consists of, and their order.
+//! The point data, from which the tangent of an element is computed, and their order.
 //!
-//! With s_k = Qᵀ F⁻ᵀ ∇λ_k, the gradient of u in the principal axes Q of the strain is
-//! h = Σ_k (Qᵀ U_k) ⊗ s_k. The tangent takes it to f_ii = Σ_j D_ij h_jj − τ_i h_ii and
-//! f_ij = G_ij (h_ij + h_ji) + τ_j h_ij, and the transpose of the way to h brings f back to the nodes.
-//! So there are for each elastic point Q as a quaternion (4), s (9), and times the weight of the
-//! point D − τ (6), G (3) and τ (3), 25 numbers against the 45 of the product itself. Where there is
-//! damage, the points have also τ⁺ (3); before them come g′ of the damage points and
-//! 2 Gc ℓ₀/c₀ ∇λ_k·∇λ_l V (6), behind them the local part of the φ block at the damage points, once
-//! if it is the same at all of them: the order in which a product reads them.
+//! With s_k = Qᵀ F⁻ᵀ ∇λ_k, the gradient of u in the principal axes Q of the strain is h = Σ_k (Qᵀ U_k) ⊗ s_k.
+//! The tangent maps h to f_ii = Σ_j D_ij h_jj − τ_i h_ii and f_ij = G_ij (h_ij + h_ji) + τ_j h_ij. The
+//! transpose of the map from nodal values to h maps f to nodal forces. The point data of an elastic point are
+//! therefore Q as a quaternion (4), s (9), and, multiplied by the weight of the point, D − τ (6), G (3) and τ
+//! (3): 25 numbers, instead of 45 for the element matrix. With damage, each point also has τ⁺ (3).
 //!
-//! Elements that are curved or mixtures take more: each point has also the second derivative of its
-//! energy in g (1) and, in place of the one for all before the points, its own gradient term (6), both
-//! times the weight.
+//! The order of the point data is the order in which a product reads them. With damage, the points are
+//! preceded by g′ of the damage points and by the gradient term 2 Gc ℓ₀/c₀ ∇λ_k·∇λ_l V (6). The points are
+//! followed by the local part of the φ block at the damage points, stored once if it is the same at all of
+//! them.
+//!
+//! Curved elements and mixtures need more point data: each point also has the second derivative of its energy
+//! in g (1) and its own gradient term (6), both multiplied by the weight. The gradient term before the points
+//! is then absent.
 
 use crate::element::Rule;
 use crate::material::{Number, PointTangent, Scalar};
 
-/// Where the numbers of a point begin: √2 (x, y, z, w) of Q, s by k, D − τ packed, G, τ, τ⁺.
+/// Offsets within the point data of an elastic point: √2 (x, y, z, w) of Q, s_1 to s_3, D − τ packed, G, τ, τ⁺.
 pub(super) const ROTATION: usize = 0;
 pub(super) const PUSH: usize = 4;
 pub(super) const NORMAL: usize = 13;
 pub(super) const SHEAR: usize = 19;
 pub(super) const STRESS: usize = 22;
 pub(super) const SOURCE: usize = 25;
-/// Where those follow that only elements have which are not plain.
+/// Offsets of the point data that only elements which are not plain have.
 pub(super) const SOFTENING: usize = 28;
 pub(super) const GRADIENT: usize = 29;
-/// Entries of the gradient term.
+/// Number of entries of the gradient term.
 pub(super) const SLOPES: usize = 6;
 
-/// How many numbers there are of each kind.
+/// Offsets into the point data of an element.
 #[derive(Clone, Copy, Debug)]
 pub struct PointData {
     points: usize,
@@ -39,14 +41,14 @@ pub struct PointData {
 }
 
 impl PointData {
-    /// The numbers of a rule's tangents; `plain` for elements that are straight and no mixtures.
+    /// The offsets for a rule; `plain` is true for straight elements that are not mixtures.
     #[inline(always)]
     pub fn of(rule: &Rule, plain: bool) -> Self {
         let damage = rule.damage.len();
         Self { points: rule.points.len(), damage, alike: rule.alike, plain }
     }
 
-    /// Numbers of an elastic point.
+    /// Number of entries per elastic point.
     #[inline(always)]
     pub const fn each(damage: usize, plain: bool) -> usize {
         match (damage, plain) {
@@ -56,46 +58,46 @@ impl PointData {
         }
     }
 
-    /// Numbers before those of the points.
+    /// Number of entries before the elastic points.
     #[inline(always)]
     pub const fn head(damage: usize, plain: bool) -> usize {
         if damage > 0 && plain { damage + SLOPES } else { damage }
     }
 
-    /// Where the gradient term of elastic point q begins.
+    /// Offset of the gradient term of elastic point q.
     #[inline(always)]
     pub fn gradient(self, q: usize) -> usize {
         if self.plain { self.damage } else { self.point(q) + GRADIENT }
     }
 
-    /// Where elastic point q begins.
+    /// Offset of elastic point q.
     #[inline(always)]
     pub fn point(self, q: usize) -> usize {
         Self::head(self.damage, self.plain) + q * Self::each(self.damage, self.plain)
     }
 
-    /// Numbers of the local part.
+    /// Number of entries of the local part of the φ block.
     pub fn locals(self) -> usize {
         if self.alike { self.damage.min(1) } else { self.damage }
     }
 
-    /// The place of the local part of damage point p.
+    /// Offset of the local part of damage point p.
     #[inline(always)]
     pub fn local(self, p: usize) -> usize {
         self.point(self.points) + if self.alike { 0 } else { p }
     }
 
-    /// Numbers that an element's tangent takes.
+    /// Number of entries of an element.
     pub fn width(self) -> usize {
         self.point(self.points) + self.locals()
     }
 
-    /// The same where the principal axes follow behind.
+    /// Number of entries of an element if the principal axes are appended.
     pub fn width_with_axes(self) -> usize {
         self.width() + 9 * self.points
     }
 
-    /// Writes the principal axes of elastic point q behind the other numbers.
+    /// Writes the principal axes of elastic point q behind the other point data.
     #[inline(always)]
     pub fn write_axes<T: Scalar>(self, q: usize, axes: &[[T; 3]; 3], out: &mut [T]) {
         let place = self.width() + 9 * q;
@@ -106,7 +108,7 @@ impl PointData {
         }
     }
 
-    /// The tangent of elastic point q, and s by k.
+    /// Reads the tangent of elastic point q, and the vectors s_k.
     #[inline(always)]
     pub fn read_point<T: Scalar, const AXES: bool>(
         self,
@@ -135,8 +137,8 @@ impl PointData {
     }
 }
 
-/// Writes the numbers of an elastic point but for τ⁺; `push` is s by k. With `AXES` the quaternion
-/// is left out.
+/// Writes the point data of an elastic point except τ⁺; `push` has the vectors s_k. With `AXES` the quaternion is not
+/// written.
 #[inline(always)]
 pub(super) fn write_point<T: Scalar, const AXES: bool>(
     tangent: &PointTangent<T>,
@@ -157,7 +159,7 @@ pub(super) fn write_point<T: Scalar, const AXES: bool>(
     }
 }
 
-/// The principal axes, one after the other, of √2 (x, y, z, w).
+/// The principal axes, one per row, from √2 (x, y, z, w).
 #[inline(always)]
 pub(super) fn principal_axes<T: Number>([x, y, z, w]: [T; 4]) -> [[T; 3]; 3] {
     let one = x.constant(1.0);
@@ -168,10 +170,11 @@ pub(super) fn principal_axes<T: Number>([x, y, z, w]: [T; 4]) -> [[T; 3]; 3] {
     ]
 }
 
-/// √2 (x, y, z, w) of the rotation that takes the coordinates to these axes.
+/// √2 (x, y, z, w) of the rotation from the coordinate axes to the given axes.
 ///
-/// Each row of 4 q qᵀ, whose entries are sums of those of the matrix, is q times a number; that with
-/// the largest diagonal entry loses no digits.
+/// The entries of the matrix 4 q qᵀ are sums of entries of the rotation matrix. Each of its rows is a
+/// multiple of q. The row with the largest diagonal entry is used, because it loses no digits to
+/// cancellation.
 #[inline(always)]
 fn rotation<T: Scalar>(m: &[[T; 3]; 3]) -> [T; 4] {
     let one = m[0][0].constant(1.0);

@@ -1,41 +1,41 @@
-//! How the residual of an element changes with a parameter of its material and with the damage that
-//! the increment began with.
+//! Derivatives of the residual of an element with respect to a material parameter, including the derivative
+//! of the damage at the start of the increment.
 //!
-//! The equations are read at the constants on either side of the parameter's value, with the strains
-//! of one evaluation, and what differs is kept: exact where the residual is linear in the parameter,
-//! as in E, Gc, ξ and η of one phase, and of second order in the distance elsewhere.
+//! The residual is evaluated with the constants below and above the parameter's value, using the same
+//! strains, and the difference is kept. This is exact if the residual is linear in the parameter, as in E, Gc,
+//! ξ and η of a single phase. Otherwise the error is of second order in the difference of the parameter.
 
 use super::element::{Constants, ElementState, MOST_POINTS};
 use crate::material::{Law, Principal, Scalar, dot};
 
-/// Parameters whose rates are computed together, with the strains of one evaluation.
+/// Number of parameters whose rates are computed together, using the same strains.
 pub(super) const AT_ONCE: usize = 4;
 
-/// A parameter in an element, or in one of each lane.
+/// A parameter with constants below and above its value, for an element or for one element per lane.
 #[derive(Clone, Copy, Debug)]
 pub struct Moved<T, L, const N: usize> {
     pub below: Constants<T, L>,
     pub above: Constants<T, L>,
-    /// One over the difference of the parameter.
+    /// 1 over the difference of the parameter.
     pub per_unit: T,
-    /// Whether stress or driving energy differ between the two.
+    /// Whether stress or driving energy differ between `below` and `above`.
     pub responds: bool,
-    /// ∂φ_n/∂θ of the nodes.
+    /// ∂φ_n/∂θ at the nodes.
     pub before: [T; N],
 }
 
-/// Numbers of a node for each parameter.
+/// Four rates per node for each parameter.
 pub(super) type Rates<T, const N: usize> = [[[T; 4]; N]; AT_ONCE];
 
 impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
-    /// Adds ∂R/∂θ + ∂R/∂φ_n ∂φ_n/∂θ of the nodes, parameter by parameter, for damage that ψ⁺ drives
-    /// without a history. Returns whether the element is sound.
+    /// Adds ∂R/∂θ + ∂R/∂φ_n ∂φ_n/∂θ of the nodes for each parameter. Assumes that the current ψ⁺ drives
+    /// damage, without a history. Returns 1, or 0 if the element is inverted.
     #[inline(always)]
     pub fn rates(&self, moved: &[Moved<T, L, N>], out: &mut Rates<T, N>) -> T {
         let zero = self.constant(0.0);
         let phi = self.damage_at_points();
         let damaged = !self.rule.damage.is_empty();
-        // g′ Σ w C ψ⁺ at the damage points, above less below
+        // g′ Σ w C ψ⁺ at the damage points, difference of `above` and `below`
         let mut force = [[zero; MOST_POINTS]; AT_ONCE];
         let mut sound = self.constant(1.0);
         let mut damage = [[zero]; N];
@@ -114,7 +114,7 @@ impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
         sound
     }
 
-    /// Stress and driving energy at elastic point q for other constants.
+    /// Stress and driving energy at elastic point q for the given constants.
     #[inline(always)]
     fn part(
         &self,

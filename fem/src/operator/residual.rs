@@ -1,55 +1,56 @@
-//! The residual of an increment, and the energies that come with it.
+//! The residual of an increment, and its energies.
 
 use super::bounds::Bounds;
 use crate::fields::Fields;
 use crate::material::PointMaterial;
 
-/// One time increment: where it starts, where it stands.
+/// A time increment and the current fields.
 #[derive(Clone, Copy)]
 pub struct Increment<'a> {
-    /// By region.
+    /// Materials by region.
     pub materials: &'a [PointMaterial],
     /// The current fields.
     pub fields: &'a Fields,
-    /// What it started from.
+    /// Start, duration, bounds and contact of the increment.
     pub context: StepContext<'a>,
 }
 
-/// A node and the block −∂force/∂u of what touches it there, N/mm.
+/// A node and the block −∂force/∂u of the contact force at the node, N/mm.
 pub type NodeBlock = (u32, [[f64; 3]; 3]);
 
-/// A time increment: its start, its length, and what acts and holds meanwhile.
+/// The data of a time increment except the current fields: start, duration, bounds and contact.
 #[derive(Clone, Copy)]
 pub struct StepContext<'a> {
-    /// φ at the start.
+    /// φ at the start of the increment.
     pub damage_before: &'a [f64],
-    /// Δt, s.
+    /// Duration Δt of the increment, s.
     pub duration: f64,
-    /// The largest ψ⁺ so far at each elastic point, element after element; empty: the current one
-    /// drives damage.
+    /// Largest previous ψ⁺ at each elastic point, element after element. Empty if damage is driven by the
+    /// current ψ⁺.
     pub history: &'a [f64],
-    /// Limits of nodal values; `None`: there are none.
+    /// Bounds of nodal values; `None` if there are none.
     pub bounds: Option<&'a Bounds>,
-    /// What contact adds to the tangent; the residual does not read it.
+    /// Contributions of contact to the tangent; the residual does not use them.
     pub contact: &'a [NodeBlock],
 }
 
 impl<'a> StepContext<'a> {
-    /// An increment without history and bounds.
+    /// An increment without history, bounds and contact.
     pub fn new(damage_before: &'a [f64], duration: f64) -> Self {
         Self { damage_before, duration, history: &[], bounds: None, contact: &[] }
     }
 }
 
-/// A parameter of the materials, by those on either side of its value.
+/// A material parameter, given by the materials below and above its value.
 #[derive(Clone, Copy)]
 pub struct Shift<'a> {
-    /// By region.
+    /// Materials by region, with the parameter below its value.
     pub below: &'a [PointMaterial],
     pub above: &'a [PointMaterial],
-    /// The difference of the parameter between them.
+    /// Difference of the parameter between `above` and `below`.
     pub width: f64,
-    /// The rates of the nodal values u_x, u_y, u_z, φ with the parameter where the increment began.
+    /// Derivatives of the nodal values u_x, u_y, u_z, φ at the start of the increment with respect to the
+    /// parameter.
     pub before: &'a [[f64; 4]],
 }
 
@@ -58,16 +59,16 @@ pub struct Shift<'a> {
 pub struct Residual {
     /// R_u (N) and R_φ (N mm) of every node, prescribed values included.
     pub nodal: Vec<[f64; 4]>,
-    /// ∫ g′ ψ⁺ N_a dV alone, N mm: the scale of R_φ.
+    /// The part ∫ g′ ψ⁺ N_a dV of R_φ, N mm; its norm scales R_φ.
     pub drive: Vec<f64>,
-    /// ∫ g ψ⁺ + ψ⁻ dV, N mm.
+    /// Elastic energy ∫ g ψ⁺ + ψ⁻ dV, N mm.
     pub elastic: f64,
-    /// Squares of what acts from outside, loads and contact, at the nodes that belong to this rank: of forces
+    /// Sums of squares of external loads and contact forces over the nodes that this rank owns: of forces
     /// (N²) and of damage sources.
     pub external: [f64; 2],
-    /// ∫ Gc/(c₀ ℓ₀) [α + ℓ₀² |∇φ|²] dV, N mm.
+    /// Crack energy ∫ Gc/(c₀ ℓ₀) [α + ℓ₀² |∇φ|²] dV, N mm.
     pub fracture: f64,
-    /// ∫ ξ (φ − φ_n)²/Δt dV, N mm: dissipated in this increment.
+    /// Viscous dissipation of the increment: ∫ ξ (φ − φ_n)²/Δt dV, N mm.
     pub viscous: f64,
 }
 
@@ -82,7 +83,8 @@ impl Residual {
         (self.elastic, self.fracture, self.viscous) = (0.0, 0.0, 0.0);
     }
 
-    /// What the incremental problem makes stationary: E_el + E_frac + ½ ∫ ξ (φ − φ_n)²/Δt dV.
+    /// The incremental potential, which the solution makes stationary: E_el + E_frac + ½ ∫ ξ (φ − φ_n)²/Δt
+    /// dV.
     pub fn potential(&self) -> f64 {
         self.elastic + self.fracture + 0.5 * self.viscous
     }

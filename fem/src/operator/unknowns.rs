@@ -1,6 +1,6 @@
-//! Which nodal values are unknowns, and their numbers.
+//! Equation numbers of the nodal values that are unknowns.
 
-/// Marks a nodal value that is prescribed or absent.
+/// Equation number of a nodal value that is prescribed or absent.
 pub const NONE: u32 = u32::MAX;
 
 /// Equation numbers of the nodal values u_x, u_y, u_z, φ.
@@ -11,9 +11,10 @@ pub struct Unknowns {
 }
 
 impl Unknowns {
-    /// Numbers the free values node by node in the given order.
+    /// Numbers the free values node by node, in the given order of the nodes.
     ///
-    /// `damaged[n]` says whether node n carries damage; `constrained` are prescribed displacements.
+    /// `damaged[n]` is true if node n has damage; `constrained` lists prescribed displacements as (node,
+    /// axis).
     pub fn new(
         order: &[u32],
         damaged: &[bool],

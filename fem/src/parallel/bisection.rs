@@ -2,8 +2,8 @@
 //!
 //! Reference: Berger & Bokhari, IEEE Trans. Comput. C-36 (1987) 570, doi:10.1109/TC.1987.1676942.
 
-/// The part of each point, of `parts` parts whose sizes differ by one at most; cuts are across the longest
-/// side of what is cut.
+/// Assigns each point to one of `parts` parts by recursive bisection; the sizes of the parts differ by at
+/// most one. Each cut is perpendicular to the longest side of the set that is cut.
 pub(crate) fn bisect(points: &[[f64; 3]], parts: usize) -> Vec<u32> {
     let mut of = vec![0; points.len()];
     let mut all: Vec<u32> = (0..points.len() as u32).collect();
@@ -25,7 +25,7 @@ fn cut(ids: &mut [u32], points: &[[f64; 3]], parts: usize, first: usize, of: &mu
     let left = parts / 2;
     let place = ids.len() * left / parts;
     if place < ids.len() {
-        // points at the same place along the axis in the order of their numbers
+        // points with equal coordinates are ordered by their numbers, so that the result is unique
         let along = |id: &u32| points[*id as usize][axis];
         ids.select_nth_unstable_by(place, |a, b| along(a).total_cmp(&along(b)).then(a.cmp(b)));
     }

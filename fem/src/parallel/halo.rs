@@ -1,4 +1,4 @@
-//! Nodes that several ranks have: their values are added to those of the owner, and come back.
+//! Exchange of values at nodes that several ranks share: values are added on the owner and sent back.
 
 use std::ops::{AddAssign, Range};
 
@@ -6,25 +6,25 @@ use bytemuck::Pod;
 
 use super::ranks::{Ranks, numbers};
 
-/// A rank that has nodes of this one, or the other way round.
+/// A rank that shares nodes with this rank.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Neighbour {
     pub(crate) rank: usize,
-    /// Own nodes that it has too.
+    /// Nodes of this rank that the neighbour has as ghosts.
     pub(crate) lent: Vec<u32>,
-    /// Nodes of it that this rank has too.
+    /// Ghosts on this rank whose owner is the neighbour.
     pub(crate) ghosts: Vec<u32>,
 }
 
-/// The nodes of a rank that others have, too; of one that is alone there are none.
+/// The nodes that this rank shares with other ranks; empty if there is only one rank.
 ///
-/// Each node belongs to one rank; the others have it as a ghost.
+/// Each node has one owner; on other ranks it is a ghost.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Halo {
     ranks: Ranks,
-    /// Own nodes, where there are others.
+    /// Ranges of the nodes that this rank owns (vertices, nodes on edges), if there are other ranks.
     own: [Range<usize>; 2],
-    /// In increasing order of their ranks.
+    /// Neighbours, in increasing order of their ranks.
     neighbours: Vec<Neighbour>,
 }
 
@@ -33,8 +33,9 @@ impl Halo {
         Self { ranks, own, neighbours }
     }
 
-    /// The halo of numbered things of which this rank has its own ones first and then `ghosts`, named by
-    /// their numbers over all ranks in increasing order; those of rank r begin at `first[r]`.
+    /// The halo of items that are numbered over all ranks: rank r owns the items from `first[r]` to
+    /// `first[r + 1]` − 1. Locally, a rank has its own items first, then `ghosts`, which are given by their
+    /// global numbers in increasing order.
     pub(crate) fn of_ghosts(ranks: &Ranks, first: &[usize], ghosts: &[u32]) -> Self {
         let rank = ranks.rank();
         let own = first[rank + 1] - first[rank];
@@ -47,7 +48,7 @@ impl Halo {
             let neighbour = neighbours.last_mut().expect("there is one now");
             neighbour.ghosts.push((own + place) as u32);
         }
-        // who asks whom, everybody has to know
+        // a rank knows the owners of its ghosts, but not which ranks have its own items as ghosts
         let asked: Vec<u32> = neighbours.iter().map(|n| n.rank as u32).collect();
         for (other, asked) in ranks.gather(&asked).into_iter().enumerate() {
             if asked.contains(&(rank as u32)) && !neighbours.iter().any(|n| n.rank == other) {
@@ -75,18 +76,18 @@ impl Halo {
         &self.neighbours
     }
 
-    /// Where the own ones of so many nodes are.
+    /// The ranges of the owned nodes among `nodes` local nodes.
     pub(crate) fn own(&self, nodes: usize) -> [Range<usize>; 2] {
         if self.ranks.is_alone() { [0..nodes, nodes..nodes] } else { self.own.clone() }
     }
 
-    /// Whether a node belongs to this rank.
+    /// Whether this rank owns a node.
     pub(crate) fn owns(&self, node: u32) -> bool {
         let node = node as usize;
         self.ranks.is_alone() || self.own.iter().any(|own| own.contains(&node))
     }
 
-    /// The values of nodes that belong to this rank.
+    /// The values of the nodes that this rank owns.
     pub(crate) fn own_of<'a, T>(
         &self,
         values: &'a [T],
@@ -95,7 +96,7 @@ impl Halo {
         values[a].iter().chain(&values[b])
     }
 
-    /// Sends a list to each neighbour; theirs come back.
+    /// Sends one list to each neighbour and returns the lists of the neighbours, in the same order.
     pub(crate) fn exchange<T: Pod>(&self, lists: Vec<Vec<T>>) -> Vec<Vec<T>> {
         let Some(others) = self.ranks.others() else { return Vec::new() };
         let messages = self.neighbours.iter().zip(lists);
@@ -104,7 +105,7 @@ impl Halo {
         received.iter().map(|bytes| numbers(bytes)).collect()
     }
 
-    /// Gives the ghosts the values of their owners.
+    /// Copies the values of the owners to the ghosts.
     pub(crate) fn forward<T: Pod, const R: usize>(&self, values: &mut [[T; R]]) {
         if self.ranks.is_alone() {
             return;
@@ -118,7 +119,8 @@ impl Halo {
         }
     }
 
-    /// Makes of what each rank's elements give at its nodes the sum, the same on all that have the node.
+    /// Sums the contributions of all ranks at shared nodes. Afterwards all ranks that share a node have the
+    /// same sum.
     pub(crate) fn complete<T: Pod + AddAssign, const R: usize>(&self, values: &mut [[T; R]]) {
         if self.ranks.is_alone() {
             return;
@@ -134,7 +136,7 @@ impl Halo {
         self.forward(values);
     }
 
-    /// The same of square blocks.
+    /// Sums square blocks as [`Self::complete`] does.
     pub(crate) fn complete_blocks<const R: usize>(&self, blocks: &mut [[[f64; R]; R]]) {
         for row in 0..R {
             let mut rows: Vec<[f64; R]> = blocks.iter().map(|block| block[row]).collect();
@@ -144,7 +146,7 @@ impl Halo {
     }
 }
 
-/// The values of these nodes, `width` each.
+/// The values of the given nodes, `width` values per node.
 fn pick<T: Pod>(values: &[T], nodes: &[u32], width: usize) -> Vec<T> {
     let of = |&node: &u32| &values[node as usize * width..][..width];
     nodes.iter().flat_map(of).copied().collect()

@@ -1,9 +1,9 @@
-//! Ranks that share one problem: messages between them, and who has which part of the mesh.
+//! Several ranks that solve one problem: messages between ranks, and the partition of the mesh.
 //!
-//! Every rank works on the elements of its part. A *vector* of nodal values is whole: a node that
-//! several ranks have has the same value on each of them, bit for bit. What the elements of one rank
-//! give is *partial* until [`Halo::complete`] has added it up. So only sums over elements and over nodes
-//! know of ranks, and whatever acts node by node does not.
+//! Every rank computes the elements of its part. *Vectors* of nodal values are complete: a shared node has
+//! the same value on all ranks, bit for bit. Contributions of the elements of one rank are *partial* until
+//! [`Halo::complete`] has summed them. Only sums over elements or nodes therefore need communication;
+//! operations on single nodes do not.
 
 mod bisection;
 mod communicator;

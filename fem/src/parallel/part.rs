@@ -7,29 +7,30 @@ use bytemuck::Pod;
 use super::halo::{Halo, Neighbour};
 use super::ranks::Ranks;
 
-/// What a rank has of a mesh: some elements and all their nodes. Of a rank that is alone, everything.
+/// The part of a mesh that one rank has: some elements and all their nodes. A single rank has the whole mesh.
 ///
-/// Local nodes are numbered by kind (the vertices of the mesh, then the nodes on edges), of each kind the
-/// own ones first, of these in the order of the mesh. A node belongs to the lowest rank that has an element with it.
+/// Local nodes are numbered in this order: vertices of the mesh, then nodes on edges. Within each kind, nodes
+/// that the rank owns are first. Within these groups, nodes are in the order of the mesh. A node is owned by
+/// the lowest rank that has an element with this node.
 #[derive(Clone, Debug, Default)]
 pub struct Part {
-    /// Elements by their numbers in the mesh.
+    /// Numbers of the elements in the mesh.
     pub(crate) tets: Vec<u32>,
-    /// Local nodes by their numbers in the mesh.
+    /// Numbers of the local nodes in the mesh.
     pub(crate) nodes: Vec<u32>,
-    /// Nodes of all ranks.
+    /// Number of nodes of the whole mesh.
     pub(crate) all_nodes: usize,
     pub(crate) halo: Arc<Halo>,
-    /// The same without the nodes on edges.
+    /// The halo of the vertices only.
     pub(crate) vertices: Arc<Halo>,
 }
 
-/// Marks what this rank does not have.
+/// Marks an item that this rank does not have.
 const ABSENT: u32 = u32::MAX;
 
 impl Part {
-    /// The part of one of the ranks, where `of` is the rank of each element; of `nodes` nodes the first
-    /// `vertices` are those of the mesh.
+    /// The part of the calling rank. `of` is the rank of each element. The first `vertices` of the `nodes`
+    /// nodes are vertices of the mesh, the others are on edges.
     pub(crate) fn new<'a>(
         ranks: &Ranks,
         of: &[u32],
@@ -42,7 +43,7 @@ impl Part {
         for &tet in &tets {
             nodes_of(tet as usize).iter().for_each(|&n| here[n as usize] = true);
         }
-        // (node, rank) of all ranks that have a node of this one
+        // (node, rank) for each node of this rank and each other rank that shares it
         let mut shared: Vec<(u32, u32)> = Vec::new();
         let mut owner: Vec<u32> = here.iter().map(|&h| if h { rank } else { ABSENT }).collect();
         for (tet, &other) in of.iter().enumerate().filter(|(_, other)| **other != rank) {
@@ -102,14 +103,15 @@ impl Part {
         self.ranks().is_alone()
     }
 
-    /// The local number of each node of the mesh that this rank has.
+    /// A map from the number of a node in the mesh to its local number; None if this rank does not have the
+    /// node.
     pub(crate) fn local(&self) -> impl Fn(u32) -> Option<u32> + use<> {
         let mut local = vec![ABSENT; self.all_nodes];
         self.nodes.iter().zip(0..).for_each(|(&n, i)| local[n as usize] = i);
         move |node| Some(local[node as usize]).filter(|&place| place != ABSENT)
     }
 
-    /// Nodal values of the whole mesh, from those of all ranks.
+    /// Nodal values of the whole mesh, collected from all ranks.
     pub(crate) fn gather_nodes<T: Pod>(&self, values: &[T]) -> Vec<T> {
         if self.is_whole() || values.is_empty() {
             return values.to_vec();
@@ -119,7 +121,7 @@ impl Part {
         self.ordered(&numbers, 1, &own(values), self.all_nodes)
     }
 
-    /// Values of all elements of the mesh, `width` each.
+    /// Element values of the whole mesh, collected from all ranks.
     pub(crate) fn gather_tets<T: Pod>(&self, values: &[T]) -> Vec<T> {
         if self.is_whole() || values.is_empty() {
             return values.to_vec();
@@ -130,7 +132,8 @@ impl Part {
         self.ordered(&self.tets, width, values, all)
     }
 
-    /// What all ranks have, `width` values each, in the order of its numbers from 0 to `all`.
+    /// Collects values from all ranks: `width` values for each of this rank's `numbers`. The result is in the
+    /// order of the numbers 0 to `all` − 1.
     pub(crate) fn ordered<T: Pod>(
         &self,
         numbers: &[u32],
@@ -148,7 +151,7 @@ impl Part {
         out
     }
 
-    /// Those of its nodes, of nodal values of the whole mesh.
+    /// The values of this rank's nodes, from nodal values of the whole mesh.
     pub(crate) fn pick_nodes<T: Copy>(&self, values: &[T]) -> Vec<T> {
         if self.is_whole() || values.is_empty() {
             return values.to_vec();
@@ -156,7 +159,7 @@ impl Part {
         self.nodes.iter().map(|&n| values[n as usize]).collect()
     }
 
-    /// Those of its elements, `width` each.
+    /// The values of this rank's elements, from element values of the whole mesh; `width` values per element.
     pub(crate) fn pick_tets<T: Copy>(&self, values: &[T], width: usize) -> Vec<T> {
         if self.is_whole() || values.is_empty() {
             return values.to_vec();

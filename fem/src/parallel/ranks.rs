@@ -1,4 +1,4 @@
-//! The ranks of a run as the rest of the crate sees them: sums and decisions that all share.
+//! The ranks of a run: sums and decisions that are the same on all ranks.
 
 use std::sync::Arc;
 
@@ -8,11 +8,11 @@ use super::communicator::Communicator;
 use super::threads::threads;
 use crate::error::FemError;
 
-/// The processes, or threads in their place, that share one problem; alone by default.
+/// The ranks that solve one problem: processes, or threads of one process. By default there is one rank.
 ///
-/// Each of them makes the same [`Problem`](crate::Problem) from the same parts, works on its own elements,
-/// and gets the same curve and the fields of the whole body. All have to do the same: a run that one of
-/// them does not step waits.
+/// Each rank builds the same [`Problem`](crate::Problem) from the same input and computes its own elements.
+/// Each rank gets the same curve and the fields of the whole body. All ranks must call the same methods: if
+/// one rank does not take a step, the others wait.
 ///
 /// # Example
 /// Two threads, each with half of a cylinder:
@@ -42,30 +42,30 @@ use crate::error::FemError;
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct Ranks {
-    /// None: alone.
+    /// None if there is only one rank.
     others: Option<Arc<dyn Communicator>>,
 }
 
 impl Ranks {
-    /// Ranks that speak by a communicator.
+    /// Ranks that communicate by `communicator`.
     pub fn new(communicator: impl Communicator + 'static) -> Self {
         let shared = communicator.size() > 1;
         Self { others: shared.then(|| Arc::new(communicator) as Arc<dyn Communicator>) }
     }
 
-    /// So many ranks within this process, to be given to a thread each.
+    /// Creates `count` ranks within this process, one for each thread.
     ///
-    /// One process works faster alone, with rayon's threads: this is to try what several would do.
+    /// A single rank with rayon's threads is faster; use this function to test a problem with several ranks.
     pub fn threads(count: usize) -> Vec<Self> {
         threads(count).into_iter().map(Self::new).collect()
     }
 
-    /// The number of this rank, from zero.
+    /// The number of this rank, from 0.
     pub fn rank(&self) -> usize {
         self.others.as_ref().map_or(0, |c| c.rank())
     }
 
-    /// How many there are.
+    /// The number of ranks.
     pub fn size(&self) -> usize {
         self.others.as_ref().map_or(1, |c| c.size())
     }
@@ -75,22 +75,22 @@ impl Ranks {
         self.rank() == 0
     }
 
-    /// Whether one of the ranks says so.
+    /// Whether `own` is true on any rank.
     pub fn any(&self, own: bool) -> bool {
         self.gather_even(&[u8::from(own)]).is_some_and(|all| all.contains(&1)) || own
     }
 
-    /// The text of the first rank that has one.
+    /// The text of the lowest rank that has a text, with the number of the rank.
     pub fn first_text(&self, own: Option<&str>) -> Option<(usize, String)> {
         let Some(others) = &self.others else { return own.map(|text| (0, text.into())) };
-        // a byte before it tells an empty text from none
+        // a leading byte distinguishes an empty text from no text
         let message = own.map_or_else(Vec::new, |text| [b" ", text.as_bytes()].concat());
         let all = others.gather(&message);
         let (rank, text) = all.iter().enumerate().find(|(_, text)| !text.is_empty())?;
         Some((rank, String::from_utf8_lossy(&text[1..]).into_owned()))
     }
 
-    /// Success where all ranks have had it.
+    /// Returns success only if all ranks succeeded; otherwise the error of the lowest failing rank.
     pub(crate) fn agreed<T>(&self, result: Result<T, FemError>) -> Result<T, FemError> {
         let own = result.as_ref().err().map(ToString::to_string);
         match self.first_text(own.as_deref()) {
@@ -111,12 +111,12 @@ impl Ranks {
         self.others.as_ref().map(|c| c.gather_even(own))
     }
 
-    /// Adds up each of the numbers, in the order of the ranks: the same bits on every one.
+    /// Sums each value over the ranks, in the order of the ranks, so that all ranks get the same bits.
     pub(crate) fn sum(&self, values: &mut [f64]) {
         self.reduce(values, |a, b| a + b);
     }
 
-    /// The largest of each of the numbers.
+    /// The largest of each value over the ranks.
     pub(crate) fn max(&self, values: &mut [f64]) {
         self.reduce(values, f64::max);
     }
@@ -131,7 +131,7 @@ impl Ranks {
         }
     }
 
-    /// What every rank has, in the order of the ranks.
+    /// The values of every rank, in the order of the ranks.
     pub(crate) fn gather<T: Pod>(&self, own: &[T]) -> Vec<Vec<T>> {
         match &self.others {
             None => vec![own.to_vec()],
@@ -143,7 +143,7 @@ impl Ranks {
     }
 }
 
-/// The numbers of a message, wherever it lies in memory.
+/// The values in a message, which need not be aligned in memory.
 pub(super) fn numbers<T: Pod>(message: &[u8]) -> Vec<T> {
     message.chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned).collect()
 }

@@ -1,4 +1,4 @@
-//! Ranks that are threads of one process: what takes messages elsewhere is MPI.
+//! Ranks that are threads of one process; ranks that are processes use MPI.
 
 use std::collections::{HashMap, VecDeque};
 use std::panic::resume_unwind;
@@ -6,7 +6,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
 use super::communicator::{Communicator, RankLost};
 
-/// Messages that are under way between two ranks, the first one in front.
+/// Messages in transit by (sender, receiver), the oldest first.
 type Mail = HashMap<(usize, usize), VecDeque<Vec<u8>>>;
 
 #[derive(Debug, Default)]
@@ -15,7 +15,7 @@ struct Post {
     changed: Condvar,
 }
 
-/// One of them; the others learn when it is dropped.
+/// One rank. When it is dropped, the other ranks are notified.
 #[derive(Debug)]
 pub(super) struct ThreadRank {
     rank: usize,
@@ -23,7 +23,7 @@ pub(super) struct ThreadRank {
     post: Arc<Post>,
 }
 
-/// So many ranks that speak to each other.
+/// Creates `count` ranks that can communicate.
 pub(super) fn threads(count: usize) -> Vec<ThreadRank> {
     let mail = Mutex::new((Mail::new(), vec![false; count]));
     let post = Arc::new(Post { mail, changed: Condvar::new() });
@@ -32,7 +32,7 @@ pub(super) fn threads(count: usize) -> Vec<ThreadRank> {
 }
 
 impl Post {
-    /// Messages, and which ranks are gone.
+    /// Locks the messages, and the flags of the ranks that have ended.
     fn open(&self) -> MutexGuard<'_, (Mail, Vec<bool>)> {
         self.mail.lock().unwrap_or_else(PoisonError::into_inner)
     }

@@ -1,5 +1,5 @@
-//! Activity: which names may hold unknowns, or what follows from them; also those of variables and
-//! vectors that begin as data and are changed later.
+//! Activity analysis: the names that may hold unknowns or values that depend on unknowns. These include
+//! variables and vectors that begin as data and are changed later.
 
 use std::collections::HashSet;
 
@@ -15,49 +15,50 @@ use crate::syntax::places::root;
 use crate::syntax::tokens::mentions;
 use crate::walk::{self, Walk};
 
-/// The active names of a body, wherever in it.
+/// The active names of a body. Scopes are ignored: a name is active in the whole body or not at all.
 #[derive(Default)]
 pub(crate) struct Activity {
-    /// All that may hold unknowns.
+    /// Names that may hold values which depend on unknowns.
     active: HashSet<Ident>,
-    /// Those that are changed to something that does.
+    /// Names of variables that a statement changes to a value which may depend on unknowns.
     changed: HashSet<Ident>,
 }
 
 impl Activity {
-    /// Of a body whose arguments `given` may hold unknowns.
+    /// Analyses a body; the arguments `given` may be unknowns.
     pub(crate) fn of(body: &Block, given: impl IntoIterator<Item = Ident>) -> Self {
         let mut activity = Self { active: given.into_iter().collect(), ..Self::default() };
         activity.read(&body.statements);
         activity
     }
 
-    /// All names that may hold unknowns.
+    /// All active names.
     pub(crate) fn names(&self) -> impl Iterator<Item = &Ident> {
         self.active.iter()
     }
 
-    /// Whether a name may hold unknowns.
+    /// Whether a name is active.
     pub(crate) fn is_active(&self, name: &Ident) -> bool {
         self.active.contains(name)
     }
 
-    /// Whether Rust mentions a name that may hold unknowns.
+    /// Whether tokens mention an active name, which may depend on unknowns.
     pub(crate) fn mentions(&self, tokens: &impl ToTokens) -> bool {
         mentions(tokens.to_token_stream(), &|name| self.is_active(name))
     }
 
-    /// Whether the value of an expression may hold unknowns.
+    /// Whether the value of an expression may depend on unknowns.
     pub(crate) fn holds(&self, expr: &Expr) -> bool {
         holds(expr, &|name| self.is_active(name))
     }
 
-    /// Whether a name is changed to something that may hold unknowns.
+    /// Whether a statement changes the variable to a value that may depend on unknowns.
     pub(crate) fn is_changed(&self, name: &Ident) -> bool {
         self.changed.contains(name)
     }
 
-    /// Whether what follows in its block changes a declared name to something that may hold unknowns.
+    /// Whether the statements after a declaration change the declared variable to a value that may depend on
+    /// unknowns.
     pub(super) fn begins(&self, pat: &Pat, after: &[Statement]) -> bool {
         let Pat::Ident(PatIdent { ident: name, .. }) = pat else { return false };
         if !self.is_changed(name) {
@@ -68,7 +69,8 @@ impl Activity {
         later.is_changed(name)
     }
 
-    /// Reads until nothing new is found: what a loop changes is read at its begin too.
+    /// Repeats the analysis until it finds nothing new, because a change in a loop affects the beginning of
+    /// the loop too.
     fn read(&mut self, statements: &[Statement]) {
         let size = |found: &Self| (found.active.len(), found.changed.len());
         loop {
@@ -87,7 +89,7 @@ impl Activity {
         }
     }
 
-    /// `for x in xs.iter_mut() { *x = … }` changes `xs`.
+    /// Handles loops such as `for x in xs.iter_mut() { *x = … }`, which change `xs`.
     fn changes_elements(&mut self, pat: &Pat, iter: &Expr) {
         if bound_names(pat).iter().any(|name| self.is_changed(name)) {
             self.changes(Changes::of(iter));
@@ -122,7 +124,7 @@ impl<'a> Visit<'a> for Activity {
     }
 
     fn visit_stmt(&mut self, stmt: &'a Stmt) {
-        // what else would it be called for?
+        // a method called as a statement acts on its receiver
         if let Stmt::Expr(Expr::MethodCall(call), Some(_)) = stmt
             && call.args.iter().any(|argument| self.holds(argument))
         {
@@ -152,14 +154,15 @@ impl<'a> Visit<'a> for Activity {
         }
     }
 
-    // functions inside a model are functions of their own
+    // functions inside a model are not part of the model
     fn visit_item(&mut self, _: &'a Item) {}
 }
 
-/// Methods of unknowns, and of arrays of them, whose results are plain numbers.
+/// Methods of unknowns and of arrays of unknowns that return plain numbers.
 const PLAIN: [&str; 4] = ["value", "len", "is_empty", "is_constant"];
 
-/// Whether the value of an expression may hold what these names hold, and is not just asked of it.
+/// Whether the value of an expression may depend on the active names. The results of comparisons, casts and
+/// the methods in [`PLAIN`] do not count.
 pub(crate) fn holds(expr: &Expr, active: &impl Fn(&Ident) -> bool) -> bool {
     struct Holds<'f, F>(&'f F, bool);
     impl<'a, F: Fn(&Ident) -> bool> Visit<'a> for Holds<'_, F> {

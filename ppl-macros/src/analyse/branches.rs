@@ -11,7 +11,7 @@ use crate::syntax::patterns::bound_names;
 use crate::syntax::tokens::{mentions, says};
 use crate::walk::{self, Walk};
 
-/// Whether every point runs the same statements, and none takes data from a point.
+/// Whether every point runs the same statements, and no data depend on the point.
 pub(super) fn is_static(body: &Block, activity: &Activity) -> bool {
     let mut branches = Branches { activity, is_static: true };
     branches.block(body);
@@ -24,7 +24,7 @@ struct Branches<'a> {
 }
 
 impl Branches<'_> {
-    /// What decides about statements or data must not follow from unknowns.
+    /// Handles code that decides which statements run or which data are used: it must not depend on unknowns.
     fn decides(&mut self, tokens: &impl ToTokens) {
         self.is_static &= !self.activity.mentions(tokens);
     }
@@ -33,7 +33,7 @@ impl Branches<'_> {
 impl<'a> Walk<'a> for Branches<'_> {
     fn block(&mut self, block: &'a Block) {
         for (i, statement) in block.statements.iter().enumerate() {
-            // no density depends on it
+            // no density depends on the statement
             let is_unread = statement.mark == Mark::Predict
                 || is_only_recorded(statement, &block.statements[i + 1..]);
             if !is_unread {
@@ -44,7 +44,7 @@ impl<'a> Walk<'a> for Branches<'_> {
 
     fn statement(&mut self, statement: &'a Statement) {
         match &statement.kind {
-            // what it runs is not seen here
+            // the statements of the submodel are not visible here
             Kind::Tilde { left: Left::Part(..), .. } => self.is_static = false,
             Kind::Let { init: Some(Init { value, diverge: Some(_), .. }), .. } => {
                 value.rust().iter().for_each(|value| self.decides(value));
@@ -57,7 +57,7 @@ impl<'a> Walk<'a> for Branches<'_> {
 
     fn flow(&mut self, flow: &'a Flow) {
         match flow {
-            // behind what only rejects all is as it was
+            // a branch that only rejects does not affect later statements
             Flow::If { then, otherwise: None, .. } if only_rejects(then) => return,
             Flow::If { condition, .. } => self.decides(condition),
             Flow::Match { scrutinee, arms, .. } => {
@@ -76,12 +76,12 @@ impl<'a> Visit<'a> for Branches<'_> {
             Expr::If(chosen) => self.decides(&chosen.cond),
             Expr::Match(chosen) => {
                 self.decides(&chosen.expr);
-                // with their guards
+                // in syn 3 the pattern of an arm includes its guard
                 chosen.arms.iter().for_each(|arm| self.decides(&arm.pat));
             }
             Expr::While(_) | Expr::Loop(_) | Expr::ForLoop(_) => self.decides(expr),
             Expr::Binary(binary) if is_comparison(&binary.op) => self.decides(expr),
-            // a number without its derivative
+            // `value` returns a plain number, whose uses cannot be tracked
             Expr::MethodCall(call) if call.method == "value" => self.is_static = false,
             Expr::Path(path) if ends_with(&path.path, &["value"]) => self.is_static = false,
             Expr::Macro(call) if says(call.mac.tokens.clone(), "value") => self.is_static = false,
@@ -96,7 +96,7 @@ fn is_conversion(function: &Expr) -> bool {
     matches!(function, Expr::Path(path) if ends_with(&path.path, &["Real", "from"]))
 }
 
-/// Whether a block is `reject!(…);` alone.
+/// Whether a block contains only `reject!(…);`.
 fn only_rejects(block: &Block) -> bool {
     match block.statements.as_slice() {
         [Statement { kind: Kind::Rust(Stmt::Expr(Expr::Macro(only), _)), .. }] => {
@@ -106,7 +106,7 @@ fn only_rejects(block: &Block) -> bool {
     }
 }
 
-/// Whether nothing that follows in its block asks for what `#[track] let` records.
+/// Whether a `#[track] let` declares names that no later statement of its block uses, except predictions.
 fn is_only_recorded(statement: &Statement, after: &[Statement]) -> bool {
     let Kind::Let { pat, init: Some(Init { value: Flow::Value(_), .. }), .. } = &statement.kind
     else {

@@ -1,4 +1,4 @@
-//! What Rust may change.
+//! Variables that Rust code may change.
 
 use std::collections::HashSet;
 
@@ -13,7 +13,8 @@ use crate::syntax::places::root;
 use crate::syntax::tokens::says;
 use crate::walk::{self, Walk};
 
-/// The names that a piece of the body binds, and what it may change: of none is known which.
+/// The names that a part of the body binds, and the variables that it may change. `None` in `changed` stands
+/// for a change of a variable that cannot be identified.
 #[derive(Default)]
 pub(super) struct Changes {
     pub(super) bound: HashSet<Ident>,
@@ -21,7 +22,7 @@ pub(super) struct Changes {
 }
 
 impl Changes {
-    /// The variables that an expression may change, as far as is known which.
+    /// The variables that an expression may change, if they can be identified.
     pub(super) fn of(expr: &Expr) -> impl Iterator<Item = Ident> + use<> {
         let mut found = Self::default();
         found.visit_expr(expr);
@@ -46,7 +47,7 @@ impl<'a> Visit<'a> for Changes {
 
     fn visit_stmt(&mut self, stmt: &'a Stmt) {
         match stmt {
-            // what else would it be called for?
+            // a method called as a statement acts on its receiver
             Stmt::Expr(Expr::MethodCall(call), _) => self.changed.push(root(&call.receiver)),
             Stmt::Expr(Expr::Call(_), _) => self.changed.push(None),
             _ => {}
@@ -71,14 +72,14 @@ impl<'a> Visit<'a> for Changes {
     }
 
     fn visit_macro(&mut self, mac: &'a Macro) {
-        // what is rejected leaves nothing behind
+        // `reject!` ends the evaluation, so that its changes have no effect
         if !mac.path.is_ident("reject") {
             self.changed.push(None);
         }
     }
 }
 
-/// Whether a method with a result may leave something behind too.
+/// Whether a method whose result is used may change its receiver too.
 fn changes(method: &Ident) -> bool {
     method.to_string().ends_with("_mut") || method == "insert" || method == "replace"
 }

@@ -1,4 +1,4 @@
-//! Statement by statement: what is wrong with it, and where it stands.
+//! Errors and properties of each statement, and its site in the results.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
@@ -16,22 +16,22 @@ use crate::errors::{self, about, at};
 use crate::syntax::patterns::{bound_by_condition, bound_names, is_constant, only_name};
 use crate::syntax::places::{Place, place, plain_name, root};
 
-/// What is known of statements.
+/// Results of the analysis, by statement.
 #[derive(Default)]
 pub(crate) struct Facts {
-    /// Where they stand.
+    /// The sites of the statements: their positions and names in the model.
     pub(crate) sites: BTreeMap<Id, Site>,
-    /// Why they are refused.
+    /// The errors of invalid statements.
     pub(crate) errors: HashMap<Id, Error>,
-    /// Declarations whose names are changed by what follows to something that may hold unknowns.
+    /// Declarations of variables that later statements change to a value that may depend on unknowns.
     pub(crate) begins: HashSet<Id>,
     /// Declarations that can stay formulas.
     pub(crate) open: HashSet<Id>,
-    /// What is known of loops.
+    /// Properties of plates.
     pub(crate) plates: HashMap<Id, Plate>,
 }
 
-/// Of all statements of a body whose arguments are in scope.
+/// Analyses all statements of a body; `scope` has the arguments.
 pub(super) fn facts(body: &Block, activity: &Activity, scope: Scope) -> Facts {
     let mut reader = Reader {
         activity,
@@ -50,11 +50,11 @@ struct Reader<'a> {
     activity: &'a Activity,
     facts: Facts,
     scope: Scope,
-    /// Names in the results so far, on the way to here.
+    /// Names in the results that are already in use on the execution path to the current statement.
     recorded: Names,
-    /// The plates around, and the dimension along which each stacks.
+    /// The enclosing plates, and the dimension along which each stacks.
     plates: Vec<(Id, Option<String>)>,
-    /// Inside `#[predict] for`.
+    /// Whether the current statement is inside `#[predict] for`.
     is_predicted: bool,
 }
 
@@ -86,7 +86,7 @@ impl Reader<'_> {
         self.scope = scope;
     }
 
-    /// `after` is what follows in its block.
+    /// Analyses a statement; `after` are the statements after it in its block.
     fn statement(&mut self, statement: &Statement, after: &[Statement]) -> Result<()> {
         let Statement { id, mark, dims, kind, .. } = statement;
         check(statement, self.is_predicted)?;
@@ -117,7 +117,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// What stands before `~`, and its name in the results.
+    /// Analyses the left side of `~` and returns its name in the results.
     fn tilde(&mut self, id: Id, left: &Left) -> Result<String> {
         match left {
             Left::Unknown(_, name) | Left::Part(_, name) => {
@@ -174,7 +174,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// What is observed has to be there, and without a distribution.
+    /// The observed place. Its variable must be in scope and must not have a distribution.
     fn in_scope(&self, left: &Expr) -> Result<Place> {
         let place = place(left)?;
         match self.scope.get(&place.root) {
@@ -186,7 +186,7 @@ impl Reader<'_> {
         }
     }
 
-    /// The place of a statement under this name.
+    /// The site of a statement with this name in the results.
     fn site(&self, statement: &Statement, name: String) -> Site {
         let unnamed = self.plates.iter().rposition(|(_, dimension)| dimension.is_none());
         let named = &self.plates[unnamed.map_or(0, |innermost| innermost + 1)..];
@@ -200,7 +200,8 @@ impl Reader<'_> {
         }
     }
 
-    /// The statements inside control flow. Of several arms one runs: each may use a name.
+    /// Analyses the statements inside control flow. Only one of several arms runs, so each arm may use the
+    /// same name.
     fn flow(&mut self, flow: &Flow) {
         match flow {
             Flow::If { condition, then, otherwise, .. } => {
@@ -226,7 +227,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Reads where names are in scope that were not before.
+    /// Runs `read` with additional names in scope.
     fn within(&mut self, names: Vec<Ident>, read: impl FnOnce(&mut Self)) {
         let scope = self.scope.clone();
         self.bind(names, false);
@@ -235,8 +236,8 @@ impl Reader<'_> {
     }
 }
 
-/// Whether the mark and the dimensions of a statement go with the rest of it, and it with a prediction
-/// around it, which has no density.
+/// Checks that the mark and the dimensions are allowed for this kind of statement. Checks that a statement
+/// with a density is not inside a prediction.
 fn check(statement: &Statement, is_predicted: bool) -> Result<()> {
     let Statement { mark, dims, kind, span, .. } = statement;
     let takes_mark = match kind {

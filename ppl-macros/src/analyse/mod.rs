@@ -1,4 +1,4 @@
-//! What follows from what was written: tables by statement, found by reading alone.
+//! Analyses of the syntax tree: tables that are indexed by statement.
 
 mod activity;
 mod branches;
@@ -20,17 +20,17 @@ pub(crate) use activity::Activity;
 pub(crate) use names::Site;
 pub(crate) use plates::Plate;
 
-/// All that is known of a body.
+/// The results of all analyses of a body.
 pub(crate) struct Analysis {
     pub(crate) activity: Activity,
-    /// Whether every point runs the same statements, and none takes data from a point.
+    /// Whether every point runs the same statements, and no data depend on the point.
     pub(crate) is_static: bool,
     pub(crate) facts: Facts,
 }
 
 impl Analysis {
     pub(crate) fn of(model: &Model) -> Self {
-        // arguments of submodels may be unknown
+        // arguments of type `Real` of a submodel may be unknowns
         let is_number =
             |data: &&Argument| model.value.is_some() && says(data.ty.to_token_stream(), "Real");
         let numbers = model.arguments.iter().filter(is_number).map(|data| data.name.clone());

@@ -1,4 +1,4 @@
-//! Names in the results, taken on the way from statement to statement.
+//! The names in the results, collected along the execution paths.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
@@ -10,44 +10,44 @@ use crate::ast::Id;
 use crate::errors::{self, about};
 use crate::syntax::places::Place;
 
-/// A place of the model, as `ppl::Site` will hold it.
+/// The site of a statement: its position and name in the model, with the fields of `ppl::Site`.
 #[derive(Clone)]
 pub(crate) struct Site {
     pub(crate) name: String,
     pub(crate) text: String,
     pub(crate) span: Span,
     pub(crate) repeated: bool,
-    /// Names of the dimensions along which the plates around stack, the innermost last.
+    /// Names of the dimensions along which the enclosing plates stack, the innermost last.
     pub(crate) plates: Vec<String>,
-    /// Names of the value's own dimensions.
+    /// Names of the dimensions of the value itself.
     pub(crate) dims: Vec<String>,
 }
 
-/// The names taken on the way to a statement.
+/// The names in use on the execution paths to a statement.
 #[derive(Clone, Default)]
 pub(super) struct Names(HashMap<String, Taken>);
 
-/// By what a name is taken.
+/// The uses of a name.
 #[derive(Clone, Default)]
 struct Taken {
-    /// By one statement, for all of it.
+    /// Whether a statement declares or observes the whole name.
     is_whole: bool,
-    /// By observations of entries: as written, and in which loop.
+    /// The observed entries of the name: the expression as written, and the innermost plate.
     entries: HashSet<(String, Option<Id>)>,
-    /// The statements with these.
+    /// The statements that observe entries.
     observed: BTreeSet<Id>,
-    /// Whether there are several of them on one way.
+    /// Whether several statements on one execution path observe entries.
     is_shared: bool,
 }
 
 impl Names {
-    /// Takes all of a name, if nothing has it.
+    /// Registers the use of a whole name; false if the name is already in use.
     fn take(&mut self, name: &str) -> bool {
         let taken = self.0.entry(name.to_owned()).or_default();
         !std::mem::replace(&mut taken.is_whole, true) && taken.entries.is_empty()
     }
 
-    /// Takes a name for one statement.
+    /// Registers the name that a statement declares.
     pub(super) fn declare(&mut self, name: &str, tokens: impl ToTokens) -> Result<()> {
         match self.take(name) {
             true => Ok(()),
@@ -55,8 +55,8 @@ impl Names {
         }
     }
 
-    /// Takes the name of a place in this innermost loop. Statements may observe entries of
-    /// one name in turn, but not the same entry twice.
+    /// Registers the name of a place that is observed in the innermost plate. Several statements may observe
+    /// different entries of one name, but not the same entry.
     pub(super) fn observe(
         &mut self,
         statement: Id,
@@ -79,7 +79,7 @@ impl Names {
         }
     }
 
-    /// Adds what another arm of a branch took.
+    /// Adds the names in use in another arm of a branch.
     pub(super) fn merge(&mut self, other: Self) {
         for (name, theirs) in other.0 {
             let taken = self.0.entry(name).or_default();
@@ -90,8 +90,9 @@ impl Names {
         }
     }
 
-    /// Where several statements observe entries of one name, these stack in the order in which
-    /// they run, along the dimension that all their loops name.
+    /// Sets the sites of statements that observe entries of one name. Their entries stack in the order in
+    /// which the statements run, along the dimensions of their plates if these are the same for all
+    /// statements.
     pub(super) fn stack(&self, sites: &mut BTreeMap<Id, Site>) {
         for Taken { observed, .. } in self.0.values().filter(|taken| taken.is_shared) {
             let own = observed.iter().filter_map(|id| sites.get(id));

@@ -1,4 +1,4 @@
-//! Plates: what a loop leaves to the library.
+//! Properties of plates, which decide how the library evaluates them.
 
 use std::collections::HashSet;
 
@@ -12,13 +12,13 @@ use crate::syntax::expressions::is_consumed;
 use crate::syntax::tokens::mentions;
 use crate::walk::Walk;
 
-/// What is known of a loop.
+/// Properties of a plate.
 pub(crate) struct Plate {
-    /// Whether it only says `y ~ D` of its own `y`, with one `D` for all.
+    /// Whether the body is only `y ~ D` with the loop variable `y` and the same `D` in all iterations.
     pub(crate) is_pooled: bool,
-    /// Whether nothing that an iteration computes outlives it.
+    /// Whether no value that is computed in an iteration is used after the iteration.
     pub(crate) unwinds: bool,
-    /// The names that it binds, if it changes no others.
+    /// The names that the plate binds; None if it may change other variables.
     pub(crate) own: Option<HashSet<Ident>>,
 }
 
@@ -38,7 +38,7 @@ impl Plate {
     }
 }
 
-/// Whether the body is `y ~ D` alone, with `y` the loop's own and not in `D`.
+/// Whether the body is only `y ~ D`, where `y` is the loop variable and does not occur in `D`.
 fn observes_all_alike(plate: &For) -> bool {
     let Pat::Ident(pat) = &plate.pat else { return false };
     let [statement] = plate.body.statements.as_slice() else { return false };
@@ -46,7 +46,7 @@ fn observes_all_alike(plate: &For) -> bool {
         return false;
     };
     let tokens = right.to_token_stream();
-    // a distribution that can leave the model has to be asked for every datum
+    // a `D` with `?` can end the evaluation, so it must be evaluated for every datum
     place.path.is_ident(&pat.ident)
         && !mentions(tokens.clone(), &|found| *found == pat.ident)
         && !tokens.to_string().contains('?')

@@ -1,4 +1,4 @@
-//! What a model cannot do, said where it is written.
+//! Errors for Rust code that a model cannot contain, reported at that code.
 
 use std::collections::HashMap;
 
@@ -17,11 +17,11 @@ use crate::syntax::patterns::bound_names;
 use crate::syntax::places::root;
 use crate::walk::Walk;
 
-/// The names in scope, and whether `let name ~ …` has declared them.
+/// The names in scope; true if `let name ~ …` declared the name.
 pub(super) type Scope = HashMap<Ident, bool>;
 
-/// Why the Rust of a statement is refused, that of statements inside apart. `is_recorded` says that
-/// nobody differentiates what it computes.
+/// The errors in the Rust code of a statement, without the statements inside it. `is_recorded` means that its
+/// values are only recorded, so that they need no derivatives.
 pub(super) fn refusals(
     statement: &Statement,
     activity: &Activity,
@@ -38,9 +38,9 @@ struct Refusals<'a> {
     activity: &'a Activity,
     scope: &'a Scope,
     is_recorded: bool,
-    /// Closures around, where `?` and `return` are their own.
+    /// Number of enclosing closures, which `?` and `return` leave instead of the model.
     closures: usize,
-    /// Parameters of closures that take parts of what follows from unknowns.
+    /// Parameters of closures that may receive values which depend on unknowns.
     derived: Vec<Ident>,
     error: Option<Error>,
 }
@@ -53,7 +53,7 @@ impl Refusals<'_> {
         }
     }
 
-    /// A name of the model that stands as a size in `<…>`.
+    /// A name in scope that is used as a size in `<…>`.
     fn size<'t>(&self, arguments: &'t AngleBracketedGenericArguments) -> Option<&'t Ident> {
         let name = |argument: &'t GenericArgument| match argument {
             GenericArgument::Type(Type::Path(path)) => path.path.get_ident(),
@@ -79,7 +79,7 @@ impl Refusals<'_> {
         holds(expr, &|name| self.activity.is_active(name) || self.derived.contains(name))
     }
 
-    /// Why an expression is refused, what is inside it apart.
+    /// The error of an expression itself, without the errors of its subexpressions.
     fn refused(&self, expr: &Expr) -> Option<Error> {
         match expr {
             Expr::Return(_) if self.closures == 0 => Some(at(expr, errors::RETURN)),
@@ -133,7 +133,7 @@ impl Refusals<'_> {
     }
 }
 
-/// Whether it is a constructor with its variations.
+/// Whether an expression is a constructor of a distribution, possibly with methods called on it.
 fn is_distribution(mut expr: &Expr) -> bool {
     while let Expr::MethodCall(call) = expr {
         expr = &call.receiver;
@@ -142,10 +142,10 @@ fn is_distribution(mut expr: &Expr) -> bool {
 }
 
 impl<'a> Walk<'a> for Refusals<'_> {
-    // statements inside are asked on their own
+    // statements inside are analysed separately
     fn block(&mut self, _: &'a Block) {}
 
-    // they are needed in one evaluation only, and may not leave it
+    // labels are emitted in a closure: they are only recorded, and they cannot reject the point
     fn labels(&mut self, labels: &'a Expr) {
         let is_recorded = std::mem::replace(&mut self.is_recorded, true);
         self.closures += 1;
@@ -187,6 +187,6 @@ impl<'a> Visit<'a> for Refusals<'_> {
         }
     }
 
-    // functions inside a model are functions of their own
+    // functions inside a model are not part of the model
     fn visit_item(&mut self, _: &'a Item) {}
 }

@@ -1,4 +1,4 @@
-//! Formulas that one observation uses once: they need not become numbers before it.
+//! Formulas that a single observation uses once: they can stay formulas instead of becoming numbers.
 
 use syn::{Expr, Ident, Pat};
 
@@ -8,21 +8,21 @@ use crate::syntax::expressions::{formula, is_type, operations};
 use crate::syntax::places::plain_name;
 use crate::syntax::tokens::count;
 
-/// Whether a declaration can stay a formula, by what follows in its block.
+/// Whether a declaration can stay a formula, given the statements after it in its block.
 pub(super) fn stays_open(statement: &Statement, after: &[Statement], activity: &Activity) -> bool {
     arithmetic(statement)
         .is_some_and(|(name, value)| activity.mentions(value) && is_used_once(name, after))
 }
 
-/// `let name = arithmetic;`.
+/// Name and value of a declaration `let name = arithmetic;`.
 fn arithmetic(statement: &Statement) -> Option<(&Ident, &Expr)> {
     let Kind::Let { pat: Pat::Ident(pat), init, .. } = &statement.kind else { return None };
     let Some(Init { value: Flow::Value(value), diverge: None, .. }) = init else { return None };
     (pat.mutability.is_none() && operations(value) > 0).then_some((&pat.ident, value))
 }
 
-/// Whether what follows uses the name once, as an operand: in an observation, or in a formula of which
-/// the same holds.
+/// Whether the statements after a declaration use its name once, as an operand. The use must be in an
+/// observation, or in another declaration that is itself used once in this way.
 fn is_used_once(name: &Ident, after: &[Statement]) -> bool {
     let uses = |statement: &Statement| count(statement.tokens.clone(), name);
     let mut using = after.iter().enumerate().filter(|(_, statement)| uses(statement) > 0);
@@ -35,8 +35,8 @@ fn is_used_once(name: &Ident, after: &[Statement]) -> bool {
     uses(user) == 1 && as_operand == 1
 }
 
-/// How often the name is an operand in the parameters of a distribution: a function of the user's
-/// needs a number.
+/// Number of times that the name is an operand in the parameters of a distribution. Arguments of functions of
+/// the user do not count, because such a function needs a number.
 fn parameters(distribution: &Expr, name: &Ident) -> usize {
     match distribution {
         Expr::Paren(paren) => parameters(&paren.expr, name),
@@ -49,7 +49,7 @@ fn parameters(distribution: &Expr, name: &Ident) -> usize {
     }
 }
 
-/// How often the name is an operand of the arithmetic.
+/// Number of times that the name is an operand of the arithmetic.
 fn operands(expr: &Expr, name: &Ident) -> usize {
     let mut operands = Vec::new();
     formula(expr, &mut operands);

@@ -1,10 +1,10 @@
-//! The function that the user has declared: it binds data to a model, or takes what the statements of a
-//! submodel need, which are generic over the numbers of the context that they run in, since its
+//! Emits the function that the user declares. The function of a model binds the data. The function of a
+//! submodel takes its arguments; the statements are generic over the number type of the context, because
 //! arguments may be unknowns.
 //!
-//! The type that holds the data is generic over the type of each: so that lifetimes which the user has
-//! left out stay out. The constants of the model are its own too, since no type of the data need speak
-//! of them.
+//! The struct that holds the data has a type parameter for each argument, so that lifetimes which the user
+//! elided stay elided. It also has the const parameters of the model, because the types of the data do not
+//! necessarily mention them.
 
 use proc_macro2::{Literal, Span, TokenStream};
 use quote::{format_ident, quote, quote_spanned};
@@ -20,7 +20,7 @@ pub(crate) fn function(model: &Model, analysis: &Analysis) -> TokenStream {
     let mut generics = model.generics.clone();
     match &model.value {
         Some(_) => generics.params.push(parse_quote!(__S: ::ppl::Scalar)),
-        // threads share the data
+        // threads share the data, so their types must be `Sync`
         None => generics.type_params_mut().for_each(|parameter| {
             parameter.bounds.push(parse_quote!(::core::marker::Sync));
         }),
@@ -35,14 +35,14 @@ pub(crate) fn function(model: &Model, analysis: &Analysis) -> TokenStream {
         false => quote!(#name),
     });
     let constants: Vec<_> = model.generics.const_params().collect();
-    // in braces: a bare name would be taken for that of a type, if there is one in scope
+    // in braces: a bare name would be parsed as a type if a type of that name is in scope
     let given = constants.iter().map(|constant| &constant.ident);
     let given: Vec<_> = given.map(|name| quote_spanned!(name.span()=> { #name })).collect();
     let names: Vec<_> = arguments.iter().map(|argument| &argument.name).collect();
     let types = arguments.iter().map(|argument| &argument.ty);
     let own: Vec<_> = (0..names.len()).map(|i| format_ident!("__T{i}")).collect();
     let inferred = names.iter().map(|_| quote!(_));
-    // where data are refused, as those that threads cannot share
+    // errors about the data, such as a type that threads cannot share, are reported at the model's name
     let at_name = span.located_at(name.span());
     let data = quote_spanned!(at_name=> __Data<#(#given,)* #(#types),*>);
     let declaration = quote_spanned! {at_name=>
@@ -86,7 +86,7 @@ pub(crate) fn function(model: &Model, analysis: &Analysis) -> TokenStream {
     quote_spanned! {span=>
         #(#errors)*
         #(#attrs)*
-        // what is emitted is not what was written: bounds in two places, braces around a loop
+        // silence lints about emitted code: bounds in two places, braces around a loop
         #[allow(
             clippy::multiple_bound_locations,
             clippy::too_many_arguments,
@@ -113,12 +113,13 @@ pub(crate) fn function(model: &Model, analysis: &Analysis) -> TokenStream {
     }
 }
 
-/// `Real` in the signature of a submodel, which takes plain numbers too.
+/// Whether a type is `Real` in the signature of a submodel. Such an argument accepts plain numbers too.
 fn is_number(ty: &Type) -> bool {
     *ty == parse_quote!(::ppl::Real<__S>)
 }
 
-/// Data in the body: references and numbers as they are, everything else behind `&`.
+/// Emits the binding of an argument in the body: references and numbers are copied, any other type is
+/// borrowed.
 fn binding(argument: &Argument) -> TokenStream {
     const NUMBERS: [&str; 16] = [
         "f64", "f32", "usize", "u8", "u16", "u32", "u64", "u128", "isize", "i8", "i16", "i32",
@@ -135,7 +136,7 @@ fn binding(argument: &Argument) -> TokenStream {
     quote_spanned!(span=> let #name = #borrow #this.#name;)
 }
 
-/// The places of a model.
+/// Emits the table of the sites of a model.
 fn table(sites: &[Site]) -> Option<TokenStream> {
     let span = Span::mixed_site();
     let count = Literal::usize_unsuffixed(sites.len());
@@ -155,7 +156,7 @@ fn table(sites: &[Site]) -> Option<TokenStream> {
     (!sites.is_empty()).then_some(table)
 }
 
-/// What follows the statements, if they do not end with a value.
+/// Emits the end of the body, if the statements do not end with a value.
 fn ending(Model { value, body, .. }: &Model, analysis: &Analysis) -> Option<TokenStream> {
     let is_end = |last: &Statement| {
         matches!(last.kind, Kind::End(_)) && !analysis.facts.errors.contains_key(&last.id)
@@ -164,7 +165,7 @@ fn ending(Model { value, body, .. }: &Model, analysis: &Analysis) -> Option<Toke
     match body.statements.last() {
         Some(last) if is_end(last) => None,
         _ if value.as_ref().is_none_or(is_unit) => Some(quote!(::core::result::Result::Ok(()))),
-        // an error stands in its place
+        // the last statement is an error, which is emitted in its place
         _ => Some(quote!(::core::unreachable!())),
     }
 }

@@ -1,7 +1,7 @@
-//! From what was written and what is known of it to Rust that a person can follow.
+//! Generates readable Rust from the syntax tree and the analyses.
 //!
-//! Names of the macro's own have mixed-site spans: variables of a user called `cx` are others.
-//! Tokens of the user are handed on as they are.
+//! Names that the macro introduces have mixed-site spans, so that they differ from variables of the user with
+//! the same name, such as `cx`. Tokens of the user are emitted unchanged.
 
 mod function;
 mod statements;

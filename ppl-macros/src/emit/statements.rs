@@ -1,4 +1,4 @@
-//! Statements as Rust, by what was found out about them.
+//! Emits statements as Rust, with the results of the analyses.
 
 use proc_macro2::{Span, TokenStream};
 use quote::{ToTokens, format_ident, quote, quote_spanned};
@@ -12,7 +12,7 @@ use crate::ast::{Arm, Block, Flow, For, Id, Kind, Left, Mark, Model, Statement};
 use crate::plan::{Plan, Sums, here, shared_name, site};
 use crate::syntax::patterns::only_name;
 
-/// The statements of a body in order, and the places that they speak of.
+/// The statements of a body in order, and the sites that they refer to.
 pub(super) fn statements(model: &Model, analysis: &Analysis) -> (TokenStream, Vec<Site>) {
     let plan = Plan::new(model, analysis);
     let mut emitter = Emitter { analysis, plan, is_predicted: false };
@@ -22,7 +22,7 @@ pub(super) fn statements(model: &Model, analysis: &Analysis) -> (TokenStream, Ve
 struct Emitter<'a> {
     analysis: &'a Analysis,
     plan: Plan<'a>,
-    /// Inside what runs on finished draws only.
+    /// Whether the current statement is part of a prediction, which runs on finished draws only.
     is_predicted: bool,
 }
 
@@ -33,8 +33,8 @@ impl Emitter<'_> {
         tokens
     }
 
-    /// In a block that is not itself predicted, `#[predict]` opens the part that runs on finished draws
-    /// only.
+    /// Emits the statements of a block. Statements from the first `#[predict]` on form the prediction, which
+    /// runs on finished draws only, unless the block itself is part of a prediction.
     fn statements(&mut self, block: &Block) -> TokenStream {
         let [mut always, mut predicted, mut end] = [(); 3].map(|()| TokenStream::new());
         let outer = self.is_predicted;
@@ -105,7 +105,7 @@ impl Emitter<'_> {
             Kind::Flow(flow) => self.flow(flow),
             Kind::End(flow) => {
                 let end = self.value(flow);
-                // where a wrong type is reported
+                // type errors in the final value are reported here
                 let span = Span::mixed_site().located_at(statement.span);
                 quote_spanned!(span=> ::core::result::Result::Ok(#end))
             }
@@ -114,7 +114,7 @@ impl Emitter<'_> {
         }
     }
 
-    /// `span` is where the `~` stands: there is reported what does not fit together.
+    /// Emits a `~` statement. `span` is the span of `~`, where type errors are reported.
     fn tilde(
         &mut self,
         statement: &Statement,
@@ -125,7 +125,7 @@ impl Emitter<'_> {
         let number = self.plan.site();
         let (cx, site) = (cx_at(span), site(number));
         match left {
-            // it counts as used: it is in the results
+            // the variable is part of the results, so `unused_variables` would be wrong
             Left::Unknown(let_token, name) => {
                 let right = self.plan.written(right, Plan::distribution);
                 let method = if self.is_predicted { "predict" } else { "unknown" };
@@ -152,7 +152,7 @@ impl Emitter<'_> {
                 let right = self.plan.written(right, Plan::distribution);
                 let datum = quote_spanned!(place.span()=> &#place);
                 if let Left::Missing(_) = left {
-                    // afterwards the name stands for what is complete
+                    // afterwards the name refers to the completed data
                     let names = statement.declared();
                     return quote_spanned! {span=>
                         #(#[allow(unused_variables)] let #names =)*
@@ -178,7 +178,7 @@ impl Emitter<'_> {
         quote_spanned!(here(name)=> #cx.#method(&#site, #value)?;)
     }
 
-    /// What a declaration or a submodel has as its value.
+    /// Emits the value of a declaration or of a submodel.
     fn value(&mut self, flow: &Flow) -> TokenStream {
         let aligned = self.plan.written(flow, Plan::align);
         self.flow(&aligned)
@@ -217,7 +217,8 @@ impl Emitter<'_> {
         quote!(#pat #guard #arrow #body,)
     }
 
-    /// A loop, between the declarations of what it sums up apart and their additions.
+    /// Emits a plate. Declarations of the sums come before the loop, and their additions to the totals after
+    /// it.
     fn plate(&mut self, statement: Id, plate: &For) -> TokenStream {
         let For { label, for_token, pat, in_token, iter, body } = plate;
         let (cx, span) = (cx(), Span::mixed_site());
@@ -266,22 +267,22 @@ impl Emitter<'_> {
     }
 }
 
-/// The context.
+/// The name of the context.
 pub(super) fn cx() -> Ident {
     cx_at(Span::mixed_site())
 }
 
-/// The context, asked where the user wrote something: there errors are reported.
+/// The name of the context with the location of `place`, where errors are reported.
 fn cx_at(place: Span) -> Ident {
     Ident::new("cx", Span::mixed_site().located_at(place))
 }
 
-/// The variable that sums up the terms of an observation in a loop.
+/// The variable that sums the log density terms of an observation in a loop.
 fn sum_of(site: usize) -> Ident {
     format_ident!("terms_{site}", span = Span::mixed_site())
 }
 
-/// The error in place of a statement, and what it would have declared.
+/// Emits an error in place of a statement, and declares the names of the statement.
 fn broken(names: &[Ident], error: &Error) -> TokenStream {
     let mut errors = error.clone().into_iter().map(|error| error.to_compile_error());
     let value = names.first().map(|first| (first, errors.next()));

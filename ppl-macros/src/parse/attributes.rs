@@ -1,4 +1,4 @@
-//! What stands before a statement in `#[…]`.
+//! Parses the attributes of a statement.
 
 use quote::ToTokens;
 use syn::parse::ParseStream;
@@ -8,7 +8,7 @@ use syn::{Attribute, Ident, Meta, Result, Token};
 use crate::ast::{Dim, Mark};
 use crate::errors::{self, about, at};
 
-/// The attributes of a statement: about lints, its mark, its dimensions.
+/// The attributes of a statement: lint attributes, mark, dimensions.
 pub(super) type Head = (Vec<Attribute>, Mark, Vec<Dim>);
 
 pub(super) fn head(attrs: Vec<Attribute>) -> Result<Head> {
@@ -25,7 +25,7 @@ pub(super) fn head(attrs: Vec<Attribute>) -> Result<Head> {
         } else if is(&"predict") && takes_mark {
             mark = Mark::Predict;
         } else if !is(&"doc") {
-            // a comment would document nothing for rustdoc
+            // doc comments are dropped: rustdoc does not document statements
             let written = attr.meta.to_token_stream().to_string().replace(' ', "");
             return Err(about(written, &attr, errors::ATTRIBUTE));
         }
@@ -33,7 +33,7 @@ pub(super) fn head(attrs: Vec<Attribute>) -> Result<Head> {
     Ok((lints, mark, named))
 }
 
-/// `#[dims(year, school = names)]`.
+/// Parses an attribute such as `#[dims(year, school = names)]`.
 fn dims(attr: &Attribute) -> Result<Vec<Dim>> {
     let dim = |input: ParseStream| {
         let name: Ident = input.parse()?;

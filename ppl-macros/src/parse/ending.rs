@@ -1,4 +1,4 @@
-//! What a body ends with: a value, if it is that of a submodel.
+//! The end of a body: the final value of a submodel.
 
 use syn::{Expr, Result, Stmt, Type};
 
@@ -6,8 +6,9 @@ use crate::ast::{Block, Flow, Kind, Mark};
 use crate::errors::{self, at};
 use crate::syntax::expressions::is_assignment;
 
-/// Makes the last statement the end of the body: the value of type `value`, if it has one. Says why
-/// not, if that cannot be.
+/// Makes the last statement the end of the body if it is the final value of a submodel of type `value`.
+/// Returns an error if a submodel has no final value. A final value in a model without return type becomes a
+/// broken statement.
 pub(super) fn end(body: &mut Block, value: Option<&Type>) -> Result<()> {
     let is_unit = |ty: &Type| matches!(ty, Type::Tuple(tuple) if tuple.elems.is_empty());
     let needed = value.filter(|ty| !is_unit(ty));
@@ -25,12 +26,12 @@ pub(super) fn end(body: &mut Block, value: Option<&Type>) -> Result<()> {
         Kind::Flow(
             flow @ (Flow::Match { .. } | Flow::Block(_) | Flow::If { otherwise: Some(_), .. }),
         ) if needed.is_some() && is_unmarked => Kind::End(flow.clone()),
-        // `Ok(())` follows what is not the value
+        // any other expression is a statement, which `Ok(())` follows
         Kind::Rust(Stmt::Expr(_, semi)) => {
             semi.get_or_insert_default();
             return no_value();
         }
-        // what is broken may have been the value
+        // a broken statement may have been the final value
         Kind::Broken { .. } => return Ok(()),
         _ => return no_value(),
     };
@@ -38,7 +39,7 @@ pub(super) fn end(body: &mut Block, value: Option<&Type>) -> Result<()> {
     Ok(())
 }
 
-/// Whether an expression at the end of the model is certainly not a statement.
+/// Whether an expression at the end of a model can only be a value, not a statement.
 fn is_value(expr: &Expr) -> bool {
     match expr {
         Expr::Binary(binary) => !is_assignment(&binary.op),

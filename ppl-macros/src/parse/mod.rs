@@ -1,5 +1,5 @@
-//! From tokens to what was written. What cannot be read becomes a broken statement, or a model
-//! without statements, and reading goes on behind it.
+//! Parses tokens into the syntax tree. A statement with a syntax error becomes a broken statement, and a
+//! model with an unusable signature becomes a model without statements. Parsing continues after either error.
 
 mod attributes;
 mod ending;

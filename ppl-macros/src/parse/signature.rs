@@ -1,4 +1,4 @@
-//! The function that declares a model: name, generics, data.
+//! Parses the function that declares a model: name, generics, data.
 
 use proc_macro2::{Delimiter, TokenStream, TokenTree};
 use quote::{ToTokens, format_ident, quote};
@@ -19,7 +19,7 @@ use crate::syntax::patterns::only_name;
 use crate::syntax::statements::starts_with;
 use crate::syntax::tokens::says;
 
-/// All models of one invocation.
+/// Parses all models of one invocation of the macro.
 pub(crate) fn models(input: TokenStream) -> Vec<Result<Model>> {
     let parser = |input: ParseStream| {
         let mut models = Vec::new();
@@ -78,8 +78,8 @@ fn model(input: ParseStream) -> Result<Model> {
     Ok(Model { attrs, vis, fn_token, name, generics, arguments, value, body, errors })
 }
 
-/// A model without statements, for one whose signature cannot be used: calls of it compile, and
-/// add no other error.
+/// A model without statements that replaces a model whose signature cannot be used. Calls of the model then
+/// compile and cause no further errors.
 fn stand_in(vis: &Visibility, name: &Ident, arity: usize, error: Error) -> Result<Model> {
     let types: Vec<_> = (0..arity).map(|i| format_ident!("__T{i}")).collect();
     let names = (0..arity).map(|i| format_ident!("_{i}"));
@@ -87,7 +87,8 @@ fn stand_in(vis: &Visibility, name: &Ident, arity: usize, error: Error) -> Resul
     Ok(Model { errors: vec![error], ..model.parse2(stand_in)? })
 }
 
-/// The data. In a submodel with this value `Real` becomes the number of the reading that it runs in.
+/// Parses the arguments. In a submodel (with `value`), `Real` becomes the number type of the context in which
+/// the submodel runs.
 fn arguments(typed: Vec<PatType>, value: Option<&mut Type>) -> Result<Vec<Argument>> {
     let arguments: Result<Vec<_>> = typed.into_iter().map(argument).collect();
     let mut arguments = arguments?;
@@ -118,7 +119,7 @@ fn argument(typed: PatType) -> Result<Argument> {
     }
 }
 
-/// Why data cannot have a type.
+/// The error message for a type that data cannot have.
 fn refused(ty: &Type) -> Option<&'static str> {
     match ty {
         Type::ImplTrait(_) => Some(errors::IMPL_TRAIT),
@@ -128,7 +129,7 @@ fn refused(ty: &Type) -> Option<&'static str> {
     }
 }
 
-/// Makes `Real` the number of the reading that a submodel runs in.
+/// Replaces `Real` by the number type of the context in which a submodel runs.
 struct NumberType;
 
 impl VisitMut for NumberType {
@@ -143,7 +144,7 @@ impl VisitMut for NumberType {
     }
 }
 
-/// Goes past a model that could not be read.
+/// Skips a model that could not be parsed.
 fn skip(input: ParseStream) {
     while let Ok(tree) = input.parse::<TokenTree>() {
         match tree {

@@ -1,4 +1,4 @@
-//! Statements as written, read one by one.
+//! Parses the statements of a body.
 
 use std::cell::Cell;
 
@@ -19,14 +19,14 @@ use crate::syntax::statements::{
 };
 use crate::syntax::tokens::{between, is, source};
 
-/// Reads statements, and counts them.
+/// Parses statements and numbers them.
 #[derive(Default)]
 pub(super) struct Reader {
     next: Cell<usize>,
 }
 
 impl Reader {
-    /// The statements between braces; an error only if there are no braces.
+    /// Parses the statements between braces; fails only if there are no braces.
     pub(super) fn block(&self, input: ParseStream) -> Result<Block> {
         let content;
         let brace = braced!(content in input);
@@ -78,8 +78,8 @@ impl Reader {
         }
     }
 
-    /// One statement, with the `;` that ends it, if there is one. The names that it declares are
-    /// written to `names` as soon as they are known.
+    /// Parses one statement with its final `;`, if present. Adds the names that it declares to `names` as
+    /// soon as they are parsed, so that a broken statement declares them too.
     fn statement(&self, input: ParseStream, names: &mut Vec<Ident>) -> Result<(Head, Kind)> {
         let head = head(input.call(Attribute::parse_outer)?);
         let kind = if input.peek(Token![let]) {
@@ -235,7 +235,7 @@ fn expression_statement(input: ParseStream, names: &mut Vec<Ident>) -> Result<Ki
     Ok(kind)
 }
 
-/// Whether it is a statement without `;` too.
+/// Whether an expression is a statement even without `;`.
 fn is_braced(value: &Expr) -> bool {
     match value {
         Expr::While(_) | Expr::Loop(_) | Expr::Unsafe(_) | Expr::Block(_) => true,

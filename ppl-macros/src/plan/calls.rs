@@ -1,4 +1,4 @@
-//! The calls of `ppl` that the macro writes into expressions. Nothing looks at them again.
+//! Calls of `ppl` that the macro writes into expressions. They are not rewritten again.
 
 use proc_macro2::{Literal, Span, TokenStream};
 use quote::{format_ident, quote, quote_spanned};
@@ -6,17 +6,17 @@ use syn::ext::IdentExt;
 use syn::spanned::Spanned;
 use syn::{Expr, ExprBinary, ExprCall, ExprIndex, ExprTry, Ident, Macro};
 
-/// A name of the macro's own where `tokens` stand.
+/// A mixed-site span, for names that the macro introduces, at the location of `tokens`.
 pub(crate) fn here(tokens: &impl Spanned) -> Span {
     Span::mixed_site().located_at(tokens.span())
 }
 
-/// What a formula is made of: an unknown as such, anything else as it is.
+/// An operand of a formula: a number of the model becomes an operand, any other value stays as it is.
 pub(crate) fn operand(expr: &Expr) -> Expr {
     asked(expr, expr.span(), "operand")
 }
 
-/// A formula as a number, where `span` is.
+/// The number that results from a formula, with the location of `span`.
 pub(crate) fn closed(expr: &Expr, span: Span) -> Expr {
     asked(expr, span, "closed")
 }
@@ -24,7 +24,7 @@ pub(crate) fn closed(expr: &Expr, span: Span) -> Expr {
 fn asked(expr: &Expr, span: Span, method: &str) -> Expr {
     let span = Span::mixed_site().located_at(span);
     let method = Ident::new(method, span);
-    // a name needs no parentheses
+    // a single token needs no parentheses
     let tokens = match expr {
         Expr::Path(_) | Expr::Verbatim(_) | Expr::Lit(_) => quote_spanned!(span=> #expr),
         _ => quote_spanned!(span=> (#expr)),
@@ -32,40 +32,42 @@ fn asked(expr: &Expr, span: Span, method: &str) -> Expr {
     Expr::Verbatim(quote_spanned!(span=> (&__Of(&#tokens)).#method()))
 }
 
-/// The variable of a plate that sums up the adjoint of `name`.
+/// The variable in which a plate sums the adjoint of `name`.
 pub(crate) fn shared_name(name: &Ident) -> Ident {
     format_ident!("shared_{}", name.unraw(), span = here(name))
 }
 
-/// An element of what a plate shares: `all` iterations use the same, or each its own.
+/// An element of an array that a plate shares. With `all`, every iteration uses the same element; otherwise
+/// each iteration has its own.
 pub(crate) fn element(shared: &Expr, index: &ExprIndex, all: bool) -> Expr {
     let at = &index.index;
     let element = Ident::new(if all { "__element" } else { "__own" }, here(index));
     Expr::Verbatim(quote_spanned!(index.span()=> #shared.#element(#at)))
 }
 
-/// A literal that takes its type from what is around it.
+/// A literal whose type is inferred from its context.
 pub(crate) fn literal(expr: &Expr) -> Expr {
     Expr::Verbatim(quote_spanned!(here(expr)=> ::ppl::__private::literal(#expr)))
 }
 
-/// A literal that is a number of the model: with the type in full, as all that is added may be plain.
+/// A literal as a number of the model. The type is explicit, because inference fails if only plain numbers
+/// are added.
 pub(crate) fn real(expr: &Expr) -> Expr {
     Expr::Verbatim(quote_spanned! {here(expr)=>
         ::ppl::Real::<<__C as ::ppl::Context>::Number>::from(#expr)
     })
 }
 
-/// `name = name + sum` of `name += sum`, as the right side.
+/// The right side of `name = name + sum`, for the statement `name += sum`.
 pub(crate) fn step(name: &Expr, op: syn::BinOp, sum: &Expr) -> Expr {
     let before = operand(name);
     Expr::Verbatim(quote_spanned!(sum.span()=> (#before #op (#sum))))
 }
 
-/// `h[t] += a * h[t - 1]` on a vector of unknowns, whose `+=` is a call, which borrows `h` for change
-/// before the right side reads it: so the right side comes first, as it does for `f64`. The effects of
-/// an index, if it has any, come after those of the right side, as with `f64`. A `match` keeps what is
-/// temporary on the right for as long as the statement, where a `let` would not.
+/// Evaluates the right side of a statement such as `h[t] += a * h[t - 1]` first, as for `f64`. On a vector of
+/// unknowns `+=` is a call that borrows `h` mutably before the right side reads it. Effects of the index, if
+/// any, come after those of the right side, as for `f64`. A `match` keeps temporaries of the right side alive
+/// until the end of the statement; a `let` would drop them.
 pub(crate) fn right_side_first(binary: &ExprBinary) -> Expr {
     let ExprBinary { attrs, left, op, right } = binary;
     let span = here(right);
@@ -75,13 +77,13 @@ pub(crate) fn right_side_first(binary: &ExprBinary) -> Expr {
     })
 }
 
-/// The place of a statement.
+/// The site of a statement in the emitted code.
 pub(crate) fn site(number: usize) -> TokenStream {
     let number = Literal::usize_unsuffixed(number);
     quote_spanned!(Span::mixed_site()=> __SITES[#number])
 }
 
-/// `expr?` with the place of the statement in the error.
+/// `expr?`, with the site of the statement added to the error.
 pub(crate) fn located(site_number: usize, attempt: &ExprTry) -> Expr {
     let ExprTry { attrs, expr, question_token } = attempt;
     let site = site(site_number);
@@ -89,13 +91,13 @@ pub(crate) fn located(site_number: usize, attempt: &ExprTry) -> Expr {
     Expr::Verbatim(quote!(#(#attrs)* #site.#locate(#expr)#question_token))
 }
 
-/// `dot(data, numbers)` as an operand; if their lengths differ, the error says at which statement.
+/// `dot(data, numbers)` as an operand. If the lengths differ, the error contains the site of the statement.
 pub(crate) fn dot(site_number: usize, call: &ExprCall) -> Expr {
     let site = site(site_number);
     Expr::Verbatim(quote_spanned!(here(call)=> (&__Of(&#call)).same_length(&#site)?))
 }
 
-/// `reject!(reason)`.
+/// `reject!(reason)`, with the site of the statement.
 pub(crate) fn reject(site_number: usize, mac: &Macro) -> Expr {
     let (site, reason) = (site(site_number), &mac.tokens);
     Expr::Verbatim(quote_spanned! {here(&mac.path)=>

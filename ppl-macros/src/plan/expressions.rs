@@ -1,9 +1,9 @@
-//! The expressions of a statement as they will be written: arithmetic on unknowns becomes formulas
-//! that are differentiated as a whole.
+//! Rewrites the expressions of a statement: arithmetic on unknowns becomes formulas that are differentiated
+//! as a whole.
 //!
-//! `a + b * x` is written as `operand(a) + operand(b) * x`: the operands decide by their types whether
-//! there is anything to differentiate, so that a name may be taken for an unknown that is none. As a
-//! parameter of a distribution a formula stays open, everywhere else it is closed to a number.
+//! `a + b * x` is rewritten as `operand(a) + operand(b) * x`. The types of the operands decide whether there
+//! is anything to differentiate, so the analysis may safely treat a plain number as an unknown. A formula
+//! stays open as a parameter of a distribution; everywhere else it is closed to a number.
 
 use quote::ToTokens;
 use syn::spanned::Spanned;
@@ -19,8 +19,8 @@ use crate::syntax::patterns::bound_names;
 use crate::syntax::places::place;
 use crate::syntax::tokens::mentions;
 
-/// Operations that one formula joins: the type of a longer one, as of a sum of a hundred terms, would
-/// pass rustc's limits. Its parts are numbers.
+/// Largest number of operations in one formula. The type of a longer formula, such as a sum of a hundred
+/// terms, would exceed limits of rustc. A longer formula is split into parts that are closed to numbers.
 const LONGEST: usize = 24;
 
 impl Plan<'_> {
@@ -28,7 +28,7 @@ impl Plan<'_> {
         self.analysis.activity.mentions(tokens)
     }
 
-    /// The right-hand side of `~`: arithmetic in its parameters stays open.
+    /// Rewrites the right side of `~`; arithmetic in the parameters of the distribution stays open.
     pub(crate) fn distribution(&mut self, distribution: &mut Expr) {
         match distribution {
             _ if !self.formulas => self.visit_expr_mut(distribution),
@@ -57,7 +57,7 @@ impl Plan<'_> {
         }
     }
 
-    /// Writes arithmetic over operands.
+    /// Rewrites arithmetic as a formula of operands.
     pub(super) fn open(&mut self, expr: &mut Expr) {
         if !self.is_active(expr) {
             return self.visit_expr_mut(expr);
@@ -80,7 +80,7 @@ impl Plan<'_> {
                 self.open(&mut call.receiver);
                 call.args.iter_mut().for_each(|argument| self.open(argument));
             }
-            // of data; only its arguments may hold unknowns
+            // the receiver is data; only the arguments may hold unknowns
             Expr::MethodCall(call) if is_function(call) => {
                 self.visit_expr_mut(&mut call.receiver);
                 call.args.iter_mut().for_each(|argument| self.visit_expr_mut(argument));
@@ -94,7 +94,7 @@ impl Plan<'_> {
         }
     }
 
-    /// What is not arithmetic, in a formula.
+    /// Rewrites an operand of a formula.
     fn part(&mut self, expr: &mut Expr) {
         if let Some(shared) = self.shared(expr) {
             *expr = shared;
@@ -104,7 +104,7 @@ impl Plan<'_> {
             && let Some(shared) = self.shared(&index.expr)
         {
             self.visit_expr_mut(&mut index.index);
-            // a literal finds the same element in every iteration
+            // a literal index selects the same element in every iteration
             let is_literal = matches!(&*index.index, Expr::Lit(_));
             *expr = calls::element(&shared, index, is_literal);
         } else {
@@ -112,7 +112,7 @@ impl Plan<'_> {
         }
     }
 
-    /// `dot(data, &numbers)`, whose numbers may be shared.
+    /// Rewrites `dot(data, &numbers)`; the numbers may be shared by all iterations.
     fn dot(&mut self, expr: &mut Expr) {
         let Expr::Call(call) = &mut *expr else { return };
         let last = call.args.len().saturating_sub(1);
@@ -132,7 +132,8 @@ impl Plan<'_> {
         };
     }
 
-    /// A name from outside the plate, as the sum that its adjoint has there.
+    /// The variable that sums the adjoint of `expr` in the plate. None if `expr` is not a name from outside
+    /// the plate.
     fn shared(&mut self, expr: &Expr) -> Option<Expr> {
         let Expr::Path(path) = expr else { return None };
         let name = path.path.get_ident()?;
@@ -141,7 +142,7 @@ impl Plan<'_> {
         Some(Expr::Verbatim(calls::shared_name(name).into_token_stream()))
     }
 
-    /// `name += …` as `name = …`, a formula.
+    /// Rewrites `name += …` as `name = …` with a formula; returns whether it did.
     fn step(&mut self, expr: &mut Expr) -> bool {
         let Expr::Binary(ExprBinary { attrs, left, op, right }) = expr else { return false };
         let Some(plain) = without_assignment(op).filter(|_| matches!(&**left, Expr::Path(_)))
@@ -163,7 +164,8 @@ impl Plan<'_> {
     }
 }
 
-/// Whether an element is changed of what the right side mentions. All else stays as it is written.
+/// Whether an assignment changes an element of a variable that its right side mentions. Other assignments are
+/// not reordered.
 fn reads_what_it_changes(binary: &ExprBinary) -> bool {
     let ExprBinary { left, op, right, .. } = binary;
     let reads = |name: &Ident| mentions(right.to_token_stream(), &|found| found == name);
@@ -196,7 +198,7 @@ impl VisitMut for Plan<'_> {
             return;
         }
         let is_update = matches!(&*expr, Expr::Binary(binary) if reads_what_it_changes(binary));
-        // there, `?` is the closure's own
+        // in a closure, `?` leaves only the closure
         let closures = usize::from(matches!(expr, Expr::Closure(_) | Expr::Async(_)));
         self.closures += closures;
         visit_mut::visit_expr_mut(self, expr);
@@ -230,7 +232,7 @@ impl VisitMut for Plan<'_> {
         visit_mut::visit_stmt_mut(self, stmt);
     }
 
-    /// `Real` is the number of the reading here as it is in signatures of submodels.
+    /// Replaces `Real` by the number type of the context, as in the signatures of submodels.
     fn visit_type_mut(&mut self, ty: &mut Type) {
         match ty {
             Type::Path(path) if path.qself.is_none() && path.path.is_ident("Real") => {
@@ -241,6 +243,6 @@ impl VisitMut for Plan<'_> {
         }
     }
 
-    // functions inside a model are functions of their own
+    // functions inside a model are not part of the model
     fn visit_item_mut(&mut self, _: &mut Item) {}
 }

@@ -1,12 +1,13 @@
-//! Literals beside numbers of the model: `[0.5, x]`, `if c { x } else { 1.0 }`.
+//! Types of literals next to numbers of the model: `[0.5, x]`, `if c { x } else { 1.0 }`.
 //!
-//! What stands in one array, or ends the arms of one branch, has one type, and that of a literal is
-//! `f64` where the others may be unknowns. So a literal in such a place takes its type from them, and
-//! one that is assigned takes that of the variable. What has parts, as arrays, tuples and branches
-//! within, is taken apart.
+//! Elements of one array and final values of the arms of one branch must have the same type. A literal has
+//! the type `f64`, but the others may be unknowns. A literal in such a position therefore takes its type from
+//! the others, and an assigned literal takes the type of the variable. Arrays, tuples and branches are
+//! handled recursively.
 //!
-//! A variable that begins as a literal, as in `let mut s = 0.0;`, is a number of the model if what follows
-//! changes it to something that may hold unknowns, and so are the elements of `vec![0.0; n]`.
+//! A variable may begin as a literal, as in `let mut s = 0.0;`. The literal becomes a number of the model if
+//! later statements change the variable to a value that may depend on unknowns. The elements of
+//! `vec![0.0; n]` are handled in the same way.
 
 use proc_macro2::TokenTree;
 use quote::{ToTokens, quote};
@@ -17,12 +18,13 @@ use crate::analyse::Activity;
 use crate::ast::{Block, Flow, Kind};
 use crate::syntax::expressions::{is_arithmetic, is_type};
 
-/// Literals in an array, at the ends of the arms of a branch in an expression, or assigned.
+/// Adapts the types of the literals in an array, in the final values of the arms of a branch, or on the right
+/// side of an assignment.
 pub(super) fn align(expr: &mut Expr, activity: &Activity) {
     match expr {
         Expr::Array(array) => siblings(array.elems.iter_mut().collect(), false, activity),
         Expr::If(_) | Expr::Match(_) => siblings(vec![expr], false, activity),
-        // whose type is that of the place
+        // the place determines the type
         Expr::Assign(assign) if activity.mentions(&assign.left) => {
             siblings(vec![&mut *assign.right], true, activity);
         }
@@ -30,13 +32,14 @@ pub(super) fn align(expr: &mut Expr, activity: &Activity) {
     }
 }
 
-/// Literals at the ends of arms.
+/// Adapts the types of the literals in the final values of the arms of control flow.
 pub(super) fn align_arms(flow: &mut Flow, activity: &Activity) {
     siblings(ends_of_arms(flow), false, activity);
 }
 
-/// What must have one type, which is known, or that of what holds unknowns: literals take it. Where all
-/// have parts, as `Normal(x, 0.5)` and `Normal(0.0, y)` do, these are siblings in turn.
+/// Adapts the types of literals among expressions that must have one type. This type is known, or is the type of an
+/// expression that holds unknowns. If the expressions have parts of the same kind, such as `Normal(x, 0.5)`
+/// and `Normal(0.0, y)`, corresponding parts are handled recursively.
 fn siblings(exprs: Vec<&mut Expr>, is_known: bool, activity: &Activity) {
     let mut exprs: Vec<&mut Expr> = exprs.into_iter().flat_map(ends).collect();
     let has_type = |expr: &Expr| {
@@ -67,7 +70,8 @@ fn siblings(exprs: Vec<&mut Expr>, is_known: bool, activity: &Activity) {
 const ARRAY: &str = "[]";
 const TUPLE: &str = "(";
 
-/// What expressions with parts of one kind have in common.
+/// The common form of expressions whose parts correspond: constructor and number of arguments, tuple length,
+/// or array. None for expressions without parts.
 fn shape(expr: &Expr) -> Option<String> {
     match expr {
         Expr::Call(call) if is_type(&call.func) => {
@@ -75,7 +79,7 @@ fn shape(expr: &Expr) -> Option<String> {
         }
         Expr::MethodCall(call) => Some(format!(".{} {}", call.method, shape(&call.receiver)?)),
         Expr::Tuple(tuple) => Some(format!("{TUPLE}{})", tuple.elems.len())),
-        // all elements have one type
+        // all elements of an array have one type, so the length does not matter
         Expr::Array(_) | Expr::Repeat(_) => Some(ARRAY.to_owned()),
         _ => None,
     }
@@ -92,7 +96,7 @@ fn parts(expr: &mut Expr) -> Vec<&mut Expr> {
     }
 }
 
-/// A number that is written out.
+/// Whether an expression is a floating-point literal, or arithmetic of literals.
 fn is_literal(expr: &Expr) -> bool {
     match expr {
         Expr::Lit(lit) => matches!(&lit.lit, Lit::Float(number) if number.suffix().is_empty()),
@@ -106,7 +110,7 @@ fn is_literal(expr: &Expr) -> bool {
     }
 }
 
-/// What the arms end with; one that ends with none is left out.
+/// The final values of all arms; an arm without a final value is skipped.
 fn ends_of_arms(flow: &mut Flow) -> Vec<&mut Expr> {
     match flow {
         Flow::If { then, otherwise: Some((_, otherwise)), .. } => {
@@ -152,7 +156,7 @@ fn ends(expr: &mut Expr) -> Vec<&mut Expr> {
     }
 }
 
-/// Writes the literals that a variable begins with as numbers of the model.
+/// Turns literals in the initial value of a variable into numbers of the model.
 pub(super) fn begin(pat: &Pat, value: &mut Expr) {
     let mut start = value.clone();
     if matches!(pat, Pat::Ident(_)) && is_lifted(&mut start) {
@@ -160,7 +164,7 @@ pub(super) fn begin(pat: &Pat, value: &mut Expr) {
     }
 }
 
-/// Whether there was nothing but literals, now numbers of the model.
+/// Turns literals into numbers of the model; true if the expression consists only of literals.
 fn is_lifted(expr: &mut Expr) -> bool {
     match expr {
         Expr::Repeat(repeat) => is_lifted(&mut repeat.expr),
@@ -169,7 +173,7 @@ fn is_lifted(expr: &mut Expr) -> bool {
             let tokens = &call.mac.tokens;
             let Ok(mut elements) = syn::parse2(quote!([#tokens])) else { return false };
             let is_lifted = is_lifted(&mut elements);
-            // without the brackets
+            // remove the brackets
             if let Some(TokenTree::Group(list)) = elements.to_token_stream().into_iter().next() {
                 call.mac.tokens = list.stream();
             }

@@ -1,5 +1,5 @@
-//! How the Rust of statements will be written, and what that asks of what is around: places in the
-//! results, and sums over a loop.
+//! How the Rust code of statements is rewritten, and what the rewritten code needs: sites, and sums over
+//! loops.
 
 mod calls;
 mod expressions;
@@ -15,32 +15,33 @@ use crate::ast::{Flow, Id, Model};
 
 pub(crate) use calls::{here, shared_name, site};
 
-/// Writes Rust anew on the way through the statements.
+/// Rewrites the Rust code of the statements, in source order.
 pub(crate) struct Plan<'a> {
     analysis: &'a Analysis,
-    /// Whether arithmetic becomes formulas: that of a submodel goes over a tape.
+    /// Whether arithmetic becomes formulas. False in a submodel, whose arithmetic is recorded on the tape one
+    /// operation at a time.
     formulas: bool,
-    /// The places that statements speak of.
+    /// The sites that statements refer to.
     pub(crate) sites: Vec<Site>,
-    /// The numbers of the places: statements that never say where they are have none.
+    /// Indices into `sites`; statements that never refer to their site have none.
     numbers: HashMap<Id, usize>,
-    /// The statement around.
+    /// The current statement.
     pub(crate) at: Id,
-    /// What the outermost loop around sums up apart.
+    /// Sums of the outermost enclosing loop; None outside loops.
     sums: Option<Sums>,
-    /// Active names from outside of it that are the same in every iteration; none where a name may
-    /// have come to mean something else.
+    /// Active names from outside the loop that have the same value in every iteration. Empty in code that may
+    /// rebind names.
     shared: HashSet<Ident>,
-    /// Closures around in the statement.
+    /// Number of enclosing closures within the statement.
     closures: usize,
 }
 
-/// What a loop sums up apart for all loops inside.
+/// Sums in local variables of the outermost loop, used by all loops inside.
 #[derive(Default)]
 pub(crate) struct Sums {
-    /// Names from outside whose adjoints it sums up.
+    /// Names from outside the loop whose adjoints are summed.
     pub(crate) names: BTreeSet<Ident>,
-    /// The observations in it whose terms it sums up, by their sites.
+    /// Sites of the observations in the loop whose log density terms are summed.
     pub(crate) terms: Vec<usize>,
 }
 
@@ -58,7 +59,7 @@ impl<'a> Plan<'a> {
         }
     }
 
-    /// The place of the statement.
+    /// Index of the site of the current statement.
     pub(crate) fn site(&mut self) -> usize {
         let (sites, site) = (&mut self.sites, self.analysis.facts.sites.get(&self.at));
         *self.numbers.entry(self.at).or_insert_with(|| {
@@ -67,7 +68,7 @@ impl<'a> Plan<'a> {
         })
     }
 
-    /// Rust as `write` writes it.
+    /// A copy of Rust code, rewritten by `write`.
     pub(crate) fn written<T: Clone>(
         &mut self,
         rust: &T,
@@ -78,12 +79,12 @@ impl<'a> Plan<'a> {
         rust
     }
 
-    /// What is known of a loop, if it can be more than a loop of Rust.
+    /// Properties of a plate. None in a submodel, where a plate is a plain Rust loop.
     pub(crate) fn plate(&self, statement: Id) -> Option<&'a Plate> {
         self.analysis.facts.plates.get(&statement).filter(|_| self.formulas)
     }
 
-    /// Begins to sum up apart, if this is the outermost loop.
+    /// Begins the sums if no enclosing loop has any; returns whether it did.
     pub(crate) fn begin_sums(&mut self, plate: &Plate) -> bool {
         let is_outermost = self.sums.is_none();
         if is_outermost {
@@ -96,19 +97,19 @@ impl<'a> Plan<'a> {
         is_outermost
     }
 
-    /// Whether a loop sums up the terms of the observation with this site.
+    /// Adds the observation with this site to the sums of the outermost loop; false outside loops.
     pub(crate) fn sums_up(&mut self, site: usize) -> bool {
         self.sums.iter_mut().for_each(|sums| sums.terms.push(site));
         self.sums.is_some()
     }
 
-    /// What the outermost loop has summed up.
+    /// Ends the outermost loop and returns its sums.
     pub(crate) fn end_sums(&mut self) -> Sums {
         self.shared.clear();
         self.sums.take().unwrap_or_default()
     }
 
-    /// What a name is declared with, by the statement around.
+    /// The rewritten initial value of the current statement, a declaration.
     pub(crate) fn declared(&mut self, pat: &Pat, value: &Expr) -> Expr {
         let mut value = value.clone();
         if self.analysis.facts.begins.contains(&self.at) {
@@ -121,14 +122,14 @@ impl<'a> Plan<'a> {
         value
     }
 
-    /// Labels are a closure, where `?` is its own.
+    /// Rewrites labels, which are emitted in a closure: `?` leaves only the closure.
     pub(crate) fn labels(&mut self, labels: &mut Expr) {
         self.closures += 1;
         self.visit_expr_mut(labels);
         self.closures -= 1;
     }
 
-    /// A place is no arithmetic, whatever its index computes.
+    /// Rewrites a place. Arithmetic in its index does not become a formula.
     pub(crate) fn place(&mut self, place: &mut Expr) {
         let formulas = std::mem::replace(&mut self.formulas, false);
         let shared = std::mem::take(&mut self.shared);
@@ -136,7 +137,7 @@ impl<'a> Plan<'a> {
         (self.formulas, self.shared) = (formulas, shared);
     }
 
-    /// Branches with a value: their arms have one type.
+    /// Adapts literals in control flow with a value, so that all arms have one type.
     pub(crate) fn align(&mut self, flow: &mut Flow) {
         literals::align_arms(flow, &self.analysis.activity);
     }

@@ -1,4 +1,4 @@
-//! Arithmetic, calls and iterators as they are written.
+//! Arithmetic, calls and iterators in expressions.
 
 use quote::ToTokens;
 use syn::ext::IdentExt;
@@ -6,21 +6,23 @@ use syn::{BinOp, Expr, ExprCall, ExprMethodCall, Ident, Path, UnOp};
 
 use crate::syntax::tokens::says;
 
-/// The functions of `ppl::Scalar` that formulas have.
+/// Methods of `ppl::Scalar` that a formula can contain.
 const FUNCTIONS: [&str; 16] = [
     "exp", "exp_m1", "ln", "ln_1p", "sqrt", "square", "recip", "powi", "powf", "pow", "sin", "cos",
     "tanh", "abs", "logistic", "softplus",
 ];
 
-/// What a plate may do with unknowns on the way in without its length depending on them.
+/// Iterator methods that keep the length, so that the length of a plate over unknowns does not depend on
+/// their values.
 const ITERATION: [&str; 7] = ["iter", "into_iter", "zip", "enumerate", "rev", "len", "copied"];
 
-/// `Beta` is a type, `beta_around` is a function.
+/// Whether a function is named like a type: `Beta` is a type, `beta_around` is a function.
 pub(crate) fn is_type(function: &Expr) -> bool {
     last_word(function).is_some_and(|word| word.starts_with(char::is_uppercase))
 }
 
-/// Whether a function is called, by its Rust name: constructors of distributions are types.
+/// Whether an expression calls a function with a lower-case name. Constructors of distributions are named
+/// like types.
 pub(crate) fn calls_function(expr: &Expr) -> bool {
     let Expr::Call(call) = expr else { return false };
     let word = last_word(&call.func);
@@ -32,18 +34,18 @@ fn last_word(function: &Expr) -> Option<String> {
     Some(path.path.segments.last()?.ident.unraw().to_string())
 }
 
-/// Whether a path ends with these words.
+/// Whether a path ends with the given words.
 pub(crate) fn ends_with(path: &Path, words: &[&str]) -> bool {
     let mut named = path.segments.iter().rev().map(|segment| &segment.ident);
     words.iter().rev().all(|word| named.next().is_some_and(|name| name == word))
 }
 
-/// Number of operations that a formula would join.
+/// Number of operations in the formula of an expression.
 pub(crate) fn operations(expr: &Expr) -> usize {
     formula(expr, &mut Vec::new())
 }
 
-/// Adds what a formula is made of; returns the number of operations that join it.
+/// Adds the operands of a formula to `operands`; returns the number of operations.
 pub(crate) fn formula<'a>(expr: &'a Expr, operands: &mut Vec<&'a Expr>) -> usize {
     match expr {
         Expr::Paren(paren) => formula(&paren.expr, operands),
@@ -62,7 +64,7 @@ pub(crate) fn formula<'a>(expr: &'a Expr, operands: &mut Vec<&'a Expr>) -> usize
     }
 }
 
-/// Rust in which a name may come to mean something else.
+/// Whether an expression may bind names, so that a name inside may refer to another variable.
 pub(crate) fn binds_names(expr: &Expr) -> bool {
     matches!(
         expr,
@@ -78,7 +80,7 @@ pub(crate) fn binds_names(expr: &Expr) -> bool {
     )
 }
 
-/// `dot(data, numbers)`, a formula by itself.
+/// The call `dot(data, numbers)`, which is a formula by itself.
 pub(crate) fn dot(expr: &Expr) -> Option<&ExprCall> {
     match expr {
         Expr::Call(call) if plain_function(call).is_some_and(|name| name == "dot") => Some(call),
@@ -86,7 +88,7 @@ pub(crate) fn dot(expr: &Expr) -> Option<&ExprCall> {
     }
 }
 
-/// The name of what is called, if that is a name alone.
+/// The name of the called function, if it has no path.
 pub(crate) fn plain_function(call: &ExprCall) -> Option<&Ident> {
     match &*call.func {
         Expr::Path(path) => path.path.get_ident(),
@@ -109,7 +111,7 @@ pub(crate) fn is_comparison(op: &BinOp) -> bool {
     )
 }
 
-/// The place that is changed by `place = value` or `place += value`, and the value.
+/// The assigned place and the value of `place = value` or `place += value`.
 pub(crate) fn assignment(expr: &Expr) -> Option<(&Expr, &Expr)> {
     match expr {
         Expr::Assign(assign) => Some((&assign.left, &assign.right)),
@@ -118,20 +120,20 @@ pub(crate) fn assignment(expr: &Expr) -> Option<(&Expr, &Expr)> {
     }
 }
 
-/// `+=` and its kind.
+/// Whether an operator is a compound assignment such as `+=`.
 pub(crate) fn is_assignment(op: &BinOp) -> bool {
     let text = op.to_token_stream().to_string();
     text.ends_with('=') && !is_comparison(op)
 }
 
-/// `+` of `+=`.
+/// The operator of a compound assignment, such as `+` for `+=`.
 pub(crate) fn without_assignment(op: &BinOp) -> Option<BinOp> {
     let text = op.to_token_stream().to_string();
     let plain = syn::parse_str(text.strip_suffix('=')?).ok()?;
     is_arithmetic(&plain).then_some(plain)
 }
 
-/// Whether an iterator over unknowns runs over all of them.
+/// Whether the length of an iterator over unknowns does not depend on their values.
 pub(crate) fn keeps_its_length(iter: &Expr) -> bool {
     match iter {
         Expr::Path(_) | Expr::Field(_) | Expr::Lit(_) | Expr::Index(_) => true,
@@ -147,7 +149,7 @@ pub(crate) fn keeps_its_length(iter: &Expr) -> bool {
     }
 }
 
-/// Whether a loop takes its data out of an iterator that others may go on with.
+/// Whether a loop may take its data from an iterator that is used again after the loop.
 pub(crate) fn is_consumed(iter: &Expr) -> bool {
     ["by_ref", "mut"].iter().any(|word| says(iter.to_token_stream(), word))
 }

@@ -1,4 +1,4 @@
-//! Questions about Rust as it was written, answered without knowing any model.
+//! Properties of Rust syntax, independent of any model.
 
 pub(crate) mod expressions;
 pub(crate) mod patterns;

@@ -13,11 +13,11 @@ impl<'a> Visit<'a> for Names {
         visit::visit_pat_ident(self, pat);
     }
 
-    // its names are its own
+    // a closure binds names only in its own body
     fn visit_expr_closure(&mut self, _: &'a ExprClosure) {}
 }
 
-/// A capital letter is a constant or a variant.
+/// Whether a name begins with a capital letter, as constants and enum variants do.
 pub(crate) fn is_constant(name: &Ident) -> bool {
     name.to_string().starts_with(char::is_uppercase)
 }
@@ -29,14 +29,14 @@ pub(crate) fn bound_names(pat: &Pat) -> Vec<Ident> {
     names.0
 }
 
-/// The names that `if let` conditions bind.
+/// The names that the `if let` patterns of a condition bind.
 pub(crate) fn bound_by_condition(condition: &Expr) -> Vec<Ident> {
     let mut names = Names(Vec::new());
     names.visit_expr(condition);
     names.0
 }
 
-/// The name, if a pattern is nothing else, apart from a type.
+/// The name, if the pattern is a single name, optionally with a type.
 pub(crate) fn only_name(pat: &Pat) -> Option<&Ident> {
     match pat {
         Pat::Type(typed) => only_name(&typed.pat),

@@ -5,13 +5,13 @@ use syn::{Expr, Ident, Member, Result, UnOp};
 
 use crate::errors::{self, at};
 
-/// Something that can stand on the left of `~`, or be changed.
+/// A place: an expression that can be on the left of `~`, or be assigned to.
 pub(crate) struct Place {
-    /// The variable that it belongs to.
+    /// The variable to which the place belongs.
     pub(crate) root: Ident,
-    /// In results: with its fields, without indices.
+    /// Name in the results: the variable with its fields, without indices.
     pub(crate) name: String,
-    /// Whether it is an entry of something.
+    /// Whether the place is an element, written with an index.
     pub(crate) is_entry: bool,
 }
 
@@ -39,12 +39,12 @@ pub(crate) fn place(expr: &Expr) -> Result<Place> {
     }
 }
 
-/// The variable that a place belongs to.
+/// The variable to which a place belongs.
 pub(crate) fn root(expr: &Expr) -> Option<Ident> {
     place(expr).ok().map(|place| place.root)
 }
 
-/// The variable, if that is all of the place.
+/// The variable, if the place has no fields and no indices.
 pub(crate) fn plain_name(place: &Expr) -> Option<&Ident> {
     match place {
         Expr::Path(path) => path.path.get_ident(),

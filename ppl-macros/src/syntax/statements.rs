@@ -1,4 +1,4 @@
-//! Where a statement begins, where it ends, and where a `~` hides in it.
+//! Where a statement begins and ends, and whether it contains a nested `~`.
 
 use proc_macro2::{Delimiter, Span, TokenTree};
 use syn::buffer::Cursor;
@@ -8,7 +8,7 @@ use syn::{Error, Expr, Result, Token, token};
 use crate::errors;
 use crate::syntax::tokens::is;
 
-/// An expression. If it cannot be read because of a `~` inside, the error says so.
+/// Parses an expression. If parsing fails because of a nested `~`, the error says so.
 pub(crate) fn expression(
     input: ParseStream,
     parse: impl FnOnce(ParseStream) -> Result<Expr>,
@@ -20,8 +20,8 @@ pub(crate) fn expression(
     })
 }
 
-/// The first `~` that is between braces or parentheses of the statement that begins here: control flow
-/// with it has statements of the model inside.
+/// The first `~` between braces or parentheses in the statement that begins here. Control flow with such a
+/// `~` contains statements of the model.
 pub(crate) fn nested_tilde(begin: Cursor) -> Option<Span> {
     fn inside(tree: TokenTree) -> Option<Span> {
         let TokenTree::Group(group) = tree else { return None };
@@ -38,7 +38,7 @@ pub(crate) fn starts_statement(input: ParseStream) -> bool {
     input.peek(Token![let]) || input.peek(Token![for]) || input.peek(Token![#])
 }
 
-/// Whether a plate begins here.
+/// Whether a plate, a `for` loop of the model, begins here.
 pub(crate) fn starts_plate(input: ParseStream) -> bool {
     input.peek(Token![for]) && !input.peek2(Token![<])
         || input.peek(syn::Lifetime) && input.peek3(Token![for])
@@ -56,13 +56,13 @@ pub(crate) fn starts_item(input: ParseStream) -> bool {
     starts_with(input, &ITEMS) && !input.peek2(token::Brace)
 }
 
-/// Whether one of these words begins here.
+/// Whether the next token is one of these words.
 pub(crate) fn starts_with(input: ParseStream, words: &[&str]) -> bool {
     input.cursor().ident().is_some_and(|(found, _)| words.iter().any(|word| found == word))
 }
 
-/// Goes to the end of a statement that could not be read: behind its `;`, behind the block that
-/// it ends with, or before the next statement if that comes first.
+/// Skips the rest of a statement that could not be parsed: up to and including its `;` or its final block, or
+/// up to the beginning of the next statement.
 pub(crate) fn resynchronise(input: ParseStream) {
     let skip = || input.parse::<TokenTree>().ok();
     while input.peek(Token![#]) {
@@ -79,7 +79,7 @@ pub(crate) fn resynchronise(input: ParseStream) {
         if flow && block && !input.peek(Token![else]) {
             return;
         }
-        // `if let`, `while let`, `&& let`, `'label: for`
+        // no new statement begins after these words in `if let`, `while let`, `&& let`, `'label: for`
         let continues = match &last {
             TokenTree::Ident(word) => word == "if" || word == "while" || word == "else",
             TokenTree::Punct(punct) => "&|:".contains(punct.as_char()),

@@ -1,10 +1,10 @@
-//! Questions that are answered by looking at tokens: which names they mention, how the source reads.
+//! Properties of token streams: the names they mention, and their source text.
 
 use proc_macro2::{TokenStream, TokenTree};
 use syn::Ident;
 use syn::buffer::Cursor;
 
-/// Calls `f` for all that may be variables: what follows a dot is a field or a method.
+/// Calls `f` for every identifier that may be a variable. An identifier after a dot is a field or a method.
 pub(crate) fn variables(tokens: TokenStream, f: &mut impl FnMut(&Ident)) {
     let mut dots = 0;
     for tree in tokens {
@@ -20,21 +20,21 @@ pub(crate) fn variables(tokens: TokenStream, f: &mut impl FnMut(&Ident)) {
     }
 }
 
-/// How often a variable is mentioned.
+/// Number of times that a variable is mentioned.
 pub(crate) fn count(tokens: TokenStream, name: &Ident) -> usize {
     let mut uses = 0;
     variables(tokens, &mut |found| uses += usize::from(found == name));
     uses
 }
 
-/// Whether a variable is mentioned that is asked for.
+/// Whether any variable is mentioned for which `asked` is true.
 pub(crate) fn mentions(tokens: TokenStream, asked: &impl Fn(&Ident) -> bool) -> bool {
     let mut found = false;
     variables(tokens, &mut |name| found = found || asked(name));
     found
 }
 
-/// Whether a word stands there, as whatever.
+/// Whether an identifier is present, in any role.
 pub(crate) fn says(tokens: TokenStream, word: &str) -> bool {
     tokens.into_iter().any(|tree| match tree {
         TokenTree::Ident(found) => found == word,
@@ -59,8 +59,7 @@ pub(crate) fn between(mut begin: Cursor, end: Cursor) -> Vec<TokenTree> {
     trees
 }
 
-/// Tokens as they stand in the source, on one line, without attributes and the final `;`, cut to a
-/// readable length.
+/// The source text of the tokens on one line, without attributes and the final `;`, cut to a readable length.
 pub(crate) fn source(tokens: &[TokenTree]) -> String {
     const LONGEST: usize = 72;
     let attributes = tokens.chunks(2).take_while(|pair| is(&pair[0], '#')).count();
@@ -79,7 +78,7 @@ pub(crate) fn source(tokens: &[TokenTree]) -> String {
     }
 }
 
-/// With one space wherever there was room.
+/// The source text, with one space wherever the source has white space.
 fn written(trees: &[TokenTree]) -> String {
     let mut text = String::new();
     let mut end = None;

@@ -1,4 +1,4 @@
-//! The product of the matrix-free tangent on one register of elements.
+//! The product with the matrix-free tangent for one register of elements.
 
 use faer::traits::pulp::Simd;
 
@@ -10,8 +10,8 @@ use crate::operator::point_data::{
     principal_axes,
 };
 
-/// The product on one register of elements, `PLAIN` ones or not, with `C` fields, `D` damage points
-/// and `L` numbers of their local part.
+/// The product for one register of elements with `C` fields, `D` damage points and `L` entries of the local
+/// part. `PLAIN` elements are straight and not mixtures.
 pub(super) struct ElementProduct<
     'a,
     T: Precision,
@@ -23,23 +23,23 @@ pub(super) struct ElementProduct<
 > {
     pub(super) layout: &'a Layout,
     pub(super) simd: S,
-    /// Its place in a pack.
+    /// Index of the register within a pack.
     pub(super) register: usize,
-    /// The numbers of these elements, and of those behind.
+    /// Point data, beginning with those of these elements.
     pub(super) data: &'a [T::Pack],
 }
 
-/// Packs that memory is asked for before they are needed.
+/// Prefetch distance, in packs.
 const AHEAD: usize = 128;
 
-/// φ at the damage points, g′ φ there, and what the elastic points give back.
+/// Values at the damage points: φ, g′ φ, and the sum of the contributions of the elastic points.
 struct DamagePoints<V, const D: usize> {
     phi: [V; D],
     soft: [V; D],
     drive: [V; D],
 }
 
-/// a b + c, or a b in the first step of a sum.
+/// a b in the first step of a sum, a b + c in later steps.
 #[inline(always)]
 fn first_or_add<V: Number>(step: usize, a: V, b: V, c: V) -> V {
     if step == 0 { a * b } else { a.mul_add(b, c) }
@@ -51,7 +51,7 @@ impl<T: Precision, S: Simd, const PLAIN: bool, const C: usize, const D: usize, c
     const WIDTH: usize = PointData::each(D, PLAIN);
     const HEAD: usize = PointData::head(D, PLAIN);
 
-    /// The packs of `M` numbers from a place on; those far behind are asked for.
+    /// `M` packs beginning at index `place`. Also prefetches packs farther on.
     #[inline(always)]
     fn read<const M: usize>(&self, place: usize) -> &[T::Pack; M] {
         const PER_LINE: usize = 2;
@@ -96,7 +96,7 @@ impl<T: Precision, S: Simd, const PLAIN: bool, const C: usize, const D: usize, c
         points
     }
 
-    /// The flux of elastic point q for the slopes `du` of the fields.
+    /// The flux at elastic point q for the differences `du` = ∂u/∂λ_k − ∂u/∂λ₀ of the fields.
     #[inline(always)]
     fn flux(
         &self,
@@ -182,7 +182,7 @@ impl<T: Precision, S: Simd, const PLAIN: bool, const C: usize, const D: usize, c
         flux
     }
 
-    /// Adds the rows of φ that need no gradient.
+    /// Adds the terms of the φ rows that contain no gradient.
     #[inline(always)]
     fn add_local<const N: usize>(
         &self,
@@ -233,8 +233,9 @@ impl<T: Precision, S: Simd, const PLAIN: bool, const C: usize, const D: usize, c
         r
     }
 
-    /// With M_kj = 4 u_kj (u at the node between vertices k and j), ∂u/∂λ_k = Σ_j λ_j M_kj − u_k;
-    /// the part of λ that all four have in common is summed once for all points.
+    /// The product for quadratic elements. With M_kj = 4 u_kj, where u_kj is u at the node between vertices k
+    /// and j, ∂u/∂λ_k = Σ_j λ_j M_kj − u_k. At each elastic point λ_j is split into the smallest λ and an
+    /// excess; the sum with the smallest λ is computed once for all points.
     #[inline(always)]
     pub(super) fn quadratic<const N: usize>(
         &self,

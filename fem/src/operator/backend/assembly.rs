@@ -1,4 +1,4 @@
-//! The equations of a whole mesh on the processor, and on a device what that can compute.
+//! The equations of a mesh on the processor, and on a device if the device supports them.
 
 use std::sync::Arc;
 
@@ -20,18 +20,18 @@ use crate::operator::rates::{AT_ONCE, Rates};
 use crate::operator::residual::{Increment, Residual, Shift};
 use crate::parallel::Part;
 
-/// Batches that are worth a thread.
+/// Least number of batches per task of a thread.
 const LEAST: usize = 512;
 
-/// The operator on a space of `N`-node elements.
+/// The operator on a mesh of `N`-node elements.
 #[derive(Debug)]
 pub struct Assembly<const N: usize> {
     pub space: Space<N>,
-    /// How the moduli of mixtures follow from those of their phases.
+    /// Homogenisation rule for the moduli of mixtures.
     pub rule: Homogenisation,
-    /// What this rank has of the mesh.
+    /// The elements and nodes of this rank.
     part: Arc<Part>,
-    /// The same equations on a device, where that has its linear systems.
+    /// The equations on a device, if the linear systems are solved there.
     device: Option<DeviceEquations>,
 }
 
@@ -40,22 +40,22 @@ impl<const N: usize> Assembly<N> {
         Self { space, rule: Homogenisation::default(), part: Arc::default(), device: None }
     }
 
-    /// The same with another rule for mixtures.
+    /// Sets the homogenisation rule for mixtures.
     pub fn homogenised(self, rule: Homogenisation) -> Self {
         Self { rule, ..self }
     }
 
-    /// The same on a part of a mesh.
+    /// Restricts the operator to a part of a mesh.
     pub fn of_part(self, part: Arc<Part>) -> Self {
         Self { part, ..self }
     }
 
-    /// The same with what a device can compute done there.
+    /// Evaluates the equations on a device if the device supports them.
     pub fn on_device(self, device: Option<ComputeDevice>) -> Self {
         Self { device: device.map(DeviceEquations::new), ..self }
     }
 
-    /// Success where all ranks have had it.
+    /// Returns success only if all ranks succeeded.
     fn agreed(&self, result: Result<(), Inverted>) -> Result<(), Inverted> {
         if self.part.ranks().any(result.is_err()) { Err(Inverted) } else { Ok(()) }
     }
@@ -119,7 +119,7 @@ impl<const N: usize> Operator for Assembly<N> {
         let blank = [[[[0.0; 4]; 4]; N]; N];
         let sound = deterministic_reduce::<N, _>(self.space.tets.len(), blank, compute, add);
         self.agreed(sound)?;
-        // what acts at a node is its owner's part of the tangent
+        // contact at a node is added by the rank that owns the node
         let own = increment.context.contact.iter().filter(|(node, _)| self.part.halo.owns(*node));
         own.for_each(|(node, block)| out.add_node(*node, block));
         Ok(())

@@ -1,7 +1,7 @@
-//! The product of the matrix-free tangent on the elements of a chunk.
+//! The product with the matrix-free tangent on the elements of a chunk.
 //!
-//! Instructions wider than the baseline are inlined only into functions that are inlined
-//! themselves: here registers are filled by loops, never by closures such as `array::from_fn` takes.
+//! SIMD intrinsics beyond the baseline are inlined only into functions that are themselves inlined. Registers
+//! are therefore filled by loops and not by closures, such as the argument of `array::from_fn`.
 
 use faer::traits::pulp::{Simd, WithSimd};
 
@@ -11,7 +11,7 @@ use super::lanes::{Rows, Stored};
 use crate::operator::layout::{Aligned, Chunk, LANES, Layout};
 use crate::operator::point_data::PointData;
 
-/// y += A x for the elements of a chunk, on the values of its nodes.
+/// Computes y += A x for the elements of a chunk; x and y are the values of the chunk's nodes.
 pub(super) struct ChunkProduct<'a, T: Stored> {
     pub(super) layout: &'a Layout,
     pub(super) chunk: &'a Chunk,
@@ -29,7 +29,7 @@ impl<T: Stored> WithSimd for ChunkProduct<'_, T> {
     }
 }
 
-/// The elements of a chunk by some instructions.
+/// The elements of a chunk and the instruction set.
 struct Elements<'a, T: Stored, S> {
     chunk: ChunkProduct<'a, T>,
     simd: S,
@@ -53,7 +53,8 @@ impl<T: Stored, S: Simd> OfKind for Elements<'_, T, S> {
 }
 
 impl<T: Stored> ChunkProduct<'_, T> {
-    /// `N` nodes an element, `C` fields, `D` damage points, `L` numbers of their local part.
+    /// Computes the product for elements with `N` nodes, `C` fields, `D` damage points and `L` entries of the
+    /// local part.
     #[inline(always)]
     fn elements<
         S: Simd,
@@ -71,7 +72,7 @@ impl<T: Stored> ChunkProduct<'_, T> {
         let zero = T::splat(simd, 0.0);
         let lanes = T::lanes::<S>();
         let width = data.width();
-        // the few nodes of a linear element stay in registers, those of a quadratic one do not fit
+        // the values of a linear element's nodes fit into registers, those of a quadratic element do not
         let rows_at_once = if N == 4 { lanes } else { LANES };
         for (batch, local) in self.chunk.local.chunks_exact(N).enumerate() {
             for first in (0..LANES).step_by(rows_at_once) {
@@ -106,7 +107,7 @@ impl<T: Stored> ChunkProduct<'_, T> {
                 }
                 for a in 0..N {
                     for row in 0..rows_at_once {
-                        // by way of a copy, so that the four become one instruction
+                        // a local copy, so that the compiler merges the four additions into one instruction
                         let value = &mut self.y[usize::from(local[a][first + row])].0;
                         let mut sum = *value;
                         for c in 0..4 {

@@ -1,5 +1,5 @@
-//! The equations of a whole mesh on a device: fields are sent, residual and energies come back, and the numbers of
-//! the tangent stay where the product reads them.
+//! The equations of a mesh on a device. Fields are sent to the device, residual and energies are read back,
+//! and the point data of the tangent stay on the device, where the product reads them.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -20,26 +20,26 @@ use crate::material::{CrackDensity, Homogenisation, Inverted};
 use crate::operator::layout::Layout;
 use crate::operator::residual::{Increment, Residual};
 
-/// Slots whose energies are summed on the device.
+/// Number of slots per block, whose energies are summed on the device.
 const BLOCK: usize = 256;
 
-/// Residual and tangent of a mesh on a device, as long as it can compute them: for laws with a formula, without
-/// a history, and until it fails. `None` says that the processor has to.
+/// Residual and tangent of a mesh on a device. Supported are laws with a formula and without a history, until
+/// the device fails. Methods return `None` if the processor has to compute instead.
 #[derive(Debug)]
 pub(super) struct DeviceEquations {
     device: ComputeDevice,
-    /// Made when they are asked for first; or why they no longer are.
+    /// Device data, created on first use; or the error of the device after it failed.
     elements: Mutex<Result<Option<Box<Elements>>, DeviceError>>,
 }
 
-/// The elements on the device.
+/// The data of the elements on the device.
 #[derive(Debug)]
 struct Elements {
     setting: Setting,
     program: Arc<dyn Program>,
     slots: Slots,
     kinds: Vec<OfKind>,
-    /// Whether a slot has an element of its own.
+    /// Whether a slot has an element of its own, by slot.
     live: Array<u8>,
     fields: Array<f64>,
     before: Array<f64>,
@@ -51,16 +51,16 @@ struct Elements {
     blocks: Array<f64>,
 }
 
-/// What the kernels of a kind of slots read.
+/// Kernel inputs for one kind of slots.
 #[derive(Debug)]
 struct OfKind {
     geometry: Array<f64>,
-    /// The row of constants of each slot.
+    /// Index into `table` for each slot.
     rows: Array<u32>,
     table: Array<f64>,
-    /// Region and fraction of grain of each row.
+    /// Region and grain fraction of each row of `table`.
     constants: Vec<(usize, f64)>,
-    /// What the table has.
+    /// The current content of `table` on the device.
     sent: Vec<f64>,
 }
 
@@ -69,7 +69,7 @@ impl DeviceEquations {
         Self { device, elements: Mutex::new(Ok(None)) }
     }
 
-    /// Residual and energies; of mixtures by a rule.
+    /// Computes residual and energies; `rule` is the homogenisation rule of mixtures.
     pub(super) fn residual<const N: usize>(
         &self,
         space: &Space<N>,
@@ -80,7 +80,7 @@ impl DeviceEquations {
         self.attempt(space, rule, increment, |elements| elements.residual(out))
     }
 
-    /// The numbers of the tangent into those of a product, kind by kind of its elements.
+    /// Writes the point data of the tangent into the arrays of a product, one array per kind of elements.
     pub(super) fn linearise<const N: usize>(
         &self,
         space: &Space<N>,
@@ -91,7 +91,7 @@ impl DeviceEquations {
         self.attempt(space, rule, increment, |elements| elements.linearise(data))
     }
 
-    /// Why the device is no longer used, if it has failed.
+    /// The error of the device, if the device has failed and is no longer used.
     pub(super) fn lost(&self) -> Option<DeviceError> {
         self.state().as_ref().err().cloned()
     }
@@ -100,7 +100,7 @@ impl DeviceEquations {
         self.elements.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Does something with the elements on the device, if they can be there.
+    /// Runs `work` on the device data. None if the device does not support the increment or has failed.
     fn attempt<const N: usize, R>(
         &self,
         space: &Space<N>,
@@ -188,7 +188,7 @@ impl Elements {
         })
     }
 
-    /// Takes over an increment.
+    /// Sends the fields and constants of an increment to the device.
     fn send(&mut self, increment: &Increment, regions: &Regions) -> Result<(), DeviceError> {
         let fields = increment.fields;
         let nodal = fields.displacement.par_iter().zip(&fields.damage);
@@ -198,7 +198,7 @@ impl Elements {
         self.kinds.iter_mut().try_for_each(|kind| kind.send(regions))
     }
 
-    /// What the kernel of a kind reads.
+    /// The inputs of the kernels for a kind of slots.
     fn inputs(&self, kind: usize) -> Vec<Argument<'_>> {
         let (slots, own) = (&self.slots.kinds[kind], &self.kinds[kind]);
         let numbers = [self.slots.count, slots.first, slots.count];
@@ -240,7 +240,7 @@ impl Elements {
         Ok(if inverted > 0.0 { Err(Inverted) } else { Ok(()) })
     }
 
-    /// Energies, and how many elements are turned inside out.
+    /// Energies of the mesh, and the number of inverted elements.
     fn totals(&self) -> Result<[f64; SUMS], DeviceError> {
         let blocks = self.blocks.len() / SUMS;
         let arguments = [
@@ -292,7 +292,7 @@ impl OfKind {
         })
     }
 
-    /// Sends the constants of the materials where they have changed.
+    /// Sends the material constants to the device if they have changed.
     fn send(&mut self, regions: &Regions) -> Result<(), DeviceError> {
         let rows = self.constants.iter().map(|&(region, fraction)| regions.row(region, fraction));
         let table: Vec<f64> = rows.flatten().collect();

@@ -1,5 +1,6 @@
-//! The tangent applied on a device. Where its equations are on the same device, they write the numbers there; or
-//! the processor linearises, and the numbers are sent when they are needed.
+//! The product with the tangent on a device. If the equations are on the same device, they write the point
+//! data there. Otherwise the processor linearises, and the point data are sent to the device when they are
+//! needed.
 
 use std::sync::Arc;
 
@@ -16,7 +17,7 @@ use crate::operator::pattern::Tangent;
 use crate::operator::point_data::PointData;
 use crate::operator::residual::Increment;
 
-/// A product as [`product`](super::product) makes it, on a device.
+/// A matrix-free product on a device, with the precision that [`product`](super::product) would choose.
 pub fn device_product(
     layout: Arc<Layout>,
     tets: usize,
@@ -29,7 +30,7 @@ pub fn device_product(
     })
 }
 
-/// Where the numbers of the current tangent are.
+/// Location of the point data of the current tangent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Numbers {
     Here,
@@ -37,16 +38,16 @@ enum Numbers {
     Both,
 }
 
-/// A [`MatrixFree`] with a copy of its numbers on a device.
+/// A [`MatrixFree`] with a copy of its point data on a device.
 #[derive(Debug)]
 pub(super) struct DeviceProduct<T: Stored> {
     host: MatrixFree<T>,
     numbers: Numbers,
     program: Arc<dyn Program>,
     slots: Slots,
-    /// By kind of slots.
+    /// Point data by kind of slots.
     data: Vec<Array<T>>,
-    /// Places in the data of a kind that no element takes, zero here.
+    /// Indices into the point data of a kind that belong to vacant slots; they are zero on the processor.
     vacant: Vec<Vec<usize>>,
     copies: Array<f64>,
     diagonal: Array<f64>,
@@ -100,8 +101,9 @@ impl<T: Stored> DeviceProduct<T> {
         Ok(())
     }
 
-    /// Brings the numbers back. If the device has failed meanwhile, those of an earlier tangent stay, with which
-    /// no iteration converges: Newton's method asks for another.
+    /// Copies the point data from the device to the processor. If the device has failed, the point data of an
+    /// earlier tangent remain. No iteration of the linear solver converges with them, so that Newton's method
+    /// asks for a new tangent.
     fn bring(&mut self) {
         if self.numbers != Numbers::OnDevice {
             return;
@@ -124,7 +126,7 @@ impl<T: Stored> DeviceProduct<T> {
         self.numbers = Numbers::Both;
     }
 
-    /// Sums the copies by node.
+    /// Sums the copies of each node.
     fn sum(&self, y: &Array<f64>) -> Result<(), DeviceError> {
         let kernel = 2 * self.slots.kinds.len();
         self.program.launch(kernel, y.len(), &self.slots.sum(&self.copies, y))

@@ -1,4 +1,4 @@
-//! Residual, tangent and its diagonal as kernels of C, recorded from those of the processor.
+//! C kernels for the residual, the tangent and its diagonal, recorded from the code of the processor.
 
 use std::fmt::Write;
 
@@ -14,28 +14,28 @@ use crate::operator::blocks::diagonal;
 use crate::operator::element::{Constants, ElementState};
 use crate::operator::point_data::PointData;
 
-/// What the equations of all elements have in common.
+/// Model choices that all elements share.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Setting {
     pub(super) formula: Formula,
     pub(super) degraded: Degraded,
     pub(super) density: CrackDensity,
-    /// That of mixtures; `None`: there are none.
+    /// Homogenisation rule of mixtures; `None` if there are no mixtures.
     pub(super) mixed: Option<Homogenisation>,
 }
 
-/// Numbers of an elastic point's geometry: ∇λ_k, and the volume.
+/// Number of geometry values per elastic point: ∇λ_k and the volume.
 pub(super) const GEOMETRY: usize = 10;
-/// Numbers of an element's constants.
+/// Number of constants per element.
 pub(super) const ROW: usize = size_of::<Row>() / size_of::<f64>();
 
-/// Points of which an element has a geometry.
+/// Number of geometries stored per element: 1 if it is straight, else one per elastic point.
 pub(super) fn geometries(rule: &Rule, plain: bool) -> usize {
     if plain { 1 } else { rule.points.len() }
 }
 
-/// Records something of an element. It is given its nodes' values u_x, u_y, u_z, φ, then φ_n, then its geometry,
-/// then its constants.
+/// Records a computation on an element. The inputs are, in this order, the values u_x, u_y, u_z, φ of its
+/// nodes, φ_n of its nodes, its geometry, and its constants.
 fn record<const N: usize, R>(
     rule: &Rule,
     setting: &Setting,
@@ -84,9 +84,9 @@ fn record<const N: usize, R>(
     })
 }
 
-/// How a kernel gets what an element is given.
+/// C code with which a kernel reads the inputs of an element.
 struct Inputs {
-    /// Statements that find them.
+    /// C statements that compute the addresses of the inputs.
     begin: String,
     nodes: usize,
     geometry: usize,
@@ -116,7 +116,7 @@ impl Inputs {
         Self { begin, nodes: rule.nodes, geometry: GEOMETRY * geometries(rule, plain) }
     }
 
-    /// The expression of what is given at a place.
+    /// The C expression of the input with index `place`.
     fn given(&self, place: usize) -> String {
         let Self { nodes, geometry, .. } = *self;
         if place < 4 * nodes {
@@ -130,12 +130,12 @@ impl Inputs {
     }
 }
 
-/// What the residual's kernel writes beside the copies of nodes: four numbers of each slot, its energies and
-/// whether it is sound.
+/// Values that the kernels write per slot in addition to nodal values: three energies, and whether the
+/// element is sound (not inverted).
 pub(super) const SUMS: usize = 4;
 
-/// Residual and energies of an element, one a slot: what it adds to its node a at place a · slots + s of
-/// `copies` (four values) and `drive` (one).
+/// The kernel for residual and energies, one element per slot. It writes the contributions of slot s to its
+/// node a at index a · slots + s of `copies` (four values) and `drive` (one value).
 pub(super) fn residual_kernel<const N: usize>(
     rule: &Rule,
     setting: &Setting,
@@ -162,7 +162,8 @@ pub(super) fn residual_kernel<const N: usize>(
     Kernel::new(name, &[&Inputs::PARAMETERS[..], &outputs].concat(), body).calling(functions())
 }
 
-/// The numbers of an element's tangent with both fields coupled, into the packs that the product reads.
+/// The kernel for the point data of an element's fully coupled tangent, written to the packs that the product
+/// reads.
 pub(super) fn tangent_kernel<const N: usize>(
     rule: &Rule,
     setting: &Setting,
@@ -188,7 +189,8 @@ pub(super) fn tangent_kernel<const N: usize>(
     Kernel::new(name, &[&Inputs::PARAMETERS[..], &outputs].concat(), body).calling(functions())
 }
 
-/// The diagonal of an element's tangent from its numbers, as the product's kernel reads and writes.
+/// The kernel for the diagonal of an element's tangent. It reads point data and writes copies as the kernel
+/// of the product does.
 pub(super) fn diagonal_kernel(rule: &Rule, plain: bool, stored: CNumbers) -> Kernel {
     begin();
     let width = PointData::of(rule, plain).width();
@@ -209,7 +211,7 @@ pub(super) fn diagonal_kernel(rule: &Rule, plain: bool, stored: CNumbers) -> Ker
     Kernel::new(if plain { "plain_diagonal" } else { "diagonal" }, &parameters, body)
 }
 
-/// Energies of blocks of so many slots, and how many elements of each are not sound.
+/// The kernel that sums the energies, and counts the inverted elements, of each block of `block` slots.
 pub(super) fn block_sum(block: usize) -> Kernel {
     let body = format!(
         "    double sum[{SUMS}] = {{0.0}};\n    \
@@ -228,7 +230,7 @@ pub(super) fn block_sum(block: usize) -> Kernel {
     Kernel::new("block_sum", &parameters, body)
 }
 
-/// Those of a law with a split and mixtures on quadratic elements, for their test.
+/// The kernels for a test: quadratic elements, a law with a split, and mixtures.
 pub fn equations_kernels(rule: &Rule) -> Vec<Kernel> {
     let split = crate::material::Split::Spectral;
     let setting = Setting {

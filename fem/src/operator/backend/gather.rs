@@ -1,4 +1,4 @@
-//! Elements of a mesh into lanes, and what the element kernel gives back out of them.
+//! Gathers the values of elements into SIMD lanes, and stores the results of the element kernel.
 
 use faer::traits::pulp::{Simd, WithSimd};
 
@@ -15,24 +15,24 @@ use crate::operator::pattern::Block;
 use crate::operator::point_data::PointData;
 use crate::operator::residual::Increment;
 
-/// The most numbers that the tangent of a linear element takes.
+/// Length of a stack buffer that holds the point data of a linear element with its principal axes.
 const FEW: usize = 51;
 
-/// What the elements of a mesh have in common in an increment.
+/// Data of an increment that all elements share.
 pub struct Gather<'a, const N: usize> {
     pub(super) space: &'a Space<N>,
     increment: &'a Increment<'a>,
     density: CrackDensity,
     regions: Regions<'a>,
-    /// Where each row of a batch is in the lanes.
+    /// Lane of each row of a batch.
     pub(super) places: [usize; LANES],
 }
 
-/// What the values of elements refer to, as their owner keeps it.
+/// Storage for the values to which [`ElementState`] refers.
 pub struct Buffers<T> {
-    /// Of straight elements.
+    /// Geometry if all elements are straight.
     straight: [Geometry<T>; 1],
-    /// Of elements of which one at least is curved, by elastic point.
+    /// Geometry by elastic point, if at least one element is curved.
     curved: Vec<Geometry<T>>,
     history: Option<[T; MOST_POINTS]>,
 }
@@ -49,7 +49,7 @@ impl<T: Lanes> Buffers<T> {
 impl<'a, const N: usize> Gather<'a, N> {
     pub fn new(space: &'a Space<N>, rule: Homogenisation, increment: &'a Increment<'a>) -> Self {
         let Increment { materials, context, .. } = increment;
-        // one damage model for all regions
+        // all regions have the same damage model, so the first one is used
         let damage = materials.iter().find_map(|m| m.damage.as_ref());
         Self {
             space,
@@ -60,7 +60,7 @@ impl<'a, const N: usize> Gather<'a, N> {
         }
     }
 
-    /// The residuals of the elements from `first` on.
+    /// The residuals of `out.len()` elements, beginning with element `first`.
     pub(super) fn residuals(
         &self,
         first: usize,
@@ -69,7 +69,7 @@ impl<'a, const N: usize> Gather<'a, N> {
         dispatch(Residuals { gather: self, first, out })
     }
 
-    /// The tangents of the elements from `first` on.
+    /// The tangents of `out.len()` elements, beginning with element `first`.
     pub(super) fn tangents(
         &self,
         first: usize,
@@ -79,7 +79,7 @@ impl<'a, const N: usize> Gather<'a, N> {
         dispatch(Tangents { gather: self, first, coupled, out })
     }
 
-    /// The numbers of the tangents of these elements, batch by batch.
+    /// The point data of the tangents of the elements `tets`, batch by batch.
     pub(super) fn point_data(
         &self,
         tets: &[u32],
@@ -89,13 +89,13 @@ impl<'a, const N: usize> Gather<'a, N> {
         dispatch(Numbers { gather: self, tets, coupled, write })
     }
 
-    /// The driving energies of the elements from `first` on, point by point.
+    /// The driving energies of consecutive elements, beginning with element `first`, point by point.
     pub(super) fn driving_energies(&self, first: usize, out: &mut [f64]) -> Result<(), Inverted> {
         dispatch(Driving { gather: self, first, out })
     }
 
-    /// The element of each lane, so that the rows that are written back have the order of the
-    /// elements; lanes without one have the last one again.
+    /// The element of each lane, chosen so that the rows are stored in the order of the elements. Lanes
+    /// without an element repeat the last element.
     pub(super) fn rows(&self, first: usize, count: usize) -> [usize; LANES] {
         let mut tets = [first; LANES];
         for row in 0..LANES {
@@ -104,7 +104,7 @@ impl<'a, const N: usize> Gather<'a, N> {
         tets
     }
 
-    /// The values of the elements of each lane.
+    /// The state of the elements in all lanes.
     #[inline(always)]
     pub fn elements<'b, T: Lanes>(
         &'b self,
@@ -155,7 +155,8 @@ impl<'a, const N: usize> Gather<'a, N> {
         }
     }
 
-    /// Fills the buffers: geometry, and the largest ψ⁺ so far at the elastic points if it is kept.
+    /// Fills the buffers: the geometry, and the largest previous ψ⁺ at the elastic points if there is a
+    /// history.
     #[inline(always)]
     fn locate<T: Lanes>(
         &self,
@@ -187,7 +188,7 @@ impl<'a, const N: usize> Gather<'a, N> {
         buffers.history = Some(so_far);
     }
 
-    /// The geometry of the elements of each lane at elastic point q.
+    /// The geometry of the elements in all lanes at elastic point q.
     #[inline(always)]
     fn geometry<T: Lanes>(&self, token: T::Token, tets: [usize; POINTS], q: usize) -> Geometry<T> {
         let mut columns = [[0.0; POINTS]; 10];
@@ -212,7 +213,7 @@ impl<'a, const N: usize> Gather<'a, N> {
     }
 }
 
-/// Whether all elements are sound.
+/// Returns an error if the element of any lane is inverted.
 #[inline(always)]
 pub(super) fn check<T: Lanes>(sound: T) -> Result<(), Inverted> {
     let mut lanes = [1.0; POINTS];
@@ -220,7 +221,7 @@ pub(super) fn check<T: Lanes>(sound: T) -> Result<(), Inverted> {
     if lanes == [1.0; POINTS] { Ok(()) } else { Err(Inverted) }
 }
 
-/// Writes four numbers of each element as rows, in the order of the elements.
+/// Stores four values of each element as rows, in the order of the elements.
 #[inline(always)]
 pub(super) fn store_rows<S: Simd>(simd: S, columns: &[SimdF64<S>; 4], rows: &mut Rows<f64>) {
     for r in 0..REGISTERS {
@@ -290,9 +291,9 @@ impl<const N: usize> WithSimd for Tangents<'_, '_, N> {
         let Self { gather, mut first, coupled, out } = self;
         let mut buffers = Buffers::<SimdF64<S>>::new(simd);
         let rule = &gather.space.rule;
-        // as much as elements take that are not plain
+        // sized for elements that are not plain, which need the most
         let width = PointData::of(rule, false).width_with_axes();
-        // those of a linear element stay on the stack
+        // the point data of a linear element fit on the stack
         let zero = SimdF64::<S>::splat(simd, 0.0);
         let (mut few, mut many) = ([zero; FEW], Vec::new());
         let numbers = if width <= FEW {
@@ -347,7 +348,7 @@ impl<const N: usize> WithSimd for Numbers<'_, '_, N> {
             for first in (0..LANES).step_by(count) {
                 let mut lanes = [0; LANES];
                 for lane in 0..count {
-                    // a vacant place has the first element again
+                    // a vacant lane repeats the first element of the batch
                     let tet = tets.get(first + lane).copied().filter(|&tet| tet != VACANT);
                     lanes[lane] = tet.unwrap_or(tets[0]) as usize;
                 }

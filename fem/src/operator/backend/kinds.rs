@@ -1,23 +1,23 @@
-//! The kinds of elements for which the product is compiled.
+//! The kinds of elements for which the product with the tangent is compiled.
 
 use crate::element::Rule;
 
-/// What is done with the product of a kind of element.
+/// A computation that is compiled for each kind of element.
 pub(super) trait OfKind {
     type Output;
 
-    /// `PLAIN` elements or not, of `N` nodes with `C` fields, `D` damage points and `L` numbers of their
-    /// local part.
+    /// Runs the computation for elements with `N` nodes, `C` fields, `D` damage points and `L` entries of the
+    /// local part. `PLAIN` elements are straight and not mixtures.
     fn of_kind<const PLAIN: bool, const N: usize, const C: usize, const D: usize, const L: usize>(
         self,
     ) -> Self::Output;
 }
 
-/// Does it for the elements of a rule.
+/// Runs the computation for the kind of element that a rule describes.
 #[inline(always)]
 pub(super) fn of_kind<W: OfKind>(rule: &Rule, plain: bool, work: W) -> W::Output {
     let damage = rule.damage.len();
-    // without damage nothing else is read of curved elements or mixtures
+    // without damage, point data of curved elements and mixtures are the same as those of plain elements
     if plain || damage == 0 {
         match (rule.nodes, damage) {
             (4, 0) => work.of_kind::<true, 4, 3, 0, 0>(),

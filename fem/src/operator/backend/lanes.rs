@@ -1,4 +1,4 @@
-//! Arithmetic on several elements at once, with the widest instructions that the processor has.
+//! Arithmetic on several elements at once, with SIMD instructions that are chosen at run time.
 
 use std::marker::PhantomData;
 
@@ -8,14 +8,14 @@ use faer::traits::pulp::{self, Simd, WithSimd};
 use crate::material::{Number, SimdF32, SimdF64};
 use crate::operator::layout::LANES;
 
-/// One number of as many elements as 32 bytes hold, the register of AVX2; wider ones gain nothing
-/// where memory is the limit. It is so aligned that it does not cross a cache line.
+/// One value of as many elements as fit into 32 bytes, an AVX2 register. Wider registers bring no gain,
+/// because memory bandwidth is the limit. The alignment keeps a pack within one cache line.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(32))]
 pub struct Pack<T, const W: usize>([T; W]);
 
 impl<T: Copy, const W: usize> Pack<T, W> {
-    /// The same number for all elements.
+    /// The same value for all elements.
     pub const fn of(x: T) -> Self {
         Self([x; W])
     }
@@ -35,37 +35,37 @@ impl<T, const W: usize> AsMut<[T]> for Pack<T, W> {
     }
 }
 
-/// Four numbers of each element of a batch, element by element.
+/// Four values of each element of a batch, element by element.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(32))]
 pub struct Rows<T>(pub [[T; 4]; LANES]);
 
-/// What a product is computed with.
+/// The number type of a product with the tangent.
 pub trait Precision: Copy + Default + Send + Sync + std::fmt::Debug + 'static {
     type Pack: Copy + Send + Sync + std::fmt::Debug + AsRef<[Self]> + AsMut<[Self]> + 'static;
-    /// A register of them.
+    /// A SIMD register of numbers.
     type Register<S: Simd>: Number;
 
     fn splat<S: Simd>(simd: S, x: f64) -> Self::Register<S>;
     fn load<S: Simd>(simd: S, pack: &Self::Pack, register: usize) -> Self::Register<S>;
 }
 
-/// The precision of stored numbers.
+/// The floating-point type in which point data are stored.
 pub trait Stored: Precision + Pod {
-    /// Numbers in a pack.
+    /// Number of elements in a pack.
     const WIDTH: usize;
     const ZERO: Self::Pack;
 
     fn of(x: f64) -> Self;
     fn wide(self) -> f64;
 
-    /// Numbers in a register, which divide a pack.
+    /// Number of lanes of a register; divides the width of a pack.
     fn lanes<S: Simd>() -> usize;
     fn store<S: Simd>(pack: &mut Self::Pack, register: usize, x: Self::Register<S>);
-    /// The four columns of as many rows as a register has lanes, in an order of the lanes that
-    /// [`Stored::rows`] undoes and [`places`] tells.
+    /// Transposes rows: loads the four columns of as many rows as a register has lanes. The order of the
+    /// lanes is given by [`places`]; [`Stored::rows`] reverses it.
     fn columns<S: Simd>(simd: S, rows: &Rows<Self>, register: usize) -> [Self::Register<S>; 4];
-    /// Writes four columns as rows again.
+    /// Stores four columns as rows, the inverse of [`Stored::columns`].
     fn rows<S: Simd>(
         simd: S,
         columns: &[Self::Register<S>; 4],
@@ -74,7 +74,7 @@ pub trait Stored: Precision + Pod {
     );
 }
 
-/// Runs work with AVX2 where the processor has it.
+/// Runs `work` with AVX2 if the processor supports it.
 pub fn dispatch<W: WithSimd>(work: W) -> W::Output {
     #[cfg(target_arch = "x86_64")]
     return match pulp::x86::V3::try_new() {
@@ -85,7 +85,7 @@ pub fn dispatch<W: WithSimd>(work: W) -> W::Output {
     pulp::Arch::new().dispatch(work)
 }
 
-/// Asks for the cache line of a value that may lie behind the end of `data`.
+/// Prefetches the cache line of a value. The index may be beyond the end of `data`.
 #[inline(always)]
 pub(super) fn prefetch<T>(data: &[T], index: usize) {
     #[cfg(target_arch = "x86_64")]
@@ -95,7 +95,7 @@ pub(super) fn prefetch<T>(data: &[T], index: usize) {
     }
 }
 
-/// The place of each element of a batch in its packs, as [`Stored::columns`] puts it.
+/// Position of each element of a batch in its packs, as produced by [`Stored::columns`].
 pub(super) fn places<T: Stored>() -> [usize; LANES] {
     struct Places<T>(PhantomData<T>);
     impl<T: Stored> WithSimd for Places<T> {
@@ -134,7 +134,7 @@ macro_rules! precision {
                 $number::splat(simd, x)
             }
 
-            // numbers of registers are powers of two: the masks spare checks of bounds
+            // the number of registers is a power of two: masking the index removes the bounds check
 
             #[inline(always)]
             fn load<S: Simd>(simd: S, pack: &Self::Pack, register: usize) -> Self::Register<S> {

@@ -1,7 +1,7 @@
-//! The tangent applied element by element from stored point data, without a matrix.
+//! The tangent applied element by element from stored point data, without assembly of a matrix.
 //!
-//! The data of [`LANES`] elements stand side by side, so that one instruction works on several;
-//! which instructions, the processor decides when the program runs.
+//! The point data of [`LANES`] elements are interleaved, so that one SIMD instruction processes several
+//! elements. The instruction set is chosen at run time.
 
 use std::sync::Arc;
 
@@ -19,12 +19,12 @@ use crate::operator::pattern::{Block, Tangent};
 use crate::operator::point_data::PointData;
 use crate::operator::residual::Increment;
 
-/// Chunks of quadratic elements whose linear tangents are computed before they are added: 16 MB.
+/// Number of chunks of quadratic elements whose linear tangents are computed before they are added: 16 MB.
 const AT_ONCE: usize = 16;
-/// Elements from which point data are kept in single precision, where they would fill the memory.
+/// Number of elements from which point data are stored in single precision, to save memory.
 pub(super) const SINGLE_FROM: usize = 400_000;
 
-/// A product for a space, with point data in the precision that its size asks for.
+/// A matrix-free product for a mesh; the number of elements decides the precision of the point data.
 pub fn product(layout: Arc<Layout>, tets: usize) -> Box<dyn Product> {
     if tets < SINGLE_FROM {
         Box::new(MatrixFree::<f64>::new(layout))
@@ -33,14 +33,14 @@ pub fn product(layout: Arc<Layout>, tets: usize) -> Box<dyn Product> {
     }
 }
 
-/// The tangent at some fields.
+/// The tangent at some fields, as point data.
 #[derive(Debug)]
 pub struct MatrixFree<T: Stored> {
     layout: Arc<Layout>,
-    /// Chunk after chunk; batch, then part of the batch that a pack holds, then number of the
-    /// element's tangent.
+    /// Point data by chunk; within a chunk by batch, then by pack of the batch, then by index within the
+    /// point data.
     data: Vec<Vec<T::Pack>>,
-    /// The place of each element of a batch in its packs.
+    /// Position of each element of a batch in its packs.
     places: [usize; LANES],
     copies: Vec<Aligned>,
 }
@@ -55,7 +55,7 @@ impl<T: Stored> MatrixFree<T> {
         Self { layout, data, places: places::<T>(), copies: Vec::new() }
     }
 
-    /// The numbers of the chunks.
+    /// The point data by chunk.
     pub(super) fn data(&self) -> &[Vec<T::Pack>] {
         &self.data
     }
@@ -143,7 +143,7 @@ impl<T: Stored> Product for MatrixFree<T> {
     }
 }
 
-/// The point data of a chunk, read with a rule.
+/// The point data of a chunk, and the rule with which they are read.
 #[derive(Clone, Copy)]
 struct StoredNumbers<'a, T: Stored> {
     rule: &'a Rule,
@@ -152,7 +152,7 @@ struct StoredNumbers<'a, T: Stored> {
     places: &'a [usize; LANES],
 }
 
-/// An element of a chunk.
+/// Position of an element in a chunk.
 #[derive(Clone, Copy)]
 struct Slot {
     batch: usize,
@@ -160,12 +160,12 @@ struct Slot {
 }
 
 impl<T: Stored> StoredNumbers<'_, T> {
-    /// Batches, or parts of them that a number's lanes hold.
+    /// Number of parts: a part is the number of elements that one SIMD number holds.
     fn parts<S: Simd>(&self) -> usize {
         self.chunk.tets.len() / SimdF64::<S>::COUNT
     }
 
-    /// The numbers of the elements of a part.
+    /// Loads the point data of the elements of a part.
     #[inline(always)]
     fn load<S: Simd>(&self, simd: S, part: usize, numbers: &mut [SimdF64<S>]) {
         let first = part * SimdF64::<S>::COUNT;
@@ -182,7 +182,7 @@ impl<T: Stored> StoredNumbers<'_, T> {
         }
     }
 
-    /// The elements of a part with their lanes, in the order of the chunk.
+    /// The elements of a part and their lanes, in the order of the chunk.
     fn elements<S: Simd>(&self, part: usize) -> impl Iterator<Item = (Slot, usize)> {
         let first = part * SimdF64::<S>::COUNT;
         let (batch, begin) = (first / LANES, first % LANES);
@@ -194,7 +194,7 @@ impl<T: Stored> StoredNumbers<'_, T> {
     }
 }
 
-/// Calls `add` with the diagonal of each element, node by node.
+/// Computes the diagonal of each element and calls `add` for each of its nodes.
 struct Diagonal<'a, T: Stored, const N: usize> {
     stored: StoredNumbers<'a, T>,
     add: &'a mut dyn FnMut(Slot, usize, &[f64; 4]),
@@ -225,7 +225,7 @@ impl<T: Stored, const N: usize> WithSimd for Diagonal<'_, T, N> {
     }
 }
 
-/// The tangents of the linear functions on the elements of a chunk.
+/// Computes the tangents of linear shape functions on the elements of a chunk.
 struct LinearTangents<'a, T: Stored> {
     stored: StoredNumbers<'a, T>,
     elements: &'a mut Vec<(u32, [[Block; 4]; 4])>,

@@ -1,5 +1,5 @@
-//! The processor: elements side by side in registers, chunks of them on threads; and devices, whose kernels
-//! are recorded from those of the processor.
+//! Implementations of the equations: on the processor, with several elements per SIMD register and chunks of
+//! elements on threads; and on devices, whose kernels are generated from the code of the processor.
 
 mod apply;
 mod assembly;

@@ -1,4 +1,4 @@
-//! The product with the tangents of elements as a kernel of C, recorded from that of the processor.
+//! C kernels for the product with the tangents of elements, recorded from the code of the processor.
 
 use std::fmt::Write;
 
@@ -12,9 +12,10 @@ use crate::device::Kernel;
 use crate::operator::layout::Layout;
 use crate::operator::point_data::PointData;
 
-/// The kernel of elements that are plain or not, whose slots begin at `first`, one an item. It reads the
-/// nodes of slot s at `nodes[a slots + s]`, its numbers in packs as the processor stores them, and
-/// writes what it adds to its node a to the four values at place `a slots + s` of `copies`.
+/// The kernel for plain or other elements, one element per item; `first` is the first slot of the kind. It
+/// reads the nodes of slot s at `nodes[a slots + s]`, and the point data in packs as the processor stores
+/// them. It writes the contribution to node a of slot s to the four values with index `a slots + s` of
+/// `copies`.
 pub(super) fn product_kernel(layout: &Layout, plain: bool, stored: CNumbers) -> Kernel {
     begin();
     let nodes = layout.rule.nodes;
@@ -51,7 +52,7 @@ pub(super) fn product_kernel(layout: &Layout, plain: bool, stored: CNumbers) -> 
     Kernel::new(name, &parameters, body)
 }
 
-/// Those of both kinds and precisions, for their test.
+/// The kernels of both kinds and precisions, for a test.
 pub fn product_kernels(layout: &Layout) -> Vec<Kernel> {
     let single = [true, false].map(|plain| product_kernel(layout, plain, CNumbers::of::<f32>()));
     let double = [true, false].map(|plain| product_kernel(layout, plain, CNumbers::of::<f64>()));
@@ -59,7 +60,8 @@ pub fn product_kernels(layout: &Layout) -> Vec<Kernel> {
     single.into_iter().chain(double).collect()
 }
 
-/// The product of one element as recorded numbers, field by field of each node.
+/// Records the product for one element; the result lists the fields of node 0, then those of node 1, and so
+/// on.
 struct Recorded<'a> {
     layout: &'a Layout,
 }
@@ -96,19 +98,19 @@ impl OfKind for Recorded<'_> {
     }
 }
 
-/// How C declares and finds the stored numbers of an element.
+/// C declarations for the stored point data of an element.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CNumbers {
-    /// Pointer type to read them.
+    /// Pointer type for reading.
     pub(super) read: &'static str,
-    /// Pointer type to write them.
+    /// Pointer type for writing.
     pub(super) write: &'static str,
-    /// Numbers in a pack.
+    /// Number of elements per pack.
     pub(super) lanes: usize,
 }
 
 impl CNumbers {
-    /// Numbers that are stored as `T`.
+    /// The declarations for point data of type `T`.
     pub(super) fn of<T: Stored>() -> Self {
         let [read, write] = if size_of::<T>() == 4 {
             ["const float *", "float *"]
@@ -118,7 +120,7 @@ impl CNumbers {
         Self { read, write, lanes: T::WIDTH }
     }
 
-    /// The C statement that declares `own`, a pointer to the numbers of the kernel's element.
+    /// The C statement that declares `own`, a pointer to the point data of the kernel's element.
     pub(super) fn own(&self, pointer: &str, width: usize) -> String {
         let lanes = self.lanes;
         format!("    {pointer}own = data + (at / {lanes} * {width} * {lanes} + at % {lanes});\n")

@@ -1,8 +1,10 @@
-//! A number that writes down what is done with it, so that a kernel tells its own source.
+//! A number type that records the operations on it, so that the C source of a kernel is generated from the
+//! code of the processor.
 //!
-//! It records sums and products for the product with a tangent, and all that a point's equations take for residual
-//! and tangent. Zeros and ones that are known are left out, and what was computed before is not computed again; nothing else is
-//! changed, so that the source rounds as the kernel does.
+//! It records sums and products for the product with a tangent, and all operations of a point's equations for
+//! residual and tangent. Operations with the constants zero and one are simplified, and repeated
+//! subexpressions are recorded once. Nothing else is changed, so that the C code rounds as the processor's
+//! code does.
 
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -14,39 +16,39 @@ use faer::traits::pulp::Simd;
 use super::lanes::{Pack, Precision};
 use crate::material::{Number, Round, Scalar};
 
-/// What a number is.
+/// An operation or an operand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Node {
-    /// By its bits.
+    /// A constant, by the bits of its value.
     Constant(u64),
-    /// What the kernel is given, by its place.
+    /// An input of the kernel, by its index.
     Given(u32),
     Add(Term, Term),
     Subtract(Term, Term),
     Multiply(Term, Term),
     Divide(Term, Term),
     Negate(Term),
-    /// a b + c with one rounding.
+    /// a b + c with a single rounding.
     MultiplyAdd(Term, Term, Term),
-    /// A function of C's library.
+    /// A call of a function of the C library.
     Call(&'static str, Term),
     Call2(&'static str, Term, Term),
-    /// Whether a comparison, by its sign, holds.
+    /// A comparison with the given operator: 1 if it holds, else 0.
     Compare(&'static str, Term, Term),
-    /// The second where the first holds, else the third.
+    /// The second term if the first is not 0, else the third.
     Select(Term, Term, Term),
-    /// A number of the state that a loop leaves, by the loop's place.
+    /// An entry of the final state of a loop: index of the loop, index of the entry.
     Left(u32, u32),
 }
 
-/// A loop that is run on numbers.
+/// A loop: the name of its C function, and its initial state.
 #[derive(Clone, Debug, PartialEq)]
 struct Loop {
     name: &'static str,
     state: Vec<Term>,
 }
 
-/// A number by its place in the record; the first is zero.
+/// Index of a node in the record; node 0 is the constant zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub(super) struct Term(u32);
 
@@ -57,7 +59,7 @@ struct Record {
     nodes: Vec<Node>,
     known: HashMap<Node, Term>,
     loops: Vec<Loop>,
-    /// The functions of C that loops are, by name.
+    /// C functions of the loops, by name.
     functions: Vec<(&'static str, String)>,
 }
 
@@ -70,7 +72,7 @@ impl Record {
 }
 
 thread_local! {
-    // numbers are copied like numbers, and cannot carry the record along
+    // a `Term` is `Copy` and cannot hold a reference to the record
     static RECORD: RefCell<Record> = RefCell::new(Record::new());
 }
 
@@ -87,14 +89,14 @@ fn put(node: Node) -> Term {
 }
 
 impl Term {
-    /// Number `place` of what the kernel is given.
+    /// Input number `place` of the kernel.
     pub(super) fn given(place: usize) -> Self {
         put(Node::Given(place as u32))
     }
 
     #[inline(never)]
     fn fixed(x: f64) -> Self {
-        // −0 is zero
+        // −0.0 becomes 0.0
         put(Node::Constant(if x == 0.0 { 0 } else { x.to_bits() }))
     }
 
@@ -104,8 +106,8 @@ impl Term {
     }
 }
 
-// Recording is slow anyway, and each operation inlined into the recorded kernels would make them the
-// largest functions of the crate to compile: operations are calls.
+// Operators are not inlined: inlining would make the recorded kernels the largest functions of the crate to
+// compile, and the speed of recording does not matter.
 
 impl Add for Term {
     type Output = Self;
@@ -189,7 +191,7 @@ impl Number for Term {
 }
 
 impl Scalar for Term {
-    /// Its number is one or zero.
+    /// The term of a comparison, whose value is 1 or 0.
     type Mask = Self;
 
     const RECORDS: bool = true;
@@ -250,13 +252,13 @@ impl Scalar for Term {
         if yes == no { yes } else { put(Node::Select(mask, yes, no)) }
     }
 
-    /// What is recorded holds for all values.
+    /// Always false: the recorded code must be valid for all values, so it cannot end an iteration early.
     fn settled(_: Self) -> bool {
         false
     }
 }
 
-/// One element at a time, so that a register and a pack are a number.
+/// Records one element at a time: a register and a pack are a single number.
 impl Precision for Term {
     type Pack = Pack<Self, 1>;
     type Register<S: Simd> = Self;
@@ -270,7 +272,7 @@ impl Precision for Term {
     }
 }
 
-/// A loop as a function of C, which is given its state and leaves another.
+/// Writes a loop as a C function, which updates the state in place.
 fn function(name: &str, most: usize, len: usize, round: Round<Term>) -> String {
     let outer = RECORD.replace(Record::new());
     let mut state: Vec<Term> = (0..len).map(Term::given).collect();
@@ -289,13 +291,13 @@ fn function(name: &str, most: usize, len: usize, round: Round<Term>) -> String {
     out + "    }\n}\n"
 }
 
-/// The functions of C that the statements of this record call.
+/// The C functions that the statements of the current record call.
 pub(super) fn functions() -> Vec<String> {
     RECORD.with_borrow(|record| record.functions.iter().map(|f| f.1.clone()).collect())
 }
 
-/// The statements of C that compute `results`, and the expression of each. `given` is the expression
-/// of what the kernel is given at a place; it is read where it is used first.
+/// The C statements that compute `results`, and the C expression of each result. `given` returns the C
+/// expression of an input; an input is read just before its first use.
 pub(super) fn statements(
     results: &[Term],
     given: &dyn Fn(usize) -> String,
@@ -382,7 +384,7 @@ fn parts(node: Node) -> [Option<Term>; 3] {
     }
 }
 
-/// Begins a new record on this thread.
+/// Starts a new, empty record on this thread.
 pub(super) fn begin() {
     RECORD.replace(Record::new());
 }

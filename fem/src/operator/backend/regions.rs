@@ -1,4 +1,4 @@
-//! The constants of the materials, as elements side by side take them.
+//! Material constants of the elements, gathered into SIMD lanes.
 
 use crate::element::Space;
 use crate::material::{
@@ -11,22 +11,22 @@ use crate::operator::element::Constants;
 pub(super) struct Regions<'a> {
     materials: &'a [PointMaterial],
     degraded: Degraded,
-    /// The formula that all regions have.
+    /// The formula of the elastic law, if all regions have the same one.
     formula: Option<Formula>,
     rule: Homogenisation,
-    /// K, μ, 1 − η, Gc/(c₀ ℓ₀), Gc ℓ₀/c₀ and ξ/Δt by region.
+    /// Constants by region: K, μ, 1 − η, Gc/(c₀ ℓ₀), Gc ℓ₀/c₀ and ξ/Δt.
     constants: Vec<[f64; CONSTANTS]>,
 }
 
-/// Constants of a region.
+/// Number of constants of a region.
 pub(super) const CONSTANTS: usize = 6;
 
-/// Those of an element; behind them the fraction and the moduli of the grain.
+/// Constants of one element: those of its region, then fraction, bulk and shear modulus of the grain.
 pub(super) type Row = [f64; CONSTANTS + 3];
 
 impl<'a> Regions<'a> {
     pub(super) fn new(materials: &'a [PointMaterial], rule: Homogenisation, duration: f64) -> Self {
-        // one damage model for all regions
+        // all regions have the same damage model, so the first one is used
         let damage = materials.iter().find_map(|m| m.damage.as_ref());
         let constants = materials.iter().map(|m| {
             let [soft, local, gradient, viscosity] = match &m.damage {
@@ -45,17 +45,18 @@ impl<'a> Regions<'a> {
         }
     }
 
-    /// The formula that all regions have, if they have one, and what damage degrades of it.
+    /// The formula that all regions share, if there is one, and the part of the energy that damage degrades.
     pub(super) fn law(&self) -> (Option<Formula>, Degraded) {
         (self.formula, self.degraded)
     }
 
-    /// The constants of an element: K, μ, 1 − η, Gc/(c₀ ℓ₀), Gc ℓ₀/c₀ and ξ/Δt, for a mixture those of its
-    /// matrix; the fraction and the K and μ of the grain.
+    /// The constants of an element: K, μ, 1 − η, Gc/(c₀ ℓ₀), Gc ℓ₀/c₀ and ξ/Δt, then fraction, K and μ of the
+    /// grain. For a mixture the first six are those of the matrix; the constants of damage are reduced by the
+    /// grain fraction.
     pub(super) fn row(&self, region: usize, fraction: f64) -> Row {
         let mut row = [0.0; CONSTANTS + 3];
         row[..CONSTANTS].copy_from_slice(&self.constants[region]);
-        // one phase is a mixture of it with itself
+        // a pure element stores its own moduli as the grain's
         let mut grain = region;
         if fraction > 0.0 {
             if fraction > MOST_GRAIN {
@@ -69,7 +70,7 @@ impl<'a> Regions<'a> {
         row
     }
 
-    /// The constants of the elements of each lane, and whether one of them is a mixture.
+    /// The constants of the elements in all lanes, and whether any element is a mixture.
     #[inline(always)]
     pub(super) fn of<T: Lanes, const N: usize>(
         &self,

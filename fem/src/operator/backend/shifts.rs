@@ -1,4 +1,4 @@
-//! The rates of the residual with parameters, for elements side by side.
+//! Derivatives of the residual with respect to parameters, for several elements per SIMD register.
 
 use faer::traits::pulp::{Simd, WithSimd};
 
@@ -10,16 +10,16 @@ use crate::operator::layout::LANES;
 use crate::operator::rates::{AT_ONCE, Moved, Rates};
 use crate::operator::residual::Shift;
 
-/// A parameter with the materials on either side of its value.
+/// A parameter, with the materials below and above its value.
 struct Sides<'a> {
     below: Regions<'a>,
     above: Regions<'a>,
-    /// Whether stress or driving energy differ between them.
+    /// Whether stress or driving energy differ between `below` and `above`.
     responds: bool,
     shift: &'a Shift<'a>,
 }
 
-/// At most [`AT_ONCE`] parameters in an increment.
+/// At most [`AT_ONCE`] parameters, whose rates are computed together.
 pub(super) struct Shifts<'a, const N: usize> {
     gather: &'a Gather<'a, N>,
     shifts: Vec<Sides<'a>>,
@@ -41,13 +41,13 @@ impl<'a, const N: usize> Shifts<'a, N> {
         Self { gather, shifts: shifts.iter().map(sides).collect() }
     }
 
-    /// The rates of the elements from `first` on.
+    /// The rates of `out.len()` elements, beginning with element `first`.
     pub(super) fn rates(&self, first: usize, out: &mut [Rates<f64, N>]) -> Result<(), Inverted> {
         dispatch(OfElements { shifts: self, first, out })
     }
 }
 
-/// Whether two materials certainly have the same stress and driving energy.
+/// Whether two materials are certain to have the same stress and driving energy. False for laws of users.
 fn respond_alike(a: &PointMaterial, b: &PointMaterial) -> bool {
     let degraded = |m: &PointMaterial| m.damage.map(|d| (d.degraded, d.residual));
     let moduli = |m: &PointMaterial| [m.moduli.bulk, m.moduli.shear];

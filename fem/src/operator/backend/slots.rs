@@ -1,4 +1,4 @@
-//! Where the elements of a mesh stand on a device, and how what they add is summed by node.
+//! The order of the elements on a device, and the sum of their contributions by node.
 
 use std::ops::Range;
 
@@ -6,21 +6,21 @@ use super::lanes::{Stored, places};
 use crate::device::{Argument, Array, ComputeDevice, DeviceError, Kernel};
 use crate::operator::layout::{Layout, VACANT};
 
-/// Places of elements in the order of the processor's batches, those that no element takes too.
+/// Slots of the elements on a device, in the order of the processor's batches. Vacant lanes have slots too.
 #[derive(Debug)]
 pub(super) struct Slots {
-    /// Plain elements and the others: their chunks follow each other.
+    /// Plain elements, then other elements; the chunks of a kind are consecutive.
     pub(super) kinds: Vec<Kind>,
-    /// Places in all.
+    /// Total number of slots.
     pub(super) count: usize,
-    /// Node a of slot s, at a · count + s.
+    /// Nodes of the elements: node a of slot s is at index a · count + s.
     pub(super) nodes: Array<u32>,
-    /// The copies of each node, as (start, place): places are a · count + s.
+    /// Copies of each node in CSR format: offsets by node, and indices a · count + s of the copies.
     start: Array<u32>,
     place: Array<u32>,
 }
 
-/// Slots of elements for which one kernel is compiled.
+/// Consecutive slots whose elements share a compiled kernel.
 #[derive(Clone, Debug)]
 pub(super) struct Kind {
     pub(super) plain: bool,
@@ -30,7 +30,7 @@ pub(super) struct Kind {
 }
 
 impl Slots {
-    /// The slots of elements whose numbers are stored in a precision.
+    /// Assigns slots to the elements; `T` is the precision of the stored point data.
     pub(super) fn new<T: Stored>(
         layout: &Layout,
         device: &ComputeDevice,
@@ -50,7 +50,7 @@ impl Slots {
         let mut nodes = vec![0u32; per_element * count];
         let mut of_node = vec![Vec::new(); batches.node_count()];
         let mut first = 0;
-        // the numbers of an element stand where its place in the pack is
+        // the slot within a batch is the element's position in the packs of point data
         let places = places::<T>();
         for chunk in &batches.chunks {
             let lanes = places.len();
@@ -83,8 +83,8 @@ impl Slots {
         })
     }
 
-    /// The element of each slot of a kind, and whether it is one: a slot that no element takes has the first
-    /// of its batch.
+    /// The element of each slot of a kind, and whether the slot has an element of its own. A vacant slot gets
+    /// the first element of its batch.
     pub(super) fn elements<T: Stored>(layout: &Layout, kind: &Kind) -> Vec<(usize, bool)> {
         let places = places::<T>();
         let mut elements = vec![(0, false); kind.count];
@@ -99,7 +99,7 @@ impl Slots {
         elements
     }
 
-    /// What [`node_sum`] is given.
+    /// The arguments of the kernel [`node_sum`].
     pub(super) fn sum<'a>(
         &'a self,
         copies: &'a Array<f64>,
@@ -109,7 +109,8 @@ impl Slots {
     }
 }
 
-/// y_n = the sum of the copies of node n, in the order of the elements, for so many values a node.
+/// The kernel that computes y_n as the sum of the copies of node n, in the order of the elements. `values` is
+/// the number of values per node.
 pub(super) fn node_sum(values: usize) -> Kernel {
     let parameters = [
         ("const unsigned *", "start"),

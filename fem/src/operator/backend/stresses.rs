@@ -1,4 +1,4 @@
-//! Stress and energy of each element of a mesh.
+//! Mean stress and energy density of each element of a mesh.
 
 use faer::traits::pulp::{Simd, WithSimd};
 
@@ -8,7 +8,7 @@ use crate::material::{Inverted, Lanes, POINTS, SimdF64};
 use crate::operator::cell_stress::{CellStress, SUMS};
 
 impl<const N: usize> Gather<'_, N> {
-    /// The stresses of the elements from `first` on.
+    /// The stresses of `out.len()` elements, beginning with element `first`.
     pub(super) fn stresses(&self, first: usize, out: &mut [CellStress]) -> Result<(), Inverted> {
         dispatch(Stresses { gather: self, first, out })
     }
