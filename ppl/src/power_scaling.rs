@@ -81,7 +81,7 @@ pub struct PowerScaling {
     /// unreliable.
     pub pareto_k: [f64; 2],
     /// Whether a chain is stuck or far below the others in log density.
-    is_mixed: bool,
+    has_stuck_chain: bool,
 }
 
 impl Posterior {
@@ -175,7 +175,11 @@ impl Posterior {
             prior: prior.sensitivity,
             likelihood: likelihood.sensitivity,
         });
-        Ok(PowerScaling { rows: rows.collect(), pareto_k, is_mixed: stuck::is_any(&self.chains) })
+        Ok(PowerScaling {
+            rows: rows.collect(),
+            pareto_k,
+            has_stuck_chain: stuck::is_any(&self.chains),
+        })
     }
 }
 
@@ -204,7 +208,7 @@ impl PowerScaling {
     /// Warnings about conflicts and strong priors. Empty if a chain is stuck, because the sensitivities depend on all
     /// draws; the warnings of the [`Posterior`] report stuck chains.
     pub fn warnings(&self) -> Vec<Warning> {
-        if self.is_mixed {
+        if self.has_stuck_chain {
             return Vec::new();
         }
         let of = |kind: Sensitivity| {

@@ -3,6 +3,7 @@
 
 use std::fs::{self, File, TryLockError};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
@@ -16,6 +17,8 @@ const FORMAT: u32 = 2;
 /// An older format, whose records have no checksums. They are accepted in a directory whose manifest has this
 /// format.
 const WITHOUT_CHECKSUMS: u32 = 1;
+/// Longest time that a process holds the shared lock by which it reads whether a run is in progress.
+const MOMENT: Duration = Duration::from_millis(30);
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -127,7 +130,13 @@ impl Store {
     pub(super) fn lock(&self, id: usize) -> Result<Option<File>, EnsembleError> {
         let path = self.lock_path(id);
         let file = File::create(&path).map_err(|e| EnsembleError::io("open", &path, e))?;
-        match file.try_lock() {
+        let mut locked = file.try_lock();
+        if matches!(locked, Err(TryLockError::WouldBlock)) {
+            // a process that reads the state of the ensemble holds a shared lock for a moment
+            std::thread::sleep(MOMENT);
+            locked = file.try_lock();
+        }
+        match locked {
             Ok(()) => Ok(Some(file)),
             Err(TryLockError::WouldBlock) => Ok(None),
             Err(TryLockError::Error(source)) => Err(EnsembleError::Lock { path, source }),
