@@ -11,12 +11,12 @@ const COLUMNS: [&str; 5] = [
 ];
 
 fn case(percent: &str) -> String {
-    TINY.replace("order = 1\n", "order = 2\n")
-        .replace("spacing_mm = 1.25\n", "")
+    TINY.replace("spacing_mm = 1.25\n", "")
+        .replace("spacing_mm = 1.5\n", "spacing_mm = 1.2\n")
         .replace(
             "[surrogate]",
             &format!(
-                "[fidelity]\nlevels = [{{ spacing_mm = 1.5, order = 1, repeats = 4 }}]\n\
+                "[fidelity]\nlevels = [{{ spacing_mm = 1.5, repeats = 4 }}]\n\
                  [qoi]\ncurve_percent = [{percent}]\n[surrogate]"
             ),
         )

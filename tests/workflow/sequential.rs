@@ -80,10 +80,13 @@ fn batches_are_placed_where_the_posterior_lives() {
 /// Processes that share the runs, on cheap meshes with corrections, come to those of one alone.
 #[test]
 fn processes_share_batches() {
-    let case = case().replace("\norder = 1\n", "\n").replace("spacing_mm = 1.25\n", "").replace(
-        "[sequential]",
-        "[fidelity]\nlevels = [{ spacing_mm = 1.5, order = 1, repeats = 3 }]\n[sequential]",
-    );
+    let case = case()
+        .replace("spacing_mm = 1.25\n", "")
+        .replace("spacing_mm = 1.5\n", "spacing_mm = 1.2\n")
+        .replace(
+            "[sequential]",
+            "[fidelity]\nlevels = [{ spacing_mm = 1.5, repeats = 3 }]\n[sequential]",
+        );
     let dir = tempfile::tempdir().unwrap();
     let until = |out: &str| {
         for stage in ["segment", "mesh", "experiments"] {
