@@ -1,5 +1,6 @@
 //! The command line: what can be asked for, and what is printed at the end.
 
+mod check;
 mod cluster;
 mod failure;
 mod init;
@@ -17,9 +18,10 @@ use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 use fem::Ranks;
 use models::{
     CaseFile, FolderAccess, InputError, PartStatus, STAGES, Stage, StageStatus, Study, StudyFile,
-    Workflow, WorkflowError,
+    Workflow, WorkflowError, missing_case,
 };
 
+use check::check;
 use cluster::{Jobs, Sharing, slurm, slurm_study};
 use failure::Failure;
 use init::{init, init_own_data};
@@ -47,6 +49,7 @@ Examples:
   breccia                                   the default case, results in breccia-out/
   breccia init my.toml                      write a case that explains every key
   breccia init --own-data my-tests          a case for your own curves, with examples
+  breccia check my.toml                     what a run would read, its cost and every mistake
   breccia simulate my.toml --out try        one simulation: try/curve.csv
   breccia run my.toml --out results         everything; interrupt it and run it again to go on
   breccia calibrate --out results           one stage again, after results/case.toml was edited
@@ -73,6 +76,15 @@ enum Command {
         /// Write a case for measured specimens instead, with a table and curves to be replaced
         #[arg(long, value_name = "DIR", conflicts_with = "file")]
         own_data: Option<PathBuf>,
+    },
+    /// Read a case and all files that it names, print what was understood, the expected cost and every mistake
+    #[command(
+        after_help = "Computes nothing and writes nothing. Exit code 0: no mistakes; 1: mistakes.\n\
+                      Example:\n  breccia check my.toml"
+    )]
+    Check {
+        /// The case
+        case: PathBuf,
     },
     /// Run one compression test with the case's own parameters: curve.csv
     #[command(after_help = "Example:\n  breccia simulate my.toml --out try\n\
@@ -159,7 +171,7 @@ impl CaseAndFolder {
         match &self.case {
             Some(path) => CaseFile::read(path),
             None if own.is_file() => CaseFile::read(&own),
-            None => Ok(CaseFile::default_case()),
+            None => missing_case(&self.out).map_or_else(|| Ok(CaseFile::default_case()), Err),
         }
     }
 
@@ -281,6 +293,7 @@ fn ranks_of(request: &Request) -> Result<Ranks, Failure> {
         Request::Command(Command::Simulate { .. }) => return ranks::ranks(),
         Request::Default | Request::Command(Command::Run(_)) => "run",
         Request::Command(Command::Init { .. }) => "init",
+        Request::Command(Command::Check { .. }) => "check",
         Request::Command(Command::Study { .. }) => "study",
         Request::Command(Command::Status { .. }) => "status",
         Request::Stage(stage, ..) => stage.name,
@@ -303,6 +316,7 @@ fn run(request: Request, threads: usize, ranks: &Ranks) -> Result<ExitCode, Fail
         }
         Request::Command(Command::Init { own_data: Some(folder), .. }) => init_own_data(&folder)?,
         Request::Command(Command::Init { file, own_data: None }) => init(&file)?,
+        Request::Command(Command::Check { case }) => return check(&case),
         Request::Command(Command::Simulate { target, device }) => {
             let file = target.case_file();
             let error = file.as_ref().err().map(ToString::to_string);

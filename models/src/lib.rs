@@ -46,7 +46,7 @@ pub use breccia_calibration::{
 };
 use breccia_calibration::{
     budget, curve_check, error, experiment, fracture, further_test, parameter, predicted_curve,
-    qoi, record, table,
+    qoi, record, specimen_files, table,
 };
 pub use case::{
     AdaptiveCase, ArcLengthCase, ByParameter, CalibrationCase, CandidateCase, Case, CaseFile,
@@ -63,7 +63,7 @@ pub use study::{
 };
 pub use virtual_specimen::VirtualSpecimen;
 pub use workflow::{
-    DeviceChoice, FolderAccess, InputInPlace, RunCounts, STAGES, SimulatedLaboratories, Stage,
-    StageState, StageStatus, Workflow, WorkflowError, create_file, simulate, simulate_laboratories,
-    status,
+    CaseCheck, DeviceChoice, FolderAccess, InputInPlace, RunCounts, STAGES, SimulatedLaboratories,
+    Stage, StageState, StageStatus, Workflow, WorkflowError, create_file, missing_case, simulate,
+    simulate_laboratories, status,
 };

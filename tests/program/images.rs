@@ -97,6 +97,43 @@ fn edited_labels_are_meshed_and_never_replaced() {
     assert!((part() / all - 1.0).abs() < 1e-9);
 }
 
+/// The grain fraction that `segment` and `mesh` report is that of the cylinder that is meshed, also of a block and of a
+/// cylinder that is cut out of the specimen.
+#[test]
+fn segment_and_mesh_report_the_same_grain_fraction() {
+    let dir = tempfile::tempdir().unwrap();
+    scan(&dir.path().join("scan.tif"));
+    let whole = tiff::read_labels(&dir.path().join("scan.tif"), None).unwrap();
+    // a block inside the specimen, with parts of all four balls
+    let [nx, ny, nz] = whole.shape;
+    let (low, high) = ([nx / 2 - 15, ny / 2 - 15, 8], [nx / 2 + 15, ny / 2 + 15, nz - 8]);
+    let shape = [0, 1, 2].map(|k| high[k] - low[k]);
+    let voxels = (0..shape.iter().product()).map(|n: usize| {
+        let at = [n % shape[0], n / shape[0] % shape[1], n / (shape[0] * shape[1])];
+        *whole.at([0, 1, 2].map(|k| low[k] + at[k]))
+    });
+    let block = Volume::new(shape, VOXEL, voxels.collect()).unwrap();
+    tiff::write_labels(&dir.path().join("block.tif"), &block).unwrap();
+    let block = CASE.replace("scan.tif", "block.tif");
+    let smaller = CASE.replace("[specimen]", "[specimen]\nradius_mm = 0.8\nheight_mm = 1.6");
+    for (name, case) in [("whole", CASE), ("block", &block), ("smaller", &smaller)] {
+        std::fs::write(dir.path().join("case.toml"), case).unwrap();
+        for command in ["segment", "mesh"] {
+            let arguments = [command, "case.toml", "--out", name];
+            let (code, _, err) = said(&breccia(dir.path(), &arguments));
+            assert_eq!(code, Some(0), "{name}, {command}: {err}");
+            assert!(command == "mesh" || err.contains("% of the cylinder that is meshed"), "{err}");
+        }
+        let table = |file: &str| quantities(&dir.path().join(name).join(file));
+        let (image, mesh) = (table("segment.csv"), table("mesh.csv"));
+        let (found, asked) = (image["grain_fraction"], mesh["asked_grain_fraction"]);
+        // labels.tif and solid.tif are of whole numbers
+        assert!((found / asked - 1.0).abs() < 1e-3, "{name}: {found} and {asked}");
+        let differs = (image["image_grain_fraction"] / found - 1.0).abs() > 0.1;
+        assert_eq!(differs, name != "whole", "{name}: {image:?}");
+    }
+}
+
 #[test]
 fn an_image_becomes_labels_mesh_and_curve() {
     let dir = tempfile::tempdir().unwrap();

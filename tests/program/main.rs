@@ -1,8 +1,10 @@
 //! The `breccia` program as a person meets it: help, first case, mistakes, one simulation.
 
+mod check;
 mod conditions;
 mod devices;
 mod divergence;
+mod documents;
 mod foreign_files;
 mod images;
 mod mesh_files;
@@ -58,6 +60,7 @@ fn help_teaches_with_an_example_for_every_command() {
     let commands = [
         "run",
         "init",
+        "check",
         "segment",
         "mesh",
         "simulate",

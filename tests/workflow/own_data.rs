@@ -317,8 +317,8 @@ fn refused(change: impl Fn(&Path)) -> String {
 fn specimens_that_cannot_be_meant_are_refused_before_the_ensemble_by_the_persons_own_file() {
     type Change = fn(f64, f64) -> (f64, f64);
     let curves: [(Change, &[&str]); 6] = [
-        (|u, f| (u, 1e-3 * f), &["peak_force_N", "Is force_kN meant?", "read as N"]),
-        (|u, f| (1e-3 * u, f), &["Is displacement in m?", "read as mm"]),
+        (|u, f| (u, 1e-3 * f), &["peak_force_N", "Is the force in kN?", "force_unit = \"kN\""]),
+        (|u, f| (1e-3 * u, f), &["Is displacement in m?", "displacement_unit = \"m\""]),
         (|u, f| (-u, f), &["displacements that fall", "Compression is positive"]),
         (|u, f| (f, u), &["columns swapped"]),
         (|u, f| (u, if (60.0..70.0).contains(&f) { 400.0 } else { f }), &["single reading"]),
@@ -331,6 +331,18 @@ fn specimens_that_cannot_be_meant_are_refused_before_the_ensemble_by_the_persons
         for part in ["error: mine/curves/S-03.csv: "].iter().chain(parts) {
             assert!(err.contains(part), "{part:?} is not in {err:?}");
         }
+    }
+    let err = refused(|mine| {
+        edit(&mine.join("specimens.csv"), |text| {
+            text.replace("S-05,4.4,2.5,50C", "S-05,4.4,2.5,90C")
+        });
+    });
+    for part in [
+        "error: mine/case.toml: experiments.group: is missing",
+        "\"50C\" (4 specimens), \"90C\" (1 specimens)",
+        "group = \"50C\"",
+    ] {
+        assert!(err.contains(part), "{part:?} is not in {err:?}");
     }
     let tables: [(&str, &str, &[&str]); 4] = [
         ("S-02,4.4,", "S-02,0.44,", &["specimen S-02, column height_mm = 0.44", "in mm"]),
@@ -352,6 +364,72 @@ fn specimens_that_cannot_be_meant_are_refused_before_the_ensemble_by_the_persons
         edit(&mine.join("case.toml"), |text| text.replace("steps = 44", "steps = 1"));
     });
     assert!(err.contains("mine/case.toml: test.steps = 1"), "{err}");
+}
+
+/// Units that are wrong by a factor of 4 to 20 are within what a closed form of the matrix alone allows: the first run
+/// shows them, before the others are made.
+#[test]
+fn units_that_are_off_by_a_small_factor_are_refused_after_the_first_run() {
+    type Change = fn(f64, f64) -> (f64, f64);
+    let units: [(Change, &str); 4] = [
+        (|u, f| (u, f / 9.806_65), "force_unit = \"kgf\""),
+        (|u, f| (u, f / 4.448_222), "force_unit = \"lbf\""),
+        (|u, f| (u, f / (std::f64::consts::PI * 6.25)), "force_unit = \"MPa\""),
+        (|u, f| (u / 4.4, f), "displacement_unit = \"1\""),
+    ];
+    let dir = tempfile::tempdir().unwrap();
+    let (code, _, err) = breccia(dir.path(), &["init", "--own-data", "mine"]);
+    assert_eq!(code, Some(0), "{err}");
+    smaller(&dir.path().join("mine"));
+    let curve = |k: usize| dir.path().join(format!("mine/curves/S-0{k}.csv"));
+    let whole: Vec<String> = (1..=5).map(|k| std::fs::read_to_string(curve(k)).unwrap()).collect();
+    let run = ["run", "mine/case.toml", "--out", "out", "--threads", "1"];
+    for (change, unit) in units {
+        for (k, text) in (1..).zip(&whole) {
+            std::fs::write(curve(k), readings(text, change)).unwrap();
+        }
+        let (code, _, err) = breccia(dir.path(), &run);
+        assert_eq!(code, Some(1), "{err}");
+        for part in ["error: mine/specimens.csv: mean of ", "over the box of [prior]", unit] {
+            assert!(err.contains(part), "{part:?} is not in {err:?}");
+        }
+        let records = |folder: &Path| -> usize {
+            let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+            entries.filter(|path| path.extension().is_some_and(|e| e == "json")).count()
+        };
+        let ensembles = std::fs::read_dir(dir.path().join("out/ensemble")).unwrap();
+        let made: usize = ensembles.map(|entry| records(&entry.unwrap().path())).sum();
+        assert_eq!(made, 1, "runs were made: {err}");
+    }
+    // the unit that the message names mends it: the same curves, read as they are meant
+    for (k, text) in (1..).zip(&whole) {
+        std::fs::write(curve(k), readings(text, |u, f| (u, f / 4.448_222))).unwrap();
+    }
+    edit(&dir.path().join("mine/case.toml"), |text| {
+        text.replace("[calibration]", "[experiments.read]\nforce_unit = \"lbf\"\n\n[calibration]")
+    });
+    let ensemble = ["ensemble", "mine/case.toml", "--out", "out"];
+    let (code, _, err) =
+        breccia(dir.path(), &["experiments", ensemble[1], ensemble[2], ensemble[3]]);
+    assert_eq!(code, Some(0), "{err}");
+    let (code, _, err) = breccia(dir.path(), &ensemble);
+    assert_eq!(code, Some(0), "{err}");
+}
+
+#[test]
+fn a_folder_of_results_without_its_case_names_the_case_that_it_was_made_from() {
+    let dir = finished();
+    std::fs::remove_file(dir.path().join("out/case.toml")).unwrap();
+    for command in ["report", "calibrate", "run"] {
+        let (code, _, err) = breccia(dir.path(), &[command, "--out", "out"]);
+        assert_eq!(code, Some(1), "{err}");
+        let error = Path::new("out").join("case.toml").display().to_string();
+        assert!(err.contains(&format!("error: {error}: is missing")), "{err}");
+        assert!(err.contains("mine/case.toml") && !err.contains("another case"), "{err}");
+    }
+    let (code, _, err) = breccia(dir.path(), &["report", "mine/case.toml", "--out", "out"]);
+    assert_eq!(code, Some(0), "{err}");
+    assert!(dir.path().join("out/case.toml").is_file());
 }
 
 #[test]

@@ -119,6 +119,14 @@ pub enum ImageError {
         /// What helps.
         help: &'static str,
     },
+    /// An image that shows neither a specimen in air nor a block cut out of one.
+    #[error("{what}; {help}")]
+    Scene {
+        /// What it shows.
+        what: String,
+        /// What helps.
+        help: &'static str,
+    },
     /// A specimen in which no cylinder can be found.
     #[error("the specimen is no upright cylinder in air: {message}; {help}")]
     NoCylinder {

@@ -20,6 +20,7 @@ mod segment;
 mod settings;
 mod solid;
 mod statistics;
+mod surroundings;
 mod threshold;
 pub mod tiff;
 mod volume;

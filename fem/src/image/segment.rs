@@ -15,6 +15,7 @@ use super::regions::measure;
 use super::settings::{SeedRule, Segmentation, SpecimenForm};
 use super::solid::Solid;
 use super::statistics::SpecimenStatistics;
+use super::surroundings::{Surroundings, checked_filling, filling};
 use super::threshold::{WIDTH, class_means, histogram, otsu};
 use super::{ImageError, Region, Volume};
 
@@ -43,10 +44,6 @@ pub struct Segmented {
     pub warnings: Vec<String>,
 }
 
-/// A corner of the image counts as air if so many of its voxels are in the darkest class, and the middle
-/// counts as solid if at most so many are.
-const AIR_IN_CORNERS: f64 = 0.9;
-const AIR_IN_MIDDLE: f64 = 0.5;
 /// A grain of more than this share of the specimen is told, and one of more than this share of all grains
 /// where there are so many.
 const MOST: f64 = 0.5;
@@ -174,26 +171,27 @@ impl Segmentation {
         let air = core_mean(image, &all, 0.0..limits[0]).unwrap_or(means[0]);
         let matrix = core_mean(image, &all, matrix).unwrap_or(means[1]);
         let void = by_hand.unwrap_or((splits[0] * WIDTH) as f64);
-        if self.specimen == SpecimenForm::Auto && !stands_in_air(image, void) {
-            return Ok(block);
+        if self.specimen == SpecimenForm::Auto {
+            let bright = limits.last().copied().unwrap_or(void);
+            if Surroundings::of(image, void, bright).accepted()? == Surroundings::Block {
+                return Ok(block);
+            }
         }
         let edge = by_hand.unwrap_or((air + matrix) / 2.0);
-        match fit(image, edge, self.follow_lean) {
-            Ok(fit) => {
-                if fit.lean == [0.0; 2] && fit.wander > 2.0 {
-                    warnings.push(format!(
-                        "the specimen's axis leans by {:.1} voxels over its height: set follow_lean = true in [specimen.image], or turn the image upright",
-                        fit.wander
-                    ));
-                }
-                Ok(Found { fit: Some(fit), air, void })
+        let fit = fit(image, edge, self.follow_lean)?;
+        if let Err(error) = checked_filling(filling(image, &fit, edge)) {
+            match self.specimen {
+                SpecimenForm::Cylinder => warnings.push(error.to_string()),
+                _ => return Err(error),
             }
-            Err(error) if self.specimen == SpecimenForm::Auto => {
-                warnings.push(format!("{error}; the whole image was taken as a block"));
-                Ok(Found { void, ..block })
-            }
-            Err(error) => Err(error),
         }
+        if fit.lean == [0.0; 2] && fit.wander > 2.0 {
+            warnings.push(format!(
+                "the specimen's axis leans by {:.1} voxels over its height: set follow_lean = true in [specimen.image], or turn the image upright",
+                fit.wander
+            ));
+        }
+        Ok(Found { fit: Some(fit), air, void })
     }
 
     /// The grey level between matrix and grain.
@@ -303,28 +301,6 @@ impl Found {
             None => vec![1; image.values.len()],
         }
     }
-}
-
-/// Whether the corners of the slices are air and the middle of the image is not.
-fn stands_in_air(image: &Volume<u16>, void: f64) -> bool {
-    let [nx, ny, nz] = image.shape;
-    let (mut corner, mut middle) = ((0_u64, 0_u64), (0_u64, 0_u64));
-    for (z, slice) in image.values.chunks_exact(nx * ny).enumerate() {
-        let half = (2 * z + 1).abs_diff(nz) * 2 <= nz;
-        for (n, &value) in slice.iter().enumerate() {
-            let from_axis =
-                |at: usize, side: usize| ((2 * at + 1) as f64 - side as f64) / side as f64;
-            let off = from_axis(n % nx, nx).powi(2) + from_axis(n / nx, ny).powi(2);
-            let air = u64::from(f64::from(value) < void);
-            if off > 1.2 * 1.2 {
-                corner = (corner.0 + 1, corner.1 + air);
-            } else if off < 0.25 && half {
-                middle = (middle.0 + 1, middle.1 + air);
-            }
-        }
-    }
-    let share = |(all, air): (u64, u64)| air as f64 / all as f64;
-    share(corner) >= AIR_IN_CORNERS && share(middle) <= AIR_IN_MIDDLE
 }
 
 /// Drops labels of fewer voxels and numbers the others without gaps; how many are left.

@@ -71,7 +71,8 @@ pub struct Segmentation {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum SpecimenForm {
-    /// A cylinder if the corners of the slices are air and the middle is not, else a block.
+    /// A cylinder if there is air around it, else a block. Cut cylinders, platens in view and surroundings that are
+    /// brighter than the specimen are refused.
     #[default]
     Auto,
     /// A whole cylinder in air, its axis about along z.

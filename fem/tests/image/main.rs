@@ -4,5 +4,6 @@ mod binning;
 mod lean;
 #[path = "../support/phantom.rs"]
 mod phantom;
+mod scenes;
 mod segment;
 mod tiff;

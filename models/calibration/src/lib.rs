@@ -19,7 +19,8 @@
 //! From the ground up; an import goes down only, and no two files import each other.
 //!
 //! 1. `error`, `table`, `record`: mistakes in files, small tables, records of testing machines
-//! 2. `parameter`, `experiment`, `qoi`: material parameters, specimens with their curves, quantities of interest
+//! 2. `parameter`, `experiment`, `specimen_files`, `qoi`: material parameters, specimens with their curves and files,
+//!    quantities of interest
 //! 3. `curve_check`: findings on a measured curve
 //! 4. `fracture`, `hyperelastic`, `tension`: calibration models, each the pattern that a user copies
 //! 5. `budget`, `predicted_curve`: what widens intervals, and the curves that a posterior predicts
@@ -47,6 +48,8 @@ pub mod predicted_curve;
 pub mod qoi;
 #[doc(hidden)]
 pub mod record;
+#[doc(hidden)]
+pub mod specimen_files;
 #[doc(hidden)]
 pub mod table;
 pub mod tension;

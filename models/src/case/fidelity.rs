@@ -3,7 +3,7 @@
 use fem::{GrainMode, Homogenisation, Meshing, Order};
 use serde::{Deserialize, Serialize};
 
-use super::{Case, CaseFile, SpecimenGeometry};
+use super::{Case, CaseFile, Mistakes, SpecimenGeometry};
 use crate::error::InputError;
 
 /// `[fidelity]`: the runs of the design are made on the first of these meshes, some of them are repeated
@@ -63,41 +63,52 @@ impl LevelCase {
 
 impl CaseFile {
     /// Checks the levels against the specimen and the design.
-    pub(super) fn check_fidelity(&self, geometry: &SpecimenGeometry) -> Result<(), InputError> {
-        let case = &self.case;
-        let mut runs = case.design.runs;
-        for (i, level) in case.fidelity.levels.iter().enumerate() {
-            let key = |name: &str| format!("fidelity.levels[{i}].{name}");
-            if let SpecimenGeometry::Mesh { .. } = geometry {
-                return Err(self.error(
-                    "fidelity.levels",
-                    "",
-                    "needs a specimen that is meshed here: specimen.mesh is a finished mesh",
-                    "Leave out [fidelity], or describe the specimen by a packing or an image.",
-                ));
-            }
-            let help = "A spacing takes some elements over a grain: 0.7 is coarse, 0.35 fine for the paper's.";
-            self.within(&key("spacing_mm"), level.spacing_mm, 1e-3, 1e3, "mm", help)?;
-            if let SpecimenGeometry::Cylinder { radius_mm, height_mm, .. } = geometry {
-                self.check_spacing(&key("spacing_mm"), level.spacing_mm, *radius_mm, *height_mm)?;
-            }
-            if level.repeats_the_specimen(case) {
-                return Err(self.error(
-                    &format!("fidelity.levels[{i}]"),
-                    "",
-                    "is the specimen's own mesh, to which the others are compared",
-                    "Name a cheaper mesh: a larger spacing_mm, or order = 1.",
-                ));
-            }
-            if let Some(steps) = level.steps {
-                self.check_number_of_steps(&key("steps"), steps)?;
-            }
-            let help = "Each level repeats runs of the one before: 3 at least show a scatter, 8 are ample.";
-            let most = runs as f64;
-            self.within(&key("repeats"), level.repeats as f64, 3.0, most, "runs", help)?;
+    pub(super) fn check_fidelity(&self, geometry: &SpecimenGeometry, mistakes: &mut Mistakes) {
+        let levels = &self.case.fidelity.levels;
+        if let (SpecimenGeometry::Mesh { .. }, false) = (geometry, levels.is_empty()) {
+            mistakes.note(Err(self.error(
+                "fidelity.levels",
+                "",
+                "needs a specimen that is meshed here: specimen.mesh is a finished mesh",
+                "Leave out [fidelity], or describe the specimen by a packing or an image.",
+            )));
+            return;
+        }
+        let mut runs = self.case.design.runs;
+        for (i, level) in levels.iter().enumerate() {
+            mistakes.note(self.check_level(i, level, runs, geometry));
             runs = level.repeats;
         }
-        Ok(())
+    }
+
+    fn check_level(
+        &self,
+        i: usize,
+        level: &LevelCase,
+        runs: usize,
+        geometry: &SpecimenGeometry,
+    ) -> Result<(), InputError> {
+        let key = |name: &str| format!("fidelity.levels[{i}].{name}");
+        let help =
+            "A spacing takes some elements over a grain: 0.7 is coarse, 0.35 fine for the paper's.";
+        self.within(&key("spacing_mm"), level.spacing_mm, 1e-3, 1e3, "mm", help)?;
+        if let SpecimenGeometry::Cylinder { radius_mm, height_mm, .. } = geometry {
+            self.check_spacing(&key("spacing_mm"), level.spacing_mm, *radius_mm, *height_mm)?;
+        }
+        if level.repeats_the_specimen(&self.case) {
+            return Err(self.error(
+                &format!("fidelity.levels[{i}]"),
+                "",
+                "is the specimen's own mesh, to which the others are compared",
+                "Name a cheaper mesh: a larger spacing_mm, or order = 1.",
+            ));
+        }
+        if let Some(steps) = level.steps {
+            self.check_number_of_steps(&key("steps"), steps)?;
+        }
+        let help =
+            "Each level repeats runs of the one before: 3 at least show a scatter, 8 are ample.";
+        self.within(&key("repeats"), level.repeats as f64, 3.0, runs as f64, "runs", help)
     }
 
     /// Checks the spacing of the second mesh at the mode.

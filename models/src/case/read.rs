@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::Case;
 use super::image::OWN_KEYS;
+use super::mistakes::ReadCase;
 use crate::error::{InputError, absence, closest};
 
 /// A case together with the file that it came from.
@@ -24,14 +25,7 @@ impl CaseFile {
     /// Names file, key, value and help: a file that cannot be read, an unknown or missing key, a
     /// wrong type, a value outside its range, a mesh that does not exist.
     pub fn read(path: &Path) -> Result<Self, InputError> {
-        let text = fem::read_regular_text(path).map_err(|e| {
-            let help = match e.kind() {
-                ErrorKind::InvalidData => "Save it as plain text, UTF-8.",
-                _ => "Check its name, or write a first case with: breccia init",
-            };
-            InputError::unreadable(path, &e, help)
-        })?;
-        Self::parse(&text, path)
+        Self::parse(&Self::text(path)?, path)
     }
 
     /// Like [`CaseFile::read`] for a text that is already at hand.
@@ -39,14 +33,47 @@ impl CaseFile {
     /// # Errors
     /// As [`CaseFile::read`].
     pub fn parse(text: &str, path: &Path) -> Result<Self, InputError> {
-        let mut case: Case = toml::from_str(text).map_err(|e| explain(&e, text, path))?;
+        let (file, mistakes) = Self::parse_all(text, path);
+        match (file, mistakes.into_iter().next()) {
+            (Some(file), None) => Ok(file),
+            (_, Some(mistake)) => Err(mistake),
+            // a text that is no case has an error
+            (None, None) => Err(InputError::new(path, "", "", "is no case", "See breccia init.")),
+        }
+    }
+
+    /// Like [`CaseFile::parse`] with all mistakes. The case is what could be read of it; nothing where something is
+    /// missing without which there is none.
+    pub(crate) fn parse_all(text: &str, path: &Path) -> (Option<Self>, Vec<InputError>) {
+        if is_study(text) {
+            let help = format!("Run it with: breccia study {}", path.display());
+            return (None, vec![InputError::new(path, "", "", "is a study, no case", help)]);
+        }
+        let mut read = ReadCase::of(text);
+        let mut mistakes: Vec<InputError> =
+            read.errors.iter().map(|e| explain(e, text, path)).collect();
+        let Some(mut case) = read.case.take() else { return (None, mistakes) };
         if let Some(v) = case.experiments.as_mut().and_then(|e| e.virtual_specimens.as_mut()) {
             v.complete();
         }
         let mut file = Self { path: path.to_owned(), case };
-        file.validate()?;
+        mistakes.extend(file.validate().into_iter().filter(|found| !read.explains(found)));
         file.case.qoi.quantities = file.case.compared();
-        Ok(file)
+        (Some(file), mistakes)
+    }
+
+    /// The text of a case.
+    ///
+    /// # Errors
+    /// A file that cannot be read.
+    pub(crate) fn text(path: &Path) -> Result<String, InputError> {
+        fem::read_regular_text(path).map_err(|e| {
+            let help = match e.kind() {
+                ErrorKind::InvalidData => "Save it as plain text, UTF-8.",
+                _ => "Check its name, or write a first case with: breccia init",
+            };
+            InputError::unreadable(path, &e, help)
+        })
     }
 
     /// The shipped default case.
@@ -98,6 +125,15 @@ impl Case {
     pub fn to_toml(&self) -> String {
         toml::to_string_pretty(self).expect("a case holds nothing that TOML cannot say")
     }
+}
+
+/// Whether a text has the keys that every study has, and no case.
+fn is_study(text: &str) -> bool {
+    let table: Option<toml::Table> = text.parse().ok();
+    table.is_some_and(|table| {
+        let has = |key: &str| table.contains_key(key);
+        has("base") && has("case") && !has("specimen")
+    })
 }
 
 /// Turns the parser's error into one that names key, value and help.

@@ -8,6 +8,7 @@ use kuva::prelude::*;
 use ppl::diagnostics::quantile;
 
 use super::style::{DESIGN, MEASURED, POSTERIOR, PRIOR, SERIES, TRUTH, panel};
+use super::ticks::with_round_ticks;
 
 /// What a colour of the report's figures stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -216,7 +217,7 @@ impl Chart {
         if let Some((low, high)) = self.y_range {
             layout = layout.with_y_axis_min(low).with_y_axis_max(high);
         }
-        (layout, self.plots)
+        (with_round_ticks(layout), self.plots)
     }
 }
 

@@ -10,6 +10,7 @@ mod results;
 mod specimen_figures;
 mod study;
 mod style;
+mod ticks;
 
 pub use breccia_pictures::{
     DamagedBody, Raster, damage_picture, grain_picture, mesh_picture, side_by_side,

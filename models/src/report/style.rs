@@ -2,6 +2,8 @@
 
 use kuva::prelude::*;
 
+use super::ticks::with_round_ticks;
+
 /// Experiments.
 pub(super) const MEASURED: &str = "#3a3a3a";
 /// The ensemble that trained the surrogate.
@@ -62,7 +64,8 @@ pub(super) fn framed(layout: Layout, x: (f64, f64), y: (f64, f64)) -> Layout {
 
 /// One panel as SVG.
 pub(super) fn single(plots: Vec<Plot>, layout: Layout, width: f64, height: f64) -> String {
-    embedded(render_to_svg(plots, layout.with_width(width).with_height(height)))
+    let layout = with_round_ticks(layout.with_width(width).with_height(height));
+    embedded(render_to_svg(plots, layout))
 }
 
 /// The same figure with clip paths named after it.
@@ -112,6 +115,30 @@ mod tests {
         let svg = single(plots(), panel(&plots(), "x", "y"), 760.0, 430.5);
         assert!(svg.starts_with("<svg viewBox=\"0 0 760 430.5\" "), "{}", &svg[..80]);
         assert_eq!(embedded("nothing".into()), "");
+    }
+
+    /// Numbers among the labels of a figure, in the order of drawing.
+    fn numbers(svg: &str) -> Vec<String> {
+        let texts = svg.split("<text").skip(1).filter_map(|rest| {
+            let (_, text) = rest.split_once('>')?;
+            Some(text.split_once("</text>")?.0.trim().to_owned())
+        });
+        texts.filter(|text| text.parse::<f64>().is_ok()).collect()
+    }
+
+    /// Twelve bins of 0.0125 mm from 0.085 mm on made labels 0.085, 0.098, 0.11.
+    #[test]
+    fn labels_of_a_histogram_have_the_values_of_their_ticks() {
+        let edges: Vec<f64> = (0..=12).map(|i| 0.085 + 0.0125 * f64::from(i)).collect();
+        let (low, high) = (edges[0], edges[12]);
+        let bars = Histogram::new().with_precomputed(edges, vec![1.0; 12]);
+        let plots: Vec<Plot> = vec![bars.into()];
+        let layout = framed(panel(&plots, "x", "y"), (low, high), (0.0, 1.3)).with_ticks(4);
+        let labels = numbers(&single(plots, layout, 400.0, 300.0));
+        for ticks in [["0.10", "0.15", "0.20"], ["0.0", "0.5", "1.0"]] {
+            assert!(labels.windows(3).any(|window| window == ticks), "{ticks:?} in {labels:?}");
+        }
+        assert!(!labels.iter().any(|label| label == "0.098"), "{labels:?}");
     }
 
     #[test]

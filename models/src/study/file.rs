@@ -138,6 +138,10 @@ impl StudyFile {
         let text = fem::read_regular_text(path)
             .map_err(|e| InputError::unreadable(path, &e, "Check its name and place."))?;
         let written: Written = toml::from_str(&text).map_err(|e| {
+            if CaseFile::parse(&text, path).is_ok() {
+                let help = format!("Run it with: breccia run {}", path.display());
+                return InputError::new(path, "", "", "is a case, no study", help);
+            }
             let line = e.span().map_or(1, |span| text[..span.start].matches('\n').count() + 1);
             let help = "A study has the keys title, base, tables [[laboratory]] and [[case]] with name, \
                         laboratory, set, without, reference, and [[variant]] with name, title, set, \

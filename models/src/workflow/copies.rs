@@ -7,15 +7,36 @@ use serde::{Deserialize, Serialize};
 
 use super::WorkflowError;
 use super::files::{SPECIMENS, same_file};
+use super::freshness::STAGES_FILE;
 use super::in_place::is_case_of_folder;
 use super::product_folder::{Owner, ProductFolder};
 use crate::case::{Case, CaseFile};
 use crate::error::InputError;
-use crate::experiment::{SpecimenTable, recorded_file};
+use crate::experiment::SpecimenTable;
 use crate::progress::say;
+use crate::specimen_files::recorded_file;
 
 /// Which case a folder belongs to.
 const ORIGIN: &str = "origin.toml";
+
+/// The mistake of a folder with results whose case is to be taken from it and is not there.
+pub fn missing_case(dir: &Path) -> Option<InputError> {
+    let case = dir.join("case.toml");
+    if case.is_file() || !dir.join(STAGES_FILE).is_file() {
+        return None;
+    }
+    let text = fem::read_regular_text(&dir.join(ORIGIN)).ok();
+    let origin: Option<Origin> = text.and_then(|text| toml::from_str(&text).ok());
+    let help = match origin {
+        Some(Origin { case }) => format!(
+            "Name the case, which these results were made from: {}. It is then written there again.",
+            case.display()
+        ),
+        None => "Name the case that these results were made from. It is then written there again."
+            .to_owned(),
+    };
+    Some(InputError::new(&case, "", "", "is missing, and the folder has results", help))
+}
 
 /// `origin.toml`.
 #[derive(Serialize, Deserialize)]

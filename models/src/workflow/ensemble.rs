@@ -8,6 +8,7 @@ use surrogate::{Dataset, Input};
 
 use super::WorkflowError;
 use super::fidelity::{Correction, spread, write_corrections};
+use super::first_runs::{SpecimenSize, check_first_runs, first_of};
 use super::fitted::BATCH;
 use super::inputs::Inputs;
 use super::level_runs::{FOLDER, LevelRuns, Runner, curve_of_level};
@@ -18,6 +19,7 @@ use super::neighbours::Neighbours;
 use super::quadrature::compare_quadratures;
 use super::runs::place;
 use super::sequential::{Batches, Look};
+use super::simulator::{height_mm, radius_mm};
 use super::stiffness::STIFFNESS_RATIO;
 use super::task::Task;
 use crate::qoi::Quantity;
@@ -110,6 +112,21 @@ impl<'a> Plan<'a> {
         Ok((data, corrected.corrections))
     }
 
+    /// Compares the first runs with the specimens before the others are made. A job of many leaves that to the process
+    /// that waits for them.
+    fn check_first(&self, runner: &Runner<'_>) -> Result<(), WorkflowError> {
+        let task = runner.task;
+        let [level, ..] = &self.levels[..] else { return Ok(()) };
+        if task.leave_to_others || !task.path("experiments.csv").is_file() {
+            return Ok(());
+        }
+        let records = runner.run(level, first_of(task, &self.runs), true)?;
+        let Some(run) = records.first() else { return Ok(()) };
+        let mesh = runner.mesh(level, run.id)?;
+        let size = SpecimenSize { height_mm: height_mm(&mesh), radius_mm: radius_mm(&mesh) };
+        check_first_runs(task, &level.setup, size, &records)
+    }
+
     fn runner<'r>(&'r self, task: &'r Task<'r>) -> Runner<'r> {
         Runner { task, names: &self.names, specimens: self.specimens.as_ref() }
     }
@@ -124,6 +141,7 @@ pub(super) fn share(task: &Task<'_>) -> Result<(), WorkflowError> {
         plan.levels.iter().try_for_each(|level| specimens.check(&task.inputs, level, first))?;
     }
     let runner = plan.runner(task);
+    plan.check_first(&runner)?;
     with_batches(&runner, &plan, all_levels(&runner, &plan)?).map(drop)
 }
 

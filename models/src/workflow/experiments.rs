@@ -7,12 +7,12 @@ use rayon::prelude::*;
 
 use super::WorkflowError;
 use super::files::SPECIMENS;
-use super::gate::check_closed_form;
 use super::runs::run_ensemble;
 use super::simulator::{Simulator, height_mm, radius_mm, recorded};
 use super::specimen::packed_mesh;
 use super::specimen_checks::checked;
 use super::specimen_images::{scan, stiffness_ratios};
+use super::specimen_quantities::{compared, height_factor};
 use super::stiffness::STIFFNESS_RATIO;
 use super::task::Task;
 use crate::case::{ByParameter, MaterialParameter, QoiCase, SpecimenGeometry};
@@ -31,7 +31,6 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let size = [height_mm(&mesh), radius_mm(&mesh)];
     let scale = MeshScale { height_mm: size[0], qoi: inputs.qoi() };
     let table = checked(task, inputs.chosen(table)?, size)?;
-    check_closed_form(task, &table, size)?;
     let mut rows = table
         .specimens
         .iter()
@@ -59,12 +58,10 @@ impl MeshScale<'_> {
     /// A specimen's line of `experiments.csv`: its quantities at the height of the mesh.
     fn row(&self, task: &Task<'_>, specimen: &Specimen) -> Result<Vec<String>, WorkflowError> {
         let Specimen { id, group, height_mm, radius_mm, .. } = specimen;
-        let mesh_height = self.height_mm;
-        let factor = mesh_height / height_mm;
-        let factor = if (factor - 1.0).abs() > 1e-9 { factor } else { 1.0 };
+        let factor = height_factor(specimen, self.height_mm);
         let fraction = specimen.slope_fraction.unwrap_or(self.qoi.slope_fraction);
-        let curve = specimen.curve.scale_displacement(factor);
-        let values = Qois::values_of(&curve, fraction, &self.qoi.quantities).map_err(|e| {
+        let values = compared(specimen, self.height_mm, self.qoi, &self.qoi.quantities);
+        let values = values.map_err(|e| {
             let curve = task.path("experiments/curves").join(format!("{id}.csv"));
             let help = "Correct the curve or leave the specimen out of the table.";
             InputError::new(&curve, "", "", e.to_string(), help)

@@ -325,11 +325,14 @@ impl Inputs<'_> {
     }
 
     /// Only the specimens that the case calibrates against.
+    ///
+    /// # Errors
+    /// A group that no specimen has; several groups and none chosen: their scatter would pass as that of one material.
     pub(super) fn chosen(&self, table: SpecimenTable) -> Result<SpecimenTable, WorkflowError> {
         self.reads("experiments.group");
         match self.file.case.experiments.as_ref().and_then(|e| e.group.as_deref()) {
             Some(group) => Ok(table.in_group(group, &self.file.path)?),
-            None => Ok(table),
+            None => Ok(table.of_one_group(&self.file.path)?),
         }
     }
 

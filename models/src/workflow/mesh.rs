@@ -34,7 +34,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         None => rows.push(("grains".to_owned(), labelled_grains(&mesh))),
     }
     let (tets, nodes) = (mesh.tets.len(), mesh.nodes.len());
-    let part = 100.0 * grain_fraction(&mesh);
+    let part = grains_in_words(&mesh, report.as_ref());
     // a case whose materials or test do not fit the mesh fails here, not after a hundred runs
     let simulator = Simulator::new(&setup, mesh, Vec::new())?;
     rows.push(("unknowns".to_owned(), simulator.problem().unknowns() as f64));
@@ -45,7 +45,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         task.check_interrupt()?;
         further(task, image)?;
     }
-    Ok(format!("{tets} tetrahedra, {nodes} nodes, {part:.1} % grains"))
+    Ok(format!("{tets} tetrahedra, {nodes} nodes, {part}"))
 }
 
 /// Meshes the image of a further specimen.
@@ -59,8 +59,8 @@ fn further(task: &Task<'_>, image: usize) -> Result<(), WorkflowError> {
     rows.extend(report.iter().flat_map(of_report));
     let rows = rows.into_iter().map(|(name, value)| [name, value.to_string()]);
     task.write_csv(&mesh_file(image, "csv"), ["quantity", "value"], rows)?;
-    let (tets, part) = (mesh.tets.len(), 100.0 * grain_fraction(&mesh));
-    say("mesh", &format!("image {image}: {tets} tetrahedra, {part:.1} % grains"));
+    let (tets, part) = (mesh.tets.len(), grains_in_words(&mesh, report.as_ref()));
+    say("mesh", &format!("image {image}: {tets} tetrahedra, {part}"));
     Simulator::new(&task.inputs.setup(), mesh, Vec::new()).map(drop)
 }
 
@@ -147,8 +147,18 @@ fn quantity(inputs: &Inputs<'_>, image: usize, name: &str) -> Result<f64, Workfl
     Ok(table.named("quantity", name)?.number("value")?)
 }
 
+/// The grain fraction of a mesh, beside that of the grains that were meshed where the two differ.
+fn grains_in_words(mesh: &TetMesh, report: Option<&MeshReport>) -> String {
+    let part = 100.0 * grain_fraction(mesh);
+    let asked = report.map(|report| 100.0 * report.asked_fraction);
+    match asked.filter(|asked| (part - asked).abs() > 0.1) {
+        Some(asked) => format!("{part:.1} % grains (those that were to be meshed: {asked:.1} %)"),
+        None => format!("{part:.1} % grains"),
+    }
+}
+
 /// Part of the volume that is grain, mixed tetrahedra by their parts.
-fn grain_fraction(mesh: &TetMesh) -> f64 {
+pub(super) fn grain_fraction(mesh: &TetMesh) -> f64 {
     let volumes = mesh.volumes();
     let grains: f64 = grain_parts(mesh).iter().zip(&volumes).map(|(part, v)| part * v).sum();
     grains / volumes.iter().sum::<f64>()

@@ -4,7 +4,7 @@ use fem::{Region, Segmented, Volume, outlined_slice, tiff};
 
 use super::WorkflowError;
 use super::images::{self, segmented_file};
-use super::specimen::{Scanned, Source, resize};
+use super::specimen::{Scanned, Source, grain_fraction, resize};
 use super::task::Task;
 use crate::progress::{Bar, say};
 use crate::report::{Raster, grain_picture, grain_sizes, side_by_side};
@@ -33,13 +33,14 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     for warning in &found.warnings {
         say("note", warning);
     }
-    write_found(task, images::OWN, &grey, &found)?;
+    let part = grain_fraction(&found);
+    write_found(task, images::OWN, &grey, &found, part)?;
     drop(grey);
     write_picture(task, "grains.png", &grain_picture(&found.labels))?;
     let sizes: Vec<(f64, f64)> =
         found.regions.iter().map(|grain| (grain.diameter_mm(), grain.volume_mm3)).collect();
     task.write("grain_sizes.svg", grain_sizes(&sizes))?;
-    let told = in_words(&found);
+    let told = in_words(&found, part);
     let own = found.cylinder;
     drop(found);
     for (image, scanned) in images::further(inputs)? {
@@ -49,9 +50,16 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     Ok(told)
 }
 
-fn in_words(found: &Segmented) -> String {
-    let (count, part) = (found.statistics.grains, 100.0 * found.statistics.grain_fraction);
-    format!("{count} grains, {part:.1} % of the specimen")
+/// What was found, with the grain fraction of the cylinder that is meshed.
+fn in_words(found: &Segmented, part: f64) -> String {
+    let (count, of_image) = (found.statistics.grains, 100.0 * found.statistics.grain_fraction);
+    let part = 100.0 * part;
+    // of a block, or of a smaller cylinder in the specimen
+    let others = match (part - of_image).abs() > 0.1 {
+        true => format!(" ({of_image:.1} % of the specimen that the image shows)"),
+        false => String::new(),
+    };
+    format!("{count} grains, {part:.1} % of the cylinder that is meshed{others}")
 }
 
 /// Fitted sizes of images differ by less than this part, or they do not show specimens of one size.
@@ -100,8 +108,9 @@ fn further(
     for warning in &found.warnings {
         say("note", &format!("{}: {warning}", path.display()));
     }
-    write_found(task, image, &grey, &found)?;
-    say("segment", &format!("image {image}: {}", in_words(&found)));
+    let part = grain_fraction(&found);
+    write_found(task, image, &grey, &found, part)?;
+    say("segment", &format!("image {image}: {}", in_words(&found, part)));
     Ok(())
 }
 
@@ -111,12 +120,14 @@ fn write_found(
     image: usize,
     grey: &Volume<f32>,
     found: &Segmented,
+    grain_fraction: f64,
 ) -> Result<(), WorkflowError> {
     let name = |own| segmented_file(image, own);
     task.product(&name("labels.tif"), |path| tiff::write_labels(path, &found.labels))?;
     write_16_bits(task, &name("solid.tif"), &found.solid, WHOLE)?;
     task.write_csv(&name("grains.csv"), GRAIN_COLUMNS, found.regions.iter().map(grain))?;
-    let rows = quantities(found).into_iter().map(|(name, value)| [name.to_owned(), value]);
+    let rows =
+        quantities(found, grain_fraction).into_iter().map(|(name, value)| [name.to_owned(), value]);
     task.write_csv(&name("segment.csv"), ["quantity", "value"], rows)?;
     write_picture(task, &name("slices.png"), &slices(grey, &found.labels)?)
 }
@@ -192,12 +203,15 @@ fn grain(region: &Region) -> [String; 13] {
 }
 
 /// What is known of the specimen as a whole.
-fn quantities(found: &Segmented) -> Vec<(&'static str, String)> {
+fn quantities(found: &Segmented, grain_fraction: f64) -> Vec<(&'static str, String)> {
     let Segmented { cylinder, statistics: s, labels, .. } = found;
     let number = |x: f64| x.to_string();
     let mut rows = vec![
         ("grains", s.grains.to_string()),
-        ("grain_fraction", number(s.grain_fraction)),
+        // of the cylinder that is meshed
+        ("grain_fraction", number(grain_fraction)),
+        // of all that the image shows of the specimen
+        ("image_grain_fraction", number(s.grain_fraction)),
         ("voxel_fraction", number(s.voxel_fraction)),
         ("radius_mm", number(cylinder.radius_mm)),
         ("height_mm", number(cylinder.height_mm())),

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use fem::{
-    Cylinder, GrainList, MeshError, MeshReport, Meshed, Meshing, Packing, Scanner, Segmentation,
-    Segmented, TetMesh, Volume, VoxelGrains, gmsh, tiff,
+    Cylinder, GrainField, GrainList, MeshError, MeshReport, Meshed, Meshing, Packing, Scanner,
+    Segmentation, Segmented, TetMesh, Volume, VoxelGrains, gmsh, tiff,
 };
 
 use super::WorkflowError;
@@ -158,6 +158,15 @@ pub(super) fn labelled_mesh(
         VoxelGrains::new(labels, solid, cylinder).with_volumes(volumes.unwrap_or_default());
     let built = meshing.build(cylinder.radius_mm, cylinder.height_mm(), &grains);
     built.map_err(|source| WorkflowError::Meshing { file: case.to_owned(), source })
+}
+
+/// Volume of the grains in the cylinder that is meshed over its volume, as the mesher counts it.
+pub(super) fn grain_fraction(found: &Segmented) -> f64 {
+    let Segmented { labels, solid, cylinder, regions, .. } = found;
+    let volumes = regions.iter().map(|grain| (grain.id, grain.volume_mm3));
+    let grains = VoxelGrains::new(labels, Some(solid), cylinder).with_volumes(volumes);
+    let volumes = (1..).take(grains.grains()).map(|grain| grains.volume_mm3(grain));
+    volumes.sum::<f64>() / cylinder.volume_mm3()
 }
 
 /// The mesh of a geometry that needs no image, with the mesher's report unless it is a mesh file.

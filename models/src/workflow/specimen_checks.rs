@@ -1,75 +1,101 @@
 //! Measured specimens are looked at before anything is computed for them: sizes, number, curves.
 
+use std::path::Path;
+
 use super::WorkflowError;
+use super::closed_form::far_from_closed_form;
 use super::files::SPECIMENS;
-use super::specimen_notes::{Notes, check_rate, note_sizes};
+use super::inputs::Inputs;
+use super::specimen_notes::{Notes, check_rates, note_sizes};
+use super::specimen_quantities::{SpecimenNames, compared};
 use super::task::Task;
 use crate::case::Toe;
 use crate::curve_check::{Finding, InspectedCurve, Weight};
 use crate::error::InputError;
-use crate::experiment::{SpecimenTable, TestCurve};
+use crate::experiment::{Specimen, SpecimenTable, TestCurve};
+use crate::progress::say;
 
 /// A specimen of so many times the mesh's height, or of this part of it, is not the one that is meshed.
 const HEIGHTS: f64 = 3.0;
 /// The same of its radius: forces go with its square.
 const RADII: f64 = 1.5;
 
-/// Looks at specimens that are compared with a mesh of this height and radius (mm), writes
-/// `curve_checks.csv` and tells what was found. The curves that are returned end with the loading, and
-/// begin where load begins if the case asks for that.
+/// Specimens that were looked at.
+pub(super) struct InspectedSpecimens {
+    /// Curves end with the loading, and begin where load begins if the case asks for that.
+    pub(super) table: SpecimenTable,
+    pub(super) notes: Notes,
+    /// What would make quantities of interest wrong.
+    pub(super) mistakes: Vec<InputError>,
+}
+
+/// Looks at specimens that are compared with a mesh of this height and radius (mm), writes `curve_checks.csv` and
+/// prints what was found.
 ///
 /// # Errors
-/// The first thing that would make quantities of interest wrong, with its file; others are told.
+/// The first mistake.
 pub(super) fn checked(
     task: &Task<'_>,
-    mut table: SpecimenTable,
-    [height_mm, radius_mm]: [f64; 2],
+    table: SpecimenTable,
+    size_mm: [f64; 2],
 ) -> Result<SpecimenTable, WorkflowError> {
     let file = task.path(SPECIMENS);
+    let curve = |id: &str| task.path("experiments/curves").join(format!("{id}.csv"));
+    let names = SpecimenNames { table: &file, curve: &curve };
+    let InspectedSpecimens { table, notes, mistakes } =
+        inspect(&task.inputs, table, size_mm, &names, task.accept_out_of_range)?;
+    notes.lines().iter().for_each(|line| say("note", line));
+    task.write_csv("curve_checks.csv", ["id", "finding", "value", "help"], notes.into_rows())?;
+    mistakes.into_iter().next().map_or(Ok(table), |mistake| Err(mistake.into()))
+}
+
+/// Looks at specimens that are compared with a mesh of this height and radius (mm): number, sizes, rates, curves,
+/// quantities, and what a specimen of these materials can have.
+///
+/// # Errors
+/// A case that says of neither measured nor virtual specimens.
+pub(super) fn inspect(
+    inputs: &Inputs<'_>,
+    mut table: SpecimenTable,
+    size_mm: [f64; 2],
+    names: &SpecimenNames<'_>,
+    accept_out_of_range: bool,
+) -> Result<InspectedSpecimens, WorkflowError> {
+    let mut mistakes = Vec::new();
     if let [only] = &table.specimens[..] {
         let help = "Scatter between specimens needs at least two: add lines to the table, or choose \
                     another experiments.group.";
         let problem = "is the only specimen";
-        return Err(InputError::new(&file, "specimen", &only.id, problem, help).into());
+        mistakes.push(InputError::new(names.table, "specimen", &only.id, problem, help));
     }
-    for specimen in &table.specimens {
-        let sizes = [
-            ("height_mm", specimen.height_mm, height_mm, HEIGHTS),
-            ("radius_mm", specimen.radius_mm, radius_mm, RADII),
-        ];
-        for (column, own, mesh, most) in sizes {
-            if !(1.0 / most..=most).contains(&(own / mesh)) {
-                let place = format!("specimen {}, column {column}", specimen.id);
-                let what = column.trim_end_matches("_mm");
-                return Err(InputError::new(
-                    &file,
-                    place,
-                    own.to_string(),
-                    format!("is far from the mesh's {what} of {mesh:.4} mm"),
-                    format!("Write it in mm, or mesh a specimen of this {what}."),
-                )
-                .into());
-            }
-        }
-    }
+    mistakes.extend(table.specimens.iter().flat_map(|own| far_sizes(own, size_mm, names.table)));
 
     let mut notes = Notes::default();
-    check_rate(task, &table, height_mm, &mut notes)?;
-    note_sizes(&table, [height_mm, radius_mm], &mut notes);
-    let (fraction, correct) = (task.inputs.qoi().slope_fraction, task.inputs.toe() == Toe::Correct);
-    let (mut toes, mut refused) = (Vec::new(), None);
+    let are_virtual = inputs.are_specimens_virtual()?;
+    mistakes.extend(check_rates(
+        inputs.test(),
+        &table,
+        size_mm[0],
+        are_virtual,
+        names.curve,
+        &mut notes,
+    ));
+    note_sizes(&table, size_mm, &mut notes);
+    let (qoi, correct) = (inputs.qoi(), inputs.toe() == Toe::Correct);
+    let mut toes = Vec::new();
     for specimen in &mut table.specimens {
-        let fraction = specimen.slope_fraction.unwrap_or(fraction);
+        let fraction = specimen.slope_fraction.unwrap_or(qoi.slope_fraction);
         let (curve, findings) = looked_at(&specimen.curve, fraction, correct);
         specimen.curve = curve;
+        let file = (names.curve)(&specimen.id);
+        let mut refused = None;
         for Finding { name, value, problem, help, weight } in findings {
             if name == "toe" {
                 toes.push(value);
             }
             match weight {
                 Weight::Error if refused.is_none() => {
-                    let path = task.path("experiments/curves").join(format!("{}.csv", specimen.id));
-                    refused = Some(InputError::new(&path, "", "", problem.clone(), help));
+                    refused = Some(InputError::new(&file, "", "", problem.clone(), help));
                 }
                 Weight::Error | Weight::Warning => {
                     notes.say(name, &format!("{} {problem}. {help}", specimen.id));
@@ -78,21 +104,55 @@ pub(super) fn checked(
             }
             notes.list(&specimen.id, name, value, format!("{problem}. {help}"));
         }
+        let unusable = || {
+            let problem = compared(specimen, size_mm[0], qoi, &qoi.quantities).err()?.to_string();
+            let help = "Correct the curve or leave the specimen out of the table.";
+            Some(InputError::new(&file, "", "", problem, help))
+        };
+        mistakes.extend(refused.or_else(unusable));
     }
     notes.say_what_was_left_out();
-    task.write_csv("curve_checks.csv", ["id", "finding", "value", "help"], notes.into_rows())?;
-    if let Some(error) = refused {
-        return Err(error.into());
-    }
     let [low, high] = toes.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &toe| {
         [low.min(toe), high.max(toe)]
     });
-    let done = if correct { "taken away" } else { "left in" };
-    crate::progress::say(
-        "note",
-        &format!("the curves begin to carry load at {low:.4} to {high:.4} mm: {done}"),
-    );
-    Ok(table)
+    if !toes.is_empty() {
+        let done = if correct { "taken away" } else { "left in" };
+        let text = format!("the curves begin to carry load at {low:.4} to {high:.4} mm: {done}");
+        notes.say("load", &text);
+    }
+    if !are_virtual {
+        let distance = far_from_closed_form(inputs, &table, size_mm, names);
+        match distance {
+            Some((specimen, mistake)) if accept_out_of_range => {
+                notes.say("range", &format!("{specimen}: {} {}", mistake.problem, mistake.help));
+            }
+            distance => mistakes.extend(distance.map(|(_, mistake)| mistake)),
+        }
+    }
+    Ok(InspectedSpecimens { table, notes, mistakes })
+}
+
+/// The sizes of a specimen that are far from those of the mesh.
+fn far_sizes(
+    specimen: &Specimen,
+    [height_mm, radius_mm]: [f64; 2],
+    table: &Path,
+) -> impl Iterator<Item = InputError> {
+    let sizes = [
+        ("height_mm", specimen.height_mm, height_mm, HEIGHTS),
+        ("radius_mm", specimen.radius_mm, radius_mm, RADII),
+    ];
+    let mistakes = sizes.map(|(column, own, mesh, most)| {
+        if (1.0 / most..=most).contains(&(own / mesh)) {
+            return None;
+        }
+        let place = format!("specimen {}, column {column}", specimen.id);
+        let what = column.trim_end_matches("_mm");
+        let problem = format!("is far from the mesh's {what} of {mesh:.4} mm");
+        let help = format!("Write it in mm, or mesh a specimen of this {what}.");
+        Some(InputError::new(table, place, own.to_string(), problem, help))
+    });
+    mistakes.into_iter().flatten()
 }
 
 /// The part of a measured curve that quantities are taken from, and what was found in it: it ends with the

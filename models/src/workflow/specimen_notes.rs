@@ -2,13 +2,11 @@
 //! `curve_checks.csv`; sizes that differ from the mesh's, and the rate of the tests.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::PathBuf;
 
-use super::WorkflowError;
-use super::task::Task;
+use crate::case::TestCase;
 use crate::error::InputError;
-use crate::experiment::SpecimenTable;
-use crate::progress::say;
+use crate::experiment::{Specimen, SpecimenTable};
 
 /// Lines of one kind that are printed.
 const EXAMPLES: usize = 5;
@@ -17,20 +15,21 @@ const RADIUS: f64 = 1e-3;
 /// Relative difference of the strain rates of test and case that is refused: the viscosity is off by as much.
 const RATE: f64 = 0.05;
 
-/// Lines on the screen and rows of `curve_checks.csv`.
+/// Lines for the screen and rows of `curve_checks.csv`.
 #[derive(Default)]
 pub(super) struct Notes {
     said: BTreeMap<&'static str, usize>,
+    lines: Vec<String>,
     rows: Vec<[String; 4]>,
 }
 
 impl Notes {
-    /// Prints a line unless five of its kind have been printed.
+    /// Adds a line for the screen unless there are five of its kind.
     pub(super) fn say(&mut self, kind: &'static str, line: &str) {
         let said = self.said.entry(kind).or_default();
         *said += 1;
         if *said <= EXAMPLES {
-            say("note", line);
+            self.lines.push(line.to_owned());
         }
     }
 
@@ -40,12 +39,17 @@ impl Notes {
         self.rows.push([id.to_owned(), kind.to_owned(), number, text]);
     }
 
-    /// Prints how many lines of each kind were not printed.
-    pub(super) fn say_what_was_left_out(&self) {
+    /// Adds how many lines of each kind were left out.
+    pub(super) fn say_what_was_left_out(&mut self) {
         for (kind, said) in self.said.iter().filter(|(_, said)| **said > EXAMPLES) {
             let further = said - EXAMPLES;
-            say("note", &format!("{further} further findings of {kind}: see curve_checks.csv"));
+            self.lines.push(format!("{further} further findings of {kind}: see curve_checks.csv"));
         }
+    }
+
+    /// The lines for the screen.
+    pub(super) fn lines(&self) -> &[String] {
+        &self.lines
     }
 
     pub(super) fn into_rows(self) -> Vec<[String; 4]> {
@@ -84,30 +88,29 @@ pub(super) fn note_sizes(
     }
 }
 
-/// Compares the strain rate of each test with the case's, and prints which rate is assumed of tests without a time.
-///
-/// # Errors
-/// As [`compare_rates`].
-pub(super) fn check_rate(
-    task: &Task<'_>,
+/// Compares the strain rate of each test with the case's, and notes which rate is assumed of tests without a time.
+/// Returns a mistake for each test of another rate.
+pub(super) fn check_rates(
+    test: &TestCase,
     table: &SpecimenTable,
     height_mm: f64,
+    are_virtual: bool,
+    curve: &dyn Fn(&str) -> PathBuf,
     notes: &mut Notes,
-) -> Result<(), WorkflowError> {
-    let test = task.inputs.test();
-    let Some(displacement_mm) = test.displacement_mm else { return Ok(()) };
+) -> Vec<InputError> {
+    let Some(displacement_mm) = test.displacement_mm else { return Vec::new() };
     let case = CaseRate { displacement_mm, duration_s: test.duration_s, height_mm };
-    let are_all_known = compare_rates(table, case, &task.path("experiments/curves"))?;
-    if !are_all_known && !task.inputs.are_specimens_virtual()? {
+    let is_unknown = |specimen: &Specimen| specimen.rate_mm_per_s.is_none();
+    if !are_virtual && table.specimens.iter().any(is_unknown) {
         let rate = displacement_mm / test.duration_s;
         let text = format!(
             "curves without a column time_s are taken as tests at {rate:.4} mm/s (test.displacement_mm / \
              test.duration_s), and the viscosity is inversely proportional to this speed"
         );
-        say("note", &text);
+        notes.say("rate", &text);
         notes.list("all", "rate", rate, text);
     }
-    Ok(())
+    table.specimens.iter().filter_map(|own| case.other_rate(own, curve)).collect()
 }
 
 /// The test of the case on a mesh of this height.
@@ -118,22 +121,19 @@ struct CaseRate {
     height_mm: f64,
 }
 
-/// Compares the strain rates of tests with the case's; returns whether all tests have one.
-///
-/// # Errors
-/// A rate that differs by more than 5 %: only the product of viscosity and rate is calibrated.
-fn compare_rates(table: &SpecimenTable, case: CaseRate, curves: &Path) -> Result<bool, InputError> {
-    let CaseRate { displacement_mm, duration_s, height_mm } = case;
-    let case_rate = displacement_mm / duration_s;
-    let mut are_all_known = true;
-    for specimen in &table.specimens {
-        let Some(rate) = specimen.rate_mm_per_s else {
-            are_all_known = false;
-            continue;
-        };
-        let scaled = rate * height_mm / specimen.height_mm;
+impl CaseRate {
+    /// A strain rate of a test that differs from the case's by more than 5 %: only the product of viscosity and rate
+    /// is calibrated.
+    fn other_rate(
+        &self,
+        specimen: &Specimen,
+        curve: &dyn Fn(&str) -> PathBuf,
+    ) -> Option<InputError> {
+        let rate = specimen.rate_mm_per_s?;
+        let case_rate = self.displacement_mm / self.duration_s;
+        let scaled = rate * self.height_mm / specimen.height_mm;
         if (case_rate / scaled - 1.0).abs() <= RATE {
-            continue;
+            return None;
         }
         let problem = format!(
             "is the speed of its platen in mm/s, {scaled:.3e} mm/s at the height of the mesh; the case has \
@@ -143,19 +143,17 @@ fn compare_rates(table: &SpecimenTable, case: CaseRate, curves: &Path) -> Result
             "The viscosity would be wrong by a factor of {:.4}: write duration_s = {:.6} under [test], or correct the \
              time of the curve.",
             scaled / case_rate,
-            displacement_mm / scaled
+            self.displacement_mm / scaled
         );
-        let file = curves.join(format!("{}.csv", specimen.id));
         let place = format!("specimen {}, rate", specimen.id);
-        return Err(InputError::new(&file, place, format!("{rate:.3e}"), problem, help));
+        let value = format!("{rate:.3e}");
+        Some(InputError::new(&curve(&specimen.id), place, value, problem, help))
     }
-    Ok(are_all_known)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiment::Specimen;
 
     fn table(rates: &[Option<f64>]) -> SpecimenTable {
         let specimen = |(i, &rate_mm_per_s): (usize, &Option<f64>)| Specimen {
@@ -175,14 +173,14 @@ mod tests {
     #[test]
     fn a_rate_other_than_the_case_s_is_refused_with_the_duration_that_fits() {
         let case = CaseRate { displacement_mm: 0.22, duration_s: 1.0, height_mm: 4.4 };
-        let curves = Path::new("curves");
-        assert!(compare_rates(&table(&[Some(0.44), Some(0.45)]), case, curves).unwrap());
-        assert!(!compare_rates(&table(&[Some(0.44), None]), case, curves).unwrap());
-        let error = compare_rates(&table(&[Some(0.44), Some(0.44 / 264.0)]), case, curves);
-        let error = error.unwrap_err().to_string();
-        for part in ["curves/S-1.csv", "rate = 1.667e-3", "duration_s = 264.0", "factor of 0.0038"]
+        let curve = |id: &str| PathBuf::from(format!("curves/{id}.csv"));
+        let table = table(&[Some(0.44), Some(0.45), None, Some(0.44 / 264.0)]);
+        let mistakes = table.specimens.iter().filter_map(|own| case.other_rate(own, &curve));
+        let mistakes: Vec<String> = mistakes.map(|mistake| mistake.to_string()).collect();
+        assert_eq!(mistakes.len(), 1, "{mistakes:?}");
+        for part in ["curves/S-3.csv", "rate = 1.667e-3", "duration_s = 264.0", "factor of 0.0038"]
         {
-            assert!(error.contains(part), "{part}: {error}");
+            assert!(mistakes[0].contains(part), "{part}: {mistakes:?}");
         }
     }
 

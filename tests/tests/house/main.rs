@@ -1,5 +1,6 @@
 //! What holds for the house as a whole: the order of its rooms, and what it depends on.
 
 mod dependencies;
+mod documents;
 mod imports;
 mod rooms;

@@ -10,7 +10,7 @@ const CRATES: [&str; 7] =
     ["fem", "models", "models/calibration", "models/pictures", "ppl", "ppl-macros", "surrogate"];
 
 /// Another checkout may be looked at in place of this one.
-fn workspace() -> PathBuf {
+pub(super) fn workspace() -> PathBuf {
     match std::env::var_os("BRECCIA_HOUSE") {
         Some(folder) => folder.into(),
         None => Path::new(env!("CARGO_MANIFEST_DIR")).join(".."),

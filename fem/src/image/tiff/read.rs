@@ -79,6 +79,31 @@ pub fn read_binned(
     Ok(Volume { shape, voxel_mm: stack.voxel_mm * bin as f64, values })
 }
 
+/// What the pages of a stack declare.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StackHeader {
+    /// Voxels along x, y, z, after binning.
+    pub shape: [usize; 3],
+    /// Edge of a voxel in mm, after binning.
+    pub voxel_mm: f64,
+}
+
+impl StackHeader {
+    /// Reads the headers of a stack that [`read_binned`] would read, and no grey values.
+    ///
+    /// # Errors
+    /// As of [`read_binned`] where headers show it.
+    pub fn read(path: &Path, voxel_mm: Option<f64>, bin: usize) -> Result<Self, ImageError> {
+        let Stack { shape, voxel_mm, .. } = Stack::scan(path, voxel_mm, bin)?;
+        Ok(Self { shape: shape.map(|side| side / bin), voxel_mm: voxel_mm * bin as f64 })
+    }
+
+    /// Edges of the image in mm.
+    pub fn size_mm(&self) -> [f64; 3] {
+        self.shape.map(|side| side as f64 * self.voxel_mm)
+    }
+}
+
 /// Reads a stack of labels; see [`read`].
 ///
 /// # Errors

@@ -2,7 +2,7 @@
 
 use ::surrogate::OrderRule;
 
-use super::super::{CaseFile, DiscrepancyCase, Likelihood, SequentialCase};
+use super::super::{CaseFile, DiscrepancyCase, Likelihood, Mistakes, SequentialCase};
 use crate::error::InputError;
 use crate::qoi::Quantity;
 
@@ -10,76 +10,85 @@ use crate::qoi::Quantity;
 const LEAST_STEPS: f64 = 10.0;
 
 impl CaseFile {
-    pub(super) fn check_calibration(&self) -> Result<(), InputError> {
+    pub(super) fn check_calibration(&self, mistakes: &mut Mistakes) {
         let (case, whole) = (&self.case, "a whole number");
-        self.within(
-            "qoi.slope_fraction",
-            case.qoi.slope_fraction,
-            0.1,
-            0.9,
-            "of the displacement at peak",
-            "The paper takes 0.3.",
-        )?;
-        self.check_quantities(&case.qoi.quantities)?;
-        self.check_curve_percent(&case.qoi.curve_percent)?;
-        self.check_reach()?;
+        let (key, unit) = ("qoi.slope_fraction", "of the displacement at peak");
+        let fraction = case.qoi.slope_fraction;
+        mistakes.note(self.within(key, fraction, 0.1, 0.9, unit, "The paper takes 0.3."));
+        mistakes.note(self.check_quantities(&case.qoi.quantities));
+        mistakes.note(self.check_curve_percent(&case.qoi.curve_percent));
+        mistakes.note(self.check_reach());
         if let Some(prior) = &case.prior {
-            self.check_prior("prior", prior)?;
+            self.check_prior("prior", prior, mistakes);
         }
-        self.check_extensions()?;
-        let runs_help = "The paper uses 100; order 3 in three parameters needs more than 20.";
-        self.within("design.runs", case.design.runs as f64, 4.0, 1e6, "runs", runs_help)?;
-        self.check_sequential()?;
+        mistakes.note(self.check_extensions());
+        let help = "The paper uses 100; order 3 in three parameters needs more than 20.";
+        let runs = case.design.runs as f64;
+        mistakes.note(self.within("design.runs", runs, 4.0, 1e6, "runs", help));
+        self.check_sequential(mistakes);
         let max_order = case.surrogate.max_order as f64;
         let help = "Orders up to this one are tried: order 0 alone is a constant, from which \
                     nothing can be calibrated; the paper's choice is 3.";
-        self.within("surrogate.max_order", max_order, 1.0, 8.0, whole, help)?;
+        mistakes.note(self.within("surrogate.max_order", max_order, 1.0, 8.0, whole, help));
         if let OrderRule::Fixed(order) = case.surrogate.rule {
-            let help = "Write rule = { fixed = 3 }, at most max_order.";
-            self.within("surrogate.rule.fixed", order as f64, 1.0, max_order, whole, help)?;
+            let (key, help) =
+                ("surrogate.rule.fixed", "Write rule = { fixed = 3 }, at most max_order.");
+            mistakes.note(self.within(key, order as f64, 1.0, max_order.max(1.0), whole, help));
         }
-        let c = &case.calibration;
-        self.within(
-            "calibration.chains",
-            c.chains as f64,
-            1.0,
-            64.0,
-            "chains",
-            "Four chains show whether they agree.",
-        )?;
-        self.within(
-            "calibration.warmup",
-            c.warmup as f64,
-            20.0,
-            1e6,
-            "draws",
-            "1000 are ample for nine parameters.",
-        )?;
-        self.within(
-            "calibration.draws",
-            c.draws as f64,
-            20.0,
-            1e7,
-            "draws",
-            "2000 a chain give quantiles to a few per cent.",
-        )?;
-        let help = "1 keeps every step, 10 every tenth.";
-        self.within("calibration.thin", c.thin as f64, 1.0, 1e4, "", help)?;
-        let help = "Steps that are left out after those of tuning.";
-        self.within("calibration.burn_in", c.burn_in as f64, 0.0, 1e7, "", help)?;
-        let (kept, help) = ((c.chains * c.draws) as f64, "All draws are kept in memory.");
-        self.within("calibration.draws", kept, 20.0, 1e7, "draws of all chains together", help)?;
-        let help = "0.95 follows the posterior's narrow parts; 0.8 is faster.";
-        self.within("calibration.target_accept", c.target_accept, 0.5, 0.999, "", help)?;
-        self.check_discrepancy(&c.discrepancy)?;
-        self.within(
-            "confirm.draws",
-            case.confirm.draws as f64,
-            0.0,
-            1000.0,
-            "simulations",
-            "A few show the posterior's spread.",
-        )
+        self.check_sampler(mistakes);
+        mistakes.note(self.check_discrepancy(&case.calibration.discrepancy));
+        let (key, help) = ("confirm.draws", "A few show the posterior's spread.");
+        let draws = case.confirm.draws as f64;
+        mistakes.note(self.within(key, draws, 0.0, 1000.0, "simulations", help));
+    }
+
+    fn check_sampler(&self, mistakes: &mut Mistakes) {
+        let c = &self.case.calibration;
+        let numbers = [
+            (
+                "chains",
+                c.chains as f64,
+                1.0,
+                64.0,
+                "chains",
+                "Four chains show whether they agree.",
+            ),
+            ("warmup", c.warmup as f64, 20.0, 1e6, "draws", "1000 are ample for nine parameters."),
+            (
+                "draws",
+                c.draws as f64,
+                20.0,
+                1e7,
+                "draws",
+                "2000 a chain give quantiles to a few per cent.",
+            ),
+            ("thin", c.thin as f64, 1.0, 1e4, "", "1 keeps every step, 10 every tenth."),
+            (
+                "burn_in",
+                c.burn_in as f64,
+                0.0,
+                1e7,
+                "",
+                "Steps that are left out after those of tuning.",
+            ),
+            (
+                "target_accept",
+                c.target_accept,
+                0.5,
+                0.999,
+                "",
+                "0.95 follows the posterior's narrow parts; 0.8 is faster.",
+            ),
+        ];
+        for (key, value, lower, upper, unit, help) in numbers {
+            let key = format!("calibration.{key}");
+            mistakes.note(self.within(&key, value, lower, upper, unit, help));
+        }
+        let kept = c.chains as f64 * c.draws as f64;
+        if c.draws <= 10_000_000 && kept > 1e7 {
+            let (unit, help) = ("draws of all chains together", "All draws are kept in memory.");
+            mistakes.note(self.within("calibration.draws", kept, 20.0, 1e7, unit, help));
+        }
     }
 
     /// Refuses load steps too few for curves that quantities of interest are taken from. A single
@@ -189,15 +198,16 @@ impl CaseFile {
         Ok(())
     }
 
-    fn check_sequential(&self) -> Result<(), InputError> {
+    fn check_sequential(&self, mistakes: &mut Mistakes) {
         let Some(SequentialCase { share, batch, most }) = self.case.sequential.as_ref() else {
-            return Ok(());
+            return;
         };
         let help = "0.1: a tenth of the variance of a parameter may come from the surrogate.";
-        self.within("sequential.share", *share, 1e-3, 1.0, "of the variance", help)?;
+        mistakes.note(self.within("sequential.share", *share, 1e-3, 1.0, "of the variance", help));
         let help = "Between two batches there is a calibration: a few at a time, not one by one.";
-        self.within("sequential.batch", *batch as f64, 2.0, 100.0, "runs", help)?;
+        mistakes.note(self.within("sequential.batch", *batch as f64, 2.0, 100.0, "runs", help));
         let help = "The most runs of all batches: at least one batch.";
-        self.within("sequential.most", *most as f64, *batch as f64, 1e6, "runs", help)
+        let batch = *batch as f64;
+        mistakes.note(self.within("sequential.most", *most as f64, batch, 1e6, "runs", help));
     }
 }

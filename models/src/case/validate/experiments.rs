@@ -1,12 +1,12 @@
 //! Specimens, measured or virtual.
 
-use super::super::{CaseFile, MaterialParameter, SpecimenGeometry, VirtualCase};
+use super::super::{CaseFile, MaterialParameter, Mistakes, SpecimenGeometry, VirtualCase};
 use crate::error::InputError;
 
 impl CaseFile {
-    pub(super) fn check_experiments(&self, geometry: &SpecimenGeometry) -> Result<(), InputError> {
+    pub(super) fn check_experiments(&self, geometry: &SpecimenGeometry, mistakes: &mut Mistakes) {
         let Some(experiments) = &self.case.experiments else {
-            return Ok(());
+            return;
         };
         if let Some(read) = &experiments.read {
             for (key, factor) in [
@@ -14,24 +14,24 @@ impl CaseFile {
                 ("force_factor", read.force_factor),
             ] {
                 if factor.is_some_and(|factor| !(factor.is_finite() && factor > 0.0)) {
-                    return Err(self.error(
+                    mistakes.note(Err(self.error(
                         &format!("experiments.read.{key}"),
                         factor.unwrap_or_default().to_string(),
                         "must be positive",
                         "It is what 1 in the file is in mm or N; signs are detected, or stated by compression.",
-                    ));
+                    )));
                 }
             }
             if experiments.virtual_specimens.is_some() {
-                return Err(self.error(
+                mistakes.note(Err(self.error(
                     "experiments.read",
                     "",
                     "stands beside experiments.virtual",
                     "Virtual specimens are not read from files: remove one of the two.",
-                ));
+                )));
             }
         }
-        match (&experiments.table, &experiments.virtual_specimens) {
+        mistakes.note(match (&experiments.table, &experiments.virtual_specimens) {
             (None, None) => Err(self.error(
                 "experiments",
                 "",
@@ -47,7 +47,7 @@ impl CaseFile {
             // only the experiments stage needs the file: see `CaseFile::table`
             (Some(_), None) => Ok(()),
             (None, Some(specimens)) => self.check_virtual(specimens, geometry),
-        }
+        });
     }
 
     fn check_virtual(

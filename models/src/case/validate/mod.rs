@@ -6,7 +6,7 @@ mod microstructure;
 mod prior;
 mod simulation;
 
-use super::{CaseFile, SpecimenGeometry};
+use super::{CaseFile, Mistakes, SpecimenGeometry};
 use crate::error::{InputError, closest};
 
 /// What the regions of most specimens are called.
@@ -24,36 +24,52 @@ impl CaseFile {
         }
     }
 
-    /// Checks every value.
-    pub(super) fn validate(&self) -> Result<(), InputError> {
-        let geometry = self.geometry()?;
-        self.check_specimen(&geometry)?;
-        let regions = self.regions(&geometry);
-        for region in &regions {
-            if !self.case.material.contains_key(region) {
-                let given: Vec<&str> = self.case.material.keys().map(String::as_str).collect();
-                let hint = closest(region, given.iter().copied())
-                    .map(|slip| format!("Is material.{slip} meant? "))
-                    .unwrap_or_default();
-                return Err(self.error(
-                    &format!("material.{region}"),
-                    "",
-                    "is missing: the specimen has this region",
-                    format!("{hint}Add a table [material.{region}]."),
-                ));
+    /// Checks every value; returns all mistakes.
+    pub(super) fn validate(&self) -> Vec<InputError> {
+        let mut mistakes = Mistakes::default();
+        let geometry = match self.geometry() {
+            Ok(geometry) => Some(geometry),
+            Err(mistake) => {
+                mistakes.note(Err(mistake));
+                None
             }
+        };
+        if let Some(geometry) = &geometry {
+            self.check_specimen(geometry, &mut mistakes);
+            let regions = self.regions(geometry);
+            regions.iter().for_each(|region| mistakes.note(self.check_region(region)));
+            mistakes.note(self.check_used(&regions));
         }
-        self.check_used(&regions)?;
         for (region, material) in &self.case.material {
-            self.check_material(region, material)?;
+            self.check_material(region, material, &mut mistakes);
         }
-        self.check_test()?;
-        self.check_calibration()?;
-        self.check_microstructures(&geometry)?;
-        self.check_fidelity(&geometry)?;
-        self.check_second_mesh(&geometry)?;
-        self.check_experiments(&geometry)?;
-        self.check_further_tests()
+        self.check_test(&mut mistakes);
+        self.check_calibration(&mut mistakes);
+        if let Some(geometry) = &geometry {
+            mistakes.note(self.check_microstructures(geometry));
+            self.check_fidelity(geometry, &mut mistakes);
+            mistakes.note(self.check_second_mesh(geometry));
+            self.check_experiments(geometry, &mut mistakes);
+        }
+        mistakes.note(self.check_further_tests());
+        mistakes.into_vec()
+    }
+
+    /// Refuses a region of the specimen without a material.
+    fn check_region(&self, region: &str) -> Result<(), InputError> {
+        if self.case.material.contains_key(region) {
+            return Ok(());
+        }
+        let given = self.case.material.keys().map(String::as_str);
+        let hint = closest(region, given)
+            .map(|slip| format!("Is material.{slip} meant? "))
+            .unwrap_or_default();
+        Err(self.error(
+            &format!("material.{region}"),
+            "",
+            "is missing: the specimen has this region",
+            format!("{hint}Add a table [material.{region}]."),
+        ))
     }
 
     /// Refuses materials that no region can have. A material of grains may wait for them.

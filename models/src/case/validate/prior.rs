@@ -2,7 +2,7 @@
 
 use fem::FemError;
 
-use super::super::{CaseFile, MaterialParameter, PriorBounds, PriorCase};
+use super::super::{CaseFile, MaterialParameter, Mistakes, PriorBounds, PriorCase};
 use crate::error::InputError;
 
 impl CaseFile {
@@ -14,7 +14,9 @@ impl CaseFile {
             let key = format!("extend[{k}]");
             let help = "As many as the first batch fill a box of the same width alike.";
             self.within(&format!("{key}.runs"), extension.runs as f64, 1.0, 1e6, "runs", help)?;
-            self.check_prior(&format!("{key}.prior"), &extension.prior)?;
+            let mut mistakes = Mistakes::default();
+            self.check_prior(&format!("{key}.prior"), &extension.prior, &mut mistakes);
+            mistakes.into_vec().into_iter().next().map_or(Ok(()), Err)?;
             let refuse =
                 |key: &str, problem: &str, help: &str| Err(self.error(key, "", problem, help));
             let mut all = extension.prior.iter();
@@ -39,32 +41,36 @@ impl CaseFile {
         Ok(())
     }
 
-    pub(super) fn check_prior(&self, table: &str, prior: &PriorCase) -> Result<(), InputError> {
+    pub(super) fn check_prior(&self, table: &str, prior: &PriorCase, mistakes: &mut Mistakes) {
         if prior.parameters().len() == 0 {
-            return Err(self.error(
+            mistakes.note(Err(self.error(
                 table,
                 "",
                 "names no parameter",
                 "Name what is calibrated with its bounds: matrix.young_mpa = [250.0, 300.0].",
-            ));
+            )));
         }
-        for (parameter, &PriorBounds([lower, upper])) in prior.iter() {
-            let key = format!("{table}.{parameter}");
-            self.check_parameter(&key, parameter)?;
-            let value = format!("[{lower:?}, {upper:?}]");
-            for bound in [lower, upper] {
-                self.check_value(&key, &value, parameter, bound)?;
-            }
-            if lower >= upper {
-                return Err(self.error(
-                    &key,
-                    value,
-                    "the lower bound is not below the upper one",
-                    "Write [lower, upper].",
-                ));
-            }
+        for (parameter, bounds) in prior.iter() {
+            mistakes.note(self.check_bounds(&format!("{table}.{parameter}"), parameter, bounds));
         }
-        Ok(())
+    }
+
+    fn check_bounds(
+        &self,
+        key: &str,
+        parameter: &MaterialParameter,
+        &PriorBounds([lower, upper]): &PriorBounds,
+    ) -> Result<(), InputError> {
+        self.check_parameter(key, parameter)?;
+        let value = format!("[{lower:?}, {upper:?}]");
+        for bound in [lower, upper] {
+            self.check_value(key, &value, parameter, bound)?;
+        }
+        if lower < upper {
+            return Ok(());
+        }
+        let problem = "the lower bound is not below the upper one";
+        Err(self.error(key, value, problem, "Write [lower, upper]."))
     }
 
     /// Whether the material of a parameter's region can have this value of it.

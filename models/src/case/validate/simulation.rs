@@ -2,25 +2,29 @@
 
 use fem::{FemError, Packing, PhaseField, Platens, Segmentation};
 
-use super::super::{Case, CaseFile, ConditionsCase, MaterialCase, Property, SpecimenGeometry};
+use super::super::{
+    Case, CaseFile, ConditionsCase, MaterialCase, Mistakes, Property, SpecimenGeometry,
+};
 use crate::error::InputError;
 
 /// More tetrahedra than this are taken for a slip in the spacing.
 const MOST_TETS: f64 = 2e7;
 
 impl CaseFile {
-    pub(super) fn check_specimen(&self, geometry: &SpecimenGeometry) -> Result<(), InputError> {
+    pub(super) fn check_specimen(&self, geometry: &SpecimenGeometry, mistakes: &mut Mistakes) {
         let (size, meshing) = match geometry {
-            SpecimenGeometry::Mesh { .. } => return Ok(()),
+            SpecimenGeometry::Mesh { .. } => return,
             SpecimenGeometry::Cylinder { radius_mm, height_mm, grains, scan, meshing } => {
                 let size = [Some(*radius_mm), Some(*height_mm)];
-                self.check_size(size)?;
-                if let Some(packing) = grains {
-                    self.check_packing(packing, *radius_mm, *height_mm)?;
+                self.check_size(size, mistakes);
+                let is_sound = *radius_mm > 0.0 && *height_mm > 0.0;
+                if let Some(packing) = grains.as_ref().filter(|_| is_sound) {
+                    mistakes.note(self.check_packing(packing, *radius_mm, *height_mm));
                 }
                 if let Some((scanner, segmentation)) = scan {
-                    scanner.validate().map_err(|e| self.refused("specimen.scan", &e))?;
-                    self.check_segmentation(segmentation)?;
+                    mistakes
+                        .note(scanner.validate().map_err(|e| self.refused("specimen.scan", &e)));
+                    mistakes.note(self.check_segmentation(segmentation));
                 }
                 (size, meshing)
             }
@@ -36,35 +40,40 @@ impl CaseFile {
                 if let Some(voxel_mm) = *voxel_mm {
                     let help =
                         "It is the edge of a voxel; leave it out where the file's tags say it.";
-                    self.within("specimen.image.voxel_mm", voxel_mm, 1e-9, 1e2, "mm", help)?;
+                    let key = "specimen.image.voxel_mm";
+                    mistakes.note(self.within(key, voxel_mm, 1e-9, 1e2, "mm", help));
                 }
                 let help = "It averages blocks of so many voxels along each edge; 1 leaves them as they are.";
-                self.within("specimen.image.bin", *bin as f64, 1.0, 1000.0, "voxels", help)?;
-                self.check_segmentation(segmentation)?;
+                let bin = *bin as f64;
+                mistakes.note(self.within("specimen.image.bin", bin, 1.0, 1000.0, "voxels", help));
+                mistakes.note(self.check_segmentation(segmentation));
                 let size = [*radius_mm, *height_mm];
-                self.check_size(size)?;
+                self.check_size(size, mistakes);
                 (size, meshing)
             }
         };
+        let (key, spacing_mm) = ("specimen.spacing_mm", meshing.spacing_mm);
         // of an image, size and spacing are compared once it has been read
-        let [radius_mm, height_mm] = size.map(|length| length.unwrap_or(1e3));
-        if size.contains(&None) {
-            let help = "It is the edge of the lattice's cells.";
-            self.within("specimen.spacing_mm", meshing.spacing_mm, 1e-6, 1e3, "mm", help)?;
-        } else {
-            self.check_spacing("specimen.spacing_mm", meshing.spacing_mm, radius_mm, height_mm)?;
-        }
-        meshing.validate().map_err(|e| self.refused("specimen", &e))
+        mistakes.note(match size {
+            [Some(radius_mm), Some(height_mm)] => {
+                self.check_spacing(key, spacing_mm, radius_mm, height_mm)
+            }
+            _ => {
+                let help = "It is the edge of the lattice's cells.";
+                self.within(key, spacing_mm, 1e-6, 1e3, "mm", help)
+            }
+        });
+        mistakes.note(meshing.validate().map_err(|e| self.refused("specimen", &e)));
     }
 
-    fn check_size(&self, [radius_mm, height_mm]: [Option<f64>; 2]) -> Result<(), InputError> {
+    fn check_size(&self, [radius_mm, height_mm]: [Option<f64>; 2], mistakes: &mut Mistakes) {
         let help = "Lengths are in mm; the paper's cylinder is 2.5 by 4.4 mm.";
         for (key, length) in [("radius_mm", radius_mm), ("height_mm", height_mm)] {
             if let Some(length) = length {
-                self.within(&format!("specimen.{key}"), length, 1e-3, 1e3, "mm", help)?;
+                let key = format!("specimen.{key}");
+                mistakes.note(self.within(&key, length, 1e-3, 1e3, "mm", help));
             }
         }
-        Ok(())
     }
 
     fn check_packing(
@@ -101,6 +110,10 @@ impl CaseFile {
         height_mm: f64,
     ) -> Result<(), InputError> {
         let coarsest = radius_mm.min(height_mm);
+        if !(coarsest > 0.0) {
+            // the sizes have a mistake of their own
+            return Ok(());
+        }
         self.within(
             key,
             spacing_mm,
@@ -121,26 +134,29 @@ impl CaseFile {
         Ok(())
     }
 
-    pub(super) fn check_material(&self, region: &str, m: &MaterialCase) -> Result<(), InputError> {
+    pub(super) fn check_material(&self, region: &str, m: &MaterialCase, mistakes: &mut Mistakes) {
+        let mut is_complete = true;
         for (property, value) in [(Property::Young, m.young_mpa), (Property::Poisson, m.poisson)] {
             let key = format!("material.{region}.{}", property.key());
-            match (value, m.law.has_constants()) {
+            let mistake = match (value, m.law.has_constants()) {
                 (None, false) => {
                     let help = format!("Add it. {}", property.help());
-                    return Err(self.error(&key, "", "is missing", help));
+                    self.error(&key, "", "is missing", help)
                 }
-                (Some(value), true) => {
-                    return Err(self.error(
-                        &key,
-                        value.to_string(),
-                        "is given, but the law has constants of its own",
-                        "Leave it out: the law's constants say how stiff it is.",
-                    ));
-                }
-                _ => {}
-            }
+                (Some(value), true) => self.error(
+                    &key,
+                    value.to_string(),
+                    "is given, but the law has constants of its own",
+                    "Leave it out: the law's constants say how stiff it is.",
+                ),
+                _ => continue,
+            };
+            is_complete = false;
+            mistakes.note(Err(mistake));
         }
-        self.check_in_fem(region, m)
+        if is_complete {
+            mistakes.note(self.check_in_fem(region, m));
+        }
     }
 
     /// What `fem` says of a material in a region.
@@ -171,16 +187,15 @@ impl CaseFile {
         }
     }
 
-    pub(super) fn check_test(&self) -> Result<(), InputError> {
+    pub(super) fn check_test(&self, mistakes: &mut Mistakes) {
         let Case { phase_field, test, solver, .. } = &self.case;
-        self.check_drive()?;
-        self.check_stepping()?;
-        self.check_platens()?;
+        mistakes.note(self.check_drive());
+        mistakes.note(self.check_stepping());
+        self.check_platens(mistakes);
         let field = phase_field.as_ref().map_or(Ok(()), PhaseField::validate);
         for checked in [field, test.schedule().validate(), solver.validate()] {
-            self.accepted(checked)?;
+            mistakes.note(self.accepted(checked));
         }
-        Ok(())
     }
 
     /// A refusal of fem's as a mistake at a key of the case.
@@ -297,7 +312,7 @@ impl CaseFile {
         Ok(())
     }
 
-    fn check_platens(&self) -> Result<(), InputError> {
+    fn check_platens(&self, mistakes: &mut Mistakes) {
         let test = &self.case.test;
         let resists = [
             ("test.friction", test.friction, 10.0, "Coulomb's coefficient is about 0.1 to 0.6."),
@@ -309,24 +324,19 @@ impl CaseFile {
             ),
         ];
         for (key, value, most, help) in resists {
-            self.within(key, value, 0.0, most, "", help)?;
+            mistakes.note(self.within(key, value, 0.0, most, "", help));
             if value > 0.0 && test.platens == Platens::Sliding {
-                return Err(self.error(
+                mistakes.note(Err(self.error(
                     key,
                     value.to_string(),
                     "is given, but the platens are sliding ones, which resist nothing",
                     "Write platens = \"unilateral\", or leave it out.",
-                ));
+                )));
             }
         }
-        self.within(
-            "test.slip_velocity_mm_per_s",
-            test.slip_velocity_mm_per_s,
-            1e-9,
-            1e6,
-            "mm/s",
-            "Take a hundredth of the velocity at which the ends slide.",
-        )
+        let help = "Take a hundredth of the velocity at which the ends slide.";
+        let (key, velocity) = ("test.slip_velocity_mm_per_s", test.slip_velocity_mm_per_s);
+        mistakes.note(self.within(key, velocity, 1e-9, 1e6, "mm/s", help));
     }
 }
 

@@ -1,0 +1,178 @@
+//! All mistakes of a text that should be a case: an entry that cannot be read is left out, and the rest is read.
+
+use std::ops::Range;
+
+use serde::Deserialize;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue, Deserializer, Error};
+
+use super::Case;
+use crate::error::{InputError, closest};
+
+/// Mistakes in the order in which they are found.
+#[derive(Debug, Default)]
+pub(crate) struct Mistakes(Vec<InputError>);
+
+impl Mistakes {
+    /// Adds the mistake of a check, if it has found one.
+    pub(crate) fn note(&mut self, checked: Result<(), InputError>) {
+        self.0.extend(checked.err());
+    }
+
+    pub(crate) fn into_vec(self) -> Vec<InputError> {
+        self.0
+    }
+}
+
+/// A text as far as it is a case.
+pub(super) struct ReadCase {
+    /// Absent where something is missing without which there is no case.
+    pub(super) case: Option<Case>,
+    /// Errors of the parser.
+    pub(super) errors: Vec<Error>,
+    /// Keys that were left out.
+    omitted: Vec<String>,
+}
+
+impl ReadCase {
+    /// Reads a text. A misspelt key counts as the key that was meant; any other entry that cannot be read is left out.
+    pub(super) fn of(text: &str) -> Self {
+        let (mut table, errors) = DeTable::parse_recoverable(text);
+        let mut read = Self { case: None, errors, omitted: Vec::new() };
+        // without its syntax a text has no entries to speak of
+        while read.errors.len() <= MOST && (read.errors.is_empty() || !read.omitted.is_empty()) {
+            let error = match Case::deserialize(Deserializer::from(table.clone())) {
+                Ok(case) => {
+                    read.case = Some(case);
+                    break;
+                }
+                Err(error) => error,
+            };
+            let is_missing = error.message().starts_with("missing field");
+            let omitted = error.span().filter(|_| !is_missing);
+            let omitted = omitted.and_then(|at| omit(table.get_mut(), &at, error.message()));
+            let key = error.message().split('`').nth(1).unwrap_or_default();
+            if !(is_missing && read.is_omitted(key)) {
+                read.errors.push(error);
+            }
+            match omitted {
+                Some(key) => read.omitted.push(key),
+                None => break,
+            }
+        }
+        read
+    }
+
+    /// Whether a mistake follows from an entry that was left out.
+    pub(super) fn explains(&self, mistake: &InputError) -> bool {
+        mistake.place.rsplit('.').next().is_some_and(|key| self.is_omitted(key))
+    }
+
+    fn is_omitted(&self, key: &str) -> bool {
+        self.omitted.iter().any(|omitted| omitted == key)
+    }
+}
+
+/// More mistakes of one text are not read.
+const MOST: usize = 50;
+
+/// Leaves out the entry at a place of the text, or gives it the name that was meant. Returns the key that was left
+/// out: empty where it was renamed. Nothing is returned where no entry stands there.
+fn omit(table: &mut DeTable<'_>, at: &Range<usize>, message: &str) -> Option<String> {
+    let is_key = |(key, _): &(&Spanned<_>, &Spanned<DeValue<'_>>)| key.span() == *at;
+    if let Some(key) = table.iter().find(is_key).map(|(key, _)| key.clone()) {
+        let value = table.remove(&key)?;
+        let names: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
+        let known = names.split_first().map(|(_, known)| known).unwrap_or_default();
+        let meant = closest(key.get_ref(), known.iter().copied());
+        let Some(meant) = meant.filter(|_| message.starts_with("unknown field")) else {
+            return Some(key.into_inner().into_owned());
+        };
+        let meant = Spanned::new(key.span(), meant.to_owned().into());
+        if !table.contains_key(&meant) {
+            table.insert(meant, value);
+        }
+        return Some(String::new());
+    }
+    for (_, value) in table.iter_mut() {
+        let within = match value.get_mut() {
+            DeValue::Table(inner) => omit(inner, at, message),
+            DeValue::Array(all) => {
+                let tables = all.iter_mut().filter_map(|value| match value.get_mut() {
+                    DeValue::Table(inner) => Some(inner),
+                    _ => None,
+                });
+                tables.into_iter().find_map(|inner| omit(inner, at, message))
+            }
+            _ => None,
+        };
+        if within.is_some() {
+            return within;
+        }
+    }
+    let holds = |(_, value): &(&Spanned<_>, &Spanned<DeValue<'_>>)| {
+        value.span().start <= at.start && at.end <= value.span().end
+    };
+    let key = table.iter().find(holds).map(|(key, _)| key.clone())?;
+    table.remove(&key);
+    Some(key.into_inner().into_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::super::CaseFile;
+    use super::*;
+
+    fn mistakes(changes: &[(&str, &str)]) -> Vec<String> {
+        let mut text = Case::TEMPLATE.to_owned();
+        for (from, to) in changes {
+            assert!(text.contains(from), "the default case has no {from:?}");
+            text = text.replacen(from, to, 1);
+        }
+        let (_, mistakes) = CaseFile::parse_all(&text, Path::new("case.toml"));
+        mistakes.iter().map(ToString::to_string).collect()
+    }
+
+    #[test]
+    fn every_mistake_is_named_once() {
+        let found = mistakes(&[
+            ("radius_mm = 2.5", "radus_mm = 2.5"),
+            ("height_mm = 4.4", "height_mm = \"4.4 mm\""),
+            ("law = \"hencky\"", "law = \"henky\""),
+            ("[250.0, 300.0]", "[300.0, 250.0]"),
+            ("runs = 100", "runs = 1"),
+            ("draws = 2000", "draws = 2"),
+        ]);
+        let keys = [
+            "radus_mm",
+            "specimen.height_mm = \"4.4 mm\"",
+            "material.matrix.law = \"henky\"",
+            "prior.matrix.young_mpa = [300.0, 250.0]",
+            "design.runs = 1",
+            "calibration.draws = 2",
+        ];
+        for key in keys {
+            assert_eq!(
+                found.iter().filter(|one| one.contains(key)).count(),
+                1,
+                "{key}: {found:#?}"
+            );
+        }
+        assert_eq!(found.len(), keys.len(), "{found:#?}");
+    }
+
+    #[test]
+    fn several_mistakes_of_syntax_are_named() {
+        let found =
+            mistakes(&[("radius_mm = 2.5", "radius_mm = 2,5"), ("runs = 100", "runs == 100")]);
+        assert!(found.iter().any(|one| one.contains("specimen.radius_mm")), "{found:#?}");
+        assert!(found.iter().any(|one| one.contains("design.runs")), "{found:#?}");
+    }
+
+    #[test]
+    fn a_right_case_has_none() {
+        assert_eq!(mistakes(&[]), [""; 0]);
+    }
+}

@@ -1,0 +1,297 @@
+//! What a run of a case would read, with all mistakes: nothing is computed and nothing is written.
+
+use std::fmt::Display;
+use std::path::{Path, PathBuf};
+
+use fem::TetMesh;
+use fem::tiff::StackHeader;
+
+use super::expected_cost::expected_cost;
+use super::inputs::Inputs;
+use super::mesh::grain_fraction;
+use super::simulator::{Setup, Simulator, height_mm, radius_mm};
+use super::specimen::direct_mesh;
+use super::specimen_checks::{InspectedSpecimens, inspect};
+use super::specimen_quantities::{SpecimenNames, compared};
+use super::stage::Stage;
+use crate::case::{CaseFile, PriorBounds, SpecimenGeometry};
+use crate::experiment::{Specimen, SpecimenTable};
+use crate::specimen_files::{SpecimenFiles, recorded_file};
+
+/// What the files of a case say.
+#[derive(Clone, Debug, Default)]
+pub struct CaseCheck {
+    /// What was understood: a subject and a line of text.
+    pub understood: Vec<(&'static str, String)>,
+    /// What a person should look at, as the stages print it.
+    pub notes: Vec<String>,
+    /// What would stop a run.
+    pub mistakes: Vec<String>,
+}
+
+impl CaseCheck {
+    /// Reads a case and all files that it names, by the readers of the stages.
+    pub fn read(path: &Path) -> Self {
+        let mut check = Self::default();
+        let text = match CaseFile::text(path) {
+            Ok(text) => text,
+            Err(mistake) => {
+                check.fail(mistake);
+                return check;
+            }
+        };
+        let (file, mistakes) = CaseFile::parse_all(&text, path);
+        mistakes.into_iter().for_each(|mistake| check.fail(mistake));
+        let Some(file) = file else {
+            check.say("case", "its files are read once these mistakes are mended");
+            return check;
+        };
+        check.case(&file);
+        let size_mm = check.specimen(&file);
+        check.experiments(&file, size_mm);
+        check.quantities_and_priors(&file);
+        let cost = file.geometry().ok().and_then(|geometry| expected_cost(&file.case, &geometry));
+        cost.into_iter().flatten().for_each(|line| check.say("cost", line));
+        check
+    }
+
+    fn say(&mut self, subject: &'static str, text: impl Into<String>) {
+        self.understood.push((subject, text.into()));
+    }
+
+    fn fail(&mut self, mistake: impl Display) {
+        self.mistakes.push(mistake.to_string());
+    }
+
+    fn case(&mut self, file: &CaseFile) {
+        self.say("units", "mm, N, MPa, s, MPa s (viscosity), N/mm (toughness)");
+        let case = &file.case;
+        let names: Vec<&str> = case.material.keys().map(String::as_str).collect();
+        self.say("materials", names.join(", "));
+        let test = &case.test;
+        if let Some(displacement_mm) = test.displacement_mm {
+            let steps = match test.steps {
+                Some(steps) => format!("{steps} load steps"),
+                None => "adaptive load steps".to_owned(),
+            };
+            let rate = displacement_mm / test.duration_s;
+            let duration_s = test.duration_s;
+            let text = format!(
+                "compression by {displacement_mm} mm in {duration_s} s ({rate:.4} mm/s), {steps}"
+            );
+            self.say("test", text);
+        }
+        if case.prior.is_none() || case.experiments.is_none() {
+            let text =
+                "without [prior] and [experiments] the case is for segment, mesh and simulate";
+            self.say("case", text);
+        } else if let Err(mistake) = file.check_steps() {
+            self.fail(mistake);
+        }
+    }
+
+    /// The height and radius (mm) of the specimen that is simulated, where they are known before it is.
+    fn specimen(&mut self, file: &CaseFile) -> Option<[f64; 2]> {
+        let geometry = file.geometry().ok()?;
+        match &geometry {
+            SpecimenGeometry::Cylinder { radius_mm, height_mm, grains, .. } => {
+                let grains = match grains.as_ref().filter(|grains| grains.fraction > 0.0) {
+                    Some(grains) => format!("{:.1} % of grains", 100.0 * grains.fraction),
+                    None => "without grains".to_owned(),
+                };
+                let text = format!(
+                    "cylinder of radius {radius_mm} mm and height {height_mm} mm, {grains}"
+                );
+                self.say("specimen", text);
+                Some([*height_mm, *radius_mm])
+            }
+            SpecimenGeometry::Mesh { file: mesh_file, .. } => {
+                match direct_mesh(&file.path, &geometry) {
+                    Ok((mesh, _)) => Some(self.mesh(file, mesh_file, mesh)),
+                    Err(mistake) => {
+                        self.fail(mistake);
+                        None
+                    }
+                }
+            }
+            SpecimenGeometry::Image {
+                stack, further, voxel_mm, bin, radius_mm, height_mm, ..
+            } => {
+                for stack in [stack].into_iter().chain(further) {
+                    self.image(stack, *voxel_mm, *bin);
+                }
+                Some([(*height_mm)?, (*radius_mm)?])
+            }
+        }
+    }
+
+    /// The height and radius (mm) of the mesh of a file.
+    fn mesh(&mut self, file: &CaseFile, mesh_file: &Path, mesh: TetMesh) -> [f64; 2] {
+        let size_mm = [height_mm(&mesh), radius_mm(&mesh)];
+        let text = format!(
+            "mesh {}: {} tetrahedra, {} nodes, height {:.4} mm, radius {:.4} mm, {:.1} % grains",
+            mesh_file.display(),
+            mesh.tets.len(),
+            mesh.nodes.len(),
+            size_mm[0],
+            size_mm[1],
+            100.0 * grain_fraction(&mesh)
+        );
+        self.say("specimen", text);
+        // materials and test have to fit the mesh
+        let parameters = file.case.whole_prior();
+        let parameters = parameters.iter().flat_map(|prior| prior.parameters()).cloned();
+        let simulator = Simulator::new(&Setup::from(file), mesh, parameters.collect());
+        simulator.err().into_iter().for_each(|mistake| self.fail(mistake));
+        size_mm
+    }
+
+    fn image(&mut self, stack: &Path, voxel_mm: Option<f64>, bin: usize) {
+        match StackHeader::read(stack, voxel_mm, bin) {
+            Ok(header) => {
+                let ([nx, ny, nz], [x, y, z]) = (header.shape, header.size_mm());
+                let text = format!(
+                    "{}: {nx} × {ny} × {nz} voxels of {:.6} mm, {x:.3} × {y:.3} × {z:.3} mm{}",
+                    stack.display(),
+                    header.voxel_mm,
+                    if bin > 1 { format!(", after binning by {bin}") } else { String::new() }
+                );
+                self.say("image", text);
+            }
+            Err(mistake) => self.fail(mistake),
+        }
+    }
+
+    fn experiments(&mut self, file: &CaseFile, size_mm: Option<[f64; 2]>) {
+        let Some(experiments) = &file.case.experiments else { return };
+        if let Some(specimens) = &experiments.virtual_specimens {
+            let text = format!("{} virtual specimens, simulated first", specimens.specimens);
+            self.say("specimens", text);
+            return;
+        }
+        let path = match file.table() {
+            Ok(Some(path)) => path,
+            Ok(None) => return,
+            Err(mistake) => return self.fail(mistake),
+        };
+        let options = experiments.read.clone().unwrap_or_default();
+        let SpecimenFiles { table, understood, mistakes } = SpecimenFiles::read(&path, &options);
+        mistakes.into_iter().for_each(|mistake| self.fail(mistake));
+        self.table(&path, &table);
+        self.curves(&table, &understood);
+        let image = file.case.specimen.image.clone().unwrap_or_default();
+        for stack in table.specimens.iter().filter_map(|specimen| specimen.image.as_ref()) {
+            self.image(&path.with_file_name(stack), image.voxel_mm, image.bin);
+        }
+        self.look_at(file, &path, table, size_mm);
+    }
+
+    fn table(&mut self, path: &Path, table: &SpecimenTable) {
+        let counts: Vec<String> = table
+            .groups()
+            .into_iter()
+            .map(|(group, count)| format!("{count} of group {group:?}"))
+            .collect();
+        let text = format!(
+            "{} readable in {}: {}",
+            table.specimens.len(),
+            path.display(),
+            counts.join(", ")
+        );
+        self.say("specimens", text);
+    }
+
+    /// How curves were read, those that were read alike on one line.
+    fn curves(&mut self, table: &SpecimenTable, understood: &[Option<String>]) {
+        let mut ways: Vec<(&str, Vec<&str>)> = Vec::new();
+        for (specimen, how) in table.specimens.iter().zip(understood) {
+            let how = how.as_deref().unwrap_or("displacement_mm,force_N as they stand");
+            match ways.iter_mut().find(|(way, _)| *way == how) {
+                Some((_, ids)) => ids.push(&specimen.id),
+                None => ways.push((how, vec![&specimen.id])),
+            }
+        }
+        for (how, ids) in ways {
+            let others = match ids.len() - 1 {
+                0 => String::new(),
+                others => format!(" and {others} others"),
+            };
+            self.say("curves", format!("{}{others} read as: {how}", ids[0]));
+        }
+    }
+
+    /// Looks at curves as the stage `experiments` does.
+    fn look_at(
+        &mut self,
+        file: &CaseFile,
+        path: &Path,
+        table: SpecimenTable,
+        size_mm: Option<[f64; 2]>,
+    ) {
+        if table.specimens.is_empty() {
+            return;
+        }
+        let folder = file.path.parent().map_or_else(PathBuf::new, Path::to_owned);
+        let inputs = Inputs::new(file, &folder, Stage::that_writes);
+        let table = match inputs.chosen(table.clone()) {
+            Ok(chosen) => chosen,
+            Err(mistake) => {
+                self.fail(mistake);
+                table
+            }
+        };
+        let size_mm = size_mm.unwrap_or_else(|| {
+            let text = "radius and height are compared with the image once it has been segmented";
+            self.notes.push(text.to_owned());
+            let mean_of = |size: fn(&Specimen) -> f64| {
+                mean(&table.specimens.iter().map(size).collect::<Vec<_>>())
+            };
+            [mean_of(|specimen| specimen.height_mm), mean_of(|specimen| specimen.radius_mm)]
+        });
+        let curve = |id: &str| recorded_file(path, id).unwrap_or_else(|_| path.to_owned());
+        let names = SpecimenNames { table: path, curve: &curve };
+        match inspect(&inputs, table, size_mm, &names, false) {
+            Ok(InspectedSpecimens { table, notes, mistakes }) => {
+                self.notes.extend_from_slice(notes.lines());
+                mistakes.into_iter().for_each(|mistake| self.fail(mistake));
+                self.means(file, &table, size_mm[0]);
+            }
+            Err(mistake) => self.fail(mistake),
+        }
+    }
+
+    /// Means of the compared quantities over the specimens.
+    fn means(&mut self, file: &CaseFile, table: &SpecimenTable, height_mm: f64) {
+        let qoi = &file.case.qoi;
+        let values = table.specimens.iter();
+        let values = values.filter_map(|s| compared(s, height_mm, qoi, &qoi.quantities).ok());
+        let values: Vec<Vec<f64>> = values.collect();
+        for (m, quantity) in qoi.quantities.iter().enumerate().filter(|_| !values.is_empty()) {
+            let column: Vec<f64> = values.iter().map(|row| row[m]).collect();
+            let low = column.iter().copied().fold(f64::INFINITY, f64::min);
+            let high = column.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            let (name, mean) = (quantity.column(), mean(&column));
+            let text = format!("{name}: mean {mean:.5}, {low:.5} to {high:.5}");
+            self.say("measured", text);
+        }
+    }
+
+    fn quantities_and_priors(&mut self, file: &CaseFile) {
+        let names: Vec<String> =
+            file.case.qoi.quantities.iter().map(|q| q.column().into_owned()).collect();
+        if file.case.prior.is_some() {
+            self.say("compared", names.join(", "));
+        }
+        for (parameter, PriorBounds([lower, upper])) in
+            file.case.whole_prior().iter().flat_map(|prior| prior.iter())
+        {
+            let unit = parameter.property.unit();
+            let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
+            self.say("prior", format!("{parameter}: uniform between {lower} and {upper}{unit}"));
+        }
+    }
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}

@@ -1,0 +1,201 @@
+//! Whether specimens can come from what is simulated, asked after the first runs of an ensemble: a unit that is wrong
+//! by a factor of 4 or more shows there, and not after hundreds of runs.
+
+use std::path::Path;
+
+use fem::{RunInput, RunRecord};
+
+use super::WorkflowError;
+use super::closed_form::ClosedForm;
+use super::files::SPECIMENS;
+use super::gate::telling;
+use super::simulator::{Setup, quantities};
+use super::task::Task;
+use crate::case::{PriorBounds, PriorCase, QoiCase};
+use crate::error::InputError;
+use crate::fracture::column_means;
+use crate::progress::say;
+use crate::qoi::Quantity;
+use crate::table::{CsvTable, TableRow};
+
+/// Quantities are expected within this factor of what the first runs let expect over the prior's box.
+const FACTOR: f64 = 2.0;
+/// A ratio of measured and expected within this factor of that of a unit names the unit.
+const NEAR: f64 = 1.4;
+
+/// Sizes of the specimen that is simulated, in mm.
+#[derive(Clone, Copy)]
+pub(super) struct SpecimenSize {
+    pub(super) height_mm: f64,
+    pub(super) radius_mm: f64,
+}
+
+/// Stops an ensemble whose first runs are far from the specimens. Nothing is checked where the stage `experiments` has
+/// not been run, for virtual specimens, and where no closed form says how quantities change over the box.
+///
+/// # Errors
+/// Names the specimens' table, the quantity, what is expected and the likely unit.
+pub(super) fn check_first_runs(
+    task: &Task<'_>,
+    setup: &Setup<'_>,
+    size: SpecimenSize,
+    records: &[RunRecord],
+) -> Result<(), WorkflowError> {
+    let qoi = task.inputs.qoi();
+    let prior = task.inputs.whole_prior();
+    let Some(prior) = prior.filter(|_| task.inputs.are_specimens_virtual().is_ok_and(|v| !v))
+    else {
+        return Ok(());
+    };
+    // not as an input of the stage: the runs do not depend on it
+    let Some(means) = means_of(&task.path("experiments.csv"), qoi) else { return Ok(()) };
+    let usable = records.iter().find_map(|run| Some((run, quantities(run, qoi).ok()?)));
+    let Some((run, simulated)) = usable else { return Ok(()) };
+    let expected = Expected { setup, prior: &prior, size, run_inputs: &run.inputs };
+    let mut compared: Vec<(Quantity, f64, f64)> = qoi
+        .quantities
+        .iter()
+        .zip(means.iter().zip(simulated))
+        .map(|(&quantity, (&mean, simulated))| (quantity, mean, simulated))
+        .collect();
+    compared.sort_by_key(|(quantity, ..)| telling(*quantity));
+    for (quantity, mean, simulated) in compared {
+        let Some([low, high]) = expected.range(quantity, simulated) else { continue };
+        if (low / FACTOR..=high * FACTOR).contains(&mean) {
+            continue;
+        }
+        let column = quantity.column();
+        let problem = format!(
+            "is far from what runs can give: the first one has {simulated:.4}, and over the box of [prior] {low:.4} to \
+             {high:.4} are expected"
+        );
+        let cause = cause(quantity, mean / (low * high).sqrt(), size)
+            .unwrap_or("Check the units of curves, sizes and [material], and the box of [prior].");
+        if task.accept_out_of_range {
+            say("note", &format!("the mean of {column}, {mean:.4}, {problem}. {cause}"));
+            continue;
+        }
+        let help = format!("{cause} --accept-out-of-range goes on nevertheless.");
+        let place = format!("mean of {column} over the specimens");
+        let error =
+            InputError::new(&task.path(SPECIMENS), place, format!("{mean:.4}"), problem, help);
+        return Err(error.into());
+    }
+    Ok(())
+}
+
+/// Means of the quantities over the specimens; nothing where there is no such table of these quantities.
+fn means_of(file: &Path, qoi: &QoiCase) -> Option<Vec<f64>> {
+    let columns: Vec<String> = qoi.quantities.iter().map(|q| q.column().into_owned()).collect();
+    let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
+    let table = CsvTable::read(file, &columns).ok()?;
+    let numbers = |row: TableRow<'_>| -> Option<Vec<f64>> {
+        columns.iter().map(|column| row.number(column).ok()).collect()
+    };
+    let rows: Option<Vec<Vec<f64>>> = table.rows().map(numbers).collect();
+    rows.filter(|rows| !rows.is_empty()).map(|rows| column_means(&rows))
+}
+
+/// What a run lets expect over the box: closed forms say how quantities change, the run how large they are.
+struct Expected<'a> {
+    setup: &'a Setup<'a>,
+    prior: &'a PriorCase,
+    size: SpecimenSize,
+    run_inputs: &'a [f64],
+}
+
+impl Expected<'_> {
+    fn range(&self, quantity: Quantity, simulated: f64) -> Option<[f64; 2]> {
+        let SpecimenSize { height_mm, radius_mm } = self.size;
+        let at_run: PriorCase = self
+            .prior
+            .parameters()
+            .cloned()
+            .zip(self.run_inputs.iter().map(|&value| PriorBounds([value; 2])))
+            .collect();
+        let range = |prior: &PriorCase| {
+            ClosedForm::of(self.setup, Some(prior))?.range(quantity, height_mm, radius_mm)
+        };
+        let ([low, high], [at_run, _]) = (range(self.prior)?, range(&at_run)?);
+        let scaled = [low, high].map(|end| simulated * end / at_run);
+        scaled.iter().all(|end| end.is_finite() && *end > 0.0).then_some(scaled)
+    }
+}
+
+/// The unit that explains a ratio of measured and expected.
+fn cause(quantity: Quantity, ratio: f64, size: SpecimenSize) -> Option<&'static str> {
+    let area_mm2 = std::f64::consts::PI * size.radius_mm.powi(2);
+    let of_force = [
+        (1e-3, "Is the force in kN? Write force_unit = \"kN\" under [experiments.read]."),
+        (
+            1.0 / 9.806_65,
+            "Is the force in kgf? Write force_unit = \"kgf\" under [experiments.read].",
+        ),
+        (
+            1.0 / 4.448_222,
+            "Is the force in lbf? Write force_unit = \"lbf\" under [experiments.read].",
+        ),
+        (
+            1.0 / area_mm2,
+            "Is it a stress in MPa? Write force_unit = \"MPa\" under [experiments.read].",
+        ),
+        (1e3, "Is the force in mN? Write force_unit = \"mN\" under [experiments.read]."),
+    ];
+    let of_displacement = [
+        (
+            1e-3,
+            "Is the displacement in m? Write displacement_unit = \"m\" under [experiments.read].",
+        ),
+        (
+            1e3,
+            "Is the displacement in µm? Write displacement_unit = \"µm\" under [experiments.read].",
+        ),
+        (
+            1.0 / size.height_mm,
+            "Is it a strain? Write displacement_unit = \"1\" under [experiments.read].",
+        ),
+        (
+            100.0 / size.height_mm,
+            "Is it a strain in %? Write displacement_unit = \"%\" under [experiments.read].",
+        ),
+        (
+            1.0 / 25.4,
+            "Is the displacement in inches? Write displacement_unit = \"in\" under [experiments.read].",
+        ),
+    ];
+    let units: &[(f64, &'static str)] = match quantity {
+        Quantity::PeakForce | Quantity::ForceAt(_) => &of_force,
+        Quantity::DisplacementAtPeak => &of_displacement,
+        _ => return None,
+    };
+    let distance = |unit: f64| (ratio / unit).ln().abs();
+    let (unit, cause) = units.iter().min_by(|a, b| distance(a.0).total_cmp(&distance(b.0)))?;
+    (distance(*unit) < NEAR.ln()).then_some(*cause)
+}
+
+/// The runs that are made before the others: one for each thread.
+pub(super) fn first_of<'r>(task: &Task<'_>, runs: &'r [RunInput]) -> &'r [RunInput] {
+    &runs[..task.threads.clamp(1, runs.len().max(1)).min(runs.len())]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_are_recognised_by_their_ratio() {
+        let size = SpecimenSize { height_mm: 4.4, radius_mm: 2.5 };
+        let force = |ratio: f64| cause(Quantity::PeakForce, ratio, size);
+        for (ratio, unit) in [(0.0011, "kN"), (0.1, "kgf"), (0.22, "lbf"), (0.052, "MPa")] {
+            let named = force(ratio).unwrap();
+            assert!(named.contains(&format!("\"{unit}\"")), "{ratio}: {named}");
+        }
+        assert_eq!(force(0.45), None);
+        let displacement = |ratio: f64| cause(Quantity::DisplacementAtPeak, ratio, size);
+        for (ratio, unit) in [(0.23, "\"1\""), (22.0, "%"), (0.04, "in"), (950.0, "µm")] {
+            let named = displacement(ratio).unwrap();
+            assert!(named.contains(unit), "{ratio}: {named}");
+        }
+        assert_eq!(cause(Quantity::Slope, 0.1, size), None);
+    }
+}
