@@ -443,7 +443,7 @@ fn units_that_are_off_by_a_small_factor_are_refused_after_the_first_run() {
         };
         let records = |folder: &Path| -> usize {
             let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
-            entries.filter(|path| is_record(path)).count()
+            entries.filter(|path| is_record(path.as_path())).count()
         };
         let ensembles = std::fs::read_dir(dir.path().join("out/ensemble")).unwrap();
         let made: usize = ensembles.map(|entry| records(&entry.unwrap().path())).sum();
