@@ -393,9 +393,13 @@ fn units_that_are_off_by_a_small_factor_are_refused_after_the_first_run() {
         for part in ["error: mine/specimens.csv: mean of ", "over the box of [prior]", unit] {
             assert!(err.contains(part), "{part:?} is not in {err:?}");
         }
+        let is_record = |path: &Path| {
+            let name = path.file_name().unwrap().to_string_lossy().into_owned();
+            name.starts_with("run-") && name.ends_with(".json")
+        };
         let records = |folder: &Path| -> usize {
             let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
-            entries.filter(|path| path.extension().is_some_and(|e| e == "json")).count()
+            entries.filter(|path| is_record(path.as_path())).count()
         };
         let ensembles = std::fs::read_dir(dir.path().join("out/ensemble")).unwrap();
         let made: usize = ensembles.map(|entry| records(&entry.unwrap().path())).sum();
