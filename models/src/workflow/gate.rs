@@ -12,7 +12,6 @@ use crate::case::{MaterialCase, MaterialParameter, PriorBounds, PriorCase, Prope
 use crate::error::InputError;
 use crate::experiment::SpecimenTable;
 use crate::fracture::column_means;
-use crate::progress::say;
 use crate::qoi::{Qois, Quantity};
 
 /// How far a composite may be from its softest phase by itself: stiff grains, friction and damage of
@@ -81,15 +80,6 @@ pub(super) fn is_in_range(runs: &Dataset, means: &[f64]) -> bool {
     })
 }
 
-/// The summary of a posterior of which this is to be said first.
-pub(super) fn labelled(summary: String, outside: &[String]) -> String {
-    if outside.is_empty() {
-        return summary;
-    }
-    let lines: String = outside.iter().map(|line| format!("! {line}\n")).collect();
-    lines + &summary.replace("Nothing wrong was found.\n", "")
-}
-
 /// Refuses curves that no specimen of these materials can have, before hundreds of simulations: each is
 /// compared with the closed form of a homogeneous cylinder of the softest phase over the prior's box.
 ///
@@ -125,7 +115,7 @@ pub(super) fn check_closed_form(
             }
             let cause = range.cause().unwrap_or("Check the units of curve, sizes and [material].");
             if task.accept_out_of_range {
-                say("note", &format!("{}: {}. {cause}", specimen.id, range.words()));
+                task.warn(&format!("{}: {}. {cause}", specimen.id, range.words()));
                 continue;
             }
             let curve = task.path("experiments/curves").join(format!("{}.csv", specimen.id));

@@ -31,7 +31,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     })?;
     drop(bar);
     for warning in &found.warnings {
-        say("note", warning);
+        task.warn(warning);
     }
     write_found(task, images::OWN, &grey, &found)?;
     drop(grey);
@@ -98,7 +98,7 @@ fn further(
     }
     resize(&mut found.cylinder, size_mm.map(Some));
     for warning in &found.warnings {
-        say("note", &format!("{}: {warning}", path.display()));
+        task.warn(&format!("{}: {warning}", path.display()));
     }
     write_found(task, image, &grey, &found)?;
     say("segment", &format!("image {image}: {}", in_words(&found)));

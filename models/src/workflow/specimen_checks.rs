@@ -72,14 +72,14 @@ pub(super) fn checked(
                     refused = Some(InputError::new(&path, "", "", problem.clone(), help));
                 }
                 Weight::Error | Weight::Warning => {
-                    notes.say(name, &format!("{} {problem}. {help}", specimen.id));
+                    notes.warn(name, format!("{} {problem}. {help}", specimen.id));
                 }
                 Weight::Note => {}
             }
             notes.list(&specimen.id, name, value, format!("{problem}. {help}"));
         }
     }
-    notes.say_what_was_left_out();
+    notes.finish(task);
     task.write_csv("curve_checks.csv", ["id", "finding", "value", "help"], notes.into_rows())?;
     if let Some(error) = refused {
         return Err(error.into());
@@ -116,6 +116,7 @@ pub(super) fn looked_at(
         toe.value = moved;
         toe.problem = format!("begins to carry load at {moved:.4} mm");
         toe.help = "Displacement is counted from there.";
+        toe.weight = Weight::Note;
     }
     (curve, seen.findings)
 }

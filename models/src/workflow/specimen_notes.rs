@@ -17,21 +17,33 @@ const RADIUS: f64 = 1e-3;
 /// Relative difference of the strain rates of test and case that is refused: the viscosity is off by as much.
 const RATE: f64 = 0.05;
 
-/// Lines on the screen and rows of `curve_checks.csv`.
+/// Lines on the screen, warnings, and rows of `curve_checks.csv`.
 #[derive(Default)]
 pub(super) struct Notes {
     said: BTreeMap<&'static str, usize>,
+    warnings: Vec<String>,
     rows: Vec<[String; 4]>,
 }
 
 impl Notes {
     /// Prints a line unless five of its kind have been printed.
     pub(super) fn say(&mut self, kind: &'static str, line: &str) {
-        let said = self.said.entry(kind).or_default();
-        *said += 1;
-        if *said <= EXAMPLES {
+        if self.is_shown(kind) {
             say("note", line);
         }
+    }
+
+    /// Adds a warning unless there are five of its kind.
+    pub(super) fn warn(&mut self, kind: &'static str, line: String) {
+        if self.is_shown(kind) {
+            self.warnings.push(line);
+        }
+    }
+
+    fn is_shown(&mut self, kind: &'static str) -> bool {
+        let said = self.said.entry(kind).or_default();
+        *said += 1;
+        *said <= EXAMPLES
     }
 
     /// Adds a row to `curve_checks.csv`.
@@ -40,8 +52,9 @@ impl Notes {
         self.rows.push([id.to_owned(), kind.to_owned(), number, text]);
     }
 
-    /// Prints how many lines of each kind were not printed.
-    pub(super) fn say_what_was_left_out(&self) {
+    /// Hands the warnings to the task, and prints how many lines of each kind were left out.
+    pub(super) fn finish(&mut self, task: &Task<'_>) {
+        self.warnings.drain(..).for_each(|line| task.warn(&line));
         for (kind, said) in self.said.iter().filter(|(_, said)| **said > EXAMPLES) {
             let further = said - EXAMPLES;
             say("note", &format!("{further} further findings of {kind}: see curve_checks.csv"));
@@ -78,7 +91,7 @@ pub(super) fn note_sizes(
                  {percent:+.2} % and is not scaled. Mesh the mean radius (specimen.radius_mm) or correct the table",
                 specimen.radius_mm
             );
-            notes.say("radius", &format!("{} {text}", specimen.id));
+            notes.warn("radius", format!("{} {text}", specimen.id));
             notes.list(&specimen.id, "radius", specimen.radius_mm, text);
         }
     }
@@ -191,6 +204,7 @@ mod tests {
         let mut notes = Notes::default();
         note_sizes(&table(&[None; 8]), [8.8, 2.49], &mut notes);
         assert_eq!(notes.said["radius"], 8);
+        assert_eq!(notes.warnings.len(), 5);
         assert!(!notes.said.contains_key("height"));
         let rows = notes.into_rows();
         assert_eq!(rows.len(), 8);
