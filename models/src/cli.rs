@@ -58,7 +58,8 @@ Examples:
   breccia study my-study.toml --out study   several calibrations and what they say together
   breccia study my-study.toml --out study --slurm   the same as jobs of a Slurm cluster
 
-Stages, in order: segment, mesh, experiments, ensemble, surrogate, calibrate, confirm, design, report.
+Stages, in order: segment, mesh, experiments, ensemble, surrogate, calibrate, confirm, verdict, design,
+report.
 `breccia help STAGE` says what each reads and writes.";
 
 #[derive(Subcommand)]

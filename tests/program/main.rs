@@ -69,6 +69,7 @@ fn help_teaches_with_an_example_for_every_command() {
         "surrogate",
         "calibrate",
         "confirm",
+        "verdict",
         "design",
         "report",
         "study",

@@ -218,6 +218,12 @@ fn from_an_empty_directory_to_every_documented_file() {
         ("summary.csv", "parameter,mean,sd,q05,q50,q95,rhat,ess_bulk,ess_tail,contraction"),
         ("map.csv", "parameter,map,truth"),
         ("loo.csv", "specimen,elpd,pareto_k\nV-01,"),
+        ("influence.csv", "specimen,parameter,shift_sd,method\nV-01,matrix.young_mpa,"),
+        (
+            "fit.csv",
+            "qoi,experiment_mean,map_surrogate,percent_error,sd_percent,simulation_sd_percent\nslope_N_per_mm,",
+        ),
+        ("verdict.csv", "parameter,contraction,verdict\nmatrix.young_mpa,"),
         (
             "sobol.csv",
             "qoi,input,first,first_q05,first_q95,total,total_q05,total_q95\nslope_N_per_mm,",
@@ -252,6 +258,9 @@ fn from_an_empty_directory_to_every_documented_file() {
         "surrogate_uncertainty.json",
         "posterior.zarr/zarr.json",
         "posterior.csv",
+        "posterior.txt",
+        "summary.txt",
+        "warnings.txt",
         "fields/map.pvd",
         "fields/map-rising.vtu",
         "fields/map-peak.vtu",

@@ -316,13 +316,14 @@ fn refused(change: impl Fn(&Path)) -> String {
 #[test]
 fn specimens_that_cannot_be_meant_are_refused_before_the_ensemble_by_the_persons_own_file() {
     type Change = fn(f64, f64) -> (f64, f64);
-    let curves: [(Change, &[&str]); 6] = [
+    let curves: [(Change, &[&str]); 7] = [
         (|u, f| (u, 1e-3 * f), &["peak_force_N", "Is the force in kN?", "force_unit = \"kN\""]),
         (|u, f| (1e-3 * u, f), &["Is displacement in m?", "displacement_unit = \"m\""]),
         (|u, f| (-u, f), &["displacements that fall", "Compression is positive"]),
         (|u, f| (f, u), &["columns swapped"]),
         (|u, f| (u, if (60.0..70.0).contains(&f) { 400.0 } else { f }), &["single reading"]),
         (|u, f| (u, if u > 0.05 { 200.0 + u } else { f }), &["no peak"]),
+        (|u, f| (u, f - 20.0), &["in tension", "load cell was not zeroed", "zero_force = true"]),
     ];
     for (change, parts) in curves {
         let err = refused(|mine| {
@@ -468,6 +469,63 @@ fn soft_starts_are_told_and_taken_away_on_request() {
     let toes = checks.iter().filter(|row| row["finding"] == "toe");
     let toes: Vec<f64> = toes.map(|row| number(row, "value")).collect();
     assert!(toes.len() == 5 && toes.iter().all(|toe| (toe - 0.02).abs() < 3e-3), "{toes:?}");
+}
+
+/// What a run prints, and its files that say what to think of the result.
+fn said_of(dir: &Path, run: (Option<i32>, String, String)) -> [String; 4] {
+    let (code, out, err) = run;
+    assert_eq!(code, Some(0), "{err}");
+    let read = |name: &str| std::fs::read_to_string(dir.join("out").join(name)).unwrap();
+    [out + &err, read("warnings.txt"), read("summary.txt"), read("report.html")]
+}
+
+/// The example on a mesh of 1.5 mm: its error is far above the width of the posterior, and is said everywhere.
+#[test]
+fn an_error_of_the_mesh_qualifies_the_result_everywhere() {
+    let dir = finished();
+    // what is finished is not run again, and its summary is printed
+    let run = breccia(dir.path(), &["run", "mine/case.toml", "--out", "out"]);
+    let said = said_of(dir.path(), run);
+    for told in &said {
+        assert!(told.contains("The calibrated values are those on this mesh"), "{told}");
+        assert!(!told.contains("Nothing wrong") && !told.contains("No stage has warned"), "{told}");
+    }
+    let [_, _, summary, report] = said;
+    let slope = &table(&dir.path().join("out/confirm.csv"))[0];
+    assert!(number(slope, "mesh_error_percent").abs() > 2.0, "{slope:?}");
+    assert!(summary.contains("matrix.young_mpa") && summary.contains("identified on this mesh"));
+    assert!(report.contains("<span class=\"verdict weak\">identified on this mesh"), "{summary}");
+    assert!(!report.contains("verdict good"));
+    for row in table(&dir.path().join("out/verdict.csv")) {
+        assert!(row["verdict"].contains("on this mesh"), "{row:?}");
+    }
+}
+
+/// A toe of 0.02 mm that is left in makes the specimens later at their peak than any parameters explain.
+#[test]
+fn a_toe_that_is_left_in_is_a_warning_and_a_poor_fit() {
+    let dir = finished();
+    for k in 1..=5 {
+        edit(&dir.path().join(format!("mine/curves/S-0{k}.csv")), |text| {
+            readings(text, |u, f| (u + 0.02 * (1.0 - (-u.max(0.0) / 0.004).exp()), f))
+        });
+    }
+    let command = ["run", "mine/case.toml", "--out", "out", "--accept-out-of-range"];
+    let said = said_of(dir.path(), breccia(dir.path(), &command));
+    for told in &said {
+        assert!(told.contains("S-01 begins to carry load at 0.02"), "{told}");
+        assert!(told.contains("The fit is poor: at the MAP"), "{told}");
+        assert!(!told.contains("Nothing wrong was found"), "{told}");
+    }
+    assert!(!said[3].contains("verdict good") && !said[3].contains(">identified</span>"));
+
+    // corrected, neither is said
+    edit(&dir.path().join("mine/case.toml"), |text| {
+        text.replace("toe = \"report\" ", "toe = \"correct\"")
+    });
+    let [_, warnings, summary, _] = said_of(dir.path(), breccia(dir.path(), &command));
+    assert!(!warnings.contains("begins to carry load"), "{warnings}");
+    assert!(!summary.contains("The fit is poor"), "{summary}");
 }
 
 #[test]

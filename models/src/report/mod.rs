@@ -20,8 +20,8 @@ pub(crate) use digits::number;
 pub(crate) use page::page;
 pub(crate) use results::{
     CalibratedParameter, DamageState, Finding, FurtherExpected, FurtherNeeded, FurtherParameter,
-    FurtherTestResult, LeftOut, OrderErrors, Picture, PictureContent, Points, PredictedBand, Qoi,
-    Results, Summarised, Verdict, mean,
+    FurtherTestResult, LeftOut, MOST_SHIFT, OrderErrors, Picture, PictureContent, Points,
+    PredictedBand, Qoi, Qualifier, Results, Summarised, Verdict, mean,
 };
 pub(crate) use specimen_figures::{grain_sizes, mesh_quality};
 pub(crate) use study::{

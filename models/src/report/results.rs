@@ -1,5 +1,6 @@
 //! What a report tells, as plain numbers.
 
+use std::collections::BTreeSet;
 use std::fmt;
 
 use ppl::diagnostics::Identification;
@@ -64,7 +65,7 @@ pub(crate) struct Results {
     pub(crate) loo: Vec<LeftOut>,
     /// What further tests would tell, a parameter each; empty if it was not looked at.
     pub(crate) further: Vec<FurtherParameter>,
-    /// Warnings in words; empty if nothing is to be said.
+    /// Warnings of all stages and rules; empty if there are none.
     pub(crate) warnings: Vec<String>,
     /// Notes that belong to the reading: scaled displacements, mesh bias and the like.
     pub(crate) notes: Vec<String>,
@@ -145,7 +146,14 @@ pub(crate) struct LeftOut {
     pub(crate) elpd: f64,
     /// Shape of the tail of the importance weights.
     pub(crate) pareto_k: f64,
+    /// The parameter that moves most without the specimen, and by how many of its standard deviations.
+    pub(crate) moved: Option<(String, f64)>,
+    /// Whether the posterior without the specimen was sampled, and not estimated by weights.
+    pub(crate) is_sampled: bool,
 }
+
+/// A specimen without which a posterior mean shifts by more of its standard deviations is named.
+pub(crate) const MOST_SHIFT: f64 = 1.0;
 
 /// A moment of a simulation.
 #[derive(Clone, Debug, Default)]
@@ -254,17 +262,55 @@ pub(crate) struct CalibratedParameter {
     pub(crate) truth: Option<f64>,
     /// Whether the data lie outside what any simulation reaches.
     pub(crate) out_of_range: bool,
+    /// What its value depends on beside the data, as rules have found.
+    pub(crate) qualifiers: BTreeSet<Qualifier>,
+}
+
+/// A reason why an identified value is not that of the material alone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Qualifier {
+    /// All runs are on one microstructure: no interval includes how others scatter about it.
+    OneMicrostructure,
+    /// The error of the mesh is larger than what the intervals include.
+    MeshError,
+    /// The model at the mode does not reproduce the specimens.
+    PoorFit,
+}
+
+impl Qualifier {
+    /// What follows "identified".
+    fn words(self) -> &'static str {
+        match self {
+            Self::OneMicrostructure => " for this microstructure",
+            Self::MeshError => " on this mesh",
+            Self::PoorFit => ", fit poor",
+        }
+    }
 }
 
 /// What the data said about a parameter.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Verdict {
     /// Nothing that counts: no simulation reaches them.
     OutOfRange,
     /// It is where the prior ends.
     AtBound,
+    /// Identified, but for reasons that the intervals do not include.
+    Qualified(BTreeSet<Qualifier>),
     /// So much.
     Learnt(Identification),
+}
+
+impl Verdict {
+    /// Whether the data narrowed the parameter, with or without qualifiers.
+    pub(crate) fn is_identified(&self) -> bool {
+        matches!(self, Self::Qualified(_) | Self::Learnt(Identification::Identified))
+    }
+
+    /// Whether it is identified, and no rule has found anything against it.
+    pub(crate) fn is_good(&self) -> bool {
+        *self == Self::Learnt(Identification::Identified)
+    }
 }
 
 impl fmt::Display for Verdict {
@@ -272,6 +318,10 @@ impl fmt::Display for Verdict {
         match self {
             Self::OutOfRange => f.pad("data out of range"),
             Self::AtBound => f.pad("at the bound of its prior"),
+            Self::Qualified(qualifiers) => {
+                let words: String = qualifiers.iter().map(|q| q.words()).collect();
+                f.pad(&format!("{}{words}", Identification::Identified))
+            }
             Self::Learnt(label) => label.fmt(f),
         }
     }
@@ -293,6 +343,9 @@ impl CalibratedParameter {
         match Identification::of(self.contraction) {
             _ if self.out_of_range => Verdict::OutOfRange,
             Identification::Identified if self.is_at_bound() => Verdict::AtBound,
+            Identification::Identified if !self.qualifiers.is_empty() => {
+                Verdict::Qualified(self.qualifiers.clone())
+            }
             label => Verdict::Learnt(label),
         }
     }
@@ -339,5 +392,33 @@ mod tests {
         assert_eq!(outside.verdict(), Verdict::OutOfRange);
         let unknown = CalibratedParameter { contraction: 0.0, ..parameter(99.5, middle) };
         assert_eq!(unknown.verdict().to_string(), "not identified");
+    }
+
+    #[test]
+    fn qualifiers_stand_behind_identified_and_take_the_green_away() {
+        let middle: Vec<f64> = (0..100).map(|i| 40.0 + 0.2 * f64::from(i)).collect();
+        let of = |qualifiers: &[Qualifier]| CalibratedParameter {
+            qualifiers: qualifiers.iter().copied().collect(),
+            ..parameter(50.0, middle.clone())
+        };
+        use Qualifier::{MeshError, OneMicrostructure, PoorFit};
+        for (qualifiers, words) in [
+            (&[PoorFit][..], "identified, fit poor"),
+            (&[MeshError], "identified on this mesh"),
+            (&[OneMicrostructure], "identified for this microstructure"),
+            (
+                &[PoorFit, MeshError, OneMicrostructure],
+                "identified for this microstructure on this mesh, fit poor",
+            ),
+        ] {
+            let verdict = of(qualifiers).verdict();
+            assert_eq!(verdict.to_string(), words);
+            assert!(verdict.is_identified() && !verdict.is_good());
+        }
+        assert!(of(&[]).verdict().is_good());
+        // what is not identified stays so
+        let unknown = CalibratedParameter { contraction: 0.2, ..of(&[PoorFit]) };
+        assert_eq!(unknown.verdict().to_string(), "weakly identified");
+        assert!(!unknown.verdict().is_identified());
     }
 }

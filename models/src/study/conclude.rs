@@ -1,7 +1,5 @@
 //! What a study says in sentences, and which of them are said under its other settings too.
 
-use ppl::diagnostics::Identification;
-
 use crate::report::{
     CalibratedParameter, ComparedCase, Conclusion, Pair, REPRODUCED, StudyResults, Verdict, number,
 };
@@ -85,7 +83,8 @@ fn parameter<'c>(case: &'c ComparedCase, label: &str) -> Option<&'c CalibratedPa
 
 /// Whether the data narrowed it, be it down to a bound of its prior.
 fn is_learnt(p: &CalibratedParameter) -> bool {
-    matches!(p.verdict(), Verdict::Learnt(Identification::Identified) | Verdict::AtBound)
+    let verdict = p.verdict();
+    verdict.is_identified() || verdict == Verdict::AtBound
 }
 
 fn is_learnt_in(setting: &StudyResults, label: &str) -> bool {
@@ -185,9 +184,7 @@ fn reproduction(cases: &[ComparedCase]) -> Shown {
 
 /// Whether the intervals of what is identified hold the truth; nothing where none is known.
 fn coverage(cases: &[ComparedCase]) -> Option<Shown> {
-    let identified = |p: &&CalibratedParameter| {
-        p.verdict() == Verdict::Learnt(Identification::Identified) && p.truth.is_some()
-    };
+    let identified = |p: &&CalibratedParameter| p.verdict().is_identified() && p.truth.is_some();
     let all: Vec<_> = cases.iter().flat_map(|case| &case.parameters).collect();
     if all.iter().all(|p| p.truth.is_none()) {
         return None;

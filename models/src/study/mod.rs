@@ -3,6 +3,7 @@
 mod base;
 mod compare;
 mod conclude;
+mod contradiction;
 mod file;
 mod run;
 mod shift;

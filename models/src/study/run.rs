@@ -5,6 +5,7 @@ use std::sync::atomic::AtomicBool;
 
 use super::compare::agreement;
 use super::conclude::conclusions;
+use super::contradiction::contradictions;
 use super::file::{StudyFile, StudySetting};
 use super::shift::{Shift, with_specimens};
 use super::slurm_study::StudyPart;
@@ -119,14 +120,15 @@ impl<'a> Study<'a> {
         let of = |(setting, cases): (&StudySetting, Vec<ComparedCase>)| {
             let is_there = |name: &String| cases.iter().any(|case| case.name == *name);
             let names = setting.cases.iter().map(|case| case.name.clone());
-            StudyResults {
+            let results = StudyResults {
                 title: setting.title.clone(),
                 missing: names.filter(|name| !is_there(name)).collect(),
                 pairs: pairs(&cases),
                 cases,
                 text: self.file.text.clone(),
                 ..StudyResults::default()
-            }
+            };
+            StudyResults { contradictions: contradictions(&results), ..results }
         };
         let mut results: Vec<StudyResults> = settings.iter().zip(all).map(of).collect();
         if results.len() > 1 {
@@ -140,6 +142,11 @@ impl<'a> Study<'a> {
             results[0].variants = settings.iter().zip(&results).skip(1).map(variant).collect();
         }
         for (setting, results) in settings.iter().zip(&results) {
+            let of_whom =
+                if settings.len() > 1 { format!("{}: ", setting.title) } else { String::new() };
+            for text in &results.contradictions {
+                say("warning", &format!("{of_whom}{text}"));
+            }
             let folder = ProductFolder::new(&self.dir, &self.replace);
             let [table, page] = ["study.csv", "report.html"].map(|name| setting.within(name));
             folder.write(&table, COMMAND, &numbers(&folder.path(&table), &results.cases)?)?;

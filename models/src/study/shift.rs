@@ -216,6 +216,7 @@ impl<'a> Shift<'a> {
         Ok(ComparedCase {
             name: case.name.clone(),
             laboratory: case.laboratory.clone(),
+            specimens_from: specimens_from(&file),
             specimen: toml::to_string(&case.file.case.specimen).unwrap_or_default(),
             names,
             parameters: results.parameters,
@@ -248,6 +249,14 @@ fn tested_for<'t>(
     let named = case.laboratory.as_ref()?;
     let place = setting.laboratories.iter().position(|laboratory| laboratory.name == *named)?;
     tested.get(place)
+}
+
+/// The table and the group of measured specimens, or of those of a laboratory. Virtual specimens of a case by
+/// itself are its own.
+fn specimens_from(file: &CaseFile) -> Option<String> {
+    let experiments = file.case.experiments.as_ref()?;
+    let group = experiments.group.as_deref().unwrap_or_default();
+    experiments.table.as_ref().map(|table| format!("{} {group}", table.display()))
 }
 
 /// A case with the specimens of its laboratory in place of its own.

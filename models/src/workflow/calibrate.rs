@@ -2,19 +2,21 @@
 
 use std::sync::Mutex;
 
-use ppl::diagnostics::{LooPoint, e_bfmi};
+use ppl::diagnostics::e_bfmi;
 use ppl::{ChainStatus, Nuts, Posterior, Progress, WarningKind};
 use surrogate::Input;
 
 use super::WorkflowError;
 use super::extension::offers;
+use super::fit::write_fit;
 use super::fitted::{Fitted, read_experiments};
-use super::gate::{check_range, labelled};
+use super::gate::check_range;
+use super::influence::write_influence;
 use super::inputs::Inputs;
 use super::predicted_curves::write_predicted_curves;
 use super::task::Task;
 use super::uncertainty::{Budget, SharedError, budget};
-use crate::fracture::{Calibration, CalibrationError, calibrate_after, column_means};
+use crate::fracture::{CalibrationError, calibrate_after, column_means};
 use crate::progress::{Bar, say};
 use crate::table::CsvTable;
 
@@ -38,15 +40,15 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         .thin(settings.thin)
         .target_accept(settings.target_accept)
         .seed(settings.seed)
-        .progress(&bar)
         .interrupt(task.interrupt);
+    let burn_in = settings.burn_in.div_ceil(settings.thin);
     let means = column_means(&specimens);
     let shared = SharedError::of(&fitted, &settings.discrepancy, &means)?;
     fitted.known.told.iter().for_each(|told| say("note", told));
     let evidence = shared.evidence(specimens, &fitted.known);
     let result = task.on_threads(settings.chains, |threads| {
-        let burn_in = settings.burn_in.div_ceil(settings.thin);
-        calibrate_after(pce, &evidence, &sampler.threads(threads), burn_in, settings.seed)
+        let shown = sampler.clone().threads(threads).progress(&bar);
+        calibrate_after(pce, &evidence, &shown, burn_in, settings.seed)
     });
     drop(bar);
     task.check_interrupt()?;
@@ -89,12 +91,17 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
             .map(|input| &input.name)
             .fold(text, |text, name| text.replace(&format!("theta[{name}]"), name))
     };
-    task.write("summary.txt", labelled(plain(format!("{summary}\n")), &outside))?;
     let mut warnings = outside;
     warnings.extend(fitted.made_on.warning(inputs));
     warnings.extend(fitted.known.warning.clone());
-    warnings.extend(summary.warnings.iter().map(|warning| plain(warning.to_string())));
-    warnings.extend(write_loo(task, &result, &ids)?);
+    warnings.extend(summary.warnings.drain(..).map(|warning| plain(warning.to_string())));
+    // warnings of all stages stand together in summary.txt
+    let table = plain(summary.to_string()).replace("Nothing wrong was found.\n", "");
+    task.write("posterior.txt", table)?;
+    task.on_threads(settings.chains, |threads| {
+        write_influence(task, &result, &sampler.threads(threads), burn_in, &ids, &prior)
+    })?;
+    write_fit(task, &fitted, posterior, &evidence, &shared, &result.map)?;
     let budget = budget(&fitted, posterior, &evidence, &shared)?;
     if let Some(budget) = &budget {
         budget.write(task)?;
@@ -104,9 +111,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let draws =
         |name: &str| posterior.trace(&format!("theta[{name}]")).unwrap_or_default().concat();
     warnings.extend(offers(&prior, &draws, fitted.report.rows));
-    warnings.iter().for_each(|warning| say("note", warning));
-    let lines: String = warnings.iter().map(|line| format!("{line}\n")).collect();
-    task.write("warnings.txt", &lines)?;
+    warnings.iter().for_each(|warning| task.warn(warning));
     write_sampling(task, posterior)?;
     write_map(task, &prior, &result.map)?;
     Ok(format!(
@@ -129,33 +134,6 @@ fn unreached(inputs: &Inputs<'_>, budget: &Budget) -> Option<String> {
             100.0 * asked
         )
     })
-}
-
-/// `loo.csv`: how each specimen is predicted by a calibration to the others. What warns of specimens whose
-/// line cannot be relied on.
-fn write_loo(
-    task: &Task<'_>,
-    result: &Calibration,
-    ids: &[String],
-) -> Result<Vec<String>, WorkflowError> {
-    let loo = match result.loo() {
-        Ok(loo) => loo,
-        Err(error) => return Ok(vec![format!("Specimens are not left out: {error}.")]),
-    };
-    let row = |(id, point): (&String, &LooPoint)| {
-        [id.clone(), point.elpd.to_string(), point.pareto_k.to_string()]
-    };
-    let rows = ids.iter().zip(&loo.points).map(row);
-    task.write_csv("loo.csv", ["specimen", "elpd", "pareto_k"], rows)?;
-    let warning = |specimen: usize| {
-        let (id, k) = (ids.get(specimen)?, loo.points[specimen].pareto_k);
-        Some(format!(
-            "Specimen {id} carries much of the posterior: Pareto k = {k:.2} is above {:.2}, so that its \
-             line of loo.csv cannot be relied on. Look at its curve, or calibrate without it and compare.",
-            loo.threshold
-        ))
-    };
-    Ok(loo.unreliable().into_iter().filter_map(warning).collect())
 }
 
 /// The path of a parameter from its name in the posterior: `theta[matrix.young_mpa]`.

@@ -253,6 +253,7 @@ impl CaseCheck {
         match inspect(&inputs, table, size_mm, &names, false) {
             Ok(InspectedSpecimens { table, notes, mistakes }) => {
                 self.notes.extend_from_slice(notes.lines());
+                self.notes.extend_from_slice(notes.warnings());
                 mistakes.into_iter().for_each(|mistake| self.fail(mistake));
                 self.means(file, &table, size_mm[0]);
             }

@@ -15,7 +15,6 @@ use super::task::Task;
 use crate::case::MaterialParameter;
 use crate::error::InputError;
 use crate::fracture::column_means;
-use crate::progress::say;
 use crate::table::CsvTable;
 
 pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
@@ -41,10 +40,9 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         task.product(&format!("curves/{label}.csv"), |path| write_curve(path, &record.curve))?;
         let qois = quantities(record, qoi);
         if let Err(reason) = &qois {
-            say(
-                "note",
-                &format!("the simulation at {label} has no quantities of interest: {reason}"),
-            );
+            task.warn(&format!(
+                "The simulation at {label} has no quantities of interest: {reason}."
+            ));
         }
         let qois: Vec<String> = qois.map_or_else(
             |_| vec![String::new(); columns.len()],

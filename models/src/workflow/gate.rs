@@ -71,13 +71,6 @@ pub(super) fn is_in_range(runs: &Dataset, means: &[f64]) -> bool {
     })
 }
 
-/// The summary of a posterior of which this is to be said first.
-pub(super) fn labelled(summary: String, outside: &[String]) -> String {
-    if outside.is_empty() {
-        return summary;
-    }
-    let lines: String = outside.iter().map(|line| format!("! {line}\n")).collect();
-    lines + &summary.replace("Nothing wrong was found.\n", "")
 }
 
 /// How well a quantity tells what is wrong, best first: a slope mixes two units.

@@ -3,7 +3,6 @@
 use surrogate::Dataset;
 
 use super::inputs::Inputs;
-use crate::case::Microstructure;
 
 /// The column of `runs.csv` with the seed of a packing; empty without one.
 pub(super) const SEED: &str = "packing_seed";
@@ -66,31 +65,11 @@ impl MadeOn {
         self.several().is_some_and(|count| count < LEAST_FOR_STIFFNESS)
     }
 
-    /// What to warn of: that nothing is known of how specimens scatter, or little.
+    /// What to warn of where runs share a few specimens. Of one alone see the rule `microstructure`.
     pub(super) fn warning(&self, inputs: &Inputs<'_>) -> Option<String> {
-        // of packings for each run there is nothing to say, and nothing is read that calibrations do not depend on
-        if *self == Self::Each {
-            return None;
-        }
-        let image = inputs.image();
-        let is_image = image.stack.is_some();
-        let Some(count) = self.several() else {
-            let asked = *inputs.microstructure() == Microstructure::PerRun;
-            return match (is_image, image.further_stacks) {
-                (true, _) if asked => Some(
-                    "All runs are on one image: the posterior does not know how specimens scatter about it, and no \
-                     interval holds by how much this one differs from those tested. Images of further specimens in \
-                     specimen.image.further_stacks show it."
-                        .to_owned(),
-                ),
-                (true, Some(_)) if !asked => Some(
-                    "All runs are on the first image: design.microstructure = \"one\" leaves those of \
-                     specimen.image.further_stacks out, and the posterior does not know how specimens scatter about it."
-                        .to_owned(),
-                ),
-                _ => None,
-            };
-        };
+        // the case is read only where it matters
+        let count = self.several()?;
+        let is_image = inputs.image().stack.is_some();
         let (what, mend) = match is_image {
             true => ("images", "more images in specimen.image.further_stacks"),
             false => ("packings", "more of design.packings"),

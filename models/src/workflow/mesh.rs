@@ -21,7 +21,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let setup = task.inputs.setup();
     let (mesh, report) = mesh_with(&task.inputs, images::OWN, &|meshing| *meshing)?;
     for warning in report.iter().flat_map(MeshReport::warnings) {
-        say("note", &warning);
+        task.warn(&warning);
     }
     task.product("mesh.msh", |path| gmsh::write(path, &mesh).map(drop))?;
     task.product("mesh.vtu", |path| vtu::write(path, &mesh, &[], &[]))?;
@@ -52,7 +52,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
 fn further(task: &Task<'_>, image: usize) -> Result<(), WorkflowError> {
     let (mesh, report) = mesh_with(&task.inputs, image, &|meshing| *meshing)?;
     for warning in report.iter().flat_map(MeshReport::warnings) {
-        say("note", &format!("image {image}: {warning}"));
+        task.warn(&format!("image {image}: {warning}"));
     }
     task.product(&mesh_file(image, "msh"), |path| gmsh::write(path, &mesh).map(drop))?;
     let mut rows = quantities(&mesh)?;

@@ -6,17 +6,11 @@ use fem::{Meshing, Order, RunInput, RunRecord, write_curve};
 
 use super::WorkflowError;
 use super::images;
-use super::inputs::Inputs;
 use super::mesh::mesh_with;
 use super::runs::run_ensemble;
 use super::simulator::{Simulator, quantities};
 use super::task::Task;
 use crate::case::{MaterialParameter, SpecimenGeometry};
-use crate::progress::say;
-use crate::table::CsvTable;
-
-/// Errors of the mesh above so many % are told.
-const WORTH_TELLING: f64 = 2.0;
 
 /// The error in % of each quantity by the mesh: q_h/q − 1, with q extrapolated from the simulation at the
 /// mode and one on a mesh of another spacing, half of the specimen's or `confirm.second_spacing_mm`.
@@ -52,10 +46,10 @@ pub(super) fn mesh_errors(
     let other = match quantities(&records[0], inputs.qoi()) {
         Ok(other) => other,
         Err(reason) => {
-            say(
-                "note",
-                &format!("the error of the mesh is not known: at {second_mm} mm, {reason}"),
-            );
+            task.warn(&format!(
+                "The error of the mesh is not known: the simulation at the MAP on a mesh of {second_mm} mm has no \
+                 quantities of interest: {reason}."
+            ));
             return Ok(None);
         }
     };
@@ -70,38 +64,12 @@ pub(super) fn mesh_errors(
             100.0 * (own / extrapolated([spacing_mm, second_mm], [own, other], order) - 1.0)
         })
         .collect();
-    tell(inputs, &errors)?;
     Ok(Some(errors))
 }
 
 /// What values at two spacings tend to, if their errors go with a power of the spacing.
 fn extrapolated([h, other]: [f64; 2], [at_h, at_other]: [f64; 2], order: f64) -> f64 {
     at_h + (at_h - at_other) / ((other / h).powf(order) - 1.0)
-}
-
-/// Says which errors matter, and whether they are above the posterior's own width.
-fn tell(inputs: &Inputs<'_>, errors: &[f64]) -> Result<(), WorkflowError> {
-    let path = inputs.file("summary.csv")?;
-    let summary = CsvTable::read(&path, &["parameter", "mean", "sd"])?;
-    for (quantity, error) in inputs.qoi().quantities.iter().zip(errors) {
-        let row = summary.named("parameter", &format!("mean[{}]", quantity.column()))?;
-        let width = (100.0 * row.number("sd")? / row.number("mean")?).abs();
-        let about = match error.abs() {
-            error if error > width => {
-                format!("more than the {width:.1} % to which the posterior knows it")
-            }
-            error if error > WORTH_TELLING => "which no interval holds".to_owned(),
-            _ => continue,
-        };
-        say(
-            "note",
-            &format!(
-                "the mesh is estimated to change {quantity} by {error:+.1} %, {about}: take a smaller \
-                 specimen.spacing_mm, for which few runs pay with [fidelity], or quadratic elements"
-            ),
-        );
-    }
-    Ok(())
 }
 
 #[cfg(test)]

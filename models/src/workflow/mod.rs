@@ -8,8 +8,9 @@
 //! | experiments | `mesh.msh`, `experiments/` | virtual: `experiments/{specimens,truth,bias}.csv`, `experiments/curves/`; `experiments.csv`, `curve_checks.csv` (`id,finding,value,help`) |
 //! | ensemble | `mesh.msh` and `meshes/`, `labels.tif`, `solid.tif` and `images/` where runs share an image or a few | `ensemble/` (one file a run, for resuming), `runs.csv` (a [`surrogate::Dataset`]), `failed_runs.csv`, `curves/run-*.csv`, `quadrature.csv` where that of damage leaves a choice; with `[sequential]` also `experiments.csv` is read, and `sequential.csv` (`batches,runs,parameter,contraction,surrogate_share`) written; with `[fidelity]` `curves/level-*.csv` (of runs on better meshes), `fidelity.csv` (`level,qoi,order,ratio,scatter_percent,error_percent,runs`), `fidelity_runs.csv` (as simulated), `fidelity.json` |
 //! | surrogate | `runs.csv`, `experiments.csv` | `surrogate.json`, `surrogate_orders.csv`, `surrogate_error.json`, `surrogate_uncertainty.json` (what runs leave open of its coefficients), `surrogate_specimens.json` (where runs share a few specimens: what runs leave open, and what the specimens do), `sobol.csv` (`qoi,input,first,first_q05,first_q95,total,total_q05,total_q95`) |
-//! | calibrate | `surrogate.json`, `runs.csv`, `curves/run-*.csv`, `curves/level-*.csv`, `experiments.csv`, `experiments/` | `posterior.zarr`, `posterior.csv`, `predictive.csv`, `predictive_curves.csv` (`displacement_mm` and quantiles of the force of a new specimen), `sampling.csv`, `summary.csv`, `summary.txt`, `warnings.txt`, `range.csv` (`qoi,experiment_mean,low,high,inside`), `map.csv`, `uncertainty.csv`, `loo.csv` (`specimen,elpd,pareto_k`) |
+//! | calibrate | `surrogate.json`, `runs.csv`, `curves/run-*.csv`, `curves/level-*.csv`, `experiments.csv`, `experiments/` | `posterior.zarr`, `posterior.csv`, `predictive.csv`, `predictive_curves.csv` (`displacement_mm` and quantiles of the force of a new specimen), `sampling.csv`, `summary.csv`, `posterior.txt` (the same as a table), `range.csv` (`qoi,experiment_mean,low,high,inside`), `map.csv`, `fit.csv` (`qoi,experiment_mean,map_surrogate,percent_error,sd_percent,simulation_sd_percent`), `uncertainty.csv`, `loo.csv` (`specimen,elpd,pareto_k`), `influence.csv` (`specimen,parameter,shift_sd,method`) |
 //! | confirm | `map.csv`, `posterior.csv`, `mesh.msh` | `confirm.csv`, `confirm_runs.csv`, `curves/baseline.csv`, `curves/map.csv`, `curves/draw-*.csv`, `fields/map*` (`.vtu`, `.pvd`, pictures, `map.csv`), `curves/second-mesh.csv` |
+//! | verdict | what the stages before have written and warned of | `verdict.csv` (`parameter,contraction,verdict`), `warnings.txt`, `summary.txt` |
 //! | design | `posterior.csv`, `surrogate.json`, `experiments.csv`; the runs and curves where quantities are taken again | `design.csv` (`candidate,parameter,specimens,contraction,contraction_q05,contraction_q95,width90`), `design_specimens.csv` (`candidate,parameter,goal,value,specimens,limit`; without specimens where 1000 do not suffice), `design/candidate-*.csv` (runs of each candidate, a [`surrogate::Dataset`]) |
 //! | report | all of these | `report.html` |
 //!
@@ -17,6 +18,9 @@
 //! and what it wrote. A stage is done again when one of them has changed, so the same command after an
 //! interruption goes on where it stopped, and makes a deleted result again. A stage that is run by itself
 //! takes no file that was made from something else than is there now, and a directory belongs to one case.
+//!
+//! What a stage warns of is in `warnings/<stage>.txt`; rules on the results (`rules/`, one file each) are applied by
+//! the stage `verdict`. A warning counts on the screen, in `warnings.txt`, in `summary.txt` and in the report.
 //!
 //! `written.csv` has each file that the program has written with its content, recorded before the file gets its
 //! name. The program replaces and removes only files with such a content ([`ProductFolder`]). An edited product
@@ -52,12 +56,14 @@ mod few_specimens;
 mod fidelity;
 mod files;
 mod first_runs;
+mod fit;
 mod fitted;
 mod folder_copies;
 mod freshness;
 mod gate;
 mod images;
 mod in_place;
+mod influence;
 mod inputs;
 mod laboratories;
 mod level_runs;
@@ -78,6 +84,8 @@ mod product_folder;
 mod quadrature;
 mod report;
 mod resolution;
+mod rule;
+mod rules;
 mod runs;
 mod segment;
 mod sequential;
@@ -101,6 +109,8 @@ mod task;
 mod tests;
 mod turns;
 mod uncertainty;
+mod verdict;
+mod warnings;
 mod written;
 
 use std::cell::RefCell;
@@ -288,6 +298,7 @@ impl<'a> Workflow<'a> {
             Some(taken) => taken,
             None => self.with_task(stage, &finished, |task| {
                 let result = (stage.run)(&task)?;
+                task.write_warnings()?;
                 Ok((result, task.trace()))
             })?,
         };

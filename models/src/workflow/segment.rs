@@ -31,7 +31,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     })?;
     drop(bar);
     for warning in &found.warnings {
-        say("note", warning);
+        task.warn(warning);
     }
     let part = grain_fraction(&found);
     write_found(task, images::OWN, &grey, &found, part)?;
@@ -106,7 +106,7 @@ fn further(
     }
     resize(&mut found.cylinder, size_mm.map(Some));
     for warning in &found.warnings {
-        say("note", &format!("{}: {warning}", path.display()));
+        task.warn(&format!("{}: {warning}", path.display()));
     }
     let part = grain_fraction(&found);
     write_found(task, image, &grey, &found, part)?;

@@ -45,6 +45,7 @@ pub(super) fn checked(
     let InspectedSpecimens { table, notes, mistakes } =
         inspect(&task.inputs, table, size_mm, &names, task.accept_out_of_range)?;
     notes.lines().iter().for_each(|line| say("note", line));
+    notes.warnings().iter().for_each(|line| task.warn(line));
     task.write_csv("curve_checks.csv", ["id", "finding", "value", "help"], notes.into_rows())?;
     mistakes.into_iter().next().map_or(Ok(table), |mistake| Err(mistake.into()))
 }
@@ -98,7 +99,7 @@ pub(super) fn inspect(
                     refused = Some(InputError::new(&file, "", "", problem.clone(), help));
                 }
                 Weight::Error | Weight::Warning => {
-                    notes.say(name, &format!("{} {problem}. {help}", specimen.id));
+                    notes.warn(name, format!("{} {problem}. {help}", specimen.id));
                 }
                 Weight::Note => {}
             }
@@ -124,7 +125,7 @@ pub(super) fn inspect(
         let distance = far_from_closed_form(inputs, &table, size_mm, names);
         match distance {
             Some((specimen, mistake)) if accept_out_of_range => {
-                notes.say("range", &format!("{specimen}: {} {}", mistake.problem, mistake.help));
+                notes.warn("range", format!("{specimen}: {} {}", mistake.problem, mistake.help));
             }
             distance => mistakes.extend(distance.map(|(_, mistake)| mistake)),
         }
@@ -176,6 +177,7 @@ pub(super) fn looked_at(
         toe.value = moved;
         toe.problem = format!("begins to carry load at {moved:.4} mm");
         toe.help = "Displacement is counted from there.";
+        toe.weight = Weight::Note;
     }
     (curve, seen.findings)
 }

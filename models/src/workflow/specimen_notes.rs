@@ -15,22 +15,34 @@ const RADIUS: f64 = 1e-3;
 /// Relative difference of the strain rates of test and case that is refused: the viscosity is off by as much.
 const RATE: f64 = 0.05;
 
-/// Lines for the screen and rows of `curve_checks.csv`.
+/// Lines for the screen, warnings, and rows of `curve_checks.csv`.
 #[derive(Default)]
 pub(super) struct Notes {
     said: BTreeMap<&'static str, usize>,
     lines: Vec<String>,
+    warnings: Vec<String>,
     rows: Vec<[String; 4]>,
 }
 
 impl Notes {
     /// Adds a line for the screen unless there are five of its kind.
     pub(super) fn say(&mut self, kind: &'static str, line: &str) {
-        let said = self.said.entry(kind).or_default();
-        *said += 1;
-        if *said <= EXAMPLES {
+        if self.is_shown(kind) {
             self.lines.push(line.to_owned());
         }
+    }
+
+    /// Adds a warning unless there are five of its kind.
+    pub(super) fn warn(&mut self, kind: &'static str, line: String) {
+        if self.is_shown(kind) {
+            self.warnings.push(line);
+        }
+    }
+
+    fn is_shown(&mut self, kind: &'static str) -> bool {
+        let said = self.said.entry(kind).or_default();
+        *said += 1;
+        *said <= EXAMPLES
     }
 
     /// Adds a row to `curve_checks.csv`.
@@ -45,6 +57,11 @@ impl Notes {
             let further = said - EXAMPLES;
             self.lines.push(format!("{further} further findings of {kind}: see curve_checks.csv"));
         }
+    }
+
+    /// Warnings, which count wherever the results are shown.
+    pub(super) fn warnings(&self) -> &[String] {
+        &self.warnings
     }
 
     /// The lines for the screen.
@@ -82,7 +99,7 @@ pub(super) fn note_sizes(
                  {percent:+.2} % and is not scaled. Mesh the mean radius (specimen.radius_mm) or correct the table",
                 specimen.radius_mm
             );
-            notes.say("radius", &format!("{} {text}", specimen.id));
+            notes.warn("radius", format!("{} {text}", specimen.id));
             notes.list(&specimen.id, "radius", specimen.radius_mm, text);
         }
     }
@@ -189,6 +206,7 @@ mod tests {
         let mut notes = Notes::default();
         note_sizes(&table(&[None; 8]), [8.8, 2.49], &mut notes);
         assert_eq!(notes.said["radius"], 8);
+        assert_eq!(notes.warnings.len(), 5);
         assert!(!notes.said.contains_key("height"));
         let rows = notes.into_rows();
         assert_eq!(rows.len(), 8);

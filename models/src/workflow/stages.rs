@@ -2,11 +2,13 @@
 
 use super::pattern::matches;
 use super::stage::Stage;
-use super::{calibrate, confirm, design, ensemble, experiments, mesh, report, segment, surrogate};
+use super::{
+    calibrate, confirm, design, ensemble, experiments, mesh, report, segment, surrogate, verdict,
+};
 use crate::case::Case;
 
 /// All stages in order: a new one is a row here and a file beside this one.
-pub static STAGES: [Stage; 9] = [
+pub static STAGES: [Stage; 10] = [
     Stage {
         name: "segment",
         about: "Find the grains of an image, or of a virtual scan: labels.tif, grains.csv, segment.csv",
@@ -24,6 +26,7 @@ pub static STAGES: [Stage; 9] = [
             "images/#-grains.csv",
             "images/#-segment.csv",
             "images/#-slices.png",
+            "warnings/segment.txt",
         ],
         share: None,
         run: segment::run,
@@ -39,6 +42,7 @@ pub static STAGES: [Stage; 9] = [
             "mesh.csv",
             "meshes/#.msh",
             "meshes/#.csv",
+            "warnings/mesh.txt",
         ],
         share: None,
         run: mesh::run,
@@ -54,6 +58,7 @@ pub static STAGES: [Stage; 9] = [
             "experiments/bias.csv",
             "experiments/curves/*.csv",
             "experiments/scans/*.tif",
+            "warnings/experiments.txt",
         ],
         share: None,
         run: experiments::run,
@@ -71,6 +76,7 @@ pub static STAGES: [Stage; 9] = [
             "sequential.csv",
             "curves/run-#.csv",
             "curves/level-#-run-#.csv",
+            "warnings/ensemble.txt",
         ],
         share: Some(ensemble::share),
         run: ensemble::run,
@@ -99,12 +105,14 @@ pub static STAGES: [Stage; 9] = [
             "predictive_curves.csv",
             "sampling.csv",
             "summary.csv",
-            "summary.txt",
-            "warnings.txt",
+            "posterior.txt",
             "range.csv",
             "map.csv",
+            "fit.csv",
             "uncertainty.csv",
             "loo.csv",
+            "influence.csv",
+            "warnings/calibrate.txt",
         ],
         share: None,
         run: calibrate::run,
@@ -127,9 +135,17 @@ pub static STAGES: [Stage; 9] = [
             "fields/map-last.png",
             "fields/map.pvd",
             "fields/map.csv",
+            "warnings/confirm.txt",
         ],
         share: None,
         run: confirm::run,
+    },
+    Stage {
+        name: "verdict",
+        about: "Say what is identified and what warns against it: verdict.csv, warnings.txt, summary.txt",
+        products: &["verdict.csv", "warnings.txt", "summary.txt"],
+        share: None,
+        run: verdict::run,
     },
     Stage {
         name: "design",

@@ -11,10 +11,12 @@ use super::WorkflowError;
 use super::content_hash::ContentHash;
 use super::cores::{Core, Cores};
 use super::editable::is_editable;
+use super::files::warnings_of;
 use super::inputs::Inputs;
 use super::neighbours::Neighbours;
 use super::product_folder::ProductFolder;
 use super::sources::Sources;
+use crate::progress::say;
 use crate::table::to_csv;
 
 /// What a run of a stage has read and written.
@@ -101,6 +103,8 @@ pub(super) struct Task<'a> {
     pub(super) folder: ProductFolder,
     /// Names of the products and the fingerprints of their contents.
     products: RefCell<BTreeMap<String, String>>,
+    /// What the stage has warned of.
+    warnings: RefCell<Vec<String>>,
     cores: Cores,
     /// Who is served first where cores are scarce.
     rank: usize,
@@ -142,6 +146,7 @@ impl<'a> Task<'a> {
             dir,
             folder: ProductFolder::new(dir, &[]),
             products: RefCell::default(),
+            warnings: RefCell::default(),
         }
     }
 
@@ -210,6 +215,25 @@ impl<'a> Task<'a> {
     fn remember(&self, name: &str, content: ContentHash) {
         debug_assert_eq!(self.inputs.writer_of(name), Some(self.stage), "{name} is not declared");
         self.products.borrow_mut().insert(name.to_owned(), content.to_string());
+    }
+
+    /// Warns of something that the intervals do not include, or that makes the result doubtful: on the screen, and
+    /// in what the stage `verdict` collects.
+    pub(super) fn warn(&self, text: &str) {
+        say("warning", text);
+        self.warnings.borrow_mut().push(text.replace('\n', " "));
+    }
+
+    /// Writes what the stage has warned of, if anything; at its end.
+    ///
+    /// # Errors
+    /// A file of the user's in its place; a folder that cannot be written.
+    pub(super) fn write_warnings(&self) -> Result<(), WorkflowError> {
+        let lines: String = self.warnings.borrow().iter().map(|line| format!("{line}\n")).collect();
+        if lines.is_empty() {
+            return Ok(());
+        }
+        self.write(&warnings_of(self.stage), lines)
     }
 
     /// Writes a table.

@@ -85,6 +85,21 @@ impl SharedError {
         sum(self.constants().chain(open))
     }
 
+    /// Their sum, that of the surrogate averaged over the draws of a posterior.
+    ///
+    /// # Errors
+    /// A draw outside the surrogate's box.
+    pub(super) fn over(
+        &self,
+        posterior: &Posterior,
+        evidence: &Evidence,
+    ) -> Result<Vec<Vec<f64>>, WorkflowError> {
+        let of_runs = self.of_runs().map(|part| part.over(posterior, evidence));
+        let of_runs: Vec<Vec<Vec<f64>>> = of_runs.collect::<Result<_, _>>()?;
+        let others = [&self.mesh, &self.discrepancy].into_iter().flatten();
+        Ok(sum(of_runs.iter().chain(others)))
+    }
+
     /// Those that do not depend on the parameters.
     fn constants(&self) -> impl Iterator<Item = &Vec<Vec<f64>>> {
         let others = [&self.mesh, &self.discrepancy].into_iter().flatten();
@@ -358,7 +373,7 @@ fn blocks(groups: &[Group<'_>], block: impl Fn(usize, usize) -> DMatrix<f64>) ->
 }
 
 /// The posterior mean of the covariance between specimens, diag(sd) R diag(sd).
-fn mean_scatter(posterior: &Posterior, size: usize) -> Option<DMatrix<f64>> {
+pub(super) fn mean_scatter(posterior: &Posterior, size: usize) -> Option<DMatrix<f64>> {
     let group = &posterior.posterior;
     let of = |name: &str| group.variables.iter().find(|v| v.name == name).map(|v| &v.data);
     let (sd, corr) = (of("sd")?, of("corr")?);

@@ -10,7 +10,7 @@ const PRELOAD: f64 = 0.02;
 const LATE: f64 = 0.25;
 /// Force, over the highest, above which a specimen is loaded.
 const LOADED: f64 = 0.05;
-/// A toe of more than this fraction of the displacement at peak is worth a line on the screen.
+/// A toe of more than this fraction of the displacement at peak is a warning.
 const TOE: f64 = 0.02;
 
 /// Force of the first readings in N, as their median, and its standard error.
@@ -75,11 +75,15 @@ pub(super) fn late_load(onset_mm: f64) -> Finding {
 }
 
 pub(super) fn toe(toe_mm: f64, qois: &Qois) -> Finding {
-    let large = toe_mm.abs() > TOE * qois.displacement_at_peak_mm;
+    let part = toe_mm / qois.displacement_at_peak_mm;
+    let large = part.abs() > TOE;
     Finding {
         name: "toe",
         value: toe_mm,
-        problem: format!("begins to carry load at {toe_mm:.4} mm"),
+        problem: format!(
+            "begins to carry load at {toe_mm:.4} mm, {:.1} % of its displacement at peak",
+            100.0 * part
+        ),
         help: "The displacement at peak includes it; toe = \"correct\" under [experiments] counts \
                displacement from there.",
         weight: if large { Weight::Warning } else { Weight::Note },

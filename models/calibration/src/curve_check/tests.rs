@@ -83,6 +83,18 @@ fn preload_spikes_unloading_and_sparse_readings_are_told() {
     assert_eq!(found(&sparse), [("sampling", Warning)]);
 }
 
+/// Two per cent of the displacement at peak, 0.12 mm and the toe, are 0.0024 mm. A toe is found to within 0.0005 mm.
+#[test]
+fn a_toe_is_a_warning_from_two_percent_of_the_displacement_at_peak_on() {
+    let late = |toe: f64| changed(|u, _| u.iter_mut().for_each(|u| *u += toe));
+    assert_eq!(found(&late(0.0018)), []);
+    assert_eq!(found(&late(0.0032)), [("toe", Weight::Warning)]);
+    assert_eq!(found(&late(-0.0018)), []);
+    assert_eq!(found(&late(-0.0032)), [("toe", Weight::Warning)]);
+    let finding = &InspectedCurve::of(&late(0.0032), 0.3).findings[0];
+    assert!(finding.problem.contains(" % of its displacement at peak"), "{finding:?}");
+}
+
 /// A soft start of a = 0.02 mm: force follows the closed form in v with v + a (1 − e^(−v/a)) = u.
 #[test]
 fn a_soft_start_is_measured_and_taken_away() {

@@ -59,6 +59,9 @@ pub enum CalibrationError {
     /// Labels that are not those of the quantities of interest.
     #[error(transparent)]
     Label(#[from] ppl::LabelError),
+    /// Specimens cannot be left out: too few draws, or a specimen without a density.
+    #[error("leaving out a specimen: {0}")]
+    LeaveOut(#[from] ppl::diagnostics::LooError),
     /// The model rejects its own mode.
     #[error("at the mode: {0}")]
     Rejection(#[from] Rejection),

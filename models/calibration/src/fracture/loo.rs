@@ -30,7 +30,11 @@ impl Calibration {
 }
 
 /// [`Specimens::ln_conditionals`] at every draw, a row each; NaN where there is none.
-fn ln_conditionals(posterior: &Posterior, forward: &DynPce, specimens: &Specimens) -> Vec<f64> {
+pub(super) fn ln_conditionals(
+    posterior: &Posterior,
+    forward: &DynPce,
+    specimens: &Specimens,
+) -> Vec<f64> {
     let group = &posterior.posterior;
     let of = |name: &str| group.variables.iter().find(|v| v.name == name).map(|v| &v.data[..]);
     let (Some(theta), Some(sd), Some(corr)) = (of("theta"), of("sd"), of("corr")) else {

@@ -30,20 +30,20 @@ pub struct Specimens {
     pub(super) known: Group,
     pub(super) unknown: Group,
     /// The last inputs of the forward model of the known ones; no rows if there are none to be known.
-    inputs: Vec<Vec<f64>>,
+    pub(super) inputs: Vec<Vec<f64>>,
     /// Of those of the others.
-    population: Option<Population>,
+    pub(super) population: Option<Population>,
     /// Totals of the groups that there are, one after the other.
     pub(super) totals: Vec<f64>,
     /// S but for what follows, quantities × quantities; zero is the paper's likelihood.
     pub(super) shared: Vec<Vec<f64>>,
     /// What runs, and their specimens, leave open of the forward model.
-    open: Vec<Open>,
+    pub(super) open: Vec<Open>,
 }
 
 /// An error of the forward model that is not the same everywhere.
 #[derive(Clone, Debug)]
-struct Open {
+pub(super) struct Open {
     /// Its leverage h.
     coefficients: CoefficientPosterior,
     /// Its covariance per leverage, in the same relative quantities.
@@ -109,7 +109,7 @@ impl Specimens {
     }
 
     /// All rows in their order.
-    fn rows(&self) -> Vec<&Vec<f64>> {
+    pub(super) fn rows(&self) -> Vec<&Vec<f64>> {
         let (mut known, mut unknown) = (self.known.rows.iter(), self.unknown.rows.iter());
         let row = |is_known: &bool| if *is_known { known.next() } else { unknown.next() };
         self.is_known.iter().filter_map(row).collect()

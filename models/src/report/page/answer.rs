@@ -1,11 +1,9 @@
 //! What was found, what speaks against it, and what makes it uncertain.
 
-use maud::{Markup, html};
-use ppl::diagnostics::Identification;
-
 use super::parts::table;
 use crate::report::digits::{plain, within};
-use crate::report::results::{CalibratedParameter, Results, Verdict};
+use crate::report::results::{CalibratedParameter, Results};
+use maud::{Markup, html};
 
 pub(super) fn parameters(results: &Results) -> Markup {
     let with_truth = results.parameters.iter().any(|p| p.truth.is_some());
@@ -23,7 +21,7 @@ pub(super) fn parameters(results: &Results) -> Markup {
                 td data-is="90 % interval" { (within(p.q05)) " … " (within(p.q95)) }
                 td data-is="prior" { (plain(p.prior.0)) " … " (plain(p.prior.1)) }
                 td data-is="contraction" { (format!("{:.2}", p.contraction)) }
-                td data-is="from the data" { (verdict(p)) }
+                td.wrapped data-is="from the data" { (verdict(p)) }
                 @if with_truth {
                     td data-is="truth" { @if let Some(t) = p.truth { (plain(t)) } }
                 }
@@ -46,9 +44,9 @@ pub(super) fn parameters(results: &Results) -> Markup {
 }
 
 fn verdict(p: &CalibratedParameter) -> Markup {
-    let identified = p.verdict() == Verdict::Learnt(Identification::Identified);
-    let class = if identified { "verdict good" } else { "verdict weak" };
-    html! { span class=(class) { (p.verdict()) } }
+    let verdict = p.verdict();
+    let class = if verdict.is_good() { "verdict good" } else { "verdict weak" };
+    html! { span class=(class) { (verdict) } }
 }
 
 pub(super) fn warnings(results: &Results) -> Markup {
@@ -56,7 +54,7 @@ pub(super) fn warnings(results: &Results) -> Markup {
         section {
             h2 { "What to know before using them" }
             @if results.warnings.is_empty() {
-                p.good { "The sampler found nothing to warn about." }
+                p.good { "No stage has warned." }
             } @else {
                 ul.warnings { @for text in &results.warnings { li { (text) } } }
             }
@@ -168,6 +166,7 @@ fn bar(parts: &[(String, f64)]) -> Markup {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::report::results::Qualifier;
 
     fn results() -> Results {
         let parts = |shares: [f64; 3]| -> Vec<(String, f64)> {
@@ -195,6 +194,37 @@ mod tests {
         assert!(rects[0].contains("class=\"specimens\" x=\"0.00\" width=\"79.60\""), "{bar}");
         assert!(rects[1].contains("class=\"geometry\" x=\"79.60\" width=\"14.80\""), "{bar}");
         assert!(rects[2].contains("class=\"surrogate\" x=\"94.40\" width=\"5.60\""), "{bar}");
+    }
+
+    #[test]
+    fn a_qualified_verdict_is_not_green() {
+        let draws: Vec<f64> = (0..100).map(|i| 40.0 + 0.2 * f64::from(i)).collect();
+        let of = |qualifiers: &[Qualifier]| {
+            let parameter = CalibratedParameter {
+                prior: (0.0, 100.0),
+                map: 50.0,
+                chains: vec![draws.clone()],
+                contraction: 0.9,
+                qualifiers: qualifiers.iter().copied().collect(),
+                ..Default::default()
+            };
+            parameters(&Results { parameters: vec![parameter], ..Results::default() }).into_string()
+        };
+        assert!(of(&[]).contains("<span class=\"verdict good\">identified</span>"));
+        let poor = of(&[Qualifier::PoorFit]);
+        assert!(
+            poor.contains("<span class=\"verdict weak\">identified, fit poor</span>"),
+            "{poor}"
+        );
+    }
+
+    #[test]
+    fn a_page_without_warnings_says_so_and_one_with_warnings_does_not() {
+        let quiet = warnings(&Results::default()).into_string();
+        assert!(quiet.contains("No stage has warned."), "{quiet}");
+        let warned = Results { warnings: vec!["The fit is poor".into()], ..Results::default() };
+        let html = warnings(&warned).into_string();
+        assert!(html.contains("<li>The fit is poor</li>") && !html.contains("No stage"), "{html}");
     }
 
     #[test]

@@ -5,11 +5,7 @@ use maud::{Markup, PreEscaped, html};
 use super::parts::{figure, pairs, panels, table};
 use crate::report::digits::within;
 use crate::report::figures;
-use crate::report::results::{LeftOut, Results};
-
-/// Above this shape of the tail the estimate of one that is left out is not to be relied upon
-/// (Vehtari, Gelman & Gabry 2017, doi:10.1007/s11222-016-9696-4).
-const MOST_K: f64 = 0.7;
+use crate::report::results::{LeftOut, MOST_SHIFT, Results};
 
 pub(super) fn posterior(results: &Results) -> Markup {
     html! {
@@ -107,27 +103,36 @@ fn left_out(loo: &[LeftOut]) -> Markup {
         return html! {};
     }
     let total: f64 = loo.iter().map(|one| one.elpd).sum();
-    let bad = loo.iter().filter(|one| one.pareto_k > MOST_K).count();
+    let sampled = loo.iter().filter(|one| one.is_sampled).count();
     html! {
         h3 { "Each specimen left out in turn" }
         (table(
-            html! { th { "specimen" } th { "log predictive density" } th { "Pareto k̂" } th {} },
+            html! {
+                th { "specimen" } th { "log predictive density" } th { "Pareto k̂" }
+                th { "largest shift, sd" } th.text { "of" } th {}
+            },
             html! {
                 @for one in loo { tr {
                     td.name { (one.specimen) }
                     td { (format!("{:.2}", one.elpd)) }
                     td { (format!("{:.2}", one.pareto_k)) }
-                    td { @if one.pareto_k > MOST_K { span.verdict.weak { "not reliable" } } }
+                    @if let Some((parameter, shift)) = &one.moved {
+                        td { (format!("{shift:+.2}")) }
+                        td.name { (parameter) }
+                        td { @if shift.abs() > MOST_SHIFT { span.verdict.weak { "look at it" } } }
+                    } @else { td {} td {} td {} }
                 } }
-                tr { td.name { "all" } td { (format!("{total:.2}")) } td {} td {} }
+                tr { td.name { "all" } td { (format!("{total:.2}")) } td {} td {} td {} td {} }
             },
         ))
         p.caption {
-            "PSIS-LOO. A specimen whose density is far below the others' is not like them. "
-            @if bad == 0 {
-                "Every k̂ is at most " (MOST_K) ": the estimates can be relied upon."
+            "A specimen whose density is far below the others' is not like them. The shift is that of a \
+             parameter's posterior mean without the specimen, in posterior standard deviations. "
+            @if sampled == 0 {
+                "All by Pareto-smoothed importance weights (PSIS-LOO)."
             } @else {
-                "k̂ above " (MOST_K) ": the posterior without that specimen is too far from the one with it."
+                "By Pareto-smoothed importance weights (PSIS-LOO), and by a calibration without the specimen where \
+                 k̂ is too large for them (" (sampled) " of " (loo.len()) ")."
             }
         }
     }
@@ -138,16 +143,23 @@ mod tests {
     use super::*;
     use crate::report::results::CalibratedParameter;
 
-    fn left(pareto_k: f64) -> LeftOut {
-        LeftOut { specimen: "V-01".into(), elpd: 4.25, pareto_k }
+    fn left(shift: f64, is_sampled: bool) -> LeftOut {
+        LeftOut {
+            specimen: "V-01".into(),
+            elpd: 4.25,
+            pareto_k: 0.9,
+            moved: Some(("E (MPa)".into(), shift)),
+            is_sampled,
+        }
     }
 
     #[test]
-    fn a_large_k_is_said() {
-        let html = left_out(&[left(0.3), left(0.9)]).into_string();
-        assert_eq!(html.matches("not reliable").count(), 1);
+    fn a_specimen_that_moves_a_parameter_is_marked_whatever_its_k() {
+        let html = left_out(&[left(-0.99, true), left(-1.01, true)]).into_string();
+        assert_eq!(html.matches("look at it").count(), 1, "{html}");
         assert!(html.contains("8.50"), "the sum: {html}");
-        assert!(left_out(&[left(0.3)]).into_string().contains("can be relied upon"));
+        assert!(html.contains("(2 of 2)"), "{html}");
+        assert!(left_out(&[left(0.3, false)]).into_string().contains("All by Pareto-smoothed"));
         assert_eq!(left_out(&[]).into_string(), "");
     }
 

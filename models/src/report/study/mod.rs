@@ -4,19 +4,19 @@ mod conclusions;
 mod results;
 
 use maud::{Markup, PreEscaped, html};
-use ppl::diagnostics::Identification;
 
 use super::digits::{number, plain, within};
 use super::document::document;
 use super::figures::overlaid;
 use super::page::parts::table;
-use super::results::{CalibratedParameter, Verdict};
+use super::results::CalibratedParameter;
 use conclusions::{conclusions, settings};
 pub(crate) use results::{ComparedCase, Conclusion, Pair, REPRODUCED, StudyResults, Variant};
 
 /// The page as HTML, figures inline.
 pub(crate) fn study_page(results: &StudyResults) -> String {
     let content = html! {
+        @for text in &results.contradictions { p.bad { (text) } }
         p { "Each case has a report of its own: "
             @for (k, case) in results.cases.iter().enumerate() {
                 @if k > 0 { ", " }
@@ -57,9 +57,8 @@ fn parameters(cases: &[ComparedCase]) -> Markup {
     let with_truth = all().any(|p| p.truth.is_some());
     let published = cases.iter().flat_map(|case| &case.reference).any(Option::is_some);
     let inside = |p: &CalibratedParameter| p.truth.map(|t| (p.q05.0..=p.q95.0).contains(&t));
-    let identified =
-        |p: &CalibratedParameter| p.verdict() == Verdict::Learnt(Identification::Identified);
-    let known: Vec<bool> = all().filter(|p| identified(p)).filter_map(inside).collect();
+    let identified = all().filter(|p| p.verdict().is_identified());
+    let known: Vec<bool> = identified.filter_map(inside).collect();
     html! {
         section {
             h2 { "Which parameters are identified?" }
@@ -91,8 +90,9 @@ fn parameters(cases: &[ComparedCase]) -> Markup {
                         }
                         td data-is="prior" { (plain(p.prior.0)) " … " (plain(p.prior.1)) }
                         td.wrapped data-is="from the data" {
-                            span class=(if identified(p) { "verdict good" } else { "verdict weak" }) {
-                                (p.verdict())
+                            @let verdict = p.verdict();
+                            span class=(if verdict.is_good() { "verdict good" } else { "verdict weak" }) {
+                                (verdict)
                             }
                         }
                     } }
@@ -247,6 +247,7 @@ mod tests {
         let cases = vec![case("A", 284.0, 2.0), case("B", 300.0, 12.0)];
         let results = StudyResults {
             title: "T".into(),
+            contradictions: vec!["The intervals are too narrow.".into()],
             cases: cases.clone(),
             pairs: vec![pair],
             text: "x".into(),
@@ -269,6 +270,8 @@ mod tests {
             ],
         };
         let page = study_page(&results);
+        let first = page.find("<p").map(|at| &page[at..at + 60]);
+        assert!(first.is_some_and(|p| p.contains("The intervals are too narrow.")), "{first:?}");
         for part in [
             "Of 2 identified parameters with a known truth 1 have it in their 90 % interval.",
             "1 of 2 quantities are within 10 %",

@@ -7,6 +7,8 @@ use super::super::results::{CalibratedParameter, Qoi};
 pub(crate) struct StudyResults {
     /// The headline.
     pub(crate) title: String,
+    /// Sentences on cases that share specimens and disagree; the page begins with them.
+    pub(crate) contradictions: Vec<String>,
     /// The calibrations, in order.
     pub(crate) cases: Vec<ComparedCase>,
     /// Those that could not be made.
@@ -28,6 +30,8 @@ pub(crate) struct ComparedCase {
     pub(crate) name: String,
     /// The laboratory whose specimens it is calibrated against, if it has not its own.
     pub(crate) laboratory: Option<String>,
+    /// What its specimens are read from, where another case may have the same ones: a laboratory, or a table.
+    pub(crate) specimens_from: Option<String>,
     /// What the case says of its specimen, to be compared with that of others.
     pub(crate) specimen: String,
     /// Paths of the parameters.

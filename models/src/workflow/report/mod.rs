@@ -3,7 +3,7 @@
 mod levels;
 mod load;
 
-pub(super) use load::{load, load_done};
+pub(super) use load::{load, load_done, parameters};
 
 use super::WorkflowError;
 use super::task::Task;

@@ -6,6 +6,7 @@ mod measured;
 mod notes;
 mod posterior;
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use surrogate::{Dataset, DynPce, FitReport, OrderRule};
@@ -13,12 +14,14 @@ use surrogate::{Dataset, DynPce, FitReport, OrderRule};
 use super::super::WorkflowError;
 use super::super::images::{self, OWN, segmented_file};
 use super::super::inputs::Inputs;
+use super::super::warnings::{of_rules, of_stages};
 use super::levels::corrected;
 use crate::case::{CalibrationCase, Case, Likelihood};
 use crate::error::InputError;
 use crate::qoi::Quantity;
-use crate::report::{OrderErrors, Picture, PictureContent, Qoi, Results, mean, number};
+use crate::report::{OrderErrors, Picture, PictureContent, Qoi, Qualifier, Results, mean, number};
 use crate::table::{CsvTable, TableRow};
+pub(in crate::workflow) use posterior::parameters;
 
 /// Reads the results.
 pub(in crate::workflow) fn load(inputs: &Inputs<'_>) -> Result<Results, WorkflowError> {
@@ -50,7 +53,8 @@ pub(in crate::workflow) fn load_done(
         measured::ensemble(inputs, &data, &mut results)?;
         corrected(inputs, quantities, &data, &mut results)?;
         if done("calibrate") {
-            results.parameters = posterior::parameters(inputs, case, &data)?;
+            let label = |name: &str| posterior::label_of(case, name);
+            results.parameters = parameters(inputs, &data, &label)?;
         }
         results.notes.extend(notes::quadrature(inputs, quantities)?);
     } else {
@@ -81,8 +85,7 @@ pub(in crate::workflow) fn load_done(
         results.budget = posterior::budget(inputs, case)?;
         results.summary = posterior::summary(inputs)?;
         results.divergences = posterior::divergences(inputs)?;
-        results.loo = posterior::left_out(inputs)?;
-        results.warnings = inputs.text("warnings.txt")?.lines().map(str::to_owned).collect();
+        results.loo = posterior::left_out(inputs, case)?;
         confirmed::predictive(inputs, quantities, &mut results.qois)?;
     }
     if done("confirm") {
@@ -99,7 +102,22 @@ pub(in crate::workflow) fn load_done(
     if done("design") {
         results.further = further::further(inputs, case)?;
     }
+    warned(inputs, done, &mut results)?;
     Ok(results)
+}
+
+/// What rules and stages warn of, and what it makes of the parameters.
+fn warned(
+    inputs: &Inputs<'_>,
+    done: &dyn Fn(&str) -> bool,
+    results: &mut Results,
+) -> Result<(), WorkflowError> {
+    let of_rules = of_rules(inputs, done)?;
+    let qualifiers: BTreeSet<Qualifier> = of_rules.iter().filter_map(|w| w.qualifier).collect();
+    results.parameters.iter_mut().for_each(|p| p.qualifiers.clone_from(&qualifiers));
+    let all = of_rules.into_iter().chain(of_stages(inputs, done)?);
+    results.warnings = all.map(|warning| warning.text).collect();
+    Ok(())
 }
 
 fn title(case: &Case) -> String {

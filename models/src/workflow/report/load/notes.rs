@@ -5,7 +5,7 @@ use surrogate::Dataset;
 use super::super::super::WorkflowError;
 use super::super::super::inputs::Inputs;
 use super::super::super::specimen_stiffness::{in_words, of_specimens, population};
-use crate::case::{Case, Microstructure};
+use crate::case::Case;
 use crate::qoi::Quantity;
 use crate::table::CsvTable;
 
@@ -17,17 +17,7 @@ pub(super) fn of_virtual_specimens(
     if !inputs.are_specimens_virtual()? {
         return Ok(Vec::new());
     }
-    let mut notes = bias(inputs, &case.qoi.quantities)?;
-    if case.specimen.grains.is_some() && case.design.microstructure == Microstructure::One {
-        notes.push(
-            "Every virtual specimen has a packing of its own, the surrogate has one. By how much \
-             that one differs from their mean, in slope and peak, the calibrated parameters take \
-             up (the viscosity with the third power of the displacement at peak), and no interval \
-             includes it: design.microstructure = \"per-run\" makes it seen."
-                .to_owned(),
-        );
-    }
-    Ok(notes)
+    bias(inputs, &case.qoi.quantities)
 }
 
 /// What the mesh is estimated to do at the mode, where that is known.

@@ -5,7 +5,7 @@ use surrogate::Dataset;
 
 use super::super::super::WorkflowError;
 use super::super::super::inputs::Inputs;
-use crate::case::{Case, MaterialParameter, PriorBounds};
+use crate::case::{Case, MaterialParameter};
 use crate::error::InputError;
 use crate::report::{CalibratedParameter, LeftOut, Summarised};
 use crate::table::CsvTable;
@@ -13,29 +13,31 @@ use crate::table::CsvTable;
 /// Columns of the summary in the order in which the report shows them.
 const MOMENTS: [&str; 5] = ["mean", "sd", "q05", "q50", "q95"];
 
-/// The parameters of the case with their draws and where the design has its runs.
-pub(super) fn parameters(
+/// The parameters of the runs with their draws and where the design has its runs, labelled by a function of their
+/// paths.
+///
+/// # Errors
+/// A result that is missing or cannot be read.
+pub(in crate::workflow) fn parameters(
     inputs: &Inputs<'_>,
-    case: &Case,
     data: &Dataset,
+    label: &dyn Fn(&str) -> String,
 ) -> Result<Vec<CalibratedParameter>, WorkflowError> {
-    let Some(prior) = case.whole_prior() else { return Ok(Vec::new()) };
     let [draws, summary, map] = ["posterior.csv", "summary.csv", "map.csv"].map(|f| inputs.file(f));
     let (draws, summary, map) = (draws?, summary?, map?);
-    let names: Vec<String> = prior.names().collect();
     let draws = CsvTable::read(&draws, &["chain"])?;
     let summary = CsvTable::read(&summary, &["parameter", "contraction"])?;
     let map = CsvTable::read(&map, &["parameter", "map"])?;
     let out_of_range = is_out_of_range(inputs)?;
     let mut parameters = Vec::new();
-    for ((parameter, &PriorBounds([lower, upper])), name) in prior.iter().zip(&names) {
+    for (i, input) in data.inputs().iter().enumerate() {
+        let name = &input.name;
         let chains = chains(&draws, name)?;
         let [mean, sd, q05, _, q95] = moments(&summary, name, &chains)?;
-        let place = data.inputs().iter().position(|input| input.name == *name);
         parameters.push(CalibratedParameter {
-            label: label(case, parameter),
-            prior: (lower, upper),
-            design: place.map_or(Vec::new(), |i| data.rows().map(|(x, _)| x[i]).collect()),
+            label: label(name),
+            prior: (input.lower, input.upper),
+            design: data.rows().map(|(x, _)| x[i]).collect(),
             chains,
             mean,
             sd,
@@ -45,9 +47,16 @@ pub(super) fn parameters(
             map: map.named("parameter", name)?.number("map")?,
             truth: map.named("parameter", name)?.text("truth").parse().ok(),
             out_of_range,
+            ..CalibratedParameter::default()
         });
     }
     Ok(parameters)
+}
+
+/// The label of a parameter by its path.
+pub(super) fn label_of(case: &Case, name: &str) -> String {
+    let known: Result<MaterialParameter, _> = name.parse();
+    known.map_or_else(|_| name.to_owned(), |parameter| label(case, &parameter))
 }
 
 /// Name and unit of a parameter, with its region if there are others.
@@ -126,15 +135,31 @@ pub(super) fn divergences(inputs: &Inputs<'_>) -> Result<u64, WorkflowError> {
     Ok(counts.sum::<Result<f64, _>>()? as u64)
 }
 
-/// Each specimen as the others predict it, where that is known.
-pub(super) fn left_out(inputs: &Inputs<'_>) -> Result<Vec<LeftOut>, WorkflowError> {
-    let Some(path) = inputs.file_if_there("loo.csv") else { return Ok(Vec::new()) };
-    let table = CsvTable::read(&path, &["specimen", "elpd", "pareto_k"])?;
+/// Each specimen as the others predict it and what moves without it, where that is known.
+pub(super) fn left_out(inputs: &Inputs<'_>, case: &Case) -> Result<Vec<LeftOut>, WorkflowError> {
+    let files = ["loo.csv", "influence.csv"].map(|name| inputs.file_if_there(name));
+    let [Some(loo), Some(influence)] = files else { return Ok(Vec::new()) };
+    let loo = CsvTable::read(&loo, &["specimen", "elpd", "pareto_k"])?;
+    let columns = ["specimen", "parameter", "shift_sd", "method"];
+    let influence = CsvTable::read(&influence, &columns)?;
     let mut rows = Vec::new();
-    for row in table.rows() {
+    for row in loo.rows() {
         let specimen = row.text("specimen").to_owned();
-        let (elpd, pareto_k) = (row.number("elpd")?, row.number("pareto_k")?);
-        rows.push(LeftOut { specimen, elpd, pareto_k });
+        let mut one = LeftOut {
+            elpd: row.number("elpd")?,
+            // infinite where no tail can be fitted
+            pareto_k: row.text("pareto_k").parse().unwrap_or(f64::NAN),
+            specimen,
+            ..LeftOut::default()
+        };
+        for own in influence.rows().filter(|own| own.text("specimen") == one.specimen) {
+            let shift = own.number("shift_sd")?;
+            one.is_sampled = own.text("method") == "sampled";
+            if one.moved.as_ref().is_none_or(|(_, largest)| shift.abs() > largest.abs()) {
+                one.moved = Some((label_of(case, own.text("parameter")), shift));
+            }
+        }
+        rows.push(one);
     }
     Ok(rows)
 }
@@ -149,8 +174,7 @@ pub(super) fn budget(inputs: &Inputs<'_>, case: &Case) -> Result<Vec<Shares>, Wo
     let mut budget: Vec<Shares> = Vec::new();
     for row in table.rows() {
         let name = row.text("parameter");
-        let known: Result<MaterialParameter, _> = name.parse();
-        let label = known.map_or_else(|_| name.to_owned(), |p| label(case, &p));
+        let label = label_of(case, name);
         let part = (row.text("source").to_owned(), row.number("share")?);
         match budget.last_mut() {
             Some((parameter, parts)) if *parameter == label => parts.push(part),

@@ -1,0 +1,215 @@
+//! How much each specimen moves the posterior of the parameters.
+
+use ppl::diagnostics::{ess_mean, pareto_smooth};
+use ppl::{Nuts, Posterior, SampleError};
+
+use super::loo::ln_conditionals;
+use super::specimens::Specimens;
+use super::{Calibration, CalibrationError, calibration_on, leave_out};
+
+/// The calibration to all specimens but one, compared with the calibration to all.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WithoutSpecimen {
+    /// log p(y_k | y_−k) of the specimen that is left out.
+    pub elpd: f64,
+    /// Shape of the Pareto tail of the importance weights.
+    pub pareto_k: f64,
+    /// Shift of the posterior mean of each parameter, as a multiple of its posterior standard deviation.
+    pub shifts: Vec<f64>,
+    /// Whether the posterior without the specimen was sampled, and not estimated by importance weights.
+    pub is_sampled: bool,
+}
+
+impl Calibration {
+    /// Each specimen left out in turn: by Pareto-smoothed importance weights, and by sampling again where the shape
+    /// k of these weights is above the threshold of PSIS (0.7 for 2200 draws and more).
+    ///
+    /// # Errors
+    /// Fewer than 25 draws; a draw at which a specimen has no density; a model that rejects every start.
+    ///
+    /// # Reference
+    /// Vehtari, Gelman & Gabry (2017), doi:10.1007/s11222-016-9696-4, for the weights;
+    /// [`Calibration::loo`] for the density that is left out.
+    pub fn without_each(
+        &self,
+        sampler: &Nuts<'_>,
+        burn_in: usize,
+        seed: u64,
+    ) -> Result<Vec<WithoutSpecimen>, CalibrationError> {
+        let loo = self.loo()?;
+        let rows = ln_conditionals(&self.posterior, &self.forward, &self.specimens);
+        let theta = theta_draws(&self.posterior);
+        let all = moments(&theta, &vec![(theta.len() as f64).recip(); theta.len()]);
+        let unreliable = loo.unreliable();
+        let mut found = Vec::with_capacity(self.specimens.len());
+        for (k, point) in loo.points.iter().enumerate() {
+            let is_sampled = unreliable.contains(&k);
+            let (without, elpd) = match is_sampled {
+                true => self.sampled_without(k, sampler, burn_in, seed)?,
+                false => {
+                    let column = rows.iter().skip(k).step_by(self.specimens.len()).copied();
+                    let weights =
+                        weights(&column.collect::<Vec<_>>(), self.posterior.posterior.draws);
+                    (moments(&theta, &weights), point.elpd)
+                }
+            };
+            let shift = |(all, without): (&[f64; 2], &[f64; 2])| (without[0] - all[0]) / all[1];
+            let shifts = all.iter().zip(&without).map(shift).collect();
+            found.push(WithoutSpecimen { elpd, pareto_k: point.pareto_k, shifts, is_sampled });
+        }
+        Ok(found)
+    }
+
+    /// Moments of the parameters from a posterior that was sampled without specimen k, and log p(y_k | y_−k).
+    fn sampled_without(
+        &self,
+        k: usize,
+        sampler: &Nuts<'_>,
+        burn_in: usize,
+        seed: u64,
+    ) -> Result<(Vec<[f64; 2]>, f64), CalibrationError> {
+        let others = self.specimens.without(k)?;
+        let model = calibration_on(&self.forward, &others);
+        let mut chains = sampler.run(&model).map_err(SampleError::from)?;
+        leave_out(&mut chains, burn_in);
+        let posterior = Posterior::from_chains(&model, chains, seed)?;
+        let theta = theta_draws(&posterior);
+        let rows = ln_conditionals(&posterior, &self.forward, &self.specimens);
+        let own: Vec<f64> = rows.iter().skip(k).step_by(self.specimens.len()).copied().collect();
+        let top = own.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let mean = own.iter().map(|l| (l - top).exp()).sum::<f64>() / own.len() as f64;
+        let equal = vec![(theta.len() as f64).recip(); theta.len()];
+        Ok((moments(&theta, &equal), top + mean.ln()))
+    }
+}
+
+impl Specimens {
+    /// All specimens but one.
+    ///
+    /// # Errors
+    /// None would be left.
+    fn without(&self, k: usize) -> Result<Self, CalibrationError> {
+        let mut rows: Vec<Vec<f64>> = self.rows().into_iter().cloned().collect();
+        rows.remove(k);
+        let mut others = Self::new(&rows)?.sharing(self.shared.clone())?;
+        if self.known_inputs() > 0 {
+            let mut inputs = self.inputs.iter().cloned();
+            let mut own = |is_known: &bool| if *is_known { inputs.next() } else { None };
+            let mut known: Vec<Option<Vec<f64>>> = self.is_known.iter().map(&mut own).collect();
+            known.remove(k);
+            others = others.knowing(&known, self.population.clone())?;
+        }
+        others.open.clone_from(&self.open);
+        Ok(others)
+    }
+}
+
+/// Draws of the parameters, a row each.
+fn theta_draws(posterior: &Posterior) -> Vec<&[f64]> {
+    let group = &posterior.posterior;
+    let theta = group.variables.iter().find(|variable| variable.name == "theta");
+    let values = theta.map_or(&[][..], |values| &values.data);
+    let size = values.len() / (group.chains * group.draws).max(1);
+    values.chunks(size.max(1)).collect()
+}
+
+/// Normalised weights of the draws for a posterior without an observation of these log densities.
+fn weights(ln_density: &[f64], draws: usize) -> Vec<f64> {
+    let top = ln_density.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let density: Vec<f64> = ln_density.iter().map(|l| (l - top).exp()).collect();
+    let traces: Vec<&[f64]> = density.chunks(draws.max(1)).collect();
+    let relative = ess_mean(&traces) / density.len() as f64;
+    let mut weights: Vec<f64> = ln_density.iter().map(|l| -l).collect();
+    pareto_smooth(&mut weights, if relative.is_nan() { 1.0 } else { relative });
+    weights.into_iter().map(f64::exp).collect()
+}
+
+/// Mean and standard deviation of each column under these weights, whose sum is 1.
+fn moments(rows: &[&[f64]], weights: &[f64]) -> Vec<[f64; 2]> {
+    let columns = rows.first().map_or(0, |row| row.len());
+    let mean = |f: &dyn Fn(&[f64]) -> f64| -> f64 {
+        rows.iter().zip(weights).map(|(row, weight)| weight * f(row)).sum()
+    };
+    let moments = |i: usize| {
+        let first = mean(&|row| row[i]);
+        [first, mean(&|row| (row[i] - first).powi(2)).sqrt()]
+    };
+    (0..columns).map(moments).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use surrogate::{DynPce, Input};
+
+    use super::*;
+    use crate::fracture::{Evidence, Population, calibrate};
+
+    /// Six specimens of two quantities, with means of 1; the last stands apart.
+    const QOIS: [[f64; 2]; 6] =
+        [[0.97, 0.99], [1.00, 0.95], [0.95, 0.97], [1.02, 1.01], [0.98, 1.00], [1.08, 1.08]];
+
+    /// Both quantities grow with the one parameter, from 0.8 to 1.2 and from 0.9 to 1.1.
+    fn forward() -> DynPce {
+        let x = Input::new("matrix.young_mpa", 250.0, 300.0).unwrap();
+        let slopes = [0.2, 0.1].map(|s| s / 3f64.sqrt()).to_vec();
+        let outputs = ["slope_N_per_mm", "peak_force_N"].map(str::to_owned).to_vec();
+        DynPce::from_terms(vec![x], outputs, [(vec![0], vec![1.0; 2]), (vec![1], slopes)]).unwrap()
+    }
+
+    /// The last specimen, which weights cannot leave out, is left out by sampling. The shift of every specimen is
+    /// that between two calibrations, one with all specimens and one without it.
+    #[test]
+    fn shifts_are_those_of_calibrations_without_the_specimen() {
+        let qois: Vec<Vec<f64>> = QOIS.map(Vec::from).to_vec();
+        let shared = vec![vec![4e-4, 1e-4], vec![1e-4, 3e-4]];
+        let sampler = Nuts::default().chains(2).draws(8000).seed(3);
+        let evidence =
+            Evidence { qois: qois.clone(), shared: shared.clone(), ..Evidence::default() };
+        let result = calibrate(&forward(), &evidence, &sampler, 3).unwrap();
+        let found = result.without_each(&sampler, 0, 3).unwrap();
+        let is_sampled: Vec<bool> = found.iter().map(|one| one.is_sampled).collect();
+        assert_eq!(is_sampled, [false, false, false, false, false, true]);
+        let all = result.posterior.trace("theta[matrix.young_mpa]").unwrap().concat();
+        let mean = |draws: &[f64]| draws.iter().sum::<f64>() / draws.len() as f64;
+        let sd = |draws: &[f64]| {
+            let m = mean(draws);
+            (draws.iter().map(|x| (x - m).powi(2)).sum::<f64>() / draws.len() as f64).sqrt()
+        };
+        for (k, one) in found.iter().enumerate() {
+            // relative to the means of all, as the calibration to all specimens is: these are 1
+            let mut rows = qois.clone();
+            rows.remove(k);
+            let others = Specimens::new(&rows).unwrap().sharing(shared.clone()).unwrap();
+            let pce = forward();
+            let model = calibration_on(&pce, &others);
+            let other_seed = sampler.clone().seed(11);
+            let chains = other_seed.run(&model).unwrap();
+            let posterior = Posterior::from_chains(&model, chains, 3).unwrap();
+            let without = theta_draws(&posterior).concat();
+            let expected = (mean(&without) - mean(&all)) / sd(&all);
+            // 0.03: four standard errors of means of some 3000 effective draws each; weights add theirs
+            let within = if one.is_sampled { 0.1 } else { 0.2 };
+            assert!((one.shifts[0] - expected).abs() < within, "{k}: {one:?}, not {expected}");
+        }
+        // the one that stands apart moves the mean most
+        let largest = found.iter().map(|one| one.shifts[0].abs()).fold(0.0, f64::max);
+        assert_eq!(found[5].shifts[0].abs(), largest, "{found:?}");
+    }
+
+    #[test]
+    fn the_other_specimens_keep_what_is_known_of_them() {
+        let rows = vec![vec![1.0], vec![2.0], vec![3.0], vec![4.0]];
+        let known = [Some(vec![0.1]), None, Some(vec![0.3]), None];
+        let population = Population::of(&[0.0, 0.1, 0.2, 0.3].map(|k| vec![k])).unwrap();
+        let all = Specimens::new(&rows).unwrap().sharing(vec![vec![0.5]]).unwrap();
+        let all = all.knowing(&known, Some(population)).unwrap();
+        let others = all.without(0).unwrap();
+        assert_eq!(
+            others.rows(),
+            [&[2.0][..], &[3.0], &[4.0]].map(Vec::from).iter().collect::<Vec<_>>()
+        );
+        assert_eq!(others.is_known, [false, true, false]);
+        assert_eq!(others.inputs, [[0.3]]);
+        assert_eq!((others.shared[0][0], others.known_inputs()), (0.5, 1));
+    }
+}

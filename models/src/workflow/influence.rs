@@ -1,0 +1,47 @@
+//! `loo.csv` and `influence.csv`: each specimen left out in turn.
+
+use ppl::Nuts;
+use surrogate::Input;
+
+use super::WorkflowError;
+use super::task::Task;
+use crate::fracture::{Calibration, CalibrationError, WithoutSpecimen};
+
+/// Writes how well each specimen is predicted by a calibration to the others, and by how many of its posterior
+/// standard deviations each parameter shifts without it. The sampler draws again where importance weights do not
+/// suffice.
+///
+/// # Errors
+/// A file that cannot be written; an interruption.
+pub(super) fn write_influence(
+    task: &Task<'_>,
+    result: &Calibration,
+    sampler: &Nuts<'_>,
+    burn_in: usize,
+    ids: &[String],
+    parameters: &[Input],
+) -> Result<(), WorkflowError> {
+    let found = match result.without_each(sampler, burn_in, task.inputs.calibration().seed) {
+        Ok(found) => found,
+        Err(CalibrationError::LeaveOut(error)) => {
+            task.warn(&format!("Specimens are not left out: {error}."));
+            return Ok(());
+        }
+        Err(error) => {
+            task.check_interrupt()?;
+            return Err(error.into());
+        }
+    };
+    let row = |(id, one): (&String, &WithoutSpecimen)| {
+        [id.clone(), one.elpd.to_string(), one.pareto_k.to_string()]
+    };
+    let rows = ids.iter().zip(&found).map(row);
+    task.write_csv("loo.csv", ["specimen", "elpd", "pareto_k"], rows)?;
+    let rows = ids.iter().zip(&found).flat_map(|(id, one)| {
+        let method = if one.is_sampled { "sampled" } else { "weights" };
+        parameters.iter().zip(&one.shifts).map(move |(parameter, shift)| {
+            [id.clone(), parameter.name.clone(), shift.to_string(), method.to_owned()]
+        })
+    });
+    task.write_csv("influence.csv", ["specimen", "parameter", "shift_sd", "method"], rows)
+}
