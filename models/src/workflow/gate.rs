@@ -71,8 +71,6 @@ pub(super) fn is_in_range(runs: &Dataset, means: &[f64]) -> bool {
     })
 }
 
-}
-
 /// How well a quantity tells what is wrong, best first: a slope mixes two units.
 pub(super) fn telling(quantity: Quantity) -> usize {
     match quantity {

@@ -110,7 +110,7 @@ impl CaseFile {
         height_mm: f64,
     ) -> Result<(), InputError> {
         let coarsest = radius_mm.min(height_mm);
-        if !(coarsest > 0.0) {
+        if coarsest.is_nan() || coarsest <= 0.0 {
             // the sizes have a mistake of their own
             return Ok(());
         }
