@@ -25,6 +25,8 @@ pub struct StepContext<'a> {
     pub damage_before: &'a [f64],
     /// Δt, s.
     pub duration: f64,
+    /// What resists the growth of damage beside ξ/Δt, MPa.
+    pub damping: f64,
     /// The largest ψ⁺ so far at each elastic point, element after element; empty: the current one
     /// drives damage.
     pub history: &'a [f64],
@@ -37,7 +39,7 @@ pub struct StepContext<'a> {
 impl<'a> StepContext<'a> {
     /// An increment without history and bounds.
     pub fn new(damage_before: &'a [f64], duration: f64) -> Self {
-        Self { damage_before, duration, history: &[], bounds: None, contact: &[] }
+        Self { damage_before, duration, damping: 0.0, history: &[], bounds: None, contact: &[] }
     }
 }
 

@@ -17,9 +17,9 @@ pub(crate) trait External: Clone + Default {
     /// Whether friction resists sliding somewhere.
     fn has_friction(&self) -> bool;
 
-    /// A pass: the contact pressures take the values that the gaps ask for; the squares of the
-    /// change and of the new contact forces, N².
-    fn augment(&mut self, fields: &Fields) -> [f64; 2];
+    /// A pass: the contact pressures take the values that the gaps ask for; the square of the change of
+    /// the contact forces, N².
+    fn augment(&mut self, fields: &Fields) -> f64;
 
     /// What contact without friction lacks where the rates of its gaps are not zero: the forces of the
     /// pressures that those of the displacement in `rates` ask for, −γ A (n·du/dθ) n, N.
@@ -46,8 +46,8 @@ impl External for () {
         false
     }
 
-    fn augment(&mut self, _: &Fields) -> [f64; 2] {
-        [0.0; 2]
+    fn augment(&mut self, _: &Fields) -> f64 {
+        0.0
     }
 
     fn follow(&self, _: &Fields, _: &[[f64; 4]]) -> Vec<(u32, [f64; 3])> {

@@ -37,6 +37,9 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let part = 100.0 * grain_fraction(&mesh);
     // a case whose materials or test do not fit the mesh fails here, not after a hundred runs
     let simulator = Simulator::new(&setup, mesh, Vec::new())?;
+    for warning in simulator.problem().warnings() {
+        say("note", &warning.to_string());
+    }
     rows.push(("unknowns".to_owned(), simulator.problem().unknowns() as f64));
     let rows = rows.into_iter().map(|(name, value)| [name, value.to_string()]);
     task.write_csv("mesh.csv", ["quantity", "value"], rows)?;
@@ -61,7 +64,11 @@ fn further(task: &Task<'_>, image: usize) -> Result<(), WorkflowError> {
     task.write_csv(&mesh_file(image, "csv"), ["quantity", "value"], rows)?;
     let (tets, part) = (mesh.tets.len(), 100.0 * grain_fraction(&mesh));
     say("mesh", &format!("image {image}: {tets} tetrahedra, {part:.1} % grains"));
-    Simulator::new(&task.inputs.setup(), mesh, Vec::new()).map(drop)
+    let simulator = Simulator::new(&task.inputs.setup(), mesh, Vec::new())?;
+    for warning in simulator.problem().warnings() {
+        say("note", &format!("image {image}: {warning}"));
+    }
+    Ok(())
 }
 
 /// The specimen's mesh by what `changed` makes of the case's mesher, where there are several images that of one.
