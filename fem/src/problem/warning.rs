@@ -10,8 +10,9 @@ use crate::element::Order;
 pub enum ProblemWarning {
     /// Linear elements cannot change their shape at a fixed volume.
     #[error(
-        "forces may come out several times too large: linear tetrahedra lock where a material is nearly \
-         incompressible, and region '{region}' has a Poisson's ratio of {poisson}; take quadratic elements"
+        "forces may come out too large: linear tetrahedra lock where a material is nearly incompressible, and \
+         region '{region}' has a Poisson's ratio of {poisson} (a block glued at its ends, six elements high, is too \
+         stiff by 12 % at 0.45, 45 % at 0.49 and 240 % at 0.499); take quadratic elements"
     )]
     VolumetricLocking {
         /// The region.
@@ -23,7 +24,7 @@ pub enum ProblemWarning {
     #[error(
         "bending may come out many times too stiff: linear tetrahedra lock in a slender body, and this one is \
          only {across:.1} edges of its mesh thick ({thickness_mm:.3} mm) at a size of {size_mm:.3} mm; take \
-         quadratic elements, or an edge of at most a sixth of the thickness"
+         quadratic elements, or edges of at most a quarter of that thickness"
     )]
     BendingLocking {
         /// Mean thickness of the body, mm.
@@ -47,11 +48,12 @@ pub enum ProblemWarning {
 }
 
 /// Poisson's ratio from which linear elements are said to lock.
-const INCOMPRESSIBLE: f64 = 0.48;
+const INCOMPRESSIBLE: f64 = 0.45;
 /// The largest extent over the mean thickness from which a body is slender.
 const SLENDER: f64 = 15.0;
-/// Edges across the thickness below which a slender body of linear elements is too stiff.
-const ACROSS: f64 = 6.0;
+/// Edges across the thickness below which a slender body of linear elements is too stiff: a square bar with ten cubes
+/// of tetrahedra across has four, and bends by 4 % too little; with four cubes it bends by 17 % too little.
+const ACROSS: f64 = 4.0;
 
 impl Problem {
     /// What would make the result of this problem wrong without an error: elements that lock, and parts of the body

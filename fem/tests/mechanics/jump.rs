@@ -6,7 +6,7 @@ use fem::{Axis, Conditions, End, Material, Order, Outcome, Problem, Schedule, So
 
 /// A rubber block between glued plates, pressed by 15 % in a step.
 fn glued(order: Order, poisson: f64, guess: bool) -> Outcome {
-    let cells = even(0.0, 2.0, 5);
+    let cells = even(0.0, 2.0, 4);
     let conditions = Conditions::new()
         .fix("bottom", Axis::ALL)
         .prescribe("top", Axis::ALL, |_, t| [0.0, 0.0, -0.3 * t])
@@ -30,7 +30,7 @@ fn glued(order: Order, poisson: f64, guess: bool) -> Outcome {
 #[test]
 fn a_first_step_without_a_guess_costs_hardly_more_than_one_with() {
     for order in [Order::Linear, Order::Quadratic] {
-        for poisson in [0.3, 0.49, 0.499] {
+        for poisson in [0.3, 0.499] {
             let (with, without) = (glued(order, poisson, true), glued(order, poisson, false));
             let case = format!("{order:?} {poisson}: {:?} {:?}", with.effort, without.effort);
             assert_eq!(without.effort.cuts, 0, "{case}");
