@@ -12,6 +12,9 @@ use crate::operator::{NodeBlock, Residual, StepContext};
 use crate::parallel::Part;
 use crate::solve::External;
 
+/// Rounding of a gap in units of f64's spacing at 1.
+const ROUNDED: f64 = 4.0;
+
 /// Loads and contact at the end of an increment.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ExternalForces {
@@ -60,6 +63,18 @@ impl External for ExternalForces {
 
     fn follow(&self, fields: &Fields, rates: &[[f64; 4]]) -> Vec<(u32, [f64; 3])> {
         self.contacts.iter().flat_map(|c| c.follow(fields, rates)).collect()
+    }
+
+    fn rounding(&self) -> [f64; 2] {
+        let mut squares = [0.0; 2];
+        for (square, length) in self.contacts.iter().map(ContactStep::stiffness) {
+            squares[0] += square;
+            squares[1] += square * length * length;
+        }
+        if self.has_contact() {
+            self.part.ranks().sum(&mut squares);
+        }
+        squares.map(|square| ROUNDED * f64::EPSILON * square.sqrt())
     }
 
     fn blunt(&mut self, factor: f64) {

@@ -30,5 +30,5 @@ pub(super) fn rounding(parts: &Definition, materials: &[PointMaterial]) -> Round
         }
     }
     let norm = |squares: f64| SAFETY * f64::EPSILON * (nodes * squares).sqrt();
-    Rounding { force_per_mm: norm(forces), damage: norm(damage) }
+    Rounding { force_per_mm: norm(forces), force: 0.0, damage: norm(damage) }
 }

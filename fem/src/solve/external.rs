@@ -25,6 +25,9 @@ pub(crate) trait External: Clone + Default {
     /// pressures that those of the displacement in `rates` ask for, −γ A (n·du/dθ) n, N.
     fn follow(&self, fields: &Fields, rates: &[[f64; 4]]) -> Vec<(u32, [f64; 3])>;
 
+    /// What rounding leaves of contact forces: for each mm of displacement, N/mm, and beside that, N.
+    fn rounding(&self) -> [f64; 2];
+
     /// Lets friction fade below a multiple of its slip velocity.
     fn blunt(&mut self, factor: f64);
 }
@@ -52,6 +55,10 @@ impl External for () {
 
     fn follow(&self, _: &Fields, _: &[[f64; 4]]) -> Vec<(u32, [f64; 3])> {
         Vec::new()
+    }
+
+    fn rounding(&self) -> [f64; 2] {
+        [0.0; 2]
     }
 
     fn blunt(&mut self, _: f64) {}

@@ -159,7 +159,13 @@ impl<'a, E: External> Solver<'a, E> {
             self.free.copy_from_slice(&self.unknown);
             bounds.constrain(fields, &self.residual.nodal, &mut self.free);
         }
-        let (rounding, halo) = (&self.rounding, &self.operator.part().halo);
+        let [per_mm, constant] = self.external.rounding();
+        let rounding = &Rounding {
+            force_per_mm: self.rounding.force_per_mm.hypot(per_mm),
+            force: constant,
+            ..self.rounding
+        };
+        let halo = &self.operator.part().halo;
         let norms = Norms::of(&self.residual, fields, &self.unknown, &self.free, rounding, halo);
         if !norms.is_finite() {
             return Err(StepFailure::NotFinite);

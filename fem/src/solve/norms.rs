@@ -46,6 +46,8 @@ pub(crate) struct Scales {
 pub(crate) struct Rounding {
     /// Of forces, for each mm of displacement, N/mm.
     pub(crate) force_per_mm: f64,
+    /// Of forces beside that, N.
+    pub(crate) force: f64,
     /// Of the equation of damage, N mm.
     pub(crate) damage: f64,
 }
@@ -118,7 +120,10 @@ impl Norms {
             force,
             damage,
             scales: Scales { force: reaction, damage: drive },
-            rounding: Scales { force: rounding.force_per_mm * largest[0], damage: rounding.damage },
+            rounding: Scales {
+                force: rounding.force_per_mm * largest[0] + rounding.force,
+                damage: rounding.damage,
+            },
         }
     }
 

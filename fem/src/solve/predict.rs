@@ -58,7 +58,8 @@ impl<E: External> Solver<'_, E> {
             .map(|(nudged, at)| std::array::from_fn(|k| at[k] + (nudged[k] - at[k]) / NUDGE))
             .collect();
         self.effort.iterations += 1;
-        let step = self.solve_nodal(&right, LINEAR_TOLERANCE)?;
+        let tolerance = LINEAR_TOLERANCE.min(self.options.linear_tolerance);
+        let step = self.solve_nodal(&right, tolerance)?;
         for (n, step) in step.iter().enumerate() {
             for k in (0..3).filter(|&k| self.free[n][k]) {
                 predicted.displacement[n][k] -= step[k];

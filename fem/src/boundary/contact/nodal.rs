@@ -215,7 +215,7 @@ impl ContactStep {
 
     fn proximity(&self, node: &Node, fields: &Fields) -> Proximity {
         let u = Vector3::from(fields.displacement[node.node as usize]);
-        self.platen.proximity(node.position + u, self.travel)
+        self.platen.proximity(node.position, u - self.travel)
     }
 
     /// p_γ = ⟨p + γ (−g)⟩₊.
@@ -349,6 +349,14 @@ impl ContactStep {
             self.nodes[k].pressure = pressure;
         }
         square
+    }
+
+    /// Squares of the penalty of the nodes that belong to this rank, N²/mm², and the length in mm whose rounding their
+    /// gaps carry.
+    pub(crate) fn stiffness(&self) -> (f64, f64) {
+        let own = self.nodes.iter().filter(|node| node.own);
+        let squares = own.map(|node| (self.penalty * node.area).powi(2)).sum();
+        (squares, self.platen.rounded_mm())
     }
 
     /// Whether no node touches the platen.
