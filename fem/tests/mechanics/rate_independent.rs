@@ -14,13 +14,7 @@ fn packing(spacing_mm: f64) -> TetMesh {
     mesh
 }
 
-fn run(
-    mesh: TetMesh,
-    order: Order,
-    field: PhaseField,
-    residual_stiffness: f64,
-    steps: u32,
-) -> Outcome {
+fn run(mesh: TetMesh, field: PhaseField, residual_stiffness: f64, steps: u32) -> Outcome {
     let matrix = Material::hencky(275.0, 0.25)
         .with_fracture(Fracture { residual_stiffness, ..Fracture::new(0.0025) });
     let mut schedule = Schedule::fixed(1.0, steps);
@@ -29,7 +23,6 @@ fn run(
         .builder(mesh)
         .and_then(|builder| {
             builder
-                .order(order)
                 .materials([matrix, Material::hencky(22_000.0, 0.25)])
                 .phase_field(field)
                 .options(SolverOptions::default())
@@ -39,32 +32,21 @@ fn run(
     problem.run(&mut ())
 }
 
+/// A fifth of grains, a residual stiffness of 1e-4, 44 steps: damage runs on by itself past the peak. With the spectral
+/// split the closed cracks carry the load and the force rises to the end.
 #[test]
-#[ignore = "a table"]
-fn table() {
-    let only = std::env::var("CASE").unwrap_or_default();
-    for split in [Split::None, Split::VolumetricDeviatoric, Split::Spectral] {
-        for residual in [0.01, 1e-4, 0.0] {
-            let case = format!("{split:?} {residual:e}");
-            if !case.starts_with(&only) {
-                continue;
-            }
-            let start = std::time::Instant::now();
-            let field = PhaseField { split, ..PhaseField::new(0.06) };
-            let outcome = run(packing(0.7), Order::Linear, field, residual, 44);
-            let forces: Vec<String> =
-                outcome.curve.iter().map(|p| format!("{:.1}", p.force_n)).collect();
-            let end = match &outcome.end {
-                End::Failed(e) => e.to_string(),
-                end => format!("{end:?}"),
-            };
-            println!(
-                "{case}: {} {:?} {end} {:.1} s",
-                forces.join(" "),
-                outcome.effort,
-                start.elapsed().as_secs_f64()
-            );
+fn a_packing_is_carried_past_its_peak_with_each_split() {
+    for (split, falls) in
+        [(Split::None, true), (Split::VolumetricDeviatoric, true), (Split::Spectral, false)]
+    {
+        let field = PhaseField { split, ..PhaseField::new(0.06) };
+        let outcome = run(packing(0.7), field, 1e-4, 44);
+        match (falls, &outcome.end) {
+            (true, End::BelowPeak) | (false, End::Displacement) => {}
+            (_, end) => panic!("{split:?}: {end:?} after {} points", outcome.curve.len()),
         }
+        assert!(outcome.effort.fallbacks > 0, "{split:?}: {:?}", outcome.effort);
+        let last = outcome.curve.last().expect("points");
+        assert!(last.residual <= 1e-8, "{split:?}: {last:?}");
     }
-    let _ = (CrackDensity::At1, Irreversibility::None);
 }
