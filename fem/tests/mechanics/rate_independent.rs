@@ -2,8 +2,8 @@
 
 use crate::support::{HEIGHT, RADIUS};
 use fem::{
-    CompressionTest, CrackDensity, CylinderLattice, End, Fracture, Irreversibility, Material,
-    Order, Outcome, PhaseField, Schedule, SolverOptions, Split, TetMesh,
+    CompressionTest, CylinderLattice, End, Fracture, Material, Outcome, PhaseField, Schedule,
+    SolverOptions, Split, TetMesh,
 };
 
 fn packing(spacing_mm: f64) -> TetMesh {
