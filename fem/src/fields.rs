@@ -22,6 +22,12 @@ impl Fields {
         self.damage.copy_from_slice(&other.damage);
     }
 
+    /// Whether all values are finite numbers.
+    pub(crate) fn is_finite(&self) -> bool {
+        let values = self.displacement.as_flattened().iter().chain(&self.damage);
+        values.into_iter().all(|x| x.is_finite())
+    }
+
     /// Adds a multiple of other fields.
     pub(crate) fn add_scaled(&mut self, multiple: f64, other: &Fields) {
         let sums = self.displacement.as_flattened_mut().iter_mut().chain(&mut self.damage);

@@ -127,8 +127,8 @@ pub use parallel::{Communicator, Ranks};
 pub use problem::{
     AdaptiveSteps, ArcLength, Checkpoint, CompressionTest, CurvePoint, CurveWriter, End,
     FixedSteps, Friction, LoadStepper, MaterialParameter, Observer, Outcome, Platens, Problem,
-    ProblemBuilder, Progress, Schedule, Sensitivities, Step, StepController, read_curve,
-    write_curve,
+    ProblemBuilder, ProblemWarning, Progress, Schedule, Sensitivities, Step, StepController,
+    read_curve, write_curve,
 };
 pub use solve::{Effort, LinearScheme, Scheme, SolverOptions};
 pub use specimen::{

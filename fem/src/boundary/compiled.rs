@@ -9,6 +9,8 @@ use super::conditions::{Axis, Conditions, Prescribed, Probe, Travel};
 use super::constraint::{ConstrainedDof, Constraints, Value};
 use super::contact::Contact;
 use super::function::Function;
+use super::loads::{self, Loads, Traction};
+use super::reaction::{self, Claims, Support};
 use super::rigid::RigidMotions;
 use crate::element::Domain;
 use crate::error::FemError;
@@ -16,15 +18,14 @@ use crate::fields::Fields;
 use crate::mesh::TetMesh;
 use crate::parallel::Part;
 
-/// Triangles and the force per area on them, MPa.
-type Traction = (Vec<[u32; 3]>, Function<[f64; 3]>);
-
 /// What acts on a space, or on what one rank has of it.
 #[derive(Debug)]
 pub(crate) struct Boundary {
     constrained: Vec<ConstrainedDof>,
     /// The nodes of every surface whose reaction is recorded.
     pub(crate) surfaces: BTreeMap<String, Vec<u32>>,
+    /// The components that conditions on these surfaces prescribe.
+    supports: BTreeMap<String, Vec<Support>>,
     tractions: Vec<Traction>,
     body_force: Option<Function<[f64; 3]>>,
     damage_source: Option<Function<f64>>,
@@ -49,19 +50,23 @@ impl Boundary {
     ) -> Result<Self, FemError> {
         let triangles = |name: &str, role| surface(mesh, name, role);
         let mut surfaces = BTreeMap::new();
-        let mut constraints = Constraints::new(domain.nodes(), duration_s);
+        let (mut constraints, mut claims) =
+            (Constraints::new(domain.nodes(), duration_s), Claims::default());
         for Prescribed { surface: name, axes, displacement } in &conditions.prescribed {
             let nodes = domain.nodes_on(triangles(name, "displacement is prescribed")?);
             let value = displacement.clone().map_or(Value::Zero, Value::Displacement);
             for &axis in axes {
                 constraints.add(name, &nodes, axis as usize, value.clone())?;
+                claims.add(name, &nodes, axis as usize);
             }
             surfaces.insert(name.clone(), nodes);
         }
         for name in &conditions.symmetric {
             let on = triangles(name, "a plane of symmetry is asked for")?;
             let nodes = domain.nodes_on(on);
-            constraints.add(name, &nodes, normal_axis(mesh, name, on)? as usize, Value::Zero)?;
+            let axis = normal_axis(mesh, name, on)? as usize;
+            constraints.add(name, &nodes, axis, Value::Zero)?;
+            claims.add(name, &nodes, axis);
             surfaces.insert(name.clone(), nodes);
         }
         for (name, function) in &conditions.damage {
@@ -86,11 +91,13 @@ impl Boundary {
                 });
             }
         }
-        let tractions = conditions
-            .tractions
-            .iter()
-            .map(|(name, f)| Ok((triangles(name, "a traction acts")?.to_vec(), f.clone())))
-            .collect::<Result<_, FemError>>()?;
+        let mut tractions = Vec::new();
+        for (name, stress) in &conditions.tractions {
+            let on = triangles(name, "a traction acts")?;
+            let (surface, stress) = (name.clone(), stress.clone());
+            tractions.push(Traction { surface, triangles: on.to_vec(), stress });
+            surfaces.insert(name.clone(), domain.nodes_on(on));
+        }
         let mut constrained = constraints.into_dofs();
         let supports =
             supports(domain.nodes(), &constrained, &contacts, conditions.remove_rigid_motions)?;
@@ -100,6 +107,7 @@ impl Boundary {
         Ok(Self {
             constrained,
             surfaces,
+            supports: claims.into_supports(domain, mesh),
             tractions,
             body_force: conditions.body_force.clone(),
             damage_source: conditions.damage_source.clone(),
@@ -118,8 +126,7 @@ impl Boundary {
     /// that belong to this rank, and tractions on its faces; `of` is the rank of each element of `domain`,
     /// the whole space.
     pub(crate) fn of_part(self, part: Arc<Part>, domain: &dyn Domain, of: &[u32]) -> Self {
-        let lowest = lowest_ranks(self.tractions.iter().flat_map(|t| &t.0), domain, of);
-        let rank = part.ranks().rank() as u32;
+        let tractions = loads::of_part(self.tractions, domain, of, &part);
         let local = part.local();
         let constrained = self.constrained.into_iter();
         let constrained =
@@ -127,16 +134,12 @@ impl Boundary {
         let own = |nodes: Vec<u32>| -> Vec<u32> {
             nodes.into_iter().filter_map(&local).filter(|&n| part.halo.owns(n)).collect()
         };
-        let here = |triangle: [u32; 3]| {
-            let [a, b, c] = triangle.map(&local);
-            (lowest[&sorted(triangle)] == rank).then_some([a?, b?, c?])
-        };
-        let traction =
-            |(triangles, f): Traction| (triangles.into_iter().filter_map(here).collect(), f);
+        let supports = self.supports.into_iter();
         Self {
+            supports: supports.map(|(name, of)| (name, reaction::of_part(of, &part))).collect(),
             constrained: constrained.collect(),
             surfaces: self.surfaces.into_iter().map(|(name, nodes)| (name, own(nodes))).collect(),
-            tractions: self.tractions.into_iter().map(traction).collect(),
+            tractions,
             contacts: self.contacts.iter().map(|contact| contact.of_part(&part)).collect(),
             part,
             ..self
@@ -174,28 +177,58 @@ impl Boundary {
         }
     }
 
-    /// Nodal forces (N) and damage sources (N mm) of the loads at a time; `None` without loads.
-    pub(crate) fn loads(&self, domain: &dyn Domain, time_s: f64) -> Option<Vec<[f64; 4]>> {
+    /// The loads at a time; `None` without loads.
+    pub(crate) fn loads(&self, domain: &dyn Domain, time_s: f64) -> Option<Loads> {
         if self.tractions.is_empty() && self.body_force.is_none() && self.damage_source.is_none() {
             return None;
         }
-        let mut out = vec![[0.0; 4]; domain.nodes().len()];
-        for (triangles, f) in &self.tractions {
-            domain.surface_load(triangles, &|x| f.at(x, time_s), &mut out);
+        let mut nodal = vec![[0.0; 4]; domain.nodes().len()];
+        let mut tractions = BTreeMap::new();
+        for traction in &self.tractions {
+            let sum: &mut [f64; 3] = tractions.entry(traction.surface.clone()).or_default();
+            let resultant = traction.add(domain, time_s, &mut nodal);
+            (0..3).for_each(|k| sum[k] += resultant[k]);
         }
         if let Some(f) = &self.body_force {
             let density = |x| {
                 let [a, b, c] = f.at(x, time_s);
                 [a, b, c, 0.0]
             };
-            domain.volume_load(&|_| true, &density, &mut out);
+            domain.volume_load(&|_| true, &density, &mut nodal);
         }
         if let Some(f) = &self.damage_source {
             let acts = |region: usize| self.damaged[region];
-            domain.volume_load(&acts, &|x| [0.0, 0.0, 0.0, f.at(x, time_s)], &mut out);
+            domain.volume_load(&acts, &|x| [0.0, 0.0, 0.0, f.at(x, time_s)], &mut nodal);
         }
-        self.part.halo.complete(&mut out);
-        Some(out)
+        self.part.halo.complete(&mut nodal);
+        Some(Loads { nodal, tractions })
+    }
+
+    /// The force of what prescribes values of each surface, N: of the nodes of this rank, zero where nothing does.
+    pub(crate) fn support_forces(&self, residual: &[[f64; 4]]) -> BTreeMap<String, [f64; 3]> {
+        let force = |name: &String| {
+            self.supports.get(name).map_or([0.0; 3], |of| reaction::sum(of, residual))
+        };
+        self.surfaces.keys().map(|name| (name.clone(), force(name))).collect()
+    }
+
+    /// The nodes whose damage is prescribed.
+    pub(crate) fn damaged_nodes(&self) -> impl Iterator<Item = u32> {
+        self.constrained.iter().filter(|dof| dof.component == 3).map(|dof| dof.node)
+    }
+
+    /// Distances of the prescribed displacements, which `after` has, from those of a guess and of `before`, and their
+    /// largest value, mm.
+    pub(crate) fn jump(&self, guess: &Fields, before: &Fields, after: &Fields) -> [f64; 3] {
+        let mut sizes = [0.0f64; 3];
+        for dof in self.constrained.iter().filter(|dof| dof.component < 3) {
+            let (node, k) = (dof.node as usize, dof.component);
+            let [guess, before, after] = [guess, before, after].map(|f| f.displacement[node][k]);
+            let distances = [guess - after, before - after, after];
+            (0..3).for_each(|k| sizes[k] = sizes[k].max(distances[k].abs()));
+        }
+        self.part.ranks().max(&mut sizes);
+        sizes
     }
 
     /// Displacement (mm) and force (N) of the surface that is measured, from the reactions.
@@ -224,9 +257,10 @@ impl Boundary {
     /// and where contact has rates of its own.
     pub(crate) fn measured(&self, nodes: usize) -> Option<Vec<[f64; 4]>> {
         let probe = self.probe.as_ref().filter(|_| self.contacts.is_empty())?;
-        let [x, y, z] = probe.direction;
         let mut out = vec![[0.0; 4]; nodes];
-        self.surfaces[&probe.surface].iter().for_each(|&n| out[n as usize] = [x, y, z, 0.0]);
+        for &Support { node, component, share } in self.supports.get(&probe.surface)? {
+            out[node as usize][component] = share * probe.direction[component];
+        }
         Some(out)
     }
 
@@ -235,43 +269,18 @@ impl Boundary {
     pub(crate) fn force_rate(&self, residual: &[[f64; 4]], contact: &[(u32, [f64; 3])]) -> f64 {
         let Some(probe) = &self.probe else { return 0.0 };
         let along = |v: &[f64]| -> f64 { (0..3).map(|k| v[k] * probe.direction[k]).sum() };
+        let of_supports = self.supports.get(&probe.surface);
+        let mut rate = of_supports.map_or(0.0, |of| along(&reaction::sum(of, residual)));
         let mut first = 0;
         for platen in &self.contacts {
-            let count = platen.count();
+            let own = contact.iter().skip(first).take(platen.count());
             if platen.surface == probe.surface {
-                let own = contact.iter().skip(first).take(count);
-                return own.map(|(_, force)| along(force)).sum();
+                rate += own.map(|(_, force)| along(force)).sum::<f64>();
             }
-            first += count;
+            first += platen.count();
         }
-        let nodes = &self.surfaces[&probe.surface];
-        nodes.iter().map(|&n| along(&residual[n as usize])).sum()
+        rate
     }
-}
-
-/// The lowest rank that has an element with each of these faces, by its nodes in order.
-fn lowest_ranks<'a>(
-    triangles: impl Iterator<Item = &'a [u32; 3]>,
-    domain: &dyn Domain,
-    of: &[u32],
-) -> BTreeMap<[u32; 3], u32> {
-    let mut lowest: BTreeMap<_, _> = triangles.map(|&t| (sorted(t), u32::MAX)).collect();
-    if lowest.is_empty() {
-        return lowest;
-    }
-    for (tet, &rank) in of.iter().enumerate() {
-        let corners = &domain.nodes_of(tet)[..4];
-        for without in 0..4 {
-            let face = [0, 1, 2].map(|k| corners[k + usize::from(k >= without)]);
-            lowest.entry(sorted(face)).and_modify(|least| *least = rank.min(*least));
-        }
-    }
-    lowest
-}
-
-fn sorted(mut face: [u32; 3]) -> [u32; 3] {
-    face.sort_unstable();
-    face
 }
 
 /// The triangles of a surface.

@@ -181,7 +181,7 @@ impl Conditions {
     }
 
     /// Takes force and displacement of the curve from this surface, both along `direction` (any
-    /// length): the force with which what constrains or presses the surface pushes along it, and the
+    /// length): the force on the body through this surface, by prescribed values, a platen and tractions, and the
     /// mean displacement of its nodes.
     pub fn measure(mut self, surface: &str, direction: [f64; 3]) -> Self {
         self.probe = Some(Probe { surface: surface.into(), direction, travel: Travel::Mean });

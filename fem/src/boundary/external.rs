@@ -5,16 +5,20 @@ use std::sync::Arc;
 
 use super::compiled::Boundary;
 use super::contact::{Contact, ContactPoint, ContactStep};
+use super::loads::Loads;
 use crate::element::Domain;
 use crate::fields::Fields;
 use crate::operator::{NodeBlock, Residual, StepContext};
 use crate::parallel::Part;
 use crate::solve::External;
 
+/// Rounding of a gap in units of f64's spacing at 1.
+const ROUNDED: f64 = 4.0;
+
 /// Loads and contact at the end of an increment.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ExternalForces {
-    loads: Option<Vec<[f64; 4]>>,
+    loads: Option<Loads>,
     contacts: Vec<ContactStep>,
     part: Arc<Part>,
 }
@@ -23,7 +27,7 @@ impl External for ExternalForces {
     fn subtract(&self, fields: &Fields, residual: &mut Residual) {
         residual.external = [0.0; 2];
         let halo = &self.part.halo;
-        for (node, load) in self.loads.iter().flatten().enumerate() {
+        for (node, load) in self.nodal_loads().enumerate() {
             let counts = f64::from(halo.owns(node as u32));
             for k in 0..4 {
                 residual.nodal[node][k] -= load[k];
@@ -51,17 +55,26 @@ impl External for ExternalForces {
         self.contacts.iter().any(ContactStep::has_friction)
     }
 
-    fn augment(&mut self, fields: &Fields) -> [f64; 2] {
-        let mut squares = self.contacts.iter_mut().fold([0.0; 2], |[change, size], contact| {
-            let [c, s] = contact.update(fields);
-            [change + c, size + s]
-        });
-        self.part.ranks().sum(&mut squares);
-        squares
+    fn augment(&mut self, fields: &Fields) -> f64 {
+        let mut square = [self.contacts.iter_mut().map(|contact| contact.update(fields)).sum()];
+        self.part.ranks().sum(&mut square);
+        square[0]
     }
 
     fn follow(&self, fields: &Fields, rates: &[[f64; 4]]) -> Vec<(u32, [f64; 3])> {
         self.contacts.iter().flat_map(|c| c.follow(fields, rates)).collect()
+    }
+
+    fn rounding(&self) -> [f64; 2] {
+        let mut squares = [0.0; 2];
+        for (square, length) in self.contacts.iter().map(ContactStep::stiffness) {
+            squares[0] += square;
+            squares[1] += square * length * length;
+        }
+        if self.has_contact() {
+            self.part.ranks().sum(&mut squares);
+        }
+        squares.map(|square| ROUNDED * f64::EPSILON * square.sqrt())
     }
 
     fn blunt(&mut self, factor: f64) {
@@ -77,7 +90,7 @@ impl ExternalForces {
 
     /// What acts at `time_s`, the end of an increment that began at `before`.
     ///
-    /// `pressures` are the contact pressures at its start and `young_mpa` sets the penalty.
+    /// `pressures` are the contact pressures at its start and `modulus_mpa` sets the penalty.
     pub(crate) fn new(
         boundary: &Boundary,
         domain: &dyn Domain,
@@ -85,42 +98,60 @@ impl ExternalForces {
         before: &Fields,
         context: StepContext,
         pressures: &[Vec<f64>],
-        young_mpa: f64,
+        modulus_mpa: f64,
     ) -> Self {
         let contacts = boundary.contacts.iter().enumerate().map(|(k, contact)| {
             let pressure = pressures.get(k).cloned();
-            ContactStep::new(contact, time_s, before, context.duration, pressure, young_mpa)
+            ContactStep::new(contact, time_s, before, context.duration, pressure, modulus_mpa)
         });
         let (contacts, part) = (contacts.collect(), Arc::clone(boundary.part()));
         Self { loads: boundary.loads(domain, time_s), contacts, part }
     }
 
-    /// The stress forces of all nodes, N: with equilibrium, all that acts on them from outside.
-    pub(crate) fn stress_forces(&self, fields: &Fields, residual: &Residual) -> Vec<[f64; 3]> {
-        let mut forces: Vec<[f64; 3]> = residual.nodal.iter().map(|r| [r[0], r[1], r[2]]).collect();
-        for (force, load) in forces.iter_mut().zip(self.loads.iter().flatten()) {
-            (0..3).for_each(|k| force[k] += load[k]);
+    fn nodal_loads(&self) -> impl Iterator<Item = &[f64; 4]> {
+        self.loads.iter().flat_map(|loads| &loads.nodal)
+    }
+
+    /// Whether loads and the motion of platens are finite numbers, on all ranks.
+    pub(crate) fn is_finite(&self) -> bool {
+        let loads = self.nodal_loads().flatten().all(|x| x.is_finite());
+        let finite = loads && self.contacts.iter().all(ContactStep::is_finite);
+        !self.part.ranks().any(!finite)
+    }
+
+    /// What acts on all nodes from outside: the forces that balance those of the stress, N, and what prescribes
+    /// damage or is its source, N mm.
+    pub(crate) fn outer_forces(
+        &self,
+        boundary: &Boundary,
+        fields: &Fields,
+        residual: &Residual,
+    ) -> Vec<[f64; 4]> {
+        let mut forces: Vec<[f64; 4]> =
+            residual.nodal.iter().map(|&[x, y, z, _]| [x, y, z, 0.0]).collect();
+        for node in boundary.damaged_nodes() {
+            forces[node as usize][3] = residual.nodal[node as usize][3];
+        }
+        for (force, load) in forces.iter_mut().zip(self.nodal_loads()) {
+            (0..4).for_each(|k| force[k] += load[k]);
         }
         self.add_contact(fields, &mut forces);
         forces
     }
 
-    /// The force of what constrains or presses each surface, N: that of its platen, or the residual of its
-    /// nodes.
+    /// The force that what acts on each surface exerts, N: prescribed values, its platen and tractions.
     pub(crate) fn reactions(
         &self,
         boundary: &Boundary,
         fields: &Fields,
         residual: &Residual,
     ) -> BTreeMap<String, [f64; 3]> {
-        let on = |nodes: &[u32]| -> [f64; 3] {
-            let force = |n: u32| &residual.nodal[n as usize];
-            std::array::from_fn(|k| nodes.iter().map(|&n| force(n)[k]).sum())
-        };
-        let mut reactions: BTreeMap<_, _> =
-            boundary.surfaces.iter().map(|(name, nodes)| (name.clone(), on(nodes))).collect();
-        for contact in &self.contacts {
-            reactions.insert(contact.surface.clone(), contact.force(fields));
+        let mut reactions = boundary.support_forces(&residual.nodal);
+        let platens = self.contacts.iter().map(|c| (&c.surface, c.force(fields)));
+        let tractions = self.loads.iter().flat_map(|loads| &loads.tractions);
+        for (surface, force) in platens.chain(tractions.map(|(name, force)| (name, *force))) {
+            let sum = reactions.entry(surface.clone()).or_default();
+            (0..3).for_each(|k| sum[k] += force[k]);
         }
         // by name: the same order on every rank
         let mut forces: Vec<f64> = reactions.values().flatten().copied().collect();
@@ -129,10 +160,16 @@ impl ExternalForces {
         reactions
     }
 
-    fn add_contact(&self, fields: &Fields, forces: &mut [[f64; 3]]) {
+    fn add_contact(&self, fields: &Fields, forces: &mut [[f64; 4]]) {
         for (node, force) in self.contacts.iter().flat_map(|c| c.forces(fields)) {
             (0..3).for_each(|k| forces[node as usize][k] += force[k]);
         }
+    }
+
+    /// A surface of this rank whose nodes all are away from its platen.
+    pub(crate) fn untouched(&self, fields: &Fields) -> Option<String> {
+        let untouched = |contact: &&ContactStep| contact.is_open(fields);
+        self.contacts.iter().find(untouched).map(|contact| contact.surface.clone())
     }
 
     /// Energy that friction and drag dissipate in the increment, N mm.

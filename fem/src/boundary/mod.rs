@@ -6,6 +6,8 @@ mod constraint;
 mod contact;
 mod external;
 mod function;
+mod loads;
+mod reaction;
 mod rigid;
 
 pub use conditions::{Axis, Conditions};

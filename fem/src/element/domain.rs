@@ -72,6 +72,13 @@ pub trait Domain {
         out: &mut [[f64; 4]],
     );
 
+    /// ∫ t dA over triangles.
+    fn surface_resultant(
+        &self,
+        triangles: &[[u32; 3]],
+        traction: &dyn Fn([f64; 3]) -> [f64; 3],
+    ) -> [f64; 3];
+
     /// ∫ N_a dA of the nodes on triangles, mm²; nodes without a share (the corners of quadratic
     /// triangles) are left out.
     fn nodal_areas(&self, triangles: &[[u32; 3]]) -> Vec<(u32, f64)>;
@@ -211,6 +218,21 @@ impl<const N: usize> Domain for Space<N> {
                 }
             }
         }
+    }
+
+    fn surface_resultant(
+        &self,
+        triangles: &[[u32; 3]],
+        traction: &dyn Fn([f64; 3]) -> [f64; 3],
+    ) -> [f64; 3] {
+        let mut sum = [0.0; 3];
+        for triangle in triangles {
+            for point in self.face_points(&self.face(triangle)) {
+                let t = traction(point.position);
+                (0..3).for_each(|k| sum[k] += point.area * t[k]);
+            }
+        }
+        sum
     }
 
     fn nodal_areas(&self, triangles: &[[u32; 3]]) -> Vec<(u32, f64)> {

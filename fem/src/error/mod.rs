@@ -71,7 +71,7 @@ pub enum FemError {
     },
     /// No equilibrium was found, although the load step was cut to its least size.
     #[error(
-        "no equilibrium after {displacement_mm} mm ({time_s} s) with steps down to {step_s} s ({source}); refine the mesh, raise the viscosity, or allow smaller steps"
+        "no equilibrium after {displacement_mm} mm ({time_s} s) with steps down to {step_s} s ({source}); {help}"
     )]
     NotConverged {
         /// The last displacement with equilibrium, mm.
@@ -82,6 +82,8 @@ pub enum FemError {
         step_s: f64,
         /// Why the last try ended.
         source: StepFailure,
+        /// What helps.
+        help: String,
     },
     /// The matrix could not be factorised in its own memory.
     #[error(

@@ -7,6 +7,12 @@ pub enum StepFailure {
     /// The guess or a state on the way turns an element inside out.
     #[error("the start of the increment turns an element inside out")]
     Inverted,
+    /// The energy of a law, or a force that follows from it, is not a finite number.
+    #[error("the energy or the stress of a law is not finite there")]
+    NotFinite,
+    /// A prescribed value, a load, the motion of a platen or a first guess is not a finite number.
+    #[error("a function of the boundary conditions returns a value that is not finite")]
+    Condition,
     /// No step along Newton's direction lowers the residual.
     #[error("the line search found no smaller residual")]
     Stalled,

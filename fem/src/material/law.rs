@@ -77,6 +77,11 @@ impl Moduli {
         Self { bulk: young / (3.0 * (1.0 - 2.0 * poisson)), shear: young / (2.0 * (1.0 + poisson)) }
     }
 
+    /// λ + 2μ = K + 4μ/3, the modulus under strain along one axis and the largest entry of the tangent.
+    pub fn longitudinal(&self) -> f64 {
+        self.bulk + 4.0 / 3.0 * self.shear
+    }
+
     /// Young's modulus.
     pub fn young(&self) -> f64 {
         9.0 * self.bulk * self.shear / (3.0 * self.bulk + self.shear)

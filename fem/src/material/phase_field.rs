@@ -56,8 +56,10 @@ pub enum DamageQuadrature {
     /// would damage unloaded; `Consistent` otherwise.
     #[default]
     Auto,
-    /// At the nodes (quadratic elements: at the vertices of their eight sub-tetrahedra). Keeps
-    /// 0 ≤ φ < 1 where ℓ₀ is below the element size; an element then sees the mean of g.
+    /// At the nodes (quadratic elements: at the vertices of their eight sub-tetrahedra). Keeps φ < 1 where
+    /// ℓ₀ is below the element size; an element then sees the mean of g. φ may fall a little below 0 beside
+    /// damaged nodes, where the gradient term couples the ends of an edge with the wrong sign (dihedral angles above
+    /// 90°; −0.07 at worst on meshes tried). [`Irreversibility::ActiveSet`] keeps φ ≥ 0, and so does AT1.
     Vertex,
     /// Gauss points of positive weight, which integrate φ² exactly: four in linear elements, fourteen
     /// in quadratic ones.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use super::curved::Jacobian;
-use super::vector::{Point, mean, norm, sub, tet_volume};
+use super::vector::{Point, cross, mean, norm, sub, tet_volume};
 use crate::error::MeshError;
 
 /// The faces of a tetrahedron, counter-clockwise seen from outside.
@@ -173,6 +173,31 @@ impl TetMesh {
             .filter(|shared| shared.len() == 2)
             .map(|shared| [shared[0].tet, shared[1].tet])
             .collect()
+    }
+
+    /// The lowest tetrahedron of the part of each: parts have no face in common.
+    pub(crate) fn parts_by_faces(&self) -> Vec<u32> {
+        let mut parts = Parts::new(self.tets.len());
+        self.neighbours().iter().for_each(|&[a, b]| parts.join(a, b));
+        (0..self.tets.len() as u32).map(|tet| parts.root(tet)).collect()
+    }
+
+    /// Area of the boundary, mm².
+    pub(crate) fn boundary_area(&self) -> f64 {
+        let area = |face: &[u32; 3]| {
+            let [a, b, c] = face.map(|n| self.nodes[n as usize]);
+            0.5 * norm(cross(sub(b, a), sub(c, a)))
+        };
+        self.boundary_faces().iter().map(area).sum()
+    }
+
+    /// The longest side of the box around the nodes, mm.
+    pub(crate) fn largest_extent(&self) -> f64 {
+        let side = |k: usize| {
+            let at = self.nodes.iter().map(|x| x[k]);
+            at.clone().fold(f64::MIN, f64::max) - at.fold(f64::MAX, f64::min)
+        };
+        (0..3).map(side).fold(0.0, f64::max)
     }
 
     pub(super) fn sorted_faces(&self) -> Vec<Face> {

@@ -25,6 +25,8 @@ pub struct StepContext<'a> {
     pub damage_before: &'a [f64],
     /// Duration Δt of the increment, s.
     pub duration: f64,
+    /// Resistance to the growth of damage in addition to ξ/Δt, MPa.
+    pub damping: f64,
     /// Largest previous ψ⁺ at each elastic point, element after element. Empty if damage is driven by the
     /// current ψ⁺.
     pub history: &'a [f64],
@@ -37,7 +39,7 @@ pub struct StepContext<'a> {
 impl<'a> StepContext<'a> {
     /// An increment without history, bounds and contact.
     pub fn new(damage_before: &'a [f64], duration: f64) -> Self {
-        Self { damage_before, duration, history: &[], bounds: None, contact: &[] }
+        Self { damage_before, duration, damping: 0.0, history: &[], bounds: None, contact: &[] }
     }
 }
 

@@ -18,7 +18,7 @@ pub struct CurvePoint {
     pub time_s: f64,
     /// Displacement of the surface that is measured, mm: how far the upper platen has come down.
     pub displacement_mm: f64,
-    /// Force on that surface, N: the sum of the residual over its nodes.
+    /// Force on the body through that surface, N: of prescribed values, of a platen and of tractions.
     #[serde(alias = "force_N")]
     pub force_n: f64,
     /// Elastic energy ∫ g ψ⁺ + ψ⁻ dV, N mm.
@@ -33,21 +33,21 @@ pub struct CurvePoint {
     /// Energy dissipated by friction and drag at the platens so far, N mm.
     #[serde(default, alias = "friction_N_mm")]
     pub friction_n_mm: f64,
-    /// Work of loads and supports so far, ∫ F du by the trapezoid rule, N mm.
+    /// Work of loads, supports and prescribed damage so far, ∫ F du by the trapezoid rule, N mm.
     #[serde(default, alias = "work_N_mm")]
     pub work_n_mm: f64,
     /// Mean damage over the volume of the regions that have a toughness.
     pub phi_mean: f64,
     /// Largest nodal damage.
     pub phi_max: f64,
-    /// Newton iterations of the step.
+    /// Newton iterations of the step, those of tries without equilibrium included.
     #[serde(default)]
     pub newton: u32,
     /// Linear solves of the step, or the iterations of an iterative linear solver.
     #[serde(default)]
     pub linear: u32,
-    /// Residual at the end of the step, of forces relative to the reactions or of damage relative to
-    /// its driving force, whichever is larger.
+    /// Residual at the end of the step, of forces relative to the largest reactions so far or of damage relative to
+    /// its largest driving force so far, whichever is larger.
     #[serde(default)]
     pub residual: f64,
 }
@@ -111,8 +111,9 @@ pub struct Outcome {
     pub end: End,
     /// The fields at the last point.
     pub fields: Fields,
-    /// For each surface that something constrains or presses: the force that this exerts on the body, N,
-    /// one a load step.
+    /// The force on the body through each surface with a condition, N, one a load step: of the components that are
+    /// prescribed there, of a platen and of tractions. With the body force they are in equilibrium. Where surfaces that
+    /// prescribe the same component meet, its force is shared by the area of their triangles at the node.
     pub reactions: BTreeMap<String, Vec<[f64; 3]>>,
     /// For each surface that faces a platen it may leave: its nodes at the last point.
     pub contact: BTreeMap<String, Vec<ContactPoint>>,

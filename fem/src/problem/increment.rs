@@ -10,6 +10,10 @@ use crate::solve::{Control, Effort};
 
 /// Difference of positions for the derivative of the residual, as a fraction of the duration.
 const NUDGE: f64 = 1e-6;
+/// Distance of prescribed values from where the past leads, over the increment of these values, that is a jump.
+const JUMP: f64 = 0.1;
+/// The same over the values themselves, below which it is rounding.
+const ROUNDED: f64 = 1e-9;
 
 impl LoadStepper<'_> {
     /// One step, to the fraction `target` of the duration where the ends lead.
@@ -27,20 +31,34 @@ impl LoadStepper<'_> {
         let time_s = target * problem.parts.schedule.duration_s;
         let duration = (target - state.clock) * problem.parts.schedule.duration_s;
         let context = state.memory.context(&state.fields.damage, duration);
-        let young = problem.points.iter().map(|m| m.moduli.young()).fold(0.0, f64::max);
+        let modulus = problem.points.iter().map(|m| m.moduli.longitudinal()).fold(0.0, f64::max);
         let (space, pressures) = (domain.operator.domain(), &state.pressures);
         let fields = &state.fields;
-        self.solver.external =
-            ExternalForces::new(&domain.boundary, space, time_s, fields, context, pressures, young);
-        let mut fields = self.guess(target);
+        self.solver.external = ExternalForces::new(
+            &domain.boundary,
+            space,
+            time_s,
+            fields,
+            context,
+            pressures,
+            modulus,
+        );
+        let (mut fields, jumps) = self.guess(target);
+        let finite = fields.is_finite();
+        if self.ranks().any(!finite) || !self.solver.external.is_finite() {
+            return Err(StepFailure::Condition);
+        }
         let before = self.solver.effort;
+        if jumps && let Ok(predicted) = self.solver.predict(&self.state.fields, &fields, context) {
+            fields = predicted;
+        }
         self.solver.equilibrium(&mut fields, context)?;
         self.accept(before, fields, target)
     }
 
     /// A step that adds no more than `most_n_mm` to the crack energy.
     fn advance_within(&mut self, target: f64, most_n_mm: f64) -> Result<(), StepFailure> {
-        let mut fields = self.guess(target);
+        let (mut fields, _) = self.guess(target);
         let before = self.solver.effort;
         let context = self.state.memory.context(&self.state.fields.damage, 1.0);
         self.solver.solve_monolithic(&mut fields, context)?;
@@ -52,7 +70,7 @@ impl LoadStepper<'_> {
 
     /// A step that adds `n_mm` to the crack energy, with the ends near `guess` or wherever they must go.
     fn release(&mut self, n_mm: f64, guess: f64) -> Result<(), StepFailure> {
-        let mut fields = self.guess(guess);
+        let (mut fields, _) = self.guess(guess);
         let before = self.solver.effort;
         let problem = self.problem;
         let control = Control {
@@ -73,24 +91,28 @@ impl LoadStepper<'_> {
         let domain = problem.discretisation.as_ref();
         let step = target - state.clock;
         let time_s = target * problem.parts.schedule.duration_s;
-        state.memory.record(domain.operator.as_ref(), &problem.points, &fields)?;
         let (external, residual) = (&solver.external, &solver.residual);
         let reactions = external.reactions(&domain.boundary, &fields, residual);
-        let forces = external.stress_forces(&fields, residual);
+        let forces = external.outer_forces(&domain.boundary, &fields, residual);
         let friction = external.dissipated(&fields);
         let [displacement_mm, force_n] =
             domain.boundary.measure(time_s, &fields.displacement, &reactions);
+        if !displacement_mm.is_finite() {
+            return Err(StepFailure::Condition);
+        }
+        state.memory.record(domain.operator.as_ref(), &problem.points, &fields)?;
         let mut change = fields.clone();
         change.add_scaled(-1.0, &state.fields);
         // what acts from outside balances the stress forces node by node; what friction takes from
         // the platens does not reach the body
         let (part, ranks) = (domain.operator.part(), domain.operator.part().ranks());
-        let past = part.halo.own_of(&state.forces).zip(part.halo.own_of(&change.displacement));
-        let work: f64 = part
-            .halo
-            .own_of(&forces)
-            .zip(past)
-            .map(|(f, (g, du))| (0..3).map(|k| 0.5 * (f[k] + g[k]) * du[k]).sum::<f64>())
+        let halo = &part.halo;
+        let moved = halo.own_of(&change.displacement).zip(halo.own_of(&change.damage));
+        let work: f64 = (halo.own_of(&forces).zip(halo.own_of(&state.forces)).zip(moved))
+            .map(|((f, g), (&[x, y, z], &phi))| {
+                let moved = [x, y, z, phi];
+                (0..4).map(|k| 0.5 * (f[k] + g[k]) * moved[k]).sum::<f64>()
+            })
             .sum();
         let [integral, volume] = domain.operator.domain().integral(&fields.damage, &domain.damaged);
         let mut sums = [work, integral, volume];
@@ -120,13 +142,15 @@ impl LoadStepper<'_> {
         state.past.add(change, step);
         state.fields = fields;
         state.clock = target;
+        self.state.scales = self.solver.keep_scales();
         Ok(())
     }
 
     /// Where the next increment is started: the past continued, with the prescribed values put where they
-    /// belong.
-    fn guess(&self, target: f64) -> Fields {
+    /// belong; and whether these are far from where the past leads.
+    fn guess(&self, target: f64) -> (Fields, bool) {
         let (problem, state) = (self.problem, &self.state);
+        let boundary = &problem.discretisation.boundary;
         let mut fields = state.fields.clone();
         if state.past.step().is_some() {
             let part = problem.discretisation.operator.part();
@@ -139,10 +163,11 @@ impl LoadStepper<'_> {
             state.past.continue_by(target - state.clock, &mut fields, size);
         } else {
             let time_s = target * problem.parts.schedule.duration_s;
-            let nodes = problem.discretisation.nodes();
-            problem.discretisation.boundary.start(nodes, time_s, &mut fields);
+            boundary.start(problem.discretisation.nodes(), time_s, &mut fields);
         }
+        let continued = fields.clone();
         problem.place(&mut fields, target);
-        fields
+        let [off, step, largest] = boundary.jump(&continued, &state.fields, &fields);
+        (fields, off > JUMP * step && off > ROUNDED * largest)
     }
 }

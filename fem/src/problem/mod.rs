@@ -1,6 +1,7 @@
 //! Boundary-value problems, followed through time: conditions and parameters in, curve and fields
 //! out. The unconfined compression test is one of them.
 
+mod advice;
 mod builder;
 mod checkpoint;
 mod compression_test;
@@ -16,12 +17,14 @@ mod parameter;
 mod past;
 #[expect(clippy::module_inception, reason = "the room is named after what it is for")]
 mod problem;
+mod rounding;
 mod run;
 mod schedule;
 mod sensitivity;
 mod state;
 mod stepper;
 mod steps;
+mod warning;
 
 pub(crate) use fingerprint::Fingerprint;
 
@@ -37,3 +40,4 @@ pub use run::Observer;
 pub use schedule::Schedule;
 pub use stepper::LoadStepper;
 pub use steps::{AdaptiveSteps, ArcLength, FixedSteps};
+pub use warning::ProblemWarning;

@@ -6,6 +6,7 @@ use std::sync::{Arc, OnceLock};
 use super::definition::Definition;
 use super::discretisation::Discretisation;
 use super::parameter::MaterialParameter;
+use super::rounding::rounding;
 use super::schedule::Schedule;
 use crate::boundary::{Conditions, ExternalForces};
 use crate::element::{Order, PointValues};
@@ -14,7 +15,7 @@ use crate::fields::Fields;
 use crate::material::{Material, PointMaterial};
 use crate::mesh::{TetMesh, vtu};
 use crate::operator::{CellStress, Increment, Operator, StepContext};
-use crate::solve::Solver;
+use crate::solve::{Rounding, Solver};
 
 /// A body with materials, conditions on its surfaces and loads, followed through time.
 ///
@@ -55,6 +56,8 @@ pub struct Problem {
     pub(crate) points: Arc<[PointMaterial]>,
     /// The same on either side of the value of each parameter.
     pub(super) shifts: Arc<[PointShift]>,
+    /// What rounding leaves of a residual.
+    rounding: Rounding,
     /// The operator of the whole mesh, where this rank has a part of it; made where it is asked for.
     whole: OnceLock<Arc<dyn Operator>>,
 }
@@ -83,7 +86,8 @@ impl Problem {
         };
         let shifts = parts.parameters.iter().map(shift).collect();
         let points = parts.points(&parts.materials);
-        Self { points, shifts, parts, discretisation, whole: OnceLock::new() }
+        let rounding = rounding(&parts, &points);
+        Self { points, shifts, rounding, parts, discretisation, whole: OnceLock::new() }
     }
 
     /// The same problem with other materials, without parameters to differentiate by; mesh, unknowns
@@ -158,8 +162,14 @@ impl Problem {
         let Discretisation { operator, unknowns, linear, boundary, .. } =
             self.discretisation.as_ref();
         let (operator, options) = (operator.as_ref(), self.parts.options);
-        let mut solver =
-            Solver::new(operator, unknowns, &self.points, options, linear.solver(operator));
+        let mut solver = Solver::new(
+            operator,
+            unknowns,
+            &self.points,
+            options,
+            linear.solver(operator),
+            self.rounding,
+        );
         solver.external = ExternalForces::none(boundary);
         solver
     }

@@ -13,7 +13,7 @@ use crate::boundary::Contact;
 use crate::fields::Fields;
 use crate::material::PhaseField;
 use crate::parallel::Part;
-use crate::solve::Effort;
+use crate::solve::{Effort, Scales};
 
 /// The last equilibrium, how the run came there, and what it does next. The clock is the fraction of
 /// the whole duration.
@@ -25,8 +25,8 @@ pub(crate) struct RunState {
     pub(crate) fields: Fields,
     /// How it came about: for the next guess.
     pub(crate) past: Past,
-    /// Stress forces at its nodes, N: for the work of the next increment.
-    pub(crate) forces: Vec<[f64; 3]>,
+    /// What acts on its nodes from outside, N and N mm: for the work of the next increment.
+    pub(crate) forces: Vec<[f64; 4]>,
     /// Reactions at it, N.
     pub(crate) reaction: BTreeMap<String, [f64; 3]>,
     /// What damage remembers.
@@ -38,6 +38,8 @@ pub(crate) struct RunState {
     /// The step that led here, as it was asked for.
     pub(crate) taken: Option<Step>,
     pub(crate) peak: f64,
+    /// The largest scales of residuals so far.
+    pub(crate) scales: Scales,
     pub(crate) effort: Effort,
     pub(crate) derivatives: Derivatives,
 }
@@ -73,7 +75,7 @@ impl RunState {
             derivatives: Derivatives { values, earlier, ..Derivatives::default() },
             fields: Fields::zero(nodes),
             memory: Memory::new(phase_field, domain.operator.as_ref(), nodes),
-            forces: vec![[0.0; 3]; nodes],
+            forces: vec![[0.0; 4]; nodes],
             reactions: domain.boundary.surfaces.keys().map(|k| (k.clone(), vec![])).collect(),
             ..Self::default()
         }

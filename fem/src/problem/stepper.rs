@@ -80,7 +80,7 @@ impl<'a> LoadStepper<'a> {
         run.checkpoint = Some((checkpoint.clone(), fingerprint));
         let loaded = guarded(|| checkpoint.load(fingerprint, run.ranks()));
         if let Some(state) = loaded.map_err(|lost| run.lost(lost))?? {
-            run.solver.effort = state.effort;
+            (run.solver.effort, run.solver.scales) = (state.effort, state.scales);
             if let Some(whole) = &mut run.whole {
                 *whole = state.fields.clone();
             }
@@ -190,6 +190,7 @@ impl<'a> LoadStepper<'a> {
             // no sliver of a step before the mark
             let reaches = passed + 1.01 * step.fraction() >= mark;
             let target = if reaches { mark } else { passed + step.fraction() };
+            let before = self.solver.effort;
             match self.take(step, target) {
                 Ok(()) => {
                     (self.state.taken, failed) = (Some(step), None);
@@ -197,7 +198,12 @@ impl<'a> LoadStepper<'a> {
                         return self.record();
                     }
                 }
-                Err(reason) => (failed, failure) = (Some(step.to(target - passed)), reason),
+                Err(reason) => {
+                    let Effort { iterations, linear, .. } = self.solver.effort;
+                    self.state.point.newton += iterations - before.iterations;
+                    self.state.point.linear += linear - before.linear;
+                    (failed, failure) = (Some(step.to(target - passed)), reason);
+                }
             }
         }
         Err(self.not_converged(failed.map_or(0.0, Step::fraction), failure))
@@ -255,7 +261,7 @@ impl<'a> LoadStepper<'a> {
             };
             self.ranks().agreed(saved)?;
             self.solver = self.problem.solver();
-            self.solver.effort = self.state.effort;
+            (self.solver.effort, self.solver.scales) = (self.state.effort, self.state.scales);
         }
         Ok(())
     }
@@ -267,6 +273,7 @@ impl<'a> LoadStepper<'a> {
             time_s: self.state.clock * duration_s,
             step_s: step * duration_s,
             source,
+            help: self.advice(source),
         }
     }
 }

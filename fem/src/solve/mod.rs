@@ -5,10 +5,13 @@ mod arc_length;
 mod augment;
 mod directions;
 mod external;
+mod fallback;
+mod flow;
 mod linear;
 mod newton;
 mod norms;
 mod options;
+mod predict;
 mod sensitivity;
 
 pub use newton::Effort;
@@ -20,4 +23,5 @@ pub(crate) use linear::LinearPlan;
 #[cfg(feature = "bench-internals")]
 pub(crate) use linear::{LinearSolver, Nodal};
 pub(crate) use newton::Solver;
+pub(crate) use norms::{Rounding, Scales};
 pub(crate) use sensitivity::{Known, Measured, Rates};

@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 
 use super::external::External;
 use super::linear::{CHUNK, LinearSolver, Nodal};
-use super::norms::{Equations, Norms};
-use super::options::{Scheme, SolverOptions};
+use super::norms::{Equations, Norms, Rounding, Scales};
+use super::options::SolverOptions;
 use crate::error::StepFailure;
 use crate::fields::Fields;
 use crate::material::{Inverted, PointMaterial};
@@ -30,7 +30,7 @@ pub struct Effort {
     pub linear: u32,
     /// Factorisations, or hierarchies of the iterative solver.
     pub factorisations: u32,
-    /// Increments that alternate minimisation, or friction that sets in by degrees, had to solve.
+    /// Increments that alternate minimisation, a flow of damage, or friction that sets in by degrees had to solve.
     pub fallbacks: u32,
     /// Load steps that were cut.
     pub cuts: u32,
@@ -52,6 +52,13 @@ pub(crate) struct Solver<'a, E> {
     pub(crate) effort: Effort,
     /// The last relative residual.
     pub(crate) relative: f64,
+    /// The largest scales of the equilibria so far.
+    pub(crate) scales: Scales,
+    /// The scales at the fields evaluated last, as they are and beside the largest ones so far.
+    reached: Scales,
+    beside: Scales,
+    /// What rounding leaves of a residual.
+    rounding: Rounding,
     /// Loads and contact of the increment at hand.
     pub(crate) external: E,
     /// Residual and energies at the last fields that were accepted.
@@ -96,6 +103,7 @@ impl<'a, E: External> Solver<'a, E> {
         materials: &'a [PointMaterial],
         options: SolverOptions,
         linear: Box<dyn LinearSolver + 'a>,
+        rounding: Rounding,
     ) -> Self {
         let nodes = unknowns.equation.len();
         let unknown: Vec<_> = unknowns.equation.iter().map(|e| e.map(|e| e != NONE)).collect();
@@ -105,6 +113,10 @@ impl<'a, E: External> Solver<'a, E> {
             options,
             effort: Effort::default(),
             relative: 0.0,
+            scales: Scales::default(),
+            reached: Scales::default(),
+            beside: Scales::default(),
+            rounding,
             external: E::default(),
             residual: Residual::new(nodes),
             linear,
@@ -116,29 +128,6 @@ impl<'a, E: External> Solver<'a, E> {
             step: vec![[0.0; 4]; nodes],
             trial: Fields::zero(nodes),
         }
-    }
-
-    /// Solves one increment from the guess in `fields`; returns the iterations it took.
-    ///
-    /// After a failure `fields` is not in equilibrium.
-    pub(crate) fn solve(
-        &mut self,
-        fields: &mut Fields,
-        context: StepContext,
-    ) -> Result<u32, StepFailure> {
-        let start = self.effort.iterations;
-        match self.options.scheme {
-            Scheme::Monolithic => {
-                let guess = fields.clone();
-                if self.solve_monolithic(fields, context).is_err() {
-                    self.effort.fallbacks += 1;
-                    *fields = guess;
-                    self.alternate(fields, context)?;
-                }
-            }
-            Scheme::Alternate => self.alternate(fields, context)?,
-        }
-        Ok(self.effort.iterations - start)
     }
 
     /// Puts a guess within its bounds and evaluates it.
@@ -153,6 +142,7 @@ impl<'a, E: External> Solver<'a, E> {
         self.evaluate(fields, context)
     }
 
+    /// Residual, energies and norms at some fields, where all of these are finite.
     pub(crate) fn evaluate(
         &mut self,
         fields: &Fields,
@@ -160,15 +150,44 @@ impl<'a, E: External> Solver<'a, E> {
     ) -> Result<Norms, StepFailure> {
         let increment = Increment { materials: self.materials, fields, context };
         self.operator.residual(&increment, &mut self.residual)?;
+        let Residual { elastic, fracture, viscous, .. } = self.residual;
+        if !(elastic + fracture + viscous).is_finite() {
+            return Err(StepFailure::NotFinite);
+        }
         self.external.subtract(fields, &mut self.residual);
         if let Some(bounds) = context.bounds {
             self.free.copy_from_slice(&self.unknown);
             bounds.constrain(fields, &self.residual.nodal, &mut self.free);
         }
-        let norms =
-            Norms::of(&self.residual, &self.unknown, &self.free, &self.operator.part().halo);
+        let [per_mm, constant] = self.external.rounding();
+        let rounding = &Rounding {
+            force_per_mm: self.rounding.force_per_mm.hypot(per_mm),
+            force: constant,
+            ..self.rounding
+        };
+        let halo = &self.operator.part().halo;
+        let norms = Norms::of(&self.residual, fields, &self.unknown, &self.free, rounding, halo);
+        if !norms.is_finite() {
+            return Err(StepFailure::NotFinite);
+        }
+        self.reached = norms.scales();
+        let norms = norms.beside(&self.scales, self.options.tolerance);
+        self.beside = norms.scales();
         self.relative = norms.largest();
         Ok(norms)
+    }
+
+    /// What residual forces at the fields evaluated last are compared with, N.
+    pub(super) fn scale_of_forces(&self) -> f64 {
+        self.beside.force.max(f64::MIN_POSITIVE)
+    }
+
+    /// Takes the fields evaluated last as an equilibrium; returns the largest scales so far.
+    pub(crate) fn keep_scales(&mut self) -> Scales {
+        let Scales { force, damage } = self.reached;
+        self.scales =
+            Scales { force: self.scales.force.max(force), damage: self.scales.damage.max(damage) };
+        self.scales
     }
 
     /// Newton on one field or on both, down to `tolerance`.
@@ -267,7 +286,17 @@ impl<'a, E: External> Solver<'a, E> {
         fields: &Fields,
         context: StepContext,
     ) -> Result<(), StepFailure> {
-        self.coupling = Coupling::Full;
+        self.linearise_as(Coupling::Full, fields, context)
+    }
+
+    /// Takes over a tangent at the fields evaluated last, for the iterations that follow.
+    pub(super) fn linearise_as(
+        &mut self,
+        coupling: Coupling,
+        fields: &Fields,
+        context: StepContext,
+    ) -> Result<(), StepFailure> {
+        self.coupling = coupling;
         self.factorise(fields, context)?;
         self.factor = Linearisation::Kept;
         Ok(())

@@ -3,8 +3,10 @@
 use std::ops::Range;
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::linear::CHUNK;
+use crate::fields::Fields;
 use crate::operator::Residual;
 use crate::parallel::Halo;
 
@@ -26,31 +28,64 @@ impl Equations {
     }
 }
 
-/// Residual norms: of the unknowns, and the scales to compare them with.
+/// Sizes that residuals are compared with: of forces, N, and of what drives damage, N mm.
+///
+/// At an equilibrium without load, such as after unloading, reactions vanish. The largest ones so far are then the
+/// scale.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Scales {
+    pub(crate) force: f64,
+    pub(crate) damage: f64,
+}
+
+/// Residuals that rounding alone can leave.
+///
+/// A strain is a difference of displacements, so that it carries the rounding of these: an element with the modulus M
+/// and the volume V gives its nodes forces that are wrong by ε M V^(1/3) |u|.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Rounding {
+    /// Of forces, for each mm of displacement, N/mm.
+    pub(crate) force_per_mm: f64,
+    /// Of forces beside that, N.
+    pub(crate) force: f64,
+    /// Of the equation of damage, N mm.
+    pub(crate) damage: f64,
+}
+
+/// Residual norms of the unknowns, the scales to compare them with, and what rounding leaves of them.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Norms {
     force: f64,
-    reaction: f64,
     damage: f64,
-    drive: f64,
+    scales: Scales,
+    rounding: Scales,
 }
 
 impl Norms {
-    /// What a bound holds is a reaction: of the `unknown` values it leaves the `free` ones.
+    /// The norms at some fields. The residual of a value that a bound holds is a reaction: of the `unknown` values it
+    /// leaves the `free` ones.
     pub(super) fn of(
         residual: &Residual,
+        fields: &Fields,
         unknown: &[[bool; 4]],
         free: &[[bool; 4]],
+        rounding: &Rounding,
         halo: &Halo,
     ) -> Self {
         let part = |nodes: Range<usize>| {
             let [mut force, mut reaction, mut damage, mut drive] = [0.0; 4];
+            let mut largest = 0.0f64;
             for n in nodes {
                 let (nodal, d, unknown, free) =
                     (&residual.nodal[n], residual.drive[n], &unknown[n], &free[n]);
                 for k in 0..3 {
                     let square = nodal[k] * nodal[k];
-                    if free[k] { force += square } else { reaction += square }
+                    if free[k] {
+                        force += square
+                    } else {
+                        reaction += square
+                    }
+                    largest = largest.max(fields.displacement[n][k].abs());
                 }
                 let square = nodal[3] * nodal[3];
                 if free[3] {
@@ -62,7 +97,7 @@ impl Norms {
                     drive += d * d;
                 }
             }
-            [force, reaction, damage, drive]
+            ([force, reaction, damage, drive], largest)
         };
         let nodes = residual.nodal.len();
         let own = match halo.ranks().is_alone() {
@@ -73,23 +108,52 @@ impl Norms {
             own.clone().step_by(CHUNK).map(move |first| first..own.end.min(first + CHUNK))
         });
         let pieces: Vec<Range<usize>> = pieces.collect();
-        let parts: Vec<[f64; 4]> = pieces.into_par_iter().map(part).collect();
+        let parts: Vec<([f64; 4], f64)> = pieces.into_par_iter().map(part).collect();
         let [reaction, drive] = residual.external;
         let mut squares = [0.0, reaction, 0.0, drive];
-        parts.iter().for_each(|part| (0..4).for_each(|k| squares[k] += part[k]));
+        parts.iter().for_each(|(part, _)| (0..4).for_each(|k| squares[k] += part[k]));
+        let mut largest = [parts.iter().map(|(_, largest)| *largest).fold(0.0, f64::max)];
         halo.ranks().sum(&mut squares);
-        let [force, reaction, damage, drive] = squares;
+        halo.ranks().max(&mut largest);
+        let [force, reaction, damage, drive] = squares.map(f64::sqrt);
         Self {
-            force: force.sqrt(),
-            reaction: reaction.sqrt(),
-            damage: damage.sqrt(),
-            drive: drive.sqrt(),
+            force,
+            damage,
+            scales: Scales { force: reaction, damage: drive },
+            rounding: Scales {
+                force: rounding.force_per_mm * largest[0] + rounding.force,
+                damage: rounding.damage,
+            },
         }
     }
 
+    /// The scales at these fields: reactions and driving force.
+    pub(super) fn scales(&self) -> Scales {
+        self.scales
+    }
+
+    /// The same norms where the scales have not been less than these. At a residual as large as rounding, the scaled
+    /// one is `tolerance`.
+    pub(super) fn beside(mut self, largest: &Scales, tolerance: f64) -> Self {
+        let at_least =
+            |scale: f64, largest: f64, rounding: f64| scale.max(largest).max(rounding / tolerance);
+        let Scales { force, damage } = self.scales;
+        self.scales = Scales {
+            force: at_least(force, largest.force, self.rounding.force),
+            damage: at_least(damage, largest.damage, self.rounding.damage),
+        };
+        self
+    }
+
+    /// Whether all norms are finite numbers.
+    pub(super) fn is_finite(&self) -> bool {
+        let Scales { force, damage } = self.scales;
+        [self.force, self.damage, force, damage].iter().all(|x| x.is_finite())
+    }
+
     pub(super) fn converged(&self, field: Equations, tolerance: f64) -> bool {
-        let force = self.force <= tolerance * self.reaction;
-        let damage = self.damage <= tolerance * self.drive;
+        let force = self.force <= (tolerance * self.scales.force).max(self.rounding.force);
+        let damage = self.damage <= (tolerance * self.scales.damage).max(self.rounding.damage);
         match field {
             Equations::Both => force && damage,
             Equations::Displacement => force,
@@ -105,8 +169,8 @@ impl Norms {
     /// The scaled residual, in the scales of `reference` so that iterates can be compared.
     pub(super) fn merit(&self, field: Equations, reference: &Norms) -> f64 {
         let tiny = f64::MIN_POSITIVE;
-        let force = self.force / reference.reaction.max(tiny);
-        let damage = self.damage / reference.drive.max(tiny);
+        let force = self.force / reference.scales.force.max(tiny);
+        let damage = self.damage / reference.scales.damage.max(tiny);
         match field {
             Equations::Both => force.hypot(damage),
             Equations::Displacement => force,

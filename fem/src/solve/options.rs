@@ -36,8 +36,8 @@ pub struct SolverOptions {
     pub scheme: Scheme,
     /// What solves the linear systems.
     pub linear: LinearScheme,
-    /// Largest residual of a converged increment, relative to the reactions (displacement) and to
-    /// the driving force (damage).
+    /// Largest residual of a converged increment, relative to the largest reactions so far (displacement) and to
+    /// the largest driving force so far (damage). What rounding leaves counts as converged.
     pub tolerance: f64,
     /// Part of the residual that the linear solution of an iteration may leave. With a thousandth, iterations hardly
     /// depend on how linear systems are solved, so that any number of ranks takes as many but for one or two; a quarter

@@ -283,6 +283,32 @@ fn the_damage_around_a_crack_has_its_closed_form() {
     }
 }
 
+/// What prescribes damage does the work that the crack takes: E(s) of the prescribed value s is quadratic for AT2, so
+/// that the trapezoid rule is exact, and s^(3/2) for AT1.
+#[test]
+fn prescribed_damage_does_the_work_of_the_crack() {
+    let levels: Vec<f64> = (0..=32).map(|k| f64::from(k) / 16.0).collect();
+    for (model, steps, tolerance) in
+        [(CrackDensity::At2, 1, 1e-7), (CrackDensity::At2, 5, 1e-7), (CrackDensity::At1, 40, 2e-3)]
+    {
+        let material = Material::hencky(100.0, 0.2).with_fracture(Fracture::new(0.1));
+        let conditions = Conditions::new()
+            .fix("bottom", [Axis::X, Axis::Y, Axis::Z])
+            .prescribe_damage("bottom", |_, t| t);
+        let outcome = Problem::builder(layers(&levels))
+            .materials([material])
+            .phase_field(PhaseField { model, ..PhaseField::new(0.5) })
+            .conditions(conditions)
+            .schedule(Schedule::fixed(1.0, steps))
+            .build()
+            .expect("valid input")
+            .run(&mut ());
+        let point = outcome.curve.last().expect("points");
+        let error = point.balance_n_mm() / point.fracture_n_mm;
+        assert!(error.abs() < tolerance, "{model:?} {steps}: {error} of {point:?}");
+    }
+}
+
 /// Bounds on a composite past its peak: nothing heals, nothing passes one, and alternate
 /// minimisation comes to the same force.
 #[test]

@@ -3,6 +3,7 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod advice;
 mod boundary;
 mod checkpoint;
 mod compression;
@@ -12,11 +13,19 @@ mod curved;
 mod damage;
 mod device;
 mod homogeneous;
+mod incompressible;
 mod iterations;
+mod jump;
+mod limits;
+mod loads;
 mod manufactured;
 mod mixture;
 mod notched_plate;
+mod platen_tolerance;
+mod rate_independent;
 mod reference_cylinder;
 mod refusals;
 mod sensitivity;
 mod solution;
+mod unloading;
+mod warnings;

@@ -37,6 +37,9 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let part = grains_in_words(&mesh, report.as_ref());
     // a case whose materials or test do not fit the mesh fails here, not after a hundred runs
     let simulator = Simulator::new(&setup, mesh, Vec::new())?;
+    for warning in simulator.problem().warnings() {
+        task.warn(&warning.to_string());
+    }
     rows.push(("unknowns".to_owned(), simulator.problem().unknowns() as f64));
     let rows = rows.into_iter().map(|(name, value)| [name, value.to_string()]);
     task.write_csv("mesh.csv", ["quantity", "value"], rows)?;
@@ -61,7 +64,11 @@ fn further(task: &Task<'_>, image: usize) -> Result<(), WorkflowError> {
     task.write_csv(&mesh_file(image, "csv"), ["quantity", "value"], rows)?;
     let (tets, part) = (mesh.tets.len(), grains_in_words(&mesh, report.as_ref()));
     say("mesh", &format!("image {image}: {tets} tetrahedra, {part}"));
-    Simulator::new(&task.inputs.setup(), mesh, Vec::new()).map(drop)
+    let simulator = Simulator::new(&task.inputs.setup(), mesh, Vec::new())?;
+    for warning in simulator.problem().warnings() {
+        task.warn(&format!("Image {image}: {warning}"));
+    }
+    Ok(())
 }
 
 /// The specimen's mesh by what `changed` makes of the case's mesher, where there are several images that of one.

@@ -99,6 +99,9 @@ pub fn simulate(
             end => failure(&end).map_or(Ok(dir.join("curve.csv")), |error| Err(error.into())),
         };
     }
+    for warning in simulator.problem().warnings() {
+        say("note", &warning.to_string());
+    }
     let files = SimulationFiles::new(file, &simulator, &folder, interrupt);
     let mut record = agreed(ranks, files)?;
     let outcome = run(file, dir, &simulator, &mut record)?;

@@ -27,7 +27,7 @@ const TOUCH: f64 = 1e-9;
 /// Stiffness against sliding of nodes that touch before friction has a pressure, as a fraction of γ: it
 /// keeps the tangent regular and is no part of the residual.
 const HOLD: f64 = 1e-6;
-/// γ is this many Young's moduli over the size of a face.
+/// γ is this many moduli λ + 2μ over the size of a face.
 const PENALTY: f64 = 20.0;
 
 /// The state of one node of a contact surface.
@@ -171,7 +171,7 @@ impl ContactStep {
         before: &Fields,
         duration: f64,
         pressures: Option<Vec<f64>>,
-        young_mpa: f64,
+        modulus_mpa: f64,
     ) -> Self {
         let travel = contact.platen.travel(time_s);
         let since = travel - contact.platen.travel(time_s - duration);
@@ -196,11 +196,17 @@ impl ContactStep {
             surface: contact.surface.clone(),
             travel,
             duration,
-            penalty: PENALTY * young_mpa / size,
+            penalty: PENALTY * modulus_mpa / size,
             touch: TOUCH * size,
             nodes,
             bluntness: 1.0,
         }
+    }
+
+    /// Whether the platen's position is a finite number.
+    pub(crate) fn is_finite(&self) -> bool {
+        self.travel.iter().all(|x| x.is_finite())
+            && self.nodes.iter().all(|node| node.carried.iter().all(|x| x.is_finite()))
     }
 
     pub(crate) fn has_friction(&self) -> bool {
@@ -209,7 +215,7 @@ impl ContactStep {
 
     fn proximity(&self, node: &Node, fields: &Fields) -> Proximity {
         let u = Vector3::from(fields.displacement[node.node as usize]);
-        self.platen.proximity(node.position + u, self.travel)
+        self.platen.proximity(node.position, u - self.travel)
     }
 
     /// p_γ = ⟨p + γ (−g)⟩₊.
@@ -331,20 +337,31 @@ impl ContactStep {
         self.nodes.iter().map(|n| n.pressure).collect()
     }
 
-    /// p ← p_γ; returns the squares of the change and of the new forces at the nodes that belong to this rank,
-    /// N².
-    pub(crate) fn update(&mut self, fields: &Fields) -> [f64; 2] {
-        let mut squares = [0.0; 2];
+    /// p ← p_γ; returns the square of the change of the forces at the nodes that belong to this rank, N².
+    pub(crate) fn update(&mut self, fields: &Fields) -> f64 {
+        let mut square = 0.0;
         for k in 0..self.nodes.len() {
             let node = self.nodes[k];
             let pressure = self.pressure(&node, &self.proximity(&node, fields));
             if node.own {
-                squares[0] += (node.area * (pressure - node.pressure)).powi(2);
-                squares[1] += (node.area * pressure).powi(2);
+                square += (node.area * (pressure - node.pressure)).powi(2);
             }
             self.nodes[k].pressure = pressure;
         }
-        squares
+        square
+    }
+
+    /// Squares of the penalty of the nodes that belong to this rank, N²/mm², and the length in mm whose rounding their
+    /// gaps carry.
+    pub(crate) fn stiffness(&self) -> (f64, f64) {
+        let own = self.nodes.iter().filter(|node| node.own);
+        let squares = own.map(|node| (self.penalty * node.area).powi(2)).sum();
+        (squares, self.platen.rounded_mm())
+    }
+
+    /// Whether no node touches the platen.
+    pub(crate) fn is_open(&self, fields: &Fields) -> bool {
+        !self.nodes.iter().any(|node| self.touches(node, &self.proximity(node, fields)))
     }
 
     /// The state of every node.

@@ -130,16 +130,27 @@ impl Platen {
         )
     }
 
-    /// How a point lies to the platen once that has moved by `travel`.
-    pub(super) fn proximity(&self, x: Vector3<f64>, travel: Vector3<f64>) -> Proximity {
+    /// The length whose rounding a gap carries beside that of displacements, mm.
+    pub(super) fn rounded_mm(&self) -> f64 {
+        match self.shape {
+            Shape::Plane { .. } => 0.0,
+            Shape::Sphere { centre, radius } => Vector3::from(centre).norm() + radius,
+        }
+    }
+
+    /// How a point lies to the platen once it has moved by `moved` relative to that.
+    ///
+    /// The gap of a plane is that at rest and the motion along the normal: their sum has the digits of the motion,
+    /// which the sum of position and motion has not.
+    pub(super) fn proximity(&self, x: Vector3<f64>, moved: Vector3<f64>) -> Proximity {
         match self.shape {
             Shape::Plane { point, normal } => {
                 let normal = Vector3::from(normal).normalize();
-                let gap = normal.dot(&(x - Vector3::from(point) - travel));
+                let gap = normal.dot(&(x - Vector3::from(point))) + normal.dot(&moved);
                 Proximity { gap, normal, curvature: Matrix3::zeros() }
             }
             Shape::Sphere { centre, radius } => {
-                let from = x - Vector3::from(centre) - travel;
+                let from = x - Vector3::from(centre) + moved;
                 let distance = from.norm().max(f64::MIN_POSITIVE);
                 let normal = from / distance;
                 let curvature = (Matrix3::identity() - normal * normal.transpose()) / distance;

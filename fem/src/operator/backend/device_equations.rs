@@ -111,7 +111,7 @@ impl DeviceEquations {
         let Increment { materials, context, .. } = increment;
         let mut state = self.state();
         let kept = state.as_mut().ok()?;
-        let regions = Regions::new(materials, rule, context.duration);
+        let regions = Regions::new(materials, rule, context.duration, context.damping);
         let (formula, degraded) = regions.law();
         let damage = materials.iter().find_map(|m| m.damage.as_ref());
         let setting = Setting {

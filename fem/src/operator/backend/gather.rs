@@ -55,7 +55,7 @@ impl<'a, const N: usize> Gather<'a, N> {
             space,
             increment,
             density: damage.map_or(CrackDensity::At2, |d| d.density),
-            regions: Regions::new(materials, rule, context.duration),
+            regions: Regions::new(materials, rule, context.duration, context.damping),
             places: places::<f64>(),
         }
     }

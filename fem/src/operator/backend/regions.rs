@@ -25,15 +25,22 @@ pub(super) const CONSTANTS: usize = 6;
 pub(super) type Row = [f64; CONSTANTS + 3];
 
 impl<'a> Regions<'a> {
-    pub(super) fn new(materials: &'a [PointMaterial], rule: Homogenisation, duration: f64) -> Self {
+    pub(super) fn new(
+        materials: &'a [PointMaterial],
+        rule: Homogenisation,
+        duration: f64,
+        damping: f64,
+    ) -> Self {
         // all regions have the same damage model, so the first one is used
         let damage = materials.iter().find_map(|m| m.damage.as_ref());
         let constants = materials.iter().map(|m| {
-            let [soft, local, gradient, viscosity] = match &m.damage {
-                Some(d) => [1.0 - d.residual, d.local, d.gradient, d.viscosity],
+            let [soft, local, gradient, viscous] = match &m.damage {
+                Some(d) => {
+                    [1.0 - d.residual, d.local, d.gradient, d.viscosity / duration + damping]
+                }
                 None => [0.0; 4],
             };
-            [m.moduli.bulk, m.moduli.shear, soft, local, gradient, viscosity / duration]
+            [m.moduli.bulk, m.moduli.shear, soft, local, gradient, viscous]
         });
         let first = materials.first().and_then(PointMaterial::formula);
         Self {

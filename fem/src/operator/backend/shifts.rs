@@ -34,7 +34,7 @@ impl<'a, const N: usize> Shifts<'a, N> {
     ) -> Self {
         let sides = |shift: &'a Shift<'a>| {
             let [below, above] =
-                [shift.below, shift.above].map(|side| Regions::new(side, rule, duration));
+                [shift.below, shift.above].map(|side| Regions::new(side, rule, duration, 0.0));
             let same = shift.below.iter().zip(shift.above).all(|(a, b)| respond_alike(a, b));
             Sides { below, above, responds: !same, shift }
         };

@@ -1,0 +1,78 @@
+//! Tractions, and what loads amount to at a time.
+
+use std::collections::BTreeMap;
+
+use super::function::Function;
+use crate::element::Domain;
+use crate::parallel::Part;
+
+/// Triangles of a surface and the force per area on them, MPa.
+#[derive(Clone, Debug)]
+pub(super) struct Traction {
+    pub(super) surface: String,
+    pub(super) triangles: Vec<[u32; 3]>,
+    pub(super) stress: Function<[f64; 3]>,
+}
+
+/// Loads at a time.
+#[derive(Clone, Debug)]
+pub(crate) struct Loads {
+    /// Nodal forces (N) and damage sources (N mm).
+    pub(crate) nodal: Vec<[f64; 4]>,
+    /// The resultant of the tractions on each surface, N: of the triangles of this rank.
+    pub(crate) tractions: BTreeMap<String, [f64; 3]>,
+}
+
+impl Traction {
+    /// Adds its nodal forces at a time, N; returns their sum.
+    pub(super) fn add(&self, domain: &dyn Domain, time_s: f64, nodal: &mut [[f64; 4]]) -> [f64; 3] {
+        let stress = |x| self.stress.at(x, time_s);
+        domain.surface_load(&self.triangles, &stress, nodal);
+        domain.surface_resultant(&self.triangles, &stress)
+    }
+}
+
+/// The tractions on the faces of this rank; `of` is the rank of each element of `domain`, the whole space.
+pub(super) fn of_part(
+    tractions: Vec<Traction>,
+    domain: &dyn Domain,
+    of: &[u32],
+    part: &Part,
+) -> Vec<Traction> {
+    let lowest = lowest_ranks(tractions.iter().flat_map(|t| &t.triangles), domain, of);
+    let (rank, local) = (part.ranks().rank() as u32, part.local());
+    let here = |triangle: [u32; 3]| {
+        let [a, b, c] = triangle.map(&local);
+        (lowest[&sorted(triangle)] == rank).then_some([a?, b?, c?])
+    };
+    let on_rank = |t: Traction| Traction {
+        triangles: t.triangles.into_iter().filter_map(here).collect(),
+        ..t
+    };
+    tractions.into_iter().map(on_rank).collect()
+}
+
+/// The lowest rank that has an element with each of these faces, by its nodes in order.
+fn lowest_ranks<'a>(
+    triangles: impl Iterator<Item = &'a [u32; 3]>,
+    domain: &dyn Domain,
+    of: &[u32],
+) -> BTreeMap<[u32; 3], u32> {
+    let mut lowest: BTreeMap<_, _> = triangles.map(|&t| (sorted(t), u32::MAX)).collect();
+    if lowest.is_empty() {
+        return lowest;
+    }
+    for (tet, &rank) in of.iter().enumerate() {
+        let corners = &domain.nodes_of(tet)[..4];
+        for without in 0..4 {
+            let face = [0, 1, 2].map(|k| corners[k + usize::from(k >= without)]);
+            lowest.entry(sorted(face)).and_modify(|least| *least = rank.min(*least));
+        }
+    }
+    lowest
+}
+
+fn sorted(mut face: [u32; 3]) -> [u32; 3] {
+    face.sort_unstable();
+    face
+}

@@ -1,0 +1,97 @@
+//! Which surface exerts the force of a prescribed value.
+//!
+//! A condition on a surface acts through the components that it prescribes, so that a plane of symmetry pushes along
+//! its normal alone. Where surfaces meet, several may prescribe the same component of a node. Its force is then shared
+//! in proportion to the area of their triangles at the node, and the forces of all surfaces add up to that on the body.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use nalgebra::Vector3;
+
+use crate::element::Domain;
+use crate::mesh::TetMesh;
+use crate::parallel::Part;
+
+/// A component of the displacement that a condition on a surface prescribes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Support {
+    pub(super) node: u32,
+    pub(super) component: usize,
+    /// The part of the force that belongs to the surface, in (0, 1].
+    pub(super) share: f64,
+}
+
+/// The components that conditions prescribe, surface by surface.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Claims(BTreeMap<(u32, usize), BTreeSet<String>>);
+
+impl Claims {
+    /// Notes that a surface prescribes a component of its nodes.
+    pub(super) fn add(&mut self, surface: &str, nodes: &[u32], component: usize) {
+        for &node in nodes {
+            let surfaces = self.0.entry((node, component)).or_default();
+            if !surfaces.contains(surface) {
+                surfaces.insert(surface.into());
+            }
+        }
+    }
+
+    /// The supports of each surface, with the share of each.
+    pub(super) fn into_supports(
+        self,
+        domain: &dyn Domain,
+        mesh: &TetMesh,
+    ) -> BTreeMap<String, Vec<Support>> {
+        let mut areas: BTreeMap<&str, BTreeMap<u32, f64>> = BTreeMap::new();
+        for surface in self.0.values().filter(|s| s.len() > 1).flatten() {
+            let on_surface = || areas_at_nodes(domain, mesh, &mesh.surfaces[surface]);
+            areas.entry(surface).or_insert_with(on_surface);
+        }
+        let mut supports: BTreeMap<String, Vec<Support>> = BTreeMap::new();
+        for (&(node, component), surfaces) in &self.0 {
+            let area = |surface: &String| areas.get(surface.as_str()).map_or(1.0, |a| a[&node]);
+            let sum: f64 = surfaces.iter().map(area).sum();
+            for surface in surfaces {
+                let support = Support { node, component, share: area(surface) / sum };
+                supports.entry(surface.clone()).or_default().push(support);
+            }
+        }
+        supports
+    }
+}
+
+/// The area of the triangles at each node of a surface, mm².
+fn areas_at_nodes(
+    domain: &dyn Domain,
+    mesh: &TetMesh,
+    triangles: &[[u32; 3]],
+) -> BTreeMap<u32, f64> {
+    let mut areas = BTreeMap::new();
+    for triangle in triangles {
+        let [a, b, c] = triangle.map(|n| Vector3::from(mesh.nodes[n as usize]));
+        let area = 0.5 * (b - a).cross(&(c - a)).norm();
+        for node in domain.nodes_on(&[*triangle]) {
+            *areas.entry(node).or_insert(0.0) += area;
+        }
+    }
+    areas
+}
+
+/// The supports at the nodes that belong to this rank.
+pub(super) fn of_part(supports: Vec<Support>, part: &Part) -> Vec<Support> {
+    let local = part.local();
+    let own = |support: Support| {
+        let node = local(support.node).filter(|&node| part.halo.owns(node))?;
+        Some(Support { node, ..support })
+    };
+    supports.into_iter().filter_map(own).collect()
+}
+
+/// The sum of the supports' shares of nodal forces, N.
+pub(super) fn sum(supports: &[Support], forces: &[[f64; 4]]) -> [f64; 3] {
+    let mut sum = [0.0; 3];
+    for &Support { node, component, share } in supports {
+        sum[component] += share * forces[node as usize][component];
+    }
+    sum
+}

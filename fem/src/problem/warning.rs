@@ -1,0 +1,117 @@
+//! Faults of a problem that do not stop a run but spoil its result.
+
+use super::definition::Definition;
+use super::problem::Problem;
+use crate::element::Order;
+
+/// A property of a problem that makes its result wrong without an error.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ProblemWarning {
+    /// Linear elements cannot change their shape at a fixed volume.
+    #[error(
+        "forces may come out too large: linear tetrahedra lock where a material is nearly incompressible, and \
+         region '{region}' has a Poisson's ratio of {poisson} (a block glued at its ends, six elements high, is too \
+         stiff by 12 % at 0.45, 45 % at 0.49 and 240 % at 0.499); take quadratic elements"
+    )]
+    VolumetricLocking {
+        /// The region.
+        region: String,
+        /// Its Poisson's ratio at small strain.
+        poisson: f64,
+    },
+    /// Linear elements resist bending by shear.
+    #[error(
+        "bending may come out many times too stiff: linear tetrahedra lock in a slender body, and this one is \
+         only {across:.1} edges of its mesh thick ({thickness_mm:.3} mm) at a size of {size_mm:.3} mm; take \
+         quadratic elements, or edges of at most a quarter of that thickness"
+    )]
+    BendingLocking {
+        /// Mean thickness of the body, mm.
+        thickness_mm: f64,
+        /// Its largest extent, mm.
+        size_mm: f64,
+        /// The thickness over the mean edge of its elements.
+        across: f64,
+    },
+    /// Parts of the mesh that have no face in common.
+    #[error(
+        "the mesh falls into {parts} parts that are joined only by an edge or a node, as by a hinge (one of them \
+         has tetrahedron {tet}): they turn freely about each other; make them share faces, or remove the small ones"
+    )]
+    Hinges {
+        /// The number of parts.
+        parts: usize,
+        /// The first tetrahedron that is not in the part of tetrahedron 0.
+        tet: usize,
+    },
+}
+
+/// Poisson's ratio from which linear elements are said to lock.
+const INCOMPRESSIBLE: f64 = 0.45;
+/// The largest extent over the mean thickness from which a body is slender.
+const SLENDER: f64 = 15.0;
+/// Edges across the thickness below which a slender body of linear elements is too stiff: a square bar of ten cubes
+/// across has 3.8 and bends by 3 % too little, one of four cubes has 1.5 and bends by 17 % too little.
+const ACROSS: f64 = 3.5;
+
+impl Problem {
+    /// What would make the result of this problem wrong without an error: elements that lock, and parts of the body
+    /// that hang together by an edge or a node alone.
+    ///
+    /// # Example
+    /// ```
+    /// use fem::{CompressionTest, CylinderLattice, Material, Order, ProblemWarning, Schedule};
+    ///
+    /// let mesh = CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.5 }.build()?;
+    /// let rubber = |order| {
+    ///     CompressionTest::new(0.22, Schedule::fixed(1.0, 1))
+    ///         .builder(mesh.clone())?
+    ///         .order(order)
+    ///         .materials([Material::hencky(1.0, 0.4999)])
+    ///         .build()
+    /// };
+    /// let warnings = rubber(Order::Linear)?.warnings();
+    /// assert!(matches!(warnings[..], [ProblemWarning::VolumetricLocking { .. }]));
+    /// assert!(rubber(Order::Quadratic)?.warnings().is_empty());
+    /// # Ok::<(), fem::FemError>(())
+    /// ```
+    pub fn warnings(&self) -> Vec<ProblemWarning> {
+        let mut warnings = Vec::new();
+        if self.parts.order == Order::Linear {
+            warnings.extend(volumetric_locking(&self.parts));
+            warnings.extend(bending_locking(&self.parts));
+        }
+        warnings.extend(hinges(&self.parts));
+        warnings
+    }
+}
+
+/// The region that is nearest to being incompressible, if it is near.
+fn volumetric_locking(parts: &Definition) -> Option<ProblemWarning> {
+    let poisson = |k: usize| parts.materials[k].elasticity.poisson();
+    let region = (0..parts.materials.len()).max_by(|&a, &b| poisson(a).total_cmp(&poisson(b)))?;
+    (poisson(region) >= INCOMPRESSIBLE).then(|| ProblemWarning::VolumetricLocking {
+        region: parts.mesh.regions[region].clone(),
+        poisson: poisson(region),
+    })
+}
+
+/// The thickness is twice the volume over the surface, which is that of a plate and half that of a square bar.
+fn bending_locking(parts: &Definition) -> Option<ProblemWarning> {
+    let mesh = &parts.mesh;
+    let thickness_mm = 2.0 * mesh.volume() / mesh.boundary_area();
+    let size_mm = mesh.largest_extent();
+    let across = thickness_mm / mesh.mean_edge();
+    (size_mm > SLENDER * thickness_mm && across < ACROSS)
+        .then_some(ProblemWarning::BendingLocking { thickness_mm, size_mm, across })
+}
+
+fn hinges(parts: &Definition) -> Option<ProblemWarning> {
+    let part_of = parts.mesh.parts_by_faces();
+    let tet = part_of.iter().position(|&part| part != 0)?;
+    let mut roots = part_of;
+    roots.sort_unstable();
+    roots.dedup();
+    Some(ProblemWarning::Hinges { parts: roots.len(), tet })
+}

@@ -1,0 +1,75 @@
+//! The start of an increment whose prescribed values jump.
+//!
+//! With the prescribed values moved and all other values at rest, the elements beside a surface take the whole
+//! increment: they are turned inside out, or so distorted that Newton's method needs many iterations. The linear
+//! response of the last equilibrium to the increment moves the whole body instead, and its tangent serves the first
+//! iterations too.
+
+use super::external::External;
+use super::linear::Nodal;
+use super::newton::Solver;
+use super::options::Scheme;
+use crate::error::StepFailure;
+use crate::fields::Fields;
+use crate::operator::{Coupling, StepContext};
+
+/// Fraction of its residual that the linear solution may leave. The residual is dominated by the elements beside the
+/// surface, so that the rest of the body needs more digits than in an iteration.
+const LINEAR_TOLERANCE: f64 = 1e-4;
+/// Part of the increment over which the residual is differenced.
+const NUDGE: f64 = 1e-6;
+
+impl<E: External> Solver<'_, E> {
+    /// The linear response of the equilibrium `before` to the loads of this increment and to its prescribed values,
+    /// which are those of `placed`.
+    ///
+    /// The tangent is kept for the next iteration.
+    pub(crate) fn predict(
+        &mut self,
+        before: &Fields,
+        placed: &Fields,
+        context: StepContext,
+    ) -> Result<Fields, StepFailure> {
+        let coupling = match self.options.scheme {
+            Scheme::Monolithic => Coupling::Full,
+            Scheme::Alternate => Coupling::Separate,
+        };
+        // the prescribed values of `placed`, the others of `before`
+        let moved_by = |fraction: f64| {
+            let mut moved = before.clone();
+            for (n, unknown) in self.unknown.iter().enumerate() {
+                for k in (0..3).filter(|&k| !unknown[k]) {
+                    let step = placed.displacement[n][k] - before.displacement[n][k];
+                    moved.displacement[n][k] += fraction * step;
+                }
+                if !unknown[3] {
+                    moved.damage[n] += fraction * (placed.damage[n] - before.damage[n]);
+                }
+            }
+            moved
+        };
+        let (nudged, mut predicted) = (moved_by(NUDGE), moved_by(1.0));
+        self.evaluate(&nudged, context)?;
+        let nudged = self.residual.nodal.clone();
+        self.begin(&mut before.clone(), context)?;
+        self.linearise_as(coupling, before, context)?;
+        let border = nudged.iter().zip(&self.residual.nodal);
+        let right: Vec<Nodal> = border
+            .map(|(nudged, at)| std::array::from_fn(|k| at[k] + (nudged[k] - at[k]) / NUDGE))
+            .collect();
+        self.effort.iterations += 1;
+        let tolerance = LINEAR_TOLERANCE.min(self.options.linear_tolerance);
+        let step = self.solve_nodal(&right, tolerance)?;
+        for (n, step) in step.iter().enumerate() {
+            for k in (0..3).filter(|&k| self.free[n][k]) {
+                predicted.displacement[n][k] -= step[k];
+            }
+            if self.free[n][3] {
+                predicted.damage[n] -= step[3];
+            }
+        }
+        // a guess that no Newton iteration can start from is none
+        self.begin(&mut predicted, context)?;
+        Ok(predicted)
+    }
+}
