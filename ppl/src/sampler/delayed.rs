@@ -1,7 +1,6 @@
 //! Delayed-acceptance Metropolis.
 
 use rand::Rng;
-use serde::{Deserialize, Serialize};
 
 use super::{
     chains::Chains,
@@ -12,6 +11,7 @@ use super::{
     report::{DrawStats, WarmupReport},
     resume::{another_sampler, misfit},
     run::MarkovChain,
+    screening::Screening,
     settings::Settings,
     stop::StopReason,
     stream::Stream,
@@ -72,28 +72,6 @@ pub struct Screened {
     screening: Screening,
     /// Number of warmup transitions that use the cheap density only.
     alone: usize,
-}
-
-/// Settings of the screening by the cheap density.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Screening {
-    steps: u32,
-    /// Exponent of the cheap density.
-    power: f64,
-}
-
-impl Screening {
-    fn check(self) -> Result<(), RunError> {
-        let refused = |setting, value, help| Err(RunError::Setting { setting, value, help });
-        if self.steps == 0 {
-            return refused("screening_steps", "0".into(), "give at least 1");
-        }
-        if !(self.power > 0.0 && self.power <= 1.0) {
-            let help = "give a number above 0, at most 1";
-            return refused("screening_power", self.power.to_string(), help);
-        }
-        Ok(())
-    }
 }
 
 impl Default for DelayedAcceptance<'_> {

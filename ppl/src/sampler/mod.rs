@@ -17,6 +17,7 @@ mod rejections;
 mod report;
 mod resume;
 mod run;
+mod screening;
 mod settings;
 mod step_size;
 mod stop;

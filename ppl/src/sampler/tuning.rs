@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{
-    delayed::Screening, proposal::ProposalShape, report::InverseMassMatrix, warmup::Warmup,
+    proposal::ProposalShape, report::InverseMassMatrix, screening::Screening, warmup::Warmup,
 };
 
 /// State of a chain except its position and its random stream.

@@ -18,7 +18,7 @@ const MOMENTS: [&str; 5] = ["mean", "sd", "q05", "q50", "q95"];
 ///
 /// # Errors
 /// A result that is missing or cannot be read.
-pub(in crate::workflow) fn parameters(
+pub(crate) fn parameters(
     inputs: &Inputs<'_>,
     data: &Dataset,
     label: &dyn Fn(&str) -> String,
