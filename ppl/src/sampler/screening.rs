@@ -1,0 +1,32 @@
+//! Settings of delayed acceptance for the cheap density.
+
+use serde::{Deserialize, Serialize};
+
+use super::error::RunError;
+
+/// Settings of the screening by the cheap density.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Screening {
+    /// Random-walk steps, at least 1.
+    pub(super) steps: u32,
+    /// Exponent of the cheap density.
+    pub(super) power: f64,
+}
+
+impl Screening {
+    /// Checks both settings.
+    ///
+    /// # Errors
+    /// [`RunError::Setting`] if one is out of range.
+    pub(super) fn check(self) -> Result<(), RunError> {
+        let refused = |setting, value, help| Err(RunError::Setting { setting, value, help });
+        if self.steps == 0 {
+            return refused("screening_steps", "0".into(), "give at least 1");
+        }
+        if !(self.power > 0.0 && self.power <= 1.0) {
+            let help = "give a number above 0, at most 1";
+            return refused("screening_power", self.power.to_string(), help);
+        }
+        Ok(())
+    }
+}
