@@ -61,7 +61,8 @@ fn cheap_runs_are_corrected_by_repeated_ones() {
         assert!(mean(&corrected).abs() < 1e-9, "{quantity}: {}", mean(&corrected));
         // wide elements are too stiff, and the correction says so
         let (found, expected) = (number(ratio, "ratio"), mean(&cheap).exp());
-        assert!((found - 1.0).abs() > 1e-3 && (found / expected - 1.0).abs() < 0.05, "{ratio:?}");
+        assert!((found / expected - 1.0).abs() < 0.05, "{ratio:?}");
+        assert!(*quantity != QUANTITIES[0] || found < 0.999, "{ratio:?}");
         assert!(number(ratio, "error_percent") < number(ratio, "scatter_percent"));
     }
     // curves of the better mesh correct the shape of those that are predicted

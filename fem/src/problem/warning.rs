@@ -74,7 +74,7 @@ impl Problem {
     /// let warnings = rubber(Order::Linear)?.warnings();
     /// assert!(matches!(warnings[..], [ProblemWarning::VolumetricLocking { .. }]));
     /// assert!(rubber(Order::Quadratic)?.warnings().is_empty());
-    /// # Ok::<(), fem::FemError>(())
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn warnings(&self) -> Vec<ProblemWarning> {
         let mut warnings = Vec::new();
