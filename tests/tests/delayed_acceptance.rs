@@ -57,7 +57,8 @@ fn the_simulation_decides_though_the_surrogate_is_wrong() {
     let (surrogate, qois) = (biased(), specimens());
     let (cheap, exact) =
         (calibration(&surrogate, &qois, &PRIOR), calibration(&ViscousLimit, &qois, &PRIOR));
-    // without the power chains stick where the surrogate falls off faster than the exact density
+    // chains stick where the surrogate falls off faster than the exact density: with the power less often, but one
+    // seed of two still has a chain that does
     let sampler = DelayedAcceptance::default().screening_steps(200).screening_power(0.8);
     let sampler = sampler.warmup(2050).screened_warmup(2000);
     let chains = sampler.draws(4000).seed(2).run(&cheap, &exact).unwrap();
