@@ -58,22 +58,10 @@ pub(super) fn ln_conditionals(
 #[cfg(test)]
 mod tests {
     use ppl::Nuts;
-    use surrogate::Input;
 
     use super::*;
+    use crate::fracture::six_specimens::{QOIS, forward};
     use crate::fracture::{Calibration, Evidence, calibrate, calibrate_after, calibration_on};
-
-    /// Six specimens of two quantities, with means of 1; the last stands apart.
-    const QOIS: [[f64; 2]; 6] =
-        [[0.97, 0.99], [1.00, 0.95], [0.95, 0.97], [1.02, 1.01], [0.98, 1.00], [1.08, 1.08]];
-
-    /// Both quantities grow with the one parameter, from 0.8 to 1.2 and from 0.9 to 1.1.
-    fn forward() -> DynPce {
-        let x = Input::new("matrix.young_mpa", 250.0, 300.0).unwrap();
-        let slopes = [0.2, 0.1].map(|s| s / 3f64.sqrt()).to_vec();
-        let outputs = ["slope_N_per_mm", "peak_force_N"].map(str::to_owned).to_vec();
-        DynPce::from_terms(vec![x], outputs, [(vec![0], vec![1.0; 2]), (vec![1], slopes)]).unwrap()
-    }
 
     /// log of the mean of p(y_k | y_−k, θ) over posteriors fitted without specimen k.
     #[test]

@@ -8,6 +8,8 @@ mod influence;
 mod likelihood;
 mod loo;
 mod population;
+#[cfg(test)]
+mod six_specimens;
 mod specimens;
 #[cfg(test)]
 mod tests;
