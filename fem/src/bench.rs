@@ -6,11 +6,11 @@ use std::sync::Arc;
 use crate::element::{DamageRule, Quadratic, Space};
 use crate::error::StepFailure;
 use crate::fields::Fields;
-use crate::mesh::TetMesh;
 use crate::operator::{Coupling, Increment, Layout, NONE, Product, Residual, StepContext, product};
 use crate::parallel::{Part, Ranks, bisect};
 use crate::problem::Problem;
 use crate::solve::{LinearSolver, Nodal};
+use fem_mesh::TetMesh;
 
 /// What one of several ranks would have of a mesh of quadratic elements, and send.
 #[derive(Clone, Copy, Debug, Default)]

@@ -50,27 +50,27 @@
 //! A mesh can also come from Gmsh ([`gmsh::read`]), and goes to ParaView by [`vtu::write`], the surfaces of
 //! its grains to other programs by [`stl::write`].
 //!
-//! # Rooms
+//! # Modules
 //!
-//! From the ground up; an import goes down only, and no two files import each other.
+//! Three crates below this one compile beside the solvers, and `fem` passes on all of their items:
+//! `fem_file` (files), `fem_image` (voxels and grains), `fem_mesh` (meshes and specimens).
+//!
+//! The modules of this crate in the order of their layers. A module imports from lower layers only, and no two
+//! files import each other.
 //!
 //! 1. `error`: what can be wrong, with its source
-//! 2. `file`: files that are written whole or not at all, and inputs that are regular files
-//! 3. `fields`: displacement and damage at the nodes
-//! 4. `device`: where kernels run: a graphics card, or this machine in its place
-//! 5. `parallel`: ranks that share one problem: messages, and who has which part of the mesh
-//! 6. `image`: voxels from TIFF stacks, grains from voxels
-//! 7. `mesh`: tetrahedra with named regions and surfaces; Gmsh, ParaView and STL files
-//! 8. `specimen`: grains, packings and their labels
-//! 9. `element`: linear and quadratic tetrahedra, quadrature, the space on a mesh
-//! 10. `material`: laws, damage, and what they give at a point
-//! 11. `operator`: residual and tangent of a whole mesh, bounds of the unknowns
-//! 12. `solve`: Newton, alternate minimisation, arc length, contact passes, rates with parameters, linear
+//! 2. `fields`: displacement and damage at the nodes
+//! 3. `device`: where kernels run: a graphics card, or this machine in its place
+//! 4. `parallel`: ranks that share one problem: messages, and who has which part of the mesh
+//! 5. `element`: linear and quadratic tetrahedra, quadrature, the space on a mesh
+//! 6. `material`: laws, damage, and what they give at a point
+//! 7. `operator`: residual and tangent of a whole mesh, bounds of the unknowns
+//! 8. `solve`: Newton, alternate minimisation, arc length, contact passes, rates with parameters, linear
 //!     solvers
-//! 13. `boundary`: conditions, loads, platens and contact
-//! 14. `problem`: a problem, its load steps, curves and checkpoints
-//! 15. `ensemble`: many runs in a directory
-//! 16. `bench`: what the bench of the engine calls (feature `bench-internals`)
+//! 9. `boundary`: conditions, loads, platens and contact
+//! 10. `problem`: a problem, its load steps, curves and checkpoints
+//! 11. `ensemble`: many runs in a directory
+//! 12. `bench`: what the bench of the engine calls (feature `bench-internals`)
 
 #[cfg(feature = "bench-internals")]
 pub mod bench;
@@ -85,19 +85,15 @@ pub mod element;
 mod ensemble;
 mod error;
 mod fields;
-mod file;
-mod image;
 #[doc(hidden)]
 #[allow(missing_debug_implementations)]
 pub mod material;
-mod mesh;
 #[doc(hidden)]
 #[allow(missing_debug_implementations)]
 pub mod operator;
 mod parallel;
 mod problem;
 mod solve;
-mod specimen;
 
 #[doc = include_str!("equations.md")]
 pub mod equations {}
@@ -109,19 +105,27 @@ pub use ensemble::{
     Ensemble, EnsembleError, EnsembleProgress, EnsembleState, RunEnd, RunInput, RunRecord,
     RunStatus,
 };
-pub use error::{CheckpointError, CurveFileError, FemError, MeshError, StepFailure};
-pub use fields::Fields;
-pub use file::{open_regular, read_regular, read_regular_text, write_atomically};
-pub use image::{
+pub use error::{CheckpointError, CurveFileError, FemError, StepFailure};
+#[doc(inline)]
+pub use fem_file::{open_regular, read_regular, read_regular_text, write_atomically};
+#[doc(inline)]
+pub use fem_image::{
     Cylinder, ImageError, Region, RgbSlice, Score, SeedRule, Segmentation, Segmented, SpecimenForm,
     SpecimenStatistics, Volume, outlined_slice, score, tiff,
 };
+#[doc(inline)]
+pub use fem_mesh::{
+    ConvexPolyhedron, CylinderLattice, FractionTarget, Grain, GrainField, GrainForm, GrainList,
+    GrainMode, GrainShape, GrainVolume, LabelReport, Labelling, LatticeError, MeshError,
+    MeshReport, Meshed, MeshedGrain, Meshing, MeshingError, Mixture, Packing, PackingError,
+    Quality, Scan, ScanError, Scanner, SizeClass, TetMesh, VoxelGrains, gmsh, label, stl, vtu,
+};
+pub use fields::Fields;
 pub use material::{
     CrackDensity, DamageQuadrature, ElasticLaw, Elasticity, Fracture, Homogenisation,
     HyperelasticLaw, Irreversibility, Material, MooneyRivlin, Ogden, OgdenTerm, PhaseField,
     PrincipalStrain, SaintVenantKirchhoff, Split, UserLaw, assert_material,
 };
-pub use mesh::{CylinderLattice, LatticeError, Mixture, Quality, TetMesh, gmsh, stl, vtu};
 pub use num_dual::DualNum;
 pub use parallel::{Communicator, Ranks};
 pub use problem::{
@@ -131,8 +135,3 @@ pub use problem::{
     read_curve, write_curve,
 };
 pub use solve::{Effort, LinearScheme, Scheme, SolverOptions};
-pub use specimen::{
-    ConvexPolyhedron, FractionTarget, Grain, GrainField, GrainForm, GrainList, GrainMode,
-    GrainShape, GrainVolume, LabelReport, Labelling, MeshReport, Meshed, MeshedGrain, Meshing,
-    MeshingError, Packing, PackingError, Scan, ScanError, Scanner, SizeClass, VoxelGrains, label,
-};

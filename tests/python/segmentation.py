@@ -1,4 +1,4 @@
-"""scikit-image on the volumes of `cargo run --release -p fem --example segmentation FOLDER`, scored in the
+"""scikit-image on the volumes of `cargo run --release -p fem-mesh --example segmentation FOLDER`, scored in the
 same way, with the seconds of processor time that it takes.
 
     python3 segmentation.py FOLDER

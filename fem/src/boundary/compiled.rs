@@ -15,8 +15,8 @@ use super::rigid::RigidMotions;
 use crate::element::Domain;
 use crate::error::FemError;
 use crate::fields::Fields;
-use crate::mesh::TetMesh;
 use crate::parallel::Part;
+use fem_mesh::TetMesh;
 
 /// What acts on a space, or on what one rank has of it.
 #[derive(Debug)]

@@ -9,8 +9,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use nalgebra::Vector3;
 
 use crate::element::Domain;
-use crate::mesh::TetMesh;
 use crate::parallel::Part;
+use fem_mesh::TetMesh;
 
 /// A component of the displacement that a condition on a surface prescribes.
 #[derive(Clone, Copy, Debug, PartialEq)]

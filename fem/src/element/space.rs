@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::geometry::Geometry;
 use super::rule::{DamageRule, Rule, mean_values};
 use super::tetrahedron::Tetrahedron;
-use crate::mesh::TetMesh;
 use crate::parallel::Part;
+use fem_mesh::TetMesh;
 
 /// Equal-order Lagrange space for displacement and damage; `N` nodes an element.
 #[derive(Clone, Debug)]
@@ -67,7 +67,7 @@ impl<const N: usize> Space<N> {
             first.push(geometry.len() as u32);
         }
         // the regions of a mesh with mixtures are the matrix and the grain
-        let of_matrix = |(mixture, &region): (&crate::mesh::Mixture, &u16)| {
+        let of_matrix = |(mixture, &region): (&fem_mesh::Mixture, &u16)| {
             if region == 0 { f64::from(mixture.fraction) } else { 0.0 }
         };
         let mixtures = mesh.mixture.iter().flat_map(|all| all.iter().zip(&mesh.region_of));

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::record_file::{self, Checksums, StoredRun};
 use super::{EnsembleError, RunRecord};
-use crate::file::{read_regular, write_atomically};
+use fem_file::{read_regular, write_atomically};
 
 const MANIFEST: &str = "ensemble.json";
 /// The format that this version writes: each record has a checksum.

@@ -1,7 +1,6 @@
 //! What can be wrong with a problem, and what helps.
 
 mod file;
-mod mesh;
 mod step;
 
 use std::error::Error;
@@ -9,8 +8,9 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use fem_mesh::MeshError;
+
 pub use file::{CheckpointError, CurveFileError};
-pub use mesh::MeshError;
 pub use step::StepFailure;
 
 /// Why a problem cannot be set up, or stopped before its end.

@@ -10,9 +10,9 @@ use crate::device::ComputeDevice;
 use crate::element::Order;
 use crate::error::FemError;
 use crate::material::{Homogenisation, Material, PhaseField};
-use crate::mesh::TetMesh;
 use crate::parallel::Ranks;
 use crate::solve::{Scheme, SolverOptions};
+use fem_mesh::TetMesh;
 
 /// The parts of a [`Problem`] before they are checked.
 ///

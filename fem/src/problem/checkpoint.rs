@@ -10,8 +10,8 @@ use std::path::PathBuf;
 use super::fingerprint::Fingerprint;
 use super::state::RunState;
 use crate::error::{CheckpointError, FemError};
-use crate::file::{read_regular, write_atomically};
 use crate::parallel::Ranks;
+use fem_file::{read_regular, write_atomically};
 
 /// Where a run keeps its state, and how often it saves.
 ///

@@ -7,7 +7,7 @@ use super::problem::Problem;
 use super::schedule::Schedule;
 use crate::boundary::{Axis, Conditions, Platen};
 use crate::error::FemError;
-use crate::mesh::TetMesh;
+use fem_mesh::TetMesh;
 
 /// How the platens of a compression test hold the specimen. In a file they stand by name; the numbers
 /// of their friction have places of their own.

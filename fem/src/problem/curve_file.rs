@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::curve::CurvePoint;
 use crate::error::{CurveFileError, FemError};
-use crate::file::open_regular;
+use fem_file::open_regular;
 
 /// The columns that every curve file has, then those that may be absent.
 const COLUMNS: [&str; 14] = [

@@ -10,9 +10,9 @@ use crate::device::ComputeDevice;
 use crate::element::Order;
 use crate::error::FemError;
 use crate::material::{Elasticity, Homogenisation, Material, PhaseField, PointMaterial};
-use crate::mesh::TetMesh;
 use crate::parallel::Ranks;
 use crate::solve::{LinearScheme, SolverOptions};
+use fem_mesh::TetMesh;
 
 /// The parts as they were given, to be shared by problems that differ in some of them.
 #[derive(Clone, Debug)]

@@ -7,10 +7,10 @@ use crate::boundary::Boundary;
 use crate::element::{DamageRule, Domain, Linear, Order, Quadratic, Space, Tetrahedron};
 use crate::error::FemError;
 use crate::material::{CrackDensity, DamageQuadrature, MOST_GRAIN, PhaseField};
-use crate::mesh::TetMesh;
 use crate::operator::{Assembly, Operator, Unknowns};
 use crate::parallel::{Part, bisect};
 use crate::solve::{LinearPlan, LinearScheme};
+use fem_mesh::TetMesh;
 
 /// Space, boundary conditions, unknowns and what the linear solver needs, shared by runs; of several ranks,
 /// each has those of its part.

@@ -10,12 +10,14 @@ use super::rounding::rounding;
 use super::schedule::Schedule;
 use crate::boundary::{Conditions, ExternalForces};
 use crate::element::{Order, PointValues};
-use crate::error::{FemError, MeshError};
+use fem_mesh::MeshError;
+
+use crate::error::FemError;
 use crate::fields::Fields;
 use crate::material::{Material, PointMaterial};
-use crate::mesh::{TetMesh, vtu};
 use crate::operator::{CellStress, Increment, Operator, StepContext};
 use crate::solve::{Rounding, Solver};
+use fem_mesh::{TetMesh, vtu};
 
 /// A body with materials, conditions on its surfaces and loads, followed through time.
 ///

@@ -1,7 +1,7 @@
 //! The fill of nested dissection.
 
 use super::*;
-use crate::mesh::CylinderLattice;
+use fem_mesh::CylinderLattice;
 
 /// Entries of the factor of a matrix with this graph, by elimination on the graph itself.
 fn fill(graph: &Graph, order: &[u32]) -> usize {

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::{Part, Ranks, bisect};
 use crate::element::{DamageRule, Quadratic, Space};
-use crate::mesh::CylinderLattice;
+use fem_mesh::CylinderLattice;
 
 fn cylinder(spacing_mm: f64) -> (Space<10>, usize) {
     let mesh = CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm }.build().unwrap();

@@ -47,7 +47,7 @@ impl Record {
         options: &ReadOptions,
         size: SpecimenSize,
     ) -> Result<Self, InputError> {
-        let bytes = fem::read_regular(file)
+        let bytes = fem_file::read_regular(file)
             .map_err(|e| InputError::unreadable(file, &e, "Check its name and place."))?;
         let is_workbook = file.extension().is_some_and(|e| e.eq_ignore_ascii_case("xlsx"));
         let sheet = match is_workbook {

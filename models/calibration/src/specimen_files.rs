@@ -239,7 +239,7 @@ impl PlainRecord {
 
 /// Whether the first line that is no comment names `displacement_mm` and `force_N`, separated by commas.
 fn has_plain_header(file: &Path) -> bool {
-    let Ok(bytes) = fem::read_regular(file) else { return false };
+    let Ok(bytes) = fem_file::read_regular(file) else { return false };
     let bytes = bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(&bytes);
     let lines = bytes.split(|byte| matches!(byte, b'\n' | b'\r'));
     let is_header = |line: &&[u8]| !line.trim_ascii().is_empty() && line.first() != Some(&b'#');

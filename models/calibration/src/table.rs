@@ -17,7 +17,7 @@ pub struct CsvTable<'a> {
 impl<'a> CsvTable<'a> {
     /// Reads `file` and checks that it has the `required` columns.
     pub fn read(file: &'a Path, required: &[&str]) -> Result<Self, InputError> {
-        let bytes = fem::read_regular(file)
+        let bytes = fem_file::read_regular(file)
             .map_err(|e| InputError::unreadable(file, &e, "Check its name and place."))?;
         let bytes = bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(&bytes);
         let bytes = with_line_feeds(bytes);

@@ -199,8 +199,10 @@ fn colour(damage: f64, grain: f64) -> [f64; 3] {
 mod tests {
     use super::*;
 
-    fn mesh() -> fem::TetMesh {
-        fem::CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 0.8 }.build().unwrap()
+    fn mesh() -> fem_mesh::TetMesh {
+        fem_mesh::CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 0.8 }
+            .build()
+            .unwrap()
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! A picture of labelled grains, as if the matrix were glass.
 
-use fem::Volume;
+use fem_image::Volume;
 use rayon::prelude::*;
 
 use crate::camera::{Camera, light};

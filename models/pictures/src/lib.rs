@@ -4,10 +4,10 @@
 //! optimisations and `models` need not.
 //!
 //! ```
-//! let lattice = fem::CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.5 };
+//! let lattice = fem_mesh::CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.5 };
 //! let picture = breccia_pictures::mesh_picture(&lattice.build()?);
 //! assert!(picture.width() > 0 && picture.height() > 0);
-//! # Ok::<(), fem::LatticeError>(())
+//! # Ok::<(), fem_mesh::LatticeError>(())
 //! ```
 //!
 //! # Modules

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use fem::TetMesh;
+use fem_mesh::TetMesh;
 
 use crate::camera::{Camera, cross, dot, light, sub};
 use crate::canvas::Canvas;
@@ -114,9 +114,10 @@ mod tests {
 
     #[test]
     fn a_sector_of_the_matrix_is_cut_away_and_grains_stay() {
-        let mut mesh = fem::CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.0 }
-            .build()
-            .unwrap();
+        let mut mesh =
+            fem_mesh::CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.0 }
+                .build()
+                .unwrap();
         let whole = mesh.boundary_faces().len();
         let opened = visible_faces(&mesh);
         assert!(opened.iter().all(|&(_, tet)| !is_cut(centroid(&mesh, tet))));

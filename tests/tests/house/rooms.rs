@@ -6,8 +6,18 @@ use std::path::{Path, PathBuf};
 
 use super::imports::{Crate, Import};
 
-const CRATES: [&str; 7] =
-    ["fem", "models", "models/calibration", "models/pictures", "ppl", "ppl-macros", "surrogate"];
+const CRATES: [&str; 10] = [
+    "fem",
+    "fem/file",
+    "fem/image",
+    "fem/mesh",
+    "models",
+    "models/calibration",
+    "models/pictures",
+    "ppl",
+    "ppl-macros",
+    "surrogate",
+];
 
 /// Another checkout may be looked at in place of this one.
 pub(super) fn workspace() -> PathBuf {

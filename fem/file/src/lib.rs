@@ -1,0 +1,140 @@
+//! Files that are written whole or not at all, and inputs that are read only if they are regular files.
+
+use std::fs::{File, FileType};
+use std::io::{self, Read, Write};
+use std::path::Path;
+
+/// Writes a file by way of a temporary one beside it, in place of one that is there.
+///
+/// The content is on the disk before it gets its name, so a program that is killed, or a machine that
+/// stops, leaves the file of before or the new one. Several processes may write the same file.
+///
+/// # Errors
+/// What the operating system says.
+///
+/// # Example
+/// ```
+/// # let path = std::env::temp_dir().join(format!("fem-doc-file-{}", std::process::id()));
+/// fem_file::write_atomically(&path, b"displacement_mm,force_N\n")?;
+/// assert_eq!(std::fs::read(&path)?, b"displacement_mm,force_N\n");
+/// # std::fs::remove_file(path)?;
+/// # Ok::<(), std::io::Error>(())
+/// ```
+pub fn write_atomically(path: &Path, content: &[u8]) -> io::Result<()> {
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    let mut file = temporary_in(folder)?;
+    file.write_all(content)?;
+    file.as_file().sync_all()?;
+    file.persist(path)?;
+    // where directories can be opened, make the name durable too
+    match File::open(folder) {
+        Ok(folder) => folder.sync_all(),
+        Err(_) => Ok(()),
+    }
+}
+
+fn temporary_in(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".").suffix(".partial");
+    // as any other new file, not the private one that a temporary file would be
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    builder.tempfile_in(folder)
+}
+
+/// Opens a regular file for reading.
+///
+/// A program that opens a named pipe waits until another program writes to it, and a device may never end.
+/// Both are therefore refused. A symbolic link to a regular file is followed.
+///
+/// # Errors
+/// [`io::ErrorKind::InvalidInput`] for a named pipe, a socket or a device; otherwise the error of the operating
+/// system.
+///
+/// # Example
+/// ```
+/// # let path = std::env::temp_dir().join(format!("fem-doc-regular-{}", std::process::id()));
+/// std::fs::write(&path, "displacement_mm,force_N\n")?;
+/// assert_eq!(fem_file::read_regular(&path)?, b"displacement_mm,force_N\n");
+/// # std::fs::remove_file(path)?;
+/// # Ok::<(), std::io::Error>(())
+/// ```
+pub fn open_regular(path: &Path) -> io::Result<File> {
+    let kind = std::fs::metadata(path)?.file_type();
+    match irregularity(kind) {
+        // the system refuses to read a folder
+        None => File::open(path),
+        Some(what) => {
+            let message = format!("it is {what}; copy its content to a regular file");
+            Err(io::Error::new(io::ErrorKind::InvalidInput, message))
+        }
+    }
+}
+
+/// Reads the whole content of a regular file.
+///
+/// # Errors
+/// As [`open_regular`].
+pub fn read_regular(path: &Path) -> io::Result<Vec<u8>> {
+    let mut content = Vec::new();
+    open_regular(path)?.read_to_end(&mut content)?;
+    Ok(content)
+}
+
+/// Reads the whole content of a regular file as UTF-8 text.
+///
+/// # Errors
+/// As [`open_regular`]; [`io::ErrorKind::InvalidData`] for bytes that are no UTF-8.
+pub fn read_regular_text(path: &Path) -> io::Result<String> {
+    let mut text = String::new();
+    open_regular(path)?.read_to_string(&mut text)?;
+    Ok(text)
+}
+
+/// The name of a file type that is neither a regular file nor a folder.
+fn irregularity(kind: FileType) -> Option<&'static str> {
+    if kind.is_file() || kind.is_dir() {
+        return None;
+    }
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::FileTypeExt as _;
+        if kind.is_fifo() {
+            return Some("a named pipe");
+        }
+        if kind.is_socket() {
+            return Some("a socket");
+        }
+    }
+    Some("a device")
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pipes_and_devices_are_refused_and_a_link_to_a_file_is_followed() {
+        let dir = tempfile::tempdir().unwrap();
+        let pipe = dir.path().join("pipe");
+        let made = std::process::Command::new("mkfifo").arg(&pipe).status().unwrap();
+        assert!(made.success());
+        for (path, what) in [(pipe.as_path(), "a named pipe"), (Path::new("/dev/zero"), "a device")]
+        {
+            let error = read_regular(path).unwrap_err();
+            assert_eq!(error.kind(), io::ErrorKind::InvalidInput);
+            assert!(error.to_string().contains(what), "{error}");
+        }
+        let [file, link] = ["file", "link"].map(|name| dir.path().join(name));
+        std::fs::write(&file, "text").unwrap();
+        std::os::unix::fs::symlink(&file, &link).unwrap();
+        assert_eq!(read_regular_text(&link).unwrap(), "text");
+        assert_eq!(
+            read_regular(&dir.path().join("none")).unwrap_err().kind(),
+            io::ErrorKind::NotFound
+        );
+    }
+}

@@ -1,0 +1,6 @@
+//! Which voxels are air, matrix and grain.
+
+pub(crate) mod hardening;
+pub(crate) mod level;
+pub(crate) mod solid;
+pub(crate) mod threshold;

@@ -1,0 +1,320 @@
+//! How much of each voxel is grain, from its grey value.
+//!
+//! At an interface a voxel holds matrix and grain, and its grey value lies between theirs. The share of
+//! grain is taken as linear between the mean grey values of matrix and grain nearby, measured away from
+//! interfaces. Summed over a grain and what surrounds it this gives its volume between voxels, and noise
+//! and blur cancel.
+//!
+//! A threshold that was given by hand says where grains end, whatever the means are: then a voxel's share
+//! follows from how far its centre is from the surface on which the filtered grey value passes the
+//! threshold, and a grain's volume is what is above it. (In textures of little contrast the shares between
+//! the means would come to twice that, with nothing of matrix or grain that is away from interfaces.)
+
+use rayon::prelude::*;
+
+use crate::volume::filter::{dilate, erode};
+use crate::volume::{Volume, neighbour_steps};
+
+/// Voxels so far inside a phase, or outside, are not at an interface.
+const BAND: usize = 2;
+/// Voxels along the edge of a block in which grey values are averaged.
+const BLOCK: usize = 24;
+/// A block's own mean counts as much as that of all when it has so many voxels; fewer in all are not away
+/// from interfaces.
+const ENOUGH: u64 = 300;
+/// One voxel, in the integers in which volumes are summed.
+const UNIT: f64 = 65536.0;
+/// Shares are cut here before they are summed: noise passes, pores do not.
+const CUT: [f64; 2] = [-0.5, 1.5];
+
+/// Grain shares of voxels, and volumes of grains from them.
+#[derive(Debug)]
+pub(crate) struct Solid {
+    pub(crate) share: Vec<f32>,
+    /// Volume of each grain, from number 1 on (voxels).
+    pub(crate) volumes: Vec<f64>,
+}
+
+impl Solid {
+    /// `matrix` holds the voxels of the specimen that are neither grain nor void, `inside` the
+    /// specimen. Without any matrix every labelled voxel is all grain.
+    pub(crate) fn measure(
+        grey: &Volume<u16>,
+        labels: &[u32],
+        grains: usize,
+        matrix: &[u8],
+        inside: &[u8],
+    ) -> Solid {
+        let shape = grey.shape;
+        let grain: Vec<u8> = labels.par_iter().map(|&label| u8::from(label != 0)).collect();
+        let core = core(shape, &grain);
+        let safe = self::core(shape, inside);
+        let levels = [
+            LocalMeans::of(shape, &grey.values, matrix, &self::core(shape, matrix)),
+            LocalMeans::of(shape, &grey.values, &grain, &core),
+        ];
+        drop(grain);
+        let [Some(dark), Some(bright)] = levels else { return Solid::whole(labels, grains) };
+        let levels = [dark, bright];
+        let mut near = labels.to_vec();
+        for _ in 0..BAND {
+            near = spread(shape, &near, inside);
+        }
+
+        let [nx, ny, _] = shape;
+        let area = nx * ny;
+        let mut share = vec![0.0_f32; labels.len()];
+        let sums = share
+            .par_chunks_mut(area)
+            .enumerate()
+            .fold(
+                || vec![0_i64; grains + 1],
+                |mut sums, (z, slice)| {
+                    let mut lines = [vec![0.0; nx], vec![0.0; nx]];
+                    for (y, row) in slice.chunks_exact_mut(nx).enumerate() {
+                        let from = nx * (y + ny * z);
+                        levels
+                            .iter()
+                            .zip(&mut lines)
+                            .for_each(|(level, line)| level.row(y, z, line));
+                        for (x, share) in row.iter_mut().enumerate() {
+                            let at = from + x;
+                            let label = near[at];
+                            if label == 0 {
+                                continue;
+                            }
+                            let (dark, bright) = (lines[0][x], lines[1][x]);
+                            // means on the wrong sides of each other, by noise, make a step
+                            let linear =
+                                (f64::from(grey.values[at]) - dark) / (bright - dark).max(1.0);
+                            let part = if core[at] != 0 {
+                                1.0
+                            } else if labels[at] == 0 && matrix[at] == 0 {
+                                0.0
+                            } else if safe[at] == 0 {
+                                linear.clamp(0.0, 1.0)
+                            } else {
+                                linear.clamp(CUT[0], CUT[1])
+                            };
+                            *share = part.clamp(0.0, 1.0) as f32;
+                            sums[label as usize] += (part * UNIT).round() as i64;
+                        }
+                    }
+                    sums
+                },
+            )
+            .reduce(|| vec![0_i64; grains + 1], added);
+        Solid { share, volumes: volumes(&sums) }
+    }
+
+    /// Shares for a threshold that was given, from the image that was compared with it (`smooth`).
+    pub(crate) fn above(
+        smooth: &Volume<u16>,
+        threshold: f64,
+        labels: &[u32],
+        grains: usize,
+        inside: &[u8],
+    ) -> Solid {
+        let near = spread(smooth.shape, labels, inside);
+        let surface = Surface { smooth, threshold, labels, inside };
+        let [nx, ny, _] = smooth.shape;
+        let mut share = vec![0.0_f32; labels.len()];
+        let sums = share
+            .par_chunks_mut(nx * ny)
+            .enumerate()
+            .fold(
+                || vec![0_i64; grains + 1],
+                |mut sums, (z, slice)| {
+                    for (n, share) in slice.iter_mut().enumerate() {
+                        let at = n + nx * ny * z;
+                        if near[at] != 0 {
+                            let part = surface.share([n % nx, n / nx, z]);
+                            *share = part as f32;
+                            sums[near[at] as usize] += (part * UNIT).round() as i64;
+                        }
+                    }
+                    sums
+                },
+            )
+            .reduce(|| vec![0_i64; grains + 1], added);
+        Solid { share, volumes: volumes(&sums) }
+    }
+
+    /// All of each labelled voxel, where grey values cannot tell shares.
+    fn whole(labels: &[u32], grains: usize) -> Solid {
+        let mut counts = vec![0_u64; grains + 1];
+        labels.iter().for_each(|&label| counts[label as usize] += 1);
+        Solid {
+            share: labels.iter().map(|&label| if label == 0 { 0.0 } else { 1.0 }).collect(),
+            volumes: counts[1..].iter().map(|&count| count as f64).collect(),
+        }
+    }
+}
+
+fn added(mut a: Vec<i64>, b: Vec<i64>) -> Vec<i64> {
+    a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
+    a
+}
+
+fn volumes(sums: &[i64]) -> Vec<f64> {
+    sums[1..].iter().map(|&sum| (sum as f64 / UNIT).max(0.0)).collect()
+}
+
+/// Where a filtered image passes a threshold.
+struct Surface<'a> {
+    smooth: &'a Volume<u16>,
+    threshold: f64,
+    labels: &'a [u32],
+    inside: &'a [u8],
+}
+
+impl Surface<'_> {
+    /// How much of a voxel is above the threshold, if the grey value is linear in it: at least half of one
+    /// that has a label, and at most half of one that has none.
+    fn share(&self, voxel: [usize; 3]) -> f64 {
+        let shape = self.smooth.shape;
+        let at = voxel[0] + shape[0] * (voxel[1] + shape[1] * voxel[2]);
+        let grey = |at: usize| f64::from(self.smooth.values[at]);
+        let (mut slope, mut enclosed) = (0.0, self.labels[at] != 0);
+        let mut stride = 1;
+        for axis in 0..3 {
+            let before = (voxel[axis] > 0).then(|| at - stride);
+            let after = (voxel[axis] + 1 < shape[axis]).then(|| at + stride);
+            // air beyond the wall is no interface of a grain
+            let [before, after] = [before, after].map(|to| to.filter(|&to| self.inside[to] != 0));
+            enclosed &= [before, after].into_iter().flatten().all(|to| self.labels[to] != 0);
+            let change = grey(after.unwrap_or(at)) - grey(before.unwrap_or(at));
+            slope += (0.5 * change).powi(2);
+            stride *= shape[axis];
+        }
+        if enclosed {
+            return 1.0;
+        }
+        let depth = (grey(at) - self.threshold) / slope.sqrt().max(1.0);
+        match self.labels[at] {
+            0 => (0.5 + depth).clamp(0.0, 0.5),
+            _ => (0.5 + depth).clamp(0.5, 1.0),
+        }
+    }
+}
+
+/// What of a set is not at its surface.
+fn core(shape: [usize; 3], set: &[u8]) -> Vec<u8> {
+    (1..BAND).fold(erode(shape, set), |set, _| erode(shape, &set))
+}
+
+/// Labels grown by one voxel: a bare voxel takes the label that most of its neighbours have, of equal
+/// ones the lowest.
+fn spread(shape: [usize; 3], labels: &[u32], inside: &[u8]) -> Vec<u32> {
+    let [nx, ny, _] = shape;
+    let steps: Vec<[isize; 3]> = neighbour_steps().collect();
+    let grain: Vec<u8> = labels.par_iter().map(|&label| u8::from(label != 0)).collect();
+    // most bare voxels are near no grain
+    let near = dilate(shape, &grain);
+    let mut result = labels.to_vec();
+    result.par_chunks_mut(nx * ny).enumerate().for_each(|(z, slice)| {
+        let mut votes: Vec<(u32, u32)> = Vec::new();
+        for (n, own) in slice.iter_mut().enumerate() {
+            let at = n + nx * ny * z;
+            if *own != 0 || inside[at] == 0 || near[at] == 0 {
+                continue;
+            }
+            votes.clear();
+            for &step in &steps {
+                let Some(to) = stepped(shape, [n % nx, n / nx, z], step) else { continue };
+                let label = labels[to];
+                if label != 0 {
+                    match votes.iter_mut().find(|vote| vote.0 == label) {
+                        Some(vote) => vote.1 += 1,
+                        None => votes.push((label, 1)),
+                    }
+                }
+            }
+            let most = votes.iter().max_by_key(|(label, count)| (*count, !*label));
+            *own = most.map_or(0, |vote| vote.0);
+        }
+    });
+    result
+}
+
+/// The place of a voxel's neighbour, or nothing beyond the edge.
+fn stepped(shape: [usize; 3], voxel: [usize; 3], step: [isize; 3]) -> Option<usize> {
+    let along = |k: usize| voxel[k].checked_add_signed(step[k]).filter(|&at| at < shape[k]);
+    Some(along(0)? + shape[0] * (along(1)? + shape[1] * along(2)?))
+}
+
+/// Mean grey values of a phase in blocks, interpolated between their centres.
+struct LocalMeans {
+    shape: [usize; 3],
+    blocks: [usize; 3],
+    means: Vec<f64>,
+}
+
+impl LocalMeans {
+    /// Of a phase's voxels away from interfaces (`core`), or of all of them where those are too few to
+    /// tell anything, as of grains a few voxels across; nothing for a phase that has none.
+    fn of(shape: [usize; 3], grey: &[u16], phase: &[u8], core: &[u8]) -> Option<LocalMeans> {
+        let count = |set: &[u8]| set.par_iter().map(|&voxel| u64::from(voxel)).sum::<u64>();
+        let core = if count(core) < ENOUGH { phase } else { core };
+        let blocks = shape.map(|side| (side / BLOCK).max(1));
+        let [nx, ny, _] = shape;
+        let count = blocks.iter().product();
+        let sums = (0..shape[2])
+            .into_par_iter()
+            .fold(
+                || vec![(0_u64, 0_u64); count],
+                |mut sums, z| {
+                    let block = |n: usize, axis: usize| n * blocks[axis] / shape[axis];
+                    for n in (0..nx * ny).filter(|&n| core[n + nx * ny * z] != 0) {
+                        let [i, j, k] = [block(n % nx, 0), block(n / nx, 1), block(z, 2)];
+                        let sum = &mut sums[i + blocks[0] * (j + blocks[1] * k)];
+                        *sum = (sum.0 + 1, sum.1 + u64::from(grey[n + nx * ny * z]));
+                    }
+                    sums
+                },
+            )
+            .reduce(
+                || vec![(0, 0); count],
+                |mut a, b| {
+                    a.iter_mut().zip(b).for_each(|(a, b)| *a = (a.0 + b.0, a.1 + b.1));
+                    a
+                },
+            );
+        let all = sums.iter().fold((0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
+        if all.0 == 0 {
+            return None;
+        }
+        let global = all.1 as f64 / all.0 as f64;
+        let enough = ENOUGH as f64;
+        let mean =
+            |&(count, sum): &(u64, u64)| (sum as f64 + enough * global) / (count as f64 + enough);
+        Some(LocalMeans { shape, blocks, means: sums.iter().map(mean).collect() })
+    }
+
+    /// The two blocks between whose centres a voxel lies, and the share of the second.
+    fn between(&self, n: usize, axis: usize) -> (usize, usize, f64) {
+        let last = self.blocks[axis] - 1;
+        let place = (n as f64 + 0.5) * self.blocks[axis] as f64 / self.shape[axis] as f64 - 0.5;
+        let place = place.clamp(0.0, last as f64);
+        let first = place as usize;
+        (first, (first + 1).min(last), place - first as f64)
+    }
+
+    fn row(&self, y: usize, z: usize, line: &mut [f64]) {
+        let (j0, j1, q) = self.between(y, 1);
+        let (k0, k1, r) = self.between(z, 2);
+        let at = |i: usize, j: usize, k: usize| {
+            self.means[i + self.blocks[0] * (j + self.blocks[1] * k)]
+        };
+        let column = |i: usize| {
+            let low = at(i, j0, k0) * (1.0 - q) + at(i, j1, k0) * q;
+            let high = at(i, j0, k1) * (1.0 - q) + at(i, j1, k1) * q;
+            low * (1.0 - r) + high * r
+        };
+        let columns: Vec<f64> = (0..self.blocks[0]).map(column).collect();
+        for (x, value) in line.iter_mut().enumerate() {
+            let (i0, i1, p) = self.between(x, 0);
+            *value = columns[i0] * (1.0 - p) + columns[i1] * p;
+        }
+    }
+}

@@ -1,0 +1,151 @@
+//! Histograms and the thresholds that part their classes.
+
+use rayon::prelude::*;
+
+use crate::volume::grey::sum;
+
+/// Bins of a histogram of 16-bit values.
+pub(crate) const BINS: usize = 1024;
+/// Grey values in a bin.
+pub(crate) const WIDTH: usize = 65536 / BINS;
+
+/// The middle of a bin.
+pub(crate) fn middle(bin: usize) -> f64 {
+    bin as f64 * WIDTH as f64 + (WIDTH as f64 - 1.0) / 2.0
+}
+
+/// The histogram of the values that a set holds.
+pub(crate) fn histogram(values: &[u16], set: &[u8]) -> Vec<u64> {
+    let portion = 1 << 20;
+    values
+        .par_chunks(portion)
+        .zip(set.par_chunks(portion))
+        .fold(
+            || vec![0; BINS],
+            |mut counts, (values, set)| {
+                for (&value, &inside) in values.iter().zip(set) {
+                    counts[value as usize / WIDTH] += u64::from(inside);
+                }
+                counts
+            },
+        )
+        .reduce(|| vec![0; BINS], sum)
+}
+
+/// Splits a histogram into classes so that the variance between them is the largest.
+///
+/// Gives the first bin of each class but the lowest; nothing if fewer bins are occupied than there are
+/// classes. Where empty bins lie between two classes the split is in their middle.
+///
+/// # References
+/// N. Otsu, IEEE Trans. Syst. Man Cybern. 9 (1979) 62–66, doi:10.1109/TSMC.1979.4310076; several
+/// thresholds by dynamic programming over Σ (Σ n v)² / Σ n of the classes.
+pub(crate) fn otsu(counts: &[u64], classes: usize) -> Option<Vec<usize>> {
+    let bins = counts.len();
+    if classes < 2 || counts.iter().filter(|&&count| count > 0).count() < classes {
+        return None;
+    }
+    let mut total = vec![(0_u64, 0_u64); bins + 1];
+    for (bin, &count) in counts.iter().enumerate() {
+        total[bin + 1] = (total[bin].0 + count, total[bin].1 + count * bin as u64);
+    }
+    // bins from..to as one class; an empty class is none
+    let gain = |from: usize, to: usize| {
+        let count = total[to].0 - total[from].0;
+        let moment = (total[to].1 - total[from].1) as f64;
+        if count == 0 { f64::NEG_INFINITY } else { moment * moment / count as f64 }
+    };
+    // best[to]: the bins before `to` in so many classes
+    let mut best: Vec<f64> = (0..=bins).map(|to| gain(0, to)).collect();
+    let mut splits: Vec<Vec<usize>> = Vec::new();
+    for _ in 1..classes {
+        let mut next = vec![f64::NEG_INFINITY; bins + 1];
+        let mut from = vec![0; bins + 1];
+        for to in 1..=bins {
+            for split in 1..to {
+                let value = best[split] + gain(split, to);
+                if value > next[to] {
+                    (next[to], from[to]) = (value, split);
+                }
+            }
+        }
+        best = next;
+        splits.push(from);
+    }
+    let mut thresholds = Vec::with_capacity(classes - 1);
+    let mut to = bins;
+    for from in splits.iter().rev() {
+        to = from[to];
+        thresholds.push(to);
+    }
+    thresholds.reverse();
+    for split in &mut thresholds {
+        // the first of equal splits was taken: the bins from here on may be empty
+        let empty = counts[*split..].iter().take_while(|&&count| count == 0).count();
+        *split += empty / 2;
+    }
+    Some(thresholds)
+}
+
+/// The mean grey value of each class; of all bins if there is no threshold.
+pub(crate) fn class_means(counts: &[u64], thresholds: &[usize]) -> Vec<f64> {
+    let starts = std::iter::once(0).chain(thresholds.iter().copied());
+    let ends = thresholds.iter().copied().chain([counts.len()]);
+    starts.zip(ends).map(|(from, to)| mean(&counts[from..to], from)).collect()
+}
+
+/// The mean grey value of bins of which the first has a number.
+pub(crate) fn mean(counts: &[u64], first: usize) -> f64 {
+    let (mut count, mut moment) = (0, 0);
+    for (n, &c) in counts.iter().enumerate() {
+        count += c;
+        moment += c * (first + n) as u64;
+    }
+    let bin = moment as f64 / count as f64;
+    bin * WIDTH as f64 + (WIDTH as f64 - 1.0) / 2.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{Rng, SeedableRng};
+    use rand_xoshiro::Xoshiro256PlusPlus;
+
+    fn between(counts: &[u64], splits: &[usize]) -> f64 {
+        let starts = std::iter::once(0).chain(splits.iter().copied());
+        let ends = splits.iter().copied().chain([counts.len()]);
+        let all: u64 = counts.iter().sum();
+        let mean_of = |from: usize, to: usize| {
+            let count: u64 = counts[from..to].iter().sum();
+            let moment: u64 = (from..to).map(|n| counts[n] * n as u64).sum();
+            (count as f64 / all as f64, moment as f64 / count as f64)
+        };
+        let (_, centre) = mean_of(0, counts.len());
+        starts.zip(ends).map(|(a, b)| mean_of(a, b)).map(|(w, m)| w * (m - centre).powi(2)).sum()
+    }
+
+    #[test]
+    fn thresholds_are_those_of_an_exhaustive_search() {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(4);
+        for _ in 0..20 {
+            let counts: Vec<u64> = (0..24).map(|_| rng.random_range(1..50)).collect();
+            let two = (1..24).map(|a| between(&counts, &[a])).fold(0.0, f64::max);
+            let found = otsu(&counts, 2).unwrap();
+            assert!((between(&counts, &found) - two).abs() < 1e-9 * two);
+            let three = (1..23)
+                .flat_map(|a| (a + 1..24).map(move |b| [a, b]))
+                .map(|splits| between(&counts, &splits))
+                .fold(0.0, f64::max);
+            let found = otsu(&counts, 3).unwrap();
+            assert!((between(&counts, &found) - three).abs() < 1e-9 * three);
+        }
+    }
+
+    #[test]
+    fn an_empty_gap_is_split_in_its_middle() {
+        let mut counts = vec![0; 20];
+        (counts[2], counts[12]) = (5, 9);
+        assert_eq!(otsu(&counts, 2).unwrap(), [7]);
+        assert_eq!(otsu(&counts, 3), None);
+    }
+}

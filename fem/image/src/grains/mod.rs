@@ -1,0 +1,6 @@
+//! Single grains in the voxels of the grain phase, and numbers of each.
+
+pub(crate) mod basins;
+pub(crate) mod regions;
+pub(crate) mod score;
+pub(crate) mod statistics;

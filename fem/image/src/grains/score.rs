@@ -1,0 +1,171 @@
+//! How well labels agree with a truth.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+
+use crate::{ImageError, Volume};
+
+/// Agreement of a segmentation with a truth.
+///
+/// Grains match if they overlap by more than half of their union (then the pairing is unique).
+///
+/// # References
+/// Panoptic quality: A. Kirillov et al., CVPR (2019) 9396–9405, doi:10.1109/CVPR.2019.00963.
+/// Variation of information: M. Meilă, J. Multivar. Anal. 98 (2007) 873–895,
+/// doi:10.1016/j.jmva.2006.11.013.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Score {
+    /// Grains of the truth.
+    pub truth: usize,
+    /// Grains found.
+    pub found: usize,
+    /// Pairs that match.
+    pub matched: usize,
+    /// Sum of overlap over union of the matched pairs, over the mean number of grains.
+    pub panoptic_quality: f64,
+    /// Twice the voxels that are grain in both over the sum of the voxels that are grain in each.
+    pub dice: f64,
+    /// Share of pairs of voxels, of those that are grain in both, that are together in both or apart in
+    /// both.
+    pub rand: f64,
+    /// Entropy of the found grains given the true ones and the reverse, added, over voxels that are
+    /// grain in both (bits).
+    pub variation_of_information: f64,
+}
+
+/// Compares labels with those of a truth; 0 is no grain in both.
+///
+/// # Errors
+/// [`ImageError`] if the shapes differ.
+///
+/// # Example
+/// ```
+/// let truth = fem_image::Volume::new([4, 1, 1], 1.0, vec![0, 1, 1, 2])?;
+/// let found = fem_image::Volume::new([4, 1, 1], 1.0, vec![0, 7, 7, 9])?;
+/// let score = fem_image::score(&truth, &found)?;
+/// assert_eq!((score.matched, score.panoptic_quality, score.dice), (2, 1.0, 1.0));
+/// # Ok::<(), fem_image::ImageError>(())
+/// ```
+pub fn score(truth: &Volume<u32>, found: &Volume<u32>) -> Result<Score, ImageError> {
+    truth.check()?;
+    found.check()?;
+    if truth.shape != found.shape {
+        return Err(ImageError::Shape { shape: truth.shape, values: found.values.len() });
+    }
+    let overlaps = overlaps(&truth.values, &found.values);
+    let mut sizes = [BTreeMap::new(), BTreeMap::new()];
+    for (&(a, b), &count) in &overlaps {
+        *sizes[0].entry(a).or_insert(0_u64) += count;
+        *sizes[1].entry(b).or_insert(0_u64) += count;
+    }
+    let grains = |side: usize| sizes[side].keys().filter(|&&label| label != 0).count();
+    let (true_grains, found_grains) = (grains(0), grains(1));
+    let (mut matched, mut overlap_sum) = (0, 0.0);
+    for (&(a, b), &count) in overlaps.iter().filter(|((a, b), _)| *a != 0 && *b != 0) {
+        let union = sizes[0][&a] + sizes[1][&b] - count;
+        if 2 * count > union {
+            matched += 1;
+            overlap_sum += count as f64 / union as f64;
+        }
+    }
+    let size = |side: usize| -> u64 {
+        sizes[side].iter().filter(|(label, _)| **label != 0).map(|(_, count)| count).sum()
+    };
+    let common = Common::of(&overlaps);
+    let mean = (true_grains + found_grains) as f64 / 2.0;
+    Ok(Score {
+        truth: true_grains,
+        found: found_grains,
+        matched,
+        panoptic_quality: if mean > 0.0 { overlap_sum / mean } else { 1.0 },
+        dice: match size(0) + size(1) {
+            0 => 1.0,
+            sum => 2.0 * common.count / sum as f64,
+        },
+        rand: common.rand,
+        variation_of_information: common.information,
+    })
+}
+
+/// Voxels of each pair of labels.
+fn overlaps(truth: &[u32], found: &[u32]) -> BTreeMap<(u32, u32), u64> {
+    let portion = 1 << 18;
+    truth
+        .par_chunks(portion)
+        .zip(found.par_chunks(portion))
+        .fold(BTreeMap::new, |mut counts, (truth, found)| {
+            let mut at = 0;
+            while at < truth.len() {
+                // runs of one pair are counted at once
+                let pair = (truth[at], found[at]);
+                let run = truth[at..].iter().zip(&found[at..]);
+                let length = run.take_while(|&(&a, &b)| (a, b) == pair).count();
+                *counts.entry(pair).or_insert(0) += length as u64;
+                at += length;
+            }
+            counts
+        })
+        .reduce(BTreeMap::new, |mut a, b| {
+            for (pair, count) in b {
+                *a.entry(pair).or_insert(0) += count;
+            }
+            a
+        })
+}
+
+/// What is compared over voxels that are grain in both.
+struct Common {
+    count: f64,
+    rand: f64,
+    information: f64,
+}
+
+impl Common {
+    fn of(overlaps: &BTreeMap<(u32, u32), u64>) -> Common {
+        let mut sums = [BTreeMap::new(), BTreeMap::new()];
+        let both = || overlaps.iter().filter(|((a, b), _)| *a != 0 && *b != 0);
+        for (&(a, b), &n) in both() {
+            *sums[0].entry(a).or_insert(0.0) += n as f64;
+            *sums[1].entry(b).or_insert(0.0) += n as f64;
+        }
+        let count: f64 = both().map(|(_, &n)| n as f64).sum();
+        if count < 2.0 {
+            return Common { count, rand: 1.0, information: 0.0 };
+        }
+        let pairs = |n: f64| n * (n - 1.0) / 2.0;
+        let together: f64 = both().map(|(_, &n)| pairs(n as f64)).sum();
+        let of = |side: usize| sums[side].values().map(|&n| pairs(n)).sum::<f64>();
+        let rand = 1.0 + (2.0 * together - of(0) - of(1)) / pairs(count);
+        let information = both()
+            .map(|(&(a, b), &n)| {
+                let n = n as f64;
+                -n / count * ((n / sums[0][&a]).log2() + (n / sums[1][&b]).log2())
+            })
+            .sum();
+        Common { count, rand, information }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(labels: &[u32]) -> Volume<u32> {
+        Volume::new([labels.len(), 1, 1], 1.0, labels.to_vec()).unwrap()
+    }
+
+    #[test]
+    fn scores_are_those_counted_by_hand() {
+        let truth = row(&[1, 1, 1, 1, 2, 2, 2, 2, 0, 0]);
+        let found = row(&[5, 5, 5, 0, 7, 7, 8, 8, 8, 0]);
+        let score = score(&truth, &found).unwrap();
+        assert_eq!((score.truth, score.found, score.matched), (2, 3, 1));
+        // 3 of 4 voxels; 7 has exactly half of its union and does not match
+        assert!((score.panoptic_quality - 0.75 / 2.5).abs() < 1e-15);
+        assert!((score.dice - 14.0 / 16.0).abs() < 1e-15);
+        // of 21 pairs the 4 between 7 and 8 disagree
+        assert!((score.rand - 17.0 / 21.0).abs() < 1e-15);
+        assert!((score.variation_of_information - 4.0 / 7.0).abs() < 1e-15);
+    }
+}

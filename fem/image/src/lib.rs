@@ -1,0 +1,55 @@
+//! Images of specimens: voxels from files, and grains from voxels.
+//!
+//! [`tiff::read`] reads a stack into a [`Volume`]; [`Segmentation`] finds the specimen in it, its phases and its
+//! grains. Grey values are rounded to 16 bits once, and every later sum that decides anything is a sum of integers:
+//! results depend neither on the number of threads nor on the orientation of the image. The crate `fem` passes on
+//! all items of this crate.
+//!
+//! ```
+//! use fem_image::{Segmentation, Volume};
+//!
+//! // a bright ball with a radius of 8 voxels in a dark block
+//! let side = 48;
+//! let mut grey = vec![8000.0_f32; side * side * side];
+//! for (i, value) in grey.iter_mut().enumerate() {
+//!     let centred = [i % side, i / side % side, i / (side * side)].map(|c| c as f64 - 23.5);
+//!     if centred.iter().map(|c| c * c).sum::<f64>() < 64.0 {
+//!         *value = 30_000.0;
+//!     }
+//! }
+//! let volume = Volume::new([side; 3], 0.05, grey)?;
+//! let segmented = Segmentation::default().run(&volume, &mut |_| ())?;
+//! assert_eq!(segmented.regions.len(), 1);
+//! # Ok::<(), fem_image::ImageError>(())
+//! ```
+//!
+//! # Modules
+//!
+//! The modules in the order of their layers. A module imports from lower layers only, and no two files import each
+//! other.
+//!
+//! 1. `error`: what can be wrong with an image
+//! 2. `volume`: voxels, filters, distances, connected components
+//! 3. `tiff`: stacks of slices in files
+//! 4. `locate`: where the specimen stands
+//! 5. `classify`: which voxels are air, matrix and grain
+//! 6. `grains`: single grains, their sizes, and scores against a truth
+//! 7. `segment`: the steps in their order
+
+mod classify;
+mod error;
+mod grains;
+mod locate;
+mod segment;
+pub mod tiff;
+mod volume;
+
+pub use error::ImageError;
+pub use grains::regions::Region;
+pub use grains::score::{Score, score};
+pub use grains::statistics::SpecimenStatistics;
+pub use segment::Segmented;
+pub use segment::outline::{RgbSlice, outlined_slice};
+pub use segment::settings::{SeedRule, Segmentation, SpecimenForm};
+pub use volume::Volume;
+pub use volume::cylinder::Cylinder;

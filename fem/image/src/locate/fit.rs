@@ -1,0 +1,394 @@
+//! A cylinder fitted to an image.
+
+use rayon::prelude::*;
+
+use crate::{Cylinder, ImageError, Volume};
+
+/// A cylinder fitted to an image (in voxels), and how well it fits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Fit {
+    /// The middle of the axis, in x and y.
+    pub(crate) centre: [f64; 2],
+    pub(crate) radius: f64,
+    /// Ends, when upright.
+    pub(crate) bottom: f64,
+    pub(crate) top: f64,
+    /// Slopes of the axis that are taken into account.
+    pub(crate) lean: [f64; 2],
+    /// How far the fitted axis wanders between the ends, along x or y together (voxels).
+    pub(crate) wander: f64,
+    /// Root mean square distance of the wall's points that were kept (voxels).
+    pub(crate) scatter: f64,
+}
+
+/// Lengths are rounded to this share of a voxel, so that the order of sums does not show.
+const GRID: f64 = 1024.0;
+/// Slopes are rounded to this share of one.
+const SLOPES: f64 = 1048576.0;
+/// An axis that wanders less than this between the ends (voxels) is upright.
+const UPRIGHT: f64 = 1.0;
+/// Rounds in which a leaning axis is found from the one before.
+const ROUNDS: usize = 3;
+/// Axes that lean by this slope or more are no upright cylinder's.
+const STEEPEST: f64 = 0.5;
+/// Directions in an eighth of a turn.
+const EIGHTH: usize = 24;
+/// Steps of the fit.
+const STEPS: usize = 20;
+
+impl Fit {
+    pub(crate) fn in_mm(&self, voxel_mm: f64) -> Cylinder {
+        Cylinder {
+            centre_mm: self.centre.map(|c| c * voxel_mm),
+            radius_mm: self.radius * voxel_mm,
+            bottom_mm: self.bottom * voxel_mm,
+            top_mm: self.top * voxel_mm,
+            lean: self.lean,
+        }
+    }
+
+    /// Squared distance of a voxel from the axis, and its height along the axis as z of an upright
+    /// cylinder, in voxels; both are exact in floating point where the axis is upright.
+    pub(crate) fn place(&self, [x, y, z]: [usize; 3]) -> [f64; 2] {
+        let middle = (self.bottom + self.top) / 2.0;
+        let [p, q] = self.lean;
+        let h = z as f64 + 0.5 - middle;
+        // from the point of the axis in the same slice
+        let (dx, dy) =
+            (x as f64 + 0.5 - self.centre[0] - p * h, y as f64 + 0.5 - self.centre[1] - q * h);
+        let (along, square) = (dx * p + dy * q, 1.0 + (p * p + q * q));
+        let height = (along + h * square) / square.sqrt();
+        [dx * dx + dy * dy - along * along / square, middle + height]
+    }
+
+    /// (r/R)² of the voxels of a slice.
+    pub(crate) fn relative_squares(&self, [nx, ny]: [usize; 2], z: usize) -> Vec<f64> {
+        let square = self.radius * self.radius;
+        (0..nx * ny).map(|n| self.place([n % nx, n / nx, z])[0] / square).collect()
+    }
+
+    /// The voxels whose centres are inside by at least `margin` voxels: 1, the others 0.
+    pub(crate) fn inside(&self, shape: [usize; 3], margin: f64) -> Vec<u8> {
+        let [nx, ny, nz] = shape;
+        let radius = (self.radius - margin).max(0.0);
+        let heights = self.bottom + margin..=self.top - margin;
+        let mut set = vec![0; nx * ny * nz];
+        set.par_chunks_exact_mut(nx * ny).enumerate().for_each(|(z, slice)| {
+            for (n, voxel) in slice.iter_mut().enumerate() {
+                let [square, height] = self.place([n % nx, n / nx, z]);
+                *voxel = u8::from(square <= radius * radius && heights.contains(&height));
+            }
+        });
+        set
+    }
+}
+
+/// A straight line: where it is in the slice at a height, and its slopes.
+#[derive(Clone, Copy, Debug)]
+struct Axis {
+    at: [f64; 3],
+    lean: [f64; 2],
+}
+
+impl Axis {
+    /// Where it passes the height z.
+    fn through(&self, z: f64) -> [f64; 2] {
+        [0, 1].map(|k| self.at[k] + self.lean[k] * (z - self.at[2]))
+    }
+
+    /// Slope against the vertical.
+    fn slope(&self) -> f64 {
+        self.lean[0].hypot(self.lean[1])
+    }
+
+    /// Length along it for each voxel along z.
+    fn stretch(&self) -> f64 {
+        (1.0 + (self.lean[0] * self.lean[0] + self.lean[1] * self.lean[1])).sqrt()
+    }
+
+    /// How far along it from `at` the foot of a point is.
+    fn along(&self, point: [f64; 3]) -> f64 {
+        let [x, y, z] = [0, 1, 2].map(|k| point[k] - self.at[k]);
+        (x * self.lean[0] + y * self.lean[1] + z) / self.stretch()
+    }
+}
+
+/// What rays find: the axis, the radius, and the scatter of the points about them.
+struct Wall {
+    axis: Axis,
+    radius: f64,
+    scatter: f64,
+}
+
+/// Fits a cylinder to what is at least as bright as `edge`, the level half way between air and matrix: the
+/// ends by the median over columns of where they are entered, axis and radius by least squares over the
+/// outermost crossings of many rays, outliers left out. Axis, radius and ends are found between voxels.
+///
+/// Rays and ends refer to an upright axis first; if the one that they find leans, and `leans` allows it,
+/// they refer to that.
+///
+/// # Errors
+/// [`ImageError::NoCylinder`].
+pub(crate) fn fit(image: &Volume<u16>, edge: f64, leans: bool) -> Result<Fit, ImageError> {
+    let [nx, ny, _] = image.shape;
+    let Some((centre, radius)) = about(image, edge) else {
+        return Err(refused("nothing is brighter than air".into()));
+    };
+    let upright = Axis { at: [centre[0], centre[1], 0.0], lean: [0.0; 2] };
+    let (mut wall, mut ends) = sides(image, edge, &upright, radius)?;
+    let wander = |wall: &Wall, [bottom, top]: [f64; 2]| wall.axis.slope() * (top - bottom);
+    let mut lean = [0.0; 2];
+    if leans && wander(&wall, ends) > UPRIGHT {
+        for _ in 0..ROUNDS {
+            if !(wall.axis.slope() < STEEPEST && wall.radius > 3.0) {
+                break;
+            }
+            (wall, ends) = sides(image, edge, &wall.axis, wall.radius)?;
+        }
+        lean = wall.axis.lean.map(|slope| (slope * SLOPES).round() / SLOPES);
+    }
+    let round = |value: f64| (value * GRID).round() / GRID;
+    let [x, y, _] = wall.axis.at;
+    let this = Fit {
+        centre: [x, y].map(round),
+        radius: round(wall.radius),
+        bottom: round(ends[0]),
+        top: round(ends[1]),
+        lean,
+        wander: wander(&wall, ends),
+        scatter: wall.scatter,
+    };
+    let largest = nx.max(ny) as f64;
+    let sound =
+        this.radius > 3.0 && this.radius < largest && this.scatter < 1.0 + 0.02 * this.radius;
+    if !sound || !this.centre.iter().all(|c| c.is_finite()) {
+        return Err(refused(format!(
+            "a radius of {:.1} voxels with a scatter of {:.1} was found",
+            this.radius, this.scatter
+        )));
+    }
+    if wall.axis.slope() >= STEEPEST {
+        let degrees = wall.axis.slope().atan().to_degrees();
+        return Err(refused(format!("its axis leans by {degrees:.0}° against z")));
+    }
+    Ok(this)
+}
+
+fn refused(message: String) -> ImageError {
+    ImageError::NoCylinder {
+        message,
+        help: "set specimen = \"block\" if the image was cut out of a specimen, or crop other objects away",
+    }
+}
+
+/// Wall and ends as they are seen from an axis and radius that are known about.
+fn sides(
+    image: &Volume<u16>,
+    edge: f64,
+    axis: &Axis,
+    radius: f64,
+) -> Result<(Wall, [f64; 2]), ImageError> {
+    let nz = image.shape[2];
+    let Some(ends @ [bottom, top]) = ends(image, edge, axis, 0.8 * radius) else {
+        return Err(refused("no column crosses it".into()));
+    };
+    let points = wall(image, edge, axis, radius, ends);
+    let rays = 8 * EIGHTH * nz;
+    let levels = (bottom.ceil().max(0.0) as usize..(top.floor() as usize).min(nz)).len();
+    if points.len() < 8 * EIGHTH * levels / 4 || levels < 4 {
+        return Err(refused(format!("only {} of {rays} rays meet its wall", points.len())));
+    }
+    Ok((least_squares(&points, axis, radius, (bottom + top) / 2.0), ends))
+}
+
+/// Centre of gravity of the columns of what is bright, and the radius of a disc of its section.
+fn about(image: &Volume<u16>, edge: f64) -> Option<([f64; 2], f64)> {
+    let [nx, ny, nz] = image.shape;
+    let (mut count, mut sum_x, mut sum_y, mut slices) = (0_u64, 0_u64, 0_u64, 0_u64);
+    for slice in image.values.chunks_exact(nx * ny).take(nz) {
+        let before = count;
+        for (y, row) in slice.chunks_exact(nx).enumerate() {
+            for (x, _) in row.iter().enumerate().filter(|&(_, &value)| f64::from(value) >= edge) {
+                count += 1;
+                sum_x += x as u64;
+                sum_y += y as u64;
+            }
+        }
+        slices += u64::from(count - before > (nx * ny) as u64 / 50);
+    }
+    if count == 0 || slices == 0 {
+        return None;
+    }
+    let mean = |sum: u64| sum as f64 / count as f64 + 0.5;
+    let area = count as f64 / slices as f64;
+    Some(([mean(sum_x), mean(sum_y)], (area / std::f64::consts::PI).sqrt()))
+}
+
+/// Where columns within a radius are entered from below and from above: the medians along the axis, as z of
+/// the cylinder when upright.
+fn ends(image: &Volume<u16>, edge: f64, axis: &Axis, radius: f64) -> Option<[f64; 2]> {
+    let [nx, ny, nz] = image.shape;
+    let (mut low, mut high) = (Vec::new(), Vec::new());
+    let off = |x: usize, y: usize, z: f64| {
+        let [cx, cy] = axis.through(z);
+        (x as f64 + 0.5 - cx).hypot(y as f64 + 0.5 - cy)
+    };
+    let reach = radius + axis.slope() * nz as f64;
+    for y in 0..ny {
+        for x in 0..nx {
+            let value = |z: usize| f64::from(image.values[x + nx * (y + ny * z)]);
+            let bright = |&z: &usize| value(z) >= edge;
+            let (false, Some(first), Some(last)) = (
+                off(x, y, nz as f64 / 2.0) > reach,
+                (0..nz).find(bright),
+                (0..nz).rev().find(bright),
+            ) else {
+                continue;
+            };
+            // between the centres of the last dark and the first bright voxel
+            let part =
+                |dark: usize, bright: usize| (edge - value(dark)) / (value(bright) - value(dark));
+            let entry = if first == 0 { 0.0 } else { first as f64 - 0.5 + part(first - 1, first) };
+            let exit = match last + 1 == nz {
+                true => nz as f64,
+                false => last as f64 + 1.5 - part(last + 1, last),
+            };
+            for (z, found) in [(entry, &mut low), (exit, &mut high)] {
+                if off(x, y, z) <= radius {
+                    found.push(axis.along([x as f64 + 0.5, y as f64 + 0.5, z]));
+                }
+            }
+        }
+    }
+    let (low, high) = (median(&mut low)?, median(&mut high)?);
+    // upright, the cylinder has its middle where it has it now
+    let middle = (low + high) / 2.0;
+    let shift = axis.at[2] + middle / axis.stretch() - middle;
+    Some([low + shift, high + shift])
+}
+
+fn median(values: &mut [f64]) -> Option<f64> {
+    if values.is_empty() {
+        return None;
+    }
+    let (middle, odd) = (values.len() / 2, values.len() % 2 == 1);
+    let (below, &mut upper, _) = values.select_nth_unstable_by(middle, f64::total_cmp);
+    if odd {
+        return Some(upper);
+    }
+    let lower = below.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    Some((lower + upper) / 2.0)
+}
+
+/// Points of the wall: rays come in from outside, in directions that are symmetric about the axes, and
+/// stop where it is bright for a voxel.
+fn wall(
+    image: &Volume<u16>,
+    edge: f64,
+    axis: &Axis,
+    radius: f64,
+    [bottom, top]: [f64; 2],
+) -> Vec<[f64; 3]> {
+    let [nx, ny, nz] = image.shape;
+    let mut points = Vec::new();
+    // an end that leans is met in several slices
+    let margin = 0.03 * (top - bottom) + 1.0 + radius * axis.slope();
+    for z in 0..nz {
+        let height = z as f64 + 0.5;
+        if height < bottom + margin || height > top - margin {
+            continue;
+        }
+        let centre = axis.through(height);
+        let slice = &image.values[nx * ny * z..][..nx * ny];
+        for [cos, sin] in directions() {
+            let at = |r: f64| sample(slice, [nx, ny], [centre[0] + r * cos, centre[1] + r * sin]);
+            let (mut r, mut outer) = (1.5 * radius, None);
+            while r > 0.3 * radius {
+                let Some(value) = at(r) else {
+                    r -= 0.5;
+                    continue;
+                };
+                match outer {
+                    // the wall is not within the image
+                    None if value >= edge => break,
+                    Some(dark) if value >= edge && at(r - 1.0).is_some_and(|v| v >= edge) => {
+                        let r = r + 0.5 * (value - edge) / (value - dark);
+                        points.push([centre[0] + r * cos, centre[1] + r * sin, height]);
+                        break;
+                    }
+                    _ => outer = Some(value),
+                }
+                r -= 0.5;
+            }
+        }
+    }
+    points
+}
+
+fn directions() -> impl Iterator<Item = [f64; 2]> {
+    (0..EIGHTH).flat_map(|n| {
+        let angle = (n as f64 + 0.5) / EIGHTH as f64 * std::f64::consts::FRAC_PI_4;
+        let (s, c) = angle.sin_cos();
+        [[c, s], [s, c], [-s, c], [-c, s], [-c, -s], [-s, -c], [s, -c], [c, -s]]
+    })
+}
+
+/// The grey value between voxels, bilinear; nothing outside the centres of the outermost.
+fn sample(slice: &[u16], [nx, ny]: [usize; 2], [x, y]: [f64; 2]) -> Option<f64> {
+    let (x, y) = (x - 0.5, y - 0.5);
+    if !(x >= 0.0 && y >= 0.0 && x <= (nx - 1) as f64 && y <= (ny - 1) as f64) {
+        return None;
+    }
+    let (i, j) = (x as usize, y as usize);
+    let (p, q) = (x - i as f64, y - j as f64);
+    let at = |i: usize, j: usize| f64::from(slice[i.min(nx - 1) + nx * j.min(ny - 1)]);
+    let row = |j: usize| at(i, j) * (1.0 - p) + at(i + 1, j) * p;
+    Some(row(j) * (1.0 - q) + row(j + 1) * q)
+}
+
+/// Axis (position at mid-height and slopes) and radius by Gauss–Newton, over the distances from an axis with
+/// the slopes of the one that is known about; points further off than three times the median are left out.
+fn least_squares(points: &[[f64; 3]], about: &Axis, radius: f64, middle: f64) -> Wall {
+    let ([x, y], [p, q]) = (about.through(middle), about.lean);
+    let square = 1.0 + (p * p + q * q);
+    let mut u = nalgebra::SVector::<f64, 5>::from([x, y, p, q, radius]);
+    let mut scatter = f64::NAN;
+    for _ in 0..STEPS {
+        let rows: Vec<_> = points
+            .iter()
+            .map(|&[x, y, z]| {
+                let h = z - middle;
+                let (dx, dy) = (x - u[0] - u[2] * h, y - u[1] - u[3] * h);
+                let along = (dx * p + dy * q) / square;
+                // the part of (dx, dy, 0) across the axis, and its length
+                let (cx, cy) = (dx - along * p, dy - along * q);
+                let r = (dx * cx + dy * cy).max(1e-18).sqrt();
+                let row = [-cx / r, -cy / r, -cx / r * h, -cy / r * h, -1.0];
+                (r - u[4], nalgebra::SVector::<f64, 5>::from(row))
+            })
+            .collect();
+        let mut off: Vec<f64> = rows.iter().map(|(residual, _)| residual.abs()).collect();
+        let limit = 3.0 * median(&mut off).unwrap_or(0.0).max(0.02);
+        let mut normal = nalgebra::SMatrix::<f64, 5, 5>::zeros();
+        let mut right = nalgebra::SVector::<f64, 5>::zeros();
+        let (mut squares, mut kept) = (0.0, 0.0);
+        for (residual, row) in rows.iter().filter(|(residual, _)| residual.abs() <= limit) {
+            normal += row * row.transpose();
+            right -= row * *residual;
+            squares += residual * residual;
+            kept += 1.0;
+        }
+        scatter = f64::sqrt(squares / kept);
+        let Some(factor) = normal.cholesky() else { break };
+        let step = factor.solve(&right);
+        u += step;
+        if step.norm() < 1e-9 {
+            break;
+        }
+    }
+    let axis = Axis { at: [u[0], u[1], middle], lean: [u[2], u[3]] };
+    Wall { axis, radius: u[4], scatter }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,203 @@
+//! What surrounds a specimen in its image: air; nothing, where the image is a block cut out of a specimen; or something
+//! that no segmentation should take for a part of the specimen.
+
+use crate::locate::fit::Fit;
+use crate::{ImageError, Volume};
+
+/// A corner of the image counts as air, or as bright, if so many of its voxels are in that class, and the middle counts
+/// as solid, or as dark, if at most so many are.
+const IN_CORNERS: f64 = 0.9;
+const IN_MIDDLE: f64 = 0.5;
+/// The border of an image of a body in air has less than this part of the image's share of solid voxels: in a block the
+/// two are alike.
+const AT_BORDER: f64 = 0.1;
+/// Slices with so many times the solid voxels of those in the middle show platens.
+const WIDER: f64 = 1.15;
+/// Sections of a cylinder fill its circle within these limits.
+const ROUND: [f64; 2] = [0.9, 1.1];
+
+/// What is seen around the specimen.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Surroundings {
+    /// Air.
+    Air,
+    /// No air: the image was cut out of a specimen.
+    Block,
+    /// What surrounds the specimen is brighter than the specimen.
+    Bright,
+    /// Slices, from 1, that are wider than the specimen or filled to their corners.
+    Platens(Vec<[usize; 2]>),
+}
+
+impl Surroundings {
+    /// Looks at an image in which grey values below `void` are air and those from `bright` on the brightest class.
+    pub(crate) fn of(image: &Volume<u16>, void: f64, bright: f64) -> Self {
+        let slices = counted(image, void, bright);
+        let nz = slices.len();
+        let central = &slices[nz / 4..nz - nz / 4];
+        let (all, middle) = (Counts::sum(&slices), Counts::sum(central));
+        let is_bright = |count: &Counts| count.corner_bright >= IN_CORNERS * count.corner;
+        if is_bright(&all) && middle.middle_bright <= IN_MIDDLE * middle.middle {
+            return Self::Bright;
+        }
+        let has_air = |count: &Counts| count.corner_air >= IN_CORNERS * count.corner;
+        if !has_air(&middle) {
+            return Self::Block;
+        }
+        let is_solid_inside = middle.middle_air <= IN_MIDDLE * middle.middle;
+        // a body of another form, or beside the middle, has air around it, too
+        let at_border = middle.border_solid / middle.border;
+        let is_body = at_border < AT_BORDER * middle.solid / middle.all;
+        if !(is_solid_inside || is_body) {
+            return Self::Block;
+        }
+        let mut areas: Vec<f64> = central.iter().map(|slice| slice.solid).collect();
+        areas.sort_unstable_by(f64::total_cmp);
+        let area = areas[areas.len() / 2];
+        let wide = runs(&slices, |slice| slice.solid > WIDER * area);
+        match wide.is_empty() {
+            true => Self::Air,
+            false => Self::Platens(wide),
+        }
+    }
+
+    /// Refuses what is neither a specimen in air nor a block.
+    pub(crate) fn accepted(self) -> Result<Self, ImageError> {
+        match self {
+            Self::Air | Self::Block => Ok(self),
+            Self::Bright => Err(ImageError::Scene {
+                what: "what surrounds the specimen is brighter than the specimen, as in an image with inverted grey values"
+                    .to_owned(),
+                help: "invert the image, so that air is darkest and grains are brightest; or set specimen = \"block\" \
+                       in [specimen.image] if it was cut out of a specimen",
+            }),
+            Self::Platens(runs) => {
+                let runs: Vec<String> = runs
+                    .iter()
+                    .map(|[first, last]| match first == last {
+                        true => first.to_string(),
+                        false => format!("{first} to {last}"),
+                    })
+                    .collect();
+                Err(ImageError::Scene {
+                    what: format!(
+                        "slices {} show something wider than the specimen, as platens are",
+                        runs.join(" and ")
+                    ),
+                    help: "leave these slices out of the stack; or set specimen = \"block\" in [specimen.image] if \
+                           the image was cut out of a specimen",
+                })
+            }
+        }
+    }
+}
+
+/// How much of its circle a section of the fitted cylinder fills, voids counted as filled: 1 for a cylinder.
+pub(crate) fn filling(image: &Volume<u16>, fit: &Fit, void: f64) -> f64 {
+    let [nx, ny, nz] = image.shape;
+    let height = fit.top - fit.bottom;
+    let first = (fit.bottom + 0.25 * height).max(0.0) as usize;
+    let last = ((fit.top - 0.25 * height).max(0.0) as usize).clamp(first + 1, nz.max(first + 1));
+    let slices = image.values.chunks_exact(nx * ny).skip(first).take(last - first);
+    let (mut voxels, mut count) = (0_usize, 0_usize);
+    for slice in slices {
+        count += 1;
+        for row in slice.chunks_exact(nx) {
+            let is_solid = |&value: &u16| f64::from(value) >= void;
+            // one bright voxel of noise is no wall
+            let wall = |pair: &[u16]| pair.iter().all(is_solid);
+            let (from, to) = (row.windows(2).position(wall), row.windows(2).rposition(wall));
+            voxels += from.zip(to).map_or(0, |(from, to)| to + 2 - from);
+        }
+    }
+    voxels as f64 / count as f64 / (std::f64::consts::PI * fit.radius * fit.radius)
+}
+
+/// Why a fitted cylinder is none, if its sections are not filled.
+pub(crate) fn checked_filling(filling: f64) -> Result<(), ImageError> {
+    if (ROUND[0]..=ROUND[1]).contains(&filling) {
+        return Ok(());
+    }
+    Err(ImageError::NoCylinder {
+        message: format!(
+            "its sections fill {:.0} % of a circle of the radius that was found, as those of a cut or broken one",
+            100.0 * filling
+        ),
+        help: "image a whole cylinder, or cut a block without air out of the image and set specimen = \"block\"",
+    })
+}
+
+/// Voxels of a slice, or of several, in regions and classes.
+#[derive(Clone, Copy, Debug, Default)]
+struct Counts {
+    all: f64,
+    solid: f64,
+    corner: f64,
+    corner_air: f64,
+    corner_bright: f64,
+    middle: f64,
+    middle_air: f64,
+    middle_bright: f64,
+    border: f64,
+    border_solid: f64,
+}
+
+impl Counts {
+    fn sum(slices: &[Self]) -> Self {
+        slices.iter().fold(Self::default(), |sum, slice| Self {
+            all: sum.all + slice.all,
+            solid: sum.solid + slice.solid,
+            corner: sum.corner + slice.corner,
+            corner_air: sum.corner_air + slice.corner_air,
+            corner_bright: sum.corner_bright + slice.corner_bright,
+            middle: sum.middle + slice.middle,
+            middle_air: sum.middle_air + slice.middle_air,
+            middle_bright: sum.middle_bright + slice.middle_bright,
+            border: sum.border + slice.border,
+            border_solid: sum.border_solid + slice.border_solid,
+        })
+    }
+}
+
+fn counted(image: &Volume<u16>, void: f64, bright: f64) -> Vec<Counts> {
+    let [nx, ny, _] = image.shape;
+    let from_axis = |at: usize, side: usize| ((2 * at + 1) as f64 - side as f64) / side as f64;
+    let slice = |slice: &[u16]| {
+        let mut counts = Counts::default();
+        for (n, &value) in slice.iter().enumerate() {
+            let (x, y) = (n % nx, n / nx);
+            let (value, one) = (f64::from(value), |is: bool| f64::from(u8::from(is)));
+            let (is_air, is_bright) = (value < void, value >= bright);
+            counts.all += 1.0;
+            counts.solid += one(!is_air);
+            let off = from_axis(x, nx).powi(2) + from_axis(y, ny).powi(2);
+            if off > 1.2 * 1.2 {
+                counts.corner += 1.0;
+                counts.corner_air += one(is_air);
+                counts.corner_bright += one(is_bright);
+            } else if off < 0.25 {
+                counts.middle += 1.0;
+                counts.middle_air += one(is_air);
+                counts.middle_bright += one(is_bright);
+            }
+            if x == 0 || y == 0 || x + 1 == nx || y + 1 == ny {
+                counts.border += 1.0;
+                counts.border_solid += one(!is_air);
+            }
+        }
+        counts
+    };
+    image.values.chunks_exact(nx * ny).map(slice).collect()
+}
+
+/// First and last, from 1, of the slices below each other that are so.
+fn runs(slices: &[Counts], is_so: impl Fn(&Counts) -> bool) -> Vec<[usize; 2]> {
+    let mut runs: Vec<[usize; 2]> = Vec::new();
+    for (number, _) in (1..).zip(slices).filter(|(_, slice)| is_so(slice)) {
+        match runs.last_mut() {
+            Some([_, last]) if *last + 1 == number => *last = number,
+            _ => runs.push([number, number]),
+        }
+    }
+    runs
+}

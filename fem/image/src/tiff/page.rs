@@ -1,0 +1,110 @@
+//! One page: what it declares, and its samples.
+
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+
+use ::tiff::decoder::{Decoder, DecodingResult, Limits};
+use ::tiff::tags::{CompressionMethod, Tag};
+use ::tiff::{ColorType, TiffError};
+
+use crate::ImageError;
+use fem_file::open_regular;
+
+pub(super) type Reader = Decoder<BufReader<File>>;
+
+/// What a page declares.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Declared {
+    pub(super) width: usize,
+    pub(super) height: usize,
+    pub(super) bits: u8,
+    /// A smaller copy of another page.
+    pub(super) preview: bool,
+}
+
+impl Declared {
+    pub(super) fn bytes(&self) -> u64 {
+        (self.width as u64).saturating_mul(self.height as u64) * u64::from(self.bits / 8)
+    }
+}
+
+/// Opens a file; no page may take more than `most` bytes.
+pub(super) fn open(path: &Path, most: u64) -> Result<Reader, ImageError> {
+    let file = open_regular(path).map_err(|source| ImageError::io("read", path, source))?;
+    let most = usize::try_from(most).unwrap_or(usize::MAX);
+    let mut limits = Limits::default();
+    limits.decoding_buffer_size = most;
+    limits.intermediate_buffer_size = most;
+    limits.ifd_value_size = limits.ifd_value_size.min(most);
+    let decoder = Decoder::new(BufReader::with_capacity(1 << 16, file));
+    Ok(decoder.map_err(|error| refused(path, 1, &error))?.with_limits(limits))
+}
+
+/// Reads what the page at which the decoder stands declares, and checks it.
+pub(super) fn declared(
+    path: &Path,
+    page: usize,
+    decoder: &mut Reader,
+    file_bytes: u64,
+) -> Result<Declared, ImageError> {
+    let fail = |message: String, help| ImageError::Page { path: path.into(), page, message, help };
+    let tiff = |error| refused(path, page, &error);
+    let (width, height) = decoder.dimensions().map_err(tiff)?;
+    let bits = match decoder.colortype().map_err(tiff)? {
+        ColorType::Gray(bits @ (8 | 16 | 32 | 64)) => bits,
+        ColorType::Gray(bits) => {
+            let help = "save it with 8, 16 or 32 bits a voxel";
+            return Err(fail(format!("{bits} bits a voxel"), help));
+        }
+        other => {
+            let help = "save it in grey";
+            return Err(fail(format!("its pixels are colours ({other:?})"), help));
+        }
+    };
+    let kind = decoder.find_tag_unsigned::<u32>(Tag::NewSubfileType).ok().flatten();
+    let this = Declared {
+        width: width as usize,
+        height: height as usize,
+        bits,
+        preview: kind.is_some_and(|kind| kind & 1 == 1),
+    };
+    let stored = [Tag::StripByteCounts, Tag::TileByteCounts]
+        .into_iter()
+        .filter_map(|tag| decoder.find_tag_unsigned_vec::<u64>(tag).ok().flatten())
+        .flatten()
+        .fold(0_u64, u64::saturating_add);
+    let method = decoder.find_tag_unsigned::<u16>(Tag::Compression).ok().flatten();
+    let uncompressed = method.is_none_or(|method| method == CompressionMethod::None.to_u16());
+    if stored > file_bytes || (uncompressed && file_bytes < this.bytes()) {
+        let message = format!(
+            "its {} × {} voxels take {} bytes, but the file has {file_bytes}",
+            this.width,
+            this.height,
+            stored.max(if uncompressed { this.bytes() } else { 0 })
+        );
+        return Err(fail(message, "it is cut short: write or copy it again"));
+    }
+    Ok(this)
+}
+
+/// Decodes the page at which the decoder stands.
+pub(super) fn samples(
+    path: &Path,
+    page: usize,
+    decoder: &mut Reader,
+) -> Result<DecodingResult, ImageError> {
+    decoder.read_image().map_err(|error| refused(path, page, &error))
+}
+
+/// A page that the decoder refuses, in words.
+pub(super) fn refused(path: &Path, page: usize, error: &TiffError) -> ImageError {
+    let help = match error {
+        TiffError::IoError(_) => "the file is cut short: write or copy it again",
+        TiffError::UnsupportedError(_) => {
+            "save it in grey, uncompressed or by LZW, deflate or PackBits"
+        }
+        _ => "the file is damaged: write or copy it again",
+    };
+    ImageError::Page { path: path.into(), page, message: error.to_string(), help }
+}

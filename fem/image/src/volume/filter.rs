@@ -1,0 +1,221 @@
+//! Filters of 3³ neighbourhoods on integers. Voxels beyond the edge have the value of the edge.
+
+use rayon::prelude::*;
+
+/// The median of the 27 voxels around each voxel.
+///
+/// Columns of nine are sorted once and shared by the three places along x that they belong to. Of the
+/// 27 only 13 can then be the median (the others have too many on one side), which is the median of
+/// those 13.
+pub(crate) fn median(shape: [usize; 3], values: &[u16]) -> Vec<u16> {
+    let [nx, ny, nz] = shape;
+    let mut result = vec![0; values.len()];
+    result.par_chunks_mut(nx * ny).enumerate().for_each_init(
+        || Rows::new(nx),
+        |rows, (z, slice)| {
+            for (y, row) in slice.chunks_exact_mut(nx).enumerate() {
+                for (n, column) in rows.columns.iter_mut().enumerate() {
+                    let y = (y + n % 3).saturating_sub(1).min(ny - 1);
+                    let z = (z + n / 3).saturating_sub(1).min(nz - 1);
+                    pad(column, &values[nx * (y + ny * z)..][..nx]);
+                }
+                rows.median(row);
+            }
+        },
+    );
+    result
+}
+
+/// Signed integers order as the unsigned ones they stand for; processors compare them faster.
+fn pad(column: &mut [i16], row: &[u16]) {
+    let signed = |value: u16| (value ^ 0x8000) as i16;
+    let n = row.len();
+    column[1..=n].iter_mut().zip(row).for_each(|(to, &from)| *to = signed(from));
+    column[0] = signed(row[0]);
+    column[n + 1] = signed(row[n - 1]);
+}
+
+struct Rows {
+    columns: Vec<Vec<i16>>,
+    /// Lowest, middle and highest of three neighbours along x, for each rank in the columns.
+    triples: [Vec<Vec<i16>>; 3],
+}
+
+impl Rows {
+    fn new(nx: usize) -> Self {
+        let rows = |length| vec![vec![0; length]; 9];
+        Rows { columns: rows(nx + 2), triples: [rows(nx), rows(nx), rows(nx)] }
+    }
+
+    fn median(&mut self, row: &mut [u16]) {
+        for i in 1..9 {
+            for j in (0..i).rev() {
+                let (low, high) = self.columns.split_at_mut(j + 1);
+                order(&mut low[j], &mut high[0]);
+            }
+        }
+        let n = row.len();
+        let [lows, mids, highs] = &mut self.triples;
+        for (rank, column) in self.columns.iter().enumerate() {
+            let (low, mid, high) = (&mut lows[rank], &mut mids[rank], &mut highs[rank]);
+            low.copy_from_slice(&column[..n]);
+            mid.copy_from_slice(&column[1..=n]);
+            high.copy_from_slice(&column[2..]);
+            order(low, mid);
+            order(mid, high);
+            order(low, mid);
+        }
+        // of two that are dropped one is above and one below the median, so it stays the median
+        let mut left: Vec<&mut Vec<i16>> = Vec::with_capacity(13);
+        left.extend(&mut lows[5..9]);
+        left.extend(&mut mids[2..7]);
+        left.extend(&mut highs[0..4]);
+        let mut rest = left.split_off(8);
+        while left.len() > 1 {
+            let last = left.len() - 1;
+            for j in 0..last {
+                let (low, high) = left.split_at_mut(j + 1);
+                order(low[j], high[0]);
+            }
+            left.truncate(last);
+            for j in (1..left.len()).rev() {
+                let (low, high) = left.split_at_mut(j);
+                order(low[j - 1], high[0]);
+            }
+            left.remove(0);
+            left.extend(rest.pop());
+        }
+        row.iter_mut().zip(left[0].iter()).for_each(|(to, &from)| *to = from as u16 ^ 0x8000);
+    }
+}
+
+/// Puts the lower of each two into the first row.
+fn order(a: &mut [i16], b: &mut [i16]) {
+    for (a, b) in a.iter_mut().zip(b) {
+        (*a, *b) = ((*a).min(*b), (*a).max(*b));
+    }
+}
+
+/// Weighs neighbours by 1–2–1 along each axis; the sum is rounded once, so no axis comes first.
+pub(crate) fn binomial(shape: [usize; 3], values: &[u16]) -> Vec<u16> {
+    let [nx, ny, nz] = shape;
+    let mut result = vec![0; values.len()];
+    result.par_chunks_mut(nx * ny).enumerate().for_each_init(
+        || (vec![0_u32; nx * ny], vec![0_u32; nx]),
+        |(sums, line), (z, out)| {
+            let slice = |z: usize| &values[nx * ny * z..][..nx * ny];
+            let (below, here, above) =
+                (slice(z.saturating_sub(1)), slice(z), slice((z + 1).min(nz - 1)));
+            for (n, sum) in sums.iter_mut().enumerate() {
+                *sum = u32::from(below[n]) + 2 * u32::from(here[n]) + u32::from(above[n]);
+            }
+            for (y, out) in out.chunks_exact_mut(nx).enumerate() {
+                let row = |y: usize| &sums[nx * y..][..nx];
+                let (a, b, c) = (row(y.saturating_sub(1)), row(y), row((y + 1).min(ny - 1)));
+                for (n, sum) in line.iter_mut().enumerate() {
+                    *sum = a[n] + 2 * b[n] + c[n];
+                }
+                for (x, out) in out.iter_mut().enumerate() {
+                    let (a, c) = (line[x.saturating_sub(1)], line[(x + 1).min(nx - 1)]);
+                    *out = ((a + 2 * line[x] + c + 32) >> 6) as u16;
+                }
+            }
+        },
+    );
+    result
+}
+
+/// The voxels whose 27 neighbours are all in the set: it loses a layer of one voxel.
+pub(crate) fn erode(shape: [usize; 3], set: &[u8]) -> Vec<u8> {
+    combine(shape, set, u8::min)
+}
+
+/// The voxels of whose 27 neighbours any is in the set: it gains a layer of one voxel.
+pub(crate) fn dilate(shape: [usize; 3], set: &[u8]) -> Vec<u8> {
+    combine(shape, set, u8::max)
+}
+
+/// The highest of the 27 values around each voxel.
+pub(crate) fn highest(shape: [usize; 3], values: &[u16]) -> Vec<u16> {
+    combine(shape, values, u16::max)
+}
+
+/// The least or highest of the 27 values around each voxel, axis by axis.
+fn combine<T: Copy + Default + Send + Sync>(
+    shape: [usize; 3],
+    values: &[T],
+    pick: impl Fn(T, T) -> T + Sync,
+) -> Vec<T> {
+    let [nx, ny, nz] = shape;
+    let mut result = vec![T::default(); values.len()];
+    result.par_chunks_mut(nx * ny).enumerate().for_each_init(
+        || (vec![T::default(); nx * ny], vec![T::default(); nx + 2]),
+        |(picked, line), (z, out)| {
+            let slice = |z: usize| &values[nx * ny * z..][..nx * ny];
+            let (below, here, above) =
+                (slice(z.saturating_sub(1)), slice(z), slice((z + 1).min(nz - 1)));
+            for (n, picked) in picked.iter_mut().enumerate() {
+                *picked = pick(pick(below[n], here[n]), above[n]);
+            }
+            for (y, out) in out.chunks_exact_mut(nx).enumerate() {
+                let row = |y: usize| &picked[nx * y..][..nx];
+                let (a, b, c) = (row(y.saturating_sub(1)), row(y), row((y + 1).min(ny - 1)));
+                for (n, value) in line[1..=nx].iter_mut().enumerate() {
+                    *value = pick(pick(a[n], b[n]), c[n]);
+                }
+                (line[0], line[nx + 1]) = (line[1], line[nx]);
+                for (value, near) in out.iter_mut().zip(line.windows(3)) {
+                    *value = pick(pick(near[0], near[1]), near[2]);
+                }
+            }
+        },
+    );
+    result
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::volume::voxel_at;
+    use rand::{Rng, SeedableRng};
+    use rand_xoshiro::Xoshiro256PlusPlus;
+
+    fn around(shape: [usize; 3], at: usize) -> Vec<(usize, u64)> {
+        let voxel = voxel_at(shape, at);
+        let all = (0..27).map(|n| [n % 3, n / 3 % 3, n / 9]);
+        all.map(|step: [usize; 3]| {
+            let to = [0, 1, 2]
+                .map(|axis| (voxel[axis] + step[axis]).saturating_sub(1).min(shape[axis] - 1));
+            let weight = step.iter().map(|&step| if step == 1 { 2 } else { 1 }).product();
+            (to[0] + shape[0] * (to[1] + shape[1] * to[2]), weight)
+        })
+        .collect()
+    }
+
+    #[test]
+    fn filters_are_those_of_the_definition() {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(2);
+        for shape in [[7, 5, 6], [1, 4, 3], [17, 1, 2], [33, 3, 3]] {
+            let count = shape.iter().product();
+            // few values, so that ties are frequent, and the whole range
+            for most in [3, u16::MAX] {
+                let values: Vec<u16> = (0..count).map(|_| rng.random_range(0..=most)).collect();
+                let (medians, smooth) = (median(shape, &values), binomial(shape, &values));
+                let set: Vec<u8> = values.iter().map(|&value| u8::from(value > most / 4)).collect();
+                let (eroded, raised) = (erode(shape, &set), highest(shape, &values));
+                let dilated = dilate(shape, &set);
+                for at in 0..count {
+                    let near = around(shape, at);
+                    let mut sorted: Vec<u16> = near.iter().map(|&(n, _)| values[n]).collect();
+                    sorted.sort_unstable();
+                    assert_eq!(raised[at], sorted[26]);
+                    assert_eq!(medians[at], sorted[13], "{shape:?}, voxel {at}");
+                    let sum: u64 = near.iter().map(|&(n, w)| w * u64::from(values[n])).sum();
+                    assert_eq!(u64::from(smooth[at]), (sum + 32) / 64);
+                    assert_eq!(eroded[at] == 1, near.iter().all(|&(n, _)| set[n] == 1));
+                    assert_eq!(dilated[at] == 1, near.iter().any(|&(n, _)| set[n] == 1));
+                }
+            }
+        }
+    }
+}

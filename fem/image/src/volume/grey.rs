@@ -1,0 +1,145 @@
+//! Grey values rounded to 16 bits between two percentiles.
+
+use rayon::prelude::*;
+
+use crate::volume::voxel_at;
+use crate::{ImageError, Volume};
+
+/// Where the lower and the upper percentile come to lie: an eighth of the range is left on either
+/// side for what is darker or brighter.
+pub(crate) const LOW: u16 = 8192;
+pub(crate) const HIGH: u16 = 57344;
+
+/// How 16-bit values stand for the image's own.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Scale {
+    low: f64,
+    high: f64,
+}
+
+impl Scale {
+    /// A grey value on the scale of the 16-bit values, not rounded.
+    pub(crate) fn to_16_bits(self, value: f64) -> f64 {
+        let share = (value - self.low) / (self.high - self.low);
+        f64::from(LOW) + share * f64::from(HIGH - LOW)
+    }
+
+    /// The grey value of a 16-bit value.
+    pub(crate) fn to_image(self, value: f64) -> f64 {
+        let share = (value - f64::from(LOW)) / f64::from(HIGH - LOW);
+        self.low + share * (self.high - self.low)
+    }
+}
+
+/// Rounds an image to 16 bits: its percentiles come to lie at [`LOW`] and [`HIGH`].
+///
+/// # Errors
+/// [`ImageError`] for values that are no numbers, and for an image of one value.
+pub(crate) fn rescale(
+    image: &Volume<f32>,
+    percentiles: [f64; 2],
+) -> Result<(Volume<u16>, Scale), ImageError> {
+    if let Some(at) = image.values.par_iter().position_first(|value| !value.is_finite()) {
+        let voxel = voxel_at(image.shape, at);
+        return Err(ImageError::NotFinite { voxel, value: image.values[at] });
+    }
+    let last = (image.values.len() - 1) as f64;
+    let ranks = percentiles.map(|percent| (percent / 100.0 * last).round() as u64);
+    let [mut low, mut high] = ranked(&image.values, ranks).map(f64::from);
+    if low >= high {
+        // fewer voxels than the percentiles leave out make all the contrast
+        [low, high] = ranked(&image.values, [0, last as u64]).map(f64::from);
+    }
+    if low >= high {
+        return Err(ImageError::NoContrast {
+            what: format!("all voxels have the grey value {low}"),
+            help: "check that the image was saved with its grey values",
+        });
+    }
+    let scale = Scale { low, high };
+    let round =
+        |&value: &f32| scale.to_16_bits(f64::from(value)).round().clamp(0.0, 65535.0) as u16;
+    Ok((image.with(image.values.par_iter().map(round).collect()), scale))
+}
+
+/// The values at two places of the sorted order, exactly, by two passes over the digits.
+fn ranked(values: &[f32], ranks: [u64; 2]) -> [f32; 2] {
+    let first = counts(values, |key| Some((key >> 16) as usize));
+    ranks.map(|rank| {
+        let (high, below) = place(&first, rank);
+        let second =
+            counts(values, |key| ((key >> 16) as usize == high).then_some((key & 0xffff) as usize));
+        let (low, _) = place(&second, rank - below);
+        value_of((high as u32) << 16 | low as u32)
+    })
+}
+
+fn counts(values: &[f32], digit: impl Fn(u32) -> Option<usize> + Sync) -> Vec<u64> {
+    let add = |mut counts: Vec<u64>, portion: &[f32]| {
+        for &value in portion {
+            if let Some(digit) = digit(key(value)) {
+                counts[digit] += 1;
+            }
+        }
+        counts
+    };
+    values.par_chunks(1 << 20).fold(|| vec![0; 1 << 16], add).reduce(|| vec![0; 1 << 16], sum)
+}
+
+/// The sum of two histograms.
+pub(crate) fn sum(mut a: Vec<u64>, b: Vec<u64>) -> Vec<u64> {
+    a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
+    a
+}
+
+/// The bin in which a rank falls, and how many are in the bins before.
+fn place(counts: &[u64], rank: u64) -> (usize, u64) {
+    let mut below = 0;
+    for (bin, &count) in counts.iter().enumerate() {
+        if rank < below + count {
+            return (bin, below);
+        }
+        below += count;
+    }
+    (counts.len() - 1, below)
+}
+
+/// Bits whose order is that of the numbers; −0 counts as 0.
+fn key(value: f32) -> u32 {
+    let bits = (value + 0.0).to_bits();
+    if bits >> 31 == 1 { !bits } else { bits | 1 << 31 }
+}
+
+fn value_of(key: u32) -> f32 {
+    f32::from_bits(if key >> 31 == 1 { key & !(1 << 31) } else { !key })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{Rng, SeedableRng};
+    use rand_xoshiro::Xoshiro256PlusPlus;
+
+    #[test]
+    fn ranks_are_those_of_the_sorted_values() {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
+        let mut values: Vec<f32> =
+            (0..5000).map(|_| rng.random_range(-2.0_f32..3.0).powi(5)).collect();
+        values.extend([0.0, -0.0, 1e30, -1e30]);
+        let mut sorted = values.clone();
+        sorted.sort_by(f32::total_cmp);
+        for ranks in [[0, 5003], [5, 4990], [2500, 2501]] {
+            assert_eq!(ranked(&values, ranks), ranks.map(|rank| sorted[rank as usize]));
+        }
+    }
+
+    #[test]
+    fn one_hot_voxel_does_not_take_the_range() {
+        let mut values: Vec<f32> = (0..8000).map(|n| (n % 100) as f32).collect();
+        values[17] = 1e9;
+        let image = Volume::new([20, 20, 20], 1.0, values).unwrap();
+        let (grey, scale) = rescale(&image, [0.1, 99.9]).unwrap();
+        assert_eq!((grey.values[0], grey.values[17]), (LOW, u16::MAX));
+        assert!((scale.to_image(f64::from(grey.values[42])) - 42.0).abs() < 2e-3);
+    }
+}

@@ -1,0 +1,4 @@
+//! Stacks of slices in files.
+
+mod binning;
+mod tiff;

@@ -1,0 +1,39 @@
+//! Tetrahedral meshes of grains in a matrix, and the packings and images that they are made of.
+//!
+//! A mesh comes from a lattice that is labelled with grains ([`Meshing`]) or from Gmsh ([`gmsh::read`]); it goes to
+//! Gmsh, ParaView ([`vtu`]) and STL ([`stl`]). Grains come from a [`Packing`], a list of them ([`GrainList`]), or a
+//! segmented image ([`VoxelGrains`]). Lengths are in mm; the axis of a cylinder is z, and its bottom is at z = 0.
+//! The crate `fem` passes on all items of this crate.
+//!
+//! ```
+//! use fem_mesh::{CylinderLattice, Packing, label};
+//!
+//! let lattice = CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 0.7 };
+//! let mut mesh = lattice.build()?;
+//! let grains = Packing::new(0.2, 1).fill(lattice.radius_mm, lattice.height_mm)?;
+//! let report = label(&mut mesh, &grains);
+//! assert!((report.achieved_fraction - report.asked_fraction).abs() < 0.005);
+//! mesh.validate()?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Modules
+//!
+//! The modules in the order of their layers. A module imports from lower layers only, and no two files import each
+//! other.
+//!
+//! 1. `error`: what can be wrong with a mesh
+//! 2. `mesh`: tetrahedra with named regions and surfaces; Gmsh, ParaView and STL files
+//! 3. `specimen`: grains, packings, the virtual scanner, and meshes of grains
+
+mod error;
+mod mesh;
+mod specimen;
+
+pub use error::MeshError;
+pub use mesh::{CylinderLattice, LatticeError, Mixture, Quality, TetMesh, gmsh, stl, vtu};
+pub use specimen::{
+    ConvexPolyhedron, FractionTarget, Grain, GrainField, GrainForm, GrainList, GrainMode,
+    GrainShape, GrainVolume, LabelReport, Labelling, MeshReport, Meshed, MeshedGrain, Meshing,
+    MeshingError, Packing, PackingError, Scan, ScanError, Scanner, SizeClass, VoxelGrains, label,
+};

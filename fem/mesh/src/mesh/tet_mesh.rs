@@ -1,0 +1,293 @@
+//! The mesh itself, and the checks that make it safe to simulate on.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+
+use super::curved::Jacobian;
+use super::vector::{Point, cross, mean, norm, sub, tet_volume};
+use crate::error::MeshError;
+
+/// The faces of a tetrahedron, counter-clockwise seen from outside.
+pub(crate) const FACES: [[usize; 3]; 4] = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]];
+/// The edges of a tetrahedron.
+pub(crate) const EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]];
+
+/// The second phase of a tetrahedron that is not all of one.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Mixture {
+    /// Share of its volume that the second phase, the grain, takes, in [0, 1]; 0 where all is of
+    /// the tetrahedron's own region.
+    pub fraction: f32,
+    /// Unit normal of the interface inside it, towards the matrix; zero where there is none.
+    pub normal: [f32; 3],
+}
+
+/// A conforming mesh of tetrahedra with named regions and named boundary surfaces.
+///
+/// Coordinates are in mm, the specimen's axis is z. Element order is no property of the mesh:
+/// a simulation adds the mid-edge nodes it needs. Where the body is round, `edge_points` says
+/// where these nodes are; linear elements do without.
+///
+/// # Example
+/// ```
+/// use fem_mesh::TetMesh;
+/// use std::collections::BTreeMap;
+///
+/// let mesh = TetMesh {
+///     nodes: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+///     tets: vec![[0, 1, 2, 3]],
+///     region_of: vec![0],
+///     regions: vec!["matrix".into()],
+///     grain_of: None,
+///     surfaces: BTreeMap::from([("bottom".into(), vec![[0, 2, 1]])]),
+///     ..TetMesh::default()
+/// };
+/// mesh.validate()?;
+/// assert!((mesh.volume() - 1.0 / 6.0).abs() < 1e-15);
+/// # Ok::<(), fem_mesh::MeshError>(())
+/// ```
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TetMesh {
+    /// Coordinates of the nodes (mm).
+    pub nodes: Vec<[f64; 3]>,
+    /// Nodes of each tetrahedron, so ordered that its volume is positive.
+    pub tets: Vec<[u32; 4]>,
+    /// For each tetrahedron, an index into `regions`.
+    pub region_of: Vec<u16>,
+    /// Names of the regions, as `matrix` and `grain`.
+    pub regions: Vec<String>,
+    /// For each tetrahedron 0 in the matrix, or the grain's number from 1, where grains are known.
+    pub grain_of: Option<Vec<u32>>,
+    /// Named parts of the boundary, as `bottom`, `top` and `side`: triangles, counter-clockwise
+    /// seen from outside.
+    pub surfaces: BTreeMap<String, Vec<[u32; 3]>>,
+    /// Edges that are not straight, for quadratic elements: the two nodes, the smaller first, and
+    /// the point (mm) that the node between them has. Sorted by the nodes; empty for a straight
+    /// mesh.
+    pub edge_points: Vec<([u32; 2], [f64; 3])>,
+    /// For each tetrahedron its second phase, where the mesh does not follow all grains: one in the
+    /// region of the matrix with a fraction above 0 is a mixture of matrix and grain.
+    pub mixture: Option<Vec<Mixture>>,
+}
+
+/// One face as one tetrahedron has it.
+pub(super) struct Face {
+    pub(super) key: [u32; 3],
+    pub(super) outward: [u32; 3],
+    pub(super) tet: u32,
+}
+
+impl TetMesh {
+    /// The corners of a tetrahedron (mm).
+    ///
+    /// # Panics
+    /// If there is no such tetrahedron or a node of it is missing.
+    pub fn corners(&self, tet: usize) -> [[f64; 3]; 4] {
+        self.tets[tet].map(|node| self.nodes[node as usize])
+    }
+
+    /// The points that quadratic elements have on the edges 01, 12, 20, 03, 13, 23 of a
+    /// tetrahedron (mm), or nothing if all are straight.
+    ///
+    /// # Panics
+    /// As [`TetMesh::corners`].
+    pub fn middles(&self, tet: usize) -> Option<[[f64; 3]; 6]> {
+        if self.edge_points.is_empty() {
+            return None;
+        }
+        let found = EDGES.map(|edge| {
+            let [a, b] = edge.map(|corner| self.tets[tet][corner]);
+            let key = [a.min(b), a.max(b)];
+            self.edge_points.binary_search_by_key(&key, |&(edge, _)| edge).ok()
+        });
+        if found == [None; 6] {
+            return None;
+        }
+        let corners = self.corners(tet);
+        Some(std::array::from_fn(|edge| match found[edge] {
+            Some(place) => self.edge_points[place].1,
+            None => mean(EDGES[edge].map(|corner| corners[corner]).into_iter()),
+        }))
+    }
+
+    /// Volume of a tetrahedron with its curved edges (mm³), negative if it is inverted.
+    ///
+    /// # Panics
+    /// As [`TetMesh::corners`].
+    pub fn tet_volume(&self, tet: usize) -> f64 {
+        match self.middles(tet) {
+            Some(middles) => Jacobian::of(&self.corners(tet), &middles).mean / 6.0,
+            None => tet_volume(self.corners(tet)),
+        }
+    }
+
+    /// Volumes of all tetrahedra (mm³).
+    pub fn volumes(&self) -> Vec<f64> {
+        (0..self.tets.len()).into_par_iter().map(|tet| self.tet_volume(tet)).collect()
+    }
+
+    /// Volume of the whole mesh (mm³).
+    pub fn volume(&self) -> f64 {
+        self.volumes().iter().sum()
+    }
+
+    /// Volume of a region (mm³).
+    ///
+    /// # Errors
+    /// [`MeshError::NoSuchRegion`] if the mesh has no region of that name.
+    pub fn region_volume(&self, name: &str) -> Result<f64, MeshError> {
+        let region = self.regions.iter().position(|r| r == name).ok_or_else(|| {
+            MeshError::NoSuchRegion { name: name.into(), regions: self.regions.clone() }
+        })?;
+        let of_region = self.volumes().into_iter().zip(&self.region_of);
+        Ok(of_region.filter(|&(_, &of)| of as usize == region).map(|(volume, _)| volume).sum())
+    }
+
+    /// Length of the edges (mm), averaged over the tetrahedra's edges.
+    pub fn mean_edge(&self) -> f64 {
+        let total: f64 = (0..self.tets.len())
+            .map(|tet| {
+                let p = self.corners(tet);
+                EDGES.iter().map(|&[a, b]| norm(sub(p[a], p[b]))).sum::<f64>()
+            })
+            .sum();
+        total / (6 * self.tets.len().max(1)) as f64
+    }
+
+    /// The faces that belong to one tetrahedron only, counter-clockwise seen from outside.
+    pub fn boundary_faces(&self) -> Vec<[u32; 3]> {
+        let faces = self.sorted_faces();
+        faces
+            .chunk_by(|a, b| a.key == b.key)
+            .filter(|shared| shared.len() == 1)
+            .map(|shared| shared[0].outward)
+            .collect()
+    }
+
+    /// Pairs of tetrahedra that share a face.
+    pub(crate) fn neighbours(&self) -> Vec<[u32; 2]> {
+        let faces = self.sorted_faces();
+        faces
+            .chunk_by(|a, b| a.key == b.key)
+            .filter(|shared| shared.len() == 2)
+            .map(|shared| [shared[0].tet, shared[1].tet])
+            .collect()
+    }
+
+    /// For each tetrahedron the lowest index of a tetrahedron that is connected to it through faces.
+    pub fn parts_by_faces(&self) -> Vec<u32> {
+        let mut parts = Parts::new(self.tets.len());
+        self.neighbours().iter().for_each(|&[a, b]| parts.join(a, b));
+        (0..self.tets.len() as u32).map(|tet| parts.root(tet)).collect()
+    }
+
+    /// Area of the boundary, mm².
+    pub fn boundary_area(&self) -> f64 {
+        let area = |face: &[u32; 3]| {
+            let [a, b, c] = face.map(|n| self.nodes[n as usize]);
+            0.5 * norm(cross(sub(b, a), sub(c, a)))
+        };
+        self.boundary_faces().iter().map(area).sum()
+    }
+
+    /// Longest side of the bounding box of the nodes, mm.
+    pub fn largest_extent(&self) -> f64 {
+        let side = |k: usize| {
+            let at = self.nodes.iter().map(|x| x[k]);
+            at.clone().fold(f64::MIN, f64::max) - at.fold(f64::MAX, f64::min)
+        };
+        (0..3).map(side).fold(0.0, f64::max)
+    }
+
+    pub(super) fn sorted_faces(&self) -> Vec<Face> {
+        let mut faces: Vec<Face> = Vec::with_capacity(4 * self.tets.len());
+        for (tet, nodes) in self.tets.iter().enumerate() {
+            for local in FACES {
+                let outward = local.map(|l| nodes[l]);
+                faces.push(Face { key: sorted(outward), outward, tet: tet as u32 });
+            }
+        }
+        faces.par_sort_unstable_by_key(|face| (face.key, face.tet));
+        faces
+    }
+
+    /// Vertices − edges + faces − tetrahedra: 1 for a body without holes or cavities.
+    pub fn euler_characteristic(&self) -> i64 {
+        let mut edges: Vec<[u32; 2]> = Vec::with_capacity(6 * self.tets.len());
+        for tet in &self.tets {
+            edges.extend(EDGES.map(|edge| {
+                let [a, b] = edge.map(|corner| tet[corner]);
+                [a.min(b), a.max(b)]
+            }));
+        }
+        edges.par_sort_unstable();
+        edges.dedup();
+        let faces = self.sorted_faces().chunk_by(|a, b| a.key == b.key).count();
+        let mut nodes = vec![false; self.nodes.len()];
+        self.tets.as_flattened().iter().for_each(|&node| nodes[node as usize] = true);
+        let nodes = nodes.into_iter().filter(|&used| used).count();
+        nodes as i64 - edges.len() as i64 + faces as i64 - self.tets.len() as i64
+    }
+
+    /// The mesh of the nodes that tetrahedra use, in their old order, renumbered.
+    pub(crate) fn without_unused_nodes(mut self) -> TetMesh {
+        let mut number = vec![u32::MAX; self.nodes.len()];
+        for &node in self.tets.iter().flatten() {
+            number[node as usize] = 0;
+        }
+        let mut kept: Vec<Point> = Vec::new();
+        for (number, &point) in number.iter_mut().zip(&self.nodes) {
+            if *number == 0 {
+                *number = kept.len() as u32;
+                kept.push(point);
+            }
+        }
+        self.nodes = kept;
+        for node in self.tets.iter_mut().flatten() {
+            *node = number[*node as usize];
+        }
+        // a triangle on a dropped node keeps an impossible number, which `validate` names
+        for node in self.surfaces.values_mut().flatten().flatten() {
+            *node = number[*node as usize];
+        }
+        self.edge_points.retain(|(edge, _)| edge.iter().all(|&n| number[n as usize] != u32::MAX));
+        for node in self.edge_points.iter_mut().flat_map(|(edge, _)| edge) {
+            *node = number[*node as usize];
+        }
+        self
+    }
+}
+
+pub(crate) fn sorted(mut face: [u32; 3]) -> [u32; 3] {
+    face.sort_unstable();
+    face
+}
+
+/// Whether two triangles of the same nodes run the same way round.
+pub(crate) fn is_even_turn(a: [u32; 3], b: [u32; 3]) -> bool {
+    (0..3).any(|k| b == [a[k], a[(k + 1) % 3], a[(k + 2) % 3]])
+}
+
+/// Union–find over nodes or tetrahedra.
+pub(crate) struct Parts(Vec<u32>);
+
+impl Parts {
+    pub(crate) fn new(count: usize) -> Parts {
+        Parts((0..count as u32).collect())
+    }
+
+    pub(crate) fn root(&mut self, mut k: u32) -> u32 {
+        while self.0[k as usize] != k {
+            self.0[k as usize] = self.0[self.0[k as usize] as usize];
+            k = self.0[k as usize];
+        }
+        k
+    }
+
+    pub(crate) fn join(&mut self, a: u32, b: u32) {
+        let (a, b) = (self.root(a), self.root(b));
+        // the smaller number is the root, so that the result does not depend on the order
+        self.0[a.max(b) as usize] = a.min(b);
+    }
+}

@@ -1,0 +1,350 @@
+//! Files for ParaView: VTK unstructured grids (`.vtu`) and series of them (`.pvd`).
+//!
+//! Arrays are written inline as base64 of little-endian values, uncompressed.
+//!
+//! # Reference
+//! Kitware, "VTK XML formats", VTK User's Guide.
+
+use std::fmt::{self, Write as _};
+use std::path::Path;
+
+use super::TetMesh;
+use super::edges::edge_place;
+use super::tet_mesh::EDGES;
+use crate::error::MeshError;
+
+/// VTK's numbers of the linear and the quadratic tetrahedron.
+const TETRA: u8 = 10;
+const QUADRATIC_TETRA: u8 = 24;
+
+/// A named field, one value per point or per cell.
+#[derive(Clone, Copy, Debug)]
+pub struct Field<'a> {
+    /// Name of the field; give the unit in it, as `displacement_mm`.
+    pub name: &'a str,
+    /// Its values.
+    pub values: Values<'a>,
+}
+
+/// Values of a field.
+#[derive(Clone, Copy, Debug)]
+pub enum Values<'a> {
+    /// Numbers.
+    Scalar(&'a [f64]),
+    /// Vectors.
+    Vector(&'a [[f64; 3]]),
+    /// Symmetric tensors: xx, yy, zz, xy, yz, xz.
+    Tensor(&'a [[f64; 6]]),
+    /// Labels.
+    Label(&'a [u32]),
+}
+
+impl<'a> Field<'a> {
+    /// A field of numbers.
+    pub fn scalar(name: &'a str, values: &'a [f64]) -> Field<'a> {
+        Field { name, values: Values::Scalar(values) }
+    }
+
+    /// A field of vectors.
+    pub fn vector(name: &'a str, values: &'a [[f64; 3]]) -> Field<'a> {
+        Field { name, values: Values::Vector(values) }
+    }
+
+    /// A field of symmetric tensors: xx, yy, zz, xy, yz, xz.
+    pub fn tensor(name: &'a str, values: &'a [[f64; 6]]) -> Field<'a> {
+        Field { name, values: Values::Tensor(values) }
+    }
+
+    /// A field of labels.
+    pub fn label(name: &'a str, values: &'a [u32]) -> Field<'a> {
+        Field { name, values: Values::Label(values) }
+    }
+}
+
+/// Writes the mesh with its regions, further fields, and what it has of grains, grain fractions and
+/// interface normals.
+///
+/// A mesh with curved edges is written with quadratic tetrahedra; point fields, which have one value per
+/// node of the mesh, are there the mean of their ends.
+///
+/// # Errors
+/// [`MeshError::File`] if a field has not one value per node or tetrahedron, [`MeshError::Io`] if
+/// the file cannot be written.
+///
+/// # Example
+/// ```
+/// use fem_mesh::{CylinderLattice, vtu};
+///
+/// let mesh = CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.5 }.build()?;
+/// let height: Vec<f64> = mesh.nodes.iter().map(|p| p[2]).collect();
+/// let path = std::env::temp_dir().join("fem-doc-mesh.vtu");
+/// vtu::write(&path, &mesh, &[vtu::Field::scalar("height_mm", &height)], &[])?;
+/// # std::fs::remove_file(path)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn write(
+    path: impl AsRef<Path>,
+    mesh: &TetMesh,
+    point_fields: &[Field],
+    cell_fields: &[Field],
+) -> Result<(), MeshError> {
+    let path = path.as_ref();
+    if mesh.edge_points.is_empty() {
+        return write_straight(path, mesh, point_fields, cell_fields);
+    }
+    check(path, "point", point_fields, mesh.nodes.len())?;
+    let edges = mesh.all_edges();
+    let mut points = mesh.nodes.clone();
+    points.extend(edges.iter().map(|(_, point)| point));
+    let place = |ends: [u32; 2]| (mesh.nodes.len() + edge_place(&edges, ends)) as u32;
+    let ten = |tet: &[u32; 4]| -> [u32; 10] {
+        let middles = EDGES.map(|ends| place(ends.map(|end| tet[end])));
+        std::array::from_fn(|k| if k < 4 { tet[k] } else { middles[k - 4] })
+    };
+    let tets: Vec<[u32; 10]> = mesh.tets.iter().map(ten).collect();
+    let ends = || edges.iter().map(|(ends, _)| ends.map(|end| end as usize));
+    let owned: Vec<Owned> = point_fields.iter().map(|field| field.extended(ends())).collect();
+    let fields: Vec<Field> = owned.iter().zip(point_fields).map(|(o, f)| o.named(f.name)).collect();
+    write_grid(path, mesh, &points, QUADRATIC_TETRA, &tets, &fields, cell_fields)
+}
+
+/// Writes a mesh with its corners alone: linear tetrahedra, even where edges are curved.
+///
+/// # Errors
+/// As [`write()`].
+pub fn write_straight(
+    path: impl AsRef<Path>,
+    mesh: &TetMesh,
+    point_fields: &[Field],
+    cell_fields: &[Field],
+) -> Result<(), MeshError> {
+    write_grid(path.as_ref(), mesh, &mesh.nodes, TETRA, &mesh.tets, point_fields, cell_fields)
+}
+
+/// Values of a field with those on edges.
+enum Owned {
+    Scalar(Vec<f64>),
+    Vector(Vec<[f64; 3]>),
+    Tensor(Vec<[f64; 6]>),
+    Label(Vec<u32>),
+}
+
+impl Field<'_> {
+    /// The values at the nodes and, as means of the ends, on edges; a label is that of the first end.
+    fn extended(&self, ends: impl Iterator<Item = [usize; 2]>) -> Owned {
+        match self.values {
+            Values::Scalar(v) => {
+                let middles = ends.map(|[a, b]| 0.5 * (v[a] + v[b]));
+                Owned::Scalar(v.iter().copied().chain(middles).collect())
+            }
+            Values::Vector(v) => Owned::Vector(with_middles(v, ends)),
+            Values::Tensor(v) => Owned::Tensor(with_middles(v, ends)),
+            Values::Label(v) => {
+                Owned::Label(v.iter().copied().chain(ends.map(|[a, _]| v[a])).collect())
+            }
+        }
+    }
+}
+
+fn with_middles<const K: usize>(
+    values: &[[f64; K]],
+    ends: impl Iterator<Item = [usize; 2]>,
+) -> Vec<[f64; K]> {
+    let middle = |[a, b]: [usize; 2]| -> [f64; K] {
+        std::array::from_fn(|k| 0.5 * (values[a][k] + values[b][k]))
+    };
+    values.iter().copied().chain(ends.map(middle)).collect()
+}
+
+impl Owned {
+    fn named<'a>(&'a self, name: &'a str) -> Field<'a> {
+        match self {
+            Owned::Scalar(values) => Field::scalar(name, values),
+            Owned::Vector(values) => Field::vector(name, values),
+            Owned::Tensor(values) => Field::tensor(name, values),
+            Owned::Label(values) => Field::label(name, values),
+        }
+    }
+}
+
+/// As [`write()`], with quadratic tetrahedra on their own points.
+///
+/// `points` has a row for every node of the quadratic space (mm), `tets` ten rows of it for every
+/// tetrahedron of the mesh: the four corners, then the middles of the edges 01, 12, 20, 03, 13,
+/// 23.
+///
+/// # Errors
+/// As [`write()`]; point fields have one value per row of `points`.
+pub fn write_quadratic(
+    path: impl AsRef<Path>,
+    mesh: &TetMesh,
+    points: &[[f64; 3]],
+    tets: &[[u32; 10]],
+    point_fields: &[Field],
+    cell_fields: &[Field],
+) -> Result<(), MeshError> {
+    write_grid(path.as_ref(), mesh, points, QUADRATIC_TETRA, tets, point_fields, cell_fields)
+}
+
+/// Writes a `.pvd` file that lists `.vtu` files by time (s), relative to the directory it is in.
+///
+/// # Errors
+/// [`MeshError::Io`] if the file cannot be written.
+///
+/// # Example
+/// ```
+/// let path = std::env::temp_dir().join("fem-doc-run.pvd");
+/// fem_mesh::vtu::write_pvd(&path, &[(0.0, "step-0.vtu"), (0.1, "step-1.vtu")])?;
+/// # std::fs::remove_file(path)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn write_pvd(path: impl AsRef<Path>, steps: &[(f64, &str)]) -> Result<(), MeshError> {
+    let mut out = String::from(
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" \
+         byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<Collection>\n",
+    );
+    for (time, file) in steps {
+        let file = escape(file);
+        out.push_str(&format!("<DataSet timestep=\"{time:?}\" part=\"0\" file=\"{file}\"/>\n"));
+    }
+    out.push_str("</Collection>\n</VTKFile>\n");
+    save(path.as_ref(), out)
+}
+
+fn write_grid<const N: usize>(
+    path: &Path,
+    mesh: &TetMesh,
+    points: &[[f64; 3]],
+    kind: u8,
+    tets: &[[u32; N]],
+    point_fields: &[Field],
+    cell_fields: &[Field],
+) -> Result<(), MeshError> {
+    let region: Vec<u32> = mesh.region_of.iter().map(|&region| region as u32).collect();
+    let mut cells = vec![Field::label("region", &region)];
+    cells.extend(mesh.grain_of.iter().map(|grains| Field::label("grain", grains)));
+    let mixture = mesh.mixture.as_deref().unwrap_or_default();
+    let fraction: Vec<f64> = mixture.iter().map(|m| m.fraction.into()).collect();
+    let normal: Vec<[f64; 3]> = mixture.iter().map(|m| m.normal.map(f64::from)).collect();
+    if mesh.mixture.is_some() {
+        cells.push(Field::scalar("grain_fraction", &fraction));
+        cells.push(Field::vector("interface_normal", &normal));
+    }
+    cells.extend_from_slice(cell_fields);
+    check(path, "point", point_fields, points.len())?;
+    check(path, "cell", &cells, tets.len())?;
+    save(path, grid(points, kind, tets, point_fields, &cells).expect("a string takes everything"))
+}
+
+fn grid<const N: usize>(
+    points: &[[f64; 3]],
+    kind: u8,
+    tets: &[[u32; N]],
+    point_fields: &[Field],
+    cell_fields: &[Field],
+) -> Result<String, fmt::Error> {
+    let mut out = String::from(
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" \
+         byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<UnstructuredGrid>\n",
+    );
+    let (rows, cells) = (points.len(), tets.len());
+    writeln!(out, "<Piece NumberOfPoints=\"{rows}\" NumberOfCells=\"{cells}\">")?;
+    out.push_str("<Points>\n");
+    field(&mut out, &Field::vector("points_mm", points))?;
+    out.push_str("</Points>\n<Cells>\n");
+    array(
+        &mut out,
+        "Int64",
+        "connectivity",
+        1,
+        tets.iter().flatten().map(|&n| (n as i64).to_le_bytes()),
+    )?;
+    array(&mut out, "Int64", "offsets", 1, (1..=cells).map(|n| ((n * N) as i64).to_le_bytes()))?;
+    array(&mut out, "UInt8", "types", 1, std::iter::repeat_n([kind], cells))?;
+    out.push_str("</Cells>\n<PointData>\n");
+    point_fields.iter().try_for_each(|one| field(&mut out, one))?;
+    out.push_str("</PointData>\n<CellData>\n");
+    cell_fields.iter().try_for_each(|one| field(&mut out, one))?;
+    out.push_str("</CellData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n");
+    Ok(out)
+}
+
+fn check(path: &Path, what: &str, fields: &[Field], expected: usize) -> Result<(), MeshError> {
+    for Field { name, values } in fields {
+        let length = match values {
+            Values::Scalar(values) => values.len(),
+            Values::Vector(values) => values.len(),
+            Values::Tensor(values) => values.len(),
+            Values::Label(values) => values.len(),
+        };
+        if length != expected {
+            return Err(MeshError::File {
+                path: path.into(),
+                place: format!("{what} field `{name}`"),
+                message: format!("{length} values for {expected} {what}s; give one for each"),
+            });
+        }
+    }
+    Ok(())
+}
+
+fn field(out: &mut String, field: &Field) -> fmt::Result {
+    match field.values {
+        Values::Scalar(values) => {
+            array(out, "Float64", field.name, 1, values.iter().map(|x| x.to_le_bytes()))
+        }
+        Values::Vector(values) => {
+            array(out, "Float64", field.name, 3, values.iter().flatten().map(|x| x.to_le_bytes()))
+        }
+        Values::Tensor(values) => {
+            array(out, "Float64", field.name, 6, values.iter().flatten().map(|x| x.to_le_bytes()))
+        }
+        Values::Label(values) => {
+            array(out, "UInt32", field.name, 1, values.iter().map(|x| x.to_le_bytes()))
+        }
+    }
+}
+
+fn array<const B: usize>(
+    out: &mut String,
+    kind: &str,
+    name: &str,
+    components: usize,
+    values: impl Iterator<Item = [u8; B]>,
+) -> fmt::Result {
+    let data: Vec<u8> = values.flatten().collect();
+    // the length of the data stands before them, in the same stream of base64
+    let mut bytes = (data.len() as u64).to_le_bytes().to_vec();
+    bytes.extend(data);
+    let name = escape(name);
+    write!(out, "<DataArray type=\"{kind}\" Name=\"{name}\"")?;
+    // one is the default, and some readers make a column of it where it is written out
+    if components > 1 {
+        write!(out, " NumberOfComponents=\"{components}\"")?;
+    }
+    writeln!(out, " format=\"binary\">")?;
+    base64(out, &bytes);
+    out.push_str("\n</DataArray>\n");
+    Ok(())
+}
+
+fn base64(out: &mut String, bytes: &[u8]) {
+    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    for three in bytes.chunks(3) {
+        let bits = three.iter().fold(0_u32, |bits, &byte| (bits << 8) | byte as u32);
+        let bits = bits << (8 * (3 - three.len()));
+        for digit in 0..4 {
+            let value = (bits >> (18 - 6 * digit)) & 63;
+            let is_padding = digit > three.len();
+            out.push(if is_padding { '=' } else { DIGITS[value as usize] as char });
+        }
+    }
+}
+
+fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+fn save(path: &Path, text: String) -> Result<(), MeshError> {
+    std::fs::write(path, text).map_err(|error| MeshError::io("write", path, error))
+}

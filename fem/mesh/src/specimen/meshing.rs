@@ -1,0 +1,235 @@
+//! Meshes of specimens: a cylinder with its grains, from one spacing.
+
+use std::f64::consts::PI;
+
+use serde::{Deserialize, Serialize};
+
+use super::conforming::Conforming;
+use super::fraction::mix;
+use super::grain_mode::GrainMode;
+use super::mesh_report::{MeshReport, MeshedGrain};
+use super::{GrainField, Labelling};
+use crate::error::MeshError;
+use crate::mesh::{CylinderLattice, LatticeError, Quality, TetMesh};
+
+/// How a cylinder with grains is meshed.
+///
+/// The lattice of [`CylinderLattice`] is labelled, and its nodes move onto the interfaces of the
+/// grains that are followed, which keep their contacts and volumes; grains too small for that fill
+/// their share of the tetrahedra.
+///
+/// # Example
+/// ```
+/// use fem_mesh::{Grain, GrainList, Meshing};
+///
+/// let grains = GrainList::new(vec![Grain::sphere([0.0, 0.0, 2.2], 1.2)], 2.5, 4.4);
+/// let meshed = Meshing::new(0.4).build(2.5, 4.4, &grains)?;
+/// assert!(meshed.report.warnings().is_empty(), "{:?}", meshed.report.warnings());
+/// assert!(meshed.report.grains[0].volume_error().abs() < 0.005);
+/// meshed.mesh.validate()?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Meshing {
+    /// Edge of the lattice's hexahedra (mm); each makes twelve tetrahedra.
+    pub spacing_mm: f64,
+    /// How grains become part of the mesh.
+    #[serde(default)]
+    pub mode: GrainMode,
+    /// With [`GrainMode::Auto`], grains of more elements across than this are followed.
+    #[serde(default = "default_elements_across")]
+    pub elements_across: f64,
+    /// No tetrahedron falls below this dihedral angle by moving nodes, in [1, 25] (degrees).
+    #[serde(default = "default_min_dihedral")]
+    pub min_dihedral_deg: f64,
+    /// Whether edges on interfaces and wall are curved, for quadratic elements. Volumes are then kept
+    /// by the curved mesh, otherwise by the straight one.
+    #[serde(default = "default_curved")]
+    pub curved: bool,
+}
+
+fn default_elements_across() -> f64 {
+    3.0
+}
+
+fn default_min_dihedral() -> f64 {
+    12.0
+}
+
+fn default_curved() -> bool {
+    true
+}
+
+/// A mesh, and what it achieved.
+#[derive(Clone, Debug)]
+pub struct Meshed {
+    /// The mesh: regions `matrix` and `grain`, surfaces `bottom`, `top` and `side`.
+    pub mesh: TetMesh,
+    /// How well it follows the specimen.
+    pub report: MeshReport,
+}
+
+/// A specimen that cannot be meshed.
+#[derive(Clone, Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum MeshingError {
+    /// A setting out of its range.
+    #[error("{field} = {value}; give {requirement}")]
+    Field {
+        /// Name of the setting.
+        field: &'static str,
+        /// Its value.
+        value: f64,
+        /// What it should be.
+        requirement: &'static str,
+    },
+    /// A cylinder and spacing that make no lattice.
+    #[error(transparent)]
+    Lattice(#[from] LatticeError),
+    /// A mesh that is not sound after all.
+    #[error("the mesh made is not sound: {0}")]
+    Unsound(#[from] MeshError),
+}
+
+impl Meshing {
+    /// Follows or mixes grains as they are resolved by this spacing (mm); edges are curved.
+    pub fn new(spacing_mm: f64) -> Meshing {
+        Meshing {
+            spacing_mm,
+            mode: GrainMode::Auto,
+            elements_across: default_elements_across(),
+            min_dihedral_deg: default_min_dihedral(),
+            curved: default_curved(),
+        }
+    }
+
+    /// Checks the settings.
+    ///
+    /// # Errors
+    /// [`MeshingError::Field`] for the first that is out of range.
+    pub fn validate(&self) -> Result<(), MeshingError> {
+        let rules = [
+            ("spacing_mm", self.spacing_mm, self.spacing_mm > 0.0, "a length above 0 (mm)"),
+            (
+                "elements_across",
+                self.elements_across,
+                (0.0..=100.0).contains(&self.elements_across),
+                "a number from 0 to 100",
+            ),
+            (
+                "min_dihedral_deg",
+                self.min_dihedral_deg,
+                (1.0..=25.0).contains(&self.min_dihedral_deg),
+                "an angle from 1 to 25 degrees",
+            ),
+        ];
+        match rules.into_iter().find(|&(_, value, holds, _)| !(holds && value.is_finite())) {
+            Some((field, value, _, requirement)) => {
+                Err(MeshingError::Field { field, value, requirement })
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// Meshes a cylinder that stands on z = 0 with its axis on z.
+    ///
+    /// # Errors
+    /// [`MeshingError`] if a setting is out of range or the spacing does not suit the cylinder.
+    pub fn build(
+        &self,
+        radius_mm: f64,
+        height_mm: f64,
+        grains: &dyn GrainField,
+    ) -> Result<Meshed, MeshingError> {
+        self.validate()?;
+        let lattice = CylinderLattice { radius_mm, height_mm, spacing_mm: self.spacing_mm };
+        let mut mesh = lattice.build_round()?;
+        let mut modes: Vec<GrainMode> =
+            (1..=grains.grains() as u32).map(|grain| self.mode_of(grains, grain)).collect();
+        let is = |modes: &[GrainMode], mode| modes.iter().map(|&m| m == mode).collect::<Vec<_>>();
+
+        let follows = is(&modes, GrainMode::Conforming);
+        let conforming = Conforming {
+            field: grains,
+            follows: &follows,
+            radius_mm,
+            spacing_mm: self.spacing_mm,
+            floor_deg: self.min_dihedral_deg,
+            curved: self.curved,
+        };
+        let mut labels = conforming.labels(&mesh);
+        if self.mode == GrainMode::Auto {
+            // what no tetrahedron was given to is not resolved after all
+            let mut found = vec![false; modes.len()];
+            labels.iter().filter(|&&l| l > 0).for_each(|&l| found[l as usize - 1] = true);
+            for (mode, _) in modes.iter_mut().zip(found).filter(|(_, found)| !found) {
+                *mode = GrainMode::Fraction;
+            }
+        }
+        let conformed = conforming.apply(&mut mesh, &labels);
+        if self.mode == GrainMode::Whole {
+            Labelling { separate: false, ..Labelling::default() }.apply_field(&mut mesh, grains);
+            labels = mesh.grain_of.take().unwrap_or_default();
+        }
+        let volumes = mesh.volumes();
+        let mut achieved = vec![0.0; modes.len()];
+        for (&label, volume) in labels.iter().zip(&volumes).filter(|(label, _)| **label > 0) {
+            achieved[label as usize - 1] += volume;
+        }
+        let mixes = is(&modes, GrainMode::Fraction);
+        let mut mixed_tets = 0;
+        mesh.mixture = None;
+        if mixes.contains(&true) {
+            let mixed = mix(&mesh, grains, &mixes, &mut labels);
+            achieved.iter_mut().zip(&mixed.volumes_mm3).for_each(|(sum, more)| *sum += more);
+            mixed_tets = mixed.mixture.iter().filter(|mixture| mixture.fraction > 0.0).count();
+            mesh.mixture = Some(mixed.mixture);
+        }
+        mesh.regions = vec!["matrix".into()];
+        if mesh.mixture.is_some() || labels.iter().any(|&label| label > 0) {
+            mesh.regions.push("grain".into());
+        }
+        mesh.region_of = labels.iter().map(|&label| u16::from(label > 0)).collect();
+        mesh.grain_of = Some(labels);
+        mesh.validate()?;
+
+        let cylinder = PI * radius_mm * radius_mm * height_mm;
+        let total: f64 = volumes.iter().sum();
+        let of_grain = |(k, mode): (usize, &GrainMode)| MeshedGrain {
+            asked_mm3: grains.volume_mm3(k as u32 + 1),
+            achieved_mm3: achieved[k],
+            elements_across: self.across(grains, k as u32 + 1),
+            mode: *mode,
+        };
+        let of_grains: Vec<MeshedGrain> = modes.iter().enumerate().map(of_grain).collect();
+        let report = MeshReport {
+            quality: Quality::of(&mesh),
+            euler_characteristic: mesh.euler_characteristic(),
+            asked_fraction: of_grains.iter().map(|grain| grain.asked_mm3).sum::<f64>() / cylinder,
+            achieved_fraction: achieved.iter().sum::<f64>() / total,
+            volume_error: total / cylinder - 1.0,
+            grains: of_grains,
+            interface_rms_mm: conformed.interface_rms_mm,
+            wall_error_mm: MeshReport::wall_error(&mesh, radius_mm),
+            straightened_edges: conformed.straightened_edges,
+            mixed_tets,
+        };
+        Ok(Meshed { mesh, report })
+    }
+
+    /// How one grain is meshed.
+    fn mode_of(&self, grains: &dyn GrainField, grain: u32) -> GrainMode {
+        match self.mode {
+            GrainMode::Auto if self.across(grains, grain) > self.elements_across => {
+                GrainMode::Conforming
+            }
+            GrainMode::Auto => GrainMode::Fraction,
+            mode => mode,
+        }
+    }
+
+    /// Elements across the ball of a grain's volume.
+    fn across(&self, grains: &dyn GrainField, grain: u32) -> f64 {
+        (6.0 / PI * grains.volume_mm3(grain)).cbrt() / self.spacing_mm
+    }
+}

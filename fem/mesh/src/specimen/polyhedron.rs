@@ -1,0 +1,235 @@
+//! Convex polyhedra made by cutting with planes.
+
+use crate::mesh::vector::{Point, add, cross, dot, mean, norm, scale, sub};
+
+/// Points closer than this times the size of the polyhedron are one point.
+const SAME: f64 = 1e-10;
+
+/// A bounded convex polyhedron, kept as its faces.
+///
+/// It starts as a cube and is cut by half-spaces; volume, area and signed distance are exact up
+/// to rounding.
+///
+/// # Example
+/// ```
+/// use fem_mesh::ConvexPolyhedron;
+///
+/// let mut half = ConvexPolyhedron::cube([0.0; 3], 1.0);
+/// assert!(half.cut([1.0, 0.0, 0.0], 0.0));
+/// assert!((half.volume() - 4.0).abs() < 1e-14);
+/// assert!((half.signed_distance([2.0, 2.0, 0.0]) - 5.0_f64.sqrt()).abs() < 1e-14);
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct ConvexPolyhedron {
+    faces: Vec<Facet>,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+struct Facet {
+    /// Outward unit normal n and offset d: the body is where n · x ≤ d.
+    normal: Point,
+    offset: f64,
+    /// Counter-clockwise seen from outside.
+    corners: Vec<Point>,
+}
+
+impl ConvexPolyhedron {
+    /// The cube of edge `2 * half_edge` with faces along the axes.
+    pub fn cube(centre: [f64; 3], half_edge: f64) -> ConvexPolyhedron {
+        let mut faces = Vec::with_capacity(6);
+        for axis in 0..3 {
+            for sign in [-1.0, 1.0] {
+                let mut normal = [0.0; 3];
+                normal[axis] = sign;
+                let mut corners: Vec<Point> = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
+                    .map(|[a, b]| {
+                        let mut corner = centre;
+                        corner[axis] += sign * half_edge;
+                        corner[(axis + 1) % 3] += a * half_edge;
+                        corner[(axis + 2) % 3] += b * half_edge;
+                        corner
+                    })
+                    .into();
+                if sign < 0.0 {
+                    corners.reverse();
+                }
+                let offset = sign * centre[axis] + half_edge;
+                faces.push(Facet { normal, offset, corners });
+            }
+        }
+        ConvexPolyhedron { faces }
+    }
+
+    /// Keeps the part where `normal · x ≤ offset` (unit normal); tells whether anything was cut.
+    pub fn cut(&mut self, normal: [f64; 3], offset: f64) -> bool {
+        let height = |p: Point| dot(normal, p) - offset;
+        let size = self.size();
+        let same = SAME * size;
+        if self.corners().all(|p| height(p) <= same) {
+            return false;
+        }
+        let mut rim: Vec<Point> = Vec::new();
+        for face in &mut self.faces {
+            let old = std::mem::take(&mut face.corners);
+            for (k, &p) in old.iter().enumerate() {
+                let q = old[(k + 1) % old.len()];
+                let (a, b) = (height(p), height(q));
+                if a <= same {
+                    face.corners.push(p);
+                    if a >= -same {
+                        rim.push(p);
+                    }
+                }
+                if (a > same && b < -same) || (a < -same && b > same) {
+                    let crossing = add(p, scale(sub(q, p), a / (a - b)));
+                    face.corners.push(crossing);
+                    rim.push(crossing);
+                }
+            }
+        }
+        self.faces.retain(|face| face.corners.len() >= 3);
+        let corners = around(normal, rim, same);
+        if corners.len() >= 3 {
+            self.faces.push(Facet { normal, offset, corners });
+        }
+        true
+    }
+
+    /// The corners, each once for every face that it is on.
+    pub(crate) fn corners(&self) -> impl Iterator<Item = Point> + '_ {
+        self.faces.iter().flat_map(|face| face.corners.iter().copied())
+    }
+
+    /// Largest extent along an axis.
+    fn size(&self) -> f64 {
+        let extent = |axis: usize| {
+            let range =
+                self.corners().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], p| {
+                    [low.min(p[axis]), high.max(p[axis])]
+                });
+            range[1] - range[0]
+        };
+        (0..3).map(extent).fold(0.0, f64::max)
+    }
+
+    /// Number of faces.
+    pub fn faces(&self) -> usize {
+        self.faces.len()
+    }
+
+    /// Largest distance of a corner from a point.
+    pub fn reach(&self, from: [f64; 3]) -> f64 {
+        self.corners().map(|p| norm(sub(p, from))).fold(0.0, f64::max)
+    }
+
+    /// Volume; 0 if everything was cut away.
+    pub fn volume(&self) -> f64 {
+        let Some(apex) = self.faces.first().map(|face| face.corners[0]) else { return 0.0 };
+        // pyramids over the faces
+        self.faces
+            .iter()
+            .map(|face| (face.offset - dot(face.normal, apex)) * face.area() / 3.0)
+            .sum()
+    }
+
+    /// Surface area.
+    pub fn area(&self) -> f64 {
+        self.faces.iter().map(Facet::area).sum()
+    }
+
+    /// Distance to the surface, negative inside.
+    pub fn signed_distance(&self, point: [f64; 3]) -> f64 {
+        self.nearest_below(point, f64::INFINITY).map_or(f64::INFINITY, |(distance, _)| distance)
+    }
+
+    /// The signed distance and its gradient, or nothing where it cannot be less than `limit`.
+    pub(crate) fn nearest_below(&self, point: Point, limit: f64) -> Option<(f64, Point)> {
+        let heights = self.faces.iter().map(|face| (face.height(point), face));
+        let (highest, top) = heights.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        if highest <= 0.0 {
+            return Some((highest, top.normal));
+        }
+        // no plane of a face is farther than the body
+        if highest >= limit {
+            return None;
+        }
+        // the nearest point lies on a face that the point is in front of; most often on the one that
+        // it is farthest in front of
+        let (mut distance, mut foot) = top.nearest(point);
+        if distance > highest {
+            for face in &self.faces {
+                let height = face.height(point);
+                if height > 0.0 && height < distance {
+                    let (other, there) = face.nearest(point);
+                    if other < distance {
+                        (distance, foot) = (other, there);
+                    }
+                }
+            }
+        }
+        let away = sub(point, foot);
+        let length = norm(away);
+        Some((distance, if length > 0.0 { scale(away, 1.0 / length) } else { top.normal }))
+    }
+}
+
+impl Facet {
+    fn height(&self, point: Point) -> f64 {
+        dot(self.normal, point) - self.offset
+    }
+
+    fn edges(&self) -> impl Iterator<Item = (Point, Point)> + '_ {
+        let next = self.corners.iter().cycle().skip(1);
+        self.corners.iter().copied().zip(next.copied())
+    }
+
+    fn area(&self) -> f64 {
+        let origin = self.corners[0];
+        let twice =
+            self.edges().map(|(a, b)| cross(sub(a, origin), sub(b, origin))).fold([0.0; 3], add);
+        0.5 * norm(twice)
+    }
+
+    /// Distance of a point to this polygon, and the polygon's nearest point.
+    fn nearest(&self, point: Point) -> (f64, Point) {
+        let beside =
+            |(a, b): (Point, Point)| dot(cross(self.normal, sub(b, a)), sub(point, a)) < 0.0;
+        if !self.edges().any(beside) {
+            let height = self.height(point);
+            return (height.abs(), sub(point, scale(self.normal, height)));
+        }
+        let on_edge = |(a, b): (Point, Point)| {
+            let edge = sub(b, a);
+            let t = (dot(sub(point, a), edge) / dot(edge, edge)).clamp(0.0, 1.0);
+            let foot = add(a, scale(edge, t));
+            (norm(sub(point, foot)), foot)
+        };
+        let nearest = self.edges().map(on_edge).min_by(|a, b| a.0.total_cmp(&b.0));
+        nearest.unwrap_or((f64::INFINITY, point))
+    }
+}
+
+/// The points in counter-clockwise order about a normal, each once.
+fn around(normal: Point, points: Vec<Point>, same: f64) -> Vec<Point> {
+    if points.len() < 3 {
+        return Vec::new();
+    }
+    let centre = mean(points.iter().copied());
+    // any direction that is not along the normal starts a basis of the plane
+    let smallest = (0..3).min_by(|&a, &b| normal[a].abs().total_cmp(&normal[b].abs()));
+    let mut start = [0.0; 3];
+    start[smallest.unwrap_or(0)] = 1.0;
+    let u = cross(normal, start);
+    let v = cross(normal, u);
+    let mut turned: Vec<(f64, Point)> = points
+        .into_iter()
+        .map(|p| (dot(v, sub(p, centre)).atan2(dot(u, sub(p, centre))), p))
+        .collect();
+    turned.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut corners: Vec<Point> = turned.into_iter().map(|(_, p)| p).collect();
+    corners.dedup_by(|a, b| norm(sub(*a, *b)) <= same);
+    while corners.len() > 1 && norm(sub(corners[0], corners[corners.len() - 1])) <= same {
+        corners.pop();
+    }
+    corners
+}

@@ -1,0 +1,96 @@
+//! A specimen that leans in the virtual scanner, against the same one upright.
+
+use fem_image::{Segmentation, Segmented, score};
+
+use fem_mesh::{GrainField, GrainList, Packing, Scan, Scanner, SizeClass, VoxelGrains};
+
+const VOXEL: f64 = 0.02;
+const RADIUS: f64 = 34.0 * VOXEL;
+const HEIGHT: f64 = 72.0 * VOXEL;
+/// 6.8 voxels over the height, 5.4°.
+const LEAN: [f64; 2] = [0.08, -0.05];
+
+/// Some forty grains of 13 voxels across.
+fn grains() -> GrainList {
+    let packing = Packing {
+        sizes: vec![SizeClass { median_radius_mm: 6.5 * VOXEL, spread: 0.1, share: 1.0 }],
+        film_mm: 3.0 * VOXEL,
+        ..Packing::new(0.25, 3)
+    };
+    GrainList::new(packing.fill(RADIUS, HEIGHT).unwrap(), RADIUS, HEIGHT)
+}
+
+fn scan(grains: &GrainList, lean: [f64; 2]) -> Scan {
+    let scanner = Scanner { lean, hardening: 0.6, ..Scanner::new(VOXEL, 5) };
+    scanner.scan(RADIUS, HEIGHT, grains).unwrap()
+}
+
+fn segment(scan: &Scan, follow_lean: bool) -> Segmented {
+    let settings = Segmentation { follow_lean, ..Segmentation::default() };
+    settings.run(&scan.grey, &mut |_| {}).unwrap()
+}
+
+/// Of the points of a grid in the specimen that are in a grain, truly or as found: how many both ways.
+fn dice(grains: &GrainList, found: &Segmented) -> f64 {
+    let seen = VoxelGrains::new(&found.labels, Some(&found.solid), &found.cylinder);
+    let (mut both, mut all) = (0, 0);
+    for n in 0..64_000 {
+        let at = [n % 40, n / 40 % 40, n / 1600].map(|k| (k as f64 + 0.5) / 40.0);
+        let x = [(2.0 * at[0] - 1.0) * RADIUS, (2.0 * at[1] - 1.0) * RADIUS, at[2] * HEIGHT];
+        if x[0].hypot(x[1]) < 0.95 * RADIUS {
+            let inside = [grains.grain_at(x) > 0, seen.grain_at(x) > 0];
+            both += 2 * usize::from(inside == [true; 2]);
+            all += inside.map(usize::from).iter().sum::<usize>();
+        }
+    }
+    both as f64 / all as f64
+}
+
+#[test]
+fn a_leaning_specimen_is_found_as_the_upright_one() {
+    let grains = grains();
+    let (upright, leaning) = (scan(&grains, [0.0; 2]), scan(&grains, LEAN));
+    assert_eq!(upright.cylinder.lean, [0.0; 2]);
+    let truth = leaning.cylinder;
+    let (reference, found) = (segment(&upright, true), segment(&leaning, true));
+    assert_eq!(reference.cylinder.lean, [0.0; 2]);
+    assert!(found.warnings.is_empty() && !found.block, "{:?}", found.warnings);
+    assert_eq!(found.labels.shape, leaning.grey.shape, "labels keep the voxels of the image");
+
+    let cylinder = found.cylinder;
+    println!("{:?}, {cylinder:?}, truly {truth:?}", reference.cylinder);
+    let near = |a: f64, b: f64| assert!((a - b).abs() < 0.15 * VOXEL, "{a} mm, not {b} mm");
+    near(cylinder.radius_mm, RADIUS);
+    near(cylinder.height_mm(), HEIGHT);
+    near(cylinder.bottom_mm, truth.bottom_mm);
+    for k in 0..2 {
+        near(cylinder.centre_mm[k], truth.centre_mm[k]);
+        assert!((cylinder.lean[k] - LEAN[k]).abs() < 0.002, "{cylinder:?}");
+    }
+
+    let (a, b) = (&reference.statistics, &found.statistics);
+    println!("{a:?} {b:?}");
+    assert_eq!(b.grains, a.grains);
+    assert!((b.grain_fraction / a.grain_fraction - 1.0).abs() < 0.01, "{a:?} {b:?}");
+    assert!((b.d50_mm / a.d50_mm - 1.0).abs() < 0.01, "{a:?} {b:?}");
+    assert!((found.rim_over_centre / reference.rim_over_centre - 1.0).abs() < 0.01);
+    let quality = [(&upright, &reference), (&leaning, &found)]
+        .map(|(scan, found)| score(&scan.labels, &found.labels).unwrap().panoptic_quality);
+    println!("{quality:?}");
+    assert!(quality[1] > quality[0] - 0.01, "{quality:?}");
+
+    // in the specimen's own coordinates, in which it is meshed, the grains are where they are
+    let places = [&reference, &found].map(|found| dice(&grains, found));
+    println!("{places:?}");
+    assert!(places[0] > 0.92 && places[1] > places[0] - 0.01, "{places:?}");
+
+    // taken as upright, it is told, and they are not
+    let told = segment(&leaning, false);
+    assert_eq!(told.cylinder.lean, [0.0; 2]);
+    let [warning] = &told.warnings[..] else { panic!("{:?}", told.warnings) };
+    for part in ["leans by 6.", "follow_lean = true", "turn the image upright"] {
+        assert!(warning.contains(part), "{part:?} is not in {warning:?}");
+    }
+    let place = dice(&grains, &told);
+    assert!(place < places[1] - 0.05, "{place}");
+}

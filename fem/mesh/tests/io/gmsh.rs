@@ -1,0 +1,543 @@
+//! MSH files: all four variants that are read, the one that is written, and what is refused.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use fem_mesh::gmsh::{self, GmshNames};
+use fem_mesh::{CylinderLattice, MeshError, TetMesh};
+
+/// A lattice with two regions, for round trips.
+fn specimen() -> TetMesh {
+    let mut mesh =
+        CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.5 }.build().unwrap();
+    mesh.regions.push("grain".into());
+    mesh.region_of[10..40].fill(1);
+    mesh
+}
+
+fn names() -> GmshNames {
+    GmshNames::new([("matrix", 1), ("grain", 2)], [("bottom", 11), ("top", 12), ("side", 13)])
+}
+
+fn file(name: &str, bytes: impl AsRef<[u8]>) -> (tempfile::TempDir, PathBuf) {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join(name);
+    std::fs::write(&path, bytes).unwrap();
+    (dir, path)
+}
+
+/// The same mesh whatever the order of its regions and tetrahedra.
+fn assert_same(read: &TetMesh, mesh: &TetMesh) {
+    type Named<'a, const N: usize> = Vec<(&'a str, [u32; N])>;
+    fn tets(mesh: &TetMesh) -> Named<'_, 4> {
+        let region = |tet: usize| mesh.regions[mesh.region_of[tet] as usize].as_str();
+        let mut all: Named<4> =
+            mesh.tets.iter().enumerate().map(|(tet, &nodes)| (region(tet), nodes)).collect();
+        all.sort_unstable();
+        all
+    }
+    assert_eq!(read.nodes, mesh.nodes);
+    assert_eq!(tets(read), tets(mesh));
+    let sorted = |mesh: &TetMesh| -> BTreeMap<String, Vec<[u32; 3]>> {
+        let sort = |faces: &Vec<[u32; 3]>| {
+            let mut faces: Vec<[u32; 3]> = faces
+                .iter()
+                .map(|&[a, b, c]| [[a, b, c], [b, c, a], [c, a, b]].into_iter().min().unwrap())
+                .collect();
+            faces.sort_unstable();
+            faces
+        };
+        mesh.surfaces.iter().map(|(name, faces)| (name.clone(), sort(faces))).collect()
+    };
+    assert_eq!(sorted(read), sorted(mesh));
+}
+
+#[test]
+fn what_is_written_comes_back_the_same() {
+    let mesh = specimen();
+    let (_dir, path) = file("a.msh", "");
+    let numbers = gmsh::write(&path, &mesh).unwrap();
+    assert_eq!(numbers, names());
+    assert_same(&gmsh::read(&path, &numbers).unwrap(), &mesh);
+
+    // by the names in the file, and by asking for everything
+    let by_name = GmshNames::new([("grain", "grain"), ("soft", "matrix")], [("base", "bottom")]);
+    let read = gmsh::read(&path, &by_name).unwrap();
+    assert_eq!(read.regions, ["grain", "soft"]);
+    assert_eq!(read.surfaces["base"].len(), mesh.surfaces["bottom"].len());
+    assert_same(&gmsh::read(&path, &GmshNames::default()).unwrap(), &mesh);
+}
+
+#[test]
+fn grain_numbers_survive_as_elementary_tags() {
+    let mut mesh = specimen();
+    let grain = |tet: usize| if mesh.region_of[tet] == 1 { 1 + (tet as u32) % 7 } else { 0 };
+    mesh.grain_of = Some((0..mesh.tets.len()).map(grain).collect());
+    // a grain in two regions
+    mesh.grain_of.as_mut().unwrap()[50] = 3;
+    let (_dir, path) = file("a.msh", "");
+    let names = gmsh::write(&path, &mesh).unwrap();
+    let read = gmsh::read(&path, &names).unwrap();
+    assert_same(&read, &mesh);
+    assert!(read.grain_of == mesh.grain_of && read.tets == mesh.tets, "tetrahedron by tetrahedron");
+    // regions by other names and in another order
+    let turned = GmshNames::new([("a grain", "grain"), ("soft", "matrix")], [("base", "bottom")]);
+    assert!(gmsh::read(&path, &turned).unwrap().grain_of == mesh.grain_of);
+
+    // without grains the tags are those of the regions
+    mesh.grain_of = None;
+    gmsh::write(&path, &mesh).unwrap();
+    assert_eq!(gmsh::read(&path, &names).unwrap().grain_of, None);
+    mesh.grain_of = Some(vec![u32::MAX; mesh.tets.len()]);
+    let error = gmsh::write(&path, &mesh).unwrap_err();
+    assert!(error.to_string().contains("grain number is too large"), "{error}");
+}
+
+/// Gmsh's order of the edges of a tetrahedron; a triangle has the first three.
+const EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [2, 3], [1, 3]];
+
+/// The edges of a mesh in order, with the points of their middle nodes.
+fn edges(mesh: &TetMesh) -> Vec<([u32; 2], [f64; 3])> {
+    let pairs = |tet: &[u32; 4]| EDGES.map(|ends| sorted(ends.map(|end| tet[end])));
+    let mut edges: Vec<[u32; 2]> = mesh.tets.iter().flat_map(pairs).collect();
+    edges.sort_unstable();
+    edges.dedup();
+    let point = |edge: [u32; 2]| match mesh.edge_points.iter().find(|(of, _)| *of == edge) {
+        Some(curved) => *curved,
+        None => {
+            let [p, q] = edge.map(|node| mesh.nodes[node as usize]);
+            (edge, std::array::from_fn(|k| 0.5 * (p[k] + q[k])))
+        }
+    };
+    edges.into_iter().map(point).collect()
+}
+
+fn sorted([a, b]: [u32; 2]) -> [u32; 2] {
+    [a.min(b), a.max(b)]
+}
+
+/// Elements as (type, physical group, entity, node tags), triangles first.
+fn elements(mesh: &TetMesh, quadratic: bool) -> Vec<(i32, i32, i32, Vec<u64>)> {
+    let edges = if quadratic { edges(mesh) } else { Vec::new() };
+    let middle = |nodes: &[u32], ends: [usize; 2]| {
+        let edge = sorted(ends.map(|end| nodes[end]));
+        900_000 + edges.iter().position(|(of, _)| *of == edge).unwrap() as u64
+    };
+    let tags = |nodes: &[u32], sides: usize| -> Vec<u64> {
+        let sides = EDGES[..sides].iter().filter(|_| quadratic);
+        let middles = sides.map(|&ends| middle(nodes, ends));
+        nodes.iter().map(|&node| tag(node)).chain(middles).collect()
+    };
+    let mut all = Vec::new();
+    for (name, group) in [("bottom", 11), ("top", 12), ("side", 13)] {
+        // turned inward, to be turned by the reader
+        for &[a, b, c] in &mesh.surfaces[name] {
+            all.push((if quadratic { 9 } else { 2 }, group, 30 + group, tags(&[b, a, c], 3)));
+        }
+    }
+    for (&[a, b, c, d], &region) in mesh.tets.iter().zip(&mesh.region_of) {
+        let group = region as i32 + 1;
+        all.push((if quadratic { 11 } else { 4 }, group, 50 + group, tags(&[a, b, c, d], 6)));
+    }
+    all
+}
+
+/// Sparse tags, as Gmsh may leave them.
+fn tag(node: u32) -> u64 {
+    3 * node as u64 + 7
+}
+
+fn v2(mesh: &TetMesh, binary: bool) -> Vec<u8> {
+    let mut out = format!("$MeshFormat\n2.2 {} 8\n", binary as i32).into_bytes();
+    if binary {
+        out.extend(1_i32.to_le_bytes());
+        out.push(b'\n');
+    }
+    out.extend(b"$EndMeshFormat\n$Comments\nnot to be read $Nodes\n$EndComments\n");
+    out.extend(format!("$Nodes\n{}\n", mesh.nodes.len()).bytes());
+    for (node, p) in (0..).zip(&mesh.nodes) {
+        if binary {
+            out.extend((tag(node) as i32).to_le_bytes());
+            p.iter().for_each(|x| out.extend(x.to_le_bytes()));
+        } else {
+            out.extend(format!("{} {:?} {:?} {:?}\n", tag(node), p[0], p[1], p[2]).bytes());
+        }
+    }
+    let elements = elements(mesh, false);
+    out.extend(format!("\n$EndNodes\n$Elements\n{}\n", elements.len()).bytes());
+    for run in elements.chunk_by(|a, b| a.0 == b.0) {
+        if binary {
+            [run[0].0, run.len() as i32, 2].iter().for_each(|x| out.extend(x.to_le_bytes()));
+        }
+        for (k, (kind, group, entity, nodes)) in run.iter().enumerate() {
+            if binary {
+                [k as i32 + 1, *group, *entity].iter().for_each(|x| out.extend(x.to_le_bytes()));
+                nodes.iter().for_each(|&n| out.extend((n as i32).to_le_bytes()));
+            } else {
+                let nodes: Vec<String> = nodes.iter().map(u64::to_string).collect();
+                let nodes = nodes.join(" ");
+                out.extend(format!("{} {kind} 2 {group} {entity} {nodes}\n", k + 1).bytes());
+            }
+        }
+    }
+    out.extend(b"\n$EndElements\n");
+    out
+}
+
+/// Writes integers, sizes and reals as MSH 4.1 has them.
+struct V4 {
+    out: Vec<u8>,
+    binary: bool,
+    big_endian: bool,
+}
+
+impl V4 {
+    fn put<const N: usize>(&mut self, text: String, mut little: [u8; N]) {
+        if self.binary {
+            if self.big_endian {
+                little.reverse();
+            }
+            self.out.extend(little);
+        } else {
+            self.out.extend(text.bytes());
+            self.out.push(b' ');
+        }
+    }
+    fn int(&mut self, x: i32) {
+        self.put(x.to_string(), x.to_le_bytes());
+    }
+    fn size(&mut self, x: u64) {
+        self.put(x.to_string(), x.to_le_bytes());
+    }
+    fn real(&mut self, x: f64) {
+        self.put(format!("{x:?}"), x.to_le_bytes());
+    }
+    fn ints(&mut self, all: &[i32]) {
+        all.iter().for_each(|&x| self.int(x));
+    }
+    fn sizes(&mut self, all: &[u64]) {
+        all.iter().for_each(|&x| self.size(x));
+    }
+    fn reals(&mut self, all: &[f64]) {
+        all.iter().for_each(|&x| self.real(x));
+    }
+    fn line(&mut self, text: &str) {
+        self.out.extend(format!("\n{text}\n").bytes());
+    }
+}
+
+fn v4(mesh: &TetMesh, binary: bool, big_endian: bool, quadratic: bool) -> Vec<u8> {
+    let mut w = V4 { out: Vec::new(), binary, big_endian };
+    w.out.extend(format!("$MeshFormat\n4.1 {} 8\n", binary as i32).bytes());
+    if binary {
+        w.int(1);
+    }
+    w.line("$EndMeshFormat\n$Entities");
+    // one point and one curve without group, which must be passed over
+    w.sizes(&[1, 1, 3, 2]);
+    w.int(1);
+    w.reals(&[0.0; 3]);
+    w.size(0);
+    w.int(1);
+    w.reals(&[0.0; 6]);
+    w.size(0);
+    w.size(2);
+    w.ints(&[1, -1]);
+    for entity in [41, 42, 43, 51, 52] {
+        w.int(entity);
+        w.reals(&[0.0; 6]);
+        w.size(1);
+        w.int(if entity < 50 { -(entity - 30) } else { entity - 50 });
+        w.size(1);
+        w.int(1);
+    }
+    w.line("$EndEntities\n$Nodes");
+    // two blocks, the second with parametric coordinates
+    let middles: Vec<[f64; 3]> =
+        if quadratic { edges(mesh).into_iter().map(|(_, p)| p).collect() } else { Vec::new() };
+    let count = mesh.nodes.len() + middles.len();
+    w.sizes(&[2, count as u64, 1, 900_000 + middles.len() as u64]);
+    for (block, part) in [(0, &mesh.nodes[..20]), (20, &mesh.nodes[20..])] {
+        let parametric = block > 0;
+        let middles = if parametric { &middles[..] } else { &[] };
+        w.ints(&[if parametric { 2 } else { 3 }, 51, parametric as i32]);
+        w.size((part.len() + middles.len()) as u64);
+        for k in 0..part.len() as u32 {
+            w.size(tag(block + k));
+        }
+        for k in 0..middles.len() as u64 {
+            w.size(900_000 + k);
+        }
+        for p in part.iter().chain(middles) {
+            w.reals(p);
+            if parametric {
+                w.reals(&[0.25, 0.5]);
+            }
+        }
+    }
+    w.line("$EndNodes\n$Elements");
+    let elements = elements(mesh, quadratic);
+    let blocks: Vec<_> = elements.chunk_by(|a, b| a.2 == b.2).collect();
+    w.sizes(&[blocks.len() as u64, elements.len() as u64, 1, elements.len() as u64]);
+    for block in blocks {
+        let (kind, _, entity, _) = block[0];
+        w.ints(&[if entity < 50 { 2 } else { 3 }, entity, kind]);
+        w.size(block.len() as u64);
+        for (k, (.., nodes)) in block.iter().enumerate() {
+            w.size(k as u64 + 1);
+            nodes.iter().for_each(|&n| w.size(n));
+        }
+    }
+    w.line("$EndElements");
+    w.out
+}
+
+/// A lattice whose wall is round, with grain numbers and a mixture.
+fn curved_specimen() -> TetMesh {
+    let mut mesh = specimen();
+    let on_wall = |node: u32| {
+        let [x, y, _] = mesh.nodes[node as usize];
+        (x.hypot(y) - 2.5).abs() < 1e-9
+    };
+    let wall = |(edge, [x, y, z]): ([u32; 2], [f64; 3])| {
+        let scale = 2.5 / x.hypot(y);
+        let is_chord = edge.into_iter().all(on_wall) && (scale - 1.0).abs() > 1e-9;
+        is_chord.then_some((edge, [scale * x, scale * y, z]))
+    };
+    let on_surface: std::collections::BTreeSet<[u32; 2]> = (mesh.surfaces["side"].iter())
+        .flat_map(|t| [[0, 1], [1, 2], [2, 0]].map(|ends| sorted(ends.map(|end| t[end]))))
+        .collect();
+    mesh.edge_points =
+        edges(&mesh).into_iter().filter(|(e, _)| on_surface.contains(e)).filter_map(wall).collect();
+    assert!(mesh.edge_points.len() > 10);
+    mesh
+}
+
+#[test]
+fn curved_edges_and_mixtures_come_back_to_the_bit() {
+    let mut mesh = curved_specimen();
+    let (_dir, path) = file("a.msh", "");
+    let names = gmsh::write(&path, &mesh).unwrap();
+    let text = std::fs::read_to_string(&path).unwrap();
+    assert!(text.contains("\n2 13 9 ") && text.contains(" 11 "), "elements of second order");
+    let read_back = |mesh: &TetMesh| {
+        gmsh::write(&path, mesh).unwrap();
+        gmsh::read(&path, &GmshNames::default()).unwrap()
+    };
+    assert_same(&gmsh::read(&path, &names).unwrap(), &mesh);
+    // regions in the order of their names, as they are read
+    let in_order = |mesh: &mut TetMesh| {
+        mesh.regions = vec!["matrix".into(), "grain".into()];
+    };
+    in_order(&mut mesh);
+    assert_eq!(read_back(&mesh).edge_points, mesh.edge_points);
+    assert_eq!(read_back(&mesh), mesh);
+
+    mesh.grain_of = Some(mesh.region_of.iter().map(|&region| 5 * u32::from(region)).collect());
+    let fraction =
+        |tet: usize| if mesh.region_of[tet] == 0 { 0.1 * (tet % 10) as f32 } else { 0.0 };
+    let mixture = |tet| fem_mesh::Mixture {
+        fraction: fraction(tet),
+        normal: if fraction(tet) > 0.3 { [0.6, 0.0, -0.8] } else { [0.0; 3] },
+    };
+    mesh.mixture = Some((0..mesh.tets.len()).map(mixture).collect());
+    assert_eq!(read_back(&mesh), mesh);
+
+    // no tetrahedron is all of grain
+    mesh.region_of.fill(0);
+    mesh.grain_of = Some(vec![0; mesh.tets.len()]);
+    assert_eq!(read_back(&mesh), mesh);
+    let renamed = GmshNames::new([("a grain", "grain"), ("soft", "matrix")], [("base", "bottom")]);
+    let read = gmsh::read(&path, &renamed).unwrap();
+    assert_eq!((read.regions.len(), read.region_of[0], read.mixture), (2, 1, mesh.mixture));
+}
+
+#[test]
+fn second_order_files_of_gmsh_keep_their_curved_edges() {
+    let mesh = curved_specimen();
+    for binary in [false, true] {
+        let (_dir, path) = file("a.msh", v4(&mesh, binary, false, true));
+        let read = gmsh::read(&path, &names()).unwrap();
+        assert_same(&read, &mesh);
+        assert_eq!(read.edge_points, mesh.edge_points);
+    }
+    // another middle node in one tetrahedron
+    let text = String::from_utf8(v4(&mesh, false, false, true)).unwrap();
+    let last = text.trim_end().trim_end_matches("$EndElements").trim_end();
+    let (rest, _) = last.rsplit_once(' ').unwrap();
+    let torn = format!("{rest} 900000\n$EndElements\n");
+    assert_contains(&fault(torn, &names()), &["different middle nodes", "conforming"]);
+}
+
+#[test]
+fn a_byte_order_mark_is_passed_over() {
+    let mesh = specimen();
+    let (_dir, path) = file("a.msh", [b"\xef\xbb\xbf", &v2(&mesh, false)[..]].concat());
+    assert_same(&gmsh::read(&path, &names()).unwrap(), &mesh);
+}
+
+#[test]
+fn gmsh_itself_meshes_a_model() {
+    let dir = tempfile::tempdir().unwrap();
+    let model = gmsh::SphereModel {
+        radius_mm: 2.5,
+        height_mm: 4.4,
+        spheres: vec![([0.5, 0.25, 1.5], 0.7), ([-0.9, -0.3, 2.9], 0.8)],
+        spacing_mm: 0.7,
+        curved: true,
+    };
+    let nowhere = model.mesh(Path::new("no-such-mesher"), dir.path()).unwrap_err();
+    assert_contains(&nowhere.to_string(), &["no-such-mesher", "install Gmsh"]);
+    let program = std::env::var_os("GMSH").unwrap_or_else(|| "gmsh".into());
+    if std::process::Command::new(&program).arg("--version").output().is_err() {
+        eprintln!("SKIPPED: Gmsh is not installed; put it on the search path or set GMSH");
+        return;
+    }
+    let mesh = model.mesh(Path::new(&program), dir.path()).unwrap();
+    let pi = std::f64::consts::PI;
+    let ball = |radius: f64| 4.0 / 3.0 * pi * radius.powi(3);
+    let close = |value: f64, expected: f64, tolerance: f64| {
+        assert!((value / expected - 1.0).abs() < tolerance, "{value} against {expected}");
+    };
+    close(mesh.volume(), pi * 2.5 * 2.5 * 4.4, 1e-3);
+    let volumes = mesh.volumes();
+    for (number, radius) in [(1, 0.7), (2, 0.8)] {
+        let of = volumes.iter().zip(mesh.grain_of.as_ref().unwrap());
+        close(of.filter(|(_, g)| **g == number).map(|(v, _)| v).sum(), ball(radius), 5e-3);
+    }
+    // and reads what is written here
+    let (written, again) = (dir.path().join("written.msh"), dir.path().join("again.msh"));
+    let names = gmsh::write(&written, &mesh).unwrap();
+    assert_eq!(gmsh::read(&written, &names).unwrap().edge_points, mesh.edge_points);
+    let status = std::process::Command::new(&program)
+        .arg(&written)
+        .args(["-save", "-v", "2", "-format", "msh41", "-o"])
+        .arg(&again)
+        .status();
+    assert!(status.unwrap().success());
+    let reopened = gmsh::read(&again, &GmshNames::default()).unwrap();
+    close(reopened.volume(), mesh.volume(), 1e-12);
+    close(reopened.region_volume("grain").unwrap(), mesh.region_volume("grain").unwrap(), 1e-12);
+}
+
+#[test]
+fn all_variants_give_the_same_mesh() {
+    let mesh = specimen();
+    for (name, bytes) in [
+        ("2.2 ASCII", v2(&mesh, false)),
+        ("2.2 binary", v2(&mesh, true)),
+        ("4.1 ASCII", v4(&mesh, false, false, false)),
+        ("4.1 binary", v4(&mesh, true, false, false)),
+        ("4.1 binary, big endian", v4(&mesh, true, true, false)),
+        ("4.1 ASCII, second order", v4(&mesh, false, false, true)),
+        ("4.1 binary, second order", v4(&mesh, true, false, true)),
+    ] {
+        let (_dir, path) = file("a.msh", bytes);
+        let read = gmsh::read(&path, &names()).unwrap_or_else(|error| panic!("{name}: {error}"));
+        assert_same(&read, &mesh);
+        assert_eq!(read.grain_of, None, "tags of other programs are no grains");
+    }
+}
+
+fn fault(bytes: impl AsRef<[u8]>, names: &GmshNames) -> String {
+    let (_dir, path) = file("bad.msh", bytes);
+    let message = gmsh::read(&path, names).unwrap_err().to_string();
+    assert!(message.contains("bad.msh"), "the file is not named: {message}");
+    message
+}
+
+fn assert_contains(message: &str, parts: &[&str]) {
+    for part in parts {
+        assert!(message.contains(part), "`{part}` is missing in: {message}");
+    }
+}
+
+#[test]
+fn faults_name_place_value_and_mend() {
+    let mesh = specimen();
+    let text = String::from_utf8(v2(&mesh, false)).unwrap();
+    let names = names();
+
+    assert_contains(&fault("solid stl\n", &names), &["line 1", "solid stl"]);
+    assert_contains(
+        &fault("$MeshFormat\n4.0 0 8\n$EndMeshFormat\n", &names),
+        &["line 2", "4.0", "2.2 or 4.1"],
+    );
+    let spoilt = text.replacen("4.4\n", "4,4\n", 1);
+    let line = 1 + text.lines().position(|line| line.ends_with(" 4.4")).unwrap();
+    assert_contains(
+        &fault(&spoilt, &names),
+        &[&format!("line {line} (section $Nodes)"), "4,4", "coordinate"],
+    );
+    assert_contains(&fault(&text[..text.len() / 2], &names), &["line"]);
+    assert_contains(
+        &fault(text.replacen("\n$Nodes\n", "\n$Nodes\n1", 1), &names),
+        &["$Nodes", "$EndNodes"],
+    );
+    let binary = v4(&mesh, true, false, false);
+    assert_contains(
+        &fault(&binary[..binary.len() - 200], &names),
+        &["section $Elements, byte", "ends too early"],
+    );
+
+    // a missing group lists those that are there
+    let mut wrong = names.clone();
+    wrong.regions.insert("grain".into(), 5.into());
+    assert_contains(&fault(&text, &wrong), &["region `grain`", "group 5", "has 1, 2"]);
+    let mut wrong = names.clone();
+    wrong.surfaces.insert("top".into(), "lid".into());
+    assert_contains(&fault(&text, &wrong), &["surface `top`", "\"lid\"", "11, 12, 13"]);
+    let only_matrix = GmshNames::new([("matrix", 1)], [("bottom", 11)]);
+    assert_contains(&fault(&text, &only_matrix), &["physical volume(s) [2]", "no named region"]);
+
+    // a hexahedron, and a node that is not there
+    let mut hexahedron = text.clone();
+    hexahedron = hexahedron.replacen("1 2 2 11 41 ", "1 5 2 11 41 7 7 7 7 7 ", 1);
+    assert_contains(&fault(&hexahedron, &names), &["type 5", "tetrahedra"]);
+    let missing = text.replacen(" 11 41 ", " 11 41 999999 ", 1);
+    assert_contains(&fault(&missing, &names), &["999999"]);
+
+    let absent = gmsh::read("nowhere/cylinder.msh", &names).unwrap_err();
+    assert!(matches!(absent, MeshError::Io { action: "read", .. }));
+    assert_contains(&absent.to_string(), &["cannot read", "nowhere"]);
+}
+
+#[test]
+fn names_come_from_a_case_file() {
+    let names: GmshNames =
+        serde_json::from_str(r#"{"regions": {"matrix": 1, "grain": "stones"}}"#).unwrap();
+    assert_eq!(names.regions["matrix"], 1.into());
+    assert_eq!(names.regions["grain"], "stones".into());
+    assert!(serde_json::from_str::<GmshNames>(r#"{"region": {}}"#).is_err());
+}
+
+/// The project's shared data, where this checkout has them.
+fn shared() -> PathBuf {
+    match std::env::var_os("BRECCIA_SHARED") {
+        Some(path) => path.into(),
+        None => Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared"),
+    }
+}
+
+#[test]
+fn reference_cylinder() {
+    let path = shared().join("data/fem/cyl_a.msh");
+    if !path.exists() {
+        eprintln!("SKIPPED: {} is absent; set BRECCIA_SHARED to check it", path.display());
+        return;
+    }
+    let mesh = gmsh::read(&path, &names()).unwrap();
+    assert_eq!((mesh.nodes.len(), mesh.tets.len()), (3950, 19443));
+    let close = |value: f64, expected: f64| {
+        assert!((value / expected - 1.0).abs() < 1e-9, "{value} against {expected}");
+    };
+    close(mesh.volume(), 86.24230777795543);
+    close(mesh.region_volume("grain").unwrap(), 8.523221291952499);
+    let triangles = ["bottom", "top", "side"].map(|name| mesh.surfaces[name].len());
+    assert_eq!(triangles, [541, 541, 1856]);
+
+    let mut message = String::new();
+    write!(message, "{}", fem_mesh::Quality::of(&mesh)).unwrap();
+    assert!(message.contains("19443 tetrahedra"));
+}

@@ -1,0 +1,60 @@
+//! The volumes on which segmentation and meshes are scored: three of imaged packings, and two of the
+//! virtual scanner, which adds what a real one does: hardening of the beam, rings, photon noise, texture.
+
+use fem_mesh::{Grain, GrainList, Packing, Scanner, SizeClass};
+
+use super::phantom::{Imaged, Phantom, VOXEL_MM};
+
+/// Their names: apart, in contact, of two sizes with fines, and scanned well and badly.
+pub(crate) const NAMES: [&str; 5] = ["separate", "touching", "fines", "scanned", "rough"];
+/// Voxels of air around a scanned cylinder.
+const MARGIN: usize = 6;
+
+/// The volume of this name with so many voxels along each edge, or nothing.
+pub(crate) fn volume(name: &str, side: usize) -> Option<Imaged> {
+    let scale = side as f64 / 256.0;
+    let taken = match name {
+        "separate" => Phantom::new(side, 0.32, 13.0 * scale, 3.0).take(),
+        "touching" => Phantom::new(side, 0.53, 15.4 * scale, 0.5).take(),
+        "fines" => Phantom {
+            radii: vec![(7.5, 0.96), (3.0, 0.04)],
+            fines: 0.02,
+            ..Phantom::new(side, 0.29, 7.5, 1.0)
+        }
+        .take(),
+        "scanned" => scanned(side, Scanner::new(VOXEL_MM, 1)),
+        "rough" => {
+            let good = Scanner::new(VOXEL_MM, 1);
+            let rough = Scanner { hardening: 1.0, rings: 0.004, photons: 2e4, ..good };
+            scanned(side, rough)
+        }
+        _ => return None,
+    };
+    Some(taken)
+}
+
+/// Some 300 grains at a fraction of 0.32, through the virtual scanner.
+fn scanned(side: usize, scanner: Scanner) -> Imaged {
+    let voxels = (side - 2 * MARGIN) as f64;
+    let (radius_mm, height_mm) = (0.5 * voxels * VOXEL_MM, voxels * VOXEL_MM);
+    let median_radius_mm = 13.8 * VOXEL_MM * voxels / 244.0;
+    let packing = Packing {
+        sizes: vec![SizeClass { median_radius_mm, spread: 0.15, share: 1.0 }],
+        film_mm: 3.0 * VOXEL_MM,
+        ..Packing::new(0.32, 1)
+    };
+    let grains = packing.fill(radius_mm, height_mm).expect("the packing can be made");
+    let volumes_mm3 = grains.iter().map(Grain::volume_mm3).collect();
+    let list = GrainList::new(grains, radius_mm, height_mm);
+    let scanner = Scanner { margin: MARGIN, ..scanner };
+    let scan = scanner.scan(radius_mm, height_mm, &list).expect("the scan can be made");
+    Imaged {
+        image: scan.grey,
+        truth: scan.labels,
+        volumes_mm3,
+        radius_mm,
+        bottom_mm: scan.cylinder.bottom_mm,
+        height_mm,
+        centre_mm: scan.cylinder.centre_mm,
+    }
+}
