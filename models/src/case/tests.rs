@@ -238,8 +238,8 @@ fn every_bad_value_is_named_with_its_key_and_what_to_do() {
             &["qoi.quantities", "\"force-at-50-percent\"?"],
         ),
         (
-            "# percent = { slope = 3.0,",
-            "[calibration.discrepancy]\npercent = { energy-to-peak = 3.0,",
+            "percent = { slope = 1.5,",
+            "percent = { energy-to-peak = 3.0,",
             &[
                 "calibration.discrepancy.percent.energy-to-peak = 3",
                 "not compared",
@@ -247,8 +247,8 @@ fn every_bad_value_is_named_with_its_key_and_what_to_do() {
             ],
         ),
         (
-            "# percent = { slope = 3.0,",
-            "[calibration.discrepancy]\npercent = { slope = -3.0,",
+            "percent = { slope = 1.5,",
+            "percent = { slope = -3.0,",
             &["calibration.discrepancy.percent.slope = -3", "standard deviation"],
         ),
         ("runs = 100", "runs = 2", &["design.runs = 2"]),
