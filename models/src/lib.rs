@@ -46,7 +46,7 @@ pub use breccia_calibration::{
 };
 use breccia_calibration::{
     budget, curve_check, error, experiment, fracture, further_test, parameter, predicted_curve,
-    qoi, record, specimen_files, table,
+    qoi, record, specimen_files, table, table_format,
 };
 pub use case::{
     AdaptiveCase, ArcLengthCase, ByParameter, CalibrationCase, CandidateCase, Case, CaseFile,

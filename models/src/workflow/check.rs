@@ -208,9 +208,10 @@ impl CaseCheck {
             Err(mistake) => return self.fail(mistake),
         };
         let options = experiments.read.clone().unwrap_or_default();
-        let SpecimenFiles { table, understood, mistakes } = SpecimenFiles::read(&path, &options);
+        let SpecimenFiles { table, table_understood, understood, mistakes } =
+            SpecimenFiles::read(&path, &options);
         mistakes.into_iter().for_each(|mistake| self.fail(mistake));
-        self.table(&path, &table);
+        self.table(&path, &table, table_understood.as_deref());
         self.curves(&table, &understood);
         let image = file.case.specimen.image.clone().unwrap_or_default();
         for stack in table.specimens.iter().filter_map(|specimen| specimen.image.as_ref()) {
@@ -219,17 +220,18 @@ impl CaseCheck {
         self.look_at(file, &path, table, size);
     }
 
-    fn table(&mut self, path: &Path, table: &SpecimenTable) {
+    fn table(&mut self, path: &Path, table: &SpecimenTable, understood: Option<&str>) {
         let counts: Vec<String> = table
             .groups()
             .into_iter()
             .map(|(group, count)| format!("{count} of group {group:?}"))
             .collect();
         let text = format!(
-            "{} readable in {}: {}",
+            "{} readable in {}: {}{}",
             table.specimens.len(),
             path.display(),
-            counts.join(", ")
+            counts.join(", "),
+            understood.map(|how| format!("; read as: {how}")).unwrap_or_default()
         );
         self.say("specimens", text);
     }

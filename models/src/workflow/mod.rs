@@ -257,7 +257,9 @@ impl<'a> Workflow<'a> {
         // before anything is computed
         let finished = self.finished();
         for stage in STAGES.iter().filter(|stage| !finished.contains_key(stage.name)) {
-            self.folder.claim_unwritten(stage.products_of(&self.file.case), stage.name)?;
+            let case = &self.file.case;
+            let may_write = |name: &str| Stage::may_write(case, name);
+            self.folder.claim_unwritten(stage.products_of(case), stage.name, may_write)?;
         }
         STAGES.iter().try_for_each(|stage| self.make(stage))
     }
