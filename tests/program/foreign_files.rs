@@ -195,42 +195,6 @@ fn a_curve_beyond_the_runs_of_the_case_does_not_stop_the_ensemble() {
     }
 }
 
-/// A file of a killed run that was edited before the next run is refused by name, whichever it is.
-#[test]
-fn an_edited_file_of_a_killed_simulation_is_refused() {
-    let dir = tempfile::tempdir().unwrap();
-    let case = super::SMALL.replace("steps = 4", "steps = 4000");
-    let case = format!("{case}[output]\nfields_every = 1\ncheckpoint_every = 1\n");
-    std::fs::write(dir.path().join("my.toml"), case).unwrap();
-    let out = dir.path().join("out");
-    let simulate = ["simulate", "my.toml", "--out", "out"];
-    let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_breccia"))
-        .args(simulate)
-        .current_dir(dir.path())
-        .stdout(std::process::Stdio::null())
-        .stderr(std::process::Stdio::null())
-        .spawn()
-        .unwrap();
-    let files = ["curve.csv", "effort.csv", "fields.pvd", "simulate.state"];
-    let start = std::time::Instant::now();
-    while !files.iter().all(|name| out.join(name).is_file()) {
-        assert!(start.elapsed().as_secs() < 300, "no first step");
-        std::thread::sleep(std::time::Duration::from_millis(20));
-    }
-    child.kill().unwrap();
-    child.wait().unwrap();
-    for name in files {
-        let path = out.join(name);
-        let before = std::fs::read(&path).unwrap();
-        let edited = [&before[..], b"of a person\n"].concat();
-        std::fs::write(&path, &edited).unwrap();
-        let (code, _, err) = said(&breccia(dir.path(), &simulate));
-        assert!(code == Some(1) && err.contains(name), "{name}: {err}");
-        assert!(std::fs::read(&path).unwrap() == edited, "{name} was replaced");
-        std::fs::write(&path, before).unwrap();
-    }
-}
-
 /// The case that was reported: the image of the case lies where the stage writes its scan.
 #[test]
 fn a_folder_with_inputs_in_the_place_of_products_is_refused() {
