@@ -169,13 +169,13 @@ fn a_narrow_screen_is_widened_by_a_power() {
     assert!(ess(&wide) > 3.0 * ess(&stuck), "{} and {}", ess(&wide), ess(&stuck));
 }
 
-/// The same pair of densities by a share of steps without screening. The point where a chain is stuck has a weight
-/// p/q beyond all others: 8 seeds of 8 mix and have the right moments.
+/// A screen of half the width holds chains at points far out, whose weight p/q is beyond all others. With a
+/// share of steps without screening 8 seeds of 8 mix and have the right moments.
 #[test]
 fn steps_without_screening_release_chains_of_a_narrow_screen() {
     let target = Gaussian::autoregressive(4, 0.5, 1.0, 2.0);
-    let narrow = Gaussian::autoregressive(4, 0.5, 0.7, 1.4);
-    let sampler = DelayedAcceptance::default().screening_steps(20).draws(5000);
+    let narrow = Gaussian::autoregressive(4, 0.5, 0.5, 1.0);
+    let sampler = DelayedAcceptance::default().screening_steps(20).draws(10_000);
     let rhat = |chains: &Chains| {
         let of = |i: usize| {
             let traces = chains.traces(i);
@@ -187,12 +187,13 @@ fn steps_without_screening_release_chains_of_a_narrow_screen() {
     let mut stuck = 0;
     for seed in 1..=8 {
         let sampler = sampler.clone().seed(seed);
-        let plain = sampler.clone().plain_share(0.2).run(&narrow, &target).expect("runs");
+        let plain = sampler.clone().plain_share(0.4).run(&narrow, &target).expect("runs");
         assert_gaussian_moments(&target, &plain);
         let found = rhat(&plain);
-        println!("seed {seed}: {found}");
+        let without = rhat(&sampler.run(&narrow, &target).expect("runs"));
+        println!("seed {seed}: {found} {without}");
         assert!(found < 1.02, "seed {seed}: {found}");
-        stuck += usize::from(rhat(&sampler.run(&narrow, &target).expect("runs")) > 1.02);
+        stuck += usize::from(without > 1.02);
     }
     assert!(stuck >= 4, "without such steps {stuck} seeds of 8 stick");
 }
@@ -204,8 +205,9 @@ fn steps_without_screening_reach_what_the_screen_excludes() {
     let walled = half_normal();
     let sampler = DelayedAcceptance::default().screening_steps(3).plain_share(0.5).draws(8000);
     let chains = sampler.thin(5).seed(3).run(&walled, &target).expect("runs");
-    assert_mean("mean", &chains, 0.0, |y| y[0]);
-    assert_mean("square", &chains, 1.0, |y| y[0] * y[0]);
+    assert_gaussian_moments(&target, &chains);
+    let outside = chains.traces(0).concat().iter().filter(|y| **y <= 0.0).count();
+    assert!(outside > 1000, "{outside} of 32 000 draws where the screen is zero");
 }
 
 ppl::model! {
