@@ -45,7 +45,7 @@ impl CaseFile {
     /// Like [`CaseFile::parse`] with all mistakes. The case is what could be read of it; nothing where something is
     /// missing without which there is none.
     pub(crate) fn parse_all(text: &str, path: &Path) -> (Option<Self>, Vec<InputError>) {
-        if is_study(text) {
+        if Self::is_study(text) {
             let help = format!("Run it with: breccia study {}", path.display());
             return (None, vec![InputError::new(path, "", "", "is a study, no case", help)]);
         }
@@ -74,6 +74,12 @@ impl CaseFile {
             };
             InputError::unreadable(path, &e, help)
         })
+    }
+
+    /// Whether a text has the keys that every study has and no case has.
+    pub(crate) fn is_study(text: &str) -> bool {
+        let table: Option<toml::Table> = text.parse().ok();
+        table.is_some_and(|table| table.contains_key("base") && !table.contains_key("specimen"))
     }
 
     /// The shipped default case.
@@ -125,15 +131,6 @@ impl Case {
     pub fn to_toml(&self) -> String {
         toml::to_string_pretty(self).expect("a case holds nothing that TOML cannot say")
     }
-}
-
-/// Whether a text has the keys that every study has, and no case.
-fn is_study(text: &str) -> bool {
-    let table: Option<toml::Table> = text.parse().ok();
-    table.is_some_and(|table| {
-        let has = |key: &str| table.contains_key(key);
-        has("base") && has("case") && !has("specimen")
-    })
 }
 
 /// Turns the parser's error into one that names key, value and help.

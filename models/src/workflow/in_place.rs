@@ -9,7 +9,7 @@ use super::stages::STAGES;
 use super::written::WRITTEN;
 use super::{InputInPlace, WorkflowError};
 use crate::case::CaseFile;
-use crate::table::CsvTable;
+use crate::table_format::DetectedTable;
 
 /// Files that are copied, or used where they are, when a folder of results is opened.
 const OPENING: [&str; 6] = [
@@ -116,7 +116,9 @@ fn named_by(source: &CaseFile) -> Vec<Named> {
 
 /// Curves and images of a table of specimens; none of a table that cannot be read, which is refused later.
 fn named_by_table(file: &Path) -> Vec<Named> {
-    let Ok(table) = CsvTable::read(file, &["id"]) else { return Vec::new() };
+    let Ok(DetectedTable { table, .. }) = DetectedTable::read(file, &["id"], &[]) else {
+        return Vec::new();
+    };
     let mut named = Vec::new();
     for row in table.rows() {
         let id = row.text("id");

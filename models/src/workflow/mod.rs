@@ -73,6 +73,7 @@ mod made_on;
 mod map_fields;
 mod mesh;
 mod mesh_error;
+mod mesh_scale;
 mod microstructures;
 mod neighbours;
 mod one_stage;
@@ -123,6 +124,7 @@ pub use check::CaseCheck;
 pub use copies::missing_case;
 pub(crate) use cores::Cores;
 pub use error::{InputInPlace, WorkflowError};
+pub use expected_cost::ExpectedCost;
 pub use laboratories::{SimulatedLaboratories, simulate_laboratories};
 pub(crate) use neighbours::Together;
 pub(crate) use product_folder::ProductFolder;
@@ -255,7 +257,9 @@ impl<'a> Workflow<'a> {
         // before anything is computed
         let finished = self.finished();
         for stage in STAGES.iter().filter(|stage| !finished.contains_key(stage.name)) {
-            self.folder.claim_unwritten(stage.products_of(&self.file.case), stage.name)?;
+            let case = &self.file.case;
+            let may_write = |name: &str| Stage::may_write(case, name);
+            self.folder.claim_unwritten(stage.products_of(case), stage.name, may_write)?;
         }
         STAGES.iter().try_for_each(|stage| self.make(stage))
     }
