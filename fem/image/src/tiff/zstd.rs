@@ -5,10 +5,10 @@
 
 use std::io::{Read, Seek, SeekFrom};
 
+use ::tiff::decoder::Decoder;
 use ::tiff::tags::{ByteOrder as FileOrder, Tag};
 use ruzstd::decoding::StreamingDecoder;
 
-use super::page::Reader;
 use crate::slices::sample::{ByteOrder, NumberKind, SampleType, decode};
 
 /// Strips or tiles of a page.
@@ -25,7 +25,10 @@ struct Chunks {
 }
 
 /// Decodes the page at which the decoder stands; errors are in words.
-pub(super) fn samples(decoder: &mut Reader, into: &mut [f64]) -> Result<(), String> {
+pub(super) fn samples<R: Read + Seek>(
+    decoder: &mut Decoder<R>,
+    into: &mut [f64],
+) -> Result<(), String> {
     let chunks = Chunks::of(decoder)?;
     let [width, height] = chunks.page;
     let [across, rows] = [width.div_ceil(chunks.size[0]), chunks.size[1]];
@@ -52,7 +55,7 @@ pub(super) fn samples(decoder: &mut Reader, into: &mut [f64]) -> Result<(), Stri
 }
 
 impl Chunks {
-    fn of(decoder: &mut Reader) -> Result<Self, String> {
+    fn of<R: Read + Seek>(decoder: &mut Decoder<R>) -> Result<Self, String> {
         let mut number = |tag: Tag| -> Result<Option<u64>, String> {
             decoder.find_tag_unsigned(tag).map_err(|error| error.to_string())
         };
@@ -120,9 +123,9 @@ impl Chunks {
     }
 
     /// Bytes of `rows` rows of a chunk, without differencing.
-    fn unpacked(
+    fn unpacked<R: Read + Seek>(
         &self,
-        decoder: &mut Reader,
+        decoder: &mut Decoder<R>,
         offset: u64,
         bytes: u64,
         rows: usize,
