@@ -110,8 +110,9 @@ pub use error::{CheckpointError, CurveFileError, FemError, StepFailure};
 pub use fem_file::{open_regular, read_regular, read_regular_text, write_atomically};
 #[doc(inline)]
 pub use fem_image::{
-    Cylinder, ImageError, Region, RgbSlice, Score, SeedRule, Segmentation, Segmented, SpecimenForm,
-    SpecimenStatistics, Volume, outlined_slice, score, tiff,
+    Cylinder, ImageError, ReadOptions, Reading, Region, RgbSlice, Score, SeedRule, Segmentation,
+    Segmented, SpecimenForm, SpecimenStatistics, StackHeader, Volume, files_of as image_files,
+    outlined_slice, read as read_image, read_labels, score, tiff,
 };
 #[doc(inline)]
 pub use fem_mesh::{

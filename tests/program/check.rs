@@ -119,7 +119,12 @@ fn images_are_checked_by_their_headers_and_meshes_by_their_files() {
     std::fs::write(mine.join("case.toml"), case(image)).unwrap();
     let (code, out, err) = said(&breccia(dir.path(), &["check", "mine/case.toml"]));
     assert_eq!(code, Some(0), "{out}{err}");
-    assert!(out.contains("40 × 40 × 50 voxels of 0.100000 mm, 4.000 × 4.000 × 5.000 mm"), "{out}");
+    assert!(
+        out.contains(
+            "40 × 40 × 50 voxels of 0.100000 mm (voxel_mm as given), 4.000 × 4.000 × 5.000 mm"
+        ),
+        "{out}"
+    );
     assert!(out.contains("once it has been segmented"), "{out}");
 
     let bytes = std::fs::read(mine.join("scan.tif")).unwrap();

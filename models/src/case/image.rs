@@ -11,7 +11,8 @@ use serde::{Deserialize, Deserializer, Serialize};
 /// `[specimen.image]`: where grey values come from, and how grains are found in them.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ImageCase {
-    /// A TIFF file of many pages, or a folder of slices; without it `[specimen.scan]` makes the image.
+    /// A file (TIFF of many pages, MetaImage, NRRD) or a folder of slices (TIFF, PNG, BMP); without it
+    /// `[specimen.scan]` makes the image.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stack: Option<PathBuf>,
     /// Images of further specimens, over which the runs of the design are spread as well.

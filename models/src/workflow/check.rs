@@ -3,8 +3,7 @@
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
-use fem::TetMesh;
-use fem::tiff::StackHeader;
+use fem::{ReadOptions, StackHeader, TetMesh};
 
 use super::expected_cost::ExpectedCost;
 use super::inputs::Inputs;
@@ -180,16 +179,10 @@ impl CaseCheck {
     }
 
     fn image(&mut self, stack: &Path, voxel_mm: Option<f64>, bin: usize) {
-        match StackHeader::read(stack, voxel_mm, bin) {
+        match StackHeader::read(stack, &ReadOptions { voxel_mm, bin }) {
             Ok(header) => {
-                let ([nx, ny, nz], [x, y, z]) = (header.shape, header.size_mm());
-                let text = format!(
-                    "{}: {nx} × {ny} × {nz} voxels of {:.6} mm, {x:.3} × {y:.3} × {z:.3} mm{}",
-                    stack.display(),
-                    header.voxel_mm,
-                    if bin > 1 { format!(", after binning by {bin}") } else { String::new() }
-                );
-                self.say("image", text);
+                self.say("image", format!("{}: {}", stack.display(), header.in_words()));
+                self.notes.extend(header.warnings);
             }
             Err(mistake) => self.fail(mistake),
         }

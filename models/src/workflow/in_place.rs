@@ -102,9 +102,13 @@ fn named_by(source: &CaseFile) -> Vec<Named> {
         mesh.for_each(|mesh| add("further_tests.candidate", Path::new(mesh)));
     }
     if let Some(image) = &case.specimen.image {
-        image.stack.iter().for_each(|stack| add("specimen.image.stack", stack));
+        let mut add_image = |key: &str, stack: &Path| {
+            // a header refers to the file of its values
+            fem::image_files(&source.beside(stack)).iter().for_each(|file| add(key, file));
+        };
+        image.stack.iter().for_each(|stack| add_image("specimen.image.stack", stack));
         let further = image.further_stacks.iter().flatten();
-        further.for_each(|stack| add("specimen.image.further_stacks", stack));
+        further.for_each(|stack| add_image("specimen.image.further_stacks", stack));
     }
     if let Some(table) = case.experiments.as_ref().and_then(|e| e.table.as_ref()) {
         add("experiments.table", table);

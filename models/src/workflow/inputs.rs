@@ -91,6 +91,14 @@ impl<'a> Inputs<'a> {
         self.read.borrow_mut().read_part(&self.origin, key);
     }
 
+    /// Remembers all files of an image: a header refers to the file of its values.
+    fn reads_image(&self, path: &Path) {
+        for file in fem::image_files(&self.dir.join(path)) {
+            let name = if path.is_absolute() { None } else { file.strip_prefix(self.dir).ok() };
+            self.reads_file(&name.unwrap_or(&file).to_string_lossy());
+        }
+    }
+
     fn reads_file(&self, name: &str) -> PathBuf {
         self.read.borrow_mut().read_file(&self.origin, name);
         self.dir.join(name)
@@ -210,7 +218,7 @@ impl Inputs<'_> {
         }
         let scanned = Scanned::of(&self.file.geometry()?).map(|(scanned, _)| scanned);
         if let Some(Scanned { source: Source::Stack { path, .. }, .. }) = &scanned {
-            self.reads_file(&path.to_string_lossy());
+            self.reads_image(path);
         }
         Ok(scanned)
     }
@@ -225,7 +233,7 @@ impl Inputs<'_> {
             return Ok(Vec::new());
         }
         let scanned = |path: PathBuf| {
-            self.reads_file(&path.to_string_lossy());
+            self.reads_image(&path);
             let source = Source::Stack { path, voxel_mm, bin };
             Scanned { source, segmentation: own.segmentation.clone(), size_mm: own.size_mm }
         };
@@ -354,7 +362,7 @@ impl Inputs<'_> {
         for specimen in &table.specimens {
             self.reads_file(&format!("experiments/curves/{}.csv", specimen.id));
             if let Some(image) = &specimen.image {
-                self.reads_file(&Path::new("experiments").join(image).to_string_lossy());
+                self.reads_image(&Path::new("experiments").join(image));
             }
         }
         Ok(table)

@@ -1,6 +1,6 @@
 //! Stage `segment`: an image, real or of a virtual scan, to labelled grains.
 
-use fem::{Region, Segmented, Volume, outlined_slice, tiff};
+use fem::{Region, Segmented, StackHeader, Volume, outlined_slice, tiff};
 
 use super::WorkflowError;
 use super::images::{self, segmented_file};
@@ -19,7 +19,8 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let Some(scanned) = inputs.scanned()? else {
         return Ok("the case has no image: nothing to segment".to_owned());
     };
-    let grey = scanned.image(inputs.case_path())?;
+    let (grey, header) = scanned.described_image(inputs.case_path())?;
+    report_reading(task, header.as_ref());
     if let Source::Scan(..) = scanned.source {
         write_16_bits(task, "scan.tif", &grey, 1.0)?;
     }
@@ -50,6 +51,13 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     Ok(told)
 }
 
+/// Prints what was read of a stack, and warns of what may make the result wrong.
+fn report_reading(task: &Task<'_>, header: Option<&StackHeader>) {
+    let Some(header) = header else { return };
+    say("image", &header.in_words());
+    header.warnings.iter().for_each(|warning| task.warn(warning));
+}
+
 /// What was found, with the grain fraction of the cylinder that is meshed.
 fn in_words(found: &Segmented, part: f64) -> String {
     let (count, of_image) = (found.statistics.grains, 100.0 * found.statistics.grain_fraction);
@@ -76,7 +84,8 @@ fn further(
     let inputs = &task.inputs;
     let Source::Stack { path, .. } = &scanned.source else { return Ok(()) };
     // errors name the image: the case's own specimen is fine
-    let grey = scanned.image(path)?;
+    let (grey, header) = scanned.described_image(path)?;
+    report_reading(task, header.as_ref());
     let bar = Bar::new("segment");
     let mut step = 0.0;
     let as_fitted = Scanned {

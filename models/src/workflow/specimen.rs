@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use fem::{
-    Cylinder, GrainField, GrainList, MeshError, MeshReport, Meshed, Meshing, Packing, Scanner,
-    Segmentation, Segmented, TetMesh, Volume, VoxelGrains, gmsh, tiff,
+    Cylinder, GrainField, GrainList, MeshError, MeshReport, Meshed, Meshing, Packing, ReadOptions,
+    Scanner, Segmentation, Segmented, StackHeader, TetMesh, Volume, VoxelGrains, gmsh, read_image,
 };
 
 use super::WorkflowError;
@@ -69,8 +69,20 @@ impl Scanned {
 
     /// The grey values.
     pub(super) fn image(&self, case: &Path) -> Result<Volume<f32>, WorkflowError> {
+        Ok(self.described_image(case)?.0)
+    }
+
+    /// The grey values, with the description of the files that they come from.
+    pub(super) fn described_image(
+        &self,
+        case: &Path,
+    ) -> Result<(Volume<f32>, Option<StackHeader>), WorkflowError> {
         match &self.source {
-            Source::Stack { path, voxel_mm, bin } => Ok(tiff::read_binned(path, *voxel_mm, *bin)?),
+            Source::Stack { path, voxel_mm, bin } => {
+                let options = ReadOptions { voxel_mm: *voxel_mm, bin: *bin };
+                let reading = read_image(path, &options)?;
+                Ok((reading.volume, Some(reading.header)))
+            }
             Source::Scan(scanner, packing, [radius_mm, height_mm]) => {
                 let grains = packed(case, Some(packing), *radius_mm, *height_mm)?;
                 let scan = scanner.scan(*radius_mm, *height_mm, &grains);
@@ -78,7 +90,7 @@ impl Scanned {
                     let file = case.to_owned();
                     WorkflowError::Scan { file, source }
                 })?;
-                Ok(scan.grey)
+                Ok((scan.grey, None))
             }
         }
     }

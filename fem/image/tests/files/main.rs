@@ -1,4 +1,7 @@
 //! Stacks of slices in files.
 
 mod binning;
+mod formats;
+mod stacks;
 mod tiff;
+mod zstd;
