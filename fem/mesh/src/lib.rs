@@ -31,7 +31,7 @@ mod mesh;
 mod specimen;
 
 pub use error::MeshError;
-pub use mesh::{CylinderLattice, LatticeError, Mixture, Quality, TetMesh, gmsh, stl, vtu};
+pub use mesh::{Cavity, CylinderLattice, LatticeError, Mixture, Quality, TetMesh, gmsh, stl, vtu};
 pub use specimen::{
     ConvexPolyhedron, FractionTarget, Grain, GrainField, GrainForm, GrainList, GrainMode,
     GrainShape, GrainVolume, LabelReport, Labelling, MeshReport, Meshed, MeshedGrain, Meshing,

@@ -194,6 +194,7 @@ fn quantities(mesh: &TetMesh) -> Result<Vec<(String, f64)>, WorkflowError> {
         ("volume_mm3", mesh.volume()),
         ("dihedral_min_deg", quality.min_dihedral_deg),
         ("dihedral_p01_deg", quality.p01_dihedral_deg),
+        ("scaled_jacobian_min", quality.min_scaled_jacobian),
         ("grain_fraction", grain_fraction(mesh)),
     ]
     .map(|(name, value)| (name.to_owned(), value))

@@ -1,5 +1,6 @@
 //! Tetrahedral meshes: where they come from, whether they are sound, and where they go.
 
+mod cavities;
 pub(crate) mod curved;
 mod edges;
 pub mod gmsh;
@@ -11,6 +12,7 @@ mod validate;
 pub(crate) mod vector;
 pub mod vtu;
 
+pub use cavities::Cavity;
 pub use lattice::{CylinderLattice, LatticeError};
 pub use quality::Quality;
 pub use tet_mesh::{Mixture, TetMesh};

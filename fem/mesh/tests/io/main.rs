@@ -2,8 +2,10 @@
 
 mod fuzz;
 mod gmsh;
+mod import;
 mod mesh;
 mod meshing;
+mod programs;
 mod scanner;
 mod specimen;
 mod stl;
