@@ -10,7 +10,7 @@ use super::expected_cost::expected_cost;
 use super::inputs::Inputs;
 use super::mesh::grain_fraction;
 use super::simulator::{Setup, Simulator, height_mm, radius_mm};
-use super::specimen::direct_mesh;
+use super::specimen::{import_notes, imported_mesh};
 use super::specimen_checks::{InspectedSpecimens, inspect};
 use super::specimen_quantities::{SpecimenNames, compared};
 use super::stage::Stage;
@@ -105,9 +105,14 @@ impl CaseCheck {
                 self.say("specimen", text);
                 Some([*height_mm, *radius_mm])
             }
-            SpecimenGeometry::Mesh { file: mesh_file, .. } => {
-                match direct_mesh(&file.path, &geometry) {
-                    Ok((mesh, _)) => Some(self.mesh(file, mesh_file, mesh)),
+            SpecimenGeometry::Mesh { file: mesh_file, regions, surfaces } => {
+                match imported_mesh(mesh_file, regions, surfaces) {
+                    Ok(imported) => {
+                        for note in import_notes(mesh_file, &imported.notes) {
+                            self.say("mesh", note);
+                        }
+                        Some(self.mesh(file, mesh_file, imported.mesh))
+                    }
                     Err(mistake) => {
                         self.fail(mistake);
                         None

@@ -73,14 +73,14 @@ fn read(text: &str) -> Result<Imported, MeshError> {
 
 #[test]
 fn a_curved_element_whose_corners_are_inverted_is_read_as_it_is() {
-    // node 4 stands above the plane of the face 123; the face bulges up over it, and the edges to it come
-    // from below
+    // node 4 stands above the plane of the face 123; the face bulges up over it, and so do the edges
+    // that end there, less
     let (nodes, tets) = pair(-0.02);
     let mut bent: BTreeMap<[u32; 2], Point> =
-        [([1, 2], [0.5, 0.0, 0.2]), ([1, 3], [0.0, 0.5, 0.2]), ([2, 3], [0.5, 0.5, 0.2])].into();
+        [([1, 2], [0.5, 0.0, 0.3]), ([1, 3], [0.0, 0.5, 0.3]), ([2, 3], [0.5, 0.5, 0.3])].into();
     bent.extend([1, 2, 3].map(|corner| {
         let [x, y, z] = std::array::from_fn(|k| 0.5 * (nodes[corner][k] + nodes[4][k]));
-        ([corner as u32, 4], [x, y, z - 0.15])
+        ([corner as u32, 4], [x, y, z + 0.15])
     }));
     let text = second_order(&nodes, &tets, &bent);
     let Imported { mesh, notes } = read(&text).unwrap();
