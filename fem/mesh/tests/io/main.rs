@@ -9,4 +9,5 @@ mod programs;
 mod scanner;
 mod specimen;
 mod stl;
+mod surfaces;
 mod voxel_grains;
