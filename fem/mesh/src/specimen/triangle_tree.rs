@@ -110,7 +110,6 @@ impl TriangleTree {
 
     /// The signed distance of a point, negative inside, and its gradient; nothing where it is not below `limit`.
     pub(super) fn below(&self, x: Point, limit: f64) -> Option<(f64, Point)> {
-        // inside the nearest distance may be of any size, so a limit helps outside alone
         let mut best = (f64::INFINITY, x, [0.0; 3]);
         let mut open = vec![0_usize];
         while let Some(place) = open.pop() {
