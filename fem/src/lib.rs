@@ -116,10 +116,11 @@ pub use fem_image::{
 };
 #[doc(inline)]
 pub use fem_mesh::{
-    ConvexPolyhedron, CylinderLattice, FractionTarget, Grain, GrainField, GrainForm, GrainList,
-    GrainMode, GrainShape, GrainVolume, LabelReport, Labelling, LatticeError, MeshError,
+    Cavity, ConvexPolyhedron, CylinderLattice, FractionTarget, Grain, GrainField, GrainForm,
+    GrainList, GrainMode, GrainShape, GrainVolume, LabelReport, Labelling, LatticeError, MeshError,
     MeshReport, Meshed, MeshedGrain, Meshing, MeshingError, Mixture, Packing, PackingError,
-    Quality, Scan, ScanError, Scanner, SizeClass, TetMesh, VoxelGrains, gmsh, label, stl, vtu,
+    Quality, Scan, ScanError, Scanner, SizeClass, Surface, SurfaceError, SurfaceGrains, TetMesh,
+    VoxelGrains, gmsh, label, stl, vtu,
 };
 pub use fields::Fields;
 pub use material::{

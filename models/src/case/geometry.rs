@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use fem::gmsh::PhysicalGroup;
+use fem::gmsh::{PhysicalGroup, PhysicalGroups};
 use fem::{Meshing, Order, Packing, Scanner, Segmentation};
 
 use super::{CaseFile, SpecimenCase};
@@ -48,10 +48,10 @@ pub enum SpecimenGeometry {
     Mesh {
         /// The file, its path complete.
         file: PathBuf,
-        /// Physical volume of each region.
-        regions: BTreeMap<String, PhysicalGroup>,
+        /// Physical volumes of each region.
+        regions: BTreeMap<String, PhysicalGroups>,
         /// Physical surfaces.
-        surfaces: BTreeMap<String, PhysicalGroup>,
+        surfaces: BTreeMap<String, PhysicalGroups>,
     },
 }
 
@@ -185,6 +185,14 @@ impl CaseFile {
             }
         }
         for (key, groups) in [("regions", &s.regions), ("surfaces", &s.surfaces)] {
+            if let Some(name) = named_never(groups) {
+                return Err(self.error(
+                    &format!("specimen.{key}"),
+                    "",
+                    format!("{name} has no physical group"),
+                    "Name the groups of the mesh file: one as 10, several as [10, 11].",
+                ));
+            }
             if let Some((first, second, group)) = named_twice(groups) {
                 return Err(self.error(
                     &format!("specimen.{key}"),
@@ -232,12 +240,21 @@ impl CaseFile {
     }
 }
 
-/// Two names of one physical group, and the group.
+/// Two names of one physical group, and the group; one name that lists a group twice is such a pair too.
 fn named_twice(
-    groups: &BTreeMap<String, PhysicalGroup>,
+    groups: &BTreeMap<String, PhysicalGroups>,
 ) -> Option<(&String, &String, &PhysicalGroup)> {
-    groups.iter().enumerate().find_map(|(i, (first, group))| {
-        let (second, _) = groups.iter().skip(i + 1).find(|(_, other)| *other == group)?;
-        Some((first, second, group))
+    let all: Vec<(&String, &PhysicalGroup)> = groups
+        .iter()
+        .flat_map(|(name, groups)| groups.groups().iter().map(move |group| (name, group)))
+        .collect();
+    all.iter().enumerate().find_map(|(i, &(first, group))| {
+        let (second, _) = all[i + 1..].iter().find(|(_, other)| *other == group)?;
+        Some((first, *second, group))
     })
+}
+
+/// A name without any group.
+fn named_never(groups: &BTreeMap<String, PhysicalGroups>) -> Option<&String> {
+    groups.iter().find(|(_, groups)| groups.groups().is_empty()).map(|(name, _)| name)
 }

@@ -10,7 +10,7 @@ use super::inputs::Inputs;
 use super::mesh::grain_fraction;
 use super::mesh_scale::MeshSize;
 use super::simulator::{Setup, Simulator};
-use super::specimen::direct_mesh;
+use super::specimen::{import_notes, imported_mesh};
 use super::specimen_checks::{InspectedSpecimens, inspect};
 use super::specimen_quantities::{SpecimenNames, compared};
 use super::stage::Stage;
@@ -137,9 +137,14 @@ impl CaseCheck {
                 self.say("specimen", text);
                 Some(MeshSize::of_cylinder([*height_mm, *radius_mm]))
             }
-            SpecimenGeometry::Mesh { file: mesh_file, .. } => {
-                match direct_mesh(&file.path, &geometry) {
-                    Ok((mesh, _)) => Some(self.mesh(file, mesh_file, mesh)),
+            SpecimenGeometry::Mesh { file: mesh_file, regions, surfaces } => {
+                match imported_mesh(mesh_file, regions, surfaces) {
+                    Ok(imported) => {
+                        for note in import_notes(mesh_file, &imported.notes) {
+                            self.say("mesh", note);
+                        }
+                        Some(self.mesh(file, mesh_file, imported.mesh))
+                    }
                     Err(mistake) => {
                         self.fail(mistake);
                         None

@@ -10,7 +10,7 @@ use super::images::{self, mesh_file, segmented_file};
 use super::inputs::Inputs;
 use super::segment::{WHOLE, write_picture};
 use super::simulator::{Simulator, height_mm};
-use super::specimen::{Measured, Scanned, direct_mesh, labelled_mesh};
+use super::specimen::{Measured, Scanned, direct_mesh, import_notes, imported_mesh, labelled_mesh};
 use super::task::Task;
 use crate::case::SpecimenGeometry;
 use crate::progress::say;
@@ -22,6 +22,10 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let (mesh, report) = mesh_with(&task.inputs, images::OWN, &|meshing| *meshing)?;
     for warning in report.iter().flat_map(MeshReport::warnings) {
         task.warn(&warning);
+    }
+    if let SpecimenGeometry::Mesh { file, regions, surfaces } = &task.inputs.geometry()? {
+        let notes = imported_mesh(file, regions, surfaces)?.notes;
+        import_notes(file, &notes).iter().for_each(|note| task.warn(note));
     }
     task.product("mesh.msh", |path| gmsh::write(path, &mesh).map(drop))?;
     task.product("mesh.vtu", |path| vtu::write(path, &mesh, &[], &[]))?;
@@ -194,6 +198,7 @@ fn quantities(mesh: &TetMesh) -> Result<Vec<(String, f64)>, WorkflowError> {
         ("volume_mm3", mesh.volume()),
         ("dihedral_min_deg", quality.min_dihedral_deg),
         ("dihedral_p01_deg", quality.p01_dihedral_deg),
+        ("scaled_jacobian_min", quality.min_scaled_jacobian),
         ("grain_fraction", grain_fraction(mesh)),
     ]
     .map(|(name, value)| (name.to_owned(), value))

@@ -106,6 +106,13 @@ pub fn simulate(
     let mut record = agreed(ranks, files)?;
     let outcome = run(file, dir, &simulator, &mut record)?;
     say("device", &format!("linear systems were solved by {}", outcome.machine));
+    let cuts = outcome.effort.cuts;
+    if cuts > 0 {
+        let text = format!(
+            "{cuts} load steps were cut, since no equilibrium was found at their full length"
+        );
+        say("note", &text);
+    }
     let written = record.finish();
     // of a run before this one
     folder.remove(LAST)?;

@@ -1,5 +1,6 @@
 //! From a case to the mesh of its specimen: a packing, an image of one, or a mesh file.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use fem::{
@@ -9,6 +10,7 @@ use fem::{
 
 use super::WorkflowError;
 use crate::case::{CaseFile, SpecimenGeometry};
+use crate::progress::say;
 
 /// Where grey values come from.
 pub(super) enum Source {
@@ -181,6 +183,25 @@ pub(super) fn grain_fraction(found: &Segmented) -> f64 {
     volumes.sum::<f64>() / cylinder.volume_mm3()
 }
 
+/// The mesh of a file, with what was noted when it was read.
+pub(super) fn imported_mesh(
+    file: &Path,
+    regions: &BTreeMap<String, gmsh::PhysicalGroups>,
+    surfaces: &BTreeMap<String, gmsh::PhysicalGroups>,
+) -> Result<gmsh::Imported, WorkflowError> {
+    let names = gmsh::GmshNames { regions: regions.clone(), surfaces: surfaces.clone() };
+    gmsh::import(file, &names).map_err(|e| match e {
+        MeshError::File { .. } | MeshError::Io { .. } => e.into(),
+        // what the mesh's own check finds does not know of the file
+        source => WorkflowError::UnsoundMesh { path: file.to_owned(), source },
+    })
+}
+
+/// The notes of a mesh file, each with the name of the file.
+pub(super) fn import_notes(file: &Path, notes: &[gmsh::ImportNote]) -> Vec<String> {
+    notes.iter().map(|note| format!("{}: {note}", file.display())).collect()
+}
+
 /// The mesh of a geometry that needs no image, with the mesher's report unless it is a mesh file.
 pub(super) fn direct_mesh(
     case: &Path,
@@ -188,13 +209,7 @@ pub(super) fn direct_mesh(
 ) -> Result<(TetMesh, Option<MeshReport>), WorkflowError> {
     match geometry {
         SpecimenGeometry::Mesh { file, regions, surfaces } => {
-            let names = gmsh::GmshNames { regions: regions.clone(), surfaces: surfaces.clone() };
-            let mesh = gmsh::read(file, &names).map_err(|e| match e {
-                MeshError::File { .. } | MeshError::Io { .. } => e.into(),
-                // what the mesh's own check finds does not know of the file
-                source => WorkflowError::UnsoundMesh { path: file.clone(), source },
-            })?;
-            Ok((mesh, None))
+            Ok((imported_mesh(file, regions, surfaces)?.mesh, None))
         }
         SpecimenGeometry::Cylinder { radius_mm, height_mm, grains, meshing, .. } => {
             let size = [*radius_mm, *height_mm];
@@ -220,6 +235,11 @@ pub(super) fn mesh_of(file: &CaseFile) -> Result<TetMesh, WorkflowError> {
         let volumes_mm3 = found.regions.iter().map(|grain| (grain.id, grain.volume_mm3)).collect();
         let measured = Some(Measured { solid, volumes_mm3 });
         return Ok(labelled_mesh(&file.path, labels, measured, cylinder, &meshing)?.mesh);
+    }
+    if let SpecimenGeometry::Mesh { file: mesh_file, regions, surfaces } = &geometry {
+        let imported = imported_mesh(mesh_file, regions, surfaces)?;
+        import_notes(mesh_file, &imported.notes).iter().for_each(|note| say("warning", note));
+        return Ok(imported.mesh);
     }
     Ok(direct_mesh(&file.path, &geometry)?.0)
 }

@@ -17,7 +17,9 @@ mod samples;
 mod scanner;
 mod shape;
 mod signed_distance;
+mod surface_grains;
 mod tomography;
+mod triangle_tree;
 mod voxel_grains;
 mod voxelize;
 
@@ -31,4 +33,5 @@ pub use meshing::{Meshed, Meshing, MeshingError};
 pub use packing::{GrainForm, Packing, PackingError, SizeClass};
 pub use polyhedron::ConvexPolyhedron;
 pub use scanner::{Scan, ScanError, Scanner};
+pub use surface_grains::{SurfaceError, SurfaceGrains};
 pub use voxel_grains::VoxelGrains;

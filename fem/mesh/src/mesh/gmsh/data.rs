@@ -93,29 +93,44 @@ impl ElementData {
     }
 }
 
-/// Writes what the mesh has of them; the first tetrahedron is the element `first`.
-pub(super) fn write(out: &mut String, mesh: &TetMesh, first: usize) -> fmt::Result {
+/// Writes the element data of a mesh for all elements in the order of the file, as meshio expects: first so many
+/// triangles, which have zeros, then the tetrahedra in the order `by_volume`.
+pub(super) fn write(
+    out: &mut String,
+    mesh: &TetMesh,
+    triangles: usize,
+    by_volume: &[usize],
+) -> fmt::Result {
+    let order = Order { triangles, by_volume };
     // numbers that are all the same cannot be told from the tags of a mesh without grains
     if let Some(grains) = mesh.grain_of.as_ref().filter(|all| all.iter().all(|&g| g == all[0])) {
-        section(out, GRAIN, first, grains.iter().map(|&grain| [f64::from(grain)]))?;
+        section(out, GRAIN, &order, |tet| [f64::from(grains[tet])])?;
     }
     if let Some(mixture) = &mesh.mixture {
-        section(out, FRACTION, first, mixture.iter().map(|m| [f64::from(m.fraction)]))?;
-        section(out, NORMAL, first, mixture.iter().map(|m| m.normal.map(f64::from)))?;
+        section(out, FRACTION, &order, |tet| [f64::from(mixture[tet].fraction)])?;
+        section(out, NORMAL, &order, |tet| mixture[tet].normal.map(f64::from))?;
     }
     Ok(())
+}
+
+/// Elements in the order of the file.
+struct Order<'a> {
+    triangles: usize,
+    by_volume: &'a [usize],
 }
 
 fn section<const N: usize>(
     out: &mut String,
     name: &str,
-    first: usize,
-    values: impl ExactSizeIterator<Item = [f64; N]>,
+    order: &Order<'_>,
+    of_tet: impl Fn(usize) -> [f64; N],
 ) -> fmt::Result {
-    let count = values.len();
+    let count = order.triangles + order.by_volume.len();
     // one string, one time, three integers: step, components, number of elements
     writeln!(out, "$ElementData\n1\n\"{name}\"\n1\n0.0\n3\n0\n{N}\n{count}")?;
-    for (tag, values) in (first..).zip(values) {
+    let triangles = (1..=order.triangles).map(|tag| (tag, [0.0; N]));
+    let tets = order.by_volume.iter().map(|&tet| (order.triangles + tet + 1, of_tet(tet)));
+    for (tag, values) in triangles.chain(tets) {
         write!(out, "{tag}")?;
         values.iter().try_for_each(|x| write!(out, " {x:?}"))?;
         out.push('\n');
