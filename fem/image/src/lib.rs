@@ -35,10 +35,12 @@
 //! 5. `classify`: which voxels are air, matrix and grain
 //! 6. `grains`: single grains, their sizes, and scores against a truth
 //! 7. `segment`: the steps in their order
+//! 8. `labels`: specimens that the user has labelled
 
 mod classify;
 mod error;
 mod grains;
+mod labels;
 mod locate;
 mod segment;
 pub mod tiff;
@@ -48,6 +50,8 @@ pub use error::ImageError;
 pub use grains::regions::Region;
 pub use grains::score::{Score, score};
 pub use grains::statistics::SpecimenStatistics;
+pub use labels::rules::{LabelPhase, LabelRules, MATRIX, VOID};
+pub use labels::specimen::LabelledSpecimen;
 pub use segment::Segmented;
 pub use segment::outline::{RgbSlice, outlined_slice};
 pub use segment::settings::{SeedRule, Segmentation, SpecimenForm};

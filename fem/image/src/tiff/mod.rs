@@ -9,5 +9,5 @@ mod resolution;
 mod stack;
 mod write;
 
-pub use read::{StackHeader, read, read_binned, read_labels};
+pub use read::{StackHeader, read, read_binned, read_label_values, read_labels};
 pub use write::write_labels;

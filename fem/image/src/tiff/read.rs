@@ -122,6 +122,26 @@ pub fn read_labels(path: &Path, voxel_mm: Option<f64>) -> Result<Volume<u32>, Im
     })
 }
 
+/// Reads a stack of labels of any integer type, with a sign or without; see [`read`]. Floating-point pages may hold whole
+/// numbers, as some programs save labels.
+///
+/// # Errors
+/// As of [`read`], and values that are no whole numbers between −2⁵³ and 2⁵³.
+pub fn read_label_values(path: &Path, voxel_mm: Option<f64>) -> Result<Volume<i64>, ImageError> {
+    const LARGEST: f64 = 9_007_199_254_740_992.0;
+    read_as(path, voxel_mm, &|samples, slice: &mut [i64]| {
+        let mut numbers = vec![0.0_f64; slice.len()];
+        fill(samples, &mut numbers)?;
+        for (at, (label, &number)) in slice.iter_mut().zip(&numbers).enumerate() {
+            if number.fract() != 0.0 || number.abs() >= LARGEST {
+                return Err((at, number));
+            }
+            *label = number as i64;
+        }
+        Ok(())
+    })
+}
+
 /// Puts the samples of a page into a slice; the place and value of the first that cannot be.
 type Convert<T> = dyn Fn(&DecodingResult, &mut [T]) -> Result<(), (usize, f64)> + Sync;
 

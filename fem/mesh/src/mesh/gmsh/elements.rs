@@ -227,7 +227,7 @@ impl Contents {
         let mut mesh = TetMesh {
             grain_of,
             edge_points,
-            mixture: self.data.mixture(tags()),
+            mixture: self.data.mixture(tags(), |group| number_of.get(&group)?.first().copied()),
             nodes: self.points,
             tets,
             region_of,
