@@ -35,6 +35,6 @@ pub use mesh::{CylinderLattice, LatticeError, Mixture, Quality, TetMesh, gmsh, s
 pub use specimen::{
     ConvexPolyhedron, FractionTarget, Grain, GrainField, GrainForm, GrainList, GrainMode,
     GrainShape, GrainVolume, LabelReport, Labelling, MeshReport, Meshed, MeshedGrain, MeshedPhase,
-    Meshing, MeshingError, Packing, PackingError, Scan, ScanError, Scanner, SizeClass,
-    VoxelGrains, label,
+    Meshing, MeshingError, Packing, PackingError, Scan, ScanError, Scanner, SizeClass, VoxelGrains,
+    label,
 };

@@ -138,7 +138,7 @@ impl Definition {
         };
         if self.materials.len() < 2 {
             return refused(
-                "it has one region",
+                "a mixture is of two regions, the mesh has one",
                 "name the matrix first, then the phases of grains",
             );
         }

@@ -103,6 +103,7 @@ fn named_by(source: &CaseFile) -> Vec<Named> {
     }
     if let Some(image) = &case.specimen.image {
         image.stack.iter().for_each(|stack| add("specimen.image.stack", stack));
+        image.labels.iter().for_each(|labels| add("specimen.image.labels", labels));
         let further = image.further_stacks.iter().flatten();
         further.for_each(|stack| add("specimen.image.further_stacks", stack));
     }

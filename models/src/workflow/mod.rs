@@ -59,6 +59,7 @@ mod first_runs;
 mod fit;
 mod fitted;
 mod folder_copies;
+mod found;
 mod freshness;
 mod gate;
 mod images;

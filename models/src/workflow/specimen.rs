@@ -3,20 +3,47 @@
 use std::path::{Path, PathBuf};
 
 use fem::{
-    Cylinder, GrainField, GrainList, MeshError, MeshReport, Meshed, Meshing, Packing, Scanner,
-    Segmentation, Segmented, TetMesh, Volume, VoxelGrains, gmsh, tiff,
+    Cylinder, GrainList, LabelRules, MeshError, MeshReport, Meshed, Meshing, Packing, Scanner,
+    Segmentation, TetMesh, Volume, VoxelGrains, gmsh, tiff,
 };
 
 use super::WorkflowError;
+use super::found::{Found, GrainPhases};
 use crate::case::{CaseFile, SpecimenGeometry};
 
-/// Where grey values come from.
+/// Where grey values or labels come from.
+#[derive(Clone)]
 pub(super) enum Source {
     /// A file or a folder, the edge of a voxel if its tags do not say it, and how many voxels along the
     /// edge of a block are averaged.
     Stack { path: PathBuf, voxel_mm: Option<f64>, bin: usize },
+    /// Labels in a file or a folder, and what they mean.
+    Labels { path: PathBuf, voxel_mm: Option<f64>, rules: LabelRules },
     /// A virtual scan of a packing in a cylinder of this radius and height (mm).
     Scan(Scanner, Packing, [f64; 2]),
+}
+
+impl Source {
+    /// An image in a file or a folder: of labels if there are rules for them.
+    pub(super) fn in_file(
+        path: PathBuf,
+        voxel_mm: Option<f64>,
+        bin: usize,
+        labels: Option<LabelRules>,
+    ) -> Self {
+        match labels {
+            Some(rules) => Self::Labels { path, voxel_mm, rules },
+            None => Self::Stack { path, voxel_mm, bin },
+        }
+    }
+
+    /// The file or the folder, if there is one.
+    pub(super) fn path(&self) -> Option<&Path> {
+        match self {
+            Self::Stack { path, .. } | Self::Labels { path, .. } => Some(path),
+            Self::Scan(..) => None,
+        }
+    }
 }
 
 /// An image to be segmented.
@@ -33,6 +60,7 @@ impl Scanned {
         match geometry {
             SpecimenGeometry::Image {
                 stack,
+                labels,
                 further: _,
                 voxel_mm,
                 bin,
@@ -42,7 +70,7 @@ impl Scanned {
                 meshing,
             } => {
                 let scanned = Self {
-                    source: Source::Stack { path: stack.clone(), voxel_mm: *voxel_mm, bin: *bin },
+                    source: Source::in_file(stack.clone(), *voxel_mm, *bin, labels.clone()),
                     segmentation: segmentation.clone(),
                     size_mm: [*radius_mm, *height_mm],
                 };
@@ -67,10 +95,45 @@ impl Scanned {
         }
     }
 
+    /// The grey values, or a brightness by phases of labels, and the grains in them; `look` is shown the grey values
+    /// before, `progress` is told each step.
+    pub(super) fn found(
+        &self,
+        case: &Path,
+        look: &mut dyn FnMut(&Volume<f32>) -> Result<(), WorkflowError>,
+        progress: &mut dyn FnMut(&str),
+    ) -> Result<(Volume<f32>, Found), WorkflowError> {
+        let failed = |source| WorkflowError::Segmentation { file: case.to_owned(), source };
+        let (grey, mut found) = match &self.source {
+            Source::Labels { path, voxel_mm, rules } => {
+                let image = tiff::read_label_values(path, *voxel_mm)?;
+                let mut found = rules.run(&image, progress).map_err(failed)?;
+                let nothing = Volume { shape: [0; 3], voxel_mm: 1.0, values: Vec::new() };
+                let shades = std::mem::replace(&mut found.shades, nothing);
+                (shades, Found::Labels(found))
+            }
+            _ => {
+                let grey = self.image(case)?;
+                look(&grey)?;
+                let found = self.segmentation.run(&grey, progress).map_err(failed)?;
+                (grey, Found::Grey(found))
+            }
+        };
+        resize(found.cylinder_mut(), self.size_mm);
+        Ok((grey, found))
+    }
+
     /// The grey values.
+    ///
+    /// # Errors
+    /// Also an image of labels, which has none.
     pub(super) fn image(&self, case: &Path) -> Result<Volume<f32>, WorkflowError> {
         match &self.source {
             Source::Stack { path, voxel_mm, bin } => Ok(tiff::read_binned(path, *voxel_mm, *bin)?),
+            Source::Labels { path, .. } => {
+                let message = format!("{} holds labels and no grey values", path.display());
+                Err(WorkflowError::Unusable(message))
+            }
             Source::Scan(scanner, packing, [radius_mm, height_mm]) => {
                 let grains = packed(case, Some(packing), *radius_mm, *height_mm)?;
                 let scan = scanner.scan(*radius_mm, *height_mm, &grains);
@@ -81,21 +144,6 @@ impl Scanned {
                 Ok(scan.grey)
             }
         }
-    }
-
-    /// The grains in these grey values; `progress` is told each step.
-    pub(super) fn segment(
-        &self,
-        case: &Path,
-        grey: &Volume<f32>,
-        progress: &mut dyn FnMut(&str),
-    ) -> Result<Segmented, WorkflowError> {
-        let mut found = self
-            .segmentation
-            .run(grey, progress)
-            .map_err(|source| WorkflowError::Segmentation { file: case.to_owned(), source })?;
-        resize(&mut found.cylinder, self.size_mm);
-        Ok(found)
     }
 }
 
@@ -149,24 +197,28 @@ pub(super) fn labelled_mesh(
     case: &Path,
     labels: &Volume<u32>,
     measured: Option<Measured<'_>>,
+    phases: GrainPhases,
     cylinder: &Cylinder,
     meshing: &Meshing,
 ) -> Result<Meshed, WorkflowError> {
     let solid = measured.as_ref().map(|measured| measured.solid);
     let volumes = measured.as_ref().map(|measured| measured.volumes_mm3.clone());
-    let grains =
-        VoxelGrains::new(labels, solid, cylinder).with_volumes(volumes.unwrap_or_default());
+    let grains = VoxelGrains::new(labels, solid, cylinder)
+        .with_volumes(volumes.unwrap_or_default())
+        .with_phases(phases.names, phases.of_grains);
     let built = meshing.build(cylinder.radius_mm, cylinder.height_mm(), &grains);
     built.map_err(|source| WorkflowError::Meshing { file: case.to_owned(), source })
 }
 
-/// Volume of the grains in the cylinder that is meshed over its volume, as the mesher counts it.
-pub(super) fn grain_fraction(found: &Segmented) -> f64 {
-    let Segmented { labels, solid, cylinder, regions, .. } = found;
-    let volumes = regions.iter().map(|grain| (grain.id, grain.volume_mm3));
-    let grains = VoxelGrains::new(labels, Some(solid), cylinder).with_volumes(volumes);
-    let volumes = (1..).take(grains.grains()).map(|grain| grains.volume_mm3(grain));
-    volumes.sum::<f64>() / cylinder.volume_mm3()
+/// The mesh of a specimen whose grains have just been found.
+pub(super) fn found_mesh(
+    case: &Path,
+    found: &Found,
+    meshing: &Meshing,
+) -> Result<Meshed, WorkflowError> {
+    let volumes_mm3 = found.volumes_mm3();
+    let measured = found.solid().map(|solid| Measured { solid, volumes_mm3 });
+    labelled_mesh(case, found.labels(), measured, found.phases(), found.cylinder(), meshing)
 }
 
 /// The mesh of a geometry that needs no image, with the mesher's report unless it is a mesh file.
@@ -199,15 +251,10 @@ pub(super) fn direct_mesh(
 pub(super) fn mesh_of(file: &CaseFile) -> Result<TetMesh, WorkflowError> {
     let geometry = file.geometry()?;
     if let Some((scanned, meshing)) = Scanned::of(&geometry) {
-        let grey = scanned.image(&file.path)?;
-        let found = scanned.segment(&file.path, &grey, &mut |_| ())?;
-        drop(grey);
-        let Segmented { labels, solid, cylinder, .. } = &found;
-        let size = [cylinder.radius_mm, cylinder.height_mm()];
+        let (_, found) = scanned.found(&file.path, &mut |_| Ok(()), &mut |_| ())?;
+        let size = [found.cylinder().radius_mm, found.cylinder().height_mm()];
         file.check_spacing("specimen.spacing_mm", meshing.spacing_mm, size[0], size[1])?;
-        let volumes_mm3 = found.regions.iter().map(|grain| (grain.id, grain.volume_mm3)).collect();
-        let measured = Some(Measured { solid, volumes_mm3 });
-        return Ok(labelled_mesh(&file.path, labels, measured, cylinder, &meshing)?.mesh);
+        return Ok(found_mesh(&file.path, &found, &meshing)?.mesh);
     }
     Ok(direct_mesh(&file.path, &geometry)?.0)
 }

@@ -1,4 +1,5 @@
 //! Stacks of slices in files.
 
 mod binning;
+mod labels;
 mod tiff;

@@ -5,6 +5,7 @@ mod edges;
 pub mod gmsh;
 mod lattice;
 mod quality;
+mod region_volumes;
 pub mod stl;
 pub(crate) mod tet_mesh;
 mod validate;

@@ -206,6 +206,10 @@ impl Meshing {
         if is_void.contains(&true) {
             let carved = carve(&mut mesh, &is_void).ok_or(MeshingError::Parted)?;
             (void_tets, loose_tets) = (carved.void_tets, carved.loose_tets);
+            let loose = (0..labels.len()).filter(|&tet| !carved.stays[tet] && !is_void[tet]);
+            for tet in loose.filter(|&tet| labels[tet] > 0) {
+                achieved[labels[tet] as usize - 1] -= volumes[tet];
+            }
             labels =
                 labels.iter().zip(&carved.stays).filter(|(_, s)| **s).map(|(&l, _)| l).collect();
         }

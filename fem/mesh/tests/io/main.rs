@@ -4,6 +4,7 @@ mod fuzz;
 mod gmsh;
 mod mesh;
 mod meshing;
+mod phases;
 mod scanner;
 mod specimen;
 mod stl;
