@@ -134,7 +134,7 @@ fn phases(
     for row in table.rows() {
         let phase = names.iter().position(|name| name == row.text("phase"));
         let Some(phase) = phase else {
-            return Err(WorkflowError::OtherCase { path, stage: "segment" });
+            return Err(WorkflowError::OtherCase { path: path.clone(), stage: "segment" });
         };
         of_grains.push((row.number("id")? as u32, phase));
     }
@@ -268,7 +268,7 @@ fn labelled_grains(mesh: &TetMesh) -> f64 {
 fn of_report(report: &MeshReport) -> Vec<(String, f64)> {
     let counted = |mode| report.grains_in(mode) as f64;
     let mut rows = [
-        ("grains", (report.solid_grains().count() - report.lost_grains()) as f64),
+        ("grains", report.solid_grains().filter(|grain| grain.achieved_mm3 > 0.0).count() as f64),
         ("asked_grain_fraction", report.asked_fraction),
         ("grains_followed", counted(fem::GrainMode::Conforming)),
         ("grains_mixed", counted(fem::GrainMode::Fraction)),
