@@ -14,9 +14,8 @@ fn labels() -> fem::Volume<u32> {
     let values = (0..SHAPE.iter().product()).map(|n| {
         let [x, y, z] = [n % SHAPE[0], n / SHAPE[0] % SHAPE[1], n / (SHAPE[0] * SHAPE[1])]
             .map(|c| (c as f64 + 0.5) * VOXEL_MM);
-        let ball = |at: [f64; 3], radius: f64| {
-            (x - at[0]).hypot(y - at[1]).hypot(z - at[2]) < radius
-        };
+        let ball =
+            |at: [f64; 3], radius: f64| (x - at[0]).hypot(y - at[1]).hypot(z - at[2]) < radius;
         match () {
             () if (x - 2.0).hypot(y - 2.0) >= 1.5 || !(0.4..3.0).contains(&z) => 255,
             () if ball([1.5, 2.0, 1.1], 0.45) || ball([2.6, 2.5, 1.2], 0.4) => 1,
@@ -145,7 +144,10 @@ fn edited_labels_are_used_and_never_given_up() {
     edited.values[0] = 99;
     fem::tiff::write_labels(&path, &edited).unwrap();
     let (code, err) = run("mesh", CASE);
-    assert!(code == Some(1) && err.contains("the grain 99") && err.contains("specimen.image.labels"), "{err}");
+    assert!(
+        code == Some(1) && err.contains("the grain 99") && err.contains("specimen.image.labels"),
+        "{err}"
+    );
     assert!(!err.contains("--replace"), "{err}");
     // of one phase it needs none
     std::fs::write(&path, &bytes).unwrap();

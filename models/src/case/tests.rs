@@ -388,8 +388,16 @@ fn phases_of_labels_are_regions_with_materials() {
         (phases.replace("void", "a.b"), both.clone(), ["label_phases", "no name of a phase"]),
         (format!("{phases}\nbin = 2"), both.clone(), ["specimen.image.bin = 2", "no mean"]),
         (format!("{phases}\nstack = \"a.tif\""), both.clone(), ["image.labels", "beside"]),
-        (format!("{plain}\nspecimen = \"cylinder\""), of("grain"), ["specimen.image", "give background"]),
-        (plain.replace("labels.tif", "other.tif"), of("grain"), ["specimen.image.labels", "no such"]),
+        (
+            format!("{plain}\nspecimen = \"cylinder\""),
+            of("grain"),
+            ["specimen.image", "give background"],
+        ),
+        (
+            plain.replace("labels.tif", "other.tif"),
+            of("grain"),
+            ["specimen.image.labels", "no such"],
+        ),
     ] {
         let message = parse(&image, &rest).unwrap_err().to_string();
         assert!(parts.iter().all(|part| message.contains(part)), "{parts:?} in {message:?}");

@@ -281,9 +281,11 @@ impl WorkflowError {
 fn keeping(name: &str) -> String {
     match name.ends_with("labels.tif") {
         // labels are an input as well, whoever made them
-        true => "to use these labels, move the file to another place and name it there as labels in \
+        true => {
+            "to use these labels, move the file to another place and name it there as labels in \
                  [specimen.image] in place of stack; or name another folder with --out"
-            .to_owned(),
+                .to_owned()
+        }
         false => format!(
             "move the file to another place, name another folder with --out, or allow it with --replace {name}"
         ),

@@ -126,12 +126,11 @@ impl LabelRules {
             Some(fit) => (fit.in_mm(voxel_mm), fit.in_mm(voxel_mm).volume_mm3()),
             None => (Cylinder::within(image), image.size_mm().iter().product()),
         };
-        let solid: Vec<Region> = regions
-            .iter()
-            .zip(&phase_of)
-            .filter(|(_, phase)| phases[**phase] != VOID)
-            .map(|(region, _)| region.clone())
-            .collect();
+        // grains do not touch voids
+        let is_solid = |grain: u32| phases[phase_of[grain as usize - 1]] != VOID;
+        let mut solid = regions.clone();
+        solid.retain(|region| is_solid(region.id));
+        solid.iter_mut().for_each(|region| region.neighbours.retain(|&grain| is_solid(grain)));
         let shade = |&number: &u32| match role(number) {
             Role::Outside => 0.0,
             Role::Matrix => 1.0,

@@ -173,3 +173,13 @@ fn labels_that_do_not_fit_are_refused_with_what_helps() {
     let error = run(&LabelRules::default(), &empty).unwrap_err().to_string();
     assert!(error.contains("no voxel is of a grain"), "{error}");
 }
+
+#[test]
+fn voids_are_no_neighbours_in_the_statistics() {
+    let image = Volume::new([4, 1, 1], 0.1, vec![1, 2, 3, 2]).unwrap();
+    let phases = vec![phase(1, 1, "grain"), phase(2, 2, "inclusion"), phase(3, 3, "void")];
+    let found = run(&LabelRules { phases, ..LabelRules::default() }, &image).unwrap();
+    assert_eq!(found.regions[1].neighbours, [1, 4]);
+    // the first two touch each other, and the third touches a void alone
+    assert_eq!((found.statistics.grains, found.statistics.coordination), (3, 2.0 / 3.0));
+}
