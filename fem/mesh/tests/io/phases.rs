@@ -73,12 +73,13 @@ fn tells(report: &MeshReport, part: &str) -> bool {
 #[test]
 fn each_phase_is_a_region_that_keeps_the_volume_of_its_voxels() {
     let specimen = labelled(balls);
-    // whole tetrahedra share one offset, which keeps the volume of all grains together
+    // at 0.4 mm a tetrahedron is 1.4 % of a phase, and one of several phases is of one of them; whole tetrahedra share
+    // one offset, which keeps the volume of all grains together
     for (mode, spacing, within) in [
         (GrainMode::Conforming, 0.12, 0.01),
         (GrainMode::Auto, 0.16, 0.01),
         (GrainMode::Fraction, 0.2, 0.01),
-        (GrainMode::Fraction, 0.4, 0.02),
+        (GrainMode::Fraction, 0.4, 0.03),
         (GrainMode::Whole, 0.12, 0.03),
     ] {
         let meshed = build(&specimen, Meshing { mode, ..Meshing::new(spacing) });
@@ -86,7 +87,9 @@ fn each_phase_is_a_region_that_keeps_the_volume_of_its_voxels() {
         assert_eq!(mesh.regions, ["matrix", "grain", "inclusion"], "{mode:?}");
         for name in ["grain", "inclusion"] {
             let (found, exact) = (volume(&mesh, name), voxels(&specimen, name));
-            assert!((found / exact - 1.0).abs() < within, "{mode:?}, {name}: {found}, not {exact}");
+            let off = found / exact - 1.0;
+            println!("{mode:?} {spacing} {name} {off:+.4}");
+            assert!(off.abs() < within, "{mode:?} at {spacing}, {name}: {found}, not {exact}");
             let phase = report.phases.iter().find(|phase| phase.name == name).unwrap();
             // straight edges on the wall make the difference
             assert!((phase.achieved_mm3 - found).abs() < 1e-3 * exact, "{phase:?}, not {found}");
