@@ -149,7 +149,7 @@ fn edited_labels_are_used_and_never_given_up() {
         "{err}"
     );
     assert!(!err.contains("--replace"), "{err}");
-    // of one phase it needs none
+    // without that grain the edit is used again
     std::fs::write(&path, &bytes).unwrap();
     assert_eq!(run("mesh", CASE).0, Some(0));
 }
