@@ -6,6 +6,7 @@ mod discrepancy;
 mod fidelity;
 mod further_tests;
 mod images;
+mod labels;
 mod own_data;
 mod quadrature;
 mod quantities;

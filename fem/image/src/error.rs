@@ -159,6 +159,14 @@ pub enum ImageError {
         /// What helps.
         help: &'static str,
     },
+    /// Labels that do not fit what is said of them.
+    #[error("{what}; {help}")]
+    Labels {
+        /// What does not fit, with the values.
+        what: String,
+        /// What helps.
+        help: &'static str,
+    },
     /// A specimen in which no cylinder can be found.
     #[error("the specimen is no upright cylinder in air: {message}; {help}")]
     NoCylinder {

@@ -37,11 +37,13 @@
 //! 7. `classify`: which voxels are air, matrix and grain
 //! 8. `grains`: single grains, their sizes, and scores against a truth
 //! 9. `segment`: the steps in their order
+//! 10. `labels`: specimens that the user has labelled
 
 mod classify;
 mod error;
 mod formats;
 mod grains;
+mod labels;
 mod locate;
 mod segment;
 mod slices;
@@ -49,10 +51,12 @@ pub mod tiff;
 mod volume;
 
 pub use error::ImageError;
-pub use formats::read::{files_of, read, read_labels};
+pub use formats::read::{files_of, read, read_label_values, read_labels};
 pub use grains::regions::Region;
 pub use grains::score::{Score, score};
 pub use grains::statistics::SpecimenStatistics;
+pub use labels::rules::{LabelPhase, LabelRules, MATRIX, VOID};
+pub use labels::specimen::LabelledSpecimen;
 pub use segment::Segmented;
 pub use segment::outline::{RgbSlice, outlined_slice};
 pub use segment::settings::{SeedRule, Segmentation, SpecimenForm};

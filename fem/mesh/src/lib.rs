@@ -36,7 +36,7 @@ pub use mesh::{
 };
 pub use specimen::{
     ConvexPolyhedron, FractionTarget, Grain, GrainField, GrainForm, GrainList, GrainMode,
-    GrainShape, GrainVolume, LabelReport, Labelling, MeshReport, Meshed, MeshedGrain, Meshing,
-    MeshingError, Packing, PackingError, Scan, ScanError, Scanner, SizeClass, SurfaceError,
-    SurfaceGrains, VoxelGrains, label,
+    GrainShape, GrainVolume, LabelReport, Labelling, MeshReport, Meshed, MeshedGrain, MeshedPhase,
+    Meshing, MeshingError, Packing, PackingError, Scan, ScanError, Scanner, SizeClass,
+    SurfaceError, SurfaceGrains, VoxelGrains, label,
 };

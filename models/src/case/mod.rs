@@ -11,6 +11,7 @@ mod further;
 mod fuzz;
 mod geometry;
 mod image;
+mod labels;
 mod material;
 mod mistakes;
 mod overlay;

@@ -278,6 +278,9 @@ mod tests {
         let mut full = CaseFile::default_case().case;
         let image = full.specimen.image.as_mut().unwrap();
         image.stack = Some("scan.tif".into());
+        image.labels = Some("labels.tif".into());
+        image.label_phases = Some([("1".to_owned(), "grain".to_owned())].into());
+        image.background = Some(255);
         image.further_stacks = Some(vec!["other.tif".into()]);
         image.voxel_mm = Some(0.05);
         full.design.packings = Some(10);
@@ -382,6 +385,9 @@ mod tests {
         let (stack, further_stacks) = (Some("scan.tif".into()), Some(vec!["other.tif".into()]));
         let mut image = ImageCase { stack, further_stacks, bin: 3, ..ImageCase::default() };
         image.voxel_mm = Some(0.05);
+        image.labels = Some("labels.tif".into());
+        image.label_phases = Some([("-2 to 9".to_owned(), "grain".to_owned())].into());
+        image.background = Some(-3);
         image.segmentation.void_threshold = Some(1.0);
         image.segmentation.grain_threshold = Some(2.0);
         let table = toml::Table::try_from(&image).unwrap();
@@ -407,6 +413,8 @@ mod tests {
             ("median = true", "median", "\"yes\"", "Write true or false"),
             ("# stack = \"scan.tif\"", "stack", "7", "Write it in quotes"),
             ("bin = 1", "bin", "2.5", "Write a whole number"),
+            ("# labels = \"labels.tif\"", "labels", "7", "Write it in quotes"),
+            ("# background = 255", "background", "\"white\"", "Write a whole number"),
             (
                 "# further_stacks = [\"M-02.tif\", \"M-03.tif\"]",
                 "further_stacks",

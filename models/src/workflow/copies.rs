@@ -107,7 +107,8 @@ impl Copies {
         }
         let image = copies.case.specimen.image.iter_mut();
         let stacks = image.flat_map(|image| {
-            image.stack.iter_mut().chain(image.further_stacks.iter_mut().flatten())
+            let own = image.stack.iter_mut().chain(&mut image.labels);
+            own.chain(image.further_stacks.iter_mut().flatten())
         });
         for stack in stacks {
             // too large to be copied

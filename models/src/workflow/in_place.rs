@@ -107,6 +107,7 @@ fn named_by(source: &CaseFile) -> Vec<Named> {
             fem::image_files(&source.beside(stack)).iter().for_each(|file| add(key, file));
         };
         image.stack.iter().for_each(|stack| add_image("specimen.image.stack", stack));
+        image.labels.iter().for_each(|labels| add_image("specimen.image.labels", labels));
         let further = image.further_stacks.iter().flatten();
         further.for_each(|stack| add_image("specimen.image.further_stacks", stack));
     }

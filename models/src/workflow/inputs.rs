@@ -217,7 +217,7 @@ impl Inputs<'_> {
             self.reads(&format!("specimen.{key}"));
         }
         let scanned = Scanned::of(&self.file.geometry()?).map(|(scanned, _)| scanned);
-        if let Some(Scanned { source: Source::Stack { path, .. }, .. }) = &scanned {
+        if let Some(path) = scanned.as_ref().and_then(|scanned| scanned.source.path()) {
             self.reads_image(path);
         }
         Ok(scanned)
@@ -226,7 +226,8 @@ impl Inputs<'_> {
     /// The images of further specimens that runs are made on, to be read and segmented as the first one.
     pub(super) fn further_scanned(&self) -> Result<Vec<Scanned>, WorkflowError> {
         let Some(own) = self.scanned()? else { return Ok(Vec::new()) };
-        let SpecimenGeometry::Image { further, voxel_mm, bin, .. } = self.file.geometry()? else {
+        let geometry = self.file.geometry()?;
+        let SpecimenGeometry::Image { labels, further, voxel_mm, bin, .. } = geometry else {
             return Ok(Vec::new());
         };
         if further.is_empty() || *self.microstructure() == Microstructure::One {
@@ -234,7 +235,7 @@ impl Inputs<'_> {
         }
         let scanned = |path: PathBuf| {
             self.reads_image(&path);
-            let source = Source::Stack { path, voxel_mm, bin };
+            let source = Source::in_file(path, voxel_mm, bin, labels.clone());
             Scanned { source, segmentation: own.segmentation.clone(), size_mm: own.size_mm }
         };
         Ok(further.into_iter().map(scanned).collect())

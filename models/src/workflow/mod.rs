@@ -3,7 +3,7 @@
 //! | stage | reads | writes |
 //! |---|---|---|
 //! | (opening) | the case and what it names | `case.toml` (every default written out), `specimen.msh` or `experiments/` (copies), `origin.toml` (whose case it is) |
-//! | segment | the image, or a packing to be scanned | `scan.tif` (virtual), `labels.tif`, `solid.tif` (part of each voxel that is grain), `grains.csv`, `segment.csv` (`quantity,value`), `slices.png`, `grains.png`, `grain_sizes.svg`; of further images the tables, volumes and slices as `images/2-…` |
+//! | segment | the image, own labels, or a packing to be scanned | `scan.tif` (virtual), `labels.tif`, `solid.tif` (part of each voxel that is grain; not of own labels), `grains.csv`, `segment.csv` (`quantity,value`), `slices.png`, `grains.png`, `grain_sizes.svg`; of further images the tables, volumes and slices as `images/2-…` |
 //! | mesh | `case.toml`; `labels.tif`, `solid.tif`, `segment.csv` where there is an image | `mesh.vtu` (regions, grains), `mesh.msh` (Gmsh 4.1), `mesh.csv` (`quantity,value`), `mesh.png` (cut open), `mesh_quality.svg`; of further images `meshes/2.msh`, `meshes/2.csv` |
 //! | experiments | `mesh.msh`, `experiments/` | virtual: `experiments/{specimens,truth,bias}.csv`, `experiments/curves/`; `experiments.csv`, `curve_checks.csv` (`id,finding,value,help`) |
 //! | ensemble | `mesh.msh` and `meshes/`, `labels.tif`, `solid.tif` and `images/` where runs share an image or a few | `ensemble/` (one file a run, for resuming), `runs.csv` (a [`surrogate::Dataset`]), `failed_runs.csv`, `curves/run-*.csv`, `quadrature.csv` where that of damage leaves a choice; with `[sequential]` also `experiments.csv` is read, and `sequential.csv` (`batches,runs,parameter,contraction,surrogate_share`) written; with `[fidelity]` `curves/level-*.csv` (of runs on better meshes), `fidelity.csv` (`level,qoi,order,ratio,scatter_percent,error_percent,runs`), `fidelity_runs.csv` (as simulated), `fidelity.json` |
@@ -59,6 +59,7 @@ mod first_runs;
 mod fit;
 mod fitted;
 mod folder_copies;
+mod found;
 mod freshness;
 mod gate;
 mod images;

@@ -4,21 +4,49 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use fem::{
-    Cylinder, GrainField, GrainList, MeshError, MeshReport, Meshed, Meshing, Packing, ReadOptions,
-    Scanner, Segmentation, Segmented, StackHeader, TetMesh, Volume, VoxelGrains, gmsh, read_image,
+    Cylinder, GrainList, LabelRules, MeshError, MeshReport, Meshed, Meshing, Packing, ReadOptions,
+    Reading, Scanner, Segmentation, StackHeader, TetMesh, Volume, VoxelGrains, gmsh, read_image,
+    read_label_values,
 };
 
 use super::WorkflowError;
+use super::found::{Found, GrainPhases};
 use crate::case::{CaseFile, SpecimenGeometry};
 use crate::progress::say;
 
-/// Where grey values come from.
+/// Where grey values or labels come from.
+#[derive(Clone)]
 pub(super) enum Source {
     /// A file or a folder, the edge of a voxel if its tags do not say it, and how many voxels along the
     /// edge of a block are averaged.
     Stack { path: PathBuf, voxel_mm: Option<f64>, bin: usize },
+    /// Labels in a file or a folder, and what they mean.
+    Labels { path: PathBuf, voxel_mm: Option<f64>, rules: LabelRules },
     /// A virtual scan of a packing in a cylinder of this radius and height (mm).
     Scan(Scanner, Packing, [f64; 2]),
+}
+
+impl Source {
+    /// An image in a file or a folder: of labels if there are rules for them.
+    pub(super) fn in_file(
+        path: PathBuf,
+        voxel_mm: Option<f64>,
+        bin: usize,
+        labels: Option<LabelRules>,
+    ) -> Self {
+        match labels {
+            Some(rules) => Self::Labels { path, voxel_mm, rules },
+            None => Self::Stack { path, voxel_mm, bin },
+        }
+    }
+
+    /// The file or the folder, if there is one.
+    pub(super) fn path(&self) -> Option<&Path> {
+        match self {
+            Self::Stack { path, .. } | Self::Labels { path, .. } => Some(path),
+            Self::Scan(..) => None,
+        }
+    }
 }
 
 /// An image to be segmented.
@@ -35,6 +63,7 @@ impl Scanned {
         match geometry {
             SpecimenGeometry::Image {
                 stack,
+                labels,
                 further: _,
                 voxel_mm,
                 bin,
@@ -44,7 +73,7 @@ impl Scanned {
                 meshing,
             } => {
                 let scanned = Self {
-                    source: Source::Stack { path: stack.clone(), voxel_mm: *voxel_mm, bin: *bin },
+                    source: Source::in_file(stack.clone(), *voxel_mm, *bin, labels.clone()),
                     segmentation: segmentation.clone(),
                     size_mm: [*radius_mm, *height_mm],
                 };
@@ -69,21 +98,50 @@ impl Scanned {
         }
     }
 
-    /// The grey values.
-    pub(super) fn image(&self, case: &Path) -> Result<Volume<f32>, WorkflowError> {
-        Ok(self.described_image(case)?.0)
-    }
-
-    /// The grey values, with the description of the files that they come from.
-    pub(super) fn described_image(
+    /// The grey values, or a brightness by phases of labels, and the grains in them. `look` gets the image before it
+    /// is segmented, `progress` the name of each step.
+    pub(super) fn found(
         &self,
         case: &Path,
-    ) -> Result<(Volume<f32>, Option<StackHeader>), WorkflowError> {
+        look: &mut dyn FnMut(&Image) -> Result<(), WorkflowError>,
+        progress: &mut dyn FnMut(&str),
+    ) -> Result<(Volume<f32>, Found), WorkflowError> {
+        let failed = |source| WorkflowError::Segmentation { file: case.to_owned(), source };
+        let image = self.image(case)?;
+        look(&image)?;
+        let (grey, mut found) = match (image, &self.source) {
+            (Image::Labels(reading), Source::Labels { rules, .. }) => {
+                let mut found = rules.run(&reading.volume, progress).map_err(failed)?;
+                let nothing = Volume { shape: [0; 3], voxel_mm: 1.0, values: Vec::new() };
+                let shades = std::mem::replace(&mut found.shades, nothing);
+                (shades, Found::Labels(found))
+            }
+            (image, _) => {
+                let grey = image.into_grey()?;
+                let found = self.segmentation.run(&grey, progress).map_err(failed)?;
+                (grey, Found::Grey(found))
+            }
+        };
+        resize(found.cylinder_mut(), self.size_mm);
+        Ok((grey, found))
+    }
+
+    /// The grey values.
+    ///
+    /// # Errors
+    /// Also an image of labels, which has none.
+    pub(super) fn grey(&self, case: &Path) -> Result<Volume<f32>, WorkflowError> {
+        self.image(case)?.into_grey()
+    }
+
+    fn image(&self, case: &Path) -> Result<Image, WorkflowError> {
         match &self.source {
             Source::Stack { path, voxel_mm, bin } => {
                 let options = ReadOptions { voxel_mm: *voxel_mm, bin: *bin };
-                let reading = read_image(path, &options)?;
-                Ok((reading.volume, Some(reading.header)))
+                Ok(Image::Stack(read_image(path, &options)?))
+            }
+            Source::Labels { path, voxel_mm, .. } => {
+                Ok(Image::Labels(read_label_values(path, *voxel_mm)?))
             }
             Source::Scan(scanner, packing, [radius_mm, height_mm]) => {
                 let grains = packed(case, Some(packing), *radius_mm, *height_mm)?;
@@ -92,24 +150,40 @@ impl Scanned {
                     let file = case.to_owned();
                     WorkflowError::Scan { file, source }
                 })?;
-                Ok((scan.grey, None))
+                Ok(Image::Scan(scan.grey))
             }
         }
     }
+}
 
-    /// The grains in these grey values; `progress` is told each step.
-    pub(super) fn segment(
-        &self,
-        case: &Path,
-        grey: &Volume<f32>,
-        progress: &mut dyn FnMut(&str),
-    ) -> Result<Segmented, WorkflowError> {
-        let mut found = self
-            .segmentation
-            .run(grey, progress)
-            .map_err(|source| WorkflowError::Segmentation { file: case.to_owned(), source })?;
-        resize(&mut found.cylinder, self.size_mm);
-        Ok(found)
+/// An image as it was read or made.
+pub(super) enum Image {
+    /// Grey values from files.
+    Stack(Reading<f32>),
+    /// Labels from files.
+    Labels(Reading<i64>),
+    /// Grey values of a virtual scan.
+    Scan(Volume<f32>),
+}
+
+impl Image {
+    /// The description of the files that the image comes from.
+    pub(super) fn header(&self) -> Option<&StackHeader> {
+        match self {
+            Self::Stack(reading) => Some(&reading.header),
+            Self::Labels(reading) => Some(&reading.header),
+            Self::Scan(_) => None,
+        }
+    }
+
+    fn into_grey(self) -> Result<Volume<f32>, WorkflowError> {
+        match self {
+            Self::Stack(reading) => Ok(reading.volume),
+            Self::Scan(grey) => Ok(grey),
+            Self::Labels(_) => {
+                Err(WorkflowError::Unusable("the image holds labels and no grey values".to_owned()))
+            }
+        }
     }
 }
 
@@ -163,24 +237,28 @@ pub(super) fn labelled_mesh(
     case: &Path,
     labels: &Volume<u32>,
     measured: Option<Measured<'_>>,
+    phases: GrainPhases,
     cylinder: &Cylinder,
     meshing: &Meshing,
 ) -> Result<Meshed, WorkflowError> {
     let solid = measured.as_ref().map(|measured| measured.solid);
     let volumes = measured.as_ref().map(|measured| measured.volumes_mm3.clone());
-    let grains =
-        VoxelGrains::new(labels, solid, cylinder).with_volumes(volumes.unwrap_or_default());
+    let grains = VoxelGrains::new(labels, solid, cylinder)
+        .with_volumes(volumes.unwrap_or_default())
+        .with_phases(phases.names, phases.of_grains);
     let built = meshing.build(cylinder.radius_mm, cylinder.height_mm(), &grains);
     built.map_err(|source| WorkflowError::Meshing { file: case.to_owned(), source })
 }
 
-/// Volume of the grains in the cylinder that is meshed over its volume, as the mesher counts it.
-pub(super) fn grain_fraction(found: &Segmented) -> f64 {
-    let Segmented { labels, solid, cylinder, regions, .. } = found;
-    let volumes = regions.iter().map(|grain| (grain.id, grain.volume_mm3));
-    let grains = VoxelGrains::new(labels, Some(solid), cylinder).with_volumes(volumes);
-    let volumes = (1..).take(grains.grains()).map(|grain| grains.volume_mm3(grain));
-    volumes.sum::<f64>() / cylinder.volume_mm3()
+/// The mesh of a specimen whose grains have just been found.
+pub(super) fn found_mesh(
+    case: &Path,
+    found: &Found,
+    meshing: &Meshing,
+) -> Result<Meshed, WorkflowError> {
+    let volumes_mm3 = found.volumes_mm3();
+    let measured = found.solid().map(|solid| Measured { solid, volumes_mm3 });
+    labelled_mesh(case, found.labels(), measured, found.phases(), found.cylinder(), meshing)
 }
 
 /// The mesh of a file, with what was noted when it was read.
@@ -226,15 +304,10 @@ pub(super) fn direct_mesh(
 pub(super) fn mesh_of(file: &CaseFile) -> Result<TetMesh, WorkflowError> {
     let geometry = file.geometry()?;
     if let Some((scanned, meshing)) = Scanned::of(&geometry) {
-        let grey = scanned.image(&file.path)?;
-        let found = scanned.segment(&file.path, &grey, &mut |_| ())?;
-        drop(grey);
-        let Segmented { labels, solid, cylinder, .. } = &found;
-        let size = [cylinder.radius_mm, cylinder.height_mm()];
+        let (_, found) = scanned.found(&file.path, &mut |_| Ok(()), &mut |_| ())?;
+        let size = [found.cylinder().radius_mm, found.cylinder().height_mm()];
         file.check_spacing("specimen.spacing_mm", meshing.spacing_mm, size[0], size[1])?;
-        let volumes_mm3 = found.regions.iter().map(|grain| (grain.id, grain.volume_mm3)).collect();
-        let measured = Some(Measured { solid, volumes_mm3 });
-        return Ok(labelled_mesh(&file.path, labels, measured, cylinder, &meshing)?.mesh);
+        return Ok(found_mesh(&file.path, &found, &meshing)?.mesh);
     }
     if let SpecimenGeometry::Mesh { file: mesh_file, regions, surfaces } = &geometry {
         let imported = imported_mesh(mesh_file, regions, surfaces)?;

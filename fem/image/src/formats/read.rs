@@ -56,6 +56,15 @@ pub fn read_labels(path: &Path, voxel_mm: Option<f64>) -> Result<Reading<u32>, I
     values::labels(&scan(path)?, voxel_mm)
 }
 
+/// Reads a stack of labels of any integer type, signed or not, of any format of [`read`]. Floating-point values may be
+/// whole numbers, as some programs save labels.
+///
+/// # Errors
+/// As of [`read`], and values that are no whole numbers between −2⁵³ and 2⁵³.
+pub fn read_label_values(path: &Path, voxel_mm: Option<f64>) -> Result<Reading<i64>, ImageError> {
+    values::label_values(&scan(path)?, voxel_mm)
+}
+
 /// The files and folders whose content decides what [`read`] returns: a folder of slices as a whole, a header with the
 /// file of its values, else the file itself.
 pub fn files_of(path: &Path) -> Vec<PathBuf> {

@@ -39,6 +39,24 @@ pub(crate) fn labels(stack: &Stack, voxel_mm: Option<f64>) -> Result<Reading<u32
     Ok(Reading { volume: whole(stack, &header, &label)?, header })
 }
 
+/// Reads a stack of labels that may be negative or larger than 32 bits hold.
+///
+/// # Errors
+/// As of [`grey`], and values that are no whole numbers between −2⁵³ and 2⁵³.
+pub(crate) fn label_values(
+    stack: &Stack,
+    voxel_mm: Option<f64>,
+) -> Result<Reading<i64>, ImageError> {
+    /// 2⁵³: smaller whole numbers are exact.
+    const LARGEST: f64 = 9_007_199_254_740_992.0;
+    let header = StackHeader::of(stack, &ReadOptions { voxel_mm, bin: 1 })?;
+    let label = |value: f64| {
+        let is_label = value.fract() == 0.0 && value.abs() < LARGEST;
+        is_label.then_some(value as i64)
+    };
+    Ok(Reading { volume: whole(stack, &header, &label)?, header })
+}
+
 /// The value of a voxel as it is kept; `None` if it cannot be.
 type Convert<T> = dyn Fn(f64) -> Option<T> + Sync;
 

@@ -2,6 +2,7 @@
 
 mod binning;
 mod formats;
+mod labels;
 mod stacks;
 mod tiff;
 mod zstd;

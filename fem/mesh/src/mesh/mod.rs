@@ -6,6 +6,7 @@ mod edges;
 pub mod gmsh;
 mod lattice;
 mod quality;
+mod region_volumes;
 pub mod stl;
 mod stl_read;
 mod surface;

@@ -217,11 +217,15 @@ impl TetMesh {
         if length != tets {
             return Err(MeshError::Unlabelled { array: "mixture", length, tets });
         }
-        for (tet, &Mixture { fraction, normal }) in mixture.iter().enumerate() {
+        for (tet, &Mixture { fraction, normal, region }) in mixture.iter().enumerate() {
             let length = norm(normal.map(f64::from));
             let is_direction = length == 0.0 || (length - 1.0).abs() < 1e-5;
             if !((0.0..=1.0).contains(&fraction) && is_direction) {
                 return Err(MeshError::Mixture { tet, fraction, normal });
+            }
+            if fraction > 0.0 && usize::from(region) >= self.regions.len() {
+                let regions = self.regions.clone();
+                return Err(MeshError::UnknownRegion { tet, region, regions });
             }
         }
         Ok(())

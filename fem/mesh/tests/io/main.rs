@@ -5,6 +5,7 @@ mod gmsh;
 mod import;
 mod mesh;
 mod meshing;
+mod phases;
 mod programs;
 mod scanner;
 mod specimen;

@@ -99,7 +99,8 @@ mod tests {
         let warnings = warned(&[error(-10.2, 2.5, 0.0), error(0.4, 1.0, 0.0)]);
         assert_eq!(warnings.len(), 1);
         assert_eq!(warnings[0].qualifier, Some(Qualifier::MeshError));
-        for part in ["change slope by -10.2 % (posterior sd 2.5 %) at the MAP", "{ slope = 10.2 }"] {
+        for part in ["change slope by -10.2 % (posterior sd 2.5 %) at the MAP", "{ slope = 10.2 }"]
+        {
             assert!(warnings[0].text.contains(part), "{warnings:?}");
         }
         assert!(warned(&[error(-1.9, 0.5, 0.0), error(2.4, 2.5, 0.0)]).is_empty());

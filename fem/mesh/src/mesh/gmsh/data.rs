@@ -7,10 +7,12 @@ use super::source::{Fault, Source};
 use crate::mesh::{Mixture, TetMesh};
 
 /// The data that are read and written: grain numbers where elementary tags cannot tell them, and the
-/// two parts of a [`Mixture`].
+/// parts of a [`Mixture`].
 const GRAIN: &str = "grain";
 const FRACTION: &str = "grain_fraction";
 const NORMAL: &str = "interface_normal";
+/// Physical group of the second phase.
+const SECOND: &str = "second_phase";
 
 /// Up to three numbers of elements, by element tag.
 #[derive(Default)]
@@ -18,6 +20,7 @@ pub(super) struct ElementData {
     grain: HashMap<u64, [f64; 3]>,
     fraction: HashMap<u64, [f64; 3]>,
     normal: HashMap<u64, [f64; 3]>,
+    second: HashMap<u64, [f64; 3]>,
 }
 
 /// Reads the section if it is one of those that are known; otherwise the rest is to be passed over.
@@ -35,6 +38,7 @@ pub(super) fn read(source: &mut Source, data: &mut ElementData) -> Result<bool, 
         GRAIN => (&mut data.grain, 1),
         FRACTION => (&mut data.fraction, 1),
         NORMAL => (&mut data.normal, 3),
+        SECOND => (&mut data.second, 1),
         _ => return Ok(false),
     };
     let reals: usize = source.text("the number of real tags")?;
@@ -83,11 +87,21 @@ impl ElementData {
         (!self.grain.is_empty()).then(|| tags.map(number).collect())
     }
 
-    /// Mixtures of elements, if there are any.
-    pub(super) fn mixture(&self, tags: impl Iterator<Item = u64>) -> Option<Vec<Mixture>> {
+    /// Mixtures of elements, if there are any; `region` gives the number of the region of a physical group.
+    pub(super) fn mixture(
+        &self,
+        tags: impl Iterator<Item = u64>,
+        region: impl Fn(i32) -> Option<u16>,
+    ) -> Option<Vec<Mixture>> {
+        let usual = Mixture::default().region;
+        let group = |tag| match self.second.get(&tag) {
+            Some(&[group, ..]) => group as i32,
+            None => i32::from(usual) + 1,
+        };
         let mixture = |tag| Mixture {
             fraction: self.fraction.get(&tag).map_or(0.0, |&[fraction, ..]| fraction as f32),
             normal: self.normal.get(&tag).map_or([0.0; 3], |normal| normal.map(|x| x as f32)),
+            region: region(group(tag)).unwrap_or(usual),
         };
         self.has_mixture().then(|| tags.map(mixture).collect())
     }
@@ -109,6 +123,11 @@ pub(super) fn write(
     if let Some(mixture) = &mesh.mixture {
         section(out, FRACTION, &order, |tet| [f64::from(mixture[tet].fraction)])?;
         section(out, NORMAL, &order, |tet| mixture[tet].normal.map(f64::from))?;
+        // files of matrix and grain do without
+        let usual = Mixture::default().region;
+        if mixture.iter().any(|m| m.region != usual) {
+            section(out, SECOND, &order, |tet| [f64::from(mixture[tet].region) + 1.0])?;
+        }
     }
     Ok(())
 }

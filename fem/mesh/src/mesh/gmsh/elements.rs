@@ -254,7 +254,7 @@ impl Contents {
         let mut mesh = TetMesh {
             grain_of,
             edge_points,
-            mixture: self.data.mixture(tags()),
+            mixture: self.data.mixture(tags(), |group| number_of.get(&group)?.first().copied()),
             tets: self.tets.iter().map(|tet| tet.nodes).collect(),
             nodes: self.points,
             region_of,
