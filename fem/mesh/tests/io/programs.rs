@@ -37,6 +37,7 @@ fn specimen() -> TetMesh {
     let mixture = |tet: usize| Mixture {
         fraction: if mesh.region_of[tet] == 0 { 0.125 * (tet % 8) as f32 } else { 0.0 },
         normal: [0.0, 0.6, 0.8],
+        ..Mixture::default()
     };
     mesh.mixture = Some((0..mesh.tets.len()).map(mixture).collect());
     mesh
