@@ -1,7 +1,7 @@
-//! Multigrid that gives way to a sparse factor where it converges badly.
+//! Multigrid that is replaced by a sparse factor where it converges badly.
 //!
-//! Elements that are nearly folded, as curved meshes of other programs have them, spoil the smoother of the finest
-//! level: a solution takes hundreds of iterations or does not converge at all, and load steps are cut for it.
+//! On some curved meshes of other programs a solution takes hundreds of iterations or does not converge at all, and
+//! load steps are cut for it. The cause is not known (docs/own-meshes.md), so the rule counts iterations.
 
 use std::sync::Arc;
 
@@ -13,18 +13,18 @@ use super::{LinearEffort, LinearSolver, Singular};
 use crate::material::Inverted;
 use crate::operator::{Coupling, Increment, Operator, Pattern};
 
-/// Iterations for a digit of the residual that are usual at most: sound meshes take 2 to 10, systems that a crack
-/// makes indefinite up to this.
+/// Largest usual number of iterations for one digit of the residual. Most meshes take 2 to 10; systems that a crack
+/// makes indefinite take up to this number.
 const USUAL: f64 = 30.0;
-/// Iterations beyond the usual ones after which multigrid is given up.
+/// Number of iterations above the usual number after which the factor replaces multigrid.
 const PATIENCE: f64 = 300.0;
 
 /// How well multigrid has converged so far.
 #[derive(Debug, Default)]
 struct Convergence {
-    /// Iterations beyond the usual ones, less what good solutions stayed below.
+    /// Sum of iterations above the usual number; solutions with fewer iterations reduce the sum, down to 0.
     excess: f64,
-    /// Iterations of the solution that was the last one.
+    /// Iterations of the most recent solution.
     last: u32,
 }
 
@@ -49,7 +49,7 @@ enum Method<'a> {
     Factor(Direct<'a>),
 }
 
-/// Multigrid at first, and a factor from the tangent on that follows its bad convergence.
+/// Multigrid at first. After bad convergence the next tangent is factorised, and all later ones.
 pub(super) struct Adaptive<'a> {
     method: Method<'a>,
     convergence: Convergence,
@@ -59,7 +59,7 @@ pub(super) struct Adaptive<'a> {
 }
 
 impl<'a> Adaptive<'a> {
-    /// With the structure of the factor that may replace `multigrid`.
+    /// `symbolic` is the structure of the factor that may replace `multigrid`.
     pub(super) fn new(
         multigrid: Iterative<'a>,
         operator: &'a dyn Operator,
@@ -137,7 +137,7 @@ impl LinearSolver for Adaptive<'_> {
             Method::Multigrid(multigrid) => multigrid.machine(),
             Method::Factor(_) => format!(
                 "the processor, by a sparse factor since multigrid converged badly ({} iterations for one \
-                 solution; nearly folded elements do that)",
+                 solution)",
                 self.convergence.last
             ),
         }
