@@ -6,19 +6,20 @@
 //! all items of this crate.
 //!
 //! ```
-//! use fem_image::{Segmentation, Volume};
+//! use fem_image::{Segmentation, SpecimenForm, Volume};
 //!
-//! // a bright ball with a radius of 8 voxels in a dark block
+//! // a bright ball with a radius of 14 voxels in a dark block
 //! let side = 48;
 //! let mut grey = vec![8000.0_f32; side * side * side];
 //! for (i, value) in grey.iter_mut().enumerate() {
 //!     let centred = [i % side, i / side % side, i / (side * side)].map(|c| c as f64 - 23.5);
-//!     if centred.iter().map(|c| c * c).sum::<f64>() < 64.0 {
+//!     if centred.iter().map(|c| c * c).sum::<f64>() < 196.0 {
 //!         *value = 30_000.0;
 //!     }
 //! }
 //! let volume = Volume::new([side; 3], 0.05, grey)?;
-//! let segmented = Segmentation::default().run(&volume, &mut |_| ())?;
+//! let segmentation = Segmentation { specimen: SpecimenForm::Block, ..Segmentation::default() };
+//! let segmented = segmentation.run(&volume, &mut |_| ())?;
 //! assert_eq!(segmented.regions.len(), 1);
 //! # Ok::<(), fem_image::ImageError>(())
 //! ```

@@ -207,13 +207,19 @@ mod tests {
 
     #[test]
     fn an_element_with_a_negative_coefficient_and_a_positive_determinant_is_not_folded() {
-        // one edge bent outward by a share of its length: its corners keep their volume
-        let bent =
-            |share: f64| middles(|edge| if edge == 0 { [0.0, share, share] } else { [0.0; 3] });
+        // three edges bent by a share of these shifts
+        const SHIFTS: [(usize, Point); 3] =
+            [(2, [0.04, 0.09, -0.38]), (3, [0.54, 0.11, 0.07]), (4, [-0.01, 0.6, -0.01])];
+        let bent = |share: f64| {
+            middles(|edge| {
+                let shift = SHIFTS.iter().find(|(bent, _)| *bent == edge);
+                shift.map_or([0.0; 3], |(_, shift)| scale(*shift, share))
+            })
+        };
         let negative = |cubic: &Cubic| places().any(|place| cubic[place] < 0.0);
         let mut checked = 0;
-        for step in 0..40 {
-            let middles = bent(0.01 * f64::from(step));
+        for step in 0..=40 {
+            let middles = bent(0.025 * f64::from(step));
             let jacobian = Jacobian::of(&CORNERS, &middles);
             let n = 60;
             let lowest = (0..=n)
@@ -223,7 +229,7 @@ mod tests {
                 .map(|at| sampled(&middles, at.map(|x| f64::from(x) / f64::from(n))))
                 .fold(f64::INFINITY, f64::min);
             assert!(jacobian.lowest <= lowest + 1e-12, "{jacobian:?} {lowest}");
-            assert!(jacobian.lowest > lowest - 0.01 * jacobian.mean, "{jacobian:?} {lowest}");
+            assert!(jacobian.lowest > lowest - 0.01 * jacobian.mean.abs(), "{jacobian:?} {lowest}");
             checked +=
                 i32::from(negative(&determinant(&CORNERS, &middles)) && !jacobian.is_folded());
         }

@@ -135,7 +135,7 @@ mod tests {
     #[test]
     fn the_scaled_jacobian_is_that_of_the_closed_forms() {
         let regular =
-            tetrahedron([[1.0; 3], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]]);
+            tetrahedron([[1.0; 3], [-1.0, 1.0, -1.0], [1.0, -1.0, -1.0], [-1.0, -1.0, 1.0]]);
         let value = |mesh: &TetMesh| {
             mesh.validate().unwrap();
             Quality::of(mesh).min_scaled_jacobian
