@@ -44,8 +44,9 @@ fn a_right_case_is_described_with_its_cost_and_nothing_is_written() {
         "peak_force_N: mean 1",
         "matrix.young_mpa: uniform between 220 and 340 MPa",
         "24 runs of the design",
-        "4 to confirm the posterior",
-        "28 simulations, about ",
+        "5 of them repeated on the next mesh",
+        "3 to confirm the posterior",
+        "33 simulations, about ",
         "estimated from",
         "no mistakes",
     ] {
@@ -90,18 +91,19 @@ fn every_mistake_of_every_file_is_named_at_once() {
     let expected = [
         "surrogate.max_ordr = 3: unknown key \"max_ordr\". Did you mean \"max_order\"?".to_owned(),
         "design.runs = 1: must lie between 4".to_owned(),
+        "fidelity.levels[0].repeats = 5".to_owned(),
         "prior.matrix.young_mpa = [340.0, 220.0]".to_owned(),
         "mine/specimens.csv: line ".to_owned(),
         "column height_mm = four".to_owned(),
         "mine/curves/S-02.csv: cannot be read".to_owned(),
         format!("mine/curves/S-03.csv: line {}, column force_N = n/a", line + 1),
         "mine/curves/S-04.csv: peak_force_N = 0.1".to_owned(),
-        "7 mistakes".to_owned(),
+        "8 mistakes".to_owned(),
     ];
     for part in expected {
         assert!(err.contains(&part), "{part:?} is not in {err}");
     }
-    assert_eq!(err.matches("error: ").count(), 7, "{err}");
+    assert_eq!(err.matches("error: ").count(), 8, "{err}");
     assert!(files(dir.path()) == before, "files have changed");
 }
 
@@ -112,7 +114,10 @@ fn images_are_checked_by_their_headers_and_meshes_by_their_files() {
     let whole = fem::Volume { shape: [40, 40, 50], voxel_mm: 0.1, values: vec![7_u32; 80_000] };
     fem::tiff::write_labels(&mine.join("scan.tif"), &whole).unwrap();
     let image = "spacing_mm = 1.2\n[specimen.image]\nstack = \"scan.tif\"\nvoxel_mm = 0.1\n#";
+    // meshes from files have no levels
     let text = std::fs::read_to_string(mine.join("case.toml")).unwrap();
+    let (levels, rest) = (text.find("[fidelity]").unwrap(), text.find("[surrogate]").unwrap());
+    let text = format!("{}{}", &text[..levels], &text[rest..]);
     let (start, end) =
         (text.find("radius_mm = ").unwrap(), text.find("[material.matrix]").unwrap());
     let case = |specimen: &str| format!("{}{specimen}\n{}", &text[..start], &text[end..]);
@@ -167,7 +172,7 @@ set.prior.matrix.young_mpa = [220.0, 300.0]
     for part in [
         "study  Two materials: 2 cases",
         "5 readable in",
-        "at most 56 simulations, about ",
+        "at most 66 simulations, about ",
         "no mistakes",
     ] {
         assert_eq!(out.matches(part).count(), 1, "{part:?} once in {out}");

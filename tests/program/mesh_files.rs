@@ -66,9 +66,12 @@ fn unusable_mesh_files_are_refused_before_any_step() {
 
     // one tetrahedron in no group, and one in a group that the case does not name
     let unlabelled = msh(&sound, |k| u32::from(k != 7));
-    assert_refused(unlabelled.as_bytes(), &["tetrahedron 7", "no named region", "physical group"]);
+    assert_refused(
+        unlabelled.as_bytes(),
+        &["1 tetrahedron belongs to no named region", "physical group"],
+    );
     let foreign = msh(&sound, |k| 1 + u32::from(k == 9));
-    assert_refused(foreign.as_bytes(), &["tetrahedron 9", "[2]", "name that group"]);
+    assert_refused(foreign.as_bytes(), &["1 tetrahedron belongs", "[2]", "name their group"]);
 
     let mut thick = sound.clone();
     thick.tets.push(sound.tets[0]);

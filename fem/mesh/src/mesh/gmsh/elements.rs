@@ -369,8 +369,12 @@ fn without_region(unnamed: &BTreeMap<(i32, &[i32]), usize>) -> String {
     if unnamed.len() > listed.len() {
         listed.push(format!("and those of {} more volumes", unnamed.len() - listed.len()));
     }
+    let who = match count {
+        1 => "1 tetrahedron belongs".to_owned(),
+        _ => format!("{count} tetrahedra belong"),
+    };
     format!(
-        "{count} tetrahedra belong to no named region: {}; name their group among the regions, or give their \
+        "{who} to no named region: {}; name their group among the regions, or give their \
          volume a physical group",
         listed.join(", ")
     )
