@@ -66,7 +66,7 @@
 //! 6. `material`: laws, damage, and what they give at a point
 //! 7. `operator`: residual and tangent of a whole mesh, bounds of the unknowns
 //! 8. `solve`: Newton, alternate minimisation, arc length, contact passes, rates with parameters, linear
-//!     solvers
+//!    solvers
 //! 9. `boundary`: conditions, loads, platens and contact
 //! 10. `problem`: a problem, its load steps, curves and checkpoints
 //! 11. `ensemble`: many runs in a directory

@@ -33,9 +33,10 @@ fn readers(key: &str) -> &'static [&'static str] {
         ["experiments", ..] => &["experiments"],
         // another likelihood puts other quantities into [qoi]
         ["calibration", "likelihood"] => {
-            &["experiments", "ensemble", "calibrate", "confirm", "design"]
+            &["experiments", "ensemble", "calibrate", "confirm", "verdict", "design"]
         }
-        ["calibration", ..] => &["calibrate", "design"],
+        // the rule on meshes reads the discrepancy
+        ["calibration", ..] => &["calibrate", "verdict", "design"],
         ["confirm", ..] => &["confirm"],
         ["further_tests", ..] => &["design"],
         _ => panic!("{key} is not in the table of this test: say which stages read it"),

@@ -87,7 +87,10 @@ mod tests {
     const REQUIRED: [&str; 2] = ["id", "height_mm"];
     const PLAIN: &str = "id,height_mm,note\nS-1,4.95,Größe\nS-2,5.05,\n";
 
-    fn read(bytes: &[u8]) -> Result<(Vec<(String, f64, String)>, Option<String>), InputError> {
+    /// Rows of a table, and how it was read.
+    type Rows = (Vec<(String, f64, String)>, Option<String>);
+
+    fn read(bytes: &[u8]) -> Result<Rows, InputError> {
         let file = tempfile::NamedTempFile::new().unwrap();
         std::fs::write(file.path(), bytes).unwrap();
         let DetectedTable { table, understood } =

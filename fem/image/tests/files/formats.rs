@@ -394,7 +394,7 @@ fn other_formats_are_recognised_with_their_conversion() {
     for (bytes, format, help) in [
         (ole, "OLE file (Zeiss TXM or TXRM)", "TIFF stack"),
         (at(0, b"\x89HDF\r\n\x1a\n"), "HDF5 file (NeXus", "h5py.File(\"scan.dat\")"),
-        (vec![vec![0; 512], at(0, b"\x89HDF\r\n\x1a\n")].concat(), "HDF5 file", "tifffile.imwrite"),
+        ([vec![0; 512], at(0, b"\x89HDF\r\n\x1a\n")].concat(), "HDF5 file", "tifffile.imwrite"),
         (at(128, b"DICM"), "DICOM", "Image Sequence"),
         (packed(&nifti, true), "NIfTI", "nibabel"),
         (nifti, "NIfTI", "nibabel"),

@@ -230,8 +230,8 @@ fn each_volume_is_one_block_and_the_order_survives() {
     let (_dir, path) = file("");
     gmsh::write(&path, &mesh).unwrap();
     let text = std::fs::read_to_string(&path).unwrap();
-    let heads = text.lines().skip_while(|line| *line != "$Elements");
-    assert!(heads.skip(1).next().unwrap().starts_with("7 "), "three surfaces and four volumes");
+    let mut heads = text.lines().skip_while(|line| *line != "$Elements");
+    assert!(heads.nth(1).unwrap().starts_with("7 "), "three surfaces and four volumes");
     let read = gmsh::read(&path, &GmshNames::default()).unwrap();
     assert!(read.tets == mesh.tets && read.region_of == mesh.region_of);
 }

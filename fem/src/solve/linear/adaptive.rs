@@ -45,8 +45,8 @@ impl Convergence {
 }
 
 enum Method<'a> {
-    Multigrid(Iterative<'a>),
-    Factor(Direct<'a>),
+    Multigrid(Box<Iterative<'a>>),
+    Factor(Box<Direct<'a>>),
 }
 
 /// Multigrid at first. After bad convergence the next tangent is factorised, and all later ones.
@@ -66,14 +66,15 @@ impl<'a> Adaptive<'a> {
         pattern: Arc<Pattern>,
         symbolic: Arc<Symbolic>,
     ) -> Self {
-        let (method, convergence) = (Method::Multigrid(multigrid), Convergence::default());
+        let (method, convergence) =
+            (Method::Multigrid(Box::new(multigrid)), Convergence::default());
         Self { method, convergence, operator, pattern, symbolic }
     }
 
     fn current(&mut self) -> &mut dyn LinearSolver {
         match &mut self.method {
-            Method::Multigrid(multigrid) => multigrid,
-            Method::Factor(factor) => factor,
+            Method::Multigrid(multigrid) => multigrid.as_mut(),
+            Method::Factor(factor) => factor.as_mut(),
         }
     }
 }
@@ -87,7 +88,8 @@ impl LinearSolver for Adaptive<'_> {
     ) -> Result<(), Inverted> {
         if matches!(self.method, Method::Multigrid(_)) && self.convergence.is_bad() {
             let (pattern, symbolic) = (Arc::clone(&self.pattern), Arc::clone(&self.symbolic));
-            self.method = Method::Factor(Direct::new(self.operator, pattern, symbolic));
+            let factor = Direct::new(self.operator, pattern, symbolic);
+            self.method = Method::Factor(Box::new(factor));
         }
         self.current().linearise(increment, coupling, free)
     }
