@@ -279,7 +279,7 @@ fn walks_refuse_what_is_not_theirs() {
         ),
         (
             delayed.screening_power(0.5).resume(&other, &target, screened),
-            "a density to the power 1;",
+            "a density to the power 1,",
         ),
     ];
     for (result, words) in cases {

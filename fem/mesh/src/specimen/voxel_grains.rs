@@ -111,7 +111,7 @@ impl<'a> VoxelGrains<'a> {
     }
 
     /// The same grains, with volumes (mm³) that are known better than by adding up fractions between 0
-    /// and 1, such as those of [`Region`](crate::Region): blur carries some of a grain beyond the voxels
+    /// and 1, such as those of [`Region`](fem_image::Region): blur carries some of a grain beyond the voxels
     /// that touch it, and noise that is cut off at 0 and 1 does not cancel. Of a grain that the cylinder
     /// cuts the same part counts as before; grains without a number in the list keep their volume. Distances
     /// are those to a surface that encloses it.
