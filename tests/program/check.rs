@@ -203,7 +203,7 @@ set.prior.matrix.young_mpa = [220.0, 300.0]
         "error: soft: study.toml: without = nothing",
         "error: soft: study.toml: there is no laboratory \"elsewhere\"",
         "curves/S-02.csv: cannot be read",
-        "6 mistakes",
+        "7 mistakes",
     ] {
         assert_eq!(err.matches(part).count(), 1, "{part:?} once in {err}");
     }
