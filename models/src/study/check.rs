@@ -27,7 +27,7 @@ pub struct StudyCheck {
 /// What one laboratory or case of a study says.
 #[derive(Clone, Debug)]
 pub struct PartCheck {
-    /// Its folder within that of the study.
+    /// Folder of the part within the folder of the study.
     pub folder: String,
     /// A subject and a line of text.
     pub understood: Vec<(&'static str, String)>,

@@ -74,7 +74,7 @@ pub(super) struct WrittenPart {
 }
 
 impl WrittenStudy {
-    /// The text of a study and what it says.
+    /// Reads a study file: its text, and the study that the text describes.
     ///
     /// # Errors
     /// A file that cannot be read, is no study, or has no case.

@@ -129,8 +129,8 @@ impl ProductFolder {
         })
     }
 
-    /// Refuses files of the user's in the place of all that a command may write, before it computes anything: names
-    /// that a pattern stands for and that the command may give.
+    /// Refuses files of the user's at the paths that a command may write, before the command computes anything. A pattern
+    /// covers the names that match it and that the command can write for this case.
     ///
     /// # Errors
     /// As [`Self::claim`].

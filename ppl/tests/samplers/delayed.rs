@@ -191,7 +191,6 @@ fn steps_without_screening_release_chains_of_a_narrow_screen() {
         assert_gaussian_moments(&target, &plain);
         let found = rhat(&plain);
         let without = rhat(&sampler.run(&narrow, &target).expect("runs"));
-        println!("seed {seed}: {found} {without}");
         assert!(found < 1.02, "seed {seed}: {found}");
         stuck += usize::from(without > 1.02);
     }

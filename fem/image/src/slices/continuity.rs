@@ -142,7 +142,7 @@ fn repeated(pairs: &[Pair]) -> Option<String> {
 }
 
 fn rescaled(pairs: &[Pair]) -> Option<String> {
-    // air beside air says nothing of the grey scale
+    // slices of air have no picture, so their grey values do not show a change of the scale
     let alike: Vec<&Pair> = pairs.iter().filter(|pair| pair.correlation > SAME_PICTURE).collect();
     if alike.is_empty() {
         return None;

@@ -52,8 +52,8 @@ pub fn read(path: impl AsRef<Path>, names: &GmshNames) -> Result<TetMesh, MeshEr
 
 /// Reads a MSH file, mends what can be mended, checks the mesh, and notes what its author should know.
 ///
-/// Tetrahedra of order 1 and 2 (types 4 and 11) in the physical volumes that `names` gives, and
-/// triangles (types 2 and 9) in its physical surfaces; `regions` come in the order of their names.
+/// It reads tetrahedra of order 1 and 2 (types 4 and 11) in the physical volumes that `names` gives, and
+/// triangles (types 2 and 9) in the physical surfaces that `names` gives; `regions` come in the order of their names.
 /// Nodes keep the file's order; those that no tetrahedron uses are dropped. Tetrahedra come in the order of
 /// their tags. Orientations are corrected: positive volumes, outward triangles. Edges of second-order
 /// tetrahedra that are not straight become [`TetMesh::edge_points`]; tetrahedra that these edges fold are

@@ -24,7 +24,7 @@ pub(super) fn straighten(mesh: &mut TetMesh) -> Vec<u32> {
     let mut straightened = Vec::new();
     loop {
         let is_folded = |tet: &usize| match mesh.middles(*tet) {
-            // points that are not finite are kept, so that the mesh is refused for them
+            // a Jacobian that is no number is not below 0: the check of the mesh refuses such points later
             Some(middles) => Jacobian::of(&mesh.corners(*tet), &middles).lowest <= 0.0,
             None => false,
         };

@@ -20,22 +20,30 @@ pub(super) fn of_virtual_specimens(
     bias(inputs, &case.qoi.quantities)
 }
 
-/// What the mesh is estimated to do at the mode, where that is known.
+/// The estimated error of the mesh at the mode, and whether the intervals include it; none where it is not known.
 pub(super) fn mesh_errors(
     inputs: &Inputs<'_>,
     quantities: &[Quantity],
 ) -> Result<Option<String>, WorkflowError> {
     let path = inputs.file("confirm.csv")?;
     let table = CsvTable::read(&path, &["qoi", "mesh_error_percent"])?;
-    let mut parts = Vec::new();
+    let stated = &inputs.calibration().discrepancy.percent;
+    let (mut parts, mut left_out) = (Vec::new(), Vec::new());
     for quantity in quantities {
         let row = table.named("qoi", &quantity.column())?;
         let Ok(percent) = row.text("mesh_error_percent").parse::<f64>() else { return Ok(None) };
         parts.push(format!("{} {percent:+.1} %", quantity.label()));
+        if stated.get(quantity).is_none_or(|stated| *stated < percent.abs()) {
+            left_out.push(quantity.label().to_string());
+        }
     }
+    let included = match left_out.len() {
+        0 => "The intervals include it ([calibration.discrepancy]).".to_owned(),
+        n if n == quantities.len() => "No interval includes it.".to_owned(),
+        _ => format!("The intervals leave out that of {}.", left_out.join(", ")),
+    };
     Ok(Some(format!(
-        "Error of the mesh at the mode, estimated from a second one with another spacing: {}. No \
-         interval holds it.",
+        "Error of the mesh at the mode, estimated from a second one with another spacing: {}. {included}",
         parts.join(", ")
     )))
 }
