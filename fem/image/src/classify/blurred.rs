@@ -31,12 +31,9 @@ const STILL: f64 = 0.004;
 const WAY: [f64; 2] = [0.15, 0.85];
 /// Fewer voxels above the level than this do not make a contrast.
 const LEAST: u64 = 150;
-/// Voxels of which the model predicts less than this share of grain show the matrix.
-const MATRIX: f64 = 0.05;
-/// Voxels of which the model predicts more than this share show grains; where there are fewer, the part `CORES` of the
-/// set that has the largest shares.
-const GRAIN: f64 = 0.9;
-const CORES: f64 = 0.1;
+/// The part of each material's voxels that shows its grey value: those that the blur of the other material reaches
+/// least. Where grains are large, it reaches none of these.
+const PUREST: f64 = 0.1;
 /// Shares of grain are cut here before they are summed: noise passes, pores do not.
 const CUT: [f64; 2] = [-0.5, 1.5];
 
@@ -52,6 +49,8 @@ pub(crate) struct Blurred {
     pub(crate) set: Vec<u8>,
     /// The share of grain that each voxel of the unfiltered image shows, in parts of [`FULL`].
     pub(crate) share: Vec<i16>,
+    /// The share up to which voxels are the purest of the matrix, and from which on they are the purest of the grains.
+    pub(crate) purest: [i16; 2],
 }
 
 impl Blurred {
@@ -70,12 +69,20 @@ impl Blurred {
         for round in 0..ROUNDS {
             let set = above(smooth, inside, level);
             let share = share(grey, &set, sample)?;
-            let [matrix, contrast] = materials(&grey.values, &share, &set, sample)?;
+            let purest = purest(&share, &set, sample);
+            let [matrix, contrast] = materials(&grey.values, &share, purest, sample)?;
             let volume = volume(&grey.values, &share, &set, sample, [matrix, contrast]);
             let limits = WAY.map(|way| matrix + way * contrast);
             let next = level_of(&counts, volume).clamp(limits[0], limits[1]);
             if (next - level).abs() <= STILL * contrast || round + 1 == ROUNDS {
-                return Some(Blurred { matrix, grain: matrix + contrast, level, set, share });
+                return Some(Blurred {
+                    matrix,
+                    grain: matrix + contrast,
+                    level,
+                    set,
+                    share,
+                    purest,
+                });
             }
             // the secant of how far the level moves
             let move_by = next - level;
@@ -163,10 +170,13 @@ fn weights(grey: &[u16], kernels: &[Vec<u16>; KERNELS], sample: &[u8]) -> Option
 }
 
 /// Grey value of the matrix, and the contrast, from the voxels that are the purest.
-fn materials(grey: &[u16], share: &[i16], set: &[u8], sample: &[u8]) -> Option<[f64; 2]> {
+fn materials(
+    grey: &[u16],
+    share: &[i16],
+    [most, least]: [i16; 2],
+    sample: &[u8],
+) -> Option<[f64; 2]> {
     let full = f64::from(FULL);
-    let least = purest(share, set, sample);
-    let most = (MATRIX * full) as i16;
     // number, sum of shares and of grey values of matrix and of grains
     let sums = (0..share.len())
         .into_par_iter()
@@ -175,7 +185,7 @@ fn materials(grey: &[u16], share: &[i16], set: &[u8], sample: &[u8]) -> Option<[
         .fold(
             || [[0_i64; 3]; 2],
             |mut sums, n| {
-                let class = match (share[n] < most, share[n] >= least) {
+                let class = match (share[n] <= most, share[n] >= least) {
                     (true, _) => 0,
                     (_, true) => 1,
                     _ => return sums,
@@ -196,30 +206,40 @@ fn materials(grey: &[u16], share: &[i16], set: &[u8], sample: &[u8]) -> Option<[
     (contrast > 0.0).then_some([dark - contrast * dark_share, contrast])
 }
 
-/// The share from which on voxels are the purest grains.
-fn purest(share: &[i16], set: &[u8], sample: &[u8]) -> i16 {
-    let bin = usize::from(FULL / 256);
+/// The share up to which voxels are the purest of the matrix, and from which on they are the purest of the grains.
+fn purest(share: &[i16], set: &[u8], sample: &[u8]) -> [i16; 2] {
+    // 256 bins a share of 1, from a share of -0.5 on
+    const BINS: usize = 512;
+    let width = i32::from(FULL / 256);
+    let first = -i32::from(FULL / 2);
     let counts = (0..share.len())
         .into_par_iter()
         .with_min_len(1 << 16)
-        .filter(|&n| set[n] & sample[n] != 0)
+        .filter(|&n| sample[n] != 0)
         .fold(
-            || vec![0_u64; 512],
+            || vec![0_u64; 2 * BINS],
             |mut counts, n| {
-                counts[(share[n].max(0) as usize / bin).min(511)] += 1;
+                let bin = ((i32::from(share[n]) - first) / width).clamp(0, BINS as i32 - 1);
+                counts[BINS * usize::from(set[n]) + bin as usize] += 1;
                 counts
             },
         )
-        .reduce(|| vec![0; 512], crate::volume::grey::sum);
-    let wanted = CORES * counts.iter().sum::<u64>() as f64;
+        .reduce(|| vec![0; 2 * BINS], crate::volume::grey::sum);
+    let (matrix, grain) = counts.split_at(BINS);
+    let bound = |bin: usize| (first + bin as i32 * width) as i16;
+    let reversed: Vec<u64> = grain.iter().rev().copied().collect();
+    [bound(bins_of(matrix)) - 1, bound(BINS - bins_of(&reversed))]
+}
+
+/// The number of bins, from the first on, that hold the part [`PUREST`] of all counts.
+fn bins_of(counts: &[u64]) -> usize {
+    let wanted = PUREST * counts.iter().sum::<u64>() as f64;
     let mut over = 0;
-    for (n, &count) in counts.iter().enumerate().rev() {
+    let last = counts.iter().position(|&count| {
         over += count;
-        if over as f64 >= wanted {
-            return ((n * bin) as i16).min((GRAIN * f64::from(FULL)) as i16);
-        }
-    }
-    0
+        count > 0 && over as f64 >= wanted
+    });
+    last.map_or(counts.len(), |bin| bin + 1)
 }
 
 /// The volume of the grains in the sample (voxels): that of the set, and what grey values show beyond the model.

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use crate::Volume;
 use crate::classify::blurred::Blurred;
 use crate::volume::filter::erode;
-use crate::volume::threshold::{WIDTH, core_mean, histogram, level_of, middle, otsu};
+use crate::volume::threshold::{WIDTH, class_means, core_mean, histogram, level_of, middle, otsu};
 
 /// Two halves of one bell curve are this many of their own deviations apart.
 const ONE_BELL: f64 = 3.0;
@@ -27,9 +27,6 @@ pub(crate) struct Level {
     pub(crate) one_bell: bool,
     /// The two materials and the blur of the image, if they could be told apart.
     pub(crate) model: Option<Blurred>,
-    /// Volume above the level over the volume of the grains. It differs from 1 where a level was given that is not half
-    /// way between the materials.
-    pub(crate) volume_factor: f64,
 }
 
 impl Level {
@@ -68,7 +65,7 @@ impl Level {
             value = level_of(&counts, volume).clamp(limit(WAY[0]), limit(WAY[1]));
         }
         let by_hand = model.as_ref().map_or(value, Blurred::middle);
-        Some(Level { value, by_hand, one_bell, model, volume_factor: 1.0 })
+        Some(Level { value, by_hand, one_bell, model })
     }
 
     /// The level that stands for a grey value given by hand, which parts matrix from grain where a surface is plane.
@@ -84,20 +81,24 @@ impl Level {
         sample: &[u8],
     ) -> Level {
         let by_hand = value;
-        let own = Level { value, by_hand, one_bell: false, model: None, volume_factor: 1.0 };
+        let own = Level { value, by_hand, one_bell: false, model: None };
         let Some(model) = Blurred::fit(smooth, grey, inside, sample, value) else { return own };
         let off = value - model.middle();
         if off.abs() > OFF * (model.grain - model.matrix) {
             return own;
         }
-        let value = model.level + off;
-        let counted = |level: f64| {
-            let voxels = smooth.values.par_iter().zip(inside);
-            voxels.filter(|&(&v, &inside)| inside != 0 && f64::from(v) >= level).count() as f64
-        };
-        let volume_factor = counted(value) / counted(model.level).max(1.0);
-        Level { value, by_hand, one_bell: false, model: Some(model), volume_factor }
+        Level { value: model.level + off, ..own }
     }
+}
+
+/// The mean grey value of the matrix in a filtered image, away from grains where there are such voxels; nothing if there
+/// is one grey value only.
+pub(crate) fn matrix_grey(smooth: &Volume<u16>, sample: &[u8]) -> Option<f64> {
+    let counts = histogram(&smooth.values, sample);
+    let splits = otsu(&counts, 2)?;
+    let split = (splits.first()? * WIDTH) as f64;
+    let class_mean = class_means(&counts, &splits)[0];
+    Some(core_mean(smooth, sample, 0.0..split).unwrap_or(class_mean))
 }
 
 /// The sum of the grain shares (voxels).

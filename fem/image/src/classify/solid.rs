@@ -22,8 +22,6 @@ const BAND: usize = 2;
 const BLOCK: usize = 24;
 /// The grey values of a block count as much as those of all blocks when it has so many voxels.
 const ENOUGH: f64 = 300.0;
-/// A voxel of which the model predicts less than this share of the other material is almost all of one.
-const PURE: f64 = 0.1;
 /// One voxel, in the integers in which volumes are summed.
 const UNIT: f64 = 65536.0;
 /// Shares are cut here before they are summed: noise passes, pores do not.
@@ -42,14 +40,15 @@ impl Solid {
     ///
     /// A grain's volume is that of its voxels in the model's set, and what the grey values show more or less than the
     /// model predicts in and around these: blur that reaches further than what is looked at is in both.
-    /// `matrix` holds the voxels of the specimen that are neither grain nor void, `inside` the specimen, and `sample`
-    /// the voxels that are away from walls and voids.
+    /// `matrix` holds the voxels that are neither grain nor void. Each of these and of the grains is in `shown`, which
+    /// holds the voxels beyond the wall too that show blur of grains. `inside` is the specimen, and `sample` are its voxels
+    /// that are away from walls and voids.
     pub(crate) fn measure(
         grey: &Volume<u16>,
         labels: &[u32],
         grains: usize,
         matrix: &[u8],
-        [inside, sample]: [&[u8]; 2],
+        [inside, shown, sample]: [&[u8]; 3],
         model: &Blurred,
     ) -> Solid {
         let shape = grey.shape;
@@ -59,7 +58,7 @@ impl Solid {
         let levels = [false, true].map(|grain| LocalLevels::of(grey, model, sample, labels, grain));
         let mut near = labels.to_vec();
         for _ in 0..BAND {
-            near = spread(shape, &near, inside);
+            near = spread(shape, &near, shown);
         }
 
         let [nx, ny, _] = shape;
@@ -95,7 +94,7 @@ impl Solid {
                                 (_, true) => 0.0,
                                 _ => linear.clamp(CUT[0], CUT[1]),
                             };
-                            *share = part.clamp(0.0, 1.0) as f32;
+                            *share = part.clamp(0.0, f64::from(inside[at])) as f32;
                             let beyond = match is_core || is_void {
                                 true => 0.0,
                                 false => part - f64::from(model.share[at]) / f64::from(FULL),
@@ -247,7 +246,7 @@ struct LocalLevels {
 
 impl LocalLevels {
     /// The material's grey value in the model, and how far grey values of a block differ from what the model predicts:
-    /// by the mean over voxels that are almost all of this material, which a few voxels change little.
+    /// by the mean over the purest voxels of this material, which a few voxels change little.
     fn of(grey: &Volume<u16>, model: &Blurred, sample: &[u8], labels: &[u32], grain: bool) -> Self {
         let shape = grey.shape;
         let blocks = shape.map(|side| (side / BLOCK).max(1));
@@ -256,8 +255,8 @@ impl LocalLevels {
         let full = f64::from(FULL);
         let contrast = model.grain - model.matrix;
         let is_of_it = |at: usize| {
-            let share = f64::from(model.share[at]) / full;
-            let is_pure = if grain { share > 1.0 - PURE } else { share < PURE };
+            let [most, least] = model.purest;
+            let is_pure = if grain { model.share[at] >= least } else { model.share[at] <= most };
             is_pure && sample[at] != 0 && grain == (labels[at] != 0)
         };
         let sums = (0..shape[2])

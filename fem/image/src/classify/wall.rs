@@ -1,9 +1,9 @@
-//! Grey values at the wall of a cylinder as they would be if the specimen went on beyond it.
+//! Grey values at the wall of a cylinder as they would be if there were matrix instead of air beyond it.
 //!
-//! The blur of the image mixes air into the voxels at the wall, so that a grain there is as dark as matrix. Which share
-//! of a voxel the image shows as specimen follows from the cylinder and the blur of its wall; the grey value above air is
-//! divided by this share. Voxels just outside are given the values of the nearest ones inside, so that filters find a neighbourhood
-//! there.
+//! The blur of the image mixes air into the voxels at the wall, so that a grain there is as dark as matrix, and mixes
+//! grain into the voxels just outside. The image is m (k ∗ C) + c (k ∗ S) above air, with the cylinder C, the grains S,
+//! the blur k and the grey values m of the matrix and c of the contrast. The blur of the wall gives k ∗ C, and
+//! m (1 − k ∗ C) is added: what remains is the image of grains in a matrix without end, and each grain is shown whole.
 
 use rayon::prelude::*;
 
@@ -18,67 +18,73 @@ const REACH: f64 = 4.0;
 const CLEAR: f64 = 2.0;
 /// Depth of the voxels whose values go on outside.
 const DEPTH: f64 = 0.75;
-/// Noise is not raised by more than the inverse of this share.
-const LEAST: f64 = 0.4;
 
-/// Continues the specimen beyond its wall and ends. Gives the set of voxels whose values then are the specimen's: those
-/// inside and those that were filled.
+/// Voxels at which the specimen's image was continued.
+pub(crate) struct Continued {
+    /// The specimen, and the voxels beyond it whose values are now those of matrix and of the blur of grains.
+    pub(crate) shown: Vec<u8>,
+    /// The voxels that may be grain: the specimen, and what lies beyond it where there is no air.
+    pub(crate) solid: Vec<u8>,
+}
+
+/// Puts matrix in the place of the air beyond the specimen's wall and ends. Where there is no air, as the specimen is cut
+/// by the edge of the image or by its region, voxels just outside get the values of the nearest ones inside. `matrix` is
+/// the matrix's grey value.
 pub(crate) fn continue_beyond(
     grey: &mut Volume<u16>,
     fit: &Fit,
     inside: &[u8],
-    [air, void]: [f64; 2],
-) -> Vec<u8> {
+    [air, void, matrix]: [f64; 3],
+) -> Continued {
     let shape = grey.shape;
     let [nx, ny, _] = shape;
     let wide = fit.inside(shape, -REACH);
     let deep = fit.inside(shape, REACH);
     let ring: Vec<u8> = wide.par_iter().zip(&deep).map(|(&wide, &deep)| wide & !deep).collect();
     drop(deep);
-    let Some(share) = share(grey, inside, &ring) else { return inside.to_vec() };
+    let Some(share) = share(grey, inside, &ring) else {
+        return Continued { shown: inside.to_vec(), solid: inside.to_vec() };
+    };
     let full = f64::from(FULL);
     let raw = grey.values.clone();
-    // a specimen that is cut by the edge of the image, or goes on beyond its region, is not darker there
     let is_in_air = |at: usize| {
         beyond(fit, voxel_at(shape, at), shape)
             .is_some_and(|[x, y, z]| f64::from(raw[x + nx * (y + ny * z)]) < void)
     };
-    grey.values.par_iter_mut().enumerate().for_each(|(at, value)| {
-        if inside[at] != 0 && ring[at] != 0 && is_in_air(at) {
-            let part = (f64::from(share[at]) / full).clamp(LEAST, 1.0);
-            let bright = air + (f64::from(*value) - air) / part;
-            *value = bright.round().clamp(0.0, 65535.0) as u16;
-        }
-    });
-    drop((share, raw));
-    let mut set = inside.to_vec();
-    let filled: Vec<(usize, u16)> = (0..wide.len())
+    let continued: Vec<(usize, u16, u8)> = (0..wide.len())
         .into_par_iter()
-        .filter(|&at| wide[at] != 0 && inside[at] == 0)
+        .filter(|&at| ring[at] != 0)
         .filter_map(|at| {
+            if is_in_air(at) {
+                let missing = 1.0 - f64::from(share[at]) / full;
+                let value = f64::from(raw[at]) + (matrix - air) * missing;
+                return Some((at, value.round().clamp(0.0, 65535.0) as u16, inside[at]));
+            }
             let [x, y, z] = nearest(fit, voxel_at(shape, at), shape)?;
             let from = x + nx * (y + ny * z);
-            (inside[from] != 0).then(|| (at, grey.values[from]))
+            (inside[at] == 0 && inside[from] != 0).then(|| (at, raw[from], 1))
         })
         .collect();
-    for (at, value) in filled {
+    let (mut shown, mut solid) = (inside.to_vec(), inside.to_vec());
+    for (at, value, is_solid) in continued {
         grey.values[at] = value;
-        set[at] = 1;
+        shown[at] = 1;
+        solid[at] = is_solid;
     }
-    set
+    Continued { shown, solid }
 }
 
-/// The voxel beyond the nearer of wall and end, as far outside as a voxel is inside and `CLEAR` further.
+/// The voxel beyond the nearer of wall and end, `CLEAR` further outside than a voxel is inside or outside.
 fn beyond(fit: &Fit, voxel: [usize; 3], shape: [usize; 3]) -> Option<[usize; 3]> {
     let [square, height] = fit.place(voxel);
     let off = square.sqrt();
     let (to_wall, to_top, to_bottom) = (fit.radius - off, fit.top - height, height - fit.bottom);
     let to_end = to_top.min(to_bottom);
     if to_wall <= to_end {
-        moved(fit, voxel, shape, (fit.radius + to_wall + CLEAR) / off.max(1e-9), 0.0)
+        moved(fit, voxel, shape, (fit.radius + to_wall.abs() + CLEAR) / off.max(1e-9), 0.0)
     } else {
         let side = if to_top < to_bottom { 1.0 } else { -1.0 };
-        moved(fit, voxel, shape, 1.0, side * (2.0 * to_end + CLEAR))
+        moved(fit, voxel, shape, 1.0, side * (to_end + to_end.abs() + CLEAR))
     }
 }
 

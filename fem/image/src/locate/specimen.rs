@@ -152,7 +152,7 @@ impl Locating<'_> {
                 SpecimenForm::Auto | SpecimenForm::Block => return Err(error),
             }
         }
-        if fit.lean == [0.0; 2] && fit.wander > 2.0 && self.region.is_empty() {
+        if fit.is_off_axis() && self.region.is_empty() {
             warnings.push(format!(
                 "the specimen's axis leans by {:.1} voxels over its height: set follow_lean = true in [specimen.image], or turn the image upright",
                 fit.wander

@@ -6,7 +6,7 @@ pub(crate) mod settings;
 use rayon::prelude::*;
 
 use crate::classify::hardening::Cupping;
-use crate::classify::level::Level;
+use crate::classify::level::{Level, matrix_grey};
 use crate::classify::solid::Solid;
 use crate::classify::wall::continue_beyond;
 use crate::grains::basins::Landscape;
@@ -109,27 +109,35 @@ impl Segmentation {
             inside.par_iter_mut().zip(mask).for_each(|(voxel, mask)| *voxel &= mask);
         }
         let mut rim_over_centre = 1.0;
-        let mut extended = inside.clone();
-        if let Some(fit) = found.fit {
-            if self.beam_hardening {
-                let set = fit.inside(grey.shape, WALL);
-                let cupping =
-                    Cupping::fit(&smooth.values, grey.shape, &set, &fit, found.air, found.void);
-                rim_over_centre = cupping.rim_over_centre();
-                cupping.correct(&mut grey.values, grey.shape, &fit);
-            }
-            extended = continue_beyond(&mut grey, &fit, &inside, [found.air, found.void]);
+        if let Some(fit) = found.fit.filter(|_| self.beam_hardening) {
+            let set = fit.inside(grey.shape, WALL);
+            let cupping =
+                Cupping::fit(&smooth.values, grey.shape, &set, &fit, found.air, found.void);
+            rim_over_centre = cupping.rim_over_centre();
+            cupping.correct(&mut grey.values, grey.shape, &fit);
+            cupping.correct(&mut smooth.values, grey.shape, &fit);
+        }
+        let sample = found.sample(&smooth, &inside);
+        let mut continued = None;
+        if let Some(fit) = &found.fit
+            && let Some(matrix) = matrix_grey(&smooth, &sample)
+        {
+            let levels = [found.air, found.void, matrix];
+            continued = Some(continue_beyond(&mut grey, fit, &inside, levels));
             smooth = if self.median {
                 grey.with(median(grey.shape, &grey.values))
             } else {
                 grey.clone()
             };
         }
+        let (solid, shown) = match &continued {
+            Some(continued) => (&continued.solid, &continued.shown),
+            None => (&inside, &inside),
+        };
 
         progress("threshold");
-        let sample = found.sample(&smooth, &inside);
         let level =
-            self.grain_level(&smooth, &grey, [&extended, &sample], &found, scale, &mut warnings)?;
+            self.grain_level(&smooth, &grey, [solid, &sample], &found, scale, &mut warnings)?;
         let threshold = level.value;
         let mut grain: Vec<u8> = smooth
             .values
@@ -162,23 +170,24 @@ impl Segmentation {
             |&n: &usize| inside[n] != 0 && labels[n] == 0 && f64::from(smooth.values[n]) < void;
         let voids = (0..labels.len()).into_par_iter().filter(is_void).count();
         let void_fraction = voids as f64 / specimen.max(1) as f64;
-        let mut solid = match &level.model {
+        let solid = match &level.model {
             None => Solid::above(&smooth, threshold, &labels, grains, &inside),
             Some(model) => {
                 let matrix: Vec<u8> = (0..labels.len())
                     .into_par_iter()
                     .map(|n| {
-                        u8::from(labels[n] == 0 && f64::from(smooth.values[n]) >= void) & inside[n]
+                        u8::from(labels[n] == 0 && f64::from(smooth.values[n]) >= void) & shown[n]
                     })
                     .collect();
                 drop(smooth);
-                Solid::measure(&grey, &labels, grains, &matrix, [&inside, &sample], model)
+                Solid::measure(&grey, &labels, grains, &matrix, [&inside, shown, &sample], model)
             }
         };
-        solid.volumes.iter_mut().for_each(|volume| *volume *= level.volume_factor);
         let labels = grey.with(labels);
         let regions = measure(&labels, &inside, &solid.volumes);
-        warnings.extend(void_in_words(void_fraction));
+        // a cylinder that does not follow the specimen's lean holds air, and that is warned of
+        let follows = found.fit.is_none_or(|fit| !fit.is_off_axis());
+        warnings.extend(void_in_words(void_fraction).filter(|_| follows));
         warnings.extend(small_in_words(&regions, grey.voxel_mm));
         warnings.extend(self.one_for_all(&regions, &inside, scale.to_image(level.by_hand)));
         let voxel_mm = grey.voxel_mm;
