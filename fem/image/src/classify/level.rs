@@ -91,14 +91,14 @@ impl Level {
     }
 }
 
-/// The mean grey value of the matrix in a filtered image, away from grains where there are such voxels; nothing if there
-/// is one grey value only.
-pub(crate) fn matrix_grey(smooth: &Volume<u16>, sample: &[u8]) -> Option<f64> {
+/// The mean grey value of the matrix in a filtered image, away from grains where there are such voxels, and the grey value
+/// from which on voxels are brighter than matrix; nothing if there is one grey value only.
+pub(crate) fn matrix_grey(smooth: &Volume<u16>, sample: &[u8]) -> Option<[f64; 2]> {
     let counts = histogram(&smooth.values, sample);
     let splits = otsu(&counts, 2)?;
     let split = (splits.first()? * WIDTH) as f64;
     let class_mean = class_means(&counts, &splits)[0];
-    Some(core_mean(smooth, sample, 0.0..split).unwrap_or(class_mean))
+    Some([core_mean(smooth, sample, 0.0..split).unwrap_or(class_mean), split])
 }
 
 /// The sum of the grain shares (voxels).

@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use crate::Volume;
 use crate::classify::blurred::{FULL, share};
 use crate::locate::fit::Fit;
+use crate::volume::filter::dilate;
 use crate::volume::voxel_at;
 
 /// How far the blur of the wall reaches, and how far the specimen is continued (voxels).
@@ -18,6 +19,10 @@ const REACH: f64 = 4.0;
 const CLEAR: f64 = 2.0;
 /// Depth of the voxels whose values go on outside.
 const DEPTH: f64 = 0.75;
+/// How far the blur of grains reaches (voxels).
+const BLUR: usize = 3;
+/// Fewer voxels than this do not show the blur of the wall.
+const FEW: usize = 2000;
 
 /// Voxels at which the specimen's image was continued.
 pub(crate) struct Continued {
@@ -29,11 +34,11 @@ pub(crate) struct Continued {
 
 /// Puts matrix in the place of the air beyond the specimen's wall and ends. Where there is no air, as the specimen is cut
 /// by the edge of the image or by its region, voxels just outside get the values of the nearest ones inside. `matrix` is
-/// the matrix's grey value.
+/// the matrix's grey value; `grains` are the voxels that are brighter.
 pub(crate) fn continue_beyond(
     grey: &mut Volume<u16>,
     fit: &Fit,
-    inside: &[u8],
+    [inside, grains]: [&[u8]; 2],
     [air, void, matrix]: [f64; 3],
 ) -> Continued {
     let shape = grey.shape;
@@ -42,7 +47,7 @@ pub(crate) fn continue_beyond(
     let deep = fit.inside(shape, REACH);
     let ring: Vec<u8> = wide.par_iter().zip(&deep).map(|(&wide, &deep)| wide & !deep).collect();
     drop(deep);
-    let Some(share) = share(grey, inside, &ring) else {
+    let Some(share) = share(grey, inside, &bare(shape, &ring, grains)) else {
         return Continued { shown: inside.to_vec(), solid: inside.to_vec() };
     };
     let full = f64::from(FULL);
@@ -72,6 +77,15 @@ pub(crate) fn continue_beyond(
         solid[at] = is_solid;
     }
     Continued { shown, solid }
+}
+
+/// The voxels of a ring that the blur of grains does not reach, or the whole ring where these are few. The wall of a
+/// packing is a skin of matrix, and with the grains behind it the wall would seem to be blurred more than it is.
+fn bare(shape: [usize; 3], ring: &[u8], grains: &[u8]) -> Vec<u8> {
+    let near = (1..BLUR).fold(dilate(shape, grains), |near, _| dilate(shape, &near));
+    let bare: Vec<u8> = ring.par_iter().zip(&near).map(|(&ring, &near)| ring & !near).collect();
+    let count = |set: &[u8]| set.par_iter().map(|&voxel| usize::from(voxel)).sum::<usize>();
+    if count(&bare) < FEW { ring.to_vec() } else { bare }
 }
 
 /// The voxel beyond the nearer of wall and end, `CLEAR` further outside than a voxel is inside or outside.

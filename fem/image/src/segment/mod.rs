@@ -5,6 +5,7 @@ pub(crate) mod settings;
 
 use rayon::prelude::*;
 
+use crate::classify::blurred::above;
 use crate::classify::hardening::Cupping;
 use crate::classify::level::{Level, matrix_grey};
 use crate::classify::solid::Solid;
@@ -120,10 +121,11 @@ impl Segmentation {
         let sample = found.sample(&smooth, &inside);
         let mut continued = None;
         if let Some(fit) = &found.fit
-            && let Some(matrix) = matrix_grey(&smooth, &sample)
+            && let Some([matrix, bright]) = matrix_grey(&smooth, &sample)
         {
+            let grains = above(&smooth, &inside, bright);
             let levels = [found.air, found.void, matrix];
-            continued = Some(continue_beyond(&mut grey, fit, &inside, levels));
+            continued = Some(continue_beyond(&mut grey, fit, [&inside, &grains], levels));
             smooth = if self.median {
                 grey.with(median(grey.shape, &grey.values))
             } else {
