@@ -110,15 +110,18 @@ pub use error::{CheckpointError, CurveFileError, FemError, StepFailure};
 pub use fem_file::{open_regular, read_regular, read_regular_text, write_atomically};
 #[doc(inline)]
 pub use fem_image::{
-    Cylinder, ImageError, Region, RgbSlice, Score, SeedRule, Segmentation, Segmented, SpecimenForm,
-    SpecimenRegion, SpecimenStatistics, Volume, outlined_slice, score, tiff,
+    Cylinder, ImageError, LabelPhase, LabelRules, LabelledSpecimen, MATRIX, ReadOptions, Reading,
+    Region, RgbSlice, Score, SeedRule, Segmentation, Segmented, SpecimenForm, SpecimenRegion,
+    SpecimenStatistics, StackHeader, VOID, Volume, files_of as image_files, outlined_slice,
+    read as read_image, read_label_values, read_labels, score, tiff,
 };
 #[doc(inline)]
 pub use fem_mesh::{
-    ConvexPolyhedron, CylinderLattice, FractionTarget, Grain, GrainField, GrainForm, GrainList,
-    GrainMode, GrainShape, GrainVolume, LabelReport, Labelling, LatticeError, MeshError,
-    MeshReport, Meshed, MeshedGrain, Meshing, MeshingError, Mixture, Packing, PackingError,
-    Quality, Scan, ScanError, Scanner, SizeClass, TetMesh, VoxelGrains, gmsh, label, stl, vtu,
+    Cavity, ConvexPolyhedron, CylinderLattice, FractionTarget, Grain, GrainField, GrainForm,
+    GrainList, GrainMode, GrainShape, GrainVolume, LabelReport, Labelling, LatticeError, MeshError,
+    MeshReport, Meshed, MeshedGrain, MeshedPhase, Meshing, MeshingError, Mixture, Packing,
+    PackingError, Quality, Scan, ScanError, Scanner, SizeClass, Surface, SurfaceError,
+    SurfaceGrains, TetMesh, VoxelGrains, gmsh, label, stl, vtu,
 };
 pub use fields::Fields;
 pub use material::{

@@ -81,10 +81,11 @@ enum Command {
     /// Read a case and all files that it names, print what was understood, the expected cost and every mistake
     #[command(
         after_help = "Computes nothing and writes nothing. Exit code 0: no mistakes; 1: mistakes.\n\
+                      Of a study all laboratories and cases are read.\n\
                       Example:\n  breccia check my.toml"
     )]
     Check {
-        /// The case
+        /// The case, or the study
         case: PathBuf,
     },
     /// Run one compression test with the case's own parameters: curve.csv

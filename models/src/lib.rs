@@ -46,7 +46,7 @@ pub use breccia_calibration::{
 };
 use breccia_calibration::{
     budget, curve_check, error, experiment, fracture, further_test, parameter, predicted_curve,
-    qoi, record, specimen_files, table,
+    qoi, record, specimen_files, table, table_format,
 };
 pub use case::{
     AdaptiveCase, ArcLengthCase, ByParameter, CalibrationCase, CandidateCase, Case, CaseFile,
@@ -58,12 +58,12 @@ pub use case::{
 };
 pub use coverage::{CoverageRow, CoverageStudy, Emulated, KnownStiffness, Laboratory, Setting};
 pub use study::{
-    PartStatus, Reference, SlurmError, SlurmJobs, Study, StudyCase, StudyFile, StudyJob,
-    StudyLaboratory, StudyPart, StudySetting, Submitted, study_status,
+    PartCheck, PartStatus, Reference, SlurmError, SlurmJobs, Study, StudyCase, StudyCheck,
+    StudyFile, StudyJob, StudyLaboratory, StudyPart, StudySetting, Submitted, study_status,
 };
 pub use virtual_specimen::VirtualSpecimen;
 pub use workflow::{
-    CaseCheck, DeviceChoice, FolderAccess, InputInPlace, RunCounts, STAGES, SimulatedLaboratories,
-    Stage, StageState, StageStatus, Workflow, WorkflowError, create_file, missing_case, simulate,
-    simulate_laboratories, status,
+    CaseCheck, DeviceChoice, ExpectedCost, FolderAccess, InputInPlace, RunCounts, STAGES,
+    SimulatedLaboratories, Stage, StageState, StageStatus, Workflow, WorkflowError, create_file,
+    missing_case, simulate, simulate_laboratories, status,
 };

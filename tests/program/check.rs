@@ -119,7 +119,12 @@ fn images_are_checked_by_their_headers_and_meshes_by_their_files() {
     std::fs::write(mine.join("case.toml"), case(image)).unwrap();
     let (code, out, err) = said(&breccia(dir.path(), &["check", "mine/case.toml"]));
     assert_eq!(code, Some(0), "{out}{err}");
-    assert!(out.contains("40 × 40 × 50 voxels of 0.100000 mm, 4.000 × 4.000 × 5.000 mm"), "{out}");
+    assert!(
+        out.contains(
+            "40 × 40 × 50 voxels of 0.100000 mm (voxel_mm as given), 4.000 × 4.000 × 5.000 mm"
+        ),
+        "{out}"
+    );
     assert!(out.contains("once it has been segmented"), "{out}");
 
     let bytes = std::fs::read(mine.join("scan.tif")).unwrap();
@@ -135,8 +140,107 @@ fn images_are_checked_by_their_headers_and_meshes_by_their_files() {
     let (code, out, err) = said(&breccia(dir.path(), &["check", "mine/case.toml"]));
     assert_eq!(code, Some(0), "{out}{err}");
     assert!(out.contains("height 4.4000 mm, radius 2.0000 mm"), "{out}");
-    // forces are not scaled by the section of the mesh
-    assert!(out.contains("S-01 has a radius of 2.5 mm, the mesh 2.0000 mm"), "{out}");
+    // stresses are compared: (2 / 2.5)²
+    let scaled = "S-01 has a radius of 2.5 mm, the mesh 2.0000 mm: its forces are scaled by 0.6400";
+    assert!(out.contains(scaled), "{out}");
+}
+
+/// What all parts share is printed once, and nothing is written.
+#[test]
+fn all_cases_of_a_study_are_checked_at_once() {
+    let dir = own_data();
+    let study = dir.path().join("study.toml");
+    let text = r#"
+title = "Two materials"
+base = "mine/case.toml"
+[[case]]
+name = "stiff"
+set.prior.matrix.young_mpa = [300.0, 340.0]
+[[case]]
+name = "soft"
+set.prior.matrix.young_mpa = [220.0, 300.0]
+"#;
+    std::fs::write(&study, text).unwrap();
+    let before = files(dir.path());
+    let (code, out, err) = said(&breccia(dir.path(), &["check", "study.toml"]));
+    assert_eq!(code, Some(0), "{out}{err}");
+    for part in [
+        "study  Two materials: 2 cases",
+        "5 readable in",
+        "at most 56 simulations, about ",
+        "no mistakes",
+    ] {
+        assert_eq!(out.matches(part).count(), 1, "{part:?} once in {out}");
+    }
+    let (_, parts) = out.split_once("\nstiff\n").unwrap();
+    let (stiff, soft) = parts.split_once("\nsoft\n").unwrap();
+    assert!(stiff.contains("uniform between 300 and 340 MPa"), "{out}");
+    assert!(soft.contains("uniform between 220 and 300 MPa"), "{out}");
+
+    // a mistake of the base, of one part, of the other, and of a file that both name
+    edit(&dir.path().join("mine/case.toml"), "max_order = 3", "max_ordr = 3");
+    edit(&study, "[300.0, 340.0]", "[340.0, 300.0]");
+    std::fs::write(
+        &study,
+        std::fs::read_to_string(&study).unwrap()
+            + "set.design.runs = 1\nwithout = [\"nothing\"]\nlaboratory = \"elsewhere\"\n",
+    )
+    .unwrap();
+    std::fs::remove_file(dir.path().join("mine/curves/S-02.csv")).unwrap();
+    let before_mistakes = files(dir.path());
+    let (code, out, err) = said(&breccia(dir.path(), &["check", "study.toml"]));
+    assert_eq!(code, Some(1), "{out}{err}");
+    for part in [
+        "error: mine/case.toml: ",
+        "surrogate.max_ordr = 3",
+        "error: stiff: study.toml: prior.matrix.young_mpa = [340.0, 300.0]",
+        "error: soft: study.toml: design.runs = 1",
+        "error: soft: study.toml: without = nothing",
+        "error: soft: study.toml: there is no laboratory \"elsewhere\"",
+        "curves/S-02.csv: cannot be read",
+        "6 mistakes",
+    ] {
+        assert_eq!(err.matches(part).count(), 1, "{part:?} once in {err}");
+    }
+    assert!(files(dir.path()) == before_mistakes, "files have changed");
+    assert!(before.len() == before_mistakes.len() + 1);
+}
+
+/// Laboratories are checked, their cases wait for their specimens, and variants are parts of their own.
+#[test]
+fn laboratories_and_variants_of_a_study_are_checked() {
+    let dir = tempfile::tempdir().unwrap();
+    let (code, _, err) = said(&breccia(dir.path(), &["init", "base.toml"]));
+    assert_eq!(code, Some(0), "{err}");
+    let text = r#"
+title = "Grains"
+base = "base.toml"
+[[laboratory]]
+name = "50C"
+set.experiments.virtual.specimens = 3
+[[case]]
+name = "few"
+laboratory = "50C"
+[[variant]]
+name = "coarse"
+title = "Coarse"
+set.specimen.spacing_mm = 9.0
+"#;
+    std::fs::write(dir.path().join("study.toml"), text).unwrap();
+    let (code, out, err) = said(&breccia(dir.path(), &["check", "study.toml"]));
+    for part in [
+        "study  Grains: 1 case, 1 laboratory, 1 variant of all of them",
+        "\nlaboratories/50C\n",
+        "3 virtual specimens, simulated first",
+        "\nfew\n",
+        "those of the laboratory 50C",
+        "\ncoarse/few\n",
+    ] {
+        assert!(out.contains(part), "{part:?} is not in {out}");
+    }
+    assert_eq!(code, Some(1), "{out}{err}");
+    assert!(err.contains("error: coarse/few: study.toml: specimen.spacing_mm = 9"), "{err}");
+    assert_eq!(std::fs::read_dir(dir.path()).unwrap().count(), 2);
 }
 
 #[test]
@@ -146,10 +250,11 @@ fn a_missing_case_and_a_study_are_named() {
     assert!(code == Some(1) && err.contains("gone.toml") && err.contains("breccia init"), "{err}");
     let study = "title = \"Two\"\nbase = \"case.toml\"\n[[case]]\nname = \"a\"\n";
     std::fs::write(dir.path().join("study.toml"), study).unwrap();
-    for command in ["check", "run"] {
-        let (code, _, err) = said(&breccia(dir.path(), &[command, "study.toml"]));
-        assert_eq!(code, Some(1), "{err}");
-        assert!(err.contains("is a study") && err.contains("breccia study study.toml"), "{err}");
-        assert!(!err.contains("phase_field"), "{err}");
-    }
+    let (code, _, err) = said(&breccia(dir.path(), &["run", "study.toml"]));
+    assert_eq!(code, Some(1), "{err}");
+    assert!(err.contains("is a study") && err.contains("breccia study study.toml"), "{err}");
+    assert!(!err.contains("phase_field"), "{err}");
+    let (code, out, err) = said(&breccia(dir.path(), &["check", "study.toml"]));
+    assert!(code == Some(1) && err.contains("case.toml: cannot be read"), "{out}{err}");
+    assert!(err.contains("1 mistake\n"), "{err}");
 }

@@ -179,6 +179,22 @@ fn a_stage_leaves_other_files_where_they_are() {
     assert!(code == Some(0) && err.contains("finished before, unchanged"), "{err}");
 }
 
+/// Only curves that the case can have count as products: the stage goes on to what it lacks and does not ask to
+/// replace the file.
+#[test]
+fn a_curve_beyond_the_draws_of_the_case_does_not_stop_its_stage() {
+    for (draws, is_refused) in [(2, false), (9, true)] {
+        let name = "curves/draw-7.csv".to_owned();
+        let dir = folder_with(std::slice::from_ref(&name));
+        let case = format!("{CASE}\n[confirm]\ndraws = {draws}\n");
+        std::fs::write(dir.path().join("my.toml"), case).unwrap();
+        let (code, _, err) = said(&breccia(dir.path(), &["confirm", "my.toml", "--out", "out"]));
+        assert_eq!(code, Some(1), "nothing to confirm yet: {err}");
+        assert_eq!(err.contains("--replace"), is_refused, "{draws} draws: {err}");
+        assert_unchanged(dir.path(), &[name], "confirm");
+    }
+}
+
 /// The case that was reported: the image of the case lies where the stage writes its scan.
 #[test]
 fn a_folder_with_inputs_in_the_place_of_products_is_refused() {

@@ -5,6 +5,7 @@ mod conditions;
 mod devices;
 mod divergence;
 mod documents;
+mod edited_files;
 mod foreign_files;
 mod images;
 mod mesh_files;

@@ -57,27 +57,30 @@ fn the_simulation_decides_though_the_surrogate_is_wrong() {
     let (surrogate, qois) = (biased(), specimens());
     let (cheap, exact) =
         (calibration(&surrogate, &qois, &PRIOR), calibration(&ViscousLimit, &qois, &PRIOR));
-    // chains stick where the surrogate falls off faster than the exact density: with the power less often, but one
-    // seed of two still has a chain that does
-    let sampler = DelayedAcceptance::default().screening_steps(200).screening_power(0.8);
-    let sampler = sampler.warmup(2050).screened_warmup(2000);
-    let chains = sampler.draws(4000).seed(2).run(&cheap, &exact).unwrap();
-    let asked = chains.evaluations();
-    assert!(asked <= 4 * (1 + 50 + 4000), "{asked}");
-    let decided = Posterior::from_chains(&exact, chains, 4).unwrap().summary();
     let nuts = Nuts::default().draws(4000).target_accept(0.95).seed(1);
     let reference = nuts.sample(&exact).unwrap().summary();
     let screened = nuts.sample(&cheap).unwrap().summary();
+    // chains stick where the surrogate falls off faster than the exact density: a wider surrogate and steps that do
+    // not ask it release them, of 8 seeds in all 8 (docs/delayed-acceptance.md)
+    let sampler = DelayedAcceptance::default().screening_steps(50).screening_power(0.6);
+    let sampler = sampler.plain_share(0.7).warmup(2200).screened_warmup(2000).draws(20_000);
     let mut worst: f64 = 0.0;
-    for name in NAMES {
-        let [d, r, s] = [&decided, &reference, &screened].map(|all| all.row(name).unwrap());
-        assert!(d.rhat < 1.03 && d.ess_bulk > 200.0, "{name}: {} {}", d.rhat, d.ess_bulk);
-        let mcse = d.mcse_mean.hypot(r.mcse_mean);
-        assert!((d.mean - r.mean).abs() < 4.0 * mcse, "{name}: {} {} {mcse}", d.mean, r.mean);
-        // of a standard deviation: sd/√(2 ESS), were the draws normal
-        let error = r.sd * (0.5 / d.ess_bulk + 0.5 / r.ess_bulk).sqrt();
-        assert!((d.sd - r.sd).abs() < 4.0 * error, "{name}: {} {} {error}", d.sd, r.sd);
-        worst = worst.max((s.mean - r.mean).abs() / mcse);
+    for seed in [1, 2, 3] {
+        let chains = sampler.clone().seed(seed).run(&cheap, &exact).unwrap();
+        let asked = chains.evaluations();
+        assert!(asked <= 4 * (1 + 200 + 20_000), "{asked}");
+        let decided = Posterior::from_chains(&exact, chains, 4).unwrap().summary();
+        for name in NAMES {
+            let [d, r, s] = [&decided, &reference, &screened].map(|all| all.row(name).unwrap());
+            let mixing = format!("seed {seed}, {name}: {} {}", d.rhat, d.ess_bulk);
+            assert!(d.rhat < 1.03 && d.ess_bulk > 150.0, "{mixing}");
+            let mcse = d.mcse_mean.hypot(r.mcse_mean);
+            assert!((d.mean - r.mean).abs() < 4.0 * mcse, "{name}: {} {} {mcse}", d.mean, r.mean);
+            // of a standard deviation: sd/√(2 ESS), were the draws normal
+            let error = r.sd * (0.5 / d.ess_bulk + 0.5 / r.ess_bulk).sqrt();
+            assert!((d.sd - r.sd).abs() < 4.0 * error, "{name}: {} {} {error}", d.sd, r.sd);
+            worst = worst.max((s.mean - r.mean).abs() / mcse);
+        }
     }
     assert!(worst > 8.0, "the surrogate is not wrong: {worst}");
 }

@@ -6,6 +6,7 @@ mod discrepancy;
 mod fidelity;
 mod further_tests;
 mod images;
+mod labels;
 mod own_data;
 mod quadrature;
 mod quantities;
@@ -201,7 +202,7 @@ fn from_an_empty_directory_to_every_documented_file() {
         ),
         (
             "experiments.csv",
-            "id,group,height_mm,radius_mm,displacement_factor,slope_fraction,slope_N_per_mm,peak_force_N,displacement_at_peak_mm",
+            "id,group,height_mm,radius_mm,displacement_factor,force_factor,slope_fraction,slope_N_per_mm,peak_force_N,displacement_at_peak_mm",
         ),
         ("curve_checks.csv", "id,finding,value,help"),
         ("range.csv", "qoi,experiment_mean,low,high,inside"),

@@ -5,7 +5,17 @@ use std::sync::OnceLock;
 
 use super::{breccia, content, copy, copy_with_results, edit, number, record, table};
 
-/// The example, smaller still: a case of seconds.
+/// The shipped example in `mine`, with the case and the curves of `coarse_example/`: a case of seconds.
+fn coarse_example(dir: &Path) -> PathBuf {
+    let (code, out, err) = breccia(dir, &["init", "--own-data", "mine"]);
+    assert!(code == Some(0) && out.contains("breccia run mine/case.toml"), "{out} {err}");
+    let coarse = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/workflow/coarse_example");
+    let mine = dir.join("mine");
+    copy(&coarse, &mine);
+    mine
+}
+
+/// The coarse example, smaller still.
 fn smaller(folder: &Path) {
     let path = folder.join("case.toml");
     let text = std::fs::read_to_string(&path).unwrap();
@@ -24,9 +34,7 @@ fn finished() -> tempfile::TempDir {
     static ONCE: OnceLock<tempfile::TempDir> = OnceLock::new();
     let whole = ONCE.get_or_init(|| {
         let dir = tempfile::tempdir().unwrap();
-        let (code, _, err) = breccia(dir.path(), &["init", "--own-data", "mine"]);
-        assert_eq!(code, Some(0), "{err}");
-        smaller(&dir.path().join("mine"));
+        smaller(&coarse_example(dir.path()));
         let (code, _, err) = breccia(dir.path(), &["run", "mine/case.toml", "--out", "out"]);
         assert_eq!(code, Some(0), "{err}");
         dir
@@ -50,8 +58,7 @@ fn readings(text: &str, change: impl Fn(f64, f64) -> (f64, f64)) -> String {
 #[test]
 fn a_folder_of_curves_becomes_a_posterior() {
     let dir = tempfile::tempdir().unwrap();
-    let (code, out, err) = breccia(dir.path(), &["init", "--own-data", "mine"]);
-    assert!(code == Some(0) && out.contains("breccia run mine/case.toml"), "{out} {err}");
+    coarse_example(dir.path());
     // a person's four curves take the place of the five
     for k in 1..=5 {
         let path = dir.path().join(format!("mine/curves/S-0{k}.csv"));
@@ -301,9 +308,7 @@ fn a_chain_that_does_not_exist_is_an_error() {
 /// What the program says of a changed example, run into a new folder; nothing is simulated.
 fn refused(change: impl Fn(&Path)) -> String {
     let dir = tempfile::tempdir().unwrap();
-    let (code, _, err) = breccia(dir.path(), &["init", "--own-data", "mine"]);
-    assert_eq!(code, Some(0), "{err}");
-    smaller(&dir.path().join("mine"));
+    smaller(&coarse_example(dir.path()));
     change(&dir.path().join("mine"));
     let (code, _, err) = breccia(dir.path(), &["run", "mine/case.toml", "--out", "out"]);
     assert_eq!(code, Some(1), "{err}");
@@ -379,9 +384,7 @@ fn units_that_are_off_by_a_small_factor_are_refused_after_the_first_run() {
         (|u, f| (u / 4.4, f), "displacement_unit = \"1\""),
     ];
     let dir = tempfile::tempdir().unwrap();
-    let (code, _, err) = breccia(dir.path(), &["init", "--own-data", "mine"]);
-    assert_eq!(code, Some(0), "{err}");
-    smaller(&dir.path().join("mine"));
+    smaller(&coarse_example(dir.path()));
     let curve = |k: usize| dir.path().join(format!("mine/curves/S-0{k}.csv"));
     let whole: Vec<String> = (1..=5).map(|k| std::fs::read_to_string(curve(k)).unwrap()).collect();
     let run = ["run", "mine/case.toml", "--out", "out", "--threads", "1"];

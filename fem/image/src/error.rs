@@ -40,6 +40,38 @@ pub enum ImageError {
         /// What helps.
         help: &'static str,
     },
+    /// Files or pages that do not make one volume.
+    #[error("{}: {message}; {help}", path.display())]
+    Series {
+        /// The file or folder.
+        path: PathBuf,
+        /// What is wrong, with names and counts.
+        message: String,
+        /// What helps.
+        help: &'static str,
+    },
+    /// A line of a header that cannot be used.
+    #[error("{}:{line}: {message}; {help}", path.display())]
+    Header {
+        /// The file.
+        path: PathBuf,
+        /// The line, from 1.
+        line: usize,
+        /// What is wrong, with key and value.
+        message: String,
+        /// What helps.
+        help: &'static str,
+    },
+    /// A file in a format that is recognised and not read.
+    #[error("{}: {format} is not read; {help}", path.display())]
+    Format {
+        /// The file or folder.
+        path: PathBuf,
+        /// The format that its content shows.
+        format: &'static str,
+        /// How it is converted.
+        help: String,
+    },
     /// A file that declares far more voxels than its bytes can hold.
     #[error(
         "{}: declares {declared_bytes} bytes of voxels in {file_bytes} bytes of file; it is damaged, write it again",
@@ -146,6 +178,14 @@ pub enum ImageError {
     #[error("{what}; {help}")]
     Scene {
         /// What it shows.
+        what: String,
+        /// What helps.
+        help: &'static str,
+    },
+    /// Labels that do not fit what is said of them.
+    #[error("{what}; {help}")]
+    Labels {
+        /// What does not fit, with the values.
         what: String,
         /// What helps.
         help: &'static str,

@@ -1,6 +1,6 @@
 //! Images of specimens: voxels from files, and grains from voxels.
 //!
-//! [`tiff::read`] reads a stack into a [`Volume`]; [`Segmentation`] finds the specimen in it, its phases and its
+//! [`read`] reads a stack into a [`Volume`]; [`Segmentation`] finds the specimen in it, its phases and its
 //! grains. Grey values are rounded to 16 bits once, and every later sum that decides anything is a sum of integers:
 //! results depend neither on the number of threads nor on the orientation of the image. The crate `fem` passes on
 //! all items of this crate.
@@ -30,28 +30,39 @@
 //!
 //! 1. `error`: what can be wrong with an image
 //! 2. `volume`: voxels, filters, distances, connected components
-//! 3. `tiff`: stacks of slices in files
-//! 4. `locate`: where the specimen stands
-//! 5. `classify`: which voxels are air, matrix and grain
-//! 6. `grains`: single grains, their sizes, and scores against a truth
-//! 7. `segment`: the steps in their order
+//! 3. `slices`: order of slices, types of values, voxel sizes, continuity
+//! 4. `tiff`: stacks in TIFF files
+//! 5. `formats`: other formats, and the choice by content
+//! 6. `locate`: where the specimen stands
+//! 7. `classify`: which voxels are air, matrix and grain
+//! 8. `grains`: single grains, their sizes, and scores against a truth
+//! 9. `segment`: the steps in their order
+//! 10. `labels`: specimens that the user has labelled
 
 mod classify;
 mod error;
+mod formats;
 mod grains;
+mod labels;
 mod locate;
 mod segment;
+mod slices;
 pub mod tiff;
 mod volume;
 
 pub use error::ImageError;
+pub use formats::read::{files_of, read, read_label_values, read_labels};
 pub use grains::regions::Region;
 pub use grains::score::{Score, score};
 pub use grains::statistics::SpecimenStatistics;
+pub use labels::rules::{LabelPhase, LabelRules, MATRIX, VOID};
+pub use labels::specimen::LabelledSpecimen;
 pub use locate::region::SpecimenRegion;
 pub use locate::specimen::SpecimenForm;
 pub use segment::Segmented;
 pub use segment::outline::{RgbSlice, outlined_slice};
 pub use segment::settings::{SeedRule, Segmentation};
+pub use slices::header::{ReadOptions, StackHeader};
+pub use slices::values::Reading;
 pub use volume::Volume;
 pub use volume::cylinder::Cylinder;

@@ -175,13 +175,21 @@ pub enum MeshError {
     /// A tetrahedron that its curved edges fold.
     #[error(
         "tetrahedron {tet} is folded by its curved edges (Jacobian down to {jacobian_mm3:e} mm³); move \
-         their points towards the middles of the edges"
+         their points towards the middles of the edges (in Gmsh: Mesh.HighOrderOptimize = 1)"
     )]
     Folded {
         /// Number of the tetrahedron.
         tet: usize,
         /// Lower bound of its Jacobian determinant (mm³).
         jacobian_mm3: f64,
+    },
+    /// More than one fault of a kind.
+    #[error("{count} faults of the mesh: {}{}", listed(first), if *count > first.len() { "; and so on" } else { "" })]
+    Several {
+        /// The first of them.
+        first: Vec<MeshError>,
+        /// How many there are.
+        count: usize,
     },
     /// A mixture that is no share of grain with a direction.
     #[error(
@@ -238,4 +246,8 @@ impl MeshError {
     pub(crate) fn io(action: &'static str, path: &Path, source: io::Error) -> Self {
         MeshError::Io { action, path: path.into(), source: Arc::new(source) }
     }
+}
+
+fn listed(faults: &[MeshError]) -> String {
+    faults.iter().map(MeshError::to_string).collect::<Vec<_>>().join("; ")
 }

@@ -31,9 +31,12 @@ mod mesh;
 mod specimen;
 
 pub use error::MeshError;
-pub use mesh::{CylinderLattice, LatticeError, Mixture, Quality, TetMesh, gmsh, stl, vtu};
+pub use mesh::{
+    Cavity, CylinderLattice, LatticeError, Mixture, Quality, Surface, TetMesh, gmsh, stl, vtu,
+};
 pub use specimen::{
     ConvexPolyhedron, FractionTarget, Grain, GrainField, GrainForm, GrainList, GrainMode,
-    GrainShape, GrainVolume, LabelReport, Labelling, MeshReport, Meshed, MeshedGrain, Meshing,
-    MeshingError, Packing, PackingError, Scan, ScanError, Scanner, SizeClass, VoxelGrains, label,
+    GrainShape, GrainVolume, LabelReport, Labelling, MeshReport, Meshed, MeshedGrain, MeshedPhase,
+    Meshing, MeshingError, Packing, PackingError, Scan, ScanError, Scanner, SizeClass,
+    SurfaceError, SurfaceGrains, VoxelGrains, label,
 };

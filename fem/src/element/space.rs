@@ -27,8 +27,10 @@ pub struct Space<const N: usize> {
     geometry: Vec<Geometry<f64>>,
     /// Where those of an element begin, and where the last ones end.
     first: Vec<u32>,
-    /// Fraction of grain of each element of the matrix; empty if there are no mixtures.
+    /// Fraction of the second phase of each element; empty if there are no mixtures.
     fraction: Vec<f64>,
+    /// Region of the second phase of each element; empty if there are no mixtures.
+    second: Vec<u16>,
 }
 
 impl<const N: usize> Space<N> {
@@ -66,11 +68,11 @@ impl<const N: usize> Space<N> {
             }));
             first.push(geometry.len() as u32);
         }
-        // the regions of a mesh with mixtures are the matrix and the grain
-        let of_matrix = |(mixture, &region): (&fem_mesh::Mixture, &u16)| {
-            if region == 0 { f64::from(mixture.fraction) } else { 0.0 }
+        // an element of a phase that is mixed with the same phase is pure
+        let fraction = |(mixture, &region): (&fem_mesh::Mixture, &u16)| {
+            if region != mixture.region { f64::from(mixture.fraction) } else { 0.0 }
         };
-        let mixtures = mesh.mixture.iter().flat_map(|all| all.iter().zip(&mesh.region_of));
+        let mixtures = || mesh.mixture.iter().flat_map(|all| all.iter().zip(&mesh.region_of));
         Self {
             nodes,
             tets,
@@ -82,7 +84,8 @@ impl<const N: usize> Space<N> {
             midpoints,
             geometry,
             first,
-            fraction: mixtures.map(of_matrix).collect(),
+            fraction: mixtures().map(fraction).collect(),
+            second: mixtures().map(|(mixture, _)| mixture.region).collect(),
         }
     }
 
@@ -109,6 +112,7 @@ impl<const N: usize> Space<N> {
             geometry,
             first,
             fraction: part.pick_tets(&self.fraction, 1),
+            second: part.pick_tets(&self.second, 1),
             ..*self
         }
     }
@@ -126,13 +130,19 @@ impl<const N: usize> Space<N> {
         self.first[tet + 1] - self.first[tet] > 1
     }
 
-    /// Share of an element of the matrix that is grain.
+    /// Share of an element that is of its second phase.
     #[inline(always)]
     pub fn fraction(&self, tet: usize) -> f64 {
         self.fraction.get(tet).copied().unwrap_or(0.0)
     }
 
-    /// Whether an element is a mixture of matrix and grain.
+    /// Region of the second phase of an element; its own region where there are no mixtures.
+    #[inline(always)]
+    pub fn second_region(&self, tet: usize) -> usize {
+        usize::from(self.second.get(tet).copied().unwrap_or(self.region[tet]))
+    }
+
+    /// Whether any element is a mixture of two phases.
     pub fn has_mixtures(&self) -> bool {
         self.fraction.iter().any(|&fraction| fraction > 0.0)
     }

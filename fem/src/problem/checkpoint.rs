@@ -1,6 +1,6 @@
 //! The state of a run on disk, from which it goes on bit by bit as if it had never stopped.
 //!
-//! A file holds a line `breccia-state 8`, the fingerprint of the problem and the state in postcard's
+//! A file holds a line `breccia-state 9`, the fingerprint of the problem and the state in postcard's
 //! format, and a checksum of all that (FNV-1a, u64, little endian). What the linear solver keeps from
 //! step to step is not in it: a run with a checkpoint forgets that whenever it saves.
 
@@ -34,7 +34,7 @@ pub struct Checkpoint {
 
 /// What every version of the format begins with, and this one.
 const MAGIC: &[u8] = b"breccia-state ";
-const VERSION: &[u8] = b"breccia-state 8\n";
+const VERSION: &[u8] = b"breccia-state 9\n";
 
 impl Checkpoint {
     /// Writes a state.

@@ -131,19 +131,22 @@ impl Definition {
         Ok(())
     }
 
-    /// Checks that there are two phases to mix, of a law whose moduli can be.
+    /// Checks that there are phases to mix, of a law whose moduli can be.
     fn validate_mixtures(&self) -> Result<(), FemError> {
         let refused = |message: &str, help: &str| {
             Err(FemError::unsupported("mesh with mixtures of matrix and grain", message, help))
         };
-        if self.materials.len() != 2 {
-            return refused("its regions are not two", "name the matrix first, then the grain");
+        if self.materials.len() < 2 {
+            return refused(
+                "a mixture is of two regions, the mesh has one",
+                "name the matrix first, then the phases of grains",
+            );
         }
         let hencky = |m: &Material| matches!(m.elasticity, Elasticity::Hencky { .. });
         if !self.materials.iter().all(hencky) {
             return refused(
                 "only moduli of Hencky's law can be homogenised",
-                "take law = \"hencky\" for both phases, or a mesh that follows the grains",
+                "take law = \"hencky\" for all phases, or a mesh that follows the grains",
             );
         }
         Ok(())
@@ -184,6 +187,9 @@ impl Definition {
         }
         for mixture in mesh.mixture.iter().flatten() {
             print = print.add(&mixture.fraction.to_le_bytes());
+            if mixture.region != fem_mesh::Mixture::default().region {
+                print = print.add(&mixture.region.to_le_bytes());
+            }
         }
         print.value()
     }

@@ -33,7 +33,11 @@ impl Discretisation {
     pub(super) fn new(parts: &Definition) -> Result<Self, FemError> {
         parts.mesh.validate()?;
         match parts.order {
-            Order::Linear => Self::with::<4, Linear>(parts),
+            Order::Linear => {
+                // their edges are straight, whatever those of the mesh are
+                parts.mesh.validate_straight()?;
+                Self::with::<4, Linear>(parts)
+            }
             Order::Quadratic => Self::with::<10, Quadratic>(parts),
         }
     }

@@ -80,7 +80,8 @@ impl<'a> LoadStepper<'a> {
         run.checkpoint = Some((checkpoint.clone(), fingerprint));
         let loaded = guarded(|| checkpoint.load(fingerprint, run.ranks()));
         if let Some(state) = loaded.map_err(|lost| run.lost(lost))?? {
-            (run.solver.effort, run.solver.scales) = (state.effort, state.scales);
+            run.solver.resume(state.effort);
+            run.solver.scales = state.scales;
             if let Some(whole) = &mut run.whole {
                 *whole = state.fields.clone();
             }
@@ -261,7 +262,8 @@ impl<'a> LoadStepper<'a> {
             };
             self.ranks().agreed(saved)?;
             self.solver = self.problem.solver();
-            (self.solver.effort, self.solver.scales) = (self.state.effort, self.state.scales);
+            self.solver.resume(self.state.effort);
+            self.solver.scales = self.state.scales;
         }
         Ok(())
     }

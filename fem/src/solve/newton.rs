@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::external::External;
-use super::linear::{CHUNK, LinearSolver, Nodal};
+use super::linear::{CHUNK, LinearSolver, Nodal, Singular};
 use super::norms::{Equations, Norms, Rounding, Scales};
 use super::options::SolverOptions;
 use crate::error::StepFailure;
@@ -34,6 +34,8 @@ pub struct Effort {
     pub fallbacks: u32,
     /// Load steps that were cut.
     pub cuts: u32,
+    /// Iterations of the solution after which multigrid gave way to a sparse factor; 0 where it did not.
+    pub slow_solution: u32,
 }
 
 /// What the factor at hand belongs to.
@@ -94,6 +96,14 @@ impl<'a, E: External> Solver<'a, E> {
                 )
             }
             _ => machine,
+        }
+    }
+
+    /// Goes on with what an earlier solver of the run has counted, and with a factor if it had come to that.
+    pub(crate) fn resume(&mut self, effort: Effort) {
+        self.effort = effort;
+        if effort.slow_solution > 0 {
+            self.linear.give_way(effort.slow_solution);
         }
     }
 
@@ -309,11 +319,19 @@ impl<'a, E: External> Solver<'a, E> {
         tolerance: f64,
     ) -> Result<Vec<Nodal>, StepFailure> {
         let mut x = vec![[0.0; 4]; right.len()];
-        let effort =
-            self.linear.solve(right, &mut x, tolerance).map_err(|_| StepFailure::Singular)?;
+        let solved = self.linear.solve(right, &mut x, tolerance);
+        let effort = match solved {
+            Ok(effort) | Err(Singular(effort)) => effort,
+        };
         self.effort.linear += effort.iterations;
         self.effort.factorisations += effort.renewals;
-        Ok(x)
+        if let Some(iterations) = self.linear.gave_way_after() {
+            self.effort.slow_solution = iterations.max(1);
+        }
+        match solved {
+            Ok(_) => Ok(x),
+            Err(_) => Err(StepFailure::Singular),
+        }
     }
 
     /// The step of the fields that the iteration acts on.

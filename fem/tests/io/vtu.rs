@@ -185,6 +185,7 @@ fn curved() -> TetMesh {
     let mixture = |tet: usize| fem::Mixture {
         fraction: 0.25 * (tet % 3) as f32,
         normal: if tet % 3 == 2 { [0.0, 0.6, 0.8] } else { [0.0; 3] },
+        region: 1,
     };
     mesh.mixture = Some((0..mesh.tets.len()).map(mixture).collect());
     mesh

@@ -12,7 +12,7 @@ const SIDES: [&str; 4] = ["left", "right", "front", "back"];
 fn confined(
     mesh: TetMesh,
     order: Order,
-    materials: [Material; 2],
+    materials: impl Into<Vec<Material>>,
     field: Option<PhaseField>,
     strain: f64,
 ) -> Result<Problem, FemError> {
@@ -23,7 +23,7 @@ fn confined(
         .measure("top", [0.0, 0.0, -1.0]);
     Problem::builder(mesh)
         .order(order)
-        .materials(materials)
+        .materials(materials.into())
         .homogenisation(Homogenisation::Reuss)
         .phase_field(field)
         .conditions(conditions)
@@ -76,6 +76,23 @@ fn layers_across_the_load_are_a_reuss_mixture() {
         let (followed, homogenised) = (force(layers()), force(mixed(0.5)));
         let close = (followed - homogenised).abs() < 1e-5 * followed;
         assert!(close, "{followed} and {homogenised}");
+    }
+}
+
+/// A mixture is of the matrix and the phase that it names, whatever other regions the mesh has.
+#[test]
+fn a_mixture_has_the_moduli_of_its_second_phase() {
+    let [matrix, grain] = phases();
+    let field = Some(PhaseField::new(0.06));
+    for (order, strain) in [(Order::Linear, 1e-6), (Order::Quadratic, 0.006)] {
+        let two = confined(mixed(0.5), order, phases(), field, strain).expect("valid");
+        let mut mesh = mixed(0.5);
+        mesh.regions = vec!["matrix".into(), "other".into(), "grain".into()];
+        mesh.mixture.as_mut().unwrap().iter_mut().for_each(|mixture| mixture.region = 2);
+        let materials = [matrix.clone(), Material::hencky(1.0, 0.1), grain.clone()];
+        let three = confined(mesh, order, materials, field, strain).expect("valid");
+        let (two, three) = (last(&two), last(&three));
+        assert_eq!((two.0, two.1.damage), (three.0, three.1.damage));
     }
 }
 

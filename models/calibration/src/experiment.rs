@@ -36,6 +36,17 @@ impl TestCurve {
         }
     }
 
+    /// The curve with every force multiplied by `factor`.
+    ///
+    /// A specimen of section A compares with a mesh of section A′ at equal nominal stress, that is with its force
+    /// times A′/A.
+    pub fn scale_force(&self, factor: f64) -> Self {
+        Self {
+            displacement_mm: self.displacement_mm.clone(),
+            force_n: self.force_n.iter().map(|force| factor * force).collect(),
+        }
+    }
+
     /// The curve with `by_mm` added to every displacement.
     pub fn shift_displacement(&self, by_mm: f64) -> Self {
         Self {

@@ -18,7 +18,8 @@
 //!
 //! From the ground up; an import goes down only, and no two files import each other.
 //!
-//! 1. `error`, `table`, `record`: mistakes in files, small tables, records of testing machines
+//! 1. `error`, `table`, `record`, `table_format`: mistakes in files, small tables, records of testing machines, tables
+//!    of spreadsheets
 //! 2. `parameter`, `experiment`, `specimen_files`, `qoi`: material parameters, specimens with their curves and files,
 //!    quantities of interest
 //! 3. `curve_check`: findings on a measured curve
@@ -52,6 +53,8 @@ pub mod record;
 pub mod specimen_files;
 #[doc(hidden)]
 pub mod table;
+#[doc(hidden)]
+pub mod table_format;
 pub mod tension;
 
 pub use error::InputError;

@@ -17,6 +17,7 @@ use columns::{Column, Columns};
 use header::Layout;
 pub use options::{Compression, Decimal, Encoding, ReadOptions, Separator};
 use text::Sheet;
+pub(crate) use text::decoded;
 use unit::Dimension;
 
 /// Size of a specimen, by which stress and strain become force and displacement.

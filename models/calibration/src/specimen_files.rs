@@ -6,15 +6,21 @@ use crate::error::InputError;
 use crate::experiment::{Specimen, SpecimenTable, TestCurve, curve_file};
 use crate::record::{ReadOptions, Record, SpecimenSize};
 use crate::table::{CsvTable, TableRow};
+use crate::table_format::DetectedTable;
 
 /// Endings of files with curves, in the order in which they are looked for.
 const ENDINGS: [&str; 6] = ["csv", "txt", "tsv", "dat", "asc", "xlsx"];
+
+/// Columns of the table with numbers.
+const NUMBERS: [&str; 4] = ["height_mm", "radius_mm", "slope_fraction", "rate_mm_per_s"];
 
 /// A table of specimens as far as it can be read.
 #[derive(Debug, Default)]
 pub struct SpecimenFiles {
     /// Specimens without mistakes, with their curves.
     pub table: SpecimenTable,
+    /// How the table was read; nothing where that is commas, decimal points and UTF-8.
+    pub table_understood: Option<String>,
     /// For each of them how its curve was read; nothing where that is `displacement_mm,force_N` as it stands.
     pub understood: Vec<Option<String>>,
     /// All mistakes: of the table each, of a curve the first.
@@ -25,8 +31,12 @@ impl SpecimenFiles {
     /// Reads a table and, from `curves/` beside it, the curve of each specimen.
     pub fn read(file: &Path, options: &ReadOptions) -> Self {
         let mut read = Self::default();
-        let table = match CsvTable::read(file, &["id", "height_mm", "radius_mm", "group"]) {
-            Ok(table) => table,
+        let required = ["id", "height_mm", "radius_mm", "group"];
+        let table = match DetectedTable::read(file, &required, &NUMBERS) {
+            Ok(DetectedTable { table, understood }) => {
+                read.table_understood = understood;
+                table
+            }
             Err(mistake) => {
                 read.mistakes.push(mistake);
                 return read;
@@ -152,7 +162,7 @@ impl SpecimenTable {
         file: &Path,
         options: &ReadOptions,
     ) -> Result<(Self, Vec<Option<String>>), InputError> {
-        let SpecimenFiles { table, understood, mistakes } = SpecimenFiles::read(file, options);
+        let SpecimenFiles { table, understood, mistakes, .. } = SpecimenFiles::read(file, options);
         mistakes.into_iter().next().map_or(Ok((table, understood)), Err)
     }
 }
@@ -323,6 +333,21 @@ mod tests {
         assert_eq!(specimen.curve.force_n[3], 147.0);
     }
 
+    /// As a German spreadsheet saves it.
+    #[test]
+    fn a_table_with_semicolons_and_decimal_commas_is_read() {
+        let text = "id;height_mm;radius_mm;group\r\nS-1;4,4;2,5;gr\u{fc}n\r\n";
+        let (_dir, file) = written("", CURVE);
+        std::fs::write(&file, text.chars().map(|c| c as u32 as u8).collect::<Vec<u8>>()).unwrap();
+        let read = SpecimenFiles::read(&file, &ReadOptions::default());
+        assert_eq!(read.mistakes, []);
+        let understood = read.table_understood.unwrap();
+        assert_eq!(understood, "separator ;, decimal comma, Latin-1");
+        let specimen = &read.table.specimens[0];
+        assert_eq!((specimen.height_mm, specimen.radius_mm), (4.4, 2.5));
+        assert_eq!(specimen.group, "grün");
+    }
+
     #[test]
     fn every_mistake_names_place_value_and_help() {
         let header = "id,height_mm,radius_mm,group\n";
@@ -356,7 +381,7 @@ mod tests {
                 CURVE.into(),
                 &["column = radius_mm", "occurs twice"],
             ),
-            (good.replace(',', ";"), CURVE.into(), &["comma"]),
+            (good.replace(',', "|"), CURVE.into(), &["id is missing"]),
             (format!("{header}S-1,4,4,2.5,50C\n"), CURVE.into(), &["line 2", "decimal point"]),
             (header.into(), CURVE.into(), &["no specimen"]),
             (format!("{header}S-9,4.4,2.5,50C\n"), CURVE.into(), &["S-9.csv", "cannot be read"]),

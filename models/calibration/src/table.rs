@@ -12,6 +12,8 @@ pub struct CsvTable<'a> {
     columns: Vec<String>,
     /// Line number in the file (from 1) and cells.
     rows: Vec<(u64, Vec<String>)>,
+    /// Whether numbers are written as `4,95`.
+    pub(crate) has_decimal_comma: bool,
 }
 
 impl<'a> CsvTable<'a> {
@@ -20,9 +22,22 @@ impl<'a> CsvTable<'a> {
         let bytes = fem_file::read_regular(file)
             .map_err(|e| InputError::unreadable(file, &e, "Check its name and place."))?;
         let bytes = bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(&bytes);
+        Self::parse(file, bytes, b',', required)
+    }
+
+    /// Reads a text of UTF-8 with this separator, as [`CsvTable::read`] does. Rows of empty cells are skipped.
+    pub(crate) fn parse(
+        file: &'a Path,
+        bytes: &[u8],
+        separator: u8,
+        required: &[&str],
+    ) -> Result<Self, InputError> {
         let bytes = with_line_feeds(bytes);
-        let mut reader =
-            csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(&*bytes);
+        let mut reader = csv::ReaderBuilder::new()
+            .delimiter(separator)
+            .trim(csv::Trim::All)
+            .comment(Some(b'#'))
+            .from_reader(&*bytes);
         let columns: Vec<String> = match reader.headers() {
             Ok(header) => header.iter().map(str::to_owned).collect(),
             Err(e) => return Err(malformed(file, &bytes, &e)),
@@ -42,9 +57,11 @@ impl<'a> CsvTable<'a> {
         for record in reader.records() {
             let record = record.map_err(|e| malformed(file, &bytes, &e))?;
             let line = record.position().map_or(0, |position| lines.line_at(position.byte()));
-            rows.push((line, record.iter().map(str::to_owned).collect()));
+            if record.iter().any(|cell| !cell.is_empty()) {
+                rows.push((line, record.iter().map(str::to_owned).collect()));
+            }
         }
-        Ok(Self { file, columns, rows })
+        Ok(Self { file, columns, rows, has_decimal_comma: false })
     }
 
     /// The first row with this `text` under `column`.
@@ -78,14 +95,19 @@ impl<'a> TableRow<'a> {
     }
 
     pub fn number(&self, column: &str) -> Result<f64, InputError> {
-        match self.text(column).parse::<f64>() {
-            Ok(value) if value.is_finite() => Ok(value),
-            _ => Err(self.error(
-                column,
-                "is not a finite number",
-                "Write it with a decimal point and no unit, as 4.95.",
-            )),
-        }
+        let (text, comma) = (self.text(column), self.table.has_decimal_comma);
+        let number = match comma {
+            true if text.contains('.') => None,
+            true => text.replace(',', ".").parse::<f64>().ok(),
+            false => text.parse().ok(),
+        };
+        number.filter(|value| value.is_finite()).ok_or_else(|| {
+            let help = match comma {
+                true => "Write it with a decimal comma, as the other numbers, and no unit: 4,95.",
+                false => "Write it with a decimal point and no unit, as 4.95.",
+            };
+            self.error(column, "is not a finite number", help)
+        })
     }
 
     pub fn positive(&self, column: &str) -> Result<f64, InputError> {

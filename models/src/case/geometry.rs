@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use fem::gmsh::PhysicalGroup;
-use fem::{Meshing, Order, Packing, Scanner, Segmentation, SpecimenRegion};
+use fem::gmsh::{PhysicalGroup, PhysicalGroups};
+use fem::{LabelRules, Meshing, Order, Packing, Scanner, Segmentation, SpecimenRegion};
 
-use super::{CaseFile, SpecimenCase};
+use super::{CaseFile, ImageCase, SpecimenCase};
 use crate::error::{InputError, absence};
 
 /// Geometry of a case.
@@ -27,8 +27,10 @@ pub enum SpecimenGeometry {
     },
     /// An image of a specimen.
     Image {
-        /// File or folder, its path complete.
+        /// File or folder, its path complete, of grey values or of labels.
         stack: PathBuf,
+        /// What labels mean, if the image is of labels.
+        labels: Option<LabelRules>,
         /// Those of further specimens.
         further: Vec<PathBuf>,
         /// Edge of a voxel in mm, if the file's tags are not to be trusted.
@@ -48,10 +50,10 @@ pub enum SpecimenGeometry {
     Mesh {
         /// The file, its path complete.
         file: PathBuf,
-        /// Physical volume of each region.
-        regions: BTreeMap<String, PhysicalGroup>,
+        /// Physical volumes of each region.
+        regions: BTreeMap<String, PhysicalGroups>,
         /// Physical surfaces.
-        surfaces: BTreeMap<String, PhysicalGroup>,
+        surfaces: BTreeMap<String, PhysicalGroups>,
     },
 }
 
@@ -82,16 +84,21 @@ impl CaseFile {
         if let Some(mask) = &mut region.mask {
             *mask = self.existing("image.region.mask", mask, |path| path.exists())?;
         }
-        if let Some(stack) = &image.stack {
+        if let Some((key, stack)) = self.image_file(&image)? {
             let extra = [("grains", s.grains.is_some()), ("scan", s.scan.is_some())];
-            if let Some((key, _)) = extra.iter().find(|(_, given)| *given) {
+            if let Some((extra, _)) = extra.iter().find(|(_, given)| *given) {
                 let help = "The image shows the grains: remove one of the two.";
-                return Err(self.beside_error(key, "image.stack", help));
+                return Err(self.beside_error(extra, key, help));
             }
-            let stack = self.existing("image.stack", stack, |path| path.exists())?;
-            let further = self.further_stacks(&stack, image.further_stacks.as_deref())?;
+            let stack = self.existing(key, stack, |path| path.exists())?;
+            let further = self.further_stacks(key, &stack, image.further_stacks.as_deref())?;
+            let labels = match image.labels {
+                Some(_) => Some(self.label_rules(&image)?),
+                None => None,
+            };
             return Ok(SpecimenGeometry::Image {
                 stack,
+                labels,
                 further,
                 voxel_mm: image.voxel_mm,
                 bin: image.bin,
@@ -127,9 +134,39 @@ impl CaseFile {
         Ok(SpecimenGeometry::Cylinder { radius_mm, height_mm, grains, scan, meshing })
     }
 
-    /// The places of the images of further specimens, each another one.
+    /// The key and the name of the file of an image, of grey values or of labels.
+    fn image_file<'a>(
+        &self,
+        image: &'a ImageCase,
+    ) -> Result<Option<(&'static str, &'a Path)>, InputError> {
+        let Some(labels) = &image.labels else {
+            let only = [
+                ("label_phases", image.label_phases.is_some()),
+                ("background", image.background.is_some()),
+            ];
+            if let Some((key, _)) = only.iter().find(|(_, given)| *given) {
+                let help = "It says what labels mean: name their file as labels, or remove it.";
+                let problem = "stands without specimen.image.labels";
+                return Err(self.error(&format!("specimen.image.{key}"), "", problem, help));
+            }
+            return Ok(image.stack.as_deref().map(|stack| ("image.stack", stack)));
+        };
+        if image.stack.is_some() {
+            let help = "Labels take the place of grey values: remove one of the two.";
+            return Err(self.beside_error("image.labels", "image.stack", help));
+        }
+        if image.bin != 1 {
+            let problem = "is for grey values: labels have no mean";
+            let help = "Remove it, or coarsen the labels in the program that made them.";
+            return Err(self.error("specimen.image.bin", image.bin.to_string(), problem, help));
+        }
+        Ok(Some(("image.labels", labels)))
+    }
+
+    /// The places of the images of further specimens, each another one than that of the key `own_key`.
     fn further_stacks(
         &self,
+        own_key: &str,
         own: &Path,
         named: Option<&[PathBuf]>,
     ) -> Result<Vec<PathBuf>, InputError> {
@@ -139,8 +176,10 @@ impl CaseFile {
             Err(self.error(&format!("specimen.{key}"), name, problem, help))
         };
         if named.is_empty() {
-            let help = "Name images of other specimens, or leave the key out: one image is specimen.image.stack.";
-            return refuse(Path::new("[]"), "names no image", help);
+            let help = format!(
+                "Name images of other specimens, or leave the key out: one image is specimen.{own_key}."
+            );
+            return refuse(Path::new("[]"), "names no image", &help);
         }
         let place = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_owned());
         let mut seen = vec![place(own)];
@@ -148,9 +187,11 @@ impl CaseFile {
         for name in named {
             let path = self.existing(key, name, |path| path.exists())?;
             if seen.contains(&place(&path)) {
-                let help = "Name each image once, and none that is specimen.image.stack: \
-                            one image twice does not show how specimens scatter.";
-                return refuse(name, "is named twice", help);
+                let help = format!(
+                    "Name each image once, and none that is specimen.{own_key}: \
+                     one image twice does not show how specimens scatter."
+                );
+                return refuse(name, "is named twice", &help);
             }
             seen.push(place(&path));
             found.push(path);
@@ -193,6 +234,14 @@ impl CaseFile {
             }
         }
         for (key, groups) in [("regions", &s.regions), ("surfaces", &s.surfaces)] {
+            if let Some(name) = named_never(groups) {
+                return Err(self.error(
+                    &format!("specimen.{key}"),
+                    "",
+                    format!("{name} has no physical group"),
+                    "Name the groups of the mesh file: one as 10, several as [10, 11].",
+                ));
+            }
             if let Some((first, second, group)) = named_twice(groups) {
                 return Err(self.error(
                     &format!("specimen.{key}"),
@@ -240,12 +289,21 @@ impl CaseFile {
     }
 }
 
-/// Two names of one physical group, and the group.
+/// Two names of one physical group, and the group; one name that lists a group twice is such a pair too.
 fn named_twice(
-    groups: &BTreeMap<String, PhysicalGroup>,
+    groups: &BTreeMap<String, PhysicalGroups>,
 ) -> Option<(&String, &String, &PhysicalGroup)> {
-    groups.iter().enumerate().find_map(|(i, (first, group))| {
-        let (second, _) = groups.iter().skip(i + 1).find(|(_, other)| *other == group)?;
-        Some((first, second, group))
+    let all: Vec<(&String, &PhysicalGroup)> = groups
+        .iter()
+        .flat_map(|(name, groups)| groups.groups().iter().map(move |group| (name, group)))
+        .collect();
+    all.iter().enumerate().find_map(|(i, &(first, group))| {
+        let (second, _) = all[i + 1..].iter().find(|(_, other)| *other == group)?;
+        Some((first, *second, group))
     })
+}
+
+/// A name without any group.
+fn named_never(groups: &BTreeMap<String, PhysicalGroups>) -> Option<&String> {
+    groups.iter().find(|(_, groups)| groups.groups().is_empty()).map(|(name, _)| name)
 }

@@ -1,5 +1,6 @@
 //! `[specimen.image]`: an image of a specimen, and how its grains are found.
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::path::PathBuf;
 
@@ -8,12 +9,22 @@ use serde::de::value::{MapAccessDeserializer, StringDeserializer};
 use serde::de::{DeserializeSeed, IntoDeserializer, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
-/// `[specimen.image]`: where grey values come from, and how grains are found in them.
+/// `[specimen.image]`: where grey values come from and how grains are found in them, or labels of the user's own.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ImageCase {
-    /// A TIFF file of many pages, or a folder of slices; without it `[specimen.scan]` makes the image.
+    /// A file (TIFF of many pages, MetaImage, NRRD) or a folder of slices (TIFF, PNG, BMP); without it
+    /// `[specimen.scan]` makes the image.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stack: Option<PathBuf>,
+    /// Labels in place of grey values: a TIFF file of many pages, or a folder of slices.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub labels: Option<PathBuf>,
+    /// The phase of each label, or of several labels as `1 to 500`; without it each label is a grain.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub label_phases: Option<BTreeMap<String, String>>,
+    /// The label of what surrounds the specimen.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub background: Option<i64>,
     /// Images of further specimens, over which the runs of the design are spread as well.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub further_stacks: Option<Vec<PathBuf>>,
@@ -35,18 +46,32 @@ impl Default for ImageCase {
 
 impl ImageCase {
     fn of(own: Own, segmentation: Segmentation) -> Self {
-        let Own { stack, further_stacks, voxel_mm, bin } = own;
-        ImageCase { stack, further_stacks, voxel_mm, bin: bin.unwrap_or(1), segmentation }
+        let Own { stack, labels, label_phases, background, further_stacks, voxel_mm, bin } = own;
+        let bin = bin.unwrap_or(1);
+        ImageCase {
+            stack,
+            labels,
+            label_phases,
+            background,
+            further_stacks,
+            voxel_mm,
+            bin,
+            segmentation,
+        }
     }
 }
 
 /// The keys of `[specimen.image]` that are not those of a segmentation.
-pub(super) const OWN_KEYS: [&str; 4] = ["stack", "further_stacks", "voxel_mm", "bin"];
+pub(super) const OWN_KEYS: [&str; 7] =
+    ["stack", "labels", "label_phases", "background", "further_stacks", "voxel_mm", "bin"];
 
 /// Their values, where they are given.
 #[derive(Default)]
 struct Own {
     stack: Option<PathBuf>,
+    labels: Option<PathBuf>,
+    label_phases: Option<BTreeMap<String, String>>,
+    background: Option<i64>,
     further_stacks: Option<Vec<PathBuf>>,
     voxel_mm: Option<f64>,
     bin: Option<usize>,
@@ -98,6 +123,18 @@ impl<'de, M: MapAccess<'de>> MapAccess<'de> for Others<'_, M> {
                     self.own.stack = Some(self.map.next_value()?);
                     seed = again;
                 }
+                Some(Key::Labels(again)) => {
+                    self.own.labels = Some(self.map.next_value()?);
+                    seed = again;
+                }
+                Some(Key::Phases(again)) => {
+                    self.own.label_phases = Some(self.map.next_value()?);
+                    seed = again;
+                }
+                Some(Key::Background(again)) => {
+                    self.own.background = Some(self.map.next_value()?);
+                    seed = again;
+                }
                 Some(Key::Further(again)) => {
                     self.own.further_stacks = Some(self.map.next_value()?);
                     seed = again;
@@ -122,6 +159,9 @@ impl<'de, M: MapAccess<'de>> MapAccess<'de> for Others<'_, M> {
 /// A key, or one of ours and what was to read it.
 enum Key<K, V> {
     Stack(K),
+    Labels(K),
+    Phases(K),
+    Background(K),
     Further(K),
     Voxel(K),
     Bin(K),
@@ -138,6 +178,9 @@ impl<'de, K: DeserializeSeed<'de>> DeserializeSeed<'de> for KeySeed<K> {
         let name = String::deserialize(key)?;
         match name.as_str() {
             "stack" => Ok(Key::Stack(self.0)),
+            "labels" => Ok(Key::Labels(self.0)),
+            "label_phases" => Ok(Key::Phases(self.0)),
+            "background" => Ok(Key::Background(self.0)),
             "further_stacks" => Ok(Key::Further(self.0)),
             "voxel_mm" => Ok(Key::Voxel(self.0)),
             "bin" => Ok(Key::Bin(self.0)),

@@ -11,6 +11,7 @@ mod further;
 mod fuzz;
 mod geometry;
 mod image;
+mod labels;
 mod material;
 mod mistakes;
 mod overlay;
@@ -25,7 +26,7 @@ mod validate;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use fem::gmsh::PhysicalGroup;
+use fem::gmsh::PhysicalGroups;
 use fem::{GrainMode, Homogenisation, Meshing, Order, Packing, PhaseField, Scanner, SolverOptions};
 use serde::{Deserialize, Serialize};
 
@@ -154,12 +155,12 @@ pub struct SpecimenCase {
     /// A Gmsh file that replaces lattice, packing and image.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mesh: Option<PathBuf>,
-    /// Physical volume, by number or name, of each region in the mesh file.
+    /// Physical volume or volumes, by number or name, of each region in the mesh file.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub regions: BTreeMap<String, PhysicalGroup>,
+    pub regions: BTreeMap<String, PhysicalGroups>,
     /// Physical surfaces of the mesh file: `bottom` and `top` for platens, others as wanted.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub surfaces: BTreeMap<String, PhysicalGroup>,
+    pub surfaces: BTreeMap<String, PhysicalGroups>,
 }
 
 impl Case {

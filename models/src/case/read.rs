@@ -45,7 +45,7 @@ impl CaseFile {
     /// Like [`CaseFile::parse`] with all mistakes. The case is what could be read of it; nothing where something is
     /// missing without which there is none.
     pub(crate) fn parse_all(text: &str, path: &Path) -> (Option<Self>, Vec<InputError>) {
-        if is_study(text) {
+        if Self::is_study(text) {
             let help = format!("Run it with: breccia study {}", path.display());
             return (None, vec![InputError::new(path, "", "", "is a study, no case", help)]);
         }
@@ -74,6 +74,12 @@ impl CaseFile {
             };
             InputError::unreadable(path, &e, help)
         })
+    }
+
+    /// Whether a text has the keys that every study has and no case has.
+    pub(crate) fn is_study(text: &str) -> bool {
+        let table: Option<toml::Table> = text.parse().ok();
+        table.is_some_and(|table| table.contains_key("base") && !table.contains_key("specimen"))
     }
 
     /// The shipped default case.
@@ -125,15 +131,6 @@ impl Case {
     pub fn to_toml(&self) -> String {
         toml::to_string_pretty(self).expect("a case holds nothing that TOML cannot say")
     }
-}
-
-/// Whether a text has the keys that every study has, and no case.
-fn is_study(text: &str) -> bool {
-    let table: Option<toml::Table> = text.parse().ok();
-    table.is_some_and(|table| {
-        let has = |key: &str| table.contains_key(key);
-        has("base") && has("case") && !has("specimen")
-    })
 }
 
 /// Turns the parser's error into one that names key, value and help.
@@ -281,11 +278,20 @@ mod tests {
         let mut full = CaseFile::default_case().case;
         let image = full.specimen.image.as_mut().unwrap();
         image.stack = Some("scan.tif".into());
+        image.labels = Some("labels.tif".into());
+        image.label_phases = Some([("1".to_owned(), "grain".to_owned())].into());
+        image.background = Some(255);
         image.further_stacks = Some(vec!["other.tif".into()]);
         image.voxel_mm = Some(0.05);
         full.design.packings = Some(10);
         image.segmentation.void_threshold = Some(1.0);
         image.segmentation.grain_threshold = Some(2.0);
+        image.segmentation.region = fem::SpecimenRegion {
+            centre_px: Some([1.5, 2.5]),
+            radius_px: Some(3.0),
+            slices: Some([1, 9]),
+            mask: Some("mask.tif".into()),
+        };
         full.specimen.mesh = Some("cylinder.msh".into());
         full.specimen.regions.insert("matrix".into(), 1.into());
         full.specimen.surfaces.insert("top".into(), 1.into());
@@ -385,6 +391,9 @@ mod tests {
         let (stack, further_stacks) = (Some("scan.tif".into()), Some(vec!["other.tif".into()]));
         let mut image = ImageCase { stack, further_stacks, bin: 3, ..ImageCase::default() };
         image.voxel_mm = Some(0.05);
+        image.labels = Some("labels.tif".into());
+        image.label_phases = Some([("-2 to 9".to_owned(), "grain".to_owned())].into());
+        image.background = Some(-3);
         image.segmentation.void_threshold = Some(1.0);
         image.segmentation.grain_threshold = Some(2.0);
         let table = toml::Table::try_from(&image).unwrap();
@@ -410,6 +419,8 @@ mod tests {
             ("median = true", "median", "\"yes\"", "Write true or false"),
             ("# stack = \"scan.tif\"", "stack", "7", "Write it in quotes"),
             ("bin = 1", "bin", "2.5", "Write a whole number"),
+            ("# labels = \"labels.tif\"", "labels", "7", "Write it in quotes"),
+            ("# background = 255", "background", "\"white\"", "Write a whole number"),
             (
                 "# further_stacks = [\"M-02.tif\", \"M-03.tif\"]",
                 "further_stacks",

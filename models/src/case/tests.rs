@@ -180,6 +180,17 @@ fn every_bad_value_is_named_with_its_key_and_what_to_do() {
         ("h_voxels = 0.5", "h_voxels = 1e9", &["specimen.image", "h_voxels = 1000000000"]),
         ("# stack = ", "stack = ", &["specimen.grains", "stands beside specimen.image.stack"]),
         ("# further_stacks = ", "further_stacks = ", &["specimen.image.stack", "is missing"]),
+        ("# labels = ", "labels = ", &["specimen.grains", "stands beside specimen.image.labels"]),
+        (
+            "# background = ",
+            "background = ",
+            &["specimen.image.background", "stands without specimen.image.labels"],
+        ),
+        (
+            "# label_phases = ",
+            "label_phases = ",
+            &["specimen.image.label_phases", "stands without specimen.image.labels"],
+        ),
         ("# packings = 10", "packings = 1", &["design.packings = 1", "between 2 and 100"]),
         ("# packings = 10", "packings = 101", &["design.packings = 101", "between 2 and 100"]),
         (
@@ -238,8 +249,8 @@ fn every_bad_value_is_named_with_its_key_and_what_to_do() {
             &["qoi.quantities", "\"force-at-50-percent\"?"],
         ),
         (
-            "# percent = { slope = 3.0,",
-            "[calibration.discrepancy]\npercent = { energy-to-peak = 3.0,",
+            "percent = { slope = 1.5,",
+            "percent = { energy-to-peak = 3.0,",
             &[
                 "calibration.discrepancy.percent.energy-to-peak = 3",
                 "not compared",
@@ -247,8 +258,8 @@ fn every_bad_value_is_named_with_its_key_and_what_to_do() {
             ],
         ),
         (
-            "# percent = { slope = 3.0,",
-            "[calibration.discrepancy]\npercent = { slope = -3.0,",
+            "percent = { slope = 1.5,",
+            "percent = { slope = -3.0,",
             &["calibration.discrepancy.percent.slope = -3", "standard deviation"],
         ),
         ("runs = 100", "runs = 2", &["design.runs = 2"]),
@@ -333,6 +344,63 @@ fn a_mesh_replaces_lattice_and_packing() {
     ] {
         let message = parse(&specimen).unwrap_err().to_string();
         assert!(message.contains(part), "{part:?} is not in {message:?}");
+    }
+}
+
+#[test]
+fn phases_of_labels_are_regions_with_materials() {
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::write(dir.path().join("labels.tif"), "II*").unwrap();
+    let parse = |image: &str, rest: &str| {
+        let text = format!(
+            "[specimen]\nspacing_mm = 0.5\n[specimen.image]\n{image}\n[material.matrix]\nyoung_mpa = 275\n\
+             poisson = 0.25\n[test]\ndisplacement_mm = 0.2\nsteps = 2\n{rest}\n"
+        );
+        CaseFile::parse(&text, &dir.path().join("case.toml"))
+    };
+    let phases = "labels = \"labels.tif\"\nbackground = 255\n\
+                  label_phases = { 1 = \"grain\", 20 = \"void\", \"3 to 9\" = \"inclusion\" }";
+    let of = |name: &str| format!("[material.{name}]\nyoung_mpa = 22000\npoisson = 0.2\n");
+    let both = of("grain") + &of("inclusion");
+    let file = parse(phases, &both).unwrap();
+    let again = CaseFile::parse(&file.case.to_toml(), &file.path).unwrap();
+    assert_eq!(again, file);
+    let SpecimenGeometry::Image { labels: Some(rules), .. } = file.geometry().unwrap() else {
+        panic!("no labels")
+    };
+    assert_eq!((rules.background, rules.phases.len()), (Some(255), 3));
+    assert_eq!(rules.grain_phases(), ["grain", "inclusion", "void"]);
+    // without phases each label is a grain
+    let plain = "labels = \"labels.tif\"";
+    assert!(parse(plain, &of("grain")).is_ok());
+    let prior = "[prior]\ninclusion.young_mpa = [10000.0, 30000.0]\n";
+    assert!(parse(phases, &format!("{both}{prior}")).is_ok());
+
+    for (image, rest, parts) in [
+        (phases.to_owned(), of("grain"), ["material.inclusion", "is missing"]),
+        (phases.to_owned(), both.clone() + &of("crust"), ["material.crust", "grain, inclusion"]),
+        (phases.to_owned(), both.clone() + &of("void"), ["material.void", "no part of the mesh"]),
+        (phases.replace("1 = \"grain\", ", ""), both.clone(), ["material.grain", "belongs to no"]),
+        (phases.to_owned(), of("grain") + prior, ["material.inclusion", "is missing"]),
+        (phases.replace("255", "5"), both.clone(), ["specimen.image", "also a label of inclusion"]),
+        (phases.replace("20", "4"), both.clone(), ["specimen.image", "the label 4 is of"]),
+        (phases.replace("20", "x"), both.clone(), ["label_phases", "names no label"]),
+        (phases.replace("void", "a.b"), both.clone(), ["label_phases", "no name of a phase"]),
+        (format!("{phases}\nbin = 2"), both.clone(), ["specimen.image.bin = 2", "no mean"]),
+        (format!("{phases}\nstack = \"a.tif\""), both.clone(), ["image.labels", "beside"]),
+        (
+            format!("{plain}\nspecimen = \"cylinder\""),
+            of("grain"),
+            ["specimen.image", "give background"],
+        ),
+        (
+            plain.replace("labels.tif", "other.tif"),
+            of("grain"),
+            ["specimen.image.labels", "no such"],
+        ),
+    ] {
+        let message = parse(&image, &rest).unwrap_err().to_string();
+        assert!(parts.iter().all(|part| message.contains(part)), "{parts:?} in {message:?}");
     }
 }
 

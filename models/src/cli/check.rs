@@ -4,22 +4,39 @@ use std::io::Write as _;
 use std::path::Path;
 use std::process::ExitCode;
 
-use models::CaseCheck;
+use models::{CaseCheck, PartCheck, StudyCheck};
 
 use super::failure::Failure;
 use super::output::print_line;
 
-/// Prints what the files of a case say: exit code 1 if there are mistakes.
-pub(super) fn check(case: &Path) -> Result<ExitCode, Failure> {
-    let CaseCheck { understood, notes, mistakes } = CaseCheck::read(case);
-    for (subject, text) in understood {
-        print_line(format_args!("{subject:>10}  {text}"))?;
+/// Prints what the files of a case or of a study say: exit code 1 if there are mistakes.
+pub(super) fn check(path: &Path) -> Result<ExitCode, Failure> {
+    if !StudyCheck::is_study(path) {
+        let CaseCheck { understood, notes, mistakes, .. } = CaseCheck::read(path);
+        print_understood(&understood)?;
+        return conclude(&notes, &mistakes);
     }
+    let StudyCheck { understood, parts, notes, mistakes } = StudyCheck::read(path);
+    print_understood(&understood)?;
+    for PartCheck { folder, understood } in parts {
+        print_line(format_args!("\n{folder}"))?;
+        print_understood(&understood)?;
+    }
+    print_line("")?;
+    conclude(&notes, &mistakes)
+}
+
+fn print_understood(lines: &[(&str, String)]) -> Result<(), Failure> {
+    lines.iter().try_for_each(|(subject, text)| print_line(format_args!("{subject:>10}  {text}")))
+}
+
+/// Prints notes and mistakes, and the number of these.
+fn conclude(notes: &[String], mistakes: &[String]) -> Result<ExitCode, Failure> {
     for note in notes {
         print_line(format_args!("{:>10}  {note}", "note"))?;
     }
     let mut stderr = std::io::stderr();
-    for mistake in &mistakes {
+    for mistake in mistakes {
         let _ = writeln!(stderr, "error: {mistake}");
     }
     match mistakes.len() {

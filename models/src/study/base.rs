@@ -1,6 +1,6 @@
 //! The base case of a study, and the cases that come of it by other keys.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use toml::{Table, Value};
 
@@ -11,73 +11,73 @@ use crate::error::InputError;
 pub(super) struct Base(Table);
 
 impl Base {
-    /// Reads the case that a study names; what it names itself is then found from anywhere.
-    ///
-    /// # Errors
-    /// A case that cannot be read or is none.
-    pub(super) fn read(study: &Path, base: &Path) -> Result<Self, InputError> {
+    /// Reads the case that a study names; paths in it become absolute. Returns all its mistakes, and no base where
+    /// the file cannot be read, is no TOML or is a study.
+    pub(super) fn read(study: &Path, base: &Path) -> (Option<Self>, Vec<InputError>) {
         let path = study.with_file_name("").join(base);
-        let file = CaseFile::read(&path)?;
-        let text = fem::read_regular_text(&path)
-            .map_err(|e| InputError::unreadable(&path, &e, "Check its name and place."))?;
-        let mut written: Table = text.parse().map_err(|e: toml::de::Error| {
-            InputError::new(&path, "", "", e.message(), "See the base case.")
-        })?;
+        let text = match CaseFile::text(&path) {
+            Ok(text) => text,
+            Err(mistake) => return (None, vec![mistake]),
+        };
+        let (_, mistakes) = CaseFile::parse_all(&text, &path);
+        let written = text.parse().ok().filter(|_| !CaseFile::is_study(&text));
+        let Some(mut written): Option<Table> = written else { return (None, mistakes) };
         for key in ["specimen.mesh", "specimen.image.stack", "experiments.table"] {
             let mut keys = key.split('.');
             let first = keys.next().and_then(|key| written.get_mut(key));
-            absolute(&file, keys.fold(first, |value, key| value?.get_mut(key)));
+            absolute(&path, keys.fold(first, |value, key| value?.get_mut(key)));
         }
         let images = ["specimen", "image", "further_stacks"];
         let first = written.get_mut(images[0]);
         let images = images[1..].iter().fold(first, |value, key| value?.get_mut(key));
         for image in images.and_then(Value::as_array_mut).into_iter().flatten() {
-            absolute(&file, Some(image));
+            absolute(&path, Some(image));
         }
         let further = written.get_mut("further_tests").and_then(|table| table.get_mut("candidate"));
         for candidate in further.and_then(Value::as_array_mut).into_iter().flatten() {
             let mesh = ["set", "specimen", "mesh"];
-            absolute(&file, mesh.iter().try_fold(candidate, |value, key| value.get_mut(key)));
+            absolute(&path, mesh.iter().try_fold(candidate, |value, key| value.get_mut(key)));
         }
-        Ok(Self(written))
+        (Some(Self(written)), mistakes)
     }
 
-    /// A part of the study as a case of its own: the base without some keys, with others.
-    ///
-    /// # Errors
-    /// A key that is not in the base; a case that is none.
+    /// A part of the study as a case of its own: the base without some keys, with others. Returns all mistakes, and
+    /// no case where something is missing without which there is none.
     pub(super) fn with<'t>(
         &self,
         study: &Path,
-        part: &str,
         without: &[String],
         sets: impl IntoIterator<Item = &'t Table>,
-    ) -> Result<CaseFile, InputError> {
-        let mut table = self.0.clone();
+    ) -> (Option<CaseFile>, Vec<InputError>) {
+        let (mut table, mut mistakes) = (self.0.clone(), Vec::new());
         for key in without {
             if !remove(&mut table, key) {
                 let help = "Name keys of the base case by their paths.";
-                let place = format!("{part}.without");
-                return Err(InputError::new(study, place, key, "is not in the base case", help));
+                let problem = "is not in the base case";
+                mistakes.push(InputError::new(study, "without", key, problem, help));
             }
         }
         sets.into_iter().for_each(|set| merge(&mut table, set));
-        CaseFile::parse(&table.to_string(), study).map_err(|error| {
+        let (file, of_case) = CaseFile::parse_all(&table.to_string(), study);
+        mistakes.extend(of_case.into_iter().map(|error| {
             // a line of the merged text is none of the file
-            let place =
-                match error.place.strip_prefix("line ").and_then(|rest| rest.split_once(", ")) {
-                    Some((_, key)) => key.to_owned(),
-                    None => error.place,
-                };
-            InputError { place: format!("{part}: {place}"), ..error }
-        })
+            let place = key_of(&error.place).to_owned();
+            InputError { place, ..error }
+        }));
+        (file, mistakes)
     }
 }
 
+/// The key of a place of a text, without its line.
+pub(super) fn key_of(place: &str) -> &str {
+    let key = place.strip_prefix("line ").and_then(|rest| rest.split_once(", "));
+    key.map_or(place, |(_, key)| key)
+}
+
 /// Makes a path beside the case one from anywhere.
-fn absolute(file: &CaseFile, named: Option<&mut Value>) {
+fn absolute(case: &Path, named: Option<&mut Value>) {
     if let Some(Value::String(named)) = named {
-        let beside = file.beside(&PathBuf::from(&*named));
+        let beside = case.with_file_name("").join(&*named);
         let path = std::path::absolute(&beside).unwrap_or(beside);
         *named = path.to_string_lossy().into_owned();
     }
@@ -111,8 +111,11 @@ mod tests {
         std::fs::write(folder.join("base.toml"), text).unwrap();
         std::fs::write(folder.join("notched.msh"), "").unwrap();
         let study = dir.path().join("study.toml");
-        let base = Base::read(&study, Path::new("cases/base.toml")).unwrap();
-        let file = base.with(&study, "a", &[], []).unwrap();
+        let (base, mistakes) = Base::read(&study, Path::new("cases/base.toml"));
+        assert_eq!(mistakes, []);
+        let (file, mistakes) = base.unwrap().with(&study, &[], []);
+        assert_eq!(mistakes, []);
+        let file = file.unwrap();
         let candidates = file.case.further_tests.candidate;
         let mesh = candidates.iter().find_map(|candidate| candidate.mesh()).unwrap();
         assert_eq!(Path::new(mesh), std::path::absolute(folder.join("notched.msh")).unwrap());

@@ -3,11 +3,12 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use serde::Deserialize;
 use toml::Table;
 
 use super::base::{Base, parsed};
-use crate::case::{ByParameter, CaseFile};
+use super::reference::Reference;
+use super::written_study::{LABORATORIES, WrittenPart, WrittenStudy, WrittenVariant};
+use crate::case::CaseFile;
 use crate::error::InputError;
 
 /// A study: several calibrations that belong together.
@@ -56,74 +57,33 @@ pub struct StudyCase {
     pub reference: Reference,
 }
 
-/// Published results of a case.
-#[derive(Clone, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Reference {
-    /// Joint mode.
-    pub map: ByParameter<f64>,
-    /// Differences of the simulation at the mode to the experimental means in per cent, in the order of
-    /// the quantities of interest.
-    pub percent_error: Vec<f64>,
+/// A study as far as it can be read.
+#[derive(Debug, Default)]
+pub(super) struct ReadStudy {
+    /// Absent where the study or its base case cannot be read. Parts that are no case are omitted.
+    pub(super) file: Option<StudyFile>,
+    pub(super) mistakes: Vec<StudyMistake>,
 }
 
-/// A study as it is written.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Written {
-    title: String,
-    base: PathBuf,
-    #[serde(default)]
-    laboratory: Vec<WrittenPart>,
-    #[serde(default)]
-    case: Vec<WrittenPart>,
-    #[serde(default)]
-    variant: Vec<WrittenVariant>,
+/// A mistake in a study.
+#[derive(Debug)]
+pub(super) struct StudyMistake {
+    /// Folder of the laboratory or case; empty for the study itself and its base case.
+    pub(super) part: String,
+    pub(super) error: InputError,
 }
 
-/// Keys that all cases, or all laboratories, have otherwise in a second run of the study.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct WrittenVariant {
-    name: String,
-    title: String,
-    #[serde(default)]
-    set: Table,
-    #[serde(default)]
-    laboratory: WrittenChange,
-    /// Keys that some of the cases have otherwise besides.
-    #[serde(default)]
-    case: Vec<WrittenOwnChange>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct WrittenOwnChange {
-    name: String,
-    set: Table,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct WrittenChange {
-    #[serde(default)]
-    set: Table,
-}
-
-#[derive(Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct WrittenPart {
-    name: String,
-    #[serde(default)]
-    laboratory: Option<String>,
-    /// Keys of the base case that it has otherwise.
-    #[serde(default)]
-    set: Table,
-    /// Keys of the base case that it has not.
-    #[serde(default)]
-    without: Vec<String>,
-    #[serde(default)]
-    reference: Reference,
+impl StudyMistake {
+    /// The mistake with the part in its place.
+    fn into_error(self) -> InputError {
+        let Self { part, error } = self;
+        let place = match (part.is_empty(), error.place.is_empty()) {
+            (true, _) => error.place,
+            (false, true) => part,
+            (false, false) => format!("{part}: {}", error.place),
+        };
+        InputError { place, ..error }
+    }
 }
 
 impl StudyFile {
@@ -135,56 +95,119 @@ impl StudyFile {
     /// # Errors
     /// Names file, key, value and help: of the study, of its base, or of a case that is none.
     pub fn read(path: &Path, set: &[String]) -> Result<Self, InputError> {
-        let text = fem::read_regular_text(path)
-            .map_err(|e| InputError::unreadable(path, &e, "Check its name and place."))?;
-        let written: Written = toml::from_str(&text).map_err(|e| {
-            if CaseFile::parse(&text, path).is_ok() {
-                let help = format!("Run it with: breccia run {}", path.display());
-                return InputError::new(path, "", "", "is a case, no study", help);
+        let ReadStudy { file, mistakes } = Self::read_all(path, set);
+        match (file, mistakes.into_iter().next()) {
+            (Some(file), None) => Ok(file),
+            (_, Some(mistake)) => Err(mistake.into_error()),
+            // a text that is no study has a mistake
+            (None, None) => {
+                Err(InputError::new(path, "", "", "is no study", "See docs/studies.md."))
             }
-            let line = e.span().map_or(1, |span| text[..span.start].matches('\n').count() + 1);
-            let help = "A study has the keys title, base, tables [[laboratory]] and [[case]] with name, \
-                        laboratory, set, without, reference, and [[variant]] with name, title, set, \
-                        laboratory.set, and [[variant.case]] with name, set.";
-            InputError::new(path, format!("line {line}"), "", e.message().replace('\n', "; "), help)
-        })?;
-        if written.case.is_empty() {
-            let help = "Add a table [[case]] for each calibration.";
-            return Err(InputError::new(path, "case", "", "is missing", help));
         }
-        check_names(path, &written)?;
-        let base = Base::read(path, &written.base)?;
-        let common = set.iter().map(|entry| parsed(entry, path)).collect::<Result<Vec<_>, _>>()?;
-        let setting = |variant: Option<&WrittenVariant>| {
-            let all = |own: Vec<&Table>| -> Vec<Table> {
-                own.into_iter().chain(&common).cloned().collect()
-            };
-            let tested = all(variant.iter().map(|variant| &variant.laboratory.set).collect());
-            let laboratories = written
-                .laboratory
-                .iter()
-                .map(|part| laboratory_of(path, &base, part, &tested))
-                .collect::<Result<Vec<_>, _>>()?;
-            let case = |part: &WrittenPart| {
-                let own = variant.iter().flat_map(|variant| {
-                    let own = variant.case.iter().filter(|own| own.name == part.name);
-                    [&variant.set].into_iter().chain(own.map(|own| &own.set))
-                });
-                case_of(path, &base, part, &all(own.collect()), &laboratories)
-            };
-            let cases = written.case.iter().map(case).collect::<Result<Vec<_>, _>>()?;
-            let folder = variant.map(|variant| variant.name.clone()).unwrap_or_default();
-            let title = variant.map_or(&written.title, |variant| &variant.title).clone();
-            Ok::<_, InputError>(StudySetting { folder, title, laboratories, cases })
+    }
+
+    /// Like [`StudyFile::read`] with all mistakes.
+    pub(super) fn read_all(path: &Path, set: &[String]) -> ReadStudy {
+        let mut read = ReadStudy::default();
+        let (text, written) = match WrittenStudy::read(path) {
+            Ok(read) => read,
+            Err(error) => {
+                read.fail("", error);
+                return read;
+            }
         };
-        let mut settings = vec![setting(None)?];
-        for variant in &written.variant {
-            settings.push(setting(Some(variant)).map_err(|error| InputError {
-                place: format!("{}: {}", variant.name, error.place),
-                ..error
-            })?);
+        written.name_mistakes(path).into_iter().for_each(|error| read.fail("", error));
+        let (base, mistakes) = Base::read(path, &written.base);
+        mistakes.into_iter().for_each(|error| read.fail("", error));
+        let mut common = Vec::new();
+        for entry in set {
+            match parsed(entry, path) {
+                Ok(table) => common.push(table),
+                Err(error) => read.fail("", error),
+            }
         }
-        Ok(Self { path: path.to_owned(), text, settings })
+        let Some(base) = base else { return read };
+        let variants = [None].into_iter().chain(written.variant.iter().map(Some));
+        let settings = variants
+            .map(|variant| {
+                Parts { path, base: &base, common: &common, variant }.read(&written, &mut read)
+            })
+            .collect();
+        read.file = Some(Self { path: path.to_owned(), text, settings });
+        read
+    }
+}
+
+impl ReadStudy {
+    fn fail(&mut self, part: &str, error: InputError) {
+        self.mistakes.push(StudyMistake { part: part.to_owned(), error });
+    }
+}
+
+/// Where the parts of one setting are read from.
+struct Parts<'a> {
+    path: &'a Path,
+    base: &'a Base,
+    /// Keys that all parts have otherwise.
+    common: &'a [Table],
+    variant: Option<&'a WrittenVariant>,
+}
+
+impl Parts<'_> {
+    /// The setting, without parts that are no case.
+    fn read(&self, written: &WrittenStudy, read: &mut ReadStudy) -> StudySetting {
+        let mut setting = StudySetting {
+            folder: self.variant.map(|variant| variant.name.clone()).unwrap_or_default(),
+            title: self.variant.map_or(&written.title, |variant| &variant.title).clone(),
+            laboratories: Vec::new(),
+            cases: Vec::new(),
+        };
+        for part in &written.laboratory {
+            let folder = setting.within(&format!("{LABORATORIES}/{}", part.name));
+            let own = self.variant.iter().map(|variant| &variant.laboratory.set);
+            let Some(file) = self.case(part, own, &folder, read) else { continue };
+            let experiments = file.case.experiments.as_ref();
+            if experiments.is_none_or(|e| e.virtual_specimens.is_none()) {
+                let help = "Add experiments.virtual to its set: what is tested there.";
+                let problem = "has no virtual specimens";
+                read.fail(&folder, InputError::new(self.path, "", "", problem, help));
+            }
+            setting.laboratories.push(StudyLaboratory { name: part.name.clone(), file });
+        }
+        for part in &written.case {
+            let folder = setting.within(&part.name);
+            let known = || written.laboratory.iter().map(|laboratory| laboratory.name.as_str());
+            if let Some(named) = part.laboratory.as_ref().filter(|own| known().all(|l| l != *own)) {
+                let problem = format!("there is no laboratory {named:?}");
+                let help = format!("Name one of: {}.", known().collect::<Vec<_>>().join(", "));
+                read.fail(&folder, InputError::new(self.path, "", "", problem, help));
+            }
+            let own = self.variant.iter().flat_map(|variant| {
+                let own = variant.case.iter().filter(|own| own.name == part.name);
+                [&variant.set].into_iter().chain(own.map(|own| &own.set))
+            });
+            let Some(file) = self.case(part, own, &folder, read) else { continue };
+            let WrittenPart { name, laboratory, reference, .. } = part.clone();
+            setting.cases.push(StudyCase { name, file, laboratory, reference });
+        }
+        setting
+    }
+
+    /// The base without some keys and with others: those of the part, those of the variant, those of all parts.
+    fn case<'t>(
+        &self,
+        part: &'t WrittenPart,
+        own: impl Iterator<Item = &'t Table>,
+        folder: &str,
+        read: &mut ReadStudy,
+    ) -> Option<CaseFile>
+    where
+        Self: 't,
+    {
+        let sets = [&part.set].into_iter().chain(own).chain(self.common);
+        let (file, mistakes) = self.base.with(self.path, &part.without, sets);
+        mistakes.into_iter().for_each(|error| read.fail(folder, error));
+        file
     }
 }
 
@@ -214,74 +237,6 @@ impl StudySetting {
     pub(super) fn within(&self, name: &str) -> String {
         if self.folder.is_empty() { name.to_owned() } else { format!("{}/{name}", self.folder) }
     }
-}
-
-/// The folder of the laboratories among those of the cases.
-const LABORATORIES: &str = "laboratories";
-/// The folder of the runs beside them.
-const RUNS: &str = "runs";
-
-fn laboratory_of(
-    path: &Path,
-    base: &Base,
-    part: &WrittenPart,
-    common: &[Table],
-) -> Result<StudyLaboratory, InputError> {
-    let file = base.with(path, &part.name, &part.without, [&part.set].into_iter().chain(common))?;
-    let experiments = file.case.experiments.as_ref();
-    if experiments.is_none_or(|e| e.virtual_specimens.is_none()) {
-        let help = "Add experiments.virtual to its set: what is tested there.";
-        return Err(InputError::new(path, &part.name, "", "has no virtual specimens", help));
-    }
-    Ok(StudyLaboratory { name: part.name.clone(), file })
-}
-
-fn case_of(
-    path: &Path,
-    base: &Base,
-    part: &WrittenPart,
-    common: &[Table],
-    laboratories: &[StudyLaboratory],
-) -> Result<StudyCase, InputError> {
-    if let Some(named) = &part.laboratory
-        && !laboratories.iter().any(|laboratory| laboratory.name == *named)
-    {
-        let known: Vec<&str> = laboratories.iter().map(|l| l.name.as_str()).collect();
-        let problem = format!("there is no laboratory {named:?}");
-        let help = format!("Name one of: {}.", known.join(", "));
-        return Err(InputError::new(path, &part.name, "", problem, help));
-    }
-    let file = base.with(path, &part.name, &part.without, [&part.set].into_iter().chain(common))?;
-    let WrittenPart { name, laboratory, reference, .. } = part.clone();
-    Ok(StudyCase { name, file, laboratory, reference })
-}
-
-/// Names are those of folders beside each other.
-fn check_names(path: &Path, written: &Written) -> Result<(), InputError> {
-    let mut names = vec![LABORATORIES, RUNS];
-    let parts = written.laboratory.iter().chain(&written.case).map(|part| &part.name);
-    for name in parts.chain(written.variant.iter().map(|variant| &variant.name)) {
-        let refuse =
-            |problem, help| Err(InputError::new(path, "name", format!("{name:?}"), problem, help));
-        let is_plain = |c: char| c.is_alphanumeric() || "-_.".contains(c);
-        if !name.chars().all(is_plain) || name.trim_matches('.').is_empty() {
-            return refuse("is the name of a folder", "Use letters, digits and - _ only.");
-        }
-        if names.contains(&name.as_str()) {
-            return refuse("is taken", "Name each laboratory, case and variant otherwise.");
-        }
-        names.push(name);
-    }
-    for variant in &written.variant {
-        let known: Vec<&str> = written.case.iter().map(|case| case.name.as_str()).collect();
-        if let Some(own) = variant.case.iter().find(|own| !known.contains(&own.name.as_str())) {
-            let place = format!("{}.case.name", variant.name);
-            let help = format!("Name one of: {}.", known.join(", "));
-            let value = format!("{:?}", own.name);
-            return Err(InputError::new(path, place, value, "is no case of the study", help));
-        }
-    }
-    Ok(())
 }
 
 /// Truths of the parameters that a laboratory tests, by their paths.
@@ -375,7 +330,7 @@ mod tests {
         for (from, to, parts) in [
             ("fraction = 0.25", "fracton = 0.25", &["b: ", "fracton", "study.toml"][..]),
             ("laboratory = \"50C\"", "laboratory = \"60C\"", &["no laboratory \"60C\"", "50C"]),
-            ("[\"fidelity\"]", "[\"fidelty\"]", &["b.without = fidelty", "not in the base case"]),
+            ("[\"fidelity\"]", "[\"fidelty\"]", &["b: without = fidelty", "not in the base case"]),
             ("name = \"a\"", "name = \"b\"", &["\"b\"", "is taken"]),
             ("name = \"a\"", "name = \"runs\"", &["\"runs\"", "is taken"]),
             ("name = \"a\"", "name = \"../a\"", &["../a", "name of a folder"]),

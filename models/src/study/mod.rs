@@ -1,17 +1,22 @@
 //! Beyond one process and one case: several calibrations and what they say together, jobs of a cluster.
 
 mod base;
+mod check;
 mod compare;
 mod conclude;
 mod contradiction;
 mod file;
+mod reference;
 mod run;
 mod shift;
 mod slurm;
 mod slurm_study;
 mod status;
+mod written_study;
 
-pub use file::{Reference, StudyCase, StudyFile, StudyLaboratory, StudySetting};
+pub use check::{PartCheck, StudyCheck};
+pub use file::{StudyCase, StudyFile, StudyLaboratory, StudySetting};
+pub use reference::Reference;
 pub use run::Study;
 pub use slurm::{SlurmError, SlurmJobs, Submitted};
 pub use slurm_study::{StudyJob, StudyPart};

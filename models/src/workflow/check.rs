@@ -3,14 +3,14 @@
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
-use fem::TetMesh;
-use fem::tiff::StackHeader;
+use fem::{ReadOptions, StackHeader, TetMesh};
 
-use super::expected_cost::expected_cost;
+use super::expected_cost::ExpectedCost;
 use super::inputs::Inputs;
 use super::mesh::grain_fraction;
-use super::simulator::{Setup, Simulator, height_mm, radius_mm};
-use super::specimen::direct_mesh;
+use super::mesh_scale::MeshSize;
+use super::simulator::{Setup, Simulator};
+use super::specimen::{import_notes, imported_mesh};
 use super::specimen_checks::{InspectedSpecimens, inspect};
 use super::specimen_quantities::{SpecimenNames, compared};
 use super::stage::Stage;
@@ -27,6 +27,8 @@ pub struct CaseCheck {
     pub notes: Vec<String>,
     /// What would stop a run.
     pub mistakes: Vec<String>,
+    /// The simulations that it takes; nothing for a case without a prior.
+    pub cost: Option<ExpectedCost>,
 }
 
 impl CaseCheck {
@@ -46,13 +48,43 @@ impl CaseCheck {
             check.say("case", "its files are read once these mistakes are mended");
             return check;
         };
-        check.case(&file);
-        let size_mm = check.specimen(&file);
-        check.experiments(&file, size_mm);
-        check.quantities_and_priors(&file);
-        let cost = file.geometry().ok().and_then(|geometry| expected_cost(&file.case, &geometry));
-        cost.into_iter().flatten().for_each(|line| check.say("cost", line));
+        check.calibration(&file);
         check
+    }
+
+    /// Reads the files that a case names.
+    pub(crate) fn of_calibration(file: &CaseFile) -> Self {
+        let mut check = Self::default();
+        check.calibration(file);
+        check
+    }
+
+    /// Reads the files that a case names of which only the virtual specimens are tested.
+    pub(crate) fn of_laboratory(file: &CaseFile) -> Self {
+        let mut check = Self::default();
+        check.case(file);
+        let size = check.specimen(file);
+        check.experiments(file, size);
+        let geometry = file.geometry().ok();
+        check.cost(geometry.map(|geometry| ExpectedCost::of_laboratory(&file.case, &geometry)));
+        check
+    }
+
+    fn calibration(&mut self, file: &CaseFile) {
+        self.case(file);
+        let size = self.specimen(file);
+        self.experiments(file, size);
+        self.quantities_and_priors(file);
+        let geometry = file.geometry().ok();
+        self.cost(geometry.and_then(|g| ExpectedCost::of_calibration(&file.case, &g)));
+    }
+
+    fn cost(&mut self, cost: Option<ExpectedCost>) {
+        if let Some(cost) = &cost {
+            cost.lines.iter().for_each(|line| self.say("cost", line));
+            self.say("cost", cost.total());
+        }
+        self.cost = cost;
     }
 
     fn say(&mut self, subject: &'static str, text: impl Into<String>) {
@@ -90,8 +122,8 @@ impl CaseCheck {
         }
     }
 
-    /// The height and radius (mm) of the specimen that is simulated, where they are known before it is.
-    fn specimen(&mut self, file: &CaseFile) -> Option<[f64; 2]> {
+    /// The size of the specimen that is simulated, where it is known before that.
+    fn specimen(&mut self, file: &CaseFile) -> Option<MeshSize> {
         let geometry = file.geometry().ok()?;
         match &geometry {
             SpecimenGeometry::Cylinder { radius_mm, height_mm, grains, .. } => {
@@ -103,11 +135,16 @@ impl CaseCheck {
                     "cylinder of radius {radius_mm} mm and height {height_mm} mm, {grains}"
                 );
                 self.say("specimen", text);
-                Some([*height_mm, *radius_mm])
+                Some(MeshSize::of_cylinder([*height_mm, *radius_mm]))
             }
-            SpecimenGeometry::Mesh { file: mesh_file, .. } => {
-                match direct_mesh(&file.path, &geometry) {
-                    Ok((mesh, _)) => Some(self.mesh(file, mesh_file, mesh)),
+            SpecimenGeometry::Mesh { file: mesh_file, regions, surfaces } => {
+                match imported_mesh(mesh_file, regions, surfaces) {
+                    Ok(imported) => {
+                        for note in import_notes(mesh_file, &imported.notes) {
+                            self.say("mesh", note);
+                        }
+                        Some(self.mesh(file, mesh_file, imported.mesh))
+                    }
                     Err(mistake) => {
                         self.fail(mistake);
                         None
@@ -120,21 +157,21 @@ impl CaseCheck {
                 for stack in [stack].into_iter().chain(further) {
                     self.image(stack, *voxel_mm, *bin);
                 }
-                Some([(*height_mm)?, (*radius_mm)?])
+                Some(MeshSize::of_cylinder([(*height_mm)?, (*radius_mm)?]))
             }
         }
     }
 
-    /// The height and radius (mm) of the mesh of a file.
-    fn mesh(&mut self, file: &CaseFile, mesh_file: &Path, mesh: TetMesh) -> [f64; 2] {
-        let size_mm = [height_mm(&mesh), radius_mm(&mesh)];
+    /// The size of the mesh of a file.
+    fn mesh(&mut self, file: &CaseFile, mesh_file: &Path, mesh: TetMesh) -> MeshSize {
+        let size = MeshSize::of(&mesh);
         let text = format!(
             "mesh {}: {} tetrahedra, {} nodes, height {:.4} mm, radius {:.4} mm, {:.1} % grains",
             mesh_file.display(),
             mesh.tets.len(),
             mesh.nodes.len(),
-            size_mm[0],
-            size_mm[1],
+            size.height_mm,
+            size.radius_mm,
             100.0 * grain_fraction(&mesh)
         );
         self.say("specimen", text);
@@ -143,26 +180,20 @@ impl CaseCheck {
         let parameters = parameters.iter().flat_map(|prior| prior.parameters()).cloned();
         let simulator = Simulator::new(&Setup::from(file), mesh, parameters.collect());
         simulator.err().into_iter().for_each(|mistake| self.fail(mistake));
-        size_mm
+        size
     }
 
     fn image(&mut self, stack: &Path, voxel_mm: Option<f64>, bin: usize) {
-        match StackHeader::read(stack, voxel_mm, bin) {
+        match StackHeader::read(stack, &ReadOptions { voxel_mm, bin }) {
             Ok(header) => {
-                let ([nx, ny, nz], [x, y, z]) = (header.shape, header.size_mm());
-                let text = format!(
-                    "{}: {nx} × {ny} × {nz} voxels of {:.6} mm, {x:.3} × {y:.3} × {z:.3} mm{}",
-                    stack.display(),
-                    header.voxel_mm,
-                    if bin > 1 { format!(", after binning by {bin}") } else { String::new() }
-                );
-                self.say("image", text);
+                self.say("image", format!("{}: {}", stack.display(), header.in_words()));
+                self.notes.extend(header.warnings);
             }
             Err(mistake) => self.fail(mistake),
         }
     }
 
-    fn experiments(&mut self, file: &CaseFile, size_mm: Option<[f64; 2]>) {
+    fn experiments(&mut self, file: &CaseFile, size: Option<MeshSize>) {
         let Some(experiments) = &file.case.experiments else { return };
         if let Some(specimens) = &experiments.virtual_specimens {
             let text = format!("{} virtual specimens, simulated first", specimens.specimens);
@@ -175,28 +206,30 @@ impl CaseCheck {
             Err(mistake) => return self.fail(mistake),
         };
         let options = experiments.read.clone().unwrap_or_default();
-        let SpecimenFiles { table, understood, mistakes } = SpecimenFiles::read(&path, &options);
+        let SpecimenFiles { table, table_understood, understood, mistakes } =
+            SpecimenFiles::read(&path, &options);
         mistakes.into_iter().for_each(|mistake| self.fail(mistake));
-        self.table(&path, &table);
+        self.table(&path, &table, table_understood.as_deref());
         self.curves(&table, &understood);
         let image = file.case.specimen.image.clone().unwrap_or_default();
         for stack in table.specimens.iter().filter_map(|specimen| specimen.image.as_ref()) {
             self.image(&path.with_file_name(stack), image.voxel_mm, image.bin);
         }
-        self.look_at(file, &path, table, size_mm);
+        self.look_at(file, &path, table, size);
     }
 
-    fn table(&mut self, path: &Path, table: &SpecimenTable) {
+    fn table(&mut self, path: &Path, table: &SpecimenTable, understood: Option<&str>) {
         let counts: Vec<String> = table
             .groups()
             .into_iter()
             .map(|(group, count)| format!("{count} of group {group:?}"))
             .collect();
         let text = format!(
-            "{} readable in {}: {}",
+            "{} readable in {}: {}{}",
             table.specimens.len(),
             path.display(),
-            counts.join(", ")
+            counts.join(", "),
+            understood.map(|how| format!("; read as: {how}")).unwrap_or_default()
         );
         self.say("specimens", text);
     }
@@ -226,7 +259,7 @@ impl CaseCheck {
         file: &CaseFile,
         path: &Path,
         table: SpecimenTable,
-        size_mm: Option<[f64; 2]>,
+        size: Option<MeshSize>,
     ) {
         if table.specimens.is_empty() {
             return;
@@ -240,32 +273,33 @@ impl CaseCheck {
                 table
             }
         };
-        let size_mm = size_mm.unwrap_or_else(|| {
+        let size = size.unwrap_or_else(|| {
             let text = "radius and height are compared with the image once it has been segmented";
             self.notes.push(text.to_owned());
             let mean_of = |size: fn(&Specimen) -> f64| {
                 mean(&table.specimens.iter().map(size).collect::<Vec<_>>())
             };
-            [mean_of(|specimen| specimen.height_mm), mean_of(|specimen| specimen.radius_mm)]
+            let height_mm = mean_of(|specimen| specimen.height_mm);
+            MeshSize::of_cylinder([height_mm, mean_of(|specimen| specimen.radius_mm)])
         });
         let curve = |id: &str| recorded_file(path, id).unwrap_or_else(|_| path.to_owned());
         let names = SpecimenNames { table: path, curve: &curve };
-        match inspect(&inputs, table, size_mm, &names, false) {
+        match inspect(&inputs, table, size, &names, false) {
             Ok(InspectedSpecimens { table, notes, mistakes }) => {
                 self.notes.extend_from_slice(notes.lines());
                 self.notes.extend_from_slice(notes.warnings());
                 mistakes.into_iter().for_each(|mistake| self.fail(mistake));
-                self.means(file, &table, size_mm[0]);
+                self.means(file, &table, size);
             }
             Err(mistake) => self.fail(mistake),
         }
     }
 
     /// Means of the compared quantities over the specimens.
-    fn means(&mut self, file: &CaseFile, table: &SpecimenTable, height_mm: f64) {
+    fn means(&mut self, file: &CaseFile, table: &SpecimenTable, mesh: MeshSize) {
         let qoi = &file.case.qoi;
         let values = table.specimens.iter();
-        let values = values.filter_map(|s| compared(s, height_mm, qoi, &qoi.quantities).ok());
+        let values = values.filter_map(|s| compared(s, mesh, qoi, &qoi.quantities).ok());
         let values: Vec<Vec<f64>> = values.collect();
         for (m, quantity) in qoi.quantities.iter().enumerate().filter(|_| !values.is_empty()) {
             let column: Vec<f64> = values.iter().map(|row| row[m]).collect();

@@ -5,6 +5,7 @@ use fem::CrackDensity;
 
 use super::gate::{Range, telling};
 use super::inputs::Inputs;
+use super::mesh_scale::MeshSize;
 use super::simulator::Setup;
 use super::specimen_quantities::{SpecimenNames, compared};
 use crate::case::{MaterialCase, MaterialParameter, PriorBounds, PriorCase, Property};
@@ -22,7 +23,7 @@ const GENEROUS: f64 = 30.0;
 pub(super) fn far_from_closed_form(
     inputs: &Inputs<'_>,
     table: &SpecimenTable,
-    [height_mm, radius_mm]: [f64; 2],
+    mesh: MeshSize,
     names: &SpecimenNames<'_>,
 ) -> Option<(String, InputError)> {
     let (setup, qoi) = (inputs.setup(), inputs.qoi());
@@ -31,9 +32,9 @@ pub(super) fn far_from_closed_form(
     quantities.sort_by_key(|&quantity| telling(quantity));
     let distance = |specimen: &Specimen| {
         // curves without quantities are refused elsewhere
-        let values = compared(specimen, height_mm, qoi, &quantities).ok()?;
+        let values = compared(specimen, mesh, qoi, &quantities).ok()?;
         quantities.iter().zip(values).find_map(|(&quantity, value)| {
-            let [low, high] = form.range(quantity, height_mm, radius_mm)?;
+            let [low, high] = form.range(quantity, mesh.height_mm, mesh.radius_mm)?;
             let name = quantity.column().into_owned();
             let range = Range { name, value, reached: [low / GENEROUS, high * GENEROUS] };
             (!range.is_inside()).then_some(range)

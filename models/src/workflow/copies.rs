@@ -12,9 +12,8 @@ use super::in_place::is_case_of_folder;
 use super::product_folder::{Owner, ProductFolder};
 use crate::case::{Case, CaseFile};
 use crate::error::InputError;
-use crate::experiment::SpecimenTable;
 use crate::progress::say;
-use crate::specimen_files::recorded_file;
+use crate::specimen_files::{SpecimenFiles, recorded_file};
 
 /// Which case a folder belongs to.
 const ORIGIN: &str = "origin.toml";
@@ -66,6 +65,8 @@ pub(super) struct Copies {
     files: Vec<CopiedFile>,
     /// Our copies and the person's own files or folders.
     originals: Vec<(PathBuf, PathBuf)>,
+    /// The table of specimens and how it was read, unless that is commas and decimal points.
+    table_understood: Option<(PathBuf, String)>,
     /// Specimens whose curves are exports of a testing machine, and how these were read.
     understood: Vec<(String, String)>,
 }
@@ -80,6 +81,7 @@ impl Copies {
             case: source.case.clone(),
             files: Vec::new(),
             originals: Vec::new(),
+            table_understood: None,
             understood: Vec::new(),
         };
         if source.path.is_file() {
@@ -106,7 +108,8 @@ impl Copies {
         let image = copies.case.specimen.image.iter_mut();
         let stacks = image.flat_map(|image| {
             let mask = image.segmentation.region.mask.iter_mut();
-            image.stack.iter_mut().chain(image.further_stacks.iter_mut().flatten()).chain(mask)
+            let own = image.stack.iter_mut().chain(&mut image.labels);
+            own.chain(image.further_stacks.iter_mut().flatten()).chain(mask)
         });
         for stack in stacks {
             // too large to be copied
@@ -120,7 +123,11 @@ impl Copies {
             if from.is_file() {
                 // the copies are displacement_mm,force_N
                 let options = read.take().unwrap_or_default();
-                let (mut specimens, understood) = SpecimenTable::read_as(&from, &options)?;
+                let SpecimenFiles { table: mut specimens, table_understood, understood, mistakes } =
+                    SpecimenFiles::read(&from, &options);
+                if let Some(mistake) = mistakes.into_iter().next() {
+                    return Err(mistake.into());
+                }
                 if !same_file(&from, &to) {
                     // scans are too large to be copied
                     for image in specimens.specimens.iter_mut().filter_map(|s| s.image.as_mut()) {
@@ -132,8 +139,9 @@ impl Copies {
                     // the table comes first, then a curve for each specimen
                     let curves = specimens.specimens.iter().zip(&understood);
                     let curves = curves.map(|(specimen, how)| (Some(specimen), how.as_ref()));
-                    for ((place, mut content), (specimen, how)) in
-                        files.into_iter().zip(std::iter::once((None, None)).chain(curves))
+                    for ((place, mut content), (specimen, how)) in files
+                        .into_iter()
+                        .zip([(None, table_understood.as_ref())].into_iter().chain(curves))
                     {
                         if let Some(how) = how {
                             content.splice(0..0, format!("# read as: {how}\n").into_bytes());
@@ -152,6 +160,7 @@ impl Copies {
                     let ids = specimens.specimens.iter().map(|specimen| specimen.id.clone());
                     let read = ids.zip(understood).filter_map(|(id, how)| Some((id, how?)));
                     copies.understood = read.collect();
+                    copies.table_understood = table_understood.map(|how| (from.clone(), how));
                     let (curves, copied) =
                         (from.with_file_name("curves"), dir.join("experiments/curves"));
                     copies.originals.extend([(to, from), (copied, curves)]);
@@ -255,6 +264,9 @@ impl Copies {
 
     /// Prints how exports were read, once for all that were read alike.
     fn say_what_was_understood(&self) {
+        if let Some((table, how)) = &self.table_understood {
+            say("note", &format!("{} read as: {how}", table.display()));
+        }
         let mut told: Vec<&str> = Vec::new();
         for (id, how) in &self.understood {
             if told.contains(&how.as_str()) {

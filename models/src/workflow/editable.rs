@@ -14,10 +14,7 @@ pub(super) fn is_editable(name: &str) -> bool {
 pub(super) fn finished_before(edited: &[&str]) -> String {
     match edited {
         [] => "finished before, unchanged".to_owned(),
-        edited => format!(
-            "finished before; {} was edited and is used as it is (--replace {} makes it again)",
-            edited.join(", "),
-            edited[0]
-        ),
+        // no command that gives up the edit is advised here
+        edited => format!("finished before; {} was edited and is used as it is", edited.join(", ")),
     }
 }

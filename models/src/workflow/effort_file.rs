@@ -1,10 +1,8 @@
 //! What the load steps of a simulation took, in a file that sittings write to one after another.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use fem::CurvePoint;
-
-use super::WorkflowError;
 
 const HEADER: &str = "step,newton,linear,processor_s,memory_GB";
 
@@ -12,35 +10,28 @@ const HEADER: &str = "step,newton,linear,processor_s,memory_GB";
 /// step before it (or since the program was started, which the first step of each sitting has with the set-up), and
 /// the most memory that the program has held so far. The last two are of the machine, not of the result, and
 /// empty where the system does not tell them.
+#[derive(Default)]
 pub(super) struct EffortFile {
-    path: PathBuf,
     rows: Vec<String>,
     before_s: f64,
 }
 
 impl EffortFile {
-    /// The file of a path, which the caller has claimed.
-    pub(super) fn new(path: &Path) -> Self {
-        Self { path: path.to_owned(), rows: Vec::new(), before_s: 0.0 }
-    }
-
-    /// Takes over what earlier sittings wrote of the steps that are not taken again.
-    pub(super) fn resumed(&mut self, steps: usize) {
-        let text = fem::read_regular_text(&self.path).unwrap_or_default();
+    /// Keeps the rows that earlier sittings wrote to a file, of the steps that are not taken again.
+    pub(super) fn resumed(&mut self, file: &Path, steps: usize) {
+        let text = fem::read_regular_text(file).unwrap_or_default();
         self.rows = text.lines().skip(1).take(steps).map(str::to_owned).collect();
     }
 
-    /// Adds a step and writes the file.
-    pub(super) fn push(&mut self, step: usize, point: &CurvePoint) -> Result<(), WorkflowError> {
+    /// Adds a step and returns the text of the file.
+    pub(super) fn push(&mut self, step: usize, point: &CurvePoint) -> String {
         let spent = processor_s();
         let seconds = spent.map_or(String::new(), |s| format!("{:.2}", s - self.before_s));
         let memory = peak_memory_gb().map_or(String::new(), |gb| format!("{gb:.3}"));
         self.before_s = spent.unwrap_or(0.0);
         let CurvePoint { newton, linear, .. } = point;
         self.rows.push(format!("{step},{newton},{linear},{seconds},{memory}"));
-        let text = format!("{HEADER}\n{}\n", self.rows.join("\n"));
-        fem::write_atomically(&self.path, text.as_bytes())
-            .map_err(|e| WorkflowError::io(&self.path, e))
+        format!("{HEADER}\n{}\n", self.rows.join("\n"))
     }
 }
 
@@ -70,12 +61,14 @@ mod tests {
     fn a_later_sitting_goes_on_behind_the_steps_that_it_keeps() {
         let dir = tempfile::tempdir().unwrap();
         let point = |newton| CurvePoint { newton, linear: 2 * newton, ..CurvePoint::default() };
-        let mut first = EffortFile::new(&dir.path().join("effort.csv"));
-        (1..=3).for_each(|step| first.push(step, &point(step as u32)).unwrap());
-        let mut second = EffortFile::new(&dir.path().join("effort.csv"));
-        second.resumed(2);
-        second.push(3, &point(7)).unwrap();
-        let text = std::fs::read_to_string(dir.path().join("effort.csv")).unwrap();
+        let file = dir.path().join("effort.csv");
+        let mut first = EffortFile::default();
+        (1..=3).for_each(|step| {
+            std::fs::write(&file, first.push(step, &point(step as u32))).unwrap();
+        });
+        let mut second = EffortFile::default();
+        second.resumed(&file, 2);
+        let text = second.push(3, &point(7));
         let rows: Vec<Vec<&str>> = text.lines().map(|l| l.split(',').collect()).collect();
         assert_eq!(rows[0].join(","), HEADER);
         assert_eq!(

@@ -129,10 +129,10 @@ pub enum WorkflowError {
     },
     /// A file of the user's lies in the place of one that a command is about to write.
     #[error(
-        "{} {}, and `breccia {command}` would replace it: move the file to another place, name another folder \
-         with --out, or allow it with --replace {name}",
+        "{} {}, and `breccia {command}` would replace it: {}",
         path.display(),
-        if *is_changed { "was changed after breccia wrote it" } else { "was not written by breccia" }
+        if *is_changed { "was changed after breccia wrote it" } else { "was not written by breccia" },
+        keeping(name)
     )]
     UsersFile {
         /// The file.
@@ -274,5 +274,20 @@ impl WorkflowError {
 
     pub(crate) fn results(path: &Path, source: io::Error) -> Self {
         Self::Results { path: path.to_owned(), source }
+    }
+}
+
+/// What keeps a file of the user's that has the name of a product.
+fn keeping(name: &str) -> String {
+    match name.ends_with("labels.tif") {
+        // labels are an input as well, whoever made them
+        true => {
+            "to use these labels, move the file to another place and name it there as labels in \
+                 [specimen.image] in place of stack; or name another folder with --out"
+                .to_owned()
+        }
+        false => format!(
+            "move the file to another place, name another folder with --out, or allow it with --replace {name}"
+        ),
     }
 }

@@ -30,11 +30,78 @@ struct Runs {
     steps: Option<u32>,
 }
 
-/// Lines on the expected cost of a calibration: nothing without a prior; without times where the number of
-/// tetrahedra is not known before the image is segmented.
-pub(super) fn expected_cost(case: &Case, geometry: &SpecimenGeometry) -> Option<Vec<String>> {
-    case.prior.as_ref()?;
-    let volume_mm3 = match geometry {
+/// The simulations of a case.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ExpectedCost {
+    /// Number of simulations.
+    pub simulations: usize,
+    /// Processor seconds; absent where the number of tetrahedra is not known before the image is segmented.
+    pub seconds: Option<f64>,
+    /// One line for each kind of simulation.
+    pub(super) lines: Vec<String>,
+}
+
+impl ExpectedCost {
+    /// Cost of a calibration with the tests of its virtual specimens; nothing without a prior.
+    pub(super) fn of_calibration(case: &Case, geometry: &SpecimenGeometry) -> Option<Self> {
+        case.prior.as_ref()?;
+        Some(Self::of_runs(virtual_tests(case).chain(calibration(case)), geometry))
+    }
+
+    /// Cost of the tests of virtual specimens.
+    pub(super) fn of_laboratory(case: &Case, geometry: &SpecimenGeometry) -> Self {
+        Self::of_runs(virtual_tests(case), geometry)
+    }
+
+    fn of_runs(runs: impl Iterator<Item = Runs>, geometry: &SpecimenGeometry) -> Self {
+        let volume_mm3 = volume_mm3(geometry);
+        let mut cost = Self { seconds: Some(0.0), ..Self::default() };
+        for runs in runs {
+            cost.simulations += runs.count;
+            let tets = volume_mm3.map(|volume| 12.0 * volume / runs.spacing_mm.powi(3));
+            let tets = tets.filter(|tets| tets.is_finite());
+            let of_runs = tets.map(|tets| runs.count as f64 * (runs.seconds(tets) + PREPARATION));
+            cost.seconds = cost.seconds.zip(of_runs).map(|(sum, own)| sum + own);
+            let mesh = match tets {
+                Some(tets) => {
+                    let order = u8::from(runs.order);
+                    format!(", each on about {tets:.0} tetrahedra of order {order}")
+                }
+                None => String::new(),
+            };
+            cost.lines.push(format!("{} {}{mesh}", runs.count, runs.what));
+        }
+        cost
+    }
+
+    /// All simulations of several cases.
+    pub(crate) fn sum(costs: &[&Self]) -> Self {
+        let seconds = costs.iter().map(|cost| cost.seconds).sum();
+        let simulations = costs.iter().map(|cost| cost.simulations).sum();
+        Self { simulations, seconds, lines: Vec::new() }
+    }
+
+    /// The number of simulations and their time on one line.
+    pub fn total(&self) -> String {
+        let all = self.simulations;
+        match self.seconds {
+            Some(seconds) => format!(
+                "{all} simulations, about {} of one processor; estimated from 5.4 s for 44 steps on 3022 quadratic \
+                 tetrahedra, growing as tetrahedra^{POWER}, and {PREPARATION} s a run for packing and mesh: another \
+                 material or machine may differ by a factor of 3",
+                duration(seconds)
+            ),
+            None => format!(
+                "{all} simulations; their time is known after the first (breccia simulate), since the number of \
+                 tetrahedra is not in the case"
+            ),
+        }
+    }
+}
+
+/// Volume of the specimen where the case states its size.
+fn volume_mm3(geometry: &SpecimenGeometry) -> Option<f64> {
+    match geometry {
         SpecimenGeometry::Cylinder { radius_mm, height_mm, .. } => {
             Some(std::f64::consts::PI * radius_mm.powi(2) * height_mm)
         }
@@ -42,35 +109,7 @@ pub(super) fn expected_cost(case: &Case, geometry: &SpecimenGeometry) -> Option<
             Some(std::f64::consts::PI * r.powi(2) * h)
         }
         SpecimenGeometry::Image { .. } | SpecimenGeometry::Mesh { .. } => None,
-    };
-    let mut lines = Vec::new();
-    let (mut all, mut seconds) = (0, Some(0.0));
-    for runs in plan(case) {
-        all += runs.count;
-        let tets = volume_mm3.map(|volume| 12.0 * volume / runs.spacing_mm.powi(3));
-        let tets = tets.filter(|tets| tets.is_finite());
-        let of_runs = tets.map(|tets| runs.count as f64 * (runs.seconds(tets) + PREPARATION));
-        seconds = seconds.zip(of_runs).map(|(sum, own)| sum + own);
-        let mesh = match tets {
-            Some(tets) => {
-                format!(", each on about {tets:.0} tetrahedra of order {}", u8::from(runs.order))
-            }
-            None => String::new(),
-        };
-        lines.push(format!("{} {}{mesh}", runs.count, runs.what));
     }
-    lines.push(match seconds {
-        Some(seconds) => format!(
-            "{all} simulations, about {} of one processor; estimated from 5.4 s for 44 steps on 3022 quadratic \
-             tetrahedra, growing as tetrahedra^{POWER}, and {PREPARATION} s a run for packing and mesh: another material or machine may differ by a factor of 3",
-            duration(seconds)
-        ),
-        None => format!(
-            "{all} simulations; their time is known after the first (breccia simulate), since the number of \
-             tetrahedra is not in the case"
-        ),
-    });
-    Some(lines)
 }
 
 impl Runs {
@@ -84,24 +123,30 @@ impl Runs {
     }
 }
 
-fn plan(case: &Case) -> Vec<Runs> {
-    let own = case.specimen.spacing_mm.unwrap_or(f64::NAN);
-    let on_specimen = |count: usize, what: &str| Runs {
+/// The tests of virtual specimens.
+fn virtual_tests(case: &Case) -> impl Iterator<Item = Runs> {
+    let specimens = case.experiments.as_ref().and_then(|e| e.virtual_specimens.as_ref());
+    specimens.into_iter().map(|specimens| {
+        let own = on_specimen(case, specimens.specimens, "simulations of virtual specimens");
+        Runs { spacing_mm: specimens.spacing_mm.unwrap_or(own.spacing_mm), ..own }
+    })
+}
+
+/// Simulations on the specimen of a case.
+fn on_specimen(case: &Case, count: usize, what: &str) -> Runs {
+    Runs {
         count,
         what: what.to_owned(),
-        spacing_mm: own,
+        spacing_mm: case.specimen.spacing_mm.unwrap_or(f64::NAN),
         order: case.specimen.order,
         steps: case.test.steps,
-    };
-    let mut plan = Vec::new();
-    let specimens = case.experiments.as_ref().and_then(|e| e.virtual_specimens.as_ref());
-    if let Some(specimens) = specimens {
-        let spacing_mm = specimens.spacing_mm.unwrap_or(own);
-        plan.push(Runs {
-            spacing_mm,
-            ..on_specimen(specimens.specimens, "simulations of virtual specimens")
-        });
     }
+}
+
+/// The simulations of a calibration against specimens that have been tested.
+fn calibration(case: &Case) -> Vec<Runs> {
+    let on_specimen = |count: usize, what: &str| on_specimen(case, count, what);
+    let mut plan = Vec::new();
     let extended: usize = case.extend.iter().map(|extension| extension.runs).sum();
     let mut count = case.design.runs + extended;
     let mut what = "runs of the design".to_owned();
@@ -174,10 +219,13 @@ mod tests {
     #[test]
     fn the_simulations_of_the_default_case_are_counted() {
         let file = CaseFile::default_case();
-        let lines = expected_cost(&file.case, &file.geometry().unwrap()).unwrap();
-        let counts: Vec<usize> = plan(&file.case).iter().map(|runs| runs.count).collect();
+        let geometry = file.geometry().unwrap();
+        let cost = ExpectedCost::of_calibration(&file.case, &geometry).unwrap();
+        let runs: Vec<Runs> = virtual_tests(&file.case).chain(calibration(&file.case)).collect();
+        let counts: Vec<usize> = runs.iter().map(|runs| runs.count).collect();
         assert_eq!(counts[..2], [8, 100]);
-        let total: usize = counts.iter().sum();
-        assert!(lines.last().unwrap().starts_with(&format!("{total} simulations")), "{lines:?}");
+        assert_eq!(cost.simulations, counts.iter().sum::<usize>());
+        assert_eq!(cost.lines.len(), counts.len());
+        assert_eq!(ExpectedCost::of_laboratory(&file.case, &geometry).simulations, 8);
     }
 }

@@ -7,12 +7,13 @@ use rayon::prelude::*;
 
 use super::WorkflowError;
 use super::files::SPECIMENS;
+use super::mesh_scale::{MeshScale, MeshSize};
 use super::runs::run_ensemble;
-use super::simulator::{Simulator, height_mm, radius_mm, recorded};
+use super::simulator::{Simulator, recorded};
 use super::specimen::packed_mesh;
 use super::specimen_checks::checked;
 use super::specimen_images::{scan, stiffness_ratios};
-use super::specimen_quantities::{compared, height_factor};
+use super::specimen_quantities::compared;
 use super::stiffness::STIFFNESS_RATIO;
 use super::task::Task;
 use crate::case::{ByParameter, MaterialParameter, QoiCase, SpecimenGeometry};
@@ -28,39 +29,41 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         false => inputs.specimen_table()?,
     };
     let mesh = gmsh::read(inputs.file("mesh.msh")?, &gmsh::GmshNames::default())?;
-    let size = [height_mm(&mesh), radius_mm(&mesh)];
-    let scale = MeshScale { height_mm: size[0], qoi: inputs.qoi() };
-    let table = checked(task, inputs.chosen(table)?, size)?;
+    let mesh = MeshSize::of(&mesh);
+    let comparison = Comparison { mesh, qoi: inputs.qoi() };
+    let table = checked(task, inputs.chosen(table)?, mesh)?;
     let mut rows = table
         .specimens
         .iter()
-        .map(|specimen| scale.row(task, specimen))
+        .map(|specimen| comparison.row(task, specimen))
         .collect::<Result<Vec<_>, _>>()?;
     let ratios = stiffness_ratios(task, &table)?;
     for (row, ratio) in rows.iter_mut().zip(&ratios) {
         row.push(ratio.map(|ratio| ratio.to_string()).unwrap_or_default());
     }
-    let header = ["id", "group", "height_mm", "radius_mm", "displacement_factor", "slope_fraction"];
-    let columns: Vec<_> = scale.qoi.quantities.iter().map(|quantity| quantity.column()).collect();
+    let [displacement, force] = MeshScale::COLUMNS;
+    let header = ["id", "group", "height_mm", "radius_mm", displacement, force, "slope_fraction"];
+    let columns: Vec<_> =
+        comparison.qoi.quantities.iter().map(|quantity| quantity.column()).collect();
     let columns = columns.iter().map(AsRef::as_ref);
     let header = header.into_iter().chain(columns).chain([STIFFNESS_RATIO]);
     task.write_csv("experiments.csv", header, rows)?;
     Ok(format!("{} specimens", table.specimens.len()))
 }
 
-/// The size of the mesh, at which specimens are compared.
-struct MeshScale<'a> {
-    height_mm: f64,
+/// The size of the mesh and the quantities, by which specimens are compared.
+struct Comparison<'a> {
+    mesh: MeshSize,
     qoi: &'a QoiCase,
 }
 
-impl MeshScale<'_> {
-    /// A specimen's line of `experiments.csv`: its quantities at the height of the mesh.
+impl Comparison<'_> {
+    /// A specimen's line of `experiments.csv`: its quantities at the size of the mesh.
     fn row(&self, task: &Task<'_>, specimen: &Specimen) -> Result<Vec<String>, WorkflowError> {
         let Specimen { id, group, height_mm, radius_mm, .. } = specimen;
-        let factor = height_factor(specimen, self.height_mm);
+        let scale = MeshScale::of(specimen, self.mesh);
         let fraction = specimen.slope_fraction.unwrap_or(self.qoi.slope_fraction);
-        let values = compared(specimen, self.height_mm, self.qoi, &self.qoi.quantities);
+        let values = compared(specimen, self.mesh, self.qoi, &self.qoi.quantities);
         let values = values.map_err(|e| {
             let curve = task.path("experiments/curves").join(format!("{id}.csv"));
             let help = "Correct the curve or leave the specimen out of the table.";
@@ -68,7 +71,10 @@ impl MeshScale<'_> {
         })?;
         Ok([id.clone(), group.clone()]
             .into_iter()
-            .chain([*height_mm, *radius_mm, factor, fraction].map(|x| x.to_string()))
+            .chain(
+                [*height_mm, *radius_mm, scale.displacement, scale.force, fraction]
+                    .map(|x| x.to_string()),
+            )
             .chain(values.iter().map(f64::to_string))
             .collect())
     }

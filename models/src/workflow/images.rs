@@ -1,6 +1,6 @@
 //! Images of several specimens: the files that the stages `segment` and `mesh` leave of each.
 //!
-//! Images are counted from 1. The first is the case's own, `specimen.image.stack`, whose files have the names that they
+//! Images are counted from 1. The first is the case's own, `specimen.image.stack` or `labels`, whose files have the names that they
 //! have where there is no other.
 
 use std::path::PathBuf;

@@ -9,7 +9,7 @@ use super::stages::STAGES;
 use super::written::WRITTEN;
 use super::{InputInPlace, WorkflowError};
 use crate::case::CaseFile;
-use crate::table::CsvTable;
+use crate::table_format::DetectedTable;
 
 /// Files that are copied, or used where they are, when a folder of results is opened.
 const OPENING: [&str; 6] = [
@@ -102,9 +102,14 @@ fn named_by(source: &CaseFile) -> Vec<Named> {
         mesh.for_each(|mesh| add("further_tests.candidate", Path::new(mesh)));
     }
     if let Some(image) = &case.specimen.image {
-        image.stack.iter().for_each(|stack| add("specimen.image.stack", stack));
+        let mut add_image = |key: &str, stack: &Path| {
+            // a header refers to the file of its values
+            fem::image_files(&source.beside(stack)).iter().for_each(|file| add(key, file));
+        };
+        image.stack.iter().for_each(|stack| add_image("specimen.image.stack", stack));
+        image.labels.iter().for_each(|labels| add_image("specimen.image.labels", labels));
         let further = image.further_stacks.iter().flatten();
-        further.for_each(|stack| add("specimen.image.further_stacks", stack));
+        further.for_each(|stack| add_image("specimen.image.further_stacks", stack));
     }
     if let Some(table) = case.experiments.as_ref().and_then(|e| e.table.as_ref()) {
         add("experiments.table", table);
@@ -116,7 +121,9 @@ fn named_by(source: &CaseFile) -> Vec<Named> {
 
 /// Curves and images of a table of specimens; none of a table that cannot be read, which is refused later.
 fn named_by_table(file: &Path) -> Vec<Named> {
-    let Ok(table) = CsvTable::read(file, &["id"]) else { return Vec::new() };
+    let Ok(DetectedTable { table, .. }) = DetectedTable::read(file, &["id"], &[]) else {
+        return Vec::new();
+    };
     let mut named = Vec::new();
     for row in table.rows() {
         let id = row.text("id");

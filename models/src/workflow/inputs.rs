@@ -91,6 +91,14 @@ impl<'a> Inputs<'a> {
         self.read.borrow_mut().read_part(&self.origin, key);
     }
 
+    /// Remembers all files of an image: a header refers to the file of its values.
+    fn reads_image(&self, path: &Path) {
+        for file in fem::image_files(&self.dir.join(path)) {
+            let name = if path.is_absolute() { None } else { file.strip_prefix(self.dir).ok() };
+            self.reads_file(&name.unwrap_or(&file).to_string_lossy());
+        }
+    }
+
     fn reads_file(&self, name: &str) -> PathBuf {
         self.read.borrow_mut().read_file(&self.origin, name);
         self.dir.join(name)
@@ -209,11 +217,11 @@ impl Inputs<'_> {
             self.reads(&format!("specimen.{key}"));
         }
         let scanned = Scanned::of(&self.file.geometry()?).map(|(scanned, _)| scanned);
-        if let Some(Scanned { source: Source::Stack { path, .. }, segmentation, .. }) = &scanned {
-            self.reads_file(&path.to_string_lossy());
-            if let Some(mask) = &segmentation.region.mask {
-                self.reads_file(&mask.to_string_lossy());
-            }
+        if let Some(path) = scanned.as_ref().and_then(|scanned| scanned.source.path()) {
+            self.reads_image(path);
+        }
+        if let Some(mask) = scanned.as_ref().and_then(|s| s.segmentation.region.mask.as_ref()) {
+            self.reads_image(mask);
         }
         Ok(scanned)
     }
@@ -221,15 +229,16 @@ impl Inputs<'_> {
     /// The images of further specimens that runs are made on, to be read and segmented as the first one.
     pub(super) fn further_scanned(&self) -> Result<Vec<Scanned>, WorkflowError> {
         let Some(own) = self.scanned()? else { return Ok(Vec::new()) };
-        let SpecimenGeometry::Image { further, voxel_mm, bin, .. } = self.file.geometry()? else {
+        let geometry = self.file.geometry()?;
+        let SpecimenGeometry::Image { labels, further, voxel_mm, bin, .. } = geometry else {
             return Ok(Vec::new());
         };
         if further.is_empty() || *self.microstructure() == Microstructure::One {
             return Ok(Vec::new());
         }
         let scanned = |path: PathBuf| {
-            self.reads_file(&path.to_string_lossy());
-            let source = Source::Stack { path, voxel_mm, bin };
+            self.reads_image(&path);
+            let source = Source::in_file(path, voxel_mm, bin, labels.clone());
             Scanned { source, segmentation: own.segmentation.clone(), size_mm: own.size_mm }
         };
         Ok(further.into_iter().map(scanned).collect())
@@ -357,7 +366,7 @@ impl Inputs<'_> {
         for specimen in &table.specimens {
             self.reads_file(&format!("experiments/curves/{}.csv", specimen.id));
             if let Some(image) = &specimen.image {
-                self.reads_file(&Path::new("experiments").join(image).to_string_lossy());
+                self.reads_image(&Path::new("experiments").join(image));
             }
         }
         Ok(table)

@@ -69,7 +69,8 @@ impl MadeOn {
     pub(super) fn warning(&self, inputs: &Inputs<'_>) -> Option<String> {
         // the case is read only where it matters
         let count = self.several()?;
-        let is_image = inputs.image().stack.is_some();
+        let image = inputs.image();
+        let is_image = image.stack.is_some() || image.labels.is_some();
         let (what, mend) = match is_image {
             true => ("images", "more images in specimen.image.further_stacks"),
             false => ("packings", "more of design.packings"),

@@ -2,15 +2,21 @@
 
 use std::collections::BTreeSet;
 
-use fem::{Cylinder, MeshReport, Meshed, Meshing, Quality, TetMesh, Volume, gmsh, tiff, vtu};
+use fem::{
+    Cylinder, LabelRules, MATRIX, MeshReport, Meshed, Meshing, Quality, TetMesh, Volume, gmsh,
+    tiff, vtu,
+};
 
 use super::WorkflowError;
+use super::found::GrainPhases;
 use super::freshness::finished_in;
 use super::images::{self, mesh_file, segmented_file};
 use super::inputs::Inputs;
 use super::segment::{WHOLE, write_picture};
 use super::simulator::{Simulator, height_mm};
-use super::specimen::{Measured, Scanned, direct_mesh, labelled_mesh};
+use super::specimen::{
+    Measured, Scanned, Source, direct_mesh, import_notes, imported_mesh, labelled_mesh,
+};
 use super::task::Task;
 use crate::case::SpecimenGeometry;
 use crate::progress::say;
@@ -23,12 +29,16 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     for warning in report.iter().flat_map(MeshReport::warnings) {
         task.warn(&warning);
     }
+    if let SpecimenGeometry::Mesh { file, regions, surfaces } = &task.inputs.geometry()? {
+        let notes = imported_mesh(file, regions, surfaces)?.notes;
+        import_notes(file, &notes).iter().for_each(|note| task.warn(note));
+    }
     task.product("mesh.msh", |path| gmsh::write(path, &mesh).map(drop))?;
     task.product("mesh.vtu", |path| vtu::write(path, &mesh, &[], &[]))?;
     write_picture(task, "mesh.png", &mesh_picture(&mesh))?;
     task.write("mesh_quality.svg", mesh_quality(&Quality::smallest_dihedrals_deg(&mesh)))?;
 
-    let mut rows = quantities(&mesh)?;
+    let mut rows = quantities(&mesh);
     match &report {
         Some(report) => rows.extend(of_report(report)),
         None => rows.push(("grains".to_owned(), labelled_grains(&mesh))),
@@ -58,7 +68,7 @@ fn further(task: &Task<'_>, image: usize) -> Result<(), WorkflowError> {
         task.warn(&format!("image {image}: {warning}"));
     }
     task.product(&mesh_file(image, "msh"), |path| gmsh::write(path, &mesh).map(drop))?;
-    let mut rows = quantities(&mesh)?;
+    let mut rows = quantities(&mesh);
     rows.extend(report.iter().flat_map(of_report));
     let rows = rows.into_iter().map(|(name, value)| [name, value.to_string()]);
     task.write_csv(&mesh_file(image, "csv"), ["quantity", "value"], rows)?;
@@ -83,17 +93,22 @@ pub(super) fn mesh_with(
     {
         *meshing = changed(meshing);
     }
-    let Some((_, meshing)) = Scanned::of(&geometry) else {
+    let Some((scanned, meshing)) = Scanned::of(&geometry) else {
         return direct_mesh(inputs.case_path(), &geometry);
     };
     let name = segmented_file(image, "labels.tif");
     let cylinder = cylinder(inputs, image)?;
     let voxel_mm = Some(quantity(inputs, image, "voxel_mm")?);
     let labels = tiff::read_labels(&inputs.file(&name)?, voxel_mm)?;
-    let solid = match is_edited(inputs, &name) {
+    let phases = match &scanned.source {
+        Source::Labels { rules, .. } => phases(inputs, image, rules, &labels)?,
+        Source::Stack { .. } | Source::Scan(..) => GrainPhases::default(),
+    };
+    let solid = match &scanned.source {
+        Source::Labels { .. } => None,
         // grey values have been measured for the grains as they were found
-        true => None,
-        false => Some(solid(inputs, image, voxel_mm, labels.shape)?),
+        _ if is_edited(inputs, &name) => None,
+        _ => Some(solid(inputs, image, voxel_mm, labels.shape)?),
     };
     let measured = match &solid {
         Some(solid) => Some(Measured { solid, volumes_mm3: volumes(inputs, image)? }),
@@ -101,8 +116,45 @@ pub(super) fn mesh_with(
     };
     inputs.check_spacing(meshing.spacing_mm, cylinder.radius_mm, cylinder.height_mm())?;
     let Meshed { mesh, report } =
-        labelled_mesh(inputs.case_path(), &labels, measured, &cylinder, &meshing)?;
+        labelled_mesh(inputs.case_path(), &labels, measured, phases, &cylinder, &meshing)?;
     Ok((mesh, Some(report)))
+}
+
+/// The phase of each grain as the segmentation found them.
+///
+/// # Errors
+/// Edited labels with a grain that has no row, where there are several phases.
+fn phases(
+    inputs: &Inputs<'_>,
+    image: usize,
+    rules: &LabelRules,
+    labels: &Volume<u32>,
+) -> Result<GrainPhases, WorkflowError> {
+    let names = rules.grain_phases();
+    if names.len() == 1 {
+        return Ok(GrainPhases { names, of_grains: Vec::new() });
+    }
+    let path = inputs.file(&segmented_file(image, "grains.csv"))?;
+    let table = CsvTable::read(&path, &["id", "phase"])?;
+    let mut of_grains = Vec::new();
+    for row in table.rows() {
+        let phase = names.iter().position(|name| name == row.text("phase"));
+        let Some(phase) = phase else {
+            return Err(WorkflowError::OtherCase { path: path.clone(), stage: "segment" });
+        };
+        of_grains.push((row.number("id")? as u32, phase));
+    }
+    let known: BTreeSet<u32> = of_grains.iter().map(|(grain, _)| *grain).collect();
+    let unknown = labels.values.iter().find(|label| **label > 0 && !known.contains(label));
+    if let Some(label) = unknown {
+        let file = segmented_file(image, "labels.tif");
+        let message = format!(
+            "{file} was edited and has the grain {label}, of which grains.csv has no phase: give new grains in the \
+             image that specimen.image.labels names"
+        );
+        return Err(WorkflowError::Unusable(message));
+    }
+    Ok(GrainPhases { names, of_grains })
 }
 
 /// Whether the user has edited labels.
@@ -171,20 +223,27 @@ pub(super) fn grain_fraction(mesh: &TetMesh) -> f64 {
     grains / volumes.iter().sum::<f64>()
 }
 
-/// How much of each tetrahedron is grain.
+/// How much of each tetrahedron is grain, of whichever phase.
 pub(super) fn grain_parts(mesh: &TetMesh) -> Vec<f64> {
-    let region = mesh.regions.iter().position(|region| region == "grain");
-    let part = |tet: usize| match (region, &mesh.mixture) {
-        (None, _) => 0.0,
-        (Some(region), _) if usize::from(mesh.region_of[tet]) == region => 1.0,
-        (_, Some(mixture)) => f64::from(mixture[tet].fraction),
-        (_, None) => 0.0,
+    // the mesh file of another program may have regions that are no grains
+    let has_grains = mesh.mixture.is_some() || mesh.grain_of.is_some();
+    let is_grain: Vec<bool> = mesh
+        .regions
+        .iter()
+        .map(|region| region == "grain" || (has_grains && region != MATRIX))
+        .collect();
+    let part = |tet: usize| {
+        let mixture = mesh.mixture.as_ref().map(|all| all[tet]).unwrap_or_default();
+        match is_grain[usize::from(mesh.region_of[tet])] {
+            true => 1.0,
+            false => f64::from(mixture.fraction),
+        }
     };
     (0..mesh.tets.len()).map(part).collect()
 }
 
 /// What any mesh has.
-fn quantities(mesh: &TetMesh) -> Result<Vec<(String, f64)>, WorkflowError> {
+fn quantities(mesh: &TetMesh) -> Vec<(String, f64)> {
     let quality = Quality::of(mesh);
     let mut rows = [
         ("nodes", mesh.nodes.len() as f64),
@@ -194,21 +253,16 @@ fn quantities(mesh: &TetMesh) -> Result<Vec<(String, f64)>, WorkflowError> {
         ("volume_mm3", mesh.volume()),
         ("dihedral_min_deg", quality.min_dihedral_deg),
         ("dihedral_p01_deg", quality.p01_dihedral_deg),
+        ("scaled_jacobian_min", quality.min_scaled_jacobian),
         ("grain_fraction", grain_fraction(mesh)),
     ]
     .map(|(name, value)| (name.to_owned(), value))
     .to_vec();
-    let grains = grain_fraction(mesh) * mesh.volume();
-    for name in &mesh.regions {
-        // what grains have of mixed tetrahedra is theirs
-        let volume = match (name.as_str(), mesh.mixture.is_some()) {
-            ("grain", true) => grains,
-            ("matrix", true) => mesh.volume() - grains,
-            _ => mesh.region_volume(name)?,
-        };
+    // mixed tetrahedra count for both of their phases
+    for (name, volume) in mesh.regions.iter().zip(mesh.phase_volumes()) {
         rows.push((format!("volume_{name}_mm3"), volume));
     }
-    Ok(rows)
+    rows
 }
 
 /// How many grains the tetrahedra of a mesh file are labelled by.
@@ -220,17 +274,32 @@ fn labelled_grains(mesh: &TetMesh) -> f64 {
 /// What only the mesher knows.
 fn of_report(report: &MeshReport) -> Vec<(String, f64)> {
     let counted = |mode| report.grains_in(mode) as f64;
-    [
-        ("grains", (report.grains.len() - report.lost_grains()) as f64),
+    let mut rows = [
+        ("grains", report.solid_grains().filter(|grain| grain.achieved_mm3 > 0.0).count() as f64),
         ("asked_grain_fraction", report.asked_fraction),
         ("grains_followed", counted(fem::GrainMode::Conforming)),
         ("grains_mixed", counted(fem::GrainMode::Fraction)),
         ("grains_lost", report.lost_grains() as f64),
         ("mixed_tets", report.mixed_tets as f64),
+        ("multiphase_tets", report.multiphase_tets as f64),
         ("interface_rms_mm", report.interface_rms_mm),
         ("wall_error_mm", report.wall_error_mm),
         ("euler_characteristic", report.euler_characteristic as f64),
     ]
     .map(|(name, value)| (name.to_owned(), value))
-    .to_vec()
+    .to_vec();
+    if report.phases.len() > 1 {
+        for phase in &report.phases {
+            let name = &phase.name;
+            rows.push((format!("asked_volume_{name}_mm3"), phase.asked_mm3));
+            if phase.is_void() {
+                rows.push((format!("volume_{name}_mm3"), phase.achieved_mm3));
+            }
+        }
+    }
+    if report.void_tets > 0 {
+        rows.push(("void_tets".to_owned(), report.void_tets as f64));
+        rows.push(("loose_tets".to_owned(), report.loose_tets as f64));
+    }
+    rows
 }

@@ -3,7 +3,7 @@
 //! | stage | reads | writes |
 //! |---|---|---|
 //! | (opening) | the case and what it names | `case.toml` (every default written out), `specimen.msh` or `experiments/` (copies), `origin.toml` (whose case it is) |
-//! | segment | the image, or a packing to be scanned | `scan.tif` (virtual), `labels.tif`, `solid.tif` (part of each voxel that is grain), `grains.csv`, `segment.csv` (`quantity,value`), `slices.png`, `grains.png`, `grain_sizes.svg`; of further images the tables, volumes and slices as `images/2-…` |
+//! | segment | the image, own labels, or a packing to be scanned | `scan.tif` (virtual), `labels.tif`, `solid.tif` (part of each voxel that is grain; not of own labels), `grains.csv`, `segment.csv` (`quantity,value`), `slices.png`, `grains.png`, `grain_sizes.svg`; of further images the tables, volumes and slices as `images/2-…` |
 //! | mesh | `case.toml`; `labels.tif`, `solid.tif`, `segment.csv` where there is an image | `mesh.vtu` (regions, grains), `mesh.msh` (Gmsh 4.1), `mesh.csv` (`quantity,value`), `mesh.png` (cut open), `mesh_quality.svg`; of further images `meshes/2.msh`, `meshes/2.csv` |
 //! | experiments | `mesh.msh`, `experiments/` | virtual: `experiments/{specimens,truth,bias}.csv`, `experiments/curves/`; `experiments.csv`, `curve_checks.csv` (`id,finding,value,help`) |
 //! | ensemble | `mesh.msh` and `meshes/`, `labels.tif`, `solid.tif` and `images/` where runs share an image or a few | `ensemble/` (one file a run, for resuming), `runs.csv` (a [`surrogate::Dataset`]), `failed_runs.csv`, `curves/run-*.csv`, `quadrature.csv` where that of damage leaves a choice; with `[sequential]` also `experiments.csv` is read, and `sequential.csv` (`batches,runs,parameter,contraction,surrogate_share`) written; with `[fidelity]` `curves/level-*.csv` (of runs on better meshes), `fidelity.csv` (`level,qoi,order,ratio,scatter_percent,error_percent,runs`), `fidelity_runs.csv` (as simulated), `fidelity.json` |
@@ -59,6 +59,7 @@ mod first_runs;
 mod fit;
 mod fitted;
 mod folder_copies;
+mod found;
 mod freshness;
 mod gate;
 mod images;
@@ -73,6 +74,7 @@ mod made_on;
 mod map_fields;
 mod mesh;
 mod mesh_error;
+mod mesh_scale;
 mod microstructures;
 mod neighbours;
 mod one_stage;
@@ -123,6 +125,7 @@ pub use check::CaseCheck;
 pub use copies::missing_case;
 pub(crate) use cores::Cores;
 pub use error::{InputInPlace, WorkflowError};
+pub use expected_cost::ExpectedCost;
 pub use laboratories::{SimulatedLaboratories, simulate_laboratories};
 pub(crate) use neighbours::Together;
 pub(crate) use product_folder::ProductFolder;
@@ -255,7 +258,9 @@ impl<'a> Workflow<'a> {
         // before anything is computed
         let finished = self.finished();
         for stage in STAGES.iter().filter(|stage| !finished.contains_key(stage.name)) {
-            self.folder.claim_unwritten(stage.products_of(&self.file.case), stage.name)?;
+            let case = &self.file.case;
+            let may_write = |name: &str| Stage::may_write(case, name);
+            self.folder.claim_unwritten(stage.products_of(case), stage.name, may_write)?;
         }
         STAGES.iter().try_for_each(|stage| self.make(stage))
     }

@@ -8,7 +8,9 @@ use super::{Workflow, WorkflowError};
 impl Workflow<'_> {
     /// Refuses files of the user's in the place of the products of a stage.
     pub(super) fn claim(&self, stage: &Stage) -> Result<(), WorkflowError> {
-        self.folder.claim_all(stage.products_of(&self.file.case), stage.name)
+        let case = &self.file.case;
+        let may_write = |name: &str| Stage::may_write(case, name);
+        self.folder.claim_all(stage.products_of(case), stage.name, may_write)
     }
 
     /// Why a stage has to be run again, in words; an edited product is made again where that is allowed.

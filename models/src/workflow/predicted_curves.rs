@@ -13,6 +13,7 @@ use super::fitted::{of_specimens_of_runs, options_on};
 use super::inputs::Inputs;
 use super::level_runs::curve_of_level;
 use super::made_on::{IMAGE, MadeOn, SEED};
+use super::mesh_scale::MeshScale;
 use super::simulator::recorded;
 use super::specimen_stiffness::with_stiffness_ratio;
 use super::stiffness::STIFFNESS_RATIO;
@@ -177,7 +178,7 @@ impl Curves {
 fn specimens(inputs: &Inputs<'_>) -> Result<Vec<Named>, WorkflowError> {
     let table = inputs.chosen(inputs.specimen_table()?)?;
     let path = inputs.file("experiments.csv")?;
-    let used = CsvTable::read(&path, &["id", "displacement_factor", "slope_fraction"])?;
+    let used = CsvTable::read(&path, &["id", MeshScale::COLUMNS[0], "slope_fraction"])?;
     let correct = inputs.toe() == Toe::Correct;
     let mut curves = Vec::new();
     for specimen in table.specimens {
@@ -185,7 +186,7 @@ fn specimens(inputs: &Inputs<'_>) -> Result<Vec<Named>, WorkflowError> {
         let fraction = row.number("slope_fraction")?;
         let looked = InspectedCurve::of(&specimen.curve, fraction);
         let curve = if correct { looked.without_toe(fraction).0 } else { looked.loading };
-        let curve = curve.scale_displacement(row.number("displacement_factor")?);
+        let curve = MeshScale::of_row(row)?.apply(&curve);
         curves.push(Named { name: format!("curves/{}.csv", specimen.id), curve });
     }
     Ok(curves)

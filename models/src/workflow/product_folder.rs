@@ -129,7 +129,8 @@ impl ProductFolder {
         })
     }
 
-    /// Refuses files of the user's in the place of all that a command may write, before it computes anything.
+    /// Refuses files of the user's in the place of all that a command may write, before it computes anything: names
+    /// that a pattern stands for and that the command may give.
     ///
     /// # Errors
     /// As [`Self::claim`].
@@ -137,11 +138,11 @@ impl ProductFolder {
         &self,
         patterns: impl IntoIterator<Item = &'p str>,
         command: &str,
+        may_write: impl Fn(&str) -> bool,
     ) -> Result<(), WorkflowError> {
-        let mut patterns = patterns.into_iter();
-        patterns.try_for_each(|pattern| {
-            self.names_of(pattern).iter().try_for_each(|name| self.claim(name, command))
-        })
+        let mut names = patterns.into_iter().flat_map(|pattern| self.names_of(pattern));
+        names
+            .try_for_each(|name| if may_write(&name) { self.claim(&name, command) } else { Ok(()) })
     }
 
     /// As [`Self::claim_all`] for files that the program has never written; no file is read.
@@ -152,13 +153,12 @@ impl ProductFolder {
         &self,
         patterns: impl IntoIterator<Item = &'p str>,
         command: &str,
+        may_write: impl Fn(&str) -> bool,
     ) -> Result<(), WorkflowError> {
-        let mut patterns = patterns.into_iter();
-        patterns.try_for_each(|pattern| {
-            self.names_of(pattern).iter().try_for_each(|name| match self.written.names(name)? {
-                true => Ok(()),
-                false => self.claim(name, command),
-            })
+        let mut names = patterns.into_iter().flat_map(|pattern| self.names_of(pattern));
+        names.try_for_each(|name| match may_write(&name) && !self.written.names(&name)? {
+            true => self.claim(&name, command),
+            false => Ok(()),
         })
     }
 

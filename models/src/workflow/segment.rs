@@ -1,10 +1,11 @@
-//! Stage `segment`: an image, real or of a virtual scan, to labelled grains.
+//! Stage `segment`: an image, real or of a virtual scan, or labels of the user's own, to labelled grains.
 
-use fem::{Region, Segmented, Volume, outlined_slice, tiff};
+use fem::{Region, StackHeader, VOID, Volume, outlined_slice, tiff};
 
 use super::WorkflowError;
+use super::found::Found;
 use super::images::{self, segmented_file};
-use super::specimen::{Scanned, Source, grain_fraction, resize};
+use super::specimen::{Image, Scanned, resize};
 use super::task::Task;
 use crate::progress::{Bar, say};
 use crate::report::{Raster, grain_picture, grain_sizes, side_by_side};
@@ -19,29 +20,32 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let Some(scanned) = inputs.scanned()? else {
         return Ok("the case has no image: nothing to segment".to_owned());
     };
-    let grey = scanned.image(inputs.case_path())?;
-    if let Source::Scan(..) = scanned.source {
-        write_16_bits(task, "scan.tif", &grey, 1.0)?;
-    }
     let bar = Bar::new("segment");
     let mut step = 0.0;
-    let found = scanned.segment(inputs.case_path(), &grey, &mut |name| {
+    let mut look = |image: &Image| {
+        report_reading(task, image.header());
+        match image {
+            Image::Scan(grey) => write_16_bits(task, "scan.tif", grey, 1.0),
+            Image::Stack(_) | Image::Labels(_) => Ok(()),
+        }
+    };
+    let (grey, found) = scanned.found(inputs.case_path(), &mut look, &mut |name| {
         bar.set(step / STEPS, name);
         step += 1.0;
     })?;
     drop(bar);
-    for warning in &found.warnings {
+    for warning in found.warnings() {
         task.warn(warning);
     }
-    let part = grain_fraction(&found);
-    write_found(task, images::OWN, &grey, &found, part)?;
+    let fractions = found.fractions();
+    write_found(task, images::OWN, &grey, &found, &fractions)?;
     drop(grey);
-    write_picture(task, "grains.png", &grain_picture(&found.labels))?;
+    write_picture(task, "grains.png", &grain_picture(found.labels()))?;
     let sizes: Vec<(f64, f64)> =
-        found.regions.iter().map(|grain| (grain.diameter_mm(), grain.volume_mm3)).collect();
+        found.solid_grains().map(|grain| (grain.diameter_mm(), grain.volume_mm3)).collect();
     task.write("grain_sizes.svg", grain_sizes(&sizes))?;
-    let told = in_words(&found, part);
-    let own = found.cylinder;
+    let told = in_words(&found, &fractions);
+    let own = *found.cylinder();
     drop(found);
     for (image, scanned) in images::further(inputs)? {
         task.check_interrupt()?;
@@ -50,16 +54,35 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     Ok(told)
 }
 
-/// What was found, with the grain fraction of the cylinder that is meshed.
-fn in_words(found: &Segmented, part: f64) -> String {
-    let (count, of_image) = (found.statistics.grains, 100.0 * found.statistics.grain_fraction);
-    let part = 100.0 * part;
+/// Prints what was read of a stack, and warns of what may make the result wrong.
+fn report_reading(task: &Task<'_>, header: Option<&StackHeader>) {
+    let Some(header) = header else { return };
+    say("image", &header.in_words());
+    header.warnings.iter().for_each(|warning| task.warn(warning));
+}
+
+/// What was found, with the fraction of each phase in the cylinder that is meshed.
+fn in_words(found: &Found, fractions: &[(String, f64)]) -> String {
+    let (s, part) = (found.statistics(), 100.0 * grain_fraction(fractions));
+    let of_image = 100.0 * s.grain_fraction;
     // of a block, or of a smaller cylinder in the specimen
     let others = match (part - of_image).abs() > 0.1 {
         true => format!(" ({of_image:.1} % of the specimen that the image shows)"),
         false => String::new(),
     };
-    format!("{count} grains, {part:.1} % of the cylinder that is meshed{others}")
+    let phases = match fractions {
+        [_] => String::new(),
+        phases => {
+            let phase = |(name, part): &(String, f64)| format!("{name} {:.1} %", 100.0 * part);
+            format!(": {}", phases.iter().map(phase).collect::<Vec<_>>().join(", "))
+        }
+    };
+    format!("{} grains, {part:.1} % of the cylinder that is meshed{others}{phases}", s.grains)
+}
+
+/// The part of the cylinder that is of phases of grains, without voids.
+fn grain_fraction(fractions: &[(String, f64)]) -> f64 {
+    fractions.iter().filter(|(name, _)| name != VOID).map(|(_, part)| part).sum()
 }
 
 /// Fitted sizes of images differ by less than this part, or they do not show specimens of one size.
@@ -74,22 +97,25 @@ fn further(
     size_mm: [f64; 2],
 ) -> Result<(), WorkflowError> {
     let inputs = &task.inputs;
-    let Source::Stack { path, .. } = &scanned.source else { return Ok(()) };
-    // errors name the image: the case's own specimen is fine
-    let grey = scanned.image(path)?;
+    let Some(path) = scanned.source.path() else { return Ok(()) };
     let bar = Bar::new("segment");
     let mut step = 0.0;
     let as_fitted = Scanned {
-        source: Source::Stack { path: path.clone(), voxel_mm: None, bin: 1 },
+        source: scanned.source.clone(),
         segmentation: scanned.segmentation.clone(),
         size_mm: [None; 2],
     };
-    let mut found = as_fitted.segment(path, &grey, &mut |name| {
+    // errors name the image: the case's own specimen is fine
+    let mut look = |image: &Image| {
+        report_reading(task, image.header());
+        Ok(())
+    };
+    let (grey, mut found) = as_fitted.found(path, &mut look, &mut |name| {
         bar.set(step / STEPS, &format!("image {image}: {name}"));
         step += 1.0;
     })?;
     drop(bar);
-    let fitted = [found.cylinder.radius_mm, found.cylinder.height_mm()];
+    let fitted = [found.cylinder().radius_mm, found.cylinder().height_mm()];
     let is_given = scanned.size_mm.iter().all(Option::is_some);
     // a smaller one may be cut out of any
     let differs = |(fitted, own): (&f64, &f64)| match is_given {
@@ -104,13 +130,13 @@ fn further(
         let help = "Give specimen.radius_mm and height_mm of a cylinder that all images hold, or leave this one out.";
         return Err(inputs.refused_image(path, &problem, help));
     }
-    resize(&mut found.cylinder, size_mm.map(Some));
-    for warning in &found.warnings {
+    resize(found.cylinder_mut(), size_mm.map(Some));
+    for warning in found.warnings() {
         task.warn(&format!("{}: {warning}", path.display()));
     }
-    let part = grain_fraction(&found);
-    write_found(task, image, &grey, &found, part)?;
-    say("segment", &format!("image {image}: {}", in_words(&found, part)));
+    let fractions = found.fractions();
+    write_found(task, image, &grey, &found, &fractions)?;
+    say("segment", &format!("image {image}: {}", in_words(&found, &fractions)));
     Ok(())
 }
 
@@ -119,15 +145,17 @@ fn write_found(
     task: &Task<'_>,
     image: usize,
     grey: &Volume<f32>,
-    found: &Segmented,
-    grain_fraction: f64,
+    found: &Found,
+    fractions: &[(String, f64)],
 ) -> Result<(), WorkflowError> {
     let name = |own| segmented_file(image, own);
-    task.product(&name("labels.tif"), |path| tiff::write_labels(path, &found.labels))?;
-    write_16_bits(task, &name("solid.tif"), &found.solid, WHOLE)?;
-    task.write_csv(&name("grains.csv"), GRAIN_COLUMNS, found.regions.iter().map(grain))?;
-    let rows =
-        quantities(found, grain_fraction).into_iter().map(|(name, value)| [name.to_owned(), value]);
+    task.product(&name("labels.tif"), |path| tiff::write_labels(path, found.labels()))?;
+    if let Some(solid) = found.solid() {
+        write_16_bits(task, &name("solid.tif"), solid, WHOLE)?;
+    }
+    let grains = found.regions().iter().map(|grain| of_grain(found, grain));
+    task.write_csv(&name("grains.csv"), GRAIN_COLUMNS, grains)?;
+    let rows = quantities(found, fractions).into_iter().map(|(name, value)| [name, value]);
     task.write_csv(&name("segment.csv"), ["quantity", "value"], rows)?;
     write_picture(task, &name("slices.png"), &slices(grey, found)?)
 }
@@ -156,18 +184,18 @@ pub(super) fn write_picture(
 }
 
 /// The slices through the middle, across the axis and along it twice, with the cylinder that is meshed.
-fn slices(grey: &Volume<f32>, found: &Segmented) -> Result<Raster, WorkflowError> {
+fn slices(grey: &Volume<f32>, found: &Found) -> Result<Raster, WorkflowError> {
     let mut pictures = Vec::new();
     for axis in [2, 1, 0] {
         let index = grey.shape[axis] / 2;
-        let mut slice = outlined_slice(grey, &found.labels, axis, index)?;
-        slice.draw_cylinder(&found.cylinder, grey.voxel_mm, axis, index);
+        let mut slice = outlined_slice(grey, found.labels(), axis, index)?;
+        slice.draw_cylinder(found.cylinder(), grey.voxel_mm, axis, index);
         pictures.push(Raster::from_bytes(slice.width, &slice.pixels));
     }
     Ok(side_by_side(&pictures))
 }
 
-const GRAIN_COLUMNS: [&str; 13] = [
+const GRAIN_COLUMNS: [&str; 15] = [
     "id",
     "volume_mm3",
     "x_mm",
@@ -181,12 +209,15 @@ const GRAIN_COLUMNS: [&str; 13] = [
     "surface_mm2",
     "touches_boundary",
     "neighbours",
+    "phase",
+    "label",
 ];
 
-fn grain(region: &Region) -> [String; 13] {
+fn of_grain(found: &Found, region: &Region) -> [String; 15] {
     let [x, y, z] = region.centroid_mm.map(|c| c.to_string());
     let [a, b, c] = region.axes_mm.map(|c| c.to_string());
     let neighbours: Vec<String> = region.neighbours.iter().map(u32::to_string).collect();
+    let (phase, label) = found.phase_and_label(region);
     [
         region.id.to_string(),
         region.volume_mm3.to_string(),
@@ -201,21 +232,22 @@ fn grain(region: &Region) -> [String; 13] {
         region.surface_mm2.to_string(),
         u8::from(region.touches_boundary).to_string(),
         neighbours.join(" "),
+        phase.to_owned(),
+        label.to_string(),
     ]
 }
 
 /// What is known of the specimen as a whole.
-fn quantities(found: &Segmented, grain_fraction: f64) -> Vec<(&'static str, String)> {
-    let Segmented { cylinder, statistics: s, labels, .. } = found;
+fn quantities(found: &Found, fractions: &[(String, f64)]) -> Vec<(String, String)> {
+    let (cylinder, s, labels) = (found.cylinder(), found.statistics(), found.labels());
     let number = |x: f64| x.to_string();
     let mut rows = vec![
         ("grains", s.grains.to_string()),
         // of the cylinder that is meshed
-        ("grain_fraction", number(grain_fraction)),
+        ("grain_fraction", number(grain_fraction(fractions))),
         // of all that the image shows of the specimen
         ("image_grain_fraction", number(s.grain_fraction)),
         ("voxel_fraction", number(s.voxel_fraction)),
-        ("void_fraction", number(found.void_fraction)),
         ("radius_mm", number(cylinder.radius_mm)),
         ("height_mm", number(cylinder.height_mm())),
         ("centre_x_mm", number(cylinder.centre_mm[0])),
@@ -231,10 +263,19 @@ fn quantities(found: &Segmented, grain_fraction: f64) -> Vec<(&'static str, Stri
         ("d90_mm", number(s.d90_mm)),
         ("median_diameter_mm", number(s.median_diameter_mm)),
         ("coordination", number(s.coordination)),
-        ("grain_threshold", number(found.grain_threshold)),
-        ("rim_over_centre", number(found.rim_over_centre)),
-        ("block", u8::from(found.block).to_string()),
+        ("block", u8::from(found.is_block()).to_string()),
     ];
-    rows.extend(found.void_threshold.map(|grey| ("void_threshold", number(grey))));
+    if let Found::Grey(found) = found {
+        rows.push(("grain_threshold", number(found.grain_threshold)));
+        rows.push(("void_fraction", number(found.void_fraction)));
+        rows.push(("rim_over_centre", number(found.rim_over_centre)));
+        rows.extend(found.void_threshold.map(|grey| ("void_threshold", number(grey))));
+    }
+    let mut rows: Vec<(String, String)> =
+        rows.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
+    if let Found::Labels(_) = found {
+        let of_phase = |(name, part): &(String, f64)| (format!("fraction_{name}"), number(*part));
+        rows.extend(fractions.iter().map(of_phase));
+    }
     rows
 }

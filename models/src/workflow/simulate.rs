@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use fem::{
-    Checkpoint, ComputeDevice, CurvePoint, CurveWriter, DeviceError, End, FemError, Fields,
-    LinearScheme, Observer, Outcome, Ranks, SolverOptions, TetMesh, vtu,
+    Checkpoint, ComputeDevice, CurvePoint, DeviceError, End, FemError, Fields, LinearScheme,
+    Observer, Outcome, Ranks, SolverOptions, TetMesh, vtu, write_curve,
 };
 
 use super::WorkflowError;
@@ -106,6 +106,13 @@ pub fn simulate(
     let mut record = agreed(ranks, files)?;
     let outcome = run(file, dir, &simulator, &mut record)?;
     say("device", &format!("linear systems were solved by {}", outcome.machine));
+    let cuts = outcome.effort.cuts;
+    if cuts > 0 {
+        let text = format!(
+            "{cuts} load steps were cut, since no equilibrium was found at their full length"
+        );
+        say("note", &text);
+    }
     let written = record.finish();
     // of a run before this one
     folder.remove(LAST)?;
@@ -145,7 +152,7 @@ const REASON: &str = "failure.txt";
 /// The mesh of a case whose results go to `dir`, where no file of the user's is to be replaced.
 fn mesh_for(file: &CaseFile, dir: &Path, folder: &ProductFolder) -> Result<TetMesh, WorkflowError> {
     check_inputs(file, dir)?;
-    folder.claim_all(SIMULATION, COMMAND)?;
+    folder.claim_all(SIMULATION, COMMAND, |_| true)?;
     std::fs::create_dir_all(dir).map_err(|e| WorkflowError::results(dir, e))?;
     mesh_of(file)
 }
@@ -179,10 +186,9 @@ struct SimulationFiles<'a> {
     folder: &'a ProductFolder,
     interrupt: &'a AtomicBool,
     bar: Bar,
-    /// Made with the first step, so that a run that is refused leaves the curve of the one before.
-    curve: Option<CurveWriter>,
+    /// Written from the first step on, so that a run that is refused leaves the curve of the one before.
+    curve: Vec<CurvePoint>,
     effort: EffortFile,
-    steps: usize,
     /// Time (s) and file of each step whose fields are written.
     fields: Vec<(f64, String)>,
     /// The first file that could not be written; it ends the run.
@@ -205,51 +211,47 @@ impl<'a> SimulationFiles<'a> {
             folder,
             interrupt,
             bar: Bar::new(COMMAND),
-            curve: None,
-            effort: EffortFile::new(&folder.path(EFFORT)),
-            steps: 0,
+            curve: Vec::new(),
+            effort: EffortFile::default(),
             fields: Vec::new(),
             failed: None,
         })
     }
 
-    fn curve(&mut self) -> Result<&mut CurveWriter, WorkflowError> {
-        let writer = match self.curve.take() {
-            Some(writer) => writer,
-            None => {
-                self.folder.begin_growing(EFFORT, COMMAND)?;
-                CurveWriter::create(self.folder.begin_growing(CURVE, COMMAND)?)?
-            }
-        };
-        Ok(self.curve.insert(writer))
-    }
-
+    /// Adds a step. Each file that grows is written whole at every step and its content is recorded first, so that an
+    /// edit of a killed run's file is recognised.
     fn add(&mut self, point: &CurvePoint, fields: Option<&Fields>) -> Result<(), WorkflowError> {
-        self.steps += 1;
-        self.curve()?.push(point)?;
+        self.curve.push(*point);
+        let step = self.curve.len();
         let every = self.file.case.output.pictures_every as usize;
-        if let Some(fields) = fields.filter(|_| every > 0 && self.steps.is_multiple_of(every)) {
-            let name = format!("damage/step-{:05}.png", self.steps);
+        if let Some(fields) = fields.filter(|_| every > 0 && step.is_multiple_of(every)) {
+            let name = format!("damage/step-{step:05}.png");
             let picture = damage_of(self.simulator.problem(), fields).to_png();
             let picture = picture.map_err(|e| WorkflowError::io(&self.folder.path(&name), e))?;
             self.folder.write(&name, COMMAND, &picture)?;
         }
         let every = self.file.case.output.fields_every as usize;
-        if every > 0 && self.steps.is_multiple_of(every) {
-            let name = format!("fields/step-{:05}.vtu", self.steps);
+        if every > 0 && step.is_multiple_of(every) {
+            let name = format!("fields/step-{step:05}.vtu");
             if let Some(fields) = fields {
                 let problem = self.simulator.problem();
                 self.folder.write_with(&name, COMMAND, |path| problem.write_vtu(path, fields))?;
             }
             // steps before a continuation are listed as far as their files are there
             if fields.is_some() || self.folder.path(&name).is_file() {
-                if self.fields.is_empty() {
-                    self.folder.begin_growing(COLLECTION, COMMAND)?;
-                }
                 self.fields.push((point.time_s, name));
             }
         }
         Ok(())
+    }
+
+    fn write_curve(&self) -> Result<(), WorkflowError> {
+        self.folder.write_with(CURVE, COMMAND, |path| write_curve(path, &self.curve)).map(drop)
+    }
+
+    fn write_effort(&mut self, point: &CurvePoint) -> Result<(), WorkflowError> {
+        let text = self.effort.push(self.curve.len(), point);
+        self.folder.write(EFFORT, COMMAND, text.as_bytes()).map(drop)
     }
 
     fn list(&self) -> Result<(), WorkflowError> {
@@ -257,25 +259,29 @@ impl<'a> SimulationFiles<'a> {
             return Ok(());
         }
         let steps: Vec<(f64, &str)> = self.fields.iter().map(|(t, f)| (*t, f.as_str())).collect();
-        Ok(vtu::write_pvd(self.folder.path(COLLECTION), &steps)?)
+        self.folder.write_with(COLLECTION, COMMAND, |path| vtu::write_pvd(path, &steps)).map(drop)
     }
 
-    /// Records what the files of the run have become.
-    fn finish(mut self) -> Result<(), WorkflowError> {
-        self.curve()?;
-        drop(self.curve.take());
+    /// Writes the curve of a run without a step, and records what the state has become.
+    fn finish(self) -> Result<(), WorkflowError> {
+        if self.curve.is_empty() && self.failed.is_none() {
+            self.write_curve()?;
+        }
         self.failed.map_or(Ok(()), Err)?;
-        [CURVE, EFFORT, COLLECTION, STATE].iter().try_for_each(|name| self.folder.end_growing(name))
+        self.folder.end_growing(STATE)
     }
 }
 
 impl Observer for SimulationFiles<'_> {
     fn step(&mut self, point: &CurvePoint, fields: &Fields) -> ControlFlow<()> {
-        let written = self.add(point, Some(fields)).and_then(|()| self.list());
-        let written = written.and_then(|()| self.effort.push(self.steps, point));
+        let written = self.add(point, Some(fields)).and_then(|()| self.write_curve());
+        let written = written.and_then(|()| self.list()).and_then(|()| self.write_effort(point));
         let state = format!(
             "step {}, {:.4} mm, {:.2} N, residual {:.1e}",
-            self.steps, point.displacement_mm, point.force_n, point.residual
+            self.curve.len(),
+            point.displacement_mm,
+            point.force_n,
+            point.residual
         );
         self.bar.set(self.simulator.fraction_done(point), &state);
         if let Err(error) = written {
@@ -290,8 +296,8 @@ impl Observer for SimulationFiles<'_> {
 
     fn resumed(&mut self, curve: &[CurvePoint]) {
         self.bar.note(&format!("goes on after step {}", curve.len()));
-        self.effort.resumed(curve.len());
-        let written = curve.iter().try_for_each(|point| self.add(point, None));
-        self.failed = written.err();
+        self.effort.resumed(&self.folder.path(EFFORT), curve.len());
+        let added = curve.iter().try_for_each(|point| self.add(point, None));
+        self.failed = added.and_then(|()| self.write_curve()).err();
     }
 }

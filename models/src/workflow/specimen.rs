@@ -1,22 +1,52 @@
 //! From a case to the mesh of its specimen: a packing, an image of one, or a mesh file.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use fem::{
-    Cylinder, GrainField, GrainList, ImageError, MeshError, MeshReport, Meshed, Meshing, Packing,
-    Scanner, Segmentation, Segmented, TetMesh, Volume, VoxelGrains, gmsh, tiff,
+    Cylinder, GrainList, ImageError, LabelRules, MeshError, MeshReport, Meshed, Meshing, Packing,
+    ReadOptions, Reading, Scanner, Segmentation, StackHeader, TetMesh, Volume, VoxelGrains, gmsh,
+    read_image, read_label_values,
 };
 
 use super::WorkflowError;
+use super::found::{Found, GrainPhases};
 use crate::case::{CaseFile, SpecimenGeometry};
+use crate::progress::say;
 
-/// Where grey values come from.
+/// Where grey values or labels come from.
+#[derive(Clone)]
 pub(super) enum Source {
     /// A file or a folder, the edge of a voxel if its tags do not say it, and how many voxels along the
     /// edge of a block are averaged.
     Stack { path: PathBuf, voxel_mm: Option<f64>, bin: usize },
+    /// Labels in a file or a folder, and what they mean.
+    Labels { path: PathBuf, voxel_mm: Option<f64>, rules: LabelRules },
     /// A virtual scan of a packing in a cylinder of this radius and height (mm).
     Scan(Scanner, Packing, [f64; 2]),
+}
+
+impl Source {
+    /// An image in a file or a folder: of labels if there are rules for them.
+    pub(super) fn in_file(
+        path: PathBuf,
+        voxel_mm: Option<f64>,
+        bin: usize,
+        labels: Option<LabelRules>,
+    ) -> Self {
+        match labels {
+            Some(rules) => Self::Labels { path, voxel_mm, rules },
+            None => Self::Stack { path, voxel_mm, bin },
+        }
+    }
+
+    /// The file or the folder, if there is one.
+    pub(super) fn path(&self) -> Option<&Path> {
+        match self {
+            Self::Stack { path, .. } | Self::Labels { path, .. } => Some(path),
+            Self::Scan(..) => None,
+        }
+    }
 }
 
 /// An image to be segmented.
@@ -33,6 +63,7 @@ impl Scanned {
         match geometry {
             SpecimenGeometry::Image {
                 stack,
+                labels,
                 further: _,
                 voxel_mm,
                 bin,
@@ -42,7 +73,7 @@ impl Scanned {
                 meshing,
             } => {
                 let scanned = Self {
-                    source: Source::Stack { path: stack.clone(), voxel_mm: *voxel_mm, bin: *bin },
+                    source: Source::in_file(stack.clone(), *voxel_mm, *bin, labels.clone()),
                     segmentation: segmentation.clone(),
                     size_mm: [*radius_mm, *height_mm],
                 };
@@ -67,10 +98,67 @@ impl Scanned {
         }
     }
 
+    /// The grey values, or a brightness by phases of labels, and the grains in them. `look` gets the image before it
+    /// is segmented, `progress` the name of each step.
+    pub(super) fn found(
+        &self,
+        case: &Path,
+        look: &mut dyn FnMut(&Image) -> Result<(), WorkflowError>,
+        progress: &mut dyn FnMut(&str),
+    ) -> Result<(Volume<f32>, Found), WorkflowError> {
+        let failed = |source| WorkflowError::Segmentation { file: case.to_owned(), source };
+        let image = self.image(case)?;
+        look(&image)?;
+        let (grey, mut found) = match (image, &self.source) {
+            (Image::Labels(reading), Source::Labels { rules, .. }) => {
+                let mut found = rules.run(&reading.volume, progress).map_err(failed)?;
+                let nothing = Volume { shape: [0; 3], voxel_mm: 1.0, values: Vec::new() };
+                let shades = std::mem::replace(&mut found.shades, nothing);
+                (shades, Found::Labels(found))
+            }
+            (image, _) => {
+                let grey = image.into_grey()?;
+                let mask = self.mask(grey.voxel_mm)?;
+                let found = self.segmentation.run_masked(&grey, mask.as_ref(), progress);
+                let found = found.map_err(failed)?;
+                if matches!(self.source, Source::Stack { .. }) {
+                    checked_size(&found.cylinder, self.size_mm, grey.voxel_mm).map_err(failed)?;
+                }
+                (grey, Found::Grey(found))
+            }
+        };
+        resize(found.cylinder_mut(), self.size_mm);
+        Ok((grey, found))
+    }
+
+    /// The mask of `[specimen.image.region]`. Its voxels have the size of the image's, whatever its tags say.
+    fn mask(&self, image_voxel_mm: f64) -> Result<Option<Volume<f32>>, WorkflowError> {
+        let Some(path) = &self.segmentation.region.mask else { return Ok(None) };
+        let bin = match self.source {
+            Source::Stack { bin, .. } => bin,
+            Source::Labels { .. } | Source::Scan(..) => 1,
+        };
+        let options = ReadOptions { voxel_mm: Some(image_voxel_mm / bin as f64), bin };
+        Ok(Some(read_image(path, &options)?.volume))
+    }
+
     /// The grey values.
-    pub(super) fn image(&self, case: &Path) -> Result<Volume<f32>, WorkflowError> {
+    ///
+    /// # Errors
+    /// Also an image of labels, which has none.
+    pub(super) fn grey(&self, case: &Path) -> Result<Volume<f32>, WorkflowError> {
+        self.image(case)?.into_grey()
+    }
+
+    fn image(&self, case: &Path) -> Result<Image, WorkflowError> {
         match &self.source {
-            Source::Stack { path, voxel_mm, bin } => Ok(tiff::read_binned(path, *voxel_mm, *bin)?),
+            Source::Stack { path, voxel_mm, bin } => {
+                let options = ReadOptions { voxel_mm: *voxel_mm, bin: *bin };
+                Ok(Image::Stack(read_image(path, &options)?))
+            }
+            Source::Labels { path, voxel_mm, .. } => {
+                Ok(Image::Labels(read_label_values(path, *voxel_mm)?))
+            }
             Source::Scan(scanner, packing, [radius_mm, height_mm]) => {
                 let grains = packed(case, Some(packing), *radius_mm, *height_mm)?;
                 let scan = scanner.scan(*radius_mm, *height_mm, &grains);
@@ -78,34 +166,40 @@ impl Scanned {
                     let file = case.to_owned();
                     WorkflowError::Scan { file, source }
                 })?;
-                Ok(scan.grey)
+                Ok(Image::Scan(scan.grey))
             }
         }
     }
+}
 
-    /// The grains in these grey values; `progress` is told each step.
-    pub(super) fn segment(
-        &self,
-        case: &Path,
-        grey: &Volume<f32>,
-        progress: &mut dyn FnMut(&str),
-    ) -> Result<Segmented, WorkflowError> {
-        let refused = |source| WorkflowError::Segmentation { file: case.to_owned(), source };
-        let (bin, is_stack) = match self.source {
-            Source::Stack { bin, .. } => (bin, true),
-            Source::Scan(..) => (1, false),
-        };
-        let mask = self.segmentation.region.mask.as_ref();
-        // the voxels of a mask have the size of the image's, whatever its tags say
-        let read = |path| tiff::read_binned(path, Some(grey.voxel_mm / bin as f64), bin);
-        let mask = mask.map(|path| read(path)).transpose()?;
-        let found = self.segmentation.run_masked(grey, mask.as_ref(), progress);
-        let mut found = found.map_err(refused)?;
-        if is_stack {
-            checked_size(&found.cylinder, self.size_mm, grey.voxel_mm).map_err(refused)?;
+/// An image as it was read or made.
+pub(super) enum Image {
+    /// Grey values from files.
+    Stack(Reading<f32>),
+    /// Labels from files.
+    Labels(Reading<i64>),
+    /// Grey values of a virtual scan.
+    Scan(Volume<f32>),
+}
+
+impl Image {
+    /// The description of the files that the image comes from.
+    pub(super) fn header(&self) -> Option<&StackHeader> {
+        match self {
+            Self::Stack(reading) => Some(&reading.header),
+            Self::Labels(reading) => Some(&reading.header),
+            Self::Scan(_) => None,
         }
-        resize(&mut found.cylinder, self.size_mm);
-        Ok(found)
+    }
+
+    fn into_grey(self) -> Result<Volume<f32>, WorkflowError> {
+        match self {
+            Self::Stack(reading) => Ok(reading.volume),
+            Self::Scan(grey) => Ok(grey),
+            Self::Labels(_) => {
+                Err(WorkflowError::Unusable("the image holds labels and no grey values".to_owned()))
+            }
+        }
     }
 }
 
@@ -177,24 +271,47 @@ pub(super) fn labelled_mesh(
     case: &Path,
     labels: &Volume<u32>,
     measured: Option<Measured<'_>>,
+    phases: GrainPhases,
     cylinder: &Cylinder,
     meshing: &Meshing,
 ) -> Result<Meshed, WorkflowError> {
     let solid = measured.as_ref().map(|measured| measured.solid);
     let volumes = measured.as_ref().map(|measured| measured.volumes_mm3.clone());
-    let grains =
-        VoxelGrains::new(labels, solid, cylinder).with_volumes(volumes.unwrap_or_default());
+    let grains = VoxelGrains::new(labels, solid, cylinder)
+        .with_volumes(volumes.unwrap_or_default())
+        .with_phases(phases.names, phases.of_grains);
     let built = meshing.build(cylinder.radius_mm, cylinder.height_mm(), &grains);
     built.map_err(|source| WorkflowError::Meshing { file: case.to_owned(), source })
 }
 
-/// Volume of the grains in the cylinder that is meshed over its volume, as the mesher counts it.
-pub(super) fn grain_fraction(found: &Segmented) -> f64 {
-    let Segmented { labels, solid, cylinder, regions, .. } = found;
-    let volumes = regions.iter().map(|grain| (grain.id, grain.volume_mm3));
-    let grains = VoxelGrains::new(labels, Some(solid), cylinder).with_volumes(volumes);
-    let volumes = (1..).take(grains.grains()).map(|grain| grains.volume_mm3(grain));
-    volumes.sum::<f64>() / cylinder.volume_mm3()
+/// The mesh of a specimen whose grains have just been found.
+pub(super) fn found_mesh(
+    case: &Path,
+    found: &Found,
+    meshing: &Meshing,
+) -> Result<Meshed, WorkflowError> {
+    let volumes_mm3 = found.volumes_mm3();
+    let measured = found.solid().map(|solid| Measured { solid, volumes_mm3 });
+    labelled_mesh(case, found.labels(), measured, found.phases(), found.cylinder(), meshing)
+}
+
+/// The mesh of a file, with what was noted when it was read.
+pub(super) fn imported_mesh(
+    file: &Path,
+    regions: &BTreeMap<String, gmsh::PhysicalGroups>,
+    surfaces: &BTreeMap<String, gmsh::PhysicalGroups>,
+) -> Result<gmsh::Imported, WorkflowError> {
+    let names = gmsh::GmshNames { regions: regions.clone(), surfaces: surfaces.clone() };
+    gmsh::import(file, &names).map_err(|e| match e {
+        MeshError::File { .. } | MeshError::Io { .. } => e.into(),
+        // what the mesh's own check finds does not know of the file
+        source => WorkflowError::UnsoundMesh { path: file.to_owned(), source },
+    })
+}
+
+/// The notes of a mesh file, each with the name of the file.
+pub(super) fn import_notes(file: &Path, notes: &[gmsh::ImportNote]) -> Vec<String> {
+    notes.iter().map(|note| format!("{}: {note}", file.display())).collect()
 }
 
 /// The mesh of a geometry that needs no image, with the mesher's report unless it is a mesh file.
@@ -204,13 +321,7 @@ pub(super) fn direct_mesh(
 ) -> Result<(TetMesh, Option<MeshReport>), WorkflowError> {
     match geometry {
         SpecimenGeometry::Mesh { file, regions, surfaces } => {
-            let names = gmsh::GmshNames { regions: regions.clone(), surfaces: surfaces.clone() };
-            let mesh = gmsh::read(file, &names).map_err(|e| match e {
-                MeshError::File { .. } | MeshError::Io { .. } => e.into(),
-                // what the mesh's own check finds does not know of the file
-                source => WorkflowError::UnsoundMesh { path: file.clone(), source },
-            })?;
-            Ok((mesh, None))
+            Ok((imported_mesh(file, regions, surfaces)?.mesh, None))
         }
         SpecimenGeometry::Cylinder { radius_mm, height_mm, grains, meshing, .. } => {
             let size = [*radius_mm, *height_mm];
@@ -227,15 +338,15 @@ pub(super) fn direct_mesh(
 pub(super) fn mesh_of(file: &CaseFile) -> Result<TetMesh, WorkflowError> {
     let geometry = file.geometry()?;
     if let Some((scanned, meshing)) = Scanned::of(&geometry) {
-        let grey = scanned.image(&file.path)?;
-        let found = scanned.segment(&file.path, &grey, &mut |_| ())?;
-        drop(grey);
-        let Segmented { labels, solid, cylinder, .. } = &found;
-        let size = [cylinder.radius_mm, cylinder.height_mm()];
+        let (_, found) = scanned.found(&file.path, &mut |_| Ok(()), &mut |_| ())?;
+        let size = [found.cylinder().radius_mm, found.cylinder().height_mm()];
         file.check_spacing("specimen.spacing_mm", meshing.spacing_mm, size[0], size[1])?;
-        let volumes_mm3 = found.regions.iter().map(|grain| (grain.id, grain.volume_mm3)).collect();
-        let measured = Some(Measured { solid, volumes_mm3 });
-        return Ok(labelled_mesh(&file.path, labels, measured, cylinder, &meshing)?.mesh);
+        return Ok(found_mesh(&file.path, &found, &meshing)?.mesh);
+    }
+    if let SpecimenGeometry::Mesh { file: mesh_file, regions, surfaces } = &geometry {
+        let imported = imported_mesh(mesh_file, regions, surfaces)?;
+        import_notes(mesh_file, &imported.notes).iter().for_each(|note| say("warning", note));
+        return Ok(imported.mesh);
     }
     Ok(direct_mesh(&file.path, &geometry)?.0)
 }

@@ -6,6 +6,7 @@ use super::WorkflowError;
 use super::closed_form::far_from_closed_form;
 use super::files::SPECIMENS;
 use super::inputs::Inputs;
+use super::mesh_scale::MeshSize;
 use super::specimen_notes::{Notes, check_rates, note_sizes};
 use super::specimen_quantities::{SpecimenNames, compared};
 use super::task::Task;
@@ -29,7 +30,7 @@ pub(super) struct InspectedSpecimens {
     pub(super) mistakes: Vec<InputError>,
 }
 
-/// Looks at specimens that are compared with a mesh of this height and radius (mm), writes `curve_checks.csv` and
+/// Looks at specimens that are compared with a mesh of this size, writes `curve_checks.csv` and
 /// prints what was found.
 ///
 /// # Errors
@@ -37,20 +38,20 @@ pub(super) struct InspectedSpecimens {
 pub(super) fn checked(
     task: &Task<'_>,
     table: SpecimenTable,
-    size_mm: [f64; 2],
+    mesh: MeshSize,
 ) -> Result<SpecimenTable, WorkflowError> {
     let file = task.path(SPECIMENS);
     let curve = |id: &str| task.path("experiments/curves").join(format!("{id}.csv"));
     let names = SpecimenNames { table: &file, curve: &curve };
     let InspectedSpecimens { table, notes, mistakes } =
-        inspect(&task.inputs, table, size_mm, &names, task.accept_out_of_range)?;
+        inspect(&task.inputs, table, mesh, &names, task.accept_out_of_range)?;
     notes.lines().iter().for_each(|line| say("note", line));
     notes.warnings().iter().for_each(|line| task.warn(line));
     task.write_csv("curve_checks.csv", ["id", "finding", "value", "help"], notes.into_rows())?;
     mistakes.into_iter().next().map_or(Ok(table), |mistake| Err(mistake.into()))
 }
 
-/// Looks at specimens that are compared with a mesh of this height and radius (mm): number, sizes, rates, curves,
+/// Looks at specimens that are compared with a mesh of this size: number, sizes, rates, curves,
 /// quantities, and what a specimen of these materials can have.
 ///
 /// # Errors
@@ -58,7 +59,7 @@ pub(super) fn checked(
 pub(super) fn inspect(
     inputs: &Inputs<'_>,
     mut table: SpecimenTable,
-    size_mm: [f64; 2],
+    mesh: MeshSize,
     names: &SpecimenNames<'_>,
     accept_out_of_range: bool,
 ) -> Result<InspectedSpecimens, WorkflowError> {
@@ -69,19 +70,19 @@ pub(super) fn inspect(
         let problem = "is the only specimen";
         mistakes.push(InputError::new(names.table, "specimen", &only.id, problem, help));
     }
-    mistakes.extend(table.specimens.iter().flat_map(|own| far_sizes(own, size_mm, names.table)));
+    mistakes.extend(table.specimens.iter().flat_map(|own| far_sizes(own, mesh, names.table)));
 
     let mut notes = Notes::default();
     let are_virtual = inputs.are_specimens_virtual()?;
     mistakes.extend(check_rates(
         inputs.test(),
         &table,
-        size_mm[0],
+        mesh.height_mm,
         are_virtual,
         names.curve,
         &mut notes,
     ));
-    note_sizes(&table, size_mm, &mut notes);
+    note_sizes(&table, mesh, &mut notes);
     let (qoi, correct) = (inputs.qoi(), inputs.toe() == Toe::Correct);
     let mut toes = Vec::new();
     for specimen in &mut table.specimens {
@@ -106,7 +107,7 @@ pub(super) fn inspect(
             notes.list(&specimen.id, name, value, format!("{problem}. {help}"));
         }
         let unusable = || {
-            let problem = compared(specimen, size_mm[0], qoi, &qoi.quantities).err()?.to_string();
+            let problem = compared(specimen, mesh, qoi, &qoi.quantities).err()?.to_string();
             let help = "Correct the curve or leave the specimen out of the table.";
             Some(InputError::new(&file, "", "", problem, help))
         };
@@ -122,7 +123,7 @@ pub(super) fn inspect(
         notes.say("load", &text);
     }
     if !are_virtual {
-        let distance = far_from_closed_form(inputs, &table, size_mm, names);
+        let distance = far_from_closed_form(inputs, &table, mesh, names);
         match distance {
             Some((specimen, mistake)) if accept_out_of_range => {
                 notes.warn("range", format!("{specimen}: {} {}", mistake.problem, mistake.help));
@@ -136,12 +137,12 @@ pub(super) fn inspect(
 /// The sizes of a specimen that are far from those of the mesh.
 fn far_sizes(
     specimen: &Specimen,
-    [height_mm, radius_mm]: [f64; 2],
+    mesh: MeshSize,
     table: &Path,
 ) -> impl Iterator<Item = InputError> {
     let sizes = [
-        ("height_mm", specimen.height_mm, height_mm, HEIGHTS),
-        ("radius_mm", specimen.radius_mm, radius_mm, RADII),
+        ("height_mm", specimen.height_mm, mesh.height_mm, HEIGHTS),
+        ("radius_mm", specimen.radius_mm, mesh.radius_mm, RADII),
     ];
     let mistakes = sizes.map(|(column, own, mesh, most)| {
         if (1.0 / most..=most).contains(&(own / mesh)) {

@@ -2,14 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use fem::{Packing, Scanner, Segmented};
+use fem::{Packing, Scanner};
 
 use super::WorkflowError;
 use super::files::SPECIMENS;
 use super::images;
 use super::levels::Level;
 use super::segment::write_16_bits;
-use super::specimen::{Measured, Scanned, Source, labelled_mesh};
+use super::specimen::{Scanned, Source, found_mesh};
 use super::stiffness::stiffness_ratio;
 use super::task::Task;
 use crate::case::{ImageCase, SpecimenGeometry};
@@ -42,7 +42,7 @@ pub(super) fn scan(
             segmentation: segmentation.clone(),
             size_mm: size_mm.map(Some),
         };
-        let grey = scanned.image(task.inputs.case_path())?;
+        let grey = scanned.grey(task.inputs.case_path())?;
         write_16_bits(task, &format!("experiments/scans/{}.tif", specimen.id), &grey, 1.0)?;
     }
     Ok(())
@@ -62,11 +62,11 @@ pub(super) fn stiffness_ratios(
     if seen == 0 {
         return Ok(vec![None; table.specimens.len()]);
     }
-    let (meshing, of_design) = match inputs.geometry()? {
-        SpecimenGeometry::Cylinder { meshing, .. } => (meshing, Vec::new()),
-        SpecimenGeometry::Image { stack, further, meshing, .. } => {
+    let (meshing, of_design, labels) = match inputs.geometry()? {
+        SpecimenGeometry::Cylinder { meshing, .. } => (meshing, Vec::new(), None),
+        SpecimenGeometry::Image { stack, labels, further, meshing, .. } => {
             let all = [stack].into_iter().chain(further).take(images::count(inputs)?);
-            (meshing, all.map(|path| canonical(&path)).collect())
+            (meshing, all.map(|path| canonical(&path)).collect(), labels)
         }
         SpecimenGeometry::Mesh { .. } => return Ok(vec![None; table.specimens.len()]),
     };
@@ -86,18 +86,14 @@ pub(super) fn stiffness_ratios(
             return Ok(Some(stiffness_ratio(&level.setup, mesh)?));
         }
         let scanned = Scanned {
-            source: Source::Stack { path: image.clone(), voxel_mm, bin },
+            source: Source::in_file(image.clone(), voxel_mm, bin, labels.clone()),
             segmentation: segmentation.clone(),
             size_mm: [None; 2],
         };
         // errors name the image: the case's own specimen may be fine
-        let grey = scanned.image(&image)?;
-        let found = scanned.segment(&image, &grey, &mut |_| ())?;
+        let (grey, found) = scanned.found(&image, &mut |_| Ok(()), &mut |_| ())?;
         drop(grey);
-        let Segmented { labels, solid, cylinder, .. } = &found;
-        let volumes_mm3 = found.regions.iter().map(|grain| (grain.id, grain.volume_mm3)).collect();
-        let measured = Some(Measured { solid, volumes_mm3 });
-        let mesh = labelled_mesh(&image, labels, measured, cylinder, &meshing)?.mesh;
+        let mesh = found_mesh(&image, &found, &meshing)?.mesh;
         Ok(Some(stiffness_ratio(&setup, mesh)?))
     };
     // one after the other: an image may fill the memory, and its segmentation all processors

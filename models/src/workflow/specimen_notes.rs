@@ -4,14 +4,18 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use super::mesh_scale::{MeshScale, MeshSize};
 use crate::case::TestCase;
 use crate::error::InputError;
 use crate::experiment::{Specimen, SpecimenTable};
 
 /// Lines of one kind that are printed.
 const EXAMPLES: usize = 5;
-/// A relative difference of the radius that is worth a line: it changes the force by twice that.
-const RADIUS: f64 = 1e-3;
+/// Relative difference of the radii up to which equal stress makes specimens comparable. Beyond it the ratio of height
+/// to radius, and grains and cracks beside the radius, differ too.
+const RADIUS: f64 = 0.02;
+/// Relative difference of the radii up to which forces that are not scaled need no warning.
+const UNSCALED: f64 = 1e-3;
 /// Relative difference of the strain rates of test and case that is refused: the viscosity is off by as much.
 const RATE: f64 = 0.05;
 
@@ -74,33 +78,42 @@ impl Notes {
     }
 }
 
-/// Notes heights, by which displacements are scaled, and radii, by which forces are not.
-pub(super) fn note_sizes(
-    table: &SpecimenTable,
-    [height_mm, radius_mm]: [f64; 2],
-    notes: &mut Notes,
-) {
+/// Notes heights, by which displacements are scaled, and radii, by which forces are.
+pub(super) fn note_sizes(table: &SpecimenTable, mesh: MeshSize, notes: &mut Notes) {
     for specimen in &table.specimens {
-        let factor = height_mm / specimen.height_mm;
-        if (factor - 1.0).abs() > 1e-9 {
-            notes.say(
-                "height",
-                &format!(
-                    "{} is {} mm high, the mesh {height_mm:.4} mm: its displacements are scaled by {factor:.4}",
-                    specimen.id, specimen.height_mm
-                ),
-            );
-        }
-        let ratio = specimen.radius_mm / radius_mm;
-        if (ratio - 1.0).abs() > RADIUS {
-            let percent = 100.0 * (ratio * ratio - 1.0);
+        let scale = MeshScale::of(specimen, mesh);
+        if scale.displacement != 1.0 {
             let text = format!(
-                "has a radius of {} mm, the mesh {radius_mm:.4} mm: its section, and with it its force, differs by \
-                 {percent:+.2} % and is not scaled. Mesh the mean radius (specimen.radius_mm) or correct the table",
-                specimen.radius_mm
+                "is {} mm high, the mesh {:.4} mm: its displacements are scaled by {:.4}",
+                specimen.height_mm, mesh.height_mm, scale.displacement
+            );
+            notes.say("height", &format!("{} {text}", specimen.id));
+        }
+        let (own, radius_mm) = (specimen.radius_mm, mesh.radius_mm);
+        let difference = (own / radius_mm - 1.0).abs();
+        let text = format!("has a radius of {own} mm, the mesh {radius_mm:.4} mm");
+        if scale.force != 1.0 {
+            let text = format!("{text}: its forces are scaled by {:.4}", scale.force);
+            if difference > RADIUS {
+                let text = format!(
+                    "{text}, which leaves out that height, grains and cracks are not scaled alike. Mesh the mean \
+                     radius (specimen.radius_mm) or correct the table"
+                );
+                notes.warn("radius", format!("{} {text}", specimen.id));
+                notes.list(&specimen.id, "radius", own, text);
+            } else {
+                notes.say("radius", &format!("{} {text}", specimen.id));
+                notes.list(&specimen.id, "radius", own, text);
+            }
+        } else if difference > UNSCALED {
+            let percent = 100.0 * ((own / radius_mm).powi(2) - 1.0);
+            let text = format!(
+                "{text}: the mesh is no cylinder, so that forces are not scaled; sections of circles of these radii \
+                 differ by {percent:+.2} %. Write the radius of the circle around the mesh into the table if the \
+                 specimen has the shape of the mesh"
             );
             notes.warn("radius", format!("{} {text}", specimen.id));
-            notes.list(&specimen.id, "radius", specimen.radius_mm, text);
+            notes.list(&specimen.id, "radius", own, text);
         }
     }
 }
@@ -204,12 +217,31 @@ mod tests {
     #[test]
     fn five_lines_of_a_kind_are_printed_and_all_are_listed() {
         let mut notes = Notes::default();
-        note_sizes(&table(&[None; 8]), [8.8, 2.49], &mut notes);
+        note_sizes(&table(&[None; 8]), MeshSize::of_cylinder([8.8, 2.4]), &mut notes);
         assert_eq!(notes.said["radius"], 8);
         assert_eq!(notes.warnings.len(), 5);
         assert!(!notes.said.contains_key("height"));
         let rows = notes.into_rows();
         assert_eq!(rows.len(), 8);
-        assert!(rows[0][3].contains("+0.80 %"), "{:?}", rows[0]);
+        assert!(rows[0][3].contains("forces are scaled by 0.9216"), "{:?}", rows[0]);
+    }
+
+    /// 2.49 mm instead of 2.5 mm is scaled with a note, 2.4 mm with a warning, and beside a block nothing is scaled.
+    #[test]
+    fn radii_are_noted_or_warned_of() {
+        let noted = |mesh: MeshSize| {
+            let mut notes = Notes::default();
+            note_sizes(&table(&[None]), mesh, &mut notes);
+            [notes.lines.join(""), notes.warnings.join("")]
+        };
+        let [line, warning] = noted(MeshSize::of_cylinder([8.8, 2.5]));
+        assert!(line.is_empty() && warning.is_empty(), "{line}{warning}");
+        let [line, warning] = noted(MeshSize::of_cylinder([8.8, 2.49]));
+        assert!(line.contains("forces are scaled by 0.9920") && warning.is_empty(), "{warning}");
+        let [line, warning] = noted(MeshSize::of_cylinder([8.8, 2.4]));
+        assert!(line.is_empty() && warning.contains("forces are scaled by 0.9216"), "{warning}");
+        let block = MeshSize { is_cylinder: false, ..MeshSize::of_cylinder([8.8, 2.49]) };
+        let [line, warning] = noted(block);
+        assert!(line.is_empty() && warning.contains("+0.80 %"), "{warning}");
     }
 }

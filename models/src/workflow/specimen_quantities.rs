@@ -1,7 +1,8 @@
-//! Quantities of measured specimens at the height of the mesh, and the files that messages name.
+//! Quantities of measured specimens at the size of the mesh, and the files that messages name.
 
 use std::path::{Path, PathBuf};
 
+use super::mesh_scale::{MeshScale, MeshSize};
 use crate::case::QoiCase;
 use crate::experiment::Specimen;
 use crate::qoi::{QoiError, Qois, Quantity};
@@ -13,23 +14,17 @@ pub(super) struct SpecimenNames<'a> {
     pub(super) curve: &'a dyn Fn(&str) -> PathBuf,
 }
 
-/// Quantities of a specimen's curve at the height of the mesh.
+/// Quantities of a specimen's curve at the size of the mesh.
 ///
 /// # Errors
 /// A curve that they cannot be taken from.
 pub(super) fn compared(
     specimen: &Specimen,
-    mesh_height_mm: f64,
+    mesh: MeshSize,
     qoi: &QoiCase,
     quantities: &[Quantity],
 ) -> Result<Vec<f64>, QoiError> {
     let fraction = specimen.slope_fraction.unwrap_or(qoi.slope_fraction);
-    let curve = specimen.curve.scale_displacement(height_factor(specimen, mesh_height_mm));
+    let curve = MeshScale::of(specimen, mesh).apply(&specimen.curve);
     Qois::values_of(&curve, fraction, quantities)
-}
-
-/// What displacements of a specimen are multiplied by to compare with the mesh.
-pub(super) fn height_factor(specimen: &Specimen, mesh_height_mm: f64) -> f64 {
-    let factor = mesh_height_mm / specimen.height_mm;
-    if (factor - 1.0).abs() > 1e-9 { factor } else { 1.0 }
 }

@@ -186,4 +186,51 @@ impl Stage {
             product => is_virtual || !product.starts_with("experiments/"),
         })
     }
+
+    /// Whether a file with the name of a product has a number that the stage may write for a case.
+    pub(super) fn may_write(case: &Case, name: &str) -> bool {
+        let Some((front, number)) = numbered_curve(name) else { return true };
+        let most = match front {
+            "draw" => case.confirm.draws,
+            _ => {
+                let extended: usize = case.extend.iter().map(|extension| extension.runs).sum();
+                // the last batch may be begun with one run left
+                let placed = case.sequential.as_ref().map_or(0, |own| own.most + own.batch);
+                case.design.runs + extended + placed
+            }
+        };
+        (1..=most).contains(&number)
+    }
+}
+
+/// What a curve of a simulation is of, and its number: `draw` and 7 of `curves/draw-7.csv`, `level-2-run` and 13 of
+/// `curves/level-2-run-013.csv`.
+fn numbered_curve(name: &str) -> Option<(&str, usize)> {
+    let (front, number) = name.strip_prefix("curves/")?.strip_suffix(".csv")?.rsplit_once('-')?;
+    Some((front, number.parse().ok()?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::case::CaseFile;
+
+    #[test]
+    fn curves_beyond_the_runs_of_a_case_are_none_of_its_products() {
+        let mut case = CaseFile::default_case().case;
+        case.sequential = None;
+        case.extend.clear();
+        (case.design.runs, case.confirm.draws) = (12, 2);
+        for name in
+            ["run-001", "run-012", "run-12", "level-2-run-012", "draw-2", "map", "second-mesh"]
+        {
+            assert!(Stage::may_write(&case, &format!("curves/{name}.csv")), "{name}");
+        }
+        for name in ["run-099", "run-013", "run-000", "level-2-run-013", "draw-3"] {
+            assert!(!Stage::may_write(&case, &format!("curves/{name}.csv")), "{name}");
+        }
+        assert!(Stage::may_write(&case, "design/candidate-99.csv"));
+        case.sequential = Some(crate::case::SequentialCase { most: 5, ..Default::default() });
+        assert!(Stage::may_write(&case, "curves/run-017.csv"));
+    }
 }

@@ -81,7 +81,7 @@ mod tests {
         let lattice = CylinderLattice { radius_mm: 2.5, height_mm: 4.0, spacing_mm: 1.0 };
         let mut mesh = lattice.build().unwrap();
         mesh.regions = vec!["matrix".into(), "grain".into()];
-        let part = Mixture { fraction: 0.25, normal: [0.0, 0.0, 1.0] };
+        let part = Mixture { fraction: 0.25, normal: [0.0, 0.0, 1.0], region: 1 };
         mesh.mixture = Some(vec![part; mesh.tets.len()]);
         let solver = SolverOptions { tolerance: 1e-11, ..SolverOptions::default() };
         let homogenisation = Homogenisation::Reuss;

@@ -29,7 +29,8 @@ use crate::{
 /// p(y′) q(y) / (p(y) q(y′)))`. The draws follow **p for every q** that is positive wherever p is positive; a poor q
 /// lowers the acceptance rate but does not bias the draws. With n = 1 this is delayed acceptance, with n > 1 the
 /// surrogate-transition method: a larger n makes the draws less correlated if q is close to p, and lowers the
-/// acceptance rate if q is poor. The proposal is the proposal of [`Metropolis`](super::Metropolis). The warmup tunes it
+/// acceptance rate if q is poor. With probability [`plain_share`](Self::plain_share), independent of the point, a
+/// transition is instead one random-walk Metropolis step on p. The proposal is the proposal of [`Metropolis`](super::Metropolis). The warmup tunes it
 /// to the acceptance rate under q; after the warmup nothing is adapted. Since the tuning depends on q only, most of the
 /// warmup can run without p: see [`screened_warmup`](Self::screened_warmup).
 ///
@@ -76,7 +77,7 @@ pub struct Screened {
 
 impl Default for DelayedAcceptance<'_> {
     fn default() -> Self {
-        let screening = Screening { steps: 1, power: 1.0 };
+        let screening = Screening { steps: 1, power: 1.0, plain_share: 0.0 };
         Self { settings: Settings::new(2000, 5000), method: Screened { screening, alone: 0 } }
     }
 }
@@ -97,6 +98,18 @@ impl DelayedAcceptance<'_> {
     /// the expensive density for every exponent.
     pub fn screening_power(mut self, power: f64) -> Self {
         self.method.screening.power = power;
+        self
+    }
+
+    /// Probability that a transition is one random-walk Metropolis step on the expensive density without screening, from
+    /// 0 to below 1. The default is 0.
+    ///
+    /// Where the cheap density is far too small, the screening leads away from a point and the correction factor
+    /// rejects what it finds, so that the chain stays. Steps that ignore the cheap density leave such a point. The
+    /// choice between the two kinds of transition does not depend on the point, so that the draws follow the expensive
+    /// density for every share. Such a step costs one expensive evaluation, as a screened transition does.
+    pub fn plain_share(mut self, share: f64) -> Self {
+        self.method.screening.plain_share = share;
         self
     }
 
@@ -208,10 +221,14 @@ impl Method for Screened {
                     ..Delayed::new(cheap, expensive, shape.clone(), *screening)
                 })
             }
-            Some(Tuning::Screened(_, Screening { steps, power })) => {
-                let reason =
-                    format!("they took {steps} screening steps on a density to the power {power}");
-                Err(misfit(reason, "set `screening_steps` and `screening_power` as they were"))
+            Some(Tuning::Screened(_, Screening { steps, power, plain_share })) => {
+                let reason = format!(
+                    "they took {steps} screening steps on a density to the power {power}, and a share {plain_share} of \
+                     steps without screening"
+                );
+                let help =
+                    "set `screening_steps`, `screening_power` and `plain_share` as they were";
+                Err(misfit(reason, help))
             }
             _ => Err(another_sampler()),
         })
@@ -264,8 +281,9 @@ struct Delayed<'a> {
     alone: usize,
     /// Whether the expensive density has not yet been evaluated at the current point.
     is_unasked: bool,
-    /// Mean acceptance probability of the most recent screening.
-    screened: f64,
+    /// Acceptance probability that the proposal is tuned by: the mean of the most recent screening, or of the most recent
+    /// step without screening.
+    walked: f64,
     rejections: Rejections,
 }
 
@@ -285,7 +303,7 @@ impl<'a> Delayed<'a> {
             screening,
             alone: 0,
             is_unasked: false,
-            screened: 0.0,
+            walked: 0.0,
             rejections: Rejections::default(),
         }
     }
@@ -305,8 +323,52 @@ impl<'a> Delayed<'a> {
                 moved = true;
             }
         }
-        self.screened = sum / f64::from(self.screening.steps);
+        self.walked = sum / f64::from(self.screening.steps);
         Ok(moved)
+    }
+
+    /// Takes one random-walk Metropolis step on the expensive density; returns its acceptance probability.
+    fn plain_step(&mut self, rng: &mut Stream) -> Result<f64, StopReason> {
+        let level = &mut self.expensive;
+        self.walk.propose(&level.y, &mut self.next, rng);
+        let value = level.value(&self.next, &mut self.rejections)?;
+        let acceptance = match level.log_density == f64::NEG_INFINITY {
+            true => f64::from(u8::from(value > f64::NEG_INFINITY)),
+            false => accepting(value - level.log_density),
+        };
+        self.walked = acceptance;
+        if rng.random::<f64>() < acceptance {
+            self.cheap.log_density = self.cheap.value(&self.next, &mut self.rejections)?;
+            self.cheap.y.copy_from_slice(&self.next);
+            level.y.copy_from_slice(&self.next);
+            level.log_density = value;
+        }
+        Ok(acceptance)
+    }
+
+    /// Screens from the current point and decides by the expensive density; returns the acceptance probability, and
+    /// whether the expensive density was evaluated.
+    fn screened_step(&mut self, rng: &mut Stream) -> Result<(f64, bool), StopReason> {
+        let before = self.cheap.log_density;
+        if !self.screen(rng)? {
+            return Ok((0.0, false));
+        }
+        let (cheap, level) = (&mut self.cheap, &mut self.expensive);
+        let value = self.rejections.value(&mut *level.density, &cheap.y)?;
+        let correction = before - cheap.log_density;
+        let acceptance = match level.log_density == f64::NEG_INFINITY {
+            // the current point has zero expensive density: accept every point with a positive one
+            true => f64::from(u8::from(value > f64::NEG_INFINITY)),
+            false => accepting(value - level.log_density + correction),
+        };
+        if rng.random::<f64>() < acceptance {
+            level.y.copy_from_slice(&cheap.y);
+            level.log_density = value;
+        } else {
+            cheap.y.copy_from_slice(&level.y);
+            cheap.log_density = before;
+        }
+        Ok((acceptance, true))
     }
 }
 
@@ -330,39 +392,26 @@ impl MarkovChain for Delayed<'_> {
             self.screen(rng)?;
             self.expensive.y.copy_from_slice(&self.cheap.y);
             let (log_density, scale) = (self.cheap.log_density, self.walk.shape.scale);
-            return Ok(DrawStats::walk(log_density, self.screened, scale, 0));
+            return Ok(DrawStats::walk(log_density, self.walked, scale, 0));
         }
         let asked = std::mem::replace(&mut self.is_unasked, false);
         if asked {
             let level = &mut self.expensive;
             level.log_density = self.rejections.value(&mut *level.density, &level.y)?;
         }
-        let before = self.cheap.log_density;
-        let moved = self.screen(rng)?;
-        let mut acceptance = 0.0;
-        if moved {
-            let (cheap, level) = (&mut self.cheap, &mut self.expensive);
-            let value = self.rejections.value(&mut *level.density, &cheap.y)?;
-            let correction = before - cheap.log_density;
-            acceptance = match level.log_density == f64::NEG_INFINITY {
-                // the current point has zero expensive density: accept every point with a positive one
-                true => f64::from(u8::from(value > f64::NEG_INFINITY)),
-                false => accepting(value - level.log_density + correction),
-            };
-            if rng.random::<f64>() < acceptance {
-                level.y.copy_from_slice(&cheap.y);
-                level.log_density = value;
-            } else {
-                cheap.y.copy_from_slice(&level.y);
-                cheap.log_density = before;
-            }
-        }
+        let share = self.screening.plain_share;
+        // a share of 0 leaves the random numbers as they were without this setting
+        let is_plain = share > 0.0 && rng.random::<f64>() < share;
+        let (acceptance, decided) = match is_plain {
+            true => (self.plain_step(rng)?, true),
+            false => self.screened_step(rng)?,
+        };
         let (log_density, scale) = (self.expensive.log_density, self.walk.shape.scale);
-        Ok(DrawStats::walk(log_density, acceptance, scale, u32::from(moved) + u32::from(asked)))
+        Ok(DrawStats::walk(log_density, acceptance, scale, u32::from(decided) + u32::from(asked)))
     }
 
     fn adapt(&mut self, _: &DrawStats, _: &mut Stream) -> Result<(), StopReason> {
-        self.walk.shape.learn(self.screened, &self.expensive.y);
+        self.walk.shape.learn(self.walked, &self.expensive.y);
         Ok(())
     }
 

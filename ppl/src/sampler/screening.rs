@@ -11,10 +11,14 @@ pub(super) struct Screening {
     pub(super) steps: u32,
     /// Exponent of the cheap density.
     pub(super) power: f64,
+    /// Probability that a transition is a random-walk step on the expensive density. Chains that were saved before
+    /// there was this setting have none.
+    #[serde(default)]
+    pub(super) plain_share: f64,
 }
 
 impl Screening {
-    /// Checks both settings.
+    /// Checks all settings.
     ///
     /// # Errors
     /// [`RunError::Setting`] if one is out of range.
@@ -26,6 +30,10 @@ impl Screening {
         if !(self.power > 0.0 && self.power <= 1.0) {
             let help = "give a number above 0, at most 1";
             return refused("screening_power", self.power.to_string(), help);
+        }
+        if !(0.0..1.0).contains(&self.plain_share) {
+            let help = "give a number from 0 to below 1";
+            return refused("plain_share", self.plain_share.to_string(), help);
         }
         Ok(())
     }

@@ -164,7 +164,7 @@ fn walks_go_on_too() {
     finished(&walk, &target);
     finished(&walk.thin(3).init_points(start), &half_normal());
     let cheap = Gaussian::autoregressive(3, 0.3, 0.1, 12.0);
-    let screened = settings!(DelayedAcceptance::default()).screening_steps(3);
+    let screened = settings!(DelayedAcceptance::default()).screening_steps(3).plain_share(0.2);
     finished(&Screened(screened.clone(), &cheap), &target);
     // with a warmup most of which asks for nothing
     finished(&Screened(screened.screened_warmup(120), &cheap), &target);

@@ -8,7 +8,9 @@ use ::tiff::decoder::{Decoder, DecodingResult, Limits};
 use ::tiff::tags::{CompressionMethod, Tag};
 use ::tiff::{ColorType, TiffError};
 
+use super::zstd;
 use crate::ImageError;
+use crate::slices::sample::{NumberKind, SampleType};
 use fem_file::open_regular;
 
 pub(super) type Reader = Decoder<BufReader<File>>;
@@ -18,14 +20,22 @@ pub(super) type Reader = Decoder<BufReader<File>>;
 pub(super) struct Declared {
     pub(super) width: usize,
     pub(super) height: usize,
-    pub(super) bits: u8,
+    pub(super) sample: SampleType,
+    pub(super) compression: u16,
     /// A smaller copy of another page.
     pub(super) preview: bool,
 }
 
+/// Compression methods that change grey values: JPEG (old and new), JPEG 2000, WebP, JPEG XL.
+const LOSSY: [u16; 6] = [6, 7, 34_712, 50_001, 50_002, 52_546];
+
 impl Declared {
+    pub(super) fn is_uncompressed(&self) -> bool {
+        self.compression == CompressionMethod::None.to_u16()
+    }
+
     pub(super) fn bytes(&self) -> u64 {
-        (self.width as u64).saturating_mul(self.height as u64) * u64::from(self.bits / 8)
+        (self.width as u64).saturating_mul(self.height as u64) * u64::from(self.sample.bits / 8)
     }
 }
 
@@ -57,16 +67,33 @@ pub(super) fn declared(
             let help = "save it with 8, 16 or 32 bits a voxel";
             return Err(fail(format!("{bits} bits a voxel"), help));
         }
+        ColorType::Multiband { num_samples, .. } => {
+            let help = "save one channel in grey";
+            return Err(fail(format!("{num_samples} values a pixel (channels)"), help));
+        }
         other => {
             let help = "save it in grey";
             return Err(fail(format!("its pixels are colours ({other:?})"), help));
         }
     };
+    let format = decoder.find_tag_unsigned_vec::<u16>(Tag::SampleFormat).ok().flatten();
+    let number = match format.and_then(|all| all.first().copied()) {
+        Some(2) => NumberKind::Signed,
+        Some(3) => NumberKind::Float,
+        _ => NumberKind::Unsigned,
+    };
+    let method = decoder.find_tag_unsigned::<u16>(Tag::Compression).ok().flatten();
+    let compression = method.unwrap_or(CompressionMethod::None.to_u16());
+    if LOSSY.contains(&compression) {
+        let help = "JPEG and its like change grey values: export the scan again with LZW, deflate, ZSTD or no compression";
+        return Err(fail(format!("it is compressed with loss (method {compression})"), help));
+    }
     let kind = decoder.find_tag_unsigned::<u32>(Tag::NewSubfileType).ok().flatten();
     let this = Declared {
         width: width as usize,
         height: height as usize,
-        bits,
+        sample: SampleType { kind: number, bits },
+        compression,
         preview: kind.is_some_and(|kind| kind & 1 == 1),
     };
     let stored = [Tag::StripByteCounts, Tag::TileByteCounts]
@@ -74,8 +101,7 @@ pub(super) fn declared(
         .filter_map(|tag| decoder.find_tag_unsigned_vec::<u64>(tag).ok().flatten())
         .flatten()
         .fold(0_u64, u64::saturating_add);
-    let method = decoder.find_tag_unsigned::<u16>(Tag::Compression).ok().flatten();
-    let uncompressed = method.is_none_or(|method| method == CompressionMethod::None.to_u16());
+    let uncompressed = this.is_uncompressed();
     if stored > file_bytes || (uncompressed && file_bytes < this.bytes()) {
         let message = format!(
             "its {} × {} voxels take {} bytes, but the file has {file_bytes}",
@@ -93,8 +119,44 @@ pub(super) fn samples(
     path: &Path,
     page: usize,
     decoder: &mut Reader,
-) -> Result<DecodingResult, ImageError> {
-    decoder.read_image().map_err(|error| refused(path, page, &error))
+    into: &mut [f64],
+) -> Result<(), ImageError> {
+    let method = decoder.find_tag_unsigned::<u16>(Tag::Compression).ok().flatten();
+    if method == Some(CompressionMethod::ZSTD.to_u16()) {
+        return zstd::samples(decoder, into).map_err(|message| {
+            let help = "the file is damaged: write or copy it again";
+            ImageError::Page { path: path.into(), page, message, help }
+        });
+    }
+    let samples = decoder.read_image().map_err(|error| refused(path, page, &error))?;
+    let length = numbers(&samples, into);
+    if length < into.len() {
+        let message = format!("{length} values for {} voxels", into.len());
+        let help = "the file is damaged: write or copy it again";
+        return Err(ImageError::Page { path: path.into(), page, message, help });
+    }
+    Ok(())
+}
+
+/// Converts samples of any type; returns how many there are.
+fn numbers(samples: &DecodingResult, into: &mut [f64]) -> usize {
+    fn copy<S: Copy>(from: &[S], to: &mut [f64], number: impl Fn(S) -> f64) -> usize {
+        to.iter_mut().zip(from).for_each(|(to, &from)| *to = number(from));
+        from.len()
+    }
+    match samples {
+        DecodingResult::U8(from) => copy(from, into, f64::from),
+        DecodingResult::U16(from) => copy(from, into, f64::from),
+        DecodingResult::U32(from) => copy(from, into, f64::from),
+        DecodingResult::U64(from) => copy(from, into, |v| v as f64),
+        DecodingResult::I8(from) => copy(from, into, f64::from),
+        DecodingResult::I16(from) => copy(from, into, f64::from),
+        DecodingResult::I32(from) => copy(from, into, f64::from),
+        DecodingResult::I64(from) => copy(from, into, |v| v as f64),
+        DecodingResult::F16(from) => copy(from, into, f64::from),
+        DecodingResult::F32(from) => copy(from, into, f64::from),
+        DecodingResult::F64(from) => copy(from, into, |v| v),
+    }
 }
 
 /// A page that the decoder refuses, in words.
@@ -102,7 +164,7 @@ pub(super) fn refused(path: &Path, page: usize, error: &TiffError) -> ImageError
     let help = match error {
         TiffError::IoError(_) => "the file is cut short: write or copy it again",
         TiffError::UnsupportedError(_) => {
-            "save it in grey, uncompressed or by LZW, deflate or PackBits"
+            "save it in grey, uncompressed or by LZW, deflate, PackBits or ZSTD"
         }
         _ => "the file is damaged: write or copy it again",
     };

@@ -1,149 +1,277 @@
-//! What a stack consists of: its files, their pages, its shape and the size of a voxel.
+//! The files of a TIFF stack, their pages, and whether these are one volume.
 
-use std::cmp::Ordering;
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
-use super::page::{Declared, declared, open, refused};
-use super::resolution::{VoxelSize, declared_images, voxel_size};
+use ::tiff::tags::{ByteOrder as FileOrder, Tag};
+
+use super::describe::Description;
+use super::page::{Declared, Reader, declared, open, refused, samples};
 use crate::ImageError;
-use crate::volume::check_count;
+use crate::slices::names::{Ordered, file_name};
+use crate::slices::raw::{Packing, RawSlices};
+use crate::slices::sample::ByteOrder;
+use crate::slices::stack::{SliceReader, SliceSource, Stack};
 
 /// No compression that is read packs more bytes into one than this.
 const DENSEST: u64 = 3000;
+const CHANNELS_HELP: &str = "save one channel of one time as a stack of its own (ImageJ: Image > Duplicate, then File > Save As > Tiff)";
 
 /// A file of a stack.
 #[derive(Debug)]
-pub(super) struct SliceFile {
-    pub(super) path: PathBuf,
+struct SliceFile {
+    path: PathBuf,
     bytes: u64,
 }
 
 impl SliceFile {
     /// The most memory that its pages can be worth.
-    pub(super) fn most_bytes(&self) -> u64 {
+    fn most_bytes(&self) -> u64 {
         self.bytes.saturating_mul(DENSEST)
     }
 }
 
-/// All files of a stack and what they declare.
+/// The files of a stack, and file and page (both from 0) of each slice.
 #[derive(Debug)]
-pub(super) struct Stack {
-    pub(super) files: Vec<SliceFile>,
-    /// File and page (both from 0) of each slice.
-    pub(super) slices: Vec<(usize, usize)>,
-    /// Voxels along x, y, z.
-    pub(super) shape: [usize; 3],
-    /// Edge of a voxel (mm).
-    pub(super) voxel_mm: f64,
+struct Pages {
+    files: Vec<SliceFile>,
+    slices: Vec<(usize, usize)>,
 }
 
-impl Stack {
-    /// Looks at all pages of a file or folder, of which blocks of `bin` voxels along each edge are to
-    /// become one.
-    ///
-    /// # Errors
-    /// [`ImageError`]; see [`read`](super::read) and [`read_binned`](super::read_binned).
-    pub(super) fn scan(
-        path: &Path,
-        voxel_mm: Option<f64>,
-        bin: usize,
-    ) -> Result<Stack, ImageError> {
-        let paths = if path.is_dir() { slices_of(path)? } else { vec![path.to_owned()] };
-        let (mut files, mut slices) = (Vec::with_capacity(paths.len()), Vec::new());
-        let mut first: Option<Declared> = None;
-        let mut size = voxel_mm.map(VoxelSize::Cube);
-        let (mut declared_bytes, mut file_bytes) = (0_u64, 0_u64);
-        for path in paths {
-            let meta =
-                std::fs::metadata(&path).map_err(|error| ImageError::io("read", &path, error))?;
-            let file = SliceFile { path, bytes: meta.len() };
-            file_bytes += file.bytes;
-            let mut decoder = open(&file.path, file.most_bytes())?;
-            let images = declared_images(&mut decoder).unwrap_or(1);
-            let before = slices.len();
-            for number in 0.. {
-                if number > 0 {
-                    if !decoder.more_images() {
-                        break;
-                    }
-                    let refuse = |error| refused(&file.path, number + 1, &error);
-                    decoder.next_image().map_err(refuse)?;
-                }
-                let this = declared(&file.path, number + 1, &mut decoder, file.bytes)?;
-                if this.preview {
-                    continue;
-                }
-                size.get_or_insert_with(|| voxel_size(&mut decoder));
-                same_size(&file.path, number, first.get_or_insert(this), &this)?;
-                declared_bytes = declared_bytes.saturating_add(this.bytes());
-                slices.push((files.len(), number));
-            }
-            if slices.len() == before + 1 && images > 1 {
-                return Err(ImageError::Page {
-                    path: file.path,
-                    page: 1,
-                    message: format!("it is the only page, but {images} images are declared"),
-                    help: "save the stack as BigTIFF, or as one file for each slice",
-                });
-            }
-            if declared_bytes > file_bytes.saturating_mul(DENSEST) {
-                let path = file.path;
-                return Err(ImageError::Implausible { path, declared_bytes, file_bytes });
-            }
-            files.push(file);
-        }
-        let (Some(page), Some(size)) = (first, size) else {
-            let help = "give a file or folder of slices";
-            return Err(ImageError::Empty { path: path.into(), what: "page", help });
-        };
-        let shape = [page.width, page.height, slices.len()];
-        if bin == 0 || shape.iter().any(|&side| side < bin && bin > 1) {
-            return Err(ImageError::Parameter {
-                field: "bin",
-                value: bin as f64,
-                requirement: "a whole number from 1 to the voxels along the shortest edge",
-            });
-        }
-        check_count(shape, bin)?;
-        let voxel_mm = match size {
-            VoxelSize::Cube(edge) if edge.is_finite() && edge > 0.0 => edge,
-            VoxelSize::Cube(value) => {
-                let requirement = "a length above 0 (mm)";
-                return Err(ImageError::Parameter { field: "voxel_mm", value, requirement });
-            }
-            VoxelSize::Unlike(size_mm) => {
-                return Err(ImageError::Anisotropic { path: path.into(), size_mm });
-            }
-            VoxelSize::Unknown(message) => {
-                return Err(ImageError::NoVoxelSize { path: path.into(), message });
-            }
-        };
-        Ok(Stack { files, slices, shape, voxel_mm })
+impl SliceSource for Pages {
+    fn reader(&self) -> Box<dyn SliceReader + '_> {
+        Box::new(PageReader { pages: self, open: None })
+    }
+
+    fn place(&self, slice: usize) -> (PathBuf, usize) {
+        let (file, page) = self.slices[slice];
+        (self.files[file].path.clone(), page + 1)
     }
 }
 
-fn same_size(
+/// Reads pages; a file stays open as long as slices come from it.
+struct PageReader<'a> {
+    pages: &'a Pages,
+    /// A file, by its number, and its decoder.
+    open: Option<(usize, Reader)>,
+}
+
+impl SliceReader for PageReader<'_> {
+    fn read(&mut self, slice: usize, into: &mut [f64]) -> Result<(), ImageError> {
+        let (file, number) = self.pages.slices[slice];
+        let source = &self.pages.files[file];
+        let (path, page) = (&source.path, number + 1);
+        let decoder = match &mut self.open {
+            Some((open, decoder)) if *open == file => decoder,
+            other => &mut other.insert((file, open(path, source.most_bytes())?)).1,
+        };
+        decoder.seek_to_image(number).map_err(|error| refused(path, page, &error))?;
+        samples(path, page, decoder, into)
+    }
+}
+
+/// Reads the headers of all pages of files in the order of their slices; `path` is the file or folder that was
+/// named.
+///
+/// # Errors
+/// [`ImageError`]; see [`read`](super::read()) and [`read_binned`](super::read_binned).
+pub(crate) fn scan(
+    path: &Path,
+    paths: Vec<PathBuf>,
+    ordered: Option<&Ordered>,
+) -> Result<Stack, ImageError> {
+    let mut pages = Pages { files: Vec::with_capacity(paths.len()), slices: Vec::new() };
+    let mut first: Option<(Declared, Description)> = None;
+    let mut incomplete = None;
+    let (mut declared_bytes, mut file_bytes) = (0_u64, 0_u64);
+    for path in &paths {
+        let meta = std::fs::metadata(path).map_err(|error| ImageError::io("read", path, error))?;
+        let file = SliceFile { path: path.clone(), bytes: meta.len() };
+        file_bytes += file.bytes;
+        let mut decoder = open(path, file.most_bytes())?;
+        let description = Description::of(&mut decoder);
+        check_dimensions(path, &description)?;
+        let before = pages.slices.len();
+        let mut last = None;
+        for number in 0.. {
+            if number > 0 {
+                if !decoder.more_images() {
+                    break;
+                }
+                let refuse = |error| refused(path, number + 1, &error);
+                decoder.next_image().map_err(refuse)?;
+            }
+            let this = declared(path, number + 1, &mut decoder, file.bytes)?;
+            if this.preview {
+                continue;
+            }
+            let (page, _) = first.get_or_insert_with(|| (this, description.clone()));
+            check_alike(path, number, page, &this)?;
+            declared_bytes = declared_bytes.saturating_add(this.bytes());
+            pages.slices.push((pages.files.len(), number));
+            last = Some(this);
+        }
+        let found = pages.slices.len() - before;
+        let images = description.images.unwrap_or(0);
+        if let (Some(page), true, 1, 1) = (last, images > found, found, paths.len())
+            && let Some(raw) = behind_one_page(path, page, &description, images, file.bytes)?
+        {
+            return Ok(one_file(path, page, description, images, Box::new(raw)));
+        }
+        if images > found {
+            incomplete.get_or_insert((path.clone(), found, images));
+        }
+        if declared_bytes > file_bytes.saturating_mul(DENSEST) {
+            let path = path.clone();
+            return Err(ImageError::Implausible { path, declared_bytes, file_bytes });
+        }
+        pages.files.push(file);
+    }
+    let Some((page, description)) = first else {
+        let help = "give a file or folder of slices";
+        return Err(ImageError::Empty { path: path.into(), what: "page", help });
+    };
+    let slices = pages.slices.len();
+    // a set of files declares the pages of all of them
+    if let Some((file, found, images)) = incomplete.filter(|(.., images)| *images != slices) {
+        let page = if found == 1 { "page" } else { "pages" };
+        return Err(ImageError::Series {
+            path: file,
+            message: format!("has {found} {page}, but {images} are declared"),
+            help: "the file is cut short or belongs to a set: copy it again, or name the folder that holds the whole set",
+        });
+    }
+    let mut stack = one_file(path, page, description, slices, Box::new(pages));
+    if let Some(ordered) = ordered {
+        let [first, last] = [paths.first(), paths.last()]
+            .map(|path| path.map_or(String::new(), |path| file_name(path)));
+        let pages =
+            if slices == paths.len() { String::new() } else { format!(" with {slices} pages") };
+        stack.contents =
+            format!("{} TIFF files{pages}, {first} to {last} by their numbers", paths.len());
+        stack.notes.extend(ordered.note.clone());
+        if ordered.step != 1 && slices == paths.len() {
+            stack.notes.push(format!(
+                "Heights are wrong if slices were left out: the numbers in the names go in steps of {}.",
+                ordered.step
+            ));
+        }
+    }
+    stack.files = paths;
+    Ok(stack)
+}
+
+fn one_file(
+    path: &Path,
+    page: Declared,
+    description: Description,
+    slices: usize,
+    source: Box<dyn SliceSource>,
+) -> Stack {
+    let mut notes = Vec::new();
+    if let Some([channels, _, times]) = description.dimensions
+        && slices > 1
+        && channels.max(times) > 1
+    {
+        let what = if channels > 1 { "channels" } else { "times" };
+        notes.push(format!(
+            "Heights are wrong if the {slices} images are not slices: {} declares them as {what}.",
+            path.display()
+        ));
+    }
+    Stack {
+        path: path.into(),
+        files: vec![path.into()],
+        shape: [page.width, page.height, slices],
+        sample: page.sample,
+        size: description.size,
+        contents: format!("TIFF of {slices} {}", if slices == 1 { "page" } else { "pages" }),
+        notes,
+        source,
+    }
+}
+
+/// Refuses a file that holds more than one volume.
+fn check_dimensions(path: &Path, description: &Description) -> Result<(), ImageError> {
+    let refuse =
+        |message| Err(ImageError::Series { path: path.into(), message, help: CHANNELS_HELP });
+    if let Some(series) = &description.series {
+        return refuse(series.clone());
+    }
+    match description.dimensions {
+        // one dimension is the stack, whatever its name
+        Some(counts) if counts.iter().filter(|count| **count > 1).count() > 1 => {
+            let [channels, slices, times] = counts;
+            refuse(format!(
+                "declares {channels} channels × {slices} slices × {times} times, which is more than one volume"
+            ))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// The values behind the only page of a file that ImageJ wrote: so it stores stacks beyond 4 GB.
+fn behind_one_page(
+    path: &Path,
+    page: Declared,
+    description: &Description,
+    images: usize,
+    file_bytes: u64,
+) -> Result<Option<RawSlices>, ImageError> {
+    if !description.is_imagej || !page.is_uncompressed() {
+        return Ok(None);
+    }
+    let mut decoder = open(path, file_bytes.saturating_mul(DENSEST))?;
+    let offsets = decoder.find_tag_unsigned_vec::<u64>(Tag::StripOffsets).ok().flatten();
+    let Some(offset) = offsets.and_then(|offsets| offsets.first().copied()) else {
+        return Ok(None);
+    };
+    // a directory among the values would be read as a slice
+    if decoder.ifd_pointer().is_none_or(|directory| directory.0 > offset) {
+        return Ok(None);
+    }
+    let needed = (images as u64).saturating_mul(page.bytes()).saturating_add(offset);
+    let order = match decoder.byte_order() {
+        FileOrder::LittleEndian => ByteOrder::Little,
+        FileOrder::BigEndian => ByteOrder::Big,
+    };
+    Ok((needed <= file_bytes).then(|| RawSlices {
+        path: path.into(),
+        offset,
+        area: page.width * page.height,
+        sample: page.sample,
+        order,
+        depth: images,
+        packing: Packing::Plain,
+        unpacked: OnceLock::new(),
+    }))
+}
+
+fn check_alike(
     path: &Path,
     number: usize,
     first: &Declared,
     this: &Declared,
 ) -> Result<(), ImageError> {
-    if (first.width, first.height) == (this.width, this.height) {
-        return Ok(());
-    }
-    Err(ImageError::Page {
-        path: path.into(),
-        page: number + 1,
-        message: format!(
+    let fail = |message, help| {
+        Err(ImageError::Page { path: path.into(), page: number + 1, message, help })
+    };
+    if (first.width, first.height) != (this.width, this.height) {
+        let message = format!(
             "{} × {} voxels, but the first page has {} × {}",
             this.width, this.height, first.width, first.height
-        ),
-        help: "crop all slices alike, and keep other files out of the folder",
-    })
+        );
+        return fail(message, "crop all slices alike, and keep other files out of the folder");
+    }
+    if first.sample != this.sample {
+        let message = format!("{}, but the first page has {}", this.sample, first.sample);
+        return fail(message, "export all slices again with one type and one grey scale");
+    }
+    Ok(())
 }
 
-/// The slices in a folder, in the natural order of their names.
-fn slices_of(folder: &Path) -> Result<Vec<PathBuf>, ImageError> {
+/// The `.tif` and `.tiff` files in a folder.
+pub(super) fn slices_of(folder: &Path) -> Result<Vec<PathBuf>, ImageError> {
     let failed = |source| ImageError::io("read", folder, source);
     let mut slices = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(failed)? {
@@ -158,46 +286,5 @@ fn slices_of(folder: &Path) -> Result<Vec<PathBuf>, ImageError> {
         let help = "a folder holds one .tif or .tiff file for each slice";
         return Err(ImageError::Empty { path: folder.into(), what: "slice", help });
     }
-    slices.sort_by(|a, b| natural(&name(a), &name(b)).then_with(|| a.cmp(b)));
     Ok(slices)
-}
-
-fn name(path: &Path) -> String {
-    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
-}
-
-/// The order in which a person counts: numbers within names by their value.
-fn natural(a: &str, b: &str) -> Ordering {
-    fn parts(text: &str) -> Vec<&str> {
-        let digit = |c: char| c.is_ascii_digit();
-        let mut parts = Vec::new();
-        let mut rest = text;
-        while let Some(first) = rest.chars().next() {
-            let end = rest.find(|c| digit(c) != digit(first)).unwrap_or(rest.len());
-            let (part, after) = rest.split_at(end);
-            parts.push(part);
-            rest = after;
-        }
-        parts
-    }
-    let key = |part: &str| match part.starts_with(|c: char| c.is_ascii_digit()) {
-        true => {
-            let digits = part.trim_start_matches('0').to_owned();
-            (0, digits.len(), digits)
-        }
-        false => (1, 0, part.to_owned()),
-    };
-    parts(a).into_iter().map(key).cmp(parts(b).into_iter().map(key))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::natural;
-
-    #[test]
-    fn names_are_counted() {
-        let mut names = ["s10.tif", "s9.tif", "s010b.tif", "s1.tif", "a2_10.tif", "a2_9.tif"];
-        names.sort_by(|a, b| natural(a, b));
-        assert_eq!(names, ["a2_9.tif", "a2_10.tif", "s1.tif", "s9.tif", "s10.tif", "s010b.tif"]);
-    }
 }

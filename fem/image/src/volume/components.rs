@@ -69,16 +69,16 @@ pub(crate) fn fill_holes(shape: [usize; 3], set: &mut [u8], most: usize) {
 }
 
 /// Sets that only grow together.
-struct DisjointSets {
+pub(crate) struct DisjointSets {
     parent: Vec<u32>,
 }
 
 impl DisjointSets {
-    fn new(count: usize) -> Self {
+    pub(crate) fn new(count: usize) -> Self {
         DisjointSets { parent: (0..count as u32).collect() }
     }
 
-    fn root(&mut self, mut n: usize) -> usize {
+    pub(crate) fn root(&mut self, mut n: usize) -> usize {
         while self.parent[n] as usize != n {
             self.parent[n] = self.parent[self.parent[n] as usize];
             n = self.parent[n] as usize;
@@ -86,7 +86,7 @@ impl DisjointSets {
         n
     }
 
-    fn join(&mut self, a: usize, b: usize) {
+    pub(crate) fn join(&mut self, a: usize, b: usize) {
         let (a, b) = (self.root(a), self.root(b));
         self.parent[a.max(b)] = a.min(b) as u32;
     }

@@ -1,4 +1,8 @@
 //! Stacks of slices in files.
 
 mod binning;
+mod formats;
+mod labels;
+mod stacks;
 mod tiff;
+mod zstd;

@@ -93,21 +93,21 @@ fn one_page(path: &Path, width: u32, values: &[u16]) {
 #[test]
 fn a_folder_is_read_in_the_order_of_its_numbers() {
     let folder = tempfile::tempdir().unwrap();
-    for n in [10_u16, 9, 2, 11, 1] {
-        let end = if n == 2 { "TIFF" } else { "tif" };
+    for n in [10_u16, 9, 8, 12, 11] {
+        let end = if n == 8 { "TIFF" } else { "tif" };
         one_page(&folder.path().join(format!("slice_{n}.{end}")), 2, &[n, n, n, n]);
     }
     std::fs::write(folder.path().join("notes.txt"), "no slice").unwrap();
-    std::fs::write(folder.path().join("._slice_3.tif"), "what some systems leave").unwrap();
+    std::fs::write(folder.path().join("._slice_13.tif"), "what some systems leave").unwrap();
     let read = tiff::read(folder.path(), Some(1.0)).unwrap();
     assert_eq!(read.shape, [2, 2, 5]);
     let slices: Vec<f32> = read.values.chunks(4).map(|slice| slice[0]).collect();
-    assert_eq!(slices, [1.0, 2.0, 9.0, 10.0, 11.0]);
+    assert_eq!(slices, [8.0, 9.0, 10.0, 11.0, 12.0]);
 
-    one_page(&folder.path().join("slice_12.tif"), 4, &[0; 4]);
+    one_page(&folder.path().join("slice_13.tif"), 4, &[0; 4]);
     let error = tiff::read(folder.path(), Some(1.0)).unwrap_err().to_string();
     assert!(
-        error.contains("slice_12.tif, page 1: 4 × 1 voxels, but the first page has 2 × 2"),
+        error.contains("slice_13.tif, page 1: 4 × 1 voxels, but the first page has 2 × 2"),
         "{error}"
     );
 }
@@ -151,12 +151,23 @@ fn voxel_sizes_stand_in_tags() {
     assert!(unlike.to_string().contains("0.0125 × 0.0125 × 0.025 mm"), "{unlike}");
     let unlike = size(cm, ratio(400, 1), ratio(200, 1), "");
     assert!(matches!(unlike, Err(ImageError::Anisotropic { .. })));
-    for unknown in [
+    // the unit of the spacing of slices may be another one
+    let units = imagej.replace("12.5", "0.0125\nzunit=mm");
+    near(size(none, ratio(8, 100), ratio(8, 100), &units), 0.0125);
+    let screens = [72, 96, 150, 300, 600].map(|n| size(inch, ratio(n, 1), ratio(n, 1), ""));
+    for unknown in screens.into_iter().chain([
         size(none, ratio(400, 1), ratio(400, 1), ""),
-        size(inch, ratio(72, 1), ratio(72, 1), ""),
+        // 300 per inch
+        size(cm, ratio(11_811, 100), ratio(11_811, 100), ""),
+        size(none, ratio(72, 1), ratio(72, 1), "ImageJ=1.5\nunit=inch"),
+        // 10 mm, 25.4 mm, 1 mm, 1 pm
+        size(cm, ratio(1, 1), ratio(1, 1), ""),
+        size(inch, ratio(1, 1), ratio(1, 1), ""),
+        size(none, ratio(1, 1), ratio(1, 1), "ImageJ=1.5\nunit=mm"),
+        size(none, ratio(1000, 1), ratio(1000, 1), "ImageJ=1.5\nunit=nm"),
         size(cm, ratio(0, 1), ratio(1, 0), ""),
         size(none, ratio(1, 1), ratio(1, 1), "ImageJ=1.5\nunit=pixel"),
-    ] {
+    ]) {
         let error = unknown.unwrap_err();
         assert!(matches!(error, ImageError::NoVoxelSize { .. }), "{error}");
     }
@@ -214,7 +225,7 @@ fn what_is_no_stack_is_refused_with_file_and_page() {
     image.encoder().write_tag(Tag::ImageDescription, "ImageJ=1.5\nimages=3\n").unwrap();
     image.write_data(&[1, 2]).unwrap();
     drop(encoder);
-    assert!(refused().contains("only page, but 3 images are declared"), "{}", refused());
+    assert!(refused().contains("has 1 page, but 3 are declared"), "{}", refused());
 
     let value = |n: usize| if n == 27 { f32::NAN } else { 1.0 };
     pages::<Gray32Float, _, _>(

@@ -1,16 +1,22 @@
 //! Tetrahedral meshes: where they come from, whether they are sound, and where they go.
 
+mod cavities;
 pub(crate) mod curved;
 mod edges;
 pub mod gmsh;
 mod lattice;
 mod quality;
+mod region_volumes;
 pub mod stl;
+mod stl_read;
+mod surface;
 pub(crate) mod tet_mesh;
 mod validate;
 pub(crate) mod vector;
 pub mod vtu;
 
+pub use cavities::Cavity;
 pub use lattice::{CylinderLattice, LatticeError};
 pub use quality::Quality;
+pub use surface::Surface;
 pub use tet_mesh::{Mixture, TetMesh};

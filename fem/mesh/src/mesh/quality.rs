@@ -1,14 +1,19 @@
 //! How well shaped the tetrahedra are.
+//!
+//! # Reference
+//! C. J. Stimpson et al., "The Verdict library reference manual", Sandia National Laboratories (2007): the
+//! scaled Jacobian of a tetrahedron.
 
 use std::fmt;
 
 use rayon::prelude::*;
 
 use super::TetMesh;
-use super::tet_mesh::FACES;
+use super::curved::Jacobian;
+use super::tet_mesh::{EDGES, FACES};
 use super::vector::{Point, cross, dot, norm, sub};
 
-/// Shape figures of a mesh: dihedral angles, volumes, edge length.
+/// Shape figures of a mesh: dihedral angles, scaled Jacobians, volumes, edge length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quality {
     /// Number of nodes.
@@ -21,6 +26,10 @@ pub struct Quality {
     pub p01_dihedral_deg: f64,
     /// Largest dihedral angle of the mesh (degrees).
     pub max_dihedral_deg: f64,
+    /// Smallest scaled Jacobian of a tetrahedron: √2 times its least Jacobian determinant, curved edges
+    /// included, over the largest product of three edges (chords) that meet at a corner. It is 1 for a regular
+    /// tetrahedron and 0 for one that is flat or folded somewhere.
+    pub min_scaled_jacobian: f64,
     /// Smallest volume of a tetrahedron (mm³), negative if one is inverted.
     pub min_volume_mm3: f64,
     /// Mean edge length (mm).
@@ -52,6 +61,10 @@ impl Quality {
             min_dihedral_deg: at(0),
             p01_dihedral_deg: at(tets / 100),
             max_dihedral_deg: max_dihedral.to_degrees(),
+            min_scaled_jacobian: (0..tets)
+                .into_par_iter()
+                .map(|tet| scaled_jacobian(mesh, tet))
+                .reduce(|| f64::INFINITY, f64::min),
             min_volume_mm3: min_volume,
             mean_edge_mm: mesh.mean_edge(),
         }
@@ -74,6 +87,21 @@ impl fmt::Display for Quality {
     }
 }
 
+/// The scaled Jacobian of a tetrahedron.
+fn scaled_jacobian(mesh: &TetMesh, tet: usize) -> f64 {
+    let corners = mesh.corners(tet);
+    let lowest = match mesh.middles(tet) {
+        Some(middles) => Jacobian::of(&corners, &middles).lowest,
+        None => 6.0 * mesh.tet_volume(tet),
+    };
+    let lengths = EDGES.map(|[a, b]| norm(sub(corners[a], corners[b])));
+    let product = |corner: usize| {
+        let meeting = EDGES.iter().zip(lengths).filter(|(edge, _)| edge.contains(&corner));
+        meeting.map(|(_, length)| length).product::<f64>()
+    };
+    std::f64::consts::SQRT_2 * lowest / (0..4).map(product).fold(0.0, f64::max)
+}
+
 /// Smallest and largest of the six angles between the faces (radians).
 fn dihedrals(p: [Point; 4]) -> (f64, f64) {
     let normals = FACES.map(|[a, b, c]| cross(sub(p[b], p[a]), sub(p[c], p[a])));
@@ -88,4 +116,38 @@ fn dihedrals(p: [Point; 4]) -> (f64, f64) {
         }
     }
     (low, high)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tetrahedron(nodes: [Point; 4]) -> TetMesh {
+        TetMesh {
+            nodes: nodes.to_vec(),
+            tets: vec![[0, 1, 2, 3]],
+            region_of: vec![0],
+            regions: vec!["matrix".into()],
+            ..TetMesh::default()
+        }
+    }
+
+    #[test]
+    fn the_scaled_jacobian_is_that_of_the_closed_forms() {
+        let regular =
+            tetrahedron([[1.0; 3], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]]);
+        let value = |mesh: &TetMesh| {
+            mesh.validate().unwrap();
+            Quality::of(mesh).min_scaled_jacobian
+        };
+        assert!((value(&regular) - 1.0).abs() < 1e-12);
+        // three unit edges at a right corner, two of length √2 and one of 1 at each other corner
+        let corner = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let mut mesh = tetrahedron(corner);
+        assert!((value(&mesh) - std::f64::consts::SQRT_2 / 2.0).abs() < 1e-12);
+        // ∂x/∂ξ of the edge that is bent along itself is linear: 1 + (2 - 4 ξ) s at its ends
+        mesh.edge_points = vec![([0, 1], [0.6, 0.0, 0.0])];
+        let bent = value(&mesh);
+        assert!((bent - 0.6 * std::f64::consts::SQRT_2 / 2.0).abs() < 2e-3, "{bent}");
+    }
 }

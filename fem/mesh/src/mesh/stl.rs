@@ -1,4 +1,4 @@
-//! Surfaces of grains and specimens as triangles, in binary STL.
+//! Surfaces of grains and specimens as triangles, in binary STL; files of other programs are read.
 //!
 //! Surfaces are taken from the faces of tetrahedra, so those of a conforming mesh are closed; where edges
 //! are curved, each face becomes four triangles.
@@ -14,6 +14,8 @@ use super::edges::{EdgePoint, edge_place};
 use super::vector::{Point, cross, norm, scale, sub};
 use crate::error::MeshError;
 use fem_file::write_atomically;
+
+pub use super::stl_read::read;
 
 /// A triangle (mm), counter-clockwise seen from outside.
 pub type Triangle = [[f64; 3]; 3];

@@ -14,13 +14,22 @@ pub(crate) const FACES: [[usize; 3]; 4] = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 
 pub(crate) const EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]];
 
 /// The second phase of a tetrahedron that is not all of one.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mixture {
     /// Share of its volume that the second phase, the grain, takes, in [0, 1]; 0 where all is of
     /// the tetrahedron's own region.
     pub fraction: f32,
     /// Unit normal of the interface inside it, towards the matrix; zero where there is none.
     pub normal: [f32; 3],
+    /// Region of the second phase, an index into [`TetMesh::regions`]; 1 in a mesh of matrix and grain.
+    pub region: u16,
+}
+
+impl Default for Mixture {
+    /// A tetrahedron of one phase.
+    fn default() -> Self {
+        Self { fraction: 0.0, normal: [0.0; 3], region: 1 }
+    }
 }
 
 /// A conforming mesh of tetrahedra with named regions and named boundary surfaces.
@@ -55,7 +64,7 @@ pub struct TetMesh {
     pub tets: Vec<[u32; 4]>,
     /// For each tetrahedron, an index into `regions`.
     pub region_of: Vec<u16>,
-    /// Names of the regions, as `matrix` and `grain`.
+    /// Names of the regions, as `matrix` and `grain`; in a specimen the matrix first, then the phases of its grains.
     pub regions: Vec<String>,
     /// For each tetrahedron 0 in the matrix, or the grain's number from 1, where grains are known.
     pub grain_of: Option<Vec<u32>>,
@@ -67,7 +76,7 @@ pub struct TetMesh {
     /// mesh.
     pub edge_points: Vec<([u32; 2], [f64; 3])>,
     /// For each tetrahedron its second phase, where the mesh does not follow all grains: one in the
-    /// region of the matrix with a fraction above 0 is a mixture of matrix and grain.
+    /// region of the matrix with a fraction above 0 is a mixture of matrix and one other phase.
     pub mixture: Option<Vec<Mixture>>,
 }
 

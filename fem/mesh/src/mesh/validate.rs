@@ -5,13 +5,15 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use super::curved::Jacobian;
-use super::tet_mesh::{EDGES, Parts, is_even_turn, sorted};
+use super::tet_mesh::{EDGES, Face, Parts, is_even_turn, sorted};
 use super::vector::{norm, sub, tet_volume};
 use super::{Mixture, TetMesh};
 use crate::error::MeshError;
 
 /// Volume below this times the cube of the longest edge counts as no volume at all.
 const DEGENERATE: f64 = 1e-10;
+/// Faults that a message lists.
+const LISTED: usize = 5;
 
 impl TetMesh {
     /// Checks that the mesh is sound: every tetrahedron has volume, the right orientation and a
@@ -19,20 +21,32 @@ impl TetMesh {
     /// boundary, outward, each face once; edge points belong to edges and fold no tetrahedron;
     /// mixtures are fractions with unit normals.
     ///
+    /// A tetrahedron with curved edges has its volume with these: the one of its corners may be negative.
+    ///
     /// # Errors
-    /// The first [`MeshError`] found, naming the entity and what helps.
+    /// What the first check that fails finds, naming the entities and what helps; several faults are one
+    /// [`MeshError::Several`].
     pub fn validate(&self) -> Result<(), MeshError> {
         if self.tets.is_empty() {
             return Err(MeshError::Empty);
         }
         self.validate_nodes()?;
+        self.validate_edge_points()?;
         self.validate_volumes()?;
         self.validate_regions()?;
         self.validate_faces()?;
         self.validate_connection()?;
         self.validate_surfaces()?;
-        self.validate_edge_points()?;
         self.validate_mixture()
+    }
+
+    /// Checks that all tetrahedra have volume with straight edges too, as linear elements have them.
+    ///
+    /// # Errors
+    /// [`MeshError::Inverted`] or [`MeshError::Degenerate`], or several of these.
+    pub fn validate_straight(&self) -> Result<(), MeshError> {
+        let tets = (0..self.tets.len()).into_par_iter();
+        several(tets.filter_map(|tet| self.straight_fault(tet)).collect())
     }
 
     fn validate_nodes(&self) -> Result<(), MeshError> {
@@ -63,19 +77,24 @@ impl TetMesh {
     }
 
     fn validate_volumes(&self) -> Result<(), MeshError> {
-        for tet in 0..self.tets.len() {
-            let p = self.corners(tet);
-            let volume_mm3 = tet_volume(p);
-            let longest_edge_mm =
-                EDGES.iter().map(|&[a, b]| norm(sub(p[a], p[b]))).fold(0.0, f64::max);
-            if volume_mm3.abs() <= DEGENERATE * longest_edge_mm.powi(3) {
-                return Err(MeshError::Degenerate { tet, volume_mm3, longest_edge_mm });
-            }
-            if volume_mm3 < 0.0 {
-                return Err(MeshError::Inverted { tet, volume_mm3 });
-            }
+        let fault = |tet: usize| {
+            let Some(middles) = self.middles(tet) else { return self.straight_fault(tet) };
+            let jacobian = Jacobian::of(&self.corners(tet), &middles);
+            let jacobian_mm3 = jacobian.lowest;
+            jacobian.is_folded().then_some(MeshError::Folded { tet, jacobian_mm3 })
+        };
+        several((0..self.tets.len()).into_par_iter().filter_map(fault).collect())
+    }
+
+    /// What is wrong with the volume of a tetrahedron with straight edges.
+    fn straight_fault(&self, tet: usize) -> Option<MeshError> {
+        let p = self.corners(tet);
+        let volume_mm3 = tet_volume(p);
+        let longest_edge_mm = EDGES.iter().map(|&[a, b]| norm(sub(p[a], p[b]))).fold(0.0, f64::max);
+        if volume_mm3.abs() <= DEGENERATE * longest_edge_mm.powi(3) {
+            return Some(MeshError::Degenerate { tet, volume_mm3, longest_edge_mm });
         }
-        Ok(())
+        (volume_mm3 < 0.0).then_some(MeshError::Inverted { tet, volume_mm3 })
     }
 
     fn validate_regions(&self) -> Result<(), MeshError> {
@@ -104,21 +123,19 @@ impl TetMesh {
     }
 
     fn validate_faces(&self) -> Result<(), MeshError> {
-        for shared in self.sorted_faces().chunk_by(|a, b| a.key == b.key) {
-            if shared.len() > 2 {
-                return Err(MeshError::NonManifoldFace {
-                    face: shared[0].key,
-                    count: shared.len(),
-                    tets: shared.iter().take(3).map(|face| face.tet).collect(),
-                });
+        let faces = self.sorted_faces();
+        let fault = |shared: &[Face]| match shared {
+            [a, b] if is_even_turn(a.outward, b.outward) => {
+                Some(MeshError::Overlap { first: a.tet, second: b.tet })
             }
-            if let [a, b] = shared
-                && is_even_turn(a.outward, b.outward)
-            {
-                return Err(MeshError::Overlap { first: a.tet, second: b.tet });
-            }
-        }
-        Ok(())
+            [first, _, _, ..] => Some(MeshError::NonManifoldFace {
+                face: first.key,
+                count: shared.len(),
+                tets: shared.iter().take(3).map(|face| face.tet).collect(),
+            }),
+            _ => None,
+        };
+        several(faces.chunk_by(|a, b| a.key == b.key).filter_map(fault).collect())
     }
 
     fn validate_connection(&self) -> Result<(), MeshError> {
@@ -139,25 +156,28 @@ impl TetMesh {
         let boundary: BTreeMap<[u32; 3], [u32; 3]> =
             self.boundary_faces().into_iter().map(|face| (sorted(face), face)).collect();
         let mut listed: BTreeMap<[u32; 3], &str> = BTreeMap::new();
+        let mut faults = Vec::new();
         for (name, triangles) in &self.surfaces {
             if triangles.is_empty() {
-                return Err(MeshError::EmptySurface { name: name.clone() });
+                faults.push(MeshError::EmptySurface { name: name.clone() });
             }
             for (triangle, &nodes) in triangles.iter().enumerate() {
-                let surface = || name.clone();
-                let Some(&outward) = boundary.get(&sorted(nodes)) else {
-                    return Err(MeshError::NotOnBoundary { surface: surface(), triangle, nodes });
-                };
-                if !is_even_turn(outward, nodes) {
-                    return Err(MeshError::Inward { surface: surface(), triangle });
-                }
-                if let Some(first) = listed.insert(sorted(nodes), name) {
-                    let first = first.to_string();
-                    return Err(MeshError::DuplicateTriangle { nodes, first, second: surface() });
+                let surface = name.clone();
+                match boundary.get(&sorted(nodes)) {
+                    None => faults.push(MeshError::NotOnBoundary { surface, triangle, nodes }),
+                    Some(&outward) if !is_even_turn(outward, nodes) => {
+                        faults.push(MeshError::Inward { surface, triangle });
+                    }
+                    Some(_) => {
+                        if let Some(first) = listed.insert(sorted(nodes), name) {
+                            let (first, second) = (first.to_string(), surface);
+                            faults.push(MeshError::DuplicateTriangle { nodes, first, second });
+                        }
+                    }
                 }
             }
         }
-        Ok(())
+        several(faults)
     }
 
     fn validate_edge_points(&self) -> Result<(), MeshError> {
@@ -188,17 +208,7 @@ impl TetMesh {
             let fault = "no tetrahedron has this edge";
             return Err(MeshError::EdgePoint { edge, point_mm, fault });
         }
-        let lowest =
-            |tet: usize| Some(Jacobian::of(&self.corners(tet), &self.middles(tet)?).lowest);
-        let folded = |tet: usize| {
-            lowest(tet)
-                .filter(|&low| low <= 0.0)
-                .map(|jacobian_mm3| MeshError::Folded { tet, jacobian_mm3 })
-        };
-        match (0..self.tets.len()).into_par_iter().find_map_first(folded) {
-            Some(error) => Err(error),
-            None => Ok(()),
-        }
+        Ok(())
     }
 
     fn validate_mixture(&self) -> Result<(), MeshError> {
@@ -207,13 +217,29 @@ impl TetMesh {
         if length != tets {
             return Err(MeshError::Unlabelled { array: "mixture", length, tets });
         }
-        for (tet, &Mixture { fraction, normal }) in mixture.iter().enumerate() {
+        for (tet, &Mixture { fraction, normal, region }) in mixture.iter().enumerate() {
             let length = norm(normal.map(f64::from));
             let is_direction = length == 0.0 || (length - 1.0).abs() < 1e-5;
             if !((0.0..=1.0).contains(&fraction) && is_direction) {
                 return Err(MeshError::Mixture { tet, fraction, normal });
             }
+            if fraction > 0.0 && usize::from(region) >= self.regions.len() {
+                let regions = self.regions.clone();
+                return Err(MeshError::UnknownRegion { tet, region, regions });
+            }
         }
         Ok(())
+    }
+}
+
+/// Faults as one error: itself if there is one, the first five and their number if there are more.
+fn several(mut faults: Vec<MeshError>) -> Result<(), MeshError> {
+    match faults.len() {
+        0 => Ok(()),
+        1 => Err(faults.remove(0)),
+        count => {
+            faults.truncate(LISTED);
+            Err(MeshError::Several { first: faults, count })
+        }
     }
 }

@@ -7,6 +7,17 @@ pub trait GrainField: Sync {
     /// How many grains there are; they are numbered from 1 to this.
     fn grains(&self) -> usize;
 
+    /// Names of the phases that grains are of; each becomes a region of the mesh, after the matrix. Grains of the phase
+    /// [`VOID`](fem_image::VOID) are voids: their tetrahedra are no part of the body.
+    fn phases(&self) -> Vec<String> {
+        vec!["grain".into()]
+    }
+
+    /// The phase of a grain, an index into [`phases`](Self::phases).
+    fn phase_of(&self, _grain: u32) -> usize {
+        0
+    }
+
     /// The grain that a point lies in, or 0.
     fn grain_at(&self, x: [f64; 3]) -> u32;
 

@@ -4,6 +4,7 @@
 use rayon::prelude::*;
 
 use super::GrainField;
+use super::phases::Phases;
 use super::samples::{SAMPLES, Sampled};
 use crate::mesh::vector::{Point, add, norm, scale};
 use crate::mesh::{Mixture, TetMesh};
@@ -18,12 +19,18 @@ const WHOLE: f64 = 0.999;
 const STEP: f64 = 0.05;
 /// The mean of the unit normals in a tetrahedron is at least so long where it has a direction.
 const DIRECTED: f64 = 0.3;
+/// Rounds in which the factors of several phases are corrected, and the bounds of one correction.
+const ROUNDS: usize = 6;
+const FACTORS: [f64; 2] = [0.5, 2.0];
 
 /// What the grains do to a mesh that does not follow them.
 pub(super) struct Mixed {
+    /// The mixture of each tetrahedron; its region is the index of a phase.
     pub(super) mixture: Vec<Mixture>,
     /// Volume that each grain has in mixtures and in tetrahedra that became wholly its own (mm³).
     pub(super) volumes_mm3: Vec<f64>,
+    /// Tetrahedra in which grains of several phases lie: each has the largest of these phases alone.
+    pub(super) multiphase_tets: usize,
 }
 
 /// The share of a tetrahedron that one grain takes.
@@ -35,13 +42,14 @@ struct Share {
 }
 
 /// Fills the matrix of a labelled mesh with those grains that it does not follow. Tetrahedra that
-/// lie wholly in one get its label.
+/// lie wholly in one get its label; one in which several phases lie beside the matrix gets the largest of them.
 ///
 /// A sample counts with the share of its own width that lies inside; then one offset a grain, and at
 /// last one factor, keep its volume.
 pub(super) fn mix(
     mesh: &TetMesh,
     field: &dyn GrainField,
+    phases: &Phases,
     mixes: &[bool],
     labels: &mut [u32],
 ) -> Mixed {
@@ -92,29 +100,28 @@ pub(super) fn mix(
         }
     }
 
-    let factor = |grain: u32| {
-        let grain_volume = field.volume_mm3(grain);
-        let taken: f64 = taken[grain as usize - 1];
-        if taken > 0.0 { grain_volume / taken } else { 0.0 }
+    let factor = |grain: usize| {
+        let taken: f64 = taken[grain];
+        if taken > 0.0 { field.volume_mm3(grain as u32 + 1) / taken } else { 0.0 }
     };
+    let mut factors: Vec<f64> = (0..grains).map(factor).collect();
+    if phases.solid() > 1 {
+        factors = corrected(field, phases, &shares, factors, |n| volumes[sampled[n].0]);
+    }
     let of_tet = |((tet, sampled), shares): (&(usize, Sampled), &Vec<Share>)| {
-        let mut own: Vec<(u32, f64)> = shares
-            .iter()
-            .map(|share| (share.grain, share.fraction * factor(share.grain)))
-            .collect();
-        let total: f64 = own.iter().map(|(_, fraction)| fraction).sum();
-        if total > 1.0 {
-            own.iter_mut().for_each(|(_, fraction)| *fraction /= total);
-        }
-        let normal = normal(field, sampled, width(*tet), &offsets);
-        (own, total.min(1.0), normal)
+        let filling = Filling::new(shares, &factors, phases);
+        let is_of_phase = |grain: u32| phases.of_grain(grain) == filling.phase;
+        let normal = normal(field, sampled, width(*tet), &offsets, is_of_phase);
+        (filling, normal)
     };
     let filled: Vec<_> = sampled.par_iter().zip(&shares).map(of_tet).collect();
     let mut mixed = Mixed {
         mixture: vec![Mixture::default(); mesh.tets.len()],
         volumes_mm3: vec![0.0; grains],
+        multiphase_tets: 0,
     };
-    for ((tet, _), (own, total, normal)) in sampled.iter().zip(filled) {
+    for ((tet, _), (filling, normal)) in sampled.iter().zip(filled) {
+        let Filling { own, total, phase, has_several } = filling;
         if total < 1.0 - WHOLE {
             continue;
         }
@@ -122,14 +129,95 @@ pub(super) fn mix(
             let largest = own.iter().max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
             labels[*tet] = largest.map_or(0, |&(grain, _)| grain);
         } else {
-            mixed.mixture[*tet] =
-                Mixture { fraction: total as f32, normal: normal.map(|x| x as f32) };
+            let normal = normal.map(|x| x as f32);
+            mixed.mixture[*tet] = Mixture { fraction: total as f32, normal, region: phase as u16 };
         }
+        mixed.multiphase_tets += usize::from(has_several);
         for (grain, fraction) in own {
             mixed.volumes_mm3[grain as usize - 1] += fraction * volumes[*tet];
         }
     }
     mixed
+}
+
+/// What a tetrahedron that is not followed consists of: matrix and one other phase.
+struct Filling {
+    /// Grains of the phase and their shares.
+    own: Vec<(u32, f64)>,
+    /// Sum of the shares.
+    total: f64,
+    phase: usize,
+    /// Whether grains of other phases lie in it as well.
+    has_several: bool,
+}
+
+impl Filling {
+    /// The largest phase takes the shares of the others, so that the share of the matrix is right.
+    fn new(shares: &[Share], factors: &[f64], phases: &Phases) -> Filling {
+        let mut own: Vec<(u32, f64)> = shares
+            .iter()
+            .map(|share| (share.grain, share.fraction * factors[share.grain as usize - 1]))
+            .collect();
+        let total: f64 = own.iter().map(|(_, fraction)| fraction).sum();
+        if total > 1.0 {
+            own.iter_mut().for_each(|(_, fraction)| *fraction /= total);
+        }
+        let total = total.min(1.0);
+        let mut of_phase = vec![0.0; phases.names.len()];
+        for &(grain, fraction) in &own {
+            of_phase[phases.of_grain(grain)] += fraction;
+        }
+        // of equal phases the first
+        let phases_by_share = (0..of_phase.len()).rev();
+        let phase =
+            phases_by_share.max_by(|&a, &b| of_phase[a].total_cmp(&of_phase[b])).unwrap_or(0);
+        let has_several = of_phase.iter().filter(|share| **share > 1.0 - WHOLE).count() > 1;
+        if of_phase[phase] < total {
+            let stretch = total / of_phase[phase];
+            own.retain(|&(grain, _)| phases.of_grain(grain) == phase);
+            if own.len() < shares.len() {
+                own.iter_mut().for_each(|(_, fraction)| *fraction *= stretch);
+            }
+        }
+        Filling { own, total, phase, has_several }
+    }
+}
+
+/// Factors of the shares by which grains keep their volumes although each tetrahedron has one phase beside the
+/// matrix; those of the round in which the volumes of the phases are nearest to the true ones.
+fn corrected(
+    field: &dyn GrainField,
+    phases: &Phases,
+    shares: &[Vec<Share>],
+    mut factors: Vec<f64>,
+    volume_of: impl Fn(usize) -> f64,
+) -> Vec<f64> {
+    let mut best = (f64::INFINITY, factors.clone());
+    for _ in 0..ROUNDS {
+        let fillings: Vec<Filling> =
+            shares.par_iter().map(|shares| Filling::new(shares, &factors, phases)).collect();
+        let mut achieved = vec![0.0; factors.len()];
+        for (n, filling) in fillings.iter().enumerate() {
+            for &(grain, fraction) in &filling.own {
+                achieved[grain as usize - 1] += fraction * volume_of(n);
+            }
+        }
+        let mut missing = vec![0.0; phases.names.len()];
+        for (k, &achieved) in achieved.iter().enumerate().filter(|&(k, _)| factors[k] > 0.0) {
+            let grain = k as u32 + 1;
+            missing[phases.of_grain(grain)] += field.volume_mm3(grain) - achieved;
+        }
+        let error: f64 = missing.iter().map(|missing| missing.abs()).sum();
+        if error < best.0 {
+            best = (error, factors.clone());
+        }
+        for (k, factor) in factors.iter_mut().enumerate().filter(|(_, factor)| **factor > 0.0) {
+            let [least, most] = FACTORS;
+            // a grain that has no tetrahedron becomes larger until it has one
+            *factor *= (field.volume_mm3(k as u32 + 1) / achieved[k]).clamp(least, most);
+        }
+    }
+    best.1
 }
 
 /// How much of a tetrahedron each grain takes, by the distances of its samples.
@@ -165,11 +253,17 @@ fn shares_of(
     shares
 }
 
-/// Unit normal of the surfaces that pass the samples, towards the matrix; zero where they have no
+/// Unit normal of the surfaces of some grains that pass the samples, towards the matrix; zero where they have no
 /// common direction.
-fn normal(field: &dyn GrainField, sampled: &Sampled, width: f64, offsets: &[f64]) -> Point {
+fn normal(
+    field: &dyn GrainField,
+    sampled: &Sampled,
+    width: f64,
+    offsets: &[f64],
+    counts: impl Fn(u32) -> bool,
+) -> Point {
     let (mut sum, mut count) = ([0.0; 3], 0.0);
-    for &grain in &sampled.grains {
+    for &grain in sampled.grains.iter().filter(|grain| counts(**grain)) {
         let offset = offsets[grain as usize - 1];
         for &point in &sampled.points {
             let limit = offset + 0.5 * width;

@@ -5,6 +5,7 @@ use std::fmt;
 use rayon::prelude::*;
 
 use super::adjacency::Adjacency;
+use super::phases::Phases;
 use super::samples::{SAMPLES, Sampled, majority};
 use super::{Grain, GrainField, GrainList};
 use crate::mesh::TetMesh;
@@ -109,8 +110,8 @@ impl fmt::Display for LabelReport {
 
 /// Labels the tetrahedra with the default [`Labelling`].
 ///
-/// Sets `regions` to `matrix` and `grain` (only `matrix` if no tetrahedron is grain), `region_of`
-/// and `grain_of`.
+/// Sets `regions` to `matrix` and the phases of the grains, here `grain` (only `matrix` if no tetrahedron is
+/// grain), `region_of` and `grain_of`.
 ///
 /// # Example
 /// ```
@@ -196,11 +197,10 @@ impl Labelling {
                 grain.tets += 1;
             }
         }
-        mesh.regions = vec!["matrix".into()];
-        if labels.iter().any(|&label| label > 0) {
-            mesh.regions.push("grain".into());
-        }
-        mesh.region_of = labels.iter().map(|&label| (label > 0) as u16).collect();
+        let phases = Phases::of(grains);
+        let regions = phases.regions(&labels, false);
+        mesh.region_of = labels.iter().map(|&label| phases.region_of(label, &regions)).collect();
+        mesh.regions = regions.names;
         mesh.grain_of = Some(labels);
         let inside =
             |near: &[(f64, u32)]| near.iter().filter(|&&(distance, _)| distance < 0.0).count();

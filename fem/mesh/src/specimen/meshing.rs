@@ -7,7 +7,9 @@ use serde::{Deserialize, Serialize};
 use super::conforming::Conforming;
 use super::fraction::mix;
 use super::grain_mode::GrainMode;
-use super::mesh_report::{MeshReport, MeshedGrain};
+use super::mesh_report::{MeshReport, MeshedGrain, MeshedPhase};
+use super::phases::Phases;
+use super::voids::carve;
 use super::{GrainField, Labelling};
 use crate::error::MeshError;
 use crate::mesh::{CylinderLattice, LatticeError, Quality, TetMesh};
@@ -17,6 +19,10 @@ use crate::mesh::{CylinderLattice, LatticeError, Quality, TetMesh};
 /// The lattice of [`CylinderLattice`] is labelled, and its nodes move onto the interfaces of the
 /// grains that are followed, which keep their contacts and volumes; grains too small for that fill
 /// their share of the tetrahedra.
+///
+/// Grains of the phase [`VOID`](fem_image::VOID) are followed whatever the mode, but for [`GrainMode::Whole`]; their
+/// tetrahedra are then taken out of the mesh, and with them parts that no face connects with the body. Voids that are
+/// too small to have a tetrahedron count as matrix.
 ///
 /// # Example
 /// ```
@@ -63,7 +69,7 @@ fn default_curved() -> bool {
 /// A mesh, and what it achieved.
 #[derive(Clone, Debug)]
 pub struct Meshed {
-    /// The mesh: regions `matrix` and `grain`, surfaces `bottom`, `top` and `side`.
+    /// The mesh: regions `matrix` and the phases of the grains, surfaces `bottom`, `top` and `side`.
     pub mesh: TetMesh,
     /// How well it follows the specimen.
     pub report: MeshReport,
@@ -86,6 +92,12 @@ pub enum MeshingError {
     /// A cylinder and spacing that make no lattice.
     #[error(transparent)]
     Lattice(#[from] LatticeError),
+    /// Voids that part the specimen.
+    #[error(
+        "the voids part the specimen: no connected body reaches from its bottom to its top and its side; label less as \
+         \"void\", or cut the specimen out of the image where it is whole (radius_mm, height_mm)"
+    )]
+    Parted,
     /// A mesh that is not sound after all.
     #[error("the mesh made is not sound: {0}")]
     Unsound(#[from] MeshError),
@@ -144,8 +156,10 @@ impl Meshing {
         self.validate()?;
         let lattice = CylinderLattice { radius_mm, height_mm, spacing_mm: self.spacing_mm };
         let mut mesh = lattice.build_round()?;
+        let phases = Phases::of(grains);
+        let numbers = || 1..=grains.grains() as u32;
         let mut modes: Vec<GrainMode> =
-            (1..=grains.grains() as u32).map(|grain| self.mode_of(grains, grain)).collect();
+            numbers().map(|grain| self.mode_of(grains, &phases, grain)).collect();
         let is = |modes: &[GrainMode], mode| modes.iter().map(|&m| m == mode).collect::<Vec<_>>();
 
         let follows = is(&modes, GrainMode::Conforming);
@@ -162,9 +176,9 @@ impl Meshing {
             // what no tetrahedron was given to is not resolved after all
             let mut found = vec![false; modes.len()];
             labels.iter().filter(|&&l| l > 0).for_each(|&l| found[l as usize - 1] = true);
-            for (mode, _) in modes.iter_mut().zip(found).filter(|(_, found)| !found) {
-                *mode = GrainMode::Fraction;
-            }
+            let lost = numbers().zip(&mut modes).zip(found).filter(|(_, found)| !found);
+            lost.filter(|((grain, _), _)| !phases.is_void(*grain))
+                .for_each(|((_, mode), _)| *mode = GrainMode::Fraction);
         }
         let conformed = conforming.apply(&mut mesh, &labels);
         if self.mode == GrainMode::Whole {
@@ -177,49 +191,72 @@ impl Meshing {
             achieved[label as usize - 1] += volume;
         }
         let mixes = is(&modes, GrainMode::Fraction);
-        let mut mixed_tets = 0;
+        let (mut mixed_tets, mut multiphase_tets) = (0, 0);
         mesh.mixture = None;
         if mixes.contains(&true) {
-            let mixed = mix(&mesh, grains, &mixes, &mut labels);
+            let mixed = mix(&mesh, grains, &phases, &mixes, &mut labels);
             achieved.iter_mut().zip(&mixed.volumes_mm3).for_each(|(sum, more)| *sum += more);
             mixed_tets = mixed.mixture.iter().filter(|mixture| mixture.fraction > 0.0).count();
+            multiphase_tets = mixed.multiphase_tets;
             mesh.mixture = Some(mixed.mixture);
         }
-        mesh.regions = vec!["matrix".into()];
-        if mesh.mixture.is_some() || labels.iter().any(|&label| label > 0) {
-            mesh.regions.push("grain".into());
+        let is_void: Vec<bool> =
+            labels.iter().map(|&label| label > 0 && phases.is_void(label)).collect();
+        let (mut void_tets, mut loose_tets) = (0, 0);
+        if is_void.contains(&true) {
+            let carved = carve(&mut mesh, &is_void).ok_or(MeshingError::Parted)?;
+            (void_tets, loose_tets) = (carved.void_tets, carved.loose_tets);
+            let loose = (0..labels.len()).filter(|&tet| !carved.stays[tet] && !is_void[tet]);
+            for tet in loose.filter(|&tet| labels[tet] > 0) {
+                achieved[labels[tet] as usize - 1] -= volumes[tet];
+            }
+            labels =
+                labels.iter().zip(&carved.stays).filter(|(_, s)| **s).map(|(&l, _)| l).collect();
         }
-        mesh.region_of = labels.iter().map(|&label| u16::from(label > 0)).collect();
+        let regions = phases.regions(&labels, mesh.mixture.is_some());
+        mesh.region_of = labels.iter().map(|&label| phases.region_of(label, &regions)).collect();
+        for mixture in mesh.mixture.iter_mut().flatten().filter(|mixture| mixture.fraction > 0.0) {
+            mixture.region = regions.of_phase[usize::from(mixture.region)];
+        }
+        mesh.regions = regions.names;
         mesh.grain_of = Some(labels);
         mesh.validate()?;
 
         let cylinder = PI * radius_mm * radius_mm * height_mm;
         let total: f64 = volumes.iter().sum();
-        let of_grain = |(k, mode): (usize, &GrainMode)| MeshedGrain {
-            asked_mm3: grains.volume_mm3(k as u32 + 1),
-            achieved_mm3: achieved[k],
-            elements_across: self.across(grains, k as u32 + 1),
+        let of_grain = |(grain, mode): (u32, &GrainMode)| MeshedGrain {
+            asked_mm3: grains.volume_mm3(grain),
+            achieved_mm3: achieved[grain as usize - 1],
+            elements_across: self.across(grains, grain),
             mode: *mode,
+            phase: phases.of_grain(grain),
         };
-        let of_grains: Vec<MeshedGrain> = modes.iter().enumerate().map(of_grain).collect();
+        let of_grains: Vec<MeshedGrain> = numbers().zip(&modes).map(of_grain).collect();
+        let of_phases = MeshedPhase::sums(phases.names, &of_grains);
+        let solid = || of_phases.iter().filter(|phase| !phase.is_void());
         let report = MeshReport {
             quality: Quality::of(&mesh),
             euler_characteristic: mesh.euler_characteristic(),
-            asked_fraction: of_grains.iter().map(|grain| grain.asked_mm3).sum::<f64>() / cylinder,
-            achieved_fraction: achieved.iter().sum::<f64>() / total,
+            asked_fraction: solid().map(|phase| phase.asked_mm3).sum::<f64>() / cylinder,
+            achieved_fraction: solid().map(|phase| phase.achieved_mm3).sum::<f64>() / total,
             volume_error: total / cylinder - 1.0,
             grains: of_grains,
+            phases: of_phases,
             interface_rms_mm: conformed.interface_rms_mm,
             wall_error_mm: MeshReport::wall_error(&mesh, radius_mm),
             straightened_edges: conformed.straightened_edges,
             mixed_tets,
+            multiphase_tets,
+            void_tets,
+            loose_tets,
         };
         Ok(Meshed { mesh, report })
     }
 
-    /// How one grain is meshed.
-    fn mode_of(&self, grains: &dyn GrainField, grain: u32) -> GrainMode {
+    /// How one grain is meshed. The surface of the body is followed wherever a mesh can, so that of voids, too.
+    fn mode_of(&self, grains: &dyn GrainField, phases: &Phases, grain: u32) -> GrainMode {
         match self.mode {
+            GrainMode::Auto | GrainMode::Fraction if phases.is_void(grain) => GrainMode::Conforming,
             GrainMode::Auto if self.across(grains, grain) > self.elements_across => {
                 GrainMode::Conforming
             }

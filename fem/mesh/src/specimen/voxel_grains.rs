@@ -23,6 +23,9 @@ pub struct VoxelGrains<'a> {
     volumes_mm3: Vec<f64>,
     /// How much of each grain is in the cylinder.
     inside: Vec<f64>,
+    phases: Vec<String>,
+    /// Index into `phases` for each grain.
+    phase_of: Vec<usize>,
 }
 
 impl<'a> VoxelGrains<'a> {
@@ -74,7 +77,37 @@ impl<'a> VoxelGrains<'a> {
         let (distances, volumes): (_, Vec<(f64, f64)>) =
             boxes.par_iter().enumerate().map(grain).unzip();
         let (volumes_mm3, inside) = volumes.into_iter().unzip();
-        VoxelGrains { labels, cylinder: *cylinder, distances, volumes_mm3, inside }
+        let (phases, phase_of) = (vec!["grain".into()], vec![0; boxes.len()]);
+        VoxelGrains {
+            labels,
+            cylinder: *cylinder,
+            distances,
+            volumes_mm3,
+            inside,
+            phases,
+            phase_of,
+        }
+    }
+
+    /// The same grains, of several phases: the names of the phases, and number and phase (an index into the names)
+    /// of grains. Grains without a number in the list are of the first phase.
+    ///
+    /// # Panics
+    /// If there is no phase, or a grain is of a phase that has no name.
+    pub fn with_phases(
+        mut self,
+        names: Vec<String>,
+        phase_of: impl IntoIterator<Item = (u32, usize)>,
+    ) -> Self {
+        assert!(!names.is_empty(), "grains are of a phase");
+        for (grain, phase) in phase_of {
+            assert!(phase < names.len(), "grain {grain} is of phase {phase} of {}", names.len());
+            if let Some(own) = self.phase_of.get_mut((grain as usize).wrapping_sub(1)) {
+                *own = phase;
+            }
+        }
+        self.phases = names;
+        self
     }
 
     /// The same grains, with volumes (mm³) that are known better than by adding up fractions between 0
@@ -102,6 +135,14 @@ impl<'a> VoxelGrains<'a> {
 impl GrainField for VoxelGrains<'_> {
     fn grains(&self) -> usize {
         self.distances.len()
+    }
+
+    fn phases(&self) -> Vec<String> {
+        self.phases.clone()
+    }
+
+    fn phase_of(&self, grain: u32) -> usize {
+        self.phase_of[grain as usize - 1]
     }
 
     fn grain_at(&self, x: [f64; 3]) -> u32 {

@@ -23,7 +23,8 @@ fn sound_files() -> Vec<Vec<u8>> {
         std::fs::read(file.path()).unwrap()
     };
     let mut files = vec![write(&mesh)];
-    mesh.mixture = Some(vec![Mixture { fraction: 0.5, normal: [0.0; 3] }; mesh.tets.len()]);
+    mesh.regions.push("grain".into());
+    mesh.mixture = Some(vec![Mixture { fraction: 0.5, ..Mixture::default() }; mesh.tets.len()]);
     // an edge that is a little off its middle makes it a file of second order
     let mut edge = [mesh.tets[0][0], mesh.tets[0][1]];
     edge.sort_unstable();

@@ -149,23 +149,41 @@ fn tag(node: u32) -> u64 {
 }
 
 fn v2(mesh: &TetMesh, binary: bool) -> Vec<u8> {
+    v2_with(mesh, binary, false)
+}
+
+/// MSH 2.2, with nodes on entities and their parameters there if it is `parametric`.
+fn v2_with(mesh: &TetMesh, binary: bool, parametric: bool) -> Vec<u8> {
     let mut out = format!("$MeshFormat\n2.2 {} 8\n", binary as i32).into_bytes();
     if binary {
         out.extend(1_i32.to_le_bytes());
         out.push(b'\n');
     }
     out.extend(b"$EndMeshFormat\n$Comments\nnot to be read $Nodes\n$EndComments\n");
-    out.extend(format!("$Nodes\n{}\n", mesh.nodes.len()).bytes());
+    let section = if parametric { "ParametricNodes" } else { "Nodes" };
+    out.extend(format!("${section}\n{}\n", mesh.nodes.len()).bytes());
     for (node, p) in (0..).zip(&mesh.nodes) {
+        // nodes on points, curves, surfaces and volumes, which have 0, 1, 2 and 0 parameters
+        let dimension = (node % 4) as i32;
+        let parameters = &[0.25, 0.5][..[0, 1, 2, 0][node as usize % 4]];
         if binary {
             out.extend((tag(node) as i32).to_le_bytes());
             p.iter().for_each(|x| out.extend(x.to_le_bytes()));
+            if parametric {
+                [dimension, 7].iter().for_each(|x| out.extend(x.to_le_bytes()));
+                parameters.iter().for_each(|x: &f64| out.extend(x.to_le_bytes()));
+            }
         } else {
-            out.extend(format!("{} {:?} {:?} {:?}\n", tag(node), p[0], p[1], p[2]).bytes());
+            out.extend(format!("{} {:?} {:?} {:?}", tag(node), p[0], p[1], p[2]).bytes());
+            if parametric {
+                out.extend(format!(" {dimension} 7").bytes());
+                parameters.iter().for_each(|x| out.extend(format!(" {x}").bytes()));
+            }
+            out.push(b'\n');
         }
     }
     let elements = elements(mesh, false);
-    out.extend(format!("\n$EndNodes\n$Elements\n{}\n", elements.len()).bytes());
+    out.extend(format!("\n$End{section}\n$Elements\n{}\n", elements.len()).bytes());
     for run in elements.chunk_by(|a, b| a.0 == b.0) {
         if binary {
             [run[0].0, run.len() as i32, 2].iter().for_each(|x| out.extend(x.to_le_bytes()));
@@ -340,6 +358,7 @@ fn curved_edges_and_mixtures_come_back_to_the_bit() {
     let mixture = |tet| fem_mesh::Mixture {
         fraction: fraction(tet),
         normal: if fraction(tet) > 0.3 { [0.6, 0.0, -0.8] } else { [0.0; 3] },
+        region: 1,
     };
     mesh.mixture = Some((0..mesh.tets.len()).map(mixture).collect());
     assert_eq!(read_back(&mesh), mesh);
@@ -350,7 +369,17 @@ fn curved_edges_and_mixtures_come_back_to_the_bit() {
     assert_eq!(read_back(&mesh), mesh);
     let renamed = GmshNames::new([("a grain", "grain"), ("soft", "matrix")], [("base", "bottom")]);
     let read = gmsh::read(&path, &renamed).unwrap();
-    assert_eq!((read.regions.len(), read.region_of[0], read.mixture), (2, 1, mesh.mixture));
+    assert_eq!((read.regions.len(), read.region_of[0]), (2, 1));
+    // the second phase is found by its group, whatever the order of the names
+    let in_order = |mixture: &fem_mesh::Mixture| fem_mesh::Mixture { region: 0, ..*mixture };
+    let expected = mesh.mixture.as_ref().map(|all| all.iter().map(in_order).collect::<Vec<_>>());
+    assert_eq!(read.mixture, expected);
+
+    // mixtures with several phases
+    mesh.regions.push("inclusion".into());
+    let mixtures = mesh.mixture.as_mut().unwrap();
+    mixtures.iter_mut().step_by(3).for_each(|mixture| mixture.region = 2);
+    assert_eq!(read_back(&mesh), mesh);
 }
 
 #[test]
@@ -427,6 +456,8 @@ fn all_variants_give_the_same_mesh() {
     for (name, bytes) in [
         ("2.2 ASCII", v2(&mesh, false)),
         ("2.2 binary", v2(&mesh, true)),
+        ("2.2 ASCII, parametric", v2_with(&mesh, false, true)),
+        ("2.2 binary, parametric", v2_with(&mesh, true, true)),
         ("4.1 ASCII", v4(&mesh, false, false, false)),
         ("4.1 binary", v4(&mesh, true, false, false)),
         ("4.1 binary, big endian", v4(&mesh, true, true, false)),
@@ -489,7 +520,18 @@ fn faults_name_place_value_and_mend() {
     wrong.surfaces.insert("top".into(), "lid".into());
     assert_contains(&fault(&text, &wrong), &["surface `top`", "\"lid\"", "11, 12, 13"]);
     let only_matrix = GmshNames::new([("matrix", 1)], [("bottom", 11)]);
-    assert_contains(&fault(&text, &only_matrix), &["physical volume(s) [2]", "no named region"]);
+    let message = fault(&text, &only_matrix);
+    assert_contains(&message, &["30 tetrahedra belong to no named region"]);
+    assert_contains(&message, &["30 of volume 52 (physical volume(s) [2])"]);
+    let ungrouped = text.replace(" 4 2 2 52 ", " 4 2 0 52 ");
+    assert_contains(&fault(&ungrouped, &only_matrix), &["30 of volume 52 (no physical volume)"]);
+
+    // as Gmsh writes 2.2 with Mesh.SaveAll: no group at all
+    let lost = text.replace(" 4 2 2 52 ", " 4 2 0 52 ").replace(" 4 2 1 51 ", " 4 2 0 51 ");
+    let named = "$PhysicalNames\n1\n3 1 \"matrix\"\n$EndPhysicalNames\n$Nodes\n";
+    let lost =
+        lost.replacen("$Nodes\n", "$Nodes \n", 1).replacen("\n$Nodes\n", &format!("\n{named}"), 1);
+    assert_contains(&fault(&lost, &only_matrix), &["Mesh.SaveAll", "4.1"]);
 
     // a hexahedron, and a node that is not there
     let mut hexahedron = text.clone();

@@ -2,9 +2,13 @@
 
 mod fuzz;
 mod gmsh;
+mod import;
 mod mesh;
 mod meshing;
+mod phases;
+mod programs;
 mod scanner;
 mod specimen;
 mod stl;
+mod surfaces;
 mod voxel_grains;

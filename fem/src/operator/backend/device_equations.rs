@@ -58,8 +58,8 @@ struct OfKind {
     /// Index into `table` for each slot.
     rows: Array<u32>,
     table: Array<f64>,
-    /// Region and grain fraction of each row of `table`.
-    constants: Vec<(usize, f64)>,
+    /// Region, region of the second phase and fraction of that of each row of `table`.
+    constants: Vec<(usize, usize, f64)>,
     /// The current content of `table` on the device.
     sent: Vec<f64>,
 }
@@ -277,8 +277,9 @@ impl OfKind {
                 }
             }
             let (region, fraction) = (usize::from(space.region[tet]), space.fraction(tet));
-            let row = *known.entry((region, fraction.to_bits())).or_insert_with(|| {
-                constants.push((region, fraction));
+            let second = space.second_region(tet);
+            let row = *known.entry((region, second, fraction.to_bits())).or_insert_with(|| {
+                constants.push((region, second, fraction));
                 constants.len() as u32 - 1
             });
             rows.push(row);
@@ -294,7 +295,10 @@ impl OfKind {
 
     /// Sends the material constants to the device if they have changed.
     fn send(&mut self, regions: &Regions) -> Result<(), DeviceError> {
-        let rows = self.constants.iter().map(|&(region, fraction)| regions.row(region, fraction));
+        let rows = self
+            .constants
+            .iter()
+            .map(|&(region, second, fraction)| regions.row(region, second, fraction));
         let table: Vec<f64> = rows.flatten().collect();
         if table != self.sent {
             self.table.write(0, &table)?;

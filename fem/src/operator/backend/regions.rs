@@ -59,8 +59,8 @@ impl<'a> Regions<'a> {
 
     /// The constants of an element: K, μ, 1 − η, Gc/(c₀ ℓ₀), Gc ℓ₀/c₀ and ξ/Δt, then fraction, K and μ of the
     /// grain. For a mixture the first six are those of the matrix; the constants of damage are reduced by the
-    /// grain fraction.
-    pub(super) fn row(&self, region: usize, fraction: f64) -> Row {
+    /// grain fraction. The grain is the phase of the region `second`.
+    pub(super) fn row(&self, region: usize, second: usize, fraction: f64) -> Row {
         let mut row = [0.0; CONSTANTS + 3];
         row[..CONSTANTS].copy_from_slice(&self.constants[region]);
         // a pure element stores its own moduli as the grain's
@@ -71,7 +71,7 @@ impl<'a> Regions<'a> {
             }
             row[3..CONSTANTS].iter_mut().for_each(|constant| *constant *= 1.0 - fraction);
             row[CONSTANTS] = fraction;
-            grain = 1;
+            grain = second;
         }
         row[CONSTANTS + 1..].copy_from_slice(&self.constants[grain][..2]);
         row
@@ -93,7 +93,7 @@ impl<'a> Regions<'a> {
             materials[lane] = &self.materials[region];
             let fraction = space.fraction(tets[lane]);
             mixed |= fraction > 0.0;
-            let row = self.row(region, fraction);
+            let row = self.row(region, space.second_region(tets[lane]), fraction);
             for k in 0..CONSTANTS + 3 {
                 columns[k][lane] = row[k];
             }

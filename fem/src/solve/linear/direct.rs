@@ -164,7 +164,7 @@ impl LinearSolver for Direct<'_> {
             if self.fresh {
                 if self.pivots {
                     let accepted = ending.residual <= USELESS;
-                    return if accepted { Ok(effort) } else { Err(Singular) };
+                    return if accepted { Ok(effort) } else { Err(Singular(effort)) };
                 }
                 self.pivots = true;
             }

@@ -237,7 +237,7 @@ impl LinearSolver for Iterative<'_> {
             }
             if self.fresh {
                 let accepted = ending.residual <= USELESS;
-                return if accepted { Ok(effort) } else { Err(Singular) };
+                return if accepted { Ok(effort) } else { Err(Singular(effort)) };
             }
             self.split = None;
         }

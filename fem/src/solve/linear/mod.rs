@@ -1,5 +1,6 @@
 //! Linear solvers for the tangent, behind one trait.
 
+mod adaptive;
 mod aggregation;
 mod amg;
 mod block_csr;
@@ -58,6 +59,15 @@ pub(crate) trait LinearSolver: Send {
     /// 1/|A_ii| of the values that are solved for, zero in the others: the weight of the norm.
     fn weight(&self) -> &[Nodal];
 
+    /// Iterations of the solution after which multigrid gives way to a factor; `None` while it does not.
+    fn gave_way_after(&self) -> Option<u32> {
+        None
+    }
+
+    /// Uses a factor from the next tangent on, since an earlier solver of the run has come to that after a solution
+    /// of so many iterations.
+    fn give_way(&mut self, _iterations: u32) {}
+
     /// Whether the systems are solved on a device.
     fn is_on_device(&self) -> bool {
         false
@@ -80,6 +90,6 @@ pub(crate) struct LinearEffort {
     pub(crate) residual: f64,
 }
 
-/// No solver found a solution.
+/// No solver found a solution, and what the attempt took.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Singular;
+pub(crate) struct Singular(pub(crate) LinearEffort);

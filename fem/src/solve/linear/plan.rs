@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::LinearSolver;
+use super::adaptive::Adaptive;
 use super::direct::Direct;
 use super::factor::Symbolic;
 use super::iterative::Iterative;
@@ -30,8 +31,8 @@ const ENDS: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]];
 /// The linear solver of a discretisation: its structure, found once.
 #[derive(Clone, Debug)]
 pub(crate) enum LinearPlan {
-    /// A sparse factor, with the order of elimination of the nodes.
-    Direct { pattern: Arc<Pattern>, order: Arc<Vec<u32>>, symbolic: Arc<Symbolic> },
+    /// A sparse factor.
+    Direct(FactorPlan),
     /// Multigrid; the pattern is that of the linear functions.
     Multigrid {
         pattern: Arc<Pattern>,
@@ -40,7 +41,31 @@ pub(crate) enum LinearPlan {
         parents: Arc<Vec<[u32; 2]>>,
         /// Where the iterations are done, if not here.
         device: Option<ComputeDevice>,
+        /// The factor that replaces it where it converges badly, if one fits into memory.
+        factor: Option<FactorPlan>,
     },
+}
+
+/// The structure of a sparse factor.
+#[derive(Clone, Debug)]
+pub(crate) struct FactorPlan {
+    pattern: Arc<Pattern>,
+    /// Order of elimination of the nodes.
+    order: Arc<Vec<u32>>,
+    symbolic: Arc<Symbolic>,
+}
+
+impl FactorPlan {
+    /// The same where other displacements are constrained, with its unknowns.
+    fn with_constrained(
+        &self,
+        damaged: &[bool],
+        constrained: impl Iterator<Item = (u32, usize)>,
+    ) -> Result<(Self, Unknowns), FemError> {
+        let unknowns = Unknowns::new(&self.order, damaged, constrained);
+        let symbolic = Arc::new(Symbolic::new(&self.pattern.graph, &unknowns)?);
+        Ok((Self { symbolic, ..self.clone() }, unknowns))
+    }
 }
 
 impl LinearPlan {
@@ -64,19 +89,23 @@ impl LinearPlan {
         };
         let by_fill = choice == LinearScheme::Auto && damage > 0;
         let constrained: Vec<_> = constrained.collect();
+        let mut fallback = None;
         if !multigrid {
             let pattern = Arc::new(Pattern::new(tets, points.len()));
             let order = Arc::new(nested_dissection(&pattern.graph, points)?);
             let unknowns = Unknowns::new(&order, damaged, constrained.iter().copied());
             let symbolic = Arc::new(Symbolic::new(&pattern.graph, &unknowns)?);
-            if !by_fill || symbolic.fill() <= FILL * unknowns.count {
-                return Ok((Self::Direct { pattern, order, symbolic }, unknowns));
+            let is_sparse = symbolic.fill() <= FILL * unknowns.count;
+            let factor = FactorPlan { pattern, order, symbolic };
+            if !by_fill || is_sparse {
+                return Ok((Self::Direct(factor), unknowns));
             }
+            fallback = Some(factor);
         }
         let unknowns = in_given_order(damaged, constrained.into_iter());
         let mut plan = Self::multigrid(tets, points);
-        if let Self::Multigrid { device: place, .. } = &mut plan {
-            *place = device.cloned();
+        if let Self::Multigrid { device: place, factor, .. } = &mut plan {
+            (*place, *factor) = (device.cloned(), fallback);
         }
         Ok((plan, unknowns))
     }
@@ -87,16 +116,20 @@ impl LinearPlan {
         damaged: &[bool],
         constrained: impl Iterator<Item = (u32, usize)>,
     ) -> Result<(Self, Unknowns), FemError> {
-        let mut plan = self.clone();
-        let unknowns = match &mut plan {
-            Self::Direct { pattern, order, symbolic } => {
-                let unknowns = Unknowns::new(order, damaged, constrained);
-                *symbolic = Arc::new(Symbolic::new(&pattern.graph, &unknowns)?);
-                unknowns
+        match self {
+            Self::Direct(factor) => {
+                let (factor, unknowns) = factor.with_constrained(damaged, constrained)?;
+                Ok((Self::Direct(factor), unknowns))
             }
-            Self::Multigrid { .. } => in_given_order(damaged, constrained),
-        };
-        Ok((plan, unknowns))
+            Self::Multigrid { .. } => {
+                let constrained: Vec<_> = constrained.collect();
+                let mut plan = self.clone();
+                if let Self::Multigrid { factor: Some(factor), .. } = &mut plan {
+                    *factor = factor.with_constrained(damaged, constrained.iter().copied())?.0;
+                }
+                Ok((plan, in_given_order(damaged, constrained.into_iter())))
+            }
+        }
     }
 
     /// Multigrid whatever the size.
@@ -111,7 +144,13 @@ impl LinearPlan {
         }
         let vertices = Arc::new(points[..vertices].to_vec());
         let pattern = Arc::new(Pattern::new(&corners, vertices.len()));
-        Self::Multigrid { pattern, vertices, parents: Arc::new(parents), device: None }
+        Self::Multigrid {
+            pattern,
+            vertices,
+            parents: Arc::new(parents),
+            device: None,
+            factor: None,
+        }
     }
 
     /// Whether systems are solved on a device.
@@ -122,7 +161,7 @@ impl LinearPlan {
     /// Entries of the factor; zero for an iterative solver.
     pub(crate) fn fill(&self) -> usize {
         match self {
-            Self::Direct { symbolic, .. } => symbolic.fill(),
+            Self::Direct(FactorPlan { symbolic, .. }) => symbolic.fill(),
             Self::Multigrid { .. } => 0,
         }
     }
@@ -130,10 +169,10 @@ impl LinearPlan {
     /// A solver of its own for a run.
     pub(crate) fn solver<'a>(&self, operator: &'a dyn Operator) -> Box<dyn LinearSolver + 'a> {
         match self {
-            Self::Direct { pattern, symbolic, .. } => {
+            Self::Direct(FactorPlan { pattern, symbolic, .. }) => {
                 Box::new(Direct::new(operator, Arc::clone(pattern), Arc::clone(symbolic)))
             }
-            Self::Multigrid { pattern, vertices, parents, device } => {
+            Self::Multigrid { pattern, vertices, parents, device, factor } => {
                 let domain = operator.domain();
                 let tangent = Tangent::new(Arc::clone(pattern));
                 let solver = |product: Option<Box<dyn Product>>| {
@@ -146,7 +185,14 @@ impl LinearPlan {
                     let layout = || Arc::new(Layout::new(domain));
                     (!parents.is_empty()).then(|| product(layout(), domain.tets()))
                 };
-                let Some(device) = device else { return Box::new(solver(here())) };
+                let Some(device) = device else {
+                    let multigrid = solver(here());
+                    let Some(FactorPlan { pattern, symbolic, .. }) = factor else {
+                        return Box::new(multigrid);
+                    };
+                    let (pattern, symbolic) = (Arc::clone(pattern), Arc::clone(symbolic));
+                    return Box::new(Adaptive::new(multigrid, operator, pattern, symbolic));
+                };
                 let layout = Arc::new(Layout::new(domain));
                 match device_product(layout, domain.tets(), device) {
                     Ok(product) => {

@@ -122,7 +122,7 @@ fn split(line: &str, separator: Separator) -> Vec<String> {
 }
 
 /// The text, and its encoding if it is worth a word.
-fn decoded(
+pub(crate) fn decoded(
     file: &Path,
     bytes: &[u8],
     encoding: Option<Encoding>,

@@ -6,6 +6,8 @@ mod microstructure;
 mod prior;
 mod simulation;
 
+use fem::VOID;
+
 use super::{CaseFile, Mistakes, SpecimenGeometry};
 use crate::error::{InputError, closest};
 
@@ -18,6 +20,11 @@ impl CaseFile {
         match geometry {
             SpecimenGeometry::Mesh { regions, .. } => regions.keys().cloned().collect(),
             SpecimenGeometry::Cylinder { grains: None, .. } => vec!["matrix".into()],
+            SpecimenGeometry::Image { labels: Some(rules), .. } => {
+                let mut phases = rules.grain_phases();
+                phases.retain(|phase| phase != VOID);
+                [vec!["matrix".into()], phases].concat()
+            }
             SpecimenGeometry::Cylinder { .. } | SpecimenGeometry::Image { .. } => {
                 vec!["matrix".into(), "grain".into()]
             }
@@ -38,7 +45,12 @@ impl CaseFile {
             self.check_specimen(geometry, &mut mistakes);
             let regions = self.regions(geometry);
             regions.iter().for_each(|region| mistakes.note(self.check_region(region)));
-            mistakes.note(self.check_used(&regions));
+            let waiting = match geometry {
+                // what phases there are is said
+                SpecimenGeometry::Image { labels: Some(_), .. } => &[][..],
+                _ => &USUAL_REGIONS[..],
+            };
+            mistakes.note(self.check_used(&regions, waiting));
         }
         for (region, material) in &self.case.material {
             self.check_material(region, material, &mut mistakes);
@@ -72,9 +84,10 @@ impl CaseFile {
         ))
     }
 
-    /// Refuses materials that no region can have. A material of grains may wait for them.
-    fn check_used(&self, regions: &[String]) -> Result<(), InputError> {
-        let known: Vec<&str> = regions.iter().map(String::as_str).chain(USUAL_REGIONS).collect();
+    /// Refuses materials that no region can have; those of the regions in `waiting` may wait for them.
+    fn check_used(&self, regions: &[String], waiting: &[&str]) -> Result<(), InputError> {
+        let regions_and_waiting = regions.iter().map(String::as_str).chain(waiting.iter().copied());
+        let known: Vec<&str> = regions_and_waiting.collect();
         let mut given = self.case.material.keys();
         let Some(unknown) = given.find(|region| !known.contains(&region.as_str())) else {
             return Ok(());
@@ -85,7 +98,10 @@ impl CaseFile {
         Err(self.error(
             &format!("material.{unknown}"),
             "",
-            "belongs to no region of the specimen",
+            match unknown.as_str() {
+                VOID => "has no region: voids are no part of the mesh",
+                _ => "belongs to no region of the specimen",
+            },
             format!("{hint}The regions are: {}.", regions.join(", ")),
         ))
     }

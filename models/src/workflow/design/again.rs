@@ -10,6 +10,7 @@ use super::super::ensemble::Plan;
 use super::super::fitted::Fitted;
 use super::super::inputs::Inputs;
 use super::super::level_runs::LevelRuns;
+use super::super::mesh_scale::MeshScale;
 use super::super::specimen_checks::looked_at;
 use super::super::specimen_stiffness::of_specimens;
 use super::super::task::Task;
@@ -85,7 +86,7 @@ fn read_again(
     let correct = inputs.toe() == Toe::Correct;
     let specimens = inputs.specimen_table()?;
     let path = inputs.file("experiments.csv")?;
-    let table = CsvTable::read(&path, &["id", "displacement_factor", "slope_fraction"])?;
+    let table = CsvTable::read(&path, &["id", MeshScale::COLUMNS[0], "slope_fraction"])?;
     let mut rows = Vec::new();
     for row in table.rows() {
         let id = row.text("id");
@@ -95,7 +96,7 @@ fn read_again(
         };
         let fraction = row.number("slope_fraction")?;
         let (curve, _) = looked_at(&specimen.curve, fraction, correct);
-        let curve = curve.scale_displacement(row.number("displacement_factor")?);
+        let curve = MeshScale::of_row(row)?.apply(&curve);
         let values = Qois::values_of(&curve, fraction, quantities).map_err(|error| {
             let help = "Take other quantities: the test did not go on to where these are taken.";
             InputError::new(&path, "id", id, error.to_string(), help)

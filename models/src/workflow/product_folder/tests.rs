@@ -42,7 +42,7 @@ fn own_files_are_replaced_and_removed_and_those_of_the_user_are_not() {
         refused(own.write_with(name, COMMAND, |_| Ok::<_, WorkflowError>(())), name);
         refused(own.begin_growing(name, COMMAND), name);
         refused(own.copy_from(&dir.path().join(WRITTEN), name, COMMAND), name);
-        refused(own.claim_all(["mesh.*", "notes.txt"].iter().copied(), COMMAND), "");
+        refused(own.claim_all(["mesh.*", "notes.txt"].iter().copied(), COMMAND, |_| true), "");
         own.remove(name).unwrap();
         own.remove_leftovers(&["mesh.msh", "notes.txt"], |_| false).unwrap();
         assert_eq!(read(name), before);

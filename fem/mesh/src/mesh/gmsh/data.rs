@@ -7,10 +7,12 @@ use super::source::{Fault, Source};
 use crate::mesh::{Mixture, TetMesh};
 
 /// The data that are read and written: grain numbers where elementary tags cannot tell them, and the
-/// two parts of a [`Mixture`].
+/// parts of a [`Mixture`].
 const GRAIN: &str = "grain";
 const FRACTION: &str = "grain_fraction";
 const NORMAL: &str = "interface_normal";
+/// Physical group of the second phase.
+const SECOND: &str = "second_phase";
 
 /// Up to three numbers of elements, by element tag.
 #[derive(Default)]
@@ -18,6 +20,7 @@ pub(super) struct ElementData {
     grain: HashMap<u64, [f64; 3]>,
     fraction: HashMap<u64, [f64; 3]>,
     normal: HashMap<u64, [f64; 3]>,
+    second: HashMap<u64, [f64; 3]>,
 }
 
 /// Reads the section if it is one of those that are known; otherwise the rest is to be passed over.
@@ -35,6 +38,7 @@ pub(super) fn read(source: &mut Source, data: &mut ElementData) -> Result<bool, 
         GRAIN => (&mut data.grain, 1),
         FRACTION => (&mut data.fraction, 1),
         NORMAL => (&mut data.normal, 3),
+        SECOND => (&mut data.second, 1),
         _ => return Ok(false),
     };
     let reals: usize = source.text("the number of real tags")?;
@@ -83,39 +87,69 @@ impl ElementData {
         (!self.grain.is_empty()).then(|| tags.map(number).collect())
     }
 
-    /// Mixtures of elements, if there are any.
-    pub(super) fn mixture(&self, tags: impl Iterator<Item = u64>) -> Option<Vec<Mixture>> {
+    /// Mixtures of elements, if there are any; `region` gives the number of the region of a physical group.
+    pub(super) fn mixture(
+        &self,
+        tags: impl Iterator<Item = u64>,
+        region: impl Fn(i32) -> Option<u16>,
+    ) -> Option<Vec<Mixture>> {
+        let usual = Mixture::default().region;
+        let group = |tag| match self.second.get(&tag) {
+            Some(&[group, ..]) => group as i32,
+            None => i32::from(usual) + 1,
+        };
         let mixture = |tag| Mixture {
             fraction: self.fraction.get(&tag).map_or(0.0, |&[fraction, ..]| fraction as f32),
             normal: self.normal.get(&tag).map_or([0.0; 3], |normal| normal.map(|x| x as f32)),
+            region: region(group(tag)).unwrap_or(usual),
         };
         self.has_mixture().then(|| tags.map(mixture).collect())
     }
 }
 
-/// Writes what the mesh has of them; the first tetrahedron is the element `first`.
-pub(super) fn write(out: &mut String, mesh: &TetMesh, first: usize) -> fmt::Result {
+/// Writes the element data of a mesh for all elements in the order of the file, as meshio expects: first so many
+/// triangles, which have zeros, then the tetrahedra in the order `by_volume`.
+pub(super) fn write(
+    out: &mut String,
+    mesh: &TetMesh,
+    triangles: usize,
+    by_volume: &[usize],
+) -> fmt::Result {
+    let order = Order { triangles, by_volume };
     // numbers that are all the same cannot be told from the tags of a mesh without grains
     if let Some(grains) = mesh.grain_of.as_ref().filter(|all| all.iter().all(|&g| g == all[0])) {
-        section(out, GRAIN, first, grains.iter().map(|&grain| [f64::from(grain)]))?;
+        section(out, GRAIN, &order, |tet| [f64::from(grains[tet])])?;
     }
     if let Some(mixture) = &mesh.mixture {
-        section(out, FRACTION, first, mixture.iter().map(|m| [f64::from(m.fraction)]))?;
-        section(out, NORMAL, first, mixture.iter().map(|m| m.normal.map(f64::from)))?;
+        section(out, FRACTION, &order, |tet| [f64::from(mixture[tet].fraction)])?;
+        section(out, NORMAL, &order, |tet| mixture[tet].normal.map(f64::from))?;
+        // files of matrix and grain do without
+        let usual = Mixture::default().region;
+        if mixture.iter().any(|m| m.region != usual) {
+            section(out, SECOND, &order, |tet| [f64::from(mixture[tet].region) + 1.0])?;
+        }
     }
     Ok(())
+}
+
+/// Elements in the order of the file.
+struct Order<'a> {
+    triangles: usize,
+    by_volume: &'a [usize],
 }
 
 fn section<const N: usize>(
     out: &mut String,
     name: &str,
-    first: usize,
-    values: impl ExactSizeIterator<Item = [f64; N]>,
+    order: &Order<'_>,
+    of_tet: impl Fn(usize) -> [f64; N],
 ) -> fmt::Result {
-    let count = values.len();
+    let count = order.triangles + order.by_volume.len();
     // one string, one time, three integers: step, components, number of elements
     writeln!(out, "$ElementData\n1\n\"{name}\"\n1\n0.0\n3\n0\n{N}\n{count}")?;
-    for (tag, values) in (first..).zip(values) {
+    let triangles = (1..=order.triangles).map(|tag| (tag, [0.0; N]));
+    let tets = order.by_volume.iter().map(|&tet| (order.triangles + tet + 1, of_tet(tet)));
+    for (tag, values) in triangles.chain(tets) {
         write!(out, "{tag}")?;
         values.iter().try_for_each(|x| write!(out, " {x:?}"))?;
         out.push('\n');

@@ -3,12 +3,13 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use super::data::ElementData;
-use super::names::{GmshNames, PhysicalGroup};
+use super::names::{GmshNames, PhysicalGroup, PhysicalGroups};
 use super::source::{Fault, Source};
+use super::straighten::straighten;
 use super::{grains, second_order};
 use crate::mesh::TetMesh;
 use crate::mesh::tet_mesh::{is_even_turn, sorted};
-use crate::mesh::vector::{Point, tet_volume};
+use crate::mesh::vector::Point;
 
 /// Nodes and elements of a file, with their physical groups.
 #[derive(Default)]
@@ -173,45 +174,69 @@ impl Contents {
         self.data.grains(tags).or_else(|| grains::numbers(volumes, announced))
     }
 
-    /// The mesh of the named groups; the error is a message.
+    /// Puts the tetrahedra into the order of their tags.
+    pub(super) fn sort(&mut self) {
+        if self.tets.is_sorted_by_key(|tet| tet.header.tag) {
+            return;
+        }
+        let mut order: Vec<u32> = (0..self.tets.len() as u32).collect();
+        order.sort_by_key(|&tet| self.tets[tet as usize].header.tag);
+        let mut place = vec![0; order.len()];
+        (0..).zip(&order).for_each(|(new, &old)| place[old as usize] = new);
+        self.middles.iter_mut().for_each(|(tet, _)| *tet = place[*tet as usize]);
+        self.tets.sort_by_key(|tet| tet.header.tag);
+    }
+
+    /// Volumes of the geometry, by their elementary tags, without a physical group and without elements.
+    pub(super) fn unsaved_volumes(&self) -> Vec<i32> {
+        let meshed: BTreeSet<i32> = self.entities().collect();
+        let without_group = |(entity, groups): (&(i32, i32), &GroupSet)| {
+            let unsaved = entity.0 == 3 && groups.0 == 0 && !meshed.contains(&entity.1);
+            unsaved.then_some(entity.1)
+        };
+        let mut volumes: Vec<i32> = self.groups.iter().filter_map(without_group).collect();
+        volumes.sort_unstable();
+        volumes
+    }
+
+    /// The mesh of the named groups, and its tetrahedra that had to be straightened; the error is a message.
     pub(super) fn into_mesh(
         self,
         names: &GmshNames,
         grains: impl Fn(&Self) -> Option<Vec<u32>>,
-    ) -> Result<TetMesh, String> {
+    ) -> Result<(TetMesh, Vec<u32>), String> {
         let regions = self.resolve(3, "region", &names.regions, &self.tets)?;
         let surfaces = self.resolve(2, "surface", &names.surfaces, &self.triangles)?;
 
         let mut number_of: HashMap<i32, Vec<u16>> = HashMap::new();
-        for (number, (_, group)) in regions.iter().enumerate() {
+        for (number, (_, groups)) in regions.iter().enumerate() {
             let number = u16::try_from(number).map_err(|_| {
                 format!("{} physical volumes are more than 65536; merge some", regions.len())
             })?;
-            number_of.entry(*group).or_default().push(number);
+            groups.iter().for_each(|group| number_of.entry(*group).or_default().push(number));
         }
         let mut region_of = Vec::with_capacity(self.tets.len());
-        let mut tets = Vec::with_capacity(self.tets.len());
+        // tetrahedra without a region: their number by volume and groups
+        let mut unnamed: BTreeMap<(i32, &[i32]), usize> = BTreeMap::new();
         for (number, tet) in self.tets.iter().enumerate() {
-            let [x, y, z] = self.points[tet.nodes[0] as usize];
             let groups = self.groups_of(tet);
-            let mut found = groups.iter().filter_map(|group| number_of.get(group)).flatten();
-            let Some(&region) = found.next() else {
-                return Err(format!(
-                    "tetrahedron {number}, with a corner at ({x}, {y}, {z}) mm and physical volume(s) \
-                     {groups:?}, belongs to no named region; name that group among the regions, or give \
-                     its volume a physical group"
-                ));
-            };
-            if found.next().is_some() {
-                return Err(format!(
-                    "tetrahedron {number}, with a corner at ({x}, {y}, {z}) mm, is in several named \
-                     regions (physical volumes {groups:?}); name one"
-                ));
+            let mut found: Vec<u16> =
+                groups.iter().filter_map(|group| number_of.get(group)).flatten().copied().collect();
+            found.dedup();
+            match found[..] {
+                [] => *unnamed.entry((tet.header.entity, groups)).or_default() += 1,
+                [region] => region_of.push(region),
+                [..] => {
+                    let [x, y, z] = self.points[tet.nodes[0] as usize];
+                    return Err(format!(
+                        "tetrahedron {number}, with a corner at ({x}, {y}, {z}) mm, is in several named \
+                         regions (physical volumes {groups:?}); name one"
+                    ));
+                }
             }
-            region_of.push(region);
-            let [a, b, c, d] = tet.nodes;
-            let volume = tet_volume(tet.nodes.map(|node| self.points[node as usize]));
-            tets.push(if volume < 0.0 { [b, a, c, d] } else { [a, b, c, d] });
+        }
+        if !unnamed.is_empty() {
+            return Err(without_region(&unnamed));
         }
 
         let tags = || self.tets.iter().map(|tet| tet.header.tag);
@@ -219,21 +244,24 @@ impl Contents {
         let edge_points = self.edge_points()?;
         let surface_triangles: Vec<(String, Vec<[u32; 3]>)> = surfaces
             .into_iter()
-            .map(|(name, group)| {
-                let of_group = self.triangles.iter().filter(|t| self.groups_of(t).contains(&group));
-                (name, of_group.map(|triangle| triangle.nodes).collect())
+            .map(|(name, groups)| {
+                let is_part =
+                    |t: &&Simplex<3>| groups.iter().any(|g| self.groups_of(t).contains(g));
+                let of_groups = self.triangles.iter().filter(is_part);
+                (name, of_groups.map(|triangle| triangle.nodes).collect())
             })
             .collect();
         let mut mesh = TetMesh {
             grain_of,
             edge_points,
-            mixture: self.data.mixture(tags()),
+            mixture: self.data.mixture(tags(), |group| number_of.get(&group)?.first().copied()),
+            tets: self.tets.iter().map(|tet| tet.nodes).collect(),
             nodes: self.points,
-            tets,
             region_of,
             regions: regions.into_iter().map(|(name, _)| name).collect(),
             ..TetMesh::default()
         };
+        let straightened = straighten(&mut mesh);
         let outward: HashMap<[u32; 3], [u32; 3]> =
             mesh.boundary_faces().into_iter().map(|face| (sorted(face), face)).collect();
         for (name, mut triangles) in surface_triangles {
@@ -245,7 +273,7 @@ impl Contents {
             }
             mesh.surfaces.insert(name, triangles);
         }
-        Ok(mesh.without_unused_nodes())
+        Ok((mesh.without_unused_nodes(), straightened))
     }
 
     fn edge_points(&self) -> Result<Vec<([u32; 2], Point)>, String> {
@@ -265,9 +293,9 @@ impl Contents {
         &self,
         dimension: i32,
         what: &str,
-        wanted: &BTreeMap<String, PhysicalGroup>,
+        wanted: &BTreeMap<String, PhysicalGroups>,
         elements: &[Simplex<N>],
-    ) -> Result<Vec<(String, i32)>, String> {
+    ) -> Result<Vec<(String, Vec<i32>)>, String> {
         let mut present: BTreeSet<i32> =
             elements.iter().flat_map(|element| self.groups_of(element)).copied().collect();
         if self.data.has_mixture() {
@@ -278,30 +306,72 @@ impl Contents {
         let label = |number: i32| self.names.get(&(dimension, number));
         if wanted.is_empty() {
             let name = |number| label(number).cloned().unwrap_or_else(|| number.to_string());
-            return Ok(present.into_iter().map(|number| (name(number), number)).collect());
+            return Ok(present.into_iter().map(|number| (name(number), vec![number])).collect());
         }
-        let mut resolved = Vec::with_capacity(wanted.len());
-        for (name, group) in wanted {
-            let number = present.iter().copied().find(|&number| match group {
+        let number_of = |group: &PhysicalGroup| {
+            present.iter().copied().find(|&number| match group {
                 PhysicalGroup::Number(wanted) => number == *wanted,
                 PhysicalGroup::Name(wanted) => label(number) == Some(wanted),
-            });
-            let Some(number) = number else {
-                let there: Vec<String> = present
-                    .iter()
-                    .map(|&number| match label(number) {
-                        Some(name) => format!("{number} (\"{name}\")"),
-                        None => number.to_string(),
-                    })
-                    .collect();
-                return Err(format!(
-                    "{what} `{name}` should be physical group {group} of dimension {dimension}, \
-                     but the file has {}; correct the number or name",
-                    if there.is_empty() { "none".into() } else { there.join(", ") }
-                ));
-            };
-            resolved.push((name.clone(), number));
+            })
+        };
+        let mut resolved = Vec::with_capacity(wanted.len());
+        for (name, groups) in wanted {
+            let mut numbers = Vec::new();
+            for group in groups.groups() {
+                let Some(number) = number_of(group) else {
+                    let there: Vec<String> = present
+                        .iter()
+                        .map(|&number| match label(number) {
+                            Some(name) => format!("{number} (\"{name}\")"),
+                            None => number.to_string(),
+                        })
+                        .collect();
+                    let there = if there.is_empty() { "none".into() } else { there.join(", ") };
+                    let mend = match self.announces_lost_groups(dimension, elements) {
+                        true => LOST_GROUPS,
+                        false => "correct the number or name",
+                    };
+                    return Err(format!(
+                        "{what} `{name}` should be physical group {group} of dimension {dimension}, \
+                         but the file has {there}; {mend}"
+                    ));
+                };
+                numbers.push(number);
+            }
+            resolved.push((name.clone(), numbers));
         }
         Ok(resolved)
     }
+
+    /// Whether the file names physical groups of this dimension, but gives none to any element.
+    fn announces_lost_groups<const N: usize>(
+        &self,
+        dimension: i32,
+        elements: &[Simplex<N>],
+    ) -> bool {
+        let is_named = self.names.keys().any(|(of, _)| *of == dimension);
+        is_named && !elements.is_empty() && elements.iter().all(|e| self.groups_of(e).is_empty())
+    }
+}
+
+/// What helps where MSH 2.2 has lost the groups.
+const LOST_GROUPS: &str = "MSH 2.2 with Mesh.SaveAll drops the groups of all elements: save without \
+                           Mesh.SaveAll, or as MSH 4.1 (gmsh -format msh41)";
+
+/// Says which tetrahedra belong to no region, the first five volumes by name.
+fn without_region(unnamed: &BTreeMap<(i32, &[i32]), usize>) -> String {
+    let count: usize = unnamed.values().sum();
+    let volume = |((entity, groups), count): (&(i32, &[i32]), &usize)| match groups {
+        [] => format!("{count} of volume {entity} (no physical volume)"),
+        _ => format!("{count} of volume {entity} (physical volume(s) {groups:?})"),
+    };
+    let mut listed: Vec<String> = unnamed.iter().take(5).map(volume).collect();
+    if unnamed.len() > listed.len() {
+        listed.push(format!("and those of {} more volumes", unnamed.len() - listed.len()));
+    }
+    format!(
+        "{count} tetrahedra belong to no named region: {}; name their group among the regions, or give their \
+         volume a physical group",
+        listed.join(", ")
+    )
 }

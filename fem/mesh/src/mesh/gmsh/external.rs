@@ -121,7 +121,7 @@ impl SphereModel {
             REGIONS.into_iter().take(1 + usize::from(!self.spheres.is_empty())),
             SURFACES,
         );
-        super::read_with(&mesh, &names, |contents: &Contents| {
+        let imported = super::import_with(&mesh, &names, |contents: &Contents| {
             let grain = |entity: i32| match usize::try_from(entity) {
                 Ok(volume)
                     if (FIRST_SPHERE..FIRST_SPHERE + self.spheres.len()).contains(&volume) =>
@@ -131,6 +131,7 @@ impl SphereModel {
                 _ => 0,
             };
             (!self.spheres.is_empty()).then(|| contents.entities().map(grain).collect())
-        })
+        })?;
+        Ok(imported.mesh)
     }
 }

@@ -11,9 +11,11 @@ mod data;
 mod elements;
 mod external;
 mod grains;
+mod import;
 mod names;
 mod second_order;
 mod source;
+mod straighten;
 mod v2;
 mod v4;
 mod write;
@@ -25,22 +27,15 @@ use crate::error::MeshError;
 use elements::Contents;
 pub use external::SphereModel;
 use fem_file::read_regular;
-pub use names::{GmshNames, PhysicalGroup};
+pub use import::{ImportNote, Imported};
+pub use names::{GmshNames, PhysicalGroup, PhysicalGroups};
 use source::Source;
 pub use write::write;
 
-/// Reads a MSH file and checks the mesh.
-///
-/// Tetrahedra of order 1 and 2 (types 4 and 11) in the physical volumes that `names` gives, and
-/// triangles (types 2 and 9) in its physical surfaces; `regions` come in the order of their names.
-/// Nodes keep the file's order; those that no tetrahedron uses are dropped. Orientations are
-/// corrected: positive volumes, outward triangles. Edges of second-order tetrahedra that are not
-/// straight become [`TetMesh::edge_points`]. Grain numbers are read from elementary tags that are as
-/// [`write()`] gives them, mixtures from element data.
+/// Reads a MSH file and checks the mesh, as [`import`] does, without its notes.
 ///
 /// # Errors
-/// [`MeshError::Io`] if the file cannot be read, [`MeshError::File`] with line (ASCII) or section
-/// and byte (binary) if its content is wrong, and whatever [`TetMesh::validate`] finds.
+/// As [`import`].
 ///
 /// # Example
 /// ```no_run
@@ -52,28 +47,43 @@ pub use write::write;
 /// # Ok::<(), fem_mesh::MeshError>(())
 /// ```
 pub fn read(path: impl AsRef<Path>, names: &GmshNames) -> Result<TetMesh, MeshError> {
-    read_with(path.as_ref(), names, Contents::grains)
+    Ok(import(path, names)?.mesh)
 }
 
-/// As [`read`], with the grain numbers that a function finds in the file.
-fn read_with(
+/// Reads a MSH file, mends what can be mended, checks the mesh, and notes what its author should know.
+///
+/// Tetrahedra of order 1 and 2 (types 4 and 11) in the physical volumes that `names` gives, and
+/// triangles (types 2 and 9) in its physical surfaces; `regions` come in the order of their names.
+/// Nodes keep the file's order; those that no tetrahedron uses are dropped. Tetrahedra come in the order of
+/// their tags. Orientations are corrected: positive volumes, outward triangles. Edges of second-order
+/// tetrahedra that are not straight become [`TetMesh::edge_points`]; tetrahedra that these edges fold are
+/// straightened ([`ImportNote::Straightened`]). Grain numbers are read from elementary tags that are as
+/// [`write()`] gives them, mixtures from element data.
+///
+/// # Errors
+/// [`MeshError::Io`] if the file cannot be read, [`MeshError::File`] with line (ASCII) or section
+/// and byte (binary) if its content is wrong, and whatever [`TetMesh::validate`] finds.
+pub fn import(path: impl AsRef<Path>, names: &GmshNames) -> Result<Imported, MeshError> {
+    import_with(path.as_ref(), names, Contents::grains)
+}
+
+/// As [`import`], with the grain numbers that a function finds in the file.
+fn import_with(
     path: &Path,
     names: &GmshNames,
     grains: impl Fn(&Contents) -> Option<Vec<u32>>,
-) -> Result<TetMesh, MeshError> {
+) -> Result<Imported, MeshError> {
     let bytes = read_regular(path).map_err(|error| MeshError::io("read", path, error))?;
-    let contents = read_contents(&mut Source::new(&bytes)).map_err(|fault| MeshError::File {
-        path: path.into(),
-        place: fault.place,
-        message: fault.message,
+    let mut contents = read_contents(&mut Source::new(&bytes)).map_err(|fault| {
+        MeshError::File { path: path.into(), place: fault.place, message: fault.message }
     })?;
-    let mesh = contents.into_mesh(names, grains).map_err(|message| MeshError::File {
-        path: path.into(),
-        place: "physical groups".into(),
-        message,
+    contents.sort();
+    let unsaved = contents.unsaved_volumes();
+    let (mesh, straightened) = contents.into_mesh(names, grains).map_err(|message| {
+        MeshError::File { path: path.into(), place: "physical groups".into(), message }
     })?;
     mesh.validate()?;
-    Ok(mesh)
+    Ok(Imported::new(mesh, straightened, unsaved))
 }
 
 fn read_contents(source: &mut Source) -> Result<Contents, source::Fault> {
@@ -83,6 +93,9 @@ fn read_contents(source: &mut Source) -> Result<Contents, source::Fault> {
         match (section.as_str(), version) {
             ("PhysicalNames", _) => elements::physical_names(source, &mut contents)?,
             ("Nodes", source::Version::V2) => v2::nodes(source, &mut contents)?,
+            ("ParametricNodes", source::Version::V2) => {
+                v2::parametric_nodes(source, &mut contents)?
+            }
             ("Elements", source::Version::V2) => v2::elements(source, &mut contents)?,
             ("Entities", source::Version::V4) => v4::entities(source, &mut contents)?,
             ("Nodes", source::Version::V4) => v4::nodes(source, &mut contents)?,

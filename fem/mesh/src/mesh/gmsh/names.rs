@@ -36,6 +36,56 @@ impl fmt::Display for PhysicalGroup {
     }
 }
 
+/// One or several physical groups that are one region or surface together, as `10` or `[10, "stones"]`.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(from = "OneOrSeveral", into = "OneOrSeveral")]
+pub struct PhysicalGroups(Vec<PhysicalGroup>);
+
+/// A list of groups as case files have it.
+#[derive(Clone, Serialize, Deserialize)]
+#[serde(untagged)]
+enum OneOrSeveral {
+    One(PhysicalGroup),
+    Several(Vec<PhysicalGroup>),
+}
+
+impl From<OneOrSeveral> for PhysicalGroups {
+    fn from(groups: OneOrSeveral) -> Self {
+        match groups {
+            OneOrSeveral::One(group) => PhysicalGroups(vec![group]),
+            OneOrSeveral::Several(groups) => PhysicalGroups(groups),
+        }
+    }
+}
+
+impl From<PhysicalGroups> for OneOrSeveral {
+    fn from(PhysicalGroups(mut groups): PhysicalGroups) -> Self {
+        match groups.len() {
+            1 => OneOrSeveral::One(groups.remove(0)),
+            _ => OneOrSeveral::Several(groups),
+        }
+    }
+}
+
+impl PhysicalGroups {
+    /// The groups.
+    pub fn groups(&self) -> &[PhysicalGroup] {
+        &self.0
+    }
+}
+
+impl<G: Into<PhysicalGroup>> From<G> for PhysicalGroups {
+    fn from(group: G) -> Self {
+        PhysicalGroups(vec![group.into()])
+    }
+}
+
+impl<G: Into<PhysicalGroup>, const N: usize> From<[G; N]> for PhysicalGroups {
+    fn from(groups: [G; N]) -> Self {
+        PhysicalGroups(groups.into_iter().map(Into::into).collect())
+    }
+}
+
 /// Which physical groups of the file are which regions and surfaces of the mesh.
 ///
 /// An empty map takes all groups of that dimension, under the names that the file gives them (or
@@ -47,19 +97,21 @@ impl fmt::Display for PhysicalGroup {
 ///
 /// let names = GmshNames::new([("matrix", 1), ("grain", 2)], [("bottom", 11), ("top", 12)]);
 /// assert_eq!(names.surfaces["top"], 12.into());
+/// let mut names = names;
+/// names.regions.insert("grain".into(), [10, 11].into());
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct GmshNames {
     /// Region names, with physical volumes.
-    pub regions: BTreeMap<String, PhysicalGroup>,
+    pub regions: BTreeMap<String, PhysicalGroups>,
     /// Surface names, with physical surfaces.
-    pub surfaces: BTreeMap<String, PhysicalGroup>,
+    pub surfaces: BTreeMap<String, PhysicalGroups>,
 }
 
 impl GmshNames {
-    /// Names with their groups, given by number (`1`) or by name (`"binder"`).
-    pub fn new<N: Into<String>, G: Into<PhysicalGroup>>(
+    /// Names with their groups, each given by number (`1`), by name (`"binder"`) or as an array of these.
+    pub fn new<N: Into<String>, G: Into<PhysicalGroups>>(
         regions: impl IntoIterator<Item = (N, G)>,
         surfaces: impl IntoIterator<Item = (N, G)>,
     ) -> GmshNames {

@@ -3,7 +3,29 @@
 use super::elements::{Contents, Header, shape};
 use super::source::{Fault, Source};
 
+/// Reads `$Nodes`.
 pub(super) fn nodes(source: &mut Source, contents: &mut Contents) -> Result<(), Fault> {
+    read_nodes(source, contents, |_| Ok(()))
+}
+
+/// Reads `$ParametricNodes`: nodes with the entity on which they are and their parameters there.
+pub(super) fn parametric_nodes(source: &mut Source, contents: &mut Contents) -> Result<(), Fault> {
+    read_nodes(source, contents, |source| {
+        let dimension = source.int("an entity's dimension")?;
+        source.int("an entity's tag")?;
+        // nodes on curves have one parameter, those on surfaces two, all others none
+        for _ in 0..if dimension < 3 { dimension } else { 0 } {
+            source.real("a parametric coordinate")?;
+        }
+        Ok(())
+    })
+}
+
+fn read_nodes(
+    source: &mut Source,
+    contents: &mut Contents,
+    skip_parameters: impl Fn(&mut Source) -> Result<(), Fault>,
+) -> Result<(), Fault> {
     let count: u64 = source.text("the number of nodes")?;
     if source.binary {
         source.line_end()?;
@@ -11,6 +33,7 @@ pub(super) fn nodes(source: &mut Source, contents: &mut Contents) -> Result<(), 
     for _ in 0..count {
         let tag = tag(source, "a node's number")?;
         let point = source.point()?;
+        skip_parameters(source)?;
         contents.node(source, tag, point)?;
     }
     Ok(())

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use super::names::{GmshNames, PhysicalGroup};
+use super::names::GmshNames;
 use super::{data, grains, second_order};
 use crate::error::MeshError;
 use crate::mesh::TetMesh;
@@ -20,8 +20,9 @@ const FIRST_SURFACE: i32 = 11;
 /// surface entity and group (from 11: bottom, top, side, then others by name), with names and
 /// bounding boxes. A region is one volume entity for each of its grains, with the elementary tag
 /// g R + r for grain g (0: none) in region r of R, from which [`read`](super::read) takes the grain
-/// numbers back. A mesh with curved edges is written with elements of second order, mixtures as
-/// element data; what is read is the same to the bit.
+/// numbers back. Its elements are one block, numbered as the tetrahedra of the mesh. A mesh with curved
+/// edges is written with elements of second order, mixtures as element data of all elements, zero on
+/// triangles; what is read is the same to the bit.
 ///
 /// # Errors
 /// [`MeshError`] if the mesh is not sound ([`TetMesh::validate`]) or the file cannot be written.
@@ -49,7 +50,7 @@ pub fn write(path: impl AsRef<Path>, mesh: &TetMesh) -> Result<GmshNames, MeshEr
     let text = text(mesh, &tags, &surfaces).expect("writing to a string cannot fail");
     std::fs::write(path, text).map_err(|error| MeshError::io("write", path, error))?;
     let numbered = |first: i32, names: Vec<&str>| {
-        (first..).zip(names).map(|(k, name)| (name.into(), PhysicalGroup::Number(k))).collect()
+        (first..).zip(names).map(|(k, name)| (name.into(), k.into())).collect()
     };
     Ok(GmshNames {
         regions: numbered(1, mesh.regions.iter().map(String::as_str).collect()),
@@ -114,13 +115,11 @@ fn text(
     }
     out.push_str("$EndNodes\n");
 
-    let elements = mesh.tets.len() + surfaces.iter().map(|(_, faces)| faces.len()).sum::<usize>();
-    let runs = || tags.chunk_by(|a, b| a == b);
-    writeln!(out, "$Elements\n{} {elements} 1 {elements}", runs().count() + faces)?;
-    let mut tag = 0;
+    let triangles = surfaces.iter().map(|(_, faces)| faces.len()).sum::<usize>();
+    let elements = triangles + mesh.tets.len();
+    writeln!(out, "$Elements\n{} {elements} 1 {elements}", volumes.len() + faces)?;
     // tag, corners, and the nodes on the edges of second-order elements
-    let mut element = |out: &mut String, nodes: &[u32], sides: &[[usize; 2]]| -> std::fmt::Result {
-        tag += 1;
+    let element = |out: &mut String, tag: usize, nodes: &[u32], sides: &[[usize; 2]]| {
         write!(out, "{tag}")?;
         nodes.iter().try_for_each(|node| write!(out, " {}", node + 1))?;
         if curved {
@@ -129,23 +128,28 @@ fn text(
             }
         }
         out.push('\n');
-        Ok(())
+        std::fmt::Result::Ok(())
     };
     let [triangle, tetrahedron] = if curved { [9, 11] } else { [2, 4] };
+    let mut tag = 0;
     for (number, (_, triangles)) in (FIRST_SURFACE..).zip(surfaces) {
         writeln!(out, "2 {number} {triangle} {}", triangles.len())?;
-        triangles.iter().try_for_each(|t| element(&mut out, t, &second_order::EDGES[..3]))?;
+        for nodes in *triangles {
+            tag += 1;
+            element(&mut out, tag, nodes, &second_order::EDGES[..3])?;
+        }
     }
-    // runs of one volume are one block each, so that the order of the tetrahedra survives
-    let mut first = 0;
-    for run in runs() {
-        writeln!(out, "3 {} {tetrahedron} {}", run[0], run.len())?;
-        let tets = &mesh.tets[first..first + run.len()];
-        tets.iter().try_for_each(|tet| element(&mut out, tet, &second_order::EDGES))?;
-        first += run.len();
+    // one block for each volume; the numbers of the elements keep the order of the tetrahedra
+    let mut by_volume: Vec<usize> = (0..mesh.tets.len()).collect();
+    by_volume.sort_by_key(|&tet| tags[tet]);
+    for block in by_volume.chunk_by(|&a, &b| tags[a] == tags[b]) {
+        writeln!(out, "3 {} {tetrahedron} {}", tags[block[0]], block.len())?;
+        for &tet in block {
+            element(&mut out, triangles + tet + 1, &mesh.tets[tet], &second_order::EDGES)?;
+        }
     }
     out.push_str("$EndElements\n");
-    data::write(&mut out, mesh, elements - mesh.tets.len() + 1)?;
+    data::write(&mut out, mesh, triangles, &by_volume)?;
     Ok(out)
 }
 

@@ -6,6 +6,7 @@ use surrogate::Dataset;
 use super::super::super::WorkflowError;
 use super::super::super::ensemble::so_far;
 use super::super::super::inputs::Inputs;
+use super::super::super::mesh_scale::MeshScale;
 use crate::case::Toe;
 use crate::error::InputError;
 use crate::report::{Finding, Points, Results};
@@ -75,26 +76,31 @@ pub(super) fn ensemble_so_far(inputs: &Inputs<'_>, results: &mut Results) {
     }
 }
 
-/// Measured curves, displacements scaled to the height of the mesh as in the calibration.
+/// Measured curves, scaled to the size of the mesh as in the calibration.
 pub(super) fn experiments(inputs: &Inputs<'_>, results: &mut Results) -> Result<(), WorkflowError> {
     let table = inputs.chosen(inputs.specimen_table()?)?;
     let path = inputs.file("experiments.csv")?;
-    let used = CsvTable::read(&path, &["id", "displacement_factor"])?;
+    let used = CsvTable::read(&path, &["id", MeshScale::COLUMNS[0]])?;
     let corrected = inputs.toe() == Toe::Correct;
     let looked = inputs.file("curve_checks.csv")?;
     let looked = CsvTable::read(&looked, &["id", "finding", "value"])?;
     let end = results.ensemble.iter().flatten().map(|p| p.0).fold(0.0, f64::max);
     for specimen in table.specimens {
-        let factor = used.named("id", &specimen.id)?.number("displacement_factor")?;
-        if factor != 1.0 {
+        let scale = MeshScale::of_row(used.named("id", &specimen.id)?)?;
+        if scale.displacement != 1.0 {
             results.notes.push(format!(
-                "{} is {} mm high: its displacements are scaled by {factor:.4} to the height of \
-                 the mesh.",
-                specimen.id, specimen.height_mm
+                "{} is {} mm high: its displacements are scaled by {:.4} to the height of the mesh.",
+                specimen.id, specimen.height_mm, scale.displacement
+            ));
+        }
+        if scale.force != 1.0 {
+            results.notes.push(format!(
+                "{} has a radius of {} mm: its forces are scaled by {:.4} to the section of the mesh.",
+                specimen.id, specimen.radius_mm, scale.force
             ));
         }
         let toe = if corrected { toe_mm(&looked, &specimen.id)? } else { 0.0 };
-        let curve = specimen.curve.shift_displacement(-toe).scale_displacement(factor);
+        let curve = scale.apply(&specimen.curve.shift_displacement(-toe));
         // what was measured beyond the simulated range would hide the rest
         let points = curve.displacement_mm.into_iter().zip(curve.force_n);
         let is_shown = |p: &(f64, f64)| end == 0.0 || p.0 <= 1.05 * end;

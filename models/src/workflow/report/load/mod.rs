@@ -1,6 +1,7 @@
 //! The numbers of a report, from the files that the stages left.
 
 mod confirmed;
+mod edited;
 mod further;
 mod measured;
 mod notes;
@@ -102,6 +103,7 @@ pub(in crate::workflow) fn load_done(
     if done("design") {
         results.further = further::further(inputs, case)?;
     }
+    results.notes.extend(edited::edited(inputs)?);
     warned(inputs, done, &mut results)?;
     Ok(results)
 }

@@ -6,7 +6,7 @@
 
 use std::io::{self, Read, Write};
 
-use models::{Qois, TestCurve};
+use breccia_calibration::{Qois, TestCurve};
 
 fn main() -> io::Result<()> {
     let mut input = io::stdin().lock();

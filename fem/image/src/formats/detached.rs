@@ -1,0 +1,178 @@
+//! Raw values with a header, in the same file or beside it.
+
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+
+use crate::ImageError;
+use crate::slices::names::file_name;
+use crate::slices::raw::{Packing, RawSlices};
+use crate::slices::sample::{ByteOrder, SampleType};
+use crate::slices::stack::Stack;
+use crate::slices::voxel_size::VoxelSize;
+use crate::volume::MAX_VOXELS;
+
+/// Deflate packs at most this many bytes into one.
+const DENSEST: u64 = 1100;
+
+/// Where the values begin in their file.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Begin {
+    At(u64),
+    /// The values are the last bytes of the file.
+    FromEnd,
+}
+
+/// What a header says of the values.
+#[derive(Clone, Debug)]
+pub(super) struct RawHeader {
+    pub(super) format: &'static str,
+    pub(super) shape: [usize; 3],
+    pub(super) sample: SampleType,
+    pub(super) order: ByteOrder,
+    pub(super) size: VoxelSize,
+    pub(super) data: PathBuf,
+    pub(super) begin: Begin,
+    pub(super) packing: Packing,
+}
+
+impl RawHeader {
+    /// The stack of a header, once the length of the file of its values has been compared.
+    ///
+    /// # Errors
+    /// [`ImageError`]: no such file, more or fewer bytes than the header declares.
+    pub(super) fn stack(self, header: &Path) -> Result<Stack, ImageError> {
+        let RawHeader { format, shape, sample, order, size, data, begin, packing } = self;
+        let meta =
+            std::fs::metadata(&data).map_err(|error| ImageError::io("read", &data, error))?;
+        let file_bytes = meta.len();
+        let voxels = shape.iter().try_fold(1_u64, |n, &side| n.checked_mul(side as u64));
+        // blocks of 64³ voxels are more than anybody averages
+        let Some(voxels) = voxels.filter(|n| (1..MAX_VOXELS << 18).contains(n)) else {
+            let help = "write the three numbers of voxels along x, y, z";
+            return Err(ImageError::Series {
+                path: header.into(),
+                message: format!("declares {shape:?} voxels"),
+                help,
+            });
+        };
+        let needed = voxels * sample.bytes() as u64;
+        let offset = match begin {
+            Begin::At(offset) => offset,
+            Begin::FromEnd => file_bytes.saturating_sub(needed),
+        };
+        let stored = file_bytes.saturating_sub(offset);
+        let plain = packing == Packing::Plain;
+        if plain && stored != needed {
+            let help = match stored < needed {
+                true => {
+                    "it is cut short or its header is that of another file: compare sizes and type"
+                }
+                false => {
+                    "correct sizes and type, or state the bytes before the values (HeaderSize, byte skip; -1: the values are the last bytes)"
+                }
+            };
+            let message = format!(
+                "has {stored} bytes of values, but {} declares {needed} ({} × {} × {} {sample})",
+                file_name(header),
+                shape[0],
+                shape[1],
+                shape[2]
+            );
+            return Err(ImageError::Series { path: data, message, help });
+        }
+        if !plain && needed > stored.saturating_mul(DENSEST) {
+            return Err(ImageError::Implausible { path: data, declared_bytes: needed, file_bytes });
+        }
+        let mut contents = format!("{format}, values in {}", file_name(&data));
+        if !plain {
+            contents.push_str(" (compressed)");
+        }
+        if sample.bits > 8 && plain {
+            contents.push_str(match order {
+                ByteOrder::Little => ", lowest byte first",
+                ByteOrder::Big => ", highest byte first",
+            });
+        }
+        let mut files = vec![header.to_owned()];
+        if data != header {
+            files.push(data.clone());
+        }
+        let slices = RawSlices {
+            path: data,
+            offset,
+            area: shape[0] * shape[1],
+            sample,
+            order,
+            depth: shape[2],
+            packing,
+            unpacked: OnceLock::new(),
+        };
+        Ok(Stack {
+            path: header.into(),
+            files,
+            shape,
+            sample,
+            size,
+            contents,
+            notes: Vec::new(),
+            source: Box::new(slices),
+        })
+    }
+}
+
+/// The lines of a header, with a builder of errors that name file and line.
+pub(super) struct Lines<'a> {
+    pub(super) path: &'a Path,
+}
+
+impl Lines<'_> {
+    pub(super) fn refuse(
+        &self,
+        line: usize,
+        message: impl Into<String>,
+        help: &'static str,
+    ) -> ImageError {
+        ImageError::Header { path: self.path.into(), line, message: message.into(), help }
+    }
+
+    /// Numbers separated by spaces.
+    pub(super) fn numbers<T: std::str::FromStr>(
+        &self,
+        line: usize,
+        key: &str,
+        text: &str,
+    ) -> Result<Vec<T>, ImageError> {
+        let numbers: Result<Vec<T>, _> = text.split_whitespace().map(str::parse).collect();
+        numbers.map_err(|_| {
+            self.refuse(
+                line,
+                format!("{key} = {text} is no list of numbers"),
+                "separate numbers by spaces",
+            )
+        })
+    }
+
+    /// Voxels along x, y, z; further dimensions of one element before or after them are ignored.
+    pub(super) fn shape(
+        &self,
+        line: usize,
+        key: &str,
+        text: &str,
+    ) -> Result<[usize; 3], ImageError> {
+        let all: Vec<usize> = self.numbers(line, key, text)?;
+        let mut sizes = &all[..];
+        while let [1, rest @ ..] | [rest @ .., 1] = sizes
+            && sizes.len() > 3
+        {
+            sizes = rest;
+        }
+        match *sizes {
+            [x, y, z] => Ok([x, y, z]),
+            _ => Err(self.refuse(
+                line,
+                format!("{key} = {text} is no volume of three dimensions"),
+                "write one channel and one time as a volume of its own",
+            )),
+        }
+    }
+}

@@ -1,0 +1,114 @@
+//! Which files of a folder are the stack.
+
+use std::path::{Path, PathBuf};
+
+use super::kind::{Kind, kind_of};
+use crate::ImageError;
+use crate::slices::names::file_name;
+
+/// What a folder holds.
+#[derive(Debug)]
+pub(super) enum Contents {
+    Tiff(Vec<PathBuf>),
+    Png(Vec<PathBuf>),
+    Bmp(Vec<PathBuf>),
+    /// A header of raw values, with its kind.
+    Header(PathBuf, Kind),
+}
+
+/// Chooses the slices of a folder, and says which other images are ignored.
+///
+/// # Errors
+/// [`ImageError::Empty`] and [`ImageError::Format`] for folders without slices.
+pub(super) fn contents(folder: &Path) -> Result<(Contents, Option<String>), ImageError> {
+    let failed = |source| ImageError::io("read", folder, source);
+    let mut paths = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(failed)? {
+        paths.push(entry.map_err(failed)?.path());
+    }
+    paths.sort();
+    if paths
+        .iter()
+        .any(|path| [".zarray", ".zgroup", "zarr.json"].contains(&file_name(path).as_str()))
+    {
+        let help = format!(
+            "write the array as a TIFF stack in Python: import tifffile, zarr; tifffile.imwrite(\"scan.tif\", zarr.open(\"{}\")[...]), and give voxel_mm",
+            file_name(folder)
+        );
+        return Err(ImageError::Format { path: folder.into(), format: "a Zarr array", help });
+    }
+    let (mut tiff, mut png, mut bmp, mut headers) =
+        (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let (mut foreign, mut folders) = (None, Vec::new());
+    for path in paths {
+        if file_name(&path).starts_with('.') {
+            continue;
+        }
+        if path.is_dir() {
+            folders.push(file_name(&path));
+            continue;
+        }
+        let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+        // a damaged slice is still a slice: its reader says what is wrong with it
+        match extension.as_str() {
+            "tif" | "tiff" => tiff.push(path),
+            "png" => png.push(path),
+            "bmp" => bmp.push(path),
+            _ => match kind_of(&path)? {
+                Kind::Tiff => tiff.push(path),
+                Kind::Png => png.push(path),
+                Kind::Bmp => bmp.push(path),
+                kind @ (Kind::MetaImage | Kind::Nrrd) => headers.push((path, kind)),
+                Kind::Foreign(format, help) => {
+                    foreign.get_or_insert((path, format, help));
+                }
+                Kind::Unknown => {}
+            },
+        }
+    }
+    let ignored = |groups: &[(&str, &Vec<PathBuf>)]| {
+        let all = groups.iter().filter(|(_, paths)| !paths.is_empty());
+        let all: Vec<String> = all.map(|(name, paths)| format!("{} {name}", paths.len())).collect();
+        (!all.is_empty()).then(|| {
+            format!(
+                "The wrong scan is read if it is among the other images of the folder, which are ignored: {}.",
+                all.join(", ")
+            )
+        })
+    };
+    if !tiff.is_empty() {
+        let note = ignored(&[("PNG", &png), ("BMP", &bmp)]);
+        return Ok((Contents::Tiff(tiff), note));
+    }
+    if !png.is_empty() {
+        let note = ignored(&[("BMP", &bmp)]);
+        return Ok((Contents::Png(png), note));
+    }
+    if !bmp.is_empty() {
+        return Ok((Contents::Bmp(bmp), None));
+    }
+    let path = folder.to_owned();
+    match (headers.len(), foreign) {
+        (1, _) => {
+            let (header, kind) = headers.swap_remove(0);
+            Ok((Contents::Header(header, kind), None))
+        }
+        (0, Some((path, format, help))) => Err(ImageError::Format { path, format, help }),
+        (0, None) if !folders.is_empty() => {
+            let help = "name the folder that holds the slices";
+            Err(ImageError::Series {
+                path,
+                message: format!("no slice, but the folders {}", folders.join(", ")),
+                help,
+            })
+        }
+        (0, None) => {
+            let help = "a folder holds one .tif, .tiff, .png or .bmp file for each slice";
+            Err(ImageError::Empty { path, what: "slice", help })
+        }
+        (many, _) => {
+            let message = format!("{many} headers of volumes");
+            Err(ImageError::Series { path, message, help: "name one of the headers" })
+        }
+    }
+}

@@ -1,0 +1,134 @@
+//! Volumes from files of any format that is read.
+
+use std::path::{Path, PathBuf};
+
+use super::folder::{Contents, contents};
+use super::kind::{Kind, header_lines, kind_of};
+use super::picture_stack::{self, PictureFormat};
+use super::{metaimage, nrrd};
+use crate::ImageError;
+use crate::slices::continuity::doubts;
+use crate::slices::header::{ReadOptions, StackHeader};
+use crate::slices::names::{file_name, order};
+use crate::slices::stack::Stack;
+use crate::slices::values::{self, Reading};
+use crate::tiff::stack as tiff;
+
+/// Reads a stack of grey values from a file or a folder, whose format is recognised by its content.
+///
+/// Read are TIFF (see [`tiff::read`](crate::tiff::read)), MetaImage, NRRD, and folders of TIFF, PNG and BMP slices.
+/// The header says what was read: files and their order, type, voxel size and its origin. Its warnings name jumps of
+/// grey values between neighbouring slices and what else may make the result wrong.
+///
+/// With `bin` above 1 the mean of each block of voxels is read, see [`tiff::read_binned`](crate::tiff::read_binned).
+///
+/// # Errors
+/// [`ImageError`] with file, page or line and the mend: a format that is not read, with its conversion; files that are
+/// not one volume (several channels or times, missing slices, names of several series, pages that are declared and
+/// absent); slices of unlike size or type; voxels of unknown or implausible size, or that are no cubes; damage.
+///
+/// # Example
+/// ```
+/// # let folder = std::env::temp_dir().join(format!("fem-doc-raw-{}", std::process::id()));
+/// # std::fs::create_dir_all(&folder).unwrap();
+/// use fem_image::{ReadOptions, read};
+///
+/// std::fs::write(folder.join("scan.raw"), [0, 1, 2, 3, 4, 5, 6, 7]).unwrap();
+/// let header = "NDims = 3\nDimSize = 2 2 2\nElementType = MET_UCHAR\nElementSpacing = 0.01 0.01 0.01\nElementDataFile = scan.raw\n";
+/// std::fs::write(folder.join("scan.mhd"), header).unwrap();
+/// let reading = read(&folder.join("scan.mhd"), &ReadOptions::default())?;
+/// assert_eq!(*reading.volume.at([1, 0, 1]), 5.0);
+/// assert_eq!(reading.header.voxel_mm, 0.01);
+/// # std::fs::remove_dir_all(&folder).unwrap();
+/// # Ok::<(), fem_image::ImageError>(())
+/// ```
+pub fn read(path: &Path, options: &ReadOptions) -> Result<Reading<f32>, ImageError> {
+    let mut reading = values::grey(&scan(path)?, options)?;
+    reading.header.warnings.extend(doubts(&reading.volume));
+    Ok(reading)
+}
+
+/// Reads a stack of labels, of any format of [`read`].
+///
+/// # Errors
+/// As of [`read`], and values that are no whole numbers from 0 to 2³² − 1.
+pub fn read_labels(path: &Path, voxel_mm: Option<f64>) -> Result<Reading<u32>, ImageError> {
+    values::labels(&scan(path)?, voxel_mm)
+}
+
+/// Reads a stack of labels of any integer type, signed or not, of any format of [`read`]. Floating-point values may be
+/// whole numbers, as some programs save labels.
+///
+/// # Errors
+/// As of [`read`], and values that are no whole numbers between −2⁵³ and 2⁵³.
+pub fn read_label_values(path: &Path, voxel_mm: Option<f64>) -> Result<Reading<i64>, ImageError> {
+    values::label_values(&scan(path)?, voxel_mm)
+}
+
+/// The files and folders whose content decides what [`read`] returns: a folder of slices as a whole, a header with the
+/// file of its values, else the file itself.
+pub fn files_of(path: &Path) -> Vec<PathBuf> {
+    let own = vec![path.to_owned()];
+    if path.is_dir() {
+        return own;
+    }
+    let data = match kind_of(path) {
+        Ok(Kind::MetaImage) => metaimage::header(path).map(|header| header.data),
+        Ok(Kind::Nrrd) => nrrd::header(path).map(|header| header.data),
+        _ => return own,
+    };
+    match data {
+        Ok(data) if data != path => vec![path.to_owned(), data],
+        _ => own,
+    }
+}
+
+impl StackHeader {
+    /// Reads the headers of a stack that [`read`] would read, and no grey values.
+    ///
+    /// # Errors
+    /// As of [`read`] where headers show it.
+    pub fn read(path: &Path, options: &ReadOptions) -> Result<Self, ImageError> {
+        Self::of(&scan(path)?, options)
+    }
+}
+
+fn scan(path: &Path) -> Result<Stack, ImageError> {
+    if !path.is_dir() {
+        return file(path, kind_of(path)?);
+    }
+    let (found, note) = contents(path)?;
+    let mut stack = match found {
+        Contents::Tiff(paths) => {
+            let ordered = order(path, paths)?;
+            tiff::scan(path, ordered.paths.clone(), Some(&ordered))?
+        }
+        Contents::Png(paths) => picture_stack::scan(path, PictureFormat::Png, order(path, paths)?)?,
+        Contents::Bmp(paths) => picture_stack::scan(path, PictureFormat::Bmp, order(path, paths)?)?,
+        Contents::Header(header, kind) => file(&header, kind)?,
+    };
+    stack.notes.extend(note);
+    Ok(stack)
+}
+
+fn file(path: &Path, kind: Kind) -> Result<Stack, ImageError> {
+    let one = || order(path, vec![path.to_owned()]);
+    let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+    match kind {
+        Kind::Tiff => tiff::scan(path, vec![path.to_owned()], None),
+        Kind::Png => picture_stack::scan(path, PictureFormat::Png, one()?),
+        Kind::Bmp => picture_stack::scan(path, PictureFormat::Bmp, one()?),
+        Kind::MetaImage => metaimage::scan(path),
+        Kind::Nrrd => nrrd::scan(path),
+        Kind::Foreign(format, help) => Err(ImageError::Format { path: path.into(), format, help }),
+        // the decoder says what is wrong with it
+        Kind::Unknown if matches!(extension.as_str(), "tif" | "tiff") => {
+            tiff::scan(path, vec![path.to_owned()], None)
+        }
+        Kind::Unknown => Err(ImageError::Format {
+            path: path.into(),
+            format: "an unknown format",
+            help: format!("raw values need a header: {}", header_lines(&file_name(path))),
+        }),
+    }
+}

@@ -1,0 +1,177 @@
+//! What the labels of an image mean.
+
+use std::collections::BTreeMap;
+
+use crate::{ImageError, SpecimenForm};
+
+/// Name of the phase that grains lie in.
+pub const MATRIX: &str = "matrix";
+/// Name of the phase that is nothing: pores, cracks.
+pub const VOID: &str = "void";
+/// Name of the phase of labels of which no phase is given.
+const GRAIN: &str = "grain";
+
+/// Labels of one phase.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LabelPhase {
+    /// The first label.
+    pub first: i64,
+    /// The last label; the first, or a larger one.
+    pub last: i64,
+    /// Name of the phase: `matrix`, `void`, or a phase of grains.
+    pub name: String,
+}
+
+impl LabelPhase {
+    /// Whether each label is one grain; of a phase with one label each connected part is a grain.
+    pub fn has_instances(&self) -> bool {
+        self.last > self.first
+    }
+}
+
+/// What the labels of an image mean, and what the image shows.
+///
+/// # Example
+/// ```
+/// use fem_image::{LabelPhase, LabelRules, Volume};
+///
+/// // two grains of label 1 and one of label 2, in a row
+/// let image = Volume::new([7, 1, 1], 0.1, vec![1, 1, 0, 1, 2, 2, 0])?;
+/// let phase = |label, name: &str| LabelPhase { first: label, last: label, name: name.into() };
+/// let phases = vec![phase(1, "grain"), phase(2, "inclusion")];
+/// let found = LabelRules { phases, ..LabelRules::default() }.run(&image, &mut |_| ())?;
+/// assert_eq!(found.labels.values, [1, 1, 0, 2, 3, 3, 0]);
+/// assert_eq!(found.phases, ["grain", "inclusion"]);
+/// assert_eq!(found.phase_of, [0, 0, 1]);
+/// # Ok::<(), fem_image::ImageError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct LabelRules {
+    /// The label of what surrounds the specimen; absent if the image shows nothing else than the specimen.
+    pub background: Option<i64>,
+    /// The phases; none: each label other than 0 and the background is a grain.
+    pub phases: Vec<LabelPhase>,
+    /// What the image shows: `Auto` is a cylinder if there is background.
+    pub specimen: SpecimenForm,
+    /// Whether a cylinder that leans is taken as it leans.
+    pub follow_lean: bool,
+    /// Grains of fewer voxels than this are counted in a warning.
+    pub small_grain_voxels: usize,
+}
+
+impl Default for LabelRules {
+    fn default() -> Self {
+        LabelRules {
+            background: None,
+            phases: Vec::new(),
+            specimen: SpecimenForm::Auto,
+            follow_lean: true,
+            small_grain_voxels: 30,
+        }
+    }
+}
+
+/// What the voxels of a label are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Role {
+    Outside,
+    Matrix,
+    /// Of a phase of grains, by its number; `is_one` if all voxels of the label are one grain.
+    Grain {
+        phase: usize,
+        is_one: bool,
+    },
+}
+
+impl LabelRules {
+    /// Names of the phases of grains, voids among them, in the order in which they are given.
+    pub fn grain_phases(&self) -> Vec<String> {
+        if self.phases.is_empty() {
+            return vec![GRAIN.into()];
+        }
+        let mut names: Vec<String> = Vec::new();
+        for phase in self.phases.iter().filter(|phase| phase.name != MATRIX) {
+            if !names.contains(&phase.name) {
+                names.push(phase.name.clone());
+            }
+        }
+        names
+    }
+
+    /// Checks that no label has two meanings.
+    ///
+    /// # Errors
+    /// [`ImageError::Labels`].
+    pub fn check(&self) -> Result<(), ImageError> {
+        let refuse = |what: String, help| Err(ImageError::Labels { what, help });
+        for (place, phase) in self.phases.iter().enumerate() {
+            let LabelPhase { first, last, name } = phase;
+            if last < first {
+                let help = "write the smaller one first";
+                return refuse(format!("the labels {first} to {last} of {name} are none"), help);
+            }
+            if self.background.is_some_and(|label| (*first..=*last).contains(&label)) {
+                let help = "give it one meaning: the background is what surrounds the specimen";
+                return refuse(format!("the background is also a label of {name}"), help);
+            }
+            let other = self.phases[..place].iter().find(|o| o.first <= *last && *first <= o.last);
+            if let Some(other) = other {
+                let label = other.first.max(*first);
+                let what = format!("the label {label} is of {} and of {name}", other.name);
+                return refuse(what, "give each label one phase");
+            }
+        }
+        if !self.phases.is_empty() && self.grain_phases().is_empty() {
+            let help = "name a phase of grains, such as \"grain\"";
+            return refuse("all labels are matrix".into(), help);
+        }
+        if self.specimen == SpecimenForm::Cylinder && self.background.is_none() {
+            return refuse(
+                "a cylinder is asked for, but no label is the background".into(),
+                "give background, the label of what surrounds the specimen; or set specimen = \"block\"",
+            );
+        }
+        Ok(())
+    }
+
+    /// What each label of an image is; `counts` are the voxels of each label.
+    pub(super) fn roles(
+        &self,
+        counts: &BTreeMap<i64, usize>,
+    ) -> Result<BTreeMap<i64, Role>, ImageError> {
+        let names = self.grain_phases();
+        let mut unknown = Vec::new();
+        let mut roles = BTreeMap::new();
+        for (&label, &count) in counts {
+            let phase = self.phases.iter().find(|p| (p.first..=p.last).contains(&label));
+            let role = match phase {
+                _ if self.background == Some(label) => Role::Outside,
+                Some(phase) if phase.name == MATRIX => Role::Matrix,
+                Some(phase) => Role::Grain {
+                    phase: names.iter().position(|name| *name == phase.name).unwrap_or(0),
+                    is_one: phase.has_instances(),
+                },
+                None if label == 0 => Role::Matrix,
+                None if self.phases.is_empty() => Role::Grain { phase: 0, is_one: true },
+                None => {
+                    unknown.push(format!("{label} ({count} voxels)"));
+                    continue;
+                }
+            };
+            roles.insert(label, role);
+        }
+        if unknown.is_empty() {
+            return Ok(roles);
+        }
+        let others = unknown.len().saturating_sub(LISTED);
+        unknown.truncate(LISTED);
+        let more = if others > 0 { format!(" and {others} others") } else { String::new() };
+        Err(ImageError::Labels {
+            what: format!("the image has labels without a phase: {}{more}", unknown.join(", ")),
+            help: "name their phases in label_phases, or the label of what surrounds the specimen as background",
+        })
+    }
+}
+
+/// Labels that are listed in a message.
+const LISTED: usize = 6;

@@ -1,0 +1,283 @@
+//! From labels to a specimen with grains.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+
+use super::parts::numbered_parts;
+use super::rules::{LabelRules, MATRIX, Role, VOID};
+use crate::grains::regions::measure;
+use crate::grains::statistics::SpecimenStatistics;
+use crate::locate::fit::{Fit, fit};
+use crate::locate::surroundings::{checked_filling, filling};
+use crate::volume::cylinder::Cylinder;
+use crate::{ImageError, Region, SpecimenForm, Volume};
+
+/// A specimen as the user has labelled it.
+#[derive(Clone, Debug)]
+pub struct LabelledSpecimen {
+    /// The number of the grain to which a voxel belongs, from 1; 0 in the matrix and outside. Voids are grains of the
+    /// phase `void`.
+    pub labels: Volume<u32>,
+    /// The label that each grain has in the user's image.
+    pub label_of: Vec<i64>,
+    /// Names of the phases of grains.
+    pub phases: Vec<String>,
+    /// For each grain an index into `phases`.
+    pub phase_of: Vec<usize>,
+    /// The grains, in the order of their numbers; volumes are those of their voxels.
+    pub regions: Vec<Region>,
+    /// Where the specimen stands; for a block the largest upright cylinder in it.
+    pub cylinder: Cylinder,
+    /// Whether the image shows a part of a specimen, without background around it.
+    pub block: bool,
+    /// Numbers of the whole specimen; voids do not count as grains.
+    pub statistics: SpecimenStatistics,
+    /// A brightness for each voxel: 0 outside, 1 in the matrix, 2 and more in the phases of grains.
+    pub shades: Volume<f32>,
+    /// What a person should look at.
+    pub warnings: Vec<String>,
+}
+
+/// Brightness of the specimen where a cylinder is fitted to it, and of its edge.
+const SPECIMEN: u16 = 1000;
+const EDGE: f64 = 500.0;
+/// Voxels at the wall that are not looked at for background.
+const WALL: f64 = 1.5;
+/// A larger share of background in the specimen is told.
+const MOST_BACKGROUND: f64 = 0.002;
+
+impl LabelledSpecimen {
+    /// Share of the specimen's volume that a phase takes, from voxels.
+    pub fn fraction_of(&self, phase: usize) -> f64 {
+        let of_phase = self.regions.iter().zip(&self.phase_of).filter(|(_, of)| **of == phase);
+        of_phase.map(|(region, _)| region.volume_mm3).sum::<f64>() / self.statistics.volume_mm3
+    }
+}
+
+impl LabelRules {
+    /// Finds the specimen and its grains in an image of labels. `progress` is told the name of each step as it begins.
+    ///
+    /// Grains are numbered from 1, by label and then by their first voxel.
+    ///
+    /// # Errors
+    /// [`ImageError`]: rules that contradict each other, labels without a phase, no grains, no cylinder where one is
+    /// asked for.
+    pub fn run(
+        &self,
+        image: &Volume<i64>,
+        progress: &mut dyn FnMut(&str),
+    ) -> Result<LabelledSpecimen, ImageError> {
+        self.check()?;
+        image.check()?;
+        progress("labels");
+        let roles = self.roles(&counts(&image.values))?;
+        let number_of: BTreeMap<i64, u32> =
+            (0..).zip(&roles).map(|(n, (&label, _))| (label, n)).collect();
+        let of_number: Vec<(i64, Role)> = roles.into_iter().collect();
+        let numbers: Vec<u32> = image.values.par_iter().map(|label| number_of[label]).collect();
+        let role = |number: u32| of_number[number as usize].1;
+
+        progress("specimen");
+        let mut warnings = self.absent_phases(&of_number);
+        let outside: Vec<bool> = of_number.iter().map(|(_, role)| *role == Role::Outside).collect();
+        let found = self.locate(image, &numbers, &outside, &mut warnings)?;
+        let inside = match &found {
+            Some(fit) => fit.inside(image.shape, 0.0),
+            None => vec![1; image.values.len()],
+        };
+
+        progress("grains");
+        // 0 is no grain
+        let values: Vec<u32> = numbers
+            .par_iter()
+            .map(|&number| if let Role::Grain { .. } = role(number) { number + 1 } else { 0 })
+            .collect();
+        let is_one = |value: u32| matches!(role(value - 1), Role::Grain { is_one: true, .. });
+        let (mut labels, part_values) = numbered_parts(image.shape, &values, is_one);
+        drop(values);
+        let order = by_value(&part_values);
+        labels.par_iter_mut().filter(|label| **label > 0).for_each(|label| {
+            *label = order.number_of[*label as usize - 1];
+        });
+        let grains: Vec<(i64, Role)> =
+            order.parts.iter().map(|&part| of_number[part_values[part] as usize - 1]).collect();
+        if grains.is_empty() {
+            return Err(ImageError::Labels {
+                what: "no voxel is of a grain".into(),
+                help: "check that the file holds labels, and which of them label_phases and background name",
+            });
+        }
+        let mut volumes = vec![0.0_f64; grains.len()];
+        for &label in labels.iter().filter(|label| **label > 0) {
+            volumes[label as usize - 1] += 1.0;
+        }
+        let labels = image.with(labels);
+        let regions = measure(&labels, &inside, &volumes);
+        let phases = self.grain_phases();
+        let phase_of: Vec<usize> = grains
+            .iter()
+            .map(|(_, role)| if let Role::Grain { phase, .. } = role { *phase } else { 0 })
+            .collect();
+        warnings.extend(self.small_grains(&regions, &phase_of, &phases));
+
+        let voxel_mm = image.voxel_mm;
+        let (cylinder, volume_mm3) = match &found {
+            Some(fit) => (fit.in_mm(voxel_mm), fit.in_mm(voxel_mm).volume_mm3()),
+            None => (Cylinder::within(image), image.size_mm().iter().product()),
+        };
+        // grains do not touch voids
+        let is_solid = |grain: u32| phases[phase_of[grain as usize - 1]] != VOID;
+        let mut solid = regions.clone();
+        solid.retain(|region| is_solid(region.id));
+        solid.iter_mut().for_each(|region| region.neighbours.retain(|&grain| is_solid(grain)));
+        let shade = |&number: &u32| match role(number) {
+            Role::Outside => 0.0,
+            Role::Matrix => 1.0,
+            Role::Grain { phase, .. } if phases[phase] == VOID => 0.5,
+            Role::Grain { phase, .. } => 2.0 + phase as f32,
+        };
+        let shades = image.with(numbers.par_iter().map(shade).collect());
+        Ok(LabelledSpecimen {
+            label_of: grains.iter().map(|(label, _)| *label).collect(),
+            statistics: SpecimenStatistics::of(&solid, voxel_mm, volume_mm3),
+            labels,
+            phases,
+            phase_of,
+            regions,
+            cylinder,
+            block: found.is_none(),
+            shades,
+            warnings,
+        })
+    }
+
+    /// Where the specimen is; none for a block.
+    fn locate(
+        &self,
+        image: &Volume<i64>,
+        numbers: &[u32],
+        outside: &[bool],
+        warnings: &mut Vec<String>,
+    ) -> Result<Option<Fit>, ImageError> {
+        let is_outside = |number: u32| outside[number as usize];
+        let has_background = outside.contains(&true);
+        if let (Some(label), false) = (self.background, has_background) {
+            let what = format!("no voxel has the label {label} of the background");
+            if self.specimen == SpecimenForm::Cylinder {
+                let help = "correct background, or set specimen = \"block\"";
+                return Err(ImageError::Labels { what, help });
+            }
+            warnings.push(format!("the image is taken for a block: {what}"));
+        }
+        let found = match self.specimen {
+            SpecimenForm::Block => None,
+            SpecimenForm::Auto if !has_background => None,
+            SpecimenForm::Auto | SpecimenForm::Cylinder => {
+                let grey = |&number: &u32| if is_outside(number) { 0 } else { SPECIMEN };
+                let grey = image.with(numbers.par_iter().map(grey).collect());
+                let found = fit(&grey, EDGE, self.follow_lean)?;
+                if let Err(error) = checked_filling(filling(&grey, &found, EDGE)) {
+                    match self.specimen {
+                        SpecimenForm::Cylinder => warnings.push(error.to_string()),
+                        _ => return Err(error),
+                    }
+                }
+                Some(found)
+            }
+        };
+        if has_background {
+            let within = match &found {
+                Some(fit) => fit.inside(image.shape, WALL),
+                None => vec![1; numbers.len()],
+            };
+            let all = within.par_iter().filter(|voxel| **voxel == 1).count();
+            let pairs = within.par_iter().zip(numbers);
+            let background = pairs.filter(|(w, n)| **w == 1 && is_outside(**n)).count();
+            let share = background as f64 / all.max(1) as f64;
+            if share > MOST_BACKGROUND {
+                warnings.push(format!(
+                    "{:.1} % of the voxels in the specimen have the label of the background and count as matrix: give \
+                     pores a label of their own, of the phase \"void\"",
+                    100.0 * share
+                ));
+            }
+        }
+        Ok(found)
+    }
+
+    /// What is to be said of phases that no voxel has.
+    fn absent_phases(&self, roles: &[(i64, Role)]) -> Vec<String> {
+        let is_there = |name: &str| {
+            let names = self.grain_phases();
+            roles.iter().any(|(_, role)| match role {
+                Role::Grain { phase, .. } => names[*phase] == name,
+                Role::Matrix => name == MATRIX,
+                Role::Outside => false,
+            })
+        };
+        let mut names: Vec<&str> = self.phases.iter().map(|phase| phase.name.as_str()).collect();
+        names.sort_unstable();
+        names.dedup();
+        names.retain(|name| !is_there(name));
+        let absent = |name| {
+            format!("the image has no voxel of the phase {name}: check its labels in label_phases")
+        };
+        names.into_iter().map(absent).collect()
+    }
+
+    /// What is to be said of grains that may be specks of the labelling.
+    fn small_grains(
+        &self,
+        regions: &[Region],
+        phase_of: &[usize],
+        phases: &[String],
+    ) -> Option<String> {
+        let solid = || regions.iter().zip(phase_of).filter(|(_, of)| phases[**of] != VOID);
+        let small = solid().filter(|(region, _)| region.voxels < self.small_grain_voxels);
+        let (count, all) = (small.clone().count(), solid().count());
+        (count > 0).then(|| {
+            let voxels = small.map(|(region, _)| region.voxels).sum::<usize>() as f64;
+            let total = solid().map(|(region, _)| region.voxels).sum::<usize>() as f64;
+            format!(
+                "statistics of grains count specks: {count} of {all} grains have fewer than {} voxels (min_grain_voxels; \
+                 {:.2} % of the grains' volume); they stay in the mesh, remove them in the image if they are noise",
+                self.small_grain_voxels,
+                100.0 * voxels / total
+            )
+        })
+    }
+}
+
+/// How many voxels each label has.
+fn counts(values: &[i64]) -> BTreeMap<i64, usize> {
+    let add = |mut counts: BTreeMap<i64, usize>, portion: &[i64]| {
+        for run in portion.chunk_by(|a, b| a == b) {
+            *counts.entry(run[0]).or_default() += run.len();
+        }
+        counts
+    };
+    let sum = |mut a: BTreeMap<i64, usize>, b: BTreeMap<i64, usize>| {
+        b.into_iter().for_each(|(label, count)| *a.entry(label).or_default() += count);
+        a
+    };
+    values.par_chunks(1 << 20).fold(BTreeMap::new, add).reduce(BTreeMap::new, sum)
+}
+
+/// Parts in the order of their values, those of one value as they were.
+struct Order {
+    /// The parts in this order.
+    parts: Vec<usize>,
+    /// The new number of each part, from 1.
+    number_of: Vec<u32>,
+}
+
+fn by_value(part_values: &[u32]) -> Order {
+    let mut parts: Vec<usize> = (0..part_values.len()).collect();
+    parts.sort_by_key(|&part| part_values[part]);
+    let mut number_of = vec![0; parts.len()];
+    for (number, &part) in (1..).zip(&parts) {
+        number_of[part] = number;
+    }
+    Order { parts, number_of }
+}

@@ -1,0 +1,90 @@
+//! What a stack declares, with the voxel size that is used.
+
+use std::path::PathBuf;
+
+use super::stack::Stack;
+use super::voxel_size::resolve;
+use crate::ImageError;
+use crate::volume::check_count;
+
+/// How a stack is read.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ReadOptions {
+    /// Edge of a voxel of the stack in mm. It replaces the size that the file states.
+    pub voxel_mm: Option<f64>,
+    /// Voxels along the edge of a block that becomes one voxel; 1 reads the stack as it is.
+    pub bin: usize,
+}
+
+impl Default for ReadOptions {
+    fn default() -> Self {
+        Self { voxel_mm: None, bin: 1 }
+    }
+}
+
+/// What the headers of a stack declare.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StackHeader {
+    /// Voxels along x, y, z, after binning.
+    pub shape: [usize; 3],
+    /// Edge of a voxel in mm, after binning.
+    pub voxel_mm: f64,
+    /// Where the voxel size comes from.
+    pub voxel_origin: String,
+    /// Format, files, pages, their order and the type of the grey values, in words.
+    pub contents: String,
+    /// Voxels along the edge of a block that becomes one voxel.
+    pub bin: usize,
+    /// All files that are read.
+    pub files: Vec<PathBuf>,
+    /// What may make the result wrong, one sentence each.
+    pub warnings: Vec<String>,
+}
+
+impl StackHeader {
+    /// Edges of the image in mm.
+    pub fn size_mm(&self) -> [f64; 3] {
+        self.shape.map(|side| side as f64 * self.voxel_mm)
+    }
+
+    /// One line for a person: files, pages, order, type, shape, voxel size and its origin.
+    pub fn in_words(&self) -> String {
+        let ([nx, ny, nz], [x, y, z]) = (self.shape, self.size_mm());
+        let binned = match self.bin {
+            1 => String::new(),
+            bin => format!(", after binning by {bin}"),
+        };
+        format!(
+            "{}; {nx} × {ny} × {nz} voxels of {:.6} mm ({}), {x:.3} × {y:.3} × {z:.3} mm{binned}",
+            self.contents, self.voxel_mm, self.voxel_origin
+        )
+    }
+
+    /// The header of a stack by these options.
+    ///
+    /// # Errors
+    /// [`ImageError`]: no voxel size, voxels that are no cubes, too many voxels, a `bin` that does not fit.
+    pub(crate) fn of(stack: &Stack, options: &ReadOptions) -> Result<Self, ImageError> {
+        let (shape, bin) = (stack.shape, options.bin);
+        if bin == 0 || shape.iter().any(|&side| side < bin && bin > 1) {
+            return Err(ImageError::Parameter {
+                field: "bin",
+                value: bin as f64,
+                requirement: "a whole number from 1 to the voxels along the shortest edge",
+            });
+        }
+        check_count(shape, bin)?;
+        let resolved = resolve(&stack.path, &stack.size, options.voxel_mm)?;
+        let mut warnings = stack.notes.clone();
+        warnings.extend(resolved.warning);
+        Ok(Self {
+            shape: shape.map(|side| side / bin),
+            voxel_mm: resolved.edge_mm * bin as f64,
+            voxel_origin: resolved.origin,
+            contents: format!("{}, {}", stack.contents, stack.sample),
+            bin,
+            files: stack.files.clone(),
+            warnings,
+        })
+    }
+}

@@ -1,0 +1,11 @@
+//! Stacks of slices, whatever their format: order of files, types of grey values, voxel sizes, continuity, and
+//! values that are averaged over blocks while they are read.
+
+pub(crate) mod continuity;
+pub(crate) mod header;
+pub(crate) mod names;
+pub(crate) mod raw;
+pub(crate) mod sample;
+pub(crate) mod stack;
+pub(crate) mod values;
+pub(crate) mod voxel_size;

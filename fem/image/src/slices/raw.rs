@@ -1,0 +1,115 @@
+//! Values that lie one behind the other in a file, plain or compressed.
+
+use std::fs::File;
+use std::io::{self, BufReader, Read, Seek, SeekFrom};
+use std::path::PathBuf;
+use std::sync::OnceLock;
+
+use flate2::read::{MultiGzDecoder, ZlibDecoder};
+
+use super::sample::{ByteOrder, SampleType, decode};
+use super::stack::{SliceReader, SliceSource};
+use crate::ImageError;
+use fem_file::open_regular;
+
+/// Slices without anything between them.
+#[derive(Debug)]
+pub(crate) struct RawSlices {
+    pub(crate) path: PathBuf,
+    /// Bytes before the first value.
+    pub(crate) offset: u64,
+    /// Values of a slice.
+    pub(crate) area: usize,
+    pub(crate) sample: SampleType,
+    pub(crate) order: ByteOrder,
+    /// Number of slices.
+    pub(crate) depth: usize,
+    pub(crate) packing: Packing,
+    /// All values of a compressed file, unpacked when the first slice is read.
+    pub(crate) unpacked: OnceLock<Result<Vec<u8>, ImageError>>,
+}
+
+/// How the values are compressed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Packing {
+    Plain,
+    Zlib,
+    Gzip,
+}
+
+impl RawSlices {
+    /// Bytes of all values.
+    pub(crate) fn bytes(&self) -> usize {
+        self.area * self.depth * self.sample.bytes()
+    }
+
+    /// Unpacks a compressed file, which has no beginning that could be skipped to.
+    fn unpack(&self) -> Result<Vec<u8>, ImageError> {
+        let failed = |source| ImageError::io("read", &self.path, source);
+        let mut file = BufReader::new(open_regular(&self.path).map_err(failed)?);
+        file.seek(SeekFrom::Start(self.offset)).map_err(failed)?;
+        let needed = self.bytes();
+        let mut values = Vec::new();
+        let read = match self.packing {
+            Packing::Zlib => ZlibDecoder::new(file).take(needed as u64).read_to_end(&mut values),
+            _ => MultiGzDecoder::new(file).take(needed as u64).read_to_end(&mut values),
+        };
+        let short = |found: usize| ImageError::Page {
+            path: self.path.clone(),
+            page: found / (self.area * self.sample.bytes()).max(1) + 1,
+            message: format!("{found} bytes unpacked, but the header declares {needed}"),
+            help: "it is cut short or its header is that of another file: write both again",
+        };
+        match read {
+            Ok(found) if found == needed => Ok(values),
+            Ok(found) => Err(short(found)),
+            Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => Err(short(values.len())),
+            Err(error) => Err(failed(error)),
+        }
+    }
+}
+
+impl SliceSource for RawSlices {
+    fn reader(&self) -> Box<dyn SliceReader + '_> {
+        Box::new(Reader { slices: self, file: None, bytes: Vec::new() })
+    }
+
+    fn place(&self, slice: usize) -> (PathBuf, usize) {
+        (self.path.clone(), slice + 1)
+    }
+}
+
+struct Reader<'a> {
+    slices: &'a RawSlices,
+    file: Option<File>,
+    bytes: Vec<u8>,
+}
+
+impl Reader<'_> {
+    fn load(&mut self, slice: usize) -> io::Result<()> {
+        let RawSlices { path, offset, area, sample, .. } = self.slices;
+        let file = match &mut self.file {
+            Some(file) => file,
+            none => none.insert(open_regular(path)?),
+        };
+        self.bytes.resize(area * sample.bytes(), 0);
+        file.seek(SeekFrom::Start(offset + (slice * self.bytes.len()) as u64))?;
+        file.read_exact(&mut self.bytes)
+    }
+}
+
+impl SliceReader for Reader<'_> {
+    fn read(&mut self, slice: usize, into: &mut [f64]) -> Result<(), ImageError> {
+        let RawSlices { area, sample, order, packing, path, .. } = self.slices;
+        if *packing == Packing::Plain {
+            self.load(slice).map_err(|source| ImageError::io("read", path, source))?;
+            decode(&self.bytes, *sample, *order, into);
+            return Ok(());
+        }
+        let all = self.slices.unpacked.get_or_init(|| self.slices.unpack());
+        let all = all.as_ref().map_err(Clone::clone)?;
+        let length = area * sample.bytes();
+        decode(&all[slice * length..(slice + 1) * length], *sample, *order, into);
+        Ok(())
+    }
+}

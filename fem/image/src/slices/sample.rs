@@ -1,0 +1,79 @@
+//! The number type of a voxel, and numbers from bytes.
+
+use std::fmt::{self, Display};
+
+/// How the bits of a value are read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum NumberKind {
+    Unsigned,
+    Signed,
+    Float,
+}
+
+/// The type of the values of a stack.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct SampleType {
+    pub(crate) kind: NumberKind,
+    /// 8, 16, 32 or 64.
+    pub(crate) bits: u8,
+}
+
+impl SampleType {
+    pub(crate) const fn unsigned(bits: u8) -> Self {
+        Self { kind: NumberKind::Unsigned, bits }
+    }
+
+    /// Bytes of one value.
+    pub(crate) fn bytes(self) -> usize {
+        usize::from(self.bits / 8)
+    }
+}
+
+impl Display for SampleType {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let kind = match self.kind {
+            NumberKind::Unsigned => "unsigned integers",
+            NumberKind::Signed => "signed integers",
+            NumberKind::Float => "floating-point numbers",
+        };
+        write!(f, "{}-bit {kind}", self.bits)
+    }
+}
+
+/// The order of the bytes of a value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum ByteOrder {
+    Little,
+    Big,
+}
+
+/// Converts bytes to numbers; bytes beyond `into` are ignored.
+pub(crate) fn decode(bytes: &[u8], sample: SampleType, order: ByteOrder, into: &mut [f64]) {
+    fn each<const N: usize>(
+        bytes: &[u8],
+        order: ByteOrder,
+        into: &mut [f64],
+        number: impl Fn([u8; N]) -> f64,
+    ) {
+        for (value, bytes) in into.iter_mut().zip(bytes.chunks_exact(N)) {
+            let mut own: [u8; N] = bytes.try_into().expect("chunks have N bytes");
+            if order == ByteOrder::Big {
+                own.reverse();
+            }
+            *value = number(own);
+        }
+    }
+    use NumberKind::{Float, Signed, Unsigned};
+    match (sample.kind, sample.bits) {
+        (Unsigned, 8) => each(bytes, order, into, |b: [u8; 1]| f64::from(b[0])),
+        (Unsigned, 16) => each(bytes, order, into, |b| f64::from(u16::from_le_bytes(b))),
+        (Unsigned, 32) => each(bytes, order, into, |b| f64::from(u32::from_le_bytes(b))),
+        (Unsigned, _) => each(bytes, order, into, |b| u64::from_le_bytes(b) as f64),
+        (Signed, 8) => each(bytes, order, into, |b| f64::from(i8::from_le_bytes(b))),
+        (Signed, 16) => each(bytes, order, into, |b| f64::from(i16::from_le_bytes(b))),
+        (Signed, 32) => each(bytes, order, into, |b| f64::from(i32::from_le_bytes(b))),
+        (Signed, _) => each(bytes, order, into, |b| i64::from_le_bytes(b) as f64),
+        (Float, 32) => each(bytes, order, into, |b| f64::from(f32::from_le_bytes(b))),
+        (Float, _) => each(bytes, order, into, f64::from_le_bytes),
+    }
+}

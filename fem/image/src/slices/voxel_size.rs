@@ -1,0 +1,129 @@
+//! Voxel sizes that files state: their plausibility, and the edge of the cube that is used.
+
+use std::path::Path;
+
+use crate::ImageError;
+
+/// Resolutions (pixels per inch) that programs write without having measured anything.
+const SCREENS: [f64; 18] = [
+    72.0, 75.0, 90.0, 96.0, 100.0, 120.0, 144.0, 150.0, 180.0, 200.0, 240.0, 300.0, 360.0, 400.0,
+    600.0, 720.0, 1200.0, 2400.0,
+];
+/// Resolutions in pixels per centimetre or metre are rounded to whole numbers by some programs.
+const ROUNDING: f64 = 6e-4;
+/// Voxels (mm) of tomograms; a size outside is a default (1 pixel per unit) or has another unit.
+const PLAUSIBLE_MM: [f64; 2] = [1e-5, 1.0];
+/// Edges that differ by less than this share are equal.
+const CUBIC: f64 = 1e-3;
+/// A given edge and one that the file states may differ by this share without a warning.
+const AGREES: f64 = 0.01;
+
+/// What the files of a stack state about the size of a voxel.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum VoxelSize {
+    Stated {
+        /// Edges along x, y, z.
+        size_mm: [f64; 3],
+        /// The tag, key or standard that states it.
+        origin: String,
+    },
+    /// Nothing of use, in words.
+    Unknown(String),
+}
+
+impl VoxelSize {
+    /// A size from a file, unless it is implausible.
+    pub(crate) fn stated(size_mm: [f64; 3], origin: impl Into<String>) -> Self {
+        let (origin, [least, most]) = (origin.into(), PLAUSIBLE_MM);
+        let is_plausible = |edge: &f64| (least..most).contains(edge);
+        if size_mm.iter().all(is_plausible) {
+            return VoxelSize::Stated { size_mm, origin };
+        }
+        let [x, y, z] = size_mm;
+        VoxelSize::Unknown(format!(
+            "voxels of {x} × {y} × {z} mm ({origin}) are not plausible (allowed: {least} to {most} mm), \
+             programs write such values by default"
+        ))
+    }
+
+    /// A size within slices from pixels per inch.
+    pub(crate) fn per_inch(x: f64, y: f64, origin: &str) -> Self {
+        if is_screen(x) {
+            let x = x.round();
+            let message =
+                format!("a resolution of {x} per inch ({origin}) is that of a screen or printer");
+            return VoxelSize::Unknown(message);
+        }
+        VoxelSize::stated([25.4 / x, 25.4 / y, 25.4 / x], origin)
+    }
+}
+
+/// Whether a resolution is a default of screens, printers or office scanners.
+pub(crate) fn is_screen(per_inch: f64) -> bool {
+    SCREENS.iter().any(|screen| (per_inch / screen - 1.0).abs() < ROUNDING)
+}
+
+/// The edge of a voxel that is used.
+pub(super) struct Resolved {
+    pub(super) edge_mm: f64,
+    pub(super) origin: String,
+    pub(super) warning: Option<String>,
+}
+
+/// The edge of a voxel from the value that is given, else from the one that the file states.
+///
+/// # Errors
+/// [`ImageError`] for voxels of unknown size, and for voxels that are no cubes.
+pub(super) fn resolve(
+    path: &Path,
+    stated: &VoxelSize,
+    given: Option<f64>,
+) -> Result<Resolved, ImageError> {
+    if let Some(value) = given {
+        if !(value.is_finite() && value > 0.0) {
+            let requirement = "a length above 0 (mm)";
+            return Err(ImageError::Parameter { field: "voxel_mm", value, requirement });
+        }
+        let origin = "voxel_mm as given".to_owned();
+        let warning = match stated {
+            VoxelSize::Stated { size_mm: [x, y, z], origin }
+                if [x, y, z].into_iter().any(|edge| (edge / value - 1.0).abs() > AGREES) =>
+            {
+                Some(format!(
+                    "Volumes and lengths rest on voxel_mm = {value}, but {} states voxels of {x} × {y} × {z} mm ({origin}).",
+                    path.display()
+                ))
+            }
+            _ => None,
+        };
+        return Ok(Resolved { edge_mm: value, origin, warning });
+    }
+    match stated {
+        VoxelSize::Unknown(message) => {
+            Err(ImageError::NoVoxelSize { path: path.into(), message: message.clone() })
+        }
+        VoxelSize::Stated { size_mm: [x, y, z], origin } => {
+            let equal = |a: f64, b: f64| (a - b).abs() <= CUBIC * a.max(b);
+            if equal(*x, *y) && equal(*x, *z) {
+                return Ok(Resolved { edge_mm: *x, origin: origin.clone(), warning: None });
+            }
+            Err(ImageError::Anisotropic { path: path.into(), size_mm: [*x, *y, *z] })
+        }
+    }
+}
+
+/// A unit of length in mm.
+pub(crate) fn millimetres(name: &str) -> Option<f64> {
+    Some(match name.trim().trim_matches('"') {
+        "m" | "meter" | "metre" | "meters" | "metres" => 1000.0,
+        "cm" | "centimeter" | "centimetre" => 10.0,
+        "mm" | "millimeter" | "millimetre" | "millimeters" | "millimetres" => 1.0,
+        "um" | "µm" | "μm" | "\\u00B5m" | "\\u00b5m" | "micron" | "microns" | "micrometer"
+        | "micrometre" | "micrometers" | "micrometres" => 1e-3,
+        "nm" | "nanometer" | "nanometre" => 1e-6,
+        "\u{c5}" | "\u{212b}" | "angstrom" => 1e-7,
+        "pm" => 1e-9,
+        "inch" | "in" | "inches" => 25.4,
+        _ => return None,
+    })
+}

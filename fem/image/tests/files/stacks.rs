@@ -1,0 +1,236 @@
+//! Stacks that are not one volume, and the words in which a stack is described.
+
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::Path;
+
+use ::tiff::encoder::TiffEncoder;
+use ::tiff::encoder::colortype::{Gray8, Gray16};
+use ::tiff::tags::{ResolutionUnit, Tag};
+use fem_image::{ImageError, ReadOptions, StackHeader, read, read_labels};
+
+const GIVEN: ReadOptions = ReadOptions { voxel_mm: Some(0.02), bin: 1 };
+
+/// Pages of 3 × 2 voxels with the value of their number, 400 per centimetre, and a description on the first.
+fn pages(path: &Path, count: u16, description: &str) {
+    let mut encoder = TiffEncoder::new(BufWriter::new(File::create(path).unwrap())).unwrap();
+    for page in 0..count {
+        let mut image = encoder.new_image::<Gray16>(3, 2).unwrap();
+        image.resolution(ResolutionUnit::Centimeter, ::tiff::encoder::Rational { n: 400, d: 1 });
+        if page == 0 && !description.is_empty() {
+            image.encoder().write_tag(Tag::ImageDescription, description).unwrap();
+        }
+        image.write_data(&[page; 6]).unwrap();
+    }
+}
+
+fn ome(sizes: [usize; 3], physical: &str) -> String {
+    let [z, c, t] = sizes;
+    format!(
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?><OME xmlns=\"http://www.openmicroscopy.org/Schemas/OME/2016-06\">\
+         <Image ID=\"Image:0\"><Pixels ID=\"Pixels:0\" DimensionOrder=\"XYZCT\" Type=\"uint16\" SizeX=\"3\" SizeY=\"2\" \
+         SizeZ=\"{z}\" SizeC=\"{c}\" SizeT=\"{t}\" {physical}><TiffData/></Pixels></Image></OME>"
+    )
+}
+
+#[test]
+fn one_volume_is_read_and_more_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("stack.tif");
+    let imagej = |images: usize, dimensions: &str| {
+        format!("ImageJ=1.54f\nimages={images}\n{dimensions}\nunit=mm\nspacing=0.02\n")
+    };
+    for (count, description, expected) in [
+        (6, imagej(6, "slices=6"), Ok(0)),
+        // what some programs call frames or channels is the stack
+        (6, imagej(6, "frames=6"), Ok(1)),
+        (6, imagej(6, "channels=6"), Ok(1)),
+        (
+            6,
+            imagej(6, "channels=2\nslices=3\nhyperstack=true"),
+            Err("2 channels × 3 slices × 1 times"),
+        ),
+        (6, imagej(6, "slices=3\nframes=2"), Err("1 channels × 3 slices × 2 times")),
+        (6, imagej(10, "slices=10"), Err("has 6 pages, but 10 are declared")),
+        (6, ome([6, 1, 1], ""), Ok(0)),
+        (6, ome([3, 2, 1], ""), Err("2 channels × 3 slices × 1 times")),
+        (6, ome([3, 1, 2], ""), Err("1 channels × 3 slices × 2 times")),
+        (5, ome([6, 1, 1], ""), Err("has 5 pages, but 6 are declared")),
+        (6, ome([6, 1, 1], "").replace("</OME>", "<Image ID=\"Image:1\"/></OME>"), Err("2 images")),
+        (6, "<OME <".to_owned(), Err("OME description cannot be read")),
+        (6, "{\"shape\": [6, 2, 3]}".to_owned(), Ok(0)),
+        (6, "{\"shape\": [2, 3, 2, 3], \"truncated\": true}".to_owned(), Err("shape [2, 3, 2, 3]")),
+    ] {
+        pages(&path, count, &description);
+        match (read(&path, &GIVEN), expected) {
+            (Ok(reading), Ok(warnings)) => {
+                assert_eq!(reading.volume.shape, [3, 2, 6], "{description}");
+                let found = &reading.header.warnings;
+                // 0.02 mm is not what the resolution says where the description says nothing
+                let found = found.iter().filter(|text| text.contains("declares them as"));
+                assert_eq!(found.count(), warnings, "{description}");
+            }
+            (Err(error @ ImageError::Series { .. }), Err(part)) => {
+                let error = error.to_string();
+                assert!(error.contains(part) && error.contains("stack.tif"), "{error}");
+            }
+            (other, _) => panic!("{description}: {other:?}"),
+        }
+    }
+}
+
+#[test]
+fn the_spacing_of_slices_counts() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("stack.ome.tif");
+    let size = |physical: &str| {
+        pages(&path, 6, &ome([6, 1, 1], physical));
+        StackHeader::read(&path, &ReadOptions::default()).map(|header| header.voxel_mm)
+    };
+    let edges =
+        |x: &str, y: &str, z: &str| format!("PhysicalSizeX=\"{x}\" PhysicalSizeY=\"{y}\" {z}");
+    assert_eq!(size(&edges("12.5", "12.5", "PhysicalSizeZ=\"12.5\"")).unwrap(), 0.0125);
+    let mm = "PhysicalSizeXUnit=\"mm\" PhysicalSizeYUnit=\"mm\" PhysicalSizeZ=\"12.5\" PhysicalSizeZUnit=\"&#181;m\"";
+    assert_eq!(size(&edges("0.0125", "0.0125", mm)).unwrap(), 0.0125);
+    let error = size(&edges("12.5", "12.5", "PhysicalSizeZ=\"50\"")).unwrap_err();
+    assert!(matches!(error, ImageError::Anisotropic { .. }), "{error}");
+    assert!(error.to_string().contains("0.0125 × 0.0125 × 0.05 mm"), "{error}");
+    for unknown in [
+        "",
+        "PhysicalSizeX=\"12.5\"",
+        &edges("12.5", "12.5", "PhysicalSizeXUnit=\"pixel\""),
+        &edges("5000", "5000", ""),
+    ] {
+        let error = size(unknown).unwrap_err();
+        assert!(matches!(error, ImageError::NoVoxelSize { .. }), "{error}");
+    }
+}
+
+#[test]
+fn a_stack_behind_one_page_is_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("stack.tif");
+    pages(&path, 1, "ImageJ=1.54f\nimages=4\nslices=4\nunit=mm\nspacing=0.025\n");
+    // ImageJ writes the values of all slices behind those of the first
+    let one = std::fs::read(&path).unwrap();
+    let mut decoder = ::tiff::decoder::Decoder::new(std::io::Cursor::new(&one)).unwrap();
+    let offset = decoder.get_tag_u64_vec(Tag::StripOffsets).unwrap()[0];
+    // the directory lies behind the values, in the way of the others: move the values to the end
+    let mut bytes = one.clone();
+    let moved = bytes.len() as u32;
+    let entry =
+        one.windows(8).position(|w| w[..2] == [0x11, 1] && w[4..8] == [1, 0, 0, 0]).unwrap();
+    assert_eq!(
+        u64::from(u32::from_le_bytes(one[entry + 8..entry + 12].try_into().unwrap())),
+        offset
+    );
+    bytes[entry + 8..entry + 12].copy_from_slice(&moved.to_le_bytes());
+    (0..4_u16).for_each(|page| (0..6).for_each(|_| bytes.extend((10 * page).to_le_bytes())));
+    std::fs::write(&path, &bytes).unwrap();
+    let reading = read(&path, &GIVEN).unwrap();
+    assert_eq!(reading.volume.shape, [3, 2, 4]);
+    assert!(reading.volume.values.iter().enumerate().all(|(n, &v)| v == (10 * (n / 6)) as f32));
+    std::fs::write(&path, &bytes[..bytes.len() - 1]).unwrap();
+    let error = read(&path, &GIVEN).unwrap_err().to_string();
+    assert!(error.contains("has 1 page, but 4 are declared"), "{error}");
+}
+
+#[test]
+fn folders_are_one_series_of_one_type() {
+    let folder = tempfile::tempdir().unwrap();
+    let name = |n: i32| folder.path().join(format!("z{n:+}.tif"));
+    for n in -3..4 {
+        pages(&name(n), 1, "");
+        let mut encoder = TiffEncoder::new(File::create(name(n)).unwrap()).unwrap();
+        encoder.write_image::<Gray16>(3, 2, &[(n + 100) as u16; 6]).unwrap();
+    }
+    let reading = read(folder.path(), &GIVEN).unwrap();
+    let slices: Vec<f32> = reading.volume.values.chunks(6).map(|slice| slice[0]).collect();
+    assert_eq!(slices, [97.0, 98.0, 99.0, 100.0, 101.0, 102.0, 103.0]);
+    let words = reading.header.in_words();
+    for part in [
+        "7 TIFF files, z-3.tif to z+3.tif by their numbers",
+        "16-bit unsigned",
+        "3 × 2 × 7 voxels of 0.020000 mm (voxel_mm as given)",
+    ] {
+        assert!(words.contains(part), "{words}");
+    }
+    assert_eq!(reading.header.files.len(), 7);
+    assert_eq!(read_labels(folder.path(), Some(0.02)).unwrap().volume.values[6], 98);
+
+    let refused = || read(folder.path(), &GIVEN).unwrap_err().to_string();
+    let copy = folder.path().join("z+2 (1).tif");
+    std::fs::copy(name(2), &copy).unwrap();
+    assert!(refused().contains("one series") && refused().contains("z+2 (1).tif"), "{}", refused());
+    std::fs::remove_file(copy).unwrap();
+
+    let mut encoder = TiffEncoder::new(File::create(name(1)).unwrap()).unwrap();
+    encoder.write_image::<Gray8>(3, 2, &[101; 6]).unwrap();
+    drop(encoder);
+    assert!(
+        refused()
+            .contains("z+1.tif, page 1: 8-bit unsigned integers, but the first page has 16-bit"),
+        "{}",
+        refused()
+    );
+
+    std::fs::remove_file(name(1)).unwrap();
+    assert!(refused().contains("z+0.tif is followed by z+2.tif"), "{}", refused());
+
+    // a folder that is one level too high
+    let above = tempfile::tempdir().unwrap();
+    std::fs::create_dir(above.path().join("slices")).unwrap();
+    let error = read(above.path(), &GIVEN).unwrap_err().to_string();
+    assert!(error.contains("no slice, but the folders slices"), "{error}");
+}
+
+#[test]
+fn sets_of_files_declare_their_sum() {
+    let folder = tempfile::tempdir().unwrap();
+    for n in 0..3 {
+        pages(&folder.path().join(format!("s{n}.ome.tif")), 1, &ome([3, 1, 1], ""));
+    }
+    assert_eq!(read(folder.path(), &GIVEN).unwrap().volume.shape, [3, 2, 3]);
+    let error = read(&folder.path().join("s1.ome.tif"), &GIVEN).unwrap_err().to_string();
+    assert!(
+        error.contains("has 1 page, but 3 are declared") && error.contains("folder"),
+        "{error}"
+    );
+    std::fs::remove_file(folder.path().join("s2.ome.tif")).unwrap();
+    let error = read(folder.path(), &GIVEN).unwrap_err().to_string();
+    assert!(error.contains("has 1 page, but 3 are declared"), "{error}");
+}
+
+#[test]
+fn doubts_are_warnings() {
+    let folder = tempfile::tempdir().unwrap();
+    for n in 0..5 {
+        pages(&folder.path().join(format!("s{:03}.tif", 2 * n)), 1, "");
+    }
+    std::fs::write(folder.path().join("notes.txt"), "scanned in May").unwrap();
+    let mut preview = File::create(folder.path().join("preview.png")).unwrap();
+    preview.write_all(b"\x89PNG\r\n\x1a\n").unwrap();
+    let reading = read(folder.path(), &GIVEN).unwrap();
+    let warnings = reading.header.warnings.join("\n");
+    for part in ["steps of 2", "ignored: 1 PNG", "voxel_mm = 0.02, but", "0.025 × 0.025 × 0.025 mm"]
+    {
+        assert!(warnings.contains(part), "{warnings}");
+    }
+    let tags = ReadOptions::default();
+    let header = StackHeader::read(folder.path(), &tags).unwrap();
+    assert_eq!(header.voxel_mm, 0.025);
+    assert!(header.voxel_origin.contains("TIFF tags"), "{}", header.voxel_origin);
+
+    // noise with one blank page
+    let path = folder.path().join("stack.tif");
+    let mut encoder = TiffEncoder::new(File::create(&path).unwrap()).unwrap();
+    for page in 0..12_usize {
+        let noise = |n: usize| ((n + 4096 * page).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 54) as u16;
+        let values =
+            (0..4096).map(|n| if page == 6 { 0 } else { 9000 + noise(n) }).collect::<Vec<_>>();
+        encoder.write_image::<Gray16>(64, 64, &values).unwrap();
+    }
+    drop(encoder);
+    let warnings = read(&path, &GIVEN).unwrap().header.warnings;
+    assert!(warnings.len() == 1 && warnings[0].contains("slice 7 differs"), "{warnings:?}");
+}

@@ -1,0 +1,50 @@
+//! Cavities: parts of space that a mesh encloses and does not fill.
+
+use std::collections::HashMap;
+
+use super::TetMesh;
+use super::tet_mesh::Parts;
+use super::vector::{Point, add, cross, dot, mean, scale};
+
+/// A part of space that a mesh encloses.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cavity {
+    /// Its volume (mm³), between straight edges.
+    pub volume_mm3: f64,
+    /// The mean of the centres of its faces (mm).
+    pub centre_mm: [f64; 3],
+}
+
+impl TetMesh {
+    /// The cavities of a sound mesh, in the order of their first faces: boundary faces that hang together by
+    /// edges and show inward as a whole.
+    pub fn cavities(&self) -> Vec<Cavity> {
+        let faces = self.boundary_faces();
+        let mut parts = Parts::new(faces.len());
+        let mut first_face: HashMap<[u32; 2], u32> = HashMap::with_capacity(3 * faces.len() / 2);
+        for (number, &[a, b, c]) in (0..).zip(&faces) {
+            for [p, q] in [[a, b], [b, c], [c, a]] {
+                let other = *first_face.entry([p.min(q), p.max(q)]).or_insert(number);
+                parts.join(other, number);
+            }
+        }
+        let mut shells: Vec<(f64, Point, usize)> = Vec::new();
+        let mut place: HashMap<u32, usize> = HashMap::new();
+        for (number, face) in (0..).zip(&faces) {
+            let corners = face.map(|node| self.nodes[node as usize]);
+            let place = *place.entry(parts.root(number)).or_insert_with(|| {
+                shells.push((0.0, [0.0; 3], 0));
+                shells.len() - 1
+            });
+            let (volume, sum, count) = &mut shells[place];
+            *volume += dot(corners[0], cross(corners[1], corners[2])) / 6.0;
+            *sum = add(*sum, mean(corners.into_iter()));
+            *count += 1;
+        }
+        let cavity = |(volume, sum, count): (f64, Point, usize)| {
+            let centre_mm = scale(sum, 1.0 / count as f64);
+            (volume < 0.0).then_some(Cavity { volume_mm3: -volume, centre_mm })
+        };
+        shells.into_iter().filter_map(cavity).collect()
+    }
+}

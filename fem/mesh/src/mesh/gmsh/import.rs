@@ -1,0 +1,104 @@
+//! What the author of a mesh file should know of how it was read.
+
+use std::fmt;
+
+use crate::mesh::TetMesh;
+use crate::mesh::cavities::Cavity;
+
+/// Most entities that a note lists.
+const LISTED: usize = 5;
+
+/// A mesh that was read, and what was noted.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Imported {
+    /// The mesh.
+    pub mesh: TetMesh,
+    /// Notes for the author of the file.
+    pub notes: Vec<ImportNote>,
+}
+
+/// A property of a mesh file that changes results and that its author may not expect.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum ImportNote {
+    /// Curved tetrahedra that were folded have straight edges now.
+    Straightened {
+        /// Their numbers, from 0.
+        tets: Vec<u32>,
+        /// Number of tetrahedra of the mesh.
+        of: usize,
+    },
+    /// Parts of the body without elements.
+    Missing {
+        /// Volumes of the geometry, by elementary tag, without a physical group and without elements.
+        volumes: Vec<i32>,
+        /// Cavities inside the mesh.
+        cavities: Vec<Cavity>,
+    },
+}
+
+impl Imported {
+    pub(super) fn new(mesh: TetMesh, straightened: Vec<u32>, volumes: Vec<i32>) -> Imported {
+        let mut notes = Vec::new();
+        if !straightened.is_empty() {
+            notes.push(ImportNote::Straightened { tets: straightened, of: mesh.tets.len() });
+        }
+        let cavities = mesh.cavities();
+        if !volumes.is_empty() || !cavities.is_empty() {
+            notes.push(ImportNote::Missing { volumes, cavities });
+        }
+        Imported { mesh, notes }
+    }
+}
+
+impl fmt::Display for ImportNote {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            ImportNote::Straightened { tets, of } => write!(
+                f,
+                "{} of {of} curved tetrahedra of the file are folded and were given straight edges: {}; a finer \
+                 mesh, or Mesh.HighOrderOptimize = 1 in Gmsh, keeps them curved",
+                tets.len(),
+                listed(tets.iter().map(u32::to_string)),
+            ),
+            ImportNote::Missing { volumes, cavities } => {
+                let place = |cavity: &Cavity| {
+                    let [x, y, z] = cavity.centre_mm;
+                    format!("{:.3} mm³ at ({x:.3}, {y:.3}, {z:.3}) mm", cavity.volume_mm3)
+                };
+                let places = listed(cavities.iter().map(place));
+                match cavities.len() {
+                    0 => {}
+                    1 => write!(f, "the mesh has a cavity inside: {places}; ")?,
+                    count => write!(f, "the mesh has {count} cavities inside: {places}; ")?,
+                }
+                match volumes.len() {
+                    0 => write!(
+                        f,
+                        "what should be filled there needs a physical group in Gmsh that is named among the \
+                         regions"
+                    ),
+                    count => write!(
+                        f,
+                        "{} of the geometry {} no physical group, so Gmsh saved no element of {}; give {} one \
+                         and name it among the regions",
+                        listed(volumes.iter().map(|volume| format!("volume {volume}"))),
+                        if count == 1 { "has" } else { "have" },
+                        if count == 1 { "it" } else { "them" },
+                        if count == 1 { "it" } else { "each" },
+                    ),
+                }
+            }
+        }
+    }
+}
+
+/// The first few of a list, and that there are more.
+fn listed(items: impl ExactSizeIterator<Item = String>) -> String {
+    let more = items.len() > LISTED;
+    let mut text = items.take(LISTED).collect::<Vec<_>>().join(", ");
+    if more {
+        text.push_str(" and others");
+    }
+    text
+}

@@ -1,0 +1,43 @@
+//! Sound tetrahedra of what another program has curved: orientation, and straight edges in place of those
+//! that fold.
+
+use rayon::prelude::*;
+
+use crate::mesh::TetMesh;
+use crate::mesh::curved::Jacobian;
+use crate::mesh::edges::key;
+use crate::mesh::tet_mesh::EDGES;
+
+/// Orders the nodes of each tetrahedron so that its volume, with its curved edges, is positive.
+pub(super) fn orient(mesh: &mut TetMesh) {
+    let turned: Vec<bool> =
+        (0..mesh.tets.len()).into_par_iter().map(|tet| mesh.tet_volume(tet) < 0.0).collect();
+    for (tet, _) in mesh.tets.iter_mut().zip(turned).filter(|(_, turned)| *turned) {
+        tet.swap(0, 1);
+    }
+}
+
+/// Orients the tetrahedra and makes all edges of the folded ones straight, and so on with the neighbours that
+/// are folded by that; returns the numbers of the tetrahedra whose edges were made straight.
+pub(super) fn straighten(mesh: &mut TetMesh) -> Vec<u32> {
+    orient(mesh);
+    let mut straightened = Vec::new();
+    loop {
+        let is_folded = |tet: &usize| match mesh.middles(*tet) {
+            // points that are not finite are kept, so that the mesh is refused for them
+            Some(middles) => Jacobian::of(&mesh.corners(*tet), &middles).lowest <= 0.0,
+            None => false,
+        };
+        let folded: Vec<usize> = (0..mesh.tets.len()).into_par_iter().filter(is_folded).collect();
+        if folded.is_empty() {
+            straightened.sort_unstable();
+            return straightened;
+        }
+        let edges = |&tet: &usize| EDGES.map(|ends| key(ends.map(|end| mesh.tets[tet][end])));
+        let mut edges: Vec<[u32; 2]> = folded.iter().flat_map(edges).collect();
+        edges.sort_unstable();
+        mesh.edge_points.retain(|(edge, _)| edges.binary_search(edge).is_err());
+        straightened.extend(folded.iter().map(|&tet| tet as u32));
+        orient(mesh);
+    }
+}

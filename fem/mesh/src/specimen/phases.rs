@@ -1,0 +1,68 @@
+//! The phases of grains, and the regions that they become.
+
+use super::GrainField;
+use fem_image::VOID;
+
+/// The phases of a field of grains, and the phase of each grain.
+pub(super) struct Phases {
+    pub(super) names: Vec<String>,
+    /// Index into `names` for each grain, from grain number 1.
+    of_grain: Vec<usize>,
+}
+
+impl Phases {
+    pub(super) fn of(field: &dyn GrainField) -> Phases {
+        let of_grain = (1..=field.grains() as u32).map(|grain| field.phase_of(grain)).collect();
+        Phases { names: field.phases(), of_grain }
+    }
+
+    /// The phase of a grain.
+    pub(super) fn of_grain(&self, grain: u32) -> usize {
+        self.of_grain[grain as usize - 1]
+    }
+
+    /// Whether a grain is a void.
+    pub(super) fn is_void(&self, grain: u32) -> bool {
+        self.names[self.of_grain(grain)] == VOID
+    }
+
+    /// How many phases have grains that are no voids.
+    pub(super) fn solid(&self) -> usize {
+        let is_solid = |phase: &usize| self.names[*phase] != VOID && self.of_grain.contains(phase);
+        (0..self.names.len()).filter(is_solid).count()
+    }
+
+    /// The regions of a mesh with these labels (0: matrix); `mixed` if it has mixtures, in which phases may be
+    /// that no tetrahedron is wholly of.
+    pub(super) fn regions(&self, labels: &[u32], mixed: bool) -> Regions {
+        let mut is_there = vec![false; self.names.len()];
+        for &label in labels.iter().filter(|label| **label > 0) {
+            is_there[self.of_grain(label)] = true;
+        }
+        if mixed {
+            for &phase in self.of_grain.iter().filter(|phase| self.names[**phase] != VOID) {
+                is_there[phase] = true;
+            }
+        }
+        let mut regions = Regions { names: vec!["matrix".into()], of_phase: Vec::new() };
+        for (name, is_there) in self.names.iter().zip(is_there) {
+            regions.of_phase.push(regions.names.len() as u16);
+            if is_there {
+                regions.names.push(name.clone());
+            }
+        }
+        regions
+    }
+
+    /// The region of a label.
+    pub(super) fn region_of(&self, label: u32, regions: &Regions) -> u16 {
+        if label == 0 { 0 } else { regions.of_phase[self.of_grain(label)] }
+    }
+}
+
+/// Regions of a mesh: the matrix, then the phases that it has.
+pub(super) struct Regions {
+    pub(super) names: Vec<String>,
+    /// The region of each phase; of one without a region the number is not used.
+    pub(super) of_phase: Vec<u16>,
+}

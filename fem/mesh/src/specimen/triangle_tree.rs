@@ -1,0 +1,192 @@
+//! The signed distance to a closed surface of triangles, by a tree of boxes.
+//!
+//! # References
+//! C. Ericson, "Real-time collision detection", Morgan Kaufmann (2005), section 5.1.5: the nearest point of a
+//! triangle. J. A. Bærentzen, H. Aanæs, "Signed distance computation using the angle weighted pseudonormal", IEEE
+//! Trans. Vis. Comput. Graph. 11 (2005) 243–253, doi:10.1109/TVCG.2005.49.
+
+use std::collections::HashMap;
+
+use crate::mesh::Surface;
+use crate::mesh::vector::{Point, add, cross, dot, norm, scale, sub};
+
+/// Most triangles of a leaf.
+const LEAF: usize = 4;
+
+/// Triangles with the normals that decide on which side of them a point is.
+#[derive(Clone, Debug)]
+pub(super) struct TriangleTree {
+    triangles: Vec<Triangle>,
+    /// Boxes in the order of a depth-first walk.
+    nodes: Vec<Node>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Triangle {
+    corners: [Point; 3],
+    /// Pseudonormals of the face, of its edges 01, 12, 20 and of its corners.
+    face: Point,
+    edges: [Point; 3],
+    at_corners: [Point; 3],
+}
+
+/// A box: its triangles from `first` on if it is a leaf, or its second child (the first one follows it).
+#[derive(Clone, Copy, Debug)]
+struct Node {
+    low: Point,
+    high: Point,
+    first: u32,
+    /// Triangles of a leaf; 0 for a box with children.
+    count: u32,
+}
+
+impl TriangleTree {
+    /// The tree of a closed surface whose triangles show outward.
+    pub(super) fn new(surface: &Surface) -> TriangleTree {
+        let unit = |v: Point| {
+            let length = norm(v);
+            if length > 0.0 { scale(v, 1.0 / length) } else { [0.0; 3] }
+        };
+        let at = |corner: u32| surface.points[corner as usize];
+        let mut of_edge: HashMap<[u32; 2], Point> = HashMap::new();
+        let mut of_corner = vec![[0.0; 3]; surface.points.len()];
+        let normal = |t: &[u32; 3]| {
+            let [a, b, c] = t.map(at);
+            unit(cross(sub(b, a), sub(c, a)))
+        };
+        for t in &surface.triangles {
+            let face = normal(t);
+            for k in 0..3 {
+                let [p, q, r] = [0, 1, 2].map(|i| t[(k + i) % 3]);
+                let edge = of_edge.entry([p.min(q), p.max(q)]).or_default();
+                *edge = add(*edge, face);
+                let (u, v) = (sub(at(q), at(p)), sub(at(r), at(p)));
+                let angle = norm(cross(u, v)).atan2(dot(u, v));
+                of_corner[p as usize] = add(of_corner[p as usize], scale(face, angle));
+            }
+        }
+        let triangle = |t: &[u32; 3]| Triangle {
+            corners: t.map(at),
+            face: normal(t),
+            edges: std::array::from_fn(|k| {
+                let (p, q) = (t[k], t[(k + 1) % 3]);
+                of_edge[&[p.min(q), p.max(q)]]
+            }),
+            at_corners: t.map(|corner| of_corner[corner as usize]),
+        };
+        let triangles = surface.triangles.iter().map(triangle).collect();
+        let mut tree = TriangleTree { triangles, nodes: Vec::new() };
+        tree.divide(0, surface.triangles.len());
+        tree
+    }
+
+    /// The lowest and the highest coordinates.
+    pub(super) fn bounds(&self) -> [Point; 2] {
+        self.nodes.first().map_or([[0.0; 3]; 2], |root| [root.low, root.high])
+    }
+
+    fn divide(&mut self, from: usize, to: usize) {
+        let part = &mut self.triangles[from..to];
+        let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+        for point in part.iter().flat_map(|t| t.corners) {
+            low = std::array::from_fn(|k| low[k].min(point[k]));
+            high = std::array::from_fn(|k| high[k].max(point[k]));
+        }
+        let own = self.nodes.len();
+        let count = if part.len() <= LEAF { part.len() as u32 } else { 0 };
+        self.nodes.push(Node { low, high, first: from as u32, count });
+        if part.len() <= LEAF {
+            return;
+        }
+        let widest = (0..3).max_by(|&a, &b| (high[a] - low[a]).total_cmp(&(high[b] - low[b])));
+        let axis = widest.unwrap_or(0);
+        let centre = |t: &Triangle| t.corners.iter().map(|p| p[axis]).sum::<f64>();
+        let half = part.len() / 2;
+        part.select_nth_unstable_by(half, |a, b| centre(a).total_cmp(&centre(b)));
+        self.divide(from, from + half);
+        self.nodes[own].first = self.nodes.len() as u32;
+        self.divide(from + half, to);
+    }
+
+    /// The signed distance of a point, negative inside, and its gradient; nothing where it is not below `limit`.
+    pub(super) fn below(&self, x: Point, limit: f64) -> Option<(f64, Point)> {
+        let mut best = (f64::INFINITY, x, [0.0; 3]);
+        let mut open = vec![0_usize];
+        while let Some(place) = open.pop() {
+            let Some(node) = self.nodes.get(place) else { break };
+            if node.distance(x) >= best.0 {
+                continue;
+            }
+            if node.count > 0 {
+                let first = node.first as usize;
+                for triangle in &self.triangles[first..first + node.count as usize] {
+                    let (point, normal) = triangle.nearest(x);
+                    let distance = norm(sub(x, point));
+                    if distance < best.0 {
+                        best = (distance, point, normal);
+                    }
+                }
+                continue;
+            }
+            let mut children = [place + 1, node.first as usize];
+            if self.nodes[children[0]].distance(x) < self.nodes[children[1]].distance(x) {
+                children.swap(0, 1);
+            }
+            open.extend(children);
+        }
+        let (distance, point, normal) = best;
+        let away = sub(x, point);
+        let sign = if dot(away, normal) < 0.0 { -1.0 } else { 1.0 };
+        let gradient = match distance > 0.0 {
+            true => scale(away, sign / distance),
+            false => scale(normal, 1.0 / norm(normal)),
+        };
+        (sign * distance < limit).then_some((sign * distance, gradient))
+    }
+}
+
+impl Node {
+    /// The distance of a point from the box.
+    fn distance(&self, x: Point) -> f64 {
+        let outside: Point =
+            std::array::from_fn(|k| (self.low[k] - x[k]).max(x[k] - self.high[k]).max(0.0));
+        norm(outside)
+    }
+}
+
+impl Triangle {
+    /// The nearest point, and the pseudonormal of the part on which it lies.
+    fn nearest(&self, x: Point) -> (Point, Point) {
+        let [a, b, c] = self.corners;
+        let (ab, ac, ax) = (sub(b, a), sub(c, a), sub(x, a));
+        let (d1, d2) = (dot(ab, ax), dot(ac, ax));
+        if d1 <= 0.0 && d2 <= 0.0 {
+            return (a, self.at_corners[0]);
+        }
+        let bx = sub(x, b);
+        let (d3, d4) = (dot(ab, bx), dot(ac, bx));
+        if d3 >= 0.0 && d4 <= d3 {
+            return (b, self.at_corners[1]);
+        }
+        let vc = d1 * d4 - d3 * d2;
+        if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+            return (add(a, scale(ab, d1 / (d1 - d3))), self.edges[0]);
+        }
+        let cx = sub(x, c);
+        let (d5, d6) = (dot(ab, cx), dot(ac, cx));
+        if d6 >= 0.0 && d5 <= d6 {
+            return (c, self.at_corners[2]);
+        }
+        let vb = d5 * d2 - d1 * d6;
+        if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+            return (add(a, scale(ac, d2 / (d2 - d6))), self.edges[2]);
+        }
+        let va = d3 * d6 - d5 * d4;
+        if va <= 0.0 && d4 >= d3 && d5 >= d6 {
+            let share = (d4 - d3) / ((d4 - d3) + (d5 - d6));
+            return (add(b, scale(sub(c, b), share)), self.edges[1]);
+        }
+        let sum = va + vb + vc;
+        (add(a, add(scale(ab, vb / sum), scale(ac, vc / sum))), self.face)
+    }
+}

@@ -1,0 +1,172 @@
+//! Multigrid that is replaced by a sparse factor where it converges badly.
+//!
+//! On some curved meshes of other programs a solution takes hundreds of iterations or does not converge at all, and
+//! load steps are cut for it. The cause is not known (docs/own-meshes.md), so the rule counts iterations.
+
+use std::sync::Arc;
+
+use super::direct::Direct;
+use super::factor::Symbolic;
+use super::iterative::Iterative;
+use super::vector::Nodal;
+use super::{LinearEffort, LinearSolver, Singular};
+use crate::material::Inverted;
+use crate::operator::{Coupling, Increment, Operator, Pattern};
+
+/// Largest usual number of iterations for one digit of the residual. Most meshes take 2 to 10; systems that a crack
+/// makes indefinite take up to this number.
+const USUAL: f64 = 30.0;
+/// Number of iterations above the usual number after which the factor replaces multigrid.
+const PATIENCE: f64 = 300.0;
+
+/// How well multigrid has converged so far.
+#[derive(Debug, Default)]
+struct Convergence {
+    /// Sum of iterations above the usual number; solutions with fewer iterations reduce the sum, down to 0.
+    excess: f64,
+    /// Iterations of the most recent solution.
+    last: u32,
+}
+
+impl Convergence {
+    fn record(&mut self, effort: LinearEffort, tolerance: f64) {
+        let digits = (-tolerance.log10()).max(1.0);
+        let more = f64::from(effort.iterations) - USUAL * digits;
+        self.excess = (self.excess + more).max(0.0);
+        self.last = effort.iterations;
+        if effort.residual > tolerance {
+            self.excess = f64::INFINITY;
+        }
+    }
+
+    fn is_bad(&self) -> bool {
+        self.excess > PATIENCE
+    }
+}
+
+enum Method<'a> {
+    Multigrid(Iterative<'a>),
+    Factor(Direct<'a>),
+}
+
+/// Multigrid at first. After bad convergence the next tangent is factorised, and all later ones.
+pub(super) struct Adaptive<'a> {
+    method: Method<'a>,
+    convergence: Convergence,
+    operator: &'a dyn Operator,
+    pattern: Arc<Pattern>,
+    symbolic: Arc<Symbolic>,
+}
+
+impl<'a> Adaptive<'a> {
+    /// `symbolic` is the structure of the factor that may replace `multigrid`.
+    pub(super) fn new(
+        multigrid: Iterative<'a>,
+        operator: &'a dyn Operator,
+        pattern: Arc<Pattern>,
+        symbolic: Arc<Symbolic>,
+    ) -> Self {
+        let (method, convergence) = (Method::Multigrid(multigrid), Convergence::default());
+        Self { method, convergence, operator, pattern, symbolic }
+    }
+
+    fn current(&mut self) -> &mut dyn LinearSolver {
+        match &mut self.method {
+            Method::Multigrid(multigrid) => multigrid,
+            Method::Factor(factor) => factor,
+        }
+    }
+}
+
+impl LinearSolver for Adaptive<'_> {
+    fn linearise(
+        &mut self,
+        increment: &Increment,
+        coupling: Coupling,
+        free: &[[bool; 4]],
+    ) -> Result<(), Inverted> {
+        if matches!(self.method, Method::Multigrid(_)) && self.convergence.is_bad() {
+            let (pattern, symbolic) = (Arc::clone(&self.pattern), Arc::clone(&self.symbolic));
+            self.method = Method::Factor(Direct::new(self.operator, pattern, symbolic));
+        }
+        self.current().linearise(increment, coupling, free)
+    }
+
+    fn solve(
+        &mut self,
+        right: &[Nodal],
+        step: &mut [Nodal],
+        tolerance: f64,
+    ) -> Result<LinearEffort, Singular> {
+        let solved = self.current().solve(right, step, tolerance);
+        if matches!(self.method, Method::Multigrid(_)) {
+            let effort = match &solved {
+                Ok(effort) => *effort,
+                Err(Singular(effort)) => LinearEffort { residual: f64::INFINITY, ..*effort },
+            };
+            self.convergence.record(effort, tolerance);
+        }
+        solved
+    }
+
+    fn precondition(&mut self, right: &[&[Nodal]], out: &mut [&mut [Nodal]]) -> u32 {
+        self.current().precondition(right, out)
+    }
+
+    fn multiply(&mut self, x: &[Nodal], y: &mut [Nodal]) {
+        self.current().multiply(x, y);
+    }
+
+    fn weight(&self) -> &[Nodal] {
+        match &self.method {
+            Method::Multigrid(multigrid) => multigrid.weight(),
+            Method::Factor(factor) => factor.weight(),
+        }
+    }
+
+    fn gave_way_after(&self) -> Option<u32> {
+        self.convergence.is_bad().then_some(self.convergence.last)
+    }
+
+    fn give_way(&mut self, iterations: u32) {
+        self.convergence = Convergence { excess: f64::INFINITY, last: iterations };
+    }
+
+    fn machine(&self) -> String {
+        match &self.method {
+            Method::Multigrid(multigrid) => multigrid.machine(),
+            Method::Factor(_) => format!(
+                "the processor, by a sparse factor since multigrid converged badly ({} iterations for one \
+                 solution)",
+                self.convergence.last
+            ),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn after(solutions: &[(u32, f64)], tolerance: f64) -> bool {
+        let mut convergence = Convergence::default();
+        for &(iterations, residual) in solutions {
+            convergence.record(LinearEffort { iterations, renewals: 0, residual }, tolerance);
+        }
+        convergence.is_bad()
+    }
+
+    #[test]
+    fn the_rule_is_on_iterations_beyond_the_usual_ones() {
+        // two digits: 60 iterations are usual
+        assert!(!after(&[(60, 1e-3); 1000], 1e-2));
+        assert!(!after(&[(160, 1e-3), (10, 1e-3), (10, 1e-3)].repeat(100), 1e-2));
+        assert!(!after(&[(160, 1e-3); 3], 1e-2));
+        assert!(after(&[(160, 1e-3); 4], 1e-2));
+        // four digits take more
+        assert!(!after(&[(120, 1e-5); 1000], 1e-4));
+        // a solution that is not reached ends it at once
+        assert!(after(&[(300, 0.05)], 1e-2));
+        assert!(after(&[(10, f64::INFINITY)], 1e-2));
+    }
+}

@@ -1,0 +1,186 @@
+//! What a run of a study would read, with all mistakes of all its parts: nothing is computed and nothing is written.
+
+use std::path::Path;
+
+use super::base::key_of;
+use super::file::{ReadStudy, StudyFile, StudyMistake, StudySetting};
+use crate::case::{CaseFile, ExperimentsCase};
+use crate::error::InputError;
+use crate::workflow::{CaseCheck, ExpectedCost};
+
+/// Parts of a study that are named in one message.
+const NAMED: usize = 3;
+
+/// What the files of a study say.
+#[derive(Clone, Debug, Default)]
+pub struct StudyCheck {
+    /// What was understood of the study and holds for all its parts: a subject and a line of text.
+    pub understood: Vec<(&'static str, String)>,
+    /// The laboratories and cases of each setting, with what does not hold for all of them.
+    pub parts: Vec<PartCheck>,
+    /// What a person should look at, with the parts that it concerns.
+    pub notes: Vec<String>,
+    /// What would stop a run, with the parts that it concerns.
+    pub mistakes: Vec<String>,
+}
+
+/// What one laboratory or case of a study says.
+#[derive(Clone, Debug)]
+pub struct PartCheck {
+    /// Its folder within that of the study.
+    pub folder: String,
+    /// A subject and a line of text.
+    pub understood: Vec<(&'static str, String)>,
+}
+
+/// Texts with the parts that each concerns, in the order in which they were found.
+#[derive(Default)]
+struct Concerning(Vec<(String, Vec<String>)>);
+
+impl StudyCheck {
+    /// Whether a file is a study, so far as it can be read.
+    pub fn is_study(path: &Path) -> bool {
+        CaseFile::text(path).is_ok_and(|text| CaseFile::is_study(&text))
+    }
+
+    /// Reads a study and all files that its parts name, by the readers of the stages.
+    pub fn read(path: &Path) -> Self {
+        let ReadStudy { file, mistakes } = StudyFile::read_all(path, &[]);
+        let mut all = Concerning::default();
+        for StudyMistake { part, error } in without_repetitions(mistakes) {
+            all.add(&part, error.to_string());
+        }
+        let Some(file) = file else {
+            let unread = "its cases are read once these mistakes are mended";
+            return Self {
+                understood: vec![("study", unread.to_owned())],
+                mistakes: all.into_texts(usize::MAX),
+                ..Self::default()
+            };
+        };
+        let checks: Vec<(String, CaseCheck)> = file.settings.iter().flat_map(checks).collect();
+        let mut notes = Concerning::default();
+        for (folder, check) in &checks {
+            check.notes.iter().for_each(|note| notes.add(folder, note.clone()));
+            check.mistakes.iter().for_each(|mistake| all.add(folder, mistake.clone()));
+        }
+        let mut understood = vec![("study", summary(&file))];
+        let costs: Vec<&ExpectedCost> =
+            checks.iter().filter_map(|(_, check)| check.cost.as_ref()).collect();
+        let shared: Vec<_> = match &checks[..] {
+            [(_, first), others @ ..] => {
+                let is_shared =
+                    |line: &&(_, _)| others.iter().all(|(_, c)| c.understood.contains(line));
+                first.understood.iter().filter(is_shared).cloned().collect()
+            }
+            [] => Vec::new(),
+        };
+        understood.extend(shared.iter().cloned());
+        if costs.len() > 1 {
+            let total = ExpectedCost::sum(&costs).total();
+            understood.push((
+                "cost",
+                format!("at most {total} (all parts; runs that parts share count for each)"),
+            ));
+        }
+        let count = checks.len();
+        let parts = checks.into_iter().map(|(folder, check)| {
+            let own = check.understood.into_iter().filter(|line| !shared.contains(line)).collect();
+            PartCheck { folder, understood: own }
+        });
+        Self {
+            understood,
+            parts: parts.collect(),
+            notes: notes.into_texts(count),
+            mistakes: all.into_texts(count),
+        }
+    }
+}
+
+impl Concerning {
+    fn add(&mut self, part: &str, text: String) {
+        match self.0.iter_mut().find(|(own, _)| *own == text) {
+            Some((_, parts)) => parts.push(part.to_owned()),
+            None => self.0.push((text, vec![part.to_owned()])),
+        }
+    }
+
+    /// Each text behind the names of its parts, of a study with so many parts.
+    fn into_texts(self, count: usize) -> Vec<String> {
+        let text = |(text, mut parts): (String, Vec<String>)| {
+            parts.dedup();
+            match &parts[..] {
+                [own] if own.is_empty() => text,
+                all if all.len() == count && count > 1 => format!("all parts: {text}"),
+                few if few.len() <= NAMED => format!("{}: {text}", few.join(", ")),
+                [first, second, others @ ..] => {
+                    format!("{first}, {second} and {} others: {text}", others.len())
+                }
+                [_] | [] => text,
+            }
+        };
+        self.0.into_iter().map(text).collect()
+    }
+}
+
+/// Mistakes of the parts without those that the base case has, too.
+fn without_repetitions(mistakes: Vec<StudyMistake>) -> impl Iterator<Item = StudyMistake> {
+    // the same value may be written with other blanks and quotes in the merged text
+    let bare = |value: &str| value.replace([' ', '"', '\''], "");
+    let identity = move |error: &InputError| {
+        (key_of(&error.place).to_owned(), bare(&error.value), error.problem.clone())
+    };
+    let of_base: Vec<_> = mistakes
+        .iter()
+        .filter(|mistake| mistake.part.is_empty())
+        .map(|mistake| identity(&mistake.error))
+        .collect();
+    mistakes.into_iter().filter(move |mistake| {
+        mistake.part.is_empty() || !of_base.contains(&identity(&mistake.error))
+    })
+}
+
+/// The checks of all parts of a setting.
+fn checks(setting: &StudySetting) -> Vec<(String, CaseCheck)> {
+    let laboratories = setting.laboratories.iter().zip(setting.laboratory_folders());
+    let laboratories = laboratories
+        .map(|(laboratory, folder)| (folder, CaseCheck::of_laboratory(&laboratory.file)));
+    let cases = setting.cases.iter().zip(setting.case_folders()).map(|(case, folder)| {
+        let mut file = case.file.clone();
+        if case.laboratory.is_some() {
+            // its specimens are tested by the laboratory
+            let toe = file.case.experiments.as_ref().map(|e| e.toe).unwrap_or_default();
+            file.case.experiments = Some(ExperimentsCase {
+                table: None,
+                group: None,
+                toe,
+                read: None,
+                virtual_specimens: None,
+            });
+        }
+        let mut check = CaseCheck::of_calibration(&file);
+        if let Some(laboratory) = &case.laboratory {
+            let line = ("specimens", format!("those of the laboratory {laboratory}"));
+            check.understood.insert(0, line);
+        }
+        (folder, check)
+    });
+    laboratories.chain(cases).collect()
+}
+
+/// Title and number of parts.
+fn summary(file: &StudyFile) -> String {
+    let count = |count: usize, one: &str, several: &str| match count {
+        0 => None,
+        1 => Some(format!("1 {one}")),
+        count => Some(format!("{count} {several}")),
+    };
+    let own = &file.settings[0];
+    let counts = [
+        count(own.cases.len(), "case", "cases"),
+        count(own.laboratories.len(), "laboratory", "laboratories"),
+        count(file.settings.len() - 1, "variant of all of them", "variants of all of them"),
+    ];
+    let counts: Vec<String> = counts.into_iter().flatten().collect();
+    format!("{}: {}", own.title, counts.join(", "))
+}

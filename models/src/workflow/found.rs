@@ -1,0 +1,140 @@
+//! A specimen with its grains: as they were found in grey values, or as the user has labelled them.
+
+use fem::{
+    Cylinder, GrainField, LabelledSpecimen, Region, Segmented, SpecimenStatistics, VOID, Volume,
+    VoxelGrains,
+};
+
+/// A specimen with its grains.
+pub(super) enum Found {
+    /// Found in grey values.
+    Grey(Segmented),
+    /// Labelled by the user.
+    Labels(LabelledSpecimen),
+}
+
+/// The phases of grains: their names, and number and phase (an index into the names) of each grain.
+#[derive(Clone, Debug)]
+pub(super) struct GrainPhases {
+    pub(super) names: Vec<String>,
+    pub(super) of_grains: Vec<(u32, usize)>,
+}
+
+impl Default for GrainPhases {
+    /// All grains are of one phase.
+    fn default() -> Self {
+        Self { names: vec!["grain".to_owned()], of_grains: Vec::new() }
+    }
+}
+
+impl Found {
+    /// The number of the grain of each voxel, from 1.
+    pub(super) fn labels(&self) -> &Volume<u32> {
+        match self {
+            Self::Grey(found) => &found.labels,
+            Self::Labels(found) => &found.labels,
+        }
+    }
+
+    /// The part of each voxel that is grain, where grey values say it.
+    pub(super) fn solid(&self) -> Option<&Volume<f32>> {
+        match self {
+            Self::Grey(found) => Some(&found.solid),
+            Self::Labels(_) => None,
+        }
+    }
+
+    pub(super) fn cylinder(&self) -> &Cylinder {
+        match self {
+            Self::Grey(found) => &found.cylinder,
+            Self::Labels(found) => &found.cylinder,
+        }
+    }
+
+    pub(super) fn cylinder_mut(&mut self) -> &mut Cylinder {
+        match self {
+            Self::Grey(found) => &mut found.cylinder,
+            Self::Labels(found) => &mut found.cylinder,
+        }
+    }
+
+    /// The grains, voids among them.
+    pub(super) fn regions(&self) -> &[Region] {
+        match self {
+            Self::Grey(found) => &found.regions,
+            Self::Labels(found) => &found.regions,
+        }
+    }
+
+    pub(super) fn statistics(&self) -> &SpecimenStatistics {
+        match self {
+            Self::Grey(found) => &found.statistics,
+            Self::Labels(found) => &found.statistics,
+        }
+    }
+
+    pub(super) fn warnings(&self) -> &[String] {
+        match self {
+            Self::Grey(found) => &found.warnings,
+            Self::Labels(found) => &found.warnings,
+        }
+    }
+
+    /// Whether the image shows a part of a specimen.
+    pub(super) fn is_block(&self) -> bool {
+        match self {
+            Self::Grey(found) => found.block,
+            Self::Labels(found) => found.block,
+        }
+    }
+
+    pub(super) fn phases(&self) -> GrainPhases {
+        match self {
+            Self::Grey(_) => GrainPhases::default(),
+            Self::Labels(found) => GrainPhases {
+                names: found.phases.clone(),
+                of_grains: (1..).zip(found.phase_of.iter().copied()).collect(),
+            },
+        }
+    }
+
+    /// The phase of a grain and the label that it has in the user's image, or its number.
+    pub(super) fn phase_and_label(&self, grain: &Region) -> (&str, i64) {
+        match self {
+            Self::Grey(_) => ("grain", i64::from(grain.id)),
+            Self::Labels(found) => {
+                let place = grain.id as usize - 1;
+                (&found.phases[found.phase_of[place]], found.label_of[place])
+            }
+        }
+    }
+
+    /// Number and volume (mm³) of each grain where grey values say it.
+    pub(super) fn volumes_mm3(&self) -> Vec<(u32, f64)> {
+        match self {
+            Self::Grey(found) => {
+                found.regions.iter().map(|grain| (grain.id, grain.volume_mm3)).collect()
+            }
+            Self::Labels(_) => Vec::new(),
+        }
+    }
+
+    /// The grains that are no voids.
+    pub(super) fn solid_grains(&self) -> impl Iterator<Item = &Region> {
+        self.regions().iter().filter(|grain| self.phase_and_label(grain).0 != VOID)
+    }
+
+    /// Volume of each phase in the cylinder that is meshed over the volume of that, as the mesher counts it.
+    pub(super) fn fractions(&self) -> Vec<(String, f64)> {
+        let GrainPhases { names, of_grains } = self.phases();
+        let grains = VoxelGrains::new(self.labels(), self.solid(), self.cylinder())
+            .with_volumes(self.volumes_mm3())
+            .with_phases(names.clone(), of_grains);
+        let mut volumes = vec![0.0; names.len()];
+        for grain in (1..).take(grains.grains()) {
+            volumes[grains.phase_of(grain)] += grains.volume_mm3(grain);
+        }
+        let whole = self.cylinder().volume_mm3();
+        names.into_iter().zip(volumes).map(|(name, volume)| (name, volume / whole)).collect()
+    }
+}
