@@ -111,9 +111,9 @@ pub use fem_file::{open_regular, read_regular, read_regular_text, write_atomical
 #[doc(inline)]
 pub use fem_image::{
     Cylinder, ImageError, LabelPhase, LabelRules, LabelledSpecimen, MATRIX, ReadOptions, Reading,
-    Region, RgbSlice, Score, SeedRule, Segmentation, Segmented, SpecimenForm, SpecimenStatistics,
-    StackHeader, VOID, Volume, files_of as image_files, outlined_slice, read as read_image,
-    read_label_values, read_labels, score, tiff,
+    Region, RgbSlice, Score, SeedRule, Segmentation, Segmented, SpecimenForm, SpecimenRegion,
+    SpecimenStatistics, StackHeader, VOID, Volume, files_of as image_files, outlined_slice,
+    read as read_image, read_label_values, read_labels, score, tiff,
 };
 #[doc(inline)]
 pub use fem_mesh::{

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use fem::gmsh::{PhysicalGroup, PhysicalGroups};
-use fem::{LabelRules, Meshing, Order, Packing, Scanner, Segmentation};
+use fem::{LabelRules, Meshing, Order, Packing, Scanner, Segmentation, SpecimenRegion};
 
 use super::{CaseFile, ImageCase, SpecimenCase};
 use crate::error::{InputError, absence};
@@ -75,7 +75,15 @@ impl CaseFile {
             curved: s.order == Order::Quadratic,
             ..Meshing::new(spacing_mm)
         };
-        let image = s.image.clone().unwrap_or_default();
+        let mut image = s.image.clone().unwrap_or_default();
+        let region = &mut image.segmentation.region;
+        if *region != SpecimenRegion::default() && image.further_stacks.is_some() {
+            let help = "A region is that of one image: crop the stacks instead.";
+            return Err(self.beside_error("image.region", "image.further_stacks", help));
+        }
+        if let Some(mask) = &mut region.mask {
+            *mask = self.existing("image.region.mask", mask, |path| path.exists())?;
+        }
         if let Some((key, stack)) = self.image_file(&image)? {
             let extra = [("grains", s.grains.is_some()), ("scan", s.scan.is_some())];
             if let Some((extra, _)) = extra.iter().find(|(_, given)| *given) {

@@ -286,6 +286,12 @@ mod tests {
         full.design.packings = Some(10);
         image.segmentation.void_threshold = Some(1.0);
         image.segmentation.grain_threshold = Some(2.0);
+        image.segmentation.region = fem::SpecimenRegion {
+            centre_px: Some([1.5, 2.5]),
+            radius_px: Some(3.0),
+            slices: Some([1, 9]),
+            mask: Some("mask.tif".into()),
+        };
         full.specimen.mesh = Some("cylinder.msh".into());
         full.specimen.regions.insert("matrix".into(), 1.into());
         full.specimen.surfaces.insert("top".into(), 1.into());

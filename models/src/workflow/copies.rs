@@ -107,8 +107,9 @@ impl Copies {
         }
         let image = copies.case.specimen.image.iter_mut();
         let stacks = image.flat_map(|image| {
+            let mask = image.segmentation.region.mask.iter_mut();
             let own = image.stack.iter_mut().chain(&mut image.labels);
-            own.chain(image.further_stacks.iter_mut().flatten())
+            own.chain(image.further_stacks.iter_mut().flatten()).chain(mask)
         });
         for stack in stacks {
             // too large to be copied

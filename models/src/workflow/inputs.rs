@@ -220,6 +220,9 @@ impl Inputs<'_> {
         if let Some(path) = scanned.as_ref().and_then(|scanned| scanned.source.path()) {
             self.reads_image(path);
         }
+        if let Some(mask) = scanned.as_ref().and_then(|s| s.segmentation.region.mask.as_ref()) {
+            self.reads_image(mask);
+        }
         Ok(scanned)
     }
 

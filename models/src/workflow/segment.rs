@@ -157,7 +157,7 @@ fn write_found(
     task.write_csv(&name("grains.csv"), GRAIN_COLUMNS, grains)?;
     let rows = quantities(found, fractions).into_iter().map(|(name, value)| [name, value]);
     task.write_csv(&name("segment.csv"), ["quantity", "value"], rows)?;
-    write_picture(task, &name("slices.png"), &slices(grey, found.labels())?)
+    write_picture(task, &name("slices.png"), &slices(grey, found)?)
 }
 
 /// Writes values times a factor as whole numbers of 16 bits.
@@ -183,11 +183,13 @@ pub(super) fn write_picture(
     task.write(name, bytes)
 }
 
-/// The slices through the middle, across the axis and along it twice.
-fn slices(grey: &Volume<f32>, labels: &Volume<u32>) -> Result<Raster, WorkflowError> {
+/// The slices through the middle, across the axis and along it twice, with the cylinder that is meshed.
+fn slices(grey: &Volume<f32>, found: &Found) -> Result<Raster, WorkflowError> {
     let mut pictures = Vec::new();
     for axis in [2, 1, 0] {
-        let slice = outlined_slice(grey, labels, axis, grey.shape[axis] / 2)?;
+        let index = grey.shape[axis] / 2;
+        let mut slice = outlined_slice(grey, found.labels(), axis, index)?;
+        slice.draw_cylinder(found.cylinder(), grey.voxel_mm, axis, index);
         pictures.push(Raster::from_bytes(slice.width, &slice.pixels));
     }
     Ok(side_by_side(&pictures))
@@ -265,6 +267,7 @@ fn quantities(found: &Found, fractions: &[(String, f64)]) -> Vec<(String, String
     ];
     if let Found::Grey(found) = found {
         rows.push(("grain_threshold", number(found.grain_threshold)));
+        rows.push(("void_fraction", number(found.void_fraction)));
         rows.push(("rim_over_centre", number(found.rim_over_centre)));
         rows.extend(found.void_threshold.map(|grey| ("void_threshold", number(grey))));
     }

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use fem::{
-    Cylinder, GrainList, LabelRules, MeshError, MeshReport, Meshed, Meshing, Packing, ReadOptions,
-    Reading, Scanner, Segmentation, StackHeader, TetMesh, Volume, VoxelGrains, gmsh, read_image,
-    read_label_values,
+    Cylinder, GrainList, ImageError, LabelRules, MeshError, MeshReport, Meshed, Meshing, Packing,
+    ReadOptions, Reading, Scanner, Segmentation, StackHeader, TetMesh, Volume, VoxelGrains, gmsh,
+    read_image, read_label_values,
 };
 
 use super::WorkflowError;
@@ -118,12 +118,28 @@ impl Scanned {
             }
             (image, _) => {
                 let grey = image.into_grey()?;
-                let found = self.segmentation.run(&grey, progress).map_err(failed)?;
+                let mask = self.mask(grey.voxel_mm)?;
+                let found = self.segmentation.run_masked(&grey, mask.as_ref(), progress);
+                let found = found.map_err(failed)?;
+                if matches!(self.source, Source::Stack { .. }) {
+                    checked_size(&found.cylinder, self.size_mm, grey.voxel_mm).map_err(failed)?;
+                }
                 (grey, Found::Grey(found))
             }
         };
         resize(found.cylinder_mut(), self.size_mm);
         Ok((grey, found))
+    }
+
+    /// The mask of `[specimen.image.region]`. Its voxels have the size of the image's, whatever its tags say.
+    fn mask(&self, image_voxel_mm: f64) -> Result<Option<Volume<f32>>, WorkflowError> {
+        let Some(path) = &self.segmentation.region.mask else { return Ok(None) };
+        let bin = match self.source {
+            Source::Stack { bin, .. } => bin,
+            Source::Labels { .. } | Source::Scan(..) => 1,
+        };
+        let options = ReadOptions { voxel_mm: Some(image_voxel_mm / bin as f64), bin };
+        Ok(Some(read_image(path, &options)?.volume))
     }
 
     /// The grey values.
@@ -185,6 +201,24 @@ impl Image {
             }
         }
     }
+}
+
+/// Refuses a radius or height in mm that is more than a voxel larger than the image shows: what is outside would be
+/// meshed as matrix.
+fn checked_size(
+    cylinder: &Cylinder,
+    size_mm: [Option<f64>; 2],
+    voxel_mm: f64,
+) -> Result<(), ImageError> {
+    let shown = [cylinder.radius_mm, cylinder.height_mm()];
+    for (key, given, shown_mm) in
+        [("radius_mm", size_mm[0], shown[0]), ("height_mm", size_mm[1], shown[1])]
+    {
+        if let Some(given_mm) = given.filter(|&given| given > shown_mm + voxel_mm) {
+            return Err(ImageError::Larger { key, given_mm, shown_mm });
+        }
+    }
+    Ok(())
 }
 
 /// Gives a cylinder the radius and height in mm that are given; the middle stays where it was found.

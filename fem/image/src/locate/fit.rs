@@ -25,6 +25,8 @@ pub(crate) struct Fit {
 const GRID: f64 = 1024.0;
 /// Slopes are rounded to this share of one.
 const SLOPES: f64 = 1048576.0;
+/// A specimen whose axis wanders by more than this (voxels) is not described by an upright cylinder.
+const OFF_AXIS: f64 = 2.0;
 /// An axis that wanders less than this between the ends (voxels) is upright.
 const UPRIGHT: f64 = 1.0;
 /// Rounds in which a leaning axis is found from the one before.
@@ -37,6 +39,11 @@ const EIGHTH: usize = 24;
 const STEPS: usize = 20;
 
 impl Fit {
+    /// Whether the cylinder is upright although the axis of the specimen is not.
+    pub(crate) fn is_off_axis(&self) -> bool {
+        self.lean == [0.0; 2] && self.wander > OFF_AXIS
+    }
+
     pub(crate) fn in_mm(&self, voxel_mm: f64) -> Cylinder {
         Cylinder {
             centre_mm: self.centre.map(|c| c * voxel_mm),

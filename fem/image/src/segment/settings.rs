@@ -3,13 +3,15 @@
 use serde::{Deserialize, Serialize};
 
 use crate::ImageError;
+use crate::locate::region::SpecimenRegion;
+use crate::locate::specimen::SpecimenForm;
 
 /// How grains are found in an image of grey values, in which grains are brighter than the matrix and the
 /// matrix brighter than air.
 ///
 /// The chain: grey values are rounded to 16 bits between two percentiles and filtered by a median of 3³
-/// voxels; the specimen is located; beam hardening is taken out; a threshold makes a set of grain voxels,
-/// whose holes are filled; the exact Euclidean distance to the outside of the set, lightly smoothed, has
+/// voxels; the specimen is located; beam hardening is taken out, and the air that blur mixes into the wall; a
+/// threshold makes a set of grain voxels, whose holes are filled; the exact Euclidean distance to the outside of the set, lightly smoothed, has
 /// a top in each grain, from which the grains are flooded.
 ///
 /// # Example
@@ -35,6 +37,9 @@ use crate::ImageError;
 pub struct Segmentation {
     /// What the image shows.
     pub specimen: SpecimenForm,
+    /// Where the specimen is, if it is not to be found.
+    #[serde(skip_serializing_if = "SpecimenRegion::is_unset")]
+    pub region: SpecimenRegion,
     /// Percentiles of the grey values between which they are rounded to 16 bits.
     pub percentiles: [f64; 2],
     /// Whether a median of 3³ voxels is taken before voxels are classified.
@@ -48,9 +53,10 @@ pub struct Segmentation {
     pub void_threshold: Option<f64>,
     /// Grey value from which on there is grain; found from the image if absent.
     ///
-    /// The one that is found lies about half way between the mean grey values of matrix and grains away
-    /// from their interfaces, where as many voxels are above it as the grey values make up. With one
-    /// that is given, a grain's volume is what is above it.
+    /// The one that is found is half way between the grey values of matrix and grains, as a model of two
+    /// materials and their blur has them. A value at most 0.3 of their contrast from half way is compared
+    /// with this model, so that blur and median make no grain smaller; volumes change as the number of
+    /// voxels above the value does. Without such a model a grain's volume is what is above the value.
     pub grain_threshold: Option<f64>,
     /// Holes in grains are filled up to this size (voxels).
     pub fill_holes_voxels: usize,
@@ -65,20 +71,6 @@ pub struct Segmentation {
     pub spacing_voxels: usize,
     /// Grains of fewer voxels are left out.
     pub min_grain_voxels: usize,
-}
-
-/// What an image shows of its specimen.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum SpecimenForm {
-    /// A cylinder if there is air around it, else a block. Cut cylinders, platens in view and surroundings that are
-    /// brighter than the specimen are refused.
-    #[default]
-    Auto,
-    /// A whole cylinder in air, its axis about along z.
-    Cylinder,
-    /// A block cut out of a specimen: all of the image belongs to it.
-    Block,
 }
 
 /// How grains that touch are told apart.
@@ -98,6 +90,7 @@ impl Default for Segmentation {
     fn default() -> Self {
         Segmentation {
             specimen: SpecimenForm::Auto,
+            region: SpecimenRegion::default(),
             percentiles: [0.1, 99.9],
             median: true,
             follow_lean: true,
@@ -120,6 +113,7 @@ impl Segmentation {
     /// # Errors
     /// [`ImageError::Parameter`].
     pub fn check(&self) -> Result<(), ImageError> {
+        self.region.check()?;
         let [low, high] = self.percentiles;
         let refuse =
             |field, value, requirement| Err(ImageError::Parameter { field, value, requirement });
