@@ -108,6 +108,9 @@ fn every_example_bench_and_package_that_a_document_names_is_there() {
     let root = workspace();
     let crates = [
         "fem",
+        "fem/file",
+        "fem/image",
+        "fem/mesh",
         "fem/mpi",
         "models",
         "models/calibration",

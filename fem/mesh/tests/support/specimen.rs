@@ -17,8 +17,8 @@ use super::phantom::{Imaged, VOXEL_MM, blur};
 const AIR: f32 = 8_000.0;
 const MATRIX: f32 = 20_000.0;
 const GRAIN: f32 = 36_000.0;
-/// Standard deviation of the noise (grey values) and of the blur (voxels).
-const NOISE: f32 = 833.0;
+/// Standard deviations of the scanner's noise (grey values) and blur (voxels).
+const NOISE: f32 = 1_400.0;
 const BLUR: f64 = 0.7;
 /// Points along each axis over which the grain share of a voxel is averaged.
 const POINTS: usize = 5;
@@ -62,6 +62,8 @@ pub(crate) struct Specimen {
     pub(crate) cut_by_wall: bool,
     /// Grey value of the grains above air.
     pub(crate) grain: f32,
+    /// Standard deviation of the noise (grey values).
+    pub(crate) noise: f32,
     /// Relative change of brightness from the bottom to the top.
     pub(crate) drift: f32,
     pub(crate) damage: Damage,
@@ -82,6 +84,7 @@ impl Specimen {
             fraction,
             cut_by_wall: false,
             grain: GRAIN,
+            noise: NOISE,
             drift: 0.0,
             damage: Damage::None,
             surroundings: Surroundings::Air,
@@ -143,7 +146,7 @@ impl Specimen {
             let noise: f32 = StandardNormal.sample(&mut rng);
             let [x, y, _] = point(at).map(|c| c - 0.5 * n as f64);
             let seen = self.surroundings != Surroundings::Circle || x.hypot(y) < 0.5 * n as f64;
-            *value = if seen { (AIR + *value + NOISE * noise).round() } else { 0.0 };
+            *value = if seen { (AIR + *value + self.noise * noise).round() } else { 0.0 };
         }
         let volume = |values| Volume::new([n; 3], VOXEL_MM, values).expect("a volume");
         Imaged {

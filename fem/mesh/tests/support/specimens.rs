@@ -22,7 +22,7 @@ pub(crate) fn specimens() -> Vec<(String, Specimen)> {
         ("wall", Specimen { cut_by_wall: true, ..plain.clone() }),
         ("chip", Specimen { damage: Damage::Chip, ..plain.clone() }),
         ("cracks", Specimen { damage: Damage::CracksAndPores, ..plain.clone() }),
-        ("faint", Specimen { grain: 22_500.0, ..plain.clone() }),
+        ("faint", Specimen { grain: 22_500.0, noise: 833.0, ..plain.clone() }),
         ("drift", Specimen { drift: 0.2, ..plain.clone() }),
         ("tube", Specimen { surroundings: Surroundings::Tube, ..plain.clone() }),
         ("pedestal", Specimen { surroundings: Surroundings::Pedestal, ..plain.clone() }),
