@@ -103,6 +103,17 @@ pub enum ImageError {
         /// Values given.
         values: usize,
     },
+    /// A mask of another shape than the image.
+    #[error(
+        "region.mask has {} × {} × {} voxels and the image {} × {} × {}; give one value to each voxel of the image",
+        mask[0], mask[1], mask[2], image[0], image[1], image[2]
+    )]
+    Mask {
+        /// Voxels of the mask along x, y, z.
+        mask: [usize; 3],
+        /// Voxels of the image along x, y, z.
+        image: [usize; 3],
+    },
     /// A grey value that is no number.
     #[error("voxel {voxel:?} has the grey value {value}; replace such voxels before")]
     NotFinite {

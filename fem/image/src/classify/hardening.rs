@@ -8,9 +8,9 @@ use std::borrow::Cow;
 
 use rayon::prelude::*;
 
-use crate::classify::threshold::{WIDTH, histogram, otsu};
 use crate::locate::fit::Fit;
 use crate::volume::filter::erode;
+use crate::volume::threshold::{WIDTH, histogram, otsu};
 
 /// Rings of equal area.
 const RINGS: usize = 32;

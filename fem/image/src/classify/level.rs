@@ -1,87 +1,103 @@
 //! The grey level between matrix and grain.
 
-use std::ops::Range;
-
 use rayon::prelude::*;
 
 use crate::Volume;
-use crate::classify::threshold::{WIDTH, class_means, histogram, middle, otsu};
+use crate::classify::blurred::Blurred;
 use crate::volume::filter::erode;
+use crate::volume::threshold::{WIDTH, core_mean, histogram, level_of, middle, otsu};
 
-/// Fewer voxels away from interfaces than this do not make a mean.
-const CORE: u64 = 1000;
 /// Two halves of one bell curve are this many of their own deviations apart.
 const ONE_BELL: f64 = 3.0;
+/// A level that is given is compared with the materials if it is at most this share of their contrast from the middle.
+const OFF: f64 = 0.3;
 /// The level lies between these shares of the way from matrix to grain.
 const WAY: [f64; 2] = [0.3, 0.7];
 /// Shares of grain are cut here before they are summed: noise passes, pores do not.
 const CUT: [f64; 2] = [-0.5, 1.5];
 
 /// A level that parts matrix from grain.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub(crate) struct Level {
+    /// The filtered grey value from which on a voxel is grain.
     pub(crate) value: f64,
+    /// The grey value that stands for the level: given by hand, it makes the same.
+    pub(crate) by_hand: f64,
     /// Whether the grey values look like those of one phase.
     pub(crate) one_bell: bool,
+    /// The two materials and the blur of the image, if they could be told apart.
+    pub(crate) model: Option<Blurred>,
+    /// Volume above the level over the volume of the grains. It differs from 1 where a level was given that is not half
+    /// way between the materials.
+    pub(crate) volume_factor: f64,
 }
 
 impl Level {
     /// Finds the level for an image that was filtered (`smooth`), so that as many voxels lie above it as
     /// the unfiltered grey values make up.
     ///
-    /// Otsu's threshold comes first, then the middle between the means of matrix and grains away from
-    /// interfaces. That leaves a plane interface in its place, but makes convex grains smaller where the
-    /// image is blurred or filtered. So the grain shares of the voxels near grains, linear between the
-    /// two means, are summed, and the level is moved to where the filtered image has that volume.
+    /// `inside` are the voxels that may be grain, and `sample` those of them that are away from walls and voids: a voxel
+    /// of matrix that holds some air is no class of its own. Nothing if there is one grey value only.
     ///
-    /// `void` is the least grey value that is not air. Nothing if there is one grey value only.
+    /// Otsu's threshold comes first, then the middle between the means of matrix and grains away from interfaces where
+    /// there are such voxels, then the model of two materials and their blur ([`Blurred`]).
     pub(crate) fn find(
         smooth: &Volume<u16>,
         grey: &Volume<u16>,
         inside: &[u8],
-        void: f64,
+        sample: &[u8],
     ) -> Option<Level> {
-        let solid: Vec<u8> = smooth
-            .values
-            .par_iter()
-            .zip(inside)
-            .map(|(&value, &inside)| u8::from(f64::from(value) >= void) & inside)
-            .collect();
-        let counts = histogram(&smooth.values, &solid);
+        let counts = histogram(&smooth.values, sample);
         let split = *otsu(&counts, 2)?.first()?;
-        let mut level = Level {
-            value: (split * WIDTH) as f64,
-            one_bell: separation(&counts, split) < ONE_BELL,
-        };
+        let one_bell = separation(&counts, split) < ONE_BELL;
+        let mut value = (split * WIDTH) as f64;
         let mut means = None;
         for _ in 0..2 {
-            let matrix = core_mean(smooth, inside, void..level.value);
-            let grain = core_mean(smooth, inside, level.value..f64::INFINITY);
+            let matrix = core_mean(smooth, sample, 0.0..value);
+            let grain = core_mean(smooth, sample, value..f64::INFINITY);
             let (Some(matrix), Some(grain)) = (matrix, grain) else { break };
-            level.value = (matrix + grain) / 2.0;
+            value = (matrix + grain) / 2.0;
             means = Some([matrix, grain]);
         }
-        if let Some([matrix, grain]) = means {
-            let volume = volume(smooth, grey, inside, level.value, [matrix, grain]);
+        let model = Blurred::fit(smooth, grey, inside, sample, value);
+        if let Some(model) = &model {
+            value = model.level;
+        } else if let Some([matrix, grain]) = means {
+            let volume = volume(smooth, grey, sample, value, [matrix, grain]);
             let limit = |share: f64| matrix + share * (grain - matrix);
-            level.value = level_of(&counts, volume).clamp(limit(WAY[0]), limit(WAY[1]));
+            value = level_of(&counts, volume).clamp(limit(WAY[0]), limit(WAY[1]));
         }
-        Some(level)
+        let by_hand = model.as_ref().map_or(value, Blurred::middle);
+        Some(Level { value, by_hand, one_bell, model, volume_factor: 1.0 })
     }
-}
 
-/// The grey level from on which there are so many voxels.
-fn level_of(counts: &[u64], voxels: f64) -> f64 {
-    let mut above = 0.0;
-    for (bin, &count) in counts.iter().enumerate().rev() {
-        let next = above + count as f64;
-        if next >= voxels && count > 0 {
-            let part = (voxels - above) / count as f64;
-            return (bin as f64 + 1.0 - part) * WIDTH as f64;
+    /// The level that stands for a grey value given by hand, which parts matrix from grain where a surface is plane.
+    ///
+    /// Blur and median make small grains smaller at that grey value. The level is moved as far as the model of two
+    /// materials says, so that a value half way between them gives grains their volume. Without such a model, or where
+    /// the value is far from half way, the level is the value itself.
+    pub(crate) fn given(
+        value: f64,
+        smooth: &Volume<u16>,
+        grey: &Volume<u16>,
+        inside: &[u8],
+        sample: &[u8],
+    ) -> Level {
+        let by_hand = value;
+        let own = Level { value, by_hand, one_bell: false, model: None, volume_factor: 1.0 };
+        let Some(model) = Blurred::fit(smooth, grey, inside, sample, value) else { return own };
+        let off = value - model.middle();
+        if off.abs() > OFF * (model.grain - model.matrix) {
+            return own;
         }
-        above = next;
+        let value = model.level + off;
+        let counted = |level: f64| {
+            let voxels = smooth.values.par_iter().zip(inside);
+            voxels.filter(|&(&v, &inside)| inside != 0 && f64::from(v) >= level).count() as f64
+        };
+        let volume_factor = counted(value) / counted(model.level).max(1.0);
+        Level { value, by_hand, one_bell: false, model: Some(model), volume_factor }
     }
-    0.0
 }
 
 /// The sum of the grain shares (voxels).
@@ -114,18 +130,6 @@ fn volume(
         })
         .sum();
     sum as f64 / unit
-}
-
-/// The mean of the grey values in a range, of voxels whose neighbours up to two voxels away are in it too;
-/// nothing if there are too few.
-pub(crate) fn core_mean(image: &Volume<u16>, inside: &[u8], range: Range<f64>) -> Option<f64> {
-    let values = image.values.par_iter().zip(inside);
-    let class: Vec<u8> = values
-        .map(|(&value, &inside)| u8::from(range.contains(&f64::from(value))) & inside)
-        .collect();
-    let core = erode(image.shape, &erode(image.shape, &class));
-    let counts = histogram(&image.values, &core);
-    (counts.iter().sum::<u64>() >= CORE).then(|| class_means(&counts, &[])[0])
 }
 
 /// Distance of the means of two classes over the mean of their standard deviations.

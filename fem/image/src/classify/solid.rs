@@ -12,6 +12,7 @@
 
 use rayon::prelude::*;
 
+use crate::classify::blurred::{Blurred, FULL};
 use crate::volume::filter::{dilate, erode};
 use crate::volume::{Volume, neighbour_steps};
 
@@ -19,9 +20,10 @@ use crate::volume::{Volume, neighbour_steps};
 const BAND: usize = 2;
 /// Voxels along the edge of a block in which grey values are averaged.
 const BLOCK: usize = 24;
-/// A block's own mean counts as much as that of all when it has so many voxels; fewer in all are not away
-/// from interfaces.
-const ENOUGH: u64 = 300;
+/// The grey values of a block count as much as those of all blocks when it has so many voxels.
+const ENOUGH: f64 = 300.0;
+/// A voxel of which the model predicts less than this share of the other material is almost all of one.
+const PURE: f64 = 0.1;
 /// One voxel, in the integers in which volumes are summed.
 const UNIT: f64 = 65536.0;
 /// Shares are cut here before they are summed: noise passes, pores do not.
@@ -36,26 +38,25 @@ pub(crate) struct Solid {
 }
 
 impl Solid {
-    /// `matrix` holds the voxels of the specimen that are neither grain nor void, `inside` the
-    /// specimen. Without any matrix every labelled voxel is all grain.
+    /// The shares that grey values show, by the model of two materials and their blur.
+    ///
+    /// A grain's volume is that of its voxels in the model's set, and what the grey values show more or less than the
+    /// model predicts in and around these: blur that reaches further than what is looked at is in both.
+    /// `matrix` holds the voxels of the specimen that are neither grain nor void, `inside` the specimen, and `sample`
+    /// the voxels that are away from walls and voids.
     pub(crate) fn measure(
         grey: &Volume<u16>,
         labels: &[u32],
         grains: usize,
         matrix: &[u8],
-        inside: &[u8],
+        [inside, sample]: [&[u8]; 2],
+        model: &Blurred,
     ) -> Solid {
         let shape = grey.shape;
         let grain: Vec<u8> = labels.par_iter().map(|&label| u8::from(label != 0)).collect();
         let core = core(shape, &grain);
-        let safe = self::core(shape, inside);
-        let levels = [
-            LocalMeans::of(shape, &grey.values, matrix, &self::core(shape, matrix)),
-            LocalMeans::of(shape, &grey.values, &grain, &core),
-        ];
         drop(grain);
-        let [Some(dark), Some(bright)] = levels else { return Solid::whole(labels, grains) };
-        let levels = [dark, bright];
+        let levels = [false, true].map(|grain| LocalLevels::of(grey, model, sample, labels, grain));
         let mut near = labels.to_vec();
         for _ in 0..BAND {
             near = spread(shape, &near, inside);
@@ -84,20 +85,24 @@ impl Solid {
                                 continue;
                             }
                             let (dark, bright) = (lines[0][x], lines[1][x]);
-                            // means on the wrong sides of each other, by noise, make a step
+                            // levels on the wrong sides of each other, by noise, make a step
                             let linear =
                                 (f64::from(grey.values[at]) - dark) / (bright - dark).max(1.0);
-                            let part = if core[at] != 0 {
-                                1.0
-                            } else if labels[at] == 0 && matrix[at] == 0 {
-                                0.0
-                            } else if safe[at] == 0 {
-                                linear.clamp(0.0, 1.0)
-                            } else {
-                                linear.clamp(CUT[0], CUT[1])
+                            let is_core = core[at] != 0;
+                            let is_void = labels[at] == 0 && matrix[at] == 0;
+                            let part = match (is_core, is_void) {
+                                (true, _) => 1.0,
+                                (_, true) => 0.0,
+                                _ => linear.clamp(CUT[0], CUT[1]),
                             };
                             *share = part.clamp(0.0, 1.0) as f32;
-                            sums[label as usize] += (part * UNIT).round() as i64;
+                            let beyond = match is_core || is_void {
+                                true => 0.0,
+                                false => part - f64::from(model.share[at]) / f64::from(FULL),
+                            };
+                            // a hole that was filled is grain
+                            let counted = f64::from(model.set[at].max(u8::from(is_core)));
+                            sums[label as usize] += ((counted + beyond) * UNIT).round() as i64;
                         }
                     }
                     sums
@@ -138,16 +143,6 @@ impl Solid {
             )
             .reduce(|| vec![0_i64; grains + 1], added);
         Solid { share, volumes: volumes(&sums) }
-    }
-
-    /// All of each labelled voxel, where grey values cannot tell shares.
-    fn whole(labels: &[u32], grains: usize) -> Solid {
-        let mut counts = vec![0_u64; grains + 1];
-        labels.iter().for_each(|&label| counts[label as usize] += 1);
-        Solid {
-            share: labels.iter().map(|&label| if label == 0 { 0.0 } else { 1.0 }).collect(),
-            volumes: counts[1..].iter().map(|&count| count as f64).collect(),
-        }
     }
 }
 
@@ -243,32 +238,44 @@ fn stepped(shape: [usize; 3], voxel: [usize; 3], step: [isize; 3]) -> Option<usi
     Some(along(0)? + shape[0] * (along(1)? + shape[1] * along(2)?))
 }
 
-/// Mean grey values of a phase in blocks, interpolated between their centres.
-struct LocalMeans {
+/// The grey value of a material in blocks, interpolated between their centres.
+struct LocalLevels {
     shape: [usize; 3],
     blocks: [usize; 3],
-    means: Vec<f64>,
+    levels: Vec<f64>,
 }
 
-impl LocalMeans {
-    /// Of a phase's voxels away from interfaces (`core`), or of all of them where those are too few to
-    /// tell anything, as of grains a few voxels across; nothing for a phase that has none.
-    fn of(shape: [usize; 3], grey: &[u16], phase: &[u8], core: &[u8]) -> Option<LocalMeans> {
-        let count = |set: &[u8]| set.par_iter().map(|&voxel| u64::from(voxel)).sum::<u64>();
-        let core = if count(core) < ENOUGH { phase } else { core };
+impl LocalLevels {
+    /// The material's grey value in the model, and how far grey values of a block differ from what the model predicts:
+    /// by the mean over voxels that are almost all of this material, which a few voxels change little.
+    fn of(grey: &Volume<u16>, model: &Blurred, sample: &[u8], labels: &[u32], grain: bool) -> Self {
+        let shape = grey.shape;
         let blocks = shape.map(|side| (side / BLOCK).max(1));
         let [nx, ny, _] = shape;
         let count = blocks.iter().product();
+        let full = f64::from(FULL);
+        let contrast = model.grain - model.matrix;
+        let is_of_it = |at: usize| {
+            let share = f64::from(model.share[at]) / full;
+            let is_pure = if grain { share > 1.0 - PURE } else { share < PURE };
+            is_pure && sample[at] != 0 && grain == (labels[at] != 0)
+        };
         let sums = (0..shape[2])
             .into_par_iter()
             .fold(
-                || vec![(0_u64, 0_u64); count],
+                || vec![(0_u64, 0_i64); count],
                 |mut sums, z| {
                     let block = |n: usize, axis: usize| n * blocks[axis] / shape[axis];
-                    for n in (0..nx * ny).filter(|&n| core[n + nx * ny * z] != 0) {
+                    for n in 0..nx * ny {
+                        let at = n + nx * ny * z;
+                        if !is_of_it(at) {
+                            continue;
+                        }
                         let [i, j, k] = [block(n % nx, 0), block(n / nx, 1), block(z, 2)];
                         let sum = &mut sums[i + blocks[0] * (j + blocks[1] * k)];
-                        *sum = (sum.0 + 1, sum.1 + u64::from(grey[n + nx * ny * z]));
+                        let share = f64::from(model.share[at]) / full;
+                        let beyond = f64::from(grey.values[at]) - model.matrix - contrast * share;
+                        *sum = (sum.0 + 1, sum.1 + (beyond * UNIT).round() as i64);
                     }
                     sums
                 },
@@ -280,15 +287,10 @@ impl LocalMeans {
                     a
                 },
             );
-        let all = sums.iter().fold((0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
-        if all.0 == 0 {
-            return None;
-        }
-        let global = all.1 as f64 / all.0 as f64;
-        let enough = ENOUGH as f64;
-        let mean =
-            |&(count, sum): &(u64, u64)| (sum as f64 + enough * global) / (count as f64 + enough);
-        Some(LocalMeans { shape, blocks, means: sums.iter().map(mean).collect() })
+        let global = if grain { model.grain } else { model.matrix };
+        let level =
+            |&(count, sum): &(u64, i64)| global + sum as f64 / UNIT / (count as f64 + ENOUGH);
+        LocalLevels { shape, blocks, levels: sums.iter().map(level).collect() }
     }
 
     /// The two blocks between whose centres a voxel lies, and the share of the second.
@@ -304,7 +306,7 @@ impl LocalMeans {
         let (j0, j1, q) = self.between(y, 1);
         let (k0, k1, r) = self.between(z, 2);
         let at = |i: usize, j: usize, k: usize| {
-            self.means[i + self.blocks[0] * (j + self.blocks[1] * k)]
+            self.levels[i + self.blocks[0] * (j + self.blocks[1] * k)]
         };
         let column = |i: usize| {
             let low = at(i, j0, k0) * (1.0 - q) + at(i, j1, k0) * q;

@@ -6,19 +6,20 @@ pub(crate) mod settings;
 use rayon::prelude::*;
 
 use crate::classify::hardening::Cupping;
-use crate::classify::level::{Level, core_mean};
+use crate::classify::level::Level;
 use crate::classify::solid::Solid;
-use crate::classify::threshold::{WIDTH, class_means, histogram, otsu};
+use crate::classify::wall::continue_beyond;
 use crate::grains::basins::Landscape;
 use crate::grains::regions::measure;
 use crate::grains::statistics::SpecimenStatistics;
-use crate::locate::fit::{Fit, fit};
-use crate::locate::surroundings::{Surroundings, checked_filling, filling};
-use crate::segment::settings::{SeedRule, Segmentation, SpecimenForm};
+use crate::locate::region::masked;
+use crate::locate::specimen::{Locating, Specimen};
+use crate::segment::settings::{SeedRule, Segmentation};
 use crate::volume::components::fill_holes;
 use crate::volume::cylinder::Cylinder;
 use crate::volume::distance::{FixedDistance, fixed_point, squared_distance};
 use crate::volume::filter::{binomial, median};
+use crate::volume::frame::filled_frame;
 use crate::volume::grey::{Scale, rescale};
 use crate::{ImageError, Region, Volume};
 
@@ -69,29 +70,60 @@ impl Segmentation {
         image: &Volume<f32>,
         progress: &mut dyn FnMut(&str),
     ) -> Result<Segmented, ImageError> {
+        self.run_masked(image, None, progress)
+    }
+
+    /// [`run`](Self::run) with the image that `region.mask` names: the specimen has at least half of its largest value.
+    ///
+    /// # Errors
+    /// As those of `run`, and a mask that is empty or of another shape.
+    pub fn run_masked(
+        &self,
+        image: &Volume<f32>,
+        mask: Option<&Volume<f32>>,
+        progress: &mut dyn FnMut(&str),
+    ) -> Result<Segmented, ImageError> {
         self.check()?;
         image.check()?;
+        self.region.check_in(image)?;
+        let mask = mask.map(|mask| masked(mask, image)).transpose()?;
         progress("grey values");
-        let (mut grey, scale) = rescale(image, self.percentiles)?;
+        let framed = filled_frame(image);
+        let (mut grey, scale) = rescale(framed.as_ref().unwrap_or(image), self.percentiles)?;
+        drop(framed);
         let mut smooth =
             if self.median { grey.with(median(grey.shape, &grey.values)) } else { grey.clone() };
 
         progress("specimen");
         let mut warnings = Vec::new();
-        let found = self.locate(&smooth, scale, &mut warnings)?;
-        let mut rim_over_centre = 1.0;
-        if let Some(fit) = found.fit.filter(|_| self.beam_hardening) {
-            let set = fit.inside(grey.shape, WALL);
-            let (air, void) = (found.air, found.void);
-            let cupping = Cupping::fit(&smooth.values, grey.shape, &set, &fit, air, void);
-            rim_over_centre = cupping.rim_over_centre();
-            cupping.correct(&mut grey.values, grey.shape, &fit);
-            cupping.correct(&mut smooth.values, grey.shape, &fit);
+        let found = self.located(&smooth, mask.as_deref(), scale, &mut warnings)?;
+        let mut inside = found.inside(&grey);
+        if let Some(mask) = &mask {
+            inside.par_iter_mut().zip(mask).for_each(|(voxel, mask)| *voxel &= mask);
         }
-        let inside = found.inside(&grey);
+        let mut rim_over_centre = 1.0;
+        let mut extended = inside.clone();
+        if let Some(fit) = found.fit {
+            if self.beam_hardening {
+                let set = fit.inside(grey.shape, WALL);
+                let cupping =
+                    Cupping::fit(&smooth.values, grey.shape, &set, &fit, found.air, found.void);
+                rim_over_centre = cupping.rim_over_centre();
+                cupping.correct(&mut grey.values, grey.shape, &fit);
+            }
+            extended = continue_beyond(&mut grey, &fit, &inside, [found.air, found.void]);
+            smooth = if self.median {
+                grey.with(median(grey.shape, &grey.values))
+            } else {
+                grey.clone()
+            };
+        }
 
         progress("threshold");
-        let threshold = self.grain_level(&smooth, &grey, &inside, &found, scale, &mut warnings)?;
+        let sample = found.sample(&smooth, &inside);
+        let level =
+            self.grain_level(&smooth, &grey, [&extended, &sample], &found, scale, &mut warnings)?;
+        let threshold = level.value;
         let mut grain: Vec<u8> = smooth
             .values
             .par_iter()
@@ -110,7 +142,7 @@ impl Segmentation {
                 what: format!(
                     "no grain of {} voxels is brighter than {:.5}",
                     self.min_grain_voxels,
-                    scale.to_image(threshold)
+                    scale.to_image(level.by_hand)
                 ),
                 help: "lower grain_threshold or min_grain_voxels",
             });
@@ -118,21 +150,23 @@ impl Segmentation {
 
         progress("grains");
         let void = found.void;
-        let solid = if self.grain_threshold.is_some() {
-            Solid::above(&smooth, threshold, &labels, grains, &inside)
-        } else {
-            let matrix: Vec<u8> = (0..labels.len())
-                .into_par_iter()
-                .map(|n| {
-                    u8::from(labels[n] == 0 && f64::from(smooth.values[n]) >= void) & inside[n]
-                })
-                .collect();
-            drop(smooth);
-            Solid::measure(&grey, &labels, grains, &matrix, &inside)
+        let mut solid = match &level.model {
+            None => Solid::above(&smooth, threshold, &labels, grains, &inside),
+            Some(model) => {
+                let matrix: Vec<u8> = (0..labels.len())
+                    .into_par_iter()
+                    .map(|n| {
+                        u8::from(labels[n] == 0 && f64::from(smooth.values[n]) >= void) & inside[n]
+                    })
+                    .collect();
+                drop(smooth);
+                Solid::measure(&grey, &labels, grains, &matrix, [&inside, &sample], model)
+            }
         };
+        solid.volumes.iter_mut().for_each(|volume| *volume *= level.volume_factor);
         let labels = grey.with(labels);
         let regions = measure(&labels, &inside, &solid.volumes);
-        warnings.extend(self.one_for_all(&regions, &inside, scale.to_image(threshold)));
+        warnings.extend(self.one_for_all(&regions, &inside, scale.to_image(level.by_hand)));
         let voxel_mm = grey.voxel_mm;
         let (cylinder, volume_mm3) = match found.fit {
             Some(fit) => (fit.in_mm(voxel_mm), fit.in_mm(voxel_mm).volume_mm3()),
@@ -145,56 +179,31 @@ impl Segmentation {
             cylinder,
             block: found.fit.is_none(),
             regions,
-            grain_threshold: scale.to_image(threshold),
+            grain_threshold: scale.to_image(level.by_hand),
             void_threshold: (void > 0.0).then(|| scale.to_image(void)),
             rim_over_centre,
             warnings,
         })
     }
 
-    /// Where the specimen is, and what grey value air has.
-    fn locate(
+    /// Where the specimen is: as the mask says, or as the image shows.
+    fn located(
         &self,
         image: &Volume<u16>,
+        mask: Option<&[u8]>,
         scale: Scale,
         warnings: &mut Vec<String>,
-    ) -> Result<Found, ImageError> {
-        let by_hand = self.void_threshold.map(|value| scale.to_16_bits(value));
-        let block = Found { fit: None, air: 0.0, void: by_hand.unwrap_or(0.0) };
-        if self.specimen == SpecimenForm::Block {
-            return Ok(block);
+    ) -> Result<Specimen, ImageError> {
+        let locating = Locating {
+            form: self.specimen,
+            follow_lean: self.follow_lean,
+            void: self.void_threshold.map(|value| scale.to_16_bits(value)),
+            region: &self.region,
+        };
+        match mask {
+            Some(mask) => locating.masked(image, mask, warnings),
+            None => locating.specimen(image, warnings),
         }
-        let all = vec![1; image.values.len()];
-        let counts = histogram(&image.values, &all);
-        let splits = otsu(&counts, 3).or_else(|| otsu(&counts, 2));
-        let Some(splits) = splits else { return Ok(block) };
-        let means = class_means(&counts, &splits);
-        let limits: Vec<f64> = splits.iter().map(|&split| (split * WIDTH) as f64).collect();
-        let matrix = limits[0]..limits.get(1).copied().unwrap_or(f64::INFINITY);
-        let air = core_mean(image, &all, 0.0..limits[0]).unwrap_or(means[0]);
-        let matrix = core_mean(image, &all, matrix).unwrap_or(means[1]);
-        let void = by_hand.unwrap_or((splits[0] * WIDTH) as f64);
-        if self.specimen == SpecimenForm::Auto {
-            let bright = limits.last().copied().unwrap_or(void);
-            if Surroundings::of(image, void, bright).accepted()? == Surroundings::Block {
-                return Ok(block);
-            }
-        }
-        let edge = by_hand.unwrap_or((air + matrix) / 2.0);
-        let fit = fit(image, edge, self.follow_lean)?;
-        if let Err(error) = checked_filling(filling(image, &fit, edge)) {
-            match self.specimen {
-                SpecimenForm::Cylinder => warnings.push(error.to_string()),
-                _ => return Err(error),
-            }
-        }
-        if fit.lean == [0.0; 2] && fit.wander > 2.0 {
-            warnings.push(format!(
-                "the specimen's axis leans by {:.1} voxels over its height: set follow_lean = true in [specimen.image], or turn the image upright",
-                fit.wander
-            ));
-        }
-        Ok(Found { fit: Some(fit), air, void })
     }
 
     /// The grey level between matrix and grain.
@@ -202,11 +211,11 @@ impl Segmentation {
         &self,
         smooth: &Volume<u16>,
         grey: &Volume<u16>,
-        inside: &[u8],
-        found: &Found,
+        [inside, sample]: [&[u8]; 2],
+        found: &Specimen,
         scale: Scale,
         warnings: &mut Vec<String>,
-    ) -> Result<f64, ImageError> {
+    ) -> Result<Level, ImageError> {
         if let Some(value) = self.grain_threshold {
             let level = scale.to_16_bits(value);
             if level <= found.void {
@@ -218,9 +227,9 @@ impl Segmentation {
                     help: "raise it, or give a lower void_threshold",
                 });
             }
-            return Ok(level);
+            return Ok(Level::given(level, smooth, grey, inside, sample));
         }
-        let Some(level) = Level::find(smooth, grey, inside, found.void) else {
+        let Some(level) = Level::find(smooth, grey, inside, sample) else {
             return Err(ImageError::NoContrast {
                 what: "the specimen has one grey value".into(),
                 help: "check void_threshold, or give grain_threshold",
@@ -232,7 +241,7 @@ impl Segmentation {
                     .into(),
             );
         }
-        Ok(level.value)
+        Ok(level)
     }
 
     /// What is to be said where one grain is most of the specimen, or most of many grains.
@@ -284,24 +293,6 @@ impl Segmentation {
                 let seeds = landscape.spaced_maxima(self.spacing_voxels);
                 landscape.flood(seeds, grey)
             }
-        }
-    }
-}
-
-/// The specimen in its image, in 16-bit grey values.
-#[derive(Clone, Copy, Debug)]
-struct Found {
-    fit: Option<Fit>,
-    air: f64,
-    /// The least grey value that is not air; 0 if there is no air.
-    void: f64,
-}
-
-impl Found {
-    fn inside(&self, image: &Volume<u16>) -> Vec<u8> {
-        match self.fit {
-            Some(fit) => fit.inside(image.shape, 0.0),
-            None => vec![1; image.values.len()],
         }
     }
 }

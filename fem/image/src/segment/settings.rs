@@ -3,6 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::ImageError;
+use crate::locate::region::SpecimenRegion;
+use crate::locate::specimen::SpecimenForm;
 
 /// How grains are found in an image of grey values, in which grains are brighter than the matrix and the
 /// matrix brighter than air.
@@ -35,6 +37,9 @@ use crate::ImageError;
 pub struct Segmentation {
     /// What the image shows.
     pub specimen: SpecimenForm,
+    /// Where the specimen is, if it is not to be found.
+    #[serde(skip_serializing_if = "SpecimenRegion::is_unset")]
+    pub region: SpecimenRegion,
     /// Percentiles of the grey values between which they are rounded to 16 bits.
     pub percentiles: [f64; 2],
     /// Whether a median of 3³ voxels is taken before voxels are classified.
@@ -67,20 +72,6 @@ pub struct Segmentation {
     pub min_grain_voxels: usize,
 }
 
-/// What an image shows of its specimen.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum SpecimenForm {
-    /// A cylinder if there is air around it, else a block. Cut cylinders, platens in view and surroundings that are
-    /// brighter than the specimen are refused.
-    #[default]
-    Auto,
-    /// A whole cylinder in air, its axis about along z.
-    Cylinder,
-    /// A block cut out of a specimen: all of the image belongs to it.
-    Block,
-}
-
 /// How grains that touch are told apart.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -98,6 +89,7 @@ impl Default for Segmentation {
     fn default() -> Self {
         Segmentation {
             specimen: SpecimenForm::Auto,
+            region: SpecimenRegion::default(),
             percentiles: [0.1, 99.9],
             median: true,
             follow_lean: true,
@@ -120,6 +112,7 @@ impl Segmentation {
     /// # Errors
     /// [`ImageError::Parameter`].
     pub fn check(&self) -> Result<(), ImageError> {
+        self.region.check()?;
         let [low, high] = self.percentiles;
         let refuse =
             |field, value, requirement| Err(ImageError::Parameter { field, value, requirement });

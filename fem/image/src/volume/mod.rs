@@ -5,7 +5,9 @@ pub(crate) mod components;
 pub(crate) mod cylinder;
 pub(crate) mod distance;
 pub(crate) mod filter;
+pub(crate) mod frame;
 pub(crate) mod grey;
+pub(crate) mod threshold;
 
 use crate::ImageError;
 

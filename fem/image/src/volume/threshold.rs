@@ -1,13 +1,20 @@
 //! Histograms and the thresholds that part their classes.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
+use crate::Volume;
+use crate::volume::filter::erode;
 use crate::volume::grey::sum;
 
 /// Bins of a histogram of 16-bit values.
 pub(crate) const BINS: usize = 1024;
 /// Grey values in a bin.
 pub(crate) const WIDTH: usize = 65536 / BINS;
+
+/// Fewer voxels away from interfaces than this do not make a mean.
+const CORE: u64 = 1000;
 
 /// The middle of a bin.
 pub(crate) fn middle(bin: usize) -> f64 {
@@ -103,6 +110,32 @@ pub(crate) fn mean(counts: &[u64], first: usize) -> f64 {
     }
     let bin = moment as f64 / count as f64;
     bin * WIDTH as f64 + (WIDTH as f64 - 1.0) / 2.0
+}
+
+/// The grey level from on which there are so many voxels.
+pub(crate) fn level_of(counts: &[u64], voxels: f64) -> f64 {
+    let mut above = 0.0;
+    for (bin, &count) in counts.iter().enumerate().rev() {
+        let next = above + count as f64;
+        if next >= voxels && count > 0 {
+            let part = (voxels - above) / count as f64;
+            return (bin as f64 + 1.0 - part) * WIDTH as f64;
+        }
+        above = next;
+    }
+    0.0
+}
+
+/// The mean of the grey values in a range, of voxels whose neighbours up to two voxels away are in it too;
+/// nothing if there are too few.
+pub(crate) fn core_mean(image: &Volume<u16>, inside: &[u8], range: Range<f64>) -> Option<f64> {
+    let values = image.values.par_iter().zip(inside);
+    let class: Vec<u8> = values
+        .map(|(&value, &inside)| u8::from(range.contains(&f64::from(value))) & inside)
+        .collect();
+    let core = erode(image.shape, &erode(image.shape, &class));
+    let counts = histogram(&image.values, &core);
+    (counts.iter().sum::<u64>() >= CORE).then(|| class_means(&counts, &[])[0])
 }
 
 #[cfg(test)]

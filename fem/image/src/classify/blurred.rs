@@ -1,0 +1,245 @@
+//! Two materials and the blur of their image.
+//!
+//! In a small grain hardly any voxel is far from the surface, so no mean over voxels is the grey value of the grain's
+//! material. The image is modelled instead: a set of voxels S is grain, the rest matrix, and the grey value is
+//! m + c (k ∗ S) with the matrix's grey value m, the contrast c and a kernel k. The kernel is a mixture of binomial
+//! kernels, Σ aᵢ kᵢ with Σ aᵢ = 1; m and all c aᵢ follow from linear least squares, so neither the width of the blur nor
+//! the form of the grains is assumed. Then m and c are corrected by the voxels that the blur reaches least,
+//! where an error of S hardly matters: k ∗ S says which these are, and how much blur there is in them.
+//!
+//! The grey values above m are the grains' volume times c. S is what lies above the level of the filtered image at which
+//! S has this volume. Blur and median would make convex grains smaller at the level half way between the materials.
+
+use nalgebra::{SMatrix, SVector};
+use rayon::prelude::*;
+
+use crate::Volume;
+use crate::volume::filter::binomial;
+use crate::volume::threshold::{histogram, level_of};
+
+/// Kernels whose mixture is the blur.
+const KERNELS: usize = 3;
+/// Passes of the filter 1–2–1 that make each kernel: variances of 0, 0.5 and 1.5 voxels².
+const PASSES: [usize; KERNELS] = [0, 1, 3];
+/// A voxel that is all grain, in the blurred sets.
+pub(crate) const FULL: u16 = 16384;
+/// Rounds in which the level is found.
+const ROUNDS: usize = 8;
+/// The level is found when it moves by less than this share of the contrast.
+const STILL: f64 = 0.004;
+/// The level lies between these shares of the way from matrix to grain.
+const WAY: [f64; 2] = [0.15, 0.85];
+/// Fewer voxels above the level than this do not make a contrast.
+const LEAST: u64 = 150;
+/// Voxels of which the model predicts less than this share of grain show the matrix.
+const MATRIX: f64 = 0.05;
+/// Voxels of which the model predicts more than this share show grains; where there are fewer, the part `CORES` of the
+/// set that has the largest shares.
+const GRAIN: f64 = 0.9;
+const CORES: f64 = 0.1;
+/// Shares of grain are cut here before they are summed: noise passes, pores do not.
+const CUT: [f64; 2] = [-0.5, 1.5];
+
+/// Matrix and grains as a blurred image shows them.
+#[derive(Clone, Debug)]
+pub(crate) struct Blurred {
+    /// Grey values of the two materials.
+    pub(crate) matrix: f64,
+    pub(crate) grain: f64,
+    /// The level of the filtered image at which grains have their volume.
+    pub(crate) level: f64,
+    /// What lies above that level.
+    pub(crate) set: Vec<u8>,
+    /// The share of grain that each voxel of the unfiltered image shows, in parts of [`FULL`].
+    pub(crate) share: Vec<i16>,
+}
+
+impl Blurred {
+    /// Fits the model to the voxels of `sample`, which are away from walls and voids; `inside` are the voxels that may
+    /// be grain. `start` is a first guess of the level. Nothing if no level between two materials is found.
+    pub(crate) fn fit(
+        smooth: &Volume<u16>,
+        grey: &Volume<u16>,
+        inside: &[u8],
+        sample: &[u8],
+        start: f64,
+    ) -> Option<Self> {
+        let counts = histogram(&smooth.values, sample);
+        let mut level = start;
+        let mut last = None;
+        for round in 0..ROUNDS {
+            let set = above(smooth, inside, level);
+            let share = share(grey, &set, sample)?;
+            let [matrix, contrast] = materials(&grey.values, &share, &set, sample)?;
+            let volume = volume(&grey.values, &share, &set, sample, [matrix, contrast]);
+            let limits = WAY.map(|way| matrix + way * contrast);
+            let next = level_of(&counts, volume).clamp(limits[0], limits[1]);
+            if (next - level).abs() <= STILL * contrast || round + 1 == ROUNDS {
+                return Some(Blurred { matrix, grain: matrix + contrast, level, set, share });
+            }
+            // the secant of how far the level moves
+            let move_by = next - level;
+            let slope =
+                last.map_or(-1.0, |[before, moved]: [f64; 2]| (move_by - moved) / (level - before));
+            last = Some([level, move_by]);
+            level -= move_by / slope.clamp(-1.0, -0.45);
+        }
+        None
+    }
+
+    /// The grey value half way between the materials.
+    pub(crate) fn middle(&self) -> f64 {
+        (self.matrix + self.grain) / 2.0
+    }
+}
+
+/// The voxels of a set from a level on: 1, the others 0.
+pub(crate) fn above(smooth: &Volume<u16>, inside: &[u8], level: f64) -> Vec<u8> {
+    let values = smooth.values.par_iter().zip(inside);
+    values.map(|(&value, &inside)| u8::from(f64::from(value) >= level) & inside).collect()
+}
+
+/// A set blurred as the image is, in parts of [`FULL`]; the blur is taken from the voxels of `sample`. Nothing if the
+/// image is not brighter in the set.
+pub(crate) fn share(grey: &Volume<u16>, set: &[u8], sample: &[u8]) -> Option<Vec<i16>> {
+    let mut blurred: Vec<u16> = set.par_iter().map(|&voxel| u16::from(voxel) * FULL).collect();
+    let mut passes = 0;
+    let kernels = PASSES.map(|until| {
+        while passes < until {
+            blurred = binomial(grey.shape, &blurred);
+            passes += 1;
+        }
+        blurred.clone()
+    });
+    drop(blurred);
+    let weights = weights(&grey.values, &kernels, sample)?;
+    let mixed =
+        |at: usize| -> f64 { (0..KERNELS).map(|k| weights[k] * f64::from(kernels[k][at])).sum() };
+    Some((0..set.len()).into_par_iter().map(|at| mixed(at).round() as i16).collect())
+}
+
+/// Weights of the kernels, which add up to 1, by least squares over the voxels of a sample; nothing if the image does
+/// not become brighter with the share.
+fn weights(grey: &[u16], kernels: &[Vec<u16>; KERNELS], sample: &[u8]) -> Option<[f64; KERNELS]> {
+    // of 1, the kernels and the grey value: sums of the products of each two
+    const TERMS: usize = KERNELS + 2;
+    let portion = 1 << 16;
+    // integers, so that the order of summation does not show
+    let sums = (0..sample.len().div_ceil(portion))
+        .into_par_iter()
+        .map(|part| {
+            let mut sums = [[0_u64; TERMS]; TERMS];
+            let voxels = portion * part..(portion * (part + 1)).min(sample.len());
+            for n in voxels.filter(|&n| sample[n] != 0) {
+                let terms: [u64; TERMS] = std::array::from_fn(|k| match k {
+                    0 => 1,
+                    k if k <= KERNELS => u64::from(kernels[k - 1][n]),
+                    _ => u64::from(grey[n]),
+                });
+                for (row, a) in sums.iter_mut().zip(terms) {
+                    row.iter_mut().zip(terms).for_each(|(sum, b)| *sum += a * b);
+                }
+            }
+            sums.map(|row| row.map(u128::from))
+        })
+        .reduce(
+            || [[0_u128; TERMS]; TERMS],
+            |a, b| std::array::from_fn(|i| std::array::from_fn(|j| a[i][j] + b[i][j])),
+        );
+    let full = f64::from(FULL);
+    let scale = |k: usize| if k == 0 { 1.0 } else { full };
+    let entry = |i: usize, j: usize| sums[i][j] as f64;
+    if entry(0, 1) < LEAST as f64 * full {
+        return None;
+    }
+    let normal = SMatrix::<f64, { KERNELS + 1 }, { KERNELS + 1 }>::from_fn(|i, j| {
+        entry(i, j) / scale(i) / scale(j)
+    });
+    let right = SVector::<f64, { KERNELS + 1 }>::from_fn(|i, _| entry(i, TERMS - 1) / scale(i));
+    let u = normal.cholesky()?.solve(&right);
+    let parts: [f64; KERNELS] = std::array::from_fn(|k| u[k + 1]);
+    let contrast: f64 = parts.iter().sum();
+    (contrast > 0.0).then(|| parts.map(|part| part / contrast))
+}
+
+/// Grey value of the matrix, and the contrast, from the voxels that are the purest.
+fn materials(grey: &[u16], share: &[i16], set: &[u8], sample: &[u8]) -> Option<[f64; 2]> {
+    let full = f64::from(FULL);
+    let least = purest(share, set, sample);
+    let most = (MATRIX * full) as i16;
+    // number, sum of shares and of grey values of matrix and of grains
+    let sums = (0..share.len())
+        .into_par_iter()
+        .with_min_len(1 << 16)
+        .filter(|&n| sample[n] != 0)
+        .fold(
+            || [[0_i64; 3]; 2],
+            |mut sums, n| {
+                let class = match (share[n] < most, share[n] >= least) {
+                    (true, _) => 0,
+                    (_, true) => 1,
+                    _ => return sums,
+                };
+                let terms = [1, i64::from(share[n]), i64::from(grey[n])];
+                sums[class].iter_mut().zip(terms).for_each(|(sum, term)| *sum += term);
+                sums
+            },
+        )
+        .reduce(|| [[0; 3]; 2], |a, b| [0, 1].map(|k| std::array::from_fn(|n| a[k][n] + b[k][n])));
+    let [dark, bright] = sums.map(|sums| sums.map(|sum| sum as f64));
+    if dark[0] == 0.0 || bright[0] == 0.0 {
+        return None;
+    }
+    let mean = |sums: [f64; 3]| [sums[1] / sums[0] / full, sums[2] / sums[0]];
+    let [[dark_share, dark], [bright_share, bright]] = [mean(dark), mean(bright)];
+    let contrast = (bright - dark) / (bright_share - dark_share);
+    (contrast > 0.0).then_some([dark - contrast * dark_share, contrast])
+}
+
+/// The share from which on voxels are the purest grains.
+fn purest(share: &[i16], set: &[u8], sample: &[u8]) -> i16 {
+    let bin = usize::from(FULL / 256);
+    let counts = (0..share.len())
+        .into_par_iter()
+        .with_min_len(1 << 16)
+        .filter(|&n| set[n] & sample[n] != 0)
+        .fold(
+            || vec![0_u64; 512],
+            |mut counts, n| {
+                counts[(share[n].max(0) as usize / bin).min(511)] += 1;
+                counts
+            },
+        )
+        .reduce(|| vec![0; 512], crate::volume::grey::sum);
+    let wanted = CORES * counts.iter().sum::<u64>() as f64;
+    let mut over = 0;
+    for (n, &count) in counts.iter().enumerate().rev() {
+        over += count;
+        if over as f64 >= wanted {
+            return ((n * bin) as i16).min((GRAIN * f64::from(FULL)) as i16);
+        }
+    }
+    0
+}
+
+/// The volume of the grains in the sample (voxels): that of the set, and what grey values show beyond the model.
+fn volume(
+    grey: &[u16],
+    share: &[i16],
+    set: &[u8],
+    sample: &[u8],
+    [matrix, contrast]: [f64; 2],
+) -> f64 {
+    let unit = 65536.0;
+    let sum: i64 = (0..share.len())
+        .into_par_iter()
+        .with_min_len(1 << 16)
+        .filter(|&n| sample[n] != 0 && share[n] > 0)
+        .map(|n| {
+            let shown = (f64::from(grey[n]) - matrix) / contrast;
+            let beyond = shown.clamp(CUT[0], CUT[1]) - f64::from(share[n]) / f64::from(FULL);
+            ((f64::from(set[n]) + beyond) * unit).round() as i64
+        })
+        .sum();
+    sum as f64 / unit
+}

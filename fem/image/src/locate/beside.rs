@@ -1,0 +1,134 @@
+//! What stands beside a specimen in air: a tube around it, a pedestal under it.
+
+use crate::Volume;
+use crate::locate::fit::Fit;
+
+/// Rings and discs are solid, or air, if this share of them is.
+const MOST: f64 = 0.9;
+/// A gap ring is solid by at most this share.
+const GAP: f64 = 0.3;
+/// Sections that differ from the specimen's by more than this share of its area are none of it.
+const OTHER: f64 = 0.08;
+/// Slices of a pedestal, at least.
+const SLICES: usize = 3;
+/// Blur about an edge (voxels).
+const BLUR: f64 = 1.5;
+
+/// Radii between which there is air within what was fitted, around a specimen: then the fit is a tube's.
+pub(crate) fn gap(image: &Volume<u16>, fit: &Fit, edge: f64) -> Option<[f64; 2]> {
+    let rings = fit.radius.ceil() as usize + 1;
+    let mut counts = vec![[0_u64; 2]; rings];
+    let [nx, ny, nz] = image.shape;
+    let quarter = 0.25 * (fit.top - fit.bottom);
+    for z in (0..nz).filter(|&z| {
+        let height = z as f64 + 0.5;
+        height > fit.bottom + quarter && height < fit.top - quarter
+    }) {
+        let slice = &image.values[nx * ny * z..][..nx * ny];
+        for (n, &value) in slice.iter().enumerate() {
+            let ring = fit.place([n % nx, n / nx, z])[0].sqrt() as usize;
+            if ring < rings {
+                counts[ring][0] += 1;
+                counts[ring][1] += u64::from(f64::from(value) >= edge);
+            }
+        }
+    }
+    let solid = |ring: usize| counts[ring][1] as f64 / counts[ring][0].max(1) as f64;
+    // from outside: the tube, then the gap, then the specimen
+    let wall = (0..rings).rev().find(|&ring| solid(ring) > 0.5)?;
+    let outer = (0..wall).rev().find(|&ring| solid(ring) < GAP)?;
+    let inner = (0..outer).rev().find(|&ring| solid(ring) > 0.5)?;
+    let all = |counts: &[[u64; 2]], k: usize| counts.iter().map(|c| c[k]).sum::<u64>() as f64;
+    let core = &counts[..inner];
+    (inner >= 3 && all(core, 1) > 0.5 * all(core, 0))
+        .then(|| [inner as f64 + 1.0, outer as f64 + 1.0])
+}
+
+/// Slices that were left out, from 1, and the radius of their sections (voxels).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Pedestal {
+    pub(crate) slices: [usize; 2],
+    pub(crate) radius: f64,
+}
+
+/// Moves the ends of an upright cylinder past sections that are round and have another radius.
+pub(crate) fn without_pedestal(image: &Volume<u16>, fit: &mut Fit, edge: f64) -> Vec<Pedestal> {
+    if fit.lean != [0.0; 2] {
+        return Vec::new();
+    }
+    let sections = image.values.chunks_exact(image.shape[0] * image.shape[1]);
+    let sections: Vec<Section> =
+        sections.map(|slice| Section::of(slice, image.shape[0], edge)).collect();
+    let first = fit.bottom.round().max(0.0) as usize;
+    let last = (fit.top.round() as usize).min(sections.len());
+    if last < first + 8 {
+        return Vec::new();
+    }
+    let quarter = (last - first) / 4;
+    let mut areas: Vec<f64> =
+        sections[first + quarter..last - quarter].iter().map(|section| section.area).collect();
+    areas.sort_unstable_by(f64::total_cmp);
+    let area = areas[areas.len() / 2];
+    let is_other =
+        |section: &Section| (section.area / area - 1.0).abs() > OTHER && section.area > 0.1 * area;
+    let mut found = Vec::new();
+    // the slices at the very ends hold some air
+    let from_bottom: Vec<usize> =
+        (first + 1..last).take_while(|&z| is_other(&sections[z])).collect();
+    let from_top: Vec<usize> =
+        (first..last - 1).rev().take_while(|&z| is_other(&sections[z])).collect();
+    for (run, is_bottom) in [(from_bottom, true), (from_top, false)] {
+        // a step is met by one slice that is neither
+        let plain = &run[..run.len().saturating_sub(1)];
+        if plain.len() < SLICES || run.len() + 8 > last - first {
+            continue;
+        }
+        let round = |&z: &usize| sections[z].is_round;
+        if plain.iter().filter(|z| round(z)).count() as f64 <= MOST * plain.len() as f64 {
+            continue;
+        }
+        let mean = plain.iter().map(|&z| sections[z].area).sum::<f64>() / plain.len() as f64;
+        // the part of the slice at the step that belongs to the specimen
+        let z = run[run.len() - 1];
+        let part = ((sections[z].area - mean) / (area - mean)).clamp(0.0, 1.0);
+        let radius = (mean / std::f64::consts::PI).sqrt();
+        if is_bottom {
+            fit.bottom = z as f64 + 1.0 - part;
+            found.push(Pedestal { slices: [first + 1, z + 1], radius });
+        } else {
+            fit.top = z as f64 + part;
+            found.push(Pedestal { slices: [z + 1, last], radius });
+        }
+    }
+    found
+}
+
+/// What is solid in a slice.
+struct Section {
+    area: f64,
+    /// Whether a disc about the centre of gravity is filled, and what is around it is not.
+    is_round: bool,
+}
+
+impl Section {
+    fn of(slice: &[u16], nx: usize, edge: f64) -> Self {
+        let solid = || {
+            let voxels = slice.iter().enumerate().filter(|(_, value)| f64::from(**value) >= edge);
+            voxels.map(|(n, _)| [(n % nx) as f64 + 0.5, (n / nx) as f64 + 0.5])
+        };
+        let (mut area, mut sum) = (0.0, [0.0; 2]);
+        for [x, y] in solid() {
+            area += 1.0;
+            sum = [sum[0] + x, sum[1] + y];
+        }
+        let centre = sum.map(|sum| sum / area);
+        let radius = (area / std::f64::consts::PI).sqrt();
+        let within = |r: f64| {
+            solid().filter(|[x, y]| (x - centre[0]).hypot(y - centre[1]) < r).count() as f64
+        };
+        let inner = (radius - BLUR).max(1.0);
+        let is_filled = within(inner) > MOST * std::f64::consts::PI * inner * inner;
+        let is_round = is_filled && within(radius + BLUR) > (1.0 - 0.02) * area;
+        Section { area, is_round }
+    }
+}
