@@ -111,7 +111,7 @@ pub use fem_file::{open_regular, read_regular, read_regular_text, write_atomical
 #[doc(inline)]
 pub use fem_image::{
     Cylinder, ImageError, Region, RgbSlice, Score, SeedRule, Segmentation, Segmented, SpecimenForm,
-    SpecimenStatistics, Volume, outlined_slice, score, tiff,
+    SpecimenRegion, SpecimenStatistics, Volume, outlined_slice, score, tiff,
 };
 #[doc(inline)]
 pub use fem_mesh::{

@@ -103,6 +103,18 @@ pub enum ImageError {
         /// Values given.
         values: usize,
     },
+    /// A specimen that is said to be larger than the image shows.
+    #[error(
+        "specimen.{key} = {given_mm} is larger than the {shown_mm:.4} mm that the image shows; what is outside would be meshed as matrix: leave the key out, correct voxel_mm, or give [specimen.image.region]"
+    )]
+    Larger {
+        /// `radius_mm` or `height_mm`.
+        key: &'static str,
+        /// The size given (mm).
+        given_mm: f64,
+        /// The size that was found (mm).
+        shown_mm: f64,
+    },
     /// A mask of another shape than the image.
     #[error(
         "region.mask has {} × {} × {} voxels and the image {} × {} × {}; give one value to each voxel of the image",

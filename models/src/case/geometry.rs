@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use fem::gmsh::PhysicalGroup;
-use fem::{Meshing, Order, Packing, Scanner, Segmentation};
+use fem::{Meshing, Order, Packing, Scanner, Segmentation, SpecimenRegion};
 
 use super::{CaseFile, SpecimenCase};
 use crate::error::{InputError, absence};
@@ -73,7 +73,15 @@ impl CaseFile {
             curved: s.order == Order::Quadratic,
             ..Meshing::new(spacing_mm)
         };
-        let image = s.image.clone().unwrap_or_default();
+        let mut image = s.image.clone().unwrap_or_default();
+        let region = &mut image.segmentation.region;
+        if *region != SpecimenRegion::default() && image.further_stacks.is_some() {
+            let help = "A region is that of one image: crop the stacks instead.";
+            return Err(self.beside_error("image.region", "image.further_stacks", help));
+        }
+        if let Some(mask) = &mut region.mask {
+            *mask = self.existing("image.region.mask", mask, |path| path.exists())?;
+        }
         if let Some(stack) = &image.stack {
             let extra = [("grains", s.grains.is_some()), ("scan", s.scan.is_some())];
             if let Some((key, _)) = extra.iter().find(|(_, given)| *given) {

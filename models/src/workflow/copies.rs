@@ -105,7 +105,8 @@ impl Copies {
         }
         let image = copies.case.specimen.image.iter_mut();
         let stacks = image.flat_map(|image| {
-            image.stack.iter_mut().chain(image.further_stacks.iter_mut().flatten())
+            let mask = image.segmentation.region.mask.iter_mut();
+            image.stack.iter_mut().chain(image.further_stacks.iter_mut().flatten()).chain(mask)
         });
         for stack in stacks {
             // too large to be copied

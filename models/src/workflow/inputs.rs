@@ -209,8 +209,11 @@ impl Inputs<'_> {
             self.reads(&format!("specimen.{key}"));
         }
         let scanned = Scanned::of(&self.file.geometry()?).map(|(scanned, _)| scanned);
-        if let Some(Scanned { source: Source::Stack { path, .. }, .. }) = &scanned {
+        if let Some(Scanned { source: Source::Stack { path, .. }, segmentation, .. }) = &scanned {
             self.reads_file(&path.to_string_lossy());
+            if let Some(mask) = &segmentation.region.mask {
+                self.reads_file(&mask.to_string_lossy());
+            }
         }
         Ok(scanned)
     }

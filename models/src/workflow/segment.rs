@@ -129,7 +129,7 @@ fn write_found(
     let rows =
         quantities(found, grain_fraction).into_iter().map(|(name, value)| [name.to_owned(), value]);
     task.write_csv(&name("segment.csv"), ["quantity", "value"], rows)?;
-    write_picture(task, &name("slices.png"), &slices(grey, &found.labels)?)
+    write_picture(task, &name("slices.png"), &slices(grey, found)?)
 }
 
 /// Writes values times a factor as whole numbers of 16 bits.
@@ -155,11 +155,13 @@ pub(super) fn write_picture(
     task.write(name, bytes)
 }
 
-/// The slices through the middle, across the axis and along it twice.
-fn slices(grey: &Volume<f32>, labels: &Volume<u32>) -> Result<Raster, WorkflowError> {
+/// The slices through the middle, across the axis and along it twice, with the cylinder that is meshed.
+fn slices(grey: &Volume<f32>, found: &Segmented) -> Result<Raster, WorkflowError> {
     let mut pictures = Vec::new();
     for axis in [2, 1, 0] {
-        let slice = outlined_slice(grey, labels, axis, grey.shape[axis] / 2)?;
+        let index = grey.shape[axis] / 2;
+        let mut slice = outlined_slice(grey, &found.labels, axis, index)?;
+        slice.draw_cylinder(&found.cylinder, grey.voxel_mm, axis, index);
         pictures.push(Raster::from_bytes(slice.width, &slice.pixels));
     }
     Ok(side_by_side(&pictures))
@@ -213,6 +215,7 @@ fn quantities(found: &Segmented, grain_fraction: f64) -> Vec<(&'static str, Stri
         // of all that the image shows of the specimen
         ("image_grain_fraction", number(s.grain_fraction)),
         ("voxel_fraction", number(s.voxel_fraction)),
+        ("void_fraction", number(found.void_fraction)),
         ("radius_mm", number(cylinder.radius_mm)),
         ("height_mm", number(cylinder.height_mm())),
         ("centre_x_mm", number(cylinder.centre_mm[0])),

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use fem::{
-    Cylinder, GrainField, GrainList, MeshError, MeshReport, Meshed, Meshing, Packing, Scanner,
-    Segmentation, Segmented, TetMesh, Volume, VoxelGrains, gmsh, tiff,
+    Cylinder, GrainField, GrainList, ImageError, MeshError, MeshReport, Meshed, Meshing, Packing,
+    Scanner, Segmentation, Segmented, TetMesh, Volume, VoxelGrains, gmsh, tiff,
 };
 
 use super::WorkflowError;
@@ -90,13 +90,41 @@ impl Scanned {
         grey: &Volume<f32>,
         progress: &mut dyn FnMut(&str),
     ) -> Result<Segmented, WorkflowError> {
-        let mut found = self
-            .segmentation
-            .run(grey, progress)
-            .map_err(|source| WorkflowError::Segmentation { file: case.to_owned(), source })?;
+        let refused = |source| WorkflowError::Segmentation { file: case.to_owned(), source };
+        let (bin, is_stack) = match self.source {
+            Source::Stack { bin, .. } => (bin, true),
+            Source::Scan(..) => (1, false),
+        };
+        let mask = self.segmentation.region.mask.as_ref();
+        // the voxels of a mask have the size of the image's, whatever its tags say
+        let read = |path| tiff::read_binned(path, Some(grey.voxel_mm / bin as f64), bin);
+        let mask = mask.map(|path| read(path)).transpose()?;
+        let found = self.segmentation.run_masked(grey, mask.as_ref(), progress);
+        let mut found = found.map_err(refused)?;
+        if is_stack {
+            checked_size(&found.cylinder, self.size_mm, grey.voxel_mm).map_err(refused)?;
+        }
         resize(&mut found.cylinder, self.size_mm);
         Ok(found)
     }
+}
+
+/// Refuses a radius or height in mm that is more than a voxel larger than the image shows: what is outside would be
+/// meshed as matrix.
+fn checked_size(
+    cylinder: &Cylinder,
+    size_mm: [Option<f64>; 2],
+    voxel_mm: f64,
+) -> Result<(), ImageError> {
+    let shown = [cylinder.radius_mm, cylinder.height_mm()];
+    for (key, given, shown_mm) in
+        [("radius_mm", size_mm[0], shown[0]), ("height_mm", size_mm[1], shown[1])]
+    {
+        if let Some(given_mm) = given.filter(|&given| given > shown_mm + voxel_mm) {
+            return Err(ImageError::Larger { key, given_mm, shown_mm });
+        }
+    }
+    Ok(())
 }
 
 /// Gives a cylinder the radius and height in mm that are given; the middle stays where it was found.

@@ -1,8 +1,8 @@
 //! How much of each voxel is grain, from its grey value.
 //!
 //! At an interface a voxel holds matrix and grain, and its grey value lies between theirs. The share of
-//! grain is taken as linear between the mean grey values of matrix and grain nearby, measured away from
-//! interfaces. Summed over a grain and what surrounds it this gives its volume between voxels, and noise
+//! grain is taken as linear between the grey values of matrix and grain nearby, which a model of their blur
+//! finds. Summed over a grain and what surrounds it this gives its volume between voxels, and noise
 //! and blur cancel.
 //!
 //! A threshold that was given by hand says where grains end, whatever the means are: then a voxel's share

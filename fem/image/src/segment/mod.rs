@@ -38,12 +38,14 @@ pub struct Segmented {
     pub regions: Vec<Region>,
     /// Numbers of the whole specimen.
     pub statistics: SpecimenStatistics,
-    /// Grey value from which on there was grain.
+    /// Grey value half way between matrix and grain, or the one that was given.
     pub grain_threshold: f64,
     /// Grey value below which there was air; absent if there is none in the image.
     pub void_threshold: Option<f64>,
     /// Brightness of one material at the wall over that at the axis, before it was evened out.
     pub rim_over_centre: f64,
+    /// Share of the specimen's voxels that are darker than the matrix: cracks, pores, a chip.
+    pub void_fraction: f64,
     /// What a person should look at.
     pub warnings: Vec<String>,
 }
@@ -52,6 +54,11 @@ pub struct Segmented {
 /// where there are so many.
 const MOST: f64 = 0.5;
 const MANY: usize = 10;
+/// Voids of more than this share of the specimen are told.
+const VOIDS: f64 = 0.02;
+/// Grains of fewer voxels have uncertain volumes; this is told if they make more than a share of the grains' volume.
+const SMALL: f64 = 65.0;
+const SMALL_SHARE: f64 = 0.05;
 /// Voxels at the wall that hold some air.
 const WALL: f64 = 2.0;
 
@@ -150,6 +157,11 @@ impl Segmentation {
 
         progress("grains");
         let void = found.void;
+        let specimen = inside.par_iter().filter(|&&voxel| voxel != 0).count();
+        let is_void =
+            |&n: &usize| inside[n] != 0 && labels[n] == 0 && f64::from(smooth.values[n]) < void;
+        let voids = (0..labels.len()).into_par_iter().filter(is_void).count();
+        let void_fraction = voids as f64 / specimen.max(1) as f64;
         let mut solid = match &level.model {
             None => Solid::above(&smooth, threshold, &labels, grains, &inside),
             Some(model) => {
@@ -166,6 +178,8 @@ impl Segmentation {
         solid.volumes.iter_mut().for_each(|volume| *volume *= level.volume_factor);
         let labels = grey.with(labels);
         let regions = measure(&labels, &inside, &solid.volumes);
+        warnings.extend(void_in_words(void_fraction));
+        warnings.extend(small_in_words(&regions, grey.voxel_mm));
         warnings.extend(self.one_for_all(&regions, &inside, scale.to_image(level.by_hand)));
         let voxel_mm = grey.voxel_mm;
         let (cylinder, volume_mm3) = match found.fit {
@@ -182,6 +196,7 @@ impl Segmentation {
             grain_threshold: scale.to_image(level.by_hand),
             void_threshold: (void > 0.0).then(|| scale.to_image(void)),
             rim_over_centre,
+            void_fraction,
             warnings,
         })
     }
@@ -295,6 +310,32 @@ impl Segmentation {
             }
         }
     }
+}
+
+/// What is to be said of voids in the specimen.
+fn void_in_words(fraction: f64) -> Option<String> {
+    (fraction > VOIDS).then(|| {
+        format!(
+            "{:.1} % of the specimen is as dark as air (cracks, pores, a chip) and is meshed as matrix: the grain fraction is that of the cylinder with its voids, void_fraction in segment.csv is their share",
+            100.0 * fraction
+        )
+    })
+}
+
+/// What is to be said where grains are too small for their volumes to be known.
+fn small_in_words(regions: &[Region], voxel_mm: f64) -> Option<String> {
+    let volume = |region: &Region| region.volume_mm3 / voxel_mm.powi(3);
+    let small: Vec<f64> = regions.iter().map(volume).filter(|&volume| volume < SMALL).collect();
+    let all: f64 = regions.iter().map(volume).sum();
+    let share = small.iter().sum::<f64>() / all;
+    (share > SMALL_SHARE).then(|| {
+        format!(
+            "{} of {} grains, {:.0} % of the grains' volume, are smaller than {SMALL} voxels (2.5 voxels in radius): their volumes and numbers are uncertain by more than a tenth",
+            small.len(),
+            regions.len(),
+            100.0 * share
+        )
+    })
 }
 
 /// Drops labels of fewer voxels and numbers the others without gaps; how many are left.

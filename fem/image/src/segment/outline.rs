@@ -1,6 +1,6 @@
 //! Slices through an image in which the labels are outlined.
 
-use crate::{ImageError, Volume};
+use crate::{Cylinder, ImageError, Volume};
 
 /// A picture in red, green and blue.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -24,6 +24,44 @@ const COLOURS: [[u8; 3]; 8] = [
     [150, 90, 220],
     [170, 210, 40],
 ];
+
+/// The colour of a cylinder.
+const CYLINDER: [u8; 3] = [255, 255, 0];
+
+impl RgbSlice {
+    /// Draws the outline of a cylinder into the slice `index` across an axis, as [`outlined_slice`] lays it out.
+    pub fn draw_cylinder(&mut self, cylinder: &Cylinder, voxel_mm: f64, axis: usize, index: usize) {
+        let is_inside = |column: usize, row: usize| {
+            let row = if axis == 2 { row } else { self.height - 1 - row };
+            let voxel = match axis {
+                0 => [index, column, row],
+                1 => [column, index, row],
+                _ => [column, row, index],
+            };
+            let [x, y, z] = cylinder.to_specimen(voxel.map(|c| (c as f64 + 0.5) * voxel_mm));
+            x.hypot(y) <= cylinder.radius_mm && (0.0..=cylinder.height_mm()).contains(&z)
+        };
+        let mut edge = Vec::new();
+        for row in 0..self.height {
+            for column in (0..self.width).filter(|&column| is_inside(column, row)) {
+                let is_edge = column == 0
+                    || row == 0
+                    || column + 1 == self.width
+                    || row + 1 == self.height
+                    || !is_inside(column - 1, row)
+                    || !is_inside(column + 1, row)
+                    || !is_inside(column, row - 1)
+                    || !is_inside(column, row + 1);
+                if is_edge {
+                    edge.push(3 * (column + self.width * row));
+                }
+            }
+        }
+        for at in edge {
+            self.pixels[at..at + 3].copy_from_slice(&CYLINDER);
+        }
+    }
+}
 
 /// The slice `index` across an axis (0, 1, 2 for x, y, z), in grey, with the edge of each label in a
 /// colour of its own.

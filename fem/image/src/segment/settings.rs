@@ -10,8 +10,8 @@ use crate::locate::specimen::SpecimenForm;
 /// matrix brighter than air.
 ///
 /// The chain: grey values are rounded to 16 bits between two percentiles and filtered by a median of 3³
-/// voxels; the specimen is located; beam hardening is taken out; a threshold makes a set of grain voxels,
-/// whose holes are filled; the exact Euclidean distance to the outside of the set, lightly smoothed, has
+/// voxels; the specimen is located; beam hardening is taken out, and the air that blur mixes into the wall; a
+/// threshold makes a set of grain voxels, whose holes are filled; the exact Euclidean distance to the outside of the set, lightly smoothed, has
 /// a top in each grain, from which the grains are flooded.
 ///
 /// # Example
@@ -53,9 +53,10 @@ pub struct Segmentation {
     pub void_threshold: Option<f64>,
     /// Grey value from which on there is grain; found from the image if absent.
     ///
-    /// The one that is found lies about half way between the mean grey values of matrix and grains away
-    /// from their interfaces, where as many voxels are above it as the grey values make up. With one
-    /// that is given, a grain's volume is what is above it.
+    /// The one that is found is half way between the grey values of matrix and grains, as a model of two
+    /// materials and their blur has them. A value at most 0.3 of their contrast from half way is compared
+    /// with this model, so that blur and median make no grain smaller; volumes change as the number of
+    /// voxels above the value does. Without such a model a grain's volume is what is above the value.
     pub grain_threshold: Option<f64>,
     /// Holes in grains are filled up to this size (voxels).
     pub fill_holes_voxels: usize,

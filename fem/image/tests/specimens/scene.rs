@@ -100,9 +100,7 @@ impl Scene {
                     } else {
                         let samples = (0..SAMPLES.pow(3)).filter(|n| {
                             let step = [n % SAMPLES, n / SAMPLES % SAMPLES, n / SAMPLES.pow(2)];
-                            let at = |k: usize| {
-                                corner[k] + (step[k] as f64 + 0.5) / SAMPLES as f64
-                            };
+                            let at = |k: usize| corner[k] + (step[k] as f64 + 0.5) / SAMPLES as f64;
                             distance([at(0), at(1), at(2)]) < 0.0
                         });
                         samples.count() as f32 / SAMPLES.pow(3) as f32
@@ -146,9 +144,8 @@ impl Scene {
     pub(crate) fn add_ball(&mut self, centre: [f64; 3], radius: f64, grey: f32) {
         let from = centre.map(|c| (c - radius - 2.0).max(0.0) as usize);
         let to = [0, 1, 2].map(|k| ((centre[k] + radius + 3.0) as usize).min(self.shape[k]));
-        let distance = |p: [f64; 3]| {
-            (0..3).map(|k| (p[k] - centre[k]).powi(2)).sum::<f64>().sqrt() - radius
-        };
+        let distance =
+            |p: [f64; 3]| (0..3).map(|k| (p[k] - centre[k]).powi(2)).sum::<f64>().sqrt() - radius;
         let volume = self.paint_box([from, to], distance, grey);
         self.volumes.push(volume);
         self.centres.push((centre, radius));

@@ -1,0 +1,129 @@
+//! Where specimens are found that stand off-centre, on or in something, or are said to be by hand.
+
+use fem_image::{ImageError, Segmentation, Segmented, SpecimenRegion, Volume};
+
+use crate::scene::{MATRIX, Pillar, Scene, VOXEL_MM};
+
+const SHAPE: [usize; 3] = [80; 3];
+
+fn pillar() -> Pillar {
+    Pillar::amid(SHAPE, 30.0, 60.0)
+}
+
+fn run(image: &Volume<f32>) -> Segmented {
+    Segmentation::default().run(image, &mut |_| {}).unwrap()
+}
+
+fn assert_found(found: &Segmented, truth: &Pillar) {
+    let cylinder = found.cylinder;
+    let near = |mm: f64, voxels: f64| {
+        assert!((mm / VOXEL_MM - voxels).abs() < 0.3, "{cylinder:?}, truly {truth:?}");
+    };
+    assert!(!found.block);
+    near(cylinder.radius_mm, truth.radius);
+    near(cylinder.bottom_mm, truth.ends[0]);
+    near(cylinder.top_mm, truth.ends[1]);
+    near(cylinder.centre_mm[0], truth.centre[0]);
+    near(cylinder.centre_mm[1], truth.centre[1]);
+}
+
+#[test]
+fn plain_cylinders_are_found_wherever_they_stand() {
+    let centre = [28.0, 52.0];
+    for truth in [Pillar::amid(SHAPE, 13.0, 60.0), Pillar { centre, radius: 21.0, ..pillar() }] {
+        for fraction in [0.02, 0.2] {
+            let found = run(&Scene::specimen(SHAPE, truth, 4.0, fraction).image());
+            assert_found(&found, &truth);
+            assert!(found.warnings.is_empty(), "{:?}", found.warnings);
+        }
+    }
+}
+
+#[test]
+fn a_tube_around_the_specimen_is_left_out_and_told() {
+    let truth = Pillar { radius: 26.0, ..pillar() };
+    let mut scene = Scene::specimen(SHAPE, truth, 5.0, 0.2);
+    let [x0, y0] = truth.centre;
+    let off = |x: f64, y: f64| (x - x0).hypot(y - y0);
+    scene.paint(|[x, y, z]| (off(x, y) - 35.0).max(31.0 - off(x, y)).max(3.0 - z), MATRIX);
+    let found = run(&scene.image());
+    assert_found(&found, &truth);
+    assert!(
+        found.warnings.iter().any(|told| told.contains("a tube of 31.0")),
+        "{:?}",
+        found.warnings
+    );
+}
+
+#[test]
+fn a_pedestal_is_left_out_and_told() {
+    let truth = pillar();
+    let mut scene = Scene::specimen(SHAPE, truth, 5.0, 0.2);
+    let [x0, y0] = truth.centre;
+    scene.paint(|[x, y, z]| ((x - x0).hypot(y - y0) - 25.0).max(z - truth.ends[0]), MATRIX);
+    let found = run(&scene.image());
+    assert_found(&found, &truth);
+    assert!(
+        found.warnings.iter().any(|told| told.contains("as a pedestal")),
+        "{:?}",
+        found.warnings
+    );
+    let ratio = found.statistics.grain_fraction / scene.fraction(truth.volume());
+    assert!((ratio - 1.0).abs() < 0.02, "{ratio}");
+}
+
+/// Outside its circle a reconstruction holds one value, which is no air.
+#[test]
+fn the_circle_of_the_reconstruction_is_no_wall() {
+    let truth = pillar();
+    let mut image = Scene::specimen(SHAPE, truth, 5.0, 0.2).image();
+    for (n, value) in image.values.iter_mut().enumerate() {
+        let [x, y] = [n % 80, n / 80 % 80].map(|c| c as f64 - 39.5);
+        if x.hypot(y) > 39.0 {
+            *value = 0.0;
+        }
+    }
+    assert_found(&run(&image), &truth);
+}
+
+#[test]
+fn a_region_by_hand_decides() {
+    let truth = pillar();
+    let image = Scene::specimen(SHAPE, truth, 5.0, 0.2).image();
+    let region = SpecimenRegion {
+        centre_px: Some([39.0, 41.0]),
+        radius_px: Some(25.0),
+        slices: Some([16, 60]),
+        mask: None,
+    };
+    let with = |region: SpecimenRegion| Segmentation { region, ..Segmentation::default() };
+    let found = with(region.clone()).run(&image, &mut |_| {}).unwrap();
+    let given = Pillar { centre: [39.0, 41.0], radius: 25.0, ends: [15.0, 60.0] };
+    assert_found(&found, &given);
+    // a part by hand, the rest as it is found
+    let part = SpecimenRegion { slices: Some([16, 60]), ..SpecimenRegion::default() };
+    let found = with(part).run(&image, &mut |_| {}).unwrap();
+    assert_found(&found, &Pillar { ends: [15.0, 60.0], ..truth });
+    // what is not in the image is refused by name
+    let beyond = SpecimenRegion { slices: Some([16, 81]), ..region };
+    let error = with(beyond).run(&image, &mut |_| {}).unwrap_err().to_string();
+    assert!(error.contains("region.slices = 81"), "{error}");
+}
+
+#[test]
+fn a_mask_decides() {
+    let truth = pillar();
+    let image = Scene::specimen(SHAPE, truth, 5.0, 0.2).image();
+    let inner = Pillar { radius: 22.0, ends: [20.0, 60.0], ..truth };
+    let mask = |pillar: Pillar| {
+        let mut scene = Scene::filled(SHAPE, 0.0);
+        scene.paint(|p| pillar.distance(p), 255.0);
+        Volume::new(SHAPE, VOXEL_MM, scene.grey).unwrap()
+    };
+    let settings = Segmentation::default();
+    let found = settings.run_masked(&image, Some(&mask(inner)), &mut |_| {}).unwrap();
+    assert_found(&found, &inner);
+    let small = Volume::new([2; 3], VOXEL_MM, vec![1.0; 8]).unwrap();
+    let error = settings.run_masked(&image, Some(&small), &mut |_| {}).unwrap_err();
+    assert!(matches!(error, ImageError::Mask { .. }), "{error}");
+}

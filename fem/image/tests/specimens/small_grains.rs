@@ -1,0 +1,75 @@
+//! Volumes of grains a few voxels in radius.
+
+use fem_image::{Segmentation, Segmented, Volume};
+
+use crate::scene::{GRAIN, MATRIX, Pillar, Scene, VOXEL_MM};
+
+const SHAPE: [usize; 3] = [80; 3];
+
+fn pillar() -> Pillar {
+    Pillar::amid(SHAPE, 32.0, 64.0)
+}
+
+fn run(image: &Volume<f32>, grain_threshold: Option<f64>) -> Segmented {
+    let settings = Segmentation { grain_threshold, ..Segmentation::default() };
+    settings.run(image, &mut |_| {}).unwrap()
+}
+
+/// Fraction and median grain volume over the true ones.
+fn ratios(found: &Segmented, scene: &Scene) -> [f64; 2] {
+    let median = |mut volumes: Vec<f64>| {
+        volumes.sort_by(f64::total_cmp);
+        volumes[volumes.len() / 2]
+    };
+    let volumes = found.regions.iter().map(|grain| grain.volume_mm3 / VOXEL_MM.powi(3)).collect();
+    let fraction = found.statistics.grain_fraction / scene.fraction(pillar().volume());
+    [fraction, median(volumes) / median(scene.volumes.clone())]
+}
+
+#[test]
+fn small_grains_have_their_volume() {
+    let middle = f64::from(MATRIX + GRAIN) / 2.0;
+    for (radius, fraction) in [(3.0, 0.02), (3.0, 0.05), (3.0, 0.2), (4.0, 0.1), (6.0, 0.05)] {
+        let scene = Scene::specimen(SHAPE, pillar(), radius, fraction);
+        let image = scene.image();
+        for threshold in [None, Some(middle)] {
+            let found = run(&image, threshold);
+            let [fraction_ratio, volume_ratio] = ratios(&found, &scene);
+            let case = format!(
+                "radius {radius}, fraction {fraction}, {threshold:?}: {fraction_ratio} {volume_ratio}"
+            );
+            println!("{case}");
+            assert_eq!(found.regions.len(), scene.volumes.len(), "{case}");
+            assert!((fraction_ratio - 1.0).abs() < 0.03, "{case}");
+            assert!((volume_ratio - 1.0).abs() < 0.1, "{case}");
+        }
+    }
+}
+
+/// The grey value half way between the materials is what is told as the threshold that was found, and gives the same.
+#[test]
+fn the_threshold_that_is_told_gives_the_same_when_it_is_given() {
+    let scene = Scene::specimen(SHAPE, pillar(), 4.0, 0.1);
+    let image = scene.image();
+    let found = run(&image, None);
+    let middle = f64::from(MATRIX + GRAIN) / 2.0;
+    assert!((found.grain_threshold - middle).abs() < 200.0, "{}", found.grain_threshold);
+    let again = run(&image, Some(found.grain_threshold));
+    let [a, b] = [&found, &again].map(|found| found.statistics.grain_fraction);
+    assert!((a / b - 1.0).abs() < 0.01, "{a} {b}");
+}
+
+/// Grains that hardly stand out of the noise are told from the matrix by their grey values alone.
+#[test]
+fn grains_of_low_contrast_are_no_single_grain() {
+    let shape = [96; 3];
+    let pillar = Pillar::amid(shape, 38.0, 78.0);
+    let mut scene = Scene::filled(shape, crate::scene::AIR);
+    scene.paint(|p| pillar.distance(p), MATRIX);
+    scene.add_balls(&pillar, 9.0, 0.2, MATRIX + 2_500.0);
+    let found = run(&scene.image_with(0.7, 833.0), None);
+    let score = fem_image::score(&scene.labels(), &found.labels).unwrap();
+    assert!(score.panoptic_quality > 0.8, "{score:?}");
+    let ratio = found.statistics.grain_fraction / scene.fraction(pillar.volume());
+    assert!((ratio - 1.0).abs() < 0.06, "{ratio}");
+}
