@@ -186,7 +186,9 @@ fn report(
     let true_d50 = diameter_of_half(&taken.volumes_mm3);
     let parts = assigned(&taken.truth.values, &found.labels.values, SMALL);
     let statistics = &found.statistics;
-    let [fraction, truth] = [statistics.grain_fraction, taken.fraction()];
+    // the true fraction is that of the specimen without its voids
+    let solid = 1.0 - found.void_fraction;
+    let [fraction, truth] = [statistics.grain_fraction / solid, taken.fraction()];
     let cylinder = &found.cylinder;
     let [radius, height] = [cylinder.radius_mm, cylinder.height_mm()].map(|x| x / voxel);
     let [true_radius, true_height] = [taken.radius_mm, taken.height_mm].map(|x| x / voxel);
@@ -215,7 +217,7 @@ fn report(
         s.matched,
         s.panoptic_quality,
         s.dice,
-        statistics.voxel_fraction,
+        statistics.voxel_fraction / solid,
         true_median / volume,
         found_median / volume,
         true_d50 / voxel,
