@@ -1,93 +1,246 @@
-//! Scores and times of the segmentation on volumes of 256³ voxels whose truth is known.
+//! Scores and times of the segmentation on volumes whose truth is known.
 //!
 //! ```text
 //! cargo run --release -p fem-mesh --example segmentation [FOLDER] [SIDE] [VOLUME ...]
 //! ```
 //!
-//! Images and truths are written to FOLDER if it is given and not `-`; `tests/python/segmentation.py` runs
-//! scikit-image on the same files. Volumes are `separate`, `touching`, `fines`, `scanned` and `rough`; all
-//! unless some are named. With the variable STEPS set, the seconds of each step are told too.
+//! VOLUME is `separate`, `touching`, `fines`, `scanned` or `rough` (SIDE³ voxels, 256 by default), `many` (thousands of
+//! grains), a synthetic specimen of 112³ voxels such as `r3-0.1` or `chip`, or a group: `volumes` (the first five) and
+//! `specimens` (all of 112³). Without a VOLUME both groups are taken.
+//!
+//! Images, truths and `scores.csv` are written to FOLDER if it is given and not `-`; `tests/python/segmentation.py`
+//! runs scikit-image on the same files. With the variable STEPS set, the seconds of each step are printed too.
 
+#[path = "../tests/support/agreement.rs"]
+mod agreement;
 #[path = "../tests/support/phantom.rs"]
 mod phantom;
+#[path = "../tests/support/specimen.rs"]
+mod specimen;
+#[path = "../tests/support/specimens.rs"]
+mod specimens;
+#[path = "../tests/support/usage.rs"]
+mod usage;
 #[path = "../tests/support/volumes.rs"]
 mod volumes;
 
-use std::path::PathBuf;
+use std::error::Error;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use fem_image::{SeedRule, Segmentation, Volume, score, tiff};
+use agreement::{assigned, median};
+use fem_image::{SeedRule, Segmentation, Segmented, Volume, score, tiff};
+use phantom::Imaged;
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// Header of `scores.csv`. Volumes and lengths are in voxels.
+const COLUMNS: &str = "volume,rule,middle_grey,true_grains,grains,matched,pq,dice,true_fraction,fraction,voxel_fraction,\
+    true_median,median,true_d50,d50,right,missing,small,true_radius,radius,true_height,height,seconds,processor_seconds,megabytes";
+/// The true grains that count as small (voxels): 6 voxels across, half of the paper's grains.
+const SMALL: u64 = 113;
+
+/// One way to segment a volume.
+struct Rule {
+    name: &'static str,
+    settings: Segmentation,
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
     let folder = arguments.next().filter(|folder| folder != "-").map(PathBuf::from);
-    let side: usize = arguments.next().map_or(Ok(256), |side| side.parse())?;
-    let mut names: Vec<String> = arguments.collect();
-    if names.is_empty() {
-        names = volumes::NAMES.map(str::to_owned).to_vec();
+    let mut side = 256;
+    let mut names = Vec::new();
+    for argument in arguments {
+        match argument.parse() {
+            Ok(number) => side = number,
+            Err(_) => names.push(argument),
+        }
     }
+    if names.is_empty() {
+        names = vec!["volumes".to_owned(), "specimens".to_owned()];
+    }
+    let folder = match folder {
+        Some(folder) => folder,
+        None => std::env::temp_dir().join(format!("segmentation-{}", std::process::id())),
+    };
+    std::fs::create_dir_all(&folder)?;
     println!(
-        "volume     rule       grains found matched     PQ   Dice   Rand     VI  fraction  voxels   truth  D50 error seconds"
+        "volume       rule       true found match     PQ   Dice fraction  true    error  median    D50   right radius (true) height (true)  seconds processor   MB"
     );
-    for name in names {
-        let taken = volumes::volume(&name, side)
-            .ok_or_else(|| format!("there is no volume `{name}`: take {:?}", volumes::NAMES))?;
-        let folder = match &folder {
-            Some(folder) => folder.clone(),
-            None => std::env::temp_dir().join(format!("segmentation-{}", std::process::id())),
-        };
-        std::fs::create_dir_all(&folder)?;
-        let file = folder.join(format!("{name}.tif"));
-        let grey = taken.image.values.iter().map(|&value| value.max(0.0) as u32).collect();
-        tiff::write_labels(&file, &Volume::new(taken.image.shape, taken.image.voxel_mm, grey)?)?;
-        tiff::write_labels(&folder.join(format!("{name}-truth.tif")), &taken.truth)?;
+    let mut table = format!("{COLUMNS}\n");
+    for name in &names {
+        for member in members(name) {
+            score_volume(&member, side, &folder, &mut table)?;
+        }
+    }
+    std::fs::write(folder.join("scores.csv"), table)?;
+    Ok(())
+}
 
-        for (rule, seeds) in [("h-maxima", SeedRule::HMaxima), ("spacing", SeedRule::Spacing)] {
-            let start = Instant::now();
-            let mut step = (Instant::now(), String::new());
-            let image = tiff::read(&file, None)?;
-            let settings = Segmentation { seeds, ..Segmentation::default() };
-            let verbose = std::env::var_os("STEPS").is_some();
-            let found = settings.run(&image, &mut |name| {
-                if verbose {
-                    eprintln!("{:>40} {:.2} s", step.1, step.0.elapsed().as_secs_f64());
-                    step = (Instant::now(), name.to_owned());
-                }
-            })?;
-            if verbose {
-                eprintln!("{:>40} {:.2} s", step.1, step.0.elapsed().as_secs_f64());
-                eprintln!("{:?} {:?}", found.cylinder, found.warnings);
-                eprintln!(
-                    "truth: centre {:?}, radius {}, bottom {}, height {}",
-                    taken.centre_mm, taken.radius_mm, taken.bottom_mm, taken.height_mm
-                );
-            }
-            let seconds = start.elapsed().as_secs_f64();
-            let s = score(&taken.truth, &found.labels)?;
-            let mut volumes = taken.volumes_mm3.clone();
-            volumes.sort_by(f64::total_cmp);
-            let all: f64 = volumes.iter().sum();
-            let mut below = 0.0;
-            let middle = volumes.iter().find(|&&volume| {
-                below += volume;
-                below >= 0.5 * all
-            });
-            let d50 = (6.0 * middle.copied().unwrap_or(f64::NAN) / std::f64::consts::PI).cbrt();
-            println!(
-                "{name:10} {rule:10} {:6} {:5} {:7} {:6.4} {:6.4} {:6.4} {:6.4}   {:.4}   {:.4}  {:.4} {:+9.4} {seconds:7.2}",
-                s.truth,
-                s.found,
-                s.matched,
-                s.panoptic_quality,
-                s.dice,
-                s.rand,
-                s.variation_of_information,
-                found.statistics.grain_fraction,
-                found.statistics.voxel_fraction,
-                taken.fraction(),
-                found.statistics.d50_mm / d50 - 1.0,
-            );
+/// The volumes of a group, or the one volume of this name.
+fn members(name: &str) -> Vec<String> {
+    match name {
+        "volumes" => volumes::NAMES.map(str::to_owned).to_vec(),
+        "specimens" => specimens::specimens().into_iter().map(|(name, _)| name).collect(),
+        name => vec![name.to_owned()],
+    }
+}
+
+/// The image and the ways to segment it.
+fn volume(name: &str, side: usize) -> Option<(Imaged, f64, Vec<Rule>)> {
+    let auto = Segmentation::default();
+    if let Some((_, specimen)) = specimens::specimens().into_iter().find(|(own, _)| own == name) {
+        let middle = specimen.middle_grey();
+        let by_hand = Segmentation { grain_threshold: Some(middle), ..auto.clone() };
+        let rules = vec![
+            Rule { name: "auto", settings: auto },
+            Rule { name: "by hand", settings: by_hand },
+        ];
+        return Some((specimen.take(), middle, rules));
+    }
+    let spacing = Segmentation { seeds: SeedRule::Spacing, ..auto.clone() };
+    let rules = vec![
+        Rule { name: "h-maxima", settings: auto },
+        Rule { name: "spacing", settings: spacing },
+    ];
+    Some((volumes::volume(name, side)?, f64::NAN, rules))
+}
+
+fn score_volume(
+    name: &str,
+    side: usize,
+    folder: &Path,
+    table: &mut String,
+) -> Result<(), Box<dyn Error>> {
+    let (mut taken, middle, rules) = volume(name, side).ok_or_else(|| {
+        let groups = ["volumes", "specimens"].map(members).concat().join(", ");
+        format!(
+            "there is no volume `{name}`; take `volumes`, `specimens`, `many` or one of {groups}"
+        )
+    })?;
+    let file = folder.join(format!("{name}.tif"));
+    // the image is read from its file again, so that its memory counts once
+    let grey = std::mem::take(&mut taken.image.values);
+    let grey = grey.into_iter().map(|value| value.max(0.0) as u32).collect();
+    tiff::write_labels(&file, &Volume::new(taken.image.shape, taken.image.voxel_mm, grey)?)?;
+    tiff::write_labels(&folder.join(format!("{name}-truth.tif")), &taken.truth)?;
+    for rule in rules {
+        let (before, start) = (usage::restart_peak(), Instant::now());
+        let processor = usage::processor_seconds();
+        let found = run(&file, &rule.settings, &taken);
+        let cost = Cost {
+            seconds: start.elapsed().as_secs_f64(),
+            processor_seconds: usage::processor_seconds() - processor,
+            megabytes: (usage::peak() - before) / 1e6,
+        };
+        match found {
+            Ok(found) => report(name, rule.name, middle, &taken, &found, &cost, table)?,
+            Err(error) => println!("{name:12} {:10} {error}", rule.name),
         }
     }
     Ok(())
+}
+
+/// What a segmentation took, from the file to labels and statistics.
+struct Cost {
+    seconds: f64,
+    processor_seconds: f64,
+    megabytes: f64,
+}
+
+fn run(file: &Path, settings: &Segmentation, taken: &Imaged) -> Result<Segmented, Box<dyn Error>> {
+    let verbose = std::env::var_os("STEPS").is_some();
+    let mut step = (Instant::now(), "reading".to_owned());
+    let image = tiff::read(file, None)?;
+    let mut next = |name: &str| {
+        if verbose {
+            eprintln!("{:>40} {:.2} s", step.1, step.0.elapsed().as_secs_f64());
+            step = (Instant::now(), name.to_owned());
+        }
+    };
+    let found = settings.run(&image, &mut next)?;
+    next("");
+    if verbose {
+        eprintln!("{:?} block {} {:?}", found.cylinder, found.block, found.warnings);
+        eprintln!(
+            "truth: centre {:?}, radius {}, bottom {}, height {}",
+            taken.centre_mm, taken.radius_mm, taken.bottom_mm, taken.height_mm
+        );
+    }
+    Ok(found)
+}
+
+fn report(
+    name: &str,
+    rule: &str,
+    middle: f64,
+    taken: &Imaged,
+    found: &Segmented,
+    cost: &Cost,
+    table: &mut String,
+) -> Result<(), Box<dyn Error>> {
+    let s = score(&taken.truth, &found.labels)?;
+    let voxel = found.labels.voxel_mm;
+    let true_median = median(taken.volumes_mm3.iter().copied());
+    let found_median = median(found.regions.iter().map(|region| region.volume_mm3));
+    let true_d50 = diameter_of_half(&taken.volumes_mm3);
+    let parts = assigned(&taken.truth.values, &found.labels.values, SMALL);
+    let statistics = &found.statistics;
+    // the true fraction is that of the specimen without its voids
+    let solid = 1.0 - found.void_fraction;
+    let [fraction, truth] = [statistics.grain_fraction / solid, taken.fraction()];
+    let cylinder = &found.cylinder;
+    let [radius, height] = [cylinder.radius_mm, cylinder.height_mm()].map(|x| x / voxel);
+    let [true_radius, true_height] = [taken.radius_mm, taken.height_mm].map(|x| x / voxel);
+    let form = if found.block { " block" } else { "" };
+    println!(
+        "{name:12} {rule:8} {:6} {:5} {:5} {:6.4} {:6.4}   {fraction:.4} {truth:.4} {:+6.1} % {:+5.1} % {:+5.1} % {:5.1} % {radius:5.1} ({true_radius:5.1}) {height:5.1} ({true_height:5.1}) {:8.2} {:9.2} {:4.0}{form}",
+        s.truth,
+        s.found,
+        s.matched,
+        s.panoptic_quality,
+        s.dice,
+        100.0 * (fraction / truth - 1.0),
+        100.0 * (found_median / true_median - 1.0),
+        100.0 * (statistics.d50_mm / true_d50 - 1.0),
+        100.0 * parts.right,
+        cost.seconds,
+        cost.processor_seconds,
+        cost.megabytes,
+    );
+    let volume = voxel.powi(3);
+    writeln!(
+        table,
+        "{name},{rule},{middle},{},{},{},{},{},{truth},{fraction},{},{},{},{},{},{},{},{},{true_radius},{radius},{true_height},{height},{},{},{}",
+        s.truth,
+        s.found,
+        s.matched,
+        s.panoptic_quality,
+        s.dice,
+        statistics.voxel_fraction / solid,
+        true_median / volume,
+        found_median / volume,
+        true_d50 / voxel,
+        statistics.d50_mm / voxel,
+        parts.right,
+        parts.missing,
+        parts.small,
+        cost.seconds,
+        cost.processor_seconds,
+        cost.megabytes,
+    )?;
+    Ok(())
+}
+
+/// Diameter of the sphere of the grain below which half of the grains' volume lies.
+fn diameter_of_half(volumes_mm3: &[f64]) -> f64 {
+    let mut volumes = volumes_mm3.to_vec();
+    volumes.sort_by(f64::total_cmp);
+    let all: f64 = volumes.iter().sum();
+    let mut below = 0.0;
+    let middle = volumes.iter().find(|&&volume| {
+        below += volume;
+        below >= 0.5 * all
+    });
+    (6.0 * middle.copied().unwrap_or(f64::NAN) / std::f64::consts::PI).cbrt()
 }

@@ -1,5 +1,7 @@
 //! Images of packings whose truth is known: matrix and grains in air, cupped, blurred and noisy.
 
+use std::f64::consts::PI;
+
 use fem_image::Volume;
 
 use fem_mesh::{Grain, Packing, SizeClass};
@@ -42,6 +44,8 @@ pub(crate) struct Imaged {
     pub(crate) image: Volume<f32>,
     pub(crate) truth: Volume<u32>,
     pub(crate) volumes_mm3: Vec<f64>,
+    /// Volume of the specimen without its voids.
+    pub(crate) specimen_mm3: f64,
     pub(crate) radius_mm: f64,
     pub(crate) bottom_mm: f64,
     pub(crate) height_mm: f64,
@@ -147,6 +151,7 @@ impl Phantom {
             image: Volume::new(shape, VOXEL_MM, values).expect("a volume"),
             truth: Volume::new(shape, VOXEL_MM, truth).expect("a volume"),
             volumes_mm3: grains.iter().map(Grain::volume_mm3).collect(),
+            specimen_mm3: PI * radius * radius * height * VOXEL_MM.powi(3),
             radius_mm: radius * VOXEL_MM,
             bottom_mm: bottom * VOXEL_MM,
             height_mm: height * VOXEL_MM,
@@ -156,15 +161,14 @@ impl Phantom {
 }
 
 impl Imaged {
-    /// Volume of the grains over that of the cylinder.
+    /// Volume of the grains over that of the specimen.
     pub(crate) fn fraction(&self) -> f64 {
-        let cylinder = std::f64::consts::PI * self.radius_mm.powi(2) * self.height_mm;
-        self.volumes_mm3.iter().sum::<f64>() / cylinder
+        self.volumes_mm3.iter().sum::<f64>() / self.specimen_mm3
     }
 }
 
 /// A Gaussian along each axis.
-fn blur(values: &mut [f32], n: usize, deviation: f64) {
+pub(crate) fn blur(values: &mut [f32], n: usize, deviation: f64) {
     if deviation <= 0.0 {
         return;
     }

@@ -1,11 +1,14 @@
 //! The volumes on which segmentation and meshes are scored: three of imaged packings, and two of the
 //! virtual scanner, which adds what a real one does: hardening of the beam, rings, photon noise, texture.
 
+use std::f64::consts::PI;
+
 use fem_mesh::{Grain, GrainList, Packing, Scanner, SizeClass};
 
 use super::phantom::{Imaged, Phantom, VOXEL_MM};
 
-/// Their names: apart, in contact, of two sizes with fines, and scanned well and badly.
+/// Names of the volumes of 256³ voxels: apart, in contact, of two sizes with fines, and scanned well and badly. `many` has
+/// the sizes of the paper.
 pub(crate) const NAMES: [&str; 5] = ["separate", "touching", "fines", "scanned", "rough"];
 /// Voxels of air around a scanned cylinder.
 const MARGIN: usize = 6;
@@ -22,27 +25,48 @@ pub(crate) fn volume(name: &str, side: usize) -> Option<Imaged> {
             ..Phantom::new(side, 0.29, 7.5, 1.0)
         }
         .take(),
-        "scanned" => scanned(side, Scanner::new(VOXEL_MM, 1)),
+        "scanned" => scanned(side, &of_one_size(side), Scanner::new(VOXEL_MM, 1)),
         "rough" => {
             let good = Scanner::new(VOXEL_MM, 1);
             let rough = Scanner { hardening: 1.0, rings: 0.004, photons: 2e4, ..good };
-            scanned(side, rough)
+            scanned(side, &of_one_size(side), rough)
         }
+        // grains keep their size: 5 400 of them at the usual 256
+        "many" => scanned(side * 5 / 4, &of_the_paper(), Scanner::new(VOXEL_MM, 1)),
         _ => return None,
     };
     Some(taken)
 }
 
-/// Some 300 grains at a fraction of 0.32, through the virtual scanner.
-fn scanned(side: usize, scanner: Scanner) -> Imaged {
+/// Some 300 grains at a fraction of 0.32.
+fn of_one_size(side: usize) -> Packing {
     let voxels = (side - 2 * MARGIN) as f64;
-    let (radius_mm, height_mm) = (0.5 * voxels * VOXEL_MM, voxels * VOXEL_MM);
     let median_radius_mm = 13.8 * VOXEL_MM * voxels / 244.0;
-    let packing = Packing {
+    Packing {
         sizes: vec![SizeClass { median_radius_mm, spread: 0.15, share: 1.0 }],
         film_mm: 3.0 * VOXEL_MM,
         ..Packing::new(0.32, 1)
-    };
+    }
+}
+
+/// Grains as in the paper, whose voxel is 12 µm: half of them below 75 µm and half above 150 µm, 13 voxels across on
+/// the mean by volume, at the fraction of its specimen M-50-01.
+fn of_the_paper() -> Packing {
+    let [fine, coarse] = [(2.0, 0.3), (7.7, 0.2)];
+    let mean_volume = |(median, spread): (f64, f64)| median.powi(3) * (4.5 * spread * spread).exp();
+    let class =
+        |(median, spread), share| SizeClass { median_radius_mm: median * VOXEL_MM, spread, share };
+    Packing {
+        sizes: vec![class(coarse, mean_volume(coarse)), class(fine, mean_volume(fine))],
+        film_mm: 0.5 * VOXEL_MM,
+        ..Packing::new(0.268, 1)
+    }
+}
+
+/// A packing in the virtual scanner.
+fn scanned(side: usize, packing: &Packing, scanner: Scanner) -> Imaged {
+    let voxels = (side - 2 * MARGIN) as f64;
+    let (radius_mm, height_mm) = (0.5 * voxels * VOXEL_MM, voxels * VOXEL_MM);
     let grains = packing.fill(radius_mm, height_mm).expect("the packing can be made");
     let volumes_mm3 = grains.iter().map(Grain::volume_mm3).collect();
     let list = GrainList::new(grains, radius_mm, height_mm);
@@ -52,6 +76,7 @@ fn scanned(side: usize, scanner: Scanner) -> Imaged {
         image: scan.grey,
         truth: scan.labels,
         volumes_mm3,
+        specimen_mm3: PI * radius_mm * radius_mm * height_mm,
         radius_mm,
         bottom_mm: scan.cylinder.bottom_mm,
         height_mm,

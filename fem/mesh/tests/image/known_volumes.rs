@@ -1,0 +1,69 @@
+//! The synthetic specimens show the volumes that they state.
+
+use std::f64::consts::PI;
+
+use fem_image::Volume;
+
+use crate::agreement::{Assigned, assigned, median};
+use crate::phantom::{Imaged, VOXEL_MM};
+use crate::specimen::Specimen;
+use crate::specimens::specimens;
+
+fn taken(name: &str) -> (Specimen, Imaged) {
+    let (_, specimen) = specimens().into_iter().find(|(own, _)| own == name).expect("a specimen");
+    let image = specimen.take();
+    (specimen, image)
+}
+
+fn mean(image: &Volume<f32>, chosen: impl Fn(usize) -> bool) -> f64 {
+    let values = (0..image.values.len()).filter(|&at| chosen(at)).map(|at| image.values[at]);
+    let (sum, count) = values.fold((0.0, 0.0), |(sum, count), v| (sum + f64::from(v), count + 1.0));
+    sum / count
+}
+
+/// Grey values are linear in the material: air, matrix and grain add up to the mean of the image.
+#[test]
+fn spheres_have_their_volumes_and_their_brightness() {
+    for name in ["r3-0.3", "r9-0.02", "lean"] {
+        let (specimen, image) = taken(name);
+        let ball = 4.0 / 3.0 * PI * specimen.grain_radius.powi(3) * VOXEL_MM.powi(3);
+        let typical = median(image.volumes_mm3.iter().copied());
+        assert!((typical / ball - 1.0).abs() < 0.005, "{name}: {typical} mm³, not {ball}");
+        let cylinder = PI * image.radius_mm.powi(2) * image.height_mm;
+        assert!((image.specimen_mm3 / cylinder - 1.0).abs() < 0.002, "{name}");
+        assert!((image.fraction() / specimen.fraction - 1.0).abs() < 0.15, "{name}");
+
+        let all = image.image.values.len() as f64 * VOXEL_MM.powi(3);
+        let [solid, grain] = [image.specimen_mm3, image.fraction() * image.specimen_mm3];
+        let expected = 8_000.0 + (20_000.0 * solid + 16_000.0 * grain) / all;
+        let found = mean(&image.image, |_| true);
+        assert!((found - expected).abs() < 5.0, "{name}: {found}, not {expected}");
+        let inside = mean(&image.image, |at| image.truth.values[at] > 0);
+        assert!(inside > specimen.middle_grey(), "{name}: {inside}");
+    }
+}
+
+#[test]
+fn walls_chips_and_cracks_take_their_part() {
+    let (plain, whole) = taken("r6-0.2");
+    let (_, wall) = taken("wall");
+    let ball = 4.0 / 3.0 * PI * plain.grain_radius.powi(3) * VOXEL_MM.powi(3);
+    let cut = wall.volumes_mm3.iter().filter(|&&volume| volume < 0.95 * ball).count();
+    assert!(cut > wall.volumes_mm3.len() / 4, "{cut} of {}", wall.volumes_mm3.len());
+    for (name, least, most) in [("chip", 0.03, 0.3), ("cracks", 0.005, 0.05)] {
+        let (_, image) = taken(name);
+        let void = 1.0 - image.specimen_mm3 / whole.specimen_mm3;
+        assert!((least..most).contains(&void), "{name}: {void} of the specimen is void");
+    }
+}
+
+#[test]
+fn grain_volume_is_shared_out_as_counted_by_hand() {
+    let truth = [1, 1, 1, 1, 2, 2, 2, 2, 3, 0];
+    let found = [5, 5, 5, 0, 7, 7, 8, 8, 8, 0];
+    // 1 matches 5; 7 and 8 have half of their union with 2, and 8 a third with 3
+    let shares = assigned(&truth, &found, 2);
+    assert_eq!(shares, Assigned { right: 3.0 / 9.0, missing: 1.0 / 9.0, small: 1.0 / 9.0 });
+    assert!(median([]).is_nan());
+    assert_eq!(median([3.0, 1.0, 2.0, 4.0]), 2.5);
+}
