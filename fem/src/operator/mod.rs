@@ -21,8 +21,8 @@ mod rates;
 mod residual;
 mod unknowns;
 
-pub use backend::{Assembly, device_product, product};
-pub use backend::{Buffers, Gather, MatrixFree, dispatch, equations_kernels, product_kernels};
+pub use backend::{Assembly, SINGLE_FROM, device_product, linear, product, quadratic};
+pub use backend::{Buffers, Gather, equations_kernels, product_kernels};
 pub use blocks::{Blocks, write_blocks};
 pub use bounds::Bounds;
 pub use cell_stress::CellStress;

@@ -7,7 +7,7 @@ use crate::boundary::Boundary;
 use crate::element::{DamageRule, Domain, Linear, Order, Quadratic, Space, Tetrahedron};
 use crate::error::FemError;
 use crate::material::{CrackDensity, DamageQuadrature, MOST_GRAIN, PhaseField};
-use crate::operator::{Assembly, Operator, Unknowns};
+use crate::operator::{Assembly, Operator, Unknowns, linear, quadratic};
 use crate::parallel::{Part, bisect};
 use crate::solve::{LinearPlan, LinearScheme};
 use fem_mesh::TetMesh;
@@ -47,11 +47,11 @@ impl Discretisation {
         Ok(match parts.order {
             Order::Linear => {
                 let space = Space::new::<Linear>(&parts.mesh, rule_of(parts)?);
-                Arc::new(Assembly::new(space).homogenised(parts.homogenisation))
+                linear(Assembly::new(space).homogenised(parts.homogenisation))
             }
             Order::Quadratic => {
                 let space = Space::new::<Quadratic>(&parts.mesh, rule_of(parts)?);
-                Arc::new(Assembly::new(space).homogenised(parts.homogenisation))
+                quadratic(Assembly::new(space).homogenised(parts.homogenisation))
             }
         })
     }

@@ -7,7 +7,7 @@ use fem::device::{Array, ComputeDevice, source};
 use fem::operator::product_kernels;
 
 /// A state of a mesh, and its product on the processor and on the device.
-fn compare<const N: usize, T: Tetrahedron<N>>(
+fn compare<const N: usize, T: Element<N>>(
     device: &ComputeDevice,
     form: Form,
     rule: DamageRule,
@@ -15,8 +15,8 @@ fn compare<const N: usize, T: Tetrahedron<N>>(
 ) {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(7);
     let mesh = form.shape(cube(3, &mut rng), &mut rng);
-    let assembly = Assembly::new(Space::new::<T>(&mesh, rule)).homogenised(form.rule());
-    let nodes = assembly.space.nodes.len();
+    let operator = T::operator(Assembly::new(Space::new::<T>(&mesh, rule)).homogenised(form.rule()));
+    let nodes = operator.domain().nodes().len();
     let materials = materials(Material::hencky, PhaseField::new(0.3), stiff_damages);
     let mut random = |size: f64| size * rng.random_range(-1.0..1.0);
     let fields = Fields {
@@ -26,10 +26,10 @@ fn compare<const N: usize, T: Tetrahedron<N>>(
     let x: Vec<[f64; 4]> = (0..nodes).map(|_| std::array::from_fn(|_| random(1.0))).collect();
     let context = StepContext::new(&fields.damage, 0.1);
     let increment = Increment { materials: &materials, fields: &fields, context };
-    let layout = Arc::new(Layout::new(assembly.domain()));
-    let tets = assembly.space.tets.len();
+    let layout = Arc::new(Layout::new(operator.domain()));
+    let tets = operator.domain().tets();
     let mut on_device = device_product(layout, tets, device).expect("the kernels compile");
-    on_device.linearise(&assembly, &increment, Coupling::Full).expect("no element is inverted");
+    on_device.linearise(operator.as_ref(), &increment, Coupling::Full).expect("no element is inverted");
     let mut expected = vec![[0.0; 4]; nodes];
     on_device.apply(&x, &mut expected);
 

@@ -4,7 +4,7 @@ use num_dual::HyperDual64;
 use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use super::{Law, cube, materials, mixed};
+use super::{Element, Law, cube, materials, mixed};
 use fem::Fields;
 use fem::element::{DamageRule, Domain, Geometry, Linear, Quadratic, Rule, Space, Tetrahedron};
 use fem::material::{
@@ -12,7 +12,7 @@ use fem::material::{
     PointMaterial, Split,
 };
 use fem::operator::PointData;
-use fem::operator::{Assembly, Coupling, Increment, LANES, Operator, Residual, StepContext};
+use fem::operator::{Assembly, Coupling, Increment, LANES, Residual, StepContext};
 use fem::operator::{Blocks, write_blocks};
 use fem::operator::{Buffers, Gather};
 use fem::operator::{Constants, ElementState, MOST_POINTS};
@@ -224,7 +224,7 @@ fn assert_near(pairs: impl Iterator<Item = (f64, f64)>, what: &str, cancelled: f
 
 /// Elements side by side give what each gives alone, with any laws next to each other, with a
 /// history too, and where the last batch is not full.
-fn assert_as_alone<const N: usize, T: Tetrahedron<N>>(
+fn assert_as_alone<const N: usize, T: Element<N>>(
     form: Form,
     rule: DamageRule,
     law: Law,
@@ -235,10 +235,9 @@ fn assert_as_alone<const N: usize, T: Tetrahedron<N>>(
     let materials = materials_for(rule, law, field);
     let points = space.rule.points.len();
     let (tets, nodes) = (space.tets.len(), space.nodes.len());
-    let assembly = Assembly::new(space).homogenised(form.rule());
-    let space = &assembly.space;
+    let operator = T::operator(Assembly::new(space.clone()).homogenised(form.rule()));
     for size in [1.0, 1e-4, 1e-9] {
-        let fields = random_fields(space, size, &mut rng);
+        let fields = random_fields(&space, size, &mut rng);
         // energies of second order are differences of terms of first order
         let stress = 2000.0 * 0.1 * size;
         let history: Vec<f64> =
@@ -246,11 +245,11 @@ fn assert_as_alone<const N: usize, T: Tetrahedron<N>>(
         for history in [&[][..], &history] {
             let context = StepContext { history, ..StepContext::new(&fields.damage, 0.1) };
             let increment = Increment { materials: &materials, fields: &fields, context };
-            let gather = Gather::new(space, form.rule(), &increment);
+            let gather = Gather::new(&space, form.rule(), &increment);
             let mut residual = Residual::new(nodes);
-            assembly.residual(&increment, &mut residual).expect("no element is inverted");
+            operator.residual(&increment, &mut residual).expect("no element is inverted");
             let mut driving = vec![0.0; tets * points];
-            assembly.driving_energies(&increment, &mut driving).expect("as before");
+            operator.driving_energies(&increment, &mut driving).expect("as before");
             let (mut nodal, mut drive) = (vec![[0.0; 4]; nodes], vec![0.0; nodes]);
             let mut energies = [0.0; 3];
             for tet in 0..tets {
@@ -308,7 +307,7 @@ fn assert_as_alone<const N: usize, T: Tetrahedron<N>>(
                     }
                 }
             };
-            let tangent = assembly.point_data(&increment, Coupling::Full, &chosen, &mut compare);
+            let tangent = operator.point_data(&increment, Coupling::Full, &chosen, &mut compare);
             tangent.expect("no element is inverted");
         }
     }

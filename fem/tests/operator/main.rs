@@ -74,8 +74,26 @@ fn materials(law: Law, field: PhaseField, stiff_damages: bool) -> Vec<PointMater
     [soft, stiff].iter().map(|m| m.at_point(Some(&field))).collect()
 }
 
+/// Elements whose operator is compiled with `fem`. An `Assembly` that a test calls itself would have all its
+/// element kernels compiled again with the test.
+trait Element<const N: usize>: Tetrahedron<N> + 'static {
+    fn operator(assembly: Assembly<N>) -> Arc<dyn Operator>;
+}
+
+impl Element<4> for Linear {
+    fn operator(assembly: Assembly<4>) -> Arc<dyn Operator> {
+        linear(assembly)
+    }
+}
+
+impl Element<10> for Quadratic {
+    fn operator(assembly: Assembly<10>) -> Arc<dyn Operator> {
+        quadratic(assembly)
+    }
+}
+
 /// Taylor test of the potential whose derivatives residual and tangent are.
-fn assert_taylor<const N: usize, T: Tetrahedron<N>>(
+fn assert_taylor<const N: usize, T: Element<N>>(
     form: Form,
     rule: DamageRule,
     law: Law,
@@ -84,16 +102,17 @@ fn assert_taylor<const N: usize, T: Tetrahedron<N>>(
 ) {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(5);
     let mesh = form.shape(cube(2, &mut rng), &mut rng);
-    let assembly = Assembly::new(Space::new::<T>(&mesh, rule)).homogenised(form.rule());
-    let nodes = assembly.space.nodes.len();
+    let space = Space::new::<T>(&mesh, rule);
+    let nodes = space.nodes.len();
     let materials = materials(law, field, stiff_damages);
-    let pattern = Arc::new(Pattern::new(&assembly.space.tets, nodes));
+    let pattern = Arc::new(Pattern::new(&space.tets, nodes));
+    let operator = T::operator(Assembly::new(space).homogenised(form.rule()));
 
     // a compressed state, so that the split is on one side of its kink
     let mut random_fields = |size: f64, damage: std::ops::Range<f64>| Fields {
-        displacement: assembly
-            .space
-            .nodes
+        displacement: operator
+            .domain()
+            .nodes()
             .iter()
             .map(|x| {
                 std::array::from_fn(|k| {
@@ -118,14 +137,14 @@ fn assert_taylor<const N: usize, T: Tetrahedron<N>>(
     let evaluate = |at: &Fields| {
         let mut residual = Residual::new(nodes);
         let increment = Increment { materials: &materials, fields: at, context };
-        assembly.residual(&increment, &mut residual).expect("no element is inverted");
+        operator.residual(&increment, &mut residual).expect("no element is inverted");
         residual
     };
     let mut tangent = Tangent::new(pattern);
     let increment = Increment { materials: &materials, fields: &fields, context };
-    assembly.tangent(&increment, Coupling::Full, &mut tangent).expect("no element is inverted");
+    operator.tangent(&increment, Coupling::Full, &mut tangent).expect("no element is inverted");
 
-    assert_matrix_free(&assembly, &increment, &tangent);
+    assert_matrix_free(operator.as_ref(), &increment, &tangent);
     let d: Vec<[f64; 4]> = direction
         .displacement
         .iter()
@@ -150,13 +169,9 @@ fn assert_taylor<const N: usize, T: Tetrahedron<N>>(
 }
 
 /// The matrix-free product and diagonal against the assembled matrix, with any number of threads.
-fn assert_matrix_free<const N: usize>(
-    assembly: &Assembly<N>,
-    increment: &Increment,
-    tangent: &Tangent,
-) {
-    let nodes = &assembly.space.nodes;
-    let layout = Arc::new(Layout::new(assembly.domain()));
+fn assert_matrix_free(operator: &dyn Operator, increment: &Increment, tangent: &Tangent) {
+    let nodes = operator.domain().nodes();
+    let layout = Arc::new(Layout::new(operator.domain()));
     let x: Vec<[f64; 4]> = nodes
         .iter()
         .enumerate()
@@ -168,24 +183,24 @@ fn assert_matrix_free<const N: usize>(
     let difference = |a: &[[f64; 4]], b: &[[f64; 4]]| {
         a.as_flattened().iter().zip(b.as_flattened()).fold(0.0f64, |m, (a, b)| m.max((a - b).abs()))
     };
-    let product = |threads: usize| {
+    let by_threads = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
         pool.install(|| {
-            let mut free = MatrixFree::<f64>::new(Arc::clone(&layout));
-            free.linearise(assembly, increment, Coupling::Full).expect("no element is inverted");
+            let mut free = product(Arc::clone(&layout), 1);
+            free.linearise(operator, increment, Coupling::Full).expect("no element is inverted");
             let mut y = vec![[0.0; 4]; nodes.len()];
             free.apply(&x, &mut y);
             (y, free.diagonal())
         })
     };
-    let (y, diagonal) = product(1);
+    let (y, diagonal) = by_threads(1);
     let error = difference(&y, &expected) / largest(&expected);
-    assert!(error < 1e-13, "{N} nodes: {error}");
+    assert!(error < 1e-13, "{} nodes: {error}", nodes.len());
     let assembled = tangent.diagonal();
     assert!(difference(&diagonal, &assembled) < 1e-13 * largest(&assembled));
-    assert_eq!((y, diagonal), product(2), "threads change the result");
-    let mut single = MatrixFree::<f32>::new(layout);
-    single.linearise(assembly, increment, Coupling::Full).expect("no element is inverted");
+    assert_eq!((y, diagonal), by_threads(2), "threads change the result");
+    let mut single = product(layout, SINGLE_FROM);
+    single.linearise(operator, increment, Coupling::Full).expect("no element is inverted");
     let mut y = vec![[0.0; 4]; nodes.len()];
     single.apply(&x, &mut y);
     assert!(difference(&y, &expected) < 3e-6 * largest(&expected));
@@ -218,11 +233,13 @@ fn residual_and_tangent_are_derivatives_of_the_energy() {
 }
 
 /// Residual, energies, tangent and driving energies of a mesh that is large enough for threads.
-fn assert_threads_change_nothing<const N: usize, T: Tetrahedron<N>>(n: usize) {
+fn assert_threads_change_nothing<const N: usize, T: Element<N>>(n: usize) {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(11);
     let mesh = cube(n, &mut rng);
-    let assembly = Assembly::new(Space::new::<T>(&mesh, DamageRule::Vertex));
-    let nodes = assembly.space.nodes.len();
+    let space = Space::new::<T>(&mesh, DamageRule::Vertex);
+    let (nodes, points) = (space.nodes.len(), space.points());
+    let pattern = Arc::new(Pattern::new(&space.tets, nodes));
+    let operator = T::operator(Assembly::new(space));
     let materials = materials(Material::hencky as Law, PhaseField::new(0.3), true);
     let size = 0.003 / n as f64;
     let mut random = || rng.random_range(-1.0..1.0);
@@ -232,16 +249,15 @@ fn assert_threads_change_nothing<const N: usize, T: Tetrahedron<N>>(n: usize) {
     };
     let context = StepContext::new(&fields.damage, 0.1);
     let increment = Increment { materials: &materials, fields: &fields, context };
-    let pattern = Arc::new(Pattern::new(&assembly.space.tets, nodes));
     let evaluate = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
         pool.install(|| {
             let mut residual = Residual::new(nodes);
             let mut tangent = Tangent::new(Arc::clone(&pattern));
-            let mut driving = vec![0.0; assembly.space.points()];
-            assembly.residual(&increment, &mut residual).expect("no element is inverted");
-            assembly.tangent(&increment, Coupling::Full, &mut tangent).expect("as before");
-            assembly.driving_energies(&increment, &mut driving).expect("as before");
+            let mut driving = vec![0.0; points];
+            operator.residual(&increment, &mut residual).expect("no element is inverted");
+            operator.tangent(&increment, Coupling::Full, &mut tangent).expect("as before");
+            operator.driving_energies(&increment, &mut driving).expect("as before");
             assert!(tangent.symmetric && residual.elastic > 0.0);
             let energies = [residual.elastic, residual.fracture, residual.viscous];
             (residual.nodal, residual.drive, energies, tangent.blocks, driving)
@@ -255,7 +271,7 @@ fn assert_threads_change_nothing<const N: usize, T: Tetrahedron<N>>(n: usize) {
     let increment = Increment { fields: &folded, ..increment };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().expect("threads");
     let mut residual = Residual::new(nodes);
-    assert!(pool.install(|| assembly.residual(&increment, &mut residual)).is_err());
+    assert!(pool.install(|| operator.residual(&increment, &mut residual)).is_err());
 }
 
 #[test]

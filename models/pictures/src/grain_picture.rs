@@ -58,22 +58,27 @@ fn first_grain(labels: &Volume<u32>, start: [f64; 3], way: [f64; 3]) -> Option<[
     let inside = |k: usize| (start[k] + enter * way[k]).floor().clamp(0.0, size[k] - 1.0) as i64;
     let mut voxel = [inside(0), inside(1), inside(2)];
     let step = way.map(|w| if w > 0.0 { 1 } else { -1 });
-    let next_face = |voxel: i64, k: usize| {
-        let face = voxel + i64::from(step[k] > 0);
+    // how far along the ray the next face across each axis is, and how far apart such faces are
+    let mut next = [0, 1, 2].map(|k| {
+        let face = voxel[k] + i64::from(step[k] > 0);
         (face as f64 - start[k]) / way[k]
-    };
-    let mut next = [0, 1, 2].map(|k| next_face(voxel[k], k));
+    });
+    let apart = way.map(|w| (1.0 / w).abs());
     loop {
         let place = voxel.map(|v| v as usize);
         if *labels.at(place) > 0 {
             return Some(place);
         }
-        let k = (0..3).min_by(|&a, &b| next[a].total_cmp(&next[b])).unwrap_or(0);
+        let k = match (next[0] <= next[1], next[0] <= next[2], next[1] <= next[2]) {
+            (true, true, _) => 0,
+            (_, _, true) => 1,
+            _ => 2,
+        };
         voxel[k] += step[k];
         if !(0..labels.shape[k] as i64).contains(&voxel[k]) {
             return None;
         }
-        next[k] = next_face(voxel[k], k);
+        next[k] += apart[k];
     }
 }
 

@@ -65,6 +65,19 @@ impl<const N: usize> Assembly<N> {
     }
 }
 
+/// The operator of linear elements. This function and [`quadratic`] have no type parameters, so that the element
+/// kernels are compiled with this crate and not again with each crate that uses it.
+#[inline(never)]
+pub fn linear(assembly: Assembly<4>) -> Arc<dyn Operator> {
+    Arc::new(assembly)
+}
+
+/// The operator of quadratic elements.
+#[inline(never)]
+pub fn quadratic(assembly: Assembly<10>) -> Arc<dyn Operator> {
+    Arc::new(assembly)
+}
+
 impl<const N: usize> Operator for Assembly<N> {
     fn residual(&self, increment: &Increment, out: &mut Residual) -> Result<(), Inverted> {
         let there = self.device.as_ref();

@@ -12,11 +12,11 @@ use crate::operator::layout::LANES;
 /// because memory bandwidth is the limit. The alignment keeps a pack within one cache line.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(32))]
-pub struct Pack<T, const W: usize>([T; W]);
+pub(super) struct Pack<T, const W: usize>([T; W]);
 
 impl<T: Copy, const W: usize> Pack<T, W> {
     /// The same value for all elements.
-    pub const fn of(x: T) -> Self {
+    pub(super) const fn of(x: T) -> Self {
         Self([x; W])
     }
 }
@@ -38,10 +38,10 @@ impl<T, const W: usize> AsMut<[T]> for Pack<T, W> {
 /// Four values of each element of a batch, element by element.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(32))]
-pub struct Rows<T>(pub [[T; 4]; LANES]);
+pub(super) struct Rows<T>(pub(super) [[T; 4]; LANES]);
 
 /// The number type of a product with the tangent.
-pub trait Precision: Copy + Default + Send + Sync + std::fmt::Debug + 'static {
+pub(super) trait Precision: Copy + Default + Send + Sync + std::fmt::Debug + 'static {
     type Pack: Copy + Send + Sync + std::fmt::Debug + AsRef<[Self]> + AsMut<[Self]> + 'static;
     /// A SIMD register of numbers.
     type Register<S: Simd>: Number;
@@ -51,7 +51,7 @@ pub trait Precision: Copy + Default + Send + Sync + std::fmt::Debug + 'static {
 }
 
 /// The floating-point type in which point data are stored.
-pub trait Stored: Precision + Pod {
+pub(super) trait Stored: Precision + Pod {
     /// Number of elements in a pack.
     const WIDTH: usize;
     const ZERO: Self::Pack;
@@ -75,7 +75,7 @@ pub trait Stored: Precision + Pod {
 }
 
 /// Runs `work` with AVX2 if the processor supports it.
-pub fn dispatch<W: WithSimd>(work: W) -> W::Output {
+pub(super) fn dispatch<W: WithSimd>(work: W) -> W::Output {
     #[cfg(target_arch = "x86_64")]
     return match pulp::x86::V3::try_new() {
         Some(simd) => Simd::vectorize(simd, work),

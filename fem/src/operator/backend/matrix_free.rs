@@ -22,7 +22,7 @@ use crate::operator::residual::Increment;
 /// Number of chunks of quadratic elements whose linear tangents are computed before they are added: 16 MB.
 const AT_ONCE: usize = 16;
 /// Number of elements from which point data are stored in single precision, to save memory.
-pub(super) const SINGLE_FROM: usize = 400_000;
+pub const SINGLE_FROM: usize = 400_000;
 
 /// A matrix-free product for a mesh; the number of elements decides the precision of the point data.
 pub fn product(layout: Arc<Layout>, tets: usize) -> Box<dyn Product> {
@@ -35,7 +35,7 @@ pub fn product(layout: Arc<Layout>, tets: usize) -> Box<dyn Product> {
 
 /// The tangent at some fields, as point data.
 #[derive(Debug)]
-pub struct MatrixFree<T: Stored> {
+pub(super) struct MatrixFree<T: Stored> {
     layout: Arc<Layout>,
     /// Point data by chunk; within a chunk by batch, then by pack of the batch, then by index within the
     /// point data.
@@ -46,7 +46,7 @@ pub struct MatrixFree<T: Stored> {
 }
 
 impl<T: Stored> MatrixFree<T> {
-    pub fn new(layout: Arc<Layout>) -> Self {
+    pub(super) fn new(layout: Arc<Layout>) -> Self {
         let zeros = |chunk: &Chunk| {
             let width = PointData::of(&layout.rule, chunk.plain).width();
             vec![T::ZERO; chunk.tets.len() / T::WIDTH * width]

@@ -18,11 +18,9 @@ mod shifts;
 mod slots;
 mod stresses;
 
-pub use assembly::Assembly;
+pub use assembly::{Assembly, linear, quadratic};
 pub use device_product::device_product;
 pub use equations_source::equations_kernels;
 pub use gather::{Buffers, Gather};
-pub use lanes::dispatch;
-pub use matrix_free::MatrixFree;
-pub use matrix_free::product;
+pub use matrix_free::{SINGLE_FROM, product};
 pub use product_source::product_kernels;

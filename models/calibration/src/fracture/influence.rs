@@ -140,39 +140,25 @@ fn moments(rows: &[&[f64]], weights: &[f64]) -> Vec<[f64; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fracture::six_specimens::{QOIS, forward};
-    use crate::fracture::{Evidence, Population, calibrate};
+    use crate::fracture::Population;
+    use crate::fracture::six_specimens::{CALIBRATED, WITHOUT_EACH, sampler};
 
     /// The last specimen, which weights cannot leave out, is left out by sampling. The shift of every specimen is
     /// that between two calibrations, one with all specimens and one without it.
     #[test]
     fn shifts_are_those_of_calibrations_without_the_specimen() {
-        let qois: Vec<Vec<f64>> = QOIS.map(Vec::from).to_vec();
-        let shared = vec![vec![4e-4, 1e-4], vec![1e-4, 3e-4]];
-        let sampler = Nuts::default().chains(2).draws(8000).seed(3);
-        let evidence =
-            Evidence { qois: qois.clone(), shared: shared.clone(), ..Evidence::default() };
-        let result = calibrate(&forward(), &evidence, &sampler, 3).unwrap();
-        let found = result.without_each(&sampler, 0, 3).unwrap();
+        let found = CALIBRATED.without_each(&sampler(), 0, 3).unwrap();
         let is_sampled: Vec<bool> = found.iter().map(|one| one.is_sampled).collect();
         assert_eq!(is_sampled, [false, false, false, false, false, true]);
-        let all = result.posterior.trace("theta[matrix.young_mpa]").unwrap().concat();
+        let all = CALIBRATED.posterior.trace("theta[matrix.young_mpa]").unwrap().concat();
         let mean = |draws: &[f64]| draws.iter().sum::<f64>() / draws.len() as f64;
         let sd = |draws: &[f64]| {
             let m = mean(draws);
             (draws.iter().map(|x| (x - m).powi(2)).sum::<f64>() / draws.len() as f64).sqrt()
         };
-        for (k, one) in found.iter().enumerate() {
-            // relative to the means of all, as the calibration to all specimens is: these are 1
-            let mut rows = qois.clone();
-            rows.remove(k);
-            let others = Specimens::new(&rows).unwrap().sharing(shared.clone()).unwrap();
-            let pce = forward();
-            let model = calibration_on(&pce, &others);
-            let other_seed = sampler.clone().seed(11);
-            let chains = other_seed.run(&model).unwrap();
-            let posterior = Posterior::from_chains(&model, chains, 3).unwrap();
-            let without = theta_draws(&posterior).concat();
+        // relative to the means of all, as the calibration to all specimens is: these are 1
+        for (k, (one, posterior)) in found.iter().zip(WITHOUT_EACH.iter()).enumerate() {
+            let without = theta_draws(posterior).concat();
             let expected = (mean(&without) - mean(&all)) / sd(&all);
             // 0.03: four standard errors of means of some 3000 effective draws each; weights add theirs
             let within = if one.is_sampled { 0.1 } else { 0.2 };

@@ -60,31 +60,19 @@ mod tests {
     use ppl::Nuts;
 
     use super::*;
-    use crate::fracture::six_specimens::{QOIS, forward};
-    use crate::fracture::{Calibration, Evidence, calibrate, calibrate_after, calibration_on};
+    use crate::fracture::six_specimens::{CALIBRATED, QOIS, WITHOUT_EACH, forward, shared};
+    use crate::fracture::{Calibration, Evidence, calibrate, calibrate_after};
 
     /// log of the mean of p(y_k | y_−k, θ) over posteriors fitted without specimen k.
     #[test]
     fn smoothed_weights_do_what_refits_do() {
-        let qois: Vec<Vec<f64>> = QOIS.map(Vec::from).to_vec();
-        let shared = vec![vec![4e-4, 1e-4], vec![1e-4, 3e-4]];
-        // k̂ of as many draws is known to some 0.05
-        let sampler = Nuts::default().chains(2).draws(8000).seed(3);
-        let evidence =
-            Evidence { qois: qois.clone(), shared: shared.clone(), ..Evidence::default() };
-        let result = calibrate(&forward(), &evidence, &sampler, 3).unwrap();
-        let loo = result.loo().unwrap();
+        let loo = CALIBRATED.loo().unwrap();
         assert_eq!(loo.points.len(), 6);
-        let all = Specimens::new(&qois).unwrap().sharing(shared.clone()).unwrap();
-        for (k, point) in loo.points.iter().enumerate() {
-            let mut others = qois.clone();
-            others.remove(k);
-            let others = Specimens::new(&others).unwrap().sharing(shared.clone()).unwrap();
-            let pce = forward();
-            let model = calibration_on(&pce, &others);
-            let posterior =
-                Posterior::from_chains(&model, sampler.run(&model).unwrap(), 3).unwrap();
-            let rows = ln_conditionals(&posterior, &pce, &all);
+        let qois: Vec<Vec<f64>> = QOIS.map(Vec::from).to_vec();
+        let all = Specimens::new(&qois).unwrap().sharing(shared()).unwrap();
+        let pce = forward();
+        for (k, (point, posterior)) in loo.points.iter().zip(WITHOUT_EACH.iter()).enumerate() {
+            let rows = ln_conditionals(posterior, &pce, &all);
             let mean = rows.iter().skip(k).step_by(6).map(|l| l.exp()).sum::<f64>() / 16000.0;
             // without the last the posterior is another, which its weights cannot reach
             let reliable = k < 5;

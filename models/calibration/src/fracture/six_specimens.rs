@@ -1,6 +1,11 @@
-//! Specimens and a forward model that several tests share.
+//! Specimens, a forward model and posteriors that several tests share.
 
+use std::sync::LazyLock;
+
+use ppl::{Nuts, Posterior};
 use surrogate::{DynPce, Input};
+
+use super::{Calibration, Evidence, Specimens, calibrate, calibration_on};
 
 /// Two quantities of six specimens, with means of 1. The last specimen is far from the others.
 pub(super) const QOIS: [[f64; 2]; 6] =
@@ -13,3 +18,34 @@ pub(super) fn forward() -> DynPce {
     let outputs = ["slope_N_per_mm", "peak_force_N"].map(str::to_owned).to_vec();
     DynPce::from_terms(vec![x], outputs, [(vec![0], vec![1.0; 2]), (vec![1], slopes)]).unwrap()
 }
+
+/// Covariance of the errors that all specimens share.
+pub(super) fn shared() -> Vec<Vec<f64>> {
+    vec![vec![4e-4, 1e-4], vec![1e-4, 3e-4]]
+}
+
+/// 16 000 draws, so that the Pareto shape k̂ is known to some 0.05.
+pub(super) fn sampler() -> Nuts<'static> {
+    Nuts::default().chains(2).draws(8000).seed(3)
+}
+
+/// The calibration to all specimens.
+pub(super) static CALIBRATED: LazyLock<Calibration> = LazyLock::new(|| {
+    let qois = QOIS.map(Vec::from).to_vec();
+    let evidence = Evidence { qois, shared: shared(), ..Evidence::default() };
+    calibrate(&forward(), &evidence, &sampler(), 3).unwrap()
+});
+
+/// The posteriors without the first specimen, without the second, and so on, from other random numbers than [`CALIBRATED`].
+pub(super) static WITHOUT_EACH: LazyLock<Vec<Posterior>> = LazyLock::new(|| {
+    let without = |k: usize| {
+        let mut others = QOIS.map(Vec::from).to_vec();
+        others.remove(k);
+        let others = Specimens::new(&others).unwrap().sharing(shared()).unwrap();
+        let pce = forward();
+        let model = calibration_on(&pce, &others);
+        let chains = sampler().seed(11).run(&model).unwrap();
+        Posterior::from_chains(&model, chains, 3).unwrap()
+    };
+    (0..QOIS.len()).map(without).collect()
+});
