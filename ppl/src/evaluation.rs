@@ -13,9 +13,9 @@ pub(crate) type SufficientStatistics = Box<[f64]>;
 
 /// Source of sufficient statistics, in the order of the model's statements.
 pub(crate) enum Statistics<'p> {
-    /// Precomputed when the data were bound, which requires that every point executes the same statements.
+    /// Statistics that were precomputed when the data were bound. Every evaluation must execute the same statements.
     Found(std::slice::Iter<'p, SufficientStatistics>),
-    /// Recomputed at every point, with this scratch memory.
+    /// Scratch memory for statistics that are recomputed at every point.
     Anew(&'p mut Vec<f64>),
 }
 

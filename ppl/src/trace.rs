@@ -103,8 +103,9 @@ impl<'y> Trace<'y> {
         label
     }
 
-    /// Label of a statement `place.impute() ~ D`. Missing values are recorded as `y.missing`, the others as `y`. Both
-    /// get the labels of their entries, or else the indices.
+    /// Label for the statement `y.impute() ~ D`. Missing data are recorded under the name `y.missing`, observed data
+    /// under `y`. In a plate, the entries of both quantities are labelled with the labels of the plate, or with indices
+    /// if the plate has no labels.
     fn imputed(&mut self, site: &'static Site, is_missing: bool) -> Label {
         let mut at = self.label(site);
         let missing = format!("{}.missing", at.name);

@@ -144,8 +144,8 @@ impl CoefficientPosterior {
         Ok(scatter.into_iter().map(row).collect())
     }
 
-    /// s² (outputs × outputs, in the outputs' units) where the outputs have the values `at`: [`Self::error`]
-    /// divided by the leverage.
+    /// Covariance s² of one run's error (outputs × outputs, in the outputs' units): [`Self::error`] divided by the
+    /// leverage. The output values `at` are needed to convert from a logarithmic scale.
     ///
     /// # Errors
     /// If `at` does not have one value per output.
@@ -158,8 +158,9 @@ impl CoefficientPosterior {
         Ok(self.scatter.iter().zip(&slopes).map(row).collect())
     }
 
-    /// Covariance of the fit averaged over the box: s² tr (ΨᵀΨ)⁻¹ (outputs × outputs, in the outputs' units),
-    /// where the outputs have the values `at`. The average is over inputs that are uniform on their scales.
+    /// Covariance of the fit averaged over the box: s² tr (ΨᵀΨ)⁻¹ (outputs × outputs, in the outputs' units). The
+    /// average is over inputs that are uniform on their scales. The output values `at` are needed to convert from a
+    /// logarithmic scale.
     ///
     /// # Errors
     /// If `at` does not have one value per output.
@@ -175,7 +176,7 @@ impl CoefficientPosterior {
         self
     }
 
-    /// The factor F, one row per term.
+    /// Factor F with F Fᵀ = (ΨᵀΨ)⁻¹, one row per term.
     pub(crate) fn factor(&self) -> &[Vec<f64>] {
         &self.factor
     }

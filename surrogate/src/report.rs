@@ -63,15 +63,15 @@ impl FitReport {
         self.orders.iter().find(|o| o.order == self.order)
     }
 
-    /// Error of the surrogate as a prediction of a single run: covariance of the leave-one-out residuals
-    /// (outputs × outputs, in the outputs' units), where the outputs have the values `at`.
+    /// Error of the surrogate as a prediction of a single run: covariance of the leave-one-out residuals (outputs ×
+    /// outputs, in the outputs' units).
     ///
-    /// For a deterministic model this is the lack of fit: the difference between model and polynomial. If the
-    /// specimens differ between runs, it also includes the scatter of the specimens; for the error of their
-    /// mean response see [`Self::mean_error`].
+    /// For a deterministic model this is the lack of fit: the difference between model and polynomial. If the specimens
+    /// differ between runs, it also includes the scatter of the specimens; for the error of their mean response see
+    /// [`Self::mean_error`].
     ///
-    /// On a logarithmic scale residuals are relative: the covariance of the logarithms is multiplied by
-    /// `at[j] * at[k]`.
+    /// On a logarithmic scale residuals are relative: entry (j, k) of the covariance of the logarithms is multiplied by
+    /// the output values `at[j]` and `at[k]`.
     ///
     /// # Errors
     /// If `at` does not have one value per output.
@@ -79,27 +79,28 @@ impl FitReport {
         self.in_units(&self.loo_covariance, 1.0, at)
     }
 
-    /// Scatter of the runs about the surrogate: s² = RᵀR/(N − P) (outputs × outputs, in the outputs' units),
-    /// where the outputs have the values `at`.
+    /// Scatter of the runs about the surrogate: s² = RᵀR/(N − P) (outputs × outputs, in the outputs' units). The output
+    /// values `at` are needed to convert from a logarithmic scale.
     ///
     /// If each run has its own specimen, this is the scatter between specimens at equal inputs.
     ///
     /// # Errors
-    /// As [`Self::lack_of_fit`].
+    /// If `at` does not have one value per output.
     pub fn scatter(&self, at: &[f64]) -> Result<Vec<Vec<f64>>, SurrogateError> {
         self.in_units(&self.residual_covariance, 1.0, at)
     }
 
-    /// Error of the surrogate as the mean response over specimens, if each run has its own specimen: s² times
-    /// the mean leverage (outputs × outputs, in the outputs' units), where the outputs have the values `at`.
+    /// Error of the surrogate as the mean response over specimens, if each run has its own specimen: s² times the mean
+    /// leverage (outputs × outputs, in the outputs' units). The output values `at` are needed to convert from a
+    /// logarithmic scale.
     ///
-    /// This assumes that the residuals are scatter between specimens and not lack of fit of the polynomial.
-    /// If derivatives were fitted too, this is the jackknife covariance instead, because the errors within a
-    /// run are correlated. The error at a single point is [`Self::scatter`] times
-    /// [`PceFit::leverage`](crate::PceFit::leverage) at that point.
+    /// This assumes that the residuals are scatter between specimens and not lack of fit of the polynomial. If
+    /// derivatives were fitted too, this is the jackknife covariance instead, because the errors within a run are
+    /// correlated. The error at a single point is [`Self::scatter`] times [`PceFit::leverage`](crate::PceFit::leverage)
+    /// at that point.
     ///
     /// # Errors
-    /// As [`Self::lack_of_fit`].
+    /// If `at` does not have one value per output.
     pub fn mean_error(&self, at: &[f64]) -> Result<Vec<Vec<f64>>, SurrogateError> {
         match &self.mean_covariance {
             Some(covariance) => self.in_units(covariance, 1.0, at),

@@ -96,7 +96,7 @@ pub struct SplitError {
 pub struct OrderReport {
     /// The order.
     pub order: usize,
-    /// The number of terms of the order.
+    /// Number of terms of an expansion of this order.
     pub terms: usize,
     /// None if the rows of all runs but one do not determine the order's coefficients.
     pub loo: Option<LeaveOneOutError>,

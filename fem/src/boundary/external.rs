@@ -1,4 +1,4 @@
-//! What acts on the body in one increment beside its own stress: loads and contact.
+//! External forces on the body in one increment: loads and contact.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use crate::operator::{NodeBlock, Residual, StepContext};
 use crate::parallel::Part;
 use crate::solve::External;
 
-/// Rounding of a gap in units of f64's spacing at 1.
+/// Rounding error of a gap in units of `f64::EPSILON`.
 const ROUNDED: f64 = 4.0;
 
 /// Loads and contact at the end of an increment.
@@ -83,14 +83,14 @@ impl External for ExternalForces {
 }
 
 impl ExternalForces {
-    /// Nothing acts, where steps have no external forces of their own.
+    /// No loads and no contact, for steps without external forces.
     pub(crate) fn none(boundary: &Boundary) -> Self {
         Self { part: Arc::clone(boundary.part()), ..Self::default() }
     }
 
-    /// What acts at `time_s`, the end of an increment that began at `before`.
+    /// External forces at `time_s`, the end of an increment that began at the fields `before`.
     ///
-    /// `pressures` are the contact pressures at its start and `modulus_mpa` sets the penalty.
+    /// `pressures` are the contact pressures at the start of the increment, and `modulus_mpa` sets the contact penalty.
     pub(crate) fn new(
         boundary: &Boundary,
         domain: &dyn Domain,
@@ -119,8 +119,8 @@ impl ExternalForces {
         !self.part.ranks().any(!finite)
     }
 
-    /// What acts on all nodes from outside: the forces that balance those of the stress, N, and what prescribes
-    /// damage or is its source, N mm.
+    /// External forces at all nodes: three components that balance the forces of the stress, N, and a fourth that
+    /// prescribes damage or is a source of damage, N mm.
     pub(crate) fn outer_forces(
         &self,
         boundary: &Boundary,
@@ -139,7 +139,7 @@ impl ExternalForces {
         forces
     }
 
-    /// The force that what acts on each surface exerts, N: prescribed values, its platen and tractions.
+    /// Total force on each surface from prescribed values, its platen and tractions, N.
     pub(crate) fn reactions(
         &self,
         boundary: &Boundary,
@@ -153,7 +153,7 @@ impl ExternalForces {
             let sum = reactions.entry(surface.clone()).or_default();
             (0..3).for_each(|k| sum[k] += force[k]);
         }
-        // by name: the same order on every rank
+        // the map is sorted by name, so that the order is the same on every rank
         let mut forces: Vec<f64> = reactions.values().flatten().copied().collect();
         self.part.ranks().sum(&mut forces);
         reactions.values_mut().zip(forces.as_chunks().0).for_each(|(to, &force)| *to = force);
@@ -166,7 +166,7 @@ impl ExternalForces {
         }
     }
 
-    /// A surface of this rank whose nodes all are away from its platen.
+    /// Name of a surface of this rank that faces a platen but has no node in contact with it.
     pub(crate) fn untouched(&self, fields: &Fields) -> Option<String> {
         let untouched = |contact: &&ContactStep| contact.is_open(fields);
         self.contacts.iter().find(untouched).map(|contact| contact.surface.clone())
@@ -179,12 +179,12 @@ impl ExternalForces {
         sum[0]
     }
 
-    /// Contact pressures, platen by platen, MPa.
+    /// Contact pressures for each platen, MPa.
     pub(crate) fn pressures(&self) -> Vec<Vec<f64>> {
         self.contacts.iter().map(ContactStep::pressures).collect()
     }
 
-    /// The nodes of every surface that faces a platen, those of all ranks.
+    /// Contact points of every surface that faces a platen, gathered from all ranks.
     pub(crate) fn contact_points(
         &self,
         boundary: &Boundary,
@@ -198,7 +198,7 @@ impl ExternalForces {
         self.contacts.iter().zip(&boundary.contacts).map(of).collect()
     }
 
-    /// The points of all ranks, with the numbers of their nodes in the mesh.
+    /// Gathers the contact points of all ranks, with the node numbers of the whole mesh.
     fn gathered(&self, contact: &Contact, points: Vec<ContactPoint>) -> Vec<ContactPoint> {
         let places: Vec<u32> = contact.own_places().collect();
         let own: Vec<&ContactPoint> = contact.own_of(&points).collect();

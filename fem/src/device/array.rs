@@ -1,4 +1,4 @@
-//! Numbers in the memory of a device.
+//! Array of numbers in the memory of a device.
 
 use std::fmt;
 use std::marker::PhantomData;
@@ -8,7 +8,7 @@ use bytemuck::{Pod, Zeroable};
 use super::compute_device::ComputeDevice;
 use super::machine::{Argument, DeviceError, Memory};
 
-/// Numbers in the memory of a device.
+/// Array of numbers in the memory of a device.
 pub struct Array<T> {
     memory: Box<dyn Memory>,
     len: usize,
@@ -23,12 +23,12 @@ impl<T> fmt::Debug for Array<T> {
 
 impl<T: Pod + Zeroable> Array<T> {
     pub fn zeros(device: &ComputeDevice, len: usize) -> Result<Self, DeviceError> {
-        // no device gives out nothing
+        // devices cannot allocate zero bytes
         let memory = device.allocate(len.max(1) * size_of::<T>())?;
         Ok(Self { memory, len, numbers: PhantomData })
     }
 
-    /// An array that nobody can use.
+    /// Placeholder for an array whose memory could not be allocated. Every transfer of numbers fails.
     pub fn lost(len: usize) -> Self {
         Self { memory: Box::new(Lost), len, numbers: PhantomData }
     }
@@ -43,7 +43,7 @@ impl<T: Pod + Zeroable> Array<T> {
         self.len
     }
 
-    /// Copies numbers to a place.
+    /// Copies `numbers` to the device, starting at index `at`.
     pub fn write(&mut self, at: usize, numbers: &[T]) -> Result<(), DeviceError> {
         assert!(at + numbers.len() <= self.len, "the numbers fit into the array");
         if numbers.is_empty() {
@@ -52,7 +52,7 @@ impl<T: Pod + Zeroable> Array<T> {
         self.memory.write(at * size_of::<T>(), bytemuck::cast_slice(numbers))
     }
 
-    /// Copies the first numbers back.
+    /// Copies the first `numbers.len()` elements of the array to `numbers`.
     pub fn read(&self, numbers: &mut [T]) -> Result<(), DeviceError> {
         assert!(numbers.len() <= self.len, "as many numbers as the array has");
         if numbers.is_empty() {
@@ -66,7 +66,7 @@ impl<T: Pod + Zeroable> Array<T> {
     }
 }
 
-/// What stands for memory that was not to be had.
+/// Placeholder for device memory that could not be allocated.
 #[derive(Debug)]
 struct Lost;
 

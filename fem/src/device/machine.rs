@@ -1,39 +1,39 @@
-//! A machine that runs kernels, and what it is asked.
+//! Interface of a device that runs kernels.
 
 use std::any::Any;
 use std::fmt;
 
 use super::kernel::Kernel;
 
-/// What went wrong on a device, in words.
+/// Error of a device, as text.
 #[derive(Clone, Debug, thiserror::Error)]
 #[error("{0}")]
 pub struct DeviceError(pub String);
 
-/// A machine with memory of its own that runs kernels in the order in which they are launched.
+/// Device with its own memory that runs kernels in the order in which they are launched.
 pub trait Device: fmt::Debug + Send + Sync {
-    /// What it calls itself.
+    /// Name of the device.
     fn name(&self) -> String;
 
-    /// Compiles the source of kernels, which are launched by their place in the list.
+    /// Compiles the source of kernels. Each kernel is launched by its index in `kernels`.
     fn compile(&self, text: &str, kernels: &[Kernel]) -> Result<Box<dyn Program>, DeviceError>;
 
-    /// So many bytes of memory, all zero.
+    /// Allocates memory of the given size; all bytes are zero.
     fn allocate(&self, bytes: usize) -> Result<Box<dyn Memory>, DeviceError>;
 }
 
-/// Memory of a device, given back when it is dropped.
+/// Memory of a device, freed when it is dropped.
 pub trait Memory: Any + fmt::Debug + Send {
-    /// Copies bytes to a place.
+    /// Copies `bytes` to the device, starting at byte `at`.
     fn write(&mut self, at: usize, bytes: &[u8]) -> Result<(), DeviceError>;
 
-    /// Copies the first bytes back, after all that was launched before.
+    /// Copies the first `bytes.len()` bytes of the memory to `bytes`, after all earlier launches have finished.
     fn read(&self, bytes: &mut [u8]) -> Result<(), DeviceError>;
 }
 
 /// Compiled kernels.
 pub trait Program: fmt::Debug + Send + Sync {
-    /// Runs a kernel for so many items.
+    /// Runs a kernel for the items 0 to `items − 1`.
     fn launch(
         &self,
         kernel: usize,
@@ -42,13 +42,13 @@ pub trait Program: fmt::Debug + Send + Sync {
     ) -> Result<(), DeviceError>;
 }
 
-/// What a kernel is given; each has the type of its parameter.
+/// Argument of a kernel. The variant must match the C type of the kernel's parameter.
 #[derive(Clone, Copy, Debug)]
 pub enum Argument<'a> {
-    /// A pointer.
+    /// For a pointer to device memory.
     Memory(&'a dyn Memory),
-    /// `index`.
+    /// For a parameter of type `index`.
     Index(u64),
-    /// `double`.
+    /// For a parameter of type `double`.
     Real(f64),
 }

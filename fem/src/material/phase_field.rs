@@ -1,71 +1,71 @@
-//! The choices of the damage model that all regions share.
+//! Settings of the damage model, common to all regions.
 
 use serde::{Deserialize, Serialize};
 
 use super::crack_density::CrackDensity;
 use crate::error::FemError;
 
-/// Which part of the elastic energy damage degrades, and drives it.
+/// Part ψ⁺ of the elastic energy that damage degrades and that drives damage.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Split {
-    /// All of it: damage grows in tension and in compression alike.
+    /// The whole energy: damage grows in tension and in compression alike.
     #[default]
     None,
-    /// ψ⁺ = K/2 ⟨tr ε⟩₊² + μ dev ε : dev ε; a crack still carries pressure.
+    /// ψ⁺ = K/2 ⟨tr ε⟩₊² + μ dev ε : dev ε. Cracks still transmit pressure.
     ///
-    /// For laws other than Hencky's ψ⁻ = U(J) where J < 1, the energy of the pure change of volume
-    /// F = J^(1/3) I: the volumetric term itself where ψ has one, as Mooney–Rivlin and Ogden do, and
-    /// 3μ/2 (J^(2/3) − 1 − ⅔ ln J) + λ/2 (ln J)² for the neo-Hookean solid.
+    /// For laws other than Hencky's, ψ⁻ = U(J) for J < 1, where U is the energy of the pure change of volume F =
+    /// J^(1/3) I. U is the volumetric term of ψ if there is one, as for Mooney–Rivlin and Ogden. For the neo-Hookean
+    /// solid, U = 3μ/2 (J^(2/3) − 1 − ⅔ ln J) + λ/2 (ln J)².
     ///
-    /// Reference: Amor, Marigo & Maurini, J. Mech. Phys. Solids 57 (2009) 1209,
-    /// doi:10.1016/j.jmps.2009.04.011.
+    /// Reference: Amor, Marigo & Maurini, J. Mech. Phys. Solids 57 (2009) 1209, doi:10.1016/j.jmps.2009.04.011.
     VolumetricDeviatoric,
-    /// ψ⁺ = λ/2 ⟨tr ε⟩₊² + μ Σ ⟨ε_i⟩₊²: only what is stretched breaks.
+    /// ψ⁺ = λ/2 ⟨tr ε⟩₊² + μ Σ ⟨ε_i⟩₊²: only extension drives damage.
     ///
-    /// Reference: Miehe, Hofacker & Welschinger, Comput. Methods Appl. Mech. Engrg. 199 (2010)
-    /// 2765, doi:10.1016/j.cma.2010.04.011, here in logarithmic strains. For Hencky's law only.
+    /// Reference: Miehe, Hofacker & Welschinger, Comput. Methods Appl. Mech. Engrg. 199 (2010) 2765,
+    /// doi:10.1016/j.cma.2010.04.011, here in logarithmic strains. For Hencky's law only.
     Spectral,
 }
 
-/// What keeps a crack from healing.
+/// Condition that prevents cracks from healing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Irreversibility {
-    /// Nothing: damage follows its driving energy down again.
+    /// No condition: damage decreases when its driving energy decreases.
     #[default]
     None,
-    /// The largest ψ⁺ that a point has seen drives its damage. Damage then has no energy of which
-    /// it is the minimiser, and the two fields are solved for in turn.
+    /// The largest ψ⁺ that a point has reached so far drives its damage. The damage then minimises no energy, and the
+    /// solver alternates between displacement and damage.
     ///
     /// Reference: Miehe, Hofacker & Welschinger (2010), as for [`Split::Spectral`].
     History,
-    /// φ ≥ φ_n at every node, by an active set.
+    /// φ ≥ φ_n at every node, where φ_n is the damage at the end of the last increment; enforced by an active set.
     ///
     /// Reference: Heister, Wheeler & Wick, Comput. Methods Appl. Mech. Engrg. 290 (2015) 466,
     /// doi:10.1016/j.cma.2015.03.009.
     ActiveSet,
 }
 
-/// Where the damage terms are integrated.
+/// Quadrature rule of the damage terms.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum DamageQuadrature {
-    /// `Vertex` with ℓ₀ below twice the mean distance of nodes on an edge (linear elements: the
-    /// edge, quadratic ones: half of it) and for AT1 in quadratic elements, whose vertices Gauss points
-    /// would damage unloaded; `Consistent` otherwise.
+    /// `Vertex` if ℓ₀ is less than twice the mean distance of nodes on an edge (linear elements: the edge, quadratic
+    /// elements: half of it). `Vertex` also for AT1 in quadratic elements, where Gauss points would damage the vertices
+    /// of an unloaded body. `Consistent` otherwise.
     #[default]
     Auto,
-    /// At the nodes (quadratic elements: at the vertices of their eight sub-tetrahedra). Keeps φ < 1 where
-    /// ℓ₀ is below the element size; an element then sees the mean of g. φ may fall a little below 0 beside
-    /// damaged nodes, where the gradient term couples the ends of an edge with the wrong sign (dihedral angles above
-    /// 90°; −0.07 at worst on meshes tried). [`Irreversibility::ActiveSet`] keeps φ ≥ 0, and so does AT1.
+    /// At the nodes (quadratic elements: at the vertices of their eight sub-tetrahedra). Keeps φ < 1 if ℓ₀ is below the
+    /// element size; an element is then degraded by the mean of g. φ may become slightly negative next to damaged
+    /// nodes, where the gradient term couples the ends of an edge with the wrong sign (dihedral angles above 90°; at
+    /// worst −0.07 on the meshes tested). [`Irreversibility::ActiveSet`] keeps φ ≥ 0, and so does AT1.
     Vertex,
     /// Gauss points of positive weight, which integrate φ² exactly: four in linear elements, fourteen
     /// in quadratic ones.
     Consistent,
-    /// The same with eleven points in quadratic elements, the least for φ². One of them has a negative
-    /// weight, so that energy could be gained there: for smooth fields on fine meshes.
+    /// As `Consistent`, but with eleven points in quadratic elements, the smallest number that integrates φ² exactly.
+    /// One point has a negative weight and contributes negative energy: use this rule only for smooth fields on fine
+    /// meshes.
     Eleven,
 }
 
@@ -88,30 +88,29 @@ pub struct PhaseField {
     /// Local part of the crack density.
     #[serde(default)]
     pub model: CrackDensity,
-    /// What damage degrades.
+    /// Part of the elastic energy that damage degrades.
     #[serde(default)]
     pub split: Split,
-    /// The split decides what drives damage only, while damage degrades all of the energy. The
-    /// stress is then linear in the strain at fixed damage, but crack faces no longer meet, and no
-    /// energy is minimised: the two fields are solved for in turn, and the balance of energy that
-    /// comes with each point means little.
+    /// Whether the split applies only to the driving energy of damage, while damage degrades the whole energy. The
+    /// stress is then linear in the strain at fixed damage. However, the faces of a crack can penetrate each other.
+    /// Moreover, no energy is minimised: the solver alternates between displacement and damage, and the energy balance
+    /// of the curve points has little meaning.
     ///
-    /// Reference: Ambati, Gerasimov & De Lorenzis, Comput. Mech. 55 (2015) 383,
-    /// doi:10.1007/s00466-014-1109-y.
+    /// Reference: Ambati, Gerasimov & De Lorenzis, Comput. Mech. 55 (2015) 383, doi:10.1007/s00466-014-1109-y.
     #[serde(default)]
     pub hybrid: bool,
-    /// What keeps a crack from healing.
+    /// Condition that prevents cracks from healing.
     #[serde(default)]
     pub irreversibility: Irreversibility,
     /// Regularisation length ℓ₀, mm.
     pub length_mm: f64,
-    /// Where the damage terms are integrated.
+    /// Quadrature rule of the damage terms.
     #[serde(default)]
     pub quadrature: DamageQuadrature,
 }
 
 impl PhaseField {
-    /// AT2 with all of the energy degraded and nothing against healing: the preset of the paper.
+    /// AT2 without a split and without irreversibility: the settings of the paper.
     pub fn new(length_mm: f64) -> Self {
         Self {
             model: CrackDensity::At2,
@@ -123,13 +122,13 @@ impl PhaseField {
         }
     }
 
-    /// Whether displacement and damage make one energy stationary.
+    /// Whether displacement and damage make a common energy stationary.
     pub fn is_variational(&self) -> bool {
         self.irreversibility != Irreversibility::History
             && (!self.hybrid || self.split == Split::None)
     }
 
-    /// Refuses a length that is none.
+    /// Checks that the length is positive and finite.
     ///
     /// # Errors
     /// [`FemError::Parameter`].

@@ -8,15 +8,18 @@ use crate::error::StepFailure;
 use crate::fields::Fields;
 use crate::solve::{Control, Effort};
 
-/// Difference of positions for the derivative of the residual, as a fraction of the duration.
+/// Finite-difference step for the derivative of the residual with respect to the position of the ends, as a fraction of
+/// the duration.
 const NUDGE: f64 = 1e-6;
-/// Distance of prescribed values from where the past leads, over the increment of these values, that is a jump.
+/// Prescribed displacements jump if their distance from the extrapolated fields exceeds this fraction of their
+/// increment.
 const JUMP: f64 = 0.1;
-/// The same over the values themselves, below which it is rounding.
+/// A distance from the extrapolated fields below this fraction of the largest prescribed displacement is a rounding
+/// error, not a jump.
 const ROUNDED: f64 = 1e-9;
 
 impl LoadStepper<'_> {
-    /// One step, to the fraction `target` of the duration where the ends lead.
+    /// Takes one step. Steps that prescribe the position of the ends go to the fraction `target` of the duration.
     pub(super) fn take(&mut self, step: Step, target: f64) -> Result<(), StepFailure> {
         match step {
             Step::Advance(_) => self.advance(target),
@@ -56,7 +59,7 @@ impl LoadStepper<'_> {
         self.accept(before, fields, target)
     }
 
-    /// A step that adds no more than `most_n_mm` to the crack energy.
+    /// Takes a step that may add at most `most_n_mm` to the crack energy; fails if it adds more.
     fn advance_within(&mut self, target: f64, most_n_mm: f64) -> Result<(), StepFailure> {
         let (mut fields, _) = self.guess(target);
         let before = self.solver.effort;
@@ -68,7 +71,8 @@ impl LoadStepper<'_> {
         self.accept(before, fields, target)
     }
 
-    /// A step that adds `n_mm` to the crack energy, with the ends near `guess` or wherever they must go.
+    /// Takes a step that adds `n_mm` to the crack energy. The position of the ends is an unknown, with the initial
+    /// value `guess`.
     fn release(&mut self, n_mm: f64, guess: f64) -> Result<(), StepFailure> {
         let (mut fields, _) = self.guess(guess);
         let before = self.solver.effort;
@@ -84,7 +88,7 @@ impl LoadStepper<'_> {
         self.accept(before, fields, position)
     }
 
-    /// Takes the equilibrium that the solver found at `target` as the state.
+    /// Stores the equilibrium that the solver found at `target` as the new state.
     fn accept(&mut self, before: Effort, fields: Fields, target: f64) -> Result<(), StepFailure> {
         self.differentiate(&fields, target);
         let (problem, solver, state) = (self.problem, &self.solver, &mut self.state);
@@ -103,8 +107,8 @@ impl LoadStepper<'_> {
         state.memory.record(domain.operator.as_ref(), &problem.points, &fields)?;
         let mut change = fields.clone();
         change.add_scaled(-1.0, &state.fields);
-        // what acts from outside balances the stress forces node by node; what friction takes from
-        // the platens does not reach the body
+        // external forces balance the stress forces at each node; energy that friction takes from the platens does not
+        // reach the body
         let (part, ranks) = (domain.operator.part(), domain.operator.part().ranks());
         let halo = &part.halo;
         let moved = halo.own_of(&change.displacement).zip(halo.own_of(&change.damage));
@@ -146,8 +150,8 @@ impl LoadStepper<'_> {
         Ok(())
     }
 
-    /// Where the next increment is started: the past continued, with the prescribed values put where they
-    /// belong; and whether these are far from where the past leads.
+    /// Initial guess for the next increment: the extrapolated fields with the prescribed values imposed. The flag is
+    /// true if prescribed displacements jump, i.e. are far from the extrapolation.
     fn guess(&self, target: f64) -> (Fields, bool) {
         let (problem, state) = (self.problem, &self.state);
         let boundary = &problem.discretisation.boundary;

@@ -1,56 +1,58 @@
-//! Solutions of several systems with one matrix A in the space of directions that they share.
+//! Solves several systems with the same matrix A in a common space of search directions.
 //!
-//! Of directions V the products are kept orthonormal, A V = Q R, and the directions as they came: the
-//! least residual of A x = b is b − Q c with c = Qᵀ b, and x = V R⁻¹ c is formed once it is asked for
-//! (generalised conjugate residuals: Eisenstat, Elman & Schultz 1983, doi:10.1137/0720023).
+//! The products of the directions V are kept orthonormal, A V = Q R; the directions are stored unchanged. The least
+//! residual of A x = b is b − Q c with c = Qᵀ b, and x = V R⁻¹ c is formed only on request (generalised conjugate
+//! residuals: Eisenstat, Elman & Schultz 1983, doi:10.1137/0720023).
 //!
-//! Residuals of systems that are alike lie nearly in a line or a plane, and a direction for each would be
-//! found several times over. Directions are asked for their principal parts alone (block methods with
-//! inexact breakdowns: Robbé & Sadkane, Linear Algebra Appl. 419 (2006) 265).
+//! Residuals of similar systems lie nearly in a line or a plane, and one direction per system would repeat nearly the
+//! same direction. New directions are therefore computed only for the principal components of the residuals (block
+//! methods with inexact breakdowns: Robbé & Sadkane, Linear Algebra Appl. 419 (2006) 265).
 //!
-//! Products are made orthogonal several at a time and row by row, so that those at hand are read once
-//! for all of them: classical Gram–Schmidt, a second time where digits were lost.
+//! Several products are orthogonalised together, row by row, so that each stored product is read from memory once for
+//! all of them: classical Gram–Schmidt, repeated if digits were lost.
 
 use nalgebra::{DMatrix, SymmetricEigen};
 use rayon::prelude::*;
 
 use super::linear::{Nodal, add_scaled, weighted_dot};
 
-/// A product of which this little is left by those before it is made orthogonal to them once more.
+/// Products are orthogonalised once more if orthogonalisation has reduced a norm below this fraction of its initial
+/// value.
 const LOSS: f64 = 0.1;
-/// A direction that lies in those before it up to this is none of its own.
+/// A direction is dropped if orthogonalisation reduces the norm of its product below this fraction of the initial
+/// value.
 const DEPENDENT: f64 = 1e-6;
-/// A part of the residuals below this multiple of what may be left of one needs no direction.
+/// Principal components of the residuals that are smaller than this multiple of the allowed residual get no direction.
 const SMALL: f64 = 0.5;
-/// Nodes that a task works on, in parts that stay in the innermost cache.
+/// Number of nodes per task. A task processes them in parts of `PART` nodes, which fit into the first-level cache.
 const CHUNK: usize = 4096;
 const PART: usize = 32;
 
 /// A system that is being solved.
 pub(super) struct System {
     pub(super) x: Vec<Nodal>,
-    /// Right-hand side less the product with the solution, on all values.
+    /// Right-hand side minus the product of A with the solution, for all values.
     pub(super) residual: Vec<Nodal>,
-    /// Of the residual at first.
+    /// Norm of the initial residual.
     size: f64,
-    /// The same if all values were as stiff as the stiffest of their field.
+    /// Norm of the initial residual if all values were as stiff as the stiffest value of their field.
     stiffest: f64,
     tolerance: f64,
-    /// What the solution is beside x: multiples of the orthonormal products.
+    /// Part of the solution that is not yet added to `x`, as coefficients of the orthonormal products.
     along: Vec<f64>,
 }
 
 impl System {
-    /// Whether there is nothing to solve.
+    /// Whether the initial residual is zero, so that there is nothing to solve.
     pub(super) fn vanishes(&self) -> bool {
         self.size == 0.0
     }
 }
 
-/// Directions whose products with the matrix are orthonormal combinations.
+/// Search directions, with an orthonormal basis of their products with the matrix.
 pub(super) struct Directions {
     weight: Vec<Nodal>,
-    /// The least weight of the values of each field that has some.
+    /// Smallest positive weight of each field; 0 for a field without weights.
     least: Nodal,
     directions: Vec<Vec<Nodal>>,
     products: Vec<Vec<Nodal>>,
@@ -59,7 +61,7 @@ pub(super) struct Directions {
 }
 
 impl Directions {
-    /// None yet; `weight` is that of the norm of residuals.
+    /// Creates an empty set. `weight` defines the norm of residuals.
     pub(super) fn new(weight: Vec<Nodal>) -> Self {
         let mut least = [f64::INFINITY; 4];
         for weight in &weight {
@@ -76,7 +78,8 @@ impl Directions {
         self.directions.len()
     }
 
-    /// A system of which `residual` is the right-hand side less the product with x.
+    /// Creates a system with the initial solution `x`; `residual` is the right-hand side minus the product of A with
+    /// `x`.
     pub(super) fn system(&self, x: Vec<Nodal>, residual: Vec<Nodal>, tolerance: f64) -> System {
         let (size, along) = (self.norm(&residual), Vec::new());
         // values that are not solved for have no weight
@@ -88,8 +91,8 @@ impl Directions {
         System { x, size, stiffest, residual, tolerance, along }
     }
 
-    /// How much larger the solution of a system is, once it is formed, than it would be if all values were
-    /// as stiff as the stiffest of their field.
+    /// Norm of a system's solution, relative to the solution if all values were as stiff as the stiffest value of their
+    /// field. The solution must have been formed.
     pub(super) fn growth(&self, system: &System) -> f64 {
         let square = |x: &Nodal| {
             let of = |k: usize| if self.least[k] > 0.0 { x[k] * x[k] / self.least[k] } else { 0.0 };
@@ -103,7 +106,7 @@ impl Directions {
         weighted_dot(&self.weight, x, x).sqrt()
     }
 
-    /// The residual of a system as a multiple of the one that it may have.
+    /// Residual of a system as a multiple of the allowed residual.
     pub(super) fn excess(&self, system: &System) -> f64 {
         if system.size > 0.0 {
             self.norm(&system.residual) / (system.tolerance * system.size)
@@ -112,14 +115,15 @@ impl Directions {
         }
     }
 
-    /// Whether a system is solved; not by a number that is none.
+    /// Whether a system is solved; false if the residual is NaN.
     pub(super) fn solved(&self, system: &System) -> bool {
         self.excess(system) <= 1.0
     }
 
-    /// What is left of the systems that are not solved, in parts that are orthogonal to each other: combinations
-    /// of the residuals, each of which counts in multiples of what may be left of it. The largest comes first
-    /// and its size with them; those that are small, or less than `share` times it, are left out.
+    /// Principal components of the residuals of the unsolved systems: orthogonal combinations of the residuals, each
+    /// residual in units of the allowed residual of its system. Returns the size of the largest component, and the
+    /// components in order of decreasing size. Components that are small, or smaller than `share` times the largest
+    /// one, are omitted.
     pub(super) fn principal(&self, systems: &[System], share: f64) -> (f64, Vec<Vec<Nodal>>) {
         let open: Vec<&System> = systems.iter().filter(|system| !self.solved(system)).collect();
         let units: Vec<f64> = open.iter().map(|s| 1.0 / (s.tolerance * s.size)).collect();
@@ -146,7 +150,7 @@ impl Directions {
         (largest, large.map(|(_, axis)| combination(*axis)).collect())
     }
 
-    /// Takes up directions with their products, but those that lie in the others.
+    /// Adds directions with their products, except for directions that depend linearly on the others.
     pub(super) fn add(&mut self, directions: Vec<Vec<Nodal>>, mut products: Vec<Vec<Nodal>>) {
         let known = self.count();
         let whole: Vec<f64> = products.iter().map(|p| self.norm(p)).collect();
@@ -177,7 +181,7 @@ impl Directions {
         }
     }
 
-    /// Moves the solutions along the directions from one on so that their residuals are least.
+    /// Moves the solutions along the directions with index `from` or higher, so that the residuals are minimal.
     pub(super) fn reduce(&self, from: usize, systems: &mut [System]) {
         let mut residuals: Vec<&mut [Nodal]> =
             systems.iter_mut().map(|system| &mut system.residual[..]).collect();
@@ -188,9 +192,9 @@ impl Directions {
         }
     }
 
-    /// Forms x of a system.
+    /// Adds the accumulated part of the solution to `x` of a system.
     pub(super) fn form(&self, system: &mut System) {
-        // R y = c by columns, from the last
+        // solve R y = c by back substitution, column by column
         let mut y = std::mem::take(&mut system.along);
         for (j, column) in self.triangle[..y.len()].iter().enumerate().rev() {
             y[j] /= column[j];
@@ -212,7 +216,7 @@ fn sum(to: &mut [f64], parts: &[f64]) {
     to.iter_mut().zip(parts).for_each(|(to, part)| *to += part);
 }
 
-/// Takes off each column its parts along orthonormal vectors, and returns these.
+/// Subtracts from each column its projection on orthonormal vectors. Returns the coefficients of the projections.
 fn take_off(weight: &[Nodal], basis: &[Vec<Nodal>], columns: &mut [&mut [Nodal]]) -> Vec<Vec<f64>> {
     let mut sums = vec![0.0; columns.len() * basis.len()];
     if sums.is_empty() {
@@ -233,7 +237,7 @@ fn take_off(weight: &[Nodal], basis: &[Vec<Nodal>], columns: &mut [&mut [Nodal]]
     sums
 }
 
-/// Inner products on the nodes of a chunk, of each column with every vector.
+/// Weighted inner products of each column with every vector, restricted to the nodes of a chunk.
 fn products(
     weight: &[Nodal],
     basis: &[Vec<Nodal>],

@@ -1,4 +1,4 @@
-//! A picture of a labelled mesh, cut open.
+//! Picture of a labelled mesh with a sector of the matrix removed.
 
 use std::collections::HashMap;
 
@@ -8,14 +8,14 @@ use crate::camera::{Camera, cross, dot, light, sub};
 use crate::canvas::Canvas;
 use crate::raster::{Raster, grain_colour, lit};
 
-/// Matrix whose centre lies in this sector about the axis is taken away, in degrees of azimuth.
+/// Sector about the axis, in degrees of azimuth. Matrix tetrahedra with their centroid in the sector are not drawn.
 const CUT: (f64, f64) = (-100.0, -4.0);
-/// Longer side of the picture in pixels, of which four make one at the end.
+/// Longer side of the drawing in pixels. In the final picture each pixel is the mean of four drawn pixels.
 const SIDE: f64 = 1500.0;
 const MATRIX: [f64; 3] = [226.0, 222.0, 214.0];
 
-/// The mesh with a sector of the matrix cut out, so that the grains show; mixed tetrahedra are coloured
-/// by how much of them is grain.
+/// Draws the mesh without a sector of the matrix, so that the grains are visible. The colour of a mixed tetrahedron
+/// depends on its grain fraction.
 pub fn mesh_picture(mesh: &TetMesh) -> Raster {
     let camera = Camera::new();
     let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
@@ -43,8 +43,8 @@ pub fn mesh_picture(mesh: &TetMesh) -> Raster {
     canvas.picture()
 }
 
-/// The faces of what is kept that belong to one tetrahedron, with it; in an order that does not depend
-/// on the hash map's.
+/// Faces that belong to only one drawn tetrahedron, each with the index of the tetrahedron. The faces are sorted, so
+/// that their order does not depend on the hash map.
 fn visible_faces(mesh: &TetMesh) -> Vec<([u32; 3], usize)> {
     let kept = (0..mesh.tets.len()).filter(|&t| grain(mesh, t) != 0 || !is_cut(centroid(mesh, t)));
     let mut faces: HashMap<[u32; 3], ([u32; 3], usize)> = HashMap::new();
@@ -53,7 +53,7 @@ fn visible_faces(mesh: &TetMesh) -> Vec<([u32; 3], usize)> {
         for face in [[a, c, b], [a, b, d], [b, c, d], [a, d, c]] {
             let mut key = face;
             key.sort_unstable();
-            // a face that two kept tetrahedra have is inside
+            // a face that two drawn tetrahedra share is not visible
             if faces.remove(&key).is_none() {
                 faces.insert(key, (face, t));
             }
@@ -64,7 +64,7 @@ fn visible_faces(mesh: &TetMesh) -> Vec<([u32; 3], usize)> {
     faces
 }
 
-/// The light on a face that the viewer sees.
+/// Brightness of a face; `None` if the face is turned away from the viewer.
 fn brightness(
     mesh: &TetMesh,
     camera: &Camera,
@@ -73,14 +73,14 @@ fn brightness(
 ) -> Option<f64> {
     let normal = cross(sub(q, p), sub(r, p));
     let length = dot(normal, normal).sqrt();
-    // the winding of a tetrahedron's faces is not relied upon: outward is away from its centre
+    // the winding of the faces is not reliable: outward is the direction away from the centroid of the tetrahedron
     let middle = [0, 1, 2].map(|k| (p[k] + q[k] + r[k]) / 3.0);
     let outward = dot(normal, sub(middle, centroid(mesh, tet))).signum() / length;
     let normal = normal.map(|n| n * outward);
     (dot(normal, camera.towards) > 0.0).then(|| light(normal))
 }
 
-/// The matrix is pale; every grain has a colour of its own, and mixed tetrahedra lie between.
+/// Colour of a tetrahedron: pale in the matrix, a separate colour for each grain, and a blend in mixed tetrahedra.
 fn colour(mesh: &TetMesh, tet: usize) -> [f64; 3] {
     let between = |f: f64| {
         let grains = grain_colour(0);
@@ -93,7 +93,7 @@ fn colour(mesh: &TetMesh, tet: usize) -> [f64; 3] {
     }
 }
 
-/// 0 in the matrix; without grain numbers the region stands for the grain.
+/// Number of the tetrahedron's grain, 0 in the matrix. In a mesh without grain numbers it is the number of the region.
 fn grain(mesh: &TetMesh, tet: usize) -> u32 {
     mesh.grain_of.as_ref().map_or(u32::from(mesh.region_of[tet]), |g| g[tet])
 }

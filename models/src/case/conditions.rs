@@ -1,17 +1,17 @@
-//! What acts on a body that is not pressed between platens.
+//! Boundary conditions of a body that is not compressed between platens.
 
 use fem::{Axis, Conditions};
 use serde::{Deserialize, Serialize};
 
-/// `[conditions]`: what acts on named surfaces, in place of the platens. Displacements and loads are
-/// those at the end of the test; they grow in proportion to the time.
+/// `[conditions]`: boundary conditions on named surfaces, instead of platens. Displacements and loads are values at the
+/// end of the test; they grow in proportion to the time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ConditionsCase {
     /// Surfaces with prescribed displacement or damage.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub prescribe: Vec<PrescribeCase>,
-    /// Plane surfaces, normal to an axis, whose nodes stay in them.
+    /// Plane surfaces normal to an axis whose nodes stay in the plane.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub symmetry: Vec<String>,
     /// Surfaces with a dead load.
@@ -20,14 +20,15 @@ pub struct ConditionsCase {
     /// Force per reference volume in N/mm³.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub body_force_n_per_mm3: Option<[f64; 3]>,
-    /// Stops at single nodes the rigid motions that are left; the loads must balance along them.
+    /// Whether to fix single nodes so that the remaining rigid motions are prevented. The loads must balance along
+    /// these motions.
     #[serde(default)]
     pub remove_rigid_motions: bool,
-    /// What the curve is taken from.
+    /// Surface and direction from which the curve of force and displacement is taken.
     pub measure: MeasureCase,
 }
 
-/// An entry of `conditions.prescribe`; what it does not give stays free.
+/// An entry of `conditions.prescribe`. Components without a value remain free.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PrescribeCase {
@@ -42,7 +43,7 @@ pub struct PrescribeCase {
     /// Displacement along z in mm at the end.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub z_mm: Option<f64>,
-    /// Damage, from the beginning on.
+    /// Damage, constant during the test.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub damage: Option<f64>,
 }
@@ -63,21 +64,21 @@ pub struct TractionCase {
 pub struct MeasureCase {
     /// The surface.
     pub surface: String,
-    /// The direction, of any length.
+    /// The direction: a vector of any length.
     pub direction: [f64; 3],
 }
 
 impl PrescribeCase {
-    /// The displacement of each axis.
+    /// Prescribed displacement along each axis in mm; `None` if it is free.
     pub(super) fn components(&self) -> [Option<f64>; 3] {
         [self.x_mm, self.y_mm, self.z_mm]
     }
 }
 
 impl ConditionsCase {
-    /// The conditions as `fem` takes them, for a test of so many seconds.
+    /// Converts to the conditions of `fem` for a test of the given duration in seconds.
     pub(crate) fn in_fem(&self, duration_s: f64) -> Conditions {
-        // exactly the full value at the end
+        // this order of operations gives exactly the full value at the end of the test
         let grown = move |full: [f64; 3], time_s: f64| full.map(|f| time_s / duration_s * f);
         let mut all = Conditions::new().described_as(format!("{self:?} in {duration_s} s"));
         for entry in &self.prescribe {

@@ -1,4 +1,4 @@
-//! `[specimen.image]`: an image of a specimen, and how its grains are found.
+//! `[specimen.image]`: an image of a specimen, and the settings of its segmentation.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -9,31 +9,33 @@ use serde::de::value::{MapAccessDeserializer, StringDeserializer};
 use serde::de::{DeserializeSeed, IntoDeserializer, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
-/// `[specimen.image]`: where grey values come from and how grains are found in them, or labels of the user's own.
+/// `[specimen.image]`: grey values of a specimen and the settings of their segmentation, or labels supplied by the
+/// user.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ImageCase {
-    /// A file (TIFF of many pages, MetaImage, NRRD) or a folder of slices (TIFF, PNG, BMP); without it
-    /// `[specimen.scan]` makes the image.
+    /// Grey values: a file (multi-page TIFF, MetaImage, NRRD) or a folder of slices (TIFF, PNG, BMP). Without `stack`,
+    /// `[specimen.scan]` computes the image.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stack: Option<PathBuf>,
-    /// Labels in place of grey values: a TIFF file of many pages, or a folder of slices.
+    /// Labels instead of grey values: a multi-page TIFF file, or a folder of slices.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub labels: Option<PathBuf>,
-    /// The phase of each label, or of several labels as `1 to 500`; without it each label is a grain.
+    /// Phase of each label; the key `1 to 500` stands for several labels. Without `label_phases`, each label is a
+    /// grain.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub label_phases: Option<BTreeMap<String, String>>,
-    /// The label of what surrounds the specimen.
+    /// Label of the surroundings of the specimen.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub background: Option<i64>,
-    /// Images of further specimens, over which the runs of the design are spread as well.
+    /// Images of further specimens. The runs of the design are distributed over all specimens.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub further_stacks: Option<Vec<PathBuf>>,
-    /// Edge of a voxel in mm; without it the file's tags say it.
+    /// Edge of a voxel in mm. Without `voxel_mm`, the edge is read from the tags of the file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub voxel_mm: Option<f64>,
-    /// Voxels along the edge of the blocks that are averaged while the file is read.
+    /// Number of voxels along the edge of the blocks that are averaged while the file is read.
     pub bin: usize,
-    /// How grains are found.
+    /// Settings of the segmentation.
     #[serde(flatten)]
     pub segmentation: Segmentation,
 }
@@ -61,11 +63,11 @@ impl ImageCase {
     }
 }
 
-/// The keys of `[specimen.image]` that are not those of a segmentation.
+/// Keys of `[specimen.image]` that do not belong to [`Segmentation`].
 pub(super) const OWN_KEYS: [&str; 7] =
     ["stack", "labels", "label_phases", "background", "further_stacks", "voxel_mm", "bin"];
 
-/// Their values, where they are given.
+/// Values of the [`OWN_KEYS`] that are given in the table.
 #[derive(Default)]
 struct Own {
     stack: Option<PathBuf>,
@@ -77,8 +79,8 @@ struct Own {
     bin: Option<usize>,
 }
 
-/// Not derived: `flatten` gathers the whole table before it reads any of it, so that errors would name the
-/// table and neither key nor value.
+/// Implemented by hand, because the derived code for `flatten` collects the whole table before it reads any value.
+/// Error messages would then name the table, but neither the key nor the value.
 impl<'de> Deserialize<'de> for ImageCase {
     fn deserialize<D: Deserializer<'de>>(table: D) -> Result<Self, D::Error> {
         table.deserialize_map(Table)
@@ -102,7 +104,7 @@ impl<'de> Visitor<'de> for Table {
     }
 }
 
-/// A table without our own keys, which are read on the way.
+/// Table without the [`OWN_KEYS`], whose values are stored in `own` when they are met.
 struct Others<'a, M> {
     map: M,
     own: &'a mut Own,
@@ -156,7 +158,7 @@ impl<'de, M: MapAccess<'de>> MapAccess<'de> for Others<'_, M> {
     }
 }
 
-/// A key, or one of ours and what was to read it.
+/// Key of a segmentation (`Other`), or one of the [`OWN_KEYS`] with the seed that was to read the key.
 enum Key<K, V> {
     Stack(K),
     Labels(K),
@@ -168,7 +170,7 @@ enum Key<K, V> {
     Other(V),
 }
 
-/// Reads a key where it stands, so that an error about it knows the place.
+/// Seed that reads a key at its position in the text, so that errors about the key report this position.
 struct KeySeed<K>(K);
 
 impl<'de, K: DeserializeSeed<'de>> DeserializeSeed<'de> for KeySeed<K> {

@@ -1,4 +1,4 @@
-//! What can end a stage.
+//! Errors that end a stage of the workflow.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -12,7 +12,7 @@ use surrogate::SurrogateError;
 use crate::error::InputError;
 use crate::fracture::CalibrationError;
 
-/// An input of the case stands at the path of a product.
+/// An input file of the case has the path of a product, so that a stage would overwrite it.
 #[derive(Debug, thiserror::Error)]
 #[error(
         "{}: {key} = {} stands in the folder of the results, {}, where breccia writes {product}: name another \
@@ -22,33 +22,33 @@ use crate::fracture::CalibrationError;
         dir.display()
     )]
 pub struct InputInPlace {
-    /// The case.
+    /// Path of the case file.
     pub case: PathBuf,
-    /// The key that names the input.
+    /// Key of the case that names the input file.
     pub key: String,
-    /// The input.
+    /// Path of the input file.
     pub input: PathBuf,
-    /// The product, or a pattern of the names of products.
+    /// Name of the product, or a pattern of product names.
     pub product: String,
     /// The folder of the results.
     pub dir: PathBuf,
 }
 
-/// Why a stage of the workflow ended before it was done.
+/// Error that ends a stage of the workflow before it is complete.
 #[derive(Debug, thiserror::Error)]
 pub enum WorkflowError {
-    /// A file that a person wrote is wrong.
+    /// A file written by the user contains an error.
     #[error(transparent)]
     Input(#[from] InputError),
-    /// The device that was asked for cannot be used.
+    /// The device requested with `--device` cannot be used.
     #[error("--device: {0}")]
     Device(#[from] DeviceError),
-    /// Another of the processes that share a simulation cannot take part.
+    /// Another rank of a parallel simulation reported an error.
     #[error("rank {rank}: {message}")]
     Rank {
-        /// Which.
+        /// Number of the rank.
         rank: usize,
-        /// What it said.
+        /// Error message of the rank.
         message: String,
     },
     /// A file cannot be read or written.
@@ -56,52 +56,52 @@ pub enum WorkflowError {
     Io {
         /// The file.
         path: PathBuf,
-        /// What the operating system says.
+        /// Error of the operating system.
         source: io::Error,
     },
-    /// The folder of the results cannot be made.
+    /// The results folder cannot be created.
     #[error("{} cannot be made ({source}); name another folder with --out", path.display())]
     Results {
         /// The folder.
         path: PathBuf,
-        /// What the operating system says.
+        /// Error of the operating system.
         source: io::Error,
     },
-    /// A first case cannot be written.
+    /// `breccia init` cannot write a file of the new case.
     #[error("{}: {source}; name a file that does not exist yet, in a folder that does", path.display())]
     Init {
         /// The file.
         path: PathBuf,
-        /// What the operating system says.
+        /// Error of the operating system.
         source: io::Error,
     },
-    /// A result of another stage cannot be understood.
+    /// A JSON file written by another stage cannot be parsed.
     #[error("{}: {source}; run `breccia {stage}` again", path.display())]
     Json {
         /// The file.
         path: PathBuf,
-        /// The stage that writes it.
+        /// Stage that writes the file.
         stage: &'static str,
-        /// What is wrong.
+        /// Cause of the error.
         source: serde_json::Error,
     },
-    /// The stage before has not been run.
+    /// A file of an earlier stage is missing, because that stage has not been run.
     #[error("{} is not there: run `breccia {stage}` first, or `breccia run` for all stages", path.display())]
     Missing {
-        /// The file that is needed.
+        /// Path of the missing file.
         path: PathBuf,
-        /// The stage that writes it.
+        /// Stage that writes the file.
         stage: &'static str,
     },
-    /// A result of another stage belongs to another case.
+    /// A result of another stage has other inputs or outputs than the case.
     #[error("{} is of other inputs or outputs than the case; run `breccia {stage}` again", path.display())]
     OtherCase {
         /// The file.
         path: PathBuf,
-        /// The stage that writes it.
+        /// Stage that writes the file.
         stage: &'static str,
     },
-    /// A result of another stage was made from something else than is there now.
+    /// A result of another stage is out of date: something that it was computed from has changed.
     #[error(
         "{} is not up to date: {change}; run `breccia {stage}` again, or `breccia run` for all stages",
         path.display()
@@ -109,12 +109,12 @@ pub enum WorkflowError {
     Stale {
         /// The file.
         path: PathBuf,
-        /// The stage that writes it.
+        /// Stage that writes the file.
         stage: String,
-        /// What has changed.
+        /// Description of the change.
         change: String,
     },
-    /// The folder has the results of another case.
+    /// The results folder contains the results of another case.
     #[error(
         "{} has the results of another case, {}; name another folder with --out, or give it to this \
          case with --reuse: what differs is then made again",
@@ -124,10 +124,10 @@ pub enum WorkflowError {
     OtherFolder {
         /// The folder.
         path: PathBuf,
-        /// The other case.
+        /// Path of the other case file.
         owner: PathBuf,
     },
-    /// A file of the user's lies in the place of one that a command is about to write.
+    /// A command would overwrite a file that the user has created or edited.
     #[error(
         "{} {}, and `breccia {command}` would replace it: {}",
         path.display(),
@@ -137,17 +137,17 @@ pub enum WorkflowError {
     UsersFile {
         /// The file.
         path: PathBuf,
-        /// The command that would write it.
+        /// Command that would overwrite the file.
         command: String,
         /// The name of the file in the folder of the results.
         name: String,
-        /// Whether the program has once written a file of this name there.
+        /// Whether the program wrote the file and the user edited it; false if the user created it.
         is_changed: bool,
     },
-    /// An input of the case stands at the path of a product.
+    /// An input file of the case has the path of a product, so that a stage would overwrite it.
     #[error(transparent)]
     InputInPlace(Box<InputInPlace>),
-    /// A file has the name of the record of written files, and is none.
+    /// A file has the name of the record of written files, but is not such a record.
     #[error(
         "{} is not the record of the files that breccia writes there: move the file to another place, or name \
          another folder with --out",
@@ -157,7 +157,7 @@ pub enum WorkflowError {
         /// The file.
         path: PathBuf,
     },
-    /// The folder has runs by another version of the program.
+    /// The folder contains runs of another version of the program.
     #[error(
         "{} has runs by another version of the program ({difference}), which may compute something else: \
          go on with that version, name another folder with --out, or delete this one to make its runs \
@@ -167,10 +167,10 @@ pub enum WorkflowError {
     OtherProgram {
         /// The folder of the runs.
         path: PathBuf,
-        /// The two versions.
+        /// Description of the difference between the two versions.
         difference: String,
     },
-    /// The file system refuses a lock.
+    /// The file system does not grant a lock on a file.
     #[error(
         "cannot lock {}: {source}; processes that share results need locks that all machines see (a local \
          disk, NFS with its lock service, Lustre mounted with flock): name a folder there with --out",
@@ -179,10 +179,10 @@ pub enum WorkflowError {
     Lock {
         /// The file.
         path: PathBuf,
-        /// What the operating system says.
+        /// Error of the operating system.
         source: io::Error,
     },
-    /// A folder that has no results.
+    /// The folder contains no results.
     #[error(
         "{} is no folder of results: {why}; name the one that `breccia run CASE --out DIR` writes to",
         path.display()
@@ -196,61 +196,61 @@ pub enum WorkflowError {
     /// The mesh cannot be read or written.
     #[error(transparent)]
     Mesh(#[from] MeshError),
-    /// The mesh of a file is not usable.
+    /// The mesh in a file is invalid.
     #[error("{}: {source}", path.display())]
     UnsoundMesh {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// Cause of the error.
         source: MeshError,
     },
     /// The mesh cannot be built.
     #[error("{}: specimen: {source}", file.display())]
     Meshing {
-        /// The case.
+        /// Path of the case file.
         file: PathBuf,
-        /// What is wrong.
+        /// Cause of the error.
         source: MeshingError,
     },
     /// A file of an image cannot be read or written.
     #[error(transparent)]
     ImageFile(#[from] ImageError),
-    /// An image that cannot be segmented.
+    /// The image cannot be segmented.
     #[error("{}: specimen.image: {source}", file.display())]
     Segmentation {
-        /// The case.
+        /// Path of the case file.
         file: PathBuf,
-        /// What is wrong.
+        /// Cause of the error.
         source: ImageError,
     },
-    /// A virtual scan that cannot be made.
+    /// The virtual scan cannot be computed.
     #[error("{}: specimen.scan: {source}", file.display())]
     Scan {
-        /// The case.
+        /// Path of the case file.
         file: PathBuf,
-        /// What is wrong.
+        /// Cause of the error.
         source: ScanError,
     },
-    /// The grains do not fit.
+    /// The packing of grains cannot be generated.
     #[error("{}: specimen.grains: {source}", file.display())]
     Packing {
-        /// The case.
+        /// Path of the case file.
         file: PathBuf,
-        /// What is wrong.
+        /// Cause of the error.
         source: PackingError,
     },
     /// The case's test cannot be set up.
     #[error("{}: {source}", file.display())]
     Test {
-        /// The case.
+        /// Path of the case file.
         file: PathBuf,
-        /// What is wrong.
+        /// Cause of the error.
         source: FemError,
     },
-    /// A simulation has failed on its way, or its curve cannot be written.
+    /// A simulation failed, or its curve cannot be written.
     #[error(transparent)]
     Fem(#[from] FemError),
-    /// An ensemble of simulations cannot go on.
+    /// An ensemble of simulations cannot continue.
     #[error(transparent)]
     Ensemble(#[from] EnsembleError),
     /// The surrogate cannot be fitted, read or evaluated.
@@ -259,10 +259,10 @@ pub enum WorkflowError {
     /// The posterior cannot be sampled.
     #[error(transparent)]
     Calibration(#[from] CalibrationError),
-    /// A result that the next stage cannot use.
+    /// A result cannot be used by the next stage; the text gives the reason.
     #[error("{0}")]
     Unusable(String),
-    /// Ctrl-C.
+    /// The user interrupted the program with Ctrl-C.
     #[error("interrupted; what is finished is kept, and the same command goes on from there")]
     Interrupted,
 }
@@ -277,10 +277,10 @@ impl WorkflowError {
     }
 }
 
-/// What keeps a file of the user's that has the name of a product.
+/// Advice on how to keep a user's file that has the name of a product.
 fn keeping(name: &str) -> String {
     match name.ends_with("labels.tif") {
-        // labels are an input as well, whoever made them
+        // a file of labels can also be an input of the case, whether the user or the program wrote it
         true => {
             "to use these labels, move the file to another place and name it there as labels in \
                  [specimen.image] in place of stack; or name another folder with --out"

@@ -1,6 +1,5 @@
-//! What a stage reads. Every part of the case and every file that a stage gets comes through here
-//! and is remembered with its content: what was read is what the stage depends on, and nothing can be
-//! forgotten.
+//! Recorded access to the inputs of a stage. A stage reads every part of the case and every file through this module,
+//! which records the hash of the content. The record therefore lists everything that the stage depends on.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -22,24 +21,25 @@ use crate::case::{
 };
 use crate::experiment::SpecimenTable;
 
-/// Refuses a file by its name.
+/// Check that returns an error for a file that the stage must not use, given the name of the file.
 type Guard<'a> = &'a dyn Fn(&str) -> Result<(), WorkflowError>;
 
-/// The case and the directory of the results as a stage sees them.
+/// Access of a stage to the case and the results folder; records everything that is read.
 pub(super) struct Inputs<'a> {
     file: &'a CaseFile,
     dir: &'a Path,
     origin: Origin<'a>,
-    /// The name of the stage that writes a file.
+    /// Returns the stage that writes the file of a given name, if there is one.
     writer: fn(&str) -> Option<&'static str>,
-    /// Refuses what was made from something else than is there now.
+    /// Rejects result files that are out of date.
     guard: Option<Guard<'a>>,
-    /// Not for threads: simulations under way cannot read what the run was not named by.
+    /// Record of everything read so far. A `RefCell` cannot be shared between threads: running simulations must not
+    /// read inputs that are not part of the run's name.
     read: RefCell<Sources>,
 }
 
 impl<'a> Inputs<'a> {
-    /// The case, the directory of the results, and who writes a file there.
+    /// Inputs from a case, the results folder, and a function that returns the stage that writes a file.
     pub(super) fn new(
         file: &'a CaseFile,
         dir: &'a Path,
@@ -49,7 +49,7 @@ impl<'a> Inputs<'a> {
         Self { file, dir, origin, writer, guard: None, read: RefCell::default() }
     }
 
-    /// Another case in the same folder.
+    /// Inputs of another case with the same results folder. The record is empty.
     pub(super) fn of<'b>(&self, file: &'b CaseFile) -> Inputs<'b>
     where
         'a: 'b,
@@ -57,32 +57,32 @@ impl<'a> Inputs<'a> {
         Inputs::new(file, self.dir, self.writer)
     }
 
-    /// The same case and folder, of which nothing has been read.
+    /// Inputs of the same case and folder with an empty record.
     pub(super) fn afresh(&self) -> Inputs<'a> {
         Inputs::new(self.file, self.dir, self.writer)
     }
 
-    /// The same for a stage at work, to which a file is given only if the guard lets it pass.
+    /// Adds a guard: the stage gets a file only if the guard accepts the file.
     pub(super) fn guarded(self, guard: Guard<'a>) -> Self {
         Self { guard: Some(guard), ..self }
     }
 
-    /// What has been read so far.
+    /// Parts of the case and files that have been read so far.
     pub(super) fn sources(&self) -> Sources {
         self.read.borrow().clone()
     }
 
-    /// What has been read so far, one entry a line.
+    /// Parts of the case and files that have been read so far, one entry per line.
     pub(super) fn manifest(&self) -> String {
         self.read.borrow().manifest()
     }
 
-    /// The first of these sources that is not as it was, in words.
+    /// Description of the first of these sources that has changed, if there is one.
     pub(super) fn change(&self, sources: &Sources) -> Option<String> {
         sources.change(&self.origin)
     }
 
-    /// The fingerprint of what the case says of the specimen, to tell one from another.
+    /// Hash of the table `[specimen]`, which distinguishes the specimens of different cases.
     pub(super) fn specimen(&self) -> String {
         self.origin.part("specimen")
     }
@@ -91,7 +91,7 @@ impl<'a> Inputs<'a> {
         self.read.borrow_mut().read_part(&self.origin, key);
     }
 
-    /// Remembers all files of an image: a header refers to the file of its values.
+    /// Records all files of an image: a header file refers to a separate file of values.
     fn reads_image(&self, path: &Path) {
         for file in fem::image_files(&self.dir.join(path)) {
             let name = if path.is_absolute() { None } else { file.strip_prefix(self.dir).ok() };
@@ -105,7 +105,7 @@ impl<'a> Inputs<'a> {
     }
 }
 
-/// A method for each part of the case, named by the path that it takes.
+/// Defines a method for each listed part of the case. The method records the key of the part and returns the part.
 macro_rules! parts {
     ($($name:ident: $first:ident $(. $rest:ident)* => $type:ty;)*) => {
         impl Inputs<'_> {$(
@@ -138,7 +138,8 @@ parts! {
     further_tests: further_tests => FurtherTestsCase;
 }
 
-/// The same below `[experiments.virtual]`, whose parts matter to different steps.
+/// Defines a recording method for each key of `[experiments.virtual]`, because different stages depend on different
+/// keys.
 macro_rules! virtual_parts {
     ($($name:ident => $type:ty;)*) => {
         impl Inputs<'_> {$(
@@ -162,26 +163,26 @@ virtual_parts! {
 }
 
 impl Inputs<'_> {
-    /// All of the case, for a stage that shows it.
+    /// The whole case. A stage that calls this method depends on every key.
     pub(super) fn case(&self) -> &Case {
         self.reads("");
         &self.file.case
     }
 
-    /// The case that a further test is simulated by. What is read of it is to be said:
+    /// The case that simulates a candidate for a further test. Reads from that case must be recorded with
     /// [`Self::reads_with`].
     pub(super) fn candidate(&self, candidate: &CandidateCase) -> Result<CaseFile, WorkflowError> {
         Ok(self.file.of_candidate(candidate)?)
     }
 
-    /// Remembers all that was read elsewhere, at the same keys and of the same files.
+    /// Records all keys and files that `other` has read.
     pub(super) fn reads_with(&self, other: &Inputs<'_>) {
         let sources = other.sources();
         sources.parts().for_each(|key| self.reads(key));
         sources.files().for_each(|name| drop(self.reads_file(name)));
     }
 
-    /// What a simulation is set up from.
+    /// Parts of the case that define a simulation.
     pub(super) fn setup(&self) -> Setup<'_> {
         Setup {
             path: &self.file.path,
@@ -204,14 +205,14 @@ impl Inputs<'_> {
         self.reads("specimen");
         let geometry = self.file.geometry()?;
         if let SpecimenGeometry::Mesh { file, .. } = &geometry {
-            // the copy beside the case
+            // record a file in the results folder by its relative name
             let copy = file.strip_prefix(self.dir).unwrap_or(file);
             self.reads_file(&copy.to_string_lossy());
         }
         Ok(geometry)
     }
 
-    /// What is scanned, if grains come from an image.
+    /// Image to be segmented, if the grains come from an image.
     pub(super) fn scanned(&self) -> Result<Option<Scanned>, WorkflowError> {
         for key in ["image", "scan", "grains", "radius_mm", "height_mm"] {
             self.reads(&format!("specimen.{key}"));
@@ -226,7 +227,7 @@ impl Inputs<'_> {
         Ok(scanned)
     }
 
-    /// The images of further specimens that runs are made on, to be read and segmented as the first one.
+    /// Images of the further specimens of the design. They are read and segmented with the settings of the first image.
     pub(super) fn further_scanned(&self) -> Result<Vec<Scanned>, WorkflowError> {
         let Some(own) = self.scanned()? else { return Ok(Vec::new()) };
         let geometry = self.file.geometry()?;
@@ -244,13 +245,13 @@ impl Inputs<'_> {
         Ok(further.into_iter().map(scanned).collect())
     }
 
-    /// What is wrong with the image of a further specimen.
+    /// Error about the image of a further specimen.
     pub(super) fn refused_image(&self, path: &Path, problem: &str, help: &str) -> WorkflowError {
         let name = path.display().to_string();
         self.file.error("specimen.image.further_stacks", name, problem, help).into()
     }
 
-    /// How images of specimens are read and segmented.
+    /// Settings for reading and segmenting images of specimens.
     pub(super) fn image(&self) -> ImageCase {
         self.reads("specimen.image");
         self.file.case.specimen.image.clone().unwrap_or_default()
@@ -266,7 +267,7 @@ impl Inputs<'_> {
         &self.file.path
     }
 
-    /// Refuses a spacing that makes no mesh of a size that can be computed.
+    /// Rejects a mesh spacing that is larger than the radius or the height, or that gives too many elements.
     pub(super) fn check_spacing(
         &self,
         spacing_mm: f64,
@@ -276,14 +277,14 @@ impl Inputs<'_> {
         Ok(self.file.check_spacing("specimen.spacing_mm", spacing_mm, radius_mm, height_mm)?)
     }
 
-    /// The prior with all that it is extended by.
+    /// The prior with all extensions in `[[extend]]`.
     pub(super) fn whole_prior(&self) -> Option<PriorCase> {
         self.prior_table();
         self.extend();
         self.file.case.whole_prior()
     }
 
-    /// What is calibrated and its box, as the surrogate takes it.
+    /// The calibrated parameters and their bounds, extensions included, as inputs of the surrogate.
     pub(super) fn prior(&self) -> Result<Vec<Input>, WorkflowError> {
         match self.whole_prior() {
             Some(prior) => Ok(prior.inputs()?),
@@ -291,7 +292,7 @@ impl Inputs<'_> {
         }
     }
 
-    /// The same without what it is extended by: the box of the first runs.
+    /// The calibrated parameters and their bounds without extensions: the box of the first runs.
     pub(super) fn first_prior(&self) -> Result<Vec<Input>, WorkflowError> {
         match self.prior_table() {
             Some(prior) => Ok(prior.inputs()?),
@@ -299,7 +300,7 @@ impl Inputs<'_> {
         }
     }
 
-    /// What is calibrated.
+    /// The calibrated parameters.
     pub(super) fn parameters(&self) -> Result<Vec<MaterialParameter>, WorkflowError> {
         match self.prior_table() {
             Some(prior) => Ok(prior.parameters().cloned().collect()),
@@ -307,14 +308,14 @@ impl Inputs<'_> {
         }
     }
 
-    /// Runs of a batch, if there are to be batches: what their runs are named by. How many batches there are
-    /// is decided by the rest.
+    /// Number of runs per batch, if runs are added in batches. The name of a run depends on this number. The other keys
+    /// of `[sequential]` determine the number of batches.
     pub(super) fn sequential_batch(&self) -> Option<usize> {
         self.reads("sequential.batch");
         self.file.case.sequential.as_ref().map(|sequential| sequential.batch)
     }
 
-    /// The share of the surrogate that is asked for, if there are batches.
+    /// Accepted share of the surrogate in the posterior variance (`sequential.share`), if runs are added in batches.
     pub(super) fn sequential_share(&self) -> Option<f64> {
         self.reads("sequential.share");
         self.file.case.sequential.as_ref().map(|sequential| sequential.share)
@@ -336,10 +337,11 @@ impl Inputs<'_> {
             .ok_or_else(|| self.missing("experiments.virtual", "how specimens are simulated"))
     }
 
-    /// Only the specimens that the case calibrates against.
+    /// Selects the specimens that the case calibrates against.
     ///
     /// # Errors
-    /// A group that no specimen has; several groups and none chosen: their scatter would pass as that of one material.
+    /// If no specimen belongs to the chosen group; or if there are several groups and none is chosen, because the
+    /// differences between groups would be taken for the scatter of one material.
     pub(super) fn chosen(&self, table: SpecimenTable) -> Result<SpecimenTable, WorkflowError> {
         self.reads("experiments.group");
         match self.file.case.experiments.as_ref().and_then(|e| e.group.as_deref()) {
@@ -348,13 +350,13 @@ impl Inputs<'_> {
         }
     }
 
-    /// What is done about the soft start of curves.
+    /// Treatment of the soft start (toe) of the curves.
     pub(super) fn toe(&self) -> Toe {
         self.reads("experiments.toe");
         self.file.case.experiments.as_ref().map(|e| e.toe).unwrap_or_default()
     }
 
-    /// Refuses load steps too few for curves that quantities of interest are taken from.
+    /// Rejects a number of load steps that is too small to read the quantities of interest from the curves.
     pub(super) fn check_steps(&self) -> Result<(), WorkflowError> {
         Ok(self.file.check_steps()?)
     }
@@ -377,7 +379,7 @@ impl Inputs<'_> {
         (self.writer)(name)
     }
 
-    /// A file that a stage before has written.
+    /// Path of a file that an earlier stage has written.
     pub(super) fn file(&self, name: &str) -> Result<PathBuf, WorkflowError> {
         let path = self.reads_file(name);
         match self.writer_of(name) {
@@ -386,13 +388,13 @@ impl Inputs<'_> {
         }
     }
 
-    /// A text that a stage before has written.
+    /// Text of a file that an earlier stage has written.
     pub(super) fn text(&self, name: &str) -> Result<String, WorkflowError> {
         let path = self.file(name)?;
         fem::read_regular_text(&path).map_err(|e| WorkflowError::io(&path, e))
     }
 
-    /// What a stage before has written as JSON.
+    /// Content of a JSON file that an earlier stage has written.
     pub(super) fn json<T: serde::de::DeserializeOwned>(
         &self,
         name: &str,
@@ -406,7 +408,7 @@ impl Inputs<'_> {
         })
     }
 
-    /// A file that is not always written.
+    /// Path of an optional file, if the file exists.
     pub(super) fn file_if_there(&self, name: &str) -> Option<PathBuf> {
         Some(self.reads_file(name)).filter(|path| path.is_file())
     }

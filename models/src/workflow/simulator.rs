@@ -1,4 +1,4 @@
-//! From a case to a simulation.
+//! Builds and runs the simulations of a case.
 
 use std::collections::BTreeMap;
 use std::iter;
@@ -15,7 +15,7 @@ use crate::case::{CaseFile, ConditionsCase, MaterialCase, MaterialParameter, Qoi
 use crate::experiment::TestCurve;
 use crate::qoi::Qois;
 
-/// The parts of a case that a simulation is set up from, beside its mesh.
+/// Parts of a case that define a simulation, except for the mesh.
 #[derive(Clone, Copy)]
 pub(super) struct Setup<'a> {
     /// The case's file, for messages.
@@ -25,15 +25,15 @@ pub(super) struct Setup<'a> {
     pub(super) material: &'a BTreeMap<String, MaterialCase>,
     pub(super) phase_field: Option<&'a PhaseField>,
     pub(super) test: &'a TestCase,
-    /// Number of equal load steps, if not those of the test.
+    /// Number of equal load steps; `None` for the load steps of the test.
     pub(super) steps: Option<u32>,
     pub(super) conditions: Option<&'a ConditionsCase>,
     pub(super) solver: SolverOptions,
-    /// Where linear systems are solved, if not on the processor.
+    /// Device that solves the linear systems; `None` for the CPU.
     pub(super) device: Option<&'a ComputeDevice>,
-    /// Who shares the work, if others do.
+    /// Ranks among which the simulation is distributed; `None` for a single process.
     pub(super) ranks: Option<&'a Ranks>,
-    /// Whether runs give the derivatives of the force by their parameters.
+    /// Whether runs compute the derivatives of the force with respect to their parameters.
     pub(super) derivatives: bool,
 }
 
@@ -62,7 +62,7 @@ pub(super) fn height_mm(mesh: &TetMesh) -> f64 {
     z().fold(f64::NEG_INFINITY, f64::max) - z().fold(f64::INFINITY, f64::min)
 }
 
-/// The largest distance of a mesh's nodes from its axis in mm, the axis being the middle of its extent.
+/// Largest distance of a node from the mesh's axis in mm. The axis is in the middle of the mesh's extent in x and y.
 pub(super) fn radius_mm(mesh: &TetMesh) -> f64 {
     let extent = |k: usize| {
         let values = || mesh.nodes.iter().map(move |x| x[k]);
@@ -72,7 +72,7 @@ pub(super) fn radius_mm(mesh: &TetMesh) -> f64 {
     mesh.nodes.iter().map(|p| (p[0] - x).hypot(p[1] - y)).fold(0.0, f64::max)
 }
 
-/// A simulation whose parameters take other values at every run.
+/// Simulation with parameters that differ between runs.
 #[derive(Clone, Debug)]
 pub(super) struct Simulator {
     problem: Problem,
@@ -141,7 +141,8 @@ impl Simulator {
         problem.with_sensitivities(parameters)
     }
 
-    /// Refuses materials and derivatives that make no simulation; the case is named by its `setup`.
+    /// Checks that the materials and derivatives are valid at these values of the parameters. Errors name the case file
+    /// of `setup`.
     pub(super) fn check(&self, setup: &Setup<'_>, values: &[f64]) -> Result<(), WorkflowError> {
         let plain = Self { derivatives: false, ..self.clone() };
         let file = setup.path.to_owned();
@@ -185,7 +186,7 @@ fn problem(
             .conditions(conditions.in_fem(schedule.duration_s))
             .schedule(schedule),
         None => {
-            // asked for by the case's validation wherever there are platens
+            // the validation of the case requires this key for tests with platens
             let displacement_mm = setup.test.displacement_mm.unwrap_or(f64::NAN);
             CompressionTest::new(displacement_mm, schedule)
                 .platens(setup.test.platens())
@@ -203,7 +204,7 @@ fn problem(
         .build()
 }
 
-/// A simulated curve as a testing machine would record it, from the unloaded start on.
+/// Simulated curve in the form that a testing machine records: the first point is the unloaded start.
 pub(super) fn recorded(points: &[CurvePoint]) -> TestCurve {
     let mut curve = TestCurve { displacement_mm: vec![0.0], force_n: vec![0.0] };
     for point in points {
@@ -225,7 +226,7 @@ fn in_fem(materials: &[MaterialCase]) -> Result<Vec<fem::Material>, FemError> {
     materials.iter().map(MaterialCase::in_fem).collect()
 }
 
-/// The case's quantities of a run, or why it has none.
+/// Quantities of interest of a run, or the reason why the run has none.
 pub(super) fn quantities(record: &RunRecord, qoi: &QoiCase) -> Result<Vec<f64>, String> {
     match &record.status {
         RunStatus::Failed(reason) => Err(format!("failed: {reason}")),
@@ -236,8 +237,8 @@ pub(super) fn quantities(record: &RunRecord, qoi: &QoiCase) -> Result<Vec<f64>, 
     }
 }
 
-/// The derivatives of those quantities by each parameter that the force was differentiated by,
-/// quantities × parameters, or why there are none.
+/// Derivatives of the quantities of interest with respect to the parameters that the force was differentiated by,
+/// quantities × parameters; or the reason why the run has none.
 pub(super) fn jacobian(record: &RunRecord, qoi: &QoiCase) -> Result<Vec<Vec<f64>>, String> {
     let (curve, found) = (recorded(&record.curve), &record.sensitivities);
     if found.force_n.len() < record.curve.len() {
@@ -248,7 +249,7 @@ pub(super) fn jacobian(record: &RunRecord, qoi: &QoiCase) -> Result<Vec<Vec<f64>
         ));
     }
     let column = |parameter: usize| {
-        // the unloaded start stays where it is
+        // the force at the unloaded start does not depend on the parameters
         let rates = found.force_n.iter().map(|row| row[parameter]);
         let rates: Vec<f64> = iter::once(0.0).chain(rates).collect();
         Qois::rates_of(&curve, qoi.slope_fraction, &qoi.quantities, &rates)

@@ -1,4 +1,4 @@
-//! From a case to the mesh of its specimen: a packing, an image of one, or a mesh file.
+//! Builds the mesh of a case's specimen from a packing, from an image, or from a mesh file.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -14,20 +14,20 @@ use super::found::{Found, GrainPhases};
 use crate::case::{CaseFile, SpecimenGeometry};
 use crate::progress::say;
 
-/// Where grey values or labels come from.
+/// Origin of grey values or labels.
 #[derive(Clone)]
 pub(super) enum Source {
-    /// A file or a folder, the edge of a voxel if its tags do not say it, and how many voxels along the
-    /// edge of a block are averaged.
+    /// Grey values in a file or a folder. `voxel_mm` is the edge of a voxel if the file has no tag for it; `bin` is the
+    /// number of voxels along the edge of an averaged block.
     Stack { path: PathBuf, voxel_mm: Option<f64>, bin: usize },
-    /// Labels in a file or a folder, and what they mean.
+    /// Labels in a file or a folder, and the rules for their interpretation.
     Labels { path: PathBuf, voxel_mm: Option<f64>, rules: LabelRules },
     /// A virtual scan of a packing in a cylinder of this radius and height (mm).
     Scan(Scanner, Packing, [f64; 2]),
 }
 
 impl Source {
-    /// An image in a file or a folder: of labels if there are rules for them.
+    /// Image in a file or a folder: of labels if `labels` contains rules for them, otherwise of grey values.
     pub(super) fn in_file(
         path: PathBuf,
         voxel_mm: Option<f64>,
@@ -40,7 +40,7 @@ impl Source {
         }
     }
 
-    /// The file or the folder, if there is one.
+    /// Path of the file or folder; `None` for a virtual scan.
     pub(super) fn path(&self) -> Option<&Path> {
         match self {
             Self::Stack { path, .. } | Self::Labels { path, .. } => Some(path),
@@ -53,12 +53,12 @@ impl Source {
 pub(super) struct Scanned {
     pub(super) source: Source,
     pub(super) segmentation: Segmentation,
-    /// Radius and height in mm, where the case gives them.
+    /// Radius and height in mm, each `None` if the case does not specify it.
     pub(super) size_mm: [Option<f64>; 2],
 }
 
 impl Scanned {
-    /// What is scanned and how it is meshed, if the grains of this geometry come from an image.
+    /// Image and mesh settings of this geometry, if its grains come from an image.
     pub(super) fn of(geometry: &SpecimenGeometry) -> Option<(Self, Meshing)> {
         match geometry {
             SpecimenGeometry::Image {
@@ -98,8 +98,9 @@ impl Scanned {
         }
     }
 
-    /// The grey values, or a brightness by phases of labels, and the grains in them. `look` gets the image before it
-    /// is segmented, `progress` the name of each step.
+    /// Segments the image. Returns the grey values and the grains. For an image of labels, a brightness for each phase
+    /// replaces the grey values. `look` is called with the image before the segmentation, and `progress` with the name
+    /// of each step.
     pub(super) fn found(
         &self,
         case: &Path,
@@ -131,7 +132,8 @@ impl Scanned {
         Ok((grey, found))
     }
 
-    /// The mask of `[specimen.image.region]`. Its voxels have the size of the image's, whatever its tags say.
+    /// Reads the mask of `[specimen.image.region]`. The mask gets the voxel size of the image; the tags of its file are
+    /// ignored.
     fn mask(&self, image_voxel_mm: f64) -> Result<Option<Volume<f32>>, WorkflowError> {
         let Some(path) = &self.segmentation.region.mask else { return Ok(None) };
         let bin = match self.source {
@@ -142,10 +144,10 @@ impl Scanned {
         Ok(Some(read_image(path, &options)?.volume))
     }
 
-    /// The grey values.
+    /// Reads the grey values.
     ///
     /// # Errors
-    /// Also an image of labels, which has none.
+    /// If the image cannot be read, or is an image of labels.
     pub(super) fn grey(&self, case: &Path) -> Result<Volume<f32>, WorkflowError> {
         self.image(case)?.into_grey()
     }
@@ -172,7 +174,7 @@ impl Scanned {
     }
 }
 
-/// An image as it was read or made.
+/// Image before the segmentation.
 pub(super) enum Image {
     /// Grey values from files.
     Stack(Reading<f32>),
@@ -203,8 +205,8 @@ impl Image {
     }
 }
 
-/// Refuses a radius or height in mm that is more than a voxel larger than the image shows: what is outside would be
-/// meshed as matrix.
+/// Rejects a radius or height in mm that exceeds the specimen in the image by more than a voxel, because the part
+/// outside the image would be meshed as matrix.
 fn checked_size(
     cylinder: &Cylinder,
     size_mm: [Option<f64>; 2],
@@ -221,7 +223,7 @@ fn checked_size(
     Ok(())
 }
 
-/// Gives a cylinder the radius and height in mm that are given; the middle stays where it was found.
+/// Sets the radius and the height (mm) of a cylinder, where they are given. The centre of the cylinder does not move.
 pub(super) fn resize(cylinder: &mut Cylinder, [radius, height]: [Option<f64>; 2]) {
     cylinder.radius_mm = radius.unwrap_or(cylinder.radius_mm);
     if let Some(height) = height {
@@ -230,7 +232,7 @@ pub(super) fn resize(cylinder: &mut Cylinder, [radius, height]: [Option<f64>; 2]
     }
 }
 
-/// The grains of a packing, each known exactly.
+/// Grains of a packing, with their exact shapes.
 fn packed(
     case: &Path,
     packing: Option<&Packing>,
@@ -258,15 +260,16 @@ pub(super) fn packed_mesh(
     built.map_err(|source| WorkflowError::Meshing { file: case.to_owned(), source })
 }
 
-/// What the grey values of an image say of its labelled grains.
+/// Properties of labelled grains, measured from the grey values of the image.
 pub(super) struct Measured<'a> {
-    /// The part of each voxel that is grain.
+    /// Fraction of each voxel that is grain.
     pub(super) solid: &'a Volume<f32>,
     /// Number and volume (mm³) of each grain.
     pub(super) volumes_mm3: Vec<(u32, f64)>,
 }
 
-/// The mesh of labelled voxels, with what grey values say of the grains where these are the grains that were found.
+/// Builds the mesh of labelled voxels. `measured` is `None` if the labels were supplied or edited by the user: the grey
+/// values are measured only for grains that the segmentation has found.
 pub(super) fn labelled_mesh(
     case: &Path,
     labels: &Volume<u32>,
@@ -284,7 +287,7 @@ pub(super) fn labelled_mesh(
     built.map_err(|source| WorkflowError::Meshing { file: case.to_owned(), source })
 }
 
-/// The mesh of a specimen whose grains have just been found.
+/// Builds the mesh of a specimen directly from the result of its segmentation.
 pub(super) fn found_mesh(
     case: &Path,
     found: &Found,
@@ -295,7 +298,7 @@ pub(super) fn found_mesh(
     labelled_mesh(case, found.labels(), measured, found.phases(), found.cylinder(), meshing)
 }
 
-/// The mesh of a file, with what was noted when it was read.
+/// Reads a mesh file. The result includes the notes of the reader.
 pub(super) fn imported_mesh(
     file: &Path,
     regions: &BTreeMap<String, gmsh::PhysicalGroups>,
@@ -304,17 +307,17 @@ pub(super) fn imported_mesh(
     let names = gmsh::GmshNames { regions: regions.clone(), surfaces: surfaces.clone() };
     gmsh::import(file, &names).map_err(|e| match e {
         MeshError::File { .. } | MeshError::Io { .. } => e.into(),
-        // what the mesh's own check finds does not know of the file
+        // errors from the check of the mesh do not contain the path of the file
         source => WorkflowError::UnsoundMesh { path: file.to_owned(), source },
     })
 }
 
-/// The notes of a mesh file, each with the name of the file.
+/// Formats the notes about a mesh file, each with the name of the file.
 pub(super) fn import_notes(file: &Path, notes: &[gmsh::ImportNote]) -> Vec<String> {
     notes.iter().map(|note| format!("{}: {note}", file.display())).collect()
 }
 
-/// The mesh of a geometry that needs no image, with the mesher's report unless it is a mesh file.
+/// Builds or reads the mesh of a geometry without an image. The report of the mesher is `None` for a mesh file.
 pub(super) fn direct_mesh(
     case: &Path,
     geometry: &SpecimenGeometry,
@@ -334,7 +337,7 @@ pub(super) fn direct_mesh(
     }
 }
 
-/// The mesh of a case without any file in between, for a single simulation.
+/// Builds the mesh of a case for a single simulation, without intermediate files.
 pub(super) fn mesh_of(file: &CaseFile) -> Result<TetMesh, WorkflowError> {
     let geometry = file.geometry()?;
     if let Some((scanned, meshing)) = Scanned::of(&geometry) {

@@ -1,5 +1,5 @@
-//! What is said of specimens before anything is computed for them: at most five examples of a kind, all of them in
-//! `curve_checks.csv`; sizes that differ from the mesh's, and the rate of the tests.
+//! Notes and warnings about the specimens, made before any simulation: sizes that differ from the mesh, and the rate of
+//! the tests. At most five lines of a kind are printed; `curve_checks.csv` lists all of them.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -9,14 +9,16 @@ use crate::case::TestCase;
 use crate::error::InputError;
 use crate::experiment::{Specimen, SpecimenTable};
 
-/// Lines of one kind that are printed.
+/// Largest number of printed lines of one kind.
 const EXAMPLES: usize = 5;
-/// Relative difference of the radii up to which equal stress makes specimens comparable. Beyond it the ratio of height
-/// to radius, and grains and cracks beside the radius, differ too.
+/// Relative difference of the radii up to which specimens are comparable after scaling the forces to equal stress.
+/// Beyond it, specimen and mesh also differ in the ratio of height to radius, and in the sizes of grains and cracks
+/// relative to the radius.
 const RADIUS: f64 = 0.02;
-/// Relative difference of the radii up to which forces that are not scaled need no warning.
+/// Relative difference of the radii up to which unscaled forces cause no warning.
 const UNSCALED: f64 = 1e-3;
-/// Relative difference of the strain rates of test and case that is refused: the viscosity is off by as much.
+/// Relative difference between the strain rates of a test and of the case above which the test is rejected. The
+/// viscosity would have the same relative error.
 const RATE: f64 = 0.05;
 
 /// Lines for the screen, warnings, and rows of `curve_checks.csv`.
@@ -55,7 +57,7 @@ impl Notes {
         self.rows.push([id.to_owned(), kind.to_owned(), number, text]);
     }
 
-    /// Adds how many lines of each kind were left out.
+    /// Adds a line with the number of omitted lines for each kind.
     pub(super) fn say_what_was_left_out(&mut self) {
         for (kind, said) in self.said.iter().filter(|(_, said)| **said > EXAMPLES) {
             let further = said - EXAMPLES;
@@ -63,7 +65,7 @@ impl Notes {
         }
     }
 
-    /// Warnings, which count wherever the results are shown.
+    /// Warnings, which are shown together with the results.
     pub(super) fn warnings(&self) -> &[String] {
         &self.warnings
     }
@@ -78,7 +80,8 @@ impl Notes {
     }
 }
 
-/// Notes heights, by which displacements are scaled, and radii, by which forces are.
+/// Notes each specimen whose height differs from the mesh, so that its displacements are scaled, or whose radius
+/// differs, so that its forces are scaled.
 pub(super) fn note_sizes(table: &SpecimenTable, mesh: MeshSize, notes: &mut Notes) {
     for specimen in &table.specimens {
         let scale = MeshScale::of(specimen, mesh);
@@ -118,8 +121,8 @@ pub(super) fn note_sizes(table: &SpecimenTable, mesh: MeshSize, notes: &mut Note
     }
 }
 
-/// Compares the strain rate of each test with the case's, and notes which rate is assumed of tests without a time.
-/// Returns a mistake for each test of another rate.
+/// Compares the strain rate of each test with the strain rate of the case, and notes the rate that is assumed for tests
+/// without a time column. Returns an error for each test with a different rate.
 pub(super) fn check_rates(
     test: &TestCase,
     table: &SpecimenTable,
@@ -152,8 +155,8 @@ struct CaseRate {
 }
 
 impl CaseRate {
-    /// A strain rate of a test that differs from the case's by more than 5 %: only the product of viscosity and rate
-    /// is calibrated.
+    /// Error for a test whose strain rate differs from the case by more than 5 %. The rates must agree, because only
+    /// the product of viscosity and rate is calibrated.
     fn other_rate(
         &self,
         specimen: &Specimen,
@@ -199,7 +202,8 @@ mod tests {
         SpecimenTable { specimens: rates.iter().enumerate().map(specimen).collect() }
     }
 
-    /// 0.22 mm in 1 s on 4.4 mm is the strain rate of 0.44 mm/s on 8.8 mm.
+    /// A speed of 0.22 mm/s on a height of 4.4 mm and a speed of 0.44 mm/s on a height of 8.8 mm have the same strain
+    /// rate.
     #[test]
     fn a_rate_other_than_the_case_s_is_refused_with_the_duration_that_fits() {
         let case = CaseRate { displacement_mm: 0.22, duration_s: 1.0, height_mm: 4.4 };
@@ -226,7 +230,8 @@ mod tests {
         assert!(rows[0][3].contains("forces are scaled by 0.9216"), "{:?}", rows[0]);
     }
 
-    /// 2.49 mm instead of 2.5 mm is scaled with a note, 2.4 mm with a warning, and beside a block nothing is scaled.
+    /// The specimens have a radius of 2.5 mm. Their forces are scaled with a note for a mesh of radius 2.49 mm, and
+    /// with a warning for 2.4 mm. For a mesh that is not a cylinder, forces are not scaled, with a warning.
     #[test]
     fn radii_are_noted_or_warned_of() {
         let noted = |mesh: MeshSize| {

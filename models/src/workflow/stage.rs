@@ -1,4 +1,4 @@
-//! What a stage of the workflow is.
+//! Definition of a stage of the workflow.
 
 use super::WorkflowError;
 use super::task::Task;
@@ -6,29 +6,29 @@ use super::task::Task;
 /// Work that several processes do together.
 pub(super) type Share = fn(&Task<'_>) -> Result<(), WorkflowError>;
 
-/// A step of the workflow; [`STAGES`](super::STAGES) has them in order.
+/// A step of the workflow; [`STAGES`](super::STAGES) lists all stages in order.
 ///
-/// What a stage reads is not listed: it is found out when the stage runs.
+/// The inputs of a stage are not listed here. They are recorded when the stage runs.
 #[derive(Debug)]
 pub struct Stage {
-    /// Its subcommand.
+    /// Name of the subcommand that runs the stage.
     pub name: &'static str,
-    /// What it does, in a line.
+    /// Description of the stage in one line.
     pub about: &'static str,
-    /// The files that it writes: `#` stands for a number, `*` for any text without a slash.
+    /// Names of the files that the stage writes: `#` stands for a number, `*` for any text without a slash.
     pub products: &'static [&'static str],
-    /// Work that several processes can do together, before one of them runs the rest.
+    /// Part of the stage's work that several processes can do together, before one of them executes `run`.
     pub(super) share: Option<Share>,
     pub(super) run: fn(&Task<'_>) -> Result<String, WorkflowError>,
 }
 
 impl Stage {
-    /// Whether it makes the specimen, which cases of one study may have in common.
+    /// Whether the stage makes the specimen. The cases of a study can share the results of such a stage.
     pub(super) fn is_of_the_specimen(&self) -> bool {
         matches!(self.name, "segment" | "mesh")
     }
 
-    /// Whether several processes can do its work together.
+    /// Whether several processes can do the stage's work together.
     pub fn is_shared(&self) -> bool {
         self.share.is_some()
     }

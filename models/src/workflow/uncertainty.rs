@@ -1,4 +1,4 @@
-//! What the posterior's width is made of, and the error that all specimens share.
+//! Contributions to the width of the posterior, and the errors that all specimens share.
 
 use nalgebra::DMatrix;
 use ppl::{Posterior, Summary};
@@ -15,36 +15,36 @@ use crate::budget::{largest_part, matrix, shares};
 use crate::case::DiscrepancyCase;
 use crate::fracture::{Evidence, Population, column_means, relative_covariance, short_name};
 
-/// The covariances (quantities × quantities, relative to the specimens' means) of the errors that all
-/// specimens share.
+/// Covariances of the errors that all specimens share (quantities × quantities, relative to the specimens' means).
 pub(super) struct SharedError {
     surrogate: OfRuns,
-    /// Of the mean response, where runs share a few specimens.
+    /// Error of the mean response, if the runs share a few specimens.
     specimens: Option<OfRuns>,
-    /// Of the corrections from cheaper meshes, if there are any.
+    /// Covariance of the error of the corrections from cheaper meshes, if there are corrections.
     mesh: Option<Vec<Vec<f64>>>,
-    /// Of the model itself, as the case has it.
+    /// Covariance of the error of the model itself, as specified in the case.
     discrepancy: Option<Vec<Vec<f64>>>,
 }
 
-/// An error of what is learnt from runs.
+/// Error of a forward model that is estimated from runs: a constant part and a part that depends on the parameters.
 #[derive(Default)]
 struct OfRuns {
-    /// What is the same everywhere.
+    /// Covariance of the constant part.
     constant: Option<Vec<Vec<f64>>>,
-    /// What runs leave open, which depends on the parameters; and its mean over the box.
+    /// The part that depends on the parameters, and its covariance averaged over the box.
     open: Option<(CoefficientPosterior, Vec<Vec<f64>>)>,
 }
 
 impl SharedError {
-    /// What all specimens share: the error of the surrogate, that of `[fidelity]`, and that of the model as
-    /// `[calibration.discrepancy]` has it.
+    /// Collects the errors that all specimens share: the errors of the surrogate and of `[fidelity]`, and the error of
+    /// the model as specified in `[calibration.discrepancy]`.
     ///
-    /// Where each run had a packing of its own, the residuals of the surrogate are scatter between packings,
-    /// which the specimens have too; what is shared is the error of the mean response, s² h(θ). On one specimen it is
-    /// what the polynomial misses of its response. Where runs share a few specimens it is both, W + W h(θ) with W the
-    /// scatter of runs on the same specimen, and beside it what so few specimens tell of the mean of all, B g(θ)
-    /// ([`of_few`]).
+    /// The error of the surrogate depends on the specimens of the runs:
+    /// - Each run has its own packing: the residuals are scatter between packings, which the specimens have too. The
+    ///   shared error is the error of the mean response, s² h(θ).
+    /// - All runs have the same specimen: the shared error is the lack of fit of the polynomial.
+    /// - The runs share a few specimens: the shared error is W + W h(θ), where W is the scatter of runs on the same
+    ///   specimen, plus the error B g(θ) of a mean response estimated from few specimens ([`of_few`]).
     pub(super) fn of(
         fitted: &Fitted,
         discrepancy: &DiscrepancyCase,
@@ -79,16 +79,16 @@ impl SharedError {
         [&self.surrogate].into_iter().chain(&self.specimens)
     }
 
-    /// Their sum, that of the surrogate averaged over the box: where there is no posterior to average over.
+    /// Sum of all errors, with the parameter-dependent parts averaged over the box. Used if there is no posterior.
     pub(super) fn total(&self) -> Vec<Vec<f64>> {
         let open = self.of_runs().filter_map(|part| part.open.as_ref().map(|(_, mean)| mean));
         sum(self.constants().chain(open))
     }
 
-    /// Their sum, that of the surrogate averaged over the draws of a posterior.
+    /// Sum of all errors, with the parameter-dependent parts averaged over the draws of a posterior.
     ///
     /// # Errors
-    /// A draw outside the surrogate's box.
+    /// If a draw lies outside the surrogate's box.
     pub(super) fn over(
         &self,
         posterior: &Posterior,
@@ -100,13 +100,13 @@ impl SharedError {
         Ok(sum(of_runs.iter().chain(others)))
     }
 
-    /// Those that do not depend on the parameters.
+    /// Covariances that do not depend on the parameters.
     fn constants(&self) -> impl Iterator<Item = &Vec<Vec<f64>>> {
         let others = [&self.mesh, &self.discrepancy].into_iter().flatten();
         self.of_runs().filter_map(|part| part.constant.as_ref()).chain(others)
     }
 
-    /// Specimens `qois` with these errors, and what is known of their stiffness ratios.
+    /// Evidence from specimens with the quantities `qois`, these errors, and the known stiffness ratios.
     pub(super) fn evidence(&self, qois: Vec<Vec<f64>>, known: &KnownStiffness) -> Evidence {
         let size = qois.first().map_or(0, Vec::len);
         let zeros = vec![vec![0.0; size]; size];
@@ -119,7 +119,7 @@ impl SharedError {
 }
 
 impl OfRuns {
-    /// Averaged over the draws of a posterior.
+    /// Covariance of the error, averaged over the draws of a posterior.
     fn over(
         &self,
         posterior: &Posterior,
@@ -141,45 +141,45 @@ impl OfRuns {
     }
 }
 
-/// The sum of matrices of one shape; without any, nothing.
+/// Sum of matrices of the same shape; empty if there are no matrices.
 fn sum<'a>(matrices: impl IntoIterator<Item = &'a Vec<Vec<f64>>>) -> Vec<Vec<f64>> {
     let mut all = matrices.into_iter();
     let first = all.next().cloned().unwrap_or_default();
     all.fold(first, |sum, more| added(&sum, more))
 }
 
-/// Draws over which an error is averaged.
+/// Largest number of draws over which an error is averaged.
 const MOST_DRAWS: usize = 500;
 
 /// Shares of the sources in the posterior variance of each parameter.
 pub(super) struct Budget {
     pub(super) parameters: Vec<String>,
     pub(super) sources: Vec<&'static str>,
-    /// Parameters × sources; those of a parameter sum to 1.
+    /// Parameters × sources; the shares of each parameter sum to 1.
     pub(super) shares: Vec<Vec<f64>>,
-    /// 1 − variance of the posterior over that of the prior, of each parameter.
+    /// 1 − (posterior variance)/(prior variance) of each parameter.
     pub(super) contractions: Vec<f64>,
-    /// Of surrogate and corrections together, quantities × quantities.
+    /// Covariance of the error of surrogate and corrections together, quantities × quantities.
     of_runs: Vec<Vec<f64>>,
 }
 
-/// Parameters of less contraction are not identified.
+/// Smallest contraction of a parameter that counts as identified.
 const IDENTIFIED: f64 = 0.1;
 
-/// The source whose share more runs make smaller.
+/// Name of the source whose share decreases with more runs.
 pub(super) const OF_SURROGATE: &str = "surrogate";
 
-/// Where the posterior's width comes from:
+/// Computes the contributions of the sources to the posterior variance:
 ///
-/// - surrogate: its error, which is shared, as it is where the posterior lives;
-/// - mesh: the error of the correction from cheaper meshes. What the specimen's own mesh errs by is in no
-///   interval: see `confirm.csv`;
-/// - discrepancy: what the case says the model itself may be off by;
-/// - geometry: the scatter of packings over n, where runs show it; what runs on few specimens leave open of the mean of
-///   all; and what the stiffness of specimens without an image leaves open;
-/// - specimens: the scatter between specimens less that of packings, over n.
+/// - surrogate: the shared error of the surrogate, averaged over the posterior;
+/// - mesh: the error of the correction from cheaper meshes. The discretisation error of the specimen's own mesh is not
+///   included in any interval: see `confirm.csv`;
+/// - discrepancy: the error of the model itself, as specified in the case;
+/// - geometry: the scatter between packings divided by n, if runs show this scatter; the error of a mean response
+///   estimated from few specimens; and the unknown stiffness of specimens without an image;
+/// - specimens: the scatter between specimens minus the scatter between packings, divided by n.
 ///
-/// None if the covariance of them all is not positive definite.
+/// Returns `None` if the covariance of all sources together is not positive definite.
 pub(super) fn budget(
     fitted: &Fitted,
     posterior: &Posterior,
@@ -200,7 +200,8 @@ pub(super) fn budget(
         Some(mesh) => added(&of_surrogate, mesh),
         None => of_surrogate.clone(),
     };
-    // an error that all share, and one that each specimen has alone, of the means of both groups
+    // covariances of the group means: of an error that all specimens share, and of an error that is independent between
+    // specimens
     let shared_by_all = |part: &[Vec<f64>]| blocks(&groups, |_, _| matrix(part));
     let of_each = |part: &DMatrix<f64>| {
         let zero = DMatrix::zeros(means.len(), means.len());
@@ -228,14 +229,14 @@ pub(super) fn budget(
 
     let mut jacobian: Vec<Vec<f64>> = Vec::new();
     for (g, group) in groups.iter().enumerate() {
-        // what is known of specimens takes no part, and stands at its mean
+        // inputs that are known from the specimens are not parameters; they are fixed at the mean of the group
         let place = [&means_of_draws[..], &group.inputs].concat();
         let (_, slopes) = fitted.pce.value_and_jacobian(&place)?;
         let relative = |(row, mean): (&Vec<f64>, &f64)| row.iter().map(|s| s / mean).collect();
         let slopes: Vec<Vec<f64>> = slopes.iter().zip(&means).map(relative).collect();
         jacobian.extend(slopes.iter().map(|row| row[..unknown.len()].to_vec()));
         if let Some(population) = group.population {
-            // what a standard deviation of each unknown input does
+            // change of the quantities for one standard deviation of each unknown input
             let column = |row: &Vec<f64>| {
                 row[unknown.len()..]
                     .iter()
@@ -278,9 +279,9 @@ impl Budget {
         self.shares.iter().map(|shares| place.map_or(0.0, |place| shares[place])).collect()
     }
 
-    /// The parameter with the largest share of the surrogate, and that share, among those that the data
-    /// identify: of others the width is the prior's, whatever is known of the surrogate. If none is
-    /// identified, it may be for want of a surrogate, and all count.
+    /// The parameter with the largest share of the surrogate, and this share, among the parameters that the data
+    /// identify. The width of the other parameters is the width of the prior, however accurate the surrogate is. If no
+    /// parameter is identified, all parameters are compared, because an inaccurate surrogate may be the cause.
     pub(super) fn largest_share(&self) -> Option<(&str, f64)> {
         let all = || self.parameters.iter().zip(self.of(OF_SURROGATE)).zip(&self.contractions);
         let any = all().any(|(_, contraction)| *contraction >= IDENTIFIED);
@@ -290,7 +291,7 @@ impl Budget {
             .max_by(|a, b| a.1.total_cmp(&b.1))
     }
 
-    /// `uncertainty.csv`.
+    /// Writes `uncertainty.csv`.
     pub(super) fn write(&self, task: &Task<'_>) -> Result<(), WorkflowError> {
         let rows = self.parameters.iter().zip(&self.shares).flat_map(|(parameter, shares)| {
             let row = |(source, share): (&&str, &f64)| {
@@ -301,8 +302,8 @@ impl Budget {
         task.write_csv("uncertainty.csv", ["parameter", "source", "share"], rows)
     }
 
-    /// Whether the error of the runs widens the posterior: n S/Σ above 0.1 for some quantity, with S its
-    /// variance, Σ that between n specimens, both relative.
+    /// Warns if the error of the runs widens the posterior: n S/Σ > 0.1 for some quantity, where S is the relative
+    /// variance of this error, Σ the relative variance between specimens, and n the number of specimens.
     pub(super) fn warning(
         &self,
         summary: &Summary,
@@ -327,7 +328,7 @@ impl Budget {
     }
 }
 
-/// Draws of a quantity, a row each.
+/// Draws of a quantity, one row per draw.
 pub(super) fn draws_of(posterior: &Posterior, name: &str) -> Vec<Vec<f64>> {
     let group = &posterior.posterior;
     let Some(values) = group.variables.iter().find(|v| v.name == name) else { return Vec::new() };
@@ -335,16 +336,16 @@ pub(super) fn draws_of(posterior: &Posterior, name: &str) -> Vec<Vec<f64>> {
     values.data.chunks(size.max(1)).map(<[f64]>::to_vec).collect()
 }
 
-/// Specimens that scatter alike.
+/// Group of specimens with the same covariance.
 struct Group<'a> {
     size: f64,
-    /// The surrogate's last inputs of their mean.
+    /// Last inputs of the surrogate, averaged over the group.
     inputs: Vec<f64>,
-    /// Where those are not known of each.
+    /// Population of these inputs, if the inputs of the specimens are unknown.
     population: Option<&'a Population>,
 }
 
-/// Specimens of which all is known, and the others.
+/// Splits the specimens into those with known inputs and the others. Empty groups are omitted.
 fn groups(evidence: &Evidence) -> Vec<Group<'_>> {
     let known: Vec<Vec<f64>> = evidence.known.iter().flatten().cloned().collect();
     let unknown = evidence.known.len() - known.len();
@@ -360,7 +361,7 @@ fn groups(evidence: &Evidence) -> Vec<Group<'_>> {
     [Some(of_known), of_unknown].into_iter().flatten().filter(|group| group.size > 0.0).collect()
 }
 
-/// A matrix of the means of all groups, from a block for each pair of them.
+/// Assembles a matrix for the means of all groups from one block for each pair of groups.
 fn blocks(groups: &[Group<'_>], block: impl Fn(usize, usize) -> DMatrix<f64>) -> DMatrix<f64> {
     let size = block(0, 0).nrows();
     let mut whole = DMatrix::zeros(size * groups.len(), size * groups.len());

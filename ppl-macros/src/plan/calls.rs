@@ -97,7 +97,7 @@ pub(crate) fn dot(site_number: usize, call: &ExprCall) -> Expr {
     Expr::Verbatim(quote_spanned!(here(call)=> (&__Of(&#call)).same_length(&#site)?))
 }
 
-/// `reject!(reason)`, with the site of the statement.
+/// Expansion of `reject!(reason)`: returns an error that contains the site of the statement.
 pub(crate) fn reject(site_number: usize, mac: &Macro) -> Expr {
     let (site, reason) = (site(site_number), &mac.tokens);
     Expr::Verbatim(quote_spanned! {here(&mac.path)=>

@@ -28,9 +28,10 @@ pub(super) fn ln_mass_by_quadrature<R: Scalar>(
     }
     let (first, last) = support.bounds();
     let (has_lower, has_upper) = (interval.lower() > first, interval.upper() < last);
-    // integrate a narrow interval over x and every other interval over the coordinate, to avoid rounding errors
+    // to avoid rounding errors, integrate over x if the interval is narrow, and otherwise over the unconstrained
+    // coordinate y
     let is_narrow = share < CANCELLED && has_lower && has_upper;
-    // with an upper bound only, the coordinate is a decreasing function of x
+    // for a support with only an upper bound, y is a decreasing function of x
     let is_reversed = matches!(support, Support::Below(_)) && !is_narrow;
     let [lower, upper] = if is_narrow {
         [interval.lower(), interval.upper()]
@@ -87,8 +88,9 @@ pub(super) fn ln_mass_by_quadrature<R: Scalar>(
     R::fuse_iter(value, means.chain(flows))
 }
 
-/// Centre of the probability mass in the coordinate, and first estimates of its widths below and above the centre. Both
-/// come from the quartiles; if these are inaccurate, the centre is an end of the interval.
+/// Centre of the probability mass in the unconstrained coordinate, and first estimates of its widths below and above
+/// the centre. Both come from the quartiles; if these are inaccurate, the centre is an end of the interval, or 0 if the
+/// interval is unbounded.
 fn place(
     [first, median, third]: [f64; 3],
     [lower, upper]: [f64; 2],

@@ -1,17 +1,17 @@
-//! The specimens of a calibration as their likelihood takes them: what differs between them, and
-//! what they share.
+//! The specimens of a calibration, transformed for the likelihood into contrasts between specimens and totals over
+//! specimens.
 //!
-//! y_k = m + δ + e_k with e_k ~ N(0, Σ) for each specimen and one δ ~ N(0, S) for all: the error of
-//! the forward model, which more specimens do not average away. An orthogonal transform takes the n
-//! rows apart: n − 1 contrasts z_j ~ N(0, Σ), in which δ and m cancel, and √n ȳ ~ N(√n m, Σ + nS).
-//! Their joint density is that of the rows with δ integrated out. S may depend on the parameters: a surrogate
-//! is known best where its runs are, and its error is S(θ) = s² h(θ), the leverage h times the variance of runs.
+//! The model is y_k = m + δ + e_k with e_k ~ N(0, Σ) for each specimen and one δ ~ N(0, S) for all specimens. δ is the
+//! error of the forward model, which does not decrease with the number of specimens. An orthogonal transform turns the
+//! n rows into n − 1 contrasts z_j ~ N(0, Σ), in which δ and m cancel, and the total √n ȳ ~ N(√n m, Σ + nS). The joint
+//! density of contrasts and total is the density of the rows with δ integrated out. S may depend on the parameters: the
+//! error of a surrogate is S(θ) = s² h(θ), the variance s² of runs times the leverage h, which is small near the runs.
 //!
-//! Where something is known of each specimen that the forward model takes, such as the stiffness of its
-//! own microstructure, each has an m_k of its own: the transform of these is the mean of that of the rows.
-//! Specimens of which it is not known are a second group: they scatter by Σ + T, where T = b bᵀ is what their
-//! population does to the response, and share δ and T/N beside, N being how many the population is known
-//! from. Totals of both groups have one joint normal density.
+//! The forward model may have inputs that are known for each specimen, such as the stiffness of its microstructure.
+//! Each specimen then has its own mean m_k, and the same transform is applied to the means. Specimens with unknown
+//! inputs form a second group. Their covariance is Σ + T, where T = b bᵀ is the effect of the population's spread on
+//! the response. In addition to δ they share an error with covariance T/N, where N is the number of members from which
+//! the population is estimated. The totals of both groups have one joint normal density.
 
 use ppl::DomainError;
 use ppl::prelude::*;
@@ -21,40 +21,40 @@ use super::CalibrationError;
 use super::contrasts::{Group, helmert};
 use super::population::{Population, Spread};
 
-/// Quantities of interest of specimens, relative to their means, and the covariance of the error that
-/// all share.
+/// Quantities of interest of specimens, relative to their means, and the covariance of the error that all specimens
+/// share.
 #[derive(Clone, Debug)]
 pub struct Specimens {
-    /// Of each specimen, whether its inputs are known.
+    /// Whether the inputs of each specimen are known.
     pub(super) is_known: Vec<bool>,
     pub(super) known: Group,
     pub(super) unknown: Group,
-    /// The last inputs of the forward model of the known ones; no rows if there are none to be known.
+    /// Last inputs of the forward model for each specimen with known inputs; empty if the model has no such inputs.
     pub(super) inputs: Vec<Vec<f64>>,
-    /// Of those of the others.
+    /// Population of the inputs of the other specimens, if there are any.
     pub(super) population: Option<Population>,
-    /// Totals of the groups that there are, one after the other.
+    /// Totals of the non-empty groups, concatenated.
     pub(super) totals: Vec<f64>,
-    /// S but for what follows, quantities × quantities; zero is the paper's likelihood.
+    /// Constant part of S, quantities × quantities. With S = 0 the likelihood is that of the paper.
     pub(super) shared: Vec<Vec<f64>>,
-    /// What runs, and their specimens, leave open of the forward model.
+    /// Parts of S that depend on the parameters: errors of the forward model that is estimated from runs.
     pub(super) open: Vec<Open>,
 }
 
-/// An error of the forward model that is not the same everywhere.
+/// Error of the forward model that depends on the parameters: a covariance times a leverage h.
 #[derive(Clone, Debug)]
 pub(super) struct Open {
-    /// Its leverage h.
+    /// Posterior of the coefficients, which gives the leverage h.
     coefficients: CoefficientPosterior,
-    /// Its covariance per leverage, in the same relative quantities.
+    /// Covariance of the error at leverage 1, in the same relative quantities.
     scatter: Vec<Vec<f64>>,
 }
 
 impl Specimens {
-    /// Specimens without a shared error: one row each, in the order of the forward model's outputs.
+    /// Specimens without a shared error. `qois` has one row per specimen, in the order of the forward model's outputs.
     ///
     /// # Errors
-    /// No specimen, or rows of different lengths.
+    /// If there is no specimen, or the rows have different lengths.
     pub fn new(qois: &[Vec<f64>]) -> Result<Self, CalibrationError> {
         let [first, ..] = qois else { return Err(CalibrationError::TooFew(0)) };
         let expected = first.len();
@@ -74,12 +74,12 @@ impl Specimens {
         })
     }
 
-    /// With the last inputs of the forward model, as far as they are known of each specimen, and the population
-    /// that those of the others are taken from.
+    /// Adds the last inputs of the forward model for each specimen, `None` if they are unknown, and the population to
+    /// which the unknown inputs belong.
     ///
     /// # Errors
-    /// Another number of entries than of specimens, rows of different lengths, or unknown inputs without a
-    /// population.
+    /// If the number of entries differs from the number of specimens, rows have different lengths, or there are unknown
+    /// inputs but no population.
     pub fn knowing(
         self,
         inputs: &[Option<Vec<f64>>],
@@ -108,23 +108,23 @@ impl Specimens {
         Ok(Self { is_known, known, unknown, inputs, population, totals, ..self })
     }
 
-    /// All rows in their order.
+    /// Rows of all specimens in their original order.
     pub(super) fn rows(&self) -> Vec<&Vec<f64>> {
         let (mut known, mut unknown) = (self.known.rows.iter(), self.unknown.rows.iter());
         let row = |is_known: &bool| if *is_known { known.next() } else { unknown.next() };
         self.is_known.iter().filter_map(row).collect()
     }
 
-    /// How many inputs of the forward model are no parameters.
+    /// Number of inputs of the forward model that are not parameters.
     pub(super) fn known_inputs(&self) -> usize {
         let of_population = self.population.as_ref().map_or(0, |p| p.mean().len());
         self.inputs.first().map_or(of_population, Vec::len)
     }
 
-    /// What the forward model says of the specimens at parameters `point`.
+    /// Evaluates the forward model for the specimens at the parameters `point`.
     ///
     /// # Errors
-    /// Parameters outside the box of an error that is not the same everywhere.
+    /// If the parameters lie outside the box of an error that depends on the parameters.
     pub(super) fn expected<R: Scalar>(
         &self,
         forward: &DynPce,
@@ -149,11 +149,11 @@ impl Specimens {
         Ok(Expected { own, contrasts, mean, unknown, shared })
     }
 
-    /// With the covariance S of the error δ that all specimens share, in the same relative quantities:
-    /// of the surrogate, of the mesh, of the geometry.
+    /// Sets the covariance S of the error δ that all specimens share, in the same relative quantities: the error of the
+    /// surrogate, the mesh and the geometry.
     ///
     /// # Errors
-    /// Another size than that of the quantities.
+    /// If the size of `covariance` differs from the number of quantities.
     pub fn sharing(mut self, covariance: Vec<Vec<f64>>) -> Result<Self, CalibrationError> {
         let expected = self.shared.len();
         let wrong = |found: usize| CalibrationError::Quantities { expected, found };
@@ -167,18 +167,18 @@ impl Specimens {
         Ok(self)
     }
 
-    /// With what runs leave open of the forward model as a further error that all specimens share: its
-    /// covariance is `scatter`, in the same relative quantities, times the leverage at the parameters.
+    /// Adds an error of the forward model that depends on the parameters and that all specimens share. Its covariance
+    /// is `scatter`, in the same relative quantities, times the leverage at the parameters.
     ///
     /// # Errors
-    /// Another size than that of the quantities.
+    /// If the size of `scatter` differs from the number of quantities.
     pub fn leaving_open(
         self,
         coefficients: CoefficientPosterior,
         scatter: Vec<Vec<f64>>,
     ) -> Result<Self, CalibrationError> {
         let shared = self.shared.clone();
-        // of the same size as the other
+        // `sharing` checks the size of the matrix
         let checked = self.sharing(scatter)?;
         let scatter = checked.shared.clone();
         let mut open = checked.open.clone();
@@ -186,9 +186,9 @@ impl Specimens {
         Ok(Self { shared, open, ..checked })
     }
 
-    /// S at parameters `point`. Inputs that are known of each specimen stand at their mean: of a response that
-    /// is linear in them, that of the mean over the specimens. Where some are not known they stand at that of
-    /// the population.
+    /// S at the parameters `point`. Known inputs are set to their mean over the specimens; if the response is linear in
+    /// these inputs, this is the error of the mean response. If some specimens have unknown inputs, the mean of the
+    /// population is used instead.
     pub(super) fn shared_at<R: Scalar>(&self, point: &[R]) -> Result<Vec<Vec<R>>, DomainError> {
         let constant = |row: &Vec<f64>| row.iter().map(|&s| R::from(s)).collect();
         let mut shared: Vec<Vec<R>> = self.shared.iter().map(constant).collect();
@@ -212,7 +212,7 @@ impl Specimens {
         self.is_known.len()
     }
 
-    /// Never: there is at least one.
+    /// Always false, because there is at least one specimen.
     pub fn is_empty(&self) -> bool {
         false
     }
@@ -230,18 +230,19 @@ impl Specimens {
         }
     }
 
-    /// What contrasts between specimens of which nothing is known are expected to be: zero.
+    /// Expected contrast between specimens with unknown inputs: zero.
     pub(super) fn no_contrast<R: Scalar>(&self) -> Vec<R> {
         vec![R::from(0.0); self.shared.len()]
     }
 
-    /// The expected totals.
+    /// Expected totals of the groups, concatenated.
     pub(super) fn mean_of_totals<R: Scalar>(&self, expected: &Expected<R>) -> Vec<R> {
         let groups = self.groups().into_iter();
         groups.flat_map(|(group, size)| scaled(expected.mean_of(group), size)).collect()
     }
 
-    /// The factor of the totals' covariance, from that of Σ; of one group it is Σ + nS.
+    /// Cholesky factor of the covariance of the totals. `scatter` is the factor of Σ. For a single group with known
+    /// inputs the covariance is Σ + nS.
     pub(super) fn factor_of_totals<R: Scalar>(
         &self,
         expected: &Expected<R>,
@@ -250,7 +251,8 @@ impl Specimens {
         self.factor_of(&self.groups(), expected, scatter)
     }
 
-    /// The factor of the covariance between specimens of which nothing is known, Σ + T; Σ if there are none.
+    /// Cholesky factor of the covariance Σ + T between specimens with unknown inputs; the factor of Σ if there are no
+    /// such specimens.
     pub(super) fn factor_of_unknown<R: Scalar>(
         &self,
         expected: &Expected<R>,
@@ -262,7 +264,7 @@ impl Specimens {
         DynCholeskyFactor::of_covariance(&covariance)
     }
 
-    /// The factor of the covariance of the totals of groups of these sizes.
+    /// Cholesky factor of the covariance of the totals of groups with these sizes.
     pub(super) fn factor_of<R: Scalar>(
         &self,
         groups: &[(Kind, usize)],
@@ -289,7 +291,7 @@ impl Specimens {
         DynCholeskyFactor::of_covariance(&covariance)
     }
 
-    /// An entry of the covariance of what a specimen of one kind shares with another.
+    /// Entry (i, j) of the covariance between two different specimens of the kinds `a` and `b`.
     pub(super) fn common<R: Scalar>(
         &self,
         a: Kind,
@@ -307,7 +309,7 @@ impl Specimens {
         }
     }
 
-    /// An entry of the covariance of what a specimen has alone.
+    /// Entry (i, j) of the covariance of a specimen's own deviation, which is independent of other specimens.
     pub(super) fn own<R: Scalar>(
         &self,
         kind: Kind,
@@ -322,7 +324,7 @@ impl Specimens {
         }
     }
 
-    /// The groups that there are, with their sizes.
+    /// The non-empty groups, with their sizes.
     pub(super) fn groups(&self) -> Vec<(Kind, usize)> {
         let all = [Kind::Known, Kind::Unknown].map(|kind| (kind, self.group(kind).len()));
         all.into_iter().filter(|(_, size)| *size > 0).collect()
@@ -343,18 +345,18 @@ pub(super) enum Kind {
     Unknown,
 }
 
-/// What the forward model says of specimens at some parameters.
+/// Results of the forward model for the specimens at given parameters.
 #[derive(Clone, Debug)]
 pub(super) struct Expected<R> {
-    /// Of each specimen whose inputs are known; nothing where there are none to be known.
+    /// Response of each specimen with known inputs; empty if the forward model has no such inputs.
     own: Vec<Vec<R>>,
-    /// Of their contrasts.
+    /// Expected contrasts between the specimens with known inputs.
     pub(super) contrasts: Vec<Vec<R>>,
-    /// Their mean.
+    /// Mean response of the specimens with known inputs.
     mean: Vec<R>,
-    /// Of each of the others.
+    /// Response of a specimen with unknown inputs, if there are such specimens.
     pub(super) unknown: Option<Spread<R>>,
-    /// S there.
+    /// S at the parameters.
     shared: Vec<Vec<R>>,
 }
 
@@ -366,7 +368,7 @@ impl<R> Expected<R> {
         }
     }
 
-    /// Of a specimen by its place in its group.
+    /// Expected response of a specimen, given by its index in its group.
     pub(super) fn own_mean(&self, kind: Kind, place: usize) -> &[R] {
         match kind {
             Kind::Known => self.own.get(place).map_or(&self.mean, |own| own),
@@ -375,7 +377,7 @@ impl<R> Expected<R> {
     }
 }
 
-/// The mean of every column of rows of one length; nothing of no rows.
+/// Mean of every column of rows of the same length; empty if there are no rows.
 pub fn column_means(rows: &[Vec<f64>]) -> Vec<f64> {
     let columns = rows.first().map_or(0, Vec::len);
     let mean = |m: usize| rows.iter().map(|row| row[m]).sum::<f64>() / rows.len() as f64;

@@ -1,5 +1,5 @@
-//! The expected contraction against what Bayes' theorem says of emulated data: for many truths, drawn from the
-//! present posterior, and data of a test at each, the posterior after them.
+//! Checks the expected contraction of a further test against nested Monte Carlo: truths are drawn from the present
+//! posterior, data of a test are emulated at each truth, and Bayes' theorem gives the posterior after these data.
 
 use ppl::prelude::*;
 use ppl::rand::SeedableRng;
@@ -7,17 +7,18 @@ use ppl::rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::*;
 
-/// Truths that are tested.
+/// Number of truths.
 const TRUTHS: usize = 3000;
 
-/// A mean with its standard error.
+/// Estimated contraction with its standard error.
 struct Nested {
     contraction: f64,
     error: f64,
 }
 
-/// 1 − E[(θ − E[θ | y])²]/prior variance of one parameter by nested Monte Carlo: a truth θ and data y ~ N(f(θ), C),
-/// and of y the posterior mean over the other draws, weighted by the density of y there.
+/// Estimates the contraction 1 − E[(θ − E[θ | y])²]/(prior variance) of one parameter by nested Monte Carlo. Each truth
+/// θ gives data y ~ N(f(θ), C). The posterior mean given y is the mean of the other draws, weighted by the density of y
+/// at each draw.
 fn nested(
     prior: [f64; 2],
     parameter: usize,
@@ -28,7 +29,7 @@ fn nested(
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(11);
     let factor = DynCholeskyFactor::of_covariance(covariance).unwrap();
     let (truths, others) = draws.split_at(TRUTHS);
-    // whitened, so that a density is that of independent numbers
+    // whitened, so that the components of the data are independent with unit variance
     let whitened = |x: &Vec<f64>| factor.solve_lower(&quantities(x)).unwrap();
     let known: Vec<Vec<f64>> = others.iter().map(whitened).collect();
     let variance = (prior[1] - prior[0]).powi(2) / 12.0;
@@ -48,13 +49,14 @@ fn nested(
     Nested { contraction: 1.0 - loss, error: (spread / n).sqrt() }
 }
 
-/// All is linear and normal: what is expected is what nested sampling finds, within 4 standard errors.
+/// For a linear response and normal distributions, the expected contraction agrees with nested Monte Carlo within 4
+/// standard errors.
 #[test]
 fn a_normal_belief_is_contracted_as_emulated_data_do_it() {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(3);
     let prior = [[250.0, 300.0], [0.05, 0.55]];
     let mut normal = || -> f64 { Normal(0.0, 1.0).draw(&mut rng) };
-    // two parameters that hang together
+    // two correlated parameters
     let draws: Vec<Vec<f64>> = (0..TRUTHS + 4000)
         .map(|_| {
             let (a, b) = (normal(), normal());
@@ -88,8 +90,9 @@ fn a_normal_belief_is_contracted_as_emulated_data_do_it() {
     }
 }
 
-/// A slow test of a toughness that fills its prior's box: the peak goes with √(E Gc) (definitions 3.4). Linear
-/// and normal at each draw promises too little, since a box has no tails, and by less than 0.06.
+/// The posterior of the toughness Gc fills the prior's box. The peak force of a slow test is proportional to √(E Gc)
+/// (definitions 3.4). The linear and normal approximation at each draw underestimates the contraction, because a box
+/// has no tails, but by less than 0.06.
 #[test]
 fn a_belief_that_fills_its_box_is_contracted_a_little_more_than_is_promised() {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(5);

@@ -1,33 +1,34 @@
-//! The force of a curve at a place: a part of the displacement at peak, or a displacement.
+//! Force of a curve at a fraction of the displacement at peak, or at a given displacement.
 
 use super::error::QoiError;
 use super::fits::Polynomial;
 use super::quantity::Quantity;
 use crate::experiment::TestCurve;
 
-/// Half width of the window of a reading, in units of the displacement at peak, or of its own.
+/// Half width of the window around a reading: a fraction of the displacement at peak, or, for a reading at a fixed
+/// displacement, a fraction of that displacement.
 const WINDOW: f64 = 0.1;
 
-/// The force at a place of a curve, and its slope there: of the least-squares parabola through the points
-/// around, three at least, so that neither the load step nor one noisy reading decides it.
+/// Force and slope of a curve at one displacement. Both are taken from a least-squares parabola through the surrounding
+/// points, at least three, so that neither the load step nor a single noisy point decides the result.
 pub(super) struct Reading {
-    /// N
+    /// Force, N.
     pub(super) force: f64,
-    /// N/mm
+    /// Slope, N/mm.
     pub(super) slope: f64,
 }
 
-/// Where a curve is read.
+/// Displacement at which a curve is read, with the window of points that are used.
 pub(super) struct Place {
     quantity: Quantity,
-    /// mm
+    /// Displacement, mm.
     at: f64,
-    /// Half of the width in mm within which its points count.
+    /// Half width of the window, mm.
     half_width: f64,
 }
 
 impl Place {
-    /// At a percentage of the displacement at peak.
+    /// Place at a percentage of the displacement at peak.
     pub(super) fn of_the_peak(percent: u8, peak_mm: f64) -> Self {
         Self {
             quantity: Quantity::RelativeForce(percent),
@@ -36,21 +37,21 @@ impl Place {
         }
     }
 
-    /// At a displacement in µm. Its window does not move with the peak, so that the force there is linear in
-    /// those of the curve.
+    /// Place at a displacement in µm. The window does not move with the peak, so that the result is linear in the
+    /// forces of the curve.
     pub(super) fn fixed(place_um: u32) -> Self {
         let at = f64::from(place_um) / 1000.0;
         Self { quantity: Quantity::ForceAt(place_um), at, half_width: WINDOW * at }
     }
 
-    /// Reads values (N, or a rate of them) at the points of a curve.
+    /// Reads values at the points of a curve: forces (N) or derivatives of the forces.
     ///
     /// # Errors
-    /// A curve that ends before, or begins after.
+    /// If the curve ends before the place or begins after it.
     pub(super) fn read(&self, curve: &TestCurve, values: &[f64]) -> Result<Reading, QoiError> {
         let u = || curve.displacement_mm.iter().copied();
         let mut points: Vec<(f64, f64)> = u().zip(values).map(|(u, y)| (u - self.at, *y)).collect();
-        // a point on the border belongs to the window whatever the rounding
+        // a point on the border belongs to the window in spite of rounding errors
         let half = self.half_width * (1.0 + 1e-9);
         let reaches = |ahead: f64| points.iter().any(|(u, _)| ahead * u >= -1e-8 * half);
         if !reaches(1.0) || !reaches(-1.0) {
@@ -99,7 +100,8 @@ mod tests {
         }
     }
 
-    /// x e^((1 − x³)/3), the viscous limit of definitions 3.3, whatever its constants.
+    /// Curves x e^((1 − x³)/3), where x is the displacement divided by the displacement at peak: the viscous limit of
+    /// definitions 3.3. Relative forces do not depend on the other constants.
     #[test]
     fn curves_of_one_shape_read_alike() {
         for (peak, step) in [(0.06, 0.005), (0.12, 0.005), (0.12, 0.001)] {

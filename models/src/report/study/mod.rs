@@ -1,4 +1,4 @@
-//! What several calibrations say together, on one page.
+//! Report of a study: the results of several calibrations on one page.
 
 mod conclusions;
 mod results;
@@ -13,7 +13,7 @@ use super::results::CalibratedParameter;
 use conclusions::{conclusions, settings};
 pub(crate) use results::{ComparedCase, Conclusion, Pair, REPRODUCED, StudyResults, Variant};
 
-/// The page as HTML, figures inline.
+/// The page as HTML, with inline figures.
 pub(crate) fn study_page(results: &StudyResults) -> String {
     let content = html! {
         @for text in &results.contradictions { p.bad { (text) } }
@@ -51,7 +51,8 @@ pub(crate) fn study_page(results: &StudyResults) -> String {
     document(&results.title, "study", &content)
 }
 
-/// Which parameters are identified, and whether rightly.
+/// Section with a table of the calibrated parameters: estimates, whether the data identify them, and the known truth if
+/// there is one.
 fn parameters(cases: &[ComparedCase]) -> Markup {
     let all = || cases.iter().flat_map(|case| &case.parameters);
     let with_truth = all().any(|p| p.truth.is_some());
@@ -106,7 +107,7 @@ fn parameters(cases: &[ComparedCase]) -> Markup {
     }
 }
 
-/// The posteriors of all cases, parameter by parameter.
+/// Section with the posteriors of all cases, one figure for each parameter.
 fn overlays(cases: &[ComparedCase]) -> Markup {
     let mut labels: Vec<&str> = Vec::new();
     for p in cases.iter().flat_map(|case| &case.parameters) {
@@ -132,7 +133,7 @@ fn overlays(cases: &[ComparedCase]) -> Markup {
     }
 }
 
-/// Do cases agree, and by how much do they differ?
+/// Section that compares the posteriors of pairs of cases: overlap and ratio.
 fn agreement(pairs: &[Pair]) -> Markup {
     if pairs.is_empty() {
         return html! {};
@@ -162,7 +163,7 @@ fn agreement(pairs: &[Pair]) -> Markup {
     }
 }
 
-/// Do simulations at the mode reproduce the mean quantities?
+/// Section that compares simulations at the posterior mode with the mean quantities of the experiments.
 fn confirmation(cases: &[ComparedCase]) -> Markup {
     let all = || cases.iter().flat_map(|case| &case.qois);
     let (count, good) = (all().count(), all().filter(|q| q.percent_error <= REPRODUCED).count());

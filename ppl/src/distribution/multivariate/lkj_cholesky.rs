@@ -74,7 +74,7 @@ impl LkjCholesky<0> {
     }
 }
 
-/// Implements the distribution for both types of size.
+/// Implements the distribution for a size that is known at compile time, or only at run time.
 macro_rules! impl_lkj {
     ([$($generics:tt)*] $Name:ty, $Size:ty, |$own:ident| $lkj:expr) => {
         impl<$($generics)*> $Name {
