@@ -15,7 +15,8 @@ fn compare<const N: usize, T: Element<N>>(
 ) {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(7);
     let mesh = form.shape(cube(3, &mut rng), &mut rng);
-    let operator = T::operator(Assembly::new(Space::new::<T>(&mesh, rule)).homogenised(form.rule()));
+    let operator =
+        T::operator(Assembly::new(Space::new::<T>(&mesh, rule)).homogenised(form.rule()));
     let nodes = operator.domain().nodes().len();
     let materials = materials(Material::hencky, PhaseField::new(0.3), stiff_damages);
     let mut random = |size: f64| size * rng.random_range(-1.0..1.0);
@@ -29,7 +30,9 @@ fn compare<const N: usize, T: Element<N>>(
     let layout = Arc::new(Layout::new(operator.domain()));
     let tets = operator.domain().tets();
     let mut on_device = device_product(layout, tets, device).expect("the kernels compile");
-    on_device.linearise(operator.as_ref(), &increment, Coupling::Full).expect("no element is inverted");
+    on_device
+        .linearise(operator.as_ref(), &increment, Coupling::Full)
+        .expect("no element is inverted");
     let mut expected = vec![[0.0; 4]; nodes];
     on_device.apply(&x, &mut expected);
 

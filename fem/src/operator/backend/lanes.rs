@@ -41,7 +41,9 @@ impl<T, const W: usize> AsMut<[T]> for Pack<T, W> {
 pub(super) struct Rows<T>(pub(super) [[T; 4]; LANES]);
 
 /// The number type of a product with the tangent.
-pub(super) trait Precision: Copy + Default + Send + Sync + std::fmt::Debug + 'static {
+pub(super) trait Precision:
+    Copy + Default + Send + Sync + std::fmt::Debug + 'static
+{
     type Pack: Copy + Send + Sync + std::fmt::Debug + AsRef<[Self]> + AsMut<[Self]> + 'static;
     /// A SIMD register of numbers.
     type Register<S: Simd>: Number;
