@@ -77,7 +77,7 @@ pub(super) trait Stored: Precision + Pod {
 }
 
 /// Runs `work` with AVX2 if the processor supports it.
-pub(super) fn dispatch<W: WithSimd>(work: W) -> W::Output {
+pub(crate) fn dispatch<W: WithSimd>(work: W) -> W::Output {
     #[cfg(target_arch = "x86_64")]
     return match pulp::x86::V3::try_new() {
         Some(simd) => Simd::vectorize(simd, work),

@@ -22,5 +22,7 @@ pub use assembly::{Assembly, linear, quadratic};
 pub use device_product::device_product;
 pub use equations_source::equations_kernels;
 pub use gather::{Buffers, Gather};
+#[cfg(test)]
+pub(crate) use lanes::dispatch;
 pub use matrix_free::{SINGLE_FROM, product};
 pub use product_source::product_kernels;
