@@ -21,9 +21,9 @@ mod rates;
 mod residual;
 mod unknowns;
 
-pub use backend::{Assembly, SINGLE_FROM, device_product, linear, product, quadratic};
 #[cfg(test)]
 pub(crate) use backend::dispatch;
+pub use backend::{Assembly, SINGLE_FROM, device_product, linear, product, quadratic};
 pub use backend::{Buffers, Gather, equations_kernels, product_kernels};
 pub use blocks::{Blocks, write_blocks};
 pub use bounds::Bounds;
