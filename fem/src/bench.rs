@@ -1,4 +1,4 @@
-//! The parts of a Newton iteration, one call each, for the bench of the engine: behind the feature
+//! Parts of a Newton iteration, one function each, for the benchmark of the solver. Available with the feature
 //! `bench-internals`.
 
 use std::sync::Arc;
@@ -12,20 +12,20 @@ use crate::problem::Problem;
 use crate::solve::{LinearSolver, Nodal};
 use fem_mesh::TetMesh;
 
-/// What one of several ranks would have of a mesh of quadratic elements, and send.
+/// Size of the part of a mesh of quadratic elements that one of several ranks has, and of its communication.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PartSize {
-    /// Its elements.
+    /// Number of elements of the part.
     pub elements: usize,
-    /// Nodes that belong to it, of all and of the vertices.
+    /// Numbers of nodes that the rank owns: of all nodes, and of vertices only.
     pub nodes: [usize; 2],
-    /// Nodes of others that it has too, of all and of the vertices.
+    /// Numbers of ghost nodes, which other ranks own: of all nodes, and of vertices only.
     pub ghosts: [usize; 2],
-    /// Ranks that it exchanges values with.
+    /// Number of ranks with which the rank exchanges values.
     pub neighbours: usize,
 }
 
-/// The parts of a mesh for so many ranks.
+/// Partitions a mesh into `count` parts and returns their sizes.
 pub fn parts(mesh: &TetMesh, count: usize) -> Vec<PartSize> {
     let space = Space::new::<Quadratic>(mesh, DamageRule::Absent);
     let centre = |tet: &[u32; 4]| -> [f64; 3] {
@@ -48,7 +48,8 @@ pub fn parts(mesh: &TetMesh, count: usize) -> Vec<PartSize> {
     Ranks::threads(count).iter().map(size).collect()
 }
 
-/// A problem at a small compression, sheared from place to place so that no axis is a principal one.
+/// Problem with a small, non-uniform compression and shear, so that the principal axes differ from the coordinate
+/// axes.
 pub struct NewtonParts<'a> {
     problem: &'a Problem,
     fields: Fields,
@@ -65,7 +66,7 @@ impl std::fmt::Debug for NewtonParts<'_> {
 }
 
 impl<'a> NewtonParts<'a> {
-    /// Nothing is evaluated yet.
+    /// Creates the fields and the solver; nothing is evaluated yet.
     pub fn new(problem: &'a Problem) -> Self {
         let nodes = problem.nodes();
         let mut fields = Fields::zero(nodes.len());
@@ -84,17 +85,17 @@ impl<'a> NewtonParts<'a> {
         }
     }
 
-    /// Residual and energies.
+    /// Computes residual and energies.
     ///
     /// # Errors
-    /// [`StepFailure::Inverted`] if an element is turned inside out, here and below.
+    /// [`StepFailure::Inverted`] if an element is inverted; also for the methods below.
     pub fn residual(&mut self) -> Result<(), StepFailure> {
         let increment = increment(self.problem, &self.fields);
         let operator = &self.problem.discretisation.operator;
         Ok(operator.residual(&increment, &mut self.residual)?)
     }
 
-    /// Takes over the tangent: assembled, or its point data for quadratic elements with multigrid.
+    /// Linearises: assembles the tangent, or computes its point data for quadratic elements with multigrid.
     pub fn linearise(&mut self) -> Result<(), StepFailure> {
         let equations = &self.problem.discretisation.unknowns.equation;
         let free: Vec<_> = equations.iter().map(|e| e.map(|e| e != NONE)).collect();
@@ -102,7 +103,7 @@ impl<'a> NewtonParts<'a> {
         Ok(self.linear.linearise(&increment, Coupling::Full, &free)?)
     }
 
-    /// Solves to a residual of 1e-3, the first time with a new factor or hierarchy.
+    /// Solves to a relative residual of 1e-3. The first call computes a new factor or hierarchy.
     ///
     /// # Errors
     /// [`StepFailure::Singular`].
@@ -118,12 +119,12 @@ impl<'a> NewtonParts<'a> {
         Ok(self.product.linearise(operator, &increment, Coupling::Full)?)
     }
 
-    /// A product of the matrix-free tangent.
+    /// Computes a product with the matrix-free tangent.
     pub fn apply(&mut self) {
         self.product.apply(&self.residual.nodal, &mut self.step);
     }
 
-    /// Bytes of point data, which a product reads once.
+    /// Number of bytes of point data, which a product reads once.
     pub fn bytes(&self) -> usize {
         self.product.bytes()
     }

@@ -1,14 +1,14 @@
-//! The unknown fields: displacement and damage at the nodes.
+//! Unknown fields: displacement and damage at the nodes.
 
 use serde::{Deserialize, Serialize};
 
-/// Displacement (mm) and damage at the nodes of the space: the mesh's nodes come first, then, with
-/// quadratic elements, the midpoints of its edges.
+/// Displacement (mm) and damage at the nodes of the space: first the nodes of the mesh, then, for quadratic elements,
+/// the midpoints of its edges.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Fields {
     /// Displacement vectors, mm.
     pub displacement: Vec<[f64; 3]>,
-    /// Damage φ; zero where a node touches elastic regions only.
+    /// Damage φ; zero at a node that belongs to elastic regions only.
     pub damage: Vec<f64>,
 }
 
@@ -22,7 +22,7 @@ impl Fields {
         self.damage.copy_from_slice(&other.damage);
     }
 
-    /// Whether all values are finite numbers.
+    /// Whether all values are finite.
     pub(crate) fn is_finite(&self) -> bool {
         let values = self.displacement.as_flattened().iter().chain(&self.damage);
         values.into_iter().all(|x| x.is_finite())

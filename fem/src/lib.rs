@@ -1,9 +1,8 @@
 //! Compression of grain composites: meshes, specimens, materials, solvers and ensembles of runs.
 //!
-//! `fem` takes a description of a cylindrical specimen (stiff grains in a soft matrix), meshes
-//! it with tetrahedra, compresses it until it breaks, and gives back the force–displacement curve. It
-//! knows nothing of probability: the crates `surrogate` and `models` turn its curves into a
-//! calibration.
+//! `fem` takes a description of a cylindrical specimen (stiff grains in a soft matrix), meshes the specimen with
+//! tetrahedra, compresses it until it breaks, and returns the force–displacement curve. The crate contains no
+//! statistics: the crates `surrogate` and `models` use its curves for a calibration.
 //!
 //! ```
 //! use fem::{CompressionTest, CylinderLattice, Fracture, Material, PhaseField, Schedule};
@@ -29,9 +28,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Units everywhere: mm, N, MPa, MPa s, N/mm, s. The cylinder's axis is z and its bottom is at
-//! z = 0. Other loads and supports: [`Problem::builder`]. The equations, their sources, and how to
-//! choose mesh and parameters: [`equations`].
+//! Units: mm, N, MPa, MPa s, N/mm, s. The axis of the cylinder is z, and its bottom is at z = 0. For other loads and
+//! supports see [`Problem::builder`]. For the equations, their sources, and the choice of mesh and parameters see
+//! [`equations`].
 //!
 //! # A specimen with grains
 //!
@@ -47,30 +46,30 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! A mesh can also come from Gmsh ([`gmsh::read`]), and goes to ParaView by [`vtu::write`], the surfaces of
-//! its grains to other programs by [`stl::write`].
+//! A mesh can also be read from Gmsh ([`gmsh::read`]). [`vtu::write`] writes a mesh for ParaView, and [`stl::write`]
+//! writes the surfaces of its grains for other programs.
 //!
 //! # Modules
 //!
-//! Three crates below this one compile beside the solvers, and `fem` passes on all of their items:
-//! `fem_file` (files), `fem_image` (voxels and grains), `fem_mesh` (meshes and specimens).
+//! `fem` re-exports all items of three lower crates, which are compiled in parallel to the solvers: `fem_file`
+//! (files), `fem_image` (voxels and grains), `fem_mesh` (meshes and specimens).
 //!
-//! The modules of this crate in the order of their layers. A module imports from lower layers only, and no two
-//! files import each other.
+//! The modules of this crate, in the order of their layers. A module imports from lower layers only, and no two files
+//! import each other.
 //!
-//! 1. `error`: what can be wrong, with its source
+//! 1. `error`: errors and their causes
 //! 2. `fields`: displacement and damage at the nodes
-//! 3. `device`: where kernels run: a graphics card, or this machine in its place
-//! 4. `parallel`: ranks that share one problem: messages, and who has which part of the mesh
+//! 3. `device`: devices that run kernels: a GPU, or the processor as a substitute
+//! 4. `parallel`: ranks that share one problem: messages, and the partition of the mesh
 //! 5. `element`: linear and quadratic tetrahedra, quadrature, the space on a mesh
-//! 6. `material`: laws, damage, and what they give at a point
+//! 6. `material`: laws, damage, and the equations at a quadrature point
 //! 7. `operator`: residual and tangent of a whole mesh, bounds of the unknowns
-//! 8. `solve`: Newton, alternate minimisation, arc length, contact passes, rates with parameters, linear
-//!    solvers
+//! 8. `solve`: Newton, alternate minimisation, arc length, contact passes, derivatives with respect to parameters,
+//!    linear solvers
 //! 9. `boundary`: conditions, loads, platens and contact
 //! 10. `problem`: a problem, its load steps, curves and checkpoints
 //! 11. `ensemble`: many runs in a directory
-//! 12. `bench`: what the bench of the engine calls (feature `bench-internals`)
+//! 12. `bench`: functions for the benchmark of the solver (feature `bench-internals`)
 
 #[cfg(feature = "bench-internals")]
 pub mod bench;

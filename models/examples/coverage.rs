@@ -5,12 +5,14 @@
 //! cargo run --release -p models --example coverage -- breccia-out
 //! cargo run --release -p models --example coverage -- breccia-out --simulate 40
 //! ```
-//! Prints `setting,parameter,nominal,covered,laboratories,mean_width`. Emulated laboratories draw
-//! specimens and ensembles anew from the surrogate and the scatter between packings; simulated ones are
-//! real simulations of specimens with packings of their own, on the cheapest mesh of the case. Settings:
-//! the exact forward model, a packing for each run with its shared error, the same with the stiffness of
-//! the microstructure as an input that is known of no specimen, of half of them and of all, and one packing (the
-//! paper).
+//! Prints `setting,parameter,nominal,covered,laboratories,mean_width`. For emulated laboratories, specimens and
+//! ensembles are drawn from the surrogate and from the scatter between packings. For simulated laboratories, specimens
+//! with their own packings are simulated on the cheapest mesh of the case. Settings:
+//! - the exact forward model;
+//! - a surrogate from runs with a separate packing each, with its shared error;
+//! - a surrogate with the stiffness ratio of the microstructure as an input, which is known for no specimen, for half
+//!   of the specimens, or for all;
+//! - a surrogate from runs with one packing, as in the paper.
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -22,24 +24,24 @@ use models::{
 };
 use surrogate::{Dataset, DynPce, FitOptions, Input, PceFit};
 
-/// Fraction of each side of the prior box that truths are drawn from.
+/// Fraction of each side of the prior box from which true parameters are drawn.
 const INNER: f64 = 0.8;
 
 /// How often do the intervals of a calibration cover the truth?
 #[derive(Parser)]
 struct Arguments {
-    /// A finished run.
+    /// Folder with the results of a finished run.
     results: PathBuf,
-    /// Emulated laboratories.
+    /// Number of emulated laboratories.
     #[arg(long, default_value_t = 300)]
     emulate: usize,
-    /// Laboratories with real simulations of their specimens.
+    /// Number of laboratories with real simulations of their specimens.
     #[arg(long, default_value_t = 0)]
     simulate: usize,
-    /// Points that the exact forward model of the latter is made of, two runs each.
+    /// Number of points for the exact forward model of the simulated laboratories; each point needs two runs.
     #[arg(long, default_value_t = 300)]
     exact_points: usize,
-    /// Simulations at the same time; 0: all cores.
+    /// Number of simultaneous simulations; 0: all cores.
     #[arg(long, default_value_t = 0)]
     threads: usize,
 }
@@ -98,7 +100,7 @@ fn main() -> Result<(), Error> {
     Ok(())
 }
 
-/// The surrogate of the results as the mean response, with their scatter between packings.
+/// The surrogate of the results as the mean response, with the scatter between packings.
 fn world(
     arguments: &Arguments,
     case: &models::Case,
@@ -140,12 +142,12 @@ fn world(
     })
 }
 
-/// The stiffness ratio of the packing of each run, if it had one of its own.
+/// Returns the stiffness ratio of the packing of each run; `None` if a run has no ratio.
 fn stiffness_ratios(runs: &Dataset) -> Option<Vec<f64>> {
     (0..runs.len()).map(|i| runs.note(i, "stiffness_ratio")?.parse().ok()).collect()
 }
 
-/// Runs with their ratios as the last input, whose box has room for all that laboratories draw.
+/// Adds the stiffness ratios of the runs as the last input. Its range includes all ratios that laboratories can draw.
 fn with_ratios(runs: &Dataset, ratios: &[f64], p: &Population) -> Result<Dataset, Error> {
     let reach = |by: f64| p.mean()[0] + by * p.sd()[0];
     let mut inputs = runs.inputs().to_vec();

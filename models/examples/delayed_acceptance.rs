@@ -1,8 +1,9 @@
-//! The posterior by the simulation itself: a surrogate screens, the finite elements decide.
+//! Samples the exact posterior of a finite-element model by delayed acceptance: a surrogate screens proposals, and
+//! simulations decide.
 //!
-//! `cargo run --release -p models --example delayed_acceptance -- DIRECTORY` keeps some 680 simulations of a coarse
-//! mesh by their parameters in `DIRECTORY/simulations.csv`: stopped at any moment, the same command goes on, since a
-//! seed leads to the same points. Prints both posteriors and how often the simulation agreed, and draws
+//! `cargo run --release -p models --example delayed_acceptance -- DIRECTORY` stores about 680 simulations on a coarse
+//! mesh, with their parameters, in `DIRECTORY/simulations.csv`. An interrupted run resumes where it stopped, because
+//! the seed determines all points. Prints both posteriors and the acceptance rate of the simulation, and draws
 //! `DIRECTORY/posteriors.png`.
 
 use std::collections::BTreeMap;
@@ -23,7 +24,7 @@ type Error = Box<dyn std::error::Error>;
 const NAMES: [&str; 3] = ["young_mpa", "toughness_n_per_mm", "viscosity_mpa_s"];
 const PRIOR: [[f64; 2]; 3] = [[250.0, 300.0], [1e-5, 5e-3], [0.05, 0.55]];
 
-/// Slope, peak force and displacement at peak, each point a simulation; relative to `units`.
+/// Forward model by simulation: slope, peak force and displacement at peak, relative to `units`.
 struct Simulation {
     test: Problem,
     units: [f64; 3],
@@ -35,7 +36,7 @@ fn materials(&[young, toughness_n_per_mm, viscosity_mpa_s]: &[f64; 3]) -> [Mater
     [Material::hencky(young, 0.25).with_fracture(fracture), Material::hencky(22_000.0, 0.25)]
 }
 
-/// Numbers as they are kept: the shortest digits that say them exactly.
+/// Formats numbers for the file: the shortest digits that represent them exactly.
 fn key(x: &[f64]) -> String {
     x.iter().map(f64::to_string).collect::<Vec<_>>().join(",")
 }
@@ -51,7 +52,7 @@ impl Simulation {
             .phase_field(PhaseField::new(0.06))
             .build()?;
         let line = |line: &str| {
-            // a line that was cut has no end
+            // an incomplete line, written when the program was stopped, has no semicolon
             let cells = line.strip_suffix(";")?.split(',').map(str::parse);
             let cells: Vec<f64> = cells.collect::<Result<_, _>>().ok()?;
             Some((key(cells.get(..3)?), cells.get(3..)?.try_into().ok()?))
@@ -95,7 +96,7 @@ fn main() -> Result<(), Error> {
     let directory = PathBuf::from(std::env::args().nth(1).ok_or(usage)?);
     std::fs::create_dir_all(&directory)?;
     let mut simulation = Simulation::new(&directory.join("simulations.csv"))?;
-    // six specimens about 280 MPa and 0.3 MPa s, and a surrogate from thirty runs
+    // six specimens around 280 MPa and 0.3 MPa s, and a surrogate from thirty runs
     let part = |k: i32, n: i32| f64::from(k % n - n / 2);
     let of = |k: i32| [280.0 + 6.0 * part(k, 3), 2.5e-3, 0.3 + 0.01 * part(k, 5)];
     let found = (0..6).map(|k| simulation.run(&of(k))).collect::<Result<Vec<_>, _>>()?;
@@ -111,11 +112,12 @@ fn main() -> Result<(), Error> {
     }
     let fit = DynPce::fit(&runs, &FitOptions::default())?;
     let pce: Pce<3, 3> = fit.pce.try_into()?;
-    // one model with each of them
+    // the same statistical model with the surrogate and with the simulation
     let cheap = calibration(&pce, &qois, &PRIOR);
     let exact = calibration(&simulation, &qois, &PRIOR);
     let screened = Nuts::default().draws(4000).target_accept(0.95).seed(1).sample(&cheap)?;
-    // each of four chains: on the surrogate alone, ten transitions to where the simulation leads, 150 kept
+    // each of four chains: warm-up of 2000 transitions on the surrogate alone and ten with the simulation, then 150
+    // stored draws
     let sampler = DelayedAcceptance::default().screening_steps(300).screened_warmup(2000);
     let chains = sampler.warmup(2010).draws(150).seed(2).run(&cheap, &exact)?;
     let mean = |acceptance: Vec<f64>| acceptance.iter().sum::<f64>() / acceptance.len() as f64;
@@ -124,7 +126,7 @@ fn main() -> Result<(), Error> {
     let second = mean(chains.chains.iter().flat_map(|c| &c.stats).map(|s| s.acceptance).collect());
     println!("accepted: a step of the surrogate {first:.2}, what it proposes {second:.2}");
     println!("{} simulations decided\n", chains.evaluations());
-    // the parameters are the same numbers in both; predictions for the prior would be simulated too
+    // both models have the same parameters; with the exact model, prior predictions would need further simulations
     let decided = Posterior::from_chains(&cheap, chains, 2)?;
     println!("parameter,by surrogate,sd,by simulation,sd,R-hat,difference in standard errors");
     let (a, b) = (screened.summary(), decided.summary());

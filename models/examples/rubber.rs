@@ -1,11 +1,12 @@
-//! Three laws of rubber elasticity calibrated on Treloar's data: which fits best, and which predicts a mode of
-//! deformation that it has not seen.
+//! Calibrates three laws of rubber elasticity to Treloar's data, and compares how well each law fits the data and
+//! predicts a mode of deformation that was not used in its calibration.
 //!
 //! ```text
 //! cargo run --release -p models --example rubber [picture.png]
 //! ```
-//! Each law is calibrated on all data and compared by PSIS-LOO, then on two modes to predict the third, with
-//! moduli for all modes or for each mode around shared ones. The picture has the predictions of modes not seen.
+//! Each law is calibrated to all data and compared by PSIS-LOO. Then each law is calibrated to two modes to predict the
+//! third, either with the same moduli for all modes or with separate moduli for each mode that scatter around shared
+//! values. The picture shows the predictions of the modes that were left out.
 
 use models::hyperelastic::{
     Deformation, HeldOut, held_out, mooney_rivlin, mooney_rivlin_by_mode, neo_hookean,

@@ -1,11 +1,12 @@
-//! Stiffness over temperature from few specimens at each: all at once, and each temperature alone.
+//! Stiffness against temperature from few specimens at each temperature: calibrated jointly, and separately for each
+//! temperature.
 //!
 //! ```text
 //! cargo run --release -p models --example temperature [picture.png]
 //! ```
 //! Virtual tests of two microstructures at five temperatures, in the closed form of the viscous limit: slope ~ E,
-//! displacement at peak ~ (ξ/E)^(1/3), peak force ~ E^(2/3) ξ^(1/3), of which each microstructure has a surrogate
-//! from 40 runs. Prints and draws E and ξ at each temperature by both ways beside the truth.
+//! displacement at peak ~ (ξ/E)^(1/3), peak force ~ E^(2/3) ξ^(1/3). Each microstructure has a surrogate from 40 runs.
+//! Prints and draws E and ξ at each temperature from both calibrations, with the true values.
 
 use models::report::{Chart, Ink};
 use models::{CalibrationError, Evidence, Pooling, TestGroup, Trend, calibrate, calibrate_groups};
@@ -17,9 +18,9 @@ use rand_distr::StandardNormal;
 use surrogate::{Dataset, DesignMethod, DynPce, FitOptions, Input, SurrogateError};
 
 const TEMPERATURES_C: [f64; 5] = [50.0, 60.0, 70.0, 80.0, 90.0];
-/// Specimens at each.
+/// Number of specimens at each temperature.
 const SPECIMENS: [usize; 5] = [4, 2, 2, 2, 3];
-/// How much stiffer one microstructure is than the other.
+/// Relative stiffness of the two microstructures.
 const STIFFNESS: [f64; 2] = [1.0, 1.06];
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -51,7 +52,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             println!("{temperature} °C  {truth:.3}  {a:.3?}  {b:.3?}");
             bars.push([temperature + 0.6, b[0], b[1], b[2]]);
         }
-        // a curve over the temperatures for each draw
+        // one curve over the temperatures for each draw
         let levels: Vec<Vec<f64>> = (0..5).map(|level| together(level, parameter)).collect();
         let curves: Vec<Vec<f64>> =
             (0..levels[0].len()).map(|s| levels.iter().map(|draws| draws[s]).collect()).collect();
@@ -71,19 +72,19 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// E in MPa, Gc in N/mm, ξ in MPa s.
+/// True parameters at a temperature: E in MPa, Gc in N/mm, ξ in MPa s.
 fn truth(temperature_c: f64) -> [f64; 3] {
     let warmer = (temperature_c - 50.0) / 40.0;
     [280.0 * (0.18 * warmer).exp(), 0.0025, 0.3 * (-0.35 * warmer).exp()]
 }
 
-/// Slope in N/mm, peak force in N and its displacement in mm, in the viscous limit.
+/// Slope in N/mm, peak force in N and displacement at peak in mm, in the viscous limit.
 fn response([young_mpa, _, viscosity_mpa_s]: [f64; 3], stiffness: f64) -> [f64; 3] {
     let place = (viscosity_mpa_s / young_mpa).cbrt();
     [5.0 * stiffness * young_mpa, 4.2 * stiffness * young_mpa * place, 1.3 * place]
 }
 
-/// The surrogate of a microstructure.
+/// Fits the surrogate of a microstructure.
 fn fitted(stiffness: f64) -> Result<DynPce, SurrogateError> {
     let inputs = vec![
         Input::new("matrix.young_mpa", 200.0, 450.0)?,
@@ -99,7 +100,8 @@ fn fitted(stiffness: f64) -> Result<DynPce, SurrogateError> {
     Ok(DynPce::fit(&runs, &FitOptions::default())?.pce)
 }
 
-/// Specimens that scatter by 5, 6 and 3 % with a common part, on the two microstructures in turn.
+/// Draws the specimens at each temperature. Their quantities scatter by 5, 6 and 3 % with a common part, and the two
+/// microstructures alternate between temperatures.
 fn tests(microstructures: &[DynPce; 2], seed: u64) -> Result<Vec<TestGroup>, SurrogateError> {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
     let mut groups = Vec::new();

@@ -3,8 +3,8 @@
 //! ```text
 //! cargo run --release -p models --example tension [tension.csv [picture.png]]
 //! ```
-//! Prints the posteriors, how well each law predicts a specimen from the others, and the strain at which a new
-//! specimen necks; draws the curves with the band in which a new specimen's will lie.
+//! Prints the posteriors, the leave-one-out predictive density of each specimen under each law, and the strain at which
+//! a new specimen necks. Draws the curves with the 90 % predictive band of a new specimen.
 
 use std::path::{Path, PathBuf};
 
@@ -16,7 +16,7 @@ use models::tension::{
 use ppl::diagnostics::{Loo, loo_compare, quantile};
 use ppl::prelude::*;
 
-/// 29 · 10⁶ psi, as the source of the data takes it.
+/// Young's modulus, 29 · 10⁶ psi in the source of the data.
 const YOUNG_MPA: f64 = 200_000.0;
 
 type Error = Box<dyn std::error::Error>;
@@ -40,7 +40,7 @@ fn main() -> Result<(), Error> {
     Ok(())
 }
 
-/// Calibrates a law; its cross-validation and its panel.
+/// Calibrates a law; returns its cross-validation and its chart.
 fn look_at<L: HardeningLaw>(name: &str, tests: &[TensionTest]) -> Result<(Loo, Chart), Error> {
     let sampler = Nuts::default().chains(4).warmup(1000).draws(1000).target_accept(0.98).seed(1);
     let posterior = calibrate::<L>(tests, &sampler)?;
@@ -49,7 +49,7 @@ fn look_at<L: HardeningLaw>(name: &str, tests: &[TensionTest]) -> Result<(Loo, C
     for (test, point) in tests.iter().zip(&loo.points) {
         println!("{}: elpd {:.1}, Pareto k {:.2}", test.specimen, point.elpd, point.pareto_k);
     }
-    // what a new specimen will show, curve by curve
+    // predictive draws of the parameters of a new specimen; each draw gives a curve
     let new = posterior.predictive.get("ln_new").map_or(&[][..], |values| &values.data);
     let new: Vec<[f64; 3]> =
         new.chunks_exact(3).map(|ln| [ln[0].exp(), ln[1].exp(), ln[2].exp()]).collect();

@@ -1,4 +1,4 @@
-//! The command line: what can be asked for, and what is printed at the end.
+//! The command line: parsing of arguments, commands, and the final output.
 
 mod check;
 mod cluster;
@@ -30,16 +30,16 @@ use replace::replaceable;
 
 /// Calibrates the fracture of bonded granular materials, with uncertainty.
 ///
-/// From the compression curves of specimens and a finite-element model of their microstructure to
-/// the posterior of stiffness, toughness and viscosity of the matrix. Without arguments the shipped
-/// default case runs: virtual specimens, 100 simulations, surrogate, posterior, confirmation, report.
+/// Computes the posterior of stiffness, toughness and viscosity of the matrix from the compression curves of specimens
+/// and a finite-element model of their microstructure. Without arguments, the built-in default case runs: virtual
+/// specimens, 100 simulations, surrogate, posterior, confirmation, report.
 #[derive(Parser)]
 #[command(name = "breccia", version, after_help = EXAMPLES)]
 struct Cli {
     #[command(subcommand)]
     command: Option<Command>,
 
-    /// Simulations at the same time; results do not depend on it [default: all cores]
+    /// Number of simultaneous simulations; results do not depend on it [default: all cores]
     #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
 }
@@ -78,7 +78,7 @@ enum Command {
         #[arg(long, value_name = "DIR", conflicts_with = "file")]
         own_data: Option<PathBuf>,
     },
-    /// Read a case and all files that it names, print what was understood, the expected cost and every mistake
+    /// Read a case and all files that it names; print the interpreted input, the expected cost and every mistake
     #[command(
         after_help = "Computes nothing and writes nothing. Exit code 0: no mistakes; 1: mistakes.\n\
                       Of a study all laboratories and cases are read.\n\
@@ -88,7 +88,7 @@ enum Command {
         /// The case, or the study
         case: PathBuf,
     },
-    /// Run one compression test with the case's own parameters: curve.csv
+    /// Run one compression test with the parameters of the case; writes curve.csv
     #[command(after_help = "Example:\n  breccia simulate my.toml --out try\n\
                       Several processes, on one machine or more (built with --features mpi):\n  \
                       mpirun -n 4 breccia simulate my.toml --out try")]
@@ -96,50 +96,50 @@ enum Command {
         #[command(flatten)]
         target: CaseAndFolder,
 
-        /// Where linear systems are solved
+        /// Device that solves the linear systems
         #[arg(long, value_enum, default_value_t)]
         device: models::DeviceChoice,
     },
-    /// Run several calibrations that belong together, and compare them: study.csv, report.html
+    /// Run several related calibrations and compare them; writes study.csv and report.html
     #[command(
         after_help = "Writes a folder of results for each case, with all that `run` writes, and in DIR study.csv\n\
                       and report.html. Interrupt it and run it again to go on.\n\
                       Example:\n  breccia study studies/bonded-granular.toml --out study"
     )]
     Study {
-        /// The study: a base case, and what each laboratory and each case has otherwise
+        /// The study: a base case, and the keys that each laboratory and each case changes
         file: PathBuf,
 
-        /// Where results are written, and found again
+        /// Results folder; a later run resumes from its files
         #[arg(long, value_name = "DIR", default_value = "breccia-study")]
         out: PathBuf,
 
-        /// Give a key of all cases another value, as --set specimen.spacing_mm=0.3; may be repeated
+        /// Set a key of all cases to another value, as in --set specimen.spacing_mm=0.3; may be repeated
         #[arg(long, value_name = "KEY=VALUE")]
         set: Vec<String>,
 
-        /// Replace FILE in DIR, which you have written or changed, by a product; may be repeated
+        /// Allow a product to overwrite FILE in DIR, which you have written or changed; may be repeated
         #[arg(long, value_name = "FILE")]
         replace: Vec<PathBuf>,
 
-        /// Run one laboratory or one case alone, named by its folder within DIR
+        /// Run only the laboratory or case with this folder within DIR
         #[arg(long, value_name = "PART", conflicts_with_all = ["slurm", "slurm_script"])]
         only: Option<String>,
 
-        /// Of that case run the stages up to this one
+        /// Last stage to run, for the case given with --only
         #[arg(long, value_name = "STAGE", requires = "only")]
         until: Option<String>,
 
         #[command(flatten)]
         jobs: Jobs,
     },
-    /// Show how far results are, from any machine that sees the folder; changes nothing
+    /// Show the state of the results, from any machine that sees the folder; changes nothing
     #[command(
         after_help = "Prints a line a stage. Exit code 0: all is done; 3: work is left; 1: no results.\n\
                       Example:\n  breccia status results"
     )]
     Status {
-        /// The folder that `run`, `study` or a stage was told with --out
+        /// The folder that was given to `run`, `study` or a stage with --out
         #[arg(default_value = "breccia-out")]
         dir: PathBuf,
     },
@@ -147,22 +147,22 @@ enum Command {
 
 #[derive(Args)]
 struct CaseAndFolder {
-    /// The case; without it DIR/case.toml if there is one, else the shipped default case
+    /// The case [default: DIR/case.toml if it exists, else the built-in default case]
     case: Option<PathBuf>,
 
-    /// Where results are written, and found again
+    /// Results folder; a later run resumes from its files
     #[arg(long, value_name = "DIR", default_value = "breccia-out")]
     out: PathBuf,
 
-    /// Give DIR to this case though it has the results of another: what differs is made again
+    /// Use DIR for this case although it has results of another case; results that differ are computed again
     #[arg(long)]
     reuse: bool,
 
-    /// Calibrate against data that no simulation reaches; nothing is called identified then
+    /// Calibrate against data outside the range of all simulations; no parameter is then called identified
     #[arg(long)]
     accept_out_of_range: bool,
 
-    /// Replace FILE in DIR, which you have written or changed, by a product; may be repeated
+    /// Allow a product to overwrite FILE in DIR, which you have written or changed; may be repeated
     #[arg(long, value_name = "FILE")]
     replace: Vec<PathBuf>,
 }
@@ -187,18 +187,18 @@ impl CaseAndFolder {
     }
 }
 
-/// Raised by Ctrl-C, and by the signals TERM and HUP; a second one ends the program at once.
+/// Set by Ctrl-C and by the signals TERM and HUP; a second signal ends the program at once.
 static INTERRUPT: AtomicBool = AtomicBool::new(false);
 
-/// Runs the program: exit code 0 when all is done, 1 after an error, 2 for a wrong command line, 3 where
-/// `status` finds work left, 130 after Ctrl-C or another signal to end.
+/// Runs the program. Exit codes: 0 if everything is complete, 1 after an error, 2 for an invalid command line, 3 if
+/// `status` finds unfinished work, 130 after Ctrl-C or another signal to end.
 pub(crate) fn main() -> ExitCode {
     let (threads, request) = request();
     let handler = ctrlc::set_handler(|| {
         if INTERRUPT.swap(true, Ordering::Relaxed) {
             std::process::exit(130);
         }
-        // the terminal may be gone
+        // standard error may be closed already, so that errors of writing are ignored
         let _ = match ranks::farewell() {
             Some(text) => writeln!(std::io::stderr(), "{text}"),
             None => writeln!(
@@ -232,15 +232,15 @@ pub(crate) fn main() -> ExitCode {
     }
 }
 
-/// What is asked for.
+/// The parsed command line.
 enum Request {
-    /// No command: the default case.
+    /// No command: run the default case.
     Default,
     Command(Command),
     Stage(&'static Stage, CaseAndFolder, Option<Sharing>),
 }
 
-/// Reads the command line, to which every stage of the table adds a command.
+/// Parses the command line into the number of threads and a request. Each stage of [`STAGES`] adds a command.
 fn request() -> (usize, Request) {
     let stages = STAGES.iter().map(|stage| {
         let example = format!("Example:\n  breccia {} my.toml --out results", stage.name);
@@ -266,7 +266,7 @@ fn request() -> (usize, Request) {
     (threads, request.unwrap_or_else(|error| error.exit()))
 }
 
-/// Prints help, the version or what is wrong with the command line, and ends the program.
+/// Prints help, the version or an error of the command line, and ends the program.
 fn exit_with(error: &clap::Error) -> ! {
     let code = match error.print() {
         Err(io) if io.kind() != std::io::ErrorKind::BrokenPipe => {
@@ -278,7 +278,7 @@ fn exit_with(error: &clap::Error) -> ! {
     std::process::exit(code)
 }
 
-/// A case in the place of a command is meant to be run.
+/// Adds a hint to `breccia run` if a case file was given instead of a command.
 fn with_hint(error: clap::Error) -> clap::Error {
     match error.get(ContextKind::InvalidSubcommand) {
         Some(ContextValue::String(word)) if word.ends_with(".toml") => Cli::command().error(
@@ -289,7 +289,7 @@ fn with_hint(error: clap::Error) -> clap::Error {
     }
 }
 
-/// The processes that share what is asked for.
+/// Processes that share the request: only `simulate` can run on several ranks.
 fn ranks_of(request: &Request) -> Result<Ranks, Failure> {
     let command = match request {
         Request::Command(Command::Simulate { .. }) => return ranks::ranks(),
@@ -305,14 +305,14 @@ fn ranks_of(request: &Request) -> Result<Ranks, Failure> {
 
 fn run(request: Request, threads: usize, ranks: &Ranks) -> Result<ExitCode, Failure> {
     match request {
-        // no command, no surprises: the default case, not whatever lies in the folder
+        // without a command, always the default case, even if the folder contains another case
         Request::Default => {
             let (file, out) = (CaseFile::default_case(), Path::new("breccia-out"));
             run_all(&Workflow::open(&file, out, threads, &INTERRUPT)?)?;
         }
         Request::Command(Command::Run(target)) => {
             let file = target.case_file().map_err(WorkflowError::from)?;
-            // before anything is made, and in the user's own file
+            // check the table first, so that an error refers to the user's own file and nothing has been computed yet
             file.table().map_err(WorkflowError::from)?;
             run_all(&target.open(&file, threads)?)?;
         }
@@ -368,7 +368,7 @@ fn run(request: Request, threads: usize, ranks: &Ranks) -> Result<ExitCode, Fail
     Ok(ExitCode::SUCCESS)
 }
 
-/// The stage of this name.
+/// Returns the stage with this name.
 fn stage_named(name: &str) -> Result<&'static Stage, WorkflowError> {
     Stage::named(name).ok_or_else(|| {
         let known: Vec<&str> = STAGES.iter().map(|stage| stage.name).collect();
@@ -377,7 +377,7 @@ fn stage_named(name: &str) -> Result<&'static Stage, WorkflowError> {
     })
 }
 
-/// Prints how far a folder is: exit code 3 while work is left.
+/// Prints the state of a results folder; exit code 3 if there is unfinished work.
 fn status(dir: &Path) -> Result<ExitCode, Failure> {
     let parts = match models::study_status(dir)? {
         Some(parts) => parts,

@@ -15,19 +15,20 @@
 //! # Ok::<(), models::QoiError>(())
 //! ```
 //!
-//! # Rooms
+//! # Modules
 //!
-//! From the ground up; an import goes down only, and no two files import each other.
+//! In order of their layers. A module imports only from modules earlier in this list, and no two files import each
+//! other.
 //!
 //! 1. `progress`: progress bars
-//! 2. `case`: the TOML case, with fem's own types where they are the same
+//! 2. `case`: the TOML case file, which uses types of `fem` directly where possible
 //! 3. `virtual_specimen`: specimens with a known truth
-//! 4. `coverage`: whether intervals hold what they promise
-//! 5. `report`: figures and the page; knows results, not the workflow
-//! 6. `workflow`: stages, one row of a table each, whose inputs are what they read
-//! 7. `study`: beyond one process and one case: several calibrations, jobs of a cluster
+//! 4. `coverage`: coverage of intervals in experiments with a known truth
+//! 5. `report`: figures and the page; depends on results, but not on the workflow
+//! 6. `workflow`: the stages, each one row of a table; the inputs of a stage are the keys and files that it reads
+//! 7. `study`: several calibrations, and jobs of a cluster
 //!
-//! Below these is the crate [`breccia_calibration`]: curves, quantities of interest and calibration models.
+//! The modules depend on the crate [`breccia_calibration`]: curves, quantities of interest and calibration models.
 
 mod case;
 mod coverage;

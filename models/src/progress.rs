@@ -1,4 +1,4 @@
-//! Progress on stderr: a bar on a terminal, a line now and then elsewhere.
+//! Progress on stderr: a bar on a terminal, otherwise a line for each tenth.
 
 use std::cell::RefCell;
 use std::io::Write as _;
@@ -7,18 +7,18 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 
-/// Steps of a bar: fine enough for fractions of a run.
+/// Number of steps of a bar, large enough for fractions of a run.
 const RESOLUTION: u64 = 10_000;
 
-/// All bars of the program, one below the other.
+/// All bars of the program, one below another.
 static BARS: LazyLock<MultiProgress> = LazyLock::new(MultiProgress::new);
 
 thread_local! {
-    /// For whom this thread works, where there are several.
+    /// Name of the part of a study (a laboratory or a case) that this thread works on; `None` outside of studies.
     static SPEAKER: RefCell<Option<String>> = const { RefCell::new(None) };
 }
 
-/// Works for one of several, whose name stands in all lines and bars of this thread.
+/// Runs `work` for the part `name` of a study. All lines and bars of this thread then show the name.
 pub(crate) fn speaking_for<T>(name: &str, work: impl FnOnce() -> T) -> T {
     let before = SPEAKER.replace(Some(name.to_owned()));
     let done = work();
@@ -26,17 +26,17 @@ pub(crate) fn speaking_for<T>(name: &str, work: impl FnOnce() -> T) -> T {
     done
 }
 
-/// For whom this thread works, where there are several.
+/// Returns the name of the part of a study that this thread works on; `None` outside of studies.
 pub(crate) fn speaker() -> Option<String> {
     SPEAKER.with_borrow(Clone::clone)
 }
 
-/// One bar, or, where stderr is no terminal, a line at every tenth.
+/// A progress bar, or a line for every tenth if stderr is not a terminal.
 pub(crate) struct Bar {
     title: String,
     of: Option<String>,
     bar: ProgressBar,
-    /// Tenths already told in plain lines.
+    /// Number of tenths already printed as plain lines.
     told: AtomicU64,
 }
 
@@ -46,7 +46,7 @@ impl Bar {
         Self::of(speaker(), title)
     }
 
-    /// Starts one for whom the thread that shows it does not know.
+    /// Starts a bar at zero for the part `of` of a study, for use on a thread that is not assigned to the part.
     pub(crate) fn of(of: Option<String>, title: &str) -> Self {
         let bar = BARS.add(ProgressBar::new(RESOLUTION));
         let style = ProgressStyle::with_template("{prefix} {wide_bar} {percent:>3}%  {msg}");
@@ -57,7 +57,7 @@ impl Bar {
         Self { title: title.to_owned(), of, bar, told: AtomicU64::new(0) }
     }
 
-    /// Sets the fraction done, from 0 to 1, and what is going on.
+    /// Sets the completed fraction, from 0 to 1, and a message about the current work.
     pub(crate) fn set(&self, fraction: f64, message: &str) {
         let position = (fraction.clamp(0.0, 1.0) * RESOLUTION as f64) as u64;
         if self.bar.is_hidden() {
@@ -71,7 +71,7 @@ impl Bar {
         }
     }
 
-    /// A line above the bar.
+    /// Prints a line above the bar.
     pub(crate) fn note(&self, message: &str) {
         tell(self.of.as_deref(), "note", message);
     }
@@ -84,7 +84,7 @@ impl Drop for Bar {
     }
 }
 
-/// A stage's own line, above all bars.
+/// Prints a message of a stage in a line above all bars.
 pub(crate) fn say(title: &str, message: &str) {
     tell(speaker().as_deref(), title, message);
 }
@@ -92,7 +92,8 @@ pub(crate) fn say(title: &str, message: &str) {
 fn tell(of: Option<&str>, title: &str, message: &str) {
     let of_whom = of.map(|name| format!("{name}: ")).unwrap_or_default();
     let line = format!("{title:>10} {of_whom}{message}\n");
-    // a terminal that has gone away is no reason to stop; in one piece, beside the lines of others
+    // errors are ignored, because a closed terminal must not end the program; the line is written in one call, so that
+    // lines of other threads do not mix with it
     BARS.suspend(|| drop(std::io::stderr().write_all(line.as_bytes())));
 }
 

@@ -1,7 +1,7 @@
-//! Specimens that do not exist: with a known truth, scatter and measurement noise.
+//! Virtual specimens with a known truth, scatter and measurement noise.
 //!
-//! Every specimen has a packing of its own, parameters of its own around the truth, and readings
-//! with noise. What the specimens share is the truth that the calibration should find again.
+//! Every specimen has its own packing, its own parameters, which scatter around the truth, and readings with noise. All
+//! specimens share the truth, which the calibration should recover.
 
 use rand::{Rng, SeedableRng};
 use rand_distr::StandardNormal;
@@ -10,24 +10,24 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use crate::case::{ByParameter, NoiseCase};
 use crate::experiment::TestCurve;
 
-/// What makes one virtual specimen.
+/// Properties of one virtual specimen.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VirtualSpecimen {
-    /// Name, as `V-01`.
+    /// Name of the specimen, such as `V-01`.
     pub id: String,
-    /// Seed of its packing: its own, and never the surrogate's.
+    /// Seed of the packing, which differs from the seed of the surrogate's packing.
     pub packing_seed: u64,
-    /// Its parameters, in the order of the truth's.
+    /// Parameters of the specimen, in the order of the true parameters.
     pub parameters: Vec<f64>,
-    /// The stream of its measurement noise.
+    /// State of the random numbers for the measurement noise.
     noise: Xoshiro256PlusPlus,
 }
 
 impl VirtualSpecimen {
-    /// So many specimens; none gets the packing of the surrogate.
+    /// Draws the given number of specimens. No specimen gets the packing seed `surrogate_packing_seed`.
     ///
-    /// Parameters are truth · exp(s z) with z standard normal and s the scatter of each parameter,
-    /// so that the truth is their median. Specimen k depends on the seed and on k alone.
+    /// Parameters are truth · exp(s z), where z is standard normal and s is the scatter of the parameter, so that the
+    /// truth is the median. Specimen k depends only on the seed and on k.
     pub fn draw(
         specimens: usize,
         seed: u64,
@@ -54,7 +54,7 @@ impl VirtualSpecimen {
             .collect()
     }
 
-    /// The record of a test: every reading of displacement and force with its own error.
+    /// Adds measurement noise to a curve: every displacement and every force has an independent error.
     pub fn measure(&self, exact: &TestCurve, noise: &NoiseCase) -> TestCurve {
         let mut rng = self.noise.clone();
         let mut read = |values: &[f64], sd: f64| -> Vec<f64> {

@@ -1,4 +1,4 @@
-//! Conditions on a space: which degrees of freedom are constrained, and what pushes.
+//! Conditions on a finite element space: constrained degrees of freedom, loads and contact.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -18,13 +18,13 @@ use crate::fields::Fields;
 use crate::parallel::Part;
 use fem_mesh::TetMesh;
 
-/// What acts on a space, or on what one rank has of it.
+/// Boundary conditions and loads on a space, or on this rank's part of it.
 #[derive(Debug)]
 pub(crate) struct Boundary {
     constrained: Vec<ConstrainedDof>,
-    /// The nodes of every surface whose reaction is recorded.
+    /// Nodes of every surface whose reaction is recorded.
     pub(crate) surfaces: BTreeMap<String, Vec<u32>>,
-    /// The components that conditions on these surfaces prescribe.
+    /// Components prescribed by conditions on each surface.
     supports: BTreeMap<String, Vec<Support>>,
     tractions: Vec<Traction>,
     body_force: Option<Function<[f64; 3]>>,
@@ -37,10 +37,10 @@ pub(crate) struct Boundary {
 }
 
 impl Boundary {
-    /// Finds the nodes and areas of all conditions and checks that they agree and leave no rigid motion.
+    /// Finds the nodes and areas of all conditions, and checks that the conditions are consistent and leave no rigid
+    /// motion.
     ///
-    /// `damaged` marks the regions with damage; `duration_s` ends the time over which values have
-    /// to agree where surfaces meet.
+    /// `damaged` marks the regions with damage. Where surfaces meet, prescribed values must agree until `duration_s`.
     pub(crate) fn new(
         domain: &dyn Domain,
         mesh: &TetMesh,
@@ -122,9 +122,9 @@ impl Boundary {
         })
     }
 
-    /// What acts on a part of the space: constrained values and contact of all its nodes, surfaces of those
-    /// that belong to this rank, and tractions on its faces; `of` is the rank of each element of `domain`,
-    /// the whole space.
+    /// Returns the conditions on this rank's part of the space: constrained values and contact of all its nodes,
+    /// surfaces with the nodes that belong to the rank, and tractions on its faces. `of` is the rank of each element
+    /// of `domain`, the whole space.
     pub(crate) fn of_part(self, part: Arc<Part>, domain: &dyn Domain, of: &[u32]) -> Self {
         let tractions = loads::of_part(self.tractions, domain, of, &part);
         let local = part.local();
@@ -146,17 +146,17 @@ impl Boundary {
         }
     }
 
-    /// What this rank has of the mesh.
+    /// The part of the mesh on this rank.
     pub(crate) fn part(&self) -> &Arc<Part> {
         &self.part
     }
 
-    /// The constrained values (node, component).
+    /// Constrained values as (node, component).
     pub(crate) fn constrained(&self) -> impl Iterator<Item = (u32, usize)> + '_ {
         self.constrained.iter().map(|dof| (dof.node, dof.component))
     }
 
-    /// Puts the constrained values where they belong at a time.
+    /// Sets the constrained values to those at a time.
     pub(crate) fn impose(&self, nodes: &[[f64; 3]], time_s: f64, fields: &mut Fields) {
         for dof in &self.constrained {
             let node = dof.node as usize;
@@ -168,7 +168,7 @@ impl Boundary {
         }
     }
 
-    /// Where the first increment starts, if that is given.
+    /// Sets the initial guess of the first increment, if there is one.
     pub(crate) fn start(&self, nodes: &[[f64; 3]], time_s: f64, fields: &mut Fields) {
         if let Some(guess) = &self.first_guess {
             for (u, &x) in fields.displacement.iter_mut().zip(nodes) {
@@ -177,7 +177,7 @@ impl Boundary {
         }
     }
 
-    /// The loads at a time; `None` without loads.
+    /// Returns the loads at a time; `None` if there are no loads.
     pub(crate) fn loads(&self, domain: &dyn Domain, time_s: f64) -> Option<Loads> {
         if self.tractions.is_empty() && self.body_force.is_none() && self.damage_source.is_none() {
             return None;
@@ -204,7 +204,8 @@ impl Boundary {
         Some(Loads { nodal, tractions })
     }
 
-    /// The force of what prescribes values of each surface, N: of the nodes of this rank, zero where nothing does.
+    /// Returns the force from prescribed values on each surface, N: the sum over the nodes of this rank, zero if
+    /// nothing is prescribed.
     pub(crate) fn support_forces(&self, residual: &[[f64; 4]]) -> BTreeMap<String, [f64; 3]> {
         let force = |name: &String| {
             self.supports.get(name).map_or([0.0; 3], |of| reaction::sum(of, residual))
@@ -212,13 +213,13 @@ impl Boundary {
         self.surfaces.keys().map(|name| (name.clone(), force(name))).collect()
     }
 
-    /// The nodes whose damage is prescribed.
+    /// Nodes with prescribed damage.
     pub(crate) fn damaged_nodes(&self) -> impl Iterator<Item = u32> {
         self.constrained.iter().filter(|dof| dof.component == 3).map(|dof| dof.node)
     }
 
-    /// Distances of the prescribed displacements, which `after` has, from those of a guess and of `before`, and their
-    /// largest value, mm.
+    /// Compares the prescribed displacements of `after` with a guess and with `before`. Returns the largest distance
+    /// to `guess`, the largest distance to `before`, and the largest prescribed value, mm.
     pub(crate) fn jump(&self, guess: &Fields, before: &Fields, after: &Fields) -> [f64; 3] {
         let mut sizes = [0.0f64; 3];
         for dof in self.constrained.iter().filter(|dof| dof.component < 3) {
@@ -231,7 +232,7 @@ impl Boundary {
         sizes
     }
 
-    /// Displacement (mm) and force (N) of the surface that is measured, from the reactions.
+    /// Returns displacement (mm) and force (N) of the measured surface; the force is taken from the reactions.
     pub(crate) fn measure(
         &self,
         time_s: f64,
@@ -253,8 +254,8 @@ impl Boundary {
         [travel, along(reactions[&probe.surface])]
     }
 
-    /// The functional that the measured force is of the residual, on so many nodes; `None` where it is not,
-    /// and where contact has rates of its own.
+    /// Returns the vector c for which the measured force is c·R, with the residual R on `nodes` nodes. `None` if the
+    /// force is no such functional, or if there is contact, whose forces have rates too.
     pub(crate) fn measured(&self, nodes: usize) -> Option<Vec<[f64; 4]>> {
         let probe = self.probe.as_ref().filter(|_| self.contacts.is_empty())?;
         let mut out = vec![[0.0; 4]; nodes];
@@ -264,8 +265,8 @@ impl Boundary {
         Some(out)
     }
 
-    /// The rate of the force on the surface that is measured, from the rates of the residual and of the
-    /// contact forces, platen by platen.
+    /// Returns the rate of the force on the measured surface, from the rates of the residual and of the contact
+    /// forces of all platens.
     pub(crate) fn force_rate(&self, residual: &[[f64; 4]], contact: &[(u32, [f64; 3])]) -> f64 {
         let Some(probe) = &self.probe else { return 0.0 };
         let along = |v: &[f64]| -> f64 { (0..3).map(|k| v[k] * probe.direction[k]).sum() };
@@ -283,7 +284,7 @@ impl Boundary {
     }
 }
 
-/// The triangles of a surface.
+/// Returns the triangles of a surface, or an error if the surface is missing or empty.
 fn surface<'a>(
     mesh: &'a TetMesh,
     name: &str,
@@ -304,7 +305,7 @@ fn surface<'a>(
     }
 }
 
-/// The axis to which a plane surface is normal.
+/// Returns the axis that is normal to a plane surface.
 fn normal_axis(mesh: &TetMesh, name: &str, triangles: &[[u32; 3]]) -> Result<Axis, FemError> {
     let normal = |triangle: &[u32; 3]| {
         let p = triangle.map(|n| Vector3::from(mesh.nodes[n as usize]));
@@ -321,7 +322,8 @@ fn normal_axis(mesh: &TetMesh, name: &str, triangles: &[[u32; 3]]) -> Result<Axi
         })
 }
 
-/// Checks that no rigid motion is left free, or finds what stops it.
+/// Checks that no rigid motion is left free, or returns the constraints (node, component) that remove the free
+/// motions.
 fn supports(
     nodes: &[[f64; 3]],
     constrained: &[ConstrainedDof],

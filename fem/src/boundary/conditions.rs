@@ -1,4 +1,4 @@
-//! What acts on a body: a list that names surfaces of the mesh.
+//! Boundary conditions and loads, with the names of the surfaces of the mesh.
 
 use super::contact::Platen;
 use super::function::Function;
@@ -15,20 +15,20 @@ pub enum Axis {
 }
 
 impl Axis {
-    /// All three.
+    /// All three axes.
     pub const ALL: [Axis; 3] = [Axis::X, Axis::Y, Axis::Z];
 }
 
-/// How far the surface that the curve follows has moved.
+/// Displacement of the surface that the curve measures.
 #[derive(Clone, Debug)]
 pub(crate) enum Travel {
-    /// The mean displacement of its nodes along the direction.
+    /// Mean displacement of the surface's nodes along the direction.
     Mean,
-    /// Known beforehand, mm as a function of time.
+    /// Given function of time, mm.
     Known(Function<f64>),
 }
 
-/// The surface whose force and displacement make the curve.
+/// Surface whose force and displacement are the curve.
 #[derive(Clone, Debug)]
 pub(crate) struct Probe {
     pub(crate) surface: String,
@@ -36,7 +36,7 @@ pub(crate) struct Probe {
     pub(crate) travel: Travel,
 }
 
-/// Components of the displacement of a surface; without a function they are zero.
+/// Prescribed components of the displacement of a surface; zero if there is no function.
 #[derive(Clone, Debug)]
 pub(super) struct Prescribed {
     pub(super) surface: String,
@@ -46,9 +46,9 @@ pub(super) struct Prescribed {
 
 /// Boundary conditions and loads of a [`Problem`](crate::Problem).
 ///
-/// Every function is given the *reference* position in mm and the time in s. What is not named is
-/// free of traction and, for the damage, of flux. A surface may stand in several conditions; where
-/// surfaces meet, they must prescribe the same value.
+/// Functions take the *reference* position in mm and the time in s. Surfaces without a condition are free of traction
+/// and, for the damage, of flux. A surface may have several conditions; where surfaces meet, they must prescribe the
+/// same value.
 ///
 /// # Example
 /// A bar pulled at one end, with two planes of symmetry:
@@ -79,13 +79,13 @@ pub struct Conditions {
 }
 
 impl Conditions {
-    /// No condition at all.
+    /// Creates an empty list of conditions.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Prescribes components of the displacement, mm, of a surface; the components that `axes` does
-    /// not name stay free, whatever the function returns for them.
+    /// Prescribes components of the displacement of a surface, mm. Components that are not in `axes` stay free; the
+    /// function's values for them are ignored.
     pub fn prescribe(
         mut self,
         surface: &str,
@@ -100,7 +100,7 @@ impl Conditions {
         self
     }
 
-    /// Holds components of the displacement of a surface at zero.
+    /// Sets components of the displacement of a surface to zero.
     pub fn fix(mut self, surface: &str, axes: impl IntoIterator<Item = Axis>) -> Self {
         self.prescribed.push(Prescribed {
             surface: surface.into(),
@@ -120,13 +120,13 @@ impl Conditions {
         self
     }
 
-    /// Makes a plane surface, normal to one of the axes, a plane of symmetry: its nodes stay in it.
+    /// Makes a plane surface, normal to one of the axes, a plane of symmetry: its nodes stay in the plane.
     pub fn symmetry(mut self, surface: &str) -> Self {
         self.symmetric.push(surface.into());
         self
     }
 
-    /// A dead load on a surface: force per reference area, MPa.
+    /// Adds a dead load on a surface: force per reference area, MPa.
     pub fn traction(
         mut self,
         surface: &str,
@@ -136,7 +136,7 @@ impl Conditions {
         self
     }
 
-    /// A body force per reference volume, N/mm³.
+    /// Sets a body force per reference volume, N/mm³.
     pub fn body_force(
         mut self,
         force_n_per_mm3: impl Fn([f64; 3], f64) -> [f64; 3] + Send + Sync + 'static,
@@ -145,8 +145,8 @@ impl Conditions {
         self
     }
 
-    /// A source on the right-hand side of the damage equation, MPa: what a manufactured solution
-    /// leaves there. It acts in the regions that have a toughness.
+    /// Sets a source on the right-hand side of the damage equation, MPa, e.g. for a manufactured solution. It acts in
+    /// the regions that have a toughness.
     pub fn damage_source(
         mut self,
         source_mpa: impl Fn([f64; 3], f64) -> f64 + Send + Sync + 'static,
@@ -155,41 +155,41 @@ impl Conditions {
         self
     }
 
-    /// A rigid platen that a surface may touch and leave.
+    /// Adds a rigid platen that a surface can touch and leave.
     pub fn platen(mut self, surface: &str, platen: Platen) -> Self {
         self.platens.push((surface.into(), platen));
         self
     }
 
-    /// Holds single nodes so that the rigid motions that the other conditions leave are gone.
+    /// Constrains single nodes to remove the rigid motions that the other conditions leave free.
     ///
-    /// Loads must be in equilibrium along those motions; the reactions there then vanish.
+    /// Loads must be in equilibrium along these motions; the reactions at these nodes then vanish.
     pub fn remove_rigid_motions(mut self) -> Self {
         self.remove_rigid_motions = true;
         self
     }
 
-    /// Whether a platen resists sliding.
+    /// Whether a platen has friction or drag.
     pub(crate) fn has_friction(&self) -> bool {
         self.platens.iter().any(|(_, platen)| platen.resists_sliding())
     }
 
-    /// Whether nothing but prescribed values acts.
+    /// Whether there are only prescribed values, without loads and platens.
     pub(crate) fn only_prescribe(&self) -> bool {
         let loaded = self.body_force.is_some() || self.damage_source.is_some();
         self.tractions.is_empty() && self.platens.is_empty() && !loaded
     }
 
-    /// Takes force and displacement of the curve from this surface, both along `direction` (any
-    /// length): the force on the body through this surface, by prescribed values, a platen and tractions, and the
-    /// mean displacement of its nodes.
+    /// Measures force and displacement of the curve on this surface, along `direction` (any length): the force on the
+    /// body through this surface, from prescribed values, a platen and tractions, and the mean displacement of its
+    /// nodes.
     pub fn measure(mut self, surface: &str, direction: [f64; 3]) -> Self {
         self.probe = Some(Probe { surface: surface.into(), direction, travel: Travel::Mean });
         self
     }
 
-    /// Like [`measure`](Self::measure), with the displacement (mm) of what constrains or presses the
-    /// surface given as a function of time.
+    /// Like [`measure`](Self::measure), but the displacement (mm) is a given function of time: that of the support or
+    /// platen of the surface.
     pub fn measure_travel(
         mut self,
         surface: &str,
@@ -201,15 +201,15 @@ impl Conditions {
         self
     }
 
-    /// Says in words what the functions compute: a run goes on from a saved state only if that was
-    /// described alike, since functions themselves cannot be compared.
+    /// Describes the functions as text. A run resumes from a saved state only if the state has the same description,
+    /// because functions cannot be compared.
     pub fn described_as(mut self, words: impl Into<String>) -> Self {
         self.description = words.into();
         self
     }
 
-    /// Where the first increment starts its iteration, mm. Without it the body starts at rest with
-    /// the prescribed values moved, which bounds the first step by the size of the elements there.
+    /// Sets the initial guess of the first increment, mm. Without it, the iteration starts from zero with the
+    /// prescribed values imposed, and the element size at the surface limits the first step.
     pub fn first_guess(
         mut self,
         displacement_mm: impl Fn([f64; 3], f64) -> [f64; 3] + Send + Sync + 'static,

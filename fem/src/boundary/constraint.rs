@@ -30,17 +30,17 @@ impl ConstrainedDof {
     }
 }
 
-/// Constraints as they are collected, surface after surface.
+/// Constraints, collected surface by surface.
 pub(super) struct Constraints<'a> {
     nodes: &'a [[f64; 3]],
     duration_s: f64,
     dofs: Vec<ConstrainedDof>,
-    /// Where each (node, component) stands in `dofs`, and the surface that named it first.
+    /// Index of each (node, component) in `dofs`, and the first surface that constrained it.
     first: BTreeMap<(u32, usize), (usize, String)>,
 }
 
 impl<'a> Constraints<'a> {
-    /// None on the nodes (mm); values have to agree until `duration_s` where surfaces meet.
+    /// Creates an empty set for `nodes` (mm). Where surfaces meet, values must agree until `duration_s`.
     pub(super) fn new(nodes: &'a [[f64; 3]], duration_s: f64) -> Self {
         Self { nodes, duration_s, dofs: Vec::new(), first: BTreeMap::new() }
     }
@@ -70,7 +70,7 @@ impl<'a> Constraints<'a> {
         self.dofs
     }
 
-    /// Whether two surfaces ask for the same at a common node.
+    /// Checks that two surfaces prescribe the same value at a common node.
     fn agree(
         &self,
         first: &ConstrainedDof,

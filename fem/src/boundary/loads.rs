@@ -1,4 +1,4 @@
-//! Tractions, and what loads amount to at a time.
+//! Tractions, and loads at a given time.
 
 use std::collections::BTreeMap;
 
@@ -6,7 +6,7 @@ use super::function::Function;
 use crate::element::Domain;
 use crate::parallel::Part;
 
-/// Triangles of a surface and the force per area on them, MPa.
+/// Traction on the triangles of a surface, as force per reference area, MPa.
 #[derive(Clone, Debug)]
 pub(super) struct Traction {
     pub(super) surface: String,
@@ -19,12 +19,12 @@ pub(super) struct Traction {
 pub(crate) struct Loads {
     /// Nodal forces (N) and damage sources (N mm).
     pub(crate) nodal: Vec<[f64; 4]>,
-    /// The resultant of the tractions on each surface, N: of the triangles of this rank.
+    /// Resultant of the tractions on each surface, N, for the triangles of this rank.
     pub(crate) tractions: BTreeMap<String, [f64; 3]>,
 }
 
 impl Traction {
-    /// Adds its nodal forces at a time, N; returns their sum.
+    /// Adds the nodal forces of the traction at a time, N. Returns their sum.
     pub(super) fn add(&self, domain: &dyn Domain, time_s: f64, nodal: &mut [[f64; 4]]) -> [f64; 3] {
         let stress = |x| self.stress.at(x, time_s);
         domain.surface_load(&self.triangles, &stress, nodal);
@@ -32,7 +32,7 @@ impl Traction {
     }
 }
 
-/// The tractions on the faces of this rank; `of` is the rank of each element of `domain`, the whole space.
+/// Returns the tractions on the faces of this rank; `of` is the rank of each element of `domain`, the whole space.
 pub(super) fn of_part(
     tractions: Vec<Traction>,
     domain: &dyn Domain,
@@ -52,7 +52,7 @@ pub(super) fn of_part(
     tractions.into_iter().map(on_rank).collect()
 }
 
-/// The lowest rank that has an element with each of these faces, by its nodes in order.
+/// Returns, for each face (sorted nodes), the lowest rank that has an element with this face.
 fn lowest_ranks<'a>(
     triangles: impl Iterator<Item = &'a [u32; 3]>,
     domain: &dyn Domain,

@@ -1,8 +1,9 @@
-//! Which surface exerts the force of a prescribed value.
+//! Distribution of the forces of prescribed values over surfaces.
 //!
-//! A condition on a surface acts through the components that it prescribes, so that a plane of symmetry pushes along
-//! its normal alone. Where surfaces meet, several may prescribe the same component of a node. Its force is then shared
-//! in proportion to the area of their triangles at the node, and the forces of all surfaces add up to that on the body.
+//! A condition on a surface exerts forces only in the components that it prescribes, e.g. a plane of symmetry only
+//! along its normal. Where surfaces meet, several may prescribe the same component of a node. Its force is then
+//! distributed in proportion to the area of their triangles at the node, so that the forces of all surfaces add up to
+//! the force on the body.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -12,21 +13,21 @@ use crate::element::Domain;
 use crate::parallel::Part;
 use fem_mesh::TetMesh;
 
-/// A component of the displacement that a condition on a surface prescribes.
+/// Component of the displacement of a node, prescribed by a condition on a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Support {
     pub(super) node: u32,
     pub(super) component: usize,
-    /// The part of the force that belongs to the surface, in (0, 1].
+    /// Fraction of the force that belongs to the surface, in (0, 1].
     pub(super) share: f64,
 }
 
-/// The components that conditions prescribe, surface by surface.
+/// Surfaces that prescribe each (node, component).
 #[derive(Clone, Debug, Default)]
 pub(super) struct Claims(BTreeMap<(u32, usize), BTreeSet<String>>);
 
 impl Claims {
-    /// Notes that a surface prescribes a component of its nodes.
+    /// Adds a surface that prescribes a component of its nodes.
     pub(super) fn add(&mut self, surface: &str, nodes: &[u32], component: usize) {
         for &node in nodes {
             let surfaces = self.0.entry((node, component)).or_default();
@@ -36,7 +37,7 @@ impl Claims {
         }
     }
 
-    /// The supports of each surface, with the share of each.
+    /// Returns the supports of each surface, with their shares of the force.
     pub(super) fn into_supports(
         self,
         domain: &dyn Domain,
@@ -60,7 +61,7 @@ impl Claims {
     }
 }
 
-/// The area of the triangles at each node of a surface, mm².
+/// Returns the area of the triangles at each node of a surface, mm².
 fn areas_at_nodes(
     domain: &dyn Domain,
     mesh: &TetMesh,
@@ -77,7 +78,7 @@ fn areas_at_nodes(
     areas
 }
 
-/// The supports at the nodes that belong to this rank.
+/// Returns the supports at the nodes that belong to this rank.
 pub(super) fn of_part(supports: Vec<Support>, part: &Part) -> Vec<Support> {
     let local = part.local();
     let own = |support: Support| {
@@ -87,7 +88,7 @@ pub(super) fn of_part(supports: Vec<Support>, part: &Part) -> Vec<Support> {
     supports.into_iter().filter_map(own).collect()
 }
 
-/// The sum of the supports' shares of nodal forces, N.
+/// Returns the sum of nodal forces, weighted by the shares of the supports, N.
 pub(super) fn sum(supports: &[Support], forces: &[[f64; 4]]) -> [f64; 3] {
     let mut sum = [0.0; 3];
     for &Support { node, component, share } in supports {

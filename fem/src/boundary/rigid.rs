@@ -1,16 +1,16 @@
-//! The rigid motions that a set of supports leaves free.
+//! Rigid motions that a set of supports leaves free.
 
 use nalgebra::{Matrix6, Vector3, Vector6};
 
-/// The six infinitesimal rigid motions about the centre of a body, rotations scaled by its size.
+/// The six infinitesimal rigid motions about the centre of a body. Rotations are scaled by the size of the body.
 pub(super) struct RigidMotions {
     centre: Vector3<f64>,
     size: f64,
-    /// Projects on the motions that are free.
+    /// Projector onto the free motions.
     free: Matrix6<f64>,
 }
 
-/// A support counts if it stops more than this fraction of a free motion.
+/// A support is used only if it constrains more than this fraction of a free motion.
 const LEAST_STOPPED: f64 = 1e-6;
 
 impl RigidMotions {
@@ -21,7 +21,7 @@ impl RigidMotions {
         Self { centre, size, free: Matrix6::identity() }
     }
 
-    /// What the point `x` moves along `direction` in each motion.
+    /// Returns the displacement of the point `x` along `direction` in each motion.
     fn row(&self, x: [f64; 3], direction: [f64; 3]) -> Vector6<f64> {
         let arm = (Vector3::from(x) - self.centre) / self.size;
         let d = Vector3::from(direction);
@@ -30,12 +30,13 @@ impl RigidMotions {
         Vector6::new(d[0], d[1], d[2], turn[0], turn[1], turn[2])
     }
 
-    /// How much of the free motions a support at `x` along `direction` stops.
+    /// Returns the norm of the free motions at `x` along `direction`: the amount that a support there would
+    /// constrain.
     fn stopped(&self, x: [f64; 3], direction: [f64; 3]) -> f64 {
         (self.free * self.row(x, direction)).norm()
     }
 
-    /// Adds a support.
+    /// Adds a support at `x` along `direction`.
     pub(super) fn add_support(&mut self, x: [f64; 3], direction: [f64; 3]) {
         let along = self.free * self.row(x, direction);
         if along.norm() > LEAST_STOPPED {
@@ -43,12 +44,12 @@ impl RigidMotions {
         }
     }
 
-    /// The number of free motions.
+    /// Number of free motions.
     pub(super) fn count(&self) -> usize {
         self.free.trace().round() as usize
     }
 
-    /// A free motion in words.
+    /// Returns the description of a free motion.
     pub(super) fn describe(&self) -> &'static str {
         const WORDS: [&str; 6] = [
             "along x",
@@ -63,7 +64,7 @@ impl RigidMotions {
             .map_or("", |k| WORDS[k])
     }
 
-    /// Components (node, axis) that stop what is free, each where it is stopped best.
+    /// Returns constraints (node, axis) that remove the free motions; each is chosen where it constrains most.
     pub(super) fn supports(mut self, nodes: &[[f64; 3]]) -> Vec<(u32, usize)> {
         let unit = |axis: usize| std::array::from_fn(|k| f64::from(k == axis));
         let mut supports = Vec::new();
@@ -72,7 +73,7 @@ impl RigidMotions {
             for (node, &x) in nodes.iter().enumerate() {
                 for axis in 0..3 {
                     let stopped = self.stopped(x, unit(axis));
-                    // a clear gain only, so that round-off does not choose among equals
+                    // require a clear gain, so that rounding errors do not decide between equal candidates
                     if stopped > best.0 * (1.0 + 1e-9) + LEAST_STOPPED {
                         best = (stopped, node, axis);
                     }

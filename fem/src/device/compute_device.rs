@@ -1,4 +1,4 @@
-//! The device of a run, chosen by its user.
+//! Device for the linear systems of a run, chosen by the user.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -9,9 +9,9 @@ use super::host::Host;
 use super::kernel::{Kernel, source};
 use super::machine::{Device, DeviceError, Memory, Program};
 
-/// Where the linear systems of a run are solved, in place of the processor.
+/// Device that solves the linear systems of a run instead of the processor.
 ///
-/// Runs may share one. Compiled kernels are kept.
+/// Several runs can share a device. Compiled kernels are cached.
 #[derive(Clone, Debug)]
 pub struct ComputeDevice {
     device: Arc<dyn Device>,
@@ -19,11 +19,11 @@ pub struct ComputeDevice {
 }
 
 impl ComputeDevice {
-    /// The first NVIDIA card of this machine.
+    /// Opens the first NVIDIA GPU of this machine.
     ///
     /// # Errors
-    /// [`DeviceError`] if the program was built without the feature `cuda`, or if there is no card, driver or
-    /// compiler of kernels (NVRTC).
+    /// [`DeviceError`] if the program was built without the feature `cuda`, or if there is no GPU, driver or kernel
+    /// compiler (NVRTC).
     pub fn cuda() -> Result<Self, DeviceError> {
         #[cfg(feature = "cuda")]
         return Cuda::new().map(Self::with);
@@ -33,7 +33,7 @@ impl ComputeDevice {
         ))
     }
 
-    /// This machine in the place of a card: the same kernels by its C compiler. It serves to test.
+    /// Uses the processor as a device: the same kernels, compiled by the C compiler. For tests.
     ///
     /// # Errors
     /// [`DeviceError`] if there is no C compiler.
@@ -45,17 +45,17 @@ impl ComputeDevice {
         Self { device: Arc::new(device), programs: Arc::default() }
     }
 
-    /// What it calls itself.
+    /// Name of the device.
     pub fn name(&self) -> String {
         self.device.name()
     }
 
-    /// So many bytes of memory, all zero.
+    /// Allocates memory of the given size in bytes; all bytes are zero.
     pub fn allocate(&self, bytes: usize) -> Result<Box<dyn Memory>, DeviceError> {
         self.device.allocate(bytes)
     }
 
-    /// Kernels, which are compiled once.
+    /// Compiles kernels, or returns them from the cache.
     pub fn compile(&self, kernels: &[Kernel]) -> Result<Arc<dyn Program>, DeviceError> {
         let text = source(kernels);
         let mut programs = self.programs.lock().unwrap_or_else(PoisonError::into_inner);

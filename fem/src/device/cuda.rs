@@ -1,4 +1,4 @@
-//! NVIDIA cards. The driver and its compiler are loaded when the program runs.
+//! NVIDIA GPUs. The driver and its compiler are loaded at run time.
 #![expect(
     unsafe_code,
     reason = "whether a driver is there is asked of, and kernels are launched by, C functions"
@@ -16,14 +16,14 @@ use cudarc::nvrtc::{CompileOptions, compile_ptx_with_opts};
 use super::kernel::Kernel;
 use super::machine::{Argument, Device, DeviceError, Memory, Program};
 
-/// The first card.
+/// The first GPU of this machine.
 #[derive(Debug)]
 pub(super) struct Cuda {
     context: Arc<CudaContext>,
     stream: Arc<CudaStream>,
 }
 
-/// Threads of a block: the kernel of quadratic elements takes all the registers that a thread may have.
+/// Threads per block. The kernel of quadratic elements needs the largest number of registers that a thread can have.
 const THREADS: u32 = 128;
 
 fn failed(what: &str) -> impl Fn(&dyn Display) -> DeviceError {
@@ -31,9 +31,10 @@ fn failed(what: &str) -> impl Fn(&dyn Display) -> DeviceError {
 }
 
 impl Cuda {
-    /// The first card of this machine.
+    /// Opens the first GPU of this machine.
     pub(super) fn new() -> Result<Self, DeviceError> {
-        // SAFETY: both look whether a library can be loaded; without this the calls below panic.
+        // SAFETY: both functions only check whether a library can be loaded; without this check the calls below
+        // panic.
         let (driver, compiler) = unsafe {
             (cudarc::driver::sys::is_culib_present(), cudarc::nvrtc::sys::is_culib_present())
         };
@@ -63,7 +64,7 @@ impl Device for Cuda {
     fn compile(&self, text: &str, kernels: &[Kernel]) -> Result<Box<dyn Program>, DeviceError> {
         let failed = failed("kernels");
         let (major, minor) = self.context.compute_capability().map_err(|e| failed(&e))?;
-        // products are fused where they are written so, as on the processor
+        // products and sums are fused only where the source requests it, as on the processor
         let options =
             ["--fmad=false".to_string(), format!("--gpu-architecture=compute_{major}{minor}")];
         let options = CompileOptions { options: options.to_vec(), ..CompileOptions::default() };
@@ -147,8 +148,8 @@ impl Program for Functions {
             block_dim: (THREADS, 1, 1),
             shared_mem_bytes: 0,
         };
-        // SAFETY: whoever launches a kernel gives it the arguments that it declares, and arrays as
-        // long as it indexes for so many items.
+        // SAFETY: the caller must pass the arguments that the kernel declares, and arrays that are long enough for
+        // this number of items.
         unsafe { launch.launch(form) }.map(|_| ()).map_err(|e| failed("a launch")(&e))
     }
 }

@@ -1,4 +1,4 @@
-//! This machine as a device: the kernels by its C compiler, their items on threads.
+//! The processor as a device: the C compiler compiles the kernels, and threads process the items.
 #![expect(unsafe_code, reason = "kernels are functions of a library that is loaded at run time")]
 
 use std::any::Any;
@@ -12,17 +12,17 @@ use rayon::prelude::*;
 use super::kernel::Kernel;
 use super::machine::{Argument, Device, DeviceError, Memory, Program};
 
-/// The C compiler of this machine.
+/// C compiler of this machine.
 #[derive(Debug)]
 pub struct Host {
     compiler: String,
 }
 
-/// Items of a task.
+/// Number of items per task.
 const ITEMS: usize = 4096;
 
 impl Host {
-    /// The compiler named by `CC`, or `cc`.
+    /// Uses the compiler named by the environment variable `CC`, or `cc`.
     pub fn new() -> Result<Self, DeviceError> {
         let compiler = std::env::var("CC").unwrap_or_else(|_| "cc".into());
         match Command::new(&compiler).arg("--version").output() {
@@ -44,7 +44,8 @@ impl Host {
         let folder = tempfile::tempdir().map_err(|e| failed("no temporary folder", &e))?;
         let (code, library) = (folder.path().join("kernels.c"), folder.path().join("kernels.so"));
         std::fs::write(&code, text).map_err(|e| failed("the source is not written", &e))?;
-        // no product is fused that is not written so: the bits are those of the processor's kernels
+        // fuse no products and sums that the source does not fuse, so that results equal those of the processor's
+        // kernels
         let common = ["-std=c11", "-O2", "-ffp-contract=off", "-fPIC", "-shared"];
         let compile = |native: &[&str]| {
             let mut command = Command::new(&self.compiler);
@@ -53,7 +54,7 @@ impl Host {
         };
         let mut output = compile(&["-march=native"])?;
         if !output.status.success() {
-            // a compiler that does not know this machine by that name
+            // the compiler may not support -march=native for this machine
             output = compile(&[])?;
         }
         if !output.status.success() {
@@ -63,7 +64,7 @@ impl Host {
                 &said.lines().take(5).collect::<Vec<_>>().join(" "),
             ));
         }
-        // SAFETY: the library was made here from kernels alone: loading it runs nothing.
+        // SAFETY: the library was compiled above from kernels only, so that loading it executes no code.
         unsafe { Library::new(&library) }.map_err(|e| failed("the library is not loaded", &e))
     }
 }
@@ -78,7 +79,7 @@ impl Device for Host {
         let entries: Result<Vec<Entry>, _> = kernels
             .iter()
             .map(|kernel| {
-                // SAFETY: the source has a function of this type for each kernel.
+                // SAFETY: the source contains a function of this type for each kernel.
                 unsafe { library.get::<Entry>(kernel.name.as_bytes()) }
                     .map(|symbol| *symbol)
                     .map_err(|e| DeviceError(format!("kernel {}: {e}", kernel.name)))
@@ -97,7 +98,7 @@ impl Device for Host {
     }
 }
 
-/// Memory that kernels write to while it is borrowed.
+/// Memory to which kernels write through a shared reference.
 #[derive(Debug)]
 struct Words(UnsafeCell<Box<[u64]>>);
 
@@ -116,28 +117,28 @@ impl Memory for Words {
     }
 
     fn read(&self, bytes: &mut [u8]) -> Result<(), DeviceError> {
-        // SAFETY: a launch returns when its items are done, so that nobody writes now: the memory is sent,
-        // but not shared, between threads.
+        // SAFETY: a launch returns after all its items are complete, so that no kernel is writing now. The memory is
+        // `Send` but not `Sync`.
         let words: &[u64] = unsafe { &*self.0.get() };
         bytes.copy_from_slice(&bytemuck::cast_slice(words)[..bytes.len()]);
         Ok(())
     }
 }
 
-/// A kernel for the items from `first` to `last`, with pointers to its arguments.
+/// Compiled kernel: processes the items from `first` to `last − 1`, with pointers to its arguments.
 type Entry = unsafe extern "C" fn(first: u64, last: u64, arguments: *const *const c_void);
 
 #[derive(Debug)]
 struct Compiled {
     entries: Vec<Entry>,
-    /// The entries' code.
+    /// Keeps the code of the entries loaded.
     _library: Library,
 }
 
-/// Pointers that tasks share.
+/// Argument pointers, shared by the tasks of a launch.
 struct Shared<'a>(&'a [*const c_void]);
 
-// SAFETY: they are read only; what they point to is written at places that differ from item to item.
+// SAFETY: the pointers are only read; the memory behind them is written at indices that differ between items.
 unsafe impl Sync for Shared<'_> {}
 
 impl Shared<'_> {
@@ -171,8 +172,8 @@ impl Program for Compiled {
         let shared = Shared(&pointers);
         (0..items.div_ceil(ITEMS)).into_par_iter().for_each(|task| {
             let (first, last) = (task * ITEMS, items.min((task + 1) * ITEMS));
-            // SAFETY: whoever launches a kernel gives it the arguments that it declares, and arrays as
-            // long as it indexes for so many items.
+            // SAFETY: the caller must pass the arguments that the kernel declares, and arrays that are long enough
+            // for this number of items.
             unsafe { entry(first as u64, last as u64, shared.pointer()) };
         });
         Ok(())

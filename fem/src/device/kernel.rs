@@ -1,14 +1,14 @@
-//! The source of kernels, for the compilers of all devices.
+//! Kernels, and their source code for the compilers of all devices.
 
-/// A kernel: what is done for one item of many.
+/// Kernel: C code that processes one of many independent items.
 #[derive(Clone, Debug)]
 pub struct Kernel {
     pub name: String,
-    /// C types and names: pointers, `index` and `double`.
+    /// C types and names of the parameters. Allowed types: pointers, `index` and `double`.
     pub parameters: Vec<(&'static str, String)>,
-    /// Statements of C, with the number of the item in `at`.
+    /// C statements; the variable `at` is the number of the item.
     pub body: String,
-    /// Functions of C that they call; those of several kernels that are the same stand once.
+    /// C functions that the body calls. Identical functions of several kernels are emitted only once.
     pub functions: Vec<String>,
 }
 
@@ -22,13 +22,13 @@ impl Kernel {
         Self { name: name.into(), parameters, body: body.into(), functions: Vec::new() }
     }
 
-    /// The same with functions that it calls.
+    /// Returns the kernel with the C functions that it calls.
     pub fn calling(self, functions: Vec<String>) -> Self {
         Self { functions, ..self }
     }
 }
 
-/// What the compilers lack.
+/// Definitions that the compilers do not provide.
 const PRELUDE: &str = "\
 typedef unsigned long long index;
 #define restrict __restrict__
@@ -40,8 +40,9 @@ typedef unsigned long long index;
 #endif
 ";
 
-/// The source of kernels. On a card each is an entry of its name, whose items are threads; on the host a
-/// function that runs the items from `first` to `last` with pointers to its arguments.
+/// Returns the source code of the kernels. For a GPU, each kernel is a `__global__` function of its name, with one
+/// thread per item. For the host, each kernel is a function that processes the items from `first` to `last − 1`, with
+/// pointers to its arguments.
 pub fn source(kernels: &[Kernel]) -> String {
     let mut out = String::from(PRELUDE);
     let mut functions: Vec<&String> = kernels.iter().flat_map(|k| &k.functions).collect();

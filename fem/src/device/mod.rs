@@ -1,9 +1,9 @@
-//! Where kernels run: a device with memory of its own, and what it is asked.
+//! Devices that run kernels in their own memory, and their interface.
 //!
-//! A kernel is a function of C that computes one item of many; the same source is compiled by the driver of a
-//! graphics card (`Cuda`, feature `cuda`) and by the C compiler of this machine (`Host`), so that all
-//! but the driver is tested where there is no card. Items do not see each other, and no sum
-//! depends on their order: a device gives the same bits each time.
+//! A kernel is a C function that computes one of many items. The same source is compiled by the driver of a GPU
+//! (`Cuda`, feature `cuda`) and by the C compiler of this machine (`Host`), so that everything except the driver can
+//! be tested without a GPU. Items are independent, and no sum depends on their order: a device gives bitwise the same
+//! result each time.
 
 mod array;
 mod compute_device;

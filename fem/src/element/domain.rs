@@ -1,4 +1,4 @@
-//! Integrals over a finite-element space and over surfaces of it.
+//! Integrals over a finite-element space and over its surfaces.
 
 use std::collections::BTreeMap;
 
@@ -9,12 +9,12 @@ use super::space::Space;
 use super::triangle::seven;
 use crate::fields::Fields;
 
-/// The fields at a point inside the body.
+/// Values of the fields at a point inside the body.
 #[derive(Clone, Copy, Debug)]
 pub struct PointValues {
     /// Reference position, mm.
     pub position_mm: [f64; 3],
-    /// Number of the region.
+    /// Index of the region.
     pub region: usize,
     /// u, mm.
     pub displacement_mm: [f64; 3],
@@ -26,37 +26,36 @@ pub struct PointValues {
     pub damage_gradient_per_mm: [f64; 3],
 }
 
-/// The geometry of a problem, whatever the element: what boundary conditions, solvers and results
-/// need to know of a space.
+/// Geometry of a finite-element space, independent of the element type, for boundary conditions, solvers and results.
 pub trait Domain {
     /// Number of elements.
     fn tets(&self) -> usize;
 
-    /// The nodes of one element: its vertices, then those on its edges.
+    /// Returns the nodes of an element: its vertices, then the nodes on its edges.
     fn nodes_of(&self, tet: usize) -> &[u32];
 
-    /// Whether an element is straight and of one phase: its tangent then takes fewer numbers.
+    /// Whether an element is straight and has only one phase; its tangent then needs less storage.
     fn is_plain(&self, tet: usize) -> bool;
 
     /// The integration rule of every element.
     fn rule(&self) -> &Rule;
 
-    /// Number of elastic points.
+    /// Number of elastic quadrature points.
     fn points(&self) -> usize {
         self.tets() * self.rule().points.len()
     }
 
-    /// ∫ of a nodal field over the elements whose region is marked, and their volume, mm³; of mixtures
-    /// the matrix counts.
+    /// Returns the integral of a nodal field over the elements of the marked regions, and their volume, mm³. In
+    /// mixtures only the matrix fraction is included.
     fn integral(&self, field: &[f64], regions: &[bool]) -> [f64; 2];
 
     /// Reference positions of all nodes, mm.
     fn nodes(&self) -> &[[f64; 3]];
 
-    /// The nodes on triangles of the mesh, in increasing order.
+    /// Returns the nodes on triangles of the mesh, in increasing order.
     fn nodes_on(&self, triangles: &[[u32; 3]]) -> Vec<u32>;
 
-    /// Adds ∫ N_a f dV over the elements for which `acts` holds (by region).
+    /// Adds ∫ N_a f dV over the elements of the regions for which `acts` is true.
     fn volume_load(
         &self,
         acts: &dyn Fn(usize) -> bool,
@@ -72,40 +71,40 @@ pub trait Domain {
         out: &mut [[f64; 4]],
     );
 
-    /// ∫ t dA over triangles.
+    /// Returns ∫ t dA over triangles.
     fn surface_resultant(
         &self,
         triangles: &[[u32; 3]],
         traction: &dyn Fn([f64; 3]) -> [f64; 3],
     ) -> [f64; 3];
 
-    /// ∫ N_a dA of the nodes on triangles, mm²; nodes without a share (the corners of quadratic
-    /// triangles) are left out.
+    /// Returns ∫ N_a dA for the nodes on triangles, mm². Nodes with zero area (the vertices of quadratic triangles)
+    /// are omitted.
     fn nodal_areas(&self, triangles: &[[u32; 3]]) -> Vec<(u32, f64)>;
 
-    /// Calls `each` with the values and the volume (mm³) of the points of a rule of degree 5.
+    /// Calls `each` with the field values and the volume (mm³) of each point of a quadrature rule of degree 5.
     fn visit(&self, fields: &Fields, each: &mut dyn FnMut(&PointValues, f64));
 }
 
-/// A point of a rule on a face of the body.
+/// Quadrature point on a face of the body.
 struct FacePoint {
     position: [f64; 3],
-    /// N_a of the nodes of the face.
+    /// Values N_a of the shape functions of the face's nodes.
     values: [f64; 6],
-    /// Share of the area, mm².
+    /// Area that belongs to the point, mm².
     area: f64,
 }
 
 impl<const N: usize> Space<N> {
-    /// The nodes of a face: its corners, then those on its edges 01, 12, 20 (P2).
+    /// Returns the nodes of a face: its vertices, then for quadratic elements the nodes on its edges 01, 12, 20.
     fn face(&self, triangle: &[u32; 3]) -> Vec<u32> {
         let [a, b, c] = *triangle;
         let on_edges = [(a, b), (b, c), (c, a)].map(|(i, j)| self.midpoint(i, j));
         triangle.iter().copied().chain(on_edges.into_iter().flatten()).collect()
     }
 
-    /// The points of a rule of degree 5 on a face, whose functions are those of a tetrahedron on
-    /// its face λ₃ = 0.
+    /// Returns the points of a quadrature rule of degree 5 on a face. The shape functions are those of the
+    /// tetrahedron on its face λ₃ = 0.
     fn face_points(&self, nodes: &[u32]) -> [FacePoint; 7] {
         let of_tet = |a: usize| if a < 3 { a } else { a + 1 };
         seven().map(|(at, weight)| {
@@ -126,7 +125,7 @@ impl<const N: usize> Space<N> {
         })
     }
 
-    /// The points of a rule of degree 5 with N_a and ∂N_a/∂λ_k there.
+    /// Returns the points of a quadrature rule of degree 5, with N_a and ∂N_a/∂λ_k.
     fn fine_rule(&self) -> Vec<(QuadraturePoint, [f64; N], [[f64; 4]; N])> {
         let values = |q: QuadraturePoint| (q, (self.values)(q.at), (self.slopes)(q.at));
         fourteen().into_iter().map(values).collect()

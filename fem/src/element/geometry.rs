@@ -1,25 +1,25 @@
-//! How an element lies in space at a point of it.
+//! Geometry of an element at a point: derivatives of its map from barycentric coordinates to space.
 
 use nalgebra::Vector3;
 
-/// Gradients of the barycentric coordinates at a point.
+/// Gradients of the barycentric coordinates at a point of an element.
 #[derive(Clone, Copy, Debug)]
 pub struct Geometry<T> {
     /// ∇λ_k for k = 1 … 3, 1/mm.
     pub barycentric: [[T; 3]; 3],
-    /// The volume that the element would have if it were the same everywhere, mm³.
+    /// Volume of an element whose map has this derivative everywhere, mm³.
     pub volume: T,
 }
 
 impl Geometry<f64> {
-    /// Of a straight element with these vertices, the first four nodes.
+    /// Computes the geometry of a straight element; its vertices are the first four entries of `x`.
     pub fn straight(x: &[[f64; 3]]) -> Self {
         let edge = |k: usize| Vector3::from(x[k]) - Vector3::from(x[0]);
         Self::along([edge(1), edge(2), edge(3)])
     }
 
-    /// At the point of an element where the shape functions of its nodes have these slopes,
-    /// ∂N_a/∂λ_k: the map x = Σ N_a x_a has the columns ∂x/∂λ_k − ∂x/∂λ₀.
+    /// Computes the geometry at a point where the shape functions have the derivatives `slopes`, ∂N_a/∂λ_k. The
+    /// columns of the map x = Σ N_a x_a are ∂x/∂λ_k − ∂x/∂λ₀.
     pub fn of<const N: usize>(x: &[[f64; 3]; N], slopes: &[[f64; 4]; N]) -> Self {
         Self::along([1, 2, 3].map(|k| {
             let columns = x.iter().zip(slopes).map(|(x, s)| Vector3::from(*x) * (s[k] - s[0]));

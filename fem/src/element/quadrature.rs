@@ -1,6 +1,6 @@
-//! Symmetric integration rules on the tetrahedron; weights sum to one.
+//! Symmetric quadrature rules on the tetrahedron. The weights sum to one.
 
-/// A point in barycentric coordinates, with its share of the volume.
+/// Quadrature point in barycentric coordinates, with its fraction of the volume.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct QuadraturePoint {
     pub at: [f64; 4],
@@ -12,7 +12,7 @@ pub(super) fn one() -> Vec<QuadraturePoint> {
     vec![QuadraturePoint { at: [0.25; 4], weight: 1.0 }]
 }
 
-/// Four points, (5 ± √5 …)/20: exact to degree 2. Point k is the one next to vertex k.
+/// Four points, (5 ± √5 …)/20: exact to degree 2. Point k is nearest to vertex k.
 pub(super) fn four() -> Vec<QuadraturePoint> {
     let far = (5.0 - 5f64.sqrt()) / 20.0;
     corners(far, 0.25)

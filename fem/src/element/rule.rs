@@ -1,9 +1,9 @@
-//! Which points carry the elastic terms, which the damage terms, and how the two meet.
+//! Quadrature rule of an element: elastic points, damage points, and the coupling between them.
 
 use super::quadrature::{QuadraturePoint, eleven, four, fourteen, one};
 use super::tetrahedron::{Linear, Quadratic, Tetrahedron};
 
-/// The choice of damage points, after the automatic one has been settled.
+/// Kind of the damage points, with `Auto` replaced by a specific kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DamageRule {
     /// No damage anywhere.
@@ -12,49 +12,49 @@ pub enum DamageRule {
     Vertex,
     /// At Gauss points.
     Consistent,
-    /// At eleven of them in quadratic elements.
+    /// At eleven Gauss points in quadratic elements.
     Eleven,
 }
 
 /// The integration rule of one element type.
 ///
-/// Elastic point q sees g_q = Σ_p C_qp g(φ_p) over the damage points p, and damage point p is
-/// driven by Σ_q w_q C_qp ψ⁺_q, so that both are derivatives of one energy. Σ_p C_qp = 1 and
-/// Σ_q w_q C_qp = w_p: a uniform state is integrated exactly.
+/// Elastic point q has the degradation g_q = Σ_p C_qp g(φ_p), a sum over the damage points p. Damage point p is
+/// driven by Σ_q w_q C_qp ψ⁺_q. Both are derivatives of one energy. Σ_p C_qp = 1 and Σ_q w_q C_qp = w_p, so that a
+/// uniform state is integrated exactly.
 #[derive(Clone, Debug)]
 pub struct Rule {
-    /// Nodes of the element.
+    /// Number of nodes of the element.
     pub nodes: usize,
     pub points: Vec<ElasticPoint>,
     pub damage: Vec<DamagePoint>,
-    /// C, by elastic point.
+    /// Coefficients C_qp, one row per elastic point.
     pub mixing: Vec<Vec<f64>>,
-    /// Whether all damage points have the same weight and are driven alike.
+    /// Whether all damage points have the same weight and the same coefficients C_qp.
     pub alike: bool,
 }
 
-/// Where the elastic terms are evaluated.
+/// Quadrature point of the elastic terms.
 #[derive(Clone, Debug)]
 pub struct ElasticPoint {
-    /// λ.
+    /// Barycentric coordinates λ.
     pub at: [f64; 4],
-    /// Share of the volume.
+    /// Fraction of the volume.
     pub weight: f64,
     /// ∂N_a/∂λ_k − ∂N_a/∂λ₀ for k = 1 … 3, by node.
     pub slopes: Vec<[f64; 3]>,
 }
 
-/// Where the local damage terms are evaluated.
+/// Quadrature point of the local damage terms.
 #[derive(Clone, Debug)]
 pub struct DamagePoint {
-    /// N_a there.
+    /// Values N_a of the shape functions at the point.
     pub shape: Vec<f64>,
-    /// Share of the volume.
+    /// Fraction of the volume.
     pub weight: f64,
 }
 
 impl Rule {
-    /// The rule of element type `T`.
+    /// Creates the rule of element type `T`.
     pub fn new<const N: usize, T: Tetrahedron<N>>(rule: DamageRule) -> Self {
         let quadratic = !T::EDGES.is_empty();
         let mut elastic = if quadratic { four() } else { one() };
@@ -62,7 +62,8 @@ impl Rule {
             (DamageRule::Absent, _) => (Vec::new(), vec![Vec::new(); elastic.len()]),
             (DamageRule::Vertex, false) => (nodal::<N>(|_| 0.25), vec![vec![0.25; N]]),
             (DamageRule::Vertex, true) => (
-                // sub-tetrahedra: 4 corners and an octahedron cut along a diagonal (mean of the three)
+                // sub-tetrahedra: 4 at the vertices, and an octahedron that is cut along a diagonal (mean over its
+                // three diagonals)
                 nodal::<N>(|a| if a < 4 { 1.0 / 32.0 } else { 7.0 / 48.0 }),
                 (0..4).map(|q| (0..N).map(|a| corner_mean::<N, T>(q, a)).collect()).collect(),
             ),
@@ -89,14 +90,14 @@ impl Rule {
         Self { nodes: N, points, damage, mixing, alike }
     }
 
-    /// The same points with the linear functions of the vertices.
+    /// Returns the rule with the same points and the linear shape functions of the vertices.
     pub fn linear(&self) -> Self {
         let slopes = Linear::slopes([0.25; 4]).map(|d| [d[1] - d[0], d[2] - d[0], d[3] - d[0]]);
         let mut rule = self.clone();
         rule.nodes = 4;
         rule.points.iter_mut().for_each(|point| point.slopes = slopes.to_vec());
         for point in &mut rule.damage {
-            // N_e of an edge is one half at either end of it for the linear functions
+            // the linear function of a vertex is its quadratic function plus one half of the functions of its edges
             for (edge, ends) in Quadratic::EDGES.iter().enumerate().take(self.nodes - 4) {
                 ends.iter().for_each(|&end| point.shape[end] += 0.5 * point.shape[4 + edge]);
             }
@@ -106,7 +107,7 @@ impl Rule {
     }
 }
 
-/// ∫ N_a dV / V.
+/// Returns ∫ N_a dV / V.
 pub(super) fn mean_values<const N: usize, T: Tetrahedron<N>>() -> [f64; N] {
     let mut mean = [0.0; N];
     for q in four() {
@@ -127,8 +128,8 @@ fn at_points<const N: usize, T: Tetrahedron<N>>(points: &[QuadraturePoint]) -> V
     points.iter().map(point).collect()
 }
 
-/// The weight of node `a` in the mean that Gauss point `q` sees: it stands for the sub-tetrahedron
-/// at vertex q and for a quarter of the octahedron, which have the same volume.
+/// Returns the weight of node `a` in the mean at Gauss point `q`, which represents the sub-tetrahedron at vertex q
+/// and a quarter of the octahedron; both have the same volume.
 fn corner_mean<const N: usize, T: Tetrahedron<N>>(q: usize, a: usize) -> f64 {
     match a.checked_sub(4) {
         None => f64::from(a == q) / 8.0,

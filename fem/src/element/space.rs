@@ -1,4 +1,4 @@
-//! A finite-element space on a mesh: nodes, connectivity, shape gradients.
+//! Finite-element space on a mesh: nodes, connectivity, shape gradients.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -8,10 +8,10 @@ use super::tetrahedron::Tetrahedron;
 use crate::parallel::Part;
 use fem_mesh::TetMesh;
 
-/// Equal-order Lagrange space for displacement and damage; `N` nodes an element.
+/// Lagrange space of equal order for displacement and damage, with `N` nodes per element.
 #[derive(Clone, Debug)]
 pub struct Space<const N: usize> {
-    /// Reference positions, mm: the mesh's nodes, then those on its edges (P2).
+    /// Reference positions, mm: the nodes of the mesh, then the nodes on its edges (P2).
     pub nodes: Vec<[f64; 3]>,
     pub tets: Vec<[u32; N]>,
     pub region: Vec<u16>,
@@ -23,9 +23,9 @@ pub struct Space<const N: usize> {
     /// ∂N_a/∂λ_k of the element type.
     pub slopes: fn([f64; 4]) -> [[f64; 4]; N],
     midpoints: BTreeMap<[u32; 2], u32>,
-    /// One of each straight element, those of the elastic points of each curved one.
+    /// Geometry factors: one per straight element, one per elastic quadrature point of a curved element.
     geometry: Vec<Geometry<f64>>,
-    /// Where those of an element begin, and where the last ones end.
+    /// Offsets of each element into `geometry`; length `tets + 1`.
     first: Vec<u32>,
     /// Fraction of the second phase of each element; empty if there are no mixtures.
     fraction: Vec<f64>,
@@ -34,7 +34,7 @@ pub struct Space<const N: usize> {
 }
 
 impl<const N: usize> Space<N> {
-    /// Raises a sound mesh to element type `T`, with its curved edges if the type has nodes there.
+    /// Creates the space with element type `T` on a valid mesh. Curved edges are used if the type has nodes on edges.
     pub fn new<T: Tetrahedron<N>>(mesh: &TetMesh, damage: DamageRule) -> Self {
         let bent: BTreeMap<_, _> = mesh.edge_points.iter().copied().collect();
         let mut nodes = mesh.nodes.clone();
@@ -89,7 +89,7 @@ impl<const N: usize> Space<N> {
         }
     }
 
-    /// The elements of a part of the mesh on its nodes.
+    /// Returns the space of a part of the mesh, with the node numbers of the part.
     pub fn part(&self, part: &Part) -> Self {
         let local = part.local();
         let here =
@@ -117,8 +117,7 @@ impl<const N: usize> Space<N> {
         }
     }
 
-    /// Where the gradients of an element are taken: at its elastic points, one for all if it is
-    /// straight.
+    /// Returns the geometry of an element at its elastic points; a single entry if the element is straight.
     #[inline(always)]
     pub fn geometry(&self, tet: usize) -> &[Geometry<f64>] {
         &self.geometry[self.first[tet] as usize..self.first[tet + 1] as usize]
@@ -130,13 +129,13 @@ impl<const N: usize> Space<N> {
         self.first[tet + 1] - self.first[tet] > 1
     }
 
-    /// Share of an element that is of its second phase.
+    /// Volume fraction of the second phase of an element.
     #[inline(always)]
     pub fn fraction(&self, tet: usize) -> f64 {
         self.fraction.get(tet).copied().unwrap_or(0.0)
     }
 
-    /// Region of the second phase of an element; its own region where there are no mixtures.
+    /// Region of the second phase of an element; the element's own region if there are no mixtures.
     #[inline(always)]
     pub fn second_region(&self, tet: usize) -> usize {
         usize::from(self.second.get(tet).copied().unwrap_or(self.region[tet]))
@@ -147,7 +146,7 @@ impl<const N: usize> Space<N> {
         self.fraction.iter().any(|&fraction| fraction > 0.0)
     }
 
-    /// Volume as the elastic points integrate it, mm³.
+    /// Returns the volume of an element, integrated by the elastic points, mm³.
     pub fn volume(&self, tet: usize) -> f64 {
         match self.geometry(tet) {
             [one] => one.volume,
@@ -155,7 +154,7 @@ impl<const N: usize> Space<N> {
         }
     }
 
-    /// The nodes on a set of triangles, in increasing order.
+    /// Returns the nodes on a set of triangles, in increasing order.
     pub fn nodes_on(&self, triangles: &[[u32; 3]]) -> Vec<u32> {
         let mut on = BTreeSet::new();
         for &[a, b, c] in triangles {
@@ -167,7 +166,7 @@ impl<const N: usize> Space<N> {
         on.into_iter().collect()
     }
 
-    /// The node on an edge, if the elements have one.
+    /// Returns the node on an edge; `None` for linear elements.
     pub fn midpoint(&self, i: u32, j: u32) -> Option<u32> {
         self.midpoints.get(&edge_key(i, j)).copied()
     }

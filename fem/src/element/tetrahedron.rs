@@ -2,13 +2,13 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Polynomial order of displacement and damage; 1 or 2 in a file.
+/// Polynomial order of displacement and damage; written as 1 or 2 in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "u8", into = "u8")]
 pub enum Order {
     /// P1: four nodes.
     Linear,
-    /// P2: ten nodes, the midpoints of the edges 01, 12, 20, 03, 13, 23 after the vertices.
+    /// P2: ten nodes, the vertices followed by the midpoints of the edges 01, 12, 20, 03, 13, 23.
     Quadratic,
 }
 
@@ -25,7 +25,7 @@ impl TryFrom<u8> for Order {
     type Error = &'static str;
 
     /// # Errors
-    /// Any number but 1 and 2.
+    /// For any number except 1 and 2.
     fn try_from(order: u8) -> Result<Self, Self::Error> {
         match order {
             1 => Ok(Self::Linear),
@@ -35,22 +35,22 @@ impl TryFrom<u8> for Order {
     }
 }
 
-/// A Lagrange tetrahedron with `N` nodes: the vertices, then the midpoints of [`EDGES`](Self::EDGES).
+/// Lagrange tetrahedron with `N` nodes: the vertices, then the midpoints of [`EDGES`](Self::EDGES).
 pub trait Tetrahedron<const N: usize> {
-    /// The edges that carry a node, as pairs of vertices.
+    /// Edges that have a node, as pairs of vertices.
     const EDGES: &'static [[usize; 2]];
 
-    /// N_a(λ).
+    /// Returns N_a(λ).
     fn values(l: [f64; 4]) -> [f64; N];
 
-    /// ∂N_a/∂λ_k.
+    /// Returns ∂N_a/∂λ_k.
     fn slopes(l: [f64; 4]) -> [[f64; 4]; N];
 }
 
-/// P1.
+/// Linear tetrahedron (P1).
 pub struct Linear;
 
-/// P2.
+/// Quadratic tetrahedron (P2).
 pub struct Quadratic;
 
 impl Tetrahedron<4> for Linear {

@@ -1,6 +1,6 @@
-//! Integration on triangles.
+//! Quadrature on triangles.
 
-/// The seven-point rule, exact to degree 5: barycentric coordinates and share of the area.
+/// Returns the seven-point rule, exact to degree 5: barycentric coordinates and fraction of the area of each point.
 ///
 /// Reference: Radon, Monatsh. Math. 52 (1948) 286, doi:10.1007/BF01525334.
 pub(super) fn seven() -> [([f64; 3], f64); 7] {

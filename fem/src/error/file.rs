@@ -1,45 +1,45 @@
-//! What can be wrong with a file that a run has written.
+//! Errors of files written by a run.
 
 use std::sync::Arc;
 
-/// Why a file is not the state of a run.
+/// Error of a checkpoint file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum CheckpointError {
-    /// Its bytes are not those that were written.
+    /// The content of the file was changed or truncated.
     #[error("is damaged: remove it to start again")]
     Damaged,
-    /// It was written in another format.
+    /// The file has the format of another version.
     #[error("is a state of another version of this program: remove it to start again")]
     Version,
-    /// It belongs to another problem.
+    /// The file belongs to another problem.
     #[error("is the state of another test: remove it to start this one, or name another file")]
     OtherProblem,
 }
 
-/// Why a file is not a curve.
+/// Error of a curve file.
 #[derive(Clone, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CurveFileError {
-    /// A column that every curve has is absent.
+    /// A mandatory column is missing.
     #[error("has no column '{column}': the header must hold {header}")]
     MissingColumn {
-        /// The column.
+        /// Name of the missing column.
         column: &'static str,
-        /// All columns that are needed.
+        /// Names of all mandatory columns.
         header: String,
     },
     /// An entry that is not a number.
     #[error("line {line}, column '{column}': '{text}' is not a number")]
     NotANumber {
-        /// The line, from 1.
+        /// Line number, from 1.
         line: u64,
-        /// The column.
+        /// Name of the column.
         column: String,
-        /// What stands there.
+        /// Text of the entry.
         text: String,
     },
-    /// Not a table: lines of unlike length, or bytes that are no text.
+    /// The file is not a table: the number of columns varies, or the bytes are not text.
     #[error("is not a table: {0}")]
     NotATable(#[source] Arc<csv::Error>),
 }

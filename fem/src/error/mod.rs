@@ -1,4 +1,4 @@
-//! What can be wrong with a problem, and what helps.
+//! Errors of a problem or a run, with advice.
 
 mod file;
 mod step;
@@ -13,128 +13,128 @@ use fem_mesh::MeshError;
 pub use file::{CheckpointError, CurveFileError};
 pub use step::StepFailure;
 
-/// Why a problem cannot be set up, or stopped before its end.
+/// Error that prevents the creation of a problem or stops its run.
 #[derive(Clone, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum FemError {
-    /// The mesh is not sound.
+    /// The mesh is invalid.
     #[error(transparent)]
     Mesh(#[from] MeshError),
     /// The platens cannot be placed.
     #[error("{0}: check the surface names")]
     Platens(&'static str),
-    /// A surface that a condition names is absent or empty.
+    /// A surface named by a condition is missing or empty.
     #[error(
         "the mesh has no triangles on surface '{name}', where {role}; it has {present}: name the surfaces when the mesh is made or read (a compression test needs 'bottom' and 'top')"
     )]
     MissingSurface {
-        /// The surface that is needed.
+        /// Name of the missing surface.
         name: String,
-        /// What it is needed for.
+        /// Purpose of the surface.
         role: &'static str,
-        /// The surfaces that there are.
+        /// Names of the existing surfaces.
         present: String,
     },
-    /// As many materials as regions are needed.
+    /// The number of materials differs from the number of regions.
     #[error(
         "{materials} materials for {regions} regions ({names}): give one material to each region, in this order"
     )]
     MaterialCount {
-        /// Materials given.
+        /// Number of materials.
         materials: usize,
-        /// Regions of the mesh.
+        /// Number of regions of the mesh.
         regions: usize,
-        /// The names of the regions.
+        /// Names of the regions.
         names: String,
     },
-    /// A parameter out of its range.
+    /// A parameter is out of its range.
     #[error("{entity}: {field} = {value} must be {requirement}")]
     Parameter {
-        /// What the parameter belongs to, as "material.matrix".
+        /// Object to which the parameter belongs, such as "material.matrix".
         entity: String,
-        /// Its name.
+        /// Name of the parameter.
         field: &'static str,
-        /// The value given.
+        /// Value of the parameter.
         value: f64,
-        /// What is accepted.
+        /// Allowed values.
         requirement: &'static str,
     },
-    /// A combination that the equations do not offer.
+    /// A combination of settings is not supported.
     #[error("{entity}: {message}; {help}")]
     Unsupported {
-        /// What it concerns.
+        /// Object that the error concerns.
         entity: String,
-        /// What is not possible.
+        /// Description of the error.
         message: String,
-        /// What to do instead.
+        /// How to fix the error.
         help: String,
     },
-    /// No equilibrium was found, although the load step was cut to its least size.
+    /// No equilibrium was found, even with the smallest load step.
     #[error(
         "no equilibrium after {displacement_mm} mm ({time_s} s) with steps down to {step_s} s ({source}); {help}"
     )]
     NotConverged {
-        /// The last displacement with equilibrium, mm.
+        /// Displacement of the last equilibrium, mm.
         displacement_mm: f64,
-        /// Its time, s.
+        /// Time of the last equilibrium, s.
         time_s: f64,
-        /// The last increment tried, s.
+        /// Duration of the last attempted increment, s.
         step_s: f64,
-        /// Why the last try ended.
+        /// Reason for the failure of the last attempt.
         source: StepFailure,
-        /// What helps.
+        /// Advice.
         help: String,
     },
-    /// The matrix could not be factorised in its own memory.
+    /// The matrix could not be factorised in the available memory.
     #[error(
         "the sparse factorisation of {unknowns} unknowns failed: {source}; use a coarser mesh or more memory"
     )]
     Factorisation {
         /// Number of equations.
         unknowns: usize,
-        /// What the solver said.
+        /// Error of the factorisation.
         source: Arc<dyn Error + Send + Sync>,
     },
-    /// A file that cannot be read or written.
+    /// A file cannot be read or written.
     #[error("cannot {action} {}: {source}", path.display())]
     Io {
         /// `read` or `write`.
         action: &'static str,
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// What the operating system says.
+        /// Error of the operating system.
         source: Arc<io::Error>,
     },
-    /// A file that is not the state of this run.
+    /// A checkpoint file is invalid.
     #[error("{}: {source}", path.display())]
     Checkpoint {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// What is wrong, and what helps.
+        /// Cause of the error.
         source: CheckpointError,
     },
-    /// Another rank failed alone, as by a file that it could not write; it stopped all.
+    /// Another rank reported an error, e.g. could not write a file, so that all ranks stop.
     #[error("rank {rank}: {message}")]
     Rank {
-        /// Which.
+        /// Number of the rank.
         rank: usize,
-        /// What it said.
+        /// Error message of the rank.
         message: String,
     },
-    /// Another rank is gone.
+    /// Another rank has ended unexpectedly.
     #[error("rank {rank} is gone, and the run with it; {}", go_on(checkpoint.as_deref()))]
     RankLost {
-        /// Which.
+        /// Number of the rank.
         rank: usize,
-        /// Where the run goes on from, if its state was saved.
+        /// Checkpoint file from which the run can resume, if its state was saved.
         checkpoint: Option<PathBuf>,
     },
-    /// A file that is not a curve.
+    /// A curve file is invalid.
     #[error("{}: {source}", path.display())]
     CurveFile {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// What is wrong.
+        /// Cause of the error.
         source: CurveFileError,
     },
 }

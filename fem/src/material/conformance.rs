@@ -1,4 +1,4 @@
-//! What every material must keep, as one assertion for tests.
+//! Requirements for every material, as an assertion for tests.
 
 use nalgebra::{Matrix3, Rotation3, SMatrix, SVector};
 
@@ -9,7 +9,7 @@ use super::principal::{Inverted, Principal};
 use super::response::{Law, Response};
 use super::tangent::PointTangent;
 
-/// A material at a point with a given displacement gradient and degradation g.
+/// State of a material for a given displacement gradient and degradation g.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Deformed {
     pub(super) principal: Principal<f64>,
@@ -31,13 +31,13 @@ impl Deformed {
         Ok(Self { principal, response })
     }
 
-    /// The nominal stress P = ∂ψ/∂F.
+    /// Returns the nominal stress P = ∂ψ/∂F.
     pub(super) fn piola(&self) -> Matrix3<f64> {
         let piola = self.principal.piola(&self.response.stress, 1.0);
         Matrix3::from_fn(|i, j| piola[i][j])
     }
 
-    /// A_(ij)(kl) = ∂P_ij/∂F_kl from the blocks of unit gradients.
+    /// Returns A_(ij)(kl) = ∂P_ij/∂F_kl, from the tangent blocks for unit gradients.
     pub(super) fn moduli(&self) -> SMatrix<f64, 9, 9> {
         let tangent = PointTangent::new(&self.principal, &self.response, 1.0);
         let spatial = |k: usize| self.principal.push.map(|row| row[k]);
@@ -45,16 +45,16 @@ impl Deformed {
     }
 }
 
-/// Asserts what the solver takes for granted of a material: for tests, of a law of one's own too.
+/// Asserts the properties of a material that the solver relies on. For tests, also of user-defined laws.
 ///
-/// At random states, in tension and compression, with two and three equal stretches, at rest and
-/// next to it, and with and without damage: the stress is the derivative of the energy and the
-/// tangent that of the stress (the remainders of Taylor's formula fall with the second and third
-/// power), the tangent is symmetric, energy and stress follow a rotation of space and do not see one
-/// of the material, rest has neither energy nor stress, and a deformation with det F ≤ 0 is refused.
+/// The states are random, in tension and compression, with two and three equal stretches, at rest and close to it,
+/// and with and without damage. Checks: the stress is the derivative of the energy and the tangent that of the stress
+/// (the remainders of Taylor's formula decrease with the second and third power); the tangent is symmetric; energy
+/// and stress are objective and isotropic; energy and stress vanish at rest; a deformation with det F ≤ 0 is
+/// rejected.
 ///
 /// # Panics
-/// If one of these does not hold; the message says which, and where.
+/// If a property is violated; the message contains the property and the state.
 ///
 /// # Example
 /// ```
@@ -123,7 +123,7 @@ fn assert_derivatives(
         [first.abs(), (first - 0.5 * t * t * curvature).abs()]
     };
     for (k, least) in [1.9, 2.9].into_iter().enumerate() {
-        // the next order may hide the slope by chance at one step, not at all three
+        // the next order may cancel the slope by chance at one step, but not at all three
         let slopes = [8e-3, 4e-3, 1e-3].map(|t| (remainders(t)[k] / remainders(t / 4.0)[k]).log2());
         let slope = slopes.into_iter().fold(0.0, f64::max) / 2.0;
         assert!(slope > least, "remainder {} falls with slope {slope} at {state}", k + 1);
@@ -137,7 +137,7 @@ fn assert_objective(material: &PointMaterial, state: &Matrix3<f64>, g: f64) {
         Deformed::new(material, &(f - Matrix3::identity()), g).expect("det F > 0")
     };
     let (before, space, body) = (at(f), at(turn * f), at(f * turn));
-    // what rounds are the terms of the bulk modulus too, 1e4 times Young's where ν is 0.49999
+    // rounding errors come from the bulk modulus too, which is 1e4 times Young's modulus for ν = 0.49999
     let stiffness = material.moduli.longitudinal();
     let size = stiffness * state.norm();
     for (turned, stress) in [(space, turn * before.piola()), (body, before.piola() * turn)] {
@@ -149,9 +149,9 @@ fn assert_objective(material: &PointMaterial, state: &Matrix3<f64>, g: f64) {
     }
 }
 
-/// Displacement gradients at which a law must hold, with a direction for each.
+/// Returns displacement gradients for the tests of a law, with a test direction for each.
 pub(super) fn states() -> [(Matrix3<f64>, Matrix3<f64>); 7] {
-    // any numbers in (−1, 1)
+    // arbitrary numbers in (−1, 1)
     let scatter =
         |seed: f64| Matrix3::from_fn(|i, j| (seed + 5.3 * i as f64 + 2.9 * j as f64 + 0.7).sin());
     let spin = Rotation3::from_euler_angles(0.3, -0.5, 0.8).into_inner();

@@ -1,4 +1,4 @@
-//! The regularised crack surface per volume, (1/(c₀ ℓ₀)) [α(φ) + ℓ₀² |∇φ|²].
+//! Regularised crack surface per volume, (1/(c₀ ℓ₀)) [α(φ) + ℓ₀² |∇φ|²].
 
 use serde::{Deserialize, Serialize};
 
@@ -8,16 +8,15 @@ use super::scalar::Scalar;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum CrackDensity {
-    /// Ambrosio–Tortorelli with α = φ², c₀ = 2: damage grows from the first load on.
+    /// Ambrosio–Tortorelli with α = φ², c₀ = 2: damage grows from the start of loading.
     ///
     /// Reference: Bourdin, Francfort & Marigo, J. Mech. Phys. Solids 48 (2000) 797,
     /// doi:10.1016/S0022-5096(99)00028-9.
     #[default]
     At2,
-    /// Ambrosio–Tortorelli with α = φ, c₀ = 8/3: elastic up to a threshold, and damage vanishes at
-    /// a finite distance from a crack. α′(0) > 0 would drive φ below zero, so φ is bounded: from
-    /// below by zero, or by its value so far with
-    /// [`Irreversibility::ActiveSet`](super::Irreversibility::ActiveSet), and from above by one.
+    /// Ambrosio–Tortorelli with α = φ, c₀ = 8/3: elastic up to a threshold, and damage vanishes at a finite distance
+    /// from a crack. α′(0) > 0 would drive φ below zero, so φ is bounded: from above by one, and from below by zero
+    /// or, with [`Irreversibility::ActiveSet`](super::Irreversibility::ActiveSet), by its previous value.
     ///
     /// Reference: Pham, Amor, Marigo & Maurini, Int. J. Damage Mech. 20 (2011) 618,
     /// doi:10.1177/1056789510386852.
@@ -25,7 +24,7 @@ pub enum CrackDensity {
 }
 
 impl CrackDensity {
-    /// c₀, which makes the crack energy per area equal to the toughness.
+    /// Returns c₀, which makes the crack energy per area equal to the toughness.
     pub fn normaliser(self) -> f64 {
         match self {
             CrackDensity::At2 => 2.0,
@@ -33,7 +32,7 @@ impl CrackDensity {
         }
     }
 
-    /// α(φ), α′(φ), α″(φ).
+    /// Returns α(φ), α′(φ), α″(φ).
     #[inline(always)]
     pub fn local<T: Scalar>(self, phi: T) -> [T; 3] {
         match self {

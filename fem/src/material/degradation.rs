@@ -1,11 +1,11 @@
-//! How damage softens the elastic energy.
+//! Degradation of the elastic energy by damage.
 
 use super::scalar::Scalar;
 
 /// g(φ) = (1 − η)(1 − φ)² + η, with the residual stiffness η.
 #[derive(Clone, Copy, Debug)]
 pub struct Degradation<T> {
-    /// 1 − η; zero where nothing can be damaged.
+    /// 1 − η; zero for a material without damage.
     pub soft: T,
 }
 

@@ -1,4 +1,4 @@
-//! The elastic laws by the names that a file gives them.
+//! Elastic laws as they are named in files.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,8 +6,8 @@ use super::law::check_moduli;
 use super::{Material, MooneyRivlin, Ogden, SaintVenantKirchhoff};
 use crate::error::FemError;
 
-/// An elastic law by name: `"hencky"`, or a name with the constants of the law, as
-/// `{ mooney-rivlin = { c10_mpa = 0.16, c01_mpa = 0.01, bulk_mpa = 20.0 } }`.
+/// Elastic law as written in a file: `"hencky"`, or a name with the constants of the law, such as `{ mooney-rivlin =
+/// { c10_mpa = 0.16, c01_mpa = 0.01, bulk_mpa = 20.0 } }`.
 ///
 /// # Example
 /// ```
@@ -26,26 +26,26 @@ pub enum ElasticLaw {
     Hencky,
     /// [`Elasticity::NeoHookean`](super::Elasticity::NeoHookean).
     NeoHookean,
-    /// [`SaintVenantKirchhoff`] of these moduli.
+    /// [`SaintVenantKirchhoff`] with the given Young's modulus and Poisson's ratio.
     SaintVenantKirchhoff,
-    /// [`MooneyRivlin`], which has constants of its own.
+    /// [`MooneyRivlin`] with its own constants.
     MooneyRivlin(MooneyRivlin),
-    /// [`Ogden`], which has constants of its own.
+    /// [`Ogden`] with its own constants.
     Ogden(Ogden),
 }
 
 impl ElasticLaw {
-    /// Whether the law has constants of its own in place of Young's modulus and Poisson's ratio.
+    /// Whether the law has its own constants instead of Young's modulus and Poisson's ratio.
     pub fn has_constants(&self) -> bool {
         matches!(self, Self::MooneyRivlin(_) | Self::Ogden(_))
     }
 
-    /// The elastic material of this law; one with constants of its own passes over the moduli (MPa
-    /// and none).
+    /// Creates the elastic material of this law from Young's modulus (MPa) and Poisson's ratio. A law with its own
+    /// constants ignores both.
     ///
     /// # Errors
-    /// [`FemError::Parameter`] for moduli or an exponent out of range, [`FemError::Unsupported`] for
-    /// constants that make no elastic solid.
+    /// [`FemError::Parameter`] for a modulus, a Poisson's ratio or an exponent out of range,
+    /// [`FemError::Unsupported`] for constants that do not define an elastic solid.
     pub fn material(&self, young_mpa: f64, poisson: f64) -> Result<Material, FemError> {
         if !self.has_constants() {
             check_moduli("material", young_mpa, poisson)?;

@@ -1,11 +1,11 @@
-//! The Hencky law: ψ = K/2 (tr ε)² + μ dev ε : dev ε in logarithmic strain, with any split.
+//! Hencky's law: ψ = K/2 (tr ε)² + μ dev ε : dev ε in logarithmic strain, with any split.
 //!
-//! ψ = κ/2 (tr ε)² + μ Σ d_i² with d_i = ε_i − θ tr ε: (κ, θ) is (K, ⅓), and (λ, 0) for the spectral
-//! split. A split says which terms are degraded: where its share p is one the modulus M(g) counts,
-//! where it is zero M(1), so κ₀ = κ(1) + p₀ (κ(g) − κ(1)) and μ_i likewise, τ_i = κ₀ tr ε + 2μ_i d_i,
-//! D_ij = κ₀ + 2μ_i (δ_ij − θ) and ½ (τ_i − τ_j) coth x = x coth x (μ_i ε_i − μ_j ε_j)/x with
-//! x = ε_i − ε_j, where the quotient is the modulus itself if both have the same: nothing is singular
-//! at equal strains. M(g) is g M, or what a rule makes of a mixture.
+//! ψ = κ/2 (tr ε)² + μ Σ d_i² with d_i = ε_i − θ tr ε, where (κ, θ) is (λ, 0) for the spectral split and (K, ⅓)
+//! otherwise. A split selects the terms that are degraded: a term with share p = 1 has the modulus M(g), a term with
+//! p = 0 has M(1). Hence κ₀ = κ(1) + p₀ (κ(g) − κ(1)), and likewise μ_i. The stress is τ_i = κ₀ tr ε + 2μ_i d_i, the
+//! tangent is D_ij = κ₀ + 2μ_i (δ_ij − θ), and ½ (τ_i − τ_j) coth x = x coth x (μ_i ε_i − μ_j ε_j)/x with x = ε_i −
+//! ε_j. If μ_i = μ_j, the quotient (μ_i ε_i − μ_j ε_j)/x is this modulus, so that nothing is singular at equal
+//! strains. M(g) is g M, or the result of a homogenisation rule for a mixture.
 
 use super::mixture::Modulus;
 use super::phase_field::Split;
@@ -13,7 +13,7 @@ use super::principal::Strains;
 use super::response::{Response, packed};
 use super::scalar::Scalar;
 
-/// The response for K and μ as functions of what damage leaves.
+/// Returns the response for the bulk and shear modulus as functions of g.
 #[inline(always)]
 pub(super) fn respond<T: Scalar, const TANGENT: bool>(
     split: Split,
@@ -37,7 +37,7 @@ pub(super) fn respond<T: Scalar, const TANGENT: bool>(
             deviator[i] = e[i] - third * trace;
         }
     }
-    // rest belongs to what g multiplies, so that the parts always add up to the whole
+    // zero strain counts as tensile, so that ψ⁺ + ψ⁻ = ψ there
     let (mut whole, mut terms) = (one, [one; 3]);
     if split != Split::None {
         whole = T::select(trace.less_than(zero), zero, one);
@@ -47,7 +47,7 @@ pub(super) fn respond<T: Scalar, const TANGENT: bool>(
             terms[i] = T::select(e[i].less_than(zero), zero, one);
         }
     }
-    // ½ (tr ε)² and Σ d_i² of the part that drives damage
+    // ½ (tr ε)² and Σ d_i² of the terms that drive damage
     let volume = half * trace * trace;
     let (driven_volume, mut driven_shape) = (whole * volume, zero);
     for i in 0..3 {

@@ -1,21 +1,21 @@
-//! The elastic laws, as functions of the principal logarithmic strains.
+//! Elastic laws as functions of the principal logarithmic strains.
 
 use super::user_law::UserLaw;
 use crate::error::FemError;
 
-/// The elastic law of a region with its moduli at small strain.
+/// Elastic law of a region, with its moduli at small strain.
 ///
-/// All are functions of the principal logarithmic strains ε_i (tr ε = ln J):
+/// All laws are functions of the principal logarithmic strains ε_i (tr ε = ln J):
 /// - Hencky: ψ = K/2 (tr ε)² + μ dev ε : dev ε;
 /// - neo-Hookean: ψ = μ/2 (I₁ − 3 − 2 ln J) + λ/2 (ln J)²;
-/// - a [`HyperelasticLaw`](super::HyperelasticLaw) of the user's own, which knows its moduli.
+/// - a user-defined [`HyperelasticLaw`](super::HyperelasticLaw), whose moduli follow from its energy.
 ///
 /// ψ is an energy per reference volume, MPa = N mm/mm³. References: Hencky, Z. Techn. Phys. 9
 /// (1928) 215; Simo & Pister, Comput. Methods Appl. Mech. Engrg. 46 (1984) 201,
 /// doi:10.1016/0045-7825(84)90062-8.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Elasticity {
-    /// Quadratic in the logarithmic strain; linear between Kirchhoff stress and Hencky strain.
+    /// Quadratic in the logarithmic strain, so that the Kirchhoff stress is linear in the Hencky strain.
     Hencky {
         /// Young's modulus, MPa.
         young_mpa: f64,
@@ -29,7 +29,7 @@ pub enum Elasticity {
         /// Poisson's ratio, in (−1, ½).
         poisson: f64,
     },
-    /// A law given by its energy; [`Material::hyperelastic`](super::Material::hyperelastic) makes it.
+    /// User-defined law, given by its energy; created by [`Material::hyperelastic`](super::Material::hyperelastic).
     User(UserLaw),
 }
 
@@ -51,7 +51,7 @@ impl Elasticity {
     }
 }
 
-/// Refuses moduli that are none, or of another unit.
+/// Checks Young's modulus (MPa) and Poisson's ratio; rejects values that are invalid or probably have another unit.
 pub(super) fn check_moduli(entity: &str, young: f64, poisson: f64) -> Result<(), FemError> {
     let refuse =
         |field, value, requirement| Err(FemError::parameter(entity, field, value, requirement));
@@ -77,12 +77,12 @@ impl Moduli {
         Self { bulk: young / (3.0 * (1.0 - 2.0 * poisson)), shear: young / (2.0 * (1.0 + poisson)) }
     }
 
-    /// λ + 2μ = K + 4μ/3, the modulus under strain along one axis and the largest entry of the tangent.
+    /// Returns λ + 2μ = K + 4μ/3, MPa: the modulus for strain along one axis, and the largest entry of the tangent.
     pub fn longitudinal(&self) -> f64 {
         self.bulk + 4.0 / 3.0 * self.shear
     }
 
-    /// Young's modulus.
+    /// Returns Young's modulus, MPa.
     pub fn young(&self) -> f64 {
         9.0 * self.bulk * self.shear / (3.0 * self.bulk + self.shear)
     }

@@ -1,41 +1,41 @@
-//! Moduli of a mixture of matrix and grain, of which only the matrix is damaged.
+//! Moduli of a mixture of matrix and grain in which only the matrix is damaged.
 //!
-//! A rule gives the modulus M of a mixture with the grain fraction f from those of its phases, M₁ of
-//! the matrix and M₂ of the grain, by a comparison medium as soft as the matrix:
-//! 1/(M + ζ) = (1 − f)/(M₁ + ζ) + f/(M₂ + ζ), where ζ = 0 is Reuss' and ζ = 4μ₁/3 for the bulk and
-//! μ₁ (9K₁ + 8μ₁)/(6 (K₁ + 2μ₁)) for the shear modulus are Hashin and Shtrikman's. Damage leaves the
-//! matrix g M₁, and so ζ becomes g ζ: with N = M₂ + g ζ, a = (1 − f)/(M₁ + ζ) and D = a N + f g,
-//! M(g) = g (N/D − ζ), which is smooth for all g and g M₁ without grain.
+//! The modulus M of a mixture with grain fraction f follows from the moduli M₁ of the matrix and M₂ of the grain,
+//! with a comparison medium as soft as the matrix: 1/(M + ζ) = (1 − f)/(M₁ + ζ) + f/(M₂ + ζ). ζ = 0 is the Reuss
+//! bound. ζ = 4μ₁/3 for the bulk modulus and ζ = μ₁ (9K₁ + 8μ₁)/(6 (K₁ + 2μ₁)) for the shear modulus is the bound of
+//! Hashin and Shtrikman. Damage reduces the matrix modulus to g M₁, and therefore ζ to g ζ. With N = M₂ + g ζ, a =
+//! (1 − f)/(M₁ + ζ) and D = a N + f g, the modulus is M(g) = g (N/D − ζ). It is smooth for all g, and equals g M₁ for
+//! f = 0.
 
 use serde::{Deserialize, Serialize};
 
 use super::scalar::Scalar;
 
-/// The rule that gives the moduli of tetrahedra which are partly grain.
+/// Rule for the moduli of tetrahedra that are partly grain.
 ///
-/// Only the matrix in them is damaged: the moduli are those of the rule for the degraded matrix and
-/// the whole grain, K(g K_m, K_g, f) and μ(g μ_m, μ_g, f), and their derivative in g drives damage.
-/// Toughness and viscosity count for the matrix' share 1 − f.
+/// Only the matrix is damaged. The moduli are those of the rule for the degraded matrix and the intact grain, K(g
+/// K_m, K_g, f) and μ(g μ_m, μ_g, f). Their derivatives with respect to g drive damage. Toughness and viscosity are
+/// multiplied by the matrix fraction 1 − f.
 ///
 /// References: Hill, Proc. Phys. Soc. A 65 (1952) 349, doi:10.1088/0370-1298/65/5/307; Hashin &
 /// Shtrikman, J. Mech. Phys. Solids 11 (1963) 127, doi:10.1016/0022-5096(63)90060-7.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Homogenisation {
-    /// The same stress in both phases: the least stiff mixture, exact for layers under load across
-    /// them if the phases have the same Poisson's ratio.
+    /// Equal stress in both phases: the lower bound of the stiffness. Exact for layers loaded perpendicular to them
+    /// if the phases have the same Poisson's ratio.
     Reuss,
-    /// Hashin and Shtrikman's lower bound, exact for few grains far apart.
+    /// Lower bound of Hashin and Shtrikman, exact for a small fraction of grains far apart.
     HashinShtrikman,
-    /// The geometric mean of the two.
+    /// Geometric mean of `Reuss` and `HashinShtrikman`.
     #[default]
     GeometricMean,
 }
 
-/// Fraction of grain above which a mixture has no damage.
+/// Fraction of grain above which an element has no damage.
 pub const MOST_GRAIN: f64 = 0.9;
 
-/// A modulus M as a function of what damage leaves of the stiffness, g.
+/// Modulus M as a function of the degradation g.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Modulus<T> {
     /// M(1).
@@ -49,19 +49,19 @@ pub(super) struct Modulus<T> {
 }
 
 impl<T: Scalar> Modulus<T> {
-    /// g M.
+    /// Returns M(g) = g M.
     #[inline(always)]
     pub(super) fn proportional(whole: T, g: T) -> Self {
         Self { whole, value: g * whole, slope: whole, curvature: g.constant(0.0) }
     }
 
-    /// M(g) where the share is one, M(1) where it is zero.
+    /// Returns M(g) for a share of one, M(1) for a share of zero.
     #[inline(always)]
     pub(super) fn degraded(&self, share: T) -> T {
         share.mul_add(self.value - self.whole, self.whole)
     }
 
-    /// This one less a share of another.
+    /// Returns this modulus minus `share` times `other`.
     #[inline(always)]
     pub(super) fn less(self, share: f64, other: &Self) -> Self {
         let share = self.whole.constant(-share);
@@ -74,32 +74,32 @@ impl<T: Scalar> Modulus<T> {
     }
 }
 
-/// A mixture, with the bulk and the shear modulus of its phases.
+/// Mixture of matrix and grain, with the bulk and shear modulus of both phases.
 #[derive(Clone, Copy, Debug)]
 pub struct MixedPhases<T> {
     pub rule: Homogenisation,
     pub matrix: [T; 2],
     pub grain: [T; 2],
-    /// f.
+    /// Fraction f of the grain.
     pub fraction: T,
 }
 
 impl<T: Scalar> MixedPhases<T> {
-    /// Bulk and shear modulus where damage leaves g of the matrix; `whole` are those for g = 1.
+    /// Returns bulk and shear modulus of the mixture as functions of g. `whole` are the moduli for g = 1.
     #[inline(always)]
     pub(super) fn moduli(&self, whole: [T; 2], g: T) -> [Modulus<T>; 2] {
         let [bulk, shear] = self.ratios(g);
         [bulk.times(whole[0], g), shear.times(whole[1], g)]
     }
 
-    /// The same for g = 1.
+    /// Returns bulk and shear modulus for g = 1.
     #[inline(always)]
     pub fn whole(&self) -> [T; 2] {
         let [bulk, shear] = self.ratios(self.fraction.constant(1.0));
         [bulk.value, shear.value]
     }
 
-    /// M(g)/g.
+    /// Returns M(g)/g and its derivatives for the bulk and the shear modulus.
     #[inline(always)]
     fn ratios(&self, g: T) -> [Ratio<T>; 2] {
         let [bulk, shear] = self.matrix;
@@ -119,7 +119,7 @@ impl<T: Scalar> MixedPhases<T> {
         [reuss[0].geometric_mean(&bound[0]), reuss[1].geometric_mean(&bound[1])]
     }
 
-    /// N/D − ζ and its derivatives for a modulus.
+    /// Returns N/D − ζ and its derivatives for one modulus.
     #[inline(always)]
     fn ratio(&self, modulus: usize, comparison: T, g: T) -> Ratio<T> {
         let one = g.constant(1.0);
@@ -134,7 +134,7 @@ impl<T: Scalar> MixedPhases<T> {
     }
 }
 
-/// r = M(g)/g and its derivatives.
+/// Ratio r = M(g)/g and its derivatives.
 #[derive(Clone, Copy)]
 struct Ratio<T> {
     value: T,
@@ -154,7 +154,7 @@ impl<T: Scalar> Ratio<T> {
         Self { value, slope: value * rate, curvature: value * rate.mul_add(rate, bend) }
     }
 
-    /// M = g r.
+    /// Returns M = g r and its derivatives.
     #[inline(always)]
     fn times(&self, whole: T, g: T) -> Modulus<T> {
         Modulus {

@@ -1,9 +1,9 @@
-//! Elastic laws, degradation and crack density, and the equations at a point.
+//! Elastic laws, degradation, crack density, and the equations at a quadrature point.
 //!
-//! The point kernel is written once over a [`Scalar`]: strains ([`Principal`]), what a law says of
-//! them ([`Response`]) and its tangent ([`PointTangent`]). A new law is a file: an energy
-//! ([`HyperelasticLaw`]), or, where that is not fast enough, its derivatives as in `hencky.rs` with
-//! a line in `law.rs` and `point.rs`; [`assert_material`] tests either.
+//! The equations at a point are written once over a [`Scalar`]: strains ([`Principal`]), stresses and energies of a
+//! law ([`Response`]) and its tangent ([`PointTangent`]). A new law is one file that contains its energy
+//! ([`HyperelasticLaw`]). If that is not fast enough, the file contains the derivatives of the energy, as in
+//! `hencky.rs`, and `law.rs` and `point.rs` get one line each. [`assert_material`] tests both kinds of laws.
 
 #[cfg(test)]
 #[path = "../../tests/unit/closed_forms.rs"]

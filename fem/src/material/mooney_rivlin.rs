@@ -11,11 +11,11 @@ use super::{HyperelasticLaw, PrincipalStrain};
 /// Ī₁ = Σ λ̄_i² and Ī₂ = Σ λ̄_i⁻² belong to F̄ = J^(−1/3) F. With ε̄_i = ln λ̄_i the stress is
 /// τ_i = 2 C₁₀ (λ̄_i² − Ī₁/3) − 2 C₀₁ (λ̄_i⁻² − Ī₂/3) + K/2 (J² − 1).
 ///
-/// Small strain: λ̄_i^±2 − 1 = ±2 ε̄_i + 2 ε̄_i² + …, and Σ ε̄_i = 0, so the first two terms are
-/// 2 (C₁₀ + C₀₁) Σ ε̄_i²: the shear modulus is μ = 2 (C₁₀ + C₀₁); the bulk modulus is K.
+/// Small strain: λ̄_i^±2 − 1 = ±2 ε̄_i + 2 ε̄_i² + …, and Σ ε̄_i = 0, so the first two terms are 2 (C₁₀ + C₀₁) Σ
+/// ε̄_i². The shear modulus is μ = 2 (C₁₀ + C₀₁); the bulk modulus is K.
 ///
-/// Edge cases: C₀₁ < 0 is a law as long as C₁₀ + C₀₁ > 0, but loses stability at large strain;
-/// rubber has K/μ of a thousand and more, where linear tetrahedra lock.
+/// Limits: C₀₁ < 0 is allowed if C₁₀ + C₀₁ > 0, but the law is then unstable at large strain. Rubber has K/μ of a
+/// thousand and more, for which linear tetrahedra lock.
 ///
 /// References: Mooney, J. Appl. Phys. 11 (1940) 582, doi:10.1063/1.1712836; Rivlin, Phil. Trans.
 /// R. Soc. A 241 (1948) 379, doi:10.1098/rsta.1948.0024.

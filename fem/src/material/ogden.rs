@@ -9,11 +9,11 @@ use super::{HyperelasticLaw, PrincipalStrain};
 ///
 /// λ̄_i = J^(−1/3) λ_i. The stress is τ_i = Σ_p μ_p (λ̄_i^α_p − ⅓ Σ_j λ̄_j^α_p) + K/2 (J² − 1).
 ///
-/// Small strain: λ̄^α − 1 = α ε̄ + ½ α² ε̄² + … and Σ ε̄_i = 0 leave ½ Σ_p μ_p α_p Σ_i ε̄_i², so
-/// the shear modulus is μ = ½ Σ_p μ_p α_p; the bulk modulus is K.
+/// Small strain: λ̄^α − 1 = α ε̄ + ½ α² ε̄² + … and Σ ε̄_i = 0, so ψ is ½ Σ_p μ_p α_p Σ_i ε̄_i² plus the volumetric
+/// term. The shear modulus is μ = ½ Σ_p μ_p α_p; the bulk modulus is K.
 ///
-/// Edge cases: every term with μ_p α_p > 0 makes a stable law; Mooney–Rivlin is α = 2 with
-/// μ₁ = 2 C₁₀ and α = −2 with μ₂ = −2 C₀₁. An exponent of zero is refused as not finite.
+/// Limits: terms with μ_p α_p > 0 are stable. Mooney–Rivlin is α = 2 with μ₁ = 2 C₁₀ and α = −2 with μ₂ = −2 C₀₁. An
+/// exponent of zero is rejected, because its energy is not finite.
 ///
 /// Reference: Ogden, Proc. R. Soc. A 326 (1972) 565, doi:10.1098/rspa.1972.0026.
 ///

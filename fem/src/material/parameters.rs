@@ -1,4 +1,4 @@
-//! The parameters of one region, with their units.
+//! Parameters of the material of one region, with their units.
 
 use super::law::{Elasticity, Moduli, check_moduli};
 use super::phase_field::{PhaseField, Split};
@@ -24,7 +24,7 @@ use crate::error::FemError;
 pub struct Material {
     /// Elastic law and moduli.
     pub elasticity: Elasticity,
-    /// What it takes to break; `None`: the region stays elastic.
+    /// Resistance to damage; `None`: the region stays elastic.
     pub fracture: Option<Fracture>,
 }
 
@@ -35,46 +35,46 @@ pub struct Fracture {
     pub toughness_n_per_mm: f64,
     /// Viscosity ξ of the damage, MPa s; zero: rate independent.
     pub viscosity_mpa_s: f64,
-    /// Fraction η of the stiffness that full damage leaves, in [0, 1).
+    /// Fraction η of the stiffness that remains at full damage, in [0, 1).
     pub residual_stiffness: f64,
 }
 
 impl Fracture {
-    /// Rate-independent fracture that leaves no stiffness.
+    /// Rate-independent fracture without residual stiffness.
     pub fn new(toughness_n_per_mm: f64) -> Self {
         Self { toughness_n_per_mm, viscosity_mpa_s: 0.0, residual_stiffness: 0.0 }
     }
 }
 
 impl Material {
-    /// An elastic material of Hencky's law.
+    /// Creates an elastic material with Hencky's law.
     pub fn hencky(young_mpa: f64, poisson: f64) -> Self {
         Self { elasticity: Elasticity::Hencky { young_mpa, poisson }, fracture: None }
     }
 
-    /// An elastic neo-Hookean material.
+    /// Creates an elastic neo-Hookean material.
     pub fn neo_hookean(young_mpa: f64, poisson: f64) -> Self {
         Self { elasticity: Elasticity::NeoHookean { young_mpa, poisson }, fracture: None }
     }
 
-    /// An elastic material with a law of one's own; its moduli at small strain are those of the law.
+    /// Creates an elastic material with a user-defined law. Its moduli at small strain follow from the law.
     ///
     /// # Errors
-    /// [`FemError::Unsupported`] if the energy is not symmetric in the strains, rest is not a state
-    /// of zero energy and stress, or a modulus is not positive.
+    /// [`FemError::Unsupported`] if the energy is not symmetric in the strains, energy or stress is not zero at rest,
+    /// or a modulus is not positive.
     pub fn hyperelastic(law: impl HyperelasticLaw) -> Result<Self, FemError> {
         Ok(Self { elasticity: Elasticity::User(UserLaw::new(law)?), fracture: None })
     }
 
-    /// The same material where it can break.
+    /// Returns the material with a resistance to damage.
     pub fn with_fracture(self, fracture: Fracture) -> Self {
         Self { fracture: Some(fracture), ..self }
     }
 
-    /// Refuses numbers that are none, or of another unit, and a split that the law does not have.
+    /// Checks that the parameters are valid and in plausible units, and that the law supports the split.
     ///
     /// # Errors
-    /// [`FemError::Parameter`] with the field, [`FemError::Unsupported`].
+    /// [`FemError::Parameter`] with the name of the parameter; [`FemError::Unsupported`] for an unsupported split.
     pub fn validate(&self, region: &str, phase_field: Option<&PhaseField>) -> Result<(), FemError> {
         let entity = format!("material.{region}");
         let check = |holds: bool, field: &'static str, value: f64, requirement: &'static str| {
@@ -118,7 +118,7 @@ impl Material {
         Ok(())
     }
 
-    /// The form that the integration points use.
+    /// Returns the material in the form used at quadrature points.
     pub fn at_point(&self, phase_field: Option<&PhaseField>) -> PointMaterial {
         let damage = phase_field.zip(self.fracture).map(|(field, fracture)| {
             let c0 = field.model.normaliser();

@@ -1,4 +1,4 @@
-//! One region's constants, ready for the integration points, and laws over lanes of them.
+//! Material constants of one region for quadrature points, and laws of several elements in SIMD lanes.
 
 use super::crack_density::CrackDensity;
 use super::law::{Elasticity, Moduli};
@@ -9,58 +9,58 @@ use super::response::{Law, Response};
 use super::scalar::{Lanes, POINTS, Scalar};
 use super::{hencky, neo_hookean};
 
-/// One region's constants.
+/// Material constants of one region, in the form used at quadrature points.
 #[derive(Clone, Debug)]
 pub struct PointMaterial {
     pub elasticity: Elasticity,
     pub moduli: Moduli,
-    /// `None`: elastic.
+    /// Damage constants; `None`: elastic.
     pub damage: Option<Damage>,
 }
 
-/// The damage constants of a region.
+/// Damage constants of one region.
 #[derive(Clone, Copy, Debug)]
 pub struct Damage {
     pub degraded: Degraded,
     pub density: CrackDensity,
-    /// η.
+    /// Residual stiffness η.
     pub residual: f64,
     /// Gc/(c₀ ℓ₀), MPa.
     pub local: f64,
     /// Gc ℓ₀/c₀, N.
     pub gradient: f64,
-    /// ξ, MPa s.
+    /// Viscosity ξ, MPa s.
     pub viscosity: f64,
 }
 
-/// What damage degrades, the same in all regions.
+/// Part of the energy that damage degrades; the same in all regions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Degraded {
     pub split: Split,
-    /// Whether the split concerns the driving energy only.
+    /// Whether the split applies to the driving energy only.
     pub hybrid: bool,
 }
 
 impl Degraded {
-    /// All of the energy, or none where nothing can be damaged.
+    /// The whole energy is degraded. Also used for elastic materials.
     pub const ALL: Self = Self { split: Split::None, hybrid: false };
 }
 
-/// A law whose derivatives are written out, over any scalar.
+/// Law with explicit derivatives, for any scalar type.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Formula {
     Hencky,
     NeoHookean,
 }
 
-/// Such a law with its bulk and shear modulus.
+/// Law with explicit derivatives, with its bulk and shear modulus.
 #[derive(Clone, Copy, Debug)]
 pub struct FormulaLaw<T> {
     pub formula: Formula,
     pub degraded: Degraded,
-    /// Without damage.
+    /// Bulk and shear modulus without damage.
     pub moduli: [T; 2],
-    /// What they are a mixture of, for Hencky's law; `None`: damage degrades them as a whole.
+    /// Phases of a mixture, for Hencky's law; `None`: damage degrades the moduli as a whole.
     pub phases: Option<MixedPhases<T>>,
 }
 
@@ -98,7 +98,7 @@ impl<T: Scalar> Law<T> for FormulaLaw<T> {
 }
 
 impl PointMaterial {
-    /// The formula of its law, if it has one.
+    /// Returns the formula of the law; `None` for a user-defined law.
     pub fn formula(&self) -> Option<Formula> {
         match self.elasticity {
             Elasticity::Hencky { .. } => Some(Formula::Hencky),
@@ -128,10 +128,10 @@ impl Law<f64> for PointMaterial {
     }
 }
 
-/// The laws of elements side by side.
+/// Laws of several elements, one per lane.
 ///
-/// Where all have one formula it is evaluated for all at once; laws of the user and mixed ones go
-/// lane by lane.
+/// If all lanes have the same formula, it is evaluated for all lanes at once. User-defined laws and different
+/// formulas are evaluated lane by lane.
 #[derive(Clone, Copy, Debug)]
 pub struct LaneLaw<'a, T> {
     formula: Option<FormulaLaw<T>>,
@@ -139,8 +139,8 @@ pub struct LaneLaw<'a, T> {
 }
 
 impl<'a, T: Lanes> LaneLaw<'a, T> {
-    /// The laws of the materials of each lane with these moduli, of mixtures with these phases;
-    /// `formula` if all materials of the mesh have one, which mixtures need.
+    /// Creates the laws of the materials of each lane, with these moduli, or with these phases for mixtures.
+    /// `formula` is the formula of all materials of the mesh, if they have a common one; mixtures require it.
     #[inline(always)]
     pub fn new(
         formula: Option<Formula>,
@@ -164,7 +164,7 @@ impl<'a, T: Lanes> LaneLaw<'a, T> {
         Self { formula, materials }
     }
 
-    /// The formula that all lanes have.
+    /// Returns the formula that all lanes have in common, if any.
     pub fn formula(&self) -> Option<FormulaLaw<T>> {
         self.formula
     }
@@ -195,7 +195,7 @@ impl<T: Lanes> Law<T> for LaneLaw<'_, T> {
     }
 }
 
-/// Every number of the responses of lanes, each by its own law.
+/// Evaluates the responses lane by lane, each with its own law. Returns each number of the response for all lanes.
 #[inline(never)]
 fn each_lane<const TANGENT: bool>(
     materials: &[&PointMaterial],

@@ -1,40 +1,40 @@
 //! Principal logarithmic strains of a displacement gradient.
 //!
-//! The eigenpairs are those of b − I = H + Hᵀ + H Hᵀ, not of b, so that small strains keep their
-//! digits. x coth x follows from the eigenvalues w too: with y = (w_i − w_j)/(2 + w_i + w_j)
-//! = tanh(ε_i − ε_j) it is artanh(y)/y, smooth through equal stretches.
+//! The eigenpairs are computed from b − I = H + Hᵀ + H Hᵀ instead of b, so that small strains keep their digits. x
+//! coth x with x = ε_i − ε_j also follows from the eigenvalues w: with y = (w_i − w_j)/(2 + w_i + w_j) = tanh(ε_i −
+//! ε_j) it is artanh(y)/y, which is smooth at equal stretches.
 
 use super::scalar::{Scalar, dot};
 
-/// The deformation at a point, turned into the eigenvectors of b = F Fᵀ.
+/// Deformation at a point, in the basis of the eigenvectors of b = F Fᵀ.
 #[derive(Clone, Copy, Debug)]
 pub struct Principal<T> {
     pub strains: Strains<T>,
-    /// The eigenvectors n_i: `basis[k][i]` is component k of number i.
+    /// Eigenvectors n_i: `basis[k][i]` is component k of vector i.
     pub basis: [[T; 3]; 3],
-    /// Qᵀ F⁻ᵀ: takes a reference gradient to the spatial one, in the basis n_i.
+    /// Qᵀ F⁻ᵀ: transforms a reference gradient to the spatial gradient, in the basis n_i.
     pub push: [[T; 3]; 3],
-    /// One; zero where det F is not a positive number, and the strains are put to rest.
+    /// 1, or 0 if det F is not positive and finite; the strains are then set to zero.
     pub sound: T,
 }
 
-/// The principal strains in the forms that laws are written in.
+/// Principal strains in the forms that laws need.
 #[derive(Clone, Copy, Debug)]
 pub struct Strains<T> {
     /// ε_i = ½ log(1 + w_i).
     pub log: [T; 3],
     /// w_i = λ_i² − 1, the eigenvalues of b − I.
     pub excess: [T; 3],
-    /// x coth x of x = ε_i − ε_j, at the third index.
+    /// x coth x with x = ε_i − ε_j; the index is that of the third strain.
     pub coth: [T; 3],
 }
 
-/// det F ≤ 0, or not a number.
+/// Error of a deformation gradient with det F ≤ 0 or NaN.
 #[derive(Clone, Copy, Debug)]
 pub struct Inverted;
 
 impl<T: Scalar> Strains<T> {
-    /// The strains of eigenvalues of b − I.
+    /// Computes the strains from the eigenvalues of b − I.
     #[inline(always)]
     fn of(excess: [T; 3]) -> Self {
         let half = excess[0].constant(0.5);
@@ -52,14 +52,14 @@ impl<T: Scalar> Strains<T> {
             let (i, j) = ((k + 1) % 3, (k + 2) % 3);
             let two = log[k].constant(2.0);
             let tanh = (excess[i] - excess[j]) / (excess[i] + excess[j] + two);
-            // further apart, the difference of the strains has its digits
+            // for distant eigenvalues, the difference of the strains is accurate
             let near = tanh.abs().less_than(two.constant(0.1));
             coth[k] = T::select(near, tanh.artanh_ratio(), (log[i] - log[j]) / tanh);
         }
         Self { log, excess, coth }
     }
 
-    /// tr ε = ln J.
+    /// Returns tr ε = ln J.
     #[inline(always)]
     pub(super) fn trace(&self) -> T {
         self.log[0] + self.log[1] + self.log[2]
@@ -67,7 +67,7 @@ impl<T: Scalar> Strains<T> {
 }
 
 impl<T: Scalar> Principal<T> {
-    /// Principal logarithmic strains of F = I + H.
+    /// Computes the principal logarithmic strains of F = I + H.
     #[inline(always)]
     pub fn new(h: &[[T; 3]; 3]) -> Self {
         let zero = h[0][0].constant(0.0);
@@ -76,7 +76,7 @@ impl<T: Scalar> Principal<T> {
         for i in 0..3 {
             f[i][i] += one;
         }
-        // cofactors: row i of F⁻ᵀ det F
+        // cofactors: row i of det F · F⁻ᵀ
         let mut cofactor = [[zero; 3]; 3];
         for i in 0..3 {
             let (a, b) = (f[(i + 1) % 3], f[(i + 2) % 3]);
@@ -109,7 +109,7 @@ impl<T: Scalar> Principal<T> {
         Self { strains: Strains::of(values), basis, push, sound }
     }
 
-    /// P = τ F⁻ᵀ for the principal values of τ, times `weight`.
+    /// Returns P = τ F⁻ᵀ times `weight`, for the principal values of τ.
     #[inline(always)]
     pub fn piola(&self, stress: &[T; 3], weight: T) -> [[T; 3]; 3] {
         let mut scaled = self.push;
@@ -129,9 +129,9 @@ impl<T: Scalar> Principal<T> {
     }
 }
 
-/// Eigenvalues and eigenvectors (columns) of symmetric 3 × 3 matrices by cyclic Jacobi rotations,
-/// which are accurate to round-off for equal and for nearly equal eigenvalues alike, until the last
-/// of the points is done.
+/// Returns eigenvalues and eigenvectors (columns) of symmetric 3 × 3 matrices by cyclic Jacobi rotations, which are
+/// accurate to rounding errors also for equal and nearly equal eigenvalues. With several lanes, the sweeps continue
+/// until all lanes have converged.
 #[inline(always)]
 fn symmetric_eigen<T: Scalar>(mut m: [[T; 3]; 3]) -> ([T; 3], [[T; 3]; 3]) {
     const SWEEPS: usize = 12;
@@ -141,7 +141,7 @@ fn symmetric_eigen<T: Scalar>(mut m: [[T; 3]; 3]) -> ([T; 3], [[T; 3]; 3]) {
         q[i][i] = zero.constant(1.0);
     }
     let diagonal = dot(&[m[0][0], m[1][1], m[2][2]], &[m[0][0], m[1][1], m[2][2]]);
-    // the least number makes the zero matrix one that is done
+    // the smallest positive number makes the zero matrix count as converged
     let limit = (off_diagonal(&m) + off_diagonal(&m) + diagonal)
         .mul_add(zero.constant(1e-33), zero.constant(f64::MIN_POSITIVE));
     if T::RECORDS {
@@ -165,7 +165,7 @@ fn symmetric_eigen<T: Scalar>(mut m: [[T; 3]; 3]) -> ([T; 3], [[T; 3]; 3]) {
     ([m[0][0], m[1][1], m[2][2]], q)
 }
 
-/// The three rotations of a sweep.
+/// Makes one sweep of three rotations.
 #[inline(always)]
 fn sweep<T: Scalar>(m: &mut [[T; 3]; 3], q: &mut [[T; 3]; 3]) {
     rotate::<T, 0, 1, 2>(m, q);
@@ -173,7 +173,7 @@ fn sweep<T: Scalar>(m: &mut [[T; 3]; 3], q: &mut [[T; 3]; 3]) {
     rotate::<T, 1, 2, 0>(m, q);
 }
 
-/// What a sweep works on, as the state of a loop that is recorded.
+/// Variables of a sweep, as the state of a recorded loop.
 struct Jacobi<T> {
     m: [[T; 3]; 3],
     q: [[T; 3]; 3],
@@ -181,7 +181,7 @@ struct Jacobi<T> {
 }
 
 impl<T: Scalar> Jacobi<T> {
-    /// The lower half of m, then q, then the limit.
+    /// Order of the numbers: lower triangle of m, then q, then the limit.
     const PLACES: [(usize, usize); 6] = [(0, 0), (1, 0), (1, 1), (2, 0), (2, 1), (2, 2)];
 
     fn numbers(&self) -> [T; 16] {
@@ -211,7 +211,7 @@ fn off_diagonal<T: Scalar>(m: &[[T; 3]; 3]) -> T {
 
 /// One Jacobi rotation that makes `m[P][Q]` zero; R is the third index.
 ///
-/// tan θ = 2 m_pq sgn d / (|d| + √(d² + 4 m_pq²)) with d = m_qq − m_pp; where both vanish, none.
+/// tan θ = 2 m_pq sgn d / (|d| + √(d² + 4 m_pq²)) with d = m_qq − m_pp; no rotation if d and m_pq are zero.
 #[inline(always)]
 fn rotate<T: Scalar, const P: usize, const Q: usize, const R: usize>(
     m: &mut [[T; 3]; 3],
@@ -223,7 +223,7 @@ fn rotate<T: Scalar, const P: usize, const Q: usize, const R: usize>(
     let twice = off + off;
     let d = m[Q][Q] - m[P][P];
     let root = d.mul_add(d, twice * twice).sqrt();
-    // the bounds hold where squares underflow
+    // the limits of t are needed if the squares underflow
     let size = (d.abs() + root).max(one.constant(f64::MIN_POSITIVE));
     let signed = T::select(d.less_than(zero), -twice, twice);
     let t = (signed / size).min(one).max(-one);

@@ -1,40 +1,40 @@
-//! What a law says at a point, in the basis of the principal strains.
+//! Response of a law at a point, in the basis of the principal strains.
 
 use super::principal::Strains;
 use super::scalar::Scalar;
 
-/// A law with the constants of the points at hand.
+/// Elastic law with the material constants of the current points.
 pub trait Law<T> {
-    /// Energies and stress for a degradation g; `normal` and `shear` only with `TANGENT`.
+    /// Returns energies and stress for a degradation g, and `normal` and `shear` if `TANGENT` is true.
     fn respond<const TANGENT: bool>(&self, strains: &Strains<T>, g: T) -> Response<T>;
 }
 
-/// Energies, stress and tangent for a given g.
+/// Energies, stress and tangent for a given degradation g.
 #[derive(Clone, Copy, Debug)]
 pub struct Response<T> {
-    /// g ψ⁺ + ψ⁻.
+    /// Elastic energy g ψ⁺ + ψ⁻, MPa.
     pub energy: T,
-    /// ψ⁺, which drives damage: the derivative of the energy in g.
+    /// Driving energy of damage: derivative of the energy with respect to g, ψ⁺.
     pub driving: T,
-    /// The second derivative; zero but for mixtures, the others are linear in g.
+    /// Second derivative of the energy with respect to g; zero except for mixtures.
     pub softening: T,
-    /// τ_i of g τ⁺ + τ⁻.
+    /// Principal values τ_i of g τ⁺ + τ⁻.
     pub stress: [T; 3],
-    /// τ⁺_i.
+    /// Principal values τ⁺_i.
     pub stress_plus: [T; 3],
-    /// D_ij = ∂τ_i/∂ε_j, as [`packed`] has it.
+    /// D_ij = ∂τ_i/∂ε_j, with indices by [`packed`].
     pub normal: [T; 6],
-    /// ½ (τ_i − τ_j) coth(ε_i − ε_j), at the third index.
+    /// ½ (τ_i − τ_j) coth(ε_i − ε_j); the index is that of the third strain.
     pub shear: [T; 3],
 }
 
-/// The place of entry (r, s ≤ r) of a symmetric matrix.
+/// Returns the index of entry (r, s ≤ r) of a symmetric matrix in packed storage.
 #[inline(always)]
 pub const fn packed(r: usize, s: usize) -> usize {
     r * (r + 1) / 2 + s
 }
 
-/// A law as a whole, of which a split takes the volumetric part.
+/// Undamaged response of a law, from which a split separates the volumetric part.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Whole<T> {
     pub(super) energy: T,
@@ -44,11 +44,11 @@ pub(super) struct Whole<T> {
 }
 
 impl<T: Scalar> Whole<T> {
-    /// The response where `spared`, U(t) and its two derivatives in t = tr ε, is left to the
-    /// undegraded part where t < 0.
+    /// Returns the response with the split of `spared`: U(t) and its first two derivatives with respect to t = tr ε.
+    /// If t < 0, this part is not degraded.
     ///
-    /// U is the energy of the pure change of volume: all its principal stresses are U′, so that
-    /// their differences vanish. With `hybrid` the split concerns the driving energy alone.
+    /// U is the energy of a pure change of volume. All its principal stresses are U′, so that their differences
+    /// vanish. With `hybrid`, the split applies to the driving energy only.
     #[inline(always)]
     pub(super) fn split(self, mut spared: [T; 3], trace: T, hybrid: bool, g: T) -> Response<T> {
         let zero = g.constant(0.0);
@@ -82,7 +82,7 @@ impl<T: Scalar> Whole<T> {
 }
 
 impl Response<f64> {
-    /// How many numbers there are.
+    /// Number of values in a response.
     pub(super) const NUMBERS: usize = 18;
 
     pub(super) fn numbers(&self) -> [f64; Self::NUMBERS] {
@@ -99,7 +99,7 @@ impl Response<f64> {
 }
 
 impl<T: Copy> Response<T> {
-    /// The response of which [`numbers`](Response::numbers) gives these.
+    /// Creates the response from the values that [`numbers`](Response::numbers) returns.
     #[inline(always)]
     pub(super) fn from_numbers(all: &[T; Response::<f64>::NUMBERS]) -> Self {
         Self {

@@ -8,11 +8,10 @@ use super::{HyperelasticLaw, PrincipalStrain};
 ///
 /// The second Piola–Kirchhoff stress is S = λ tr E I + 2μ E, so τ_i = (1 + 2 E_i)(λ tr E + 2μ E_i).
 ///
-/// Small strain: E_i = ε_i + ε_i² + …, so ψ = λ/2 (tr ε)² + μ ε : ε to second order: λ and μ are
-/// the Lamé constants themselves.
+/// Small strain: E_i = ε_i + ε_i² + …, so ψ = λ/2 (tr ε)² + μ ε : ε to second order. λ and μ are the Lamé constants.
 ///
-/// Edge cases: ψ stays finite as J → 0, and a bar under uniaxial stress is weakest at the stretch
-/// 1/√3, below which it gives way. It is for large rotations with small strain, not for crushing.
+/// Limits: ψ stays finite for J → 0, and a bar under uniaxial compression reaches its largest force at the stretch
+/// 1/√3 and is unstable below it. The law is suitable for large rotations with small strain, not for crushing.
 ///
 /// Reference: Ciarlet, Mathematical Elasticity I (1988), section 4.4.
 ///

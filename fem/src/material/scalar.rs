@@ -1,39 +1,39 @@
-//! What the equations need of a number.
+//! Number types for the equations.
 //!
-//! The point kernel and the element kernel are written over this trait. Single numbers and the dual
-//! numbers of [`num_dual`] have it, and [`SimdF64`](super::simd::SimdF64), a number of each of
-//! several elements. The kernels do not branch on values: they compare and select, so that every
-//! lane does the same, and so that a scalar may write its operations down instead of doing them.
+//! The equations at a point and of an element are generic over this trait. It is implemented for floating-point
+//! numbers and the dual numbers of [`num_dual`], and for [`SimdF64`](super::simd::SimdF64), which contains one number
+//! for each of several elements. The equations do not branch on values but compare and select, so that all lanes
+//! execute the same operations, and so that a scalar type can record operations instead of executing them.
 
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
 use num_dual::DualNum;
 
-/// A number, or one of each of several points, of which sums and products are taken: all that the
-/// product with a tangent needs.
+/// Number, or one number for each of several points, with sums and products: everything that the product with a
+/// tangent needs.
 pub trait Number:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self> + AddAssign
 {
-    /// The same number at all points.
+    /// Returns a constant, the same at all points.
     fn constant(self, x: f64) -> Self;
 
-    /// self · b + c.
+    /// Returns self · b + c.
     fn mul_add(self, b: Self, c: Self) -> Self;
 }
 
-/// A round of a loop: whether it was the end, and what the state is after another round.
+/// One round of a recorded loop: updates the state, and returns whether the state had converged before the update.
 pub type Round<T> = fn(&mut [T]) -> <T as Scalar>::Mask;
 
-/// A number that the equations at a point can be written in.
+/// Number type for the equations at a quadrature point.
 pub trait Scalar: Number + Div<Output = Self> {
-    /// Where a comparison holds.
+    /// Result of a comparison, per point.
     type Mask: Copy;
 
-    /// Whether it writes operations down instead of doing them.
+    /// Whether the type records operations instead of executing them.
     const RECORDS: bool = false;
 
-    /// Writes down a loop of at most so many rounds over `state`, which ends where what `round` returns holds
-    /// before it changes the state; for numbers that record.
+    /// Records a loop of at most `_most` rounds over `_state`, which ends once `_round` returns that the state before
+    /// the round had converged. For recording types only.
     fn record_loop(_name: &'static str, _most: usize, _state: &mut [Self], _round: Round<Self>) {}
 
     fn sqrt(self) -> Self;
@@ -44,24 +44,24 @@ pub trait Scalar: Number + Div<Output = Self> {
 
     fn min(self, other: Self) -> Self;
 
-    /// ln(1 + self), to the last digits also near zero.
+    /// Returns ln(1 + self), accurate near zero.
     fn ln_1p(self) -> Self;
 
-    /// e^self − 1, to the last digits also near zero.
+    /// Returns e^self − 1, accurate near zero.
     fn exp_m1(self) -> Self;
 
     fn less_than(self, other: Self) -> Self::Mask;
 
     fn equals(self, other: Self) -> Self::Mask;
 
-    /// `yes` where the comparison holds, `no` elsewhere.
+    /// Returns `yes` where the comparison is true, `no` elsewhere.
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
 
-    /// Whether an iteration may stop where this holds at all points; never for numbers with
-    /// derivatives, which settle after the values.
+    /// Whether an iteration can stop, because the mask is true at all points. Always false for numbers with
+    /// derivatives, which converge later than the values.
     fn settled(mask: Self::Mask) -> bool;
 
-    /// Σ c_k self^k.
+    /// Returns Σ c_k self^k.
     #[inline(always)]
     fn polynomial(self, coefficients: &[f64]) -> Self {
         let mut sum = self.constant(0.0);
@@ -71,19 +71,19 @@ pub trait Scalar: Number + Div<Output = Self> {
         sum
     }
 
-    /// artanh(self)/self for |self| < 0.18; one for zero.
+    /// Returns artanh(self)/self for |self| < 0.18; 1 for zero.
     #[inline(always)]
     fn artanh_ratio(self) -> Self {
         (self * self).polynomial(&ARTANH)
     }
 }
 
-/// Numbers that stand side by side, one of each of [`COUNT`](Self::COUNT) elements.
+/// SIMD number: one value for each of [`COUNT`](Self::COUNT) elements.
 pub trait Lanes: Scalar {
-    /// What it takes to make one.
+    /// Data needed to create a value, such as the SIMD instruction set.
     type Token: Copy;
 
-    /// How many there are.
+    /// Number of lanes.
     const COUNT: usize;
 
     fn token(self) -> Self::Token;
@@ -93,10 +93,10 @@ pub trait Lanes: Scalar {
     fn store(self, values: &mut [f64; POINTS]);
 }
 
-/// The most numbers that stand side by side.
+/// Largest number of lanes.
 pub const POINTS: usize = 8;
 
-/// artanh(z)/z in powers of z²: what is left out is below 2⁻⁵³ for |z| < 0.18.
+/// Coefficients of artanh(z)/z in powers of z². The truncation error is below 2⁻⁵³ for |z| < 0.18.
 const ARTANH: [f64; 11] = [
     1.0,
     1.0 / 3.0,

@@ -1,7 +1,7 @@
-//! A number of each of several points, in registers of the processor.
+//! SIMD numbers: one value for each of several points.
 //!
-//! Instructions wider than the baseline are inlined only into functions that are inlined
-//! themselves: all here are, and what computes with these numbers uses loops and no closures.
+//! Instructions beyond the baseline are inlined only into functions that are inlined too. All functions here are
+//! therefore inlined, and code that uses these numbers has loops instead of closures.
 
 use std::f64::consts::{FRAC_1_SQRT_2, LN_2};
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
@@ -10,8 +10,8 @@ use faer::traits::pulp::Simd;
 
 use super::scalar::{Lanes, Number, POINTS, Scalar};
 
-/// Registers of a number at which laws are evaluated: one computes while the other waits for a root
-/// or a quotient.
+/// Number of registers per value when laws are evaluated: one register computes while the other waits for a square
+/// root or a quotient.
 pub const REGISTERS: usize = 2;
 
 macro_rules! each_register {
@@ -37,7 +37,7 @@ macro_rules! operator {
     };
 }
 
-/// A number of each point in a precision, with its sums and products.
+/// Defines a SIMD number type of the given precision, with sums and products.
 macro_rules! simd_number {
     ($(#[$doc:meta])* $number:ident, $real:ty, $registers:ident, $splat:ident, $add:ident,
      $sub:ident, $mul:ident, $neg:ident, $mul_add:ident) => {
@@ -79,16 +79,16 @@ macro_rules! simd_number {
 }
 
 simd_number!(
-    /// One number of each point; points beyond those of the registers are left out.
+    /// One double-precision number per point, for as many points as the registers hold.
     SimdF64, f64, f64s, splat_f64s, add_f64s, sub_f64s, mul_f64s, neg_f64s, mul_add_e_f64s
 );
 simd_number!(
-    /// The same in single precision.
+    /// One single-precision number per point, for as many points as the registers hold.
     SimdF32, f32, f32s, splat_f32s, add_f32s, sub_f32s, mul_f32s, neg_f32s, mul_add_e_f32s
 );
 operator!(SimdF64, Div, div, div_f64s, other);
 
-/// Where a comparison holds.
+/// Result of a comparison, per lane.
 #[derive(Clone, Copy)]
 pub struct Mask<S: Simd> {
     simd: S,
@@ -96,13 +96,13 @@ pub struct Mask<S: Simd> {
 }
 
 impl<S: Simd> SimdF64<S> {
-    /// k and m of self = 2^k m with ½√2 ≤ m < √2, for a positive normal number.
+    /// Returns k and m with self = 2^k m and ½√2 ≤ m < √2, for a positive normal number.
     #[inline(always)]
     fn binary_parts(self) -> [Self; 2] {
         const MANTISSA: u32 = 52;
         const ONE: u64 = 1.0f64.to_bits();
         const SHIFT: u64 = ONE - FRAC_1_SQRT_2.to_bits();
-        // an integer below 2⁵² in the mantissa of 2⁵² is that number behind the point
+        // an integer below 2⁵² in the mantissa bits of 2⁵² gives the number 2⁵² plus this integer
         const BIG: f64 = (1u64 << MANTISSA) as f64;
         const BIAS: f64 = (ONE >> MANTISSA) as f64;
         let (mut exponents, mut mantissas) = ([0.0; POINTS], [1.0; POINTS]);
@@ -167,7 +167,7 @@ impl<S: Simd> Scalar for SimdF64<S> {
     comparison!(less_than, less_than_f64s);
     comparison!(equals, equal_f64s);
 
-    /// With 1 + x = 2^k (1 + f): k ln 2 + 2 artanh(f / (2 + f)), where |f / (2 + f)| < 0.172.
+    /// With 1 + x = 2^k (1 + f), the result is k ln 2 + 2 artanh(f / (2 + f)), where |f / (2 + f)| < 0.172.
     #[inline(always)]
     fn ln_1p(self) -> Self {
         let one = self.constant(1.0);
@@ -178,7 +178,7 @@ impl<S: Simd> Scalar for SimdF64<S> {
         (z + z).mul_add(z.artanh_ratio(), whole)
     }
 
-    /// The library's, one after the other: no law that must be fast has it.
+    /// Calls the scalar library function for each lane: no time-critical law uses `exp_m1`.
     #[inline(always)]
     fn exp_m1(self) -> Self {
         let mut values = [0.0; POINTS];

@@ -1,55 +1,55 @@
-//! The strain measures that an energy can be written in.
+//! Strain measures for the energy of a law.
 
 use num_dual::DualNum;
 
 /// The principal logarithmic strains ε_i = ln λ_i of a deformation, over any scalar.
 ///
-/// What an isotropic energy depends on: every measure below follows from the three strains, and is
-/// computed so that small strains keep their digits (λ^α − 1 and never λ^α alone).
+/// Isotropic energies are functions of these strains. Every measure below follows from the three strains, and is
+/// computed so that small strains keep their digits (λ^α − 1, never λ^α alone).
 #[derive(Clone, Copy, Debug)]
 pub struct PrincipalStrain<T> {
     log: [T; 3],
 }
 
 impl<T: DualNum<f64> + Copy> PrincipalStrain<T> {
-    /// The state with the given logarithmic strains.
+    /// Creates the state with the given logarithmic strains.
     pub fn new(log: [T; 3]) -> Self {
         Self { log }
     }
 
-    /// ε_i = ln λ_i.
+    /// Returns ε_i = ln λ_i.
     pub fn log(&self) -> [T; 3] {
         self.log
     }
 
-    /// ln J = Σ ε_i, with J = det F.
+    /// Returns ln J = Σ ε_i, with J = det F.
     pub fn log_volume(&self) -> T {
         self.log[0] + self.log[1] + self.log[2]
     }
 
-    /// ln λ̄_i = ε_i − ⅓ ln J: the strains of the part of F that keeps the volume.
+    /// Returns ln λ̄_i = ε_i − ⅓ ln J: the strains of the isochoric part of F.
     pub fn isochoric_log(&self) -> [T; 3] {
         let third = self.log_volume() / 3.0;
         self.log.map(|e| e - third)
     }
 
-    /// Green's strains E_i = ½ (λ_i² − 1).
+    /// Returns Green's strains E_i = ½ (λ_i² − 1).
     pub fn green(&self) -> [T; 3] {
         self.log.map(|e| (e * 2.0).exp_m1() * 0.5)
     }
 
-    /// Σ (λ_i^α − 1); α = 2 gives I₁ − 3.
+    /// Returns Σ (λ_i^α − 1); α = 2 gives I₁ − 3.
     pub fn power_sum(&self, alpha: f64) -> T {
         sum(self.log.map(|e| (e * alpha).exp_m1()))
     }
 
-    /// Σ (λ̄_i^α − 1); α = 2 gives Ī₁ − 3 and α = −2 gives Ī₂ − 3.
+    /// Returns Σ (λ̄_i^α − 1); α = 2 gives Ī₁ − 3 and α = −2 gives Ī₂ − 3.
     pub fn isochoric_power_sum(&self, alpha: f64) -> T {
         sum(self.isochoric_log().map(|e| (e * alpha).exp_m1()))
     }
 
-    /// The volumetric energy K/4 (J² − 1 − 2 ln J) of bulk modulus K: convex in J, infinite for
-    /// J → 0 and for J → ∞.
+    /// Returns the volumetric energy K/4 (J² − 1 − 2 ln J) for bulk modulus K. It is convex in J, and infinite for J
+    /// → 0 and for J → ∞.
     ///
     /// Reference: Simo & Taylor, Comput. Methods Appl. Mech. Engrg. 85 (1991) 273,
     /// doi:10.1016/0045-7825(91)90100-K.

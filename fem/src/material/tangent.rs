@@ -1,21 +1,21 @@
 //! The consistent tangent at a point, in the principal axes of the strain (Simo & Hughes,
 //! Computational Inelasticity (1998), section 8.4, with the shear term of definitions 3.2).
 //!
-//! With h = ∇δu F⁻¹ the stress changes by d_ii = Σ_j D_ij h_jj − τ_i h_ii and
-//! d_ij = G_ij (h_ij + h_ji) + h_ij τ_j, where G_ij = ½ (τ_i − τ_j) coth(ε_i − ε_j) − ½ (τ_i + τ_j).
+//! With h = ∇δu F⁻¹ the stress increment is d_ii = Σ_j D_ij h_jj − τ_i h_ii and d_ij = G_ij (h_ij + h_ji) + h_ij τ_j,
+//! where G_ij = ½ (τ_i − τ_j) coth(ε_i − ε_j) − ½ (τ_i + τ_j).
 
 use super::principal::Principal;
 use super::response::{Response, packed};
 use super::scalar::{Scalar, dot};
 
-/// The tangent times the weight of its point.
+/// Tangent at a point, multiplied by the weight of the point.
 #[derive(Clone, Copy, Debug)]
 pub struct PointTangent<T> {
-    /// The principal axes, one after the other.
+    /// Principal axes, one per row.
     pub axes: [[T; 3]; 3],
-    /// D_ij − δ_ij τ_i, as [`packed`] has it.
+    /// D_ij − δ_ij τ_i, with indices by [`packed`].
     pub normal: [T; 6],
-    /// G_ij at the third index.
+    /// G_ij; the index is that of the third axis.
     pub shear: [T; 3],
     /// τ_i.
     pub stress: [T; 3],
@@ -51,9 +51,9 @@ impl<T: Scalar> PointTangent<T> {
         out
     }
 
-    /// The 3 × 3 block ∂R_a/∂u_b in the global axes for two spatial gradients in the principal basis:
-    /// K_ij = δ_ij Σ_l A_il a_l b_l + (1 − δ_ij)(D_ij a_i b_j + G_ij a_j b_i), A_ii = D_ii − τ_i,
-    /// A_il = G_il + τ_l, turned to the global axes.
+    /// Returns the 3 × 3 block ∂R_a/∂u_b in global axes, for two spatial gradients a and b in the principal basis. In
+    /// the principal basis it is K_ij = δ_ij Σ_l A_il a_l b_l + (1 − δ_ij)(D_ij a_i b_j + G_ij a_j b_i), with A_ii =
+    /// D_ii − τ_i and A_il = G_il + τ_l.
     #[inline(always)]
     pub fn block(&self, a: &[T; 3], b: &[T; 3]) -> [[T; 3]; 3] {
         let products = [a[0] * b[0], a[1] * b[1], a[2] * b[2]];
@@ -88,7 +88,7 @@ impl<T: Scalar> PointTangent<T> {
         out
     }
 
-    /// A vector of the principal basis in the global axes.
+    /// Transforms a vector from the principal basis to global axes.
     #[inline(always)]
     pub fn turn(&self, v: &[T; 3]) -> [T; 3] {
         let mut out = *v;

@@ -1,4 +1,4 @@
-//! A law written as an energy: stress and tangent follow by dual numbers.
+//! User-defined law, given by its energy; stress and tangent are computed with dual numbers.
 
 use std::fmt::Debug;
 use std::sync::Arc;
@@ -11,21 +11,20 @@ use super::response::{Whole, packed};
 use super::strain::PrincipalStrain;
 use crate::error::FemError;
 
-/// An isotropic hyperelastic law, given by its energy alone.
+/// Isotropic hyperelastic law, given by its energy alone.
 ///
-/// ψ, the energy per reference volume in MPa = N mm/mm³, is written once over a generic scalar and
-/// must be a symmetric function of the principal strains, zero and stress-free at rest. The
-/// Kirchhoff stress τ_i = ∂ψ/∂ε_i and the consistent tangent are its derivatives by dual numbers,
-/// exact at equal stretches too. A deformation with det F ≤ 0 never reaches the law: the solver
-/// cuts the step there.
+/// ψ, the energy per reference volume in MPa = N mm/mm³, is written once over a generic scalar. It must be a
+/// symmetric function of the principal strains, with zero energy and stress at rest. The Kirchhoff stress τ_i =
+/// ∂ψ/∂ε_i and the consistent tangent are its derivatives by dual numbers, which are exact also at equal stretches.
+/// The law is never evaluated for det F ≤ 0: the solver reduces the step instead.
 ///
-/// With [`Split::VolumetricDeviatoric`](super::Split) damage spares U(J) = ψ(J^(1/3) I) under
-/// pressure, which needs no statement. It asks for a law whose energy at a given volume is least in
-/// the pure change of volume, so that ψ⁺ = ψ − U is not negative: one in which the larger stretch
-/// takes the larger stress (Baker & Ericksen, J. Wash. Acad. Sci. 44 (1954) 33).
+/// With [`Split::VolumetricDeviatoric`](super::Split), damage does not degrade U(J) = ψ(J^(1/3) I) in compression; U
+/// needs no definition by the user. ψ⁺ = ψ − U must not be negative: at a given volume, the energy must be smallest
+/// for the pure change of volume. This holds if the larger stretch always has the larger stress (Baker & Ericksen, J.
+/// Wash. Acad. Sci. 44 (1954) 33).
 ///
 /// # Example
-/// Blatz & Ko's foam rubber, ψ = μ/2 (I₂/I₃ + 2 J − 5), in its own words:
+/// Blatz & Ko's foam rubber, ψ = μ/2 (I₂/I₃ + 2 J − 5):
 /// ```
 /// use fem::{DualNum, HyperelasticLaw, Material, PrincipalStrain};
 ///
@@ -50,14 +49,14 @@ use crate::error::FemError;
 /// # Ok::<(), fem::FemError>(())
 /// ```
 pub trait HyperelasticLaw: Debug + Send + Sync + 'static {
-    /// ψ at the given strain.
+    /// Returns ψ at the given strain.
     fn energy<T: DualNum<f64> + Copy>(&self, strain: &PrincipalStrain<T>) -> T;
 }
 
-/// A law of the user's own, as [`Elasticity::User`](super::Elasticity::User) holds it.
+/// User-defined law, as stored in [`Elasticity::User`](super::Elasticity::User).
 ///
-/// Made by [`Material::hyperelastic`](super::Material::hyperelastic). Clones share the law; two are
-/// equal if they do.
+/// Created by [`Material::hyperelastic`](super::Material::hyperelastic). Clones share the law; two values are equal
+/// if they share the same law.
 #[derive(Clone, Debug)]
 pub struct UserLaw {
     law: Arc<dyn Derived>,
@@ -71,7 +70,7 @@ impl PartialEq for UserLaw {
     }
 }
 
-/// The derivatives of a law, with the generic scalar gone.
+/// Object-safe interface to the derivatives of a law.
 trait Derived: Debug + Send + Sync {
     fn value(&self, strain: [f64; 3]) -> f64;
 
@@ -79,7 +78,7 @@ trait Derived: Debug + Send + Sync {
 
     fn second(&self, strain: [f64; 3]) -> (f64, SVector<f64, 3>, SMatrix<f64, 3, 3>);
 
-    /// d²ψ/dδ² at ε_i = m + δ, ε_j = m − δ; `strain` holds m at both.
+    /// Returns d²ψ/dδ² at ε_i = m + δ, ε_j = m − δ; `strain` contains m at both indices.
     fn spread_curvature(&self, strain: [f64; 3], i: usize, j: usize, delta: f64) -> f64;
 }
 
@@ -107,9 +106,9 @@ impl<L: HyperelasticLaw> Derived for L {
     }
 }
 
-/// Below this difference of strains, τ_i − τ_j is integrated instead of subtracted.
+/// Below this difference of strains, τ_i − τ_j is computed as an integral instead of a difference.
 const NEAR: f64 = 0.1;
-/// The positive half of the six-point Gauss rule: exact to degree 11 for even functions on [−1, 1].
+/// Positive half of the six-point Gauss rule: exact to degree 11 for even functions on [−1, 1].
 const GAUSS: [[f64; 2]; 3] = [
     [0.238_619_186_083_196_9, 0.467_913_934_572_691],
     [0.661_209_386_466_264_5, 0.360_761_573_048_138_6],
@@ -117,7 +116,7 @@ const GAUSS: [[f64; 2]; 3] = [
 ];
 
 impl UserLaw {
-    /// Takes a law, if it is one.
+    /// Checks a law and computes its moduli at small strain.
     ///
     /// # Errors
     /// As [`Material::hyperelastic`](super::Material::hyperelastic).
@@ -136,11 +135,11 @@ impl UserLaw {
         self.poisson
     }
 
-    /// Energy and stress, and the tangent if it is asked for.
+    /// Returns energy and stress, and the tangent if `tangent` is true.
     ///
-    /// ½ (τ_i − τ_j) coth x with x = ε_i − ε_j loses its digits for x → 0, and its limit differs
-    /// from it at second order. But τ_i − τ_j is the derivative of ψ(m + δ, m − δ) at δ = x/2, an odd
-    /// function of δ, so that the term is ¼ x coth x times the mean of d²ψ/dδ² over (0, δ).
+    /// For x = ε_i − ε_j → 0, the difference in ½ (τ_i − τ_j) coth x loses its digits, and replacing the term by its
+    /// limit has a second-order error. But τ_i − τ_j is the derivative of ψ(m + δ, m − δ) at δ = x/2, an odd function
+    /// of δ. The term is therefore ¼ x coth x times the mean of d²ψ/dδ² over (0, δ).
     pub(super) fn whole(&self, strains: &Strains<f64>, tangent: bool) -> Whole<f64> {
         let strain = strains.log;
         if !tangent {
@@ -170,23 +169,22 @@ impl UserLaw {
         Whole { energy, stress: stress.into(), normal, shear }
     }
 
-    /// U, U′ and U″ of the pure change of volume with t = ln J, in which each strain is t/3.
+    /// Returns U, U′ and U″ for a pure change of volume with t = ln J, in which each strain is t/3.
     pub(super) fn of_volume(&self, t: f64) -> [f64; 3] {
         let (energy, stress, second) = self.law.second([t / 3.0; 3]);
         [energy, stress.mean(), second.mean()]
     }
 }
 
-/// Three strains at which a law is asked whether it is symmetric.
+/// Strains at which the symmetry of a law is checked.
 const STATE: [f64; 3] = [0.11, -0.23, 0.05];
 
-/// Young's modulus (MPa) and Poisson's ratio at small strain.
+/// Returns Young's modulus (MPa) and Poisson's ratio at small strain.
 ///
 /// With D_ij = ∂²ψ/∂ε_i∂ε_j at rest: λ = D_12, 2μ = D_11 − D_12.
 ///
 /// # Errors
-/// If the energy is not symmetric in the strains, the rest state is not one of zero energy and
-/// stress, or a modulus is not positive.
+/// If the energy is not symmetric in the strains, energy or stress is not zero at rest, or a modulus is not positive.
 fn small_strain(law: &dyn Derived) -> Result<[f64; 2], FemError> {
     let (energy, stress, tangent) = law.second([0.0; 3]);
     let (lame, shear) = (tangent[(0, 1)], 0.5 * (tangent[(0, 0)] - tangent[(0, 1)]));
@@ -212,7 +210,7 @@ fn small_strain(law: &dyn Derived) -> Result<[f64; 2], FemError> {
             "subtract the constant, and the term that makes rest stationary",
         );
     }
-    // within the domain of the law, which may end at small strains
+    // scale the strains into the domain of the law, which may be limited to small strains
     let inside =
         (0..40).map(|k| 0.5f64.powi(k)).find(|s| law.value(STATE.map(|e| s * e)).is_finite());
     let [a, b, c] = STATE.map(|e| inside.unwrap_or(0.0) * e);

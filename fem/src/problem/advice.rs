@@ -1,13 +1,14 @@
-//! What helps against a load step without equilibrium.
+//! Advice for load steps without equilibrium.
 
 use super::stepper::LoadStepper;
 use crate::error::StepFailure;
 
-/// Damage below which a body counts as sound: what stops it is no crack.
+/// A body whose largest damage is below this value counts as undamaged, so that damage is not the cause of the
+/// failure.
 const SOUND: f64 = 0.05;
 
 impl LoadStepper<'_> {
-    /// What helps where a step from the state fails for this reason.
+    /// Returns advice for a failure of a step from the current state.
     pub(super) fn advice(&self, failure: StepFailure) -> String {
         let problem = self.problem;
         let damaged = &problem.discretisation.damaged;

@@ -1,4 +1,4 @@
-//! A problem, part by part.
+//! Builder of a problem.
 
 use std::sync::Arc;
 
@@ -14,10 +14,10 @@ use crate::parallel::Ranks;
 use crate::solve::{Scheme, SolverOptions};
 use fem_mesh::TetMesh;
 
-/// The parts of a [`Problem`] before they are checked.
+/// Parts of a [`Problem`] before they are checked.
 ///
-/// Materials and a schedule are needed; without more, elements are linear on the vertices of the mesh,
-/// nothing breaks, no condition acts and the solver has its default settings.
+/// Materials and a schedule are required. Defaults: linear elements on the vertices of the mesh, no damage, no
+/// boundary conditions, and the default settings of the solver.
 #[derive(Clone, Debug)]
 pub struct ProblemBuilder {
     parts: Definition,
@@ -25,7 +25,7 @@ pub struct ProblemBuilder {
 }
 
 impl Problem {
-    /// Begins a problem on a mesh.
+    /// Creates a builder for a problem on a mesh.
     pub fn builder(mesh: TetMesh) -> ProblemBuilder {
         let parts = Definition {
             mesh: Arc::new(mesh),
@@ -45,62 +45,63 @@ impl Problem {
 }
 
 impl ProblemBuilder {
-    /// The order of the elements.
+    /// Sets the order of the elements.
     pub fn order(mut self, order: Order) -> Self {
         self.parts.order = order;
         self
     }
 
-    /// One material for each of `mesh.regions`, in their order.
+    /// Sets one material for each of `mesh.regions`, in the same order.
     pub fn materials(mut self, materials: impl Into<Vec<Material>>) -> Self {
         self.parts.materials = materials.into();
         self
     }
 
-    /// How the moduli of tetrahedra that are partly grain follow from those of matrix and grain.
+    /// Sets the rule that computes the moduli of tetrahedra that are partly grain from the moduli of matrix and
+    /// grain.
     pub fn homogenisation(mut self, rule: Homogenisation) -> Self {
         self.parts.homogenisation = rule;
         self
     }
 
-    /// How damage spreads. Without it the body is elastic and toughnesses are not used; with it,
-    /// regions without toughness are elastic.
+    /// Sets the phase field of damage. Without a phase field the body is elastic and toughnesses are not used; with a
+    /// phase field, regions without toughness are elastic.
     pub fn phase_field(mut self, field: impl Into<Option<PhaseField>>) -> Self {
         self.parts.phase_field = field.into();
         self
     }
 
-    /// What acts on the body.
+    /// Sets boundary conditions and loads.
     pub fn conditions(mut self, conditions: Conditions) -> Self {
         self.parts.conditions = Arc::new(conditions);
         self
     }
 
-    /// The time and the steps through it.
+    /// Sets the duration and the steps.
     pub fn schedule(mut self, schedule: Schedule) -> Self {
         (self.parts.schedule, self.scheduled) = (schedule, true);
         self
     }
 
-    /// How increments are solved.
+    /// Sets the options of the solver.
     pub fn options(mut self, options: SolverOptions) -> Self {
         self.parts.options = options;
         self
     }
 
-    /// Solves linear systems on a device where they are solved by multigrid; a sparse factor, which
-    /// [`LinearScheme::Auto`](crate::LinearScheme) takes where it is small, is the processor's. The result is
-    /// the same to the solver's tolerance. Where a device fails, the processor goes on, and
-    /// [`LoadStepper::machine`](crate::LoadStepper::machine) says so.
+    /// Solves linear systems on a device if they are solved by multigrid. A sparse factor, which
+    /// [`LinearScheme::Auto`](crate::LinearScheme) selects for small systems, always runs on the processor. The
+    /// result is the same up to the solver's tolerance. If a device fails, the processor continues, and
+    /// [`LoadStepper::machine`](crate::LoadStepper::machine) reports the failure.
     pub fn device(mut self, device: impl Into<Option<ComputeDevice>>) -> Self {
         self.parts.device = device.into();
         self
     }
 
-    /// Shares the work among ranks, each of which makes this problem and does the same with it. Curve and
-    /// fields are those of the whole body on each of them, the same to the solver's tolerance whatever their
-    /// number; checkpoints are written by the first, and any number goes on with them. Systems are
-    /// solved by multigrid; a sparse factor, devices and sensitivities are refused.
+    /// Distributes the work over ranks. Each rank must create the same problem and call the same methods. Curve and
+    /// fields are those of the whole body on every rank, and do not depend on the number of ranks up to the solver's
+    /// tolerance. The first rank writes checkpoints; a run can be resumed with any number of ranks. Systems are
+    /// solved by multigrid; a sparse factor, devices and sensitivities are rejected.
     pub fn ranks(mut self, ranks: Ranks) -> Self {
         self.parts.ranks = ranks;
         self
@@ -109,7 +110,7 @@ impl ProblemBuilder {
     /// Checks the parts and prepares the unknowns and the structure of the factor.
     ///
     /// # Errors
-    /// A [`FemError`] that names what is wrong and what helps, before any step is taken.
+    /// A [`FemError`] with the cause and a fix, before any step is taken.
     pub fn build(mut self) -> Result<Problem, FemError> {
         if !self.scheduled {
             return Err(FemError::unsupported(
@@ -119,7 +120,7 @@ impl ProblemBuilder {
             ));
         }
         if self.parts.phase_field.as_ref().is_some_and(|field| !field.is_variational()) {
-            // nothing is stationary that Newton's method on both fields could find
+            // without a common energy, Newton's method on both fields has no stationary point to find
             self.parts.options.scheme = Scheme::Alternate;
         }
         Problem::new(self.parts)

@@ -1,8 +1,8 @@
-//! The state of a run on disk, from which it goes on bit by bit as if it had never stopped.
+//! Checkpoint of a run, from which the run resumes with bitwise the same result as an uninterrupted run.
 //!
-//! A file holds a line `breccia-state 9`, the fingerprint of the problem and the state in postcard's
-//! format, and a checksum of all that (FNV-1a, u64, little endian). What the linear solver keeps from
-//! step to step is not in it: a run with a checkpoint forgets that whenever it saves.
+//! A file contains the line `breccia-state 9`, the fingerprint of the problem and the state in postcard's format, and
+//! a checksum of everything before it (FNV-1a, u64, little endian). Data that the linear solver reuses from step to
+//! step is not included: a run with a checkpoint discards this data whenever it saves.
 
 use std::io::{self, ErrorKind};
 use std::path::PathBuf;
@@ -13,7 +13,7 @@ use crate::error::{CheckpointError, FemError};
 use crate::parallel::Ranks;
 use fem_file::{read_regular, write_atomically};
 
-/// Where a run keeps its state, and how often it saves.
+/// File in which a run saves its state, and the interval of saving.
 ///
 /// # Example
 /// ```no_run
@@ -26,18 +26,18 @@ use fem_file::{read_regular, write_atomically};
 /// ```
 #[derive(Clone, Debug)]
 pub struct Checkpoint {
-    /// The file; it is replaced in one move, never half written.
+    /// Path of the file. It is replaced atomically and is never half written.
     pub path: PathBuf,
-    /// Load steps from one save to the next, at least 1.
+    /// Number of load steps between two saves, at least 1.
     pub every: u32,
 }
 
-/// What every version of the format begins with, and this one.
+/// Beginning of a file of any version of the format, and of this version.
 const MAGIC: &[u8] = b"breccia-state ";
 const VERSION: &[u8] = b"breccia-state 9\n";
 
 impl Checkpoint {
-    /// Writes a state.
+    /// Writes a state to the file.
     pub(crate) fn save(&self, state: &RunState, fingerprint: u64) -> Result<(), FemError> {
         postcard::to_extend(&(fingerprint, state), VERSION.to_vec())
             .map_err(io::Error::other)
@@ -49,7 +49,7 @@ impl Checkpoint {
             .map_err(|error| FemError::io("write", &self.path, error))
     }
 
-    /// Reads a state; `None` if there is no file. The first of several ranks reads it for all.
+    /// Reads the state; `None` if there is no file. The first rank reads the file for all ranks.
     pub(crate) fn load(
         &self,
         fingerprint: u64,
@@ -58,7 +58,7 @@ impl Checkpoint {
         let read = match ranks.is_first().then(|| read_regular(&self.path)) {
             None => Ok(Vec::new()),
             Some(Err(error)) if error.kind() == ErrorKind::NotFound => Ok(Vec::new()),
-            // one byte more tells an empty file from none
+            // an additional byte distinguishes an empty file from a missing one
             Some(Ok(bytes)) => Ok([&bytes[..], b" "].concat()),
             Some(Err(error)) => Err(FemError::io("read", &self.path, error)),
         };

@@ -9,15 +9,15 @@ use crate::boundary::{Axis, Conditions, Platen};
 use crate::error::FemError;
 use fem_mesh::TetMesh;
 
-/// How the platens of a compression test hold the specimen. In a file they stand by name; the numbers
-/// of their friction have places of their own.
+/// Contact between the platens of a compression test and the specimen. Files contain the name of the variant; the
+/// values of [`Friction`] are separate keys.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Platens {
-    /// The ends keep to the platens and slide without friction: exact where nothing lifts off.
+    /// The ends stay in contact with the platens and slide without friction. Exact if no part of an end lifts off.
     #[default]
     Sliding,
-    /// The ends may lift off; sliding is resisted as [`Friction`] says.
+    /// The ends can lift off; [`Friction`] resists sliding.
     Unilateral(#[serde(skip)] Friction),
 }
 
@@ -39,18 +39,17 @@ impl Default for Friction {
 }
 
 impl Friction {
-    /// None.
+    /// No friction and no drag.
     pub fn none() -> Self {
         Self { coefficient: 0.0, slip_velocity_mm_per_s: 1.0, drag_mpa_s_per_mm: 0.0 }
     }
 }
 
-/// The unconfined compression of a specimen between two rigid platens: what makes a [`Problem`] of a
-/// mesh.
+/// Unconfined compression of a specimen between two rigid platens. Creates a [`Problem`] on a mesh.
 ///
-/// The lower end (surface `bottom`) keeps its height, the upper one (`top`) moves down at constant
-/// speed, by the displacement over the duration of the schedule; [`Platens`] says how they hold the
-/// specimen. Displacement and damage solve
+/// The lower end (surface `bottom`) keeps its height. The upper end (`top`) moves down by the full displacement over
+/// the duration of the schedule, at constant speed. [`Platens`] defines the contact between platens and specimen.
+/// Displacement and damage solve
 /// ∫ τ : (∇v F⁻¹) dV = 0 and
 /// ∫ g′(φ) ψ⁺ q + (Gc/(c₀ ℓ₀)) (α′(φ) q + 2 ℓ₀² ∇φ·∇q) + (ξ/Δt)(φ − φ_n) q dV = 0.
 ///
@@ -74,41 +73,42 @@ impl Friction {
 pub struct CompressionTest {
     /// Full displacement, mm, downwards.
     pub displacement_mm: f64,
-    /// How the platens hold the specimen.
+    /// Contact between the platens and the specimen.
     pub platens: Platens,
-    /// The time that the full displacement takes, and the steps.
+    /// Duration of the full displacement, and the steps.
     pub schedule: Schedule,
 }
 
 impl CompressionTest {
-    /// A test between platens on which the ends slide freely.
+    /// Creates a test between platens without friction, from which the ends cannot lift off.
     pub fn new(displacement_mm: f64, schedule: Schedule) -> Self {
         Self { displacement_mm, platens: Platens::Sliding, schedule }
     }
 
-    /// The same test between other platens.
+    /// Sets the platens.
     pub fn platens(self, platens: Platens) -> Self {
         Self { platens, ..self }
     }
 
-    /// The test as a problem on a mesh, whose materials are still to be given.
+    /// Creates the builder of the problem on a mesh. Materials must still be set.
     ///
     /// # Errors
-    /// Ends that are not above each other or have nodes in common, or a displacement that is not
-    /// between zero and the height.
+    /// If the ends are not above each other or have common nodes, or if the displacement is not between zero and the
+    /// height.
     pub fn builder(&self, mesh: TetMesh) -> Result<ProblemBuilder, FemError> {
         let conditions = self.conditions(&mesh)?;
         Ok(Problem::builder(mesh).conditions(conditions).schedule(self.schedule.clone()))
     }
 
-    /// The platens as boundary conditions; the first increment starts from a uniform shortening.
+    /// Returns the platens as boundary conditions, with a uniform compression as initial guess of the first
+    /// increment.
     ///
     /// # Errors
     /// As [`builder`](Self::builder).
     pub fn conditions(&self, mesh: &TetMesh) -> Result<Conditions, FemError> {
         let [bottom, top] = levels(mesh)?;
         let (full, duration) = (self.displacement_mm, self.schedule.duration_s);
-        // a mesh that lacks an end has no height, which is told where its surfaces are looked up
+        // a mesh without an end has no height; this error is reported when the surfaces are looked up
         let height = top - bottom;
         if !(full > 0.0 && (height.is_nan() || full < height)) {
             return Err(FemError::parameter(
@@ -119,7 +119,7 @@ impl CompressionTest {
             ));
         }
         let speed = full / duration;
-        // exactly the full displacement at the end
+        // reaches exactly the full displacement at the end
         let down = move |time_s: f64| time_s / duration * full;
         let shorten =
             move |x: [f64; 3], time_s: f64| [0.0, 0.0, -down(time_s) / height * (x[2] - bottom)];
@@ -147,7 +147,7 @@ impl CompressionTest {
     }
 }
 
-/// The heights of the two ends, mm.
+/// Returns the heights of the two ends, mm.
 fn levels(mesh: &TetMesh) -> Result<[f64; 2], FemError> {
     let nodes_of = |name: &str| -> Vec<u32> {
         let mut nodes: Vec<u32> =

@@ -1,4 +1,4 @@
-//! Step controllers: what decides how long the next load step is.
+//! Step controllers, which choose the length of the next load step.
 
 use std::fmt;
 
@@ -11,26 +11,28 @@ use crate::error::FemError;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Step {
-    /// This fraction of the schedule's duration.
+    /// Advances by this fraction of the schedule's duration.
     Advance(f64),
-    /// The same by Newton's method alone, refused where it adds more to the crack energy than `most_n_mm`.
+    /// Advances by Newton's method without fallback, and fails if the step adds more than `most_n_mm` to the crack
+    /// energy.
     AdvanceWithin {
         /// Fraction of the duration.
         fraction: f64,
-        /// Crack energy that it may add, N mm.
+        /// Largest allowed increase of the crack energy, N mm.
         most_n_mm: f64,
     },
-    /// What adds `n_mm` to the crack energy, wherever the ends must go for that.
+    /// Adds `n_mm` to the crack energy; the position of the ends is an unknown.
     Release {
-        /// Crack energy, N mm.
+        /// Increase of the crack energy, N mm.
         n_mm: f64,
-        /// Where the iteration starts: fraction of the duration from here, back if negative.
+        /// Initial guess of the position, relative to the current one: fraction of the duration, negative for a step
+        /// back.
         guess: f64,
     },
 }
 
 impl Step {
-    /// The fraction of the duration that is asked for, or guessed.
+    /// Returns the requested or guessed fraction of the duration.
     pub fn fraction(self) -> f64 {
         match self {
             Step::Advance(fraction) | Step::AdvanceWithin { fraction, .. } => fraction,
@@ -38,7 +40,7 @@ impl Step {
         }
     }
 
-    /// The same step where it ends after a fraction of the duration.
+    /// Returns the step with its fraction of the duration replaced by `end`. A `Release` is unchanged.
     pub(super) fn to(self, end: f64) -> Self {
         match self {
             Step::Advance(_) => Step::Advance(end),
@@ -49,7 +51,7 @@ impl Step {
         }
     }
 
-    /// Refuses what cannot be taken; `by_energy` says whether steps by crack energy can.
+    /// Checks that the step is valid. `by_energy`: whether steps by crack energy are allowed.
     pub(super) fn validate(self, by_energy: bool) -> Result<(), FemError> {
         let (field, value) = match self {
             Step::Advance(fraction) => ("step", fraction),
@@ -71,30 +73,30 @@ impl Step {
     }
 }
 
-/// Where a run stands when it asks for the next step.
+/// State of a run when it requests the next step.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct Progress<'a> {
-    /// Fraction of the duration that has passed.
+    /// Fraction of the duration that has been completed.
     pub passed: f64,
-    /// The points so far.
+    /// Points of the curve so far.
     pub curve: &'a [CurvePoint],
-    /// The last step that found its equilibrium, as it was asked for.
+    /// Last step that reached an equilibrium, as requested.
     pub taken: Option<Step>,
-    /// The fraction of the duration by which that moved, negative where it went back.
+    /// Fraction of the duration by which this step moved; negative for a step back.
     pub moved: f64,
-    /// The step that has just found no equilibrium from here.
+    /// Step from the current state that has just failed.
     pub failed: Option<Step>,
 }
 
 /// Decides on the load steps of a run: [`FixedSteps`](crate::FixedSteps),
 /// [`AdaptiveSteps`](crate::AdaptiveSteps), [`ArcLength`](crate::ArcLength), or a type of the user.
 ///
-/// A controller remembers nothing: what it needs to know is in [`Progress`]. Its `Debug` output is
-/// part of what a checkpoint belongs to, so it shows all its settings.
+/// A controller has no state: all information is in [`Progress`]. Its `Debug` output is part of the fingerprint of a
+/// checkpoint, so it must contain all settings.
 ///
 /// # Example
-/// Long steps while the specimen is elastic, short ones from where its stiffness fades:
+/// Long steps while the specimen is elastic, short steps once its stiffness decreases:
 /// ```
 /// use fem::{
 ///     CompressionTest, CylinderLattice, Fracture, Material, PhaseField, Progress, Schedule, Step,
@@ -145,27 +147,27 @@ pub struct Progress<'a> {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub trait StepController: fmt::Debug + Send + Sync {
-    /// The next step to try; `None` gives the run up with the reason of the failure.
+    /// Returns the next step to try; `None` ends the run with the error of the failed step.
     ///
-    /// A step never goes beyond the end or the next of the [`marks`](Self::marks).
+    /// The run shortens a step that would pass the end or the next of the [`marks`](Self::marks).
     fn next(&self, run: &Progress) -> Option<Step>;
 
-    /// So many points, equally far apart in time, make the curve, however many steps it takes from
-    /// one to the next; without them each step is a point.
+    /// Number of points of the curve, equally spaced in time, independent of the number of steps between them.
+    /// `None`: each step is a point.
     fn marks(&self) -> Option<u32> {
         None
     }
 
-    /// Whether it asks for steps by crack energy, which only rate-independent damage under
-    /// prescribed displacements can follow; the problem is then refused if it is another.
+    /// Whether the controller uses steps by crack energy. These need rate-independent damage and prescribed
+    /// displacements; any other problem is then rejected.
     fn controls_crack_energy(&self) -> bool {
         false
     }
 
-    /// Refuses settings that no run can take.
+    /// Checks that the settings are valid.
     ///
     /// # Errors
-    /// [`FemError::Parameter`] with what is accepted.
+    /// [`FemError::Parameter`] with the allowed values.
     fn validate(&self) -> Result<(), FemError> {
         Ok(())
     }

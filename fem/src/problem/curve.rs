@@ -1,4 +1,4 @@
-//! What a test yields.
+//! Results of a test.
 
 use std::collections::BTreeMap;
 
@@ -9,16 +9,16 @@ use crate::error::FemError;
 use crate::fields::Fields;
 use crate::solve::Effort;
 
-/// One converged load step; compression is positive.
+/// One converged load step. Compression is positive.
 ///
-/// It is read by the names of its fields or of the columns of a curve file.
+/// Deserialised by the names of its fields or by the columns of a curve file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CurvePoint {
     /// Time, s.
     pub time_s: f64,
-    /// Displacement of the surface that is measured, mm: how far the upper platen has come down.
+    /// Displacement of the measured surface, mm; in a compression test the downward displacement of the upper platen.
     pub displacement_mm: f64,
-    /// Force on the body through that surface, N: of prescribed values, of a platen and of tractions.
+    /// Force on the body through the measured surface, N: from prescribed values, a platen and tractions.
     #[serde(alias = "force_N")]
     pub force_n: f64,
     /// Elastic energy ∫ g ψ⁺ + ψ⁻ dV, N mm.
@@ -40,41 +40,40 @@ pub struct CurvePoint {
     pub phi_mean: f64,
     /// Largest nodal damage.
     pub phi_max: f64,
-    /// Newton iterations of the step, those of tries without equilibrium included.
+    /// Newton iterations of the step, including failed attempts.
     #[serde(default)]
     pub newton: u32,
     /// Linear solves of the step, or the iterations of an iterative linear solver.
     #[serde(default)]
     pub linear: u32,
-    /// Residual at the end of the step, of forces relative to the largest reactions so far or of damage relative to
-    /// its largest driving force so far, whichever is larger.
+    /// Residual at the end of the step: the larger of the force residual relative to the largest reactions so far,
+    /// and the damage residual relative to the largest driving force so far.
     #[serde(default)]
     pub residual: f64,
 }
 
 impl CurvePoint {
-    /// Work less stored and dissipated energy, N mm.
+    /// Returns work minus stored and dissipated energy, N mm.
     ///
-    /// Zero for the exact solution; O(Δt) and of one sign with the backward Euler rule.
+    /// Zero for the exact solution; O(Δt) and of constant sign with the backward Euler rule.
     pub fn balance_n_mm(&self) -> f64 {
         let dissipated = self.fracture_n_mm + self.viscous_n_mm + self.friction_n_mm;
         self.work_n_mm - self.elastic_n_mm - dissipated
     }
 }
 
-/// The derivatives of the force by parameters of the materials along a curve, at the times and
-/// displacements of its points; [`Problem::with_sensitivities`](crate::Problem::with_sensitivities)
-/// asks for them.
+/// Derivatives of the force with respect to material parameters, at the times and displacements of the points of a
+/// curve. Enabled by [`Problem::with_sensitivities`](crate::Problem::with_sensitivities).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Sensitivities {
-    /// The names of the parameters.
+    /// Names of the parameters.
     pub names: Vec<String>,
-    /// ∂F/∂θ in N for each unit of the parameter: a row for each point of the curve, a column for
-    /// each parameter. Fewer rows than points where the derivatives ceased to exist, and with them
-    /// those from there on.
+    /// ∂F/∂θ, in N per unit of the parameter: one row per point of the curve, one column per parameter. There are
+    /// fewer rows than points if a derivative could not be computed; the rows of this and all later points are then
+    /// missing.
     pub force_n: Vec<Vec<f64>>,
-    /// Why there are none behind the last row: as a rule, that the tangent is singular at the next point.
+    /// Reason for missing rows, usually a singular tangent at the next point.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lost: Option<String>,
 }
@@ -86,39 +85,40 @@ impl Sensitivities {
     }
 }
 
-/// Why a test ended.
+/// Reason for the end of a test.
 #[derive(Clone, Debug, Default)]
 pub enum End {
     /// The full displacement, or the end of the schedule, was reached.
     #[default]
     Displacement,
-    /// The force fell as far below its peak as asked.
+    /// The force fell below its peak by the requested fraction.
     BelowPeak,
-    /// The observer asked to stop before the end.
+    /// The run was stopped before its end, e.g. by the observer.
     Interrupted,
-    /// No equilibrium was found; the curve holds what came before.
+    /// No equilibrium was found; the curve contains the points before the failure.
     Failed(FemError),
 }
 
 /// The result of a test.
 #[derive(Clone, Debug, Default)]
 pub struct Outcome {
-    /// One point a load step; the unloaded start is not among them.
+    /// One point per load step, without the unloaded start.
     pub curve: Vec<CurvePoint>,
-    /// The derivatives of the force along the curve, if any were asked for.
+    /// Derivatives of the force along the curve, if requested.
     pub sensitivities: Sensitivities,
-    /// Why it ended.
+    /// Reason for the end of the test.
     pub end: End,
-    /// The fields at the last point.
+    /// Fields at the last point.
     pub fields: Fields,
-    /// The force on the body through each surface with a condition, N, one a load step: of the components that are
-    /// prescribed there, of a platen and of tractions. With the body force they are in equilibrium. Where surfaces that
-    /// prescribe the same component meet, its force is shared by the area of their triangles at the node.
+    /// Force on the body through each surface with a condition, N, one entry per load step: from the components that
+    /// are prescribed there, from a platen and from tractions. The sum of these forces and the body force is zero. If
+    /// several surfaces prescribe the same component at a common node, its force is distributed in proportion to the
+    /// area of their triangles at the node.
     pub reactions: BTreeMap<String, Vec<[f64; 3]>>,
-    /// For each surface that faces a platen it may leave: its nodes at the last point.
+    /// Contact points at the last point of the curve, for each surface with a unilateral platen.
     pub contact: BTreeMap<String, Vec<ContactPoint>>,
     /// Work done by the solver.
     pub effort: Effort,
-    /// Where linear systems were solved, in words: a device by its name, or the processor.
+    /// Hardware that solved the linear systems, as text: name of a device, or the processor.
     pub machine: String,
 }

@@ -8,7 +8,7 @@ use super::curve::CurvePoint;
 use crate::error::{CurveFileError, FemError};
 use fem_file::open_regular;
 
-/// The columns that every curve file has, then those that may be absent.
+/// Columns of a curve file: the first `REQUIRED` are mandatory, the others optional.
 const COLUMNS: [&str; 14] = [
     "time_s",
     "displacement_mm",
@@ -30,20 +30,19 @@ const REQUIRED: usize = 8;
 /// Writes a curve with the header
 /// `time_s,displacement_mm,force_N,elastic_N_mm,fracture_N_mm,viscous_N_mm,phi_mean,phi_max,newton,linear,work_N_mm,friction_N_mm,balance_N_mm,residual`.
 ///
-/// Numbers are written so that [`read_curve`] returns the same bits; the balance is
-/// [`CurvePoint::balance_n_mm`].
+/// Numbers are written so that [`read_curve`] returns the same bits. The balance is [`CurvePoint::balance_n_mm`].
 ///
 /// # Errors
-/// [`FemError::Io`] when the file cannot be written.
+/// [`FemError::Io`] if the file cannot be written.
 pub fn write_curve(path: impl AsRef<Path>, curve: &[CurvePoint]) -> Result<(), FemError> {
     let mut writer = CurveWriter::create(path)?;
     curve.iter().try_for_each(|point| writer.push(point))
 }
 
-/// Writes a curve as it grows: every point is in the file once [`push`](Self::push) returns.
+/// Writes a curve point by point: each point is in the file when [`push`](Self::push) returns.
 ///
-/// The columns are those of [`write_curve`], and behind them `d_force_d_<name>` for each parameter that
-/// the force is differentiated by, N for each unit of the parameter.
+/// The columns are those of [`write_curve`], followed by one column `d_force_d_<name>` per parameter of the
+/// sensitivities, in N per unit of the parameter.
 #[derive(Debug)]
 pub struct CurveWriter {
     path: PathBuf,
@@ -52,15 +51,15 @@ pub struct CurveWriter {
 }
 
 impl CurveWriter {
-    /// Starts a file, in place of one that is there.
+    /// Creates the file, or replaces an existing one.
     ///
     /// # Errors
-    /// [`FemError::Io`] when the file cannot be written.
+    /// [`FemError::Io`] if the file cannot be written.
     pub fn create(path: impl AsRef<Path>) -> Result<Self, FemError> {
         Self::with_parameters(path, &[])
     }
 
-    /// The same with a column for each parameter, as [`Sensitivities`](crate::Sensitivities) names them.
+    /// Creates the file with an additional column for each parameter name of [`Sensitivities`](crate::Sensitivities).
     ///
     /// # Errors
     /// As [`create`](Self::create).
@@ -74,7 +73,7 @@ impl CurveWriter {
         Ok(out)
     }
 
-    /// Adds a point.
+    /// Writes a point.
     ///
     /// # Errors
     /// As [`create`](Self::create).
@@ -82,8 +81,8 @@ impl CurveWriter {
         self.push_differentiated(p, &[])
     }
 
-    /// Adds a point with the derivatives of its force, a row of
-    /// [`Sensitivities::force_n`](crate::Sensitivities); those that are missing leave their cells empty.
+    /// Writes a point with the derivatives of its force, a row of [`Sensitivities::force_n`](crate::Sensitivities).
+    /// Cells without a derivative are empty.
     ///
     /// # Errors
     /// As [`create`](Self::create).
@@ -120,11 +119,11 @@ impl CurveWriter {
     }
 }
 
-/// Reads a curve; columns are found by name, the last six may be absent, others are ignored.
+/// Reads a curve. Columns are found by name; the last six of [`write_curve`] are optional, other columns are ignored.
 ///
 /// # Errors
-/// [`FemError::Io`] when the file cannot be read, [`FemError::CurveFile`] naming the line and the
-/// column that is missing or is not a number.
+/// [`FemError::Io`] if the file cannot be read; [`FemError::CurveFile`] with the line and the column that is missing
+/// or is not a number.
 ///
 /// # Example
 /// ```

@@ -1,4 +1,4 @@
-//! What a problem is made of.
+//! Input data of a problem.
 
 use std::sync::Arc;
 
@@ -14,7 +14,7 @@ use crate::parallel::Ranks;
 use crate::solve::{LinearScheme, SolverOptions};
 use fem_mesh::TetMesh;
 
-/// The parts as they were given, to be shared by problems that differ in some of them.
+/// Input data of a problem, shared by problems that differ in some of the data.
 #[derive(Clone, Debug)]
 pub(super) struct Definition {
     pub(super) mesh: Arc<TetMesh>,
@@ -25,16 +25,17 @@ pub(super) struct Definition {
     pub(super) conditions: Arc<Conditions>,
     pub(super) schedule: Schedule,
     pub(super) options: SolverOptions,
-    /// Where linear systems are solved, if not here; no part of the fingerprint, so that a run may go on elsewhere.
+    /// Device for the linear systems, if any. Not part of the fingerprint, so that a run can resume on other
+    /// hardware.
     pub(super) device: Option<ComputeDevice>,
-    /// Who shares the work; no part of the fingerprint either.
+    /// Ranks that share the work. Not part of the fingerprint.
     pub(super) ranks: Ranks,
-    /// Those that the force is differentiated by.
+    /// Parameters of the sensitivities.
     pub(super) parameters: Arc<[MaterialParameter]>,
 }
 
 impl Definition {
-    /// Checks the parts, all but the mesh and what the conditions name on it.
+    /// Checks everything except the mesh and the surfaces named by the conditions.
     pub(super) fn validate(&self) -> Result<(), FemError> {
         let (mesh, field) = (&self.mesh, self.phase_field.as_ref());
         if self.materials.len() != mesh.regions.len() {
@@ -67,7 +68,7 @@ impl Definition {
         if self.parameters.is_empty() { Ok(()) } else { self.validate_parameters() }
     }
 
-    /// Refuses what one process alone can do.
+    /// Rejects options that several ranks do not support.
     fn validate_ranks(&self) -> Result<(), FemError> {
         let ranks = self.ranks.size();
         let refused = |message: &str, help: &str| {
@@ -97,7 +98,7 @@ impl Definition {
         Ok(())
     }
 
-    /// Checks that the equations have the derivatives that are asked for.
+    /// Checks that the requested derivatives exist and are implemented.
     fn validate_parameters(&self) -> Result<(), FemError> {
         let refused =
             |message: &str, help: &str| Err(FemError::unsupported("sensitivities", message, help));
@@ -131,7 +132,7 @@ impl Definition {
         Ok(())
     }
 
-    /// Checks that there are phases to mix, of a law whose moduli can be.
+    /// Checks that there are at least two phases, and that their law can be homogenised.
     fn validate_mixtures(&self) -> Result<(), FemError> {
         let refused = |message: &str, help: &str| {
             Err(FemError::unsupported("mesh with mixtures of matrix and grain", message, help))
@@ -152,18 +153,18 @@ impl Definition {
         Ok(())
     }
 
-    /// Marks the regions that can break.
+    /// Marks the regions that can be damaged.
     pub(super) fn damaged(&self) -> Vec<bool> {
         let breaks = |m: &Material| self.phase_field.is_some() && m.fracture.is_some();
         self.materials.iter().map(breaks).collect()
     }
 
-    /// Materials as the points of a region see them.
+    /// Converts materials, by region, to their form for quadrature points.
     pub(super) fn points(&self, materials: &[Material]) -> Arc<[PointMaterial]> {
         materials.iter().map(|m| m.at_point(self.phase_field.as_ref())).collect()
     }
 
-    /// A number that tells these parts from others; of functions, only what they are described as.
+    /// Returns a hash that identifies the problem. Functions contribute only their description.
     pub(super) fn fingerprint(&self) -> u64 {
         let Self { mesh, order, materials, homogenisation, phase_field, .. } = self;
         let Self { conditions, schedule, options, parameters, .. } = self;

@@ -1,4 +1,4 @@
-//! Everything about a problem that does not depend on the values of the parameters.
+//! Space, unknowns and solver structure, which do not depend on the values of the material parameters.
 
 use std::sync::Arc;
 
@@ -12,29 +12,29 @@ use crate::parallel::{Part, bisect};
 use crate::solve::{LinearPlan, LinearScheme};
 use fem_mesh::TetMesh;
 
-/// Space, boundary conditions, unknowns and what the linear solver needs, shared by runs; of several ranks,
-/// each has those of its part.
+/// Space, boundary conditions, unknowns and linear solver structure, shared by runs. With several ranks, each rank
+/// stores its part of the mesh.
 #[derive(Debug)]
 pub(crate) struct Discretisation {
     pub(crate) operator: Arc<dyn Operator>,
     pub(crate) unknowns: Unknowns,
-    /// Equations of all ranks.
+    /// Number of equations of all ranks.
     pub(crate) equations: usize,
     pub(crate) linear: LinearPlan,
     pub(crate) boundary: Boundary,
-    /// Nodes with damage.
+    /// Whether each node has damage.
     carries_damage: Vec<bool>,
-    /// Regions with damage.
+    /// Whether each region has damage.
     pub(crate) damaged: Vec<bool>,
 }
 
 impl Discretisation {
-    /// Builds the space of the problem's order.
+    /// Creates the discretisation with elements of the problem's order.
     pub(super) fn new(parts: &Definition) -> Result<Self, FemError> {
         parts.mesh.validate()?;
         match parts.order {
             Order::Linear => {
-                // their edges are straight, whatever those of the mesh are
+                // linear elements have straight edges, so the edges of the mesh must be straight
                 parts.mesh.validate_straight()?;
                 Self::with::<4, Linear>(parts)
             }
@@ -42,7 +42,7 @@ impl Discretisation {
         }
     }
 
-    /// The operator of the whole mesh.
+    /// Creates the operator of the whole mesh.
     pub(super) fn whole(parts: &Definition) -> Result<Arc<dyn Operator>, FemError> {
         Ok(match parts.order {
             Order::Linear => {
@@ -96,10 +96,10 @@ impl Discretisation {
         Ok(Self { operator, unknowns, equations, linear, boundary, carries_damage, damaged })
     }
 
-    /// The same space, with what the linear solver knows of it, under the parts' conditions.
+    /// Returns the discretisation with other conditions. Space and linear solver structure are reused.
     pub(super) fn with_conditions(&self, parts: &Definition) -> Result<Self, FemError> {
         if parts.ranks.size() > 1 {
-            // the boundary of the whole mesh is needed, of which this rank has a part
+            // needs the boundary of the whole mesh; this rank has only a part of it
             return Self::new(parts);
         }
         let boundary = boundary(self.operator.domain(), parts, self.damaged.clone())?;
@@ -116,13 +116,13 @@ impl Discretisation {
         })
     }
 
-    /// Reference positions of the nodes that this rank has, mm.
+    /// Reference positions of the nodes on this rank, mm.
     pub(crate) fn nodes(&self) -> &[[f64; 3]] {
         self.operator.domain().nodes()
     }
 }
 
-/// The rank of each element.
+/// Returns the rank of each element.
 fn parts_of<const N: usize>(space: &Space<N>, ranks: usize) -> Vec<u32> {
     let centre = |tet: &[u32; N]| -> [f64; 3] {
         let corners = || tet[..4].iter().map(|&n| space.nodes[n as usize]);
@@ -150,7 +150,7 @@ fn boundary(
 }
 
 fn damage_rule(field: &PhaseField, order: Order, mesh: &TetMesh) -> Result<DamageRule, FemError> {
-    // ∫ N_a dV of the vertices of a quadratic element is negative: α = φ would reward damage there
+    // ∫ N_a dV at the vertices of a quadratic element is negative: damage with α = φ would then decrease the energy
     let lumped = order == Order::Quadratic && field.model == CrackDensity::At1;
     let gauss = matches!(field.quadrature, DamageQuadrature::Consistent | DamageQuadrature::Eleven);
     if lumped && gauss {
@@ -166,7 +166,7 @@ fn damage_rule(field: &PhaseField, order: Order, mesh: &TetMesh) -> Result<Damag
         DamageQuadrature::Consistent => DamageRule::Consistent,
         DamageQuadrature::Eleven => DamageRule::Eleven,
         DamageQuadrature::Auto => {
-            // quadratic elements have a node in the middle of each edge
+            // quadratic elements have a node at the midpoint of each edge
             let between_nodes = match order {
                 Order::Linear => mesh.mean_edge(),
                 Order::Quadratic => 0.5 * mesh.mean_edge(),

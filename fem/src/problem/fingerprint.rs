@@ -1,6 +1,6 @@
-//! Numbers that tell contents from others.
+//! Hash values for the comparison of contents.
 
-/// FNV-1a over bytes: enough to notice a damaged file or another test.
+/// FNV-1a hash of bytes, sufficient to detect a damaged file or another problem.
 #[derive(Clone, Copy)]
 pub(crate) struct Fingerprint(u64);
 

@@ -1,4 +1,4 @@
-//! One increment: from one equilibrium to the next.
+//! One increment, from one equilibrium to the next.
 
 use super::controller::Step;
 use super::curve::CurvePoint;

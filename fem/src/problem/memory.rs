@@ -1,4 +1,4 @@
-//! What damage remembers from one increment to the next.
+//! State of irreversible damage, carried from one increment to the next.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,19 +8,19 @@ use crate::material::{CrackDensity, Irreversibility, PhaseField, PointMaterial};
 use crate::operator::{Bounds, Increment, Operator, StepContext};
 use crate::parallel::Part;
 
-/// The state of the irreversibility.
+/// State of irreversible damage.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(from = "Saved", into = "Saved")]
 pub(crate) struct Memory {
-    /// Largest ψ⁺ so far at each elastic point; empty where it is not kept.
+    /// Largest ψ⁺ so far at each elastic quadrature point; empty unless `Irreversibility::History` is used.
     history: Vec<f64>,
     bounds: Option<Bounds>,
-    /// Whether the lower bound follows the damage.
+    /// Whether the lower bound of damage is updated to the damage of each equilibrium.
     ratchet: bool,
 }
 
 impl Memory {
-    /// The memory of an undamaged specimen.
+    /// Creates the state of an undamaged specimen.
     pub(crate) fn new(field: Option<&PhaseField>, operator: &dyn Operator, nodes: usize) -> Self {
         let kept = field.is_some_and(|f| f.irreversibility == Irreversibility::History);
         let ratchet = field.is_some_and(|f| f.irreversibility == Irreversibility::ActiveSet);
@@ -30,7 +30,7 @@ impl Memory {
         Self { history: vec![0.0; points], bounds, ratchet }
     }
 
-    /// An increment that starts from this memory.
+    /// Returns the context of an increment that starts from this state.
     pub(crate) fn context<'a>(
         &'a self,
         damage_before: &'a [f64],
@@ -40,26 +40,26 @@ impl Memory {
         StepContext { history, bounds, ..StepContext::new(damage_before, duration) }
     }
 
-    /// The memory of the whole mesh, from those of all ranks.
+    /// Gathers the state of the whole mesh from all ranks.
     pub(crate) fn gathered(&self, part: &Part) -> Self {
         let Saved { history, lower, ratchet } = self.clone().into();
         let lower = lower.map(|lower| part.gather_nodes(&lower));
         Saved { history: part.gather_tets(&history), lower, ratchet }.into()
     }
 
-    /// What a part of the mesh has of it, with so many points an element.
+    /// Returns the part of the state on this rank. `points` is the number of elastic quadrature points per element.
     pub(crate) fn of_part(self, part: &Part, points: usize) -> Self {
         let Saved { history, lower, ratchet } = self.into();
         let lower = lower.map(|lower| part.pick_nodes(&lower));
         Saved { history: part.pick_tets(&history, points), lower, ratchet }.into()
     }
 
-    /// Whether the lower bounds of an increment are the damage that it begins with.
+    /// Whether the lower bounds of an increment are the damage at its start.
     pub(crate) fn follows(&self) -> bool {
         self.ratchet
     }
 
-    /// Takes an equilibrium into memory.
+    /// Updates the state with an equilibrium.
     pub(crate) fn record(
         &mut self,
         operator: &dyn Operator,
@@ -80,7 +80,7 @@ impl Memory {
     }
 }
 
-/// lower ≤ φ ≤ 1, and no bounds of the displacement.
+/// Returns the bounds lower ≤ φ ≤ 1, without bounds of the displacement.
 fn damage_from(lower: &[f64]) -> Bounds {
     let mut bounds = Bounds::none(lower.len());
     bounds.lower.iter_mut().zip(lower).for_each(|(b, &phi)| b[3] = phi);
@@ -88,7 +88,7 @@ fn damage_from(lower: &[f64]) -> Bounds {
     bounds
 }
 
-/// The memory without what can be told from the rest.
+/// Serialised form of [`Memory`], without data that can be recomputed.
 #[derive(Serialize, Deserialize)]
 struct Saved {
     history: Vec<f64>,

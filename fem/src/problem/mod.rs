@@ -1,5 +1,5 @@
-//! Boundary-value problems, followed through time: conditions and parameters in, curve and fields
-//! out. The unconfined compression test is one of them.
+//! Boundary-value problems in time: from conditions and parameters to the curve and the fields. The unconfined
+//! compression test is one of them.
 
 mod advice;
 mod builder;

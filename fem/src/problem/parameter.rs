@@ -1,36 +1,35 @@
-//! Parameters of the materials that the force is differentiated by.
+//! Material parameters with respect to which the force is differentiated.
 
 use std::convert::Infallible;
 
 use crate::error::FemError;
 use crate::material::{Material, PhaseField};
 
-/// A number of the materials by which the force is differentiated, given by the materials on either
-/// side of its value.
+/// Material parameter for sensitivities of the force, defined by the materials below and above its value.
 ///
-/// It may be any number and stand in any region, in several of them too: a modulus of a law of one's
-/// own as well as a toughness that two regions share. Only the equations at a point are read on either
-/// side, never a run: what they are linear in, as E, Gc and ξ, is differentiated exactly.
+/// The parameter may be any number in any region, or in several regions: e.g. a modulus of a user-defined law, or a
+/// toughness shared by two regions. Only the equations at a quadrature point are differenced, never a whole run; the
+/// derivative is exact for parameters that occur linearly, such as E, Gc and ξ.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MaterialParameter {
-    /// Its name, with its unit: a column of the curve file is `d_force_d_<name>`.
+    /// Name with unit. The column of the curve file is `d_force_d_<name>`.
     pub name: String,
-    /// The materials below its value, by region.
+    /// Materials, by region, for a value below that of the problem.
     pub below: Vec<Material>,
-    /// Those above it.
+    /// Materials, by region, for a value above that of the problem.
     pub above: Vec<Material>,
-    /// The difference of the parameter between them.
+    /// Difference of the parameter between `above` and `below`.
     pub width: f64,
 }
 
-/// Half of the difference between the two sides, relative to the value: what is left out is below
-/// 1e-8 of the derivative, and so is round-off.
+/// Half of the difference between the two sides, relative to the value. Truncation error and rounding error are then
+/// both below 1e-8 of the derivative.
 const REACH: f64 = 1e-4;
 
 impl MaterialParameter {
-    /// A parameter of this value; `materials` gives those of all regions for a value near it.
+    /// Creates a parameter with this value. `materials` returns the materials of all regions for a value near it.
     ///
-    /// At zero the derivative is that from above, for which `materials` is asked for 1e-4.
+    /// If the value is zero, the derivative is one-sided, from above; `materials` is called with 0 and 1e-4.
     pub fn new(
         name: impl Into<String>,
         value: f64,
@@ -40,10 +39,10 @@ impl MaterialParameter {
         parameter
     }
 
-    /// The same where a value may make no material.
+    /// Like [`new`](Self::new), for a function that can fail.
     ///
     /// # Errors
-    /// Those of `materials`.
+    /// Errors of `materials`.
     pub fn try_new<E>(
         name: impl Into<String>,
         value: f64,
@@ -55,7 +54,7 @@ impl MaterialParameter {
         Ok(Self { name: name.into(), below, above, width: high - low })
     }
 
-    /// Refuses what is no neighbourhood of the materials of a problem.
+    /// Checks that the materials of the problem lie between the two sides.
     ///
     /// # Errors
     /// As [`Problem::with_sensitivities`](crate::Problem::with_sensitivities).
@@ -109,7 +108,7 @@ impl MaterialParameter {
     }
 }
 
-/// What can be told of a material by numbers.
+/// Returns the parameters of a material that can be compared as numbers.
 fn numbers(material: &Material) -> [f64; 5] {
     let elasticity = &material.elasticity;
     let [toughness, viscosity, residual] = material

@@ -1,20 +1,20 @@
-//! The equilibria before the last one, and what they foretell: the next increment is started where a cubic
-//! in time through the last four leads.
+//! Extrapolation of past equilibria to the initial guess of the next increment, by a cubic polynomial in time through
+//! the last four equilibria.
 //!
-//! The polynomial is Newton's, whose terms are added as long as they fall. Where they do not, as behind a
-//! jump or a kink, the equilibria are no smooth function of time and a higher order would only swing.
+//! The polynomial has Newton's form, and terms are added as long as they decrease. If they do not decrease, as after
+//! a jump or a kink, the equilibria are not a smooth function of time, and higher orders would oscillate.
 
 use serde::{Deserialize, Serialize};
 
 use crate::fields::Fields;
 
-/// Equilibria beside the last that the polynomial goes through.
+/// Number of earlier equilibria, in addition to the last one, used by the polynomial.
 const MOST: usize = 3;
-/// The most that a term is of the one before it. From 0.3 to 1 iterations differ by less than a tenth; with 1
-/// a jump would be taken for a curve.
+/// Largest allowed ratio of a term to the previous term. Between 0.3 and 1, the number of iterations differs by less
+/// than a tenth; with 1, a jump would be extrapolated as a smooth curve.
 const FALL: f64 = 0.75;
 
-/// Changes of the fields over the last increments, and these increments of the clock; the newest first.
+/// Changes of the fields over the last increments, and the increments of the clock; newest first.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Past {
     changes: Vec<Fields>,
@@ -22,7 +22,7 @@ pub(crate) struct Past {
 }
 
 impl Past {
-    /// Takes up the change over one more increment.
+    /// Adds the change of the fields over an increment of the clock.
     pub(super) fn add(&mut self, change: Fields, step: f64) {
         self.changes.insert(0, change);
         self.steps.insert(0, step);
@@ -30,25 +30,25 @@ impl Past {
         self.steps.truncate(MOST);
     }
 
-    /// The last increment; `None` before the first.
+    /// Returns the last increment of the clock; `None` before the first.
     pub(super) fn step(&self) -> Option<f64> {
         self.steps.first().copied()
     }
 
-    /// The same of other nodes.
+    /// Applies a function to all changes, e.g. to select or gather nodes.
     pub(super) fn map(&self, of: impl Fn(&Fields) -> Fields) -> Self {
         Self { changes: self.changes.iter().map(of).collect(), steps: self.steps.clone() }
     }
 
-    /// Moves the fields, those of the last equilibrium, to where they are `ahead` of it; `size` tells the
-    /// size of displacement and damage in a term.
+    /// Extrapolates `fields`, the last equilibrium, by `ahead` on the clock. `size` returns the norms of displacement
+    /// and damage in a term.
     pub(super) fn continue_by(
         &self,
         ahead: f64,
         fields: &mut Fields,
         size: impl Fn(&Fields) -> [f64; 2],
     ) {
-        // from where the clock has turned on there is no function of time
+        // equilibria before a reversal of the clock are not used
         let onwards = self.steps.iter().take_while(|&step| step * ahead > 0.0).count();
         let steps = &self.steps[..onwards.max(1).min(self.steps.len())];
         let mut last = [f64::INFINITY; 2];
@@ -67,7 +67,7 @@ impl Past {
     }
 }
 
-/// The terms of Newton's polynomial, each as multiples of the changes over these steps.
+/// Returns the terms of Newton's polynomial; each term is given by its coefficients of the changes over `steps`.
 fn terms(steps: &[f64], ahead: f64) -> Vec<Vec<f64>> {
     let slope = |k: usize| (0..steps.len()).map(|j| f64::from(j == k) / steps[k]).collect();
     let mut differences: Vec<Vec<f64>> = (0..steps.len()).map(slope).collect();

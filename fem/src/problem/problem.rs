@@ -19,7 +19,7 @@ use crate::operator::{CellStress, Increment, Operator, StepContext};
 use crate::solve::{Rounding, Solver};
 use fem_mesh::{TetMesh, vtu};
 
-/// A body with materials, conditions on its surfaces and loads, followed through time.
+/// Body with materials, boundary conditions and loads, simulated over time.
 ///
 /// Displacement u and damage φ solve, with τ = g(φ) τ⁺ + τ⁻ and the reference body force b, traction t
 /// and damage source s,
@@ -54,17 +54,17 @@ use fem_mesh::{TetMesh, vtu};
 pub struct Problem {
     pub(super) parts: Definition,
     pub(crate) discretisation: Arc<Discretisation>,
-    /// The materials as the points of a region see them.
+    /// Materials by region, in their form for quadrature points.
     pub(crate) points: Arc<[PointMaterial]>,
-    /// The same on either side of the value of each parameter.
+    /// Materials below and above the value of each parameter.
     pub(super) shifts: Arc<[PointShift]>,
-    /// What rounding leaves of a residual.
+    /// Residuals caused by rounding errors.
     rounding: Rounding,
-    /// The operator of the whole mesh, where this rank has a part of it; made where it is asked for.
+    /// Operator of the whole mesh if this rank has only a part; created on first use.
     whole: OnceLock<Arc<dyn Operator>>,
 }
 
-/// The materials on either side of a parameter's value, as the points of a region see them.
+/// Materials below and above the value of a parameter, in their form for quadrature points.
 #[derive(Debug)]
 pub(super) struct PointShift {
     pub(super) below: Arc<[PointMaterial]>,
@@ -73,7 +73,7 @@ pub(super) struct PointShift {
 }
 
 impl Problem {
-    /// Checks the parts and prepares the unknowns and the structure of the factor.
+    /// Checks the input data and prepares the unknowns and the structure of the factor.
     pub(super) fn new(parts: Definition) -> Result<Self, FemError> {
         parts.validate()?;
         let discretisation = Arc::new(Discretisation::new(&parts)?);
@@ -92,8 +92,8 @@ impl Problem {
         Self { points, shifts, rounding, parts, discretisation, whole: OnceLock::new() }
     }
 
-    /// The same problem with other materials, without parameters to differentiate by; mesh, unknowns
-    /// and the structure of the factor are shared unless a region gains or loses its toughness.
+    /// Returns the same problem with other materials and without sensitivities. Mesh, unknowns and the structure of
+    /// the factor are shared unless a region gains or loses its toughness.
     ///
     /// # Errors
     /// As [`ProblemBuilder::build`](crate::ProblemBuilder::build).
@@ -108,21 +108,20 @@ impl Problem {
         Ok(Self::with(parts, discretisation))
     }
 
-    /// The same problem, whose runs also give the derivatives of the force by parameters of the
-    /// materials along the whole curve; everything else is shared.
+    /// Returns the same problem with sensitivities: its runs also compute the derivatives of the force with respect
+    /// to material parameters, along the whole curve. All other data is shared.
     ///
-    /// Every accepted increment solves one more linear system for each parameter, with the tangent at
-    /// hand; what damage passes on from increment to increment is carried along, and a node that the
-    /// irreversibility holds moves with the bound that holds it. The derivatives are those at fixed
-    /// steps: steps that a controller chooses are taken as they are. Where the equations have a kink
-    /// (tr ε = 0 of a split, a node about to leave its bound) they are those of one side; where the
-    /// tangent is singular they end, see [`Sensitivities`](crate::Sensitivities).
+    /// Every accepted increment solves one additional linear system per parameter, with the tangent of the
+    /// equilibrium. The dependence of damage on earlier increments is included, and a damage value at an active bound
+    /// has the rate of its bound. The derivatives are those at fixed steps: the dependence of adaptive step sizes on
+    /// the parameters is not included. At a kink of the equations (tr ε = 0 of a split, a node about to leave its
+    /// bound) they are one-sided; if the tangent is singular they end, see [`Sensitivities`](crate::Sensitivities).
     ///
     /// # Errors
-    /// [`FemError::Unsupported`] for damage that makes no energy stationary (a history, a hybrid
-    /// split), arc-length steps and platens with friction or drag;
-    /// [`FemError::Parameter`] and others as [`ProblemBuilder::build`](crate::ProblemBuilder::build)
-    /// for materials that are not on either side of those of the problem.
+    /// [`FemError::Unsupported`] for damage that has no energy (a history, a hybrid split), arc-length steps, and
+    /// platens with friction or drag; [`FemError::Parameter`] and others as
+    /// [`ProblemBuilder::build`](crate::ProblemBuilder::build) for parameters whose two sides do not enclose the
+    /// materials of the problem.
     ///
     /// # Example
     /// The force of an elastic body is proportional to its stiffness:
@@ -147,8 +146,7 @@ impl Problem {
         Ok(Self::with(parts, Arc::clone(&self.discretisation)))
     }
 
-    /// The same problem under other conditions; mesh and space are shared, and so is the order of
-    /// elimination.
+    /// Returns the same problem with other conditions. Mesh, space and the order of elimination are shared.
     ///
     /// # Errors
     /// As [`ProblemBuilder::build`](crate::ProblemBuilder::build).
@@ -159,7 +157,7 @@ impl Problem {
         Ok(Self::with(parts, discretisation))
     }
 
-    /// A solver that remembers nothing.
+    /// Creates a solver without data from earlier steps.
     pub(super) fn solver(&self) -> Solver<'_, ExternalForces> {
         let Discretisation { operator, unknowns, linear, boundary, .. } =
             self.discretisation.as_ref();
@@ -176,13 +174,13 @@ impl Problem {
         solver
     }
 
-    /// Puts the prescribed values where they belong at a fraction of the duration.
+    /// Imposes the prescribed values at a fraction of the duration.
     pub(super) fn place(&self, fields: &mut Fields, clock: f64) {
         let time_s = clock * self.parts.schedule.duration_s;
         self.discretisation.boundary.impose(self.discretisation.nodes(), time_s, fields);
     }
 
-    /// ∫ f dV of a function of the fields at each point, by a rule of degree 5.
+    /// Returns ∫ f dV of a function of the fields at each quadrature point, by a rule of degree 5.
     pub fn integrate(&self, fields: &Fields, mut f: impl FnMut(&PointValues) -> f64) -> f64 {
         let mut sum = 0.0;
         let domain = self.whole().domain();
@@ -195,7 +193,7 @@ impl Problem {
         &self.parts.mesh
     }
 
-    /// The time and the steps through it.
+    /// The duration and the steps.
     pub fn schedule(&self) -> &Schedule {
         &self.parts.schedule
     }
@@ -210,7 +208,7 @@ impl Problem {
         self.whole().domain().nodes()
     }
 
-    /// The operator of the whole mesh.
+    /// Returns the operator of the whole mesh.
     fn whole(&self) -> &dyn Operator {
         let own = &self.discretisation.operator;
         if own.part().is_whole() {
@@ -220,14 +218,14 @@ impl Problem {
         self.whole.get_or_init(make).as_ref()
     }
 
-    /// Writes the mesh for ParaView (`.vtu`), quadratic elements as such: at the nodes `displacement_mm` and
-    /// `damage`; of each element its region, its elastic energy over its reference volume
-    /// `energy_density_mpa` (N mm/mm³), and its mean Cauchy stress `stress_mpa` with von Mises' measure
+    /// Writes the mesh for ParaView (`.vtu`), with quadratic cells for quadratic elements. Fields at nodes:
+    /// `displacement_mm` and `damage`. Fields of elements: the region, the elastic energy per reference volume
+    /// `energy_density_mpa` (N mm/mm³), the mean Cauchy stress `stress_mpa` and its von Mises equivalent
     /// `von_mises_mpa`.
     ///
     /// # Errors
-    /// [`FemError::Mesh`] if the fields are those of another problem, turn an element inside out, or the
-    /// file cannot be written.
+    /// [`FemError::Mesh`] if the fields belong to another problem or invert an element, or if the file cannot be
+    /// written.
     pub fn write_vtu(&self, path: impl AsRef<Path>, fields: &Fields) -> Result<(), FemError> {
         let points = [
             vtu::Field::vector("displacement_mm", &fields.displacement),
@@ -253,7 +251,7 @@ impl Problem {
         Ok(())
     }
 
-    /// Stress and energy of each element, for a file.
+    /// Computes stress and energy of each element for a file.
     fn stresses(&self, path: &Path, fields: &Fields) -> Result<Vec<CellStress>, MeshError> {
         let unfit = |message: &str| MeshError::File {
             path: path.into(),
@@ -278,11 +276,11 @@ impl Problem {
         (0..self.mesh().tets.len()).map(nodes_of).collect()
     }
 
-    /// Linear tetrahedra on [`nodes`](Self::nodes) that fill the body: those of the mesh, or eight in a row for
-    /// each quadratic one. For pictures.
+    /// Linear tetrahedra on [`nodes`](Self::nodes) that fill the body, for visualisation: those of the mesh, or eight
+    /// consecutive ones for each quadratic tetrahedron.
     pub fn linear_tets(&self) -> Vec<[u32; 4]> {
-        // corners 0–3, then the middles of the edges 01, 12, 20, 03, 13, 23; the octahedron between them
-        // is cut along the middles of 20 and 13
+        // corners 0–3, then the midpoints of the edges 01, 12, 20, 03, 13, 23; the inner octahedron is cut along the
+        // midpoints of 20 and 13
         const PARTS: [[usize; 4]; 8] = [
             [0, 4, 6, 7],
             [4, 1, 5, 8],
@@ -307,7 +305,7 @@ impl Problem {
         self.discretisation.equations
     }
 
-    /// Entries of the sparse factor; zero where the linear solver is iterative.
+    /// Number of entries of the sparse factor; zero for an iterative linear solver.
     pub fn factor_entries(&self) -> usize {
         self.discretisation.linear.fill()
     }

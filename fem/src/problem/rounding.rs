@@ -1,14 +1,14 @@
-//! What rounding leaves of the residuals of a problem.
+//! Rounding errors of the residuals of a problem.
 
 use super::definition::Definition;
 use crate::element::Order;
 use crate::material::PointMaterial;
 use crate::solve::Rounding;
 
-/// Rounding of a nodal force in units of f64's spacing at 1.
+/// Rounding error of a nodal force in units of `f64::EPSILON`.
 const SAFETY: f64 = 4.0;
 
-/// The residuals that rounding can leave on the mesh of `parts` with these materials by region.
+/// Estimates the residuals caused by rounding errors on the mesh of `parts`, with these materials by region.
 pub(super) fn rounding(parts: &Definition, materials: &[PointMaterial]) -> Rounding {
     let mesh = &parts.mesh;
     let nodes = match parts.order {

@@ -1,4 +1,4 @@
-//! Whole runs, with somebody who follows them.
+//! Complete runs, with an observer.
 
 use std::ops::ControlFlow;
 
@@ -9,14 +9,14 @@ use super::stepper::LoadStepper;
 use crate::error::FemError;
 use crate::fields::Fields;
 
-/// Follows a running test.
+/// Callback that observes a running test.
 ///
-/// `()` is an observer that does nothing; so is every closure of the right type an observer.
+/// `()` is an observer that does nothing; a closure with the signature of [`step`](Self::step) is an observer too.
 pub trait Observer {
     /// Called after each load step; `Break` ends the test with [`End::Interrupted`](crate::End).
     fn step(&mut self, point: &CurvePoint, fields: &Fields) -> ControlFlow<()>;
 
-    /// Called once before the first step when a run goes on from a checkpoint, with the curve so far.
+    /// Called once before the first step if a run resumes from a checkpoint, with the curve so far.
     fn resumed(&mut self, _curve: &[CurvePoint]) {}
 }
 
@@ -33,34 +33,34 @@ impl<F: FnMut(&CurvePoint, &Fields) -> ControlFlow<()>> Observer for F {
 }
 
 impl Problem {
-    /// Begins a run, to be driven step by step on the calling thread.
+    /// Starts a run that the caller advances step by step on the calling thread.
     pub fn start(&self) -> LoadStepper<'_> {
         LoadStepper::new(self)
     }
 
-    /// Like [`start`](Self::start), with the state saved every so many load steps; if there is a
-    /// saved state, the run goes on from there, bit by bit as if it had not stopped.
+    /// Like [`start`](Self::start), but saves the state every `checkpoint.every` load steps. If a saved state exists,
+    /// the run resumes from it, with bitwise the same result as an uninterrupted run.
     ///
-    /// The curve depends on `checkpoint.every` within the solver's tolerance, but not on where the
-    /// run was interrupted. The file stays when the run ends.
+    /// The curve depends on `checkpoint.every` within the solver's tolerance, but not on where the run was
+    /// interrupted. The file is kept when the run ends.
     ///
     /// # Errors
-    /// [`FemError::Checkpoint`] for a file that is damaged or of another problem (of what the
-    /// functions of the [`Conditions`](crate::Conditions) compute, only the description is compared),
-    /// [`FemError::Io`] for one that cannot be read.
+    /// [`FemError::Checkpoint`] for a file that is damaged or belongs to another problem (the functions of the
+    /// [`Conditions`](crate::Conditions) are compared by their description only); [`FemError::Io`] for a file that
+    /// cannot be read.
     pub fn resume(&self, checkpoint: &Checkpoint) -> Result<LoadStepper<'_>, FemError> {
         LoadStepper::resume(self, checkpoint)
     }
 
-    /// Runs to the end, or until the observer breaks.
+    /// Runs to the end, or until the observer returns `Break`.
     pub fn run(&self, observer: &mut dyn Observer) -> Outcome {
         follow(self.start(), observer)
     }
 
-    /// Runs with the state on disk, as [`resume`](Self::resume) does.
+    /// Runs like [`run`](Self::run), with the state saved as by [`resume`](Self::resume).
     ///
     /// # Errors
-    /// As there.
+    /// As [`resume`](Self::resume).
     pub fn run_resumable(
         &self,
         checkpoint: &Checkpoint,
@@ -74,9 +74,9 @@ fn follow(mut run: LoadStepper, observer: &mut dyn Observer) -> Outcome {
     if !run.curve().is_empty() {
         observer.resumed(run.curve());
     }
-    // an error is the end of the run and stands in its outcome
+    // an error ends the run and is part of its outcome
     while let Ok(Some(point)) = run.step() {
-        // one rank that is told to stop stops all
+        // if the observer of one rank stops, all ranks stop
         let stop = observer.step(&point, run.fields()).is_break();
         if run.stops(stop) {
             break;

@@ -1,4 +1,4 @@
-//! The time that a problem covers, and the steps through it.
+//! Duration of a problem, and its steps.
 
 use std::sync::Arc;
 
@@ -8,39 +8,39 @@ use crate::boundary::Conditions;
 use crate::error::FemError;
 use crate::material::{Material, PhaseField};
 
-/// The time that a problem covers and the steps through it.
+/// Duration of a problem, and its steps.
 #[derive(Clone, Debug)]
 pub struct Schedule {
     /// Time at the end, s.
     pub duration_s: f64,
-    /// What decides on the load steps.
+    /// Controller that chooses the load steps.
     pub steps: Arc<dyn StepController>,
-    /// Stop once the force of the curve is this fraction below its peak: 0.1 for 10 %.
+    /// Fraction of the peak force below which the run stops: 0.1 stops at 90 % of the peak.
     pub stop_below_peak: Option<f64>,
 }
 
 impl Schedule {
-    /// Steps over a duration as a controller decides.
+    /// Creates a schedule with the steps of a controller.
     pub fn new(duration_s: f64, steps: impl StepController + 'static) -> Self {
         Self { duration_s, steps: Arc::new(steps), stop_below_peak: None }
     }
 
-    /// So many equal steps over a duration: [`FixedSteps`].
+    /// Creates a schedule with equal steps: [`FixedSteps`].
     pub fn fixed(duration_s: f64, steps: u32) -> Self {
         Self::new(duration_s, FixedSteps(steps))
     }
 
-    /// [`AdaptiveSteps`] over a duration.
+    /// Creates a schedule with [`AdaptiveSteps`].
     pub fn adaptive(duration_s: f64) -> Self {
         Self::new(duration_s, AdaptiveSteps::default())
     }
 
-    /// Stops once the force of the curve is this fraction below its peak.
+    /// Stops the run once the force has fallen below its peak by this fraction.
     pub fn stop_below_peak(self, fraction: f64) -> Self {
         Self { stop_below_peak: Some(fraction), ..self }
     }
 
-    /// Refuses times and steps that no run can take.
+    /// Checks that duration and steps are valid.
     ///
     /// # Errors
     /// [`FemError::Parameter`].
@@ -69,7 +69,7 @@ impl Schedule {
     }
 }
 
-/// Refuses what steps by crack energy cannot follow.
+/// Rejects problems that steps by crack energy do not support.
 pub(super) fn check_crack_energy(
     schedule: &Schedule,
     materials: &[Material],

@@ -1,4 +1,4 @@
-//! The derivatives of the force, from increment to increment.
+//! Derivatives of the force from increment to increment.
 
 use super::state::Derivatives;
 use super::stepper::LoadStepper;
@@ -6,12 +6,12 @@ use crate::fields::Fields;
 use crate::operator::Shift;
 use crate::solve::{Known, Measured, Rates};
 
-/// Earlier equilibria whose rates are kept: with the last one they follow a parabola in time.
+/// Number of earlier equilibria whose rates are stored; together with the last one they allow a parabola in time.
 const EARLIER: usize = 2;
 
 impl LoadStepper<'_> {
-    /// Takes the derivatives from the state to `fields`, the equilibrium that the solver has found at
-    /// `target`; without equilibrium of the rates there are none from here on, and the reason is kept.
+    /// Computes the rates of `fields`, the equilibrium at `target`, from the rates of the current state. If the
+    /// linear systems have no solution, the derivatives end here, and the reason is stored.
     pub(super) fn differentiate(&mut self, fields: &Fields, target: f64) {
         let (problem, state) = (self.problem, &mut self.state);
         if state.derivatives.values.is_empty() {

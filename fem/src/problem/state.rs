@@ -1,4 +1,4 @@
-//! All that a run carries from step to step.
+//! State of a run that is carried from step to step.
 
 use std::collections::BTreeMap;
 
@@ -15,54 +15,54 @@ use crate::material::PhaseField;
 use crate::parallel::Part;
 use crate::solve::{Effort, Scales};
 
-/// The last equilibrium, how the run came there, and what it does next. The clock is the fraction of
-/// the whole duration.
+/// Last equilibrium, history and counters of a run. The clock is the fraction of the total duration.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct RunState {
     pub(crate) curve: Vec<CurvePoint>,
     pub(crate) reactions: BTreeMap<String, Vec<[f64; 3]>>,
     /// The last equilibrium.
     pub(crate) fields: Fields,
-    /// How it came about: for the next guess.
+    /// Changes over earlier increments, for the next initial guess.
     pub(crate) past: Past,
-    /// What acts on its nodes from outside, N and N mm: for the work of the next increment.
+    /// External nodal forces of the last equilibrium, N and N mm, for the work of the next increment.
     pub(crate) forces: Vec<[f64; 4]>,
-    /// Reactions at it, N.
+    /// Reactions of the last equilibrium, N, by surface.
     pub(crate) reaction: BTreeMap<String, [f64; 3]>,
-    /// What damage remembers.
+    /// State of irreversible damage.
     pub(crate) memory: Memory,
-    /// Contact pressures, platen by platen, MPa; empty before the first increment.
+    /// Contact pressures for each platen, MPa; empty before the first increment.
     pub(crate) pressures: Vec<Vec<f64>>,
     pub(crate) point: CurvePoint,
     pub(crate) clock: f64,
-    /// The step that led here, as it was asked for.
+    /// Last successful step, as requested.
     pub(crate) taken: Option<Step>,
     pub(crate) peak: f64,
-    /// The largest scales of residuals so far.
+    /// Largest scales of residuals so far.
     pub(crate) scales: Scales,
     pub(crate) effort: Effort,
     pub(crate) derivatives: Derivatives,
 }
 
-/// The rates of the last equilibrium with the parameters, one after the other.
+/// Rates of the last equilibrium with respect to the parameters, one entry per parameter.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Derivatives {
-    /// Of u_x, u_y, u_z, φ at the nodes.
+    /// Rates of u_x, u_y, u_z, φ at the nodes.
     pub(crate) values: Vec<Vec<[f64; 4]>>,
-    /// The same at the equilibria before it, the last one first: where the next solution starts.
+    /// Rates at earlier equilibria, newest first, as initial search directions of the next solution.
     pub(crate) earlier: Vec<Vec<Vec<[f64; 4]>>>,
-    /// Of the force, N.
+    /// Rates of the force, N.
     pub(crate) force_n: Vec<f64>,
-    /// Of the force at the points of the curve.
+    /// Rates of the force at the points of the curve.
     pub(crate) curve: Vec<Vec<f64>>,
-    /// The adjoint of the force, where the next one starts; empty where there is none.
+    /// Adjoint of the force, as initial guess of the next one; empty if there is none.
     pub(crate) adjoint: Vec<[f64; 4]>,
-    /// Why an equilibrium had none, so that those behind it have none either.
+    /// Reason why the derivatives of an equilibrium could not be computed; there are none for later equilibria
+    /// either.
     pub(crate) lost: Option<String>,
 }
 
 impl RunState {
-    /// The unloaded body.
+    /// Creates the state of the unloaded body.
     pub(crate) fn new(
         domain: &Discretisation,
         phase_field: Option<&PhaseField>,
@@ -81,7 +81,7 @@ impl RunState {
         }
     }
 
-    /// The state of the whole body, from those of all ranks.
+    /// Gathers the state of the whole body from all ranks.
     pub(crate) fn gathered(&self, domain: &Discretisation) -> Self {
         let part = domain.operator.part();
         let contacts = &domain.boundary.contacts;
@@ -100,7 +100,7 @@ impl RunState {
         }
     }
 
-    /// What this rank has of the state of the whole body.
+    /// Returns this rank's part of the state of the whole body.
     pub(crate) fn of_part(self, domain: &Discretisation) -> Self {
         let part = domain.operator.part();
         let fields = |fields: &Fields| Fields {
@@ -124,7 +124,7 @@ impl RunState {
     }
 }
 
-/// The fields of the whole body, from those of all ranks.
+/// Gathers the fields of the whole body from all ranks.
 pub(crate) fn gather_fields(part: &Part, fields: &Fields) -> Fields {
     Fields {
         displacement: part.gather_nodes(&fields.displacement),

@@ -1,4 +1,4 @@
-//! The loop over the load steps, for a user to drive.
+//! Loop over the load steps, advanced by the user.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -14,12 +14,12 @@ use crate::fields::Fields;
 use crate::parallel::{RankLost, Ranks, guarded};
 use crate::solve::{Effort, Solver};
 
-/// Steps tried for one point of the curve, whatever the controller asks for.
+/// Limit of attempted steps for one point of the curve, for any controller.
 const MOST_TRIES: u32 = 10_000;
 
-/// A run in progress, one load step at a time; [`Problem::start`] makes it.
+/// Run in progress, advanced one load step at a time; created by [`Problem::start`].
 ///
-/// A step that finds no equilibrium is cut; a run that cannot go on returns the reason, and
+/// A step without equilibrium is reduced. If the run cannot continue, [`step`](Self::step) returns the error, and
 /// [`finish`](Self::finish) the curve so far.
 ///
 /// # Example
@@ -42,11 +42,11 @@ const MOST_TRIES: u32 = 10_000;
 pub struct LoadStepper<'a> {
     pub(super) problem: &'a Problem,
     pub(super) solver: Solver<'a, ExternalForces>,
-    /// Of several ranks, each has that of its part.
+    /// State of the run; with several ranks, the part of this rank.
     pub(super) state: RunState,
-    /// The fields of the whole body at the last point, where this rank has a part of it.
+    /// Fields of the whole body at the last point, if this rank has only a part of the body.
     whole: Option<Fields>,
-    /// Where the state is kept, with the fingerprint of the problem.
+    /// File for the state, and the fingerprint of the problem.
     checkpoint: Option<(Checkpoint, u64)>,
     end: Option<End>,
 }
@@ -63,7 +63,7 @@ impl fmt::Debug for LoadStepper<'_> {
 }
 
 impl<'a> LoadStepper<'a> {
-    /// A run from the unloaded body.
+    /// Creates a run from the unloaded body.
     pub(super) fn new(problem: &'a Problem) -> Self {
         let field = problem.parts.phase_field.as_ref();
         let state = RunState::new(&problem.discretisation, field, problem.shifts.len());
@@ -72,7 +72,7 @@ impl<'a> LoadStepper<'a> {
         Self { problem, solver: problem.solver(), state, whole, checkpoint: None, end: None }
     }
 
-    /// A run that keeps its state on disk, from what is there.
+    /// Creates a run that saves its state, starting from a saved state if there is one.
     pub(super) fn resume(problem: &'a Problem, checkpoint: &Checkpoint) -> Result<Self, FemError> {
         checkpoint.validate()?;
         let fingerprint = problem.parts.fingerprint();
@@ -94,13 +94,13 @@ impl<'a> LoadStepper<'a> {
         &self.problem.parts.ranks
     }
 
-    /// The error of a run one of whose ranks is gone.
+    /// Returns the error of a run that has lost a rank.
     fn lost(&self, RankLost(rank): RankLost) -> FemError {
         let saved = self.checkpoint.as_ref().map(|(checkpoint, _)| &checkpoint.path);
         FemError::RankLost { rank, checkpoint: saved.filter(|path| path.is_file()).cloned() }
     }
 
-    /// Whether one of the ranks is to stop here.
+    /// Whether any rank stops here; `own` is the decision of this rank.
     pub(super) fn stops(&mut self, own: bool) -> bool {
         match guarded(|| self.ranks().any(own)) {
             Ok(stop) => stop,
@@ -114,9 +114,8 @@ impl<'a> LoadStepper<'a> {
     /// Takes the next load step; `None` once the run has ended.
     ///
     /// # Errors
-    /// [`FemError::NotConverged`] if there is no equilibrium even after the least step,
-    /// [`FemError::Io`] if the state cannot be saved, and [`FemError::RankLost`] if another rank is gone. The
-    /// run has then ended.
+    /// [`FemError::NotConverged`] if there is no equilibrium even after the smallest step, [`FemError::Io`] if the
+    /// state cannot be saved, and [`FemError::RankLost`] if another rank has ended. The run has then ended.
     pub fn step(&mut self) -> Result<Option<CurvePoint>, FemError> {
         if self.end.is_some() {
             return Ok(None);
@@ -131,17 +130,17 @@ impl<'a> LoadStepper<'a> {
         point.map(Some)
     }
 
-    /// The fields of the whole body at the last point, at rest before the first.
+    /// Fields of the whole body at the last point; zero before the first.
     pub fn fields(&self) -> &Fields {
         self.whole.as_ref().unwrap_or(&self.state.fields)
     }
 
-    /// The points so far, those before a continuation included.
+    /// Points of the curve so far, including those before a resumption.
     pub fn curve(&self) -> &[CurvePoint] {
         &self.state.curve
     }
 
-    /// The derivatives of the force at the points so far.
+    /// Derivatives of the force at the points so far.
     pub fn sensitivities(&self) -> Sensitivities {
         let names = self.problem.parts.parameters.iter().map(|p| p.name.clone()).collect();
         let Derivatives { curve, lost, .. } = &self.state.derivatives;
@@ -153,16 +152,16 @@ impl<'a> LoadStepper<'a> {
         self.solver.effort
     }
 
-    /// Where linear systems are solved, in words: a device by its name, or the processor.
+    /// Hardware that solves the linear systems, as text: name of a device, or the processor.
     pub fn machine(&self) -> String {
         self.solver.machine()
     }
 
-    /// What the run has yielded; a run that had not ended yet is [`End::Interrupted`].
+    /// Returns the results of the run. A run that has not ended yet is reported as [`End::Interrupted`].
     pub fn finish(self) -> Outcome {
         let boundary = &self.problem.discretisation.boundary;
         let points = || self.solver.external.contact_points(boundary, &self.state.fields);
-        // without one of the ranks there are none
+        // contact points cannot be gathered if a rank is lost
         let contact = match &self.end {
             Some(End::Failed(FemError::RankLost { .. })) => BTreeMap::new(),
             _ => guarded(points).unwrap_or_default(),
@@ -176,7 +175,7 @@ impl<'a> LoadStepper<'a> {
         Outcome { curve, sensitivities, end, fields, reactions, contact, effort, machine }
     }
 
-    /// Steps up to the next point of the curve.
+    /// Takes steps up to the next point of the curve.
     fn next_point(&mut self) -> Result<CurvePoint, FemError> {
         let controller = &self.problem.parts.schedule.steps;
         let marks = controller.marks();
@@ -188,7 +187,7 @@ impl<'a> LoadStepper<'a> {
             let Some(step) = controller.next(&self.progress(failed)) else { break };
             step.validate(controller.controls_crack_energy())?;
             self.solver.effort.cuts += u32::from(failed.is_some());
-            // no sliver of a step before the mark
+            // extend the step to the mark if the rest would be less than 1 % of the step
             let reaches = passed + 1.01 * step.fraction() >= mark;
             let target = if reaches { mark } else { passed + step.fraction() };
             let before = self.solver.effort;
@@ -216,7 +215,7 @@ impl<'a> LoadStepper<'a> {
         Progress { passed: *clock, curve, taken: *taken, moved, failed }
     }
 
-    /// Puts the state on the curve, notes the end, if it is one, and saves.
+    /// Adds the state to the curve, checks whether the run has ended, and saves.
     fn record(&mut self) -> Result<CurvePoint, FemError> {
         if let Some(whole) = &mut self.whole {
             *whole = gather_fields(self.problem.discretisation.operator.part(), &self.state.fields);
@@ -231,9 +230,9 @@ impl<'a> LoadStepper<'a> {
         for (surface, &force) in &state.reaction {
             state.reactions.entry(surface.clone()).or_default().push(force);
         }
-        // of the force's size: a body that is pulled has a negative one
+        // absolute value, because the force of a body in tension is negative
         state.peak = state.peak.max(point.force_n.abs());
-        // counted anew for the next point
+        // the counters restart for the next point
         (state.point.newton, state.point.linear) = (0, 0);
         let below = |fraction| point.force_n.abs() < (1.0 - fraction) * state.peak;
         if self.problem.parts.schedule.stop_below_peak.is_some_and(below) {
@@ -246,8 +245,8 @@ impl<'a> LoadStepper<'a> {
         Ok(point)
     }
 
-    /// Saves the state where that is due, and forgets what the solver keeps from step to step: so the
-    /// same steps follow whether or not the run goes on from here.
+    /// Saves the state when due, and discards the data that the solver reuses from step to step. An uninterrupted run
+    /// and a resumed run therefore take the same steps.
     fn save(&mut self) -> Result<(), FemError> {
         let Some((checkpoint, fingerprint)) = &self.checkpoint else { return Ok(()) };
         if self.state.curve.len().is_multiple_of(checkpoint.every as usize) {

@@ -1,59 +1,57 @@
-//! The step controllers that come with the crate.
+//! Step controllers of the crate.
 
 use super::controller::{Progress, Step, StepController};
 use crate::error::FemError;
 
-/// A step that converges lets the next one grow by this factor.
+/// Growth factor of the step after a converged step.
 const GROWTH: f64 = 1.5;
-/// A step that does not is cut by this one.
+/// Reduction factor of the step after a failed step.
 const CUT: f64 = 0.5;
-/// Least step, as a fraction of the duration.
+/// Smallest step, as a fraction of the duration.
 const LEAST: f64 = 1e-6;
-/// A step of the ends that fails or releases too much is cut so far before the release leads.
+/// A platen step that fails or releases too much is reduced by at most this factor; after that, the release is
+/// prescribed.
 const CUTS: f64 = 64.0;
-/// Least release of a step, as a fraction of the one asked for.
+/// Smallest release of a step, as a fraction of the requested release.
 const LEAST_RELEASE: f64 = 1e-4;
 
-/// So many equal steps; one that finds no equilibrium is done in parts, and the curve keeps the
-/// points asked for.
+/// Equal steps. A step without equilibrium is divided, and the curve contains only the requested points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FixedSteps(
-    /// How many.
+    /// Number of steps.
     pub u32,
 );
 
-/// Steps that grow while they converge and are cut where they do not, as fractions of the whole
-/// duration.
+/// Steps that grow after convergence and are reduced after a failure, as fractions of the total duration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AdaptiveSteps {
-    /// First step.
+    /// First step, as a fraction of the duration.
     pub first: f64,
-    /// Largest step: it bounds the error in time.
+    /// Largest step, as a fraction of the duration; limits the error in time.
     pub largest: f64,
 }
 
-/// Follows the equilibrium through a snap-back of rate-independent damage: where a step of the
-/// platen would release too much, the platen moves, back if need be, by what releases so much.
+/// Follows the equilibrium through a snap-back of rate-independent damage. If a step of the platen would release too
+/// much crack energy, the release is prescribed instead and the platen moves as needed, also backwards.
 ///
-/// The time follows the displacement and turns back with it. It needs a phase field that makes
-/// an energy stationary, no viscosity, and `stop_below_peak`, since the platen may never reach
-/// the full displacement.
+/// Time follows the displacement, also backwards. Requires a phase field with an energy, no viscosity, and
+/// `stop_below_peak`, because the platen may never reach the full displacement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ArcLength {
     /// Largest step of the platen, as a fraction of the full displacement.
     pub step: f64,
-    /// Crack energy that a step may add, N mm.
+    /// Largest increase of the crack energy in a step, N mm.
     pub release_n_mm: f64,
 }
 
 impl Default for AdaptiveSteps {
-    /// Between a hundredth and a fortieth of the duration.
+    /// First step of a hundredth, largest step of a fortieth of the duration.
     fn default() -> Self {
         Self { first: 0.01, largest: 0.025 }
     }
 }
 
-/// Grows after an equilibrium, up to `largest`, and is cut after a failure.
+/// Returns a step that grows after an equilibrium, up to `largest`, and is reduced after a failure.
 fn adapt(run: &Progress, first: f64, largest: f64) -> Option<Step> {
     let fraction = match (run.failed, run.taken) {
         (Some(failed), _) if failed.fraction() <= LEAST => return None,
@@ -118,7 +116,7 @@ impl StepController for ArcLength {
         let release = |n_mm: f64| {
             let guess = match run.taken {
                 Some(Step::Release { n_mm: last, .. }) => n_mm / last * run.moved,
-                // past the last elastic state, so that some damage is free to grow
+                // slightly past the last elastic state, so that some damage can grow
                 _ => largest / CUTS,
             };
             Some(Step::Release { n_mm, guess })
@@ -128,7 +126,7 @@ impl StepController for ArcLength {
             (Some(Step::Release { n_mm, .. }), _) => release(CUT * n_mm),
             (Some(step), _) if step.fraction() > largest / CUTS => within(CUT * step.fraction()),
             (Some(_), _) => release(most_n_mm),
-            // nearly elastic again: the ends lead
+            // nearly elastic again: prescribe the position of the ends
             (None, Some(Step::Release { .. })) if run.moved > largest => within(largest),
             (None, Some(Step::Release { n_mm, .. })) => release(most_n_mm.min(GROWTH * n_mm)),
             (None, Some(step)) => within(largest.min(GROWTH * step.fraction())),

@@ -1,26 +1,26 @@
-//! Faults of a problem that do not stop a run but spoil its result.
+//! Properties of a problem that do not stop a run but make its result inaccurate.
 
 use super::definition::Definition;
 use super::problem::Problem;
 use crate::element::Order;
 
-/// A property of a problem that makes its result wrong without an error.
+/// Property of a problem that makes its result wrong without an error.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ProblemWarning {
-    /// Linear elements cannot change their shape at a fixed volume.
+    /// Volumetric locking: linear elements cannot change their shape at constant volume.
     #[error(
         "forces may come out too large: linear tetrahedra lock where a material is nearly incompressible, and \
          region '{region}' has a Poisson's ratio of {poisson} (a block glued at its ends, six elements high, is too \
          stiff by 12 % at 0.45, 45 % at 0.49 and 240 % at 0.499); take quadratic elements"
     )]
     VolumetricLocking {
-        /// The region.
+        /// Name of the region.
         region: String,
-        /// Its Poisson's ratio at small strain.
+        /// Poisson's ratio of the region at small strain.
         poisson: f64,
     },
-    /// Linear elements resist bending by shear.
+    /// Shear locking: linear elements are too stiff in bending.
     #[error(
         "bending may come out many times too stiff: linear tetrahedra lock in a slender body, and this one is \
          only {across:.1} edges of its mesh thick ({thickness_mm:.3} mm) at a size of {size_mm:.3} mm; take \
@@ -29,12 +29,12 @@ pub enum ProblemWarning {
     BendingLocking {
         /// Mean thickness of the body, mm.
         thickness_mm: f64,
-        /// Its largest extent, mm.
+        /// Largest extent of the body, mm.
         size_mm: f64,
-        /// The thickness over the mean edge of its elements.
+        /// Thickness divided by the mean edge length of the elements.
         across: f64,
     },
-    /// Parts of the mesh that have no face in common.
+    /// Some parts of the mesh have no common face.
     #[error(
         "the mesh falls into {parts} parts that are joined only by an edge or a node, as by a hinge (one of them \
          has tetrahedron {tet}): they turn freely about each other; make them share faces, or remove the small ones"
@@ -47,17 +47,18 @@ pub enum ProblemWarning {
     },
 }
 
-/// Poisson's ratio from which linear elements are said to lock.
+/// Smallest Poisson's ratio for which a warning about volumetric locking is given.
 const INCOMPRESSIBLE: f64 = 0.45;
-/// The largest extent over the mean thickness from which a body is slender.
+/// Smallest ratio of extent to mean thickness for which a body counts as slender.
 const SLENDER: f64 = 15.0;
-/// Edges across the thickness below which a slender body of linear elements is too stiff: a square bar of ten cubes
-/// across has 3.8 and bends by 3 % too little, one of four cubes has 1.5 and bends by 17 % too little.
+/// Number of edges across the thickness below which a slender body of linear elements is too stiff. A square bar with
+/// ten cubes across has 3.8 edges and bends by 3 % too little; a bar with four cubes across has 1.5 and bends by 17 %
+/// too little.
 const ACROSS: f64 = 3.5;
 
 impl Problem {
-    /// What would make the result of this problem wrong without an error: elements that lock, and parts of the body
-    /// that hang together by an edge or a node alone.
+    /// Returns the properties that make the result of this problem wrong without an error: locking elements, and
+    /// parts of the body that are joined only by an edge or a node.
     ///
     /// # Example
     /// ```
@@ -87,7 +88,7 @@ impl Problem {
     }
 }
 
-/// The region that is nearest to being incompressible, if it is near.
+/// Warns about the region with the largest Poisson's ratio, if it is nearly incompressible.
 fn volumetric_locking(parts: &Definition) -> Option<ProblemWarning> {
     let poisson = |k: usize| parts.materials[k].elasticity.poisson();
     let region = (0..parts.materials.len()).max_by(|&a, &b| poisson(a).total_cmp(&poisson(b)))?;
@@ -97,7 +98,8 @@ fn volumetric_locking(parts: &Definition) -> Option<ProblemWarning> {
     })
 }
 
-/// The thickness is twice the volume over the surface, which is that of a plate and half that of a square bar.
+/// Warns about a slender body. The thickness is twice the volume divided by the surface area: exact for a plate, half
+/// the thickness of a square bar.
 fn bending_locking(parts: &Definition) -> Option<ProblemWarning> {
     let mesh = &parts.mesh;
     let thickness_mm = 2.0 * mesh.volume() / mesh.boundary_area();

@@ -1,11 +1,11 @@
 //! Alternate minimisation: displacement at fixed damage, then damage at fixed displacement.
 //!
-//! Each of the two problems is (nearly) convex although their sum is not, so this converges where
-//! Newton on both fields fails, if slowly; Newton finishes once it is close.
+//! Each of the two problems is (nearly) convex although the joint problem is not. Alternation therefore converges
+//! where Newton on both fields fails, although slowly; close to the solution, Newton on both fields finishes.
 //!
-//! While a crack runs, each turn advances it by a part of an element: the turns do not contract, so
-//! that there is nothing to extrapolate (Anderson's acceleration ends in other states), but damage
-//! may go further than its equilibrium, as in successive over-relaxation.
+//! While a crack grows, each alternation advances it by a fraction of an element. The alternations do not contract,
+//! so extrapolation is not possible (Anderson acceleration converges to other states). Damage is over-relaxed
+//! instead, as in successive over-relaxation.
 //!
 //! Reference: Farrell & Maurini, Int. J. Numer. Meth. Engng 109 (2017) 648, doi:10.1002/nme.5300.
 
@@ -17,13 +17,16 @@ use crate::error::StepFailure;
 use crate::fields::Fields;
 use crate::operator::StepContext;
 
-/// Alternations between two tries to finish with Newton.
+/// Number of alternations between two attempts to finish with Newton on both fields.
 const BETWEEN_FINISHES: u32 = 8;
-/// How far below the tolerance each field is solved at the end, so that the other's residual decides.
+/// Residual to which each field is solved at the end, as a fraction of the tolerance. The residual caused by the
+/// other field then decides convergence.
 const MARGIN: f64 = 0.1;
-/// How far below the residual of both fields each is solved before: more would be undone by the other.
+/// Residual to which each field is solved before the end, as a fraction of the largest residual. A smaller residual
+/// would be undone by the solution of the other field.
 const ENOUGH: f64 = 0.3;
-/// Turns after which the change of damage is stretched, and by how much.
+/// `PATIENCE`: number of alternations before over-relaxation of the damage begins. `RELAXATION`: factor of the change
+/// of damage.
 const PATIENCE: u32 = 4;
 const RELAXATION: f64 = 1.8;
 

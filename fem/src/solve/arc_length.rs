@@ -1,12 +1,11 @@
-//! Newton on both fields and on the position of the platen, at a prescribed growth of the crack
-//! energy.
+//! Newton on both fields and on the position of the platen, with a prescribed increase of the crack energy.
 //!
-//! Rate-independent damage can snap back: at a given displacement there is then no equilibrium near
-//! the last one, but at a given crack energy there is. The constraint E_frac(φ) = E is bordered onto
-//! the system, which one factor solves for two right-hand sides.
+//! Rate-independent damage can snap back: no equilibrium near the last one exists at the given displacement, but one
+//! exists at a given crack energy. The constraint E_frac(φ) = E borders the system; one factor solves it for two
+//! right-hand sides.
 //!
-//! Reference: Verhoosel, Remmers & Gutiérrez, Int. J. Numer. Meth. Engng 77 (2009) 1290,
-//! doi:10.1002/nme.2447, with the crack energy itself in place of the dissipation by a secant.
+//! Reference: Verhoosel, Remmers & Gutiérrez, Int. J. Numer. Meth. Engng 77 (2009) 1290, doi:10.1002/nme.2447. Here
+//! the crack energy itself replaces the secant approximation of the dissipation.
 
 use super::external::External;
 use super::linear::Nodal;
@@ -16,18 +15,18 @@ use crate::error::StepFailure;
 use crate::fields::Fields;
 use crate::operator::{Increment, Residual, StepContext};
 
-/// Fraction of its residual that a linear solution may leave: the border multiplies what is left.
+/// Relative residual of the linear solutions. It is small because the bordering multiplies the error of a solution.
 const LINEAR_TOLERANCE: f64 = 1e-8;
 
-/// How the constraint moves the boundary.
+/// Constraint on the crack energy, and its control of the boundary displacement.
 pub(crate) struct Control<'a> {
-    /// Puts the prescribed values where they belong at a position.
+    /// Imposes the prescribed values of a position of the ends.
     pub(crate) place: &'a dyn Fn(&mut Fields, f64),
-    /// Difference of positions for the derivative of the residual.
+    /// Finite-difference step in position, for the derivative of the residual.
     pub(crate) nudge: f64,
     /// The crack energy to reach, N mm.
     pub(crate) fracture: f64,
-    /// How much of it is new, N mm.
+    /// Increase of the crack energy in this increment, N mm.
     pub(crate) release: f64,
 }
 
@@ -81,7 +80,7 @@ impl<E: External> Solver<'_, E> {
         Err(StepFailure::TooManyIterations)
     }
 
-    /// ∂E_frac/∂φ · x: without viscosity the residual of the damage less its drive.
+    /// Returns ∂E_frac/∂φ · x. Without viscosity, ∂E_frac/∂φ is the damage residual minus the driving force.
     fn growth(&self, x: &[Nodal]) -> f64 {
         let slope = self.residual.nodal.iter().zip(&self.residual.drive).map(|(r, d)| r[3] - d);
         let terms: Vec<f64> = slope.zip(x).map(|(s, x)| s * x[3]).collect();

@@ -1,9 +1,9 @@
 //! Passes over the contact pressures of an increment.
 //!
-//! A pass solves for the fields at given pressures and then gives the pressures the values that the gaps ask for. The
-//! change of the contact forces is what the equilibrium with consistent pressures still lacks, so that it is held to the
-//! same tolerance as the residual. It can fall no lower than what the solution before it has left: each solution is
-//! a tenth as exact as the change before, and the last one a tenth as the tolerance.
+//! A pass solves for the fields at given pressures and then updates the pressures from the gaps. The change of the
+//! contact forces measures the distance to an equilibrium with consistent pressures, so it has the same tolerance as
+//! the residual. The change cannot fall below the error of the previous solution: the tolerance of each solution is a
+//! tenth of the previous change, and that of the last solution is a tenth of the final tolerance.
 
 use super::external::External;
 use super::newton::Solver;
@@ -12,17 +12,18 @@ use crate::fields::Fields;
 use crate::operator::StepContext;
 
 const PASSES: u32 = 60;
-/// Residual of a solution over the change of the contact forces that came before it, or over the one that ends the
-/// passes.
+/// Tolerance of a solution, as a fraction of the previous change of the contact forces; for the last solution, as a
+/// fraction of the final tolerance.
 const MARGIN: f64 = 0.1;
 /// Residual of the first solution, relative to the reactions.
 const FIRST: f64 = 1e-3;
-/// Slip velocities, as multiples of the one asked for, by which friction sets in where it would not at
-/// once: the sharper the change from stick to slip, the nearer must Newton's method start.
+/// Slip velocities, as multiples of the specified one, that are used sequentially if the increment fails with the
+/// specified one. The sharper the transition from stick to slip, the closer to the solution must Newton's method
+/// start.
 const ONSET: [f64; 3] = [100.0, 10.0, 1.0];
 
 impl<E: External> Solver<'_, E> {
-    /// Solves one increment with its contact; returns the iterations it took.
+    /// Solves one increment with contact. Returns the number of iterations.
     pub(crate) fn equilibrium(
         &mut self,
         fields: &mut Fields,
@@ -46,7 +47,7 @@ impl<E: External> Solver<'_, E> {
         Ok(iterations)
     }
 
-    /// Passes over the pressures until they agree with the gaps.
+    /// Repeats passes over the pressures until the pressures are consistent with the gaps.
     fn settle(&mut self, fields: &mut Fields, context: StepContext) -> Result<u32, StepFailure> {
         if !self.external.has_contact() {
             return self.solve(fields, context);

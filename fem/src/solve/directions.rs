@@ -271,7 +271,7 @@ fn products(
     sums
 }
 
-/// x ← x − Σ c v on the nodes from `first` on, four vectors at a time.
+/// x ← x − Σ c v on the nodes that start at `first`, four vectors at a time.
 fn subtract(vectors: &[Vec<Nodal>], first: usize, coefficients: &[f64], x: &mut [Nodal]) {
     for (part, x) in x.chunks_mut(PART).enumerate() {
         let range = first + part * PART..first + part * PART + x.len();

@@ -1,38 +1,39 @@
-//! What a solver needs to know of the forces from outside.
+//! Interface of the external forces (loads and contact) for the solver.
 
 use crate::fields::Fields;
 use crate::operator::{NodeBlock, Residual};
 
-/// Loads and contact at the end of an increment; clones share nothing.
+/// Loads and contact at the end of an increment. Clones share no data.
 pub(crate) trait External: Clone + Default {
-    /// Turns a residual of stresses alone into that of the body with what acts on it.
+    /// Subtracts the external forces from a residual that contains only forces of the stress.
     fn subtract(&self, fields: &Fields, residual: &mut Residual);
 
-    /// What contact adds to the tangent.
+    /// Returns the contributions of contact to the tangent.
     fn tangent(&self, fields: &Fields) -> Vec<NodeBlock>;
 
-    /// Whether there are contact pressures, to be found by passes.
+    /// Whether there are contact pressures, which are determined by augmentation passes.
     fn has_contact(&self) -> bool;
 
-    /// Whether friction resists sliding somewhere.
+    /// Whether there is a contact with friction.
     fn has_friction(&self) -> bool;
 
-    /// A pass: the contact pressures take the values that the gaps ask for; the square of the change of
+    /// Makes one augmentation pass: updates the contact pressures from the gaps. Returns the square of the change of
     /// the contact forces, N².
     fn augment(&mut self, fields: &Fields) -> f64;
 
-    /// What contact without friction lacks where the rates of its gaps are not zero: the forces of the
-    /// pressures that those of the displacement in `rates` ask for, −γ A (n·du/dθ) n, N.
+    /// Returns the change of the contact forces that keeps the gaps of contact without friction closed for the
+    /// displacement rates du/dθ in `rates`: −γ A (n·du/dθ) n, N, for each node.
     fn follow(&self, fields: &Fields, rates: &[[f64; 4]]) -> Vec<(u32, [f64; 3])>;
 
-    /// What rounding leaves of contact forces: for each mm of displacement, N/mm, and beside that, N.
+    /// Returns the rounding error of contact forces: per mm of displacement, N/mm, and independent of displacement,
+    /// N.
     fn rounding(&self) -> [f64; 2];
 
-    /// Lets friction fade below a multiple of its slip velocity.
+    /// Multiplies the slip velocity below which friction fades out by `factor`.
     fn blunt(&mut self, factor: f64);
 }
 
-/// Nothing acts from outside.
+/// No external forces.
 #[cfg(test)]
 impl External for () {
     fn subtract(&self, _: &Fields, _: &mut Residual) {}

@@ -1,4 +1,4 @@
-//! An increment by the scheme that is asked for, and by others where that finds no equilibrium.
+//! Solution of an increment by the selected scheme, and by fallback schemes if no equilibrium is found.
 
 use super::external::External;
 use super::newton::Solver;
@@ -8,7 +8,7 @@ use crate::fields::Fields;
 use crate::operator::StepContext;
 
 impl<E: External> Solver<'_, E> {
-    /// Solves one increment from the guess in `fields`; returns the iterations it took.
+    /// Solves one increment from the guess in `fields`. Returns the number of iterations.
     ///
     /// After a failure `fields` is not in equilibrium.
     pub(crate) fn solve(
@@ -23,7 +23,7 @@ impl<E: External> Solver<'_, E> {
         Ok(self.effort.iterations - start)
     }
 
-    /// Both fields by the scheme that is asked for.
+    /// Solves for both fields by the selected scheme, without fallback.
     pub(super) fn solve_at_once(
         &mut self,
         fields: &mut Fields,
@@ -35,7 +35,7 @@ impl<E: External> Solver<'_, E> {
         }
     }
 
-    /// Both fields by what is slower and sturdier than the scheme that has failed.
+    /// Solves for both fields by slower, more robust schemes after the selected scheme has failed.
     fn fall_back(
         &mut self,
         guess: &Fields,

@@ -1,10 +1,10 @@
-//! Damage without viscosity that runs on by itself: the increment is followed in a time of its own.
+//! Pseudo-time flow of damage without viscosity, for increments in which a crack grows unstably.
 //!
-//! Past a limit point the next equilibrium is far from the last one, and neither Newton's method nor alternate
-//! minimisation finds a way there. Damage resisted by its rate, κ (φ − φ_k), does: each step of this flow is an implicit
-//! Euler step down the energy, which Newton's method takes as it takes those of viscous damage. The resistance
-//! κ falls as damage comes to rest, and the equilibrium at the end is one without it: the one that
-//! damage of vanishing viscosity comes to.
+//! Past a limit point, the next equilibrium is far from the last one, and neither Newton's method nor alternate
+//! minimisation reaches it. A flow with the artificial resistance κ (φ − φ_k) does: each step of the flow is an
+//! implicit Euler step that decreases the energy, and Newton's method solves it like a step of viscous damage. The
+//! resistance κ is reduced as the changes of damage become small, and the final equilibrium is computed without
+//! resistance. It is the equilibrium that damage with vanishing viscosity reaches.
 //!
 //! Reference: Kelley & Keyes, SIAM J. Numer. Anal. 35 (1998) 508, doi:10.1137/S0036142996304796 (pseudo-transient
 //! continuation); Knees, Rossi & Zanini, Math. Models Methods Appl. Sci. 23 (2013) 565,
@@ -16,26 +16,27 @@ use crate::error::StepFailure;
 use crate::fields::Fields;
 use crate::operator::StepContext;
 
-/// The first resistance, and the largest that is tried, over Gc/(c₀ ℓ₀).
+/// Initial (`FIRST`) and largest (`LARGEST`) resistance κ, in units of Gc/(c₀ ℓ₀).
 const FIRST: f64 = 10.0;
 const LARGEST: f64 = 1e7;
-/// Steps of the flow.
+/// Limit of steps of the flow.
 const STEPS: u32 = 400;
-/// Growth of damage in a step below which the resistance falls, and the growth of which a step may be the last one.
+/// `SLOW`: the resistance is reduced after a step whose largest increase of damage is below this value. `NEAR`: the
+/// final equilibrium is attempted after a step whose largest increase is below this value.
 const SLOW: f64 = 0.2;
 const NEAR: f64 = 0.02;
-/// Factors of the resistance after a slow step and after one without equilibrium.
+/// Factors of the resistance: `FASTER` after a step with a small change, `SLOWER` after a step without equilibrium.
 const FASTER: f64 = 1.0 / 3.0;
 const SLOWER: f64 = 4.0;
 
 impl<E: External> Solver<'_, E> {
-    /// Whether damage is there and nothing resists its rate.
+    /// Whether there is damage and no material has viscosity.
     pub(super) fn is_rate_independent(&self) -> bool {
         let mut damaged = self.materials.iter().filter_map(|m| m.damage.as_ref()).peekable();
         damaged.peek().is_some() && damaged.all(|d| d.viscosity == 0.0)
     }
 
-    /// Follows the flow from the damage at the start of the increment to an equilibrium.
+    /// Follows the flow from the damage at the start of the increment to an equilibrium without resistance.
     pub(super) fn flow(
         &mut self,
         fields: &mut Fields,
@@ -73,7 +74,7 @@ impl<E: External> Solver<'_, E> {
         Err(StepFailure::TooManyIterations)
     }
 
-    /// The largest difference between two fields of damage.
+    /// Returns the largest difference between two damage fields, over all ranks.
     fn distance(&self, a: &[f64], b: &[f64]) -> f64 {
         let mut largest = [a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)];
         self.operator.part().ranks().max(&mut largest);

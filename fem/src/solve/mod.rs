@@ -1,4 +1,5 @@
-//! Newton, alternate minimisation, arc length, bounds, rates with parameters, and linear solvers.
+//! Nonlinear and linear solvers: Newton, alternate minimisation, arc length, bounds, and derivatives with respect to
+//! parameters.
 
 mod alternate;
 mod arc_length;

@@ -1,7 +1,7 @@
 //! Newton's method with line search, for both fields together or for one of them.
 //!
-//! A linearisation is kept, across increments too, as long as the residual falls to a tenth with it:
-//! to assemble another costs more than such a solve.
+//! A linearisation is reused, also in later increments, while each solve reduces the residual at least to a tenth:
+//! assembling and factorising a new one costs more than an additional solve.
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -30,15 +30,16 @@ pub struct Effort {
     pub linear: u32,
     /// Factorisations, or hierarchies of the iterative solver.
     pub factorisations: u32,
-    /// Increments that alternate minimisation, a flow of damage, or friction that sets in by degrees had to solve.
+    /// Increments that were solved by alternate minimisation, by a flow of damage, or with friction that is applied
+    /// gradually.
     pub fallbacks: u32,
-    /// Load steps that were cut.
+    /// Load steps that were reduced.
     pub cuts: u32,
-    /// Iterations of the solution after which multigrid gave way to a sparse factor; 0 where it did not.
+    /// Iterations of the solution after which a sparse factor replaced multigrid; 0 if multigrid was not replaced.
     pub slow_solution: u32,
 }
 
-/// What the factor at hand belongs to.
+/// Validity of the current factor: none, factor of an earlier iterate, or factor of the current iterate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Linearisation {
     Absent,
@@ -52,25 +53,26 @@ pub(crate) struct Solver<'a, E> {
     pub(super) materials: &'a [PointMaterial],
     pub(super) options: SolverOptions,
     pub(crate) effort: Effort,
-    /// The last relative residual.
+    /// Most recent relative residual.
     pub(crate) relative: f64,
-    /// The largest scales of the equilibria so far.
+    /// Largest scales of all equilibria so far.
     pub(crate) scales: Scales,
-    /// The scales at the fields evaluated last, as they are and beside the largest ones so far.
+    /// Scales at the fields evaluated last: `reached` without, and `beside` with the lower limit of the largest
+    /// scales so far.
     reached: Scales,
     beside: Scales,
-    /// What rounding leaves of a residual.
+    /// Residuals caused by rounding errors.
     rounding: Rounding,
-    /// Loads and contact of the increment at hand.
+    /// Loads and contact of the current increment.
     pub(crate) external: E,
     /// Residual and energies at the last fields that were accepted.
     pub(crate) residual: Residual,
     pub(super) linear: Box<dyn LinearSolver + 'a>,
-    /// The values that are not prescribed.
+    /// Values that are not prescribed.
     pub(super) unknown: Vec<[bool; 4]>,
-    /// Those that no bound holds, at the fields evaluated last.
+    /// Unknown values that are not at an active bound, for the fields evaluated last.
     pub(super) free: Vec<[bool; 4]>,
-    /// Those that the tangent at hand takes as free.
+    /// Values that are free in the current tangent.
     linearised: Vec<[bool; 4]>,
     factor: Linearisation,
     coupling: Coupling,
@@ -78,14 +80,14 @@ pub(crate) struct Solver<'a, E> {
     trial: Fields,
 }
 
-/// A linearisation is kept while each solve with it leaves at most this fraction of the residual.
+/// A linearisation is reused while each solve reduces the residual to at most this fraction.
 const KEEP: f64 = 0.1;
 const BACKTRACKS: u32 = 8;
-/// Most iterations, beside the others, in which the set of constrained values is another than before.
+/// Limit of iterations that change the active set; they do not count towards `iterations`.
 const MOST_CHANGES: u32 = 300;
 
 impl<'a, E: External> Solver<'a, E> {
-    /// Where linear systems are solved, in words.
+    /// Describes the hardware that solves linear systems, as text.
     pub(crate) fn machine(&self) -> String {
         let lost = self.operator.on_device().and_then(|equations| equations.lost());
         let machine = self.linear.machine();
@@ -99,7 +101,7 @@ impl<'a, E: External> Solver<'a, E> {
         }
     }
 
-    /// Goes on with what an earlier solver of the run has counted, and with a factor if it had come to that.
+    /// Continues the counters of an earlier solver of the run, and uses a sparse factor if that solver did.
     pub(crate) fn resume(&mut self, effort: Effort) {
         self.effort = effort;
         if effort.slow_solution > 0 {
@@ -140,7 +142,7 @@ impl<'a, E: External> Solver<'a, E> {
         }
     }
 
-    /// Puts a guess within its bounds and evaluates it.
+    /// Projects a guess onto its bounds and evaluates the residual.
     pub(super) fn begin(
         &mut self,
         fields: &mut Fields,
@@ -152,7 +154,7 @@ impl<'a, E: External> Solver<'a, E> {
         self.evaluate(fields, context)
     }
 
-    /// Residual, energies and norms at some fields, where all of these are finite.
+    /// Computes residual, energies and norms at `fields`; fails if one of them is not finite.
     pub(crate) fn evaluate(
         &mut self,
         fields: &Fields,
@@ -187,12 +189,12 @@ impl<'a, E: External> Solver<'a, E> {
         Ok(norms)
     }
 
-    /// What residual forces at the fields evaluated last are compared with, N.
+    /// Returns the scale of residual forces at the fields evaluated last, N.
     pub(super) fn scale_of_forces(&self) -> f64 {
         self.beside.force.max(f64::MIN_POSITIVE)
     }
 
-    /// Takes the fields evaluated last as an equilibrium; returns the largest scales so far.
+    /// Accepts the fields evaluated last as an equilibrium. Returns the largest scales so far.
     pub(crate) fn keep_scales(&mut self) -> Scales {
         let Scales { force, damage } = self.reached;
         self.scales =
@@ -200,10 +202,10 @@ impl<'a, E: External> Solver<'a, E> {
         self.scales
     }
 
-    /// Newton on one field or on both, down to `tolerance`.
+    /// Solves for one field or for both by Newton's method, to the relative residual `tolerance`.
     ///
-    /// `norms` are those at `fields`, from [`begin`](Self::begin) or from the call before; those at
-    /// the end come back.
+    /// `norms` are the norms at `fields`, from [`begin`](Self::begin) or from the previous call. Returns the norms at
+    /// the solution.
     pub(super) fn newton(
         &mut self,
         field: Equations,
@@ -222,7 +224,8 @@ impl<'a, E: External> Solver<'a, E> {
             if norms.converged(field, tolerance) {
                 return Ok(norms);
             }
-            // bounds let go of one layer of nodes at a time: progress, if not in the residual
+            // the active set shrinks by one layer of nodes at a time: this is progress even if the residual does not
+            // decrease
             let changed = self.operator.part().ranks().any(self.linearised != self.free);
             if changed {
                 changes += 1
@@ -246,7 +249,7 @@ impl<'a, E: External> Solver<'a, E> {
                     return if close { self.evaluate(fields, context) } else { Err(failure) };
                 }
                 Err(_) => {
-                    // an old factor gave no descent: the same iterate with a fresh one
+                    // the old factor gave no descent direction: retry from the current iterate with a fresh factor
                     self.factor = Linearisation::Absent;
                     self.evaluate(fields, context)?
                 }
@@ -269,7 +272,7 @@ impl<'a, E: External> Solver<'a, E> {
         Ok(())
     }
 
-    /// Newton on both fields, without a fallback.
+    /// Solves for both fields by Newton's method, without a fallback.
     pub(crate) fn solve_monolithic(
         &mut self,
         fields: &mut Fields,
@@ -279,7 +282,7 @@ impl<'a, E: External> Solver<'a, E> {
         self.newton(Equations::Both, fields, context, norms, self.options.tolerance).map(drop)
     }
 
-    /// Assembles the tangent of both fields at the fields evaluated last.
+    /// Assembles and stores the tangent of both fields at the fields evaluated last. Counts as an iteration.
     pub(super) fn linearise_both(
         &mut self,
         fields: &Fields,
@@ -290,7 +293,7 @@ impl<'a, E: External> Solver<'a, E> {
         self.factorise(fields, context)
     }
 
-    /// Takes over the tangent of both fields at an equilibrium; the next increment begins with it.
+    /// Stores the tangent of both fields at an equilibrium; the next increment starts with this tangent.
     pub(super) fn linearise_at(
         &mut self,
         fields: &Fields,
@@ -299,7 +302,7 @@ impl<'a, E: External> Solver<'a, E> {
         self.linearise_as(Coupling::Full, fields, context)
     }
 
-    /// Takes over a tangent at the fields evaluated last, for the iterations that follow.
+    /// Stores a tangent at the fields evaluated last, for the iterations that follow.
     pub(super) fn linearise_as(
         &mut self,
         coupling: Coupling,
@@ -312,7 +315,7 @@ impl<'a, E: External> Solver<'a, E> {
         Ok(())
     }
 
-    /// Solves with the tangent at hand.
+    /// Solves a linear system with the current tangent, to the given relative residual.
     pub(super) fn solve_nodal(
         &mut self,
         right: &[Nodal],
@@ -334,7 +337,7 @@ impl<'a, E: External> Solver<'a, E> {
         }
     }
 
-    /// The step of the fields that the iteration acts on.
+    /// Computes the Newton step of the fields selected by `field`.
     fn solve_linear(&mut self, field: Equations) -> Result<(), StepFailure> {
         let mut right = self.residual.nodal.clone();
         if field != Equations::Both {
@@ -348,7 +351,8 @@ impl<'a, E: External> Solver<'a, E> {
         Ok(())
     }
 
-    /// Takes the step x − α d with the first α of 1, ½, ¼ … that lowers the scaled residual.
+    /// Takes the step x − α d with the first α of 1, ½, ¼ … that reduces the scaled residual. Returns the new norms
+    /// and the ratio of new to old residual.
     fn line_search(
         &mut self,
         field: Equations,

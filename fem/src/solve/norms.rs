@@ -1,4 +1,4 @@
-//! How far an iterate is from equilibrium.
+//! Norms of the residual, scaled for convergence tests.
 
 use std::ops::Range;
 
@@ -28,31 +28,30 @@ impl Equations {
     }
 }
 
-/// Sizes that residuals are compared with: of forces, N, and of what drives damage, N mm.
+/// Reference values of residuals: of forces, N, and of the damage equation, N mm.
 ///
-/// At an equilibrium without load, such as after unloading, reactions vanish. The largest ones so far are then the
-/// scale.
+/// At an equilibrium without load, e.g. after unloading, reactions vanish. The largest scales so far are then used.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Scales {
     pub(crate) force: f64,
     pub(crate) damage: f64,
 }
 
-/// Residuals that rounding alone can leave.
+/// Residuals caused by rounding errors.
 ///
-/// A strain is a difference of displacements, so that it carries the rounding of these: an element with the modulus M
-/// and the volume V gives its nodes forces that are wrong by ε M V^(1/3) |u|.
+/// A strain is a difference of displacements and contains their rounding errors: an element with modulus M and volume
+/// V exerts nodal forces with the error ε M V^(1/3) |u|.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Rounding {
-    /// Of forces, for each mm of displacement, N/mm.
+    /// Rounding error of forces, per mm of displacement, N/mm.
     pub(crate) force_per_mm: f64,
-    /// Of forces beside that, N.
+    /// Rounding error of forces that does not depend on displacement, N.
     pub(crate) force: f64,
-    /// Of the equation of damage, N mm.
+    /// Rounding error of the damage equation, N mm.
     pub(crate) damage: f64,
 }
 
-/// Residual norms of the unknowns, the scales to compare them with, and what rounding leaves of them.
+/// Residual norms of the unknowns, their scales, and their rounding errors.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Norms {
     force: f64,
@@ -62,8 +61,8 @@ pub(crate) struct Norms {
 }
 
 impl Norms {
-    /// The norms at some fields. The residual of a value that a bound holds is a reaction: of the `unknown` values it
-    /// leaves the `free` ones.
+    /// Computes the norms at `fields`. The norms are over the `free` values; the residuals of `unknown` values at a
+    /// bound are reactions and belong to the scales.
     pub(super) fn of(
         residual: &Residual,
         fields: &Fields,
@@ -127,13 +126,13 @@ impl Norms {
         }
     }
 
-    /// The scales at these fields: reactions and driving force.
+    /// Returns the scales at these fields: norms of the reactions and of the driving force.
     pub(super) fn scales(&self) -> Scales {
         self.scales
     }
 
-    /// The same norms where the scales have not been less than these. At a residual as large as rounding, the scaled
-    /// one is `tolerance`.
+    /// Returns the norms with their scales raised to at least `largest`, and to at least the value for which a
+    /// residual of the size of rounding errors has the scaled norm `tolerance`.
     pub(super) fn beside(mut self, largest: &Scales, tolerance: f64) -> Self {
         let at_least =
             |scale: f64, largest: f64, rounding: f64| scale.max(largest).max(rounding / tolerance);
@@ -161,12 +160,12 @@ impl Norms {
         }
     }
 
-    /// The larger of the two scaled residuals.
+    /// Returns the larger of the two scaled residuals.
     pub(super) fn largest(&self) -> f64 {
         self.merit(Equations::Displacement, self).max(self.merit(Equations::Damage, self))
     }
 
-    /// The scaled residual, in the scales of `reference` so that iterates can be compared.
+    /// Returns the scaled residual, with the scales of `reference`, so that iterates can be compared.
     pub(super) fn merit(&self, field: Equations, reference: &Norms) -> f64 {
         let tiny = f64::MIN_POSITIVE;
         let force = self.force / reference.scales.force.max(tiny);

@@ -1,51 +1,51 @@
-//! How an increment is solved.
+//! Options of the solution of an increment.
 
 use serde::{Deserialize, Serialize};
 
 use crate::error::FemError;
 
-/// The order in which the two fields are solved for.
+/// Scheme that solves for displacement and damage.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Scheme {
-    /// Displacement and damage together by Newton; alternate minimisation where that fails.
+    /// Displacement and damage together by Newton's method; alternate minimisation if Newton fails.
     #[default]
     Monolithic,
-    /// Displacement and damage in turn until both are in equilibrium: slow but sturdy.
+    /// Displacement and damage alternately until both are in equilibrium: slow but robust.
     Alternate,
 }
 
-/// What solves the linear systems of Newton's iterations.
+/// Method for the linear systems of Newton iterations.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum LinearScheme {
-    /// Chosen by the number of unknowns.
+    /// Selected by the number of unknowns.
     #[default]
     Auto,
-    /// A sparse factor, kept as preconditioner while it pays.
+    /// Sparse factor, reused as preconditioner while this is faster than a new factor.
     Direct,
-    /// Krylov iterations, preconditioned by algebraic multigrid: memory grows as the mesh does.
+    /// Krylov iterations, preconditioned by algebraic multigrid: memory is proportional to the size of the mesh.
     Multigrid,
 }
 
-/// Settings of the solver; the default is meant to be left alone.
+/// Settings of the solver; the defaults rarely need a change.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SolverOptions {
-    /// Which fields are solved together.
+    /// Scheme that solves for displacement and damage.
     pub scheme: Scheme,
-    /// What solves the linear systems.
+    /// Method for the linear systems.
     pub linear: LinearScheme,
-    /// Largest residual of a converged increment, relative to the largest reactions so far (displacement) and to
-    /// the largest driving force so far (damage). What rounding leaves counts as converged.
+    /// Largest residual of a converged increment, relative to the largest reactions so far (displacement) and to the
+    /// largest driving force so far (damage). Residuals of the size of rounding errors count as converged.
     pub tolerance: f64,
-    /// Part of the residual that the linear solution of an iteration may leave. With a thousandth, iterations hardly
-    /// depend on how linear systems are solved, so that any number of ranks takes as many but for one or two; a quarter
-    /// more linear iterations is what that costs.
+    /// Relative residual of the linear solution in a Newton iteration. 1e-2 is fastest; 1e-3 makes the number of
+    /// Newton iterations nearly independent of the linear solver and of the number of ranks, and costs about 25 %
+    /// more linear iterations.
     pub linear_tolerance: f64,
-    /// Most Newton iterations of an increment.
+    /// Limit of Newton iterations per increment.
     pub iterations: u32,
-    /// Most alternations of an increment.
+    /// Limit of alternations per increment.
     pub alternations: u32,
 }
 
@@ -63,7 +63,7 @@ impl Default for SolverOptions {
 }
 
 impl SolverOptions {
-    /// Refuses settings out of their range.
+    /// Checks that all settings are in their ranges.
     ///
     /// # Errors
     /// [`FemError::Parameter`].

@@ -1,9 +1,8 @@
-//! The start of an increment whose prescribed values jump.
+//! Initial guess of an increment whose prescribed values jump.
 //!
-//! With the prescribed values moved and all other values at rest, the elements beside a surface take the whole
-//! increment: they are turned inside out, or so distorted that Newton's method needs many iterations. The linear
-//! response of the last equilibrium to the increment moves the whole body instead, and its tangent serves the first
-//! iterations too.
+//! If only the prescribed values moved, the elements at the surface would take the whole increment: they would
+//! invert, or distort so much that Newton's method needs many iterations. The linear response of the last equilibrium
+//! moves the whole body instead, and its tangent is reused in the first iterations.
 
 use super::external::External;
 use super::linear::Nodal;
@@ -13,15 +12,15 @@ use crate::error::StepFailure;
 use crate::fields::Fields;
 use crate::operator::{Coupling, StepContext};
 
-/// Fraction of its residual that the linear solution may leave. The residual is dominated by the elements beside the
-/// surface, so that the rest of the body needs more digits than in an iteration.
+/// Relative residual of the linear solution. The elements at the surface dominate the residual, so that the rest of
+/// the body needs a smaller tolerance than in a Newton iteration.
 const LINEAR_TOLERANCE: f64 = 1e-4;
-/// Part of the increment over which the residual is differenced.
+/// Finite-difference step of the residual, as a fraction of the increment.
 const NUDGE: f64 = 1e-6;
 
 impl<E: External> Solver<'_, E> {
-    /// The linear response of the equilibrium `before` to the loads of this increment and to its prescribed values,
-    /// which are those of `placed`.
+    /// Returns the equilibrium `before` plus its linear response to the loads of this increment and to the prescribed
+    /// values, which are taken from `placed`.
     ///
     /// The tangent is kept for the next iteration.
     pub(crate) fn predict(
@@ -34,7 +33,7 @@ impl<E: External> Solver<'_, E> {
             Scheme::Monolithic => Coupling::Full,
             Scheme::Alternate => Coupling::Separate,
         };
-        // the prescribed values of `placed`, the others of `before`
+        // fields with the prescribed values moved from `before` towards `placed`, and all other values of `before`
         let moved_by = |fraction: f64| {
             let mut moved = before.clone();
             for (n, unknown) in self.unknown.iter().enumerate() {
@@ -68,7 +67,7 @@ impl<E: External> Solver<'_, E> {
                 predicted.damage[n] -= step[3];
             }
         }
-        // a guess that no Newton iteration can start from is none
+        // fail if the residual cannot be evaluated at the prediction
         self.begin(&mut predicted, context)?;
         Ok(predicted)
     }

@@ -1,20 +1,21 @@
-//! The rates of an equilibrium with parameters.
+//! Rates of an equilibrium: derivatives with respect to parameters.
 //!
-//! R(x, x_n, θ) = 0 holds for every θ, so that K dx/dθ = −(∂R/∂θ + ∂R/∂x_n dx_n/dθ) with the tangent K
-//! at the equilibrium: one more linear system for a parameter. Prescribed values do not move, and a
-//! value that a bound holds moves with its bound: the set of such values is the same for all θ near
-//! by, but where one of them is about to leave it.
+//! R(x, x_n, θ) = 0 holds for every θ, so that K dx/dθ = −(∂R/∂θ + ∂R/∂x_n dx_n/dθ) with the tangent K at the
+//! equilibrium: one additional linear system per parameter. Prescribed values have zero rate, and a value at an
+//! active bound has the rate of its bound. The active set does not change with θ, except where a value is about to
+//! leave its bound.
 //!
-//! A node in contact keeps its gap closed, by the rate of its pressure. That is found as the pressure is,
-//! by passes: with it fixed the tangent's penalty lets the gap open a little, and the pressure follows.
+//! The gap of a node in contact stays closed, because the contact pressure has a rate too. The rate of the pressure
+//! is found by passes, like the pressure itself: at fixed pressure, the penalty in the tangent allows a small rate of
+//! the gap, from which the rate of the pressure is updated.
 //!
-//! The systems of one equilibrium have one matrix, and their solutions change little from step to
-//! step. They are solved together, by corrections with the factor or the hierarchy at hand: each takes the
-//! combination of the rates at the equilibria before and of all corrections that leaves the least residual.
+//! The systems of one equilibrium have the same matrix, and their solutions change little from step to step. They are
+//! solved together, by corrections with the current factor or hierarchy. Each solution is the combination of earlier
+//! rates and all corrections that minimises its residual.
 //!
-//! What residuals ρ do to the measured force f = c·(K x + ∂R/∂θ) is known without solving further: y·ρ
-//! with K y = K c on the free values, the adjoint. That is one system more, but a rough y is enough, as
-//! what it misses is multiplied by ρ; and ρ need only be as small as the rates themselves ask for.
+//! The effect of the residuals ρ on the measured force f = c·(K x + ∂R/∂θ) is y·ρ, where the adjoint y solves K y = K
+//! c on the free values. The adjoint is one additional system, but a rough y is sufficient, because its error is
+//! multiplied by ρ; and ρ need only be small enough for the rates themselves.
 
 use super::directions::{Directions, System};
 use super::external::External;
@@ -24,52 +25,54 @@ use crate::error::StepFailure;
 use crate::fields::Fields;
 use crate::operator::{Increment, Shift, StepContext};
 
-/// Residual of a solution, relative to that without a change of the free values: where the force depends
-/// on it, where the adjoint corrects the force, and of the adjoint.
+/// Allowed residual of the linear systems, relative to the residual without a change of the free values: `TOLERANCE`
+/// if the force is computed from the rates alone, `CORRECTED` if the adjoint corrects the force, `ADJOINT` for the
+/// adjoint system.
 const TOLERANCE: f64 = 1e-7;
 const CORRECTED: f64 = 3e-6;
 const ADJOINT: f64 = 1e-3;
-/// Most corrections for each system by the factor or the hierarchy at hand, of a solution by the linear
-/// solver, which renews these, and passes over the pressures.
+/// Limits: `ROUNDS` corrections per system with the current factor or hierarchy, `CORRECTIONS` solutions per system
+/// by the linear solver, which renews the factor, and `PASSES` passes over the contact pressures.
 const ROUNDS: usize = 12;
 const CORRECTIONS: usize = 4;
 const PASSES: usize = 60;
-/// What the first correction is thought to leave of the residuals, and the least and the most that a later
-/// one is.
+/// Assumed reduction of the residual by the first correction, and the limits of the reduction that is assumed for
+/// later corrections.
 const LEAVES: f64 = 0.1;
 const LEAST_LEFT: f64 = 0.01;
 const MOST_LEFT: f64 = 0.5;
-/// Rates that are this much larger than those of a body as stiff as its stiffest value come from a stiffness
-/// that is rounding: its digits are 2e-16 of the stiffest one's.
+/// Limit of the size of rates, relative to a body in which every value is as stiff as the stiffest. Larger rates come
+/// from a stiffness that consists of rounding errors, which are 2e-16 of the stiffest value.
 const BY_ROUNDING: f64 = 1e13;
 
-/// The rates with one parameter.
+/// Rates of an equilibrium with respect to one parameter.
 #[derive(Clone, Debug)]
 pub(crate) struct Rates {
-    /// Of u_x, u_y, u_z, φ at every node.
+    /// Rates of u_x, u_y, u_z, φ at every node.
     pub(crate) values: Vec<Nodal>,
-    /// Of the residual: what supports and bounds have to exert more.
+    /// Rate of the residual: of the forces exerted by supports and bounds.
     pub(crate) residual: Vec<Nodal>,
-    /// Of the forces of contact.
+    /// Rates of the contact forces, with their nodes.
     pub(crate) contact: Vec<(u32, [f64; 3])>,
-    /// What the rate of the measured force lacks.
+    /// Correction of the rate of the measured force for the residual of the linear system, from the adjoint.
     pub(crate) correction: f64,
 }
 
-/// The force that is measured.
+/// Measured force as a functional, and its adjoint.
 pub(crate) struct Measured<'a> {
-    /// The functional that it is of the residual; `None`: it is not, and nothing corrects its rates.
+    /// Vector c, if the force is the functional c·R of the residual. `None`: the force is no such functional, and its
+    /// rates are not corrected.
     pub(crate) of_residual: Option<&'a [Nodal]>,
-    /// Its adjoint at the equilibrium before, and then at this one.
+    /// On input the adjoint at the previous equilibrium; on output the adjoint at this equilibrium.
     pub(crate) adjoint: &'a mut Vec<Nodal>,
 }
 
-/// What is known of a parameter before its system is solved.
+/// Data of one parameter before its linear system is solved.
 #[derive(Clone, Copy)]
 pub(crate) struct Known<'a> {
-    /// The parameter, with the rates where the increment began.
+    /// The parameter, with the rates at the start of the increment.
     pub(crate) shift: Shift<'a>,
-    /// The rates of earlier equilibria, each of which is a direction to start with.
+    /// Rates of earlier equilibria, used as initial search directions.
     pub(crate) earlier: &'a [Vec<Nodal>],
 }
 
@@ -78,10 +81,10 @@ fn negate(x: &mut [Nodal]) {
 }
 
 impl<E: External> Solver<'_, E> {
-    /// The rates of the equilibrium `fields`, the last that was found, with every parameter;
-    /// `follows` says that the lower bounds are what the increment began with.
+    /// Returns the rates of `fields`, the most recent equilibrium, with respect to every parameter. `follows`:
+    /// whether the lower bounds of damage are the damage at the start of the increment.
     ///
-    /// The tangent there is kept for the next increment.
+    /// The tangent at `fields` is kept for the next increment.
     pub(crate) fn differentiate(
         &mut self,
         fields: &Fields,
@@ -114,7 +117,7 @@ impl<E: External> Solver<'_, E> {
             std::iter::once(known.shift.before).chain(known.earlier.iter().map(Vec::as_slice))
         });
         let guesses = before.chain([measured.adjoint.as_slice()]);
-        // of these the constrained values do not count
+        // the constrained values of the guesses are not used
         let guesses = guesses.filter(|guess| guess.iter().any(|g| *g != [0.0; 4])).map(|guess| {
             let mut direction = guess.to_vec();
             mask(&self.free, &mut direction);
@@ -134,8 +137,8 @@ impl<E: External> Solver<'_, E> {
         Err(StepFailure::Contact)
     }
 
-    /// A system with the constrained values as they are in `x`; `right` is the right-hand side without
-    /// them.
+    /// Creates a system whose constrained values are those of `x`. `right` is the right-hand side without the
+    /// contribution of the constrained values.
     fn system(
         &mut self,
         x: Vec<Nodal>,
@@ -151,7 +154,7 @@ impl<E: External> Solver<'_, E> {
         directions.system(x, right, tolerance)
     }
 
-    /// Adds directions with their products.
+    /// Multiplies directions by the tangent and adds them with their products.
     fn take_up(&mut self, of: Vec<Vec<Nodal>>, directions: &mut Directions) {
         let product = |direction: &Vec<Nodal>| {
             let mut product = vec![[0.0; 4]; direction.len()];
@@ -162,7 +165,7 @@ impl<E: External> Solver<'_, E> {
         directions.add(of, products);
     }
 
-    /// Adds the rates of pressure that the rates in a system ask for.
+    /// Adds the rates of the contact pressures that close the gaps for the displacement rates of a system.
     fn press(&self, fields: &Fields, system: &mut System, contact: &mut Vec<(u32, [f64; 3])>) {
         if system.vanishes() {
             return;
@@ -179,7 +182,7 @@ impl<E: External> Solver<'_, E> {
         }
     }
 
-    /// The rates from the systems that are solved.
+    /// Collects the rates from the solved systems.
     fn rates(
         &self,
         fields: &Fields,
@@ -194,7 +197,7 @@ impl<E: External> Solver<'_, E> {
         let of_system = |(system, mut contact): (System, Vec<_>)| {
             let System { x: values, mut residual, .. } = system;
             self.turn(fields, &values, &mut contact);
-            // zero in constrained values
+            // the adjoint is zero in constrained values
             let adjoint = measured.adjoint.as_flattened().iter();
             let correction = adjoint.zip(residual.as_flattened()).map(|(y, r)| y * r).sum();
             negate(&mut residual);
@@ -203,7 +206,7 @@ impl<E: External> Solver<'_, E> {
         systems.into_iter().zip(contacts).map(of_system).collect()
     }
 
-    /// The rates of the values that a bound holds, zero in the others.
+    /// Returns the rates of the values at an active lower bound, and zero for all other values.
     fn held(
         &self,
         fields: &Fields,
@@ -231,7 +234,8 @@ impl<E: External> Solver<'_, E> {
         directions.reduce(0, systems);
         let (mut spent, mut before, mut leaves) = (0, 0.0, LEAVES);
         while spent < ROUNDS * systems.len() {
-            // what is less than a correction leaves of the largest part waits for a later one
+            // components smaller than the expected residual of the largest component after its correction wait for a
+            // later round
             let (largest, parts) = directions.principal(systems, leaves);
             if parts.is_empty() {
                 break;
@@ -248,7 +252,7 @@ impl<E: External> Solver<'_, E> {
                 break;
             }
         }
-        // what is left asks for another factor or hierarchy
+        // the remaining residuals need a new factor or hierarchy
         for k in 0..systems.len() {
             for _ in 0..CORRECTIONS {
                 if directions.solved(&systems[k]) {
@@ -269,7 +273,7 @@ impl<E: External> Solver<'_, E> {
         if systems.iter().all(is_sound) { Ok(()) } else { Err(StepFailure::Singular) }
     }
 
-    /// Residuals times the inverse of the factor or the hierarchy at hand.
+    /// Applies the current factor or hierarchy as a preconditioner to several residuals.
     fn precondition(&mut self, mut right: Vec<Vec<Nodal>>) -> Vec<Vec<Nodal>> {
         right.iter_mut().for_each(|right| mask(&self.free, right));
         let right: Vec<&[Nodal]> = right.iter().map(Vec::as_slice).collect();
@@ -280,7 +284,7 @@ impl<E: External> Solver<'_, E> {
         out
     }
 
-    /// Adds to the rates of contact forces how they turn with the normal of a curved platen.
+    /// Adds to the rates of contact forces the contribution of the rotating normal of a curved platen.
     fn turn(&self, fields: &Fields, x: &[Nodal], contact: &mut [(u32, [f64; 3])]) {
         for ((_, force), (node, block)) in contact.iter_mut().zip(self.external.tangent(fields)) {
             let x = &x[node as usize];

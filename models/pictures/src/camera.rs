@@ -1,16 +1,16 @@
-//! Where the viewer of a picture in space stands: far away, parallel rays.
+//! Camera of the pictures: an infinitely distant viewer, so that all rays are parallel.
 
 /// Azimuth and elevation of the viewer in degrees.
 const VIEW: (f64, f64) = (-52.0, 24.0);
-/// Where light comes from.
+/// Direction from the specimen to the light source (unit vector, rounded).
 const LIGHT: [f64; 3] = [0.25, -0.6, 0.76];
 
-/// An orthogonal view of a specimen whose axis is z.
+/// Orthographic view of a specimen whose axis is z.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Camera {
     right: [f64; 3],
     up: [f64; 3],
-    /// From the specimen to the viewer.
+    /// Unit vector from the specimen to the viewer.
     pub towards: [f64; 3],
 }
 
@@ -23,24 +23,24 @@ impl Camera {
         Self { right, up: cross(towards, right), towards }
     }
 
-    /// The way to the viewer in the plane across the axis.
+    /// Horizontal unit vector towards the viewer (normal to the axis of the specimen).
     pub(crate) fn ahead(&self) -> [f64; 3] {
         let azimuth = VIEW.0.to_radians();
         [azimuth.cos(), azimuth.sin(), 0.0]
     }
 
-    /// To the right, downwards and towards the viewer.
+    /// Projects a point to view coordinates: to the right, downwards and towards the viewer.
     pub(crate) fn project(&self, p: [f64; 3]) -> [f64; 3] {
         [dot(p, self.right), -dot(p, self.up), dot(p, self.towards)]
     }
 
-    /// The point of these coordinates.
+    /// Returns the point with these view coordinates.
     pub(crate) fn unproject(&self, [x, y, depth]: [f64; 3]) -> [f64; 3] {
         [0, 1, 2].map(|k| x * self.right[k] - y * self.up[k] + depth * self.towards[k])
     }
 }
 
-/// The light on a surface of this outward unit normal, from 0.5 in the dark to 1.
+/// Brightness of a surface with this outward unit normal, from 0.5 (unlit) to 1.
 pub(crate) fn light(normal: [f64; 3]) -> f64 {
     0.5 + 0.5 * dot(normal, LIGHT).max(0.0)
 }
@@ -67,7 +67,7 @@ mod tests {
         let p = [0.3, -1.2, 2.5];
         let back = camera.unproject(camera.project(p));
         assert!(sub(p, back).iter().all(|d| d.abs() < 1e-14), "{back:?}");
-        // up is up, and what is nearer has the greater depth
+        // points with larger z are higher in the picture, and nearer points have a larger depth
         assert!(camera.project([0.0, 0.0, 1.0])[1] < 0.0);
         assert!(camera.project(camera.towards)[2] > 0.0);
     }

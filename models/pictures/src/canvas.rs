@@ -1,14 +1,14 @@
-//! Triangles in space as pixels: the nearest surface is seen.
+//! Draws triangles in space as pixels, so that the nearest surface is visible.
 
 use crate::raster::{Colour, Raster};
 
 const PAPER: Colour = [255; 3];
-/// Half the width of an edge in pixels.
+/// Half width of an edge in pixels.
 const EDGE: f64 = 0.8;
-/// Triangles of a smaller height in pixels are shown without their edges, which would cover them.
+/// Smallest height in pixels of a triangle with visible edges. The edges would cover a smaller triangle.
 const LEAST_HEIGHT: f64 = 7.0;
 
-/// A picture in which the nearest of several surfaces is seen.
+/// A picture with a depth buffer: the nearest of several surfaces is visible.
 pub(crate) struct Canvas {
     picture: Raster,
     depth: Vec<f64>,
@@ -20,8 +20,8 @@ impl Canvas {
         Self { picture: Raster::new(width, height, PAPER), depth }
     }
 
-    /// A triangle in pixels and depth. `colour` gets the weights of the corners at a pixel and whether it is
-    /// on an edge; where it gives none one sees through.
+    /// Draws a triangle, given by its corners in pixels and depth. `colour` gets the weights of the corners at a pixel
+    /// and whether the pixel is on an edge. The triangle is transparent at pixels where `colour` returns `None`.
     pub(crate) fn fill(
         &mut self,
         corners: [[f64; 3]; 3],
@@ -32,7 +32,7 @@ impl Canvas {
         if twice_area.abs() < 1e-9 {
             return;
         }
-        // distance of a corner from the edge opposite, by which a weight becomes a distance
+        // distance of each corner from the opposite edge, which converts a weight into a distance
         let length = |p: [f64; 3], q: [f64; 3]| (q[0] - p[0]).hypot(q[1] - p[1]);
         let heights = [length(b, c), length(c, a), length(a, b)].map(|l| twice_area.abs() / l);
         let has_edges = heights.iter().all(|&h| h >= LEAST_HEIGHT);
@@ -66,7 +66,7 @@ impl Canvas {
         }
     }
 
-    /// The picture, each pixel of which is the mean of four that were drawn.
+    /// Returns the final picture, in which each pixel is the mean of four drawn pixels.
     pub(crate) fn picture(&self) -> Raster {
         self.picture.halved()
     }

@@ -1,4 +1,4 @@
-//! A picture of damage in a specimen that is cut open along its axis.
+//! Picture of damage in a specimen that is cut along its axis.
 
 use std::collections::HashMap;
 
@@ -6,26 +6,26 @@ use crate::camera::{Camera, cross, dot, light, sub};
 use crate::canvas::Canvas;
 use crate::raster::{Raster, lit};
 
-/// Longer side of the picture in pixels, of which four make one at the end.
+/// Longer side of the drawing in pixels. In the final picture each pixel is the mean of four drawn pixels.
 const SIDE: f64 = 1100.0;
-/// Room around the undeformed specimen, of its size: what bulges is still seen.
+/// Margin around the undeformed specimen, as a fraction of its size, so that bulges remain visible.
 const PAD: f64 = 0.06;
 /// Colours of damage from 0 to 1, evenly spaced.
 const RAMP: [[u8; 3]; 5] =
     [[236, 232, 222], [246, 200, 96], [226, 112, 58], [160, 30, 52], [52, 12, 40]];
-/// The same in words of a style sheet.
+/// Colours of damage from 0 to 1, evenly spaced, in the syntax of style sheets.
 pub const LEGEND: [&str; 5] =
     ["rgb(236,232,222)", "rgb(246,200,96)", "rgb(226,112,58)", "rgb(160,30,52)", "rgb(52,12,40)"];
 const GRAIN: [f64; 3] = [140.0, 148.0, 160.0];
 
-/// A state of a body of linear tetrahedra.
+/// State of a body of linear tetrahedra.
 #[derive(Clone, Copy, Debug)]
 pub struct DamagedBody<'a> {
-    /// Positions before loading, mm.
+    /// Positions of the nodes before loading, mm.
     pub nodes: &'a [[f64; 3]],
     /// Corners of the tetrahedra.
     pub tets: &'a [[u32; 4]],
-    /// How much of each tetrahedron is grain, from 0 to 1.
+    /// Grain fraction of each tetrahedron, from 0 to 1.
     pub grain: &'a [f64],
     /// Displacement of each node, mm.
     pub displacement: &'a [[f64; 3]],
@@ -33,8 +33,8 @@ pub struct DamagedBody<'a> {
     pub damage: &'a [f64],
 }
 
-/// The half of the body behind the plane through its axis that faces the viewer, displaced as it is; every
-/// state of a body is drawn to one scale.
+/// Draws the half of the body behind the plane through its axis that faces the viewer. The displacements are not
+/// magnified, and all states of a body are drawn to the same scale.
 pub fn damage_picture(body: &DamagedBody<'_>) -> Raster {
     let camera = Camera::new();
     let plane = Plane::through_axis(body.nodes, camera.ahead());
@@ -80,7 +80,7 @@ struct Plane {
 }
 
 impl Plane {
-    /// Through the middle of the extent of the nodes across z.
+    /// Plane through the centre of the bounding box of the nodes, parallel to z.
     fn through_axis(nodes: &[[f64; 3]], normal: [f64; 3]) -> Self {
         let middle = |k: usize| {
             let low = nodes.iter().map(|x| x[k]).fold(f64::INFINITY, f64::min);
@@ -90,7 +90,7 @@ impl Plane {
         Self { centre: [middle(0), middle(1), 0.0], normal }
     }
 
-    /// How far a point lies before the plane.
+    /// Signed distance of a point from the plane, positive towards the viewer.
     fn ahead(&self, point: [f64; 3]) -> f64 {
         dot(sub(point, self.centre), self.normal)
     }
@@ -99,9 +99,9 @@ impl Plane {
 /// A point of a surface.
 #[derive(Clone, Copy)]
 struct Corner {
-    /// Where it is now, mm.
+    /// Displaced position, mm.
     position: [f64; 3],
-    /// How far it lay before the plane, mm.
+    /// Signed distance from the plane before loading, mm; positive towards the viewer.
     ahead: f64,
     damage: f64,
 }
@@ -113,7 +113,7 @@ impl Corner {
         Self { position, ahead: plane.ahead(x), damage: body.damage[node] }
     }
 
-    /// Where the edge to another corner meets the plane.
+    /// Intersection of the plane with the edge to another corner.
     fn on_plane(&self, other: &Corner) -> Self {
         let t = self.ahead / (self.ahead - other.ahead);
         let mix = |a: f64, b: f64| a + t * (b - a);
@@ -126,8 +126,8 @@ impl Corner {
 }
 
 impl DamagedBody<'_> {
-    /// The faces that belong to one tetrahedron, with it; in an order that does not depend on the hash
-    /// map's.
+    /// Faces that belong to only one tetrahedron, each with the index of the tetrahedron. The faces are sorted, so that
+    /// their order does not depend on the hash map.
     fn surface(&self) -> Vec<([u32; 3], usize)> {
         let mut faces: HashMap<[u32; 3], ([u32; 3], usize)> = HashMap::new();
         for (tet, &[a, b, c, d]) in self.tets.iter().enumerate() {
@@ -144,7 +144,7 @@ impl DamagedBody<'_> {
         faces
     }
 
-    /// The plane's triangles inside the body, each with its tetrahedron.
+    /// Triangles of the section of the body with the plane, each with the index of its tetrahedron.
     fn section(&self, plane: &Plane) -> Vec<([Corner; 3], usize)> {
         let mut triangles = Vec::new();
         for (tet, nodes) in self.tets.iter().enumerate() {
@@ -173,7 +173,8 @@ impl DamagedBody<'_> {
     }
 }
 
-/// The light on a face that the viewer sees; outward is away from the centre of its tetrahedron.
+/// Brightness of a face; `None` if the face is turned away from the viewer. The outward direction points away from the
+/// centroid of the tetrahedron.
 fn seen(camera: &Camera, [p, q, r]: [[f64; 3]; 3], centre: [f64; 3]) -> Option<f64> {
     let normal = cross(sub(q, p), sub(r, p));
     let length = dot(normal, normal).sqrt();
@@ -182,7 +183,7 @@ fn seen(camera: &Camera, [p, q, r]: [[f64; 3]; 3], centre: [f64; 3]) -> Option<f
     (dot(normal, camera.towards) > 0.0).then(|| light(normal))
 }
 
-/// Grains are grey as far as they are whole.
+/// Colour of matrix and grain: grains are grey; damage changes their colour to the colour of damaged matrix.
 fn colour(damage: f64, grain: f64) -> [f64; 3] {
     let damage = damage.clamp(0.0, 1.0);
     let place = damage * (RAMP.len() - 1) as f64;
@@ -227,7 +228,7 @@ mod tests {
                     0.5 * dot(normal, normal).sqrt()
                 })
                 .sum();
-            // the wall is a polygon: a little less than 2 R H
+            // the wall of the mesh is a polygon, so that the area is slightly less than 2 R H
             assert!((0.97 * 22.0..22.0 + 1e-9).contains(&area), "{area}");
         }
     }
@@ -236,7 +237,7 @@ mod tests {
     fn damage_is_seen_where_it_is_and_grains_stay_grey() {
         let mesh = mesh();
         let n = mesh.nodes.len();
-        // broken above the middle
+        // fully damaged above mid-height
         let damage: Vec<f64> = mesh.nodes.iter().map(|x| f64::from(u8::from(x[2] > 2.2))).collect();
         let body = DamagedBody {
             nodes: &mesh.nodes,

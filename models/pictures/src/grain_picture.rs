@@ -1,4 +1,4 @@
-//! A picture of labelled grains, as if the matrix were glass.
+//! Picture of labelled grains with a transparent matrix.
 
 use fem_image::Volume;
 use rayon::prelude::*;
@@ -6,13 +6,13 @@ use rayon::prelude::*;
 use crate::camera::{Camera, light};
 use crate::raster::{Colour, Raster, grain_colour, lit};
 
-/// Longer side of the picture in pixels, of which four make one at the end.
+/// Longer side of the drawing in pixels. In the final picture each pixel is the mean of four drawn pixels.
 const SIDE: f64 = 1200.0;
 const BACKGROUND: Colour = [255; 3];
-/// Voxels around the one that a ray meets, over which the surface's normal is taken.
+/// Half width in voxels of the neighbourhood from which the normal of a surface is computed.
 const AROUND: i64 = 2;
 
-/// The grains seen from the side and above: each pixel is a ray that goes on until it meets a grain.
+/// Draws the grains from the side and above: for each pixel, a ray is followed until it meets a grain.
 pub fn grain_picture(labels: &Volume<u32>) -> Raster {
     let camera = Camera::new();
     let size = labels.shape.map(|n| n as f64);
@@ -42,8 +42,8 @@ pub fn grain_picture(labels: &Volume<u32>) -> Raster {
     Raster::from_rows(width, rows).halved()
 }
 
-/// The first voxel of a grain on a ray, in voxels: from face to face of the grid (Amanatides & Woo,
-/// Eurographics 1987).
+/// Returns the first voxel of a grain on a ray; coordinates are in voxels. The ray is followed from face to face of the
+/// voxel grid (Amanatides & Woo, Eurographics 1987).
 fn first_grain(labels: &Volume<u32>, start: [f64; 3], way: [f64; 3]) -> Option<[usize; 3]> {
     let size = labels.shape.map(|n| n as f64);
     let (mut enter, mut leave) = (0.0_f64, f64::INFINITY);
@@ -58,7 +58,7 @@ fn first_grain(labels: &Volume<u32>, start: [f64; 3], way: [f64; 3]) -> Option<[
     let inside = |k: usize| (start[k] + enter * way[k]).floor().clamp(0.0, size[k] - 1.0) as i64;
     let mut voxel = [inside(0), inside(1), inside(2)];
     let step = way.map(|w| if w > 0.0 { 1 } else { -1 });
-    // how far along the ray the next face across each axis is, and how far apart such faces are
+    // distance along the ray to the next face normal to each axis, and distance between two such faces
     let mut next = [0, 1, 2].map(|k| {
         let face = voxel[k] + i64::from(step[k] > 0);
         (face as f64 - start[k]) / way[k]
@@ -82,7 +82,7 @@ fn first_grain(labels: &Volume<u32>, start: [f64; 3], way: [f64; 3]) -> Option<[
     }
 }
 
-/// The colour of a grain at a voxel of its surface: the normal points to where it has fewer voxels.
+/// Colour of a grain at a voxel of its surface. The normal points to the side on which the grain has fewer voxels.
 fn shaded(labels: &Volume<u32>, voxel: [usize; 3]) -> Colour {
     let grain = *labels.at(voxel);
     let mut normal = [0.0; 3];

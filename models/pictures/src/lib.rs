@@ -1,7 +1,7 @@
 //! Shaded pictures of grains, meshes and damage, drawn pixel by pixel.
 //!
-//! This crate is apart from `models`, whose report shows the pictures, because it must be compiled with all
-//! optimisations and `models` need not.
+//! This crate is separate from `models`, whose report shows the pictures, because it must be compiled with all
+//! optimisations, unlike `models`.
 //!
 //! ```
 //! let lattice = fem_mesh::CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.5 };
@@ -12,10 +12,10 @@
 //!
 //! # Modules
 //!
-//! From the ground up; an import goes down only.
+//! In order of their layers. A module imports only from modules earlier in this list.
 //!
-//! 1. `raster`, `canvas`: pixels, and triangles with depth on them
-//! 2. `camera`: where a point of space is seen, and how a face is lit
+//! 1. `raster`, `canvas`: pixels, and drawing of triangles with a depth buffer
+//! 2. `camera`: projection of points to the picture, and brightness of faces
 //! 3. `grain_picture`, `mesh_picture`, `damage_picture`: the pictures
 
 mod camera;

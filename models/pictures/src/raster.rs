@@ -1,11 +1,11 @@
-//! Pictures of pixels, and their PNG.
+//! Raster images and their PNG encoding.
 
 use std::io;
 
-/// Red, green and blue.
+/// Red, green and blue components.
 pub(crate) type Colour = [u8; 3];
 
-/// A picture of pixels, row by row from the top left.
+/// A raster image: pixels row by row from the top left.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Raster {
     width: usize,
@@ -14,24 +14,24 @@ pub struct Raster {
 }
 
 impl Raster {
-    /// A picture of one colour.
+    /// Creates an image of one colour.
     pub fn new(width: usize, height: usize, colour: Colour) -> Self {
         Self { width, height, pixels: vec![colour; width * height] }
     }
 
-    /// A picture from rows of pixels, all of one length.
+    /// Creates an image from rows of pixels, all of the same length.
     pub fn from_rows(width: usize, rows: Vec<Vec<Colour>>) -> Self {
         let height = rows.len();
         Self { width, height, pixels: rows.concat() }
     }
 
-    /// A picture from red, green and blue of each pixel in turn.
+    /// Creates an image from bytes: red, green and blue of each pixel, row by row.
     pub fn from_bytes(width: usize, bytes: &[u8]) -> Self {
         let pixels: Vec<Colour> = bytes.as_chunks().0.to_vec();
         Self { width, height: pixels.len() / width.max(1), pixels }
     }
 
-    /// The picture with each pixel a square of so many.
+    /// Enlarges the image: each pixel becomes a square of `times` × `times` pixels.
     fn zoomed(&self, times: usize) -> Self {
         let pixel = |x: usize, y: usize| self.pixels[y / times * self.width + x / times];
         let rows = 0..times * self.height;
@@ -60,7 +60,7 @@ impl Raster {
         self.pixels[y * self.width + x] = colour;
     }
 
-    /// Puts another picture, which must fit, with its top left corner here.
+    /// Copies another image, which must fit, with its top left corner at column x and row y.
     pub fn paste(&mut self, other: &Raster, x: usize, y: usize) {
         for (row, pixels) in other.pixels.chunks(other.width).enumerate() {
             let start = (y + row) * self.width + x;
@@ -68,7 +68,7 @@ impl Raster {
         }
     }
 
-    /// The picture at half the size, each pixel the mean of four; an odd last row or column is lost.
+    /// Returns the image at half the size. Each pixel is the mean of four; an odd last column or row is dropped.
     pub fn halved(&self) -> Self {
         let (width, height) = (self.width / 2, self.height / 2);
         let mean = |x: usize, y: usize| -> Colour {
@@ -80,10 +80,10 @@ impl Raster {
         Self::from_rows(width, rows)
     }
 
-    /// The picture as the bytes of a PNG file.
+    /// Encodes the image as the bytes of a PNG file.
     ///
     /// # Errors
-    /// A picture without pixels.
+    /// If the image has no pixels.
     pub fn to_png(&self) -> io::Result<Vec<u8>> {
         let side = |n: usize| u32::try_from(n).map_err(io::Error::other);
         let mut bytes = Vec::new();
@@ -97,14 +97,14 @@ impl Raster {
     }
 }
 
-/// Pixels between two pictures.
+/// Number of pixels between two pictures of a row.
 const GAP: usize = 12;
-/// A picture in a row of pictures is at least so many pixels wide, as far as whole multiples allow.
+/// Smallest width in pixels of a picture in a row, if an enlargement by at most [`MOST`] reaches it.
 const WIDTH: usize = 300;
-/// Most pixels that one becomes.
+/// Largest factor of enlargement.
 const MOST: usize = 6;
 
-/// Pictures in a row on white, small ones enlarged.
+/// Places pictures in a row on white, and enlarges small pictures.
 pub fn side_by_side(pictures: &[Raster]) -> Raster {
     let narrowest = pictures.iter().map(Raster::width).min().unwrap_or(1).max(1);
     let times = WIDTH.div_ceil(narrowest).clamp(1, MOST);
@@ -121,7 +121,7 @@ pub fn side_by_side(pictures: &[Raster]) -> Raster {
     row
 }
 
-/// A colour of its own for every grain, as far as there are any.
+/// Colour of a grain. Six colours repeat with the number of the grain.
 pub(crate) fn grain_colour(grain: u32) -> [f64; 3] {
     const GRAINS: [[f64; 3]; 6] = [
         [230.0, 159.0, 60.0],
@@ -134,7 +134,7 @@ pub(crate) fn grain_colour(grain: u32) -> [f64; 3] {
     GRAINS[grain as usize % GRAINS.len()]
 }
 
-/// A colour in this much light, from 0 to 1.
+/// Colour under a brightness from 0 to 1.
 pub(crate) fn lit(colour: [f64; 3], light: f64) -> Colour {
     colour.map(|c| (c * light.clamp(0.0, 1.0)) as u8)
 }

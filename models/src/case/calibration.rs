@@ -1,4 +1,4 @@
-//! What a calibration takes beside its simulations: quantities of interest, surrogate, sampler.
+//! Settings of the calibration besides those of its simulations: quantities of interest, surrogate, sampler.
 
 use std::collections::BTreeMap;
 
@@ -8,20 +8,20 @@ use serde::{Deserialize, Serialize};
 use super::PriorCase;
 use crate::qoi::Quantity;
 
-/// `[qoi]`.
+/// `[qoi]`: quantities of interest, which are compared between specimens and simulations.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct QoiCase {
-    /// Where the initial slope is taken, as a fraction of the displacement at peak.
+    /// Displacement at which the initial slope is measured, as a fraction of the displacement at peak.
     pub slope_fraction: f64,
-    /// What specimens and simulations are compared by; with `calibration.likelihood = "curve"` those of
-    /// the curve stand here in place of what was written.
+    /// Quantities that are compared between specimens and simulations. With `calibration.likelihood = "curve"`, the
+    /// quantities of the curve replace them.
     pub quantities: Vec<Quantity>,
-    /// Where the shape of a curve is compared, in per cent of the displacement at peak.
+    /// Displacements at which the shape of a curve is compared, in per cent of the displacement at peak.
     pub curve_percent: Vec<u8>,
 }
 
-/// `[design]`.
+/// `[design]`: the simulations to which the surrogate is fitted.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct DesignCase {
@@ -29,39 +29,40 @@ pub struct DesignCase {
     pub runs: usize,
     /// Seed of the design.
     pub seed: u64,
-    /// How the prior box is filled.
+    /// Sampling method that fills the prior box.
     pub method: DesignMethod,
-    /// On what the runs are made.
+    /// Assignment of specimens to the runs.
     pub microstructure: Microstructure,
-    /// Packings that the runs share; absent: as many as runs.
+    /// Number of packings that the runs share. Without `packings`, each run has its own packing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub packings: Option<usize>,
-    /// Whether runs give the derivatives of their quantities by what is calibrated too, from which the
-    /// surrogate learns as it does from more runs.
+    /// Whether runs also compute the derivatives of their quantities with respect to the calibrated parameters. The
+    /// surrogate is fitted to the derivatives too, which has the effect of more runs.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub derivatives: bool,
 }
 
-/// `[[extend]]`: a second batch of runs where a posterior was cut by the prior, beside the runs before.
+/// `[[extend]]`: a second batch of runs, in addition to the earlier runs, for a posterior that was truncated by the
+/// prior.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ExtendCase {
     /// Number of simulations.
     pub runs: usize,
-    /// One parameter and where it is extended to; the others keep to `[prior]`.
+    /// The extended parameter with its new bounds. All other parameters keep the bounds of `[prior]`.
     pub prior: PriorCase,
 }
 
-/// `[sequential]`: batches of runs that are added where the posterior lives, until the surrogate is known well
-/// enough there.
+/// `[sequential]`: batches of runs that are added in the region of high posterior density, until the error of the
+/// surrogate is small enough there.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SequentialCase {
-    /// The largest share of the surrogate in the posterior variance of an identified parameter.
+    /// Largest accepted share of the surrogate error in the posterior variance of an identified parameter.
     pub share: f64,
-    /// Number of simulations of a batch.
+    /// Number of simulations per batch.
     pub batch: usize,
-    /// Most simulations of all batches.
+    /// Largest number of simulations in all batches together.
     pub most: usize,
 }
 
@@ -71,56 +72,56 @@ impl Default for SequentialCase {
     }
 }
 
-/// `design.microstructure`: the specimens that an ensemble is made on.
+/// `design.microstructure`: the specimens of the runs of the design.
 ///
-/// With one its deviation from the others enters the posterior unseen; with more, the residuals of the
-/// surrogate show how they scatter, and the posterior can take it in.
+/// With a single specimen, its deviation from other specimens is an error of the posterior that cannot be estimated.
+/// With several specimens, the residuals of the surrogate show the scatter between specimens, and the posterior can
+/// include it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Microstructure {
-    /// Every run has a packing of its own, or shares one of `design.packings` or of several images with few
-    /// others.
+    /// Every run has its own packing. With `design.packings` or several images, a few runs share a specimen.
     #[default]
     PerRun,
-    /// All runs share the case's specimen (the paper).
+    /// All runs share the specimen of the case, as in the paper.
     One,
 }
 
-/// `[surrogate]`.
+/// `[surrogate]`: order and terms of the polynomial chaos expansion.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SurrogateCase {
-    /// Highest total order tried.
+    /// Highest total polynomial order that is tried.
     pub max_order: usize,
     /// Rule that chooses the order.
     pub rule: OrderRule,
-    /// Whether an order has all its terms, or those that matter.
+    /// Whether the polynomial has all terms of its order or a selection of the terms.
     pub terms: Terms,
 }
 
-/// `[calibration]`.
+/// `[calibration]`: likelihood and sampler.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "WrittenCalibration")]
 pub struct CalibrationCase {
-    /// What of the curves is compared.
+    /// Properties of the curves that are compared.
     pub likelihood: Likelihood,
-    /// Markov chains.
+    /// Number of Markov chains.
     pub chains: usize,
-    /// Steps of a chain by which the sampler tunes itself.
+    /// Number of steps per chain in which the sampler adapts step size and metric.
     pub warmup: usize,
-    /// Steps after them that are left out too.
+    /// Number of steps after warm-up that are discarded too.
     #[serde(skip_serializing_if = "is_zero")]
     pub burn_in: usize,
-    /// Kept draws a chain.
+    /// Number of stored draws per chain.
     pub draws: usize,
-    /// Steps for each kept draw.
+    /// Number of steps per stored draw.
     #[serde(skip_serializing_if = "is_one")]
     pub thin: usize,
-    /// Mean acceptance that the step size is tuned to.
+    /// Target of the mean acceptance rate for the adaptation of the step size.
     pub target_accept: f64,
     /// Seed of the chains.
     pub seed: u64,
-    /// What the model itself may be off by.
+    /// Prior of the systematic error of the model.
     #[serde(skip_serializing_if = "DiscrepancyCase::is_empty")]
     pub discrepancy: DiscrepancyCase,
 }
@@ -133,7 +134,7 @@ fn is_one(n: &usize) -> bool {
     *n == 1
 }
 
-/// `[calibration]` as it is written: a preset, and what is otherwise.
+/// `[calibration]` as written in the file: a preset, and the keys that replace values of the preset.
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 struct WrittenCalibration {
@@ -149,15 +150,15 @@ struct WrittenCalibration {
     discrepancy: DiscrepancyCase,
 }
 
-/// `calibration.sampling`: how chains are drawn, where the case does not say it key by key.
+/// `calibration.sampling`: preset of the sampling keys.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 enum Sampling {
-    /// What a few thousand draws need.
+    /// Values that suit a few thousand draws.
     #[default]
     Default,
-    /// Schmid et al.: 50 000 steps in each of four chains after 2 000 of tuning, of which the first 25 000 are
-    /// left out and every tenth of the others is kept.
+    /// Schmid et al.: four chains with 2 000 warm-up steps and 50 000 further steps each. The first 25 000 of these
+    /// steps are discarded, and every tenth of the others is stored.
     Paper,
 }
 
@@ -200,7 +201,7 @@ impl TryFrom<WrittenCalibration> for CalibrationCase {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DiscrepancyCase {
-    /// Standard deviation of the relative error of quantities in %; what is not named has none.
+    /// Standard deviation of the relative error of each quantity in %; quantities that are not listed have no error.
     pub percent: BTreeMap<Quantity, f64>,
 }
 
@@ -209,8 +210,8 @@ impl DiscrepancyCase {
         self.percent.is_empty()
     }
 
-    /// The covariance (quantities × quantities, relative) of the error, quantities by their columns; none
-    /// where there is no error.
+    /// Covariance of the relative error (quantities × quantities) for quantities with the given column names; `None` if
+    /// there is no error.
     pub(crate) fn covariance(&self, columns: &[String]) -> Option<Vec<Vec<f64>>> {
         let percent = |column: &String| self.percent.get(&Quantity::of_column(column)?);
         let variance = |column| (0.01 * percent(column).unwrap_or(&0.0)).powi(2);
@@ -221,25 +222,25 @@ impl DiscrepancyCase {
     }
 }
 
-/// `calibration.likelihood`: what of the curves is compared.
+/// `calibration.likelihood`: the properties of the curves that are compared.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Likelihood {
     /// The quantities of `qoi.quantities`.
     #[default]
     Quantities,
-    /// The curve as a whole: its peak, where that is, and its shape at `qoi.curve_percent`.
+    /// The curve as a whole: force and displacement at peak, and the shape at `qoi.curve_percent`.
     Curve,
 }
 
-/// `[confirm]`.
+/// `[confirm]`: simulations that check the result of the calibration.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ConfirmCase {
-    /// Simulations at posterior draws, beside the one at the MAP.
+    /// Number of simulations at posterior draws, in addition to the simulation at the MAP.
     pub draws: usize,
-    /// Spacing in mm of the second mesh at the MAP, from which the error of the specimen's mesh is
-    /// estimated; absent: half of the specimen's.
+    /// Spacing in mm of the second mesh at the MAP, from which the error of the specimen's mesh is estimated. Default:
+    /// half of the specimen's spacing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub second_spacing_mm: Option<f64>,
 }

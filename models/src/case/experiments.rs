@@ -7,20 +7,20 @@ use serde::{Deserialize, Serialize};
 use super::ByParameter;
 use crate::record::ReadOptions;
 
-/// `[experiments]`: a table of measured specimens, or virtual ones.
+/// `[experiments]`: a table of measured specimens, or virtual specimens.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ExperimentsCase {
-    /// The specimen table; curves lie in `curves/` beside it.
+    /// The specimen table; the curves are in the folder `curves/` next to the table.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub table: Option<PathBuf>,
-    /// Calibrate against this group of specimens only.
+    /// Group of specimens to calibrate against; `None` for all specimens.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub group: Option<String>,
-    /// What is done about the soft start of a curve.
+    /// Treatment of the toe (the soft start) of a curve.
     #[serde(default)]
     pub toe: Toe,
-    /// How the curves are read, where they are no `displacement_mm,force_N`.
+    /// Format of the curves, if they do not have the columns `displacement_mm,force_N`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub read: Option<ReadOptions>,
     /// Simulated specimens with a known truth.
@@ -28,14 +28,14 @@ pub struct ExperimentsCase {
     pub virtual_specimens: Option<VirtualCase>,
 }
 
-/// What is done about the soft start of a curve, where platens and specimen settle.
+/// Treatment of the toe of a curve: its soft start, where platens and specimen settle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Toe {
-    /// It is measured and told.
+    /// The toe is measured and reported.
     #[default]
     Report,
-    /// Displacement is counted from where the curve without it would leave zero force.
+    /// Displacement is counted from the point where the curve without the toe has zero force.
     Correct,
 }
 
@@ -51,15 +51,15 @@ pub struct VirtualCase {
     /// Group written to the specimen table.
     #[serde(default = "fifty_degrees")]
     pub group: String,
-    /// Lattice spacing in mm of the virtual specimens, if finer than the case's.
+    /// Lattice spacing of the virtual specimens in mm, if it is finer than the spacing of the case.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub spacing_mm: Option<f64>,
-    /// Whether each specimen is scanned too, as `[specimen.scan]` says.
+    /// Whether each specimen is also scanned, with the scanner of `[specimen.scan]`.
     #[serde(default)]
     pub scans: bool,
     /// Medians over the specimens of the parameters that `[prior]` calibrates.
     pub truth: ByParameter<f64>,
-    /// Standard deviation of the logarithm of each parameter, from specimen to specimen.
+    /// Standard deviation of the logarithm of each parameter between specimens.
     #[serde(default)]
     pub scatter: ByParameter<f64>,
     /// Measurement noise.
@@ -71,14 +71,14 @@ pub struct VirtualCase {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct NoiseCase {
-    /// Of the force in N.
+    /// Standard deviation of the force in N.
     pub force_n: f64,
-    /// Of the displacement in mm.
+    /// Standard deviation of the displacement in mm.
     pub displacement_mm: f64,
 }
 
 impl VirtualCase {
-    /// Writes out the usual scatter of the parameters for which none is given.
+    /// Inserts the default scatter of the parameters without a given scatter.
     pub(super) fn complete(&mut self) {
         for parameter in self.truth.parameters() {
             if self.scatter.get(parameter).is_none() {

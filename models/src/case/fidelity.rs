@@ -6,17 +6,17 @@ use serde::{Deserialize, Serialize};
 use super::{Case, CaseFile, Mistakes, SpecimenGeometry};
 use crate::error::InputError;
 
-/// `[fidelity]`: the runs of the design are made on the first of these meshes, some of them are repeated
-/// on the next, and so on to the specimen's own mesh; the ratios correct them all.
+/// `[fidelity]`: all runs of the design use the first of these meshes. Some runs are repeated on the next mesh, and so
+/// on up to the mesh of the specimen. All runs are corrected by the ratios between the results of successive meshes.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct FidelityCase {
-    /// The meshes, cheapest first.
+    /// The cheaper meshes, cheapest first.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub levels: Vec<LevelCase>,
 }
 
-/// One of `fidelity.levels`; what is left out is as for the specimen's own mesh.
+/// One of `fidelity.levels`; the mesh of the specimen supplies omitted values.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LevelCase {
@@ -25,22 +25,22 @@ pub struct LevelCase {
     /// Element order, 1 or 2.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub order: Option<Order>,
-    /// How grains become part of the mesh.
+    /// Representation of grains in the mesh.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub grain_mode: Option<GrainMode>,
-    /// What gives the moduli of tetrahedra which are partly grain.
+    /// Homogenisation rule for the moduli of tetrahedra that are partly grain.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub homogenisation: Option<Homogenisation>,
     /// Number of equal load steps.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub steps: Option<u32>,
-    /// How many of its runs are repeated on the next level.
+    /// Number of runs of this level that are repeated on the next level.
     #[serde(default = "eight")]
     pub repeats: usize,
 }
 
 impl LevelCase {
-    /// The specimen's mesher as this level has it.
+    /// Mesher settings of this level: those of the specimen, with the values of the level.
     pub(crate) fn meshing(&self, specimen: &Meshing) -> Meshing {
         Meshing {
             spacing_mm: self.spacing_mm,
@@ -50,7 +50,7 @@ impl LevelCase {
         }
     }
 
-    /// Whether its runs are those of the specimen's own mesh.
+    /// Whether the level equals the specimen's own mesh.
     fn repeats_the_specimen(&self, case: &Case) -> bool {
         let specimen = &case.specimen;
         specimen.spacing_mm == Some(self.spacing_mm)
@@ -111,7 +111,7 @@ impl CaseFile {
         self.within(&key("repeats"), level.repeats as f64, 3.0, runs as f64, "runs", help)
     }
 
-    /// Checks the spacing of the second mesh at the mode.
+    /// Checks the spacing of the second mesh at the posterior mode.
     pub(super) fn check_second_mesh(&self, geometry: &SpecimenGeometry) -> Result<(), InputError> {
         let key = "confirm.second_spacing_mm";
         let Some(spacing_mm) = self.case.confirm.second_spacing_mm else { return Ok(()) };

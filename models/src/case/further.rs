@@ -1,4 +1,4 @@
-//! `[further_tests]`: tests that could be made next, and what they shall tell.
+//! `[further_tests]`: candidates for the next tests, and the precision that they must achieve.
 
 use std::collections::BTreeMap;
 
@@ -10,43 +10,46 @@ use super::{ByParameter, Case, CaseFile, Microstructure, SpecimenGeometry};
 use crate::error::InputError;
 use crate::qoi::Quantity;
 
-/// Tables that another test may have otherwise; what is calibrated against what stays.
+/// Tables that a candidate test may change. All other tables are fixed, because they define the calibration.
 const TABLES: [&str; 8] =
     ["specimen", "material", "phase_field", "test", "conditions", "solver", "design", "fidelity"];
 
-/// `[further_tests]`.
+/// `[further_tests]`: candidates for the next tests.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct FurtherTestsCase {
-    /// Numbers of further specimens that are looked at.
+    /// Numbers of additional specimens for which the posterior is predicted.
     pub specimens: Vec<usize>,
-    /// Widths of 90 % intervals for which the number of specimens is sought.
+    /// Target widths of the 90 % intervals of parameters, in the parameter's unit. The number of specimens that reaches
+    /// each width is computed.
     pub width90: ByParameter<f64>,
-    /// The tests, beside more specimens of the present one.
+    /// Candidate tests, in addition to more specimens of the present test.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub candidate: Vec<CandidateCase>,
 }
 
-/// `[[further_tests.candidate]]`.
+/// `[[further_tests.candidate]]`: one candidate for the next test.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CandidateCase {
-    /// What it is called.
+    /// Name of the candidate.
     pub name: String,
-    /// What is taken from its curves. Of the present test, beside what the case compares: none; of another
-    /// test: what the case compares.
+    /// Quantities that the curves of the candidate supply. If the candidate is the present test, they are added to the
+    /// quantities that the case compares, and the default adds none. If it is another test, the default is the
+    /// quantities that the case compares.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub quantities: Vec<Quantity>,
-    /// Keys of the case that the test has otherwise; without any it is the present one.
+    /// Keys of the case with other values in this test. If both `set` and `without` are empty, the candidate is the
+    /// present test.
     #[serde(default, skip_serializing_if = "Table::is_empty")]
     pub set: Table,
-    /// Keys of the case that the test has not.
+    /// Keys of the case that are removed for this test.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub without: Vec<String>,
-    /// Simulations of another test.
+    /// Number of simulations of the design, if the candidate is another test.
     #[serde(default = "thirty")]
     pub runs: usize,
-    /// Standard deviation in % of quantities of another test between its specimens, in place of that of the
+    /// Standard deviation in % of quantities between specimens of another test. The default is the scatter of the
     /// present specimens.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub scatter_percent: BTreeMap<Quantity, f64>,
@@ -63,22 +66,23 @@ impl Default for FurtherTestsCase {
 }
 
 impl CandidateCase {
-    /// Whether it is a test of its own, and not the present one looked at otherwise.
+    /// Whether the candidate is another test than the present one (and not only further quantities of the present
+    /// curves).
     pub(crate) fn is_another_test(&self) -> bool {
         !(self.set.is_empty() && self.without.is_empty())
     }
 
-    /// The mesh file of a specimen of its own, as it is written.
+    /// Path of the candidate's own mesh file as written in the case.
     pub(crate) fn mesh(&self) -> Option<&str> {
         self.set.get("specimen")?.get("mesh")?.as_str()
     }
 
-    /// Takes its mesh from another place.
+    /// Sets the path of the mesh file.
     pub(crate) fn set_mesh(&mut self, path: &str) {
         merge(&mut self.set, &nested("specimen.mesh", path.into()));
     }
 
-    /// What is taken from its curves, where the case compares `present`.
+    /// Quantities that the curves of the candidate supply, if the case compares the quantities `present`.
     pub(crate) fn measured(&self, present: &[Quantity]) -> Vec<Quantity> {
         let mut measured = match self.is_another_test() {
             true if !self.quantities.is_empty() => Vec::new(),
@@ -92,11 +96,11 @@ impl CandidateCase {
 }
 
 impl CaseFile {
-    /// The case that a candidate's runs are made by, in the folder of this one: nothing is calibrated
-    /// against its own experiments, and all runs are on the cheapest mesh.
+    /// Returns the case for the runs of a candidate, with paths relative to the folder of this case. The case has no
+    /// experiments, and all its runs use the cheapest mesh.
     ///
     /// # Errors
-    /// Keys that another test cannot have; a case that is none.
+    /// If the candidate sets or removes a key that another test cannot change, or if the result is not a valid case.
     pub(crate) fn of_candidate(&self, candidate: &CandidateCase) -> Result<Self, InputError> {
         let place = |rest: &str| format!("further_tests.candidate ({}).{rest}", candidate.name);
         let refuse = |rest: &str, key: &str| {
@@ -114,7 +118,7 @@ impl CaseFile {
         case.design.runs = candidate.runs;
         case.design.packings = case.design.packings.map(|packings| packings.min(candidate.runs));
         case.fidelity.levels.truncate(1);
-        // no run is repeated
+        // the check of the levels requires at least 3 repeats, although no run of a candidate is repeated
         case.fidelity.levels.iter_mut().for_each(|level| level.repeats = 3);
         let has_mesh = candidate.mesh().is_some();
         if has_mesh {
@@ -131,7 +135,7 @@ impl CaseFile {
             InputError::new(&self.path, place("set"), "", e.to_string(), help)
         })?;
         if let (true, Some(Value::Table(specimen))) = (has_mesh, table.get_mut("specimen")) {
-            // a mesh file replaces all else
+            // a mesh file replaces all other keys of the specimen
             specimen.retain(|key, _| key == "order");
         }
         for key in &candidate.without {
@@ -147,7 +151,7 @@ impl CaseFile {
         }
         merge(&mut table, &candidate.set);
         Self::parse(&table.to_string(), &self.path).map_err(|error| {
-            // a line of the merged text is none of the file
+            // line numbers of the merged text do not belong to the user's file
             let key = match error.place.strip_prefix("line ").and_then(|rest| rest.split_once(", "))
             {
                 Some((_, key)) => key.to_owned(),
@@ -157,10 +161,10 @@ impl CaseFile {
         })
     }
 
-    /// Checks the candidates, each as a case of its own.
+    /// Checks the candidates, each as a complete case.
     pub(super) fn check_further_tests(&self) -> Result<(), InputError> {
         let further = &self.case.further_tests;
-        // a single simulation calibrates nothing
+        // a case without a prior is a single simulation and calibrates nothing
         let Some(prior) = self.case.whole_prior() else { return Ok(()) };
         for &specimens in &further.specimens {
             let (key, help) = ("further_tests.specimens", "Write them as specimens = [4, 8, 16].");
@@ -237,7 +241,7 @@ impl CaseFile {
     }
 }
 
-/// What more specimens of the present test are called.
+/// Name of the candidate that consists of more specimens of the present test.
 pub(crate) const PRESENT: &str = "more specimens";
 
 fn thirty() -> usize {

@@ -1,4 +1,4 @@
-//! Cases with absurd values: taken or refused in words, never a panic.
+//! Property tests with absurd values: each case is accepted or refused with a message, and never causes a panic.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use toml::{Table, Value};
 
 use super::{Case, CaseFile};
 
-/// Dotted keys of all values.
+/// Collects the dotted keys of all values.
 fn keys(table: &Table, front: &str, found: &mut Vec<String>) {
     for (key, value) in table {
         found.push(format!("{front}{key}"));
@@ -17,7 +17,7 @@ fn keys(table: &Table, front: &str, found: &mut Vec<String>) {
     }
 }
 
-/// Puts a value in place of another one.
+/// Replaces the value of a dotted key.
 fn put(table: &mut Table, key: &str, value: Value) {
     match key.split_once('.') {
         Some((first, rest)) => {
@@ -69,7 +69,7 @@ proptest! {
         match CaseFile::parse(&table.to_string(), Path::new("case.toml")) {
             Ok(file) => {
                 prop_assert!(file.geometry().is_ok());
-                // what was taken can be written and read again
+                // an accepted case can be written and read again
                 let again = CaseFile::parse(&file.case.to_toml(), &file.path);
                 prop_assert!(again.is_ok(), "{again:?}");
             }

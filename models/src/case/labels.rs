@@ -1,4 +1,4 @@
-//! What the labels of `[specimen.image]` mean: `label_phases` and `background`.
+//! Interpretation of the labels of `[specimen.image]`: the keys `label_phases` and `background`.
 
 use std::ops::RangeInclusive;
 
@@ -10,10 +10,11 @@ use crate::error::InputError;
 const PHASES: &str = "specimen.image.label_phases";
 
 impl CaseFile {
-    /// The rules by which labels become grains of phases.
+    /// Returns the rules that map labels to grains of phases.
     ///
     /// # Errors
-    /// Keys that are no labels, names that are none of a phase, labels with two meanings.
+    /// If a key is not a label or a range of labels, if a name is not a valid phase name, or if a label has two
+    /// meanings.
     pub(super) fn label_rules(&self, image: &ImageCase) -> Result<LabelRules, InputError> {
         let mut phases = Vec::new();
         for (labels, name) in image.label_phases.iter().flatten() {
@@ -35,7 +36,7 @@ impl CaseFile {
             let help = "Leave it out where each label is a grain.";
             return Err(self.error(PHASES, "{}", "names no phase", help));
         }
-        // phases in the order of their labels, whatever digits these have
+        // the map sorts its keys as text; sort the phases by the numbers of their labels instead
         phases.sort_by_key(|phase| phase.first);
         let segmentation = &image.segmentation;
         let rules = LabelRules {
@@ -54,7 +55,7 @@ impl CaseFile {
     }
 }
 
-/// The labels that a key of `label_phases` names.
+/// Parses a key of `label_phases`: a label, or a range of labels such as `1 to 500`.
 fn label_range(key: &str) -> Option<RangeInclusive<i64>> {
     let label = |text: &str| text.trim().parse::<i64>().ok();
     match key.split_once("to") {

@@ -10,30 +10,30 @@ pub struct MaterialCase {
     /// Elastic law.
     #[serde(default)]
     pub law: ElasticLaw,
-    /// Young's modulus in MPa; not for a law with constants of its own.
+    /// Young's modulus in MPa; not allowed if the law has its own constants.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub young_mpa: Option<f64>,
-    /// Poisson's ratio; not for a law with constants of its own.
+    /// Poisson's ratio; not allowed if the law has its own constants.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub poisson: Option<f64>,
-    /// Critical energy release rate in N/mm; without it the region is elastic.
+    /// Critical energy release rate in N/mm; without it, the region is elastic.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub toughness_n_per_mm: Option<f64>,
     /// Viscosity of the damage in MPa s.
     #[serde(default)]
     pub viscosity_mpa_s: f64,
-    /// Fraction of the stiffness that full damage leaves.
+    /// Fraction of the stiffness that remains at full damage.
     #[serde(default = "residual_stiffness")]
     pub residual_stiffness: f64,
 }
 
 impl MaterialCase {
-    /// The material as `fem` takes it.
+    /// Converts to the material of `fem`.
     ///
     /// # Errors
-    /// Constants that make no elastic solid.
+    /// If the constants do not describe an elastic solid.
     pub(crate) fn in_fem(&self) -> Result<Material, FemError> {
-        // asked for by the case's validation wherever the law takes them
+        // the validation of the case has checked that both values are given if the law needs them
         let [young, poisson] = [self.young_mpa, self.poisson].map(|x| x.unwrap_or(f64::NAN));
         let fracture = self.toughness_n_per_mm.map(|toughness_n_per_mm| Fracture {
             toughness_n_per_mm,

@@ -1,4 +1,4 @@
-//! All mistakes of a text that should be a case: an entry that cannot be read is left out, and the rest is read.
+//! Reads a case that may contain several mistakes: an entry that cannot be read is omitted, and the rest is read.
 
 use std::ops::Range;
 
@@ -14,7 +14,7 @@ use crate::error::{InputError, closest};
 pub(crate) struct Mistakes(Vec<InputError>);
 
 impl Mistakes {
-    /// Adds the mistake of a check, if it has found one.
+    /// Adds the error of a check, if the check failed.
     pub(crate) fn note(&mut self, checked: Result<(), InputError>) {
         self.0.extend(checked.err());
     }
@@ -24,22 +24,23 @@ impl Mistakes {
     }
 }
 
-/// A text as far as it is a case.
+/// Result of reading a text: the case, if it could be read, and the errors.
 pub(super) struct ReadCase {
-    /// Absent where something is missing without which there is no case.
+    /// The case; `None` if a required entry is missing or an error could not be skipped.
     pub(super) case: Option<Case>,
     /// Errors of the parser.
     pub(super) errors: Vec<Error>,
-    /// Keys that were left out.
+    /// Keys that were omitted because they could not be read.
     omitted: Vec<String>,
 }
 
 impl ReadCase {
-    /// Reads a text. A misspelt key counts as the key that was meant; any other entry that cannot be read is left out.
+    /// Reads a text. A misspelt key is replaced by the closest known key; any other entry that cannot be read is
+    /// omitted.
     pub(super) fn of(text: &str) -> Self {
         let (mut table, errors) = DeTable::parse_recoverable(text);
         let mut read = Self { case: None, errors, omitted: Vec::new() };
-        // without its syntax a text has no entries to speak of
+        // a text with syntax errors has no reliable entries
         while read.errors.len() <= MOST && (read.errors.is_empty() || !read.omitted.is_empty()) {
             let error = match Case::deserialize(Deserializer::from(table.clone())) {
                 Ok(case) => {
@@ -63,7 +64,7 @@ impl ReadCase {
         read
     }
 
-    /// Whether a mistake follows from an entry that was left out.
+    /// Whether a mistake is a consequence of an omitted entry.
     pub(super) fn explains(&self, mistake: &InputError) -> bool {
         mistake.place.rsplit('.').next().is_some_and(|key| self.is_omitted(key))
     }
@@ -73,11 +74,11 @@ impl ReadCase {
     }
 }
 
-/// More mistakes of one text are not read.
+/// Limit of the number of mistakes that are read from one text.
 const MOST: usize = 50;
 
-/// Leaves out the entry at a place of the text, or gives it the name that was meant. Returns the key that was left
-/// out: empty where it was renamed. Nothing is returned where no entry stands there.
+/// Removes the entry at the range `at` of the text, or renames its key to the closest known key. Returns the removed
+/// key, or an empty string if the key was renamed. Returns `None` if there is no entry at `at`.
 fn omit(table: &mut DeTable<'_>, at: &Range<usize>, message: &str) -> Option<String> {
     let is_key = |(key, _): &(&Spanned<_>, &Spanned<DeValue<'_>>)| key.span() == *at;
     if let Some(key) = table.iter().find(is_key).map(|(key, _)| key.clone()) {

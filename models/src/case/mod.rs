@@ -1,4 +1,4 @@
-//! The case file: everything that decides a result, in TOML with every unit in its key.
+//! The case file: all inputs that determine a result, in TOML, with the unit in each key.
 //!
 //! `breccia init` writes [`Case::TEMPLATE`], the shipped default case with every key explained.
 
@@ -50,7 +50,7 @@ pub use parameter::{ByParameter, PriorBounds, PriorCase};
 pub use read::CaseFile;
 pub use simulation::{AdaptiveCase, ArcLengthCase, OutputCase, TestCase};
 
-/// What to simulate, what to calibrate, and against which experiments.
+/// A case: the simulations, the calibrated parameters, and the experiments.
 ///
 /// # Example
 /// ```
@@ -65,51 +65,51 @@ pub struct Case {
     pub specimen: SpecimenCase,
     /// Parameters of each region of the mesh.
     pub material: BTreeMap<String, MaterialCase>,
-    /// Damage; without it every region is elastic.
+    /// Damage model; without it, every region is elastic.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub phase_field: Option<PhaseField>,
     /// The test: its time and steps, and the platens.
     pub test: TestCase,
-    /// What acts on the body in place of the platens; for a single simulation only.
+    /// Boundary conditions that replace the platens; for a single simulation only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub conditions: Option<ConditionsCase>,
-    /// How the equations are solved.
+    /// Options of the solver.
     #[serde(default)]
     pub solver: SolverOptions,
-    /// What a single simulation leaves behind.
+    /// Files that a single simulation writes.
     #[serde(default)]
     pub output: OutputCase,
-    /// How quantities of interest are taken from a curve.
+    /// Definitions of the quantities of interest of a curve.
     #[serde(default)]
     pub qoi: QoiCase,
-    /// What is calibrated and between which bounds; a single simulation needs none.
+    /// Calibrated parameters with their bounds; not needed for a single simulation.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub prior: Option<PriorCase>,
-    /// Wider priors, each with runs beside those of `[design]`.
+    /// Extensions of the prior, each with runs in addition to those of `[design]`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub extend: Vec<ExtendCase>,
-    /// The runs that the surrogate learns from.
+    /// The runs to which the surrogate is fitted.
     #[serde(default)]
     pub design: DesignCase,
-    /// More of them, where the posterior lives.
+    /// Additional runs in the region of high posterior density.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sequential: Option<SequentialCase>,
-    /// Cheaper meshes for them.
+    /// Cheaper meshes for the runs of the design.
     #[serde(default)]
     pub fidelity: FidelityCase,
-    /// How the surrogate's order is chosen.
+    /// Settings of the surrogate: its order and terms.
     #[serde(default)]
     pub surrogate: SurrogateCase,
-    /// The curves to calibrate against; a single simulation needs none.
+    /// Measured curves to calibrate against; not needed for a single simulation.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub experiments: Option<ExperimentsCase>,
-    /// The sampler.
+    /// Settings of the likelihood and the sampler.
     #[serde(default)]
     pub calibration: CalibrationCase,
     /// The simulations that confirm the calibration.
     #[serde(default)]
     pub confirm: ConfirmCase,
-    /// Tests that could be made next.
+    /// Candidates for the next tests.
     #[serde(default)]
     pub further_tests: FurtherTestsCase,
 }
@@ -118,38 +118,39 @@ pub struct Case {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SpecimenCase {
-    /// Radius of the cylinder in mm; absent: that of the image.
+    /// Radius of the cylinder in mm. Default: the radius of the specimen in the image.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub radius_mm: Option<f64>,
-    /// Height of the cylinder in mm; absent: that of the image.
+    /// Height of the cylinder in mm. Default: the height of the specimen in the image.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub height_mm: Option<f64>,
     /// Edge in mm of the hexahedra that are split into tetrahedra.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub spacing_mm: Option<f64>,
-    /// Element order, 1 or 2. Quadratic unless given: on equal meshes linear elements are far too stiff,
-    /// and at equal cost they are the less accurate.
+    /// Element order, 1 or 2. The default is quadratic: linear elements are far too stiff on equal meshes, and less
+    /// accurate at equal cost.
     #[serde(default = "order")]
     pub order: Order,
-    /// How grains become part of the mesh.
+    /// Representation of grains in the mesh.
     #[serde(default)]
     pub grain_mode: GrainMode,
-    /// What gives the moduli of tetrahedra which are partly grain.
+    /// Homogenisation rule for the moduli of tetrahedra that are partly grain.
     #[serde(default)]
     pub homogenisation: Homogenisation,
-    /// With the mode `auto`, grains of more elements across than this are followed by the mesh.
+    /// With the grain mode `auto`, the mesh follows the surface of grains with more than this number of elements across
+    /// their diameter.
     #[serde(default = "elements_across")]
     pub elements_across: f64,
-    /// The dihedral angle in degrees below which no tetrahedron is brought by following grains.
+    /// Smallest dihedral angle in degrees that is allowed when the mesh is fitted to the surfaces of grains.
     #[serde(default = "min_dihedral")]
     pub min_dihedral_deg: f64,
-    /// A packing of grains; without it the cylinder is all matrix.
+    /// A packing of grains; without it, the cylinder consists of matrix only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub grains: Option<Packing>,
-    /// A virtual scan of the packing: the mesh is then made from its image.
+    /// A virtual scan of the packing; the mesh is then made from the image of this scan.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scan: Option<Scanner>,
-    /// An image of the specimen, or how that of the virtual scan is segmented.
+    /// An image of the specimen, or the segmentation settings for the virtual scan.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub image: Option<ImageCase>,
     /// A Gmsh file that replaces lattice, packing and image.
@@ -158,13 +159,13 @@ pub struct SpecimenCase {
     /// Physical volume or volumes, by number or name, of each region in the mesh file.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub regions: BTreeMap<String, PhysicalGroups>,
-    /// Physical surfaces of the mesh file: `bottom` and `top` for platens, others as wanted.
+    /// Physical surfaces of the mesh file: `bottom` and `top` for the platens, and any others.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub surfaces: BTreeMap<String, PhysicalGroups>,
 }
 
 impl Case {
-    /// What specimens and simulations are compared by.
+    /// Quantities that are compared between specimens and simulations.
     pub(crate) fn compared(&self) -> Vec<Quantity> {
         match self.calibration.likelihood {
             Likelihood::Quantities => self.qoi.quantities.clone(),
@@ -172,7 +173,7 @@ impl Case {
         }
     }
 
-    /// The prior with all that it is extended by: the box of surrogate and calibration.
+    /// The prior including all extensions: the box of the surrogate and of the calibration.
     pub fn whole_prior(&self) -> Option<PriorCase> {
         let mut prior = self.prior.clone()?;
         for (parameter, &PriorBounds([lower, upper])) in
@@ -185,7 +186,7 @@ impl Case {
         Some(prior)
     }
 
-    /// The shipped default case, every key explained.
+    /// The default case that is supplied with the program, with every key explained.
     pub const TEMPLATE: &str = include_str!("../../cases/default.toml");
 }
 

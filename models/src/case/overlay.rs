@@ -1,8 +1,8 @@
-//! A case that is another one but for some keys, which are named by their paths.
+//! Changes individual keys of a case, which are named by dotted paths.
 
 use toml::{Table, Value};
 
-/// `a.b = value` as tables.
+/// Nested tables for the dotted key of `a.b = value`.
 pub(crate) fn nested(key: &str, value: Value) -> Table {
     match key.split_once('.') {
         Some((first, rest)) => Table::from_iter([(first.to_owned(), nested(rest, value).into())]),
@@ -10,7 +10,7 @@ pub(crate) fn nested(key: &str, value: Value) -> Table {
     }
 }
 
-/// Gives a table what another one has otherwise, key by key.
+/// Copies all values of `set` into `table`, recursively for tables within tables.
 pub(crate) fn merge(table: &mut Table, set: &Table) {
     for (key, value) in set {
         match (table.get_mut(key), value) {
@@ -20,7 +20,7 @@ pub(crate) fn merge(table: &mut Table, set: &Table) {
     }
 }
 
-/// Takes a key out, by its path; whether it was there.
+/// Removes a key, given by its dotted path. Returns whether the key was present.
 pub(crate) fn remove(table: &mut Table, key: &str) -> bool {
     match key.split_once('.') {
         Some((first, rest)) => match table.get_mut(first) {

@@ -1,8 +1,8 @@
-//! The shipped example of measured specimens: what `breccia init --own-data` writes.
+//! The supplied example of measured specimens, which `breccia init --own-data` writes.
 
 use super::Case;
 
-/// A file of the example, by its place in the folder.
+/// Path of a file within the example's folder, with the contents of the file.
 macro_rules! example {
     ($name:literal) => {
         ($name, include_str!(concat!("../../cases/own-data/", $name)))
@@ -10,7 +10,8 @@ macro_rules! example {
 }
 
 impl Case {
-    /// A case for measured specimens with a table and five curves, each by its place in a folder.
+    /// A case for measured specimens, its specimen table and five curves: path within the folder and contents of each
+    /// file.
     pub const OWN_DATA: [(&str, &str); 7] = [
         example!("case.toml"),
         example!("specimens.csv"),

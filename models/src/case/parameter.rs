@@ -1,4 +1,4 @@
-//! Parameters by path, as `matrix.young_mpa`: what `[prior]` and the virtual specimens name.
+//! Parameters named by paths such as `matrix.young_mpa`, as used by `[prior]` and the virtual specimens.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -24,13 +24,13 @@ impl MaterialCase {
     }
 }
 
-/// One value a parameter, ordered by region and [`Property`].
+/// A value for each of several parameters, ordered by region and [`Property`].
 ///
-/// In TOML `matrix.young_mpa = 280.0`, or the same as tables.
+/// Written in TOML as `matrix.young_mpa = 280.0`, or as nested tables.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ByParameter<T>(BTreeMap<MaterialParameter, T>);
 
-/// `[prior]`: the box of the uniform priors, also the surrogate's.
+/// `[prior]`: the bounds of the uniform priors. They are also the bounds of the surrogate's inputs.
 ///
 /// # Example
 /// ```
@@ -40,28 +40,28 @@ pub struct ByParameter<T>(BTreeMap<MaterialParameter, T>);
 /// ```
 pub type PriorCase = ByParameter<PriorBounds>;
 
-/// Lower and upper bound.
+/// Lower and upper bound of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct PriorBounds(#[serde(deserialize_with = "two_numbers")] pub [f64; 2]);
 
 impl<T> ByParameter<T> {
-    /// The parameters in order.
+    /// Iterates over the parameters in order.
     pub fn parameters(&self) -> impl ExactSizeIterator<Item = &MaterialParameter> {
         self.0.keys()
     }
 
-    /// Their paths.
+    /// Iterates over the paths of the parameters in order.
     pub fn names(&self) -> impl ExactSizeIterator<Item = String> {
         self.0.keys().map(MaterialParameter::to_string)
     }
 
-    /// Parameters with their values.
+    /// Iterates over the parameters with their values.
     pub fn iter(&self) -> impl ExactSizeIterator<Item = (&MaterialParameter, &T)> {
         self.0.iter()
     }
 
-    /// The value of a parameter.
+    /// Returns the value of a parameter, if there is one.
     pub fn get(&self, parameter: &MaterialParameter) -> Option<&T> {
         self.0.get(parameter)
     }
@@ -73,10 +73,10 @@ impl<T> ByParameter<T> {
 }
 
 impl PriorCase {
-    /// The box as a surrogate's inputs, named by their paths.
+    /// Converts the bounds to the inputs of a surrogate, named by the paths of the parameters.
     ///
     /// # Errors
-    /// Bounds that are not finite and increasing.
+    /// If bounds are not finite, or the lower bound is not below the upper bound.
     pub fn inputs(&self) -> Result<Vec<Input>, SurrogateError> {
         self.iter()
             .map(|(p, &PriorBounds([lower, upper]))| Input::new(p.to_string(), lower, upper))
@@ -118,7 +118,7 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for ByParameter<T> {
     }
 }
 
-/// The values of a region's parameters.
+/// The values of the parameters of one region.
 struct Region<T>(BTreeMap<Property, T>);
 
 impl<'de, T: Deserialize<'de>> Deserialize<'de> for Region<T> {
@@ -127,7 +127,7 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for Region<T> {
     }
 }
 
-/// Takes a table, and says of anything else how it is written now.
+/// Visitor that reads a table; for other types of value it reports the expected syntax.
 struct RegionVisitor<T>(PhantomData<T>);
 
 impl<'de, T: Deserialize<'de>> Visitor<'de> for RegionVisitor<T> {
@@ -157,7 +157,7 @@ impl<'de, T: Deserialize<'de>> Visitor<'de> for RegionVisitor<T> {
     }
 }
 
-/// Exactly two numbers: a plain array would pass over what follows them.
+/// Reads exactly two numbers. Deserialising an array `[f64; 2]` would ignore further numbers.
 fn two_numbers<'de, D: Deserializer<'de>>(source: D) -> Result<[f64; 2], D::Error> {
     let numbers = Vec::<f64>::deserialize(source)?;
     let count = numbers.len();

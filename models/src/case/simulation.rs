@@ -1,81 +1,82 @@
-//! The test, and what a single simulation leaves behind.
+//! The test, and the output of a single simulation.
 
 use std::sync::Arc;
 
 use fem::{AdaptiveSteps, ArcLength, FixedSteps, Friction, Platens, Schedule, StepController};
 use serde::{Deserialize, Serialize};
 
-/// `[test]`: the top platen moves down at constant speed, unless [`ConditionsCase`](crate::ConditionsCase)
-/// says what acts.
+/// `[test]`: the top platen moves down at constant speed, unless [`ConditionsCase`](crate::ConditionsCase) replaces the
+/// platens.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TestCase {
-    /// Displacement of the platen at the end in mm.
+    /// Displacement of the top platen at the end of the test in mm.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub displacement_mm: Option<f64>,
-    /// Time that it takes in s.
+    /// Duration of the test in s.
     #[serde(default = "one_second")]
     pub duration_s: f64,
-    /// Number of equal load steps; without it they adapt.
+    /// Number of equal load steps; without it, the step size is adaptive.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub steps: Option<u32>,
-    /// First and largest adaptive step, as fractions of the displacement.
+    /// First and largest step of an adaptive step size, as fractions of the displacement.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub adaptive: Option<AdaptiveCase>,
-    /// Follow a snap-back of rate-independent damage.
+    /// Settings of the arc-length method, which follows a snap-back of rate-independent damage.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub arc_length: Option<ArcLengthCase>,
-    /// How the platens hold the specimen; the numbers of their friction follow.
+    /// Contact between platens and specimen; the following keys give the friction.
     #[serde(default)]
     pub platens: Platens,
-    /// Coulomb's coefficient of unilateral platens.
+    /// Coulomb's friction coefficient of unilateral platens.
     #[serde(default)]
     pub friction: f64,
-    /// Velocity in mm/s below which friction fades into creep.
+    /// Sliding velocity in mm/s below which Coulomb friction is regularised: it then decreases to zero with the
+    /// velocity.
     #[serde(default = "slip_velocity")]
     pub slip_velocity_mm_per_s: f64,
     /// Viscous drag of unilateral platens in MPa s/mm.
     #[serde(default)]
     pub drag_mpa_s_per_mm: f64,
-    /// Stop once the force is this fraction below its peak.
+    /// Relative drop of the force below its peak at which the simulation stops.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stop_below_peak: Option<f64>,
 }
 
-/// `test.adaptive`.
+/// `test.adaptive`: limits of the adaptive step size, as fractions of the displacement at the end.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AdaptiveCase {
-    /// First step.
+    /// First step, as a fraction of the displacement at the end.
     pub first: f64,
-    /// Largest step.
+    /// Largest step, as a fraction of the displacement at the end.
     pub largest: f64,
 }
 
-/// `test.arc_length`.
+/// `test.arc_length`: settings of the arc-length method.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ArcLengthCase {
-    /// Largest step of the platen, as a fraction of the displacement.
+    /// Largest step of the platen, as a fraction of the displacement at the end.
     pub step: f64,
-    /// Crack energy in N mm that a step may add.
+    /// Largest increase of the crack energy in one step, N mm.
     pub release_n_mm: f64,
 }
 
-/// `[output]`.
+/// `[output]`: files that a single simulation writes.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct OutputCase {
-    /// Load steps from one file of fields to the next; zero writes none.
+    /// Number of load steps between two files of fields; 0 writes none.
     pub fields_every: u32,
-    /// Load steps from one picture of the damage to the next; zero makes none.
+    /// Number of load steps between two pictures of the damage; 0 makes none.
     pub pictures_every: u32,
-    /// Load steps from one saved state to the next; zero saves none.
+    /// Number of load steps between two saved states; 0 saves none.
     pub checkpoint_every: u32,
 }
 
 impl TestCase {
-    /// The time and the steps through it.
+    /// Returns duration, step control and stopping criterion of the test.
     pub(crate) fn schedule(&self) -> Schedule {
         Schedule {
             duration_s: self.duration_s,
@@ -97,7 +98,7 @@ impl TestCase {
         }
     }
 
-    /// The platens with the numbers of their friction.
+    /// Returns the platens with their friction.
     pub(crate) fn platens(&self) -> Platens {
         match self.platens {
             Platens::Sliding => Platens::Sliding,

@@ -1,10 +1,10 @@
-//! Bad values and bad combinations, each named with its key and what to do.
+//! Invalid values and combinations: each error names its key and the remedy.
 
 use std::path::Path;
 
 use super::{CalibrationCase, Case, CaseFile, SpecimenGeometry};
 
-/// Changes of the default case, each with parts of the error that must follow.
+/// Changes of the default case, each with the parts that the error message must contain.
 #[test]
 fn every_bad_value_is_named_with_its_key_and_what_to_do() {
     let changes: &[(&str, &str, &[&str])] = &[
@@ -370,7 +370,7 @@ fn phases_of_labels_are_regions_with_materials() {
     };
     assert_eq!((rules.background, rules.phases.len()), (Some(255), 3));
     assert_eq!(rules.grain_phases(), ["grain", "inclusion", "void"]);
-    // without phases each label is a grain
+    // if no phases are given, each label is a grain
     let plain = "labels = \"labels.tif\"";
     assert!(parse(plain, &of("grain")).is_ok());
     let prior = "[prior]\ninclusion.young_mpa = [10000.0, 30000.0]\n";
@@ -471,7 +471,8 @@ fn load_steps_too_few_for_an_ensemble_are_refused_as_such() {
     assert_eq!(with(""), Ok(()), "steps that adapt are as many as it takes");
 }
 
-/// 50 000 steps in each of four chains after 2 000 of tuning, the first 25 000 left out, every tenth kept.
+/// The paper's sampling: four chains with 2 000 warm-up steps and 50 000 further steps each; the first 25 000 of these
+/// steps are discarded, and every tenth of the others is stored.
 #[test]
 fn the_papers_sampling_is_one_key() {
     let own = "chains = 4\nwarmup = 1000\ndraws = 2000                     # kept, a chain\n";

@@ -1,4 +1,4 @@
-//! `breccia check`: what was understood on standard output, mistakes on standard error.
+//! `breccia check`: prints the interpreted input to standard output and mistakes to standard error.
 
 use std::io::Write as _;
 use std::path::Path;
@@ -9,7 +9,7 @@ use models::{CaseCheck, PartCheck, StudyCheck};
 use super::failure::Failure;
 use super::output::print_line;
 
-/// Prints what the files of a case or of a study say: exit code 1 if there are mistakes.
+/// Prints the interpreted input of a case or a study; exit code 1 if there are mistakes.
 pub(super) fn check(path: &Path) -> Result<ExitCode, Failure> {
     if !StudyCheck::is_study(path) {
         let CaseCheck { understood, notes, mistakes, .. } = CaseCheck::read(path);
@@ -30,7 +30,7 @@ fn print_understood(lines: &[(&str, String)]) -> Result<(), Failure> {
     lines.iter().try_for_each(|(subject, text)| print_line(format_args!("{subject:>10}  {text}")))
 }
 
-/// Prints notes and mistakes, and the number of these.
+/// Prints notes, mistakes and the number of mistakes.
 fn conclude(notes: &[String], mistakes: &[String]) -> Result<ExitCode, Failure> {
     for note in notes {
         print_line(format_args!("{:>10}  {note}", "note"))?;

@@ -1,4 +1,4 @@
-//! Sharing the work of a stage, or of a study, with other processes and with a cluster.
+//! Distribution of the work of a stage or a study to other processes and to a cluster.
 
 use std::path::{Path, PathBuf};
 
@@ -8,10 +8,10 @@ use models::{SlurmJobs, Stage, Study, Workflow};
 use super::failure::{Failure, file_error};
 use super::output::print_line;
 
-/// How the work of a stage is shared with other processes.
+/// Options that share the work of a stage with other processes.
 #[derive(Args)]
 pub(super) struct Sharing {
-    /// Take part in the runs until none is left to begin; another process writes what they give
+    /// Compute runs until all have been started; another process collects their results
     #[arg(long, conflicts_with_all = ["slurm", "slurm_script"])]
     pub(super) share: bool,
 
@@ -19,30 +19,30 @@ pub(super) struct Sharing {
     pub(super) jobs: Jobs,
 }
 
-/// What jobs of a cluster are asked for.
+/// Options of the jobs of a cluster.
 #[derive(Args)]
 pub(super) struct Jobs {
-    /// Submit the work to Slurm: jobs that share DIR, each after those whose results it reads
+    /// Submit the work to Slurm as jobs that share DIR; each job starts after the jobs whose results it reads
     #[arg(long)]
     slurm: bool,
 
-    /// Write the script of those jobs to FILE; without --slurm nothing is submitted
+    /// Write the script of the Slurm jobs to FILE; without --slurm nothing is submitted
     #[arg(long, value_name = "FILE")]
     slurm_script: Option<PathBuf>,
 
-    /// Jobs of the array that makes the runs
+    /// Number of jobs in the array that computes the runs
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u16).range(1..=1000))]
     tasks: u16,
 
-    /// Processors of a job, and so many runs at the same time
+    /// Processors per job, which is also the number of simultaneous runs per job
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
     cpus: u16,
 
-    /// Limit of time of a job, as Slurm writes it, such as 4:00:00
+    /// Time limit of a job in the format of Slurm, such as 4:00:00
     #[arg(long, value_name = "TIME")]
     time: Option<String>,
 
-    /// Memory of a job, as Slurm writes it, such as 8G
+    /// Memory of a job in the format of Slurm, such as 8G
     #[arg(long, value_name = "SIZE")]
     memory: Option<String>,
 
@@ -56,7 +56,7 @@ pub(super) struct Jobs {
 }
 
 impl Jobs {
-    /// Whether there are to be any.
+    /// Whether jobs or their script were requested.
     pub(super) fn are_asked_for(&self) -> bool {
         self.slurm || self.slurm_script.is_some()
     }
@@ -74,7 +74,7 @@ impl Jobs {
         })
     }
 
-    /// Writes a script and returns its path.
+    /// Writes the script of the jobs and returns its path.
     fn write(
         &self,
         jobs: &SlurmJobs,
@@ -96,14 +96,14 @@ fn absolute(path: &Path) -> Result<PathBuf, Failure> {
     Ok(std::path::absolute(path).map_err(|e| file_error(path, e))?)
 }
 
-/// Writes the script of the jobs of a stage, and submits it if that is asked for.
+/// Writes the script of the jobs of a stage, and submits the jobs if requested.
 pub(super) fn slurm(
     workflow: &Workflow<'_>,
     stage: &'static Stage,
     asked: &Jobs,
     replace: &[PathBuf],
 ) -> Result<(), Failure> {
-    // what would fail on the cluster fails here; what is finished is not submitted
+    // errors are reported here instead of on the cluster; a finished stage is not submitted
     if !workflow.rehearse(stage)? && asked.slurm {
         print_line("nothing is submitted")?;
         return Ok(());
@@ -126,7 +126,7 @@ pub(super) fn slurm(
     Ok(())
 }
 
-/// Writes the script of the jobs of a study, and submits what is left of it if that is asked for.
+/// Writes the script of the jobs of a study, and submits its unfinished jobs if requested.
 pub(super) fn slurm_study(
     study: &Study<'_>,
     file: &Path,
@@ -134,7 +134,7 @@ pub(super) fn slurm_study(
     asked: &Jobs,
     replace: &[PathBuf],
 ) -> Result<(), Failure> {
-    // a case that is none, or a folder of another one, fails here
+    // fails here if a case is invalid or a folder belongs to another case
     let parts = study.prepare()?;
     let mut stages = parts.iter().flat_map(|part| &part.status.stages);
     if asked.slurm

@@ -1,10 +1,10 @@
-//! What can end the program before its work is done.
+//! Errors that end the program.
 
 use std::path::Path;
 
 use models::{SlurmError, WorkflowError};
 
-/// What ends the program.
+/// Error that ends the program.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum Failure {
     #[error(transparent)]

@@ -1,4 +1,4 @@
-//! First cases: files that are written only where nothing is yet.
+//! `breccia init`: writes a first case, and never replaces existing files.
 
 use std::io::ErrorKind;
 use std::path::Path;
@@ -8,9 +8,9 @@ use models::{Case, WorkflowError};
 use super::failure::Failure;
 use super::output::print_line;
 
-/// Writes a case for measured specimens, with a table and curves to be replaced.
+/// Writes a case for measured specimens, with a specimen table and curves that the user replaces.
 pub(super) fn init_own_data(folder: &Path) -> Result<(), Failure> {
-    // nothing of a person's is replaced, and nothing is left half done
+    // check all paths first, so that no file of the user is replaced and no incomplete example is written
     let is_there = |name: &str| folder.join(name).symlink_metadata().is_ok();
     if let Some((name, _)) = Case::OWN_DATA.iter().find(|(name, _)| is_there(name)) {
         let source = ErrorKind::AlreadyExists.into();
@@ -38,7 +38,7 @@ pub(super) fn init(file: &Path) -> Result<(), Failure> {
     print_line(format_args!("wrote {file}; next: breccia run {file} --out results"))
 }
 
-/// Writes a file that must not be there yet, whole or not at all.
+/// Creates a file that must not exist yet. The file is written completely or not at all.
 fn create(file: &Path, text: &str) -> Result<(), WorkflowError> {
     models::create_file(file, text.as_bytes())
         .map_err(|source| WorkflowError::Init { path: file.to_owned(), source })

@@ -1,4 +1,4 @@
-//! The processes that a launcher such as `mpirun` has started together.
+//! Processes that a launcher such as `mpirun` has started together.
 
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -7,21 +7,23 @@ use fem::Ranks;
 
 use super::failure::Failure;
 
-/// What launchers say of how many processes there are: Open MPI's, those of MPICH and its kin, and Slurm's with PMI-2.
+/// Environment variables in which launchers pass the number of processes: Open MPI, MPICH and its derivatives, and
+/// Slurm with PMI-2.
 const SIZES: [&str; 3] = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "MPI_LOCALNRANKS"];
 
-/// Where the run of several ranks goes on from when it is ended from outside.
+/// Rank of this process and path of the saved state from which an interrupted simulation resumes; set for several
+/// ranks.
 static STATE: OnceLock<(usize, PathBuf)> = OnceLock::new();
 
-/// How many processes a launcher has started; `None` without one.
+/// Returns the number of processes that a launcher has started; `None` without a launcher.
 fn launched() -> Option<usize> {
     let size = |name: &str| std::env::var(name).ok()?.parse().ok();
-    // PMIx says nothing of the number but through Slurm
+    // PMIx does not pass the number of processes; Slurm does
     let of_slurm = || std::env::var_os("PMIX_RANK").and_then(|_| size("SLURM_STEP_NUM_TASKS"));
     SIZES.into_iter().find_map(size).or_else(of_slurm)
 }
 
-/// The ranks of a simulation: those of the launcher, or this process alone.
+/// Returns the ranks of a simulation: all processes of the launcher, or this process alone.
 #[cfg(feature = "mpi")]
 pub(super) fn ranks() -> Result<Ranks, Failure> {
     match launched() {
@@ -30,7 +32,7 @@ pub(super) fn ranks() -> Result<Ranks, Failure> {
     }
 }
 
-/// This process alone: several would all do the same.
+/// Returns a single rank. Fails if a launcher has started several processes, which would all compute the same.
 #[cfg(not(feature = "mpi"))]
 pub(super) fn ranks() -> Result<Ranks, Failure> {
     match launched() {
@@ -39,7 +41,7 @@ pub(super) fn ranks() -> Result<Ranks, Failure> {
     }
 }
 
-/// Refuses several processes that would all do the same.
+/// Refuses to run in several processes, which would all compute the same.
 pub(super) fn refuse(command: &str) -> Result<(), Failure> {
     match launched() {
         Some(count) if count > 1 => Err(Failure::NotShared { command: command.into(), count }),
@@ -47,15 +49,15 @@ pub(super) fn refuse(command: &str) -> Result<(), Failure> {
     }
 }
 
-/// Remembers where the state of a shared simulation is.
+/// Stores the path of the saved state of a simulation on several ranks.
 pub(super) fn remember(ranks: &Ranks, results: &Path) {
     if ranks.size() > 1 {
         let _ = STATE.set((ranks.rank(), results.join("simulate.state")));
     }
 }
 
-/// What to say when a process of several is told to end, as all are when one of them has died. The
-/// first two say it: one of them lives.
+/// Message for a signal to end, if the simulation runs on several ranks. Launchers end all processes if one has died.
+/// Ranks 0 and 1 both print the message, because one of them is still alive.
 pub(super) fn farewell() -> Option<String> {
     let (rank, state) = STATE.get()?;
     let saved = state.is_file();

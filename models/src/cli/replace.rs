@@ -4,10 +4,11 @@ use std::path::{Path, PathBuf};
 
 use models::{InputError, WorkflowError};
 
-/// The absolute paths of files that are named within the folder of the results, or as the shell completes them.
+/// Returns the absolute paths of the files given with `--replace`. Each name is relative to the results folder or to
+/// the current folder.
 ///
 /// # Errors
-/// A name of no file.
+/// If there is no file with this name.
 pub(super) fn replaceable(out: &Path, named: &[PathBuf]) -> Result<Vec<PathBuf>, WorkflowError> {
     let absolute = |path: &Path| {
         std::path::absolute(path)

@@ -1,4 +1,4 @@
-//! Laboratories whose specimens and ensembles come from a known response instead of simulations.
+//! Synthetic laboratories: specimens and ensembles are drawn from a known response instead of simulations.
 
 use nalgebra::{Cholesky, DMatrix, Dyn};
 use rand::{Rng, SeedableRng};
@@ -9,42 +9,44 @@ use surrogate::{Dataset, DesignMethod, DynPce, FitOptions, Input, SurrogateError
 use super::study::{Laboratory, Setting};
 use crate::fracture::{CalibrationError, Population};
 
-/// A world in which the mean response over packings is a known surrogate, and packings scatter about it.
+/// Synthetic model of laboratories: the mean response over packings is a known surrogate, and packings scatter about
+/// it.
 ///
-/// Each laboratory draws a truth, specimens about it, and ensembles of its own: what a calibration would
-/// have seen had everything been done again.
+/// Each laboratory draws its own true parameters, specimens and ensembles, as if all experiments and simulations had
+/// been repeated.
 #[derive(Clone, Debug)]
 pub struct Emulated {
-    /// The mean response over packings; with `stiffness`, over those of one stiffness ratio, its last input.
+    /// Mean response over packings. With `stiffness`, the mean over packings of one stiffness ratio, which is then the
+    /// last input.
     pub response: DynPce,
-    /// Mean and standard deviation of the stiffness ratio of packings, if the response takes it.
+    /// Mean and standard deviation of the stiffness ratio of packings, if it is an input of the response.
     pub stiffness: Option<[f64; 2]>,
     /// Covariance (quantities × quantities) of the logarithms of the quantities between packings.
     pub packings: Vec<Vec<f64>>,
     /// Standard deviation of the logarithm of each parameter between specimens.
     pub scatter: Vec<f64>,
-    /// Relative standard deviation of a quantity by the noise of readings.
+    /// Relative standard deviation of a quantity due to measurement noise.
     pub noise: f64,
-    /// Specimens of a laboratory.
+    /// Number of specimens of a laboratory.
     pub specimens: usize,
-    /// Fraction of each side of the prior box, around its middle, that truths are drawn from.
+    /// Fraction of each side of the prior box, around its centre, from which true parameters are drawn.
     pub inner: f64,
-    /// Runs of an ensemble, and how they fill the box.
+    /// Number of runs of an ensemble.
     pub runs: usize,
-    /// How the runs fill the box.
+    /// Sampling method of the ensemble.
     pub method: DesignMethod,
-    /// How surrogates are fitted.
+    /// Options of the surrogate fits.
     pub fit: FitOptions,
 }
 
 impl Emulated {
-    /// A laboratory with these settings: the exact response, a surrogate from a packing for each run with
-    /// its shared error, and one from a single packing that is taken to be exact (the paper's way). Where the
-    /// response takes the stiffness ratio, a surrogate that does so too, with the ratio known of each
-    /// specimen, of the first half, and of none.
+    /// Draws a laboratory and the settings that calibrate it: the exact response, a surrogate with a separate packing
+    /// for each run and its shared error, and a surrogate with a single packing that is assumed to be exact, as in the
+    /// paper. If the stiffness ratio is an input of the response, there are also surrogates with this input: the ratio
+    /// is known for no specimen, for the first half of the specimens, or for all.
     ///
     /// # Errors
-    /// Covariances that are not positive definite; ensembles that cannot be fitted.
+    /// If a covariance is not positive definite, or an ensemble cannot be fitted.
     pub fn laboratory(&self, seed: u64) -> Result<(Laboratory, Vec<Setting>), CalibrationError> {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
         let truth = self.truth(&mut rng);
@@ -80,26 +82,26 @@ impl Emulated {
         Ok((Laboratory { truth, specimens, stiffness_ratios }, settings))
     }
 
-    /// The inputs that are parameters.
+    /// Inputs of the response that are parameters (all except the stiffness ratio).
     fn parameters(&self) -> &[Input] {
         let inputs = self.response.inputs();
         &inputs[..inputs.len() - usize::from(self.stiffness.is_some())]
     }
 
-    /// The stiffness ratio of some microstructure, if the response takes it.
+    /// Draws the stiffness ratio of a microstructure, if it is an input of the response.
     fn ratio<R: Rng>(&self, rng: &mut R) -> Option<f64> {
         self.stiffness.map(|[mean, sd]| mean + sd * rng.sample::<f64, _>(StandardNormal))
     }
 
-    /// A truth in the inner part of the box.
+    /// Draws true parameters from the inner part of the prior box.
     pub fn truth<R: Rng>(&self, rng: &mut R) -> Vec<f64> {
         let place = |rng: &mut R| 0.5 + self.inner * (rng.random::<f64>() - 0.5);
         let inputs = self.parameters().iter();
         inputs.map(|input| input.lower + place(rng) * (input.upper - input.lower)).collect()
     }
 
-    /// Quantities of specimens and their stiffness ratios: parameters scatter to first order, so that none leaves
-    /// the box.
+    /// Draws the quantities and stiffness ratios of the specimens. The response is linearised in the scatter of the
+    /// parameters, so that it is never evaluated outside the box.
     fn specimens<R: Rng>(
         &self,
         truth: &[f64],
@@ -126,7 +128,8 @@ impl Emulated {
         Ok((rows, ratios))
     }
 
-    /// Runs over the box and their stiffness ratios, each with a packing of its own or all with the same.
+    /// Draws runs over the prior box and their stiffness ratios. Each run has its own packing (`per_run`), or all runs
+    /// share one packing.
     fn ensemble<R: Rng>(
         &self,
         per_run: bool,
@@ -167,7 +170,8 @@ impl Emulated {
     }
 }
 
-/// Runs with their ratios as an input, whose box holds what is seen elsewhere too.
+/// Adds the stiffness ratios of the runs as an input. Its range includes the ratios in `seen`, which occur in the
+/// population and in specimens.
 fn with_ratios(runs: &Dataset, ratios: &[f64], seen: &[f64]) -> Result<Dataset, CalibrationError> {
     let all = || ratios.iter().chain(seen).copied();
     let (low, high) =
@@ -188,8 +192,9 @@ mod tests {
     use crate::case::{CaseFile, PriorCase};
     use crate::qoi::Quantity;
 
-    /// The viscous limit of definitions 3.3: m ~ E, F ~ E^(2/3) ξ^(1/3), d ~ (ξ/E)^(1/3), no Gc; times the powers of
-    /// the stiffness ratio that packings showed, if that is an input.
+    /// Viscous limit of definitions 3.3: m ~ E, F ~ E^(2/3) ξ^(1/3), d ~ (ξ/E)^(1/3), independent of Gc. If the
+    /// stiffness ratio is an input, the quantities are multiplied by the powers of the ratio that simulated packings
+    /// show.
     fn viscous_limit(prior: &PriorCase, stiffness: Option<Input>) -> DynPce {
         let inputs: Vec<Input> = prior.inputs().unwrap().into_iter().chain(stiffness).collect();
         let points = DesignMethod::Sobol.sample(&inputs, 256, 1).unwrap();
@@ -242,15 +247,15 @@ mod tests {
         rows.iter().find(is).unwrap()
     }
 
-    /// Exact forward models and shared errors cover as promised; the paper's way, which takes one packing
-    /// for all, does not.
+    /// Intervals cover the truth as often as stated with exact forward models and with shared errors, but not with one
+    /// packing for all runs, as in the paper.
     #[test]
     fn a_packing_for_each_run_covers_and_one_packing_does_not() {
         let prior = CaseFile::default_case().case.prior.unwrap();
         let (world, n) = (world(&prior), 32);
         let rows = study().run(n, |k| world.laboratory(k as u64), |_| ()).unwrap();
         assert_eq!(rows.len(), 3 * 3 * 3);
-        // 90 % less two binomial standard errors: honest intervals reach it in 97 or 98 of 100 studies
+        // 90 % minus two binomial standard errors: intervals with the correct coverage pass in 97 or 98 of 100 studies
         let least = 0.9 - 2.0 * (0.9 * 0.1 / n as f64).sqrt();
         for parameter in ["matrix.young_mpa", "matrix.viscosity_mpa_s"] {
             for setting in ["exact", "packing per run"] {
@@ -264,8 +269,8 @@ mod tests {
         }
     }
 
-    /// Where the ratio explains what packings scatter by (definitions 5.3), intervals cover whatever is known of it,
-    /// and those of E become narrower the more specimens it is known of.
+    /// If the stiffness ratio explains the scatter of packings (definitions 5.3), intervals cover the truth for any
+    /// number of known ratios. The more ratios are known, the narrower are the intervals of E.
     #[test]
     fn stiffness_ratios_of_some_specimens_narrow_intervals_that_cover() {
         let prior = CaseFile::default_case().case.prior.unwrap();
@@ -283,7 +288,7 @@ mod tests {
         let n = 32;
         let rows = study().run(n, |k| world.laboratory(k as u64), |_| ()).unwrap();
         assert_eq!(rows.len(), 6 * 3 * 3);
-        // three binomial standard errors, since ten shares are looked at
+        // three binomial standard errors, because ten fractions are tested
         let least = 0.9 - 3.0 * (0.9 * 0.1 / n as f64).sqrt();
         let settings =
             ["packing per run", "stiffness unknown", "stiffness half known", "stiffness known"];

@@ -1,5 +1,4 @@
-//! Do the intervals hold what they promise? Experiments with a known truth, calibrated by several
-//! forward models side by side.
+//! Coverage of intervals: the frequency with which they contain a known truth, for several forward models.
 
 mod emulated;
 mod study;

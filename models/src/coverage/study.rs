@@ -1,4 +1,4 @@
-//! Calibrations of many experiments with a known truth, and how often their intervals hold it.
+//! Calibrates many experiments with a known truth, and counts how often the intervals contain it.
 
 use ppl::Nuts;
 use rayon::prelude::*;
@@ -6,61 +6,62 @@ use surrogate::{CoefficientPosterior, DynPce, PceFit};
 
 use crate::fracture::{CalibrationError, Evidence, Population, sample};
 
-/// The central intervals that are looked at.
+/// Probabilities of the central intervals that are counted.
 const NOMINAL: [f64; 3] = [0.5, 0.9, 0.95];
 
-/// An experiment with a known truth.
+/// Synthetic experiment with a known truth.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Laboratory {
-    /// The parameters that its specimens scatter around.
+    /// True parameters: the centre of the scatter of the specimens.
     pub truth: Vec<f64>,
-    /// Quantities of interest, one row a specimen.
+    /// Quantities of interest, one row per specimen.
     pub specimens: Vec<Vec<f64>>,
-    /// The stiffness ratio of each specimen's microstructure, if it was scanned.
+    /// Stiffness ratio of each specimen's microstructure; empty if the specimens were not scanned.
     pub stiffness_ratios: Vec<f64>,
 }
 
-/// Which specimens' stiffness ratio a calibration knows.
+/// Specimens whose stiffness ratio a calibration uses.
 #[derive(Clone, Debug)]
 pub struct KnownStiffness {
-    /// The first so many of a laboratory.
+    /// Number of specimens with a known ratio: the first ones of the laboratory.
     pub specimens: usize,
-    /// What it may be of the others.
+    /// Distribution of the stiffness ratio of the other specimens.
     pub population: Option<Population>,
 }
 
-/// A forward model, and the error that a calibration with it admits.
+/// A forward model, and its error in the calibration.
 #[derive(Clone, Debug)]
 pub struct Setting {
-    /// Its name in the table.
+    /// Name of the setting in the table.
     pub name: String,
     /// The forward model.
     pub forward: DynPce,
-    /// How well it is known as the mean response over packings; none: it is taken to be exact.
+    /// Error of the forward model as the mean response over packings; `None` if it is assumed to be exact.
     pub error: Option<CoefficientPosterior>,
-    /// What is known of its last input if that is the stiffness ratio.
+    /// Known stiffness ratios, if the stiffness ratio is the last input of the forward model.
     pub stiffness: Option<KnownStiffness>,
 }
 
 impl Setting {
-    /// A forward model that is taken to be exact.
+    /// Setting with a forward model that is assumed to be exact.
     pub fn exact(name: impl Into<String>, forward: DynPce) -> Self {
         Self { name: name.into(), forward, error: None, stiffness: None }
     }
 
-    /// A forward model from runs with a packing each, whose error all specimens share.
+    /// Setting with a surrogate from runs with a separate packing each; all specimens share its error.
     pub fn shared(name: impl Into<String>, fit: PceFit) -> Self {
         Self { error: Some(fit.coefficients), ..Self::exact(name, fit.pce) }
     }
 
-    /// The same with the stiffness ratio of a specimen's own microstructure as its last input, which is known of
-    /// the first so many specimens of a laboratory; of the others the population says what it may be.
+    /// Setting whose forward model has the stiffness ratio of a specimen's microstructure as its last input. The ratio
+    /// is known for the first `specimens` specimens of a laboratory; `population` is the distribution of the other
+    /// ratios.
     pub fn knowing_stiffness(self, specimens: usize, population: Option<Population>) -> Self {
         Self { stiffness: Some(KnownStiffness { specimens, population }), ..self }
     }
 }
 
-/// How often intervals of a nominal probability held the truth.
+/// Coverage of the intervals of a nominal probability.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CoverageRow {
     /// Name of the setting.
@@ -69,7 +70,7 @@ pub struct CoverageRow {
     pub parameter: String,
     /// Probability of the central interval.
     pub nominal: f64,
-    /// Fraction of the laboratories in which it held the truth.
+    /// Fraction of the laboratories in which the interval contains the truth.
     pub covered: f64,
     /// Number of laboratories.
     pub laboratories: usize,
@@ -77,12 +78,12 @@ pub struct CoverageRow {
     pub mean_width: f64,
 }
 
-/// Calibrations of many laboratories.
+/// Study that calibrates many laboratories.
 #[derive(Clone, Debug)]
 pub struct CoverageStudy {
-    /// Sampler of every calibration; seed and threads are replaced.
+    /// Sampler of every calibration; the study replaces its seed and number of threads.
     pub sampler: Nuts<'static>,
-    /// Seed of everything.
+    /// Seed of all random numbers.
     pub seed: u64,
 }
 
@@ -93,18 +94,18 @@ impl Default for CoverageStudy {
     }
 }
 
-/// Intervals of one laboratory: of each setting, parameter and probability the ends.
+/// Intervals of one laboratory: lower and upper ends for each setting, parameter and probability.
 type Intervals = Vec<Vec<[[f64; 2]; NOMINAL.len()]>>;
 
 impl CoverageStudy {
-    /// Calibrates so many laboratories by all settings that come with each, which have to be the same
-    /// ones every time. A table row for each setting, parameter and nominal probability.
+    /// Calibrates the given number of laboratories. `make` returns the laboratory with this number and its settings,
+    /// which must be the same for all laboratories. Returns a row for each setting, parameter and nominal probability.
     ///
-    /// Laboratories are made and calibrated on all threads; the table depends on the seed alone.
-    /// `told` is called after each, with its number.
+    /// Laboratories are made and calibrated on all threads; the table depends only on the seed. `told` is called with
+    /// the number of each finished laboratory.
     ///
     /// # Errors
-    /// What stops a calibration, or the making of a laboratory.
+    /// The first error of a calibration or of `make`.
     pub fn run<E: From<CalibrationError> + Send>(
         &self,
         laboratories: usize,
@@ -156,7 +157,7 @@ impl CoverageStudy {
         Ok(rows)
     }
 
-    /// The intervals of every parameter.
+    /// Calibrates a laboratory and returns the intervals of every parameter.
     fn intervals(
         &self,
         setting: &Setting,
@@ -189,7 +190,7 @@ impl CoverageStudy {
     }
 }
 
-/// The quantile of sorted values, between the two nearest.
+/// Quantile of sorted values, by linear interpolation.
 fn quantile(sorted: &[f64], p: f64) -> f64 {
     let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
     let place = p * last as f64;

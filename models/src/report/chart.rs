@@ -1,4 +1,4 @@
-//! Figures of own calibrations: curves, bands and points, in the look of the report.
+//! Figures for the user's own calibrations: curves, bands and points, in the style of the report.
 
 use std::fmt;
 use std::io;
@@ -10,14 +10,14 @@ use ppl::diagnostics::quantile;
 use super::style::{DESIGN, MEASURED, POSTERIOR, PRIOR, SERIES, TRUTH, panel};
 use super::ticks::with_round_ticks;
 
-/// What a colour of the report's figures stands for.
+/// Meaning of a colour in the figures of the report.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ink {
     /// Experiments.
     Measured,
-    /// The posterior and what follows from it.
+    /// The posterior and quantities derived from it.
     Posterior,
-    /// Another posterior beside it.
+    /// A second posterior, for comparison.
     Other,
     /// The prior.
     Prior,
@@ -73,7 +73,7 @@ impl fmt::Debug for Chart {
 }
 
 impl Chart {
-    /// An empty panel; labels say the units.
+    /// Creates an empty panel; the labels should contain the units.
     pub fn new(x_label: &str, y_label: &str) -> Self {
         Self {
             x_label: x_label.to_owned(),
@@ -86,41 +86,41 @@ impl Chart {
         }
     }
 
-    /// With a line above the panel.
+    /// Adds a title above the panel.
     pub fn titled(self, title: &str) -> Self {
         Self { title: Some(title.to_owned()), ..self }
     }
 
-    /// Over fixed ranges of both axes, in place of those of what is drawn.
+    /// Sets fixed ranges of both axes, instead of the ranges of the data.
     pub fn over(self, x: (f64, f64), y: (f64, f64)) -> Self {
         Self { x_range: Some(x), y_range: Some(y), ..self }
     }
 
-    /// With the legend above left, where curves fall.
+    /// Places the legend at the top left, for falling curves.
     pub fn legend_above_left(self) -> Self {
         Self { legend: LegendPosition::InsideTopLeft, ..self }
     }
 
-    /// With the legend above right.
+    /// Places the legend at the top right.
     pub fn legend_above_right(self) -> Self {
         Self { legend: LegendPosition::InsideTopRight, ..self }
     }
 
-    /// A line through points; without a name it is not in the legend.
+    /// Adds a line through points; a line with an empty name is not in the legend.
     pub fn line(self, name: &str, ink: Ink, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
         let line = LinePlot::new().with_data(points).with_color(ink.colour());
         let line = line.with_stroke_width(2.0);
         self.with(if name.is_empty() { line } else { line.with_legend(name) })
     }
 
-    /// The same, thin: for many curves over bands.
+    /// Adds a thin line, for many curves over bands; otherwise as [`line`](Self::line).
     pub fn thin(self, name: &str, ink: Ink, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
         let line = LinePlot::new().with_data(points).with_color(ink.colour());
         let line = line.with_stroke_width(0.7);
         self.with(if name.is_empty() { line } else { line.with_legend(name) })
     }
 
-    /// The same as [`line`](Self::line), dashed.
+    /// Adds a dashed line; otherwise as [`line`](Self::line).
     pub fn dashed(
         self,
         name: &str,
@@ -132,7 +132,7 @@ impl Chart {
         self.with(if name.is_empty() { line } else { line.with_legend(name) })
     }
 
-    /// Points.
+    /// Adds points.
     pub fn points(
         self,
         name: &str,
@@ -143,7 +143,7 @@ impl Chart {
         self.with(if name.is_empty() { points } else { points.with_legend(name) })
     }
 
-    /// Bars from a low to a high end, with a point between: (x, low, middle, high).
+    /// Adds vertical bars from a lower to an upper end, with a point between them: (x, lower end, point, upper end).
     pub fn intervals(self, name: &str, ink: Ink, bars: impl IntoIterator<Item = [f64; 4]>) -> Self {
         let bars: Vec<[f64; 4]> = bars.into_iter().collect();
         let middles: Vec<(f64, f64)> = bars.iter().map(|b| (b[0], b[2])).collect();
@@ -151,8 +151,8 @@ impl Chart {
         bars.iter().fold(self, upright).points(name, ink, middles)
     }
 
-    /// Where the central `probability` of curves lies at each x, with their median. Each curve has a
-    /// value for each x; those that are not finite are left out.
+    /// Adds the band that contains the central `probability` of the curves at each x, and their median. Each curve has
+    /// a value for each x; values that are not finite are omitted.
     pub fn band(
         self,
         name: &str,
@@ -182,15 +182,15 @@ impl Chart {
     /// Writes panels side by side as a PNG file.
     ///
     /// # Errors
-    /// What the file system says; no panel.
+    /// If `panels` is empty, or the file cannot be written.
     pub fn write_png(file: &Path, panels: Vec<Self>) -> io::Result<()> {
         std::fs::write(file, Self::to_png(panels)?)
     }
 
-    /// Panels side by side as the bytes of a PNG file.
+    /// Draws panels side by side and returns the bytes of a PNG file.
     ///
     /// # Errors
-    /// No panel.
+    /// If `panels` is empty.
     pub fn to_png(panels: Vec<Self>) -> io::Result<Vec<u8>> {
         if panels.is_empty() {
             return Err(io::Error::other("a figure without panels"));
@@ -221,7 +221,7 @@ impl Chart {
     }
 }
 
-/// Size of a panel in pixels of the drawing, and how many of the picture one of them is.
+/// Width and height of a panel in units of the drawing, and number of pixels per unit.
 const WIDTH: f64 = 460.0;
 const HEIGHT: f64 = 340.0;
 const SCALE: f32 = 1.5;
@@ -238,7 +238,7 @@ mod tests {
         (info.width as usize, info.height as usize, pixels)
     }
 
-    /// The colour of the truth, #2e8b57, is seen where its line is, and twice as wide a picture has two panels.
+    /// The line has the colour of the truth, #2e8b57, and a picture of two panels is twice as wide.
     #[test]
     fn panels_stand_side_by_side() {
         let chart = || Chart::new("x", "y").line("line", Ink::Truth, [(0.0, 1.0), (1.0, 1.0)]);

@@ -1,6 +1,6 @@
-//! Pictures inside a page: bytes as text.
+//! Data URIs: pictures embedded in a page as text.
 
-/// A PNG as the address of an image.
+/// Data URI of a PNG picture.
 pub(super) fn of_png(bytes: &[u8]) -> String {
     format!("data:image/png;base64,{}", base64(bytes))
 }

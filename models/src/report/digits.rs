@@ -1,6 +1,6 @@
-//! How many digits of a number are shown.
+//! Number of digits with which numbers are shown.
 
-/// Four significant digits, scientific where that is shorter to read.
+/// Formats a number with four significant digits; in scientific notation for very small or large numbers.
 pub(crate) fn number(x: f64) -> String {
     let magnitude = x.abs();
     if x == 0.0 || !x.is_finite() {
@@ -13,8 +13,8 @@ pub(crate) fn number(x: f64) -> String {
     format!("{x:.decimals$}")
 }
 
-/// As many digits as the error allows: it is at most five units of the last one. Four significant ones where
-/// the error is not known, and never more than six.
+/// Formats a number with the digits that its error supports: the error is at most five units of the last digit. Four
+/// significant digits if the error is unknown; at most six in all cases.
 pub(super) fn within((x, error): (f64, f64)) -> String {
     if !x.is_finite() {
         return "–".to_owned();
@@ -22,12 +22,12 @@ pub(super) fn within((x, error): (f64, f64)) -> String {
     if !(error.is_finite() && error > 0.0) {
         return number(x);
     }
-    // the place of the last digit, as a power of ten
+    // decimal place of the last digit, as a power of ten
     let last = (2.0 * error).log10().floor() as i32;
     let first = if x == 0.0 { last } else { x.abs().log10().floor() as i32 };
     let last = last.max(first - 5);
     if last > 0 && first < 5 {
-        // whole numbers are read more easily than powers
+        // whole numbers are easier to read than scientific notation
         let unit = 10f64.powi(last);
         return format!("{:.0}", (x / unit).round() * unit);
     }
@@ -43,7 +43,7 @@ pub(super) fn within((x, error): (f64, f64)) -> String {
     }
 }
 
-/// A number of the case, as it stands there where that is short.
+/// Formats a number of the case: all its digits, unless four significant digits are shorter.
 pub(super) fn plain(x: f64) -> String {
     let (short, whole) = (number(x), x.to_string());
     if whole.len() <= short.len() { whole } else { short }

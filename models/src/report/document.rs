@@ -1,11 +1,11 @@
-//! The frame of a page: what stands around its content, with the style sheet inside.
+//! HTML page around the content of a report, with an embedded style sheet.
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::style::named_clips;
 
-/// A self-contained HTML file that fits a screen, a phone, paper and the dark. Clip paths of its figures are
-/// named after `clips`.
+/// Returns a self-contained HTML page for screens, phones, paper and dark mode. The clip paths of its figures are named
+/// after `clips`.
 pub(super) fn document(title: &str, clips: &str, content: &Markup) -> String {
     let page = html! {
         (DOCTYPE)

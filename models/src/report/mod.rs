@@ -1,4 +1,4 @@
-//! The report: figures and one self-contained HTML page, from plain results.
+//! The report: figures and a self-contained HTML page, from plain results.
 
 mod chart;
 mod data_uri;

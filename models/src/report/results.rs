@@ -1,4 +1,4 @@
-//! What a report tells, as plain numbers.
+//! Contents of a report, as plain numbers.
 
 use std::collections::BTreeSet;
 use std::fmt;
@@ -8,12 +8,12 @@ use ppl::diagnostics::Identification;
 /// A curve of displacement in mm and force in N.
 pub(crate) type Points = Vec<(f64, f64)>;
 
-/// Everything that the report shows.
+/// All data that the report shows.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Results {
-    /// What was calibrated, for the headline.
+    /// Title of the report, which names the calibrated case.
     pub(crate) title: String,
-    /// Where not all stages are done: each, its state, and what there is to say of it.
+    /// If not all stages are finished: name, state and explanation of each stage.
     pub(crate) unfinished: Vec<[String; 3]>,
     /// The effective case, as text.
     pub(crate) case_toml: String,
@@ -23,7 +23,7 @@ pub(crate) struct Results {
     pub(crate) image_facts: Vec<(String, String)>,
     /// Facts about the mesh: name and value.
     pub(crate) mesh_facts: Vec<(String, String)>,
-    /// What was found when the measured curves were looked at.
+    /// Findings of the checks of the measured curves.
     pub(crate) findings: Vec<Finding>,
     /// Measured curves by specimen.
     pub(crate) experiments: Vec<(String, Points)>,
@@ -31,149 +31,150 @@ pub(crate) struct Results {
     pub(crate) ensemble: Vec<Points>,
     /// Runs of the ensemble that failed, with their reasons.
     pub(crate) failures: Vec<(usize, String)>,
-    /// Seconds of processor time of the runs, in all.
+    /// Total processor time of the runs, s.
     pub(crate) ensemble_seconds: f64,
-    /// The simulation at the MAP.
+    /// Curve of the simulation at the MAP.
     pub(crate) map_curve: Points,
-    /// The simulation with the case's own materials; none of results from before there was one.
+    /// Curve of the simulation with the case's own materials; `None` in results of older versions.
     pub(crate) baseline_curve: Option<Points>,
-    /// Damage in the simulation at the MAP, as it grows.
+    /// Damage states of the simulation at the MAP, in order of increasing damage.
     pub(crate) damage: Vec<DamageState>,
-    /// Simulations at posterior draws.
+    /// Curves of the simulations at posterior draws.
     pub(crate) posterior_curves: Vec<Points>,
-    /// What a new specimen's curve will be; none if it is not predicted.
+    /// Predicted band of the curve of a new specimen; `None` if it is not predicted.
     pub(crate) predicted_curves: Option<PredictedBand>,
     /// The quantities of interest.
     pub(crate) qois: Vec<Qoi>,
-    /// The surrogate, order by order.
+    /// Errors of the surrogate for each order.
     pub(crate) orders: Vec<OrderErrors>,
-    /// The order that was chosen, and the rule.
+    /// Order of the surrogate that was chosen.
     pub(crate) chosen_order: usize,
-    /// In words, how it was chosen.
+    /// Sentence on the choice of the order.
     pub(crate) order_rule: String,
-    /// Inputs of the surrogate beside the parameters: what is known of each specimen.
+    /// Inputs of the surrogate in addition to the parameters: known properties of each specimen.
     pub(crate) known_inputs: Vec<String>,
     /// The calibrated parameters.
     pub(crate) parameters: Vec<CalibratedParameter>,
-    /// What makes the width of each parameter's interval: its label, and sources with their shares.
+    /// Contributions to the posterior variance of each parameter: its label, and the sources with their shares.
     pub(crate) budget: Vec<(String, Vec<(String, f64)>)>,
-    /// Every number that was sampled.
+    /// Summary of every sampled quantity.
     pub(crate) summary: Vec<Summarised>,
-    /// Divergent transitions of all chains after warmup.
+    /// Number of divergent transitions of all chains after warmup.
     pub(crate) divergences: u64,
     /// Leave-one-out predictions, specimen by specimen; empty if there are none.
     pub(crate) loo: Vec<LeftOut>,
-    /// What further tests would tell, a parameter each; empty if it was not looked at.
+    /// Expected benefit of further tests for each parameter; empty if it was not computed.
     pub(crate) further: Vec<FurtherParameter>,
     /// Warnings of all stages and rules; empty if there are none.
     pub(crate) warnings: Vec<String>,
-    /// Notes that belong to the reading: scaled displacements, mesh bias and the like.
+    /// Notes on the interpretation of the results: scaled displacements, mesh bias and similar.
     pub(crate) notes: Vec<String>,
     /// Settings of the run: name and value.
     pub(crate) settings: Vec<(String, String)>,
 }
 
-/// What further tests would tell of a parameter.
+/// Expected benefit of further tests for one parameter.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct FurtherParameter {
     /// Label with unit.
     pub(crate) label: String,
-    /// Its contraction now.
+    /// Present contraction of the parameter.
     pub(crate) now: f64,
     /// The tests, all with the same numbers of specimens and the same goals.
     pub(crate) tests: Vec<FurtherTestResult>,
 }
 
-/// What a further test would tell of a parameter.
+/// Expected benefit of one further test for a parameter.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct FurtherTestResult {
-    /// What it is called.
+    /// Name of the test.
     pub(crate) name: String,
-    /// By numbers of further specimens.
+    /// Expected contraction for several numbers of further specimens.
     pub(crate) expected: Vec<FurtherExpected>,
-    /// Numbers of specimens that goals take.
+    /// Number of further specimens that each goal needs.
     pub(crate) needed: Vec<FurtherNeeded>,
 }
 
-/// What is to be expected after further specimens.
+/// Expected contraction for a number of further specimens.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct FurtherExpected {
-    /// How many.
+    /// Number of further specimens.
     pub(crate) specimens: usize,
-    /// 1 − posterior variance / prior variance.
+    /// Expected contraction: 1 − posterior variance / prior variance.
     pub(crate) contraction: f64,
 }
 
-/// How many further specimens a goal takes.
+/// Number of further specimens that a goal needs.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct FurtherNeeded {
-    /// Whether a width of the 90 % interval is wanted, and not a contraction.
+    /// Whether the goal is a width of the 90 % interval (and not a contraction).
     pub(crate) is_width: bool,
-    /// What is wanted.
+    /// Value of the goal: width of the interval in the parameter's unit, or contraction.
     pub(crate) value: f64,
-    /// How many; none where no number suffices.
+    /// Number of further specimens; `None` if the goal is not reached with `FurtherTest::MOST` specimens.
     pub(crate) specimens: Option<usize>,
-    /// What any number would give.
+    /// Limit of the interval width or the contraction for infinitely many further specimens.
     pub(crate) limit: f64,
 }
 
-/// Forces of new specimens along the displacement.
+/// Posterior predictive band of the force of new specimens against displacement.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct PredictedBand {
-    /// mm
+    /// Displacements in mm.
     pub(crate) displacement_mm: Vec<f64>,
-    /// 5, 25, 50, 75 and 95 % quantiles, N, each along the displacement.
+    /// 5, 25, 50, 75 and 95 % quantiles of the force in N, each at all displacements.
     pub(crate) force_n: [Vec<f64>; 5],
 }
 
-/// What was found in one measured curve.
+/// A finding in one measured curve.
 #[derive(Clone, Debug)]
 pub(crate) struct Finding {
-    /// The specimen.
+    /// Name of the specimen.
     pub(crate) specimen: String,
-    /// What.
+    /// Name of the finding.
     pub(crate) finding: String,
-    /// How much of it, and what to do.
+    /// Magnitude of the finding, and advice.
     pub(crate) help: String,
 }
 
-/// A specimen as the others predict it.
+/// Leave-one-out prediction of a specimen.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct LeftOut {
-    /// The specimen.
+    /// Name of the specimen.
     pub(crate) specimen: String,
-    /// Log predictive density.
+    /// Log predictive density of the specimen, given the other specimens.
     pub(crate) elpd: f64,
-    /// Shape of the tail of the importance weights.
+    /// Shape parameter k̂ of the generalised Pareto tail of the importance weights.
     pub(crate) pareto_k: f64,
-    /// The parameter that moves most without the specimen, and by how many of its standard deviations.
+    /// The parameter whose posterior mean shifts most without the specimen, and the shift in posterior standard
+    /// deviations.
     pub(crate) moved: Option<(String, f64)>,
-    /// Whether the posterior without the specimen was sampled, and not estimated by weights.
+    /// Whether the posterior without the specimen was sampled (and not estimated with importance weights).
     pub(crate) is_sampled: bool,
 }
 
-/// A specimen without which a posterior mean shifts by more of its standard deviations is named.
+/// Largest shift of a posterior mean, in posterior standard deviations, at which the specimen is not flagged.
 pub(crate) const MOST_SHIFT: f64 = 1.0;
 
-/// A moment of a simulation.
+/// Damage at one state of a simulation.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct DamageState {
     /// Displacement in mm.
     pub(crate) displacement_mm: f64,
     /// Force in N.
     pub(crate) force_n: f64,
-    /// Damage in the specimen cut open, a PNG.
+    /// Picture of the damage in the specimen, cut along its axis; bytes of a PNG file.
     pub(crate) picture: Vec<u8>,
 }
 
-/// One number that was sampled.
+/// Posterior summary of one sampled quantity.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Summarised {
-    /// What it is.
+    /// Name of the quantity.
     pub(crate) name: String,
-    /// Mean, sd, 5, 50 and 95 % quantiles, each with its Monte Carlo error (NaN: not known).
+    /// Mean, sd, 5, 50 and 95 % quantiles, each with its Monte Carlo error (NaN if unknown).
     pub(crate) moments: [(f64, f64); 5],
-    /// How well chains agree: 1 where they do.
+    /// R-hat: 1 if the chains agree.
     pub(crate) rhat: f64,
     /// Effective sample size of the bulk.
     pub(crate) ess_bulk: f64,
@@ -181,21 +182,21 @@ pub(crate) struct Summarised {
     pub(crate) ess_tail: f64,
 }
 
-/// A picture with what it shows.
+/// A picture with its caption.
 #[derive(Clone, Debug)]
 pub(crate) struct Picture {
-    /// What it shows, a sentence.
+    /// Caption: a sentence that describes the picture.
     pub(crate) caption: String,
-    /// The picture.
+    /// Contents of the picture file.
     pub(crate) content: PictureContent,
 }
 
-/// A picture's file.
+/// Contents of a picture file.
 #[derive(Clone, Debug)]
 pub(crate) enum PictureContent {
-    /// Pixels.
+    /// Bytes of a PNG file.
     Png(Vec<u8>),
-    /// Lines.
+    /// Text of an SVG figure.
     Svg(String),
 }
 
@@ -204,30 +205,30 @@ pub(crate) enum PictureContent {
 pub(crate) struct Qoi {
     /// Name with unit.
     pub(crate) label: String,
-    /// One value a specimen.
+    /// Experimental values, one per specimen.
     pub(crate) experiments: Vec<f64>,
-    /// One value a run of the ensemble.
+    /// Values of the ensemble, one per run.
     pub(crate) ensemble: Vec<f64>,
-    /// Draws of what a new specimen will show.
+    /// Posterior predictive draws for a new specimen.
     pub(crate) predictive: Vec<f64>,
-    /// The simulation at the MAP.
+    /// Value of the simulation at the MAP.
     pub(crate) map: f64,
-    /// Relative difference of that to the experimental mean, in per cent.
+    /// Relative difference of `map` to the experimental mean, in per cent.
     pub(crate) percent_error: f64,
-    /// What the mesh is estimated to do to it, in per cent, where that is known.
+    /// Estimated relative error of the quantity due to the mesh, in per cent; `None` if unknown.
     pub(crate) mesh_error_percent: Option<f64>,
-    /// Total Sobol index for every parameter, with the ends of its 90 % interval where there is one.
+    /// Total Sobol index of every parameter, and the ends of its 90 % interval if they are known.
     pub(crate) sobol_total: Vec<(f64, Option<[f64; 2]>)>,
 }
 
-/// The surrogate at one order.
+/// Errors of the surrogate at one order.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct OrderErrors {
     /// Polynomial order.
     pub(crate) order: usize,
-    /// Relative leave-one-out error, averaged over the outputs; `None`: not estimable.
+    /// Relative leave-one-out error, averaged over the outputs; `None` if it cannot be estimated.
     pub(crate) loo: Option<f64>,
-    /// The same, corrected for the sample size.
+    /// Relative leave-one-out error, corrected for the sample size.
     pub(crate) corrected: Option<f64>,
     /// Relative training error of the 70/30 split.
     pub(crate) training: Option<f64>,
@@ -240,11 +241,11 @@ pub(crate) struct OrderErrors {
 pub(crate) struct CalibratedParameter {
     /// Label with unit.
     pub(crate) label: String,
-    /// Ends of the prior box.
+    /// Bounds of the prior.
     pub(crate) prior: (f64, f64),
-    /// Where the runs of the ensemble lie.
+    /// Values of the parameter in the runs of the ensemble.
     pub(crate) design: Vec<f64>,
-    /// Draws by chain.
+    /// Draws of each chain.
     pub(crate) chains: Vec<Vec<f64>>,
     /// Mean with its Monte Carlo error.
     pub(crate) mean: (f64, f64),
@@ -254,31 +255,31 @@ pub(crate) struct CalibratedParameter {
     pub(crate) q05: (f64, f64),
     /// 95 % quantile with its Monte Carlo error.
     pub(crate) q95: (f64, f64),
-    /// Joint mode.
+    /// Value at the joint mode (MAP).
     pub(crate) map: f64,
-    /// 1 − posterior variance / prior variance.
+    /// Contraction: 1 − posterior variance / prior variance.
     pub(crate) contraction: f64,
-    /// The truth, of virtual specimens.
+    /// True value, for virtual specimens.
     pub(crate) truth: Option<f64>,
-    /// Whether the data lie outside what any simulation reaches.
+    /// Whether the data lie outside the range of all simulations.
     pub(crate) out_of_range: bool,
-    /// What its value depends on beside the data, as rules have found.
+    /// Restrictions of the verdict "identified", as determined by the rules.
     pub(crate) qualifiers: BTreeSet<Qualifier>,
 }
 
-/// A reason why an identified value is not that of the material alone.
+/// Reason why an identified value may not be a property of the material alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Qualifier {
-    /// All runs are on one microstructure: no interval includes how others scatter about it.
+    /// All runs use one microstructure: the intervals do not include the scatter between microstructures.
     OneMicrostructure,
-    /// The error of the mesh is larger than what the intervals include.
+    /// The error of the mesh is larger than the mesh error that the intervals include.
     MeshError,
-    /// The model at the mode does not reproduce the specimens.
+    /// The model at the posterior mode does not reproduce the specimens.
     PoorFit,
 }
 
 impl Qualifier {
-    /// What follows "identified".
+    /// Text that follows "identified".
     fn words(self) -> &'static str {
         match self {
             Self::OneMicrostructure => " for this microstructure",
@@ -288,26 +289,26 @@ impl Qualifier {
     }
 }
 
-/// What the data said about a parameter.
+/// Conclusion from the data about a parameter.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Verdict {
-    /// Nothing that counts: no simulation reaches them.
+    /// No conclusion: the data lie outside the range of all simulations.
     OutOfRange,
-    /// It is where the prior ends.
+    /// The posterior is at a bound of the prior.
     AtBound,
-    /// Identified, but for reasons that the intervals do not include.
+    /// Identified, with reservations that the intervals do not include.
     Qualified(BTreeSet<Qualifier>),
-    /// So much.
+    /// Degree of identification without reservations.
     Learnt(Identification),
 }
 
 impl Verdict {
-    /// Whether the data narrowed the parameter, with or without qualifiers.
+    /// Whether the data identify the parameter, with or without qualifiers.
     pub(crate) fn is_identified(&self) -> bool {
         matches!(self, Self::Qualified(_) | Self::Learnt(Identification::Identified))
     }
 
-    /// Whether it is identified, and no rule has found anything against it.
+    /// Whether the parameter is identified without qualifiers.
     pub(crate) fn is_good(&self) -> bool {
         *self == Self::Learnt(Identification::Identified)
     }
@@ -327,18 +328,19 @@ impl fmt::Display for Verdict {
     }
 }
 
-/// A mode within this fraction of the prior's width from a bound is at it, and so is a draw.
+/// Distance from a bound, as a fraction of the width of the prior, within which a mode or a draw counts as at the
+/// bound.
 const MARGIN: f64 = 0.01;
-/// More than this fraction of the draws there, and the prior cuts the posterior.
+/// Largest fraction of the draws at a bound for which the posterior does not count as truncated by the prior.
 const MOST_AT_BOUND: f64 = 0.05;
 
 impl CalibratedParameter {
-    /// All draws, chain after chain.
+    /// Iterates over all draws, chain by chain.
     pub(crate) fn draws(&self) -> impl Iterator<Item = f64> + '_ {
         self.chains.iter().flatten().copied()
     }
 
-    /// What the data said.
+    /// Returns the conclusion from the data about this parameter.
     pub(crate) fn verdict(&self) -> Verdict {
         match Identification::of(self.contraction) {
             _ if self.out_of_range => Verdict::OutOfRange,
@@ -350,7 +352,7 @@ impl CalibratedParameter {
         }
     }
 
-    /// Whether mode or draws press against an end of the prior.
+    /// Whether the mode or too many draws are at a bound of the prior.
     fn is_at_bound(&self) -> bool {
         let (lower, upper) = self.prior;
         let margin = MARGIN * (upper - lower);
@@ -360,7 +362,7 @@ impl CalibratedParameter {
     }
 }
 
-/// The mean; NaN of nothing.
+/// Mean of the values; NaN if there are none.
 pub(crate) fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
@@ -416,7 +418,7 @@ mod tests {
             assert!(verdict.is_identified() && !verdict.is_good());
         }
         assert!(of(&[]).verdict().is_good());
-        // what is not identified stays so
+        // qualifiers do not change a parameter that is not identified
         let unknown = CalibratedParameter { contraction: 0.2, ..of(&[PoorFit]) };
         assert_eq!(unknown.verdict().to_string(), "weakly identified");
         assert!(!unknown.verdict().is_identified());

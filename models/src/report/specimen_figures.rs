@@ -1,11 +1,11 @@
-//! Figures of a specimen: sizes of its grains, shape of its tetrahedra.
+//! Figures of a specimen: sizes of its grains, shapes of its tetrahedra.
 
 use kuva::prelude::*;
 
 use super::style::{ENSEMBLE, POSTERIOR, framed, named_clips, panel, single};
 
-/// Fraction of the grains, by number and by volume, up to each diameter; one (diameter in mm, volume in
-/// mm³) a grain.
+/// Cumulative distribution of grain diameters, by number and by volume. `grains` has (diameter in mm, volume in mm³)
+/// for each grain.
 pub(crate) fn grain_sizes(grains: &[(f64, f64)]) -> String {
     let mut sorted = grains.to_vec();
     sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -26,7 +26,7 @@ pub(crate) fn grain_sizes(grains: &[(f64, f64)]) -> String {
     named_clips(&figure, "grain-sizes")
 }
 
-/// Steps of a cumulative distribution, from sorted values with their weights.
+/// Step function of a cumulative distribution, from sorted values with weights.
 fn cumulative(values: impl Iterator<Item = (f64, f64)> + Clone) -> Vec<(f64, f64)> {
     let total: f64 = values.clone().map(|(_, weight)| weight).sum();
     let (mut points, mut below) = (vec![(0.0, 0.0)], 0.0);
@@ -38,7 +38,7 @@ fn cumulative(values: impl Iterator<Item = (f64, f64)> + Clone) -> Vec<(f64, f64
     points
 }
 
-/// How many tetrahedra have which smallest dihedral angle, in degrees.
+/// Histogram of the smallest dihedral angle of each tetrahedron, in degrees.
 pub(crate) fn mesh_quality(angles_deg: &[f64]) -> String {
     const BINS: usize = 36;
     const MOST: f64 = 72.0;

@@ -1,36 +1,36 @@
-//! One look for every figure: the only place that knows the plotting library's settings.
+//! Common style of all figures. No other module depends on the settings of the plotting library.
 
 use kuva::prelude::*;
 
 use super::ticks::with_round_ticks;
 
-/// Experiments.
+/// Colour of the experiments.
 pub(super) const MEASURED: &str = "#3a3a3a";
-/// The ensemble that trained the surrogate.
+/// Colour of the ensemble to which the surrogate was fitted.
 pub(super) const ENSEMBLE: &str = "#9cc3e6";
-/// Where in the prior's box the ensemble lies.
+/// Colour of the points of the ensemble in the prior box.
 pub(super) const DESIGN: &str = "#1f5f99";
-/// The simulation at the case's own materials.
+/// Colour of the simulation with the case's own materials.
 pub(super) const BASELINE: &str = "#d99a2b";
-/// The posterior and what follows from it.
+/// Colour of the posterior and of quantities derived from it.
 pub(super) const POSTERIOR: &str = "#c0504d";
-/// Curves at draws of the posterior, and the middle half of them.
+/// Colour of curves at posterior draws, and of the band that contains the central 50 % of the predicted curves.
 pub(super) const DRAWS: &str = "#e3a8a6";
-/// Bars of draws of the posterior.
+/// Fill colour of histograms of posterior draws.
 pub(super) const DRAWS_FILL: &str = "#efc9c8";
-/// The prior.
+/// Colour of the prior.
 pub(super) const PRIOR: &str = "#8a8a8a";
-/// The truth of virtual specimens.
+/// Colour of the true values of virtual specimens.
 pub(super) const TRUTH: &str = "#2e8b57";
-/// Chains and other unordered series.
+/// Colours of chains and other unordered series.
 pub(super) const SERIES: [&str; 6] =
     ["#1f5f99", "#c0504d", "#d99a2b", "#2e8b57", "#7a5aa6", "#4a4a4a"];
 
-/// Axes and their ticks.
+/// Colour of axes and their ticks.
 const AXIS: &str = "#555555";
-/// Text.
+/// Colour of text.
 const TEXT: &str = "#222222";
-/// Lines of the grid.
+/// Colour of grid lines.
 const GRID: &str = "#ececec";
 
 fn theme() -> Theme {
@@ -45,7 +45,7 @@ fn theme() -> Theme {
     }
 }
 
-/// A panel with its labels.
+/// Layout of a panel with axis labels.
 pub(super) fn panel(plots: &[Plot], x: &str, y: &str) -> Layout {
     Layout::auto_from_plots(plots)
         .with_theme(theme())
@@ -57,21 +57,21 @@ pub(super) fn panel(plots: &[Plot], x: &str, y: &str) -> Layout {
         .with_ticks(5)
 }
 
-/// The same panel over fixed ranges.
+/// Sets fixed ranges of both axes of a layout.
 pub(super) fn framed(layout: Layout, x: (f64, f64), y: (f64, f64)) -> Layout {
     layout.with_x_axis_min(x.0).with_x_axis_max(x.1).with_y_axis_min(y.0).with_y_axis_max(y.1)
 }
 
-/// One panel as SVG.
+/// Renders one panel as SVG.
 pub(super) fn single(plots: Vec<Plot>, layout: Layout, width: f64, height: f64) -> String {
     let layout = with_round_ticks(layout.with_width(width).with_height(height));
     embedded(render_to_svg(plots, layout))
 }
 
-/// The same figure with clip paths named after it.
+/// Renames the clip paths of a figure after `figure`.
 ///
-/// kuva counts them on from figure to figure: without this the same figure drawn twice differs, and two
-/// figures from two processes have the same names on one page.
+/// kuva numbers clip paths consecutively over all figures of a process. Without renaming, the same figure drawn twice
+/// would differ, and figures of two processes could have equal names on one page.
 pub(super) fn named_clips(svg: &str, figure: &str) -> String {
     const CLIP: &str = "kuva-clip-";
     let mut numbers: Vec<&str> = Vec::new();
@@ -89,7 +89,8 @@ pub(super) fn named_clips(svg: &str, figure: &str) -> String {
     named
 }
 
-/// Everything before `<svg` is for files, not for pages; with a box of its own units it can be of any size.
+/// Prepares an SVG file for a page: removes everything before `<svg`, and replaces width and height by a view box, so
+/// that the page determines the size.
 fn embedded(svg: String) -> String {
     let Some(start) = svg.find("<svg") else { return String::new() };
     let svg = &svg[start..];
@@ -117,7 +118,7 @@ mod tests {
         assert_eq!(embedded("nothing".into()), "");
     }
 
-    /// Numbers among the labels of a figure, in the order of drawing.
+    /// Returns the labels of a figure that are numbers, in the order of drawing.
     fn numbers(svg: &str) -> Vec<String> {
         let texts = svg.split("<text").skip(1).filter_map(|rest| {
             let (_, text) = rest.split_once('>')?;
@@ -126,7 +127,7 @@ mod tests {
         texts.filter(|text| text.parse::<f64>().is_ok()).collect()
     }
 
-    /// Twelve bins of 0.0125 mm from 0.085 mm on made labels 0.085, 0.098, 0.11.
+    /// Regression test: for twelve bins of 0.0125 mm from 0.085 mm, the labels were once 0.085, 0.098, 0.11.
     #[test]
     fn labels_of_a_histogram_have_the_values_of_their_ticks() {
         let edges: Vec<f64> = (0..=12).map(|i| 0.085 + 0.0125 * f64::from(i)).collect();

@@ -1,15 +1,15 @@
-//! Ticks of axes at round numbers, with as many digits as their step needs.
+//! Ticks of axes at round numbers, with the number of digits that their step needs.
 
 use std::sync::Arc;
 
 use kuva::prelude::*;
 use kuva::render::layout::ComputedLayout;
 
-/// From this value on, and for steps below the other one, labels have an exponent.
+/// Labels have an exponent if the largest value is at least `LARGE` or the step is below `SMALL`.
 const LARGE: f64 = 1e6;
 const SMALL: f64 = 1e-4;
 
-/// The layout with ticks at multiples of 1, 2 or 5 times a power of ten on each linear axis.
+/// Sets ticks of a layout at multiples of 1, 2 or 5 times a power of ten on each linear axis.
 pub(super) fn with_round_ticks(layout: Layout) -> Layout {
     let computed = ComputedLayout::from_layout(&layout);
     let mut layout = layout;
@@ -32,12 +32,12 @@ pub(super) fn with_round_ticks(layout: Layout) -> Layout {
 #[derive(Clone, Copy, Debug)]
 struct Axis {
     step: f64,
-    /// Largest absolute value.
+    /// Largest absolute value on the axis.
     largest: f64,
 }
 
 impl Axis {
-    /// About so many ticks over a range; nothing where the range is empty.
+    /// Ticks over a range, approximately `count` of them; `None` if the range is empty.
     fn over((low, high): (f64, f64), count: usize) -> Option<Self> {
         let rough = (high - low) / count.max(1) as f64;
         if !(rough.is_finite() && rough > 0.0) {
@@ -45,7 +45,7 @@ impl Axis {
         }
         let power = 10_f64.powi(rough.log10().floor() as i32);
         let step = match rough / power {
-            // geometric means of neighbours
+            // limits are geometric means of adjacent steps
             part if part < 2.0_f64.sqrt() => power,
             part if part < 10.0_f64.sqrt() => 2.0 * power,
             part if part < 50.0_f64.sqrt() => 5.0 * power,
@@ -66,7 +66,7 @@ impl Axis {
         };
         let decimals = usize::try_from(exponent - power(self.step)).unwrap_or(0);
         let value = value / 10_f64.powi(exponent);
-        // no tick is minus zero
+        // prevents the label -0
         let value = if value.abs() < 0.5 * 10_f64.powi(-(decimals as i32)) { 0.0 } else { value };
         match exponent {
             0 => format!("{value:.decimals$}"),
@@ -80,7 +80,7 @@ impl Axis {
 mod tests {
     use super::*;
 
-    /// Whatever the range: labels are equally spaced, as ticks are, and no two are alike.
+    /// For all ranges, labels are equally spaced, as the ticks are, and no two labels are equal.
     #[test]
     fn equal_steps_read_as_equal_steps() {
         for (low, high) in [

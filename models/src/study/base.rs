@@ -1,4 +1,4 @@
-//! The base case of a study, and the cases that come of it by other keys.
+//! The base case of a study, and the cases that are derived from it by changes of keys.
 
 use std::path::Path;
 
@@ -7,12 +7,12 @@ use toml::{Table, Value};
 use crate::case::{CaseFile, merge, remove};
 use crate::error::InputError;
 
-/// The base case as it is written: its defaults may depend on what is set.
+/// The base case as written in the file, without defaults, because defaults may depend on the changed keys.
 pub(super) struct Base(Table);
 
 impl Base {
-    /// Reads the case that a study names; paths in it become absolute. Returns all its mistakes, and no base where
-    /// the file cannot be read, is no TOML or is a study.
+    /// Reads the base case that a study names, and makes its paths absolute. Returns all mistakes in the case. Returns
+    /// no base if the file cannot be read, is not TOML or is a study.
     pub(super) fn read(study: &Path, base: &Path) -> (Option<Self>, Vec<InputError>) {
         let path = study.with_file_name("").join(base);
         let text = match CaseFile::text(&path) {
@@ -41,8 +41,8 @@ impl Base {
         (Some(Self(written)), mistakes)
     }
 
-    /// A part of the study as a case of its own: the base without some keys, with others. Returns all mistakes, and
-    /// no case where something is missing without which there is none.
+    /// Returns a part of the study as a complete case: the base case without the keys `without` and with the keys
+    /// `sets`. Returns all mistakes; returns no case if a required key is missing or invalid.
     pub(super) fn with<'t>(
         &self,
         study: &Path,
@@ -60,7 +60,7 @@ impl Base {
         sets.into_iter().for_each(|set| merge(&mut table, set));
         let (file, of_case) = CaseFile::parse_all(&table.to_string(), study);
         mistakes.extend(of_case.into_iter().map(|error| {
-            // a line of the merged text is none of the file
+            // line numbers of the merged text do not belong to the user's file
             let place = key_of(&error.place).to_owned();
             InputError { place, ..error }
         }));
@@ -68,13 +68,13 @@ impl Base {
     }
 }
 
-/// The key of a place of a text, without its line.
+/// Removes the line number from the place of an error, so that only the key remains.
 pub(super) fn key_of(place: &str) -> &str {
     let key = place.strip_prefix("line ").and_then(|rest| rest.split_once(", "));
     key.map_or(place, |(_, key)| key)
 }
 
-/// Makes a path beside the case one from anywhere.
+/// Makes a path absolute that is relative to the folder of the case.
 fn absolute(case: &Path, named: Option<&mut Value>) {
     if let Some(Value::String(named)) = named {
         let beside = case.with_file_name("").join(&*named);
@@ -83,10 +83,10 @@ fn absolute(case: &Path, named: Option<&mut Value>) {
     }
 }
 
-/// A key with its value, from the command line.
+/// Parses a key with its value from the command line.
 ///
 /// # Errors
-/// What is no TOML.
+/// If the entry is not valid TOML.
 pub(super) fn parsed(entry: &str, study: &Path) -> Result<Table, InputError> {
     entry.parse().map_err(|_| {
         let help = "Write a key by its path and a value of TOML, as --set specimen.spacing_mm=0.3.";
@@ -98,8 +98,8 @@ pub(super) fn parsed(entry: &str, study: &Path) -> Result<Table, InputError> {
 mod tests {
     use super::*;
 
-    /// A case of a study lies in another folder than its base: files are named from anywhere, those of
-    /// further tests too.
+    /// A case of a study is in another folder than its base case. Paths of the base case become absolute, including the
+    /// paths of candidate tests.
     #[test]
     fn what_the_base_names_lies_beside_the_base() {
         let dir = tempfile::tempdir().unwrap();

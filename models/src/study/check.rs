@@ -1,4 +1,4 @@
-//! What a run of a study would read, with all mistakes of all its parts: nothing is computed and nothing is written.
+//! Checks the input of a study with all mistakes of all its parts, without computing or writing anything.
 
 use std::path::Path;
 
@@ -8,42 +8,42 @@ use crate::case::{CaseFile, ExperimentsCase};
 use crate::error::InputError;
 use crate::workflow::{CaseCheck, ExpectedCost};
 
-/// Parts of a study that are named in one message.
+/// Largest number of parts that are named in one message.
 const NAMED: usize = 3;
 
-/// What the files of a study say.
+/// Result of the check of a study.
 #[derive(Clone, Debug, Default)]
 pub struct StudyCheck {
-    /// What was understood of the study and holds for all its parts: a subject and a line of text.
+    /// Interpreted input that all parts of the study share: subject and text of each line.
     pub understood: Vec<(&'static str, String)>,
-    /// The laboratories and cases of each setting, with what does not hold for all of them.
+    /// Laboratories and cases of each setting, with the interpreted input that differs between parts.
     pub parts: Vec<PartCheck>,
-    /// What a person should look at, with the parts that it concerns.
+    /// Notes for the user, with the parts that they concern.
     pub notes: Vec<String>,
-    /// What would stop a run, with the parts that it concerns.
+    /// Errors that would prevent a run, with the parts that they concern.
     pub mistakes: Vec<String>,
 }
 
-/// What one laboratory or case of a study says.
+/// Interpreted input of one laboratory or case of a study.
 #[derive(Clone, Debug)]
 pub struct PartCheck {
     /// Folder of the part within the folder of the study.
     pub folder: String,
-    /// A subject and a line of text.
+    /// Subject and text of each line.
     pub understood: Vec<(&'static str, String)>,
 }
 
-/// Texts with the parts that each concerns, in the order in which they were found.
+/// Messages, each with the parts that it concerns, in order of first occurrence.
 #[derive(Default)]
 struct Concerning(Vec<(String, Vec<String>)>);
 
 impl StudyCheck {
-    /// Whether a file is a study, so far as it can be read.
+    /// Whether a file is a study; false if the file cannot be read.
     pub fn is_study(path: &Path) -> bool {
         CaseFile::text(path).is_ok_and(|text| CaseFile::is_study(&text))
     }
 
-    /// Reads a study and all files that its parts name, by the readers of the stages.
+    /// Reads a study and all files that its parts name, with the same functions as the stages.
     pub fn read(path: &Path) -> Self {
         let ReadStudy { file, mistakes } = StudyFile::read_all(path, &[]);
         let mut all = Concerning::default();
@@ -105,7 +105,7 @@ impl Concerning {
         }
     }
 
-    /// Each text behind the names of its parts, of a study with so many parts.
+    /// Returns the messages, each preceded by the names of its parts; `count` is the number of all parts.
     fn into_texts(self, count: usize) -> Vec<String> {
         let text = |(text, mut parts): (String, Vec<String>)| {
             parts.dedup();
@@ -123,9 +123,9 @@ impl Concerning {
     }
 }
 
-/// Mistakes of the parts without those that the base case has, too.
+/// Removes the mistakes of parts that the base case has too.
 fn without_repetitions(mistakes: Vec<StudyMistake>) -> impl Iterator<Item = StudyMistake> {
-    // the same value may be written with other blanks and quotes in the merged text
+    // the merged text may contain the same value with different spaces and quotes
     let bare = |value: &str| value.replace([' ', '"', '\''], "");
     let identity = move |error: &InputError| {
         (key_of(&error.place).to_owned(), bare(&error.value), error.problem.clone())
@@ -140,7 +140,7 @@ fn without_repetitions(mistakes: Vec<StudyMistake>) -> impl Iterator<Item = Stud
     })
 }
 
-/// The checks of all parts of a setting.
+/// Checks all parts of a setting.
 fn checks(setting: &StudySetting) -> Vec<(String, CaseCheck)> {
     let laboratories = setting.laboratories.iter().zip(setting.laboratory_folders());
     let laboratories = laboratories
@@ -148,7 +148,7 @@ fn checks(setting: &StudySetting) -> Vec<(String, CaseCheck)> {
     let cases = setting.cases.iter().zip(setting.case_folders()).map(|(case, folder)| {
         let mut file = case.file.clone();
         if case.laboratory.is_some() {
-            // its specimens are tested by the laboratory
+            // the specimens are checked with the laboratory
             let toe = file.case.experiments.as_ref().map(|e| e.toe).unwrap_or_default();
             file.case.experiments = Some(ExperimentsCase {
                 table: None,
@@ -168,7 +168,7 @@ fn checks(setting: &StudySetting) -> Vec<(String, CaseCheck)> {
     laboratories.chain(cases).collect()
 }
 
-/// Title and number of parts.
+/// Title of the study and numbers of its parts.
 fn summary(file: &StudyFile) -> String {
     let count = |count: usize, one: &str, several: &str| match count {
         0 => None,

@@ -1,20 +1,20 @@
-//! Two posteriors of one parameter beside each other.
+//! Comparison of two posteriors of one parameter.
 
-/// How far two samples agree.
+/// Agreement of two samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Agreement {
-    /// The mass that two densities have in common: 1 for the same, 0 for disjoint ones.
+    /// Probability mass that the two densities have in common: 1 for equal, 0 for disjoint densities.
     pub(crate) overlap: f64,
-    /// Median of the ratio of the second to the first, and its 5 and 95 % quantiles.
+    /// Ratio of the second sample to the first: median, 5 and 95 % quantiles.
     pub(crate) ratio: [f64; 3],
 }
 
-/// Bins of the histograms by which the overlap is found; more would take noise for difference.
+/// Number of bins of the histograms for the overlap; with more bins, noise would reduce the overlap.
 const BINS: usize = 40;
 
 /// Compares the draws of two posteriors that were sampled independently of each other.
 ///
-/// The overlap is ∫ min(p, q), here of histograms over all draws (Inman & Bradley 1989,
+/// The overlap is ∫ min(p, q), computed from histograms of all draws (Inman & Bradley 1989,
 /// doi:10.1080/03610928908830074).
 pub(crate) fn agreement(a: &[f64], b: &[f64]) -> Agreement {
     let (low, high) = a
@@ -30,7 +30,7 @@ pub(crate) fn agreement(a: &[f64], b: &[f64]) -> Agreement {
         shares
     };
     let overlap = shares(a).iter().zip(shares(b)).map(|(p, q)| p.min(q)).sum();
-    // independent draws may be paired anyhow; a stride that is prime to their number mixes chains
+    // independent draws can be paired in any order; a stride that is coprime to their number mixes the chains
     let n = a.len().min(b.len());
     let stride = (n / 3..n).find(|s| gcd(*s, n) == 1).unwrap_or(1);
     let mut ratios: Vec<f64> =
@@ -52,7 +52,8 @@ mod tests {
 
     use super::*;
 
-    /// Two normals of one sd, d sd apart, share 2 Φ(−d/2); the logarithm of a ratio of narrow ones is normal.
+    /// Two normal distributions with equal sd, d sd apart, have the overlap 2 Φ(−d/2). The logarithm of the ratio of
+    /// two narrow normals is approximately normal.
     #[test]
     fn overlap_and_ratio_of_normals_are_those_of_the_closed_form() {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(4);
@@ -64,7 +65,8 @@ mod tests {
         // 2 Φ(−1) = 0.31731
         let found = agreement(&a, &b);
         assert!((found.overlap - 0.3173).abs() < 0.015, "{found:?}");
-        // ln(290/280) = 0.03509; sd √(5²/280² + 5²/290²) = 0.024822, 1.6449 of them to either side
+        // ln(290/280) = 0.03509; sd √(5²/280² + 5²/290²) = 0.024822; the 5 and 95 % quantiles are 1.6449 sd from the
+        // median
         for (ratio, z) in found.ratio.iter().zip([0.0, -1.6449, 1.6449]) {
             assert!((ratio.ln() - (0.03509 + z * 0.024822)).abs() < 0.0015, "{found:?}");
         }

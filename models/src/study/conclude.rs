@@ -1,21 +1,23 @@
-//! What a study says in sentences, and which of them are said under its other settings too.
+//! Conclusions of a study as sentences, and whether each is confirmed under the other settings.
 
 use crate::report::{
     CalibratedParameter, ComparedCase, Conclusion, Pair, REPRODUCED, StudyResults, Verdict, number,
 };
 
-/// The part of 90 % intervals that holds the truth, if they are right.
+/// Probability with which a correct 90 % interval contains the truth.
 const NOMINAL: f64 = 0.9;
-/// So rarely at least such a count has to come about by chance before it is held against them.
+/// Significance level: intervals are called too narrow if the probability of at most the observed number of hits is
+/// below it.
 const CHANCE: f64 = 0.05;
 
-/// Something that calibrations show: a claim in words, and what it rests upon.
+/// A result of the calibrations: a claim as a sentence, and the numbers that support it.
 struct Shown {
     claim: String,
     found: String,
 }
 
-/// Each conclusion of the first setting, with what every setting shows of it, from the cases that all have.
+/// Returns the conclusions of the first setting, each with the corresponding result of every setting. Only cases that
+/// were calibrated under all settings are used.
 pub(super) fn conclusions(settings: &[StudyResults]) -> Vec<Conclusion> {
     let missing: Vec<&String> = settings.iter().flat_map(|setting| &setting.missing).collect();
     let settings: Vec<StudyResults> =
@@ -30,7 +32,7 @@ pub(super) fn conclusions(settings: &[StudyResults]) -> Vec<Conclusion> {
     first.iter().enumerate().map(conclusion).collect()
 }
 
-/// A setting without some cases.
+/// Copy of a setting without the cases with these names.
 fn without(setting: &StudyResults, names: &[&String]) -> StudyResults {
     let mut kept = setting.clone();
     kept.cases.retain(|case| !names.contains(&&case.name));
@@ -38,12 +40,12 @@ fn without(setting: &StudyResults, names: &[&String]) -> StudyResults {
     kept
 }
 
-/// What one setting shows, the same questions in the same order as the others.
+/// Results of one setting, in the same order for all settings.
 fn shown(setting: &StudyResults, all: &[StudyResults]) -> Vec<Shown> {
     let cases = &setting.cases;
     let mut shown: Vec<Shown> =
         labels(cases).into_iter().map(|label| identification(cases, label)).collect();
-    // what is learnt under no setting has nothing to be compared
+    // parameters that are not identified under any setting are not compared
     let learnt: Vec<&str> = labels(cases)
         .into_iter()
         .filter(|label| all.iter().any(|s| is_learnt_in(s, label)))
@@ -59,7 +61,7 @@ fn shown(setting: &StudyResults, all: &[StudyResults]) -> Vec<Shown> {
     shown
 }
 
-/// Labels of all parameters, in the order of the first that has each.
+/// Labels of all parameters, in order of first occurrence.
 fn labels(cases: &[ComparedCase]) -> Vec<&str> {
     let mut labels: Vec<&str> = Vec::new();
     for p in cases.iter().flat_map(|case| &case.parameters) {
@@ -70,7 +72,7 @@ fn labels(cases: &[ComparedCase]) -> Vec<&str> {
     labels
 }
 
-/// Laboratories in order.
+/// Names of the laboratories in the order of the cases.
 fn laboratories(cases: &[ComparedCase]) -> Vec<&str> {
     let mut names: Vec<&str> = cases.iter().filter_map(|case| case.laboratory.as_deref()).collect();
     names.dedup();
@@ -81,7 +83,7 @@ fn parameter<'c>(case: &'c ComparedCase, label: &str) -> Option<&'c CalibratedPa
     case.parameters.iter().find(|p| p.label == label)
 }
 
-/// Whether the data narrowed it, be it down to a bound of its prior.
+/// Whether the data narrowed the parameter, even if the posterior is at a bound of the prior.
 fn is_learnt(p: &CalibratedParameter) -> bool {
     let verdict = p.verdict();
     verdict.is_identified() || verdict == Verdict::AtBound
@@ -91,7 +93,7 @@ fn is_learnt_in(setting: &StudyResults, label: &str) -> bool {
     setting.cases.iter().filter_map(|case| parameter(case, label)).any(is_learnt)
 }
 
-/// In which cases a parameter is identified.
+/// Result: the cases in which a parameter is identified.
 fn identification(cases: &[ComparedCase], label: &str) -> Shown {
     let all: Vec<&CalibratedParameter> =
         cases.iter().filter_map(|case| parameter(case, label)).collect();
@@ -107,7 +109,7 @@ fn identification(cases: &[ComparedCase], label: &str) -> Shown {
     Shown { claim, found: format!("{learnt} of {}{cut}", all.len()) }
 }
 
-/// Whether cases against the same specimens give one value.
+/// Result: whether cases with the specimens of one laboratory agree on a parameter.
 fn agreement(setting: &StudyResults, laboratory: &str, label: &str) -> Option<Shown> {
     let is_there = |name: &String| {
         let case = setting.cases.iter().find(|case| case.name == *name);
@@ -139,7 +141,7 @@ fn agreement(setting: &StudyResults, laboratory: &str, label: &str) -> Option<Sh
     Some(Shown { claim: format!("The cases of laboratory {laboratory} {does} on {label}"), found })
 }
 
-/// Whether two cases have one specimen and calibrate it against different ones.
+/// Whether the two cases of a pair have the same specimen geometry but different laboratories.
 fn is_of_one_specimen(cases: &[ComparedCase], pair: &Pair) -> bool {
     let of = |name: &String| cases.iter().find(|case| case.name == *name);
     match (of(&pair.cases[0]), of(&pair.cases[1])) {
@@ -148,7 +150,7 @@ fn is_of_one_specimen(cases: &[ComparedCase], pair: &Pair) -> bool {
     }
 }
 
-/// How a parameter differs between the materials of two laboratories, on one specimen.
+/// Result: the difference of a parameter between two laboratories, for equal specimen geometry.
 fn difference(cases: &[ComparedCase], pair: &Pair) -> Shown {
     let ([a, b], label) = (&pair.cases, &pair.label);
     let claim = match (pair.differ(), pair.ratio[0] > 1.0) {
@@ -169,7 +171,7 @@ fn ratio(pair: &Pair) -> String {
     format!("ratio {median:.3} ({low:.3} … {high:.3})")
 }
 
-/// Whether simulations at the mode are near the experiments.
+/// Result: whether simulations at the mode reproduce the experiments.
 fn reproduction(cases: &[ComparedCase]) -> Shown {
     let errors: Vec<f64> =
         cases.iter().flat_map(|case| &case.qois).map(|qoi| qoi.percent_error).collect();
@@ -182,7 +184,7 @@ fn reproduction(cases: &[ComparedCase]) -> Shown {
     }
 }
 
-/// Whether the intervals of what is identified hold the truth; nothing where none is known.
+/// Result: whether the intervals of identified parameters contain the true values; `None` if no truth is known.
 fn coverage(cases: &[ComparedCase]) -> Option<Shown> {
     let identified = |p: &&CalibratedParameter| p.verdict().is_identified() && p.truth.is_some();
     let all: Vec<_> = cases.iter().flat_map(|case| &case.parameters).collect();
@@ -204,7 +206,8 @@ fn coverage(cases: &[ComparedCase]) -> Option<Shown> {
     })
 }
 
-/// The chance that so many hits or fewer come about of n, each with the nominal one.
+/// Probability of at most `hits` of `n` intervals that contain the truth, each with the nominal probability (binomial
+/// distribution).
 fn at_most(hits: usize, n: usize) -> f64 {
     let mut term = (1.0 - NOMINAL).powi(n as i32);
     let mut sum = 0.0;
@@ -222,7 +225,7 @@ mod tests {
 
     #[test]
     fn chances_are_those_of_the_binomial_distribution() {
-        // of seven: all 0.9⁷ = 0.47830, all but one 7 · 0.9⁶ · 0.1 = 0.37201
+        // of seven: all hits 0.9⁷ = 0.47830, all but one 7 · 0.9⁶ · 0.1 = 0.37201
         assert!((at_most(7, 7) - 1.0).abs() < 1e-12);
         assert!((at_most(5, 7) - (1.0 - 0.478_296_9 - 0.372_008_7)).abs() < 1e-6);
         assert_eq!(at_most(0, 0), 1.0);
@@ -274,7 +277,8 @@ mod tests {
         StudyResults { cases, pairs, ..Default::default() }
     }
 
-    /// Narrow posteriors that differ, beside wide ones that do not, beside ones that learn nothing.
+    /// Three settings: narrow posteriors that differ, wide posteriors that do not differ, and posteriors that are not
+    /// identified.
     #[test]
     fn a_conclusion_survives_where_the_other_setting_shows_the_same() {
         let found = conclusions(&[setting(5.0, 0.99), setting(25.0, 0.95), setting(5.0, 0.1)]);
@@ -293,7 +297,7 @@ mod tests {
             ),
         ];
         assert_eq!(rows, expected);
-        // one that is missing under a setting is compared under none
+        // a case that is missing under one setting is not compared under any setting
         let mut incomplete = setting(5.0, 0.99);
         incomplete.cases.remove(0);
         incomplete.pairs.retain(|pair| pair.cases[0] != "A");

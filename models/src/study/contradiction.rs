@@ -1,9 +1,10 @@
-//! Cases against the same specimens that disagree: one material cannot have two values.
+//! Contradictions: cases that are calibrated against the same specimens but disagree, although one material cannot have
+//! two values.
 
 use crate::report::{ComparedCase, Pair, StudyResults};
 
-/// A sentence for each parameter on which identified cases that share specimens disagree: at least one of their
-/// intervals is too narrow.
+/// Returns a sentence for each parameter on which cases with the same specimens disagree although they identify it. At
+/// least one of their intervals is then too narrow.
 pub(super) fn contradictions(results: &StudyResults) -> Vec<String> {
     let mut labels: Vec<&str> = Vec::new();
     let contradicting = |pair: &&Pair| pair.differ() && are_comparable(&results.cases, pair);
@@ -32,7 +33,7 @@ pub(super) fn contradictions(results: &StudyResults) -> Vec<String> {
     labels.into_iter().map(sentence).collect()
 }
 
-/// What the intervals leave out, where a case says it.
+/// Sentence on a source of uncertainty that the intervals do not include, if a case has such a qualifier.
 fn remedy(cases: &[ComparedCase]) -> &'static str {
     use crate::report::Qualifier::OneMicrostructure;
     let mut parameters = cases.iter().flat_map(|case| &case.parameters);
@@ -45,7 +46,7 @@ fn remedy(cases: &[ComparedCase]) -> &'static str {
     }
 }
 
-/// Whether both cases have the same specimens, and identify the parameter.
+/// Whether both cases have the same specimens and identify the parameter.
 fn are_comparable(cases: &[ComparedCase], pair: &Pair) -> bool {
     let [a, b] = pair.cases.each_ref().map(|name| cases.iter().find(|case| case.name == *name));
     let (Some(a), Some(b)) = (a, b) else { return false };

@@ -1,4 +1,4 @@
-//! The file of a study: a base case, and what each laboratory and each case has otherwise.
+//! The file of a study: a base case, and the keys that each laboratory and each case changes.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -11,25 +11,26 @@ use super::written_study::{LABORATORIES, WrittenPart, WrittenStudy, WrittenVaria
 use crate::case::CaseFile;
 use crate::error::InputError;
 
-/// A study: several calibrations that belong together.
+/// A study: several related calibrations.
 #[derive(Clone, Debug)]
 pub struct StudyFile {
-    /// The file.
+    /// Path of the file.
     pub path: PathBuf,
-    /// What it says.
+    /// Text of the file.
     pub text: String,
-    /// The study as it is written, and after it each of its variants.
+    /// The study as written, followed by each of its variants.
     pub settings: Vec<StudySetting>,
 }
 
 /// All calibrations of a study under one setting.
 #[derive(Clone, Debug)]
 pub struct StudySetting {
-    /// The folder of its results within that of the study: none for the study itself, the name of a variant.
+    /// Folder of the results within the folder of the study: empty for the study itself, otherwise the name of the
+    /// variant.
     pub folder: String,
-    /// Its headline.
+    /// Title of the setting.
     pub title: String,
-    /// Where virtual specimens are tested, each once for all cases that name it.
+    /// Laboratories, which test virtual specimens. Each is run once for all cases that name it.
     pub laboratories: Vec<StudyLaboratory>,
     /// The calibrations, in order.
     pub cases: Vec<StudyCase>,
@@ -38,29 +39,29 @@ pub struct StudySetting {
 /// Virtual specimens that several cases calibrate against.
 #[derive(Clone, Debug)]
 pub struct StudyLaboratory {
-    /// Its name, that of a folder.
+    /// Name of the laboratory and of its folder.
     pub name: String,
-    /// A case of which only the experiments are made.
+    /// Case of the laboratory, of which only the stages up to the experiments are run.
     pub file: CaseFile,
 }
 
 /// One calibration of a study.
 #[derive(Clone, Debug)]
 pub struct StudyCase {
-    /// Its name, that of a folder.
+    /// Name of the case and of its folder.
     pub name: String,
-    /// The case.
+    /// The case file of the calibration.
     pub file: CaseFile,
-    /// Name of the laboratory whose specimens it calibrates against, in place of its own experiments.
+    /// Name of the laboratory whose specimens the case is calibrated against, instead of its own experiments.
     pub laboratory: Option<String>,
-    /// Published results to be compared with.
+    /// Published results for comparison.
     pub reference: Reference,
 }
 
-/// A study as far as it can be read.
+/// Result of reading a study: its valid parts and its mistakes.
 #[derive(Debug, Default)]
 pub(super) struct ReadStudy {
-    /// Absent where the study or its base case cannot be read. Parts that are no case are omitted.
+    /// The study; `None` if the study or its base case cannot be read. Parts that are not valid cases are omitted.
     pub(super) file: Option<StudyFile>,
     pub(super) mistakes: Vec<StudyMistake>,
 }
@@ -74,7 +75,7 @@ pub(super) struct StudyMistake {
 }
 
 impl StudyMistake {
-    /// The mistake with the part in its place.
+    /// Converts to an error whose place includes the part.
     fn into_error(self) -> InputError {
         let Self { part, error } = self;
         let place = match (part.is_empty(), error.place.is_empty()) {
@@ -87,26 +88,25 @@ impl StudyMistake {
 }
 
 impl StudyFile {
-    /// Reads a study and the cases that it is made of.
+    /// Reads a study and the cases of its parts.
     ///
-    /// `set` has keys that all its parts have otherwise than the file says, as `key.by.path=value` with a
-    /// value of TOML.
+    /// `set` has keys that are changed in all parts, as `key.by.path=value` with a TOML value.
     ///
     /// # Errors
-    /// Names file, key, value and help: of the study, of its base, or of a case that is none.
+    /// The first mistake in the study, its base case or a case, with file, key, value and help.
     pub fn read(path: &Path, set: &[String]) -> Result<Self, InputError> {
         let ReadStudy { file, mistakes } = Self::read_all(path, set);
         match (file, mistakes.into_iter().next()) {
             (Some(file), None) => Ok(file),
             (_, Some(mistake)) => Err(mistake.into_error()),
-            // a text that is no study has a mistake
+            // a text that is not a study has at least one mistake
             (None, None) => {
                 Err(InputError::new(path, "", "", "is no study", "See docs/studies.md."))
             }
         }
     }
 
-    /// Like [`StudyFile::read`] with all mistakes.
+    /// Like [`StudyFile::read`], but returns all mistakes.
     pub(super) fn read_all(path: &Path, set: &[String]) -> ReadStudy {
         let mut read = ReadStudy::default();
         let (text, written) = match WrittenStudy::read(path) {
@@ -144,17 +144,17 @@ impl ReadStudy {
     }
 }
 
-/// Where the parts of one setting are read from.
+/// Sources of the parts of one setting.
 struct Parts<'a> {
     path: &'a Path,
     base: &'a Base,
-    /// Keys that all parts have otherwise.
+    /// Keys that are changed in all parts.
     common: &'a [Table],
     variant: Option<&'a WrittenVariant>,
 }
 
 impl Parts<'_> {
-    /// The setting, without parts that are no case.
+    /// Reads the setting; parts that are not valid cases are omitted.
     fn read(&self, written: &WrittenStudy, read: &mut ReadStudy) -> StudySetting {
         let mut setting = StudySetting {
             folder: self.variant.map(|variant| variant.name.clone()).unwrap_or_default(),
@@ -193,7 +193,8 @@ impl Parts<'_> {
         setting
     }
 
-    /// The base without some keys and with others: those of the part, those of the variant, those of all parts.
+    /// Returns the case of a part: the base case without the keys `without`, then with the keys of the part, of the
+    /// variant, and of all parts.
     fn case<'t>(
         &self,
         part: &'t WrittenPart,
@@ -212,34 +213,34 @@ impl Parts<'_> {
 }
 
 impl StudySetting {
-    /// The laboratory of a case.
+    /// Returns the laboratory of a case, if the case names one.
     pub fn laboratory(&self, case: &StudyCase) -> Option<&StudyLaboratory> {
         let name = case.laboratory.as_ref()?;
         self.laboratories.iter().find(|laboratory| laboratory.name == *name)
     }
 
-    /// The folder of a laboratory within that of the study.
+    /// Folder of a laboratory within the folder of the study.
     pub(super) fn laboratory_folder(&self, laboratory: &StudyLaboratory) -> String {
         self.within(&format!("{LABORATORIES}/{}", laboratory.name))
     }
 
-    /// Those of all laboratories.
+    /// Folders of all laboratories within the folder of the study.
     pub(super) fn laboratory_folders(&self) -> impl Iterator<Item = String> {
         self.laboratories.iter().map(|laboratory| self.laboratory_folder(laboratory))
     }
 
-    /// Those of all cases.
+    /// Folders of all cases within the folder of the study.
     pub(super) fn case_folders(&self) -> impl Iterator<Item = String> {
         self.cases.iter().map(|case| self.within(&case.name))
     }
 
-    /// The name of a file or folder of the setting within the folder of the study.
+    /// Path of a file or folder of the setting within the folder of the study.
     pub(super) fn within(&self, name: &str) -> String {
         if self.folder.is_empty() { name.to_owned() } else { format!("{}/{name}", self.folder) }
     }
 }
 
-/// Truths of the parameters that a laboratory tests, by their paths.
+/// True values of the parameters of the tested specimens, by the paths of the parameters.
 pub(super) fn truths(
     laboratory: Option<&StudyLaboratory>,
     own: &CaseFile,

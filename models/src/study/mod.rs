@@ -1,4 +1,4 @@
-//! Beyond one process and one case: several calibrations and what they say together, jobs of a cluster.
+//! Work beyond one case and one process: studies with several calibrations, and jobs of a cluster.
 
 mod base;
 mod check;

@@ -1,4 +1,4 @@
-//! Published results that a case of a study is compared with.
+//! Published results, with which a case of a study is compared.
 
 use serde::Deserialize;
 
@@ -8,9 +8,9 @@ use crate::case::ByParameter;
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Reference {
-    /// Joint mode.
+    /// Published joint mode of the parameters.
     pub map: ByParameter<f64>,
-    /// Differences of the simulation at the mode to the experimental means in per cent, in the order of
+    /// Published differences between the simulation at the mode and the experimental means in per cent, in the order of
     /// the quantities of interest.
     pub percent_error: Vec<f64>,
 }

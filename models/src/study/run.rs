@@ -1,4 +1,4 @@
-//! Running a study: its laboratories, its cases, and what they say together.
+//! Runs a study: its laboratories, its cases, and their comparison.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
@@ -16,26 +16,26 @@ use crate::report::{CalibratedParameter, ComparedCase, Pair, StudyResults, Varia
 use crate::table::to_csv;
 use crate::workflow::{FolderAccess, ProductFolder, Stage, Together, Workflow, WorkflowError};
 
-/// A study being worked on in a directory.
+/// A study with the directory of its results.
 #[derive(Debug)]
 pub struct Study<'a> {
     file: StudyFile,
     dir: PathBuf,
     threads: usize,
     interrupt: &'a AtomicBool,
-    /// Files of the user that may be replaced.
+    /// Files of the user that the study may replace.
     replace: Vec<PathBuf>,
 }
 
-/// The command that writes the files of a study.
+/// Name of the command that writes the files of a study.
 const COMMAND: &str = "study";
 
 impl<'a> Study<'a> {
-    /// A study whose results are written to `dir`: a folder a case, named as it. The given files of the user,
-    /// absolute paths, may be replaced.
+    /// Opens a study whose results are written to `dir`, with one folder per case, named after the case. The files
+    /// `replace` of the user (absolute paths) may be replaced.
     ///
     /// # Errors
-    /// A directory that cannot be made; a file of the user's in the place of one that a study writes.
+    /// If the directory cannot be created, or a file of the user has the path of a file that a study writes.
     pub fn open(
         file: StudyFile,
         dir: &Path,
@@ -43,7 +43,7 @@ impl<'a> Study<'a> {
         interrupt: &'a AtomicBool,
         replace: &[PathBuf],
     ) -> Result<Self, WorkflowError> {
-        // what cases take from a laboratory is named from their own folders
+        // absolute, because cases refer to files of a laboratory from their own folders
         let dir = std::path::absolute(dir).map_err(|e| WorkflowError::results(dir, e))?;
         std::fs::create_dir_all(&dir).map_err(|e| WorkflowError::results(&dir, e))?;
         let all = || file.settings.iter();
@@ -59,23 +59,22 @@ impl<'a> Study<'a> {
         Ok(Self { file, dir, threads, interrupt, replace: replace.to_vec() })
     }
 
-    /// Runs all that is not finished: specimens are tested, each case is calibrated, and `study.csv` and
-    /// `report.html` say what they show together. Laboratories and cases go on side by side and share the
-    /// cores: where these are scarce the one that stands first in the file is served first. One that fails
-    /// leaves the others going on, and what these show is written without it.
+    /// Runs everything that is not finished: tests specimens, calibrates each case, and writes the comparison to
+    /// `study.csv` and `report.html`. Laboratories and cases run concurrently and share the cores; with few cores, they
+    /// run in the order of the file. A failing part does not stop the others; the comparison omits it.
     ///
     /// # Errors
-    /// The first failure in the order of the file, after all others have been run.
+    /// The first failure in the order of the file, after all other parts have been run.
     pub fn run(&self) -> Result<(), WorkflowError> {
         let all = self.shift().run()?;
         self.conclude(all.cases)?;
         all.failure.map_or(Ok(()), Err)
     }
 
-    /// Runs one laboratory or one case alone, of a case up to a stage if one is named.
+    /// Runs only one laboratory or one case; a case only up to the stage `until`, if it is given.
     ///
     /// # Errors
-    /// What ended it; a name that no part of the study has.
+    /// The error that ended the run, or a name that no part of the study has.
     pub fn run_part(&self, name: &str, until: Option<&'static Stage>) -> Result<(), WorkflowError> {
         self.shift().only(name, until)
     }
@@ -84,10 +83,10 @@ impl<'a> Study<'a> {
         Shift::new(&self.file, &self.dir, self.threads, self.interrupt, &self.replace)
     }
 
-    /// Writes the case of each part into its folder, and says how far each is: laboratories first.
+    /// Writes the case of each part into its folder, and returns the status of each part, laboratories first.
     ///
     /// # Errors
-    /// A folder that has the results of another case, or cannot be written.
+    /// If a folder contains the results of another case, or cannot be written.
     pub fn prepare(&self) -> Result<Vec<StudyPart>, WorkflowError> {
         let open = |file: &CaseFile, name: &str| {
             let dir = self.dir.join(name);
@@ -114,7 +113,7 @@ impl<'a> Study<'a> {
         Ok(parts.into_iter().map(part).collect())
     }
 
-    /// Writes what the cases say together, under each setting, and which of it all settings say.
+    /// Writes the comparison of the cases under each setting, and the conclusions that all settings confirm.
     fn conclude(&self, all: Vec<Vec<ComparedCase>>) -> Result<(), WorkflowError> {
         let settings = &self.file.settings;
         let of = |(setting, cases): (&StudySetting, Vec<ComparedCase>)| {
@@ -162,7 +161,7 @@ impl<'a> Study<'a> {
     }
 }
 
-/// `study.csv`.
+/// Contents of `study.csv`.
 fn numbers(file: &Path, cases: &[ComparedCase]) -> Result<Vec<u8>, WorkflowError> {
     let header = ["case", "parameter", "map", "mean", "sd", "q05", "q95", "truth"];
     let rows = cases.iter().flat_map(|case| {
@@ -175,7 +174,7 @@ fn numbers(file: &Path, cases: &[ComparedCase]) -> Result<Vec<u8>, WorkflowError
     to_csv(header, rows).map_err(|e| WorkflowError::io(file, e))
 }
 
-/// Every two cases beside each other, parameter by parameter that both have.
+/// Compares all pairs of cases in all parameters that both cases have.
 fn pairs(cases: &[ComparedCase]) -> Vec<Pair> {
     let mut pairs = Vec::new();
     for (i, a) in cases.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Laboratories and cases of a study side by side, on the cores of one machine.
+//! Runs laboratories and cases of a study concurrently, on the cores of one machine.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -11,31 +11,32 @@ use crate::progress::{say, speaking_for};
 use crate::report::ComparedCase;
 use crate::workflow::{Cores, FolderAccess, STAGES, Stage, Workflow, WorkflowError};
 
-/// Stages that a laboratory takes.
+/// Stages that a laboratory runs.
 pub(super) const TESTING: [&str; 3] = ["segment", "mesh", "experiments"];
 
-/// All parts of a study at work.
+/// Execution of all parts of a study.
 pub(super) struct Shift<'a> {
     file: &'a StudyFile,
     dir: &'a Path,
     threads: usize,
     interrupt: &'a AtomicBool,
-    /// Files of the user that may be replaced.
+    /// Files of the user that the study may replace.
     replace: &'a [PathBuf],
     cores: Cores,
-    /// By the place of the part.
+    /// Errors of parts, each with the rank of the part in the order of execution.
     failures: Mutex<Vec<(usize, WorkflowError)>>,
 }
 
-/// What has come of the parts of a study.
+/// Results of the parts of a study.
 pub(super) struct Finished {
-    /// Those cases that have ended well, setting by setting.
+    /// Cases that ended without an error, for each setting.
     pub(super) cases: Vec<Vec<ComparedCase>>,
     /// The first failure in the order of the file.
     pub(super) failure: Option<WorkflowError>,
 }
 
-/// Says of a laboratory whether its specimens are there: cases wait for it, whatever becomes of it.
+/// Reports to the waiting cases whether the specimens of a laboratory are available. If the laboratory fails or panics,
+/// it reports `false` when it is dropped.
 struct Tested<'a>(&'a OnceLock<bool>);
 
 impl Drop for Tested<'_> {
@@ -56,10 +57,11 @@ impl<'a> Shift<'a> {
         Self { file, dir, threads, interrupt, replace, cores, failures }
     }
 
-    /// Runs all that is not finished; what is compared of each case, setting by setting.
+    /// Runs everything that is not finished, and returns the data for the comparison of the cases.
     ///
     /// # Errors
-    /// An interruption. Another failure leaves the others going on and is among what comes back.
+    /// Only an interruption. Other failures do not stop the other parts, and the first of them is returned in
+    /// [`Finished`].
     pub(super) fn run(self) -> Result<Finished, WorkflowError> {
         let tested: Vec<Vec<OnceLock<bool>>> = self
             .file
@@ -120,10 +122,10 @@ impl<'a> Shift<'a> {
         }
     }
 
-    /// Works on one part alone, of a case up to a stage if one is named.
+    /// Runs only one part; a case only up to the stage `until`, if it is given.
     ///
     /// # Errors
-    /// What ends it; a part that the study has not.
+    /// The error that ended the run, or a name that no part of the study has.
     pub(super) fn only(
         &self,
         name: &str,
@@ -155,7 +157,7 @@ impl<'a> Shift<'a> {
             .into())
     }
 
-    /// Works on a part, whose name stands in all that is told meanwhile. A failure is told at once and kept.
+    /// Runs the work of a part, whose name is shown in all its messages. A failure is reported immediately and stored.
     fn part<T>(
         &self,
         rank: usize,
@@ -175,7 +177,7 @@ impl<'a> Shift<'a> {
         })
     }
 
-    /// Tests the specimens of a laboratory.
+    /// Runs the stages that test the specimens of a laboratory.
     fn test(
         &self,
         rank: usize,
@@ -189,7 +191,7 @@ impl<'a> Shift<'a> {
             .try_for_each(|stage| workflow.run(stage))
     }
 
-    /// Runs a case, and takes from it what is compared.
+    /// Runs a case, and returns its data for the comparison.
     fn calibrate(
         &self,
         rank: usize,
@@ -240,7 +242,8 @@ impl<'a> Shift<'a> {
     }
 }
 
-/// What says whether the specimens of a case are there, if they are those of a laboratory.
+/// Returns the flag that tells whether the specimens of a case are available, if the case uses the specimens of a
+/// laboratory.
 fn tested_for<'t>(
     setting: &StudySetting,
     case: &StudyCase,
@@ -251,15 +254,15 @@ fn tested_for<'t>(
     tested.get(place)
 }
 
-/// The table and the group of measured specimens, or of those of a laboratory. Virtual specimens of a case by
-/// itself are its own.
+/// Path of the specimen table and name of the group, for measured specimens and for specimens of a laboratory. `None`
+/// for a case with its own virtual specimens, which no other case shares.
 fn specimens_from(file: &CaseFile) -> Option<String> {
     let experiments = file.case.experiments.as_ref()?;
     let group = experiments.group.as_deref().unwrap_or_default();
     experiments.table.as_ref().map(|table| format!("{} {group}", table.display()))
 }
 
-/// A case with the specimens of its laboratory in place of its own.
+/// Returns a case in which the specimens of its laboratory replace its own experiments.
 pub(super) fn with_specimens(dir: &Path, setting: &StudySetting, case: &StudyCase) -> CaseFile {
     let mut file = case.file.clone();
     if let Some(laboratory) = setting.laboratory(case) {

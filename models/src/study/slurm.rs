@@ -1,5 +1,5 @@
-//! An ensemble as jobs of a Slurm cluster: an array of the ordinary program, all sharing the folder of the
-//! results, and a job after them that writes what the runs have given.
+//! Runs an ensemble as jobs of a Slurm cluster: an array of jobs that run the program and share the results folder, and
+//! a subsequent job that collects the results of the runs.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -7,66 +7,65 @@ use std::process::Command;
 
 use crate::workflow::{ProductFolder, WorkflowError};
 
-/// What the jobs are, and what is asked of the cluster for each.
+/// Settings of the jobs, and the resources that each requests.
 #[derive(Clone, Debug)]
 pub struct SlurmJobs {
-    /// The program `breccia`, as all machines see it.
+    /// Path of the program `breccia` on all machines.
     pub program: PathBuf,
-    /// The folder of the results, absolute, which all machines see.
+    /// Absolute path of the results folder, which must be the same on all machines.
     pub results: PathBuf,
-    /// Tasks of the array.
+    /// Number of tasks of the array.
     pub tasks: usize,
-    /// Processors of each, and so many runs at the same time.
+    /// Number of processors of each task, which is also the number of its simultaneous runs.
     pub cpus: usize,
-    /// Limit of time, as Slurm writes it (`4:00:00`).
+    /// Time limit in the format of Slurm (`4:00:00`).
     pub time: Option<String>,
-    /// Memory of a task, as Slurm writes it (`8G`).
+    /// Memory of a task in the format of Slurm (`8G`).
     pub memory: Option<String>,
-    /// Partition.
+    /// Partition of the cluster.
     pub partition: Option<String>,
-    /// Any other options of sbatch.
+    /// Further options of sbatch.
     pub options: Vec<String>,
 }
 
-/// Numbers of the jobs.
+/// Numbers of the submitted jobs.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Submitted {
-    /// The array that makes the runs.
+    /// Number of the array that computes the runs.
     pub array: String,
-    /// The job that collects them.
+    /// Number of the job that collects the results of the runs.
     pub collecting: String,
 }
 
-/// Why jobs cannot be submitted.
+/// Error that prevents the submission of jobs.
 #[derive(Debug, thiserror::Error)]
 pub enum SlurmError {
-    /// A path or an option that a script cannot hold.
+    /// A path or an option with characters that a script cannot contain.
     #[error(
         "{0:?} has a line break or a quote, which a script for Slurm cannot hold; name it otherwise"
     )]
     Name(String),
-    /// There is no Slurm here.
+    /// `sbatch` cannot be started on this machine.
     #[error(
         "sbatch cannot be started ({0}); submit from a machine of the cluster, or write the script with \
          --slurm-script FILE and submit it there"
     )]
     NoSlurm(io::Error),
-    /// Slurm refuses a job.
+    /// Slurm rejects a job.
     #[error("sbatch refuses the {job}: {said}")]
     Refused {
-        /// Which job.
+        /// Name of the job.
         job: &'static str,
-        /// What it says.
+        /// Error message of Slurm.
         said: String,
     },
 }
 
 impl SlurmJobs {
-    /// Writes a script, and makes the folder of the logs.
+    /// Writes a script, and creates the folder of the logs.
     ///
     /// # Errors
-    /// A file of the user's in its place, unless it is one of those that may be replaced; a file that cannot be
-    /// written.
+    /// If a file of the user has the path of the script and is not in `replace`, or if the script cannot be written.
     pub fn write_script(
         &self,
         script: &Path,
@@ -83,16 +82,17 @@ impl SlurmJobs {
         folder.write(&name.to_string_lossy(), "--slurm-script", text.as_bytes()).map(drop)
     }
 
-    /// Where the jobs write what they say.
+    /// Folder in which the jobs write their logs.
     pub fn logs(&self) -> PathBuf {
         self.results.join("slurm")
     }
 
-    /// What a script asks of the cluster, beside what it asks for itself; logs have this name.
+    /// Returns the lines with the options of a script: `own`, and the options that all scripts have. `log` is the name
+    /// pattern of the logs.
     pub(super) fn options(&self, own: &[String], log: &str) -> Result<String, SlurmError> {
         let logs = plain(&self.logs())?;
         let name = self.results.file_name().map_or("results".into(), |name| name.to_string_lossy());
-        // spaces end an option of a script
+        // options within a script end at a space
         let name: String = name.chars().map(|c| if c.is_whitespace() { '-' } else { c }).collect();
         let asked = [("time", &self.time), ("mem", &self.memory), ("partition", &self.partition)]
             .into_iter()
@@ -103,8 +103,8 @@ impl SlurmJobs {
         options.extend([
             "--ntasks=1".to_owned(),
             format!("--cpus-per-task={}", self.cpus.max(1)),
-            // a minute before the end, and when it is cancelled, the program itself is told, which keeps
-            // what is finished
+            // SIGTERM reaches the program one minute before the time limit and when the job is cancelled; the program
+            // then saves the finished results
             "--signal=B:TERM@60".to_owned(),
             "--requeue".to_owned(),
             "--open-mode=append".to_owned(),
@@ -116,10 +116,10 @@ impl SlurmJobs {
         Ok(options.iter().map(|option| format!("#SBATCH {option}\n")).collect())
     }
 
-    /// The script of all jobs. Submitted by hand it does what [`SlurmJobs::submit`] does.
+    /// Returns the script of all jobs. If it is submitted by hand, it has the same effect as [`SlurmJobs::submit`].
     ///
     /// # Errors
-    /// [`SlurmError::Name`].
+    /// [`SlurmError::Name`] if a path or an option has characters that the script cannot contain.
     pub fn script(&self) -> Result<String, SlurmError> {
         let [program, results] = [&self.program, &self.results].map(|path| plain(path));
         let (program, results) = (program?, results?);
@@ -149,10 +149,10 @@ exec "${{ensemble[@]}}" --share
         ))
     }
 
-    /// Submits a script, and the collecting job after it.
+    /// Submits a script, and a collecting job that starts after it.
     ///
     /// # Errors
-    /// [`SlurmError::NoSlurm`], [`SlurmError::Refused`].
+    /// [`SlurmError::NoSlurm`] if `sbatch` cannot be started, [`SlurmError::Refused`] if Slurm rejects a job.
     pub fn submit(script: &Path) -> Result<Submitted, SlurmError> {
         let array = sbatch("array of jobs", &[], script, &["worker"])?;
         let after = format!("--dependency=afterany:{array}");
@@ -161,7 +161,7 @@ exec "${{ensemble[@]}}" --share
     }
 }
 
-/// The number of a job that is submitted.
+/// Submits a job and returns its number.
 pub(super) fn sbatch(
     job: &'static str,
     options: &[&str],
@@ -179,12 +179,12 @@ pub(super) fn sbatch(
     if !output.status.success() {
         return Err(SlurmError::Refused { job, said: text(&output.stderr) });
     }
-    // on several clusters: number;cluster
+    // with several clusters, the output is number;cluster
     let said = text(&output.stdout);
     Ok(said.split(';').next().unwrap_or_default().to_owned())
 }
 
-/// A text that stands between quotes in a script and in an option.
+/// Returns a path as text, if the text can be put in quotes in a script and in an option.
 pub(super) fn plain(path: &Path) -> Result<String, SlurmError> {
     let text = path.to_string_lossy().into_owned();
     match text.contains(['\'', '"', '\n', '\\']) {

@@ -1,35 +1,35 @@
-//! A study as jobs of a Slurm cluster: of each laboratory one, of each case one that makes its mesh, an array
-//! that makes its runs, and one that does the rest, each after those whose products it reads.
+//! Runs a study as jobs of a Slurm cluster. Each laboratory is one job. Each case has a job for its mesh, an array for
+//! its runs, and a job for all other stages. Each job starts after the jobs whose results it reads.
 
 use std::path::Path;
 
 use super::slurm::{SlurmError, SlurmJobs, plain, sbatch};
 use super::status::PartStatus;
 
-/// A laboratory or a case of a study, and how far it is.
+/// A laboratory or a case of a study, and the state of its stages.
 #[derive(Clone, Debug)]
 pub struct StudyPart {
-    /// Its folder within that of the study, and its stages.
+    /// Folder of the part within the folder of the study, and the state of its stages.
     pub status: PartStatus,
-    /// Whether it is a case; the folder of the laboratory whose specimens it takes, if it is one.
+    /// `None` for a laboratory. For a case, the folder of the laboratory whose specimens it uses, if it uses one.
     pub case: Option<Option<String>>,
 }
 
-/// A job of a study.
+/// A submitted job of a study.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct StudyJob {
-    /// Its number.
+    /// Number of the job.
     pub number: String,
-    /// What it does.
+    /// Description of the work of the job.
     pub does: String,
 }
 
 impl SlurmJobs {
-    /// The script of all jobs of a study, which is told by its arguments what to do; without any it does all of
-    /// it in one job.
+    /// Returns the script of all jobs of a study. The arguments of the script select the work of a job; without
+    /// arguments, the script runs the whole study.
     ///
     /// # Errors
-    /// [`SlurmError::Name`].
+    /// [`SlurmError::Name`] if a path, key or option has characters that the script cannot contain.
     pub fn study_script(&self, study: &Path, set: &[String]) -> Result<String, SlurmError> {
         let [program, results] = [&self.program, &self.results].map(|path| plain(path));
         let (program, results, study) = (program?, results?, plain(study)?);
@@ -63,17 +63,18 @@ esac
         ))
     }
 
-    /// Submits what is left of each part, and a job that concludes once all have ended, however they end.
+    /// Submits the unfinished work of each part, and a job that compares the cases after all other jobs have ended,
+    /// with or without errors.
     ///
     /// # Errors
-    /// [`SlurmError::NoSlurm`], [`SlurmError::Refused`].
+    /// [`SlurmError::NoSlurm`] if `sbatch` cannot be started, [`SlurmError::Refused`] if Slurm rejects a job.
     pub fn submit_study(
         &self,
         script: &Path,
         parts: &[StudyPart],
     ) -> Result<Vec<StudyJob>, SlurmError> {
         let mut jobs: Vec<StudyJob> = Vec::new();
-        // numbers of those that end the parts, by their folders
+        // folder of each part, with the number of the last job of the part
         let mut last: Vec<(&str, String)> = Vec::new();
         for StudyPart { status, case } in parts {
             let name = status.name.as_str();

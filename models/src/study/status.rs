@@ -1,23 +1,23 @@
-//! How far a study has come, seen from outside.
+//! State of the results of a study, read from its folder.
 
 use std::path::Path;
 
 use super::shift::TESTING;
 use crate::workflow::{StageStatus, Together, WorkflowError, status};
 
-/// How far a laboratory or a case of a study has come.
+/// State of a laboratory or a case of a study.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PartStatus {
-    /// Its folder.
+    /// Folder of the part within the folder of the study.
     pub name: String,
-    /// Its stages.
+    /// State of each stage of the part.
     pub stages: Vec<StageStatus>,
 }
 
-/// How far each part of a study has come, in order. Nothing if the folder is none of a study.
+/// Returns the state of each part of a study, in order. Returns `None` if the folder does not belong to a study.
 ///
 /// # Errors
-/// A part that cannot be read.
+/// If the state of a part cannot be read.
 pub fn study_status(dir: &Path) -> Result<Option<Vec<PartStatus>>, WorkflowError> {
     let Some(together) = Together::read(dir) else { return Ok(None) };
     let laboratories = together.laboratories.into_iter().map(|name| (name, true));
@@ -25,7 +25,7 @@ pub fn study_status(dir: &Path) -> Result<Option<Vec<PartStatus>>, WorkflowError
     let of = |(name, is_laboratory): (String, bool)| {
         let mut stages = match status(&dir.join(&name)) {
             Ok(stages) => stages,
-            // it has not begun
+            // the part has not been started
             Err(WorkflowError::NoResults { .. }) => StageStatus::none(),
             Err(error) => return Err(error),
         };

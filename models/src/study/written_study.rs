@@ -1,4 +1,4 @@
-//! The text of a study, as it is written.
+//! The syntax of a study file.
 
 use std::path::{Path, PathBuf};
 
@@ -9,12 +9,12 @@ use super::reference::Reference;
 use crate::case::CaseFile;
 use crate::error::InputError;
 
-/// The folder of the laboratories among those of the cases.
+/// Folder of the laboratories, within the folder of the study.
 pub(super) const LABORATORIES: &str = "laboratories";
-/// The folder of the runs beside them.
+/// Folder of the runs that cases share, within the folder of the study.
 const RUNS: &str = "runs";
 
-/// A study as it is written.
+/// A study as written in the file.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct WrittenStudy {
@@ -28,7 +28,7 @@ pub(super) struct WrittenStudy {
     pub(super) variant: Vec<WrittenVariant>,
 }
 
-/// Keys that all cases, or all laboratories, have otherwise in a second run of the study.
+/// A variant: keys that are changed in all cases, or in all laboratories, for a second run of the study.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct WrittenVariant {
@@ -38,7 +38,7 @@ pub(super) struct WrittenVariant {
     pub(super) set: Table,
     #[serde(default)]
     pub(super) laboratory: WrittenChange,
-    /// Keys that some of the cases have otherwise besides.
+    /// Further keys that are changed in individual cases.
     #[serde(default)]
     pub(super) case: Vec<WrittenOwnChange>,
 }
@@ -63,10 +63,10 @@ pub(super) struct WrittenPart {
     pub(super) name: String,
     #[serde(default)]
     pub(super) laboratory: Option<String>,
-    /// Keys of the base case that it has otherwise.
+    /// Keys of the base case that the part changes.
     #[serde(default)]
     pub(super) set: Table,
-    /// Keys of the base case that it has not.
+    /// Keys of the base case that the part removes.
     #[serde(default)]
     pub(super) without: Vec<String>,
     #[serde(default)]
@@ -74,10 +74,10 @@ pub(super) struct WrittenPart {
 }
 
 impl WrittenStudy {
-    /// Reads a study file: its text, and the study that the text describes.
+    /// Reads a study file. Returns its text, and the study that the text describes.
     ///
     /// # Errors
-    /// A file that cannot be read, is no study, or has no case.
+    /// If the file cannot be read, is not a study, or has no case.
     pub(super) fn read(path: &Path) -> Result<(String, Self), InputError> {
         let text = fem::read_regular_text(path)
             .map_err(|e| InputError::unreadable(path, &e, "Check its name and place."))?;
@@ -99,7 +99,8 @@ impl WrittenStudy {
         Ok((text, written))
     }
 
-    /// Mistakes in the names of laboratories, cases and variants, which are those of folders beside each other.
+    /// Returns the mistakes in the names of laboratories, cases and variants. The names must be different, because they
+    /// are names of folders within one folder.
     pub(super) fn name_mistakes(&self, path: &Path) -> Vec<InputError> {
         let mut mistakes = Vec::new();
         let mut names = vec![LABORATORIES, RUNS];

@@ -1,4 +1,4 @@
-//! Folders of results of versions that kept no record of the files that they had written.
+//! Results folders of versions of the program that kept no record of written files.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use super::product_folder::ProductFolder;
 use super::task::StageRecord;
 use super::written::WRITTEN;
 
-/// Records the products of a version that kept no record of files, as its stages remember them.
+/// Adds the products in the stages' records to the record of written files, if the folder has no such record.
 pub(super) fn adopt_products(folder: &ProductFolder, dir: &Path) -> Result<(), WorkflowError> {
     if dir.join(WRITTEN).exists() {
         return Ok(());

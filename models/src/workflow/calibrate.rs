@@ -1,4 +1,4 @@
-//! Stage `calibrate`: posterior and mode on the surrogate.
+//! Stage `calibrate`: posterior and mode, computed with the surrogate.
 
 use std::sync::Mutex;
 
@@ -79,12 +79,12 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         row.name = parameter_name(&row.name);
         row.place.clone_from(&row.name);
     }
-    // specimens of one kind, whose inputs are known or are not, may be missing, and there are always some
+    // specimens with known inputs, or specimens with unknown inputs, may be absent; this is not worth a warning
     summary.warnings.retain(|warning| warning.kind != WarningKind::NoData);
     task.product("summary.csv", |path| {
         summary.write_csv(path).map_err(|e| named("summary.csv", e))
     })?;
-    // warnings name parameters as the model does
+    // replace the model's names of parameters by their paths
     let plain = |text: String| {
         prior
             .iter()
@@ -95,7 +95,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     warnings.extend(fitted.made_on.warning(inputs));
     warnings.extend(fitted.known.warning.clone());
     warnings.extend(summary.warnings.drain(..).map(|warning| plain(warning.to_string())));
-    // warnings of all stages stand together in summary.txt
+    // the warnings of all stages are listed in summary.txt
     let table = plain(summary.to_string()).replace("Nothing wrong was found.\n", "");
     task.write("posterior.txt", table)?;
     task.on_threads(settings.chains, |threads| {
@@ -122,7 +122,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     ))
 }
 
-/// What to say where the surrogate's share is above what `[sequential]` asks for.
+/// Warning if the surrogate's share of the variance is larger than `[sequential]` requests.
 fn unreached(inputs: &Inputs<'_>, budget: &Budget) -> Option<String> {
     let asked = inputs.sequential_share()?;
     let (parameter, share) = budget.largest_share()?;
@@ -136,13 +136,13 @@ fn unreached(inputs: &Inputs<'_>, budget: &Budget) -> Option<String> {
     })
 }
 
-/// The path of a parameter from its name in the posterior: `theta[matrix.young_mpa]`.
+/// Path of a parameter, from its name in the posterior such as `theta[matrix.young_mpa]`.
 fn parameter_name(name: &str) -> String {
     let path = name.strip_prefix("theta[").and_then(|rest| rest.strip_suffix(']'));
     path.unwrap_or(name).to_owned()
 }
 
-/// The mode, and the medians of virtual specimens beside it.
+/// Writes the mode and, for virtual specimens, the true medians of the parameters.
 fn write_map(task: &Task<'_>, parameters: &[Input], map: &[f64]) -> Result<(), WorkflowError> {
     let truth = match task.inputs.are_specimens_virtual()? {
         true => task.inputs.truth()?.iter().map(|(_, value)| value.to_string()).collect(),
@@ -153,8 +153,8 @@ fn write_map(task: &Task<'_>, parameters: &[Input], map: &[f64]) -> Result<(), W
     task.write_csv("map.csv", ["parameter", "map", "truth"], rows)
 }
 
-/// Whether a number is of use in a table: of the factor of the correlations none is, of the symmetric matrix
-/// one triangle.
+/// Whether a number belongs in a table for users: all except the Cholesky factor of the correlations and, of the
+/// symmetric correlation matrix, the diagonal and one triangle.
 fn is_for_people(posterior: &Posterior, name: &str) -> bool {
     let of = |quantity: &str| {
         let variable = posterior.layout.variables.iter().find(|v| v.name == quantity)?;
@@ -165,14 +165,14 @@ fn is_for_people(posterior: &Posterior, name: &str) -> bool {
     of("corr").is_none() && of("correlation").is_none_or(|(row, column)| row > column)
 }
 
-/// The names of the specimens, in the order of their quantities.
+/// Names of the specimens, in the order of their quantities.
 fn specimen_ids(inputs: &Inputs<'_>) -> Result<Vec<String>, WorkflowError> {
     let path = inputs.file("experiments.csv")?;
     let table = CsvTable::read(&path, &["id"])?;
     Ok(table.rows().map(|row| row.text("id").to_owned()).collect())
 }
 
-/// What new specimens would show, one line a draw.
+/// Writes the predicted quantities of new specimens, one line per draw.
 fn write_predictions(
     task: &Task<'_>,
     posterior: &Posterior,
@@ -188,7 +188,7 @@ fn write_predictions(
     task.write_csv("predictive.csv", ["chain", "draw"].into_iter().chain(quantities), rows)
 }
 
-/// One line a draw, one column a number.
+/// Writes the posterior draws: one line per draw, one column per number.
 fn write_draws(task: &Task<'_>, posterior: &Posterior) -> Result<(), WorkflowError> {
     let group = &posterior.posterior;
     let mut header = vec!["chain".to_owned(), "draw".to_owned()];
@@ -209,7 +209,7 @@ fn write_draws(task: &Task<'_>, posterior: &Posterior) -> Result<(), WorkflowErr
     task.write_csv("posterior.csv", header, rows)
 }
 
-/// How the sampler did, chain by chain.
+/// Writes the statistics of the sampler, one line per chain.
 fn write_sampling(task: &Task<'_>, posterior: &Posterior) -> Result<(), WorkflowError> {
     let rows = posterior.chains.chains.iter().enumerate().map(|(index, chain)| {
         let n = chain.stats.len() as f64;
@@ -231,7 +231,7 @@ fn write_sampling(task: &Task<'_>, posterior: &Posterior) -> Result<(), Workflow
     task.write_csv("sampling.csv", header, rows)
 }
 
-/// One bar over all chains.
+/// Progress bar for all chains together.
 struct ChainsBar {
     bar: Bar,
     fractions: Mutex<Vec<(f64, u64)>>,

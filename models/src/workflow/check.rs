@@ -1,4 +1,4 @@
-//! What a run of a case would read, with all mistakes: nothing is computed and nothing is written.
+//! Check of a case: reads all that a run would read and reports all mistakes. Computes nothing and writes nothing.
 
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
@@ -18,21 +18,21 @@ use crate::case::{CaseFile, PriorBounds, SpecimenGeometry};
 use crate::experiment::{Specimen, SpecimenTable};
 use crate::specimen_files::{SpecimenFiles, recorded_file};
 
-/// What the files of a case say.
+/// Result of the check of a case and its files.
 #[derive(Clone, Debug, Default)]
 pub struct CaseCheck {
-    /// What was understood: a subject and a line of text.
+    /// Statements on what was read: a subject and a line of text.
     pub understood: Vec<(&'static str, String)>,
-    /// What a person should look at, as the stages print it.
+    /// Notes that the user should look at, as the stages print them.
     pub notes: Vec<String>,
-    /// What would stop a run.
+    /// Mistakes that would stop a run.
     pub mistakes: Vec<String>,
-    /// The simulations that it takes; nothing for a case without a prior.
+    /// Expected simulations and their cost; none for a case without a prior.
     pub cost: Option<ExpectedCost>,
 }
 
 impl CaseCheck {
-    /// Reads a case and all files that it names, by the readers of the stages.
+    /// Reads a case and all files that it names, with the same readers as the stages.
     pub fn read(path: &Path) -> Self {
         let mut check = Self::default();
         let text = match CaseFile::text(path) {
@@ -59,7 +59,7 @@ impl CaseCheck {
         check
     }
 
-    /// Reads the files that a case names of which only the virtual specimens are tested.
+    /// Reads the files of a case from which only virtual tests are made (`simulate_laboratories`).
     pub(crate) fn of_laboratory(file: &CaseFile) -> Self {
         let mut check = Self::default();
         check.case(file);
@@ -122,7 +122,7 @@ impl CaseCheck {
         }
     }
 
-    /// The size of the specimen that is simulated, where it is known before that.
+    /// Size of the simulated specimen; none if it becomes known only by segmenting the image.
     fn specimen(&mut self, file: &CaseFile) -> Option<MeshSize> {
         let geometry = file.geometry().ok()?;
         match &geometry {
@@ -162,7 +162,7 @@ impl CaseCheck {
         }
     }
 
-    /// The size of the mesh of a file.
+    /// Returns the size of an imported mesh. Reports the mesh, and mistakes of materials or test that do not fit it.
     fn mesh(&mut self, file: &CaseFile, mesh_file: &Path, mesh: TetMesh) -> MeshSize {
         let size = MeshSize::of(&mesh);
         let text = format!(
@@ -175,7 +175,7 @@ impl CaseCheck {
             100.0 * grain_fraction(&mesh)
         );
         self.say("specimen", text);
-        // materials and test have to fit the mesh
+        // check that materials and test fit the mesh
         let parameters = file.case.whole_prior();
         let parameters = parameters.iter().flat_map(|prior| prior.parameters()).cloned();
         let simulator = Simulator::new(&Setup::from(file), mesh, parameters.collect());
@@ -234,7 +234,7 @@ impl CaseCheck {
         self.say("specimens", text);
     }
 
-    /// How curves were read, those that were read alike on one line.
+    /// Reports how curves were read; curves that were read in the same way are on one line.
     fn curves(&mut self, table: &SpecimenTable, understood: &[Option<String>]) {
         let mut ways: Vec<(&str, Vec<&str>)> = Vec::new();
         for (specimen, how) in table.specimens.iter().zip(understood) {
@@ -253,7 +253,7 @@ impl CaseCheck {
         }
     }
 
-    /// Looks at curves as the stage `experiments` does.
+    /// Checks the curves as the stage `experiments` does.
     fn look_at(
         &mut self,
         file: &CaseFile,
@@ -295,7 +295,7 @@ impl CaseCheck {
         }
     }
 
-    /// Means of the compared quantities over the specimens.
+    /// Reports mean and range of each compared quantity over the specimens.
     fn means(&mut self, file: &CaseFile, table: &SpecimenTable, mesh: MeshSize) {
         let qoi = &file.case.qoi;
         let values = table.specimens.iter();

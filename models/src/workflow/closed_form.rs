@@ -1,5 +1,5 @@
-//! Whether curves can come from these materials: compared with the closed form of a homogeneous cylinder before any
-//! simulation.
+//! Plausibility of measured curves for the materials of the case: comparison with the closed form of a homogeneous
+//! cylinder, before any simulation.
 
 use fem::CrackDensity;
 
@@ -13,13 +13,13 @@ use crate::error::InputError;
 use crate::experiment::{Specimen, SpecimenTable};
 use crate::qoi::Quantity;
 
-/// How far a composite may be from its softest phase by itself: stiff grains, friction and damage of
-/// other forms are within it, a slip of a unit is not.
+/// Tolerance factor between a composite and its softest phase alone. It covers stiff grains, friction and other forms
+/// of damage, but not a wrong unit.
 const GENEROUS: f64 = 30.0;
 
-/// The first curve that no specimen of these materials can have, before hundreds of simulations, and its specimen: each
-/// is compared with the closed form of a homogeneous cylinder of the softest phase over the prior's box. The mistake
-/// names the curve, the quantity and the likely cause.
+/// Returns the first specimen whose curve is implausible for the materials, with an error that names the curve, the
+/// quantity and the likely cause. Each quantity is compared with its range over the prior box in the closed form of a
+/// homogeneous cylinder of the softest phase.
 pub(super) fn far_from_closed_form(
     inputs: &Inputs<'_>,
     table: &SpecimenTable,
@@ -31,7 +31,7 @@ pub(super) fn far_from_closed_form(
     let mut quantities = qoi.quantities.clone();
     quantities.sort_by_key(|&quantity| telling(quantity));
     let distance = |specimen: &Specimen| {
-        // curves without quantities are refused elsewhere
+        // curves from which quantities cannot be computed are reported elsewhere
         let values = compared(specimen, mesh, qoi, &quantities).ok()?;
         quantities.iter().zip(values).find_map(|(&quantity, value)| {
             let [low, high] = form.range(quantity, mesh.height_mm, mesh.radius_mm)?;
@@ -80,7 +80,7 @@ struct Damage {
 }
 
 impl ClosedForm {
-    /// Nothing where there are no platens.
+    /// The softest phase of a case; none if the test has no platens.
     pub(super) fn of(setup: &Setup<'_>, prior: Option<&PriorCase>) -> Option<Self> {
         let displacement_mm = setup.test.displacement_mm?;
         let phase = |(region, material): (&String, &MaterialCase)| {
@@ -88,7 +88,7 @@ impl ClosedForm {
             let bounds = |property, own: f64| {
                 let parameter = MaterialParameter { region: region.clone(), property };
                 let calibrated = prior.and_then(|prior| prior.get(&parameter));
-                // a prior upside down is refused by itself
+                // reversed bounds of a prior are reported elsewhere
                 calibrated.map_or([own; 2], |&PriorBounds([a, b])| [a.min(b), a.max(b)])
             };
             let damage =
@@ -104,7 +104,7 @@ impl ClosedForm {
         phases.min_by(|a, b| a.young[0].total_cmp(&b.young[0]))
     }
 
-    /// What the quantity can be over the box; nothing for one without a closed form.
+    /// Range of the quantity over the prior box; none for a quantity without a closed form.
     pub(super) fn range(
         &self,
         quantity: Quantity,
@@ -129,11 +129,13 @@ impl ClosedForm {
 }
 
 impl Damage {
-    /// Strain and stress (MPa) at the peak, at one end of the bounds: the larger of those of viscous and
-    /// of rate-independent damage.
+    /// Strain and stress (MPa) at the peak, for Young's modulus E = `young` (MPa) and the lower (`end` = 0) or upper
+    /// (1) bounds of the toughness Gc and the viscosity ξ: the larger of the values for viscous and for
+    /// rate-independent damage. l₀ is the crack width and ε̇ the strain rate.
     ///
-    /// Viscous: ε = (ε̇ ξ/(2E))^(1/3), σ = E ε e^(−1/3). Rate independent: AT2 ε = √(Gc/(3 l₀ E)),
-    /// σ = (9/16) E ε; AT1 ε = √(3 Gc/(8 l₀ E)), σ = E ε.
+    /// Viscous: ε = (ε̇ ξ/(2E))^(1/3), σ = E ε e^(−1/3).
+    /// Rate independent, AT2: ε = √(Gc/(3 l₀ E)), σ = (9/16) E ε.
+    /// Rate independent, AT1: ε = √(3 Gc/(8 l₀ E)), σ = E ε.
     fn peak(&self, young: f64, end: usize, height_mm: f64) -> [f64; 2] {
         let (toughness, viscosity) = (self.toughness[end], self.viscosity[end]);
         let rate = self.velocity / height_mm;

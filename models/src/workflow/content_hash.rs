@@ -1,33 +1,33 @@
-//! The content of an input or a product as one number, by which a change is noticed.
+//! Hash of the content of an input or a product, by which changes are recognised.
 
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 
-/// Bytes of a file that are in memory at a time: stacks may be larger than it.
+/// Bytes of a file that are read at a time; a file may be larger than the memory.
 const PORTION: usize = 1 << 20;
 
-/// FNV-1a over everything that was added, each entry with its length.
+/// FNV-1a hash of a sequence of entries, each followed by its length.
 ///
-/// Reference: Fowler, Noll & Vo, <http://www.isthe.com/chongo/tech/comp/fnv/>. It guards against
-/// stale files, not against malice.
+/// It detects stale files; it is not cryptographic. Reference: Fowler, Noll & Vo,
+/// <http://www.isthe.com/chongo/tech/comp/fnv/>.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct ContentHash(u64);
 
 impl ContentHash {
-    /// Of nothing.
+    /// Hash of an empty sequence.
     pub(super) const EMPTY: Self = Self(0xcbf2_9ce4_8422_2325);
 
-    /// Of a text.
+    /// Hash of a text.
     pub(super) fn of(text: &str) -> Self {
         Self::EMPTY.bytes(text.as_bytes())
     }
 
-    /// Of a file that has this content.
+    /// Hash of a file with this content.
     pub(super) fn of_bytes(content: &[u8]) -> Self {
         Self::EMPTY.bytes(content)
     }
 
-    /// Of a file, or of all that is in a folder.
+    /// Hash of a file, or of a folder with the names and contents of all files in it.
     pub(super) fn of_path(path: &Path) -> std::io::Result<Self> {
         Self::EMPTY.path(path)
     }
@@ -36,7 +36,7 @@ impl ContentHash {
         self.portion(bytes).end(bytes.len() as u64)
     }
 
-    /// Part of an entry.
+    /// Adds bytes of an entry.
     fn portion(mut self, bytes: &[u8]) -> Self {
         for &byte in bytes {
             self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
@@ -44,7 +44,7 @@ impl ContentHash {
         self
     }
 
-    /// The length of an entry separates it from the next.
+    /// Ends an entry by adding its length, which separates it from the next entry.
     fn end(self, length: u64) -> Self {
         self.portion(&length.to_le_bytes())
     }
@@ -98,7 +98,7 @@ mod tests {
 
     #[test]
     fn published_value_of_fnv_1a() {
-        // the empty entry leaves only its length, eight zero bytes: eight multiplications
+        // the empty entry adds only its length, eight zero bytes, i.e. eight multiplications
         let prime = 0x0100_0000_01b3_u64;
         let expected = (0..8).fold(ContentHash::EMPTY.0, |hash, _| hash.wrapping_mul(prime));
         assert_eq!(ContentHash::of("").0, expected);

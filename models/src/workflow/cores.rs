@@ -1,10 +1,10 @@
-//! Places for work on this machine, as many as there are cores: stages of several cases share them.
+//! Pool of the cores of this machine, shared by the stages of several cases.
 
 use std::collections::BTreeSet;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
-/// The cores of this machine, or as many of them as may be used. Whoever waits gets one by rank: work
-/// that began first ends first.
+/// Pool of cores that may be used. A waiting task gets a core in the order of its rank, so that work that started first
+/// ends first.
 #[derive(Clone, Debug)]
 pub(crate) struct Cores(Arc<Shared>);
 
@@ -17,23 +17,23 @@ struct Shared {
 #[derive(Debug)]
 struct State {
     free: usize,
-    /// Ranks of those who wait, each with a number of its own.
+    /// Rank of each waiting task, with a number that increases in order of arrival.
     waiting: BTreeSet<(usize, u64)>,
     next: u64,
 }
 
-/// One of them, given back when it is dropped.
+/// A core taken from the pool; returned when it is dropped.
 #[derive(Debug)]
 pub(crate) struct Core(Cores);
 
 impl Cores {
-    /// So many, at least one.
+    /// A pool of `count` cores, at least one.
     pub(crate) fn new(count: usize) -> Self {
         let state = State { free: count.max(1), waiting: BTreeSet::new(), next: 0 };
         Self(Arc::new(Shared { state: Mutex::new(state), changed: Condvar::new() }))
     }
 
-    /// Waits for one; a lower rank is served first, and of one rank who came first.
+    /// Waits for a core. The lowest rank is served first; tasks of equal rank are served in order of arrival.
     pub(super) fn take(&self, rank: usize) -> Core {
         let mut state = self.state();
         let own = (rank, state.next);
@@ -45,12 +45,12 @@ impl Cores {
         state.waiting.remove(&own);
         state.free -= 1;
         drop(state);
-        // the next in the line may have one too
+        // a core may be free for the next waiting task too
         self.0.changed.notify_all();
         Core(self.clone())
     }
 
-    /// So many at most of those that nobody uses or waits for.
+    /// Takes up to `most` free cores without waiting; none if any task is waiting.
     pub(super) fn spare(&self, most: usize) -> Vec<Core> {
         let mut state = self.state();
         let count = if state.waiting.is_empty() { state.free.min(most) } else { 0 };

@@ -1,14 +1,14 @@
-//! The picture of the damage in a simulated body.
+//! Picture of the damage in a simulated body.
 
 use fem::{Fields, Problem};
 
 use super::mesh::grain_parts;
 use crate::report::{DamagedBody, Raster, damage_picture};
 
-/// The specimen cut open, with the damage of these fields.
+/// Picture of the specimen, cut open, with the damage of `fields`.
 pub(super) fn damage_of(problem: &Problem, fields: &Fields) -> Raster {
     let tets = problem.linear_tets();
-    // an element of higher order is several linear tetrahedra
+    // an element of higher order is drawn as several linear tetrahedra
     let parts = grain_parts(problem.mesh());
     let each = tets.len() / parts.len().max(1);
     let grain: Vec<f64> =

@@ -1,20 +1,20 @@
-//! Products that the user may edit: the stage counts as done, and later stages use the edited file.
+//! Products that the user may edit. The stage then counts as finished, and later stages use the edited file.
 
 use super::pattern::matches;
 
-/// Labels and meshes, which later stages read without what else the stage has written of them.
+/// Labels and meshes. Later stages can use an edited file of these without other files of the same stage.
 const EDITABLE: [&str; 4] = ["labels.tif", "images/#-labels.tif", "mesh.msh", "meshes/#.msh"];
 
-/// Whether later stages use a file of this name as the user has edited it.
+/// Whether the user may edit a file of this name.
 pub(super) fn is_editable(name: &str) -> bool {
     EDITABLE.iter().any(|pattern| matches(pattern, name))
 }
 
-/// What is said of a stage that is not run again.
+/// Message about a stage that is not run again.
 pub(super) fn finished_before(edited: &[&str]) -> String {
     match edited {
         [] => "finished before, unchanged".to_owned(),
-        // no command that gives up the edit is advised here
+        // do not mention --replace here: it would discard the edit
         edited => format!("finished before; {} was edited and is used as it is", edited.join(", ")),
     }
 }

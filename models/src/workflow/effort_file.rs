@@ -1,4 +1,4 @@
-//! What the load steps of a simulation took, in a file that sittings write to one after another.
+//! `effort.csv`: computing effort of the load steps of a simulation, continued when the simulation is resumed.
 
 use std::path::Path;
 
@@ -6,10 +6,10 @@ use fem::CurvePoint;
 
 const HEADER: &str = "step,newton,linear,processor_s,memory_GB";
 
-/// `effort.csv`: a row for each load step with its Newton and linear iterations, the processor seconds since the
-/// step before it (or since the program was started, which the first step of each sitting has with the set-up), and
-/// the most memory that the program has held so far. The last two are of the machine, not of the result, and
-/// empty where the system does not tell them.
+/// Content of `effort.csv`: a row per load step with its Newton and linear iterations, the processor seconds since the
+/// previous step, and the peak memory of the program so far in GB. For the first step after the program was started or
+/// resumed, the seconds include the set-up. Seconds and memory depend on the machine; they are empty if the operating
+/// system does not provide them.
 #[derive(Default)]
 pub(super) struct EffortFile {
     rows: Vec<String>,
@@ -17,13 +17,13 @@ pub(super) struct EffortFile {
 }
 
 impl EffortFile {
-    /// Keeps the rows that earlier sittings wrote to a file, of the steps that are not taken again.
+    /// Reads the rows of an earlier part of the simulation from `file`, for the first `steps` steps.
     pub(super) fn resumed(&mut self, file: &Path, steps: usize) {
         let text = fem::read_regular_text(file).unwrap_or_default();
         self.rows = text.lines().skip(1).take(steps).map(str::to_owned).collect();
     }
 
-    /// Adds a step and returns the text of the file.
+    /// Adds a step and returns the content of the file.
     pub(super) fn push(&mut self, step: usize, point: &CurvePoint) -> String {
         let spent = processor_s();
         let seconds = spent.map_or(String::new(), |s| format!("{:.2}", s - self.before_s));
@@ -35,17 +35,17 @@ impl EffortFile {
     }
 }
 
-/// Processor seconds of all threads of this process, those that have ended too.
+/// Processor seconds of all threads of this process, including threads that have ended.
 fn processor_s() -> Option<f64> {
     const TICKS_PER_S: f64 = 100.0;
     let text = std::fs::read_to_string("/proc/self/stat").ok()?;
-    // behind the name, which may hold blanks
+    // skip the name in brackets, which may contain spaces
     let mut fields = text.rsplit(')').next()?.split_whitespace().skip(11);
     let [user, system] = [fields.next()?, fields.next()?].map(|x| x.parse::<f64>().ok());
     Some((user? + system?) / TICKS_PER_S)
 }
 
-/// The most memory that this process has held.
+/// Peak memory of this process, GB.
 fn peak_memory_gb() -> Option<f64> {
     let text = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;

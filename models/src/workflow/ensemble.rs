@@ -1,4 +1,4 @@
-//! Stage `ensemble`: the simulations that the surrogate learns from.
+//! Stage `ensemble`: the simulations to which the surrogate is fitted.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -24,23 +24,24 @@ use super::stiffness::STIFFNESS_RATIO;
 use super::task::Task;
 use crate::qoi::Quantity;
 
-/// What is known of a run beside its numbers; seed and stiffness are those of its packing.
+/// Columns of notes in `runs.csv`, for every ensemble: number of the run, computing time (s), seed of the packing, and
+/// stiffness ratio of the packing.
 const NOTES: [&str; 4] = ["run", "seconds", SEED, STIFFNESS_RATIO];
 
-/// The runs of a case and the meshes that they are made on.
+/// The runs of a case, their specimens and their mesh levels.
 pub(super) struct Plan<'a> {
     prior: Vec<Input>,
     names: Vec<String>,
     runs: Vec<RunInput>,
-    /// What the runs are made on, if that is not the case's own specimen.
+    /// Specimens of the runs; none if all runs are made on the case's own specimen.
     specimens: Option<Microstructures>,
     levels: Vec<Level<'a>>,
-    /// Runs that are added where the posterior lives.
+    /// Batches of runs that are added in the region of the posterior.
     batches: Option<Batches<'a>>,
 }
 
 impl<'a> Plan<'a> {
-    /// What the case asks for, without batches; so many of the packings are filled.
+    /// The plan of a case, without batches. At most `filled` packings are generated.
     pub(super) fn of(inputs: &'a Inputs<'_>, filled: usize) -> Result<Self, WorkflowError> {
         inputs.check_steps()?;
         let first = inputs.first_prior()?;
@@ -49,7 +50,8 @@ impl<'a> Plan<'a> {
         let mut specimens = Microstructures::of(inputs, filled.min(points.len()))?;
         let meshes = specimens.as_ref().map_or(1, Microstructures::meshes);
         let levels = Level::all(inputs, meshes)?;
-        // what is read from here on leaves the runs before as they are
+        // first prior, design, specimens and levels name the runs; an input that is read from here on does not change
+        // the names of runs that exist
         let prior = inputs.prior()?;
         for (extension, k) in inputs.extend().iter().zip(1..) {
             let mut within = first.clone();
@@ -71,7 +73,7 @@ impl<'a> Plan<'a> {
         Ok(Self { prior, names, runs, specimens, levels, batches: None })
     }
 
-    /// The same with the batches that the case asks for, in a folder of results.
+    /// The plan of a case, with the batches of `[sequential]`; `dir` is the results folder.
     fn with_batches(
         inputs: &'a Inputs<'_>,
         dir: &Path,
@@ -86,12 +88,12 @@ impl<'a> Plan<'a> {
         Ok(plan)
     }
 
-    /// The runs of the design with their quantities, on all levels.
+    /// Makes the runs of the design on all levels. Returns them with their quantities.
     pub(super) fn make(&self, task: &Task<'_>) -> Result<Vec<LevelRuns>, WorkflowError> {
         all_levels(&self.runner(task), self)
     }
 
-    /// The same on the first level alone, of a case whose mesh no stage has made.
+    /// Makes the runs of the design on the first level only, for a case whose mesh the stage `mesh` has not written.
     pub(super) fn make_cheap(&mut self, task: &Task<'_>) -> Result<LevelRuns, WorkflowError> {
         self.levels[0].is_made_anew = true;
         let level = &self.levels[0];
@@ -99,8 +101,8 @@ impl<'a> Plan<'a> {
         Ok(LevelRuns::new(records, task.inputs.qoi(), level.setup.derivatives))
     }
 
-    /// What a surrogate learns from: the runs of the first level with these quantities, which those on
-    /// better levels correct, and the corrections.
+    /// Returns the data to which a surrogate is fitted, and the corrections: the runs of the first level with the given
+    /// quantities, corrected by the runs that were repeated on better levels.
     pub(super) fn learnt(
         &self,
         inputs: &Inputs<'_>,
@@ -112,8 +114,8 @@ impl<'a> Plan<'a> {
         Ok((data, corrected.corrections))
     }
 
-    /// Compares the first runs with the specimens before the others are made. A job of many leaves that to the process
-    /// that waits for them.
+    /// Compares the first runs with the specimens before the other runs are made. A process that does not wait for the
+    /// runs of other processes (`leave_to_others`) skips the comparison.
     fn check_first(&self, runner: &Runner<'_>) -> Result<(), WorkflowError> {
         let task = runner.task;
         let [level, ..] = &self.levels[..] else { return Ok(()) };
@@ -132,8 +134,8 @@ impl<'a> Plan<'a> {
     }
 }
 
-/// Makes the runs, which any number of processes share: on one mesh after the other, since which are
-/// repeated is known from those before, and batch after batch.
+/// Makes the runs; any number of processes may share them. Levels and batches are made sequentially, because the runs
+/// to repeat on the next level, and the points of the next batch, depend on the results before.
 pub(super) fn share(task: &Task<'_>) -> Result<(), WorkflowError> {
     let plan = Plan::with_batches(&task.inputs, &task.path(""), usize::MAX)?;
     if let Some(specimens) = &plan.specimens {
@@ -145,7 +147,7 @@ pub(super) fn share(task: &Task<'_>) -> Result<(), WorkflowError> {
     with_batches(&runner, &plan, all_levels(&runner, &plan)?).map(drop)
 }
 
-/// Writes what the runs have given.
+/// Writes the results of the runs.
 pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let plan = Plan::with_batches(&task.inputs, &task.path(""), usize::MAX)?;
     let runner = plan.runner(task);
@@ -191,23 +193,23 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         })
 }
 
-/// The runs that were made.
+/// Finished runs, with looks and corrections.
 struct Made {
-    /// Of each level; those of batches are among the first one's.
+    /// The runs of each level; runs of batches belong to the first level.
     done: Vec<LevelRuns>,
     looks: Vec<Look>,
     corrected: Corrected,
 }
 
-/// The runs of the design on all levels, with batches after them. Which runs are repeated on a better mesh is
-/// decided by those of the design: corrections hold all over the box.
+/// Makes the batches after the runs of the design. Only runs of the design are repeated on better meshes, because the
+/// corrections must hold over the whole prior box.
 fn with_batches(
     runner: &Runner<'_>,
     plan: &Plan<'_>,
     mut done: Vec<LevelRuns>,
 ) -> Result<Made, WorkflowError> {
     let quantities = &runner.task.inputs.qoi().quantities;
-    // a process that leaves runs to others may not have those that correct
+    // a process that does not wait for other processes may lack the repeated runs from which corrections are fitted
     if runner.task.leave_to_others && plan.batches.is_none() {
         let corrected = Corrected::by(plan, quantities, &done[..1])?;
         return Ok(Made { done, looks: Vec::new(), corrected });
@@ -223,17 +225,17 @@ fn with_batches(
     Ok(Made { done, looks, corrected })
 }
 
-/// What makes a dataset of runs.
+/// Builds the dataset of the surrogate from runs, with corrections between levels.
 struct Corrected {
-    /// Columns of the quantities.
+    /// Names of the quantities' columns.
     outputs: Vec<String>,
     corrections: Vec<Correction>,
-    /// The stiffness ratios of specimens of runs, as far as they were asked for.
+    /// Stiffness ratio of each specimen (by index) for which it has been computed.
     stiffness: BTreeMap<usize, f64>,
 }
 
 impl Corrected {
-    /// By the runs of each level that are repeated on the next.
+    /// Fits a correction for each level from the runs that were repeated on the next level.
     fn by(
         plan: &Plan<'_>,
         quantities: &[Quantity],
@@ -247,7 +249,7 @@ impl Corrected {
         Ok(Self { outputs, corrections, stiffness: BTreeMap::new() })
     }
 
-    /// The usable ones of runs on the first level, corrected, with their derivatives and notes.
+    /// Returns the dataset of the usable runs of the first level: corrected quantities, derivatives and notes.
     fn data(
         &mut self,
         plan: &Plan<'_>,
@@ -297,13 +299,14 @@ impl Corrected {
     }
 }
 
-/// All runs on the first level, and from each to the next as many as it says, spread over the box.
+/// Makes all runs on the first level, and on each next level the number of runs that the level before specifies, spread
+/// over the prior box.
 fn all_levels(runner: &Runner<'_>, plan: &Plan<'_>) -> Result<Vec<LevelRuns>, WorkflowError> {
     let mut runs = plan.runs.clone();
     let mut done: Vec<LevelRuns> = Vec::new();
     for (k, level) in plan.levels.iter().enumerate() {
-        // which runs are repeated, or where a batch is placed, is known once all have ended; nothing comes
-        // after the last mesh
+        // runs to repeat, or points of a batch, are chosen when all runs of this level have ended; after the last level
+        // nothing depends on the runs, so that a process need not wait
         let is_last = k + 1 == plan.levels.len() && plan.batches.is_none();
         let records = runner.run(level, &runs, !(is_last && runner.task.leave_to_others))?;
         let qoi = runner.task.inputs.qoi();
@@ -323,26 +326,27 @@ fn all_levels(runner: &Runner<'_>, plan: &Plan<'_>) -> Result<Vec<LevelRuns>, Wo
     Ok(done)
 }
 
-/// How far the runs on a mesh have come.
+/// Progress of the runs of one level or of the batches.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Progress {
     pub(super) ended: usize,
     pub(super) total: usize,
     pub(super) under_way: usize,
-    /// Of those that ended, without quantities.
+    /// Ended runs without quantities.
     pub(super) failed: usize,
     pub(super) damaged: usize,
     pub(super) edited: usize,
-    /// Those that ended took this long together.
+    /// Total computing time of the ended runs, s.
     pub(super) seconds: f64,
 }
 
-/// How far the runs of each level have come; nothing is run or written.
+/// Returns the progress of each level, and of the batches if there are any. Runs and writes nothing.
 ///
 /// # Errors
-/// A case without prior or specimens, or without the mesh that all runs share; files that cannot be read.
+/// Fails if the case has no prior or no specimens, if the mesh that all runs share is missing, or if files cannot be
+/// read.
 pub(super) fn progress(inputs: &Inputs<'_>, dir: &Path) -> Result<Vec<Progress>, WorkflowError> {
-    // one packing is as many as it takes to know that there are any
+    // one packing is sufficient: the plan only has to know that the runs have packings
     let plan = Plan::with_batches(inputs, dir, 1)?;
     let neighbours = Neighbours::of(dir);
     let look = |folder: &Path, derivatives: bool, total: usize| {
@@ -370,20 +374,19 @@ pub(super) fn progress(inputs: &Inputs<'_>, dir: &Path) -> Result<Vec<Progress>,
         total = level.repeats.min(total - progress.failed.min(total));
         found.push(progress);
     }
-    // as far as it is known where they are
+    // batches whose points have been chosen
     if let Some((known, folder)) = plan.batches.as_ref().map(Batches::known) {
         found.push(look(folder, plan.levels[0].setup.derivatives, known)?);
     }
     Ok(found)
 }
 
-/// The runs on the first mesh that have ended until now, those of batches with them, and on how many meshes
-/// there are some.
+/// Returns the ended runs on the first level, including those of batches, and the number of levels.
 ///
 /// # Errors
 /// As [`progress`].
 pub(super) fn so_far(inputs: &Inputs<'_>) -> Result<(LevelRuns, usize), WorkflowError> {
-    // runs are named by what this stage reads, whatever else has been read
+    // the names of runs depend on what an `Inputs` has read: start with one that has read nothing
     let inputs = inputs.afresh();
     let dir = inputs.folder();
     let plan = Plan::with_batches(&inputs, dir, 1)?;
@@ -399,7 +402,7 @@ pub(super) fn so_far(inputs: &Inputs<'_>) -> Result<(LevelRuns, usize), Workflow
     Ok((runs, plan.levels.len()))
 }
 
-/// `failed_runs.csv`: runs without quantities, with the reason.
+/// Writes `failed_runs.csv`: the runs without quantities, each with the reason.
 fn write_failures(
     task: &Task<'_>,
     names: &[String],

@@ -1,19 +1,20 @@
-//! How many simulations a case takes, and an estimate of their processor time before any of them is made.
+//! Number of simulations of a case, and an estimate of their processor time before the first simulation.
 
 use fem::Order;
 
 use crate::case::{Case, SpecimenGeometry};
 
-/// One simulation of the example `resolution` (docs/convergence.md): tetrahedra of the lattice, load steps and
-/// processor seconds, with quadratic elements and with linear ones.
+/// Measured cost of one simulation in the example `resolution` (docs/convergence.md): number of tetrahedra of the
+/// lattice and processor seconds, for quadratic and for linear elements, with the number of load steps.
 const QUADRATIC: Measured = Measured { tets: 3022.0, seconds: 5.4 };
 const LINEAR: Measured = Measured { tets: 3022.0, seconds: 0.4 };
 const STEPS: f64 = 44.0;
-/// Seconds grow with this power of the number of tetrahedra: 5.4, 20 and 83 s for 3 022, 8 294 and 24 180.
+/// Processor time is proportional to this power of the number of tetrahedra; measured: 5.4, 20 and 83 s for 3 022, 8
+/// 294 and 24 180 tetrahedra.
 const POWER: f64 = 1.3;
 
-/// Processor seconds of a run before its first load step, for packing, mesh and set-up: the ensemble of the example
-/// for own data.
+/// Processor seconds per run for packing, mesh and set-up, before the first load step. Measured in the ensemble of the
+/// example for the user's own data.
 const PREPARATION: f64 = 0.3;
 
 struct Measured {
@@ -21,7 +22,7 @@ struct Measured {
     seconds: f64,
 }
 
-/// A number of simulations on one mesh.
+/// A group of simulations on the same mesh.
 struct Runs {
     count: usize,
     what: String,
@@ -30,19 +31,19 @@ struct Runs {
     steps: Option<u32>,
 }
 
-/// The simulations of a case.
+/// Number and cost of the simulations of a case.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ExpectedCost {
     /// Number of simulations.
     pub simulations: usize,
-    /// Processor seconds; absent where the number of tetrahedra is not known before the image is segmented.
+    /// Processor seconds; none if the number of tetrahedra is unknown before the image is segmented.
     pub seconds: Option<f64>,
-    /// One line for each kind of simulation.
+    /// Description of each group of simulations, one line each.
     pub(super) lines: Vec<String>,
 }
 
 impl ExpectedCost {
-    /// Cost of a calibration with the tests of its virtual specimens; nothing without a prior.
+    /// Cost of a calibration, including the tests of virtual specimens; none for a case without a prior.
     pub(super) fn of_calibration(case: &Case, geometry: &SpecimenGeometry) -> Option<Self> {
         case.prior.as_ref()?;
         Some(Self::of_runs(virtual_tests(case).chain(calibration(case)), geometry))
@@ -74,14 +75,14 @@ impl ExpectedCost {
         cost
     }
 
-    /// All simulations of several cases.
+    /// Total cost of several cases.
     pub(crate) fn sum(costs: &[&Self]) -> Self {
         let seconds = costs.iter().map(|cost| cost.seconds).sum();
         let simulations = costs.iter().map(|cost| cost.simulations).sum();
         Self { simulations, seconds, lines: Vec::new() }
     }
 
-    /// The number of simulations and their time on one line.
+    /// Describes the number of simulations and their time on one line.
     pub fn total(&self) -> String {
         let all = self.simulations;
         match self.seconds {
@@ -99,7 +100,7 @@ impl ExpectedCost {
     }
 }
 
-/// Volume of the specimen where the case states its size.
+/// Volume of the specimen, mm³; none if the case does not specify its size.
 fn volume_mm3(geometry: &SpecimenGeometry) -> Option<f64> {
     match geometry {
         SpecimenGeometry::Cylinder { radius_mm, height_mm, .. } => {
@@ -143,7 +144,7 @@ fn on_specimen(case: &Case, count: usize, what: &str) -> Runs {
     }
 }
 
-/// The simulations of a calibration against specimens that have been tested.
+/// The simulations of a calibration, except the tests of virtual specimens.
 fn calibration(case: &Case) -> Vec<Runs> {
     let on_specimen = |count: usize, what: &str| on_specimen(case, count, what);
     let mut plan = Vec::new();
@@ -200,7 +201,7 @@ mod tests {
     use super::*;
     use crate::case::CaseFile;
 
-    /// The rows of docs/convergence.md: 5.4, 20 and 83 s for 0.7, 0.5 and 0.35 mm.
+    /// Reproduces the rows of docs/convergence.md: 5.4, 20 and 83 s for spacings of 0.7, 0.5 and 0.35 mm.
     #[test]
     fn times_of_the_measured_meshes_are_reproduced() {
         let volume = std::f64::consts::PI * 2.5 * 2.5 * 4.4;

@@ -1,4 +1,4 @@
-//! Stage `experiments`: specimens, measured or virtual, to quantities of interest.
+//! Stage `experiments`: quantities of interest of measured or virtual specimens.
 
 use std::borrow::Cow;
 
@@ -51,14 +51,14 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     Ok(format!("{} specimens", table.specimens.len()))
 }
 
-/// The size of the mesh and the quantities, by which specimens are compared.
+/// Size of the mesh and the quantities in which specimens are compared with simulations.
 struct Comparison<'a> {
     mesh: MeshSize,
     qoi: &'a QoiCase,
 }
 
 impl Comparison<'_> {
-    /// A specimen's line of `experiments.csv`: its quantities at the size of the mesh.
+    /// A specimen's row of `experiments.csv`, with its quantities scaled to the size of the mesh.
     fn row(&self, task: &Task<'_>, specimen: &Specimen) -> Result<Vec<String>, WorkflowError> {
         let Specimen { id, group, height_mm, radius_mm, .. } = specimen;
         let scale = MeshScale::of(specimen, self.mesh);
@@ -80,7 +80,7 @@ impl Comparison<'_> {
     }
 }
 
-/// Simulates the virtual specimens and writes them as measured ones.
+/// Simulates the virtual specimens and writes them in the format of measured ones.
 fn test_virtual_specimens(task: &Task<'_>) -> Result<SpecimenTable, WorkflowError> {
     let inputs = &task.inputs;
     inputs.check_steps()?;
@@ -104,7 +104,7 @@ fn test_virtual_specimens(task: &Task<'_>) -> Result<SpecimenTable, WorkflowErro
         let grains = grains.as_ref().map(|g| Packing { seed: seed.unwrap_or(g.seed), ..g.clone() });
         let meshing = Meshing { spacing_mm: spacing, ..*meshing };
         let size = [*radius_mm, *height_mm];
-        // nature has no scanner: specimens have the grains themselves
+        // virtual specimens are meshed from the exact grains, not from a scan
         let meshed = packed_mesh(setup.path, size, grains.as_ref(), &meshing)?;
         Simulator::new(&setup, meshed.mesh, parameters.clone())
     };
@@ -113,7 +113,8 @@ fn test_virtual_specimens(task: &Task<'_>) -> Result<SpecimenTable, WorkflowErro
         .map(|v| Ok((simulator(Some(v.packing_seed), spacing)?, v.parameters.clone())))
         .collect::<Result<_, WorkflowError>>()?;
     if spacing != spacing_mm {
-        // the surrogate's microstructure at the truth, on both meshes: the bias of the coarse one
+        // simulate the case's own packing with the true parameters on both meshes, to determine the bias of the coarse
+        // mesh
         let truth: Vec<f64> = truth.iter().map(|(_, &value)| value).collect();
         for spacing in [spacing_mm, spacing] {
             tests.push((simulator(None, spacing)?, truth.clone()));
@@ -180,7 +181,7 @@ fn write_specimens(
     Ok(table)
 }
 
-/// One microstructure on the surrogate's mesh and on that of the virtual specimens.
+/// Writes the comparison of one microstructure on the surrogate's mesh and on the mesh of the virtual specimens.
 fn write_bias(
     task: &Task<'_>,
     spacing_mm: [f64; 2],

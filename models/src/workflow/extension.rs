@@ -1,13 +1,14 @@
-//! A prior that cuts the posterior, and the second batch of runs that would help.
+//! Proposals for an extended prior, if the prior truncates the posterior.
 
 use ppl::diagnostics::Identifiability;
 use surrogate::Input;
 
-/// Quantiles that stand for the draws of a uniform prior.
+/// Number of quantiles that represent a uniform prior.
 const QUANTILES: u32 = 1000;
 
-/// For each parameter whose draws pile up at a bound: what to write into the case so that as many runs
-/// again, beyond that bound, are made beside those that there are. `draws` has those of a parameter.
+/// Returns a warning for each parameter whose posterior is truncated at a bound of the prior. The warning states the
+/// entry of the case that adds `runs` runs beyond the bound to the existing runs. `draws` returns the posterior draws
+/// of a parameter.
 pub(super) fn offers(
     prior: &[Input],
     draws: &dyn Fn(&str) -> Vec<f64>,
@@ -22,11 +23,11 @@ pub(super) fn offers(
             return None;
         }
         let width = upper - lower;
-        // draws that pile up at one bound have their mean nearer to it
+        // the bound closer to the posterior mean is the one that truncates the posterior
         let is_upper = row.posterior[0] - lower > upper - row.posterior[0];
         let (word, bound, [from, to]) = match is_upper {
             true => ("upper", upper, [*upper, upper + width]),
-            // moduli, toughness and viscosity end at zero
+            // material constants are positive: the extended range must stay above zero
             false => ("lower", lower, [(lower - width).max(0.5 * lower), *lower]),
         };
         let [from, to] = [from, to].map(shown);
@@ -40,7 +41,7 @@ pub(super) fn offers(
     prior.iter().filter_map(offer).collect()
 }
 
-/// A bound without the last digits of a sum, as TOML has numbers.
+/// Formats a bound as TOML, rounded so that the rounding error of a sum is not shown.
 fn shown(x: f64) -> String {
     let digits = 10f64.powi(9 - x.abs().max(1e-12).log10().floor() as i32);
     format!("{:?}", (x * digits).round() / digits)
@@ -61,7 +62,7 @@ mod tests {
             (0..1000).map(|i| low + (high - low) * (f64::from(i) / 999.0).powf(power)).collect()
         };
         let after = |name: &str| match name {
-            // crowded at the upper end, in the middle, and flat over all of the box
+            // posterior truncated at the upper bound, in the middle of the prior, and uniform over the prior
             "matrix.young_mpa" => draws(250.0, 300.0, 0.05),
             "matrix.viscosity_mpa_s" => draws(0.2, 0.3, 1.0),
             _ => draws(0.001, 0.005, 1.0),

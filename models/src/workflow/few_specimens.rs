@@ -1,29 +1,34 @@
-//! What runs on few specimens leave open of the mean response.
+//! Error of the mean response that is estimated from few specimens.
 
 use ppl::prelude::*;
 use surrogate::{CoefficientPosterior, GroupedRuns};
 
-/// The interval that is to hold what it promises: that of tables and warnings.
+/// Probability of the intervals in tables and warnings. The widened error is chosen for correct coverage at this
+/// probability.
 const NOMINAL: f64 = 0.9;
 
-/// What the specimens of runs leave open, as an error that the specimens of a laboratory share.
+/// Error of the mean response because the runs use only n specimens. This error is common to all specimens of a
+/// laboratory.
 ///
-/// Runs on n specimens tell the mean response of these n, not that of all. With B the covariance of how specimens deviate
-/// from the response, the fit errs by B g, g = 1/n for the mean and more where the stiffness ratio is an input and not
-/// the mean one ([`GroupedRuns`]). This error is the same for all specimens that are calibrated against, and no further run
-/// on the same specimens makes it smaller. How these specimens themselves deviate is another matter: each has a b of its own,
-/// which is part of the scatter Σ between them that their curves show, and averages out with their number.
+/// Runs on n specimens determine the mean response of these n specimens, not the mean response of all specimens. Let B
+/// be the covariance of the deviations of single specimens from the mean response. The error of the fit then has the
+/// covariance B g. g = 1/n for the mean, and g is larger if the stiffness ratio is an input and differs from its mean
+/// ([`GroupedRuns`]). The error is the same for all specimens used in the calibration, and more runs on the same n
+/// specimens do not reduce it. The deviations of the calibrated specimens themselves are separate: each specimen has
+/// its own deviation, which is part of the scatter Σ of the measured curves and averages out with the number of
+/// specimens.
 ///
-/// B comes from n specimens too, with ν = n − 1 degrees of freedom, or n − 2 with the stiffness ratio: the error over its
-/// estimated standard deviation is Student's t_ν and not normal. In the likelihood it is normal with the variance
-/// B g (t/z)², where t and z are the quantiles that end 90 % intervals, so that these hold what they promise where this
-/// error is what matters: 14.7, 3.2, 2.1, 1.5 and 1.2 times the variance for ν = 1, 2, 3, 5 and 10.
+/// B is estimated from n specimens too, with ν = n − 1 degrees of freedom, or n − 2 if the stiffness ratio is an input.
+/// The error divided by its estimated standard deviation therefore has Student's t distribution with ν degrees of
+/// freedom. The likelihood approximates it by a normal distribution with covariance B g (t/z)², where t and z are the
+/// quantiles that bound 90 % intervals of Student's t and the normal distribution. Thus 90 % intervals have the correct
+/// coverage if this error dominates. The factor (t/z)² is 14.7, 3.2, 2.1, 1.5 and 1.2 for ν = 1, 2, 3, 5 and 10.
 pub(super) fn of_few(specimens: &GroupedRuns) -> CoefficientPosterior {
     let freedom = specimens.between.freedom();
     specimens.between.clone().widened(widening(freedom))
 }
 
-/// (t/z)² for ν degrees of freedom.
+/// The factor (t/z)² for ν degrees of freedom.
 fn widening(freedom: f64) -> f64 {
     let outside = 0.5 * (1.0 - NOMINAL);
     let student = StudentT(freedom, 0.0, 1.0).upper_quantile(outside);
@@ -36,7 +41,7 @@ mod tests {
 
     #[test]
     fn few_specimens_widen_as_tables_of_student_say() {
-        // t at 95 % for 1, 2, 10 degrees of freedom and the normal
+        // t at 95 % for 1, 2 and 10 degrees of freedom, and for the normal distribution
         for (freedom, t) in [(1.0, 6.313752), (2.0, 2.919986), (10.0, 1.812461), (1e9, 1.644854)] {
             let expected = (t / 1.644854f64).powi(2);
             assert!((widening(freedom) / expected - 1.0).abs() < 1e-5, "{freedom}");

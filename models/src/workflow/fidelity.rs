@@ -1,4 +1,4 @@
-//! Quantities on a cheap mesh, corrected by those of a few runs that are repeated on a better one.
+//! Correction of quantities from a cheap mesh, fitted to a few runs that are repeated on a better mesh.
 
 use std::collections::BTreeMap;
 
@@ -11,19 +11,20 @@ use super::level_runs::LevelRuns;
 use super::made_on::MadeOn;
 use super::task::Task;
 
-/// The ratio of quantities on one mesh to those on a cheaper one, over the prior box.
+/// Ratio of quantities on a better mesh to those on a cheaper mesh, over the prior box.
 ///
-/// A constant or a plane, whichever leaves less out: the logarithm of the ratio is fitted, since errors
-/// of meshes are relative.
+/// The logarithm of the ratio is fitted, since mesh errors are relative: by a constant or a linear function, whichever
+/// has the smaller leave-one-out error.
 pub(super) struct Correction {
     fit: PceFit,
 }
 
 impl Correction {
-    /// From runs made on both meshes: inputs, quantities on the cheaper one, those on the better one.
+    /// Fits a correction to runs made on both meshes. Each run is (inputs, quantities on the cheaper mesh, quantities
+    /// on the better mesh).
     ///
     /// # Errors
-    /// Too few runs; ratios that are all the same.
+    /// Fails for too few runs, or if all ratios are equal.
     pub(super) fn of(
         inputs: &[Input],
         quantities: &[String],
@@ -42,10 +43,10 @@ impl Correction {
         Ok(Self { fit: DynPce::fit(&ratios, &options)? })
     }
 
-    /// From the runs of a level and those that were repeated on the next.
+    /// Fits a correction to the runs of a level that were repeated on the next level.
     ///
     /// # Errors
-    /// Too few runs that are usable on both.
+    /// Fails if too few runs are usable on both levels.
     pub(super) fn between(
         inputs: &[Input],
         quantities: &[String],
@@ -68,11 +69,11 @@ impl Correction {
         Ok(Self::of(inputs, quantities, &runs)?)
     }
 
-    /// Makes quantities on the cheaper mesh, and their derivatives where there are some (quantities ×
-    /// inputs), those on the better one.
+    /// Converts quantities on the cheaper mesh, and their derivatives if `jacobian` is not empty (quantities × inputs),
+    /// to the better mesh.
     ///
     /// # Errors
-    /// Inputs outside the box.
+    /// Fails for inputs outside the prior box.
     pub(super) fn apply(
         &self,
         inputs: &[f64],
@@ -80,7 +81,7 @@ impl Correction {
         jacobian: &mut [Vec<f64>],
     ) -> Result<(), SurrogateError> {
         let (ratios, slopes) = self.fit.pce.value_and_jacobian(inputs)?;
-        // the product rule
+        // product rule
         for ((rates, quantity), (ratio, slopes)) in
             jacobian.iter_mut().zip(&*quantities).zip(ratios.iter().zip(slopes))
         {
@@ -92,22 +93,22 @@ impl Correction {
         Ok(())
     }
 
-    /// How well it is known.
+    /// Fit report, from which the error of the correction is computed.
     pub(super) fn report(&self) -> &FitReport {
         &self.fit.report
     }
 
-    /// The mean ratio of each quantity over the box.
+    /// Mean ratio of each quantity over the prior box.
     pub(super) fn mean_ratios(&self) -> Vec<f64> {
         self.fit.pce.mean()
     }
 }
 
-/// Least number of ratios that show how they scatter.
+/// Minimum number of repeated runs from which the scatter of the ratios can be estimated.
 const LEAST_REPEATS: usize = 3;
 
-/// Writes `fidelity_runs.csv`, `fidelity.csv` and `fidelity.json`: the quantities of all levels as they
-/// were simulated, the corrections, and how well those are known. `data` has the corrected runs.
+/// Writes `fidelity_runs.csv` (the quantities of all levels as simulated), `fidelity.csv` and `fidelity.json` (the
+/// corrections and their errors). `data` has the corrected runs.
 pub(super) fn write_corrections(
     task: &Task<'_>,
     data: &Dataset,
@@ -152,15 +153,18 @@ pub(super) fn write_corrections(
     task.write_json("fidelity.json", &reports)
 }
 
-/// The relative covariance (quantities × quantities) of the error of a correction.
+/// Covariance of the relative error of a correction (quantities × quantities).
 ///
-/// Where each run had a packing of its own, ratios scatter between packings, as those of the specimens
-/// do: what is shared is the error of their mean. On one specimen it is what the ratio misses. Where runs share n
-/// specimens it is the error of a mean over these, which more repeats do not make smaller: all scatter of the ratios
-/// is taken to be between them, s² (h + 1/n − 1/N) for N repeats that are spread evenly over them.
+/// N is the number of repeated runs, s² the variance of the logarithm of the ratio, h the mean leverage of the fit:
+/// - Each run has its own packing: the ratios scatter between packings, as they do between specimens. The error that
+///   all specimens share is the error of the mean ratio, s² h.
+/// - All runs share one specimen: the lack of fit of the ratio.
+/// - Runs share n specimens: the error of a mean over n specimens, which more repeated runs do not reduce. All scatter
+///   of the ratios is assumed to be between specimens, and the repeated runs to be spread evenly over them: s² (h + 1/n
+///   − 1/N).
 ///
 /// # Errors
-/// Never with a report of the program's own.
+/// Cannot occur for a report that this program has written.
 pub(super) fn error_of(
     report: &FitReport,
     made_on: &MadeOn,
@@ -178,7 +182,7 @@ pub(super) fn error_of(
     }
 }
 
-/// The error of all corrections together, relative; none without levels.
+/// Relative error covariance of all corrections together (the sum of their covariances); none without corrections.
 ///
 /// # Errors
 /// As [`error_of`].
@@ -197,15 +201,15 @@ pub(super) fn error_of_all(
     Ok(sum)
 }
 
-/// The sum of two matrices of one shape, by rows.
+/// Sum of two matrices of the same shape, stored by rows.
 pub(super) fn added(a: &[Vec<f64>], b: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let row = |(a, b): (&Vec<f64>, &Vec<f64>)| a.iter().zip(b).map(|(a, b)| a + b).collect();
     a.iter().zip(b).map(row).collect()
 }
 
-/// `count` points that fill a box, as indices of `points`: from the one nearest to the middle on, each
-/// the farthest from those before, among those of the specimens that have the fewest. A shorter choice is the
-/// beginning of a longer one.
+/// Returns the indices of `count` points that fill the box. The first is the point nearest to the centre. Each next
+/// point is the one farthest from all chosen points, among the points of the specimens with the fewest chosen points.
+/// The first n indices do not depend on `count`.
 pub(super) fn spread(
     inputs: &[Input],
     points: &[&[f64]],
@@ -225,7 +229,7 @@ pub(super) fn spread(
     let nearest = (0..unit.len())
         .min_by(|&a, &b| squared(&unit[a], &middle).total_cmp(&squared(&unit[b], &middle)));
     let mut chosen: Vec<usize> = nearest.into_iter().collect();
-    // distance of each point to the nearest chosen one
+    // distance of each point to the nearest chosen point
     let mut gap = vec![f64::INFINITY; unit.len()];
     let mut taken: BTreeMap<usize, usize> = specimens.iter().map(|&own| (own, 0)).collect();
     while let Some(&last) = chosen.last().filter(|_| chosen.len() < count.min(unit.len())) {
@@ -255,7 +259,7 @@ mod tests {
         let points: Vec<[f64; 2]> =
             (0..25).map(|i| [(i % 5) as f64 * 0.5, (i / 5) as f64 * 0.5]).collect();
         let points: Vec<&[f64]> = points.iter().map(|p| &p[..]).collect();
-        // one specimen for all, or one for each: neither has a say
+        // one specimen for all points, or one for each point: the choice does not depend on specimens
         for specimens in [vec![0; 25], (0..25).collect()] {
             let spread = |count| spread(&inputs, &points, &specimens, count);
             let mut five = spread(5);
@@ -266,7 +270,7 @@ mod tests {
             assert_eq!(spread(99).len(), 25);
         }
         assert_eq!(spread(&inputs, &[], &[], 2), Vec::<usize>::new());
-        // four corners are of one specimen
+        // the four corners belong to the same specimen
         let specimens: Vec<usize> =
             (0..25).map(|i| usize::from([0, 4, 20, 24].contains(&i))).collect();
         let four = spread(&inputs, &points, &specimens, 4);
@@ -274,7 +278,7 @@ mod tests {
         assert_eq!(of_corners, 2, "{four:?}");
     }
 
-    /// A ratio that is the exponential of a plane is found again; a constant one with scatter has the
+    /// A ratio that is the exponential of a linear function is recovered exactly. A constant ratio with scatter has the
     /// error of a mean of logarithms.
     #[test]
     fn ratios_are_found_again_with_their_errors() {
@@ -296,7 +300,7 @@ mod tests {
         let correction = Correction::of(&inputs, &names, &runs).unwrap();
         assert_eq!(correction.report().order, 1);
         let at = [0.4, 1.7];
-        // q = 2 x₀ and r = 7: the derivatives of their products with the ratios
+        // q = 2 x₀ and r = 7 on the cheap mesh: derivatives of their products with the ratios
         let (mut found, mut rates) = ([2.0 * at[0], 7.0], [vec![2.0, 0.0], vec![0.0, 0.0]]);
         correction.apply(&at, &mut found, &mut rates).unwrap();
         let (one, two) = (plane(&at), plane(&at).powi(2));
@@ -337,11 +341,11 @@ mod tests {
             &MadeOn::Each,
         );
         assert!((twice.unwrap().unwrap()[0][0] / (2.0 * error[0][0]) - 1.0).abs() < 1e-12);
-        // on three specimens in turn, that of a mean of three
+        // nine runs on three specimens: the error of a mean over three specimens
         let shared = MadeOn::Several((0..9).map(|i| i % 3).collect());
         let error = error_of(correction.report(), &shared).unwrap();
         assert!((error[0][0] / (variance / 3.0) - 1.0).abs() < 1e-9);
-        // on one specimen, the error of the prediction: leave-one-out
+        // all runs on one specimen: the error of a prediction, by leave-one-out
         let left_out = error_of(correction.report(), &MadeOn::One).unwrap();
         assert!((left_out[0][0] / (variance * (9.0f64 / 8.0).powi(2)) - 1.0).abs() < 1e-9);
     }

@@ -1,5 +1,5 @@
-//! Whether specimens can come from what is simulated, asked after the first runs of an ensemble: a unit that is wrong
-//! by a factor of 4 or more shows there, and not after hundreds of runs.
+//! Comparison of the specimens with the first runs of an ensemble. A unit that is wrong by a factor of 4 or more is
+//! thus reported after the first runs, and not after hundreds of runs.
 
 use std::path::Path;
 
@@ -18,23 +18,23 @@ use crate::progress::say;
 use crate::qoi::Quantity;
 use crate::table::{CsvTable, TableRow};
 
-/// Quantities are expected within this factor of what the first runs let expect over the prior's box.
+/// Tolerance factor on the range that is expected over the prior box.
 const FACTOR: f64 = 2.0;
-/// A ratio of measured and expected within this factor of that of a unit names the unit.
+/// If measured/expected is within this factor of the ratio of two units, the error message names that unit.
 const NEAR: f64 = 1.4;
 
-/// Sizes of the specimen that is simulated, in mm.
+/// Size of the simulated specimen.
 #[derive(Clone, Copy)]
 pub(super) struct SpecimenSize {
     pub(super) height_mm: f64,
     pub(super) radius_mm: f64,
 }
 
-/// Stops an ensemble whose first runs are far from the specimens. Nothing is checked where the stage `experiments` has
-/// not been run, for virtual specimens, and where no closed form says how quantities change over the box.
+/// Stops an ensemble if the specimens are far from its first runs. Does nothing if the stage `experiments` has not been
+/// run or the specimens are virtual, and skips quantities without a closed form for their change over the prior box.
 ///
 /// # Errors
-/// Names the specimens' table, the quantity, what is expected and the likely unit.
+/// Names the table of specimens, the quantity, its expected range and the likely unit.
 pub(super) fn check_first_runs(
     task: &Task<'_>,
     setup: &Setup<'_>,
@@ -47,7 +47,7 @@ pub(super) fn check_first_runs(
     else {
         return Ok(());
     };
-    // not as an input of the stage: the runs do not depend on it
+    // read without recording an input of the stage: the runs do not depend on this file
     let Some(means) = means_of(&task.path("experiments.csv"), qoi) else { return Ok(()) };
     let usable = records.iter().find_map(|run| Some((run, quantities(run, qoi).ok()?)));
     let Some((run, simulated)) = usable else { return Ok(()) };
@@ -84,7 +84,7 @@ pub(super) fn check_first_runs(
     Ok(())
 }
 
-/// Means of the quantities over the specimens; nothing where there is no such table of these quantities.
+/// Means of the quantities over the specimens; none if there is no table with these quantities.
 fn means_of(file: &Path, qoi: &QoiCase) -> Option<Vec<f64>> {
     let columns: Vec<String> = qoi.quantities.iter().map(|q| q.column().into_owned()).collect();
     let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
@@ -96,7 +96,8 @@ fn means_of(file: &Path, qoi: &QoiCase) -> Option<Vec<f64>> {
     rows.filter(|rows| !rows.is_empty()).map(|rows| column_means(&rows))
 }
 
-/// What a run lets expect over the box: closed forms say how quantities change, the run how large they are.
+/// Extrapolates from one run to the prior box: the magnitude is that of the run, the relative change that of closed
+/// forms.
 struct Expected<'a> {
     setup: &'a Setup<'a>,
     prior: &'a PriorCase,
@@ -122,7 +123,7 @@ impl Expected<'_> {
     }
 }
 
-/// The unit that explains a ratio of measured and expected.
+/// Question about the unit whose ratio explains measured/expected; none if no unit does.
 fn cause(quantity: Quantity, ratio: f64, size: SpecimenSize) -> Option<&'static str> {
     let area_mm2 = std::f64::consts::PI * size.radius_mm.powi(2);
     let of_force = [
@@ -173,7 +174,7 @@ fn cause(quantity: Quantity, ratio: f64, size: SpecimenSize) -> Option<&'static 
     (distance(*unit) < NEAR.ln()).then_some(*cause)
 }
 
-/// The runs that are made before the others: one for each thread.
+/// The runs that are made before all others: one per thread.
 pub(super) fn first_of<'r>(task: &Task<'_>, runs: &'r [RunInput]) -> &'r [RunInput] {
     &runs[..task.threads.clamp(1, runs.len().max(1)).min(runs.len())]
 }

@@ -1,4 +1,4 @@
-//! `fit.csv`: how far the model at the mode is from the means of the specimens, and by how much it may be.
+//! `fit.csv`: misfit between the model at the mode and the means of the specimens, and its standard deviation.
 
 use ppl::Posterior;
 use surrogate::Dataset;
@@ -10,11 +10,12 @@ use super::task::Task;
 use super::uncertainty::{SharedError, mean_scatter};
 use crate::fracture::{Evidence, column_means, relative_covariance};
 
-/// Writes `fit.csv`. The standard deviation of the difference is √((Σ/n + S)_mm): Σ the scatter between n specimens,
-/// S what all of them share. A simulation is on one microstructure, which scatters besides.
+/// Writes `fit.csv`. The standard deviation of the misfit in quantity m is √((Σ/n + S)_mm), where Σ is the covariance
+/// between the n specimens and S the covariance of the errors that all specimens share. The standard deviation for a
+/// simulation also includes the scatter of microstructures, because a simulation uses a single one.
 ///
 /// # Errors
-/// A mode outside the surrogate's box; a file that cannot be read or written.
+/// Fails if the mode is outside the surrogate's box, or if a file cannot be read or written.
 pub(super) fn write_fit(
     task: &Task<'_>,
     fitted: &Fitted,
@@ -55,8 +56,8 @@ pub(super) fn write_fit(
     task.write_csv("fit.csv", header, rows.collect::<Vec<_>>())
 }
 
-/// Relative variance of each quantity between microstructures, as far as runs show it: what is left of it about the
-/// surrogate, and what the stiffness ratio does where the surrogate takes it.
+/// Relative variance of each quantity between microstructures, estimated from the runs: the variance of the surrogate's
+/// residuals, plus the contribution of the stiffness ratio if it is an input of the surrogate.
 fn microstructures(
     task: &Task<'_>,
     fitted: &Fitted,

@@ -1,4 +1,4 @@
-//! What the runs have taught: the surrogate, and what is known of its error.
+//! The surrogate fitted to the runs, with its error.
 
 use surrogate::{
     CoefficientPosterior, Dataset, DynPce, FitOptions, FitReport, GroupedRuns, Input, PceFit,
@@ -14,38 +14,38 @@ use crate::error::InputError;
 use crate::qoi::Quantity;
 use crate::table::{CsvTable, TableRow};
 
-/// The column of `runs.csv` with the number of the batch that was placed where the posterior lives; empty for
-/// runs of the design.
+/// Column of `runs.csv` with the number of the batch that was placed in the region of the posterior; empty for runs of
+/// the design.
 pub(super) const BATCH: &str = "batch";
 
-/// Fewest runs of such batches that show what a surrogate misses there.
+/// Minimum number of runs in batches for an estimate of the surrogate's error in the region of the posterior.
 const LEAST_LOCAL: usize = 8;
 
-/// A surrogate with what a calibration takes of its error.
+/// A surrogate with the parts of its error that a calibration includes.
 pub(super) struct Fitted {
     pub(super) pce: DynPce,
     pub(super) report: FitReport,
-    /// What the runs leave open of its coefficients.
+    /// Posterior of the coefficients: the error from the finite number of runs.
     pub(super) open: CoefficientPosterior,
-    /// What the runs were made on.
+    /// Specimens of the runs.
     pub(super) made_on: MadeOn,
-    /// Where runs share specimens: what runs leave open, and what so few specimens do.
+    /// If runs share specimens: the error of the fit, separated into scatter within and between specimens.
     pub(super) specimens: Option<GroupedRuns>,
-    /// How well the corrections from cheaper meshes are known.
+    /// Fit reports of the corrections from cheaper meshes.
     pub(super) corrections: Vec<FitReport>,
-    /// What is known of the specimens' stiffness ratios, if it takes them.
+    /// Stiffness ratios of the specimens; empty if the ratio is not an input of the surrogate.
     pub(super) known: KnownStiffness,
 }
 
 impl Fitted {
-    /// Fits the runs, with the stiffness ratio of each packing as one more input where it is known of
-    /// `specimens`, or of some of them.
+    /// Fits the surrogate to the runs. The stiffness ratio of the packing is an additional input if it is known for all
+    /// or some of the `specimens`.
     ///
-    /// Runs count alike, wherever they lie. Weights would make up for a density that is not uniform if the
-    /// mean error over the box were to be small; what is to be small is the error where the posterior
-    /// lives, which is where more of them are. Where each run has a packing of its own, weights would lose
-    /// besides. What a surrogate misses of one specimen is therefore asked of the runs that were placed there,
-    /// once there are some: all runs together would answer for the corners of the box.
+    /// All runs have equal weight. Weights that correct for the density of the runs would minimise the mean error over
+    /// the prior box. However, the error should be small in the region of the posterior, where the batches have put
+    /// more runs. If each run has its own packing, weights would also increase the variance. Therefore the lack of fit
+    /// is estimated from the runs of batches, once there are enough of them; all runs together would represent the
+    /// corners of the box.
     ///
     /// # Errors
     /// As [`DynPce::fit`].
@@ -72,12 +72,12 @@ impl Fitted {
         Ok(Self { pce, report, open, made_on, specimens: groups, corrections, known })
     }
 
-    /// As the stages `ensemble` and `surrogate` left it.
+    /// Reads the results of the stages `ensemble` and `surrogate`.
     ///
     /// # Errors
-    /// Their files, where they cannot be read.
+    /// Fails if a file is missing or cannot be read.
     pub(super) fn read(inputs: &Inputs<'_>) -> Result<Self, WorkflowError> {
-        // the stage before it is the one to be named where there is none
+        // read this file first: if it is missing, the error names the stage `surrogate`
         let pce: DynPce = inputs.json("surrogate.json")?;
         let runs = Dataset::read_csv(inputs.file("runs.csv")?)?;
         let known = KnownStiffness::of(&pce, &runs, &of_specimens(inputs)?);
@@ -99,21 +99,22 @@ impl Fitted {
         })
     }
 
-    /// What is to be found.
+    /// Inputs of the surrogate that are calibrated.
     pub(super) fn unknown(&self) -> &[Input] {
         &self.pce.inputs()[..self.pce.inputs().len() - usize::from(self.known.is_input())]
     }
 }
 
-/// How the case wants surrogates to be fitted.
+/// Fit options of the case.
 fn fit_options(case: &SurrogateCase) -> FitOptions {
     let SurrogateCase { max_order, rule, terms } = *case;
     FitOptions { max_order, rule, terms, ..FitOptions::default() }
 }
 
-/// The same for runs that are made on some specimens; those `with_stiffness` have the ratio of each as their last
-/// input. Where runs share specimens that takes few values, and is taken to be linear on its scale: quantities go with
-/// powers of the ratio, and each further term would take one specimen more from what shows their scatter.
+/// Fit options for runs with the specimens `made_on`. `with_stiffness` are the runs with the stiffness ratio as their
+/// last input. If runs share specimens, the ratio has only a few values, so that the fit is linear in it (on its
+/// scale): quantities are proportional to powers of the ratio, and each further term would use up one specimen for the
+/// estimate of their scatter.
 pub(super) fn options_on(
     case: &SurrogateCase,
     made_on: &MadeOn,
@@ -129,7 +130,7 @@ pub(super) fn options_on(
     }
 }
 
-/// What runs leave open, and what their specimens do, where runs share these.
+/// Separates the error of a fit into scatter within and between specimens; none unless runs share specimens.
 ///
 /// # Errors
 /// As [`GroupedRuns::of`].
@@ -144,7 +145,7 @@ pub(super) fn of_specimens_of_runs(
     }
 }
 
-/// Columns of `experiments.csv`, one row a specimen.
+/// Reads columns of `experiments.csv`; one row per specimen.
 pub(super) fn read_experiments(
     inputs: &Inputs<'_>,
     columns: &[impl AsRef<str>],
@@ -153,7 +154,7 @@ pub(super) fn read_experiments(
     let columns: Vec<&str> = columns.iter().map(AsRef::as_ref).collect();
     let table = CsvTable::read(&path, &columns)?;
     let cell = |row: &TableRow, column: &str| match Quantity::of_column(column) {
-        // it is below zero where the force falls
+        // the post-peak slope is negative if the force decreases
         Some(Quantity::PostPeakSlope) => row.number(column),
         _ => row.positive(column),
     };

@@ -1,15 +1,15 @@
-//! One content in several folders of results.
+//! Copies of files between results folders.
 
 use std::io::ErrorKind;
 use std::path::Path;
 
 use super::WorkflowError;
 
-/// Copies a file, or a folder with all that is in it, to a place where nothing is yet. A file system that can
-/// share the blocks of two files does so. Hard links would not do: a user who edits one file would edit the other.
+/// Copies a file, or a folder with its contents, to a path that does not exist yet. File systems that support it share
+/// the blocks of the two files. Hard links are not used, because an edit of one file would also change the other.
 ///
 /// # Errors
-/// A file that cannot be read or written.
+/// Fails if a file cannot be read or written.
 pub(super) fn copy_tree(from: &Path, to: &Path) -> Result<(), WorkflowError> {
     let failed = |e| WorkflowError::io(to, e);
     if from.is_dir() {
@@ -23,7 +23,7 @@ pub(super) fn copy_tree(from: &Path, to: &Path) -> Result<(), WorkflowError> {
     std::fs::copy(from, to).map(drop).map_err(failed)
 }
 
-/// Copies every finished record of a folder of runs to another folder, unless a file of its name is there.
+/// Copies every finished record of a folder of runs to another folder, unless a file of the same name exists there.
 ///
 /// # Errors
 /// As [`copy_tree`].
@@ -32,7 +32,7 @@ pub(super) fn copy_records(from: &Path, to: &Path) -> Result<(), WorkflowError> 
     let failed = |e| WorkflowError::io(to, e);
     for entry in entries.flatten() {
         let (name, place) = (entry.file_name(), to.join(entry.file_name()));
-        // locks and half files
+        // names with a leading dot are locks and partial files
         let is_record = !name.to_string_lossy().starts_with('.');
         if !is_record || place.exists() {
             continue;
@@ -45,7 +45,7 @@ pub(super) fn copy_records(from: &Path, to: &Path) -> Result<(), WorkflowError> 
         let moved = tempfile::TempPath::try_from_path(&whole)
             .and_then(|whole| whole.persist_noclobber(&place).map_err(|e| e.error));
         match moved {
-            // another process was quicker
+            // another process has created the file in the meantime
             Err(e) if e.kind() == ErrorKind::AlreadyExists => {}
             moved => moved.map_err(failed)?,
         }

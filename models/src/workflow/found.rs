@@ -1,4 +1,4 @@
-//! A specimen with its grains: as they were found in grey values, or as the user has labelled them.
+//! A specimen with its grains: segmented from grey values, or labelled by the user.
 
 use fem::{
     Cylinder, GrainField, LabelledSpecimen, Region, Segmented, SpecimenStatistics, VOID, Volume,
@@ -7,13 +7,13 @@ use fem::{
 
 /// A specimen with its grains.
 pub(super) enum Found {
-    /// Found in grey values.
+    /// Segmented from grey values.
     Grey(Segmented),
     /// Labelled by the user.
     Labels(LabelledSpecimen),
 }
 
-/// The phases of grains: their names, and number and phase (an index into the names) of each grain.
+/// Phases of the grains: names of the phases; for each grain its number and phase (an index into the names).
 #[derive(Clone, Debug)]
 pub(super) struct GrainPhases {
     pub(super) names: Vec<String>,
@@ -21,14 +21,14 @@ pub(super) struct GrainPhases {
 }
 
 impl Default for GrainPhases {
-    /// All grains are of one phase.
+    /// A single phase, `grain`, for all grains.
     fn default() -> Self {
         Self { names: vec!["grain".to_owned()], of_grains: Vec::new() }
     }
 }
 
 impl Found {
-    /// The number of the grain of each voxel, from 1.
+    /// Grain number of each voxel, from 1; 0 is not a grain.
     pub(super) fn labels(&self) -> &Volume<u32> {
         match self {
             Self::Grey(found) => &found.labels,
@@ -36,7 +36,7 @@ impl Found {
         }
     }
 
-    /// The part of each voxel that is grain, where grey values say it.
+    /// Grain fraction of each voxel; none for labels of the user, which have no grey values.
     pub(super) fn solid(&self) -> Option<&Volume<f32>> {
         match self {
             Self::Grey(found) => Some(&found.solid),
@@ -58,7 +58,7 @@ impl Found {
         }
     }
 
-    /// The grains, voids among them.
+    /// All grains, including voids.
     pub(super) fn regions(&self) -> &[Region] {
         match self {
             Self::Grey(found) => &found.regions,
@@ -80,7 +80,7 @@ impl Found {
         }
     }
 
-    /// Whether the image shows a part of a specimen.
+    /// Whether the image shows only a part of a specimen.
     pub(super) fn is_block(&self) -> bool {
         match self {
             Self::Grey(found) => found.block,
@@ -98,7 +98,7 @@ impl Found {
         }
     }
 
-    /// The phase of a grain and the label that it has in the user's image, or its number.
+    /// Phase of a grain, and its label in the user's image; for a specimen from grey values, its number.
     pub(super) fn phase_and_label(&self, grain: &Region) -> (&str, i64) {
         match self {
             Self::Grey(_) => ("grain", i64::from(grain.id)),
@@ -109,7 +109,7 @@ impl Found {
         }
     }
 
-    /// Number and volume (mm³) of each grain where grey values say it.
+    /// Number and volume (mm³) of each grain, measured from grey values; empty for labels of the user.
     pub(super) fn volumes_mm3(&self) -> Vec<(u32, f64)> {
         match self {
             Self::Grey(found) => {
@@ -119,12 +119,12 @@ impl Found {
         }
     }
 
-    /// The grains that are no voids.
+    /// The grains that are not voids.
     pub(super) fn solid_grains(&self) -> impl Iterator<Item = &Region> {
         self.regions().iter().filter(|grain| self.phase_and_label(grain).0 != VOID)
     }
 
-    /// Volume of each phase in the cylinder that is meshed over the volume of that, as the mesher counts it.
+    /// Volume fraction of each phase in the meshed cylinder, as the mesher computes it.
     pub(super) fn fractions(&self) -> Vec<(String, f64)> {
         let GrainPhases { names, of_grains } = self.phases();
         let grains = VoxelGrains::new(self.labels(), self.solid(), self.cylinder())

@@ -1,4 +1,4 @@
-//! Whether what stages have written belongs to the case as it is now.
+//! Check that the products of stages are up to date with the case.
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
@@ -9,13 +9,13 @@ use super::editable::is_editable;
 use super::inputs::Inputs;
 use super::task::StageRecord;
 
-/// The name of the file that remembers finished stages.
+/// Name of the file with the records of finished stages.
 pub(super) const STAGES_FILE: &str = "stages.toml";
 
-/// What each finished stage has read and written.
+/// Record of each finished stage: what it has read and written.
 pub(super) type Records = BTreeMap<String, StageRecord>;
 
-/// The stages that have been run to their end in a folder of results.
+/// Reads the records of the finished stages of a results folder.
 pub(super) fn finished_in(dir: &Path) -> Records {
     fem::read_regular_text(&dir.join(STAGES_FILE))
         .ok()
@@ -23,16 +23,17 @@ pub(super) fn finished_in(dir: &Path) -> Records {
         .unwrap_or_default()
 }
 
-/// Files that were found to be as their stage wrote them, from inputs that are still the same.
+/// Cache of the checks: names of files that are unchanged since their stage wrote them, and whose stage has inputs that
+/// are unchanged.
 #[derive(Debug, Default)]
 pub(super) struct Freshness {
     checked: RefCell<BTreeSet<String>>,
-    /// Products of each stage that the user has edited.
+    /// Edited products of each stage.
     edited: RefCell<BTreeMap<String, Vec<String>>>,
 }
 
 impl Freshness {
-    /// Forgets what was found: a stage is being made again.
+    /// Clears the cache, because a stage is being run again.
     pub(super) fn clear(&self) {
         self.checked.borrow_mut().clear();
         self.edited.borrow_mut().clear();
@@ -45,13 +46,14 @@ impl Freshness {
         !edited.entry(stage.to_owned()).or_insert_with(found).is_empty()
     }
 
-    /// Products that were found to be edited, each by its stage.
+    /// Edited products found so far, by stage.
     pub(super) fn edited(&self) -> BTreeMap<String, Vec<String>> {
         self.edited.borrow().clone()
     }
 
-    /// Refuses a file that its stage did not write as it is, or wrote from what has changed since, up
-    /// to the case. Where the user has edited a product, the files of its stage are used as they are.
+    /// Checks that a file is up to date: its stage has written its current content, and everything that the stage has
+    /// read is up to date too, recursively up to the case. If the user has edited a product of a stage, the changes in
+    /// that stage's inputs are ignored.
     ///
     /// # Errors
     /// [`WorkflowError::Stale`].
@@ -82,7 +84,7 @@ impl Freshness {
         if let Some(change) = record.source_change(inputs) {
             return refuse(change);
         }
-        // specimens that were measured lie where the stage would write virtual ones
+        // measured specimens have the paths at which the stage would write virtual ones
         if record.files_read().any(|read| read == name) {
             return Ok(());
         }

@@ -1,4 +1,4 @@
-//! Whether specimens can come from what is simulated: compared with the ensemble before the calibration.
+//! Check before the calibration that the simulations can reach the measured quantities.
 
 use surrogate::Dataset;
 
@@ -9,13 +9,13 @@ use crate::error::InputError;
 use crate::fracture::column_means;
 use crate::qoi::Quantity;
 
-/// Stops a calibration against specimens whose mean quantities no simulation of the ensemble reaches.
+/// Stops a calibration if the mean of a quantity over the specimens is outside the range of the ensemble.
 ///
-/// Writes `range.csv`. Where the person goes on nevertheless, what to say of it is returned, one line a
-/// quantity; nothing where all lie inside.
+/// Writes `range.csv`. With `--accept-out-of-range`, returns one warning per quantity that is out of range instead of
+/// an error.
 ///
 /// # Errors
-/// Names the specimens' table, the mean, the range and the likely cause.
+/// Names the table of specimens, the mean, the range and the likely cause.
 pub(super) fn check_range(
     task: &Task<'_>,
     specimens: &[Vec<f64>],
@@ -63,7 +63,7 @@ pub(super) fn check_range(
     Ok(outside.iter().map(|range| format!("Data out of range: {}", range.warning())).collect())
 }
 
-/// Whether the means of specimens lie within what runs reach.
+/// Whether the means of the specimens are within the ranges of the runs.
 pub(super) fn is_in_range(runs: &Dataset, means: &[f64]) -> bool {
     means.iter().enumerate().all(|(m, mean)| {
         let values = || runs.rows().map(|(_, qois)| qois[m]);
@@ -71,7 +71,8 @@ pub(super) fn is_in_range(runs: &Dataset, means: &[f64]) -> bool {
     })
 }
 
-/// How well a quantity tells what is wrong, best first: a slope mixes two units.
+/// Rank of a quantity by how well it identifies a wrong unit, best first. The slope ranks low because it depends on two
+/// units.
 pub(super) fn telling(quantity: Quantity) -> usize {
     match quantity {
         Quantity::PeakForce => 0,
@@ -84,7 +85,7 @@ pub(super) fn telling(quantity: Quantity) -> usize {
     }
 }
 
-/// A measured quantity and what simulations reach.
+/// Value of a quantity and the range that simulations reach.
 pub(super) struct Range {
     pub(super) name: String,
     pub(super) value: f64,
@@ -111,7 +112,7 @@ impl Range {
         )
     }
 
-    /// The slip of a unit that explains the distance, where it is about a thousand.
+    /// Question about the unit that explains the distance; none unless the ratio is close to 1000 or 1/1000.
     pub(super) fn cause(&self) -> Option<&'static str> {
         let ratio = self.value.abs() / (self.reached[0] * self.reached[1]).sqrt();
         let thousands = ratio.log10() / 3.0;

@@ -1,7 +1,7 @@
-//! Images of several specimens: the files that the stages `segment` and `mesh` leave of each.
+//! Images of several specimens: names of the files that the stages `segment` and `mesh` write for each image.
 //!
-//! Images are counted from 1. The first is the case's own, `specimen.image.stack` or `labels`, whose files have the names that they
-//! have where there is no other.
+//! Images are numbered from 1. Image 1 is the case's own, `specimen.image.stack` or `labels`; its files have the same
+//! names as in a case with a single image.
 
 use std::path::PathBuf;
 
@@ -10,34 +10,34 @@ use super::inputs::Inputs;
 use super::specimen::Scanned;
 use crate::case::{Microstructure, SpecimenGeometry};
 
-/// The case's own image.
+/// Number of the case's own image.
 pub(super) const OWN: usize = 1;
 
-/// The name of what is segmented, or known of it, of an image.
+/// Name of a file that the stage `segment` writes for an image.
 pub(super) fn segmented_file(image: usize, name: &str) -> String {
     if image == OWN { name.to_owned() } else { format!("images/{image}-{name}") }
 }
 
-/// The name of the mesh of an image, with its ending or that of a table beside it.
+/// Name of a file that the stage `mesh` writes for an image; `ending` is `msh` or `csv`.
 pub(super) fn mesh_file(image: usize, ending: &str) -> String {
     if image == OWN { format!("mesh.{ending}") } else { format!("meshes/{image}.{ending}") }
 }
 
-/// How many images the runs of the design are spread over; one where there are no further ones.
+/// Number of images on which the runs of the design are made; 1 if there are no further images.
 ///
 /// # Errors
-/// A case without geometry.
+/// Fails for a case without geometry.
 pub(super) fn count(inputs: &Inputs<'_>) -> Result<usize, WorkflowError> {
     Ok(OWN + names(inputs)?.len())
 }
 
-/// The names of the further images that runs are made on, from the second on.
+/// File names of the further images on which runs are made (image 2 and following).
 ///
 /// # Errors
-/// A case without geometry.
+/// Fails for a case without geometry.
 pub(super) fn names(inputs: &Inputs<'_>) -> Result<Vec<String>, WorkflowError> {
     Ok(match inputs.geometry()? {
-        // what all runs are made on matters to a case with further images alone
+        // read `microstructure` only if there are further images: reading a key registers a dependency
         SpecimenGeometry::Image { further, .. }
             if !further.is_empty() && *inputs.microstructure() == Microstructure::PerRun =>
         {
@@ -49,10 +49,10 @@ pub(super) fn names(inputs: &Inputs<'_>) -> Result<Vec<String>, WorkflowError> {
     })
 }
 
-/// The further images that runs are made on, each with its number. Their size is that of the first image.
+/// The further images on which runs are made, with their numbers. Their size is that of the first image.
 ///
 /// # Errors
-/// A case without geometry.
+/// Fails for a case without geometry.
 pub(super) fn further(inputs: &Inputs<'_>) -> Result<Vec<(usize, Scanned)>, WorkflowError> {
     let further = inputs.further_scanned()?;
     Ok((OWN + 1..).zip(further).collect())

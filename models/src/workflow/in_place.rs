@@ -1,4 +1,4 @@
-//! Inputs of a case that stand where the program writes: a folder for the results in which this happens is refused.
+//! Check that no input file of a case has the path of a file that the program writes.
 
 use std::path::{Path, PathBuf};
 
@@ -11,7 +11,7 @@ use super::{InputInPlace, WorkflowError};
 use crate::case::CaseFile;
 use crate::table_format::DetectedTable;
 
-/// Files that are copied, or used where they are, when a folder of results is opened.
+/// Files that are copied when a results folder is opened, or that are used in place if they are inputs.
 const OPENING: [&str; 6] = [
     "case.toml",
     "origin.toml",
@@ -21,7 +21,7 @@ const OPENING: [&str; 6] = [
     "experiments/curves/*.csv",
 ];
 
-/// Files in which the program remembers what it has done, and the table of a study.
+/// Files in which the program records its state, and the table of a study.
 const RECORDS: [&str; 4] = [STAGES_FILE, WRITTEN, "study.toml", "study.csv"];
 
 /// Files that `breccia simulate` writes.
@@ -36,14 +36,14 @@ pub(super) const SIMULATION: [&str; 8] = [
     "simulate.state",
 ];
 
-/// A file or a folder that a case names.
+/// A file or folder that is an input of a case.
 struct Named {
-    /// The key, or the column of the table of specimens.
+    /// Key of the case, or description of the entry in the table of specimens.
     key: String,
     path: PathBuf,
 }
 
-/// Refuses a folder for results if an input of the case stands at the path of a product.
+/// Checks a results folder: fails if an input of the case has the path of a product.
 ///
 /// # Errors
 /// [`WorkflowError::InputInPlace`].
@@ -65,12 +65,12 @@ pub(super) fn check_inputs(source: &CaseFile, dir: &Path) -> Result<(), Workflow
         }
         let Ok(name) = place.strip_prefix(&root) else { continue };
         let name = name.to_string_lossy().replace('\\', "/");
-        // products lie in the folder of an input, or in its place
+        // true if products are in the folder of an input, or would replace that folder
         let lies_within =
             |pattern: &str| format!("{}/", folder(pattern)).starts_with(&format!("{name}/"));
         let is_meant =
             |pattern: &&str| matches(pattern, &name) || (place.is_dir() && lies_within(pattern));
-        // an input that is read where its copy would lie is not copied
+        // an input at the path of its own copy is used in place
         if !place.is_dir() && OPENING.iter().any(|pattern| matches(pattern, &name)) {
             continue;
         }
@@ -89,7 +89,7 @@ fn is_virtual(source: &CaseFile) -> bool {
     source.case.experiments.as_ref().is_some_and(|e| e.virtual_specimens.is_some())
 }
 
-/// All that a case names, as far as it is there.
+/// All existing files that a case names.
 fn named_by(source: &CaseFile) -> Vec<Named> {
     let case = &source.case;
     let mut named = vec![Named { key: "the case".to_owned(), path: source.path.clone() }];
@@ -103,7 +103,7 @@ fn named_by(source: &CaseFile) -> Vec<Named> {
     }
     if let Some(image) = &case.specimen.image {
         let mut add_image = |key: &str, stack: &Path| {
-            // a header refers to the file of its values
+            // the header of an image refers to a separate file of values
             fem::image_files(&source.beside(stack)).iter().for_each(|file| add(key, file));
         };
         image.stack.iter().for_each(|stack| add_image("specimen.image.stack", stack));
@@ -119,7 +119,7 @@ fn named_by(source: &CaseFile) -> Vec<Named> {
     named
 }
 
-/// Curves and images of a table of specimens; none of a table that cannot be read, which is refused later.
+/// Curves and images of a table of specimens; empty if the table cannot be read, which is reported later.
 fn named_by_table(file: &Path) -> Vec<Named> {
     let Ok(DetectedTable { table, .. }) = DetectedTable::read(file, &["id"], &[]) else {
         return Vec::new();
@@ -138,7 +138,7 @@ fn named_by_table(file: &Path) -> Vec<Named> {
     named
 }
 
-/// The place of a file or a folder without links, also where the last folders do not exist yet.
+/// Absolute path with links resolved; the last components need not exist.
 fn resolved(path: &Path) -> PathBuf {
     let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
     for front in path.ancestors() {
@@ -149,7 +149,7 @@ fn resolved(path: &Path) -> PathBuf {
     path
 }
 
-/// Whether the case is the one that lies in the folder of its results.
+/// Whether the case file is the `case.toml` in the results folder.
 pub(super) fn is_case_of_folder(source: &CaseFile, dir: &Path) -> bool {
     same_file(&source.path, &dir.join("case.toml"))
 }

@@ -1,4 +1,4 @@
-//! `loo.csv` and `influence.csv`: each specimen left out in turn.
+//! `loo.csv` and `influence.csv`: results of leaving out each specimen.
 
 use ppl::Nuts;
 use surrogate::Input;
@@ -7,12 +7,12 @@ use super::WorkflowError;
 use super::task::Task;
 use crate::fracture::{Calibration, CalibrationError, WithoutSpecimen};
 
-/// Writes how well each specimen is predicted by a calibration to the others, and by how many of its posterior
-/// standard deviations each parameter shifts without it. The sampler draws again where importance weights do not
-/// suffice.
+/// Writes `loo.csv` and `influence.csv`: the expected log predictive density (elpd) of each specimen under a
+/// calibration to the other specimens, and by how many posterior standard deviations each parameter shifts if the
+/// specimen is left out. Importance weights are used if they are reliable; otherwise the posterior is sampled again.
 ///
 /// # Errors
-/// A file that cannot be written; an interruption.
+/// Fails if a file cannot be written or if the program is interrupted.
 pub(super) fn write_influence(
     task: &Task<'_>,
     result: &Calibration,

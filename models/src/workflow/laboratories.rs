@@ -1,4 +1,4 @@
-//! Laboratories with real simulations of specimens, and forward models to calibrate them by.
+//! Virtual laboratories whose specimens are simulated, and the ensembles to calibrate them.
 
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -24,29 +24,28 @@ use crate::fracture::column_means;
 use crate::qoi::Qois;
 use crate::virtual_specimen::VirtualSpecimen;
 
-/// What [`simulate_laboratories`] makes, all on the cheapest mesh of the case: specimens and ensembles of
-/// one model, so that an error of the mesh is in both and in neither's way.
+/// Result of [`simulate_laboratories`]. All simulations use the cheapest mesh of the case, for specimens and ensembles
+/// alike, so that the error of the mesh cancels.
 #[derive(Clone, Debug)]
 pub struct SimulatedLaboratories {
-    /// Experiments, each of as many specimens as the case has, on packings of their own.
+    /// Laboratories, each with the number of specimens of the case. Each specimen has its own packing.
     pub laboratories: Vec<Laboratory>,
-    /// The case's design with a packing for each run.
+    /// Runs of the case's design, each on its own packing.
     pub per_run: Dataset,
-    /// The same on the case's own packing: the paper's way.
+    /// Runs of the case's design, all on the case's own packing, as in the paper.
     pub one_packing: Dataset,
     /// The runs of `per_run` with the stiffness ratio of each packing as their last input.
     pub with_stiffness: Dataset,
-    /// Means over packings at many more points, for a forward model next to the exact one.
+    /// Means over packings at `points` additional points, for a nearly exact forward model.
     pub mean_response: Dataset,
 }
 
-/// Simulates so many laboratories whose truths are drawn from the inner part (a fraction of each side) of
-/// the prior box, and the ensembles to calibrate them by: `points` of the mean response take two runs
-/// each. Runs are kept in `dir/coverage`, so that a study
-/// goes on where it stopped.
+/// Simulates `laboratories` laboratories and the ensembles to calibrate them. The true parameters are drawn from the
+/// inner part of the prior box (`inner` is a fraction of each side). Each of the `points` of the mean response takes
+/// two runs. Runs are stored in `dir/coverage`, so that an interrupted study is resumed.
 ///
 /// # Errors
-/// A case without virtual specimens or without a packing; a simulation of a specimen that fails.
+/// Fails for a case without virtual specimens or without a packing, or if the simulation of a specimen fails.
 pub fn simulate_laboratories(
     file: &CaseFile,
     dir: &Path,
@@ -64,7 +63,7 @@ pub fn simulate_laboratories(
     let seeds = |rng: &mut Xoshiro256PlusPlus, n: usize| -> Vec<u64> {
         (0..n).map(|_| u64::from(rng.random::<u32>())).collect()
     };
-    // as the stage `ensemble` draws them, so that its runs serve here too
+    // the same seeds as in the stage `ensemble`, so that its runs are reused
     let per_run = study.ensemble(&of_design, seeds(&mut rng, design.runs))?;
     let own = study.packings(Vec::new())?.own_seed();
     let one_packing = study.ensemble(&of_design, vec![own.unwrap_or_default(); design.runs])?;
@@ -91,14 +90,15 @@ impl Study<'_> {
         })
     }
 
-    /// Runs on packings of these seeds, by the cheapest level of the case, and their stiffness ratios.
+    /// Makes runs on packings with the given seeds, on the cheapest level of the case. Returns the records and the
+    /// stiffness ratios of the packings.
     fn records(
         &self,
         points: &[Vec<f64>],
         seeds: Vec<u64>,
     ) -> Result<(Vec<RunRecord>, Vec<f64>), WorkflowError> {
         let names: Vec<String> = self.prior.iter().map(|input| input.name.clone()).collect();
-        // nothing of the case names these runs but what they are made of
+        // no key of the case identifies these runs: add seeds and points to the manifest
         let kept = format!("{seeds:?}\n{points:?}\n");
         let packings = self.packings(seeds)?;
         let mut levels = Level::all(&self.task.inputs, 0)?;
@@ -127,11 +127,11 @@ impl Study<'_> {
         Ok(data)
     }
 
-    /// The mean over packings at each point: a packing is simulated at its point and in the middle of the
-    /// box, and the ratio is multiplied by the mean of all packings in the middle.
+    /// Mean response over packings at each point. Each packing is simulated at its point and at the centre of the prior
+    /// box; the ratio of the two is multiplied by the mean over all packings at the centre.
     ///
-    /// What a packing does to a quantity hardly depends on the parameters, so that it cancels in the ratio:
-    /// the mean is known as that of all packings is, and not as a fit of so many terms to as many packings.
+    /// The effect of a packing on a quantity hardly depends on the parameters, so that it cancels in the ratio. The
+    /// error is therefore that of a mean over all packings, and not that of a fit with many terms to as many packings.
     fn mean_response(
         &self,
         points: &[Vec<f64>],

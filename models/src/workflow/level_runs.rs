@@ -1,4 +1,4 @@
-//! The runs of a level: made, and with their quantities of interest.
+//! Runs of a level: making them, and their quantities of interest.
 
 use std::borrow::Cow;
 
@@ -13,10 +13,10 @@ use super::simulator::{Simulator, jacobian, quantities};
 use super::task::Task;
 use crate::case::QoiCase;
 
-/// The folder of their ensembles.
+/// Subfolder with the records of runs.
 pub(super) const FOLDER: &str = "ensemble";
 
-/// The curve of a run that was repeated on a better mesh; the cheapest is level 1.
+/// Name of the curve file of a run that was repeated on a better mesh. The cheapest level is level 1.
 pub(super) fn curve_of_level(level: usize, run: &str) -> String {
     format!("curves/level-{level}-run-{run:0>3}.csv")
 }
@@ -24,15 +24,15 @@ pub(super) fn curve_of_level(level: usize, run: &str) -> String {
 /// Makes the runs of a level.
 pub(super) struct Runner<'a> {
     pub(super) task: &'a Task<'a>,
-    /// Names of the inputs.
+    /// Names of the runs' inputs.
     pub(super) names: &'a [String],
-    /// What they are made on, if that is not the case's own specimen.
+    /// Specimens of the runs; none if all runs are made on the case's own specimen.
     pub(super) specimens: Option<&'a Microstructures>,
 }
 
 impl Runner<'_> {
-    /// What is not finished yet of these runs; records in their order. Unless it shall `wait`, it ends
-    /// once other processes make all that is missing, with the records at hand.
+    /// Makes the runs that are not finished and returns the records in the order of `runs`. If `wait` is false, returns
+    /// as soon as all missing runs are being made by other processes, with the records that exist then.
     pub(super) fn run(
         &self,
         level: &Level<'_>,
@@ -64,7 +64,7 @@ impl Runner<'_> {
 }
 
 impl Runner<'_> {
-    /// The mesh of a level that a run is made on.
+    /// Mesh of a run on a level.
     pub(super) fn mesh(&self, level: &Level<'_>, run: usize) -> Result<TetMesh, WorkflowError> {
         match self.specimens {
             Some(specimens) => specimens.mesh(&self.task.inputs, level, run),
@@ -76,19 +76,19 @@ impl Runner<'_> {
 /// The runs of a level with their quantities of interest.
 pub(super) struct LevelRuns {
     pub(super) records: Vec<RunRecord>,
-    /// Of each record its quantities, or why there are none.
+    /// Quantities of each record, or the reason why it has none.
     found: Vec<Result<Found, String>>,
 }
 
-/// What a run says.
+/// Quantities of interest of a run.
 struct Found {
     quantities: Vec<f64>,
-    /// Quantities × parameters; empty where it was not differentiated.
+    /// Quantities × parameters; empty if derivatives were not computed.
     jacobian: Vec<Vec<f64>>,
 }
 
 impl LevelRuns {
-    /// With the derivatives of the quantities where they are asked for.
+    /// Computes the quantities of the records, with derivatives if requested.
     pub(super) fn new(records: Vec<RunRecord>, qoi: &QoiCase, derivatives: bool) -> Self {
         let found = |record| {
             let jacobian = || if derivatives { jacobian(record, qoi) } else { Ok(Vec::new()) };
@@ -98,7 +98,7 @@ impl LevelRuns {
         Self { records, found }
     }
 
-    /// Adds runs that were made after these.
+    /// Appends runs.
     pub(super) fn extend(&mut self, more: Self) {
         self.records.extend(more.records);
         self.found.extend(more.found);
@@ -109,8 +109,7 @@ impl LevelRuns {
         self.differentiated().map(|(record, quantities, _)| (record, quantities))
     }
 
-    /// Runs with quantities and their derivatives, quantities × parameters; those are empty where they
-    /// were not asked for.
+    /// Runs with quantities and their derivatives (quantities × parameters; empty if not requested).
     pub(super) fn differentiated(&self) -> impl Iterator<Item = (&RunRecord, &[f64], &[Vec<f64>])> {
         let all = self.records.iter().zip(&self.found);
         all.filter_map(|(record, found)| {
@@ -119,7 +118,7 @@ impl LevelRuns {
         })
     }
 
-    /// Runs without, and why.
+    /// Runs without quantities, each with the reason.
     pub(super) fn failed(&self) -> impl Iterator<Item = (&RunRecord, &str)> {
         let all = self.records.iter().zip(&self.found);
         all.filter_map(|(record, found)| Some((record, found.as_ref().err()?.as_str())))

@@ -1,4 +1,4 @@
-//! The meshes that the runs of an ensemble are made on, from the cheapest to the specimen's own.
+//! Mesh levels on which the runs of an ensemble are made, from the cheapest mesh to the case's own mesh.
 
 use fem::{Meshing, PhaseField, TetMesh, gmsh};
 
@@ -9,29 +9,29 @@ use super::mesh::mesh_with;
 use super::simulator::Setup;
 use crate::case::LevelCase;
 
-/// A mesh and the steps that runs are made with.
+/// Mesh and load steps of a set of runs.
 pub(super) struct Level<'a> {
-    /// What its runs are named by.
+    /// Text that identifies the runs: everything that they depend on. Its hash is the name of their folder.
     pub(super) manifest: String,
-    /// How many of its runs are repeated on the next level.
+    /// Number of runs that are repeated on the next level.
     pub(super) repeats: usize,
     pub(super) setup: Setup<'a>,
     case: Option<&'a LevelCase>,
-    /// Whether its mesh is made from the case and not the one that the stage `mesh` left.
+    /// Whether the mesh is generated from the case instead of read from the file of the stage `mesh`.
     pub(super) is_made_anew: bool,
 }
 
 impl<'a> Level<'a> {
-    /// The levels of a case whose runs are made on so many meshes of the stage `mesh`; without `[fidelity]` there is
-    /// the specimen's own alone.
+    /// The levels of a case. `meshes` is the number of mesh files of the stage `mesh` on which runs are made. Without
+    /// `[fidelity]`, the only level is the case's own mesh.
     ///
-    /// To be called after prior, design and packings are read: what was read until now names the runs
-    /// of all levels, and another level leaves those of the others as they are.
+    /// Call this after reading prior, design and packings, and before reading anything else: what has been read so far
+    /// identifies the runs of all levels. Adding a level does not change the identity of the runs of other levels.
     ///
     /// # Errors
-    /// No mesh where runs share it.
+    /// Fails if a mesh file is missing.
     pub(super) fn all(inputs: &'a Inputs<'_>, meshes: usize) -> Result<Vec<Self>, WorkflowError> {
-        // quantities of better levels are only compared with those of the first
+        // runs on better levels only correct the values: derivatives are needed on the first level alone
         let derivatives = inputs.design().derivatives;
         let setup = inputs.setup();
         for image in (images::OWN..).take(meshes) {
@@ -63,7 +63,7 @@ impl<'a> Level<'a> {
         Ok(cheaper.chain([own]).collect())
     }
 
-    /// The same with another phase field and without derivatives, its runs by names of their own.
+    /// This level with another phase field and without derivatives; the changed manifest keeps its runs separate.
     pub(super) fn with_phase_field<'b>(&self, field: &'b PhaseField) -> Level<'b>
     where
         'a: 'b,
@@ -77,7 +77,7 @@ impl<'a> Level<'a> {
         }
     }
 
-    /// The same for runs with names of their own.
+    /// This level with `addition` appended to its manifest, which keeps its runs separate.
     pub(super) fn named(&self, addition: &str) -> Level<'a> {
         let manifest = format!("{}{addition}", self.manifest);
         Level {
@@ -89,12 +89,12 @@ impl<'a> Level<'a> {
         }
     }
 
-    /// The specimen's mesher as this level has it.
+    /// Settings of the mesher on this level; `specimen` are those of the case.
     pub(super) fn meshing(&self, specimen: &Meshing) -> Meshing {
         self.case.map_or(*specimen, |case| case.meshing(specimen))
     }
 
-    /// The specimen's mesh on this level, by the number of its image.
+    /// The specimen's mesh on this level; `image` is the number of the specimen's image.
     pub(super) fn mesh(&self, inputs: &Inputs<'_>, image: usize) -> Result<TetMesh, WorkflowError> {
         match self.case.is_some() || self.is_made_anew {
             true => Ok(mesh_with(inputs, image, &|specimen| self.meshing(specimen))?.0),
@@ -106,7 +106,7 @@ impl<'a> Level<'a> {
     }
 }
 
-/// What the runs of a level depend on, one line.
+/// Line of the manifest with the settings of a level on which its runs depend.
 fn described(case: &LevelCase) -> String {
     let LevelCase { spacing_mm, order, grain_mode, homogenisation, steps, repeats: _ } = case;
     format!(

@@ -1,4 +1,4 @@
-//! Locks of a folder of results: of several processes one makes the products of a stage.
+//! Locks of a results folder: only one of several processes makes the products of a stage.
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{Read, Write};
@@ -9,17 +9,17 @@ use std::time::Duration;
 use super::WorkflowError;
 use crate::progress::say;
 
-/// The folder of the locks; it is there once any stage has begun.
+/// Folder of the lock files; it exists once a stage has been started.
 const FOLDER: &str = ".locks";
 
-/// How long to wait before a lock is tried again.
+/// Time between two attempts to take a lock.
 const WAIT: Duration = Duration::from_millis(200);
 
-/// Waits for a lock of the folder and takes it; who waits says so for a stage. It is given back when the file is dropped or its process
-/// dies, however it dies.
+/// Waits for a lock of the folder and takes it; prints a message under the name of `stage` if it has to wait. The lock
+/// is released when the file is dropped or its process ends in any way.
 ///
 /// # Errors
-/// [`WorkflowError::Interrupted`] while waiting; a lock that the file system refuses.
+/// [`WorkflowError::Interrupted`] while waiting; an error if the file system does not support locks.
 pub(super) fn lock(
     dir: &Path,
     name: &str,
@@ -53,14 +53,14 @@ pub(super) fn lock(
             Err(TryLockError::Error(source)) => return Err(WorkflowError::Lock { path, source }),
         }
     }
-    // for people only: a lock without a name locks as well
+    // information for users only: the lock is valid even if this write fails
     let _ = file
         .set_len(0)
         .and_then(|()| write!(file, "process {} on {}", std::process::id(), machine()));
     Ok(file)
 }
 
-/// Who holds a lock, if anyone does. Nothing is changed.
+/// Returns a description of the process that holds a lock, if there is one. Changes nothing.
 pub(super) fn holder(dir: &Path, name: &str) -> Option<String> {
     let mut file = File::open(place(dir, name)).ok()?;
     match file.try_lock_shared() {
@@ -69,7 +69,7 @@ pub(super) fn holder(dir: &Path, name: &str) -> Option<String> {
     }
 }
 
-/// Whether a stage has ever begun in the folder.
+/// Whether a stage has ever been started in the folder.
 pub(super) fn has_locks(dir: &Path) -> bool {
     dir.join(FOLDER).is_dir()
 }
@@ -86,7 +86,7 @@ fn holder_of(file: &mut File) -> String {
     }
 }
 
-/// The name of this machine, as far as it is known.
+/// Name of this machine; "this machine" if unknown.
 fn machine() -> String {
     let named = |variable| std::env::var(variable).ok().filter(|name| !name.is_empty());
     named("SLURMD_NODENAME")

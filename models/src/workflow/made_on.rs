@@ -1,30 +1,30 @@
-//! On what the runs of an ensemble were made, as their table says.
+//! Specimens of the runs of an ensemble, as recorded in `runs.csv`.
 
 use surrogate::Dataset;
 
 use super::inputs::Inputs;
 
-/// The column of `runs.csv` with the seed of a packing; empty without one.
+/// Column of `runs.csv` with the seed of the packing; empty without a packing.
 pub(super) const SEED: &str = "packing_seed";
 
-/// The column of `runs.csv` with the number of an image, where there are several; the first is the case's own.
+/// Column of `runs.csv` with the number of the image, if there are several images; image 1 is the case's own.
 pub(super) const IMAGE: &str = "image";
 
-/// Fewest specimens whose stiffness ratio is an input of the surrogate. Its slope and the mean response take two
-/// of them, and two more show how they scatter about both.
+/// Minimum number of specimens for the stiffness ratio to be an input of the surrogate. Two specimens determine the
+/// mean response and its slope with the ratio; two more show the scatter about that line.
 pub(super) const LEAST_FOR_STIFFNESS: usize = 4;
 
-/// Of fewer specimens it is poorly known how they scatter.
+/// Below this number of specimens a warning says that their scatter is poorly known.
 const FEW: usize = 5;
 
-/// The specimens of runs.
+/// Assignment of runs to specimens.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum MadeOn {
-    /// All runs are on one.
+    /// All runs use the same specimen.
     One,
-    /// Each run has its own.
+    /// Each run has its own specimen.
     Each,
-    /// Some runs share one: its number, of each run.
+    /// Some runs share a specimen: the specimen's index (from 0) of each run.
     Several(Vec<usize>),
 }
 
@@ -47,12 +47,12 @@ impl MadeOn {
         }
     }
 
-    /// Whether the runs tell how specimens scatter.
+    /// Whether the runs show how specimens scatter.
     pub(super) fn shows_scatter(&self) -> bool {
         *self != Self::One
     }
 
-    /// How many there are where runs share some.
+    /// Number of specimens if runs share several specimens; none otherwise.
     pub(super) fn several(&self) -> Option<usize> {
         match self {
             Self::Several(groups) => groups.iter().max().map(|last| 1 + last),
@@ -60,14 +60,14 @@ impl MadeOn {
         }
     }
 
-    /// Whether they are too few for their stiffness ratio to be an input of the surrogate.
+    /// Whether there are too few specimens for the stiffness ratio to be an input of the surrogate.
     pub(super) fn are_too_few_for_stiffness(&self) -> bool {
         self.several().is_some_and(|count| count < LEAST_FOR_STIFFNESS)
     }
 
-    /// What to warn of where runs share a few specimens. Of one alone see the rule `microstructure`.
+    /// Warning if runs share only a few specimens. The rule `microstructure` warns of a single specimen.
     pub(super) fn warning(&self, inputs: &Inputs<'_>) -> Option<String> {
-        // the case is read only where it matters
+        // read the case only if needed: reading a key registers a dependency
         let count = self.several()?;
         let image = inputs.image();
         let is_image = image.stack.is_some() || image.labels.is_some();
@@ -84,7 +84,7 @@ impl MadeOn {
     }
 }
 
-/// The name of the specimen of a run; empty where all runs share one that has none.
+/// Name of the specimen of a run; empty if all runs share a specimen without a name.
 pub(super) fn specimen_of(runs: &Dataset, run: usize) -> &str {
     let named = |column| runs.note(run, column).filter(|name| !name.is_empty());
     named(SEED).or_else(|| named(IMAGE)).unwrap_or_default()

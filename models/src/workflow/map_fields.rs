@@ -1,4 +1,4 @@
-//! Fields of the simulation at the mode, as damage grows.
+//! Fields of the simulation at the mode, at several stages of damage.
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -12,14 +12,14 @@ use super::simulator::Simulator;
 use super::task::Task;
 use crate::progress::Bar;
 
-/// The first state that is kept lies at this part of the displacement at the highest force.
+/// The first stored state is at this fraction of the displacement at the highest force.
 const EARLY: f64 = 0.5;
 
-/// Simulates once more the run of this curve, and writes its fields while force rises, at its peak and at the
-/// end: `fields/map-*.vtu` with their collection `fields/map.pvd` for ParaView, a picture of the damage of
-/// each, and `fields/map.csv`.
+/// Repeats the run with this curve and writes its fields while the force rises, at the peak and at the end:
+/// `fields/map-*.vtu` with their collection `fields/map.pvd` for ParaView, a picture of the damage in each state, and
+/// `fields/map.csv`.
 ///
-/// That a run is not kept with all its fields is what lets ensembles be large.
+/// The fields of runs are not stored when the runs are made, so that ensembles can be large; hence the repetition.
 pub(super) fn write_fields(
     task: &Task<'_>,
     simulator: &Simulator,
@@ -49,8 +49,8 @@ pub(super) fn write_fields(
     task.write_csv("fields/map.csv", header, rows)
 }
 
-/// The steps whose fields are kept, each with its name: on the way to the peak, there, and the last one;
-/// fewer of a curve that has fewer.
+/// Steps whose fields are stored, each with a name: before the peak, at the peak, and the last step; fewer for a curve
+/// that lacks some of them.
 fn moments(curve: &[CurvePoint]) -> Vec<(usize, &'static str)> {
     let highest = |a: &usize, b: &usize| curve[*a].force_n.total_cmp(&curve[*b].force_n);
     let Some(peak) = (0..curve.len()).max_by(highest) else { return Vec::new() };
@@ -66,7 +66,7 @@ fn moments(curve: &[CurvePoint]) -> Vec<(usize, &'static str)> {
     moments
 }
 
-/// Keeps the fields of some steps of a run, and ends it with the last of them.
+/// Observer that stores the fields of the wanted steps, and ends the run after the last one.
 struct States<'a> {
     interrupt: &'a AtomicBool,
     wanted: Vec<(usize, &'static str)>,

@@ -1,4 +1,4 @@
-//! Stage `mesh`: geometry or labels to tetrahedra.
+//! Stage `mesh`: generates a tetrahedral mesh from the geometry or from labels.
 
 use std::collections::BTreeSet;
 
@@ -45,7 +45,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     }
     let (tets, nodes) = (mesh.tets.len(), mesh.nodes.len());
     let part = grains_in_words(&mesh, report.as_ref());
-    // a case whose materials or test do not fit the mesh fails here, not after a hundred runs
+    // materials or a test that do not fit the mesh are reported here, not after a hundred runs
     let simulator = Simulator::new(&setup, mesh, Vec::new())?;
     for warning in simulator.problem().warnings() {
         task.warn(&warning.to_string());
@@ -61,7 +61,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     Ok(format!("{tets} tetrahedra, {nodes} nodes, {part}"))
 }
 
-/// Meshes the image of a further specimen.
+/// Meshes the image of a further specimen, i.e. of an image after the first.
 fn further(task: &Task<'_>, image: usize) -> Result<(), WorkflowError> {
     let (mesh, report) = mesh_with(&task.inputs, image, &|meshing| *meshing)?;
     for warning in report.iter().flat_map(MeshReport::warnings) {
@@ -81,7 +81,8 @@ fn further(task: &Task<'_>, image: usize) -> Result<(), WorkflowError> {
     Ok(())
 }
 
-/// The specimen's mesh by what `changed` makes of the case's mesher, where there are several images that of one.
+/// Returns the mesh of an image of the specimen, generated with the case's mesher settings after `changed` was applied
+/// to them, and the mesher's report (none for an imported mesh).
 pub(super) fn mesh_with(
     inputs: &Inputs<'_>,
     image: usize,
@@ -106,7 +107,7 @@ pub(super) fn mesh_with(
     };
     let solid = match &scanned.source {
         Source::Labels { .. } => None,
-        // grey values have been measured for the grains as they were found
+        // the labels were edited: the measured grey values belong to the original grains
         _ if is_edited(inputs, &name) => None,
         _ => Some(solid(inputs, image, voxel_mm, labels.shape)?),
     };
@@ -120,10 +121,10 @@ pub(super) fn mesh_with(
     Ok((mesh, Some(report)))
 }
 
-/// The phase of each grain as the segmentation found them.
+/// Phase of each grain, as the segmentation recorded it in `grains.csv`.
 ///
 /// # Errors
-/// Edited labels with a grain that has no row, where there are several phases.
+/// With several phases, fails for edited labels with a grain that has no row in `grains.csv`.
 fn phases(
     inputs: &Inputs<'_>,
     image: usize,
@@ -157,14 +158,14 @@ fn phases(
     Ok(GrainPhases { names, of_grains })
 }
 
-/// Whether the user has edited labels.
+/// Whether the user has edited the labels file since the stage `segment` wrote it.
 fn is_edited(inputs: &Inputs<'_>, labels: &str) -> bool {
     let records = finished_in(inputs.folder());
     let segmented = records.get("segment").filter(|record| record.has_written(labels));
     segmented.is_some_and(|record| !record.wrote(labels, inputs.folder()))
 }
 
-/// The part of each voxel that is grain.
+/// Reads the grain fraction of each voxel, 0 to 1.
 fn solid(
     inputs: &Inputs<'_>,
     image: usize,
@@ -180,7 +181,7 @@ fn solid(
     Err(WorkflowError::OtherCase { path, stage: "segment" })
 }
 
-/// Number and volume (mm³) of each grain, as grey values gave them.
+/// Number and volume (mm³) of each grain, measured from grey values.
 fn volumes(inputs: &Inputs<'_>, image: usize) -> Result<Vec<(u32, f64)>, WorkflowError> {
     let path = inputs.file(&segmented_file(image, "grains.csv"))?;
     let table = CsvTable::read(&path, &["id", "volume_mm3"])?;
@@ -188,7 +189,7 @@ fn volumes(inputs: &Inputs<'_>, image: usize) -> Result<Vec<(u32, f64)>, Workflo
     table.rows().map(grain).collect()
 }
 
-/// Where the specimen stands in its image.
+/// Position, size and tilt of the specimen in its image.
 fn cylinder(inputs: &Inputs<'_>, image: usize) -> Result<Cylinder, WorkflowError> {
     let number = |name: &str| quantity(inputs, image, name);
     Ok(Cylinder {
@@ -206,7 +207,7 @@ fn quantity(inputs: &Inputs<'_>, image: usize, name: &str) -> Result<f64, Workfl
     Ok(table.named("quantity", name)?.number("value")?)
 }
 
-/// The grain fraction of a mesh, beside that of the grains that were meshed where the two differ.
+/// Describes the grain fraction of a mesh, and the grain fraction that the mesher was asked for if the two differ.
 fn grains_in_words(mesh: &TetMesh, report: Option<&MeshReport>) -> String {
     let part = 100.0 * grain_fraction(mesh);
     let asked = report.map(|report| 100.0 * report.asked_fraction);
@@ -216,16 +217,16 @@ fn grains_in_words(mesh: &TetMesh, report: Option<&MeshReport>) -> String {
     }
 }
 
-/// Part of the volume that is grain, mixed tetrahedra by their parts.
+/// Volume fraction of grains; mixed tetrahedra count by their grain fraction.
 pub(super) fn grain_fraction(mesh: &TetMesh) -> f64 {
     let volumes = mesh.volumes();
     let grains: f64 = grain_parts(mesh).iter().zip(&volumes).map(|(part, v)| part * v).sum();
     grains / volumes.iter().sum::<f64>()
 }
 
-/// How much of each tetrahedron is grain, of whichever phase.
+/// Grain fraction of each tetrahedron, all grain phases together.
 pub(super) fn grain_parts(mesh: &TetMesh) -> Vec<f64> {
-    // the mesh file of another program may have regions that are no grains
+    // a mesh file of another program may have regions that are not grains
     let has_grains = mesh.mixture.is_some() || mesh.grain_of.is_some();
     let is_grain: Vec<bool> = mesh
         .regions
@@ -242,7 +243,7 @@ pub(super) fn grain_parts(mesh: &TetMesh) -> Vec<f64> {
     (0..mesh.tets.len()).map(part).collect()
 }
 
-/// What any mesh has.
+/// Rows of `mesh.csv` for any mesh: name and value.
 fn quantities(mesh: &TetMesh) -> Vec<(String, f64)> {
     let quality = Quality::of(mesh);
     let mut rows = [
@@ -258,20 +259,20 @@ fn quantities(mesh: &TetMesh) -> Vec<(String, f64)> {
     ]
     .map(|(name, value)| (name.to_owned(), value))
     .to_vec();
-    // mixed tetrahedra count for both of their phases
+    // mixed tetrahedra count for each of their two phases by its fraction
     for (name, volume) in mesh.regions.iter().zip(mesh.phase_volumes()) {
         rows.push((format!("volume_{name}_mm3"), volume));
     }
     rows
 }
 
-/// How many grains the tetrahedra of a mesh file are labelled by.
+/// Number of distinct grains in the grain labels of a mesh file.
 fn labelled_grains(mesh: &TetMesh) -> f64 {
     let grains = mesh.grain_of.iter().flatten().copied().filter(|&grain| grain > 0);
     grains.collect::<BTreeSet<u32>>().len() as f64
 }
 
-/// What only the mesher knows.
+/// Rows of `mesh.csv` that are known only for meshes of the program's own mesher.
 fn of_report(report: &MeshReport) -> Vec<(String, f64)> {
     let counted = |mode| report.grains_in(mode) as f64;
     let mut rows = [

@@ -1,4 +1,4 @@
-//! The error of the mesh at the mode, from a second one.
+//! Error of the mesh at the mode, estimated with a second mesh.
 
 use std::borrow::Cow;
 
@@ -12,11 +12,11 @@ use super::simulator::{Simulator, quantities};
 use super::task::Task;
 use crate::case::{MaterialParameter, SpecimenGeometry};
 
-/// The error in % of each quantity by the mesh: q_h/q − 1, with q extrapolated from the simulation at the
-/// mode and one on a mesh of another spacing, half of the specimen's or `confirm.second_spacing_mm`.
+/// Error of each quantity due to the mesh, %: 100 (q_h/q − 1). q is extrapolated from the simulation at the mode and
+/// from a second one on a mesh with the spacing `confirm.second_spacing_mm`, by default half of the specimen's spacing.
 ///
-/// Errors are taken to be of first order in the spacing with linear elements, and of second with
-/// quadratic ones. None for a mesh from a file, and where the second simulation has no quantities.
+/// Errors are assumed to be of first order in the spacing for linear elements, and of second order for quadratic
+/// elements. None for a mesh from a file, and if the second simulation has no quantities.
 ///
 /// # Reference
 /// Richardson's extrapolation; Roache (1994), *Perspective: a method for uniform reporting of grid
@@ -67,7 +67,8 @@ pub(super) fn mesh_errors(
     Ok(Some(errors))
 }
 
-/// What values at two spacings tend to, if their errors go with a power of the spacing.
+/// Limit of a value for spacing → 0, from its values at two spacings; the error is proportional to a power of the
+/// spacing.
 fn extrapolated([h, other]: [f64; 2], [at_h, at_other]: [f64; 2], order: f64) -> f64 {
     at_h + (at_h - at_other) / ((other / h).powf(order) - 1.0)
 }

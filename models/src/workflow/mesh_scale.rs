@@ -1,4 +1,4 @@
-//! Measured specimens at the size of the mesh: equal nominal strain and stress.
+//! Scaling of measured specimens to the size of the mesh, at equal nominal strain and stress.
 
 use fem::TetMesh;
 
@@ -7,19 +7,19 @@ use crate::error::InputError;
 use crate::experiment::{Specimen, TestCurve};
 use crate::table::TableRow;
 
-/// Part of the circle around a mesh that its mean section fills if it is a cylinder. A regular polygon of seven sides
-/// fills 0.87, a square 0.64.
+/// A mesh counts as a cylinder if its mean cross-section fills more than this fraction of the circumscribed circle. A
+/// regular heptagon fills 0.87, a square 0.64.
 const CYLINDER: f64 = 0.85;
-/// Relative differences of sizes below this are rounding.
+/// Relative differences of sizes below this are rounding errors.
 const ROUNDING: f64 = 1e-9;
 
 /// Size of the meshed specimen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct MeshSize {
     pub(super) height_mm: f64,
-    /// Of the circle around it.
+    /// Radius of the circumscribed circle of the cross-section, mm.
     pub(super) radius_mm: f64,
-    /// Whether its section fills that circle.
+    /// Whether the cross-section nearly fills its circumscribed circle.
     pub(super) is_cylinder: bool,
 }
 
@@ -37,17 +37,17 @@ impl MeshSize {
     }
 }
 
-/// What displacements and forces of a specimen are multiplied by to compare with the mesh.
+/// Factors that scale displacements and forces of a specimen to the size of the mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct MeshScale {
-    /// Ratio of the heights: equal nominal strain.
+    /// Ratio of the heights, for equal nominal strain.
     pub(super) displacement: f64,
-    /// Ratio of the sections: equal nominal stress. 1 where the mesh is no cylinder.
+    /// Ratio of the cross-sections, for equal nominal stress; 1 if the mesh is not a cylinder.
     pub(super) force: f64,
 }
 
 impl MeshScale {
-    /// Columns of `experiments.csv` that it is written to.
+    /// Columns of `experiments.csv` with the displacement factor and the force factor.
     pub(super) const COLUMNS: [&str; 2] = ["displacement_factor", "force_factor"];
 
     pub(super) fn of(specimen: &Specimen, mesh: MeshSize) -> Self {
@@ -60,7 +60,8 @@ impl MeshScale {
         Self { displacement, force }
     }
 
-    /// The scale in a row of `experiments.csv`. Tables of versions that did not scale forces have no column for it.
+    /// Reads the scale from a row of `experiments.csv`. Versions of the program that did not scale forces wrote no
+    /// column for the force factor; it is then 1.
     pub(super) fn of_row(row: TableRow<'_>) -> Result<Self, InputError> {
         let [displacement, force] = Self::COLUMNS;
         let force = match row.text(force).is_empty() {
@@ -70,7 +71,7 @@ impl MeshScale {
         Ok(Self { displacement: row.positive(displacement)?, force })
     }
 
-    /// The curve at the size of the mesh.
+    /// Scales a curve to the size of the mesh.
     pub(super) fn apply(self, curve: &TestCurve) -> TestCurve {
         let curve = curve.scale_displacement(self.displacement);
         if self.force == 1.0 { curve } else { curve.scale_force(self.force) }
@@ -100,7 +101,7 @@ mod tests {
         }
     }
 
-    /// A material of one stress–strain curve gives specimens of all sizes one curve at the size of the mesh.
+    /// Specimens of all sizes with the same stress–strain curve have the same curve at the size of the mesh.
     #[test]
     fn nominal_stress_and_strain_are_those_of_the_specimen() {
         let mesh = MeshSize::of_cylinder([4.4, 2.5]);
@@ -123,7 +124,7 @@ mod tests {
             let mut mesh = lattice.build().unwrap();
             let size = MeshSize::of(&mesh);
             assert!((size.radius_mm - 2.5).abs() < 1e-9 && size.is_cylinder, "{size:?}");
-            // the walls pressed into a plate
+            // flatten the cylinder
             mesh.nodes.iter_mut().for_each(|node| node[1] *= 0.5);
             assert!(!MeshSize::of(&mesh).is_cylinder);
         }

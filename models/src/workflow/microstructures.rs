@@ -1,5 +1,5 @@
-//! The specimens that the runs of an ensemble are made on, where there are several: a packing of its own for each run,
-//! or fewer packings or images than runs, which share them.
+//! The specimens on which the runs of an ensemble are made, if there are several: a packing for each run, or fewer
+//! packings or images than runs, each shared by several runs.
 
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
@@ -20,24 +20,24 @@ use super::stiffness::stiffness_ratio;
 use super::turns::in_turn;
 use crate::case::Microstructure;
 
-/// Specimens of runs.
+/// Several specimens and their assignment to runs.
 pub(super) struct Microstructures {
-    /// Of each run, by its place, which of them it is made on.
+    /// Index of the specimen of each run.
     of_run: Vec<usize>,
     source: Source,
 }
 
 enum Source {
     Packings(Packings),
-    /// So many images, whose meshes lie in the folder of the results.
+    /// Number of images; their meshes are in the results folder.
     Images(usize),
 }
 
 impl Microstructures {
-    /// Those of so many runs, if the case wants more than one.
+    /// The specimens for `runs` runs; none if all runs use the case's own specimen.
     ///
     /// # Errors
-    /// A packing that does not fit in.
+    /// Fails if the grains of a packing do not fit into the specimen.
     pub(super) fn of(inputs: &Inputs<'_>, runs: usize) -> Result<Option<Self>, WorkflowError> {
         let design = inputs.design();
         if design.microstructure == Microstructure::One {
@@ -55,7 +55,7 @@ impl Microstructures {
             None => Self::with_seeds(inputs, seeds),
             Some(packings) => {
                 let of_run = in_turn(runs, packings, design.seed);
-                // of few runs some packings are not asked for
+                // with few runs, some packings are not used and need not be generated
                 let asked: BTreeSet<usize> = of_run.iter().copied().collect();
                 let place = |packing: &usize| asked.iter().position(|own| own == packing);
                 let of_run = of_run.iter().filter_map(place).collect();
@@ -64,10 +64,11 @@ impl Microstructures {
         }
     }
 
-    /// A packing of its own for each run, of these seeds, if the case describes specimens by one.
+    /// A packing for each run, generated with the given seeds; none if the case does not describe its specimen by a
+    /// packing.
     ///
     /// # Errors
-    /// A packing that does not fit in.
+    /// Fails if the grains of a packing do not fit into the specimen.
     pub(super) fn with_seeds(
         inputs: &Inputs<'_>,
         seeds: Vec<u64>,
@@ -85,7 +86,8 @@ impl Microstructures {
         Ok(packings.map(|packings| Self { of_run, source: Source::Packings(packings) }))
     }
 
-    /// How many meshes of the stage `mesh` the runs are made on, of which the first is that of the case's own image.
+    /// Number of meshes of the stage `mesh` on which runs are made; 0 for packings. The first mesh is that of the
+    /// case's own image.
     pub(super) fn meshes(&self) -> usize {
         match self.source {
             Source::Packings(_) => 0,
@@ -93,7 +95,7 @@ impl Microstructures {
         }
     }
 
-    /// The seed of the case's own packing, of packings.
+    /// Seed of the case's own packing; none for images.
     pub(super) fn own_seed(&self) -> Option<u64> {
         match &self.source {
             Source::Packings(packings) => Some(packings.own_seed()),
@@ -101,12 +103,12 @@ impl Microstructures {
         }
     }
 
-    /// Which of them a run, counted from 1, is made on.
+    /// Index of the specimen of a run; runs are numbered from 1.
     pub(super) fn of_run(&self, run: usize) -> usize {
         self.of_run[run - 1]
     }
 
-    /// The column of `runs.csv` that names them.
+    /// Column of `runs.csv` that identifies the specimen of a run.
     pub(super) fn column(&self) -> &'static str {
         match self.source {
             Source::Packings(_) => SEED,
@@ -114,7 +116,7 @@ impl Microstructures {
         }
     }
 
-    /// The name of the specimen of a run there.
+    /// Identifier of the specimen of a run: its entry in the column [`Self::column`].
     pub(super) fn name(&self, run: usize) -> String {
         let place = self.of_run(run);
         match &self.source {
@@ -123,11 +125,11 @@ impl Microstructures {
         }
     }
 
-    /// Checks materials and test of a level with these values of the parameters before any run begins, as far as no
-    /// mesh of a specimen is needed.
+    /// Checks materials and test of a level for the parameter `values` before the first run, as far as this is possible
+    /// without the mesh of a specimen.
     ///
     /// # Errors
-    /// A case that makes no simulation.
+    /// Fails if the case cannot be simulated.
     pub(super) fn check(
         &self,
         inputs: &Inputs<'_>,
@@ -140,10 +142,10 @@ impl Microstructures {
         }
     }
 
-    /// The stiffness ratios of some of them, on the mesh of a level.
+    /// Stiffness ratios of the specimens `asked`, by index, on the mesh of a level.
     ///
     /// # Errors
-    /// A specimen that cannot be meshed, an elastic solve that fails.
+    /// Fails if a specimen cannot be meshed or an elastic solve fails.
     pub(super) fn stiffness_ratios(
         &self,
         inputs: &Inputs<'_>,
@@ -159,7 +161,7 @@ impl Microstructures {
                 let found: Result<_, FemError> = asked.par_iter().map(ratio).collect();
                 Ok(found?)
             }
-            // one after the other: meshes of images are large
+            // sequentially, because meshes of images are large
             Source::Images(_) => asked
                 .iter()
                 .map(|&place| {
@@ -170,10 +172,10 @@ impl Microstructures {
         }
     }
 
-    /// The specimen of a run on the mesh of a level.
+    /// Mesh of the specimen of a run on a level.
     ///
     /// # Errors
-    /// One that cannot be meshed.
+    /// Fails if the specimen cannot be meshed.
     pub(super) fn mesh(
         &self,
         inputs: &Inputs<'_>,
@@ -195,7 +197,7 @@ impl Microstructures {
         }
     }
 
-    /// The packings, if each run has its own: those are meshed when their run begins.
+    /// The packings, if each run has its own packing, which is then meshed when the run starts.
     pub(super) fn packing_of_each(&self) -> Option<&Packings> {
         match &self.source {
             Source::Packings(packings) if packings.seeds.len() == self.of_run.len() => {
@@ -205,10 +207,10 @@ impl Microstructures {
         }
     }
 
-    /// The tests of a level on the specimens that these runs share, by [`Self::of_run`].
+    /// Simulators of a level for the specimens of `runs`, by the index that [`Self::of_run`] returns.
     ///
     /// # Errors
-    /// One that cannot be meshed, a case that makes no simulation.
+    /// Fails if a specimen cannot be meshed or if the case cannot be simulated.
     pub(super) fn shared_simulators(
         &self,
         inputs: &Inputs<'_>,

@@ -1,4 +1,4 @@
-//! The stages from a case to a report, each reading the files that the one before wrote.
+//! The stages from a case to a report. Each stage reads files that earlier stages wrote.
 //!
 //! | stage | reads | writes |
 //! |---|---|---|
@@ -14,26 +14,27 @@
 //! | design | `posterior.csv`, `surrogate.json`, `experiments.csv`; the runs and curves where quantities are taken again | `design.csv` (`candidate,parameter,specimens,contraction,contraction_q05,contraction_q95,width90`), `design_specimens.csv` (`candidate,parameter,goal,value,specimens,limit`; without specimens where 1000 do not suffice), `design/candidate-*.csv` (runs of each candidate, a [`surrogate::Dataset`]) |
 //! | report | all of these | `report.html` |
 //!
-//! `stages.toml` remembers what each finished stage has read, key by key of the case and file by file,
-//! and what it wrote. A stage is done again when one of them has changed, so the same command after an
-//! interruption goes on where it stopped, and makes a deleted result again. A stage that is run by itself
-//! takes no file that was made from something else than is there now, and a directory belongs to one case.
+//! `stages.toml` records for each finished stage the keys of the case and the files that it has read, and the files
+//! that it has written. A stage is run again if any of them has changed. So the same command resumes after an
+//! interruption, and restores a deleted result. A stage that is run alone refuses files that are out of date. A results
+//! folder belongs to one case.
 //!
-//! What a stage warns of is in `warnings/<stage>.txt`; rules on the results (`rules/`, one file each) are applied by
-//! the stage `verdict`. A warning counts on the screen, in `warnings.txt`, in `summary.txt` and in the report.
+//! The warnings of a stage are in `warnings/<stage>.txt`; rules on the results (`rules/`, one file each) are applied by
+//! the stage `verdict`. All warnings are counted on the screen and listed in `warnings.txt`, in `summary.txt` and in
+//! the report.
 //!
-//! `written.csv` has each file that the program has written with its content, recorded before the file gets its
-//! name. The program replaces and removes only files with such a content ([`ProductFolder`]). An edited product
-//! (labels, a mesh, a copied curve) is used by later stages as it is; any other file of the user's in the place of a
-//! product stops the stage before it computes, unless `--replace` allows it.
+//! `written.csv` lists each file that the program has written, with the hash of its content, recorded before the file
+//! gets its name. The program replaces and removes only files with a recorded content ([`ProductFolder`]). An edited
+//! product (labels, a mesh, a copied curve) is used by later stages as it is; any other file of the user at the path of
+//! a product stops the stage before it computes, unless `--replace` allows it.
 //!
-//! In a study, whose folders lie in one, a stage takes over what a neighbour has made from the same inputs,
-//! and runs that have the same inputs are made once, in the study's `runs/`; each folder keeps all of its own
-//! files, under other names where the file system has such.
+//! In a study, whose results folders have a common parent, a stage copies products that another folder has made from
+//! the same inputs, and runs with the same inputs are made once, in the study's `runs/`. Each folder keeps its own
+//! copies of all files; a file system that can share the blocks of equal files stores them once.
 //!
-//! Any number of processes may work in one directory, on all machines that see it: they share the runs of
-//! the stage `ensemble`, and of each stage's products one process makes all (a lock in `.locks/`, which
-//! dies with it) while the others wait. [`status`] looks on without changing anything.
+//! Any number of processes may work in one results folder, on all machines that see it. They share the runs of the
+//! stage `ensemble`. All products of a stage are made by one process, which holds a lock in `.locks/` until it ends;
+//! the other processes wait. [`status`] reports the progress and changes nothing.
 
 mod adoption;
 mod calibrate;
@@ -148,7 +149,7 @@ use locks::lock;
 use neighbours::Neighbours;
 use task::{StageRecord, Task};
 
-/// A case being worked on in a directory.
+/// A case and the results folder in which its stages are run.
 ///
 /// # Example
 /// ```no_run
@@ -167,7 +168,7 @@ pub struct Workflow<'a> {
     dir: PathBuf,
     threads: usize,
     cores: Cores,
-    /// Who is served first where cores are scarce.
+    /// Priority when cores are scarce; the lowest rank is served first.
     rank: usize,
     interrupt: &'a AtomicBool,
     accept_out_of_range: bool,
@@ -178,15 +179,15 @@ pub struct Workflow<'a> {
 }
 
 impl<'a> Workflow<'a> {
-    /// Makes `dir` a self-contained copy of the case: what it names is copied, and `case.toml`
-    /// written with every default.
+    /// Makes `dir` a self-contained copy of the case: copies the files that it names, and writes `case.toml` with every
+    /// default.
     ///
     /// Once `interrupt` is true, running simulations end after their load step and
     /// [`WorkflowError::Interrupted`] is returned.
     ///
     /// # Errors
-    /// A file that the case names is wrong; the directory has the results of another case, or cannot
-    /// be written.
+    /// Fails if a file that the case names has an error, if `dir` has the results of another case, or if it cannot be
+    /// written.
     pub fn open(
         source: &CaseFile,
         dir: &Path,
@@ -196,7 +197,7 @@ impl<'a> Workflow<'a> {
         Self::open_with(source, dir, threads, interrupt, &FolderAccess::default())
     }
 
-    /// Like [`Workflow::open`] for a folder that has files already.
+    /// As [`Workflow::open`], with the rights that `access` grants in a folder that already has files.
     ///
     /// # Errors
     /// As [`Workflow::open`].
@@ -211,7 +212,7 @@ impl<'a> Workflow<'a> {
         let copies = Copies::of(source, dir)?;
         let folder = ProductFolder::new(dir, &access.replace);
         if finished_in(dir).is_empty() {
-            // a file of the user's, and no other case
+            // the folder has no record of finished stages, so that a `stages.toml` in it can only be a file of the user
             folder.claim(STAGES_FILE, "run")?;
         }
         if !access.reuse {
@@ -237,25 +238,25 @@ impl<'a> Workflow<'a> {
         })
     }
 
-    /// The same beside others on the same cores, of which the one with the lowest rank is served first.
+    /// The same workflow, sharing `cores` with other workflows; the one with the lowest rank is served first.
     pub(crate) fn among(self, cores: &Cores, rank: usize) -> Self {
         Self { cores: cores.clone(), rank, ..self }
     }
 
-    /// The same, calibrating even against data that no simulation reaches; nothing is called identified
-    /// then.
+    /// The same workflow, which calibrates even if the data are outside the range that the simulations reach. No
+    /// parameter is then reported as identified.
     pub fn accept_out_of_range(self) -> Self {
         Self { accept_out_of_range: true, ..self }
     }
 
-    /// Runs every stage that is not finished already.
+    /// Runs every stage that is not finished.
     ///
     /// # Errors
-    /// What ended a stage.
+    /// The error that ended a stage.
     pub fn run_all(&self) -> Result<(), WorkflowError> {
         let ready = self.file.table().and_then(|_| self.file.check_steps());
         ready.map_err(|e| self.copies.named_by_owner(e.into()))?;
-        // before anything is computed
+        // check all products before anything is computed
         let finished = self.finished();
         for stage in STAGES.iter().filter(|stage| !finished.contains_key(stage.name)) {
             let case = &self.file.case;
@@ -283,9 +284,9 @@ impl<'a> Workflow<'a> {
         let start = Instant::now();
         self.claim(stage)?;
         self.share_work(stage, &before, false)?;
-        // of several processes one goes on; the others find what it has made
+        // one of several processes makes the products; the others then find the stage finished
         let _lock = lock(&self.dir, stage.name, stage.name, self.interrupt)?;
-        // and of several folders with one specimen
+        // likewise, one of several neighbouring folders with the same specimen
         let _of_neighbours = match &self.neighbours {
             Some(neighbours) if stage.is_of_the_specimen() => {
                 Some(neighbours.lock(stage.name, &self.inputs(), self.interrupt)?)
@@ -312,7 +313,7 @@ impl<'a> Workflow<'a> {
         self.remember(stage, record)
     }
 
-    /// Hands a stage its task: what it reads is guarded against what is due.
+    /// Runs `work` with the task of a stage. Reading an out-of-date file through the task fails.
     fn with_task<T>(
         &self,
         stage: &'static Stage,
@@ -340,7 +341,8 @@ impl<'a> Workflow<'a> {
         work(task).map_err(|error| self.copies.named_by_owner(error))
     }
 
-    /// Adds to `stages.toml`, beside what other processes have added meanwhile.
+    /// Adds the record of a stage to `stages.toml`, keeping the records that other processes have added in the
+    /// meantime.
     fn remember(&self, stage: &Stage, record: StageRecord) -> Result<(), WorkflowError> {
         let _lock = lock(&self.dir, "stages", stage.name, self.interrupt)?;
         let mut finished = self.finished();
@@ -349,7 +351,7 @@ impl<'a> Workflow<'a> {
         self.folder.write(STAGES_FILE, stage.name, text.as_bytes()).map(drop)
     }
 
-    /// Why a stage has to be run, in words; nothing if it is finished and nothing that it read or wrote
+    /// Returns the reason, as text, why a stage has to be run; none if it is finished and nothing that it read or wrote
     /// has changed.
     pub fn due(&self, stage: &Stage) -> Option<String> {
         match self.finished().get(stage.name) {
@@ -362,15 +364,15 @@ impl<'a> Workflow<'a> {
         finished_in(&self.dir)
     }
 
-    /// What the report shows, where all stages are done.
+    /// Returns the contents of the report; all stages must be finished.
     ///
     /// # Errors
-    /// A result that is missing or cannot be read.
+    /// Fails if a result is missing or cannot be read.
     pub(crate) fn results(&self) -> Result<Results, WorkflowError> {
         report::load(&self.inputs())
     }
 
-    /// The directory of the results.
+    /// The results folder.
     pub fn dir(&self) -> &Path {
         &self.dir
     }

@@ -1,5 +1,5 @@
-//! Folders of results that belong together, as those of a study do: what one has made from the same inputs
-//! no other one makes again.
+//! Results folders that belong together, such as those of a study: results are not computed again if another folder has
+//! computed them from the same inputs.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -13,25 +13,25 @@ use super::locks::lock;
 use super::product_folder::ProductFolder;
 use super::{InputInPlace, WorkflowError};
 
-/// The file that names them, in the folder around them.
+/// File in the parent folder that lists the folders of a study.
 const FILE: &str = "study.toml";
 
-/// The folders of a study, each by its path within it.
+/// Paths of the results folders of a study, relative to the study's folder.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Together {
-    /// Where specimens are tested.
+    /// Folders in which specimens are tested.
     pub(crate) laboratories: Vec<String>,
-    /// Where parameters are calibrated.
+    /// Folders in which parameters are calibrated.
     pub(crate) cases: Vec<String>,
 }
 
 impl Together {
-    /// What a folder says of those in it, if it is one of a study.
+    /// Reads the list of folders from the folder of a study; none if `dir` is not such a folder.
     pub(crate) fn read(dir: &Path) -> Option<Self> {
         toml::from_str(&fem::read_regular_text(&dir.join(FILE)).ok()?).ok()
     }
 
-    /// Refuses a folder for the results of a study in which the study itself has the name of this file.
+    /// Checks that the file of the study itself is not the file that lists its folders.
     ///
     /// # Errors
     /// [`WorkflowError::InputInPlace`].
@@ -48,10 +48,10 @@ impl Together {
         }
     }
 
-    /// Writes it, unless it is there.
+    /// Writes the list of folders to `study.toml`, unless the file already has this content.
     ///
     /// # Errors
-    /// A file of the user's in its place; a file that cannot be written.
+    /// Fails if a file of the user is there, or if the file cannot be written.
     pub(crate) fn write(&self, dir: &Path, folder: &ProductFolder) -> Result<(), WorkflowError> {
         if Self::read(dir).as_ref() == Some(self) {
             return Ok(());
@@ -65,19 +65,19 @@ impl Together {
     }
 }
 
-/// How deep a folder lies in that of its study at most.
+/// Maximum depth of a results folder within the folder of its study.
 const DEPTH: usize = 3;
 
-/// The folders that share with one of them.
+/// The other folders of the study to which a results folder belongs.
 #[derive(Clone, Debug)]
 pub(super) struct Neighbours {
     root: PathBuf,
-    /// The others.
+    /// Paths of the other folders of the study.
     pub(super) folders: Vec<PathBuf>,
 }
 
 impl Neighbours {
-    /// Those of a folder, if it is named by a study around it.
+    /// The neighbours of a folder; none unless a study in a parent folder lists it.
     pub(super) fn of(dir: &Path) -> Option<Self> {
         let dir = std::path::absolute(dir).ok()?;
         dir.ancestors().skip(1).take(DEPTH).find_map(|root| {
@@ -92,7 +92,7 @@ impl Neighbours {
         })
     }
 
-    /// Waits until no neighbour with the same specimen is at a stage: it then takes over what was made there.
+    /// Waits until no neighbour with the same specimen runs the stage. Afterwards its products can be copied.
     ///
     /// # Errors
     /// As [`lock`].
@@ -106,12 +106,12 @@ impl Neighbours {
         lock(&self.root, &name, stage, interrupt)
     }
 
-    /// The folder around them.
+    /// Folder of the study.
     pub(super) fn root(&self) -> &Path {
         &self.root
     }
 
-    /// Where they make the runs of this kind, which those that have the same inputs share.
+    /// Folder of the runs of a kind, shared by all neighbours with the same inputs.
     pub(super) fn runs(&self, kind: &str) -> PathBuf {
         self.root.join("runs").join(kind)
     }

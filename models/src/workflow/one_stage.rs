@@ -1,4 +1,4 @@
-//! A stage that is run by itself: what it reads must be up to date.
+//! Running a single stage: everything that it reads must be up to date.
 
 use super::stage::Stage;
 use super::stages::STAGES;
@@ -6,15 +6,16 @@ use super::status::{StageStatus, status};
 use super::{Workflow, WorkflowError, report};
 use crate::progress::say;
 
-/// The file of the report.
+/// File name of the report.
 const REPORT: &str = "report.html";
 
 impl Workflow<'_> {
-    /// Runs one stage, unless it is finished and what it read and what it wrote are unchanged. The stage
-    /// `report` shows what there is where others are under way or to do, and is then run again at the end.
+    /// Runs one stage, unless it is finished and nothing that it has read or written has changed. The stage `report`
+    /// can be run while other stages are unfinished: it then shows the results that exist, and has to be run again at
+    /// the end.
     ///
     /// # Errors
-    /// What ended the stage; a stage before it that has not been run, or has to be run again.
+    /// The error that ended the stage; an error if an earlier stage has not been run or has to be run again.
     pub fn run(&self, stage: &'static Stage) -> Result<(), WorkflowError> {
         if stage.name == "report" {
             let mut stages = status(&self.dir).unwrap_or_else(|_| StageStatus::none());
@@ -28,8 +29,8 @@ impl Workflow<'_> {
         self.make(stage)
     }
 
-    /// Writes a report of what there is until now, which says what is missing. It is no product: the stage
-    /// is still to be run.
+    /// Writes a report of the existing results, which lists the unfinished stages. It does not count as a product, so
+    /// that the stage still has to be run.
     fn report_so_far(&self, stages: &[StageStatus]) -> Result<(), WorkflowError> {
         let is_done =
             |name: &str| stages.iter().any(|status| status.stage == name && status.is_done());
@@ -46,11 +47,11 @@ impl Workflow<'_> {
         Ok(())
     }
 
-    /// Refuses a stage that read what is due itself.
+    /// Checks that the files that the stage has read in its last run are up to date.
     pub(super) fn check_what_it_read(&self, stage: &Stage) -> Result<(), WorkflowError> {
         let finished = self.finished();
         let inputs = self.inputs();
-        // what it read the last time may be as it was, and yet be due itself
+        // a file may be unchanged although the stage that wrote it has to be run again
         for name in finished.get(stage.name).into_iter().flat_map(|record| record.files_read()) {
             if inputs.writer_of(name) != Some(stage.name) && self.dir.join(name).exists() {
                 self.freshness.check(name, &finished, &inputs, &self.dir)?;
@@ -59,7 +60,8 @@ impl Workflow<'_> {
         Ok(())
     }
 
-    /// A report shows what all stages left: none of those that have been run may be due.
+    /// Checks that no stage before `stage` that has been run is out of date. The report needs this because it shows the
+    /// results of all stages.
     fn check_all_before(&self, stage: &Stage) -> Result<(), WorkflowError> {
         let records = self.finished();
         let inputs = self.inputs();

@@ -1,4 +1,4 @@
-//! Files of the user's among the products of stages: refused, used as they are, or replaced where that is allowed.
+//! Files of the user among the products of stages: they are refused, used as they are, or replaced if allowed.
 
 use super::pattern::folder;
 use super::stage::Stage;
@@ -6,14 +6,15 @@ use super::task::StageRecord;
 use super::{Workflow, WorkflowError};
 
 impl Workflow<'_> {
-    /// Refuses files of the user's in the place of the products of a stage.
+    /// Fails if a file of the user has the path of a product of the stage and may not be replaced.
     pub(super) fn claim(&self, stage: &Stage) -> Result<(), WorkflowError> {
         let case = &self.file.case;
         let may_write = |name: &str| Stage::may_write(case, name);
         self.folder.claim_all(stage.products_of(case), stage.name, may_write)
     }
 
-    /// Why a stage has to be run again, in words; an edited product is made again where that is allowed.
+    /// Returns the reason, as text, why a stage has to be run again; none if it need not be. An edited product that may
+    /// be replaced is such a reason.
     pub(super) fn change(&self, record: &StageRecord) -> Option<String> {
         let edited = record.edited(&self.dir);
         let replaced = edited.iter().find(|name| self.folder.is_replaceable(name));
@@ -23,14 +24,14 @@ impl Workflow<'_> {
         }
     }
 
-    /// Removes the program's own files that have the name of a product of the stage, but are none of its last run.
+    /// Removes files of the program that have the name of a product of the stage but were not written by its last run.
     pub(super) fn remove_leftovers(
         &self,
         stage: &Stage,
         record: &StageRecord,
     ) -> Result<(), WorkflowError> {
         let is_kept = |name: &str| {
-            // what a person measured lies where virtual specimens would
+            // keep measured specimens, which are in the folder of the virtual ones
             let place = folder(name);
             let is_read = !place.is_empty() && record.files_read().any(|f| f.starts_with(place));
             is_read || record.has_written(name)

@@ -1,4 +1,4 @@
-//! Packings of grains that runs are made on.
+//! Packings of grains on which runs are made.
 
 use fem::{FemError, GrainList, Meshing, MeshingError, Packing, TetMesh};
 
@@ -9,9 +9,9 @@ use super::simulator::Simulator;
 use super::specimen::packed_mesh;
 use crate::case::{MaterialParameter, SpecimenGeometry};
 
-/// Packings, meshed when their run begins: a thousand meshes need not be kept.
+/// Packings that are meshed when their run starts, so that a thousand meshes need not be stored.
 pub(super) struct Packings {
-    /// Of each.
+    /// Seed of each packing.
     pub(super) seeds: Vec<u64>,
     grains: Vec<GrainList>,
     size_mm: [f64; 2],
@@ -20,10 +20,10 @@ pub(super) struct Packings {
 }
 
 impl Packings {
-    /// Packings of these seeds, if the case describes specimens by one.
+    /// Generates packings with the given seeds; none if the case does not describe its specimen by a packing.
     ///
     /// # Errors
-    /// A packing that does not fit in.
+    /// Fails if the grains of a packing do not fit into the specimen.
     pub(super) fn with_seeds(
         inputs: &Inputs<'_>,
         seeds: Vec<u64>,
@@ -56,11 +56,11 @@ impl Packings {
         self.own.seed
     }
 
-    /// Checks materials and test of a level on the case's own packing with these values of the
-    /// parameters, before any run begins.
+    /// Checks materials and test of a level on the case's own packing, for the parameter `values`, before the first
+    /// run.
     ///
     /// # Errors
-    /// A case that makes no simulation.
+    /// Fails if the case cannot be simulated.
     pub(super) fn check(
         &self,
         level: &Level<'_>,
@@ -72,10 +72,10 @@ impl Packings {
         Simulator::new(&level.setup, mesh, parameters)?.check(&level.setup, values)
     }
 
-    /// One of the packings, by its place, on the mesh of a level.
+    /// Mesh of the packing with index `packing` on a level.
     ///
     /// # Errors
-    /// A packing that cannot be meshed.
+    /// Fails if the packing cannot be meshed.
     pub(super) fn mesh(&self, packing: usize, level: &Level<'_>) -> Result<TetMesh, FemError> {
         let [radius_mm, height_mm] = self.size_mm;
         let built = level.meshing(&self.meshing).build(radius_mm, height_mm, &self.grains[packing]);
@@ -85,10 +85,10 @@ impl Packings {
         })
     }
 
-    /// The test of a level on one of the packings, by its place.
+    /// Simulator of a level on the packing with index `packing`.
     ///
     /// # Errors
-    /// As [`Self::mesh`]; materials that do not fit it.
+    /// As [`Self::mesh`]; fails also if the materials do not fit the mesh.
     pub(super) fn simulator(
         &self,
         packing: usize,

@@ -1,6 +1,6 @@
 //! Names of products: `#` stands for a number, `*` for any text without a slash.
 
-/// Whether a name, with `/` between folders, is one that the pattern stands for.
+/// Whether a name, with `/` between folders, matches the pattern.
 pub(super) fn matches(pattern: &str, name: &str) -> bool {
     let Some(at) = pattern.find(['#', '*']) else { return pattern == name };
     let Some(rest) = name.strip_prefix(&pattern[..at]) else { return false };
@@ -13,7 +13,7 @@ pub(super) fn matches(pattern: &str, name: &str) -> bool {
         .any(|end| matches(&pattern[at + 1..], &rest[end..]))
 }
 
-/// The folder in which all names of a pattern lie; empty for the folder of the results itself.
+/// Folder of all names that match a pattern; empty for the results folder itself.
 pub(super) fn folder(pattern: &str) -> &str {
     pattern.rsplit_once('/').map_or("", |(folder, _)| folder)
 }

@@ -1,4 +1,4 @@
-//! `predictive_curves.csv`: what the posterior predicts of the curve of a new specimen.
+//! `predictive_curves.csv`: posterior prediction of the curve of a new specimen.
 
 use std::collections::BTreeMap;
 
@@ -28,13 +28,13 @@ use crate::predicted_curve::{
 use crate::qoi::{QoiError, Quantity};
 use crate::table::CsvTable;
 
-/// More draws than this make no band smoother.
+/// Maximum number of draws; more draws do not make the quantiles visibly smoother.
 const MOST_DRAWS: usize = 2000;
 
-/// Writes the band; why there is none, if so.
+/// Writes the quantiles of the predicted curve. Returns the reason if they cannot be predicted.
 ///
 /// # Errors
-/// The folder cannot be written.
+/// Fails if the folder cannot be written.
 pub(super) fn write_predicted_curves(
     task: &Task<'_>,
     pce: &DynPce,
@@ -57,7 +57,7 @@ pub(super) fn write_predicted_curves(
     Ok(None)
 }
 
-/// Why curves are not predicted.
+/// Reason why curves are not predicted.
 #[derive(Debug, thiserror::Error)]
 enum Reason {
     #[error("qoi.quantities lacks {0}, which gives them their size")]
@@ -102,7 +102,7 @@ fn predicted(
     Ok(PredictedCurves::of(&percent, &draws, &tested, &error, seed))
 }
 
-/// Parameters and quantities of a new specimen, draw by draw.
+/// Parameters and predicted quantities of a new specimen for each draw.
 fn draws(posterior: &Posterior, quantities: usize) -> impl Iterator<Item = (&[f64], &[f64])> {
     let theta = posterior.posterior.get("theta").map_or(&[][..], |values| &values.data);
     let new = posterior.predictive.get("new_specimen").map_or(&[][..], |values| &values.data);
@@ -112,7 +112,7 @@ fn draws(posterior: &Posterior, quantities: usize) -> impl Iterator<Item = (&[f6
     finite.step_by(count.div_ceil(MOST_DRAWS).max(1))
 }
 
-/// A curve with its name for messages.
+/// A curve and its name for messages.
 struct Named {
     name: String,
     curve: TestCurve,
@@ -130,11 +130,11 @@ impl Named {
     }
 }
 
-/// All curves that tell of the shape.
+/// All curves from which the shape is determined.
 struct Curves {
     runs: Dataset,
     of_runs: Vec<Named>,
-    /// Of each better level of meshes, by the runs that were repeated there.
+    /// For each better level: the curves of the runs that were repeated there, by run.
     better: Vec<BTreeMap<String, Named>>,
     specimens: Vec<Named>,
 }
@@ -162,7 +162,7 @@ impl Curves {
         Ok(Self { runs, of_runs, better, specimens })
     }
 
-    /// Where all of them have a shape.
+    /// Percentages of the peak displacement at which the shape is evaluated; all curves reach them.
     fn percentages(&self) -> Result<Vec<u8>, Reason> {
         let better = self.better.iter().flat_map(BTreeMap::values);
         let mut reach = f64::INFINITY;
@@ -174,7 +174,7 @@ impl Curves {
     }
 }
 
-/// Measured curves as their quantities were taken.
+/// Measured curves, processed as for their quantities of interest.
 fn specimens(inputs: &Inputs<'_>) -> Result<Vec<Named>, WorkflowError> {
     let table = inputs.chosen(inputs.specimen_table()?)?;
     let path = inputs.file("experiments.csv")?;
@@ -192,10 +192,10 @@ fn specimens(inputs: &Inputs<'_>) -> Result<Vec<Named>, WorkflowError> {
     Ok(curves)
 }
 
-/// What of a run tells its specimen.
+/// Notes of a run that identify its specimen.
 const NOTES: [&str; 3] = [SEED, IMAGE, STIFFNESS_RATIO];
 
-/// The shape over the parameters, on the specimen's own mesh.
+/// Surrogate of the curve shape as a function of the parameters, on the case's own mesh.
 struct ShapeModel {
     pce: DynPce,
     report: FitReport,
@@ -217,7 +217,7 @@ impl ShapeModel {
             percent.iter().map(|&p| Quantity::RelativeForce(p).column().into_owned()).collect();
         let mut shapes =
             of_runs.iter().map(|run| run.shape(percent)).collect::<Result<Vec<_>, _>>()?;
-        // as simulated on the level before, by run
+        // shapes of the runs as simulated on the previous level
         let run = |i: usize| runs.note(i, "run").unwrap_or_default();
         let mut before: BTreeMap<&str, Vec<f64>> =
             (0..runs.len()).map(run).zip(shapes.iter().cloned()).collect();
@@ -261,7 +261,7 @@ impl ShapeModel {
         Ok(Self { pce: fit.pce, report: fit.report, corrections, made_on, specimens })
     }
 
-    /// The covariance of its error where the shape is `at`, as for other quantities.
+    /// Covariance of the error of the shape `at`, computed as for the quantities of interest.
     fn error(&self, at: &[f64]) -> Result<Vec<Vec<f64>>, Reason> {
         let mut error = match (&self.specimens, &self.made_on) {
             (Some(specimens), _) => {

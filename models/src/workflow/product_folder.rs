@@ -1,8 +1,8 @@
-//! The one place where files of the results are written and removed.
+//! All writing and removing of files in results folders.
 //!
-//! A file is the program's own if the record of the folder has its content ([`Written`]). Every other file is the
-//! user's and is neither replaced nor removed, unless the user allows it by name. A content is recorded before
-//! the file gets its name, and a file gets its name when it is whole.
+//! A file belongs to the program if its content is in the record of the folder ([`Written`]). Every other file belongs
+//! to the user and is neither replaced nor removed, unless the user allows it by name. The content of a file is
+//! recorded before the file gets its name, and a file gets its name when it is complete.
 
 #[cfg(test)]
 mod tests;
@@ -16,54 +16,55 @@ use super::folder_copies::copy_tree;
 use super::pattern::{folder, matches};
 use super::written::Written;
 
-/// What a command may do in a folder that has files already.
+/// Rights of a command in a folder that already has files.
 #[derive(Clone, Debug, Default)]
 pub struct FolderAccess {
-    /// Whether the folder is given to this case though it has the results of another: what differs is made again.
+    /// Whether the case may take over a folder with the results of another case; results that differ are made again.
     pub reuse: bool,
     /// Files of the user that may be replaced by products; absolute paths.
     pub replace: Vec<PathBuf>,
 }
 
-/// How long a folder may take to be replaced.
+/// Waiting time until another process has finished replacing a folder.
 const MOMENT: Duration = Duration::from_millis(100);
 
-/// A folder whose files the program writes.
+/// A folder whose files are written by the program.
 #[derive(Clone, Debug)]
 pub(crate) struct ProductFolder {
     dir: PathBuf,
     written: Written,
-    /// Files of the user that may be replaced, absolute.
+    /// Absolute paths of the user's files that may be replaced.
     replaceable: Vec<PathBuf>,
 }
 
-/// Whose a file is.
+/// Owner of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Owner {
     /// There is no such file.
     Nobody,
-    /// The program has written this content.
+    /// The current content was written by the program.
     Program,
-    /// Anybody else has written this content.
+    /// The current content was not written by the program.
     User,
 }
 
 impl ProductFolder {
-    /// The folder, in which these files of the user may be replaced.
+    /// The folder `dir`; the user's files at the absolute paths `replaceable` may be replaced.
     pub(crate) fn new(dir: &Path, replaceable: &[PathBuf]) -> Self {
         let written = Written::in_folder(dir);
         Self { dir: dir.to_owned(), written, replaceable: replaceable.to_vec() }
     }
 
-    /// Another folder, in which the same files of the user may be replaced.
+    /// Another folder with the same replaceable files.
     pub(super) fn with_dir(&self, dir: &Path) -> Self {
         Self::new(dir, &self.replaceable)
     }
 
-    /// Records products of a version that kept no record of files, as its stages remember them.
+    /// Adds a product to the record of written files, for folders from a version of the program that kept no such
+    /// record.
     ///
     /// # Errors
-    /// A record that cannot be written.
+    /// Fails if the record cannot be written.
     pub(super) fn adopt(&self, name: &str, content: ContentHash) -> Result<(), WorkflowError> {
         self.written.add(name, content)
     }
@@ -73,20 +74,20 @@ impl ProductFolder {
         self.dir.join(name)
     }
 
-    /// Whose the file of this name is.
+    /// Returns the owner of the file of this name.
     ///
     /// # Errors
-    /// A record that cannot be read.
+    /// Fails if the record of written files cannot be read.
     pub(super) fn owner(&self, name: &str) -> Result<Owner, WorkflowError> {
         let path = self.path(name);
-        // a link that leads nowhere is a file too
+        // a dangling link counts as a file too
         if path.symlink_metadata().is_err() {
             return Ok(Owner::Nobody);
         }
         if !self.written.names(name)? {
             return Ok(Owner::User);
         }
-        // before the record is read again: what another process writes is recorded first
+        // hash the file before the record is read again: another process records a content before it writes the file
         let Ok(content) = ContentHash::of_path(&path) else { return Ok(Owner::User) };
         let is_own = self.written.has(name, content)?;
         Ok(if is_own { Owner::Program } else { Owner::User })
@@ -106,7 +107,7 @@ impl ProductFolder {
         path.is_ok_and(|path| self.replaceable.contains(&path))
     }
 
-    /// Refuses a file of the user's in the place of one that a command is about to write.
+    /// Checks that a command may write `name`: fails if a file of the user is there that may not be replaced.
     ///
     /// # Errors
     /// [`WorkflowError::UsersFile`].
@@ -114,7 +115,7 @@ impl ProductFolder {
         if self.owner(name)? != Owner::User || self.is_replaceable(name) {
             return Ok(());
         }
-        // a folder that another process is replacing has files of both contents for a moment
+        // while another process replaces a folder, the folder briefly has files of the old and the new content
         if self.path(name).is_dir() {
             std::thread::sleep(MOMENT);
             if self.owner(name)? != Owner::User {
@@ -129,8 +130,8 @@ impl ProductFolder {
         })
     }
 
-    /// Refuses files of the user's at the paths that a command may write, before the command computes anything. A pattern
-    /// covers the names that match it and that the command can write for this case.
+    /// Checks all paths that a command may write, before the command computes anything. A pattern covers the names that
+    /// match it and for which `may_write` is true.
     ///
     /// # Errors
     /// As [`Self::claim`].
@@ -145,7 +146,7 @@ impl ProductFolder {
             .try_for_each(|name| if may_write(&name) { self.claim(&name, command) } else { Ok(()) })
     }
 
-    /// As [`Self::claim_all`] for files that the program has never written; no file is read.
+    /// As [`Self::claim_all`], but only for files that the program has never written; reads no file.
     ///
     /// # Errors
     /// As [`Self::claim`].
@@ -162,7 +163,7 @@ impl ProductFolder {
         })
     }
 
-    /// Names of the files that are there and that the pattern stands for.
+    /// Names of the existing files that match a pattern.
     fn names_of(&self, pattern: &str) -> Vec<String> {
         if !pattern.contains(['#', '*']) {
             let is_there = self.path(pattern).symlink_metadata().is_ok();
@@ -180,10 +181,10 @@ impl ProductFolder {
         names
     }
 
-    /// Writes a file, unless it has this content already, and returns the fingerprint of the content.
+    /// Writes a file, unless it already has this content. Returns the hash of the content.
     ///
     /// # Errors
-    /// [`WorkflowError::UsersFile`]; a file that cannot be written.
+    /// [`WorkflowError::UsersFile`], or the file cannot be written.
     pub(crate) fn write(
         &self,
         name: &str,
@@ -207,11 +208,11 @@ impl ProductFolder {
         ContentHash::of_path(&self.path(name)).is_ok_and(|now| now == content)
     }
 
-    /// Has a function write a file or a folder under another name, and moves it to its place when it is whole.
-    /// Returns the fingerprint of the content.
+    /// Calls `write` to create a file or folder at a temporary path, and renames it to `name` when it is complete.
+    /// Returns the hash of the content.
     ///
     /// # Errors
-    /// As [`Self::write`]; what the function returns.
+    /// As [`Self::write`], and the errors of `write`.
     pub(crate) fn write_with<E>(
         &self,
         name: &str,
@@ -226,7 +227,7 @@ impl ProductFolder {
         let file = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let partial = path.with_file_name(format!(".{file}.partial"));
         let failed = |e| WorkflowError::io(&path, e);
-        // of a run that was killed
+        // left by a run that was killed
         remove_tree(&partial).map_err(failed)?;
         std::fs::create_dir_all(&partial).map_err(failed)?;
         let whole = partial.join(&file);
@@ -240,7 +241,8 @@ impl ProductFolder {
         moved.and_then(|hash| removed.map(|()| hash))
     }
 
-    /// The path of a file that grows while a simulation runs; [`Self::end_growing`] records its content.
+    /// Returns the path for a file that grows while a simulation runs. Call [`Self::end_growing`] at the end to record
+    /// its content.
     ///
     /// # Errors
     /// As [`Self::write`].
@@ -258,21 +260,21 @@ impl ProductFolder {
         Ok(path)
     }
 
-    /// Records the content of a file that does not grow any more.
+    /// Records the content of a file that has stopped growing.
     ///
     /// # Errors
-    /// A file that cannot be read, a record that cannot be written.
+    /// Fails if the file cannot be read or the record cannot be written.
     pub(crate) fn end_growing(&self, name: &str) -> Result<(), WorkflowError> {
         let path = self.path(name);
         if path.symlink_metadata().is_err() {
-            // a file of this name that comes later is not the program's
+            // a file of this name that appears later is not the program's
             return self.written.add(name, ContentHash::EMPTY);
         }
         let content = ContentHash::of_path(&path).map_err(|e| WorkflowError::io(&path, e))?;
         self.written.add(name, content)
     }
 
-    /// Copies a file or a folder of another folder of results.
+    /// Copies a file or a folder from another results folder.
     ///
     /// # Errors
     /// As [`Self::write`].
@@ -292,7 +294,7 @@ impl ProductFolder {
         self.make_way(name)?;
         self.written.add(name, content)?;
         let folder = path.parent().unwrap_or(Path::new("."));
-        // whole under another name first: at no moment is there a half file
+        // copy to a temporary path, then rename: a partial file never has the final name
         let partial = tempfile::Builder::new().prefix(".").suffix(".partial").tempdir_in(folder);
         let partial = partial.map_err(failed)?;
         let whole = partial.path().join("copy");
@@ -305,10 +307,10 @@ impl ProductFolder {
         self.has_content(name, ContentHash::of_bytes(content))
     }
 
-    /// Removes a file of the program's own; a file of the user's stays.
+    /// Removes a file if it belongs to the program; a file of the user is kept.
     ///
     /// # Errors
-    /// A file that cannot be removed.
+    /// Fails if the file cannot be removed.
     pub(crate) fn remove(&self, name: &str) -> Result<(), WorkflowError> {
         if self.owner(name)? != Owner::Program {
             return Ok(());
@@ -317,8 +319,8 @@ impl ProductFolder {
         remove_tree(&path).map_err(|e| WorkflowError::io(&path, e))
     }
 
-    /// Removes files of the program's own that some of the patterns stand for and that are not to be kept:
-    /// products of another case or design.
+    /// Removes the program's files that match one of `patterns` and for which `is_kept` is false: products of another
+    /// case or design.
     ///
     /// # Errors
     /// As [`Self::remove`].
@@ -334,7 +336,7 @@ impl ProductFolder {
             .try_for_each(|name| self.remove(name))
     }
 
-    /// Makes the folder of a file, and removes what a file cannot be renamed onto.
+    /// Creates the parent folder of a file, and removes a folder at its path, onto which a file cannot be renamed.
     fn make_way(&self, name: &str) -> Result<(), WorkflowError> {
         let path = self.path(name);
         if let Some(folder) = path.parent() {
@@ -347,16 +349,16 @@ impl ProductFolder {
     }
 }
 
-/// Removes a file or a whole folder; a link is removed, and what it leads to stays.
+/// Removes a file or a whole folder. A link is removed, but not its target.
 fn remove_tree(path: &Path) -> std::io::Result<()> {
     let Ok(found) = path.symlink_metadata() else { return Ok(()) };
     if found.is_dir() { std::fs::remove_dir_all(path) } else { std::fs::remove_file(path) }
 }
 
-/// Writes a file whole or not at all, where nothing is yet.
+/// Creates a file, either completely or not at all; never replaces a file.
 ///
 /// # Errors
-/// [`std::io::ErrorKind::AlreadyExists`] for a file that is there; what the operating system says.
+/// [`std::io::ErrorKind::AlreadyExists`] if the file exists; other errors of the operating system.
 pub fn create_file(path: &Path, content: &[u8]) -> std::io::Result<()> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
     let folder = tempfile::Builder::new()

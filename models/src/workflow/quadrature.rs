@@ -1,4 +1,4 @@
-//! Whether the choice of the points at which damage is integrated moves the answer.
+//! Effect of the choice of quadrature points of the damage terms on the results.
 
 use std::collections::BTreeMap;
 
@@ -14,12 +14,12 @@ use super::simulator::quantities;
 use crate::case::{Case, MaterialCase};
 use crate::progress::say;
 
-/// Differences above so many % are told.
+/// Differences above this percentage are reported.
 const WORTH_TELLING: f64 = 1.0;
 
-/// The quadrature that a mesh gets, and another one, where the two may differ: where cracks are narrower
-/// than two distances of nodes, below which `auto` takes vertices. None where nothing breaks, and on quadratic
-/// elements with AT1, which leave no choice.
+/// The quadrature that a mesh uses, and an alternative, if the two may differ: if the crack width ℓ₀ is less than two
+/// node distances, below which `auto` uses the vertices. None if no material can break, and for AT1 with quadratic
+/// elements, for which only one quadrature is possible.
 fn choice(
     field: &PhaseField,
     order: Order,
@@ -38,7 +38,7 @@ fn choice(
     })
 }
 
-/// As a case names it.
+/// Name of the quadrature in a case file.
 fn name(quadrature: DamageQuadrature) -> &'static str {
     match quadrature {
         DamageQuadrature::Auto => "auto",
@@ -48,7 +48,7 @@ fn name(quadrature: DamageQuadrature) -> &'static str {
     }
 }
 
-/// What to say of a single simulation whose mesh leaves a choice.
+/// Note for a single simulation on a mesh for which two quadratures are possible.
 pub(super) fn quadrature_note(case: &Case, mesh: &TetMesh) -> Option<String> {
     let (field, order) = (case.phase_field.as_ref()?, case.specimen.order);
     let [own, other] = choice(field, order, &case.material, mesh)?.map(name);
@@ -65,11 +65,12 @@ pub(super) fn quadrature_note(case: &Case, mesh: &TetMesh) -> Option<String> {
     ))
 }
 
-/// `quadrature.csv`: the quantities of the run in the middle of the box, as they are and with the other
-/// quadrature, where a mesh leaves the choice. One more run, on the cheapest mesh.
+/// Writes `quadrature.csv`, if two quadratures are possible: the quantities of the run nearest to the centre of the
+/// prior box, with its own and with the other quadrature. Makes one additional run, on the cheapest mesh.
 ///
 /// # Errors
-/// A mesh that cannot be made, a file that cannot be written. A run that fails is told.
+/// Fails if a mesh cannot be generated or a file cannot be written. If the additional run has no quantities, this is
+/// only reported.
 pub(super) fn compare_quadratures(
     runner: &Runner<'_>,
     level: &Level<'_>,

@@ -1,4 +1,4 @@
-//! Whether a mesh resolves the width of a crack.
+//! Check that a mesh resolves the width of a crack.
 
 use std::collections::BTreeMap;
 
@@ -6,10 +6,10 @@ use fem::{CrackDensity, Quality, TetMesh};
 
 use crate::case::{Case, MaterialCase};
 
-/// What to say of a simulation on a mesh whose nodes are farther apart than the crack is wide; nothing
-/// where they are not, or nothing can break.
+/// Note for a simulation on a mesh whose node distance is larger than the crack width ℓ₀; none if it is smaller, or if
+/// no material can break.
 ///
-/// On nodes h apart the effective toughness is Gc (1 + h/(2 l₀)) for AT2 and Gc (1 + 3h/(8 l₀)) for AT1.
+/// With the node distance h, the effective toughness is Gc (1 + h/(2 ℓ₀)) for AT2 and Gc (1 + 3h/(8 ℓ₀)) for AT1.
 ///
 /// # Reference
 /// Bourdin, Francfort & Marigo, The variational approach to fracture, J. Elasticity 91 (2008), section

@@ -1,4 +1,4 @@
-//! Many simulations with a bar, resumed after an interruption.
+//! Ensembles of simulations with a progress bar; an interrupted ensemble is resumed.
 
 use std::borrow::Cow;
 use std::ops::ControlFlow;
@@ -18,11 +18,12 @@ use super::simulator::Simulator;
 use super::task::Task;
 use crate::progress::{Bar, speaker};
 
-/// Runs what is not finished yet of an ensemble in `folder/<fingerprint>`, one simulator a run.
+/// Makes the runs of an ensemble that are not finished, in `folder/<fingerprint>`. `simulator` returns the simulator of
+/// a run.
 ///
-/// The fingerprint is that of everything which the stage has read until now, so that every ensemble has
-/// a folder of its own: a changed case starts a new one and loses nothing, and a case changed back finds
-/// its runs again.
+/// The fingerprint is the hash of everything that the stage has read so far. Thus each ensemble has its own folder:
+/// after a change of the case a new ensemble is started and the old one is kept, and if the change is undone, the old
+/// runs are found again.
 pub(super) fn run_ensemble<'s>(
     task: &Task<'_>,
     folder: &str,
@@ -33,7 +34,7 @@ pub(super) fn run_ensemble<'s>(
     run_named(task, folder, &task.inputs.manifest(), names, runs, true, simulator)
 }
 
-/// The place of the runs of a kind that are named by this manifest: where neighbours make them too, theirs.
+/// Folder of the runs that `manifest` identifies; if there are neighbours, a common folder of all neighbours.
 pub(super) fn place(
     dir: &Path,
     neighbours: Option<&Neighbours>,
@@ -44,8 +45,8 @@ pub(super) fn place(
     folder.join(ContentHash::of(manifest).to_string())
 }
 
-/// The same for runs that are named by a part of what the stage has read. Unless it shall `wait`, it ends
-/// once other processes make all that is missing, with the records at hand.
+/// As [`run_ensemble`], for runs that are identified by `manifest`. If `wait` is false, returns as soon as all missing
+/// runs are being made by other processes, with the records that exist then.
 pub(super) fn run_named<'s>(
     task: &Task<'_>,
     folder: &str,
@@ -58,13 +59,13 @@ pub(super) fn run_named<'s>(
     let own = place(&task.path(""), None, folder, manifest);
     let directory = place(&task.path(""), task.neighbours.as_ref(), folder, manifest);
     if directory != own {
-        // made before there were neighbours
+        // runs that were made before the folder had neighbours
         copy_records(&own, &directory)?;
     }
-    // another version may compute something else: its runs are not mixed with those of this one
+    // another version of the program may compute other results: its runs are kept separate
     let fingerprint = format!("program = breccia {}\n{manifest}", env!("CARGO_PKG_VERSION"));
     let ensemble = Ensemble::open(&directory, &fingerprint).map_err(|error| match error {
-        // all else is in the folder's name
+        // the folder name already identifies everything but the program version
         EnsembleError::Foreign { directory, difference } => {
             WorkflowError::OtherProgram { path: directory, difference }
         }
@@ -96,16 +97,16 @@ pub(super) fn run_named<'s>(
     })?;
     task.check_interrupt()?;
     if directory != own {
-        // each folder of results has all that it was made from
+        // each results folder keeps a copy of all runs from which its results were computed
         copy_records(&directory, &own)?;
     }
     Ok(records)
 }
 
-/// A bar that is shown once there is something to do.
+/// A progress bar that is shown when the first run is to be made.
 struct EnsembleBar {
     title: &'static str,
-    /// For whom the ensemble is made; the bar may be begun by any of its threads.
+    /// Name under which messages are printed, if any; stored here because any thread may start the bar.
     of: Option<String>,
     bar: OnceLock<Bar>,
 }

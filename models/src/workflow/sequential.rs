@@ -1,9 +1,10 @@
-//! Runs that are added where the posterior lives.
+//! Batches of runs that are added in the region of the posterior.
 //!
-//! After the runs of the design a surrogate is fitted and calibrated as the later stages do it, only shorter.
-//! What that says of the uncertainty, and the places of the next batch, is a look; looks are kept beside the
-//! runs of the batches, so that work that goes on, here or in another process, goes on with the same runs. Whether a
-//! look is the last one is no part of it: with a smaller `share` or a larger `most` the same runs go on.
+//! After the runs of the design, a surrogate is fitted and calibrated as in the later stages, but with fewer draws. A
+//! *look* is the result: the contributions to the uncertainty and the points of the next batch. Looks are stored in the
+//! folder of the batches' runs, so that a resumed run, or another process, continues with the same points. A look does
+//! not record whether it is the last one: with a smaller `share` or a larger `most`, the existing runs and looks are
+//! continued.
 
 use std::path::{Path, PathBuf};
 
@@ -28,57 +29,58 @@ use crate::case::SequentialCase;
 use crate::fracture::{column_means, sample};
 use crate::progress::say;
 
-/// Draws among which the places of a batch are chosen.
+/// Number of posterior draws from which the points of a batch are chosen.
 const CANDIDATES: usize = 500;
 
-/// A calibration that only says where to go is not longer than this, in draws a chain.
+/// Upper limit of draws per chain in a calibration that only places a batch.
 const MOST_DRAWS: usize = 1000;
 
-/// What the case asks for, and where it is kept.
+/// Settings of `[sequential]`, and the folder of the batches' runs.
 pub(super) struct Batches<'a> {
     case: SequentialCase,
-    /// What its runs are named by.
+    /// Level whose manifest identifies the runs of the batches.
     level: Level<'a>,
     folder: PathBuf,
-    /// The number of the first run.
+    /// Number of the first run of the first batch.
     first: usize,
 }
 
-/// Runs with their quantities, and how well corrections from them are known.
+/// Runs with their quantities, and the fit reports of the corrections.
 type Learnt = (Dataset, Vec<FitReport>);
 
-/// What a calibration to the runs until then said.
+/// Result of a calibration to the runs made so far.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Look {
-    /// Runs with quantities.
+    /// Number of runs with quantities.
     runs: usize,
     parameters: Vec<String>,
-    /// Of each parameter, 1 − variance of the posterior over that of the prior.
+    /// Contraction of each parameter: 1 − variance of the posterior / variance of the prior.
     contractions: Vec<f64>,
-    /// Of each parameter, the surrogate's share of the variance.
+    /// Surrogate's share of the posterior variance of each parameter.
     shares: Vec<f64>,
-    /// The largest share of those that the data identify.
+    /// Largest share among the parameters that the data identify.
     largest: f64,
-    /// Inputs of the next batch.
+    /// Inputs of the runs of the next batch.
     next: Vec<Vec<f64>>,
 }
 
-/// The name of the file of the `k`-th look.
+/// Name of the file of look number `k`, from 0.
 fn name_of_look(k: usize) -> String {
     format!("look-{k:02}.json")
 }
 
-/// A look as it is kept; none if the file cannot be read, so that it is made again.
+/// Reads a stored look. Returns none if the file cannot be read; the look is then computed again.
 fn read_look(path: &Path) -> Option<Look> {
     serde_json::from_slice(&fem::read_regular(path).ok()?).ok()
 }
 
 impl<'a> Batches<'a> {
-    /// What a case asks for after the runs of its levels, of which the last has the number `runs`. To be
-    /// called after all that names those runs is read; what this reads names those of the batches besides.
+    /// The batches of a case; none without `[sequential]`. `runs` is the number of the last run of the design. Call
+    /// this after reading everything that identifies the runs of the design: what is read here identifies the runs of
+    /// the batches only.
     ///
     /// # Errors
-    /// No quantities of specimens.
+    /// Fails if `experiments.csv` is missing.
     pub(super) fn of(
         inputs: &Inputs<'_>,
         level: &Level<'a>,
@@ -95,37 +97,37 @@ impl<'a> Batches<'a> {
         Ok(Some(Self { case, level, folder, first: runs + 1 }))
     }
 
-    /// Runs that there will be at most.
+    /// Maximum number of runs of all batches.
     pub(super) fn most(&self) -> usize {
         self.case.most / self.case.batch * self.case.batch
     }
 
-    /// The number of the batch of a run; none for those of the design.
+    /// Number of the batch to which a run belongs, from 1; none for runs of the design.
     pub(super) fn batch_of(&self, run: usize) -> Option<usize> {
         Some(1 + run.checked_sub(self.first)? / self.case.batch)
     }
 
-    /// The looks that are kept already.
+    /// The stored looks.
     pub(super) fn looks(&self) -> Vec<Look> {
         (0..).map_while(|k| read_look(&self.folder.join(name_of_look(k)))).collect()
     }
 
-    /// Runs of the batches that are known until now, and where they are.
+    /// Number of runs of batches whose points are known so far, and the folder of the runs.
     pub(super) fn known(&self) -> (usize, &PathBuf) {
         let batches = self.looks().iter().filter(|look| self.goes_on(look)).count();
         ((batches * self.case.batch).min(self.most()), &self.folder)
     }
 
-    /// Whether another batch follows a look, so long as there may be more runs.
+    /// Whether another batch follows a look, provided that the maximum number of runs is not reached.
     fn goes_on(&self, look: &Look) -> bool {
         look.largest > self.case.share && !look.next.is_empty()
     }
 
-    /// Makes batch after batch until the surrogate's share is as small as is asked for. `data` makes the runs
-    /// with quantities from those of the first level, and says how well corrections from it are known.
+    /// Makes batches until the surrogate's share is at most `share` of the case. `data` returns the dataset of the runs
+    /// on the first level and the fit reports of the corrections.
     ///
     /// # Errors
-    /// What stops a run, a fit or a calibration.
+    /// The error of a run, a fit or a calibration.
     pub(super) fn make(
         &self,
         runner: &Runner<'_>,
@@ -153,8 +155,8 @@ impl<'a> Batches<'a> {
         Ok(looks)
     }
 
-    /// The `k`-th look: as it is kept, or else made; of several processes one makes it. None for data that
-    /// the runs do not reach, which the calibration refuses.
+    /// Returns look number `k`: the stored look, or a new one, which only one of several processes computes. None if
+    /// the data are outside the range that the runs reach; the calibration then fails with that error.
     fn look(
         &self,
         task: &Task<'_>,
@@ -180,7 +182,7 @@ impl<'a> Batches<'a> {
         Ok(found)
     }
 
-    /// The `k`-th look as it was written; a look that the user has changed is refused.
+    /// Reads look number `k`. Fails if the user has changed its file.
     fn kept(&self, k: usize, task: &Task<'_>) -> Result<Option<Look>, WorkflowError> {
         let (name, folder) = (name_of_look(k), task.folder.with_dir(&self.folder));
         folder.claim(&name, task.stage())?;
@@ -238,10 +240,10 @@ impl<'a> Batches<'a> {
         }))
     }
 
-    /// Writes `sequential.csv`, and says how it ended.
+    /// Writes `sequential.csv`, and prints a note if the surrogate's share is still above the limit.
     ///
     /// # Errors
-    /// The file cannot be written.
+    /// Fails if the file cannot be written.
     pub(super) fn write(&self, task: &Task<'_>, looks: &[Look]) -> Result<(), WorkflowError> {
         let rows = looks.iter().enumerate().flat_map(|(k, look)| {
             let numbers = look.contractions.iter().zip(&look.shares);

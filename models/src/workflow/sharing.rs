@@ -1,4 +1,4 @@
-//! Work that is shared: with other processes in one folder, and with neighbours that made the same.
+//! Sharing of work: with other processes in the same folder, and with neighbouring folders that have the same results.
 
 use std::sync::atomic::AtomicBool;
 
@@ -9,11 +9,11 @@ use super::{Workflow, WorkflowError};
 use crate::progress::say;
 
 impl Workflow<'_> {
-    /// Takes part in the work of a stage that processes share, until nothing is left that another process
-    /// does not do already; what the stage writes is left to [`run`](Self::run).
+    /// Takes part in the shared work of a stage, until all work that is left is being done by other processes. The
+    /// products of the stage are written by [`run`](Self::run).
     ///
     /// # Errors
-    /// As [`Workflow::run`]; a stage whose work cannot be shared does nothing.
+    /// As [`Workflow::run`]. For a stage whose work cannot be shared, nothing is done.
     pub fn share(&self, stage: &'static Stage) -> Result<(), WorkflowError> {
         self.check_what_it_read(stage)?;
         let finished = self.finished();
@@ -29,12 +29,12 @@ impl Workflow<'_> {
         }
     }
 
-    /// Checks all that the shared work of a stage needs, up to its first run; whether there is work left.
+    /// Checks all inputs of the shared work of a stage up to its first run. Returns whether work is left.
     ///
     /// # Errors
     /// As [`Workflow::share`].
     pub fn rehearse(&self, stage: &'static Stage) -> Result<bool, WorkflowError> {
-        /// An ensemble that is told to end begins no run.
+        /// A raised interrupt flag: an ensemble that sees it starts no run.
         static RAISED: AtomicBool = AtomicBool::new(true);
         let rehearsal = Workflow {
             file: self.file.clone(),
@@ -54,7 +54,8 @@ impl Workflow<'_> {
         }
     }
 
-    /// Takes part in the work of a stage, unless it leaves what others do to them.
+    /// Takes part in the shared work of a stage. With `leave_to_others`, does not wait for work that other processes
+    /// are doing.
     pub(super) fn share_work(
         &self,
         stage: &'static Stage,
@@ -68,13 +69,14 @@ impl Workflow<'_> {
         })
     }
 
-    /// Takes the products of a neighbour whose stage read the same; what is said of it, and its record.
+    /// Copies the products of a neighbouring folder whose stage has read the same inputs. Returns a message and the
+    /// record of that stage; none if there is no such folder.
     pub(super) fn taken_over(
         &self,
         stage: &Stage,
         finished: &Records,
     ) -> Result<Option<(String, StageRecord)>, WorkflowError> {
-        // what was accepted stands in no record
+        // records do not contain whether data out of range were accepted
         let Some(neighbours) = self.neighbours.as_ref().filter(|_| !self.accept_out_of_range)
         else {
             return Ok(None);
@@ -88,7 +90,7 @@ impl Workflow<'_> {
                 continue;
             }
             self.freshness.clear();
-            // measured specimens lie where the stage itself would write virtual ones
+            // skip files that the stage itself writes in the virtual case: measured specimens have the same paths
             let of_others = |name: &&str| {
                 inputs.writer_of(name) != Some(stage.name) && self.dir.join(name).exists()
             };

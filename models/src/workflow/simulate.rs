@@ -1,4 +1,4 @@
-//! One simulation with the case's own parameters.
+//! A single simulation with the parameters of the case.
 
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -21,7 +21,7 @@ use super::specimen::mesh_of;
 use crate::case::CaseFile;
 use crate::progress::{Bar, say};
 
-/// Where linear systems are solved.
+/// Device that solves the linear systems.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum DeviceChoice {
     /// A graphics card if there is one and the mesh is large, otherwise the processor
@@ -31,19 +31,19 @@ pub enum DeviceChoice {
     Cpu,
     /// An NVIDIA card
     Cuda,
-    /// This machine in the place of a card, by its C compiler: to test
+    /// The processor in the role of a graphics card, with kernels compiled by the C compiler; for tests
     Host,
 }
 
 impl DeviceChoice {
-    /// The device of a process that is alone or one of several, and the settings of the solver with it.
+    /// Returns the device and the solver settings for a single process, or for one of several ranks.
     fn device(
         self,
         mut options: SolverOptions,
         ranks: &Ranks,
     ) -> Result<(Option<ComputeDevice>, SolverOptions), DeviceError> {
         let device = match self {
-            // a factor is asked for, which the processor makes
+            // a direct solver was requested: the processor computes the factorisation
             Self::Auto if options.linear == LinearScheme::Direct => None,
             Self::Auto if ranks.size() > 1 => None,
             Self::Auto => ComputeDevice::cuda().ok(),
@@ -51,7 +51,7 @@ impl DeviceChoice {
             Self::Cuda => Some(ComputeDevice::cuda()?),
             Self::Host => Some(ComputeDevice::host()?),
         };
-        // what is asked for by name is used for small meshes too
+        // a device that is requested by name is used for small meshes too
         if matches!(self, Self::Cuda | Self::Host) && options.linear == LinearScheme::Auto {
             options.linear = LinearScheme::Multigrid;
         }
@@ -59,17 +59,18 @@ impl DeviceChoice {
     }
 }
 
-/// Runs the case's test and writes to `dir`, as the run goes on: `curve.csv`, the fields
-/// `fields/step-*.vtu` with their collection `fields.pvd` for ParaView, and `simulate.state`, from
-/// which the same command continues after an interruption, bit by bit; it is removed at the end. `effort.csv` says
-/// what each step took, `damage/step-*.png` shows the damage where the case asks for it.
-/// Of several ranks, all of which call this, the first writes, and any number goes on.
+/// Simulates the test of the case. During the run, writes to `dir`: `curve.csv`; the fields `fields/step-*.vtu` with
+/// the collection `fields.pvd` for ParaView; `effort.csv` with the effort of each step; `damage/step-*.png` if the case
+/// asks for pictures; and `simulate.state`, from which the same command resumes after an interruption with
+/// bit-identical results. `simulate.state` is removed at the end.
+///
+/// All ranks call this function. The first rank writes the files. A run may be resumed with another number of ranks.
 ///
 /// # Errors
-/// A mesh or a test that cannot be set up; a state of another case. A run that fails on its way is an
-/// error too, after its curve so far, its last state as `fields/last.vtu`, and the reason as
-/// `failure.txt` are written; the next run takes those two away. A file of the user's in the place of one of
-/// these is refused before anything is computed.
+/// Fails if the mesh or the test cannot be set up, or if `simulate.state` belongs to another case. If the run itself
+/// fails, its curve so far, its last state as `fields/last.vtu` and the reason as `failure.txt` are written before the
+/// error is returned; the next run removes the last two files. Fails before anything is computed if a file of the user
+/// has the path of one of these files.
 pub fn simulate(
     file: &CaseFile,
     dir: &Path,
@@ -79,7 +80,7 @@ pub fn simulate(
     access: &FolderAccess,
 ) -> Result<PathBuf, WorkflowError> {
     let folder = ProductFolder::new(dir, &access.replace);
-    // before anything that all ranks have to do together
+    // errors of one rank must be known to all ranks before they communicate in the simulation
     let mesh = agreed(ranks, mesh_for(file, dir, &folder))?;
     let (device, solver) = device.device(file.case.solver, ranks)?;
     let setup = Setup { device: device.as_ref(), ranks: Some(ranks), solver, ..Setup::from(file) };
@@ -114,7 +115,7 @@ pub fn simulate(
         say("note", &text);
     }
     let written = record.finish();
-    // of a run before this one
+    // files of an earlier run
     folder.remove(LAST)?;
     folder.remove(REASON)?;
     if let Some(error) = failure(&outcome.end) {
@@ -134,22 +135,22 @@ pub fn simulate(
     Ok(folder.path(CURVE))
 }
 
-/// The command that writes these files.
+/// Command named in error messages about files.
 const COMMAND: &str = "simulate";
-/// The curve, a row for each step.
+/// File of the curve: one row per step.
 const CURVE: &str = "curve.csv";
-/// What each step took.
+/// File of the effort per step.
 const EFFORT: &str = "effort.csv";
-/// The collection of the fields.
+/// ParaView collection of the fields.
 const COLLECTION: &str = "fields.pvd";
-/// The state from which a run goes on.
+/// State from which a run resumes.
 const STATE: &str = "simulate.state";
-/// The last state of a run that failed.
+/// Last state of a failed run.
 const LAST: &str = "fields/last.vtu";
-/// Why a run failed.
+/// Reason why a run failed.
 const REASON: &str = "failure.txt";
 
-/// The mesh of a case whose results go to `dir`, where no file of the user's is to be replaced.
+/// Returns the mesh of a case whose results go to `dir`. Fails if a file of the user would be overwritten.
 fn mesh_for(file: &CaseFile, dir: &Path, folder: &ProductFolder) -> Result<TetMesh, WorkflowError> {
     check_inputs(file, dir)?;
     folder.claim_all(SIMULATION, COMMAND, |_| true)?;
@@ -170,7 +171,7 @@ fn run(
     }
 }
 
-/// Success where all ranks have had it.
+/// Returns `own` if it is a success on all ranks; otherwise the error of the first failing rank.
 fn agreed<T>(ranks: &Ranks, own: Result<T, WorkflowError>) -> Result<T, WorkflowError> {
     let error = own.as_ref().err().map(ToString::to_string);
     match ranks.first_text(error.as_deref()) {
@@ -179,19 +180,20 @@ fn agreed<T>(ranks: &Ranks, own: Result<T, WorkflowError>) -> Result<T, Workflow
     }
 }
 
-/// Writes what a run yields, and shows where it is.
+/// Writes the files of a run and shows its progress.
 struct SimulationFiles<'a> {
     file: &'a CaseFile,
     simulator: &'a Simulator,
     folder: &'a ProductFolder,
     interrupt: &'a AtomicBool,
     bar: Bar,
-    /// Written from the first step on, so that a run that is refused leaves the curve of the one before.
+    /// Curve so far. `curve.csv` is written from the first step on, so that a run that fails before it keeps the curve
+    /// of the earlier run.
     curve: Vec<CurvePoint>,
     effort: EffortFile,
     /// Time (s) and file of each step whose fields are written.
     fields: Vec<(f64, String)>,
-    /// The first file that could not be written; it ends the run.
+    /// First error while writing files; it ends the run.
     failed: Option<WorkflowError>,
 }
 
@@ -218,8 +220,8 @@ impl<'a> SimulationFiles<'a> {
         })
     }
 
-    /// Adds a step. Each file that grows is written whole at every step and its content is recorded first, so that an
-    /// edit of a killed run's file is recognised.
+    /// Adds a step. Growing files are rewritten as a whole at every step, and their content is recorded first, so that
+    /// an edit of the files of a killed run is recognised.
     fn add(&mut self, point: &CurvePoint, fields: Option<&Fields>) -> Result<(), WorkflowError> {
         self.curve.push(*point);
         let step = self.curve.len();
@@ -237,7 +239,7 @@ impl<'a> SimulationFiles<'a> {
                 let problem = self.simulator.problem();
                 self.folder.write_with(&name, COMMAND, |path| problem.write_vtu(path, fields))?;
             }
-            // steps before a continuation are listed as far as their files are there
+            // steps before the run was resumed are listed if their files exist
             if fields.is_some() || self.folder.path(&name).is_file() {
                 self.fields.push((point.time_s, name));
             }
@@ -262,7 +264,7 @@ impl<'a> SimulationFiles<'a> {
         self.folder.write_with(COLLECTION, COMMAND, |path| vtu::write_pvd(path, &steps)).map(drop)
     }
 
-    /// Writes the curve of a run without a step, and records what the state has become.
+    /// Writes the curve of a run without steps, and records the final content of the state file.
     fn finish(self) -> Result<(), WorkflowError> {
         if self.curve.is_empty() && self.failed.is_none() {
             self.write_curve()?;

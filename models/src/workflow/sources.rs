@@ -1,4 +1,4 @@
-//! Fingerprints of what a stage reads: parts of the case by their keys, and files by their names.
+//! Fingerprints of what a stage reads: parts of the case by key, and files by name.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -8,10 +8,10 @@ use serde::{Deserialize, Serialize};
 use super::content_hash::ContentHash;
 use crate::case::Case;
 
-/// What stands for a part of the case, or a file, that is not there.
+/// Fingerprint of a key of the case, or of a file, that does not exist.
 const ABSENT: &str = "absent";
 
-/// What can be read: a case, and the directory of its results.
+/// What a stage can read: a case, and files of its results folder.
 pub(super) struct Origin<'a> {
     values: toml::Table,
     dir: &'a Path,
@@ -22,7 +22,7 @@ impl<'a> Origin<'a> {
         Self { values: toml::Table::try_from(case).unwrap_or_default(), dir }
     }
 
-    /// The fingerprint of the case at a key; of all of it at the empty one.
+    /// Fingerprint of the value at a key of the case; of the whole case if the key is empty.
     pub(super) fn part(&self, key: &str) -> String {
         if key.is_empty() {
             return ContentHash::of(&self.values.to_string()).to_string();
@@ -41,7 +41,7 @@ impl<'a> Origin<'a> {
     }
 }
 
-/// Keys of the case and names of files, each with the fingerprint of what was read there.
+/// Keys of the case and names of files that were read, each with the fingerprint of its content at that time.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Sources {
     case: BTreeMap<String, String>,
@@ -49,32 +49,32 @@ pub(super) struct Sources {
 }
 
 impl Sources {
-    /// Keys of the case.
+    /// Keys of the case that were read.
     pub(super) fn parts(&self) -> impl Iterator<Item = &str> {
         self.case.keys().map(String::as_str)
     }
 
-    /// Names of the files.
+    /// Names of the files that were read.
     pub(super) fn files(&self) -> impl Iterator<Item = &str> {
         self.files.keys().map(String::as_str)
     }
 
-    /// Remembers the case at a key.
+    /// Records that the case was read at a key.
     pub(super) fn read_part(&mut self, origin: &Origin<'_>, key: &str) {
         self.case.insert(key.to_owned(), origin.part(key));
     }
 
-    /// Remembers a file.
+    /// Records that a file was read.
     pub(super) fn read_file(&mut self, origin: &Origin<'_>, name: &str) {
         self.files.insert(name.to_owned(), origin.content(name));
     }
 
-    /// All of it, one entry a line.
+    /// All entries as text, one per line.
     pub(super) fn manifest(&self) -> String {
         self.case.iter().chain(&self.files).map(|(name, sum)| format!("{name} = {sum}\n")).collect()
     }
 
-    /// The first that is not as it was, in words.
+    /// Describes the first entry whose content has changed; none if there is none.
     pub(super) fn change(&self, origin: &Origin<'_>) -> Option<String> {
         let case = self.case.iter().find(|(key, sum)| origin.part(key) != **sum);
         let file = || self.files.iter().find(|(name, sum)| origin.content(name) != **sum);

@@ -1,4 +1,4 @@
-//! Measured specimens are looked at before anything is computed for them: sizes, number, curves.
+//! Checks of measured specimens before anything is computed from them: sizes, number, curves.
 
 use std::path::Path;
 
@@ -16,25 +16,24 @@ use crate::error::InputError;
 use crate::experiment::{Specimen, SpecimenTable, TestCurve};
 use crate::progress::say;
 
-/// A specimen of so many times the mesh's height, or of this part of it, is not the one that is meshed.
+/// Largest plausible ratio between the heights of specimen and mesh, in either direction.
 const HEIGHTS: f64 = 3.0;
-/// The same of its radius: forces go with its square.
+/// Largest plausible ratio between the radii; smaller, because forces are proportional to the square of the radius.
 const RADII: f64 = 1.5;
 
-/// Specimens that were looked at.
+/// Result of the checks of specimens.
 pub(super) struct InspectedSpecimens {
-    /// Curves end with the loading, and begin where load begins if the case asks for that.
+    /// The specimens. Their curves end where loading ends and, if the case asks for it, begin where the load begins.
     pub(super) table: SpecimenTable,
     pub(super) notes: Notes,
-    /// What would make quantities of interest wrong.
+    /// Errors that would make quantities of interest wrong.
     pub(super) mistakes: Vec<InputError>,
 }
 
-/// Looks at specimens that are compared with a mesh of this size, writes `curve_checks.csv` and
-/// prints what was found.
+/// Checks specimens for comparison with a mesh of the given size, writes `curve_checks.csv` and prints the findings.
 ///
 /// # Errors
-/// The first mistake.
+/// The first error that the checks found.
 pub(super) fn checked(
     task: &Task<'_>,
     table: SpecimenTable,
@@ -51,11 +50,11 @@ pub(super) fn checked(
     mistakes.into_iter().next().map_or(Ok(table), |mistake| Err(mistake.into()))
 }
 
-/// Looks at specimens that are compared with a mesh of this size: number, sizes, rates, curves,
-/// quantities, and what a specimen of these materials can have.
+/// Checks specimens for comparison with a mesh of the given size: number, sizes, rates, curves and quantities, and
+/// whether the materials of the case can have such quantities.
 ///
 /// # Errors
-/// A case that says of neither measured nor virtual specimens.
+/// Fails if the case has neither measured nor virtual specimens.
 pub(super) fn inspect(
     inputs: &Inputs<'_>,
     mut table: SpecimenTable,
@@ -134,7 +133,7 @@ pub(super) fn inspect(
     Ok(InspectedSpecimens { table, notes, mistakes })
 }
 
-/// The sizes of a specimen that are far from those of the mesh.
+/// Errors for sizes of a specimen that are far from those of the mesh.
 fn far_sizes(
     specimen: &Specimen,
     mesh: MeshSize,
@@ -157,8 +156,8 @@ fn far_sizes(
     mistakes.into_iter().flatten()
 }
 
-/// The part of a measured curve that quantities are taken from, and what was found in it: it ends with the
-/// loading, and begins where load begins if that is to be corrected.
+/// Returns the part of a measured curve from which quantities are computed, and the findings. The part ends where
+/// loading ends; with `correct`, it begins where the load begins.
 pub(super) fn looked_at(
     curve: &TestCurve,
     slope_fraction: f64,

@@ -1,4 +1,4 @@
-//! Scans of specimens: made of virtual ones, and what their microstructures do to the stiffness.
+//! Scans of specimens: generation for virtual specimens, and stiffness ratios of their microstructures.
 
 use std::path::{Path, PathBuf};
 
@@ -17,10 +17,10 @@ use crate::experiment::{Specimen, SpecimenTable};
 use crate::progress::Bar;
 use crate::virtual_specimen::VirtualSpecimen;
 
-/// Scans virtual specimens in a cylinder [radius, height] in mm, each with noise of its own.
+/// Generates the scans of virtual specimens in a cylinder [radius, height] (mm), each with its own noise.
 ///
 /// # Errors
-/// A case without a scanner or without grains.
+/// Fails for a case without a scanner or without grains.
 pub(super) fn scan(
     task: &Task<'_>,
     specimens: &[VirtualSpecimen],
@@ -48,11 +48,11 @@ pub(super) fn scan(
     Ok(())
 }
 
-/// The stiffness ratio of each specimen that has an image, on the cheapest mesh of the case, as it is
-/// worked out for the packing of each run.
+/// Stiffness ratio of each specimen, none for a specimen without an image. It is computed on the cheapest mesh of the
+/// case, as for the packings of runs.
 ///
 /// # Errors
-/// An image that cannot be read, segmented or meshed.
+/// Fails if an image cannot be read, segmented or meshed.
 pub(super) fn stiffness_ratios(
     task: &Task<'_>,
     table: &SpecimenTable,
@@ -79,7 +79,7 @@ pub(super) fn stiffness_ratios(
         let Some(image) = &specimen.image else { return Ok(None) };
         let image = table_file.with_file_name(image);
         bar.set(0.0, &format!("the image of {}", specimen.id));
-        // runs are made on this very specimen, which has one ratio
+        // an image of the design: use the mesh on which runs are made, so that the specimen has a single ratio
         let place = of_design.iter().position(|path| *path == canonical(&image));
         if let Some(place) = place.filter(|_| of_design.len() > images::OWN) {
             let mesh = level.mesh(inputs, images::OWN + place)?;
@@ -90,17 +90,17 @@ pub(super) fn stiffness_ratios(
             segmentation: segmentation.clone(),
             size_mm: [None; 2],
         };
-        // errors name the image: the case's own specimen may be fine
+        // errors name this image, because the case's own image may be correct
         let (grey, found) = scanned.found(&image, &mut |_| Ok(()), &mut |_| ())?;
         drop(grey);
         let mesh = found_mesh(&image, &found, &meshing)?.mesh;
         Ok(Some(stiffness_ratio(&setup, mesh)?))
     };
-    // one after the other: an image may fill the memory, and its segmentation all processors
+    // sequentially: an image may fill the memory, and its segmentation uses all processors
     table.specimens.iter().map(ratio).collect()
 }
 
-/// The place of a file, whatever it is called.
+/// Canonical path of a file, so that equal files compare equal.
 fn canonical(path: &Path) -> PathBuf {
     path.canonicalize().unwrap_or_else(|_| path.to_owned())
 }

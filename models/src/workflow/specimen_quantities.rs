@@ -1,4 +1,4 @@
-//! Quantities of measured specimens at the size of the mesh, and the files that messages name.
+//! Quantities of measured specimens at the size of the mesh, and file names for messages about specimens.
 
 use std::path::{Path, PathBuf};
 
@@ -7,17 +7,17 @@ use crate::case::QoiCase;
 use crate::experiment::Specimen;
 use crate::qoi::{QoiError, Qois, Quantity};
 
-/// The files of specimens as messages name them.
+/// File names for messages about specimens.
 pub(super) struct SpecimenNames<'a> {
     pub(super) table: &'a Path,
-    /// The curve of a specimen.
+    /// Curve file of a specimen.
     pub(super) curve: &'a dyn Fn(&str) -> PathBuf,
 }
 
-/// Quantities of a specimen's curve at the size of the mesh.
+/// Quantities of a specimen's curve, scaled to the size of the mesh.
 ///
 /// # Errors
-/// A curve that they cannot be taken from.
+/// Fails if a quantity cannot be computed from the curve.
 pub(super) fn compared(
     specimen: &Specimen,
     mesh: MeshSize,

@@ -1,5 +1,5 @@
-//! Stiffness ratios of runs and specimens: an input of the surrogate, known of those that have an image; of the
-//! others what their population says.
+//! Stiffness ratios of runs and specimens, an input of the surrogate. The ratio is known for specimens with an image;
+//! for other specimens it has the distribution of a population.
 
 use surrogate::{Dataset, DynPce, Input, SurrogateError};
 
@@ -11,7 +11,7 @@ use crate::error::InputError;
 use crate::fracture::Population;
 use crate::table::{CsvTable, TableRow};
 
-/// The stiffness ratio of each specimen that is calibrated against, as far as it is known.
+/// Stiffness ratio of each specimen used in the calibration; none for a specimen without an image.
 pub(super) fn of_specimens(inputs: &Inputs<'_>) -> Result<Vec<Option<f64>>, WorkflowError> {
     let path = inputs.file("experiments.csv")?;
     let table = CsvTable::read(&path, &["id"])?;
@@ -22,13 +22,13 @@ pub(super) fn of_specimens(inputs: &Inputs<'_>) -> Result<Vec<Option<f64>>, Work
     Ok(table.rows().map(ratio).collect::<Result<_, InputError>>()?)
 }
 
-/// That of the microstructure of each run, if all have one.
+/// Stiffness ratio of the microstructure of each run; none unless all runs have a ratio.
 fn of_runs(runs: &Dataset) -> Option<Vec<f64>> {
     (0..runs.len()).map(|i| runs.note(i, STIFFNESS_RATIO)?.parse().ok()).collect()
 }
 
-/// What is known of microstructures: those of the design, each once, and of the specimens that have an image. None
-/// if runs have no ratio or these are too few.
+/// Population of stiffness ratios: of the microstructures of the design, each counted once, and of the specimens with
+/// an image. None if the runs have no ratios, or if there are too few members.
 pub(super) fn population(runs: &Dataset, specimens: &[Option<f64>]) -> Option<Population> {
     let mut members: Vec<(&str, f64)> = Vec::new();
     for (i, ratio) in of_runs(runs)?.into_iter().enumerate() {
@@ -38,27 +38,27 @@ pub(super) fn population(runs: &Dataset, specimens: &[Option<f64>]) -> Option<Po
         }
     }
     let of_design: Vec<f64> = members.into_iter().map(|(_, ratio)| ratio).collect();
-    // specimens whose images are those of the design have the ratios of these, and are counted once
+    // specimens whose images are also images of the design have the same ratios, and are counted once
     let others = specimens.iter().flatten().copied().filter(|ratio| !of_design.contains(ratio));
     let all: Vec<Vec<f64>> =
         of_design.iter().copied().chain(others).map(|ratio| vec![ratio]).collect();
     Population::of(&all).ok()
 }
 
-/// What is known of the stiffness ratios of specimens, where a surrogate takes them.
+/// Stiffness ratios of the specimens, for a surrogate that has the ratio as an input.
 #[derive(Clone, Debug, Default)]
 pub(super) struct KnownStiffness {
-    /// Of each specimen; none where the surrogate does not take them.
+    /// Ratio of each specimen, if known; empty if the ratio is not an input of the surrogate.
     ratios: Vec<Option<f64>>,
-    /// What is known of those that are not.
+    /// Distribution of the unknown ratios.
     pub(super) population: Option<Population>,
-    /// What there is to say of the others, and to warn of.
+    /// Note on specimens whose ratio is unknown or not used.
     pub(super) told: Option<String>,
     pub(super) warning: Option<String>,
 }
 
 impl KnownStiffness {
-    /// From runs and specimens, for a surrogate of the runs.
+    /// Collects the stiffness ratios of the specimens for `pce`, a surrogate of the runs.
     pub(super) fn of(pce: &DynPce, runs: &Dataset, specimens: &[Option<f64>]) -> Self {
         if pce.inputs().last().is_none_or(|input| input.name != STIFFNESS_RATIO) {
             return Self { told: left_out(runs, specimens), ..Self::default() };
@@ -72,18 +72,18 @@ impl KnownStiffness {
         }
     }
 
-    /// Whether the surrogate takes the ratio.
+    /// Whether the ratio is an input of the surrogate.
     pub(super) fn is_input(&self) -> bool {
         !self.ratios.is_empty()
     }
 
-    /// A row each, as far as it is known.
+    /// One row per specimen with its ratio; none if the ratio is unknown.
     pub(super) fn rows(&self) -> Vec<Option<Vec<f64>>> {
         self.ratios.iter().map(|ratio| ratio.map(|k| vec![k])).collect()
     }
 }
 
-/// What is said where the ratio is known and yet left out.
+/// Note for specimens whose ratio is known but not used, because the runs are on too few specimens.
 fn left_out(runs: &Dataset, specimens: &[Option<f64>]) -> Option<String> {
     let count = MadeOn::of(runs).several().filter(|count| *count < LEAST_FOR_STIFFNESS)?;
     specimens.iter().flatten().next().map(|_| {
@@ -94,7 +94,7 @@ fn left_out(runs: &Dataset, specimens: &[Option<f64>]) -> Option<String> {
     })
 }
 
-/// What is said of specimens of which the ratio is not known.
+/// Note on the number of specimens with an unknown ratio, and on the population that replaces it.
 pub(super) fn in_words(specimens: &[Option<f64>], population: &Population) -> Option<String> {
     let unknown = specimens.iter().filter(|ratio| ratio.is_none()).count();
     (unknown > 0).then(|| {
@@ -109,8 +109,8 @@ pub(super) fn in_words(specimens: &[Option<f64>], population: &Population) -> Op
     })
 }
 
-/// A warning where specimens with an image are not like the microstructures of the design, to which those without
-/// one are likened: their mean is more than three standard errors off.
+/// Warning if the specimens with an image differ from the microstructures of the design, whose distribution is assumed
+/// for the specimens without an image: their mean ratios differ by more than three standard errors.
 fn unlike_design(runs: &Dataset, specimens: &[Option<f64>]) -> Option<String> {
     let seen: Vec<f64> = specimens.iter().flatten().copied().collect();
     if seen.is_empty() || seen.len() == specimens.len() {
@@ -128,13 +128,14 @@ fn unlike_design(runs: &Dataset, specimens: &[Option<f64>]) -> Option<String> {
     })
 }
 
-/// The runs with the stiffness ratio as an input, where it is known of each specimen, or of some while a population
-/// tells of the others. Where it is known of none it stays out: the scatter of packings is then in the residuals of
-/// the surrogate and in that of the specimens. So it is where runs share too few specimens: with two the ratio
-/// would tell them apart exactly, and nothing would be left of how they scatter about the response.
+/// Returns the runs with the stiffness ratio as an additional input. The ratio must be known for all specimens, or for
+/// some if there is a population for the others; otherwise returns none. Returns none also if the runs share too few
+/// specimens: with two specimens, the ratio would distinguish them exactly, and their scatter about the response could
+/// not be estimated. Without the ratio as an input, the scatter of packings is part of the surrogate's residuals and of
+/// the scatter of the specimens.
 ///
 /// # Errors
-/// Ratios that are all the same.
+/// Fails if all ratios are equal.
 pub(super) fn knowing_stiffness(
     runs: &Dataset,
     specimens: &[Option<f64>],
@@ -149,11 +150,11 @@ pub(super) fn knowing_stiffness(
     with_stiffness_ratio(runs, &known, population.as_ref())
 }
 
-/// The runs with the stiffness ratio of the packing of each as one more input, over the range of runs,
-/// specimens and what the population says of others; none if a run has none.
+/// Returns the runs with the stiffness ratio of their microstructure as an additional input; none if a run has no
+/// ratio. The range of the input covers the ratios of the runs, the given specimens and the population.
 ///
 /// # Errors
-/// Ratios that are all the same.
+/// Fails if all ratios are equal.
 pub(super) fn with_stiffness_ratio(
     runs: &Dataset,
     specimens: &[f64],
@@ -166,7 +167,7 @@ pub(super) fn with_stiffness_ratio(
         (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
     let mut inputs = runs.inputs().to_vec();
     inputs.push(Input::new(STIFFNESS_RATIO, low, high)?);
-    // derivatives, where there are some, are those at a given ratio
+    // derivatives, if there are any, are at constant stiffness ratio
     let differentiated = runs.inputs_with_derivatives();
     let mut data = Dataset::new(inputs, runs.outputs().to_vec(), runs.provenance())?
         .with_derivatives_in(differentiated)?;

@@ -1,4 +1,4 @@
-//! The table of the stages: what each is called, what it writes, what runs it.
+//! Table of the stages: name, products and function of each.
 
 use super::pattern::matches;
 use super::stage::Stage;
@@ -7,7 +7,7 @@ use super::{
 };
 use crate::case::Case;
 
-/// All stages in order: a new one is a row here and a file beside this one.
+/// All stages in order. A new stage is an entry here and a module in this folder.
 pub static STAGES: [Stage; 10] = [
     Stage {
         name: "segment",
@@ -164,37 +164,38 @@ pub static STAGES: [Stage; 10] = [
 ];
 
 impl Stage {
-    /// The stage of this name.
+    /// Returns the stage of this name.
     pub fn named(name: &str) -> Option<&'static Stage> {
         STAGES.iter().find(|stage| stage.name == name)
     }
 
-    /// The name of the stage that writes a file of the results.
+    /// Returns the name of the stage that writes a file of the results folder.
     pub(super) fn that_writes(file: &str) -> Option<&'static str> {
         let writes = |product: &&str| matches(product, file);
         STAGES.iter().find(|stage| stage.products.iter().any(writes)).map(|stage| stage.name)
     }
 
-    /// The products that it may write for a case.
+    /// The products that the stage may write for a case.
     pub(super) fn products_of(&self, case: &Case) -> impl Iterator<Item = &'static str> {
         let is_scanned = case.specimen.scan.is_some();
         let experiments = case.experiments.as_ref();
         let is_virtual = experiments.is_some_and(|e| e.virtual_specimens.is_some());
         self.products.iter().copied().filter(move |product| match *product {
             "scan.tif" => is_scanned,
-            // measured specimens lie there otherwise
+            // otherwise the paths contain copies of the measured specimens
             product => is_virtual || !product.starts_with("experiments/"),
         })
     }
 
-    /// Whether a file with the name of a product has a number that the stage may write for a case.
+    /// Whether a stage may write the product `name` for this case: false if the number in the name exceeds the number
+    /// of runs or draws of the case.
     pub(super) fn may_write(case: &Case, name: &str) -> bool {
         let Some((front, number)) = numbered_curve(name) else { return true };
         let most = match front {
             "draw" => case.confirm.draws,
             _ => {
                 let extended: usize = case.extend.iter().map(|extension| extension.runs).sum();
-                // the last batch may be begun with one run left
+                // upper limit of the runs in batches, with a margin of one batch
                 let placed = case.sequential.as_ref().map_or(0, |own| own.most + own.batch);
                 case.design.runs + extended + placed
             }
@@ -203,7 +204,7 @@ impl Stage {
     }
 }
 
-/// What a curve of a simulation is of, and its number: `draw` and 7 of `curves/draw-7.csv`, `level-2-run` and 13 of
+/// Kind and number of a simulated curve: `draw` and 7 for `curves/draw-7.csv`, `level-2-run` and 13 for
 /// `curves/level-2-run-013.csv`.
 fn numbered_curve(name: &str) -> Option<(&str, usize)> {
     let (front, number) = name.strip_prefix("curves/")?.strip_suffix(".csv")?.rsplit_once('-')?;

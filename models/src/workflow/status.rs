@@ -1,5 +1,5 @@
-//! How far a folder of results has come, seen from outside: nothing in it is changed, and it may be
-//! written to meanwhile, from this machine or another one.
+//! Progress of the stages in a results folder. Nothing in the folder is changed, and processes on this or another
+//! machine may be writing to it.
 
 use std::fmt;
 use std::path::Path;
@@ -15,38 +15,38 @@ use super::stage::Stage;
 use super::stages::STAGES;
 use crate::case::CaseFile;
 
-/// How far a stage has come.
+/// Progress of a stage.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StageStatus {
     /// The stage.
     pub stage: &'static str,
     /// Whether there is work left.
     pub state: StageState,
-    /// Of the stage `ensemble` its runs, as far as it is known how many there will be.
+    /// Progress of the runs; only for the stage `ensemble`, and only once the number of runs is known.
     pub runs: Option<RunCounts>,
 }
 
 /// Whether a stage has work left.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum StageState {
-    /// It is finished, and nothing that it read or wrote has changed.
+    /// The stage is finished, and nothing that it has read or written has changed.
     Done,
-    /// A process is at it: who, where that is known.
+    /// A process is running the stage; with a description of the process if known.
     Running(Option<String>),
-    /// It was finished, but has to be run again, for this reason.
+    /// The stage was finished, but has to be run again for this reason.
     Stale(String),
-    /// It has begun and no process is at it.
+    /// The stage was started, but no process is running it.
     Stopped,
-    /// It has not begun.
+    /// The stage has not been started.
     ToDo,
 }
 
-/// The runs of an ensemble on all its meshes.
+/// Counts of the runs of an ensemble, on all meshes together.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RunCounts {
     /// Runs that are finished or have failed.
     pub ended: usize,
-    /// Runs that there will be.
+    /// Total number of runs, finished and planned.
     pub total: usize,
     /// Runs that processes are making now.
     pub under_way: usize,
@@ -56,22 +56,22 @@ pub struct RunCounts {
     pub damaged: usize,
     /// Runs whose checksum is missing or does not match their content; the stage stops at them.
     pub edited: usize,
-    /// Runs that end in an hour, at the pace of those under way and the mean time of those that ended.
+    /// Runs per hour, from the number of runs under way and the mean time of ended runs.
     pub per_hour: Option<f64>,
-    /// Time left at that pace in seconds.
+    /// Remaining time at the rate `per_hour`, s.
     pub seconds_left: Option<f64>,
-    /// Whether that leaves out runs on a mesh on which none has ended yet.
+    /// Whether the remaining time excludes runs on a mesh on which no run has ended yet.
     pub is_at_least: bool,
 }
 
-/// How far each stage of a folder of results has come.
+/// Returns the progress of each stage of a results folder.
 ///
 /// # Errors
-/// A folder that has no results; a case in it that cannot be read.
+/// Fails if the folder has no results, or if its case cannot be read.
 pub fn status(dir: &Path) -> Result<Vec<StageStatus>, WorkflowError> {
     check_results(dir)?;
     let mut file = CaseFile::read(&dir.join("case.toml"))?;
-    // a case that a person has written there may name files that are copied when a stage is run
+    // the user may have edited case.toml to name files that are not copied before a stage is run
     if let Ok(copies) = Copies::of(&file, dir) {
         file.case = copies.case;
     }
@@ -80,7 +80,7 @@ pub fn status(dir: &Path) -> Result<Vec<StageStatus>, WorkflowError> {
     let freshness = Freshness::default();
     let of = |stage: &'static Stage| {
         let runs = match stage.share {
-            // not known before there is what the runs are made from
+            // the number of runs is unknown until the inputs of the runs exist
             Some(_) => progress(&inputs(), dir).ok().map(|levels| counts(&levels)),
             None => None,
         };
@@ -116,7 +116,7 @@ fn state(
 ) -> StageState {
     let change = records.get(stage.name).map(|record| {
         record.change(inputs, dir).or_else(|| {
-            // what it read may be as it was, and yet be due itself
+            // a file that the stage has read may be unchanged although its own stage has to be run again
             let of_others =
                 |name: &&str| inputs.writer_of(name) != Some(stage.name) && dir.join(name).exists();
             record.files_read().filter(of_others).find_map(|name| {
@@ -143,8 +143,8 @@ fn state(
     }
 }
 
-/// All levels together. How long the rest takes is known from the runs that ended and from how many are
-/// made at once; no clock of another machine is asked.
+/// Sums the counts of all levels. The remaining time is estimated from the mean time of ended runs and the number of
+/// runs under way; clocks of other machines are not used.
 fn counts(levels: &[Progress]) -> RunCounts {
     let sum = |of: fn(&Progress) -> usize| levels.iter().map(of).sum::<usize>();
     let under_way = sum(|level| level.under_way);
@@ -172,26 +172,26 @@ fn counts(levels: &[Progress]) -> RunCounts {
 }
 
 impl StageStatus {
-    /// All stages of results that have not begun.
+    /// Status of a folder in which no stage has been started.
     pub fn none() -> Vec<StageStatus> {
         let of =
             |stage: &Stage| StageStatus { stage: stage.name, state: StageState::ToDo, runs: None };
         STAGES.iter().map(of).collect()
     }
 
-    /// Whether it has not come to its end yet: it is under way, stopped or to do.
+    /// Whether the stage is running, stopped or not started.
     pub(super) fn is_unfinished(&self) -> bool {
         !matches!(self.state, StageState::Done | StageState::Stale(_))
     }
 
-    /// Whether nothing is left to do.
+    /// Whether the stage is finished and up to date.
     pub fn is_done(&self) -> bool {
         self.state == StageState::Done
     }
 }
 
 impl StageStatus {
-    /// Its state in a word, and what there is to say of it.
+    /// The state as one word, and details.
     pub(super) fn words(&self) -> (&'static str, String) {
         let (word, mut told) = match &self.state {
             StageState::Done => ("done", vec![]),
@@ -244,7 +244,7 @@ impl fmt::Display for RunCounts {
     }
 }
 
-/// A time as a person says it.
+/// Formats a time in a convenient unit.
 fn duration(seconds: f64) -> String {
     match seconds {
         s if s < 90.0 => format!("{s:.0} s"),
@@ -262,20 +262,20 @@ mod tests {
         Progress { ended, total, under_way, seconds, ..Progress::default() }
     }
 
-    /// Four at a time of a minute each: 240 an hour, and 60 left take a quarter of an hour.
+    /// Four runs at a time, one minute each: 240 runs per hour, so that the remaining 60 take a quarter of an hour.
     #[test]
     fn pace_and_time_left_come_from_what_ended_and_what_is_under_way() {
         let runs = counts(&[level(40, 100, 4, 2400.0)]);
         assert_eq!((runs.per_hour, runs.seconds_left), (Some(240.0), Some(900.0)));
         assert_eq!(runs.to_string(), "40 of 100 runs, 4 under way, 240 an hour, 15 min left");
-        // ten on a finer mesh, of which nothing is known
+        // ten runs on a finer mesh, of which none has ended
         let runs = counts(&[level(40, 100, 4, 2400.0), level(0, 10, 0, 0.0)]);
         assert!(runs.is_at_least && runs.seconds_left == Some(900.0));
         assert!(runs.to_string().contains("more than 15 min left"));
-        // and of which one took ten minutes: nine more by four
+        // one run on the finer mesh took ten minutes: nine more, four at a time
         let runs = counts(&[level(100, 100, 0, 6000.0), level(1, 10, 4, 600.0)]);
         assert_eq!((runs.per_hour, runs.seconds_left), (Some(24.0), Some(1350.0)));
-        // nobody is at it: no pace
+        // no run under way: no rate
         let runs = counts(&[level(40, 100, 0, 2400.0)]);
         assert_eq!((runs.per_hour, runs.seconds_left), (None, None));
     }

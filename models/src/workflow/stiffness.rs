@@ -1,4 +1,4 @@
-//! What a microstructure does to the stiffness: one number of its mesh, from elastic solves.
+//! Stiffness ratio of a microstructure: one number per mesh, computed with elastic solves.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -8,18 +8,17 @@ use fem::{CompressionTest, FemError, FixedSteps, Schedule, TetMesh};
 use super::simulator::{Setup, height_mm};
 use crate::case::MaterialCase;
 
-/// The column of `runs.csv` and `experiments.csv`, and the surrogate's input.
+/// Name of the column in `runs.csv` and `experiments.csv`, and of the surrogate's input.
 pub(super) const STIFFNESS_RATIO: &str = "stiffness_ratio";
 
-/// The compression, as a part of the height, at which stiffness is taken.
+/// Compression at which the stiffness is computed, as a fraction of the height.
 const SMALL: f64 = 1e-4;
 
-/// The stiffness of a mesh under sliding platens with the case's own materials, undamaged, over that with
-/// the material `matrix` everywhere. The ratio leaves the size of the specimen out, and most of what the
-/// mesh errs by.
+/// Stiffness of a mesh between sliding platens with the case's own undamaged materials, divided by its stiffness with
+/// the material `matrix` everywhere. In the ratio the size of the specimen cancels, and most of the error of the mesh.
 ///
 /// # Errors
-/// Materials that the mesh does not take; a solve that fails.
+/// Fails if the materials do not fit the mesh or if a solve fails.
 pub(super) fn stiffness_ratio(setup: &Setup<'_>, mesh: TetMesh) -> Result<f64, FemError> {
     let own: Vec<&str> = mesh.regions.iter().map(String::as_str).collect();
     let grainless: Vec<&str> = own.iter().map(|_| "matrix").collect();
@@ -27,7 +26,8 @@ pub(super) fn stiffness_ratio(setup: &Setup<'_>, mesh: TetMesh) -> Result<f64, F
     Ok(with_grains / stiffness(setup, mesh, &grainless)?)
 }
 
-/// Force over displacement (N/mm) where each region of the mesh has the case's material of this name.
+/// Force / displacement (N/mm) of a mesh whose regions have the case's materials named `materials`, in the order of the
+/// regions.
 fn stiffness(setup: &Setup<'_>, mesh: TetMesh, materials: &[&str]) -> Result<f64, FemError> {
     let displacement_mm = SMALL * height_mm(&mesh);
     let schedule =
@@ -47,7 +47,7 @@ fn stiffness(setup: &Setup<'_>, mesh: TetMesh, materials: &[&str]) -> Result<f64
     }
 }
 
-/// Materials of these names without damage.
+/// The materials with these names, without damage and viscosity.
 fn elastic(
     materials: &BTreeMap<String, MaterialCase>,
     names: &[&str],
@@ -70,7 +70,7 @@ mod tests {
     use super::*;
     use crate::case::CaseFile;
 
-    /// A body that is the same mixture everywhere, by Reuss: compliances add with the volumes.
+    /// A body of the same Reuss mixture everywhere: its compliance is the volume average of the compliances.
     #[test]
     fn a_uniform_mixture_has_the_mean_of_the_compliances() {
         let mut file = CaseFile::default_case();

@@ -1,4 +1,4 @@
-//! Stage `surrogate`: polynomial chaos from the finished runs.
+//! Stage `surrogate`: fits a polynomial chaos expansion to the finished runs.
 
 use surrogate::{Dataset, OrderReport};
 
@@ -7,7 +7,7 @@ use super::fitted::Fitted;
 use super::specimen_stiffness::of_specimens;
 use super::task::Task;
 
-/// Probability of the intervals of `sobol.csv`, and the seed of the draws that they come from.
+/// Probability of the intervals in `sobol.csv`, and seed of the draws from which they are computed.
 const PROBABILITY: f64 = 0.9;
 const SEED: u64 = 1;
 
@@ -35,8 +35,8 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     Ok(format!("order {} from {} runs{error}", fit.report.order, runs.len()))
 }
 
-/// `sobol.csv`: of each quantity and input the index by the input alone and the total one, with the ends of
-/// their 90 % intervals, which are empty where runs are too few to tell.
+/// Writes `sobol.csv`: for each quantity and input the first-order and the total Sobol index, each with the ends of its
+/// 90 % interval. The ends are empty if there are too few runs.
 fn write_sobol(task: &Task<'_>, fit: &Fitted) -> Result<(), WorkflowError> {
     let indices = fit.pce.sobol();
     let intervals = fit.open.sobol_intervals(PROBABILITY, SEED).ok();
@@ -58,7 +58,8 @@ fn write_sobol(task: &Task<'_>, fit: &Fitted) -> Result<(), WorkflowError> {
     task.write_csv::<_, Vec<String>>("sobol.csv", header, rows)
 }
 
-/// Errors of every order and quantity, as fractions of the quantity's variance over the design.
+/// Rows of `surrogate_orders.csv`: errors of every order and quantity, as fractions of the quantity's variance over the
+/// design.
 fn orders_table(orders: &[OrderReport], outputs: &[String]) -> Vec<[String; 7]> {
     let cell = |error: Option<&Vec<f64>>, m: usize| {
         error.map_or_else(String::new, |values| values[m].to_string())

@@ -1,4 +1,4 @@
-//! A stage at work: what it reads, and what it leaves behind.
+//! Context of a running stage: inputs, products and warnings.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -19,10 +19,10 @@ use super::sources::Sources;
 use crate::progress::say;
 use crate::table::to_csv;
 
-/// What a run of a stage has read and written.
+/// Record of what a run of a stage has read and written.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct StageRecord {
-    /// The program's version: another one may compute something else.
+    /// Version of the program; another version may compute other results.
     program: String,
     #[serde(flatten)]
     sources: Sources,
@@ -30,8 +30,8 @@ pub(super) struct StageRecord {
 }
 
 impl StageRecord {
-    /// Why the stage has to be run again, in words; nothing if it has not. A stage with an edited product counts
-    /// as done.
+    /// Returns the reason, as text, why the stage has to be run again; none if it need not be. A stage with an edited
+    /// product counts as finished.
     pub(super) fn change(&self, inputs: &Inputs<'_>, dir: &Path) -> Option<String> {
         if !self.edited(dir).is_empty() {
             return None;
@@ -45,13 +45,13 @@ impl StageRecord {
             .or_else(|| damaged().map(|name| format!("{name} is missing or was changed")))
     }
 
-    /// Products that the user has edited, of those that later stages use as they are.
+    /// Editable products that the user has edited; later stages use them as they are.
     pub(super) fn edited(&self, dir: &Path) -> Vec<&str> {
         let editable = self.products().filter(|name| is_editable(name));
         editable.filter(|name| dir.join(name).exists() && !self.wrote(name, dir)).collect()
     }
 
-    /// What has changed of all that the stage has read, in words.
+    /// Describes the first change in what the stage has read; none if nothing has changed.
     pub(super) fn source_change(&self, inputs: &Inputs<'_>) -> Option<String> {
         if self.program != env!("CARGO_PKG_VERSION") {
             return Some("another version of the program ran it".to_owned());
@@ -59,43 +59,43 @@ impl StageRecord {
         inputs.change(&self.sources)
     }
 
-    /// Names of the files that it has read.
+    /// Names of the files that the stage has read.
     pub(super) fn files_read(&self) -> impl Iterator<Item = &str> {
         self.sources.files()
     }
 
-    /// Names of its products.
+    /// Names of the stage's products.
     pub(super) fn products(&self) -> impl Iterator<Item = &str> {
         self.products.keys().map(String::as_str)
     }
 
-    /// Names and contents of its products.
+    /// Names of the stage's products with the hashes of their contents.
     pub(super) fn contents(&self) -> impl Iterator<Item = (&str, ContentHash)> {
         self.products.iter().filter_map(|(name, sum)| Some((name.as_str(), sum.parse().ok()?)))
     }
 
-    /// Whether a file or folder is one of its products.
+    /// Whether a file or folder is a product of the stage.
     pub(super) fn has_written(&self, name: &str) -> bool {
         self.products.contains_key(name)
     }
 
-    /// Whether a product is as it was written.
+    /// Whether a product still has the content that the stage wrote.
     pub(super) fn wrote(&self, name: &str, dir: &Path) -> bool {
         let now = ContentHash::of_path(&dir.join(name)).map(|sum| sum.to_string());
         self.products.get(name).is_some_and(|sum| now.is_ok_and(|now| now == *sum))
     }
 }
 
-/// What a stage works with.
+/// Context of a running stage.
 pub(super) struct Task<'a> {
     pub(super) inputs: Inputs<'a>,
     pub(super) threads: usize,
     pub(super) interrupt: &'a AtomicBool,
-    /// Folders that share their runs with this one.
+    /// Neighbouring folders with which runs are shared.
     pub(super) neighbours: Option<Neighbours>,
-    /// Whether a calibration goes on against data that no simulation reaches.
+    /// Whether to calibrate even if the data are outside the range that the simulations reach.
     pub(super) accept_out_of_range: bool,
-    /// Whether work that other processes do is not waited for.
+    /// Whether not to wait for work that other processes are doing.
     pub(super) leave_to_others: bool,
     /// Name of the stage.
     stage: &'static str,
@@ -103,17 +103,17 @@ pub(super) struct Task<'a> {
     pub(super) folder: ProductFolder,
     /// Names of the products and the fingerprints of their contents.
     products: RefCell<BTreeMap<String, String>>,
-    /// What the stage has warned of.
+    /// Warnings of the stage so far.
     warnings: RefCell<Vec<String>>,
     cores: Cores,
-    /// Who is served first where cores are scarce.
+    /// Priority when cores are scarce; the lowest rank is served first.
     rank: usize,
-    /// What the stage computes on, unless it waits for its runs.
+    /// Core on which the stage computes; none while the stage waits for its runs.
     core: RefCell<Option<Core>>,
 }
 
 impl<'a> Task<'a> {
-    /// A stage at work on as many cores as it has threads.
+    /// A task with its own pool of `threads` cores.
     pub(super) fn new(
         stage: &'static str,
         inputs: Inputs<'a>,
@@ -124,7 +124,7 @@ impl<'a> Task<'a> {
         Self::among(stage, inputs, dir, (&Cores::new(threads), threads, 0), interrupt)
     }
 
-    /// The same where others compute on the cores too: it waits for one.
+    /// A task that shares `cores` with other tasks. Waits until a core is free.
     pub(super) fn among(
         stage: &'static str,
         inputs: Inputs<'a>,
@@ -150,7 +150,8 @@ impl<'a> Task<'a> {
         }
     }
 
-    /// The same stage at work with other inputs in this folder, which it does not remember as its own.
+    /// A task of the same stage and folder with other inputs. Products that it writes are not recorded as products of
+    /// this task.
     pub(super) fn with<'b>(&self, inputs: Inputs<'b>) -> Task<'b>
     where
         'a: 'b,
@@ -165,7 +166,7 @@ impl<'a> Task<'a> {
         self.stage
     }
 
-    /// Works on runs that wait for cores themselves: the stage's own is free meanwhile.
+    /// Calls `work`, whose runs take cores themselves, and releases the stage's own core in the meantime.
     pub(super) fn while_others_compute<T>(
         &self,
         work: impl FnOnce(Box<dyn Fn() -> Core + Send + Sync>) -> T,
@@ -177,21 +178,21 @@ impl<'a> Task<'a> {
         done
     }
 
-    /// Works on so many threads at most, as there are cores that nobody else needs.
+    /// Calls `work` with a number of threads: at most `most`, and no more than one plus the number of spare cores.
     pub(super) fn on_threads<T>(&self, most: usize, work: impl FnOnce(usize) -> T) -> T {
         let spare = self.cores.spare(most.min(self.threads).saturating_sub(1));
         work(1 + spare.len())
     }
 
-    /// A place of the results that is no product, such as the directory of an ensemble.
+    /// Path of a file or folder in the results folder that is not a product, such as the folder of an ensemble.
     pub(super) fn path(&self, name: &str) -> PathBuf {
         self.dir.join(name)
     }
 
-    /// Has a function write a product; it gets its name when it is whole.
+    /// Writes a product with the function `write`; the product gets its name when it is complete.
     ///
     /// # Errors
-    /// A file of the user's in its place; what the function returns.
+    /// Fails if a file of the user is there; errors of `write`.
     pub(super) fn product<E>(
         &self,
         name: &str,
@@ -217,17 +218,17 @@ impl<'a> Task<'a> {
         self.products.borrow_mut().insert(name.to_owned(), content.to_string());
     }
 
-    /// Warns of something that the intervals do not include, or that makes the result doubtful: on the screen, and
-    /// in what the stage `verdict` collects.
+    /// Issues a warning about something that the intervals do not include or that makes the result doubtful. It is
+    /// printed and recorded for the stage `verdict`.
     pub(super) fn warn(&self, text: &str) {
         say("warning", text);
         self.warnings.borrow_mut().push(text.replace('\n', " "));
     }
 
-    /// Writes what the stage has warned of, if anything; at its end.
+    /// Writes the warnings of the stage to its file, if there are any. Called at the end of the stage.
     ///
     /// # Errors
-    /// A file of the user's in its place; a folder that cannot be written.
+    /// Fails if a file of the user is there, or if the folder cannot be written.
     pub(super) fn write_warnings(&self) -> Result<(), WorkflowError> {
         let lines: String = self.warnings.borrow().iter().map(|line| format!("{line}\n")).collect();
         if lines.is_empty() {
@@ -236,7 +237,7 @@ impl<'a> Task<'a> {
         self.write(&warnings_of(self.stage), lines)
     }
 
-    /// Writes a table.
+    /// Writes a product as a CSV table.
     pub(super) fn write_csv<H, R>(
         &self,
         name: &str,
@@ -251,7 +252,7 @@ impl<'a> Task<'a> {
         self.write(name, text)
     }
 
-    /// Writes a value as JSON.
+    /// Writes a product as JSON.
     pub(super) fn write_json(
         &self,
         name: &str,
@@ -270,7 +271,7 @@ impl<'a> Task<'a> {
         }
     }
 
-    /// What was read and written.
+    /// Record of what the stage has read and written.
     pub(super) fn trace(self) -> StageRecord {
         StageRecord {
             program: env!("CARGO_PKG_VERSION").to_owned(),

@@ -1,4 +1,4 @@
-//! What the workflow asks for, and what it makes again.
+//! Tests of what is computed again, what is refused and what is required.
 
 use std::sync::atomic::AtomicBool;
 
@@ -36,7 +36,7 @@ fn a_result_that_was_deleted_is_made_again_and_one_that_was_changed_is_not_repla
         let half = &whole[..whole.len() / 2];
         std::fs::write(&path, half).unwrap();
         if product == "mesh.msh" {
-            // later stages use a mesh as it was edited
+            // later stages use an edited mesh as it is
             assert_eq!(workflow.due(stage("mesh")), None);
             workflow.run(stage("mesh")).unwrap();
         } else {
@@ -50,7 +50,7 @@ fn a_result_that_was_deleted_is_made_again_and_one_that_was_changed_is_not_repla
     }
 }
 
-/// A folder of results of a version that kept no record of the files that it had written.
+/// Opens a results folder of a version of the program that kept no record of written files.
 #[test]
 fn a_folder_without_a_record_of_files_is_taken_over_by_its_stages() {
     let dir = tempfile::tempdir().unwrap();

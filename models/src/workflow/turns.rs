@@ -1,17 +1,18 @@
-//! Which specimen each run of a design is made on, where there are fewer of them than runs.
+//! Assignment of specimens to the runs of a design that has fewer specimens than runs.
 
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// What keeps these draws apart from those of the design, which has the same seed.
+/// Constant that makes these random numbers independent of those of the design, which has the same seed.
 const STREAM: u64 = 0x7475_726e;
 
-/// Specimens, counted from 0, of so many runs: in each round every specimen has one run, in an order that is drawn
-/// anew. More runs have the same beginning.
+/// Returns the specimen of each run, counted from 0. In each round every specimen gets one run, in a new random order.
+/// For more runs, the assignment of the first ones is unchanged.
 ///
-/// Rounds in one order would go through a design that has an order of its own: of a Sobol sequence every fourth point
-/// lies in one half of the first input, which could then not be told from four specimens in turn.
+/// A fixed order in all rounds could coincide with the structure of the design: in a Sobol sequence, all points 4k + i
+/// (fixed i) lie in the same half of the first input, so that its effect could not be distinguished from the effect of
+/// four specimens in a fixed order.
 pub(super) fn in_turn(runs: usize, specimens: usize, seed: u64) -> Vec<usize> {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed ^ STREAM);
     let mut round: Vec<usize> = (0..specimens).collect();
@@ -41,7 +42,7 @@ mod tests {
         assert_eq!(in_turn(3, 1, 7), [0, 0, 0]);
     }
 
-    /// Every fourth point of a Sobol sequence lies in one half of the first input.
+    /// All points 4k + i (fixed i) of a Sobol sequence lie in the same half of the first input.
     #[test]
     fn specimens_are_not_mixed_up_with_the_order_of_a_design() {
         let input = surrogate::Input::new("x", 0.0, 1.0).unwrap();
@@ -54,7 +55,7 @@ mod tests {
         let drawn = in_turn(64, 4, 1);
         for specimen in 0..4 {
             assert!([0, 16].contains(&in_lower_half(&fixed, specimen)));
-            // four standard deviations of 16 runs
+            // 8 is four standard deviations for 16 runs
             assert!(in_lower_half(&drawn, specimen).abs_diff(8) < 8, "{drawn:?}");
         }
     }

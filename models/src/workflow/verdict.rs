@@ -1,4 +1,4 @@
-//! Stage `verdict`: what is identified, and what warns against it.
+//! Stage `verdict`: which parameters are identified, and all warnings.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -16,7 +16,7 @@ use crate::report::{CalibratedParameter, Qualifier};
 pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let inputs = &task.inputs;
     let of_rules = of_rules(inputs, &|_| true)?;
-    // stages have said theirs
+    // the stages have already printed their own warnings
     of_rules.iter().for_each(|warning| say("warning", &warning.text));
     let qualifiers: BTreeSet<Qualifier> = of_rules.iter().filter_map(|w| w.qualifier).collect();
     let mut warnings = of_rules;
@@ -42,11 +42,11 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     Ok(format!("{}; {count}", said.join("; ")))
 }
 
-/// Verdicts, the table of the posterior, warnings.
+/// Text of the verdicts, the table of the posterior and the warnings.
 fn summary(parameters: &[CalibratedParameter], table: &str, warnings: &[Warning]) -> String {
     let width = parameters.iter().map(|p| p.label.chars().count()).max().unwrap_or_default();
     let mut text = String::new();
-    // writing to a string does not fail
+    // writing to a String cannot fail
     for p in parameters {
         let _ = writeln!(text, "{:<width$}  {}", p.label, p.verdict());
     }

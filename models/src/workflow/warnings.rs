@@ -1,4 +1,4 @@
-//! All warnings of a folder of results: what rules find, and what stages have warned of.
+//! Collects all warnings of a results folder: of the rules, and of the stages.
 
 use super::WorkflowError;
 use super::files::{WARNING_STAGES, warnings_of};
@@ -6,10 +6,10 @@ use super::inputs::Inputs;
 use super::rule::Warning;
 use super::rules::RULES;
 
-/// What the rules find in the results of the stages that are done.
+/// Applies the rules to the results of the finished stages, and returns their warnings.
 ///
 /// # Errors
-/// A result that is missing or cannot be read.
+/// Fails if a result is missing or cannot be read.
 pub(super) fn of_rules(
     inputs: &Inputs<'_>,
     is_done: &dyn Fn(&str) -> bool,
@@ -21,10 +21,10 @@ pub(super) fn of_rules(
     Ok(found)
 }
 
-/// What the stages that are done have warned of while they ran.
+/// Returns the warnings that the finished stages have written.
 ///
 /// # Errors
-/// A file that cannot be read.
+/// Fails if a file cannot be read.
 pub(super) fn of_stages(
     inputs: &Inputs<'_>,
     is_done: &dyn Fn(&str) -> bool,

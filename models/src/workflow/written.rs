@@ -1,8 +1,8 @@
-//! The record of the files that the program has written into a folder, with the content of each.
+//! Record of the files that the program has written into a folder, with the hash of their contents.
 //!
-//! `written.csv` has a line `content,file` for each content, and the line is added before the file gets its name.
-//! So a run that is killed at any moment knows its own files, and every other file is the user's. Lines are
-//! only added: the program has written a file if any line has the content that the file has now.
+//! `written.csv` has a line `content,file` for each content. The line is added before the file gets its name, so that
+//! the program recognises its own files even after it was killed; every other file belongs to the user. Lines are only
+//! added: a file belongs to the program if any line has its current content.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{File, OpenOptions};
@@ -13,13 +13,13 @@ use std::sync::{Arc, Mutex, PoisonError};
 use super::WorkflowError;
 use super::content_hash::ContentHash;
 
-/// The name of the record.
+/// Name of the record file.
 pub(crate) const WRITTEN: &str = "written.csv";
 
 /// The first line of the record.
 const HEADER: &str = "content,file\n";
 
-/// Stands for the content of a file that grows while a simulation runs.
+/// Entry in place of the hash for a file that grows while a simulation runs.
 const GROWING: &str = "growing";
 
 /// The record of one folder.
@@ -29,23 +29,23 @@ pub(super) struct Written {
     known: Arc<Mutex<Known>>,
 }
 
-/// What has been read of the record.
+/// Contents of the record read so far.
 #[derive(Debug, Default)]
 struct Known {
     bytes: u64,
     files: BTreeMap<String, Contents>,
 }
 
-/// Contents that the program has given a file.
+/// Contents that the program has written to a file.
 #[derive(Debug, Default)]
 struct Contents {
     hashes: BTreeSet<String>,
-    /// Whether the last line says that the file is growing.
+    /// Whether the latest line of the file has the entry `growing`.
     is_growing: bool,
 }
 
 impl Written {
-    /// The record of a folder, which may not exist yet.
+    /// The record of a folder; the folder need not exist yet.
     pub(super) fn in_folder(dir: &Path) -> Self {
         Self { path: dir.join(WRITTEN), known: Arc::default() }
     }
@@ -53,7 +53,7 @@ impl Written {
     /// Whether the program has ever written a file of this name.
     ///
     /// # Errors
-    /// A record that cannot be read.
+    /// Fails if the record cannot be read.
     pub(super) fn names(&self, name: &str) -> Result<bool, WorkflowError> {
         self.with_known(|known| known.files.contains_key(name))
     }
@@ -66,7 +66,7 @@ impl Written {
         self.with_known(|known| known.files.keys().cloned().collect())
     }
 
-    /// Whether the program has written this content into the file of this name, or was writing when it ended.
+    /// Whether the program has written this content to the file, or was killed while the file was growing.
     ///
     /// # Errors
     /// As [`Self::names`].
@@ -77,10 +77,10 @@ impl Written {
         })
     }
 
-    /// Records a content that the file of this name is about to get.
+    /// Records the content that the file of this name is about to get.
     ///
     /// # Errors
-    /// A record that cannot be written.
+    /// Fails if the record cannot be written.
     pub(super) fn add(&self, name: &str, content: ContentHash) -> Result<(), WorkflowError> {
         let is_recorded = self.with_known(|known| {
             let contents = known.files.get(name);
@@ -90,7 +90,7 @@ impl Written {
         if is_recorded { Ok(()) } else { self.append(&content.to_string(), name) }
     }
 
-    /// Records that the file of this name is about to grow; its content is recorded at the end.
+    /// Records that the file of this name is about to grow; [`Self::add`] records its content at the end.
     ///
     /// # Errors
     /// As [`Self::add`].
@@ -108,7 +108,7 @@ impl Written {
         let mut options = OpenOptions::new();
         let mut file =
             options.read(true).append(true).create(true).open(&self.path).map_err(failed)?;
-        // several processes add lines; the lock is held for one write
+        // several processes add lines: hold a lock during one write
         let locked = file.lock();
         locked.map_err(|source| WorkflowError::Lock { path: self.path.clone(), source })?;
         let add = |file: &mut File| {
@@ -118,7 +118,7 @@ impl Written {
                     let mut last = [0];
                     file.seek(SeekFrom::End(-1))?;
                     file.read_exact(&mut last)?;
-                    // a line that a killed process has not ended
+                    // complete a line that a killed process has left unfinished
                     if last == [b'\n'] { "" } else { "\n" }
                 }
             };
@@ -131,7 +131,7 @@ impl Written {
         self.with_known(|_| ())
     }
 
-    /// Reads what has been added to the record, and looks at all of it.
+    /// Reads the new lines of the record, and calls `look` with all of it.
     fn with_known<T>(&self, look: impl FnOnce(&Known) -> T) -> Result<T, WorkflowError> {
         let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
         known.refresh(&self.path)?;
@@ -152,7 +152,7 @@ impl Known {
         };
         let length = file.metadata().map_err(failed)?.len();
         if length < self.bytes {
-            // another record has taken its place
+            // the file was replaced by another record
             *self = Self::default();
         }
         if length == self.bytes {
@@ -168,14 +168,14 @@ impl Known {
         let Some(lines) = lines else {
             return Err(WorkflowError::NoRecord { path: path.to_owned() });
         };
-        // a line that is being written is read the next time
+        // a line that is still being written is read next time
         let whole = lines.iter().rposition(|&byte| byte == b'\n').map_or(0, |end| end + 1);
         self.bytes += (text.len() - lines.len() + whole) as u64;
         self.add_lines(&lines[..whole]);
         Ok(())
     }
 
-    /// Adds the files of these lines; a line that a killed process has not ended is skipped.
+    /// Adds the entries of `lines`; skips an incomplete line, which a killed process has left.
     fn add_lines(&mut self, lines: &[u8]) {
         let mut reader =
             csv::ReaderBuilder::new().flexible(true).has_headers(false).from_reader(lines);

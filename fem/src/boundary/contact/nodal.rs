@@ -1,13 +1,13 @@
 //! Contact at the nodes of a surface.
 //!
-//! Pressure, friction and drag are integrated at the nodes, each with the area ∫ N_a dA: the
-//! vertices of linear triangles, the midpoints of the edges of quadratic ones (whose corners have no
-//! area, so that a uniform pressure is in equilibrium node by node).
+//! Pressure, friction and drag are integrated at the nodes with the weights ∫ N_a dA: at the vertices of linear
+//! triangles, and at the edge midpoints of quadratic triangles (whose vertices have zero weight, so that a uniform
+//! pressure is in equilibrium at each node).
 //!
-//! The pressure is that of an augmented Lagrangian, p_γ = ⟨p + γ (−g)⟩₊. With p fixed, Newton's method
-//! finds the nodes in contact (its active set are those with p_γ > 0); then p takes the value p_γ, and
-//! so on until they agree and the gap of every node in contact vanishes, whatever γ. Friction uses the
-//! fixed p, so that the tangent stays symmetric; it too is exact at the end.
+//! The pressure is that of an augmented Lagrangian, p_γ = ⟨p + γ (−g)⟩₊. With p fixed, Newton's method finds the
+//! nodes in contact (its active set are the nodes with p_γ > 0). Then p is set to p_γ, and both steps are repeated
+//! until p and p_γ agree; the gap of every node in contact then vanishes for any γ. Friction uses the fixed p, so
+//! that the tangent stays symmetric; at convergence it is exact as well.
 //!
 //! References: Alart & Curnier, Comput. Methods Appl. Mech. Engrg. 92 (1991) 353,
 //! doi:10.1016/0045-7825(91)90022-X; Hintermüller, Ito & Kunisch, SIAM J. Optim. 13 (2003) 865,
@@ -22,39 +22,40 @@ use crate::fields::Fields;
 use crate::operator::NodeBlock;
 use crate::parallel::Part;
 
-/// A node nearer than this fraction of the size of a face touches, though nothing presses yet.
+/// A node closer to the platen than this fraction of the face size counts as in contact, even without pressure.
 const TOUCH: f64 = 1e-9;
-/// Stiffness against sliding of nodes that touch before friction has a pressure, as a fraction of γ: it
-/// keeps the tangent regular and is no part of the residual.
+/// Tangential stiffness of nodes in contact that have no pressure for friction yet, as a fraction of γ. It makes the
+/// tangent regular and is not part of the residual.
 const HOLD: f64 = 1e-6;
-/// γ is this many moduli λ + 2μ over the size of a face.
+/// Penalty γ, in units of the modulus λ + 2μ divided by the face size.
 const PENALTY: f64 = 20.0;
 
-/// The state of one node of a contact surface.
+/// State of one node of a contact surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactPoint {
-    /// Number of the node.
+    /// Node number.
     pub node: u32,
-    /// Its part of the surface, mm².
+    /// Area of the surface that belongs to the node, mm².
     pub area_mm2: f64,
     /// Contact pressure per reference area, MPa.
     pub pressure_mpa: f64,
     /// Distance from the platen, mm.
     pub gap_mm: f64,
-    /// Force on the specimen, N: pressure, friction and drag.
+    /// Force on the specimen from pressure, friction and drag, N.
     pub force_n: [f64; 3],
 }
 
-/// A platen and the nodes that it can touch.
+/// Platen with the nodes that it can touch.
 #[derive(Clone, Debug)]
 pub(crate) struct Contact {
     pub(crate) surface: String,
     platen: Platen,
     /// Node, area (mm²), reference position (mm).
     nodes: Vec<(u32, f64, Vector3<f64>)>,
-    /// The size of a face, mm.
+    /// Size of a face, mm.
     size: f64,
-    /// The places of the nodes among those of all ranks, how many these are, and which belong to this one.
+    /// `places`: index of each node in the list of all ranks. `all`: length of this list. `own`: whether each node
+    /// belongs to this rank.
     pub(crate) places: Vec<u32>,
     pub(crate) all: usize,
     own: Vec<bool>,
@@ -88,7 +89,7 @@ impl Contact {
         Ok(Self { surface: surface.into(), platen, nodes, size, places, all, own })
     }
 
-    /// Contact of the nodes that a part of the mesh has.
+    /// Returns the contact of the nodes in a part of the mesh.
     pub(crate) fn of_part(&self, part: &Part) -> Self {
         let local = part.local();
         let (mut nodes, mut places, mut own) = (Vec::new(), Vec::new(), Vec::new());
@@ -103,22 +104,22 @@ impl Contact {
         Self { surface, platen, nodes, places, own, ..*self }
     }
 
-    /// Those of values at its nodes that belong to this rank.
+    /// Iterates over the values (one per node) at the nodes that belong to this rank.
     pub(crate) fn own_of<'a, T>(&self, values: &'a [T]) -> impl Iterator<Item = &'a T> {
         values.iter().zip(&self.own).filter(|(_, own)| **own).map(|(value, _)| value)
     }
 
-    /// The places of its own nodes among those of all ranks.
+    /// Iterates over the indices of the own nodes in the list of all ranks.
     pub(crate) fn own_places(&self) -> impl Iterator<Item = u32> {
         self.own_of(&self.places).copied()
     }
 
-    /// How many nodes can touch.
+    /// Number of nodes that can touch the platen.
     pub(crate) fn count(&self) -> usize {
         self.nodes.len()
     }
 
-    /// The directions in which contact can hold the surface (x, direction).
+    /// Calls `each` with (x, direction) for the directions in which contact can support the surface.
     pub(crate) fn directions(&self, each: &mut dyn FnMut([f64; 3], [f64; 3])) {
         for (_, _, x) in &self.nodes {
             if self.platen.resists_sliding() {
@@ -140,10 +141,10 @@ pub(crate) struct ContactStep {
     duration: f64,
     /// γ, MPa/mm.
     penalty: f64,
-    /// Gap below which a node touches, mm.
+    /// Gap below which a node counts as in contact, mm.
     touch: f64,
     nodes: Vec<Node>,
-    /// Multiple of the slip velocity below which friction fades, above one while it sets in.
+    /// Factor of the slip velocity below which friction fades out; above 1 while friction is applied gradually.
     pub(crate) bluntness: f64,
 }
 
@@ -153,18 +154,18 @@ struct Node {
     node: u32,
     area: f64,
     position: Vector3<f64>,
-    /// Where the platen has left it at the start of the increment, relative to the platen's own
-    /// motion: u_n plus the platen's travel since.
+    /// Displacement of a node that sticks to the platen during the increment: u_n plus the displacement of the platen
+    /// in the increment.
     carried: Vector3<f64>,
     /// p, MPa.
     pressure: f64,
-    /// Whether it belongs to this rank.
+    /// Whether the node belongs to this rank.
     own: bool,
 }
 
 impl ContactStep {
-    /// Contact at the end of an increment of `duration` s that began at `before`, with the pressures
-    /// that it began with.
+    /// Creates the contact at the end of an increment of `duration` s that started at the fields `before`.
+    /// `pressures` are the pressures at the start.
     pub(crate) fn new(
         contact: &Contact,
         time_s: f64,
@@ -203,7 +204,7 @@ impl ContactStep {
         }
     }
 
-    /// Whether the platen's position is a finite number.
+    /// Whether all positions of the platen are finite.
     pub(crate) fn is_finite(&self) -> bool {
         self.travel.iter().all(|x| x.is_finite())
             && self.nodes.iter().all(|node| node.carried.iter().all(|x| x.is_finite()))
@@ -223,20 +224,20 @@ impl ContactStep {
         (node.pressure - self.penalty * proximity.gap).max(0.0)
     }
 
-    /// Whether the pressure follows the gap: at the kink of ⟨·⟩₊ either slope is a generalised derivative,
-    /// and a node that just touches holds.
+    /// Whether the pressure depends on the gap. At the kink of ⟨·⟩₊ both slopes are generalised derivatives; a node
+    /// that just touches counts as in contact.
     fn touches(&self, node: &Node, proximity: &Proximity) -> bool {
         node.pressure - self.penalty * (proximity.gap - self.touch) > 0.0
     }
 
-    /// v_t, mm/s.
+    /// Returns the slip velocity v_t, mm/s.
     fn slip(&self, node: &Node, proximity: &Proximity, fields: &Fields) -> Vector3<f64> {
         let u = Vector3::from(fields.displacement[node.node as usize]);
         let v = (u - node.carried) / self.duration;
         v - proximity.normal * proximity.normal.dot(&v)
     }
 
-    /// μ p s_ε + F_v, MPa s/mm, and μ p s_ε³.
+    /// Returns μ p s_ε + F_v, MPa s/mm, and μ p s_ε³.
     fn resistance(&self, node: &Node, slip: &Vector3<f64>) -> (f64, f64) {
         if node.pressure == 0.0 {
             return (0.0, 0.0);
@@ -246,7 +247,7 @@ impl ContactStep {
         (coulomb * s + self.platen.drag, coulomb * s.powi(3))
     }
 
-    /// Traction on the specimen, MPa.
+    /// Returns the traction on the specimen, MPa.
     fn traction(&self, node: &Node, fields: &Fields) -> Vector3<f64> {
         let proximity = self.proximity(node, fields);
         let mut traction = proximity.normal * self.pressure(node, &proximity);
@@ -257,12 +258,12 @@ impl ContactStep {
         traction
     }
 
-    /// Forces on the nodes, N.
+    /// Iterates over the nodal forces, N.
     pub(crate) fn forces(&self, fields: &Fields) -> impl Iterator<Item = (u32, [f64; 3])> {
         self.nodes.iter().map(|n| (n.node, (self.traction(n, fields) * n.area).into()))
     }
 
-    /// Their sum over the nodes that belong to this rank.
+    /// Returns the sum of the forces over the nodes that belong to this rank, N.
     pub(crate) fn force(&self, fields: &Fields) -> [f64; 3] {
         let mut sum = [0.0; 3];
         for (_, force) in
@@ -273,9 +274,9 @@ impl ContactStep {
         sum
     }
 
-    /// −∂force/∂u of the nodes, N/mm.
+    /// Returns −∂force/∂u at the nodes, N/mm.
     ///
-    /// On a curved platen the turn of the tangent plane is left out of the friction terms.
+    /// On a curved platen, the rotation of the tangent plane is neglected in the friction terms.
     pub(crate) fn blocks(&self, fields: &Fields) -> impl Iterator<Item = NodeBlock> {
         self.nodes.iter().map(|node| {
             let proximity = self.proximity(node, fields);
@@ -301,8 +302,8 @@ impl ContactStep {
         })
     }
 
-    /// −γ A (n·du/dθ) n of the nodes that touch, N, and zero of the others: what their pressures lack to
-    /// keep their gaps closed.
+    /// Returns −γ A (n·du/dθ) n for nodes in contact, N, and zero for all others: the change of the contact forces
+    /// that keeps their gaps closed.
     pub(crate) fn follow(
         &self,
         fields: &Fields,
@@ -320,7 +321,7 @@ impl ContactStep {
         })
     }
 
-    /// ∫ (μ p s_ε + F_v) |v_t|² dA Δt over the nodes that belong to this rank, N mm.
+    /// Returns the dissipated energy ∫ (μ p s_ε + F_v) |v_t|² dA Δt over the nodes that belong to this rank, N mm.
     pub(crate) fn dissipated(&self, fields: &Fields) -> f64 {
         let power = |node: &Node| {
             let slip = self.slip(node, &self.proximity(node, fields), fields);
@@ -332,12 +333,12 @@ impl ContactStep {
         self.duration * self.nodes.iter().filter(|n| n.own).map(power).sum::<f64>()
     }
 
-    /// The pressures p.
+    /// Returns the pressures p, MPa.
     pub(crate) fn pressures(&self) -> Vec<f64> {
         self.nodes.iter().map(|n| n.pressure).collect()
     }
 
-    /// p ← p_γ; returns the square of the change of the forces at the nodes that belong to this rank, N².
+    /// Sets p to p_γ. Returns the square of the change of the forces at the nodes that belong to this rank, N².
     pub(crate) fn update(&mut self, fields: &Fields) -> f64 {
         let mut square = 0.0;
         for k in 0..self.nodes.len() {
@@ -351,20 +352,20 @@ impl ContactStep {
         square
     }
 
-    /// Squares of the penalty of the nodes that belong to this rank, N²/mm², and the length in mm whose rounding their
-    /// gaps carry.
+    /// Returns the sum of the squared nodal penalties γ A over the nodes that belong to this rank, N²/mm², and the
+    /// length whose rounding error the gaps contain, mm.
     pub(crate) fn stiffness(&self) -> (f64, f64) {
         let own = self.nodes.iter().filter(|node| node.own);
         let squares = own.map(|node| (self.penalty * node.area).powi(2)).sum();
         (squares, self.platen.rounded_mm())
     }
 
-    /// Whether no node touches the platen.
+    /// Whether no node is in contact with the platen.
     pub(crate) fn is_open(&self, fields: &Fields) -> bool {
         !self.nodes.iter().any(|node| self.touches(node, &self.proximity(node, fields)))
     }
 
-    /// The state of every node.
+    /// Returns the state of every node.
     pub(crate) fn points(&self, fields: &Fields) -> Vec<ContactPoint> {
         let point = |node: &Node| ContactPoint {
             node: node.node,

@@ -1,4 +1,4 @@
-//! Rigid bodies that press on a specimen.
+//! Rigid bodies in contact with a specimen.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -14,11 +14,10 @@ enum Shape {
 
 /// A rigid platen that a surface can touch, slide on, and leave.
 ///
-/// With the gap g (mm) between platen and specimen, the contact pressure p (MPa) obeys
-/// p ≥ 0, g ≥ 0, p g = 0. The specimen that slides on it with the velocity v_t (mm/s) feels the
-/// traction −(μ p s_ε(|v_t|) + F_v) v_t with s_ε = 1/√(|v_t|² + ε²): Coulomb's friction, with a
-/// creep below the slip velocity ε in place of sticking, and a viscous drag. Pressures and tractions
-/// are per reference area.
+/// With the gap g (mm) between platen and specimen, the contact pressure p (MPa) satisfies p ≥ 0, g ≥ 0, p g = 0.
+/// Sliding with the velocity v_t (mm/s) causes the traction −(μ p s_ε(|v_t|) + F_v) v_t on the specimen, with s_ε =
+/// 1/√(|v_t|² + ε²): Coulomb friction, with creep below the slip velocity ε instead of sticking, and a viscous drag.
+/// Pressures and tractions are per reference area.
 ///
 /// # Example
 /// ```
@@ -40,7 +39,7 @@ pub struct Platen {
     pub(super) drag: f64,
 }
 
-/// Gap, outward normal and curvature of a platen at a point.
+/// Gap between a point and a platen, with its derivatives.
 pub(super) struct Proximity {
     /// Distance from the platen, mm; negative inside.
     pub(super) gap: f64,
@@ -51,13 +50,13 @@ pub(super) struct Proximity {
 }
 
 impl Platen {
-    /// A half-space bounded by the plane through `point_mm`; `normal` (any length) shows towards the
+    /// Creates a half-space bounded by the plane through `point_mm`; `normal` (any length) points towards the
     /// specimen.
     pub fn plane(point_mm: [f64; 3], normal: [f64; 3]) -> Self {
         Self::at_rest(Shape::Plane { point: point_mm, normal })
     }
 
-    /// A ball.
+    /// Creates a sphere.
     pub fn sphere(centre_mm: [f64; 3], radius_mm: f64) -> Self {
         Self::at_rest(Shape::Sphere { centre: centre_mm, radius: radius_mm })
     }
@@ -66,26 +65,26 @@ impl Platen {
         Self { shape, travel: None, friction: 0.0, slip_velocity: 1.0, drag: 0.0 }
     }
 
-    /// Moves it: displacement (mm) as a function of time (s), zero at time zero.
+    /// Sets the motion: displacement (mm) as a function of time (s), zero at time zero.
     pub fn moving(mut self, travel_mm: impl Fn(f64) -> [f64; 3] + Send + Sync + 'static) -> Self {
         self.travel = Some(Function::new(move |_, time_s| travel_mm(time_s)));
         self
     }
 
-    /// Coulomb's coefficient μ, and the slip velocity ε (mm/s) below which friction fades.
+    /// Sets Coulomb's coefficient μ, and the slip velocity ε (mm/s) below which friction fades out.
     pub fn friction(mut self, coefficient: f64, slip_velocity_mm_per_s: f64) -> Self {
         self.friction = coefficient;
         self.slip_velocity = slip_velocity_mm_per_s;
         self
     }
 
-    /// Viscous drag F_v of the nodes in contact, MPa s/mm.
+    /// Sets the viscous drag F_v at the nodes in contact, MPa s/mm.
     pub fn drag(mut self, drag_mpa_s_per_mm: f64) -> Self {
         self.drag = drag_mpa_s_per_mm;
         self
     }
 
-    /// Whether sliding is resisted.
+    /// Whether the platen has friction or drag.
     pub(crate) fn resists_sliding(&self) -> bool {
         self.friction > 0.0 || self.drag > 0.0
     }
@@ -130,7 +129,7 @@ impl Platen {
         )
     }
 
-    /// The length whose rounding a gap carries beside that of displacements, mm.
+    /// Returns the length whose rounding error a gap contains in addition to that of displacements, mm.
     pub(super) fn rounded_mm(&self) -> f64 {
         match self.shape {
             Shape::Plane { .. } => 0.0,
@@ -138,10 +137,11 @@ impl Platen {
         }
     }
 
-    /// How a point lies to the platen once it has moved by `moved` relative to that.
+    /// Returns the position of a point relative to the platen. `x` is the reference position, and `moved` the
+    /// displacement relative to the platen.
     ///
-    /// The gap of a plane is that at rest and the motion along the normal: their sum has the digits of the motion,
-    /// which the sum of position and motion has not.
+    /// The gap of a plane is computed as initial gap plus motion along the normal. This sum keeps the digits of the
+    /// motion, which would be lost in the sum of position and motion.
     pub(super) fn proximity(&self, x: Vector3<f64>, moved: Vector3<f64>) -> Proximity {
         match self.shape {
             Shape::Plane { point, normal } => {

@@ -13,13 +13,13 @@ use super::{LinearEffort, LinearSolver, Singular};
 use crate::material::Inverted;
 use crate::operator::{Coupling, Increment, Operator, Pattern};
 
-/// Largest usual number of iterations for one digit of the residual. Most meshes take 2 to 10; systems that a crack
-/// makes indefinite take up to this number.
+/// Largest usual number of iterations per digit of the residual. Most meshes take 2 to 10; systems that a crack makes
+/// indefinite take up to 30.
 const USUAL: f64 = 30.0;
 /// Number of iterations above the usual number after which the factor replaces multigrid.
 const PATIENCE: f64 = 300.0;
 
-/// How well multigrid has converged so far.
+/// Convergence history of multigrid.
 #[derive(Debug, Default)]
 struct Convergence {
     /// Sum of iterations above the usual number; solutions with fewer iterations reduce the sum, down to 0.
@@ -49,7 +49,7 @@ enum Method<'a> {
     Factor(Box<Direct<'a>>),
 }
 
-/// Multigrid at first. After bad convergence the next tangent is factorised, and all later ones.
+/// Multigrid that is replaced by a sparse factor for all later tangents once it has converged badly.
 pub(super) struct Adaptive<'a> {
     method: Method<'a>,
     convergence: Convergence,
@@ -167,7 +167,7 @@ mod tests {
         assert!(after(&[(160, 1e-3); 4], 1e-2));
         // four digits take more
         assert!(!after(&[(120, 1e-5); 1000], 1e-4));
-        // a solution that is not reached ends it at once
+        // a solution that does not reach its tolerance ends multigrid at once
         assert!(after(&[(300, 0.05)], 1e-2));
         assert!(after(&[(10, f64::INFINITY)], 1e-2));
     }

@@ -4,18 +4,20 @@
 
 use super::block_csr::BlockCsr;
 
-/// Coarse unknowns of an aggregate: one for each rigid-body mode.
+/// Number of coarse unknowns per aggregate: one for each rigid-body mode.
 pub(super) const MODES: usize = 6;
-/// A coupling is strong when ‖A_ij‖² exceeds this squared times ‖A_ii‖ ‖A_jj‖, between the nodes of the mesh.
+/// Threshold of strong coupling between nodes of the mesh: i and j are coupled strongly if ‖A_ij‖² > `STRONG`² ‖A_ii‖
+/// ‖A_jj‖.
 const STRONG: f64 = 0.08;
-/// The same between aggregates. Each of these couples with some fifty others, most of them more weakly than nodes do:
-/// with the bound of the nodes there are four in the next aggregate, and the coarser levels fill up and cost more than
-/// the finest one, the more so the larger the mesh is; the iterations are the same.
+/// Threshold of strong coupling between aggregates, on coarser levels. An aggregate couples with about fifty others,
+/// most of them more weakly than nodes do. With the threshold of the nodes, the next aggregates would have only four
+/// members, and the coarser levels would fill up and cost more than the finest one, the more so the larger the mesh;
+/// the number of iterations is the same.
 const STRONG_BELOW: f64 = 0.02;
 const NONE: u32 = u32::MAX;
 
-/// The aggregate of each node, and how many there are; `diagonal` are the blocks of the nodes, beside which
-/// the matrix may have others, of other ranks.
+/// Returns the aggregate of each node, and the number of aggregates. `diagonal` contains the diagonal blocks of the
+/// nodes of this rank; the matrix may have further nodes, which belong to other ranks.
 pub(super) fn aggregates<const R: usize>(
     a: &BlockCsr<f64, R, R>,
     diagonal: &[[[f64; R]; R]],
@@ -45,7 +47,7 @@ pub(super) fn aggregates<const R: usize>(
             count += 1;
         }
     }
-    // what is left joins the aggregate of its strongest neighbour, as they stood before
+    // the remaining nodes join the aggregate of their strongest neighbour; only aggregates of the first pass count
     let before = of.clone();
     for i in (0..n).filter(|&i| before[i] == NONE) {
         let joined = near(i)
@@ -70,10 +72,11 @@ pub(super) fn aggregates<const R: usize>(
     (of, count as usize)
 }
 
-/// The near null space on the nodes of one level: its value at a node in each mode.
+/// Near null space on the nodes of one level: the value of each mode at each node.
 pub(super) type Modes<const R: usize> = Vec<[[f64; MODES]; R]>;
 
-/// Orthonormal columns on each aggregate that span its near null space, and the coarse modes.
+/// Returns the tentative prolongation, with orthonormal columns on each aggregate that span its near null space, and
+/// the coarse modes.
 pub(super) fn tentative<const R: usize>(
     of: &[u32],
     count: usize,
@@ -92,7 +95,7 @@ pub(super) fn tentative<const R: usize>(
         };
         for k in 0..MODES {
             let whole = dot(&block, k, k).sqrt();
-            // twice is enough to lose no digits
+            // two passes of Gram–Schmidt are enough to lose no digits
             for _ in 0..2 {
                 for l in 0..k {
                     let share = dot(&block, l, k);
@@ -103,7 +106,7 @@ pub(super) fn tentative<const R: usize>(
                 }
             }
             let rest = dot(&block, k, k).sqrt();
-            // a mode that the others describe already (few nodes, or all constrained) gets no unknown
+            // a mode that depends linearly on the others (few nodes, or all constrained) gets no unknown
             let scale = if rest > 1e-6 * whole { 1.0 / rest } else { 0.0 };
             coarse[k][k] = if scale > 0.0 { rest } else { 0.0 };
             for &n in nodes {

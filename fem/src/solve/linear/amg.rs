@@ -1,9 +1,8 @@
-//! Smoothed-aggregation multigrid for the displacement, one V-cycle in single precision.
+//! Smoothed-aggregation multigrid for the displacement: one V-cycle in single precision.
 //!
-//! On several ranks each makes aggregates of its own nodes; all else is as on one: prolongations are
-//! smoothed across the ranks, and the matrices of all levels, of which each rank has a part, are those of
-//! the whole body. The coarsest one, which has at least the rigid-body modes of an aggregate of each rank,
-//! every rank has whole and factorises.
+//! With several ranks, each rank aggregates its own nodes. Everything else is as with one rank: prolongations are
+//! smoothed across the ranks, and the matrices of all levels, distributed over the ranks, are those of the whole
+//! body. The coarsest matrix has at least one aggregate per rank; every rank stores it as a whole and factorises it.
 //!
 //! Reference: Vaněk, Mandel & Brezina, Computing 56 (1996) 179, doi:10.1007/BF02238511.
 
@@ -18,23 +17,23 @@ use super::coarse_nodes::{CoarseNodes, first_numbers};
 use super::rows::{completed, with_ghosts};
 use crate::parallel::Halo;
 
-/// Unknowns of the coarsest level, which is solved directly.
+/// Largest number of unknowns of the coarsest level, which is solved directly.
 const COARSEST: usize = 900;
 const MOST_LEVELS: usize = 12;
-/// Degree of the smoother, before and after the coarse correction.
+/// Degree of the smoother, which is applied before and after the coarse correction.
 pub(super) const DEGREE: usize = 3;
 
-/// One level and the way to the next coarser one.
+/// One level, with the transfer to the next coarser level.
 #[derive(Debug)]
 pub(super) struct Level<const R: usize> {
     pub(super) smoother: Chebyshev<R>,
     pub(super) prolong: BlockCsr<f32, R, MODES>,
     pub(super) restrict: BlockCsr<f32, MODES, R>,
-    /// Of the nodes of the coarser level.
+    /// Halo of the nodes of the next coarser level.
     below: Arc<Halo>,
 }
 
-/// The hierarchy.
+/// Multigrid hierarchy of the displacement.
 #[derive(Debug)]
 pub(super) struct Amg {
     pub(super) fine: Level<3>,
@@ -43,7 +42,7 @@ pub(super) struct Amg {
     last_nodes: CoarseNodes,
 }
 
-/// A coarser level as the one above makes it.
+/// Data of a coarser level, created from the next finer level.
 struct Coarser {
     matrix: BlockCsr<f64, MODES, MODES>,
     modes: Modes<MODES>,
@@ -51,8 +50,8 @@ struct Coarser {
 }
 
 impl Amg {
-    /// The hierarchy of a symmetric positive definite matrix on nodes at `points`; constrained values
-    /// have rows and columns of the unit matrix. Every rank gives its part.
+    /// Creates the hierarchy of a symmetric positive definite matrix on nodes at `points`. Constrained values must
+    /// have unit rows and columns. Each rank passes its part of the matrix.
     pub(super) fn new(
         matrix: &BlockCsr<f64, 3, 3>,
         points: &[[f64; 3]],
@@ -117,7 +116,7 @@ impl<const R: usize> Level<R> {
     }
 }
 
-/// One level, and the next; `modes` are those of the nodes that belong to this rank.
+/// Creates one level, and the data of the next coarser one. `modes` are those of the nodes that belong to this rank.
 fn coarsen<const R: usize>(
     matrix: &BlockCsr<f64, R, R>,
     modes: &Modes<R>,
@@ -158,14 +157,14 @@ fn coarsen<const R: usize>(
         let range = coarse.start[row] as usize..coarse.start[row + 1] as usize;
         for place in range {
             if coarse.column[place] as usize == row {
-                // a mode that was left out
+                // a mode that was dropped because it depends on the others: unit diagonal
                 for k in (0..MODES).filter(|&k| whole[row][k][k] == 0.0) {
                     coarse.block[place][k][k] = 1.0;
                 }
             }
         }
     }
-    // every node is restricted by the rank that it belongs to
+    // each node is restricted by the rank that owns it
     let restrict = match ranks.is_alone() {
         true => transposed.narrow(),
         false => prolong.first_rows(own).transpose().narrow(),
@@ -175,7 +174,7 @@ fn coarsen<const R: usize>(
     (level, Coarser { matrix: coarse, modes: coarse_modes, nodes })
 }
 
-/// The rows of A T that belong to this rank, from those of T; columns have their numbers over all ranks.
+/// Returns the rows of A T that belong to this rank, from the rows of T. Column numbers count over all ranks.
 fn product<const R: usize>(
     matrix: &BlockCsr<f64, R, R>,
     own: &BlockCsr<f64, R, MODES>,
@@ -193,8 +192,7 @@ fn product<const R: usize>(
     completed(&partial, halo)
 }
 
-/// Three translations and three rotations of the nodes that belong to this rank, zero in constrained
-/// values.
+/// Returns three translations and three rotations for the nodes that belong to this rank, zero in constrained values.
 fn rigid_body_modes(points: &[[f64; 3]], free: &[[bool; 4]], halo: &Halo) -> Modes<3> {
     let sum = |k: usize| halo.own_of(points).map(|p| p[k]).sum::<f64>();
     let mut sums = [sum(0), sum(1), sum(2), halo.own_of(points).count() as f64];
@@ -219,8 +217,8 @@ fn rigid_body_modes(points: &[[f64; 3]], free: &[[bool; 4]], halo: &Halo) -> Mod
         .collect()
 }
 
-/// The dense factor of the coarsest matrix, the parts of all ranks together; shifted until it is positive
-/// definite.
+/// Returns the dense factor of the coarsest matrix, gathered from all ranks. The diagonal is shifted until the matrix
+/// is positive definite.
 fn factorise(coarsest: &Coarser) -> nalgebra::Cholesky<f64, Dyn> {
     let Coarser { matrix, nodes, .. } = coarsest;
     let n = MODES * nodes.all();

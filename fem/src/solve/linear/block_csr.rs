@@ -1,4 +1,4 @@
-//! Sparse matrices of small dense blocks, row by row.
+//! Block-sparse matrices in compressed row storage.
 
 use rayon::prelude::*;
 
@@ -11,7 +11,7 @@ pub(super) struct BlockCsr<T, const R: usize, const C: usize> {
     pub(super) block: Vec<[[T; C]; R]>,
 }
 
-/// Block rows that a task works on.
+/// Number of block rows per task.
 const ROWS: usize = 512;
 
 impl<T: Copy, const R: usize, const C: usize> BlockCsr<T, R, C> {
@@ -19,7 +19,7 @@ impl<T: Copy, const R: usize, const C: usize> BlockCsr<T, R, C> {
         self.start.len() - 1
     }
 
-    /// (column, block) of a row.
+    /// Iterates over the entries of a row: (column, block).
     pub(super) fn row(&self, row: usize) -> impl Iterator<Item = (usize, &[[T; C]; R])> {
         let range = self.start[row] as usize..self.start[row + 1] as usize;
         self.column[range.clone()].iter().map(|&c| c as usize).zip(&self.block[range])
@@ -81,7 +81,7 @@ impl<const R: usize, const C: usize> BlockCsr<f64, R, C> {
         product
     }
 
-    /// The product with all blocks zero.
+    /// Returns the sparsity structure of the product, with zero blocks.
     fn structure_of_product<const K: usize>(
         &self,
         other: &BlockCsr<f64, C, K>,
@@ -91,7 +91,7 @@ impl<const R: usize, const C: usize> BlockCsr<f64, R, C> {
             .into_par_iter()
             .map(|first| {
                 let (mut ends, mut column) = (Vec::new(), Vec::new());
-                // the last row that has the column
+                // number of the last row in which each column occurred
                 let mut seen = vec![usize::MAX; other.columns];
                 for row in first..self.rows().min(first + ROWS) {
                     for (middle, _) in self.row(row) {
@@ -118,7 +118,7 @@ impl<const R: usize, const C: usize> BlockCsr<f64, R, C> {
         BlockCsr { columns: other.columns, start, column, block }
     }
 
-    /// The same in single precision.
+    /// Converts to single precision.
     pub(super) fn narrow(&self) -> BlockCsr<f32, R, C> {
         BlockCsr {
             columns: self.columns,
@@ -128,7 +128,7 @@ impl<const R: usize, const C: usize> BlockCsr<f64, R, C> {
         }
     }
 
-    /// The first rows alone.
+    /// Returns the first `rows` rows.
     pub(super) fn first_rows(&self, rows: usize) -> Self {
         let end = self.start[rows] as usize;
         Self {
@@ -139,7 +139,7 @@ impl<const R: usize, const C: usize> BlockCsr<f64, R, C> {
         }
     }
 
-    /// The diagonal block of a row.
+    /// Returns the diagonal block of a row, if the row has one.
     pub(super) fn diagonal(&self, row: usize) -> Option<&[[f64; C]; R]> {
         self.row(row).find(|(c, _)| *c == row).map(|(_, b)| b)
     }
@@ -185,8 +185,8 @@ fn add_product<const R: usize, const C: usize, const K: usize>(
     }
 }
 
-/// The inverse of a small symmetric block by elimination with pivots; a vanishing pivot's row and
-/// column become zero, so that its unknown is left alone.
+/// Returns the inverse of a small symmetric block, by elimination with diagonal pivots. If a pivot vanishes, its row
+/// and column of the inverse are zero, so that the corresponding unknown does not change.
 pub(super) fn inverse<const R: usize>(block: &[[f64; R]; R]) -> [[f64; R]; R] {
     let size = block.iter().flatten().fold(0.0f64, |m, x| m.max(x.abs()));
     let mut a = *block;

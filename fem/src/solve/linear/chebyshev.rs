@@ -1,4 +1,4 @@
-//! Chebyshev smoothing of a matrix A whose residuals are scaled by D⁻¹, the inverse of its diagonal.
+//! Chebyshev smoother for a matrix A, with residuals scaled by D⁻¹, the inverse of its (block) diagonal.
 //!
 //! Reference: Adams, Brezina, Hu & Tuminaro, J. Comput. Phys. 188 (2003) 593,
 //! doi:10.1016/S0021-9991(03)00194-3.
@@ -14,16 +14,16 @@ use super::block_csr::{BlockCsr, inverse};
 use super::vector::{CHUNK, by_node};
 use crate::parallel::Halo;
 
-/// The smoother acts on eigenvalues above this share of the largest.
+/// The smoother reduces error components whose eigenvalues exceed this fraction of the largest eigenvalue.
 const SHARE: f64 = 0.1;
 const LANCZOS_STEPS: usize = 12;
-/// Lanczos' iteration stays below the largest eigenvalue.
+/// Safety factor of the largest eigenvalue, because Lanczos' iteration underestimates it.
 const MARGIN: f64 = 1.1;
 
-/// Improves x towards A x = b by a polynomial of the given degree.
+/// Improves the approximate solution x of A x = b by a polynomial of the given degree.
 ///
-/// `residual` holds b − A x, and afterwards no longer does; `step` is as long, whatever it holds;
-/// `subtract(x, y)` is y ← y − A x and `scale(node, r)` the node's part of D⁻¹ r.
+/// On input, `residual` is b − A x; its content is destroyed. `step` is a work vector of the same length.
+/// `subtract(x, y)` computes y ← y − A x, and `scale(node, r)` returns the values of D⁻¹ r at a node.
 pub(super) fn smooth<T: RealField + Copy, const R: usize>(
     largest: f64,
     degree: usize,
@@ -50,7 +50,7 @@ pub(super) fn smooth<T: RealField + Copy, const R: usize>(
     }
 }
 
-/// (momentum, weight) of each step: d ← momentum d + weight D⁻¹ r.
+/// Returns (momentum, weight) for each step: d ← momentum d + weight D⁻¹ r.
 pub(super) fn coefficients(largest: f64, degree: usize) -> impl Iterator<Item = (f64, f64)> {
     let (low, high) = (SHARE * largest, largest);
     let (centre, half) = (0.5 * (high + low), 0.5 * (high - low));
@@ -65,11 +65,12 @@ pub(super) fn coefficients(largest: f64, degree: usize) -> impl Iterator<Item = 
     std::iter::once((0.0, 1.0 / centre)).chain(later)
 }
 
-/// An upper bound of the eigenvalues of D⁻¹ A on so many nodes, by Lanczos' iteration in the inner product of D;
-/// the functions are those of [`smooth`].
+/// Returns an upper bound of the eigenvalues of D⁻¹ A on `nodes` nodes, by Lanczos' iteration in the inner product of
+/// D. The functions are those of [`smooth`].
 ///
-/// A few large eigenvalues apart from the others, as damage makes them, are found in these few steps; a power
-/// iteration would need as many more as the mesh has nodes, and what is missed a Chebyshev polynomial blows up.
+/// Damage causes a few large, isolated eigenvalues. Lanczos' iteration finds them in these few steps; a power
+/// iteration would need a number of steps that grows with the number of nodes, and a Chebyshev polynomial amplifies
+/// components above the bound.
 pub(super) fn largest_eigenvalue<T: RealField + Pod + Into<f64>, const R: usize>(
     halo: &Halo,
     nodes: usize,
@@ -92,7 +93,7 @@ pub(super) fn largest_eigenvalue<T: RealField + Pod + Into<f64>, const R: usize>
         halo.ranks().sum(&mut sum);
         sum[0]
     };
-    // any start that is not orthogonal to the rough vectors; no random numbers needed
+    // the start vector must not be orthogonal to the rough eigenvectors; it is deterministic
     let start = |node, k| convert((((node * R + k) as f64) * 1.7 + 0.3).sin());
     let of_node = |node| std::array::from_fn(|k| start(node, k));
     let mut d: Vec<[T; R]> = (0..nodes).into_par_iter().with_min_len(CHUNK).map(of_node).collect();
@@ -124,7 +125,7 @@ pub(super) fn largest_eigenvalue<T: RealField + Pod + Into<f64>, const R: usize>
     }
 }
 
-/// The tridiagonal matrix that Lanczos' iteration makes, whose largest eigenvalue nears that of D⁻¹ A.
+/// Tridiagonal matrix of Lanczos' iteration; its largest eigenvalue converges to that of D⁻¹ A.
 #[derive(Debug, Default)]
 pub(super) struct Lanczos {
     diagonal: Vec<f64>,
@@ -132,13 +133,13 @@ pub(super) struct Lanczos {
 }
 
 impl Lanczos {
-    /// Whether the next vector, of this size, brings nothing more.
+    /// Whether the iteration is complete, given the norm `size` of the next vector.
     pub(super) fn is_done(&self, size: f64) -> bool {
         size.is_nan() || size == 0.0 || self.diagonal.len() == LANCZOS_STEPS
     }
 
-    /// Takes in a vector of size `size` before it was made one of size one, and its product with A by itself. Gives
-    /// the share of the vector before in the next one.
+    /// Adds a vector with norm `size` before normalisation, and its product vᵀ A v. Returns the coefficient of the
+    /// previous vector in the next one.
     pub(super) fn push(&mut self, size: f64, product: f64) -> f64 {
         let first = self.diagonal.is_empty();
         self.diagonal.push(product);
@@ -149,7 +150,7 @@ impl Lanczos {
         size
     }
 
-    /// The bound of the eigenvalues.
+    /// Returns the upper bound of the eigenvalues.
     pub(super) fn bound(&self) -> f64 {
         if self.diagonal.is_empty() {
             return MARGIN;
@@ -166,7 +167,7 @@ impl Lanczos {
     }
 }
 
-/// The diagonal blocks of a matrix of which every rank has a part.
+/// Returns the diagonal blocks of a matrix that is distributed over the ranks.
 pub(super) fn diagonal_blocks<const R: usize>(
     matrix: &BlockCsr<f64, R, R>,
     halo: &Halo,
@@ -177,12 +178,12 @@ pub(super) fn diagonal_blocks<const R: usize>(
     blocks
 }
 
-/// An assembled matrix in single precision, or this rank's part of it, with what its smoother needs.
+/// Assembled matrix in single precision, or this rank's part of it, with the data of its smoother.
 #[derive(Debug)]
 pub(super) struct Chebyshev<const R: usize> {
     pub(super) matrix: BlockCsr<f32, R, R>,
     pub(super) inverse: Vec<[[f32; R]; R]>,
-    /// Upper bound of the eigenvalues of D⁻¹ A, with its diagonal blocks D.
+    /// Upper bound of the eigenvalues of D⁻¹ A, where D contains the diagonal blocks of A.
     pub(super) largest: f64,
     halo: Arc<Halo>,
 }
@@ -215,7 +216,7 @@ impl<const R: usize> Chebyshev<R> {
         std::array::from_fn(|i| (0..R).map(|j| inverse[i][j] * r[j]).sum())
     }
 
-    /// As [`smooth`] does.
+    /// Smooths as the function [`smooth`] does.
     pub(super) fn smooth(&self, degree: usize, residual: &mut [[f32; R]], x: &mut [[f32; R]]) {
         let subtract = |x: &[_], y: &mut [_]| self.subtract(x, y);
         let scale = |row, r: &[f32; R]| self.scale(row, r);

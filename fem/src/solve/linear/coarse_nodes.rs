@@ -1,22 +1,22 @@
-//! The nodes of a coarse level, on all ranks.
+//! Numbering of the nodes of a coarse level over all ranks.
 
 use std::sync::Arc;
 
 use super::block_csr::BlockCsr;
 use crate::parallel::{Halo, Ranks};
 
-/// Which coarse nodes a rank has: its own ones first, then those of others that its rows refer to, both in
-/// increasing order of their numbers over all ranks.
+/// Coarse nodes on this rank: first the rank's own nodes, then the nodes of other ranks to which its rows refer. Both
+/// are sorted by their numbers over all ranks.
 #[derive(Debug)]
 pub(super) struct CoarseNodes {
-    /// Where those of each rank begin, and where the last ones end.
+    /// First node number of each rank; the last entry is the number of all nodes.
     pub(super) first: Vec<usize>,
-    /// The numbers of the others.
+    /// Numbers (over all ranks) of the nodes of other ranks.
     ghosts: Vec<u32>,
     pub(super) halo: Arc<Halo>,
 }
 
-/// Where the numbers of each rank begin that has so many of its own.
+/// Returns the first number of each rank, and the total. `own` is the number of nodes of this rank.
 pub(super) fn first_numbers(ranks: &Ranks, own: usize) -> Vec<usize> {
     let mut first = vec![0];
     for count in ranks.gather(&[own as u64]) {
@@ -26,7 +26,7 @@ pub(super) fn first_numbers(ranks: &Ranks, own: usize) -> Vec<usize> {
 }
 
 impl CoarseNodes {
-    /// Those that the columns of `rows` refer to, beside the rank's own ones.
+    /// Creates the numbering: the rank's own nodes, and the nodes of other ranks that occur in the columns of `rows`.
     pub(super) fn new<const R: usize, const C: usize>(
         ranks: &Ranks,
         first: Vec<usize>,
@@ -41,7 +41,7 @@ impl CoarseNodes {
         Self { first, ghosts, halo }
     }
 
-    /// On all ranks.
+    /// Number of nodes on all ranks.
     pub(super) fn all(&self) -> usize {
         self.first[self.first.len() - 1]
     }
@@ -51,7 +51,7 @@ impl CoarseNodes {
         self.first[rank]..self.first[rank + 1]
     }
 
-    /// The same rows with the numbers of this rank.
+    /// Converts the column numbers of `rows` from numbers over all ranks to numbers of this rank.
     pub(super) fn localise<const R: usize, const C: usize>(
         &self,
         rows: BlockCsr<f64, R, C>,
@@ -65,7 +65,7 @@ impl CoarseNodes {
         BlockCsr { columns: own.len() + self.ghosts.len(), column, ..rows }
     }
 
-    /// The numbers over all ranks of those that this rank has.
+    /// Returns the numbers over all ranks of the nodes on this rank.
     pub(super) fn numbers(&self) -> Vec<u32> {
         self.own().map(|number| number as u32).chain(self.ghosts.iter().copied()).collect()
     }

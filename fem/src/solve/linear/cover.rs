@@ -2,10 +2,11 @@
 
 const FREE: u32 = u32::MAX;
 
-/// Left and right vertices that touch every edge, as few as possible.
+/// Returns the smallest set of left and right vertices that covers every edge.
 ///
-/// `edges[l]` are the right neighbours of left vertex l. By König's theorem a maximum matching
-/// yields them: (L ∖ Z) ∪ (R ∩ Z), with Z what alternating paths reach from the unmatched left.
+/// `edges[l]` contains the right neighbours of left vertex l. By König's theorem, the cover follows from a maximum
+/// matching: (L ∖ Z) ∪ (R ∩ Z), where Z is the set of vertices that alternating paths reach from unmatched left
+/// vertices.
 pub(super) fn vertex_cover(edges: &[Vec<u32>], right: usize) -> (Vec<usize>, Vec<usize>) {
     let mut of_left = vec![FREE; edges.len()];
     let mut of_right = vec![FREE; right];
@@ -43,8 +44,8 @@ pub(super) fn vertex_cover(edges: &[Vec<u32>], right: usize) -> (Vec<usize>, Vec
     )
 }
 
-/// Looks for an alternating path from the unmatched `root` to an unmatched right vertex, and flips
-/// it. `seen[r]` is the root whose search came through r, so that it needs no clearing.
+/// Searches for an alternating path from the unmatched left vertex `root` to an unmatched right vertex, and flips it.
+/// `seen[r]` is the root of the last search that visited r, so that `seen` need not be cleared.
 fn augment(
     root: u32,
     edges: &[Vec<u32>],
@@ -52,7 +53,7 @@ fn augment(
     of_right: &mut [u32],
     seen: &mut [u32],
 ) {
-    // (left vertex, the next of its edges to try)
+    // (left vertex, index of the next edge to try)
     let mut path: Vec<(u32, usize)> = vec![(root, 0)];
     while let Some(&mut (l, ref mut next)) = path.last_mut() {
         let Some(&r) = edges[l as usize].get(*next) else {

@@ -1,10 +1,9 @@
-//! Sparse symmetric factorisation by faer, one thread, as preconditioner of a Krylov method.
+//! Sparse symmetric factorisation by faer, on one thread, as preconditioner of a Krylov method.
 //!
-//! The factor is L D Lᵀ without pivoting in single precision, which is half the memory and half
-//! the time; conjugate gradients on the tangent in double precision make up for both the rounding
-//! and the age of the factor. GMRES takes over where the tangent is not positive definite. A fresh
-//! factor that is not good enough is made again in double precision, with Bunch–Kaufman pivoting
-//! inside the supernodes.
+//! The factor is L D Lᵀ without pivoting in single precision, which needs half the memory and half the time.
+//! Conjugate gradients on the tangent in double precision correct for rounding and for an outdated factor. GMRES is
+//! used if the tangent is not positive definite. If a fresh factor is not accurate enough, a new one is computed in
+//! double precision, with Bunch–Kaufman pivoting inside the supernodes.
 
 use std::sync::Arc;
 
@@ -15,15 +14,16 @@ use super::{LinearEffort, LinearSolver, Singular};
 use crate::material::Inverted;
 use crate::operator::{Coupling, Increment, Operator, Pattern, Tangent};
 
-/// Iterations after which an old factor is given up, and a fresh one judged not good enough.
+/// `WORN`: number of iterations after which an old factor is replaced. `POOR`: number of iterations after which a
+/// fresh factor is replaced by one with pivoting.
 const WORN: u32 = 12;
 const POOR: u32 = 30;
-/// Iterations that cost as much as a factor does: from three thousand unknowns to twenty thousand.
+/// Cost of a factorisation in iterations, measured from three thousand to twenty thousand unknowns.
 const FACTOR_IN_ITERATIONS: f64 = 20.0;
-/// Residual of a solution that is accepted although the tolerance was not reached.
+/// Largest relative residual of a solution that is accepted although it has not reached the tolerance.
 const USELESS: f64 = 1e-3;
 
-/// A tangent with a factor of it or of an earlier one.
+/// Tangent with a factor of the same or of an earlier tangent.
 pub(crate) struct Direct<'a> {
     operator: &'a dyn Operator,
     symbolic: Arc<Symbolic>,
@@ -32,17 +32,17 @@ pub(crate) struct Direct<'a> {
     weight: Vec<Nodal>,
     coupling: Coupling,
     factor: Factor,
-    /// Whether it has to be made anew before it is used.
+    /// Whether the factor must be recomputed before it is used.
     worn: bool,
-    /// Iterations that the factor took for a digit when it was fresh, and those that its age has cost
-    /// since.
+    /// `at_first`: iterations per digit when the factor was fresh. `excess`: additional iterations since then, caused
+    /// by the age of the factor.
     at_first: f64,
     excess: f64,
-    /// Whether the factor is that of the tangent.
+    /// Whether the factor belongs to the current tangent.
     fresh: bool,
-    /// Whether this tangent needs a factor with pivots.
+    /// Whether the current tangent needs a factor with pivoting.
     pivots: bool,
-    /// Whether conjugate gradients may be tried: no negative curvature of this tangent was met.
+    /// Whether conjugate gradients can be used: no negative curvature has occurred with the current tangent.
     definite: bool,
 }
 
@@ -83,7 +83,7 @@ impl<'a> Direct<'a> {
         (self.worn, self.fresh) = (false, true);
     }
 
-    /// Gives the factor up once its age has cost as much as a new one.
+    /// Marks the factor as worn once its age has cost as many iterations as a new factor.
     fn age(&mut self, iterations: u32, tolerance: f64) {
         let (iterations, digits) = (f64::from(iterations), -tolerance.log10());
         if self.fresh {
@@ -106,7 +106,7 @@ impl<'a> Direct<'a> {
             mask(free, y);
         };
         let mut memory = factor.memory(symbolic, 1);
-        // the factor may be that of a tangent with other values constrained
+        // the factor may belong to a tangent with another active set
         let mut precondition = |x: &[Nodal], y: &mut [Nodal]| {
             factor.apply(symbolic, &mut memory, &[x], &mut [&mut *y]);
             mask(free, y);
@@ -169,7 +169,7 @@ impl LinearSolver for Direct<'_> {
                 self.pivots = true;
             }
             self.worn = true;
-            // negative curvature may have been the old factor's
+            // the negative curvature may have been caused by the old factor
             self.definite = self.tangent.symmetric;
         }
     }

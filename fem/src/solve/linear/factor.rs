@@ -1,4 +1,4 @@
-//! The structure of the matrix, and its factor with and without pivots.
+//! Sparsity structure of the matrix, and its factor with and without pivoting.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::perm::PermRef;
@@ -14,21 +14,21 @@ use super::vector::Nodal;
 use crate::error::FemError;
 use crate::operator::{Graph, NONE, Tangent, Unknowns};
 
-/// The structure of matrix and factor: shared by all steps and all runs on a discretisation.
+/// Structure of the matrix and of its factor, shared by all steps and all runs on a discretisation.
 #[derive(Debug)]
 pub(crate) struct Symbolic {
     /// (node, component) of each equation.
     value_of: Vec<(u32, u32)>,
-    /// The lower triangle, column by column.
+    /// Row indices of the lower triangle, column by column.
     start: Vec<u32>,
     row: Vec<u32>,
-    /// Where the entries are in the blocks of the tangent, as 16 × block + 4 × i + j.
+    /// Positions of the entries in the blocks of the tangent, as 16 × block + 4 × i + j.
     source: Vec<u32>,
     factor: SymbolicCholesky<u32>,
 }
 
 impl Symbolic {
-    /// The structure for unknowns that are numbered in a fill-reducing order.
+    /// Computes the structure. The unknowns must be numbered in a fill-reducing order.
     pub(crate) fn new(graph: &Graph, unknowns: &Unknowns) -> Result<Self, FemError> {
         let n = unknowns.count;
         let mut value_of = vec![(0, 0); n];
@@ -58,7 +58,7 @@ impl Symbolic {
         let failed = |error| FemError::factorisation(n, error);
         let lower = SymbolicSparseColMatRef::new_checked(n, n, &start, None, &row);
         let upper = lower.transpose().to_col_major().map_err(failed)?;
-        // supernodes even where they do not pay, since only they can be factorised with pivots
+        // always use supernodes, even if they are slower, because only supernodal factors support pivoting
         let params = CholeskySymbolicParams {
             supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
             ..Default::default()
@@ -73,7 +73,7 @@ impl Symbolic {
         Ok(Self { value_of, start, row, source, factor })
     }
 
-    /// Entries of the factor.
+    /// Returns the number of entries of the factor.
     pub(crate) fn fill(&self) -> usize {
         self.factor.len_val()
     }
@@ -82,7 +82,8 @@ impl Symbolic {
         self.value_of.len()
     }
 
-    /// The matrix in the factor's precision; constrained unknowns are replaced by a unit equation.
+    /// Returns the entries of the matrix, converted by `from`. The equations of constrained unknowns are replaced by
+    /// unit equations.
     pub(super) fn entries<T>(
         &self,
         tangent: &Tangent,
@@ -116,7 +117,7 @@ impl Symbolic {
     }
 }
 
-/// A factor, by how it was made.
+/// Factor of the matrix, by method.
 pub(super) enum Factor {
     Absent,
     /// L D Lᵀ without pivots in single precision.
@@ -131,7 +132,8 @@ pub(super) enum Factor {
 }
 
 impl Factor {
-    /// Without pivots, in the memory of an earlier factor; [`Absent`](Self::Absent) at a zero pivot.
+    /// Factorises without pivoting, in the memory of an earlier factor; returns [`Absent`](Self::Absent) at a zero
+    /// pivot.
     pub(super) fn single(self, symbolic: &Symbolic, tangent: &Tangent, free: &[[bool; 4]]) -> Self {
         let mut values = if let Factor::Single(values) = self { values } else { Vec::new() };
         let (factor, entries) = (&symbolic.factor, symbolic.entries(tangent, free, |x| x as f32));
@@ -150,7 +152,7 @@ impl Factor {
         if done.is_ok() { Factor::Single(values) } else { Factor::Absent }
     }
 
-    /// With pivots.
+    /// Factorises with pivoting.
     pub(super) fn pivoted(symbolic: &Symbolic, tangent: &Tangent, free: &[[bool; 4]]) -> Self {
         let (n, factor) = (symbolic.size(), &symbolic.factor);
         let entries = symbolic.entries(tangent, free, |x| x);
@@ -172,7 +174,7 @@ impl Factor {
         Factor::Pivoted { values, subdiagonal, forward, inverse }
     }
 
-    /// What [`apply`](Self::apply) works in, for so many vectors.
+    /// Allocates the work memory of [`apply`](Self::apply) for the given number of vectors.
     pub(super) fn memory(&self, symbolic: &Symbolic, vectors: usize) -> MemBuffer {
         let structure = &symbolic.factor;
         MemBuffer::new(match self {
@@ -181,7 +183,7 @@ impl Factor {
         })
     }
 
-    /// y = M⁻¹ x for nodal vectors, which read the factor together.
+    /// y = M⁻¹ x for several nodal vectors, so that the factor is read from memory only once.
     pub(super) fn apply(
         &self,
         symbolic: &Symbolic,
@@ -196,7 +198,7 @@ impl Factor {
         match self {
             Factor::Absent => {}
             Factor::Single(values) => {
-                // the factor is linear: a right-hand side of size one stays clear of overflow
+                // the factor is linear: scale the right-hand side to size one to avoid overflow in single precision
                 let scale = |x: &&[Nodal]| {
                     let size = x.as_flattened().iter().fold(0.0f64, |m, v| m.max(v.abs()));
                     if size > 0.0 { 1.0 / size } else { 1.0 }

@@ -1,5 +1,5 @@
-//! Block preconditioner of the four fields: multigrid for the displacement, Chebyshev steps for
-//! the damage, whose block is mostly mass. Positive definite where both blocks are.
+//! Block preconditioner of displacement and damage: multigrid for the displacement, Chebyshev steps for the damage,
+//! whose block is dominated by its mass matrix. Positive definite if both blocks are.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ use super::vector::{CHUNK, Nodal, by_node, largest};
 use crate::operator::Tangent;
 use crate::parallel::{Halo, Ranks};
 
-/// Degree of the polynomial in the damage block.
+/// Degree of the Chebyshev polynomial for the damage block.
 pub(super) const DEGREE: usize = 4;
 
 #[derive(Debug)]
@@ -23,7 +23,7 @@ pub(super) struct FieldSplit {
 }
 
 impl FieldSplit {
-    /// Of this rank's part of the tangent, on its vertices.
+    /// Creates the preconditioner from this rank's part of the tangent on its vertices.
     pub(super) fn new(
         tangent: &Tangent,
         points: &[[f64; 3]],
@@ -56,7 +56,8 @@ impl FieldSplit {
     }
 }
 
-/// The fields from `first` on in single precision, and their scale.
+/// Returns the components from `first` to `first + R − 1` in single precision, divided by their largest absolute
+/// value, and this value.
 fn narrow<const R: usize>(r: &[Nodal], first: usize, ranks: &Ranks) -> (f64, Vec<[f32; R]>) {
     let of_node = |r: &Nodal| r[first..first + R].iter().fold(0.0f64, |m, v| m.max(v.abs()));
     let mut most = [largest(r, of_node)];
@@ -66,8 +67,8 @@ fn narrow<const R: usize>(r: &[Nodal], first: usize, ranks: &Ranks) -> (f64, Vec
     (scale, by_node(r, part))
 }
 
-/// The block of the fields from `first` on; constrained values get a unit row and column from the rank that
-/// they belong to.
+/// Returns the block of the components from `first` to `first + R − 1`. Constrained values get a unit row and column
+/// on the rank that owns them.
 fn fields<const R: usize>(
     tangent: &Tangent,
     free: &[[bool; 4]],

@@ -1,7 +1,7 @@
 //! Krylov methods with multigrid, for systems whose factor would be too large.
 //!
-//! Linear elements: the assembled tangent, preconditioned field by field. Quadratic elements: the
-//! matrix-free tangent with the assembled one of the linear functions below it.
+//! Linear elements use the assembled tangent, preconditioned field by field. Quadratic elements use the matrix-free
+//! tangent; the assembled tangent of the linear shape functions is the next coarser level.
 
 use std::sync::Arc;
 
@@ -17,31 +17,31 @@ use crate::operator::{Coupling, Increment, Operator, Tangent};
 use crate::parallel::Halo;
 
 const LIMIT: u32 = 300;
-/// A hierarchy is made again when a solution takes this many times the iterations of the first.
+/// The hierarchy is recomputed if a solution takes this multiple of the iterations of the first solution.
 const WORN: f64 = 1.6;
-/// Residual that a solution may have kept when the iterations are used up.
+/// Largest relative residual of a solution that is accepted at the limit of iterations.
 const USELESS: f64 = 0.1;
 
 pub(crate) struct Iterative<'a> {
     operator: &'a dyn Operator,
     /// Vertices of the mesh.
     points: Arc<Vec<[f64; 3]>>,
-    /// The tangent of the linear functions.
+    /// Tangent of the linear shape functions.
     tangent: Tangent,
     quadratic: Option<QuadraticLevel>,
-    /// Where the iterations are done, if not here.
+    /// Device that runs the iterations; `None`: the processor.
     device: Option<OnDevice>,
-    /// Why the device is no longer used.
+    /// Error because of which the device is no longer used.
     lost: Option<DeviceError>,
     split: Option<FieldSplit>,
-    /// Whether the hierarchy is that of the current tangent.
+    /// Whether the hierarchy belongs to the current tangent.
     fresh: bool,
-    /// Iterations of the first solution with the hierarchy.
+    /// Number of iterations of the first solution with the hierarchy.
     first: Option<u32>,
     free: Vec<[bool; 4]>,
     weight: Vec<Nodal>,
     coupling: Coupling,
-    /// Whether conjugate gradients may be tried: no negative curvature of this tangent was met.
+    /// Whether conjugate gradients can be used: no negative curvature has occurred with the current tangent.
     definite: bool,
 }
 
@@ -69,8 +69,8 @@ impl<'a> Iterative<'a> {
         }
     }
 
-    /// The same with iterations on a device, which applies the product of the level; or here if it cannot
-    /// be used.
+    /// Moves the iterations to a device, which also applies the product of the quadratic level. If the device cannot
+    /// be used, the processor runs the iterations.
     pub(super) fn on_device(mut self, device: Result<OnDevice, DeviceError>) -> Self {
         match device {
             Ok(device) => self.device = Some(device),
@@ -79,8 +79,8 @@ impl<'a> Iterative<'a> {
         self
     }
 
-    /// Does something on the device, if there is one. A device that fails is given up, and its hierarchy with
-    /// it: the processor goes on.
+    /// Runs `work` on the device, if there is one. After an error, the device and its hierarchy are discarded, and
+    /// the processor continues.
     fn attempt<T>(
         &mut self,
         work: impl FnOnce(&mut OnDevice, &mut QuadraticLevel) -> Result<T, DeviceError>,
@@ -97,7 +97,7 @@ impl<'a> Iterative<'a> {
     }
 
     fn renew(&mut self) {
-        // the old hierarchy goes first, so that two never stand side by side
+        // drop the old hierarchy first, so that two hierarchies are never in memory
         self.split = None;
         if let Some(quadratic) = &mut self.quadratic {
             quadratic.add_linear(&mut self.tangent);
@@ -124,7 +124,7 @@ impl<'a> Iterative<'a> {
             let ending = self
                 .attempt(|device, level| device.krylov(level, &mut definite, right, step, limits));
             self.definite = definite;
-            // the processor makes a hierarchy of its own where the device has failed
+            // after a failure of the device, the processor computes its own hierarchy
             self.fresh &= ending.is_some();
             let failed = Ending { stop: Stop::Broken, iterations: 0, residual: 1.0 };
             return ending.unwrap_or(failed);
@@ -153,13 +153,13 @@ impl<'a> Iterative<'a> {
     }
 }
 
-/// y = A x of an assembled tangent, of which every rank has a part.
+/// y = A x for an assembled tangent that is distributed over the ranks.
 fn multiply(tangent: &Tangent, halo: &Halo, x: &[Nodal], y: &mut [Nodal]) {
     tangent.multiply(x, y);
     halo.complete(y);
 }
 
-/// z ≈ A⁻¹ r by one cycle through the levels.
+/// z ≈ A⁻¹ r by one cycle through all levels.
 fn cycle(
     quadratic: Option<&mut QuadraticLevel>,
     split: &FieldSplit,

@@ -1,8 +1,8 @@
-//! Krylov methods on nodal vectors, wherever these are, started from zero.
+//! Krylov methods on nodal vectors in any memory, with initial solution zero.
 //!
-//! - conjugate gradients: symmetric positive definite (Hestenes & Stiefel 1952,
+//! - conjugate gradients for symmetric positive definite matrices (Hestenes & Stiefel 1952,
 //!   doi:10.6028/jres.049.044), flexible (Notay 2000, doi:10.1137/S1064827599362314);
-//! - flexible GMRES with restarts: anything (Saad 1993, doi:10.1137/0914028).
+//! - flexible GMRES with restarts for all other matrices (Saad 1993, doi:10.1137/0914028).
 
 use std::borrow::BorrowMut;
 
@@ -11,52 +11,51 @@ use super::vector::Vectors;
 /// y = f(x).
 pub(super) type Map<'a, V> = dyn FnMut(&<V as Vectors>::Vector, &mut <V as Vectors>::Vector) + 'a;
 
-/// A linear system without its right-hand side; vectors are zero in constrained values.
+/// Linear system without its right-hand side. Vectors are zero in constrained values.
 pub(super) struct System<'a, V: Vectors> {
     pub(super) vectors: &'a V,
     pub(super) apply: &'a mut Map<'a, V>,
     pub(super) precondition: &'a mut Map<'a, V>,
-    /// 1/|A_ii|, the weight of the norm in which residuals are measured, so that forces and damage
-    /// count alike.
+    /// 1/|A_ii|, the weight of the residual norm, which makes forces and damage comparable.
     pub(super) weight: &'a V::Vector,
 }
 
 impl<V: Vectors> System<'_, V> {
-    /// The norm in which residuals are measured.
+    /// Returns the weighted norm of a residual.
     fn norm(&self, r: &V::Vector) -> f64 {
         self.vectors.weighted_dot(self.weight, r, r).sqrt()
     }
 }
 
-/// Why a method ended.
+/// Reason for which a method ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Stop {
     Converged,
-    /// As many iterations as were allowed.
+    /// The limit of iterations was reached.
     Limit,
-    /// A direction without positive curvature: matrix or preconditioner is not definite.
+    /// A direction had no positive curvature: the matrix or the preconditioner is not positive definite.
     Indefinite,
-    /// Not a number.
+    /// A value was not finite.
     Broken,
 }
 
-/// How a method ended.
+/// Result of a method.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ending {
     pub(super) stop: Stop,
     pub(super) iterations: u32,
-    /// Relative to the right-hand side, in the weighted norm.
+    /// Norm of the residual relative to that of the right-hand side, in the weighted norm.
     pub(super) residual: f64,
 }
 
 /// Iterations between restarts of GMRES.
 const RESTART: usize = 40;
-/// Least tolerance with which GMRES keeps its vectors in single precision, two an iteration of a large system
-/// being more than all else.
+/// Smallest tolerance for which GMRES stores its basis in single precision. The two stored vectors per iteration need
+/// more memory than anything else in a large system.
 const COARSE: f64 = 1e-4;
 
-/// Conjugate gradients while the tangent is `definite`, and GMRES from where it turns out not to be: it goes on
-/// with what they have reached.
+/// Solves by conjugate gradients while the tangent is `definite`. If negative curvature occurs, sets `definite` to
+/// false and continues with GMRES from the current solution.
 pub(super) fn solve<V: Vectors>(
     system: &mut System<V>,
     definite: &mut bool,
@@ -107,8 +106,8 @@ fn conjugate_gradients<V: Vectors>(
         if product <= 0.0 {
             return ending(Stop::Indefinite, iteration, residual);
         }
-        // z · (r − the r before) in place of z · r: the same for a linear preconditioner, and what keeps
-        // directions conjugate for one that rounds to single precision
+        // z·(r_k − r_{k−1}) instead of z·r_k: equal for a linear preconditioner, and keeps directions conjugate for a
+        // preconditioner that rounds to single precision
         let share = if iteration == 0 { 0.0 } else { -step * vectors.dot(q, z) / before };
         vectors.scale_and_add(p, share, z);
         (system.apply)(p, q);
@@ -131,11 +130,11 @@ fn conjugate_gradients<V: Vectors>(
     ending(Stop::Limit, limit, residual)
 }
 
-/// Where GMRES starts.
+/// Initial solution of GMRES.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Start {
     Zero,
-    /// At the x that is given, unless zero is nearer.
+    /// The given x, unless zero has a smaller residual.
     Given,
 }
 
@@ -168,7 +167,7 @@ fn gmres<V: Vectors>(
         vectors.add_scaled(r, 1.0, right);
         norm = size;
     }
-    // the true residual decides at the end, so that what is kept in single precision costs no digits
+    // the true residual decides convergence, so that a basis in single precision costs no accuracy
     let coarse = tolerance >= COARSE;
     let mut done = 0;
     while done < limit {
@@ -194,8 +193,8 @@ fn gmres<V: Vectors>(
     ending(Stop::Limit, done, norm / size)
 }
 
-/// Adds to x what at most `rounds` steps of GMRES make of a residual with this norm, fewer if that comes down to
-/// `target`; the number of steps, an error where something is not a number.
+/// Adds to x the correction of at most `rounds` GMRES steps for a residual of the given norm; stops early if the
+/// residual falls below `target`. Returns the number of steps; as an error if a value is not finite.
 fn arnoldi<V: Vectors>(
     system: &mut System<V>,
     residual: &V::Vector,
@@ -251,7 +250,7 @@ fn arnoldi<V: Vectors>(
     Ok(hessenberg.len() as u32)
 }
 
-/// y of R y = g, with the columns of R.
+/// Solves R y = g for y; R is given by columns.
 fn back_substitution(columns: &[Vec<f64>], g: &[f64]) -> Vec<f64> {
     let mut y = g[..columns.len()].to_vec();
     for j in (0..columns.len()).rev() {

@@ -28,11 +28,11 @@ use crate::operator::{Coupling, Increment};
 
 /// Solves A d = r with the consistent tangent A, on nodal values u_x, u_y, u_z, φ.
 ///
-/// What is expensive (a factor, a hierarchy) is kept from one tangent to the next and serves as
-/// preconditioner; the solver renews it where it no longer pays.
+/// Expensive parts (factor, hierarchy) are reused as preconditioner for later tangents. The solver renews them when a
+/// renewal saves time.
 pub(crate) trait LinearSolver: Send {
-    /// Takes over the tangent at an increment. `free` marks the values that are solved for; the
-    /// others keep d = 0.
+    /// Sets the tangent to that of an increment. `free` marks the values that are solved for; all other values have
+    /// d = 0.
     fn linearise(
         &mut self,
         increment: &Increment,
@@ -40,8 +40,8 @@ pub(crate) trait LinearSolver: Send {
         free: &[[bool; 4]],
     ) -> Result<(), Inverted>;
 
-    /// Solves until the residual is `tolerance` times that of d = 0, in the norm Σ r_i²/|A_ii|.
-    /// Entries of `right` at constrained values are not read.
+    /// Solves until the residual is at most `tolerance` times that of d = 0, in the norm Σ r_i²/|A_ii|. Entries of
+    /// `right` at constrained values are not read.
     fn solve(
         &mut self,
         right: &[Nodal],
@@ -49,23 +49,24 @@ pub(crate) trait LinearSolver: Send {
         tolerance: f64,
     ) -> Result<LinearEffort, Singular>;
 
-    /// z ≈ A⁻¹ r for several right-hand sides, zero in constrained values, by the factor or the hierarchy at
-    /// hand; returns how many of these had to be made.
+    /// z ≈ A⁻¹ r for several right-hand sides, zero in constrained values, by the current factor or hierarchy.
+    /// Returns the number of factors or hierarchies that had to be computed.
     fn precondition(&mut self, right: &[&[Nodal]], out: &mut [&mut [Nodal]]) -> u32;
 
-    /// y = A x with the rows and columns of all values, those of supports and bounds too.
+    /// y = A x with the rows and columns of all values, including constrained ones.
     fn multiply(&mut self, x: &[Nodal], y: &mut [Nodal]);
 
-    /// 1/|A_ii| of the values that are solved for, zero in the others: the weight of the norm.
+    /// Returns 1/|A_ii| for the values that are solved for, zero for all others: the weight of the norm.
     fn weight(&self) -> &[Nodal];
 
-    /// Iterations of the solution after which multigrid gives way to a factor; `None` while it does not.
+    /// Returns the iterations of the solution after which a factor replaces multigrid; `None` if multigrid is not
+    /// replaced.
     fn gave_way_after(&self) -> Option<u32> {
         None
     }
 
-    /// Uses a factor from the next tangent on, since an earlier solver of the run has come to that after a solution
-    /// of so many iterations.
+    /// Uses a factor from the next tangent on, because an earlier solver of the run replaced multigrid after a
+    /// solution with this number of iterations.
     fn give_way(&mut self, _iterations: u32) {}
 
     /// Whether the systems are solved on a device.
@@ -73,23 +74,23 @@ pub(crate) trait LinearSolver: Send {
         false
     }
 
-    /// Where the systems are solved, in words.
+    /// Describes the hardware that solves the systems, as text.
     fn machine(&self) -> String {
         "the processor".into()
     }
 }
 
-/// What a solution took.
+/// Work and accuracy of a solution.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct LinearEffort {
     /// Krylov iterations.
     pub(crate) iterations: u32,
-    /// Factorisations or hierarchies made.
+    /// Number of factorisations or hierarchies computed.
     pub(crate) renewals: u32,
     /// Residual reached, relative to that of d = 0.
     pub(crate) residual: f64,
 }
 
-/// No solver found a solution, and what the attempt took.
+/// Error of a system without solution, with the work of the attempt.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Singular(pub(crate) LinearEffort);

@@ -1,12 +1,12 @@
-//! The order of the nodes that keeps the factor sparse: geometric nested dissection.
+//! Fill-reducing order of the nodes: geometric nested dissection.
 //!
-//! A plane across the mesh parts the nodes; the fewest nodes whose removal cuts every edge across
-//! it are the separator, and come last. So again in both parts, down to a few nodes, which minimum
-//! degree puts in order. The unknowns of a node stay together.
+//! A plane divides the nodes into two parts. The separator is the smallest set of nodes whose removal cuts every edge
+//! across the plane; it is eliminated last. Both parts are divided recursively, down to small parts, which are
+//! ordered by minimum degree. The unknowns of a node stay together.
 //!
-//! References: George, SIAM J. Numer. Anal. 10 (1973) 345, doi:10.1137/0710032; the least
-//! separator of a cut is a vertex cover of a bipartite graph, found by a matching (Pothen & Fan,
-//! ACM Trans. Math. Softw. 16 (1990) 303, doi:10.1145/98267.98287).
+//! References: George, SIAM J. Numer. Anal. 10 (1973) 345, doi:10.1137/0710032; the smallest separator of a cut is a
+//! vertex cover of a bipartite graph, found by a matching (Pothen & Fan, ACM Trans. Math. Softw. 16 (1990) 303,
+//! doi:10.1145/98267.98287).
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::SymbolicSparseColMatRef;
@@ -16,12 +16,12 @@ use super::cover::vertex_cover;
 use crate::error::FemError;
 use crate::operator::Graph;
 
-/// Parts of this many nodes are not cut again.
+/// Largest number of nodes of a part that is not divided further.
 const LEAF: usize = 100;
-/// Where the planes are tried, as shares of the nodes on one side.
+/// Tried positions of the cutting planes, as fractions of the nodes on one side.
 const CUTS: [f64; 5] = [0.42, 0.46, 0.5, 0.54, 0.58];
 
-/// The nodes in the order of elimination.
+/// Returns the nodes in the order of elimination.
 pub(crate) fn nested_dissection(graph: &Graph, points: &[[f64; 3]]) -> Result<Vec<u32>, FemError> {
     let nodes = graph.nodes();
     let mut dissection =
@@ -38,9 +38,9 @@ const SEPARATOR: u8 = 3;
 struct Dissection<'a> {
     graph: &'a Graph,
     points: &'a [[f64; 3]],
-    /// Where a node of the part at hand is.
+    /// Side of the current cut on which each node lies.
     side: Vec<u8>,
-    /// Its number there.
+    /// Number of each node within its side.
     local: Vec<u32>,
     order: Vec<u32>,
 }
@@ -53,7 +53,7 @@ impl Dissection<'_> {
         let mut best: Option<(f64, [Vec<u32>; 3])> = None;
         for axis in 0..3 {
             let mut sorted = part.clone();
-            // ties along the axis are broken the same way everywhere, so that cuts are planes
+            // ties along the axis are broken by the other coordinates, so that cuts are planes
             let key = |n: u32| [0, 1, 2].map(|k| self.points[n as usize][(axis + k) % 3]);
             sorted.sort_unstable_by(|&a, &b| {
                 let (p, q) = (key(a), key(b));
@@ -87,7 +87,7 @@ impl Dissection<'_> {
         Ok(())
     }
 
-    /// The fewest nodes that part `sorted[..at]` from the rest.
+    /// Returns the smallest set of nodes that separates `sorted[..at]` from `sorted[at..]`.
     fn separator(&mut self, sorted: &[u32], at: usize) -> Vec<u32> {
         sorted[..at].iter().for_each(|&n| self.side[n as usize] = LEFT);
         sorted[at..].iter().for_each(|&n| self.side[n as usize] = RIGHT);
@@ -114,8 +114,8 @@ impl Dissection<'_> {
         chosen.chain(from_right.into_iter().map(|i| right[i])).collect()
     }
 
-    /// Approximate minimum degree (Amestoy, Davis & Duff, SIAM J. Matrix Anal. Appl. 17 (1996)
-    /// 886, doi:10.1137/S0895479894278952).
+    /// Orders a part by approximate minimum degree (Amestoy, Davis & Duff, SIAM J. Matrix Anal. Appl. 17 (1996) 886,
+    /// doi:10.1137/S0895479894278952).
     fn minimum_degree(&mut self, part: &[u32]) -> Result<(), FemError> {
         for (i, &n) in part.iter().enumerate() {
             self.side[n as usize] = LEFT;
@@ -138,7 +138,7 @@ impl Dissection<'_> {
     }
 }
 
-/// Approximate minimum degree on a graph in compressed rows.
+/// Returns the approximate minimum degree order of a graph in compressed rows.
 fn amd_order(nodes: usize, start: &[u32], row: &[u32]) -> Result<Vec<u32>, FemError> {
     let failed = |reason: String| FemError::factorisation(4 * nodes, reason);
     let graph = SymbolicSparseColMatRef::new_checked(nodes, nodes, start, None, row);

@@ -1,4 +1,4 @@
-//! The choice of a linear solver by size, and what all runs on a mesh share of it.
+//! Choice of the linear solver by size, and its data that all runs on a mesh share.
 
 use std::sync::Arc;
 
@@ -17,46 +17,47 @@ use crate::operator::{
 };
 use crate::solve::LinearScheme;
 
-/// Most unknowns of a factor: it has to fit into memory.
+/// Largest number of unknowns for a sparse factor; larger factors need too much memory.
 const DIRECT_UP_TO: usize = 70_000;
-/// The same without damage, where one factor serves a whole run: the tangent stays positive definite,
-/// which multigrid is made for.
+/// Largest number of unknowns for a sparse factor without damage. One factor serves a whole run then, but the tangent
+/// stays positive definite, which suits multigrid.
 const DIRECT_ELASTIC_UP_TO: usize = 30_000;
-/// Most entries of a factor, by unknown, with which a run with damage is faster than by multigrid on
-/// one thread: measured on cylinders with grains, where it is 5 000 unknowns. A plate has fewer entries.
+/// Largest number of factor entries per unknown for which a run with damage is faster with a factor than with
+/// multigrid on one thread. Measured on cylinders with grains, where it corresponds to 5 000 unknowns; a plate has
+/// fewer entries.
 const FILL: usize = 350;
-/// Vertices at the ends of the edges of a quadratic tetrahedron.
+/// Vertices at the ends of the six edges of a quadratic tetrahedron.
 const ENDS: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]];
 
-/// The linear solver of a discretisation: its structure, found once.
+/// Linear solver of a discretisation, with its structure.
 #[derive(Clone, Debug)]
 pub(crate) enum LinearPlan {
-    /// A sparse factor.
+    /// Sparse factor.
     Direct(FactorPlan),
-    /// Multigrid; the pattern is that of the linear functions.
+    /// Multigrid; `pattern` is the sparsity pattern of the linear shape functions.
     Multigrid {
         pattern: Arc<Pattern>,
         vertices: Arc<Vec<[f64; 3]>>,
-        /// The ends of the edge of each midpoint; empty for linear elements.
+        /// Vertices at the ends of the edge of each midpoint; empty for linear elements.
         parents: Arc<Vec<[u32; 2]>>,
-        /// Where the iterations are done, if not here.
+        /// Device that runs the iterations; `None`: the processor.
         device: Option<ComputeDevice>,
-        /// The factor that replaces it where it converges badly, if one fits into memory.
+        /// Factor that replaces multigrid if it converges badly; `None` if the factor would not fit into memory.
         factor: Option<FactorPlan>,
     },
 }
 
-/// The structure of a sparse factor.
+/// Structure of a sparse factor.
 #[derive(Clone, Debug)]
 pub(crate) struct FactorPlan {
     pattern: Arc<Pattern>,
-    /// Order of elimination of the nodes.
+    /// Nodes in the order of elimination.
     order: Arc<Vec<u32>>,
     symbolic: Arc<Symbolic>,
 }
 
 impl FactorPlan {
-    /// The same where other displacements are constrained, with its unknowns.
+    /// Returns the structure for other constrained displacements, with the unknowns.
     fn with_constrained(
         &self,
         damaged: &[bool],
@@ -69,8 +70,8 @@ impl FactorPlan {
 }
 
 impl LinearPlan {
-    /// Prepares the solver of a mesh; `damaged` marks the nodes that carry damage and `constrained` are
-    /// the prescribed displacements.
+    /// Prepares the solver of a mesh. `damaged` marks the nodes with damage; `constrained` lists the prescribed
+    /// displacements as (node, component).
     pub(crate) fn new<const N: usize>(
         tets: &[[u32; N]],
         points: &[[f64; 3]],
@@ -110,7 +111,7 @@ impl LinearPlan {
         Ok((plan, unknowns))
     }
 
-    /// The same solver where other displacements are constrained.
+    /// Returns the solver for other constrained displacements, with the unknowns.
     pub(crate) fn with_constrained(
         &self,
         damaged: &[bool],
@@ -132,7 +133,7 @@ impl LinearPlan {
         }
     }
 
-    /// Multigrid whatever the size.
+    /// Prepares multigrid, independent of the size of the mesh.
     pub(super) fn multigrid<const N: usize>(tets: &[[u32; N]], points: &[[f64; 3]]) -> Self {
         let corners: Vec<[u32; 4]> = tets.iter().map(|t| std::array::from_fn(|a| t[a])).collect();
         let vertices = corners.iter().flatten().max().map_or(0, |&n| n as usize + 1);
@@ -158,7 +159,7 @@ impl LinearPlan {
         matches!(self, Self::Multigrid { device: Some(_), .. })
     }
 
-    /// Entries of the factor; zero for an iterative solver.
+    /// Returns the number of entries of the factor; zero for an iterative solver.
     pub(crate) fn fill(&self) -> usize {
         match self {
             Self::Direct(FactorPlan { symbolic, .. }) => symbolic.fill(),
@@ -166,7 +167,7 @@ impl LinearPlan {
         }
     }
 
-    /// A solver of its own for a run.
+    /// Creates a solver for one run.
     pub(crate) fn solver<'a>(&self, operator: &'a dyn Operator) -> Box<dyn LinearSolver + 'a> {
         match self {
             Self::Direct(FactorPlan { pattern, symbolic, .. }) => {
@@ -206,7 +207,7 @@ impl LinearPlan {
     }
 }
 
-/// Unknowns in the order of the nodes.
+/// Numbers the unknowns in the order of the nodes.
 fn in_given_order(damaged: &[bool], constrained: impl Iterator<Item = (u32, usize)>) -> Unknowns {
     let order: Vec<u32> = (0..damaged.len() as u32).collect();
     Unknowns::new(&order, damaged, constrained)

@@ -1,5 +1,5 @@
-//! The level of quadratic elements above the linear ones: matrix-free, smoothed by Chebyshev
-//! polynomials of the tangent with its diagonal.
+//! Multigrid level of quadratic elements above the linear level: matrix-free, with Chebyshev smoothing by the
+//! diagonal of the tangent.
 
 use std::sync::Arc;
 
@@ -16,29 +16,30 @@ pub(super) const DEGREE: usize = 3;
 #[derive(Debug)]
 pub(super) struct QuadraticLevel {
     matrix: FreeTangent,
-    /// The vertices that each midpoint stands between; midpoints follow the vertices.
+    /// The two vertices of the edge of each midpoint. Midpoints are numbered after the vertices.
     parents: Arc<Vec<[u32; 2]>>,
-    /// The other way: where those of a vertex begin, and they themselves in increasing order.
+    /// Inverse of `parents`: offsets of each vertex into `children`, and the midpoints of each vertex in increasing
+    /// order.
     first_child: Vec<u32>,
     children: Vec<u32>,
     /// 1/|A_ii|, zero in constrained values.
     weight: Vec<Nodal>,
     /// Upper bound of the eigenvalues of the weighted tangent.
     largest: f64,
-    /// Vectors at work, kept since memory of their size is dear to get anew.
+    /// Work vectors, kept between calls because allocating them is slow.
     residual: Vec<Nodal>,
     step: Vec<Nodal>,
 }
 
-/// The tangent on the values that are not constrained.
+/// Tangent on the values that are not constrained.
 #[derive(Debug)]
 struct FreeTangent {
     product: Box<dyn Product>,
-    /// What contact adds at nodes.
+    /// Contributions of contact at nodes.
     contact: Vec<NodeBlock>,
     free: Vec<[bool; 4]>,
     part: Arc<Part>,
-    /// A x, while it is subtracted.
+    /// Work vector for A x in `subtract`.
     product_of_x: Vec<Nodal>,
 }
 
@@ -82,7 +83,7 @@ fn scaled(weight: &Nodal, r: &Nodal) -> Nodal {
 }
 
 impl QuadraticLevel {
-    /// A tangent of which `product` is what the elements of a part of the mesh give.
+    /// Creates the level. `product` applies the tangent of the elements of this part of the mesh.
     pub(super) fn new(
         product: Box<dyn Product>,
         parents: Arc<Vec<[u32; 2]>>,
@@ -116,7 +117,7 @@ impl QuadraticLevel {
         if self.matrix.part.ranks().any(sound.is_err()) { Err(Inverted) } else { Ok(()) }
     }
 
-    /// The product, and what contact adds to it.
+    /// Returns the product of the elements, without contact.
     pub(super) fn product(&mut self) -> &mut dyn Product {
         self.matrix.product.as_mut()
     }
@@ -129,7 +130,7 @@ impl QuadraticLevel {
         self.matrix.multiply(x, y);
     }
 
-    /// The same for all values, those that are constrained too.
+    /// y = A x for all values, including constrained ones.
     pub(super) fn multiply_whole(&mut self, x: &[Nodal], y: &mut [Nodal]) {
         self.matrix.multiply_whole(x, y);
     }
@@ -143,11 +144,11 @@ impl QuadraticLevel {
         diagonal
     }
 
-    /// The tangent of the level below, or this rank's part of it.
+    /// Computes the tangent of the linear level, or this rank's part of it.
     pub(super) fn add_linear(&mut self, out: &mut Tangent) {
         out.clear();
         self.matrix.product.add_linear(out);
-        // a midpoint's values are the mean of its vertices'
+        // the values of a midpoint are the mean of the values of its two vertices
         let vertices = out.pattern.graph.nodes();
         let halo = &self.matrix.part.halo;
         for (node, block) in self.matrix.contact.iter().filter(|(node, _)| halo.owns(*node)) {
@@ -169,13 +170,13 @@ impl QuadraticLevel {
         out.symmetric = self.symmetric();
     }
 
-    /// Whether contact on this rank leaves the tangent symmetric.
+    /// Whether the contributions of contact on this rank are symmetric.
     pub(super) fn symmetric(&self) -> bool {
         let even = |b: &[[f64; 3]; 3]| (0..3).all(|i| (0..i).all(|j| b[i][j] == b[j][i]));
         self.matrix.contact.iter().all(|(_, block)| even(block))
     }
 
-    /// Takes over the weights of the current diagonal and measures the largest eigenvalue.
+    /// Stores the weights of the current diagonal and computes the bound of the largest eigenvalue.
     pub(super) fn renew(&mut self, weight: &[Nodal]) {
         self.weight = weight.to_vec();
         let matrix = &mut self.matrix;
@@ -185,7 +186,7 @@ impl QuadraticLevel {
             largest_eigenvalue(&halo, weight.len(), subtract, |node, r| scaled(&weight[node], r));
     }
 
-    /// z ≈ A⁻¹ r: smoothing, the level below, smoothing.
+    /// z ≈ A⁻¹ r: smoothing, correction by the level below, smoothing.
     pub(super) fn precondition(
         &mut self,
         r: &[Nodal],
@@ -210,11 +211,11 @@ impl QuadraticLevel {
         self.residual = residual;
     }
 
-    /// Half of what belongs to a midpoint goes to each of its vertices.
+    /// Restricts a residual to the vertices: each vertex of an edge receives half of the midpoint's value.
     fn restrict(&self, residual: &[Nodal], vertices: usize) -> Vec<Nodal> {
         let part = &self.matrix.part;
         if !part.is_whole() {
-            // every node adds to the right-hand side on the rank that it belongs to
+            // each node contributes on the rank that owns it
             let [own_vertices, own_midpoints] = part.halo.own(residual.len());
             let mut right = vec![[0.0; 4]; vertices];
             right[own_vertices.clone()].copy_from_slice(&residual[own_vertices]);
@@ -241,7 +242,7 @@ impl QuadraticLevel {
         (0..vertices).into_par_iter().with_min_len(CHUNK).map(of_vertex).collect()
     }
 
-    /// z ← z + P x; a midpoint has the mean of its vertices.
+    /// z ← z + P x; the value at a midpoint is the mean of its two vertices.
     fn add_prolonged(&self, x: &[Nodal], z: &mut [Nodal]) {
         let add = |z: &mut Nodal, free: &[bool; 4], x: Nodal| {
             (0..4).for_each(|k| z[k] += if free[k] { x[k] } else { 0.0 });
@@ -271,7 +272,7 @@ fn copy(from: &[Nodal], to: &mut [Nodal]) {
     chunks.for_each(|(to, from)| to.copy_from_slice(from));
 }
 
-/// The midpoints of each vertex, one after the other, and where those of each begin.
+/// Returns the offsets of each vertex into the list of midpoints, and this list.
 fn children(parents: &[[u32; 2]]) -> (Vec<u32>, Vec<u32>) {
     let vertices = parents.iter().flatten().max().map_or(0, |&v| v as usize + 1);
     let mut first = vec![0u32; vertices + 1];

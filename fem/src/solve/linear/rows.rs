@@ -1,20 +1,20 @@
-//! Sparse rows that several ranks need: what crosses between them when a hierarchy is made.
+//! Exchange of sparse matrix rows between ranks, used while a hierarchy is created.
 //!
-//! Columns carry numbers over all ranks here; a rank has its own rows first, then those of its ghosts.
+//! Column numbers count over all ranks. A rank stores its own rows first, then the rows of its ghosts.
 
 use super::block_csr::BlockCsr;
 use crate::parallel::Halo;
 
 type Rows<const R: usize, const C: usize> = BlockCsr<f64, R, C>;
 
-/// Numbers of some rows with their lengths, columns and blocks, as three lists of messages.
+/// Lengths, columns and blocks of some rows, as three lists to send.
 struct Message<const R: usize, const C: usize> {
     lengths: Vec<u32>,
     columns: Vec<u32>,
     blocks: Vec<[[f64; C]; R]>,
 }
 
-/// Sends some rows to each neighbour; theirs come back.
+/// Sends the rows `of(n)` to each neighbour n. Returns the rows received from each neighbour.
 fn exchange<'a, const R: usize, const C: usize>(
     halo: &'a Halo,
     rows: &Rows<R, C>,
@@ -47,13 +47,13 @@ fn exchange<'a, const R: usize, const C: usize>(
         .collect()
 }
 
-/// The own rows with those of the ghosts behind them.
+/// Returns the own rows, followed by the rows of the ghosts, received from their owners.
 pub(super) fn with_ghosts<const R: usize, const C: usize>(
     mut rows: Rows<R, C>,
     halo: &Halo,
 ) -> Rows<R, C> {
     let received = exchange(halo, &rows, |n| &halo.neighbours()[n].lent);
-    // the message and the place in it of each ghost, and where the row begins there
+    // (ghost, index of the message, start and end of the row's entries in the message)
     let mut ghosts: Vec<(u32, usize, usize, usize)> = Vec::new();
     for (message, (neighbour, their)) in halo.neighbours().iter().zip(&received).enumerate() {
         let mut begin = 0;
@@ -71,7 +71,7 @@ pub(super) fn with_ghosts<const R: usize, const C: usize>(
     rows
 }
 
-/// The own rows of a sum to which the rows of every rank are a part, ghosts included.
+/// Returns the own rows of a sum over all ranks; the rows of every rank, including its ghosts, are one contribution.
 pub(super) fn completed<const R: usize, const C: usize>(
     partial: &Rows<R, C>,
     halo: &Halo,

@@ -1,4 +1,4 @@
-//! Sums and updates of nodal vectors, whose results do not depend on the number of threads.
+//! Sums and updates of nodal vectors. The results do not depend on the number of threads.
 
 use std::borrow::BorrowMut;
 use std::ops::Range;
@@ -8,14 +8,14 @@ use rayon::prelude::*;
 
 use crate::parallel::Halo;
 
-/// What Krylov methods ask of vectors, wherever they are.
+/// Vector operations that Krylov methods need, for vectors in any memory.
 pub(super) trait Vectors {
-    /// A vector, in the hands of somebody.
+    /// Borrowed vector.
     type Vector: ?Sized;
-    /// One of our own.
+    /// Owned vector.
     type Owned: BorrowMut<Self::Vector>;
 
-    /// A vector of zeros, as long as the given one.
+    /// Returns a vector of zeros with the length of `like`.
     fn zero(&self, like: &Self::Vector) -> Self::Owned;
 
     /// x ← 0.
@@ -36,27 +36,27 @@ pub(super) trait Vectors {
     /// y ← x + a y.
     fn scale_and_add(&self, y: &mut Self::Vector, a: f64, x: &Self::Vector);
 
-    /// A vector put aside for later sums; it may take less memory.
+    /// Stored vector for later sums; may have less precision than [`Self::Vector`].
     type Kept;
 
-    /// a x, put aside; `coarse`: seven digits of it are enough.
+    /// Stores a x. `coarse`: single precision (seven digits) is sufficient.
     fn keep(&self, x: &Self::Vector, a: f64, coarse: bool) -> Self::Kept;
 
-    /// Σ w a b with a vector put aside.
+    /// Σ w a b with a stored vector a.
     fn weighted_dot_kept(&self, w: &Self::Vector, a: &Self::Kept, b: &Self::Vector) -> f64;
 
-    /// y ← y + a x with a vector put aside.
+    /// y ← y + a x with a stored vector x.
     fn add_kept(&self, y: &mut Self::Vector, a: f64, x: &Self::Kept);
 }
 
-/// Vectors in the memory of this process, which may be one of several.
+/// Vectors in the memory of this process, which may be one of several ranks.
 #[derive(Clone, Debug, Default)]
 pub(super) struct InMemory {
     pub(super) halo: Arc<Halo>,
 }
 
 impl InMemory {
-    /// A sum over nodes, of each of which one rank counts.
+    /// Sums `part` over all nodes; each node is counted on the rank that owns it.
     fn sum(&self, nodes: usize, part: impl Fn(Range<usize>) -> f64) -> f64 {
         if self.halo.ranks().is_alone() {
             return part(0..nodes);
@@ -67,7 +67,7 @@ impl InMemory {
     }
 }
 
-/// A vector put aside, in double or in single precision.
+/// Stored vector, in double or in single precision.
 #[derive(Debug)]
 pub(super) enum Kept {
     Whole(Vec<Nodal>),
@@ -131,13 +131,13 @@ impl Vectors for InMemory {
     }
 }
 
-/// u_x, u_y, u_z, φ of a node.
+/// Values u_x, u_y, u_z, φ of a node.
 pub(crate) type Nodal = [f64; 4];
 
-/// Nodes a task works on: partial sums are taken over these, then added in order.
+/// Number of nodes per task. Partial sums over these nodes are added in order.
 pub(in crate::solve) const CHUNK: usize = 4096;
 
-/// Something for every node.
+/// Applies `of` to every node.
 pub(super) fn by_node<A: Sync, B: Send>(x: &[A], of: impl Fn(&A) -> B + Sync + Send) -> Vec<B> {
     x.par_iter().with_min_len(CHUNK).map(of).collect()
 }
@@ -215,13 +215,14 @@ pub(in crate::solve) fn mask(free: &[[bool; 4]], x: &mut [Nodal]) {
     });
 }
 
-/// The largest of the numbers that `of` takes from every node, none below zero.
+/// Returns the largest value of `of` over all nodes; `of` must not be negative.
 pub(super) fn largest(x: &[Nodal], of: impl Fn(&Nodal) -> f64 + Sync) -> f64 {
     let part = |x: &[Nodal]| x.iter().map(&of).fold(0.0, f64::max);
     x.par_chunks(CHUNK).map(part).reduce(|| 0.0, f64::max)
 }
 
-/// 1/|A_ii| of the free values, zero in the others; vanishing pivots count as small ones.
+/// Returns 1/|A_ii| for the free values, zero for all others. Diagonal entries have a lower limit, relative to the
+/// largest of their field.
 pub(super) fn weights(diagonal: &[Nodal], free: &[[bool; 4]], halo: &Halo) -> Vec<Nodal> {
     const LEAST: f64 = 1e-8;
     let mut most = [0, 1, 2, 3].map(|k| largest(diagonal, |d| d[k].abs()));

@@ -1,4 +1,4 @@
-//! Quantities of interest, design, surrogate and sampler.
+//! Checks of quantities of interest, design, surrogate and sampler.
 
 use ::surrogate::OrderRule;
 
@@ -6,7 +6,8 @@ use super::super::{CaseFile, DiscrepancyCase, Likelihood, Mistakes, SequentialCa
 use crate::error::InputError;
 use crate::qoi::Quantity;
 
-/// A slope's window is a fifth of the displacement at peak wide and ought to hold two readings.
+/// Smallest number of load steps of a run. The window of a slope is a fifth of the displacement at peak and should
+/// contain two points of the curve.
 const LEAST_STEPS: f64 = 10.0;
 
 impl CaseFile {
@@ -91,17 +92,17 @@ impl CaseFile {
         }
     }
 
-    /// Refuses load steps too few for curves that quantities of interest are taken from. A single
-    /// simulation may have fewer, so that [`CaseFile::read`] does not ask.
+    /// Refuses a number of load steps that is too small for quantities of interest. A single simulation may have fewer
+    /// steps, so that [`CaseFile::read`] does not call this check.
     ///
     /// # Errors
-    /// Names the key and what to write.
+    /// If the number is too small. The error names the key and an allowed value.
     pub(crate) fn check_steps(&self) -> Result<(), InputError> {
         let steps = self.case.test.steps;
         steps.map_or(Ok(()), |steps| self.check_number_of_steps("test.steps", steps))
     }
 
-    /// The same for the steps that a key gives.
+    /// Refuses a number of load steps, given by `key`, that is too small for quantities of interest.
     pub(crate) fn check_number_of_steps(&self, key: &str, steps: u32) -> Result<(), InputError> {
         let help = "A curve that a slope and a peak are taken from has points on both sides of \
                     the peak: the paper takes 44 steps. Leave it out for adaptive steps.";
@@ -123,9 +124,10 @@ impl CaseFile {
         Ok(())
     }
 
-    /// Refuses a test that ends before what its curve is compared by. How far a force has fallen somewhere
-    /// past its peak is not known before the run: that of viscous damage, x e^((1 − x³)/3) of the peak at x
-    /// displacements at peak, falls faster than a rate-independent one.
+    /// Refuses a test that ends before the last point of the curve that is compared. The decrease of the force beyond
+    /// the peak is not known before the run. It is estimated from viscous damage: at x times the displacement at peak,
+    /// the force is x e^((1 − x³)/3) times the peak force. This force decreases faster than with rate-independent
+    /// damage.
     fn check_reach(&self) -> Result<(), InputError> {
         let (test, compared) = (&self.case.test, self.case.compared());
         let farthest = compared.iter().filter_map(|q| Some((q.reach()?, *q)));

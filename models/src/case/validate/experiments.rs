@@ -1,4 +1,4 @@
-//! Specimens, measured or virtual.
+//! Checks of the specimens, measured or virtual.
 
 use super::super::{CaseFile, MaterialParameter, Mistakes, SpecimenGeometry, VirtualCase};
 use crate::error::InputError;
@@ -44,7 +44,8 @@ impl CaseFile {
                 "stands beside experiments.virtual",
                 "Specimens are either measured or virtual: remove one of the two.",
             )),
-            // only the experiments stage needs the file: see `CaseFile::table`
+            // whether the file exists is not checked here, because only the experiments stage needs it: see
+            // `CaseFile::table`
             (Some(_), None) => Ok(()),
             (None, Some(specimens)) => self.check_virtual(specimens, geometry),
         });

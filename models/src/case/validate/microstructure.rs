@@ -1,4 +1,4 @@
-//! The specimens that the runs of the design are made on.
+//! Checks of the specimens that the runs of the design use.
 
 use super::super::{CaseFile, Microstructure, SpecimenGeometry};
 use crate::error::InputError;

@@ -1,4 +1,4 @@
-//! Ranges, units and agreement between the keys of a case.
+//! Checks of a case: ranges, units and consistency of its keys.
 
 mod calibration;
 mod experiments;
@@ -11,7 +11,7 @@ use fem::VOID;
 use super::{CaseFile, Mistakes, SpecimenGeometry};
 use crate::error::{InputError, closest};
 
-/// What the regions of most specimens are called.
+/// Regions that most specimens have.
 const USUAL_REGIONS: [&str; 2] = ["matrix", "grain"];
 
 impl CaseFile {
@@ -31,7 +31,7 @@ impl CaseFile {
         }
     }
 
-    /// Checks every value; returns all mistakes.
+    /// Checks every value and returns all errors.
     pub(super) fn validate(&self) -> Vec<InputError> {
         let mut mistakes = Mistakes::default();
         let geometry = match self.geometry() {
@@ -46,7 +46,7 @@ impl CaseFile {
             let regions = self.regions(geometry);
             regions.iter().for_each(|region| mistakes.note(self.check_region(region)));
             let waiting = match geometry {
-                // what phases there are is said
+                // the keys of the image list all phases, so that no other materials are allowed
                 SpecimenGeometry::Image { labels: Some(_), .. } => &[][..],
                 _ => &USUAL_REGIONS[..],
             };
@@ -67,7 +67,7 @@ impl CaseFile {
         mistakes.into_vec()
     }
 
-    /// Refuses a region of the specimen without a material.
+    /// Refuses a case without a material for a region of the specimen.
     fn check_region(&self, region: &str) -> Result<(), InputError> {
         if self.case.material.contains_key(region) {
             return Ok(());
@@ -84,7 +84,8 @@ impl CaseFile {
         ))
     }
 
-    /// Refuses materials that no region can have; those of the regions in `waiting` may wait for them.
+    /// Refuses materials that belong neither to a region in `regions` nor to a region in `waiting`, which may have a
+    /// material although the specimen does not have the region.
     fn check_used(&self, regions: &[String], waiting: &[&str]) -> Result<(), InputError> {
         let regions_and_waiting = regions.iter().map(String::as_str).chain(waiting.iter().copied());
         let known: Vec<&str> = regions_and_waiting.collect();
@@ -106,7 +107,7 @@ impl CaseFile {
         ))
     }
 
-    /// Refuses a value outside `lower..=upper`, NaN included.
+    /// Refuses a value outside `lower..=upper`, including NaN.
     pub(super) fn within(
         &self,
         key: &str,

@@ -1,4 +1,4 @@
-//! What is calibrated, and what it is extended by.
+//! Checks of the prior and its extensions.
 
 use fem::FemError;
 
@@ -6,7 +6,7 @@ use super::super::{CaseFile, MaterialParameter, Mistakes, PriorBounds, PriorCase
 use crate::error::InputError;
 
 impl CaseFile {
-    /// Each extension goes on where the box before it ends, in one parameter.
+    /// Checks that each extension continues the bounds of one parameter where the bounds so far end.
     pub(super) fn check_extensions(&self) -> Result<(), InputError> {
         let mut case = self.case.clone();
         case.extend.clear();
@@ -73,7 +73,7 @@ impl CaseFile {
         Err(self.error(key, value, problem, "Write [lower, upper]."))
     }
 
-    /// Whether the material of a parameter's region can have this value of it.
+    /// Checks that the material of the parameter's region accepts this value of the parameter.
     pub(super) fn check_value(
         &self,
         key: &str,
@@ -97,7 +97,7 @@ impl CaseFile {
         }
     }
 
-    /// Whether a parameter is one of a region that has it.
+    /// Checks that the region of a parameter exists and has this parameter.
     fn check_parameter(&self, key: &str, parameter: &MaterialParameter) -> Result<(), InputError> {
         let MaterialParameter { region, property } = parameter;
         let Some(material) = self.case.material.get(region) else {

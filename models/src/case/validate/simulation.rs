@@ -1,4 +1,4 @@
-//! Specimen, materials, test and solver.
+//! Checks of specimen, materials, test and solver.
 
 use fem::{FemError, Packing, PhaseField, Platens, Segmentation};
 
@@ -7,7 +7,7 @@ use super::super::{
 };
 use crate::error::InputError;
 
-/// More tetrahedra than this are taken for a slip in the spacing.
+/// Largest number of tetrahedra; a larger number is assumed to be a typing error in the spacing.
 const MOST_TETS: f64 = 2e7;
 
 impl CaseFile {
@@ -53,7 +53,7 @@ impl CaseFile {
             }
         };
         let (key, spacing_mm) = ("specimen.spacing_mm", meshing.spacing_mm);
-        // of an image, size and spacing are compared once it has been read
+        // the size of an image is not known yet; it is compared with the spacing when the image has been read
         mistakes.note(match size {
             [Some(radius_mm), Some(height_mm)] => {
                 self.check_spacing(key, spacing_mm, radius_mm, height_mm)
@@ -95,13 +95,13 @@ impl CaseFile {
         segmentation.check().map_err(|e| self.refused("specimen.image", &e))
     }
 
-    /// A refusal of fem's that names field, value and what is accepted.
+    /// Converts an error of `fem`, which names field, value and accepted values, to an error at a table of the case.
     fn refused(&self, table: &str, error: &dyn std::error::Error) -> InputError {
         let help = "breccia init writes a case that explains every key.";
         self.error(table, "", error.to_string(), help)
     }
 
-    /// Whether a lattice of this spacing makes a mesh of a size that can be computed.
+    /// Checks that a lattice of this spacing results in a mesh of a size that can be computed.
     pub(crate) fn check_spacing(
         &self,
         key: &str,
@@ -111,7 +111,7 @@ impl CaseFile {
     ) -> Result<(), InputError> {
         let coarsest = radius_mm.min(height_mm);
         if coarsest.is_nan() || coarsest <= 0.0 {
-            // the sizes have a mistake of their own
+            // the error in the size is reported elsewhere
             return Ok(());
         }
         self.within(
@@ -159,12 +159,12 @@ impl CaseFile {
         }
     }
 
-    /// What `fem` says of a material in a region.
+    /// Checks a material of a region with the checks of `fem`.
     pub(super) fn in_fem(&self, region: &str, material: &MaterialCase) -> Result<(), FemError> {
         material.in_fem()?.validate(region, self.case.phase_field.as_ref())
     }
 
-    /// Whether `fem` takes a material, with the case's own key if not.
+    /// Checks a material with the checks of `fem`; an error names the key of the case.
     fn check_in_fem(&self, region: &str, material: &MaterialCase) -> Result<(), InputError> {
         let Err(error) = self.in_fem(region, material) else { return Ok(()) };
         match error {
@@ -198,7 +198,7 @@ impl CaseFile {
         }
     }
 
-    /// A refusal of fem's as a mistake at a key of the case.
+    /// Converts an error of `fem` to an error at a key of the case.
     fn accepted(&self, checked: Result<(), FemError>) -> Result<(), InputError> {
         let Err(error) = checked else { return Ok(()) };
         let FemError::Parameter { entity, field, value, requirement } = error else {
@@ -227,7 +227,7 @@ impl CaseFile {
         Err(self.error(&key, value.to_string(), format!("must be {requirement}"), help))
     }
 
-    /// Platens that move, or conditions in their place.
+    /// Checks that either a displacement of the platens or `[conditions]` is given, but not both.
     fn check_drive(&self) -> Result<(), InputError> {
         let case = &self.case;
         let beside = |key: &str| {
@@ -340,7 +340,7 @@ impl CaseFile {
     }
 }
 
-/// A clause as a sentence of its own.
+/// Makes a sentence of a clause: capital first letter and full stop.
 fn sentence(clause: &str) -> String {
     let mut letters = clause.chars();
     let first = letters.next().into_iter().flat_map(char::to_uppercase);

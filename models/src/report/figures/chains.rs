@@ -1,4 +1,4 @@
-//! What the chains did.
+//! Figures of the Markov chains: traces and ranks.
 
 use kuva::prelude::*;
 
@@ -6,10 +6,10 @@ use super::draw::{line, round_range};
 use crate::report::results::CalibratedParameter;
 use crate::report::style::{PRIOR, SERIES, framed, panel, single};
 
-/// Bins of the ranks.
+/// Number of bins of the rank histograms.
 const BINS: usize = 20;
 
-/// The draws in the order of sampling, one colour a chain; one panel a parameter.
+/// Draws in the order of sampling, one colour per chain; one panel per parameter.
 pub(in crate::report) fn traces(parameters: &[CalibratedParameter]) -> Vec<String> {
     let one = |p: &CalibratedParameter| {
         let plots = p.chains.iter().zip(SERIES.iter().cycle()).map(|(chain, color)| -> Plot {
@@ -26,7 +26,7 @@ pub(in crate::report) fn traces(parameters: &[CalibratedParameter]) -> Vec<Strin
     parameters.iter().map(one).collect()
 }
 
-/// How the ranks of each chain's draws among all draws are spread, relative to evenly; one panel a
+/// Histograms of the ranks of each chain's draws among all draws, relative to a uniform distribution; one panel per
 /// parameter.
 ///
 /// # Reference
@@ -50,8 +50,8 @@ pub(in crate::report) fn ranks(parameters: &[CalibratedParameter]) -> Vec<String
     parameters.iter().map(one).collect()
 }
 
-/// The share of each chain's draws in every bin of their ranks over all chains, times the number of bins: 1
-/// where chains are alike. Equal draws, as a sampler that refuses makes them, share their mean rank.
+/// Fraction of each chain's draws in every bin of their ranks over all chains, times the number of bins: 1 if chains
+/// have the same distribution. Equal draws, as after rejected steps, share their mean rank.
 fn rank_histograms(chains: &[Vec<f64>], bins: usize) -> Vec<Vec<f64>> {
     let mut all: Vec<(f64, usize)> = Vec::new();
     for (chain, draws) in chains.iter().enumerate() {
@@ -83,7 +83,7 @@ mod tests {
 
     #[test]
     fn chains_that_are_alike_have_even_ranks_and_one_that_lags_has_not() {
-        // two chains that take turns, then one below the other
+        // two interleaved chains, then one chain below the other
         let even: Vec<f64> = (0..40).map(|i| f64::from(2 * i)).collect();
         let odd: Vec<f64> = even.iter().map(|x| x + 1.0).collect();
         assert_eq!(rank_histograms(&[even.clone(), odd], 4), [[1.0; 4]; 2]);

@@ -1,4 +1,4 @@
-//! Force over displacement.
+//! Figures of force over displacement.
 
 use kuva::prelude::*;
 
@@ -8,14 +8,14 @@ use crate::report::style::{
     BASELINE, DRAWS, DRAWS_FILL, ENSEMBLE, MEASURED, POSTERIOR, panel, single,
 };
 
-/// Experimental curves over the ensemble that has to bound them.
+/// Experimental curves over the curves of the ensemble, which must enclose them.
 pub(in crate::report) fn curves(results: &Results) -> String {
     let mut plots = alike(results.ensemble.iter(), "ensemble", ENSEMBLE, 0.7);
     plots.extend(measured(results));
     force_displacement(plots)
 }
 
-/// Experiments with the simulations at the case's own materials, at posterior draws and at the MAP.
+/// Experimental curves with the simulations at the case's own materials, at posterior draws and at the MAP.
 pub(in crate::report) fn confirmation(results: &Results) -> String {
     let mut plots = measured(results);
     plots.extend(alike(results.posterior_curves.iter(), "posterior draws", DRAWS, 1.2));
@@ -24,7 +24,7 @@ pub(in crate::report) fn confirmation(results: &Results) -> String {
     force_displacement(plots)
 }
 
-/// What the posterior predicts of the curves of new specimens, and the tested ones.
+/// Posterior predictive band of the curves of new specimens, with the experimental curves; `None` without predictions.
 pub(in crate::report) fn predicted(results: &Results) -> Option<String> {
     let PredictedBand { displacement_mm: u, force_n } = results.predicted_curves.as_ref()?;
     let [q05, q25, q50, q75, q95] = force_n;
@@ -48,7 +48,7 @@ fn measured(results: &Results) -> Vec<Plot> {
     results.experiments.iter().enumerate().map(dashed).collect()
 }
 
-/// Curves of one kind, of which the legend names the first.
+/// Curves of one kind. Only the first curve has an entry in the legend.
 fn alike<'a>(
     curves: impl Iterator<Item = &'a Points>,
     name: &str,
@@ -62,7 +62,7 @@ fn alike<'a>(
     curves.enumerate().map(drawn).collect()
 }
 
-/// Curves from the origin: readings below it are noise.
+/// Draws curves in axes that begin at zero: negative readings are noise.
 fn force_displacement(plots: Vec<Plot>) -> String {
     let layout = panel(&plots, "displacement (mm)", "force (N)")
         .with_x_axis_min(0.0)

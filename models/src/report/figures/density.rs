@@ -1,9 +1,9 @@
-//! Densities from draws.
+//! Estimates of probability densities from draws.
 
 use super::draw::lerp;
 use crate::report::results::mean;
 
-/// Gaussian kernel density with reflection at the ends of the prior, Silverman's bandwidth.
+/// Gaussian kernel density estimate with Silverman's bandwidth and reflection at the bounds of the prior.
 pub(super) fn density(draws: &[f64], range: (f64, f64)) -> Vec<(f64, f64)> {
     let h = bandwidth(draws, -0.2);
     let norm = 1.0 / (draws.len() as f64 * h * (2.0 * std::f64::consts::PI).sqrt());
@@ -19,7 +19,7 @@ pub(super) fn density(draws: &[f64], range: (f64, f64)) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// 1.06 σ nᵖ: p = −1/5 for one dimension, −1/6 for two.
+/// Bandwidth 1.06 σ nᵖ with `power` p: −1/5 in one dimension, −1/6 in two.
 fn bandwidth(draws: &[f64], power: f64) -> f64 {
     let m = mean(draws);
     let sd = (draws.iter().map(|v| (v - m).powi(2)).sum::<f64>() / draws.len() as f64).sqrt();
@@ -28,7 +28,7 @@ fn bandwidth(draws: &[f64], power: f64) -> f64 {
 
 pub(super) type Grid = (Vec<Vec<f64>>, Vec<f64>, Vec<f64>);
 
-/// Product-kernel density on a grid over the prior box, from a binned sample.
+/// Product-kernel density estimate on a grid over the prior box, from binned draws.
 pub(super) fn density_2d(pairs: &[(f64, f64)], x: (f64, f64), y: (f64, f64)) -> Grid {
     const N: usize = 48;
     let centre = |range, i: usize| lerp(range, (i as f64 + 0.5) / N as f64);
@@ -48,7 +48,7 @@ pub(super) fn density_2d(pairs: &[(f64, f64)], x: (f64, f64), y: (f64, f64)) -> 
                     let kernel = |d: i64| (-0.5 * (d as f64 / h).powi(2)).exp();
                     let terms = line.iter().enumerate().map(|(j, &c)| {
                         let j = j as i64;
-                        // images beyond both ends: the density ends at the prior
+                        // reflected at both ends: the density ends at the bounds of the prior
                         c * (kernel(i - j) + kernel(i + j + 1) + kernel(2 * N as i64 - 1 - i - j))
                     });
                     terms.sum()
@@ -69,7 +69,7 @@ pub(super) fn density_2d(pairs: &[(f64, f64)], x: (f64, f64), y: (f64, f64)) -> 
     (z, (0..N).map(|i| centre(x, i)).collect(), (0..N).map(|i| centre(y, i)).collect())
 }
 
-/// The levels that enclose these fractions of the mass.
+/// Density levels whose contours enclose the given fractions of the mass.
 pub(super) fn highest_density_levels(grid: &[Vec<f64>], fractions: &[f64]) -> Vec<f64> {
     let mut values: Vec<f64> = grid.iter().flatten().copied().collect();
     values.sort_by(|a, b| b.total_cmp(a));

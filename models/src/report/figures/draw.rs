@@ -1,4 +1,4 @@
-//! What several figures are drawn with.
+//! Helpers that several figures share.
 
 use kuva::prelude::*;
 
@@ -25,7 +25,7 @@ pub(super) fn lerp((a, b): (f64, f64), t: f64) -> f64 {
     a + (b - a) * t
 }
 
-/// A range of round numbers around the values: steps of 1, 2 or 5 times a power of ten.
+/// Returns a range with round ends that contains the values: multiples of 1, 2 or 5 times a power of ten.
 pub(super) fn round_range(values: impl Iterator<Item = f64>) -> (f64, f64) {
     let (a, b) = values
         .filter(|v| v.is_finite())
@@ -37,7 +37,7 @@ pub(super) fn round_range(values: impl Iterator<Item = f64>) -> (f64, f64) {
     ((a / step).floor() * step, (b / step).ceil() * step)
 }
 
-/// At most `n` points of a densely measured curve.
+/// Reduces a densely measured curve to at most `n` points.
 pub(super) fn thin(curve: &[(f64, f64)], n: usize) -> impl Iterator<Item = (f64, f64)> + '_ {
     curve.iter().copied().step_by(curve.len().div_ceil(n).max(1))
 }

@@ -1,4 +1,4 @@
-//! What further tests would tell.
+//! Figures of the expected benefit of further tests.
 
 use kuva::prelude::*;
 
@@ -6,8 +6,8 @@ use super::draw::line;
 use crate::report::results::FurtherParameter;
 use crate::report::style::{PRIOR, SERIES, framed, panel, single};
 
-/// The expected contraction of a parameter by the number of further specimens, one line a test; dashed: what
-/// is known without any.
+/// Expected contraction of a parameter against the number of further specimens, one line per test; dashed: the present
+/// contraction.
 pub(in crate::report) fn further(parameter: &FurtherParameter) -> String {
     let of = |f: fn(usize, usize) -> usize, first: usize| {
         let tests = parameter.tests.iter().flat_map(|test| &test.expected);
@@ -37,7 +37,7 @@ pub(in crate::report) fn further(parameter: &FurtherParameter) -> String {
     single(plots, layout, 640.0, 300.0)
 }
 
-/// Colour, dashes and mark of the `k`-th test: where the colours begin again the others are new.
+/// Colour, dashes and marker of the `k`-th test. When the colours repeat, dashes and marker change.
 fn look(k: usize) -> (&'static str, LineStyle, MarkerShape) {
     let (dashes, mark) = match k / SERIES.len() % 4 {
         0 => (LineStyle::Solid, MarkerShape::Circle),
@@ -48,7 +48,7 @@ fn look(k: usize) -> (&'static str, LineStyle, MarkerShape) {
     (SERIES[k % SERIES.len()], dashes, mark)
 }
 
-/// Zero, or a round number below what is drawn where nothing is near it.
+/// Lower end of the axis: zero, or a round number below the data if all values are above 0.5.
 fn floor(parameter: &FurtherParameter) -> f64 {
     let all = parameter.tests.iter().flat_map(|test| &test.expected).map(|e| e.contraction);
     let least = all.fold(parameter.now, f64::min);
@@ -77,7 +77,7 @@ mod tests {
             tests: vec![test("more specimens"), test("thirty times slower")],
         };
         let svg = further(&parameter);
-        // no two of two dozen look alike
+        // 24 tests all look different
         let looks: std::collections::BTreeSet<String> =
             (0..24).map(|k| format!("{:?}", look(k))).collect();
         assert_eq!(looks.len(), 24);

@@ -1,7 +1,6 @@
-//! The figures of the report, each from plain numbers to SVG.
+//! Figures of the report, as functions from plain numbers to SVG.
 //!
-//! Panels that stand beside each other are figures of their own, so that a narrow page can put them one
-//! under the other.
+//! Adjacent panels are separate figures, so that a narrow page can place them one below another.
 
 mod chains;
 mod curves;

@@ -1,4 +1,4 @@
-//! One parameter in several calibrations.
+//! Figure of one parameter in several calibrations.
 
 use kuva::prelude::*;
 
@@ -7,7 +7,7 @@ use super::draw::line;
 use crate::report::results::CalibratedParameter;
 use crate::report::style::{MEASURED, SERIES, framed, panel, single};
 
-/// Posterior densities of a parameter, one a case, with priors and truths.
+/// Posterior densities of a parameter, one per case, with priors and true values.
 pub(in crate::report) fn overlaid(label: &str, cases: &[(String, CalibratedParameter)]) -> String {
     let (lower, upper) = cases.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), (_, p)| {
         (a.min(p.prior.0), b.max(p.prior.1))
@@ -28,7 +28,7 @@ pub(in crate::report) fn overlaid(label: &str, cases: &[(String, CalibratedParam
     truths.sort_by(f64::total_cmp);
     truths.dedup();
     for truth in truths {
-        // green, as truths are elsewhere, is the colour of a case here
+        // green, the usual colour of the truth, is the colour of a case in this figure
         plots.push(line([(truth, 0.0), (truth, top)], MEASURED, 1.8).with_dotted().into());
     }
     let lower = if lower > 0.0 && lower < 0.01 * upper { 0.0 } else { lower };

@@ -1,4 +1,4 @@
-//! Parameters in pairs: the points of the design, the draws of the posterior.
+//! Matrices of parameter pairs: points of the design and draws of the posterior.
 
 use kuva::prelude::*;
 
@@ -9,18 +9,18 @@ use crate::report::style::{
     DESIGN, DRAWS_FILL, ENSEMBLE, POSTERIOR, PRIOR, TRUTH, framed, panel, single,
 };
 
-/// Where a panel stands in the matrix of pairs.
+/// Position of a panel in the matrix of pairs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::report) enum Place {
-    /// The points themselves.
+    /// Above the diagonal: scatter plot of two parameters.
     Above,
-    /// One parameter alone.
+    /// On the diagonal: histogram of one parameter.
     Diagonal,
-    /// Contours of the density.
+    /// Below the diagonal: contours of the density of two parameters.
     Below,
 }
 
-/// How one sample is shown.
+/// Style in which a sample is drawn.
 struct Look {
     points: &'static str,
     bars: &'static str,
@@ -42,13 +42,14 @@ const OF_POSTERIOR: Look = Look {
     opacity: 0.45,
 };
 
-/// Where the simulations of the ensemble lie in the prior's box: as [`posterior`] shows draws.
+/// Simulations of the ensemble in the prior box, as a matrix of pairs in the layout of [`posterior`].
 pub(in crate::report) fn design(parameters: &[CalibratedParameter]) -> Vec<(Place, String)> {
     let values = |p: &CalibratedParameter| p.design.clone();
     matrix(parameters, &values, &OF_DESIGN, false)
 }
 
-/// Marginal densities with the prior on the diagonal, draws above, contours below; row by row.
+/// Draws of the posterior as a matrix of pairs, row by row: marginal densities with the prior on the diagonal, draws
+/// above, contours below.
 pub(in crate::report) fn posterior(parameters: &[CalibratedParameter]) -> Vec<(Place, String)> {
     matrix(parameters, &|p| p.draws().collect(), &OF_POSTERIOR, true)
 }
@@ -92,7 +93,7 @@ fn matrix(
     panels
 }
 
-/// The ends of the prior, from zero on where they almost are: ticks are round then.
+/// Range of an axis: the bounds of the prior. A lower bound that is almost zero is replaced by zero, for round ticks.
 fn axis((lower, upper): (f64, f64)) -> (f64, f64) {
     if lower > 0.0 && lower < 0.01 * upper { (0.0, upper) } else { (lower, upper) }
 }
@@ -177,7 +178,7 @@ mod tests {
                 assert!(svg.contains(row), "row of panel {i}");
             }
         }
-        // only the posterior is compared with the truth
+        // only the posterior is compared with the true values
         assert!(posterior(&parameters)[0].1.contains(TRUTH));
         assert!(!design(&parameters)[0].1.contains(TRUTH));
     }

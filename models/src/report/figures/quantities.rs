@@ -1,4 +1,4 @@
-//! Quantities of interest: of the ensemble, of new specimens, of the experiments.
+//! Figures of quantities of interest: of the ensemble, of new specimens, of the experiments.
 
 use kuva::prelude::*;
 
@@ -6,12 +6,12 @@ use super::draw::{count, lerp, line, round_range};
 use crate::report::results::{Qoi, Results, mean};
 use crate::report::style::{DRAWS_FILL, ENSEMBLE, MEASURED, POSTERIOR, framed, panel, single};
 
-/// Bins of a histogram of simulations.
+/// Number of bins of a histogram of simulations.
 const BINS: usize = 16;
-/// Height of one panel beside others in pixels of the drawing, and its width.
+/// Width and height of a panel in units of the drawing.
 const SIZE: (f64, f64) = (330.0, 290.0);
 
-/// Histograms of the ensemble's quantities and of the experiments', each by the part of them in a bin.
+/// Normalised histograms of the quantities of the ensemble and of the experiments.
 pub(in crate::report) fn of_the_ensemble(results: &Results) -> Vec<String> {
     let one = |qoi: &Qoi| {
         let range = round_range(qoi.ensemble.iter().chain(&qoi.experiments).copied());
@@ -25,10 +25,10 @@ pub(in crate::report) fn of_the_ensemble(results: &Results) -> Vec<String> {
         .collect()
 }
 
-/// What a new specimen will show, and what the tested ones showed.
+/// Posterior predictive histograms of new specimens, with the experiments.
 pub(in crate::report) fn predictive(results: &Results) -> Vec<String> {
     let one = |qoi: &Qoi| {
-        // the tails of thousands of draws would hide the rest
+        // the range omits 0.5 % of the draws at each end, because the tails would compress the figure
         let mut sorted = qoi.predictive.clone();
         sorted.sort_by(f64::total_cmp);
         let most = sorted.len().saturating_sub(1);
@@ -42,7 +42,7 @@ pub(in crate::report) fn predictive(results: &Results) -> Vec<String> {
     results.qois.iter().filter(|qoi| !qoi.predictive.is_empty()).map(one).collect()
 }
 
-/// The experiments with their mean and the simulation at the MAP.
+/// Quantities of the experiments, their mean, and the simulation at the MAP.
 pub(in crate::report) fn map_beside_experiments(results: &Results) -> Vec<String> {
     let one = |qoi: &Qoi| {
         let range = round_range(qoi.experiments.iter().chain([&qoi.map]).copied());
@@ -51,7 +51,8 @@ pub(in crate::report) fn map_beside_experiments(results: &Results) -> Vec<String
     results.qois.iter().map(one).collect()
 }
 
-/// Histograms as densities: the experiments over others, their mean dashed, the MAP on top.
+/// Normalised histograms: the experiments in front of `histograms`, the mean of the experiments dashed, the MAP in
+/// front.
 fn beside<'a>(
     qoi: &'a Qoi,
     range: (f64, f64),
@@ -71,7 +72,7 @@ fn beside<'a>(
         let edges = edges(own, few(qoi.experiments.len()));
         let heights = densities(&edges, &qoi.experiments);
         top = heights.iter().copied().fold(top, f64::max);
-        // the outline, so that what lies behind is seen
+        // only the outline, so that histograms behind it are visible
         plots.push(line(outline(&edges, &heights), MEASURED, 1.6).into());
     }
     let top = if top > 0.0 { 1.15 * top } else { 1.0 };
@@ -88,7 +89,7 @@ fn beside<'a>(
     single(plots, layout, SIZE.0, SIZE.1)
 }
 
-/// Bins of a histogram of a handful of specimens (Sturges).
+/// Number of bins for a histogram of few specimens (Sturges).
 fn few(specimens: usize) -> usize {
     (specimens.max(1) as f64).log2().ceil() as usize + 1
 }
@@ -97,13 +98,13 @@ fn edges(range: (f64, f64), bins: usize) -> Vec<f64> {
     (0..=bins).map(|i| lerp(range, i as f64 / bins as f64)).collect()
 }
 
-/// Counts over the number of values and the width of a bin; zeros of nothing.
+/// Counts divided by the number of values and the bin width; zeros if there are no values.
 fn densities(edges: &[f64], values: &[f64]) -> Vec<f64> {
     let scale = 1.0 / (values.len().max(1) as f64 * (edges[1] - edges[0]));
     count(edges, values).into_iter().map(|count| count * scale).collect()
 }
 
-/// The steps of a histogram as one line.
+/// The outline of a histogram as one line.
 fn outline(edges: &[f64], heights: &[f64]) -> Vec<(f64, f64)> {
     let mut points = vec![(edges[0], 0.0)];
     for (i, &height) in heights.iter().enumerate() {

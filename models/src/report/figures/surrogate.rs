@@ -1,4 +1,4 @@
-//! Errors of the surrogate.
+//! Figure of the errors of the surrogate.
 
 use kuva::prelude::*;
 
@@ -6,10 +6,10 @@ use super::draw::line;
 use crate::report::results::{OrderErrors, Results};
 use crate::report::style::{PRIOR, SERIES, panel, single};
 
-/// One of the errors of an order.
+/// Function that returns one kind of error of an order.
 type ErrorOf = fn(&OrderErrors) -> Option<f64>;
 
-/// Errors of the expansion by order, on a logarithmic scale.
+/// Errors of the polynomial chaos expansion against its order, on a logarithmic scale.
 pub(in crate::report) fn orders(results: &Results) -> String {
     let series: [(&str, ErrorOf); 4] = [
         ("corrected LOO", |o| o.corrected),

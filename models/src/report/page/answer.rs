@@ -1,4 +1,4 @@
-//! What was found, what speaks against it, and what makes it uncertain.
+//! Sections with the calibrated parameters, the warnings and the sources of uncertainty.
 
 use super::parts::table;
 use crate::report::digits::{plain, within};
@@ -65,10 +65,10 @@ pub(super) fn warnings(results: &Results) -> Markup {
     }
 }
 
-/// Sources in the order of their colours; another one gets what is left.
+/// Sources of uncertainty in the order of their colours; all other sources share one further colour.
 const SOURCES: [&str; 4] = ["specimens", "geometry", "surrogate", "mesh"];
 
-/// What widens each interval, a bar a parameter.
+/// Section with the contributions to the variance of each parameter, one bar per parameter.
 pub(super) fn budget(results: &Results) -> Markup {
     let sources = sources(&results.budget);
     if sources.is_empty() {
@@ -111,7 +111,7 @@ pub(super) fn budget(results: &Results) -> Markup {
     }
 }
 
-/// The sources that occur, known ones first.
+/// Sources that occur in the budget, in the order of [`SOURCES`]; other sources follow.
 fn sources(budget: &[(String, Vec<(String, f64)>)]) -> Vec<&str> {
     let mut found: Vec<&str> = Vec::new();
     for (source, _) in budget.iter().flat_map(|(_, parts)| parts) {
@@ -128,7 +128,7 @@ fn share(parts: &[(String, f64)], source: &str) -> Option<f64> {
     parts.iter().find(|(name, _)| name == source).map(|(_, share)| *share)
 }
 
-/// The class of a source in the style sheet.
+/// Class of a source in the style sheet.
 fn colour(source: &str) -> &str {
     if SOURCES.contains(&source) { source } else { "other" }
 }
@@ -140,7 +140,7 @@ fn percent(share: f64) -> String {
     }
 }
 
-/// Shares one after the other, as wide together as the bar.
+/// Bar that is divided into the shares of the sources.
 fn bar(parts: &[(String, f64)]) -> Markup {
     let names: Vec<String> =
         parts.iter().map(|(source, share)| format!("{source} {}", percent(*share))).collect();

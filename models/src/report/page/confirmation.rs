@@ -1,4 +1,4 @@
-//! Simulations at the mode: curves, quantities, damage.
+//! Sections on the simulations at the posterior mode: curves, quantities, damage.
 
 use maud::{Markup, html};
 
@@ -42,7 +42,7 @@ pub(super) fn confirmation(results: &Results) -> Markup {
     }
 }
 
-/// The specimen cut open, as damage grows.
+/// Section with pictures of the specimen, cut along its axis, at increasing damage.
 pub(super) fn damage(results: &Results) -> Markup {
     if results.damage.is_empty() {
         return html! {};

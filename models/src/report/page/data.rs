@@ -1,4 +1,4 @@
-//! What was measured, what the ensemble reaches, and the surrogate.
+//! Sections on the measured curves, the range of the ensemble, and the surrogate.
 
 use maud::{Markup, html};
 
@@ -28,7 +28,7 @@ pub(super) fn curves(results: &Results) -> Markup {
     }
 }
 
-/// What was seen in the measured curves, what is alike told once.
+/// Table of the findings in the measured curves; findings of one kind share a row.
 fn findings(results: &Results) -> Markup {
     let kinds = kinds(&results.findings);
     html! {
@@ -48,16 +48,17 @@ fn findings(results: &Results) -> Markup {
     }
 }
 
-/// Findings of one kind.
+/// Findings of one kind, which share a row of the table.
 struct Kind<'a> {
     finding: &'a str,
-    /// Each specimen with what it does.
+    /// Name of each specimen with its finding.
     specimens: Vec<String>,
-    /// What is said of all of them.
+    /// Advice that applies to all specimens of this kind.
     advice: &'a str,
 }
 
-/// Findings that are called alike and end with the same sentences, in the order of the first.
+/// Groups findings with the same name and the same advice (all sentences of the help text except the first), in order
+/// of first occurrence.
 fn kinds(findings: &[Finding]) -> Vec<Kind<'_>> {
     let mut kinds: Vec<Kind<'_>> = Vec::new();
     for Finding { specimen, finding, help } in findings {

@@ -1,4 +1,4 @@
-//! Which further test would tell what these leave open.
+//! Section on the expected benefit of further tests.
 
 use maud::{Markup, html};
 
@@ -31,7 +31,7 @@ pub(super) fn further(results: &Results) -> Markup {
     }
 }
 
-/// As in the table of parameters.
+/// Contraction from which a parameter counts as identified, as in the table of parameters.
 const IDENTIFIED: f64 = 0.5;
 
 fn of(parameter: &FurtherParameter) -> Markup {
@@ -61,7 +61,7 @@ fn of(parameter: &FurtherParameter) -> Markup {
     }
 }
 
-/// What a column of numbers is of.
+/// Heading of a column with numbers of specimens.
 fn wanted(goal: &FurtherNeeded) -> String {
     match goal.is_width {
         true => format!("until the interval is {}", plain(goal.value)),
@@ -69,7 +69,8 @@ fn wanted(goal: &FurtherNeeded) -> String {
     }
 }
 
-/// A number of specimens, or how far all of them lead.
+/// Text of a number of specimens. If the goal is never reached, the best possible value; otherwise "more than"
+/// [`FurtherTest::MOST`].
 fn answer(needed: &FurtherNeeded) -> String {
     let FurtherNeeded { is_width, value, specimens, limit } = *needed;
     match specimens {

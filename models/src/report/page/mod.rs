@@ -1,4 +1,4 @@
-//! The page of a case.
+//! Report page of a case.
 
 mod answer;
 mod confirmation;
@@ -14,7 +14,7 @@ use parts::{captioned, facts};
 use super::document::document;
 use super::results::Results;
 
-/// The report as HTML, figures inline.
+/// Returns the report as HTML, with inline figures.
 pub(crate) fn page(results: &Results) -> String {
     let content = html! {
         (unfinished(results))
@@ -45,7 +45,7 @@ pub(crate) fn page(results: &Results) -> String {
     document(&results.title, "figure", &content)
 }
 
-/// How far it is, where something is missing.
+/// Section with the state of all stages, if a stage is not finished.
 fn unfinished(results: &Results) -> Markup {
     if results.unfinished.is_empty() {
         return html! {};

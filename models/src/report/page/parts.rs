@@ -1,4 +1,4 @@
-//! What sections are made of.
+//! Elements of the sections of a page.
 
 use maud::{Markup, PreEscaped, html};
 
@@ -6,7 +6,7 @@ use crate::report::data_uri;
 use crate::report::figures::Place;
 use crate::report::results::PictureContent;
 
-/// A picture over what it shows.
+/// A picture with its caption below.
 pub(super) fn captioned(content: &PictureContent, caption: &str) -> Markup {
     html! {
         figure {
@@ -23,12 +23,12 @@ pub(super) fn image(png: &[u8], shows: &str) -> Markup {
     html! { img src=(data_uri::of_png(png)) alt=(shows); }
 }
 
-/// A figure over what it shows.
+/// A figure with its caption below.
 pub(super) fn figure(svg: &str, caption: Markup) -> Markup {
     html! { figure { (PreEscaped(svg)) figcaption { (caption) } } }
 }
 
-/// Panels beside each other, as many as the page is wide, over what they show.
+/// Panels side by side, wrapped to the width of the page, with their caption below.
 pub(super) fn panels(svgs: &[String], caption: Markup) -> Markup {
     html! {
         figure {
@@ -38,7 +38,7 @@ pub(super) fn panels(svgs: &[String], caption: Markup) -> Markup {
     }
 }
 
-/// A table that scrolls by itself where the page is too narrow for it.
+/// A table with its own scroll bar if the page is too narrow.
 pub(in crate::report) fn table(header: Markup, rows: Markup) -> Markup {
     html! {
         div.scroll { table { thead { tr { (header) } } tbody { (rows) } } }
@@ -53,7 +53,7 @@ pub(super) fn facts(pairs: &[(String, String)]) -> Markup {
     }
 }
 
-/// A matrix of panels; a narrow page leaves the ones above the diagonal out and puts two in a row.
+/// A matrix of panels. A narrow page omits the panels above the diagonal and shows two panels per row.
 pub(super) fn pairs(matrix: &[(Place, String)], caption: Markup) -> Markup {
     let columns = matrix.iter().filter(|(place, _)| *place == Place::Diagonal).count();
     let class = |place: Place| match place {

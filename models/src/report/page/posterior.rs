@@ -1,4 +1,4 @@
-//! The posterior, how it was sampled, and what it predicts.
+//! Sections on the posterior, its sampling and its predictions.
 
 use maud::{Markup, PreEscaped, html};
 
@@ -97,7 +97,7 @@ pub(super) fn predictions(results: &Results) -> Markup {
     }
 }
 
-/// Each specimen as the others predict it.
+/// Table of leave-one-out predictions of the specimens.
 fn left_out(loo: &[LeftOut]) -> Markup {
     if loo.is_empty() {
         return html! {};

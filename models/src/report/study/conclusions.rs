@@ -1,4 +1,4 @@
-//! Which conclusions survive another setting.
+//! Sections that compare the conclusions of a study under several settings.
 
 use maud::{Markup, html};
 
@@ -6,7 +6,7 @@ use super::super::digits::{plain, within};
 use super::super::page::parts::table;
 use super::results::{Conclusion, StudyResults};
 
-/// What the study says, and what is said under each of its other settings.
+/// Section with the conclusions of the study, and whether each is confirmed under the other settings.
 pub(super) fn conclusions(results: &StudyResults) -> Markup {
     if results.variants.is_empty() {
         return html! {};
@@ -62,12 +62,12 @@ pub(super) fn conclusions(results: &StudyResults) -> Markup {
     }
 }
 
-/// Whether the variant of this number bears a conclusion out.
+/// Whether the variant with this number confirms a conclusion.
 fn holds(conclusion: &Conclusion, variant: usize) -> bool {
     conclusion.found.get(variant + 1).is_some_and(|(_, holds)| *holds)
 }
 
-/// The intervals of all settings beside each other.
+/// Section with the intervals under all settings, side by side.
 pub(super) fn settings(results: &StudyResults) -> Markup {
     if results.variants.is_empty() {
         return html! {};

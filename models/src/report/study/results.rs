@@ -1,68 +1,68 @@
-//! What the page of a study tells, as plain numbers.
+//! Contents of the page of a study, as plain numbers.
 
 use super::super::results::{CalibratedParameter, Qoi};
 
-/// Everything that the page of a study shows.
+/// All data that the page of a study shows.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct StudyResults {
-    /// The headline.
+    /// Title of the page.
     pub(crate) title: String,
-    /// Sentences on cases that share specimens and disagree; the page begins with them.
+    /// Sentences on cases that share specimens but disagree; they are at the top of the page.
     pub(crate) contradictions: Vec<String>,
     /// The calibrations, in order.
     pub(crate) cases: Vec<ComparedCase>,
-    /// Those that could not be made.
+    /// Names of the cases that could not be calibrated.
     pub(crate) missing: Vec<String>,
-    /// The same under other settings.
+    /// The same calibrations under other settings.
     pub(crate) variants: Vec<Variant>,
-    /// What the calibrations say, and whether it is said under the other settings too.
+    /// Conclusions of the calibrations, and whether each is confirmed under the other settings.
     pub(crate) conclusions: Vec<Conclusion>,
-    /// Every two of them, parameter by parameter.
+    /// Comparisons of all pairs of calibrations, parameter by parameter.
     pub(crate) pairs: Vec<Pair>,
-    /// The file of the study.
+    /// Text of the study file.
     pub(crate) text: String,
 }
 
 /// One calibration of a study.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ComparedCase {
-    /// Its name, also of the folder with its own report.
+    /// Name of the case, and of the folder with its report.
     pub(crate) name: String,
-    /// The laboratory whose specimens it is calibrated against, if it has not its own.
+    /// Laboratory whose specimens the case is calibrated against; `None` if the case has its own specimens.
     pub(crate) laboratory: Option<String>,
-    /// What its specimens are read from, where another case may have the same ones: a laboratory, or a table.
+    /// Source of the specimens, if other cases may share them: a laboratory, or a table.
     pub(crate) specimens_from: Option<String>,
-    /// What the case says of its specimen, to be compared with that of others.
+    /// Description of the specimen in the case, for comparison with other cases.
     pub(crate) specimen: String,
     /// Paths of the parameters.
     pub(crate) names: Vec<String>,
-    /// The parameters.
+    /// The calibrated parameters.
     pub(crate) parameters: Vec<CalibratedParameter>,
-    /// The published mode of each, where there is one.
+    /// Published mode of each parameter, if there is one.
     pub(crate) reference: Vec<Option<f64>>,
-    /// The quantities of interest with the simulation at the mode.
+    /// The quantities of interest, including the simulation at the mode.
     pub(crate) qois: Vec<Qoi>,
-    /// Published differences of that simulation to the experiments in per cent; empty without.
+    /// Published differences between simulation and experiments in per cent; empty if there are none.
     pub(crate) reference_errors: Vec<f64>,
-    /// Warnings in words.
+    /// Text of the warnings.
     pub(crate) warnings: Vec<String>,
 }
 
-/// Two calibrations of one parameter.
+/// Comparison of two calibrations of one parameter.
 #[derive(Clone, Debug)]
 pub(crate) struct Pair {
-    /// Their names.
+    /// Names of the two cases.
     pub(crate) cases: [String; 2],
     /// Label of the parameter.
     pub(crate) label: String,
-    /// The mass that the posteriors have in common.
+    /// Probability mass that the two posteriors have in common.
     pub(crate) overlap: f64,
-    /// Ratio of the second to the first: median, 5 and 95 % quantiles.
+    /// Ratio of the second case to the first: median, 5 and 95 % quantiles.
     pub(crate) ratio: [f64; 3],
 }
 
 impl Pair {
-    /// Whether the 90 % interval of the ratio leaves out 1.
+    /// Whether the 90 % interval of the ratio excludes 1.
     pub(crate) fn differ(&self) -> bool {
         self.ratio[1] > 1.0 || self.ratio[2] < 1.0
     }
@@ -71,24 +71,25 @@ impl Pair {
 /// The calibrations of a study under another setting.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Variant {
-    /// Its headline.
+    /// Title of the setting.
     pub(crate) title: String,
-    /// Its folder, with a report of its own.
+    /// Folder of the setting, with its own report.
     pub(crate) folder: String,
     /// The calibrations, in the order of the study.
     pub(crate) cases: Vec<ComparedCase>,
-    /// Those that could not be made.
+    /// Names of the cases that could not be calibrated.
     pub(crate) missing: Vec<String>,
 }
 
-/// A sentence that a study says under its first setting.
+/// A conclusion of a study under its first setting.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Conclusion {
-    /// The sentence.
+    /// The conclusion as a sentence.
     pub(crate) claim: String,
-    /// Under each setting what was found, and whether it bears the sentence out.
+    /// For each setting: the result as text, and whether it confirms the conclusion.
     pub(crate) found: Vec<(String, bool)>,
 }
 
-/// Within so many per cent of the experimental mean a simulation is said to reproduce it (the paper).
+/// Largest difference to the experimental mean, in per cent, at which a simulation counts as reproducing the experiment
+/// (the paper).
 pub(crate) const REPRODUCED: f64 = 10.0;

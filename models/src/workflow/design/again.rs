@@ -1,5 +1,5 @@
-//! The present test with further quantities of its curves: those of the specimens are there, so that what
-//! they tell is found by calibrating to them.
+//! Candidate that takes further quantities from the existing curves of the present test. Because the curves exist, its
+//! information is found by calibrating to these quantities.
 
 use fem::RunRecord;
 use ppl::{Nuts, Posterior};
@@ -23,15 +23,15 @@ use crate::further_test::{Belief, FurtherTest};
 use crate::qoi::{Qois, Quantity};
 use crate::table::CsvTable;
 
-/// Calibrates to what the case compares and the further quantities, of the curves that are there; what is
-/// known then, and more such specimens as a test.
+/// Calibrates to the compared and the further quantities of the existing curves. Returns the knowledge of the
+/// parameters after that, and a test of more such specimens.
 pub(super) fn test(
     task: &Task<'_>,
     case: &CandidateCase,
     place: usize,
 ) -> Result<(Belief, FurtherTest), WorkflowError> {
     let inputs = &task.inputs;
-    // what is read here names the runs of the ensemble, as it did there
+    // read the same inputs as the stage `ensemble`, which identify its runs
     let ensemble = task.with(inputs.afresh());
     let plan = Plan::of(&ensemble.inputs, usize::MAX)?;
     let qoi = inputs.qoi();
@@ -72,13 +72,13 @@ pub(super) fn test(
     Ok((belief, FurtherTest { draws, shared, seen }))
 }
 
-/// The runs of a level with other quantities.
+/// Computes other quantities of the runs of a level.
 fn with_quantities(level: LevelRuns, qoi: &QoiCase) -> LevelRuns {
     let derivatives = level.records.iter().any(|r: &RunRecord| !r.sensitivities.names.is_empty());
     LevelRuns::new(level.records, qoi, derivatives)
 }
 
-/// Quantities of the specimens, taken from their curves as the stage `experiments` does.
+/// Quantities of the specimens, computed from their curves as in the stage `experiments`.
 fn read_again(
     inputs: &Inputs<'_>,
     quantities: &[Quantity],
@@ -106,7 +106,7 @@ fn read_again(
     Ok(rows)
 }
 
-/// The draws of a posterior that was sampled just now.
+/// Draws of a posterior in memory.
 fn draws(posterior: &Posterior, pce: &DynPce) -> Vec<Draw> {
     let group = &posterior.posterior;
     let of = |name: &str| {

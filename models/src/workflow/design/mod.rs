@@ -1,5 +1,5 @@
-//! Stage `design`: which further test would tell what the present ones leave open, and how many specimens
-//! it takes.
+//! Stage `design`: which further test would reduce the uncertainty that the present tests leave, and with how many
+//! specimens.
 
 mod again;
 mod other;
@@ -12,13 +12,14 @@ use crate::further_test::{Belief, Expected, FurtherTest, FurtherTestError, Goal}
 use crate::progress::say;
 use present::Present;
 
-/// The contraction from which on a parameter is called identified.
+/// Contraction above which a parameter is called identified.
 const IDENTIFIED: f64 = 0.5;
 
-/// A test with what is known before it is made.
+/// A test, and the knowledge of the parameters before it is made.
 struct Candidate {
     name: String,
-    /// Of a test whose curves are there this is more than the calibration knows.
+    /// Knowledge of the parameters. If the test takes further quantities from existing curves, the posterior given
+    /// these quantities, which is narrower than that of the calibration.
     belief: Belief,
     test: FurtherTest,
 }
@@ -37,7 +38,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         task.check_interrupt()?;
         say("design", &case.name);
         let made = match case.is_another_test() {
-            // before it nothing more is known
+            // a new test adds no knowledge before it is made
             true => other::test(task, &present, case, place)
                 .map(|test| (candidates[0].belief.clone(), test)),
             false => again::test(task, case, place),

@@ -1,4 +1,5 @@
-//! Another test: a rate, a specimen, a case with other keys, known from a small ensemble of its own.
+//! Candidate that is another test (another rate, another specimen, a case with other keys), known from its own small
+//! ensemble.
 
 use surrogate::FitReport;
 
@@ -16,10 +17,10 @@ use crate::further_test::FurtherTest;
 use crate::progress::say;
 use crate::qoi::Quantity;
 
-/// Runs what is not finished of the candidate's ensemble, and takes the test from it.
+/// Makes the unfinished runs of the candidate's ensemble, and derives the test from them.
 ///
-/// Its error is that of its own runs, and for the quantities that the case compares that of `[fidelity]` and
-/// the discrepancy: the meshes and the model are the same.
+/// The error is that of the candidate's own runs. For the quantities that the case compares, the errors of `[fidelity]`
+/// and of the discrepancy are added, because the meshes and the model are the same.
 pub(super) fn test(
     task: &Task<'_>,
     present: &Present,
@@ -28,7 +29,7 @@ pub(super) fn test(
 ) -> Result<FurtherTest, WorkflowError> {
     let file = task.inputs.candidate(case)?;
     let own = task.with(task.inputs.of(&file));
-    // its runs are named by its own specimen too
+    // the runs depend on the candidate's geometry: reading it adds it to their identity
     own.inputs.geometry()?;
     let mut plan = Plan::of(&own.inputs, usize::MAX)?;
     let quantities = file.case.qoi.quantities.clone();
@@ -55,7 +56,7 @@ pub(super) fn test(
     let specimens = of_specimens(&task.inputs)?;
     let fit = Fitted::of(&data, &specimens, task.inputs.surrogate(), Vec::new())?;
     let data = knowing_stiffness(&data, &specimens)?.unwrap_or(data);
-    // what is known of specimens is known of further ones too, and stands at its mean
+    // inputs that are known for each specimen will be known for further specimens too; they are set to their means
     let known: Vec<f64> =
         (present.prior.len()..data.inputs().len()).map(|i| mean_of(&data, i)).collect();
     let means = fit.pce.value(&[present.mean(), known.clone()].concat())?;
@@ -68,14 +69,14 @@ pub(super) fn test(
     Ok(FurtherTest { draws, shared, seen: 0 })
 }
 
-/// Least number of runs that show derivatives.
+/// Minimum number of runs from which derivatives can be estimated.
 const LEAST_RUNS: usize = 4;
 
 fn mean_of(data: &surrogate::Dataset, input: usize) -> f64 {
     data.rows().map(|(x, _)| x[input]).sum::<f64>() / data.len() as f64
 }
 
-/// Adds what the corrections of `[fidelity]` are off by, for the quantities that they correct.
+/// Adds the error covariance of the corrections of `[fidelity]`, for the quantities that they correct.
 fn add_error_of_meshes(
     task: &Task<'_>,
     outputs: &[String],
@@ -99,8 +100,9 @@ fn add_error_of_meshes(
     Ok(())
 }
 
-/// How the quantities scatter between specimens: as those of the present test do at this draw, or as the
-/// candidate has it; ones that the present test does not have hang together with nothing.
+/// Covariance of the quantities between specimens. The standard deviation is that specified by the candidate, otherwise
+/// that of the present test at this draw. Correlations are those of the present test; quantities that the present test
+/// does not have are uncorrelated.
 fn scatter(
     draw: &Draw,
     present: &Present,
@@ -113,7 +115,7 @@ fn scatter(
     let sd = |quantity: &Quantity| match (case.scatter_percent.get(quantity), place(quantity)) {
         (Some(percent), _) => 0.01 * percent,
         (None, Some(at)) => draw.scatter[at][at].sqrt(),
-        // refused where the case is read
+        // the check of the case refuses a quantity without either
         (None, None) => f64::NAN,
     };
     let correlation = |a: &Quantity, b: &Quantity| match (place(a), place(b)) {

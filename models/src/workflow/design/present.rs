@@ -1,4 +1,4 @@
-//! What the calibration knows: draws of its posterior, and the present test at them.
+//! The present knowledge: posterior draws of the calibration, and the present test at these draws.
 
 use surrogate::{DynPce, Input};
 
@@ -11,8 +11,8 @@ use crate::fracture::{column_means, short_name};
 use crate::further_test::{Belief, FurtherTest, FurtherTestError, TestAtDraw};
 use crate::table::CsvTable;
 
-/// Draws of the posterior over which is averaged: the standard error of a mean over them is some 5 % of
-/// their spread.
+/// Number of posterior draws in averages: the standard error of a mean is about 5 % of the standard deviation of the
+/// draws.
 const DRAWS: usize = 400;
 
 /// A draw of a posterior.
@@ -23,15 +23,15 @@ pub(super) struct Draw {
     pub(super) scatter: Vec<Vec<f64>>,
 }
 
-/// The present posterior.
+/// The posterior of the calibration.
 pub(super) struct Present {
     /// The parameters with their bounds.
     pub(super) prior: Vec<Input>,
     pub(super) draws: Vec<Draw>,
-    /// Columns of the quantities.
+    /// Names of the quantities' columns.
     pub(super) outputs: Vec<String>,
     pce: DynPce,
-    /// What is known of each specimen, at its mean.
+    /// Known inputs of the specimens, at their mean.
     known: Vec<f64>,
     specimens: usize,
     shared: Vec<Vec<f64>>,
@@ -56,7 +56,7 @@ impl Present {
         belief(&self.prior, &self.draws)
     }
 
-    /// More specimens of the present test.
+    /// Test of more specimens of the same kind as the present ones.
     pub(super) fn test(&self) -> Result<FurtherTest, WorkflowError> {
         let scatter = |draw: &Draw| draw.scatter.clone();
         Ok(FurtherTest {
@@ -66,21 +66,21 @@ impl Present {
         })
     }
 
-    /// The mean of each parameter.
+    /// Posterior mean of each parameter.
     pub(super) fn mean(&self) -> Vec<f64> {
         column_means(&self.draws.iter().map(|draw| draw.theta.clone()).collect::<Vec<_>>())
     }
 }
 
-/// What draws of a posterior say of the parameters.
+/// Knowledge of the parameters, from posterior draws.
 pub(super) fn belief(prior: &[Input], draws: &[Draw]) -> Result<Belief, FurtherTestError> {
     let bounds: Vec<[f64; 2]> = prior.iter().map(|input| [input.lower, input.upper]).collect();
     let theta: Vec<Vec<f64>> = draws.iter().map(|draw| draw.theta.clone()).collect();
     Belief::of_draws(&bounds, &theta)
 }
 
-/// A test whose quantities are those of an expansion, at some of the draws: derivatives are relative to the
-/// quantities there. What is `known` of specimens stands behind the parameters.
+/// A test whose quantities are given by an expansion, at a subset of the draws. Derivatives are relative to the
+/// quantities at the draw. `known` are the values of the expansion's further inputs, after the parameters.
 pub(super) fn at_draws(
     pce: &DynPce,
     known: &[f64],
@@ -99,7 +99,7 @@ pub(super) fn at_draws(
     draws.iter().step_by(every).map(at).collect()
 }
 
-/// The draws of `posterior.csv`.
+/// Reads the draws of `posterior.csv`.
 fn draws(task: &Task<'_>, prior: &[Input], outputs: &[String]) -> Result<Vec<Draw>, WorkflowError> {
     let short: Vec<String> = outputs.iter().map(|name| short_name(name)).collect();
     let sd: Vec<String> = short.iter().map(|name| format!("sd[{name}]")).collect();

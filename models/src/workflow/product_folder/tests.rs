@@ -1,4 +1,4 @@
-//! Whose a file is, and what becomes of it.
+//! Tests of the owner of files, and of what is replaced or removed.
 
 use super::super::written::WRITTEN;
 use super::*;
@@ -21,7 +21,7 @@ fn own_files_are_replaced_and_removed_and_those_of_the_user_are_not() {
     let dir = tempfile::tempdir().unwrap();
     let read = |name: &str| std::fs::read_to_string(dir.path().join(name)).unwrap();
     let write = |name: &str, text: &str| std::fs::write(dir.path().join(name), text).unwrap();
-    // another process, which has not seen what this one has written
+    // another process, which has not yet read the records that this one writes
     let late = folder(dir.path());
     let own = folder(dir.path());
     own.write("mesh.msh", COMMAND, b"one").unwrap();
@@ -32,7 +32,7 @@ fn own_files_are_replaced_and_removed_and_those_of_the_user_are_not() {
     .unwrap();
     assert_eq!(read("mesh.msh"), "three");
 
-    // changed by the user, or never written by the program
+    // edited by the user, or never written by the program
     write("mesh.msh", "edited");
     write("notes.txt", "notes");
     assert!(own.is_edited("mesh.msh").unwrap() && !own.is_edited("notes.txt").unwrap());
@@ -47,12 +47,12 @@ fn own_files_are_replaced_and_removed_and_those_of_the_user_are_not() {
         own.remove_leftovers(&["mesh.msh", "notes.txt"], |_| false).unwrap();
         assert_eq!(read(name), before);
     }
-    // content that the program had written before is its own
+    // a content that the program has written earlier belongs to the program
     write("mesh.msh", "one");
     own.remove_leftovers(&["mesh.*"], |_| false).unwrap();
     assert!(!dir.path().join("mesh.msh").exists());
 
-    // what is allowed by name is replaced, and nothing else
+    // only a file that is allowed by name is replaced
     let allowed = std::path::absolute(dir.path().join("notes.txt")).unwrap();
     ProductFolder::new(dir.path(), &[allowed]).write("notes.txt", COMMAND, b"new").unwrap();
     assert_eq!(read("notes.txt"), "new");
@@ -64,13 +64,13 @@ fn a_kill_between_the_record_and_the_file_leaves_the_old_file_which_is_still_the
     let dir = tempfile::tempdir().unwrap();
     let own = folder(dir.path());
     own.write("map.csv", COMMAND, b"one").unwrap();
-    // recorded, and killed before the file got its name
+    // the content is recorded, but the process was killed before the file got its name
     own.written.add("map.csv", ContentHash::of_bytes(b"two")).unwrap();
     assert_eq!(folder(dir.path()).owner("map.csv").unwrap(), Owner::Program);
-    // and after it
+    // the process was killed after the file got its name
     std::fs::write(dir.path().join("map.csv"), "two").unwrap();
     assert_eq!(folder(dir.path()).owner("map.csv").unwrap(), Owner::Program);
-    // half files have other names
+    // partial files have other names
     let partial = dir.path().join(".map.csv.partial");
     std::fs::create_dir(&partial).unwrap();
     std::fs::write(partial.join("map.csv"), "th").unwrap();

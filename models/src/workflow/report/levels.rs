@@ -1,4 +1,4 @@
-//! What the report tells of runs on cheap meshes that were corrected.
+//! Report on the corrections of runs on cheap meshes.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +10,7 @@ use crate::qoi::Quantity;
 use crate::report::Results;
 use crate::table::CsvTable;
 
-/// Scales the curves of the ensemble as its quantities were corrected, and says what the corrections are;
+/// Scales the curves of the ensemble by the correction of their quantities, and adds a note on each correction. Does
 /// nothing without `[fidelity]`.
 pub(super) fn corrected(
     inputs: &Inputs<'_>,

@@ -1,4 +1,4 @@
-//! Stage `report`: figures and tables of the whole job on one page.
+//! Stage `report`: figures and tables of all stages on one page.
 
 mod levels;
 mod load;

@@ -1,4 +1,4 @@
-//! The model at the mode has to reproduce the means of the specimens.
+//! Rule: the model at the mode must reproduce the means of the specimens.
 
 use super::super::WorkflowError;
 use super::super::inputs::Inputs;
@@ -8,36 +8,37 @@ use crate::qoi::Quantity;
 use crate::report::Qualifier;
 use crate::table::{CsvTable, TableRow};
 
-/// Standard deviations of the difference that a good fit may be off by.
+/// A misfit is poor if it exceeds this number of its standard deviations.
 const DEVIATIONS: f64 = 3.0;
-/// A smaller misfit than this is never poor, %.
+/// A misfit smaller than this is never poor, %.
 const NEGLIGIBLE: f64 = 2.0;
-/// A larger misfit than this is always poor, %.
+/// A misfit larger than this is always poor, %.
 const LARGEST: f64 = 10.0;
 
-/// By the surrogate, which is the mean response of all microstructures of the runs.
+/// Rule on the surrogate, which is the mean response of all microstructures of the runs.
 pub(super) const AT_THE_SURROGATE: Rule =
     Rule { reads: &["calibrate"], check: |inputs| Ok(surrogate(&misfits(inputs)?)) };
 
-/// By the simulation at the mode, on one microstructure.
+/// Rule on the simulation at the mode, which uses a single microstructure.
 pub(super) const SIMULATED: Rule = Rule {
     reads: &["calibrate", "confirm"],
     check: |inputs| Ok(simulation(&misfits(inputs)?, &simulated(inputs)?)),
 };
 
-/// How far the model at the mode is from the specimens in one quantity, %.
+/// Misfit between the model at the mode and the mean of the specimens in one quantity, %.
 #[derive(Clone, Debug)]
 struct Misfit {
     quantity: String,
-    /// Of the surrogate.
+    /// Misfit of the surrogate, %.
     percent: f64,
-    /// √((Σ/n + S)_mm).
+    /// Standard deviation of the surrogate's misfit, √((Σ/n + S)_mm) in %. Σ is the covariance between the n specimens,
+    /// S the covariance of the errors that all specimens share.
     sd_percent: f64,
-    /// The same for a simulation on one microstructure.
+    /// Standard deviation of the misfit of a simulation on a single microstructure, %.
     simulation_sd_percent: f64,
 }
 
-/// Whether a misfit is more than chance explains, or more than a result can be used with.
+/// Whether a misfit is larger than chance explains, or too large for the result to be used.
 fn is_poor(percent: f64, sd_percent: f64) -> bool {
     percent.abs() > (DEVIATIONS * sd_percent).max(NEGLIGIBLE) || percent.abs() > LARGEST
 }
@@ -57,7 +58,7 @@ fn misfits(inputs: &Inputs<'_>) -> Result<Vec<Misfit>, WorkflowError> {
     Ok(table.rows().map(misfit).collect::<Result<_, InputError>>()?)
 }
 
-/// Of the confirming simulation, %, in the order of the quantities.
+/// Misfit of the simulation at the mode, %, in the order of the quantities.
 fn simulated(inputs: &Inputs<'_>) -> Result<Vec<f64>, WorkflowError> {
     let path = inputs.file("confirm.csv")?;
     let table = CsvTable::read(&path, &["experiment_mean", "map_simulation"])?;
@@ -77,7 +78,7 @@ fn words(quantity: &str, percent: f64, sd_percent: f64) -> String {
     format!("{quantity} is {percent:+.1} % from the mean of the specimens (bound {bound:.1} %)")
 }
 
-/// Quantities that the surrogate does not fit.
+/// Warning on the quantities that the surrogate does not fit.
 fn surrogate(misfits: &[Misfit]) -> Vec<Warning> {
     let poor = misfits.iter().filter(|misfit| is_poor(misfit.percent, misfit.sd_percent));
     let poor: Vec<String> =
@@ -94,7 +95,7 @@ fn surrogate(misfits: &[Misfit]) -> Vec<Warning> {
     qualified(Qualifier::PoorFit, text)
 }
 
-/// Quantities that the surrogate fits and the simulation does not.
+/// Warning on the quantities that the surrogate fits but the simulation does not.
 fn simulation(misfits: &[Misfit], simulated: &[f64]) -> Vec<Warning> {
     let is_worse = |(misfit, percent): &(&Misfit, &f64)| {
         is_poor(**percent, misfit.simulation_sd_percent)
@@ -123,9 +124,9 @@ mod tests {
     fn a_misfit_is_poor_beyond_three_deviations_two_percent_and_ten() {
         // 3 sd = 4.5 %
         assert!(!is_poor(4.49, 1.5) && is_poor(4.51, 1.5) && is_poor(-4.51, 1.5));
-        // 3 sd = 0.3 %, below what is worth a word
+        // 3 sd = 0.3 %, which is negligible
         assert!(!is_poor(1.99, 0.1) && is_poor(2.01, 0.1));
-        // 3 sd = 24 %: a fit that is off by a tenth is of no use, however uncertain the mean
+        // 3 sd = 24 %: a misfit of 10 % makes the fit useless, however uncertain the mean is
         assert!(!is_poor(9.99, 8.0) && is_poor(10.01, 8.0) && is_poor(-10.01, 8.0));
     }
 
@@ -134,7 +135,8 @@ mod tests {
         Misfit { quantity, percent, sd_percent: 1.0, simulation_sd_percent: 2.0 }
     }
 
-    /// The figures of the issue: a toe of 0.02 mm left in (20.3 %), a load cell off by -20 N (13.7 %).
+    /// Figures of the issue: a toe of 0.02 mm that was not removed (20.3 %), a load cell with an offset of −20 N (13.7
+    /// %).
     #[test]
     fn poor_fits_are_named_with_their_bound_and_qualify_the_result() {
         for percent in [20.3, 13.7, -3.1] {
@@ -148,13 +150,13 @@ mod tests {
         assert!(surrogate(&[misfit(0.2), misfit(2.9)]).is_empty());
     }
 
-    /// A microstructure differs from the mean response, which the surrogate is.
+    /// The surrogate is the mean response, from which a single microstructure differs.
     #[test]
     fn a_simulation_may_be_off_by_what_its_microstructure_scatters() {
         assert!(simulation(&[misfit(0.2)], &[5.9]).is_empty());
         let warnings = simulation(&[misfit(0.2)], &[6.1]);
         assert!(warnings[0].text.contains("although the surrogate fits"), "{warnings:?}");
-        // said of the surrogate already
+        // the rule on the surrogate already warns of this quantity
         assert!(simulation(&[misfit(7.0)], &[7.0]).is_empty());
     }
 }

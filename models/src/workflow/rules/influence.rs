@@ -1,4 +1,4 @@
-//! No single specimen may decide the result.
+//! Rule: no single specimen may decide the result.
 
 use super::super::WorkflowError;
 use super::super::inputs::Inputs;
@@ -6,26 +6,26 @@ use super::super::rule::{Rule, Warning};
 use crate::report::MOST_SHIFT;
 use crate::table::CsvTable;
 
-/// Of each specimen, by calibrations without it.
+/// Rule on each specimen, from calibrations without it.
 pub(super) const RULE: Rule =
     Rule { reads: &["calibrate"], check: |inputs| Ok(warned(&shifts(inputs)?)) };
 
-/// Shift of a posterior mean without a specimen.
+/// Shift of a parameter's posterior mean if a specimen is left out.
 #[derive(Clone, Debug)]
 struct Shift {
     specimen: String,
     parameter: String,
-    /// In posterior standard deviations.
+    /// Shift in posterior standard deviations.
     sd: f64,
 }
 
-/// Whether a specimen moves a parameter by more than the posterior says it is uncertain.
+/// Whether leaving out a specimen shifts a parameter by more than its posterior standard deviation.
 fn is_decisive(shift_sd: f64) -> bool {
     shift_sd.abs() > MOST_SHIFT
 }
 
 fn shifts(inputs: &Inputs<'_>) -> Result<Vec<Shift>, WorkflowError> {
-    // absent where specimens cannot be left out, which the stage calibrate warns of
+    // the file is missing if specimens cannot be left out; the stage `calibrate` warns of that
     if inputs.file_if_there("influence.csv").is_none() {
         return Ok(Vec::new());
     }
@@ -39,7 +39,7 @@ fn shifts(inputs: &Inputs<'_>) -> Result<Vec<Shift>, WorkflowError> {
     Ok(shifts)
 }
 
-/// One warning a specimen.
+/// One warning for each decisive specimen.
 fn warned(shifts: &[Shift]) -> Vec<Warning> {
     let mut specimens: Vec<&str> = Vec::new();
     let decisive: Vec<&Shift> = shifts.iter().filter(|shift| is_decisive(shift.sd)).collect();

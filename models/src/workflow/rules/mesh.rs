@@ -1,4 +1,4 @@
-//! The intervals have to include the error of the mesh.
+//! Rule: the intervals must include the error of the mesh.
 
 use super::super::WorkflowError;
 use super::super::inputs::Inputs;
@@ -7,26 +7,26 @@ use crate::qoi::Quantity;
 use crate::report::Qualifier;
 use crate::table::CsvTable;
 
-/// A smaller error than this is never worth a word, %.
+/// An error of the mesh smaller than this is not reported, %.
 const NEGLIGIBLE: f64 = 2.0;
 
-/// Of each quantity at the mode, as far as it was estimated from a second mesh.
+/// Rule on the error of each quantity at the mode that was estimated with a second mesh.
 pub(super) const RULE: Rule =
     Rule { reads: &["calibrate", "confirm"], check: |inputs| Ok(warned(&errors(inputs)?)) };
 
-/// The estimated error of the mesh in one quantity, beside the errors that the intervals include, %.
+/// Estimated error of the mesh in one quantity, %, with the errors that the intervals include.
 #[derive(Clone, Debug)]
 struct MeshError {
     quantity: Quantity,
     percent: f64,
     /// Posterior standard deviation of the mean response.
     sd_percent: f64,
-    /// Standard deviation that `[calibration.discrepancy]` states; 0 where it states none.
+    /// Standard deviation specified in `[calibration.discrepancy]`; 0 if none is specified.
     stated_percent: f64,
 }
 
 impl MeshError {
-    /// Whether the error moves the result by more than its intervals include.
+    /// Whether the error of the mesh is larger than the errors that the intervals include.
     fn is_large(&self) -> bool {
         let included = self.sd_percent.max(self.stated_percent);
         self.percent.abs() > NEGLIGIBLE.max(included)
@@ -41,7 +41,7 @@ fn errors(inputs: &Inputs<'_>) -> Result<Vec<MeshError>, WorkflowError> {
     let stated = &inputs.calibration().discrepancy.percent;
     let mut errors = Vec::new();
     for row in confirm.rows() {
-        // not estimated of a mesh from a file
+        // the error is not estimated for a mesh from a file
         let Ok(percent) = row.text("mesh_error_percent").parse::<f64>() else { continue };
         let Some(quantity) = Quantity::of_column(row.text("qoi")) else { continue };
         let mean = summary.named("parameter", &format!("mean[{}]", quantity.column()))?;
@@ -93,7 +93,7 @@ mod tests {
         assert!(!error(3.8, 1.4, 3.8).is_large() && error(3.9, 1.4, 3.8).is_large());
     }
 
-    /// The figures of the issue: slope -10.2 % against a posterior of 2.5 %.
+    /// Figures of the issue: a slope error of −10.2 % with a posterior standard deviation of 2.5 %.
     #[test]
     fn a_large_error_is_named_with_what_mends_it_and_qualifies_the_result() {
         let warnings = warned(&[error(-10.2, 2.5, 0.0), error(0.4, 1.0, 0.0)]);

@@ -1,4 +1,4 @@
-//! Runs on one microstructure do not show how others scatter about it.
+//! Rule: runs on a single microstructure do not show the scatter between microstructures.
 
 use surrogate::Dataset;
 
@@ -9,24 +9,24 @@ use super::super::rule::{Rule, Warning, qualified};
 use crate::case::{Microstructure, SpecimenGeometry};
 use crate::report::Qualifier;
 
-/// Of all runs.
+/// Rule on the runs of the ensemble.
 pub(super) const RULE: Rule = Rule { reads: &["ensemble"], check };
 
-/// Where the one microstructure of all runs comes from.
+/// Origin of the single microstructure of all runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Source {
-    /// A packing that is filled, `design.microstructure = "one"`.
+    /// A generated packing, with `design.microstructure = "one"`.
     Packing,
-    /// The only image that there is.
+    /// The only image of the case.
     Image,
     /// The first of several images, `design.microstructure = "one"`.
     FirstImage,
-    /// A mesh of several regions.
+    /// A mesh file with several regions.
     Mesh,
 }
 
 impl Source {
-    /// None for specimens that are all matrix.
+    /// The origin of the microstructure; none for specimens of matrix alone.
     fn of(geometry: &SpecimenGeometry, asked: Microstructure) -> Option<Self> {
         match geometry {
             SpecimenGeometry::Cylinder { grains, .. } => grains.as_ref().map(|_| Self::Packing),
@@ -64,7 +64,7 @@ impl Source {
 
 fn check(inputs: &Inputs<'_>) -> Result<Vec<Warning>, WorkflowError> {
     let runs = Dataset::read_csv(inputs.file("runs.csv")?)?;
-    // the case is read only where it matters
+    // read the case only if needed: reading a key registers a dependency
     if MadeOn::of(&runs) != MadeOn::One {
         return Ok(Vec::new());
     }

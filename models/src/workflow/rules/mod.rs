@@ -1,6 +1,7 @@
-//! Rules on the results: what makes an identified value doubtful although the sampler has nothing to warn of.
+//! Rules on the results, which restrict the verdict "identified" for reasons that sampler diagnostics cannot show.
 //!
-//! A rule is a file beside this one and a line in [`RULES`]. Each has one bound, and a test on both sides of it.
+//! A rule is a module in this folder and an entry in [`RULES`]. Each rule has one bound, which its tests check from
+//! both sides.
 
 mod fit;
 mod influence;

@@ -1,4 +1,5 @@
-//! Laboratories without simulations: whether intervals hold what runs on few specimens leave open.
+//! Coverage of intervals that include the error of a mean response estimated from few specimens, in emulated
+//! laboratories without simulations.
 
 use ppl::prelude::*;
 use rand::{Rng, SeedableRng};
@@ -16,7 +17,7 @@ use crate::case::SurrogateCase;
 const SPECIMENS: usize = 12;
 const RUNS: usize = 60;
 
-/// Stiffness ratio of a specimen and what else its grains do to each quantity, as logarithms.
+/// Logarithms of a specimen's stiffness ratio and of the remaining effect of its grains on each quantity.
 struct Grains {
     ratio: f64,
     rest: [f64; 2],
@@ -28,7 +29,7 @@ impl Grains {
         Self { ratio: normal(of_ratio), rest: [normal(rest), normal(rest)] }
     }
 
-    /// Slope and displacement at peak of the viscous limit.
+    /// Slope and displacement at the peak in the viscous limit.
     fn quantities(&self, [young, viscosity]: [f64; 2], noise: [f64; 2]) -> Vec<f64> {
         let slope = (young / 275.0).ln() + self.ratio + self.rest[0] + noise[0];
         let place = (viscosity / young * 900.0).ln() / 3.0 + 0.3 * self.ratio;
@@ -41,13 +42,13 @@ fn prior() -> Vec<Input> {
     vec![Input::new("young", 200.0, 370.0).unwrap(), Input::new("viscosity", 0.1, 0.6).unwrap()]
 }
 
-/// A laboratory with an ensemble of its own on a few specimens; where they are not `shared`, runs are taken for ones
-/// that have a specimen each.
+/// A laboratory with its own ensemble on a few specimens. If `shared` is false, the runs are treated as if each had its
+/// own specimen.
 struct Laboratory {
     seed: u64,
-    /// Specimens of the ensemble.
+    /// Number of specimens of the ensemble.
     count: usize,
-    /// Standard deviations of the logarithms of k and of what else grains do.
+    /// Standard deviations of the logarithm of the stiffness ratio and of the remaining effect of the grains.
     scatter: [f64; 2],
     knows_ratio: bool,
 }
@@ -74,9 +75,10 @@ impl Laboratory {
         runs
     }
 
-    /// Of E whether the 90 % interval holds the truth, and how wide it is. The interval is that of the linear model at the
-    /// estimate: the mean response is solved for the parameters, and the covariance of the specimens' mean is that of their
-    /// scatter, known from so many, and of what they share.
+    /// Returns whether the 90 % interval of E contains the true value, and the width of the interval. The interval is
+    /// that of the linearised model at the estimate: the mean response is solved for the parameters. The covariance of
+    /// the specimens' mean is the sum of the contribution of their scatter, estimated from the specimens, and of the
+    /// errors that they share.
     fn interval(&self, shared: bool) -> (bool, f64) {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(self.seed);
         let runs = self.runs(&mut rng, shared);
@@ -86,7 +88,7 @@ impl Laboratory {
         let qois: Vec<Vec<f64>> = specimens
             .iter()
             .map(|grains| {
-                // the material itself scatters a little
+                // the material scatters slightly too
                 let noise = [(); 2].map(|()| 0.005 * rng.sample::<f64, _>(StandardNormal));
                 grains.quantities(truth, noise)
             })
@@ -137,10 +139,11 @@ impl Laboratory {
     }
 }
 
-/// Of the normal distribution at 95 %.
+/// Quantile of the standard normal distribution at 95 %.
 const NORMAL: f64 = 1.644854;
 
-/// Of 90 % intervals the part that holds the truth and the mean width, with what few specimens leave open and without.
+/// Coverage and mean width of 90 % intervals, with and without the error of a mean response estimated from few
+/// specimens.
 fn coverage(count: usize, scatter: [f64; 2], knows_ratio: bool) -> [(f64, f64); 2] {
     [true, false].map(|shared| {
         let of = |seed| Laboratory { seed, count, scatter, knows_ratio }.interval(shared);
@@ -155,7 +158,7 @@ fn coverage(count: usize, scatter: [f64; 2], knows_ratio: bool) -> [(f64, f64); 
 
 const LABORATORIES: u64 = 300;
 
-/// Of nominal 90 %: √(0.9 · 0.1/300).
+/// Standard error of a coverage of 90 %: √(0.9 · 0.1/300).
 const STANDARD_ERROR: f64 = 0.0173;
 
 #[test]
@@ -165,7 +168,7 @@ fn intervals_hold_what_three_images_leave_open() {
     assert!(without.0 < 0.9 - 5.0 * STANDARD_ERROR, "{without:?}");
 }
 
-/// With the ratio as an input what is left of the scatter is small, and so is what few specimens leave open.
+/// With the stiffness ratio as an input, the remaining scatter is small, and so is the error from few specimens.
 #[test]
 fn intervals_hold_what_six_images_leave_open_beside_their_stiffness() {
     let [with, without] = coverage(6, [0.03, 0.01], true);

@@ -1,4 +1,4 @@
-//! The tangent on the values that are not constrained, on a device.
+//! Tangent on the values that are not constrained, on a device.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -8,13 +8,13 @@ use crate::device::{Argument, Array};
 use crate::operator::{AppliedOnDevice, NodeBlock};
 use crate::solve::linear::vector::Nodal;
 
-/// What changes from tangent to tangent.
+/// Constraints, weights and contact of the current tangent.
 #[derive(Debug)]
 pub(super) struct Constraints {
     free: Array<u8>,
     /// 1/|A_ii|, zero in constrained values.
     weight: Array<f64>,
-    /// What contact adds: nodes, each once, and their blocks.
+    /// Contributions of contact: each node once, and its block.
     node: Array<u32>,
     block: Array<f64>,
 }
@@ -29,7 +29,7 @@ impl Constraints {
         }
     }
 
-    /// Takes over what a new tangent constrains.
+    /// Stores the constraints, weights and contact of a new tangent.
     pub(super) fn take(
         &mut self,
         vectors: &DeviceVectors,
@@ -60,7 +60,7 @@ impl Constraints {
     }
 }
 
-/// A matrix on the values that are not constrained, and where it is.
+/// Matrix on the values that are not constrained, on a device.
 pub(super) struct FreeTangent<'a> {
     pub(super) vectors: &'a DeviceVectors,
     pub(super) constraints: &'a Constraints,

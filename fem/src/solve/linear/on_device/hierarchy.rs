@@ -1,4 +1,4 @@
-//! The hierarchy of the linear functions, made by the processor, on a device.
+//! Device copy of the multigrid hierarchy of the linear shape functions, which the processor creates.
 
 use super::vectors::DeviceVectors;
 use crate::device::{Argument, Array};
@@ -7,7 +7,7 @@ use crate::solve::linear::block_csr::BlockCsr;
 use crate::solve::linear::chebyshev::{Chebyshev, coefficients};
 use crate::solve::linear::field_split::{self, FieldSplit};
 
-/// A matrix of small blocks.
+/// Block-sparse matrix on a device.
 #[derive(Debug)]
 struct Blocks {
     shape: [usize; 2],
@@ -40,7 +40,7 @@ impl Blocks {
     }
 }
 
-/// A matrix with what its smoother needs.
+/// Matrix with the data of its smoother.
 #[derive(Debug)]
 struct Smoother {
     matrix: Blocks,
@@ -80,7 +80,7 @@ impl Smoother {
     }
 }
 
-/// A level and the way to the next coarser one.
+/// One level, with the transfer to the next coarser level.
 #[derive(Debug)]
 struct DeviceLevel {
     smoother: Smoother,
@@ -107,7 +107,7 @@ impl DeviceLevel {
     }
 }
 
-/// The hierarchy of the displacement, from the finest level down.
+/// Hierarchy of the displacement, from the finest level to the coarsest.
 #[derive(Debug)]
 struct DeviceAmg {
     levels: Vec<DeviceLevel>,
@@ -122,7 +122,7 @@ impl DeviceAmg {
         Self { levels: std::iter::once(fine).chain(coarse).collect(), inverse }
     }
 
-    /// x ≈ A⁻¹ b by one V-cycle, as the processor's.
+    /// x ≈ A⁻¹ b by one V-cycle, as on the processor.
     fn cycle(&mut self, vectors: &DeviceVectors, b: &Array<f32>, x: &mut Array<f32>) {
         cycle(&mut self.levels, &self.inverse, vectors, b, x);
     }
@@ -199,7 +199,8 @@ impl DeviceSplit {
     }
 }
 
-/// The fields from one on in single precision, and their scale.
+/// Computes the components from `first` to `first + fields − 1` in single precision, divided by their largest
+/// absolute value, and this value.
 fn narrow(
     vectors: &DeviceVectors,
     r: &Array<f64>,

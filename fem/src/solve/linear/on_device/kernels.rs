@@ -1,10 +1,10 @@
-//! What the levels and the Krylov methods do on a device, in C.
+//! Kernels of the multigrid levels and of the Krylov methods, in C.
 
 use std::sync::Arc;
 
 use crate::device::{Argument, ComputeDevice, DeviceError, Kernel, Program};
 
-/// Partial sums of a sum, and those that are left for the host.
+/// Number of partial sums of a sum on the device, and number of sums that the host adds.
 pub(super) const PARTS: usize = 1 << 16;
 pub(super) const LAST_PARTS: usize = 256;
 
@@ -70,7 +70,7 @@ const VECTORS: [(&str, Parameters, &str); 19] = [
          for (index k = first; k < first + fields; k++) most = fmax(most, fabs(r[4 * n + k]));\n    \
          parts[at] = most;",
     ),
-    // one item: the scale of a vector, one for a vector of zeros
+    // computes the scale of a vector from its parts, with one item; 1 for a zero vector
     (
         "scale_of_parts",
         &[("const double *", "parts"), ("double *", "scale")],
@@ -105,7 +105,7 @@ const VECTORS: [(&str, Parameters, &str); 19] = [
         &[("const unsigned char *", "free"), ("double *", "x")],
         "if (!free[at]) x[at] = 0.0;",
     ),
-    // a Chebyshev step with the diagonal
+    // Chebyshev step with the diagonal
     (
         "smooth",
         &[
@@ -130,7 +130,7 @@ const VECTORS: [(&str, Parameters, &str); 19] = [
          for (int j = 0; j < 3; j++) sum += block[9 * at + 3 * i + j] * x[4 * n + j];\n        \
          y[4 * n + i] += sum;\n    }",
     ),
-    // residuals of midpoints go to the ends of their edges by halves
+    // adds half of each midpoint's residual to both vertices of its edge
     (
         "restrict_to_vertices",
         &[
@@ -159,7 +159,7 @@ const VECTORS: [(&str, Parameters, &str); 19] = [
          value = 0.5 * (correction[4 * (index)ends[0] + c] + correction[4 * (index)ends[1] + c]);\n    \
          }\n    if (free[at]) z[at] += value;",
     ),
-    // the coarsest level: a dense inverse
+    // coarsest level: product with the dense inverse
     (
         "dense",
         &[("index", "n"), ("const double *", "inverse"), ("const float *", "b"), ("float *", "x")],
@@ -169,7 +169,7 @@ const VECTORS: [(&str, Parameters, &str); 19] = [
     ),
 ];
 
-/// The kernels of matrices of R × C blocks: y = A x, y += A x, y −= A x, and a Chebyshev step.
+/// Kernels of matrices of R × C blocks: y = A x, y += A x, y −= A x, and a Chebyshev step.
 fn matrices() -> Vec<Kernel> {
     let mut kernels = Vec::new();
     for [r, c] in BLOCKS {
@@ -213,7 +213,7 @@ fn matrices() -> Vec<Kernel> {
     kernels
 }
 
-/// All of them; sums have a fixed number of parts, so that they round alike on every device.
+/// Returns all kernels. Sums have a fixed number of parts, so that all devices round them equally.
 pub(super) fn kernels() -> Vec<Kernel> {
     let numbers = |body: &str| {
         let body = body.replace("LAST_PARTS", &LAST_PARTS.to_string());
@@ -235,7 +235,7 @@ fn they_compile_for_a_card() {
     nvrtc::assert_compiles_for_a_card(&crate::device::source(&kernels()));
 }
 
-/// The kernels of a device.
+/// Compiled kernels of a device.
 #[derive(Debug)]
 pub(super) struct Kernels {
     names: Vec<String>,

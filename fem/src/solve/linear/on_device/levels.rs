@@ -1,5 +1,5 @@
-//! One cycle through the levels on a device: that of [`QuadraticLevel`](super::QuadraticLevel) and the hierarchy
-//! below it, step by step.
+//! One multigrid cycle on a device, with the same operations as [`QuadraticLevel`](super::QuadraticLevel) and the
+//! levels below it on the processor.
 
 use super::free_tangent::FreeTangent;
 use super::hierarchy::DeviceSplit;
@@ -10,17 +10,18 @@ use crate::solve::linear::field_split::FieldSplit;
 use crate::solve::linear::quadratic::DEGREE;
 use crate::solve::linear::vector::{Nodal, Vectors};
 
-/// The quadratic level, if the elements are quadratic, and those below.
+/// Quadratic level (if the elements are quadratic), and all coarser levels.
 #[derive(Debug)]
 pub(super) struct Levels {
     vertices: usize,
-    /// The ends of the edge of each midpoint; the midpoints of each vertex as (start, midpoint).
+    /// `parents`: vertices at the ends of the edge of each midpoint. `start` and `midpoint`: midpoints of each vertex
+    /// as offsets and node numbers.
     parents: Array<u32>,
     start: Array<u32>,
     midpoint: Array<u32>,
     smoother: Smoother,
     residual: Array<f64>,
-    /// Right-hand side and solution of the level of the linear functions.
+    /// Right-hand side and solution of the linear level.
     right: Array<f64>,
     correction: Array<f64>,
     below: Option<DeviceSplit>,
@@ -60,10 +61,10 @@ impl Smoother {
         }
     }
 
-    /// The bound of the eigenvalues of D⁻¹ A by Lanczos' iteration, as the processor finds it.
+    /// Computes the bound of the eigenvalues of D⁻¹ A by Lanczos' iteration, as on the processor.
     fn measure(&mut self, matrix: &FreeTangent) {
         let vectors = matrix.vectors;
-        // any start that is not orthogonal to the rough vectors
+        // the start vector must not be orthogonal to the rough eigenvectors
         let start: Vec<f64> = (0..self.step.len()).map(|i| (i as f64 * 1.7 + 0.3).sin()).collect();
         let mut d = vectors.array(&start);
         let [mut before, mut v] = [(); 2].map(|()| vectors.zero(&d));
@@ -122,7 +123,7 @@ impl Levels {
     }
 
     pub(super) fn renew(&mut self, matrix: &FreeTangent, weight: &[Nodal], split: &FieldSplit) {
-        // the old one goes first
+        // free the old hierarchy before the new one is allocated
         self.below = None;
         self.below = Some(DeviceSplit::new(matrix.vectors, split));
         if self.residual.len() > 0 {

@@ -1,5 +1,5 @@
-//! Iterations on a device: the processor makes the hierarchy, a solution sends one right-hand
-//! side and gets one step.
+//! Iterations on a device: the processor creates the hierarchy; a solution sends one right-hand side to the device
+//! and receives one step.
 
 mod free_tangent;
 mod hierarchy;
@@ -19,7 +19,7 @@ use super::vector::Nodal;
 use crate::device::{Array, ComputeDevice, DeviceError};
 use crate::operator::{AppliedOnDevice, NodeBlock};
 
-/// The levels of a mesh on a device.
+/// Multigrid levels of a mesh on a device.
 #[derive(Debug)]
 pub(super) struct OnDevice {
     name: String,
@@ -48,7 +48,7 @@ impl OnDevice {
         &self.name
     }
 
-    /// Takes over what a new tangent constrains.
+    /// Stores the constraints, weights and contact of a new tangent.
     pub(super) fn constrain(
         &mut self,
         free: &[[bool; 4]],
@@ -58,7 +58,7 @@ impl OnDevice {
         self.constraints.take(&self.vectors, free, weight, contact);
     }
 
-    /// Takes over a hierarchy, and measures the largest eigenvalue above it.
+    /// Copies a new hierarchy to the device, and computes the largest eigenvalue of the quadratic level.
     pub(super) fn renew(
         &mut self,
         level: &mut QuadraticLevel,

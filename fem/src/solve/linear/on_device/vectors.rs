@@ -1,4 +1,4 @@
-//! Nodal vectors in the memory of a device, four numbers a node.
+//! Nodal vectors in the memory of a device, four numbers per node.
 
 use std::cell::RefCell;
 
@@ -8,8 +8,8 @@ use super::kernels::{Kernels, LAST_PARTS, PARTS};
 use crate::device::{Argument, Array, ComputeDevice, DeviceError};
 use crate::solve::linear::vector::Vectors;
 
-/// What is done with vectors. Nothing is done any more after the first failure, which is kept: sums are then not
-/// numbers, so that a method which goes on with them ends.
+/// Vector operations on a device. After the first error, which is stored, no further operation runs; sums are then
+/// NaN, so that a Krylov method ends.
 #[derive(Debug)]
 pub(super) struct DeviceVectors {
     device: ComputeDevice,
@@ -30,12 +30,12 @@ impl DeviceVectors {
         })
     }
 
-    /// The first failure, if there was one.
+    /// Returns and clears the first error, if there was one.
     pub(super) fn take_failure(&self) -> Option<DeviceError> {
         self.failed.take()
     }
 
-    /// Does something unless something has failed before.
+    /// Runs `work` unless an operation has failed before.
     pub(super) fn attempt<T>(
         &self,
         work: impl FnOnce(&ComputeDevice) -> Result<T, DeviceError>,
@@ -50,7 +50,7 @@ impl DeviceVectors {
         self.attempt(|_| self.kernels.launch(name, items, arguments));
     }
 
-    /// An array of zeros; one that nobody can use after a failure.
+    /// Allocates an array of zeros; returns an unusable placeholder after an error.
     pub(super) fn zeros<T: Pod + Zeroable>(&self, len: usize) -> Array<T> {
         self.attempt(|device| Array::zeros(device, len)).unwrap_or_else(|| Array::lost(len))
     }
@@ -60,7 +60,7 @@ impl DeviceVectors {
         sent.unwrap_or_else(|| Array::lost(numbers.len()))
     }
 
-    /// The scale of some fields of a vector: their largest value, or one.
+    /// Computes the scale of some components of a vector: their largest absolute value, or 1 if all are zero.
     pub(super) fn scale(
         &self,
         r: &Array<f64>,
@@ -75,7 +75,7 @@ impl DeviceVectors {
         self.launch("scale_of_parts", 1, &[parts, scale.argument()]);
     }
 
-    /// The sum of the parts.
+    /// Returns the sum of the partial sums.
     fn sum(&self) -> f64 {
         self.launch("sum_of_parts", LAST_PARTS, &[self.parts.argument(), self.last.argument()]);
         let mut last = [0.0; LAST_PARTS];

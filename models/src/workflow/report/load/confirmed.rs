@@ -1,4 +1,4 @@
-//! Quantities of interest, measured, predicted and simulated at the mode, and damage there.
+//! Loads quantities of interest (measured, predicted, simulated at the mode) and the damage at the mode.
 
 use super::super::super::WorkflowError;
 use super::super::super::inputs::Inputs;
@@ -7,7 +7,7 @@ use crate::qoi::Quantity;
 use crate::report::{DamageState, PredictedBand, Qoi};
 use crate::table::CsvTable;
 
-/// The quantities of interest of the specimens.
+/// Loads the measured quantities of interest.
 pub(super) fn experiments(
     inputs: &Inputs<'_>,
     quantities: &[Quantity],
@@ -23,7 +23,7 @@ pub(super) fn experiments(
     Ok(())
 }
 
-/// Those that new specimens will show.
+/// Loads the predicted quantities of new specimens.
 pub(super) fn predictive(
     inputs: &Inputs<'_>,
     quantities: &[Quantity],
@@ -34,13 +34,13 @@ pub(super) fn predictive(
     let path = inputs.file("predictive.csv")?;
     let table = CsvTable::read(&path, &columns)?;
     for (qoi, name) in qois.iter_mut().zip(&columns) {
-        // a draw that could not be predicted is no number
+        // skip draws for which the prediction failed, whose entry is not a number
         qoi.predictive = table.rows().filter_map(|row| row.number(name).ok()).collect();
     }
     Ok(())
 }
 
-/// Those of the simulation at the mode.
+/// Loads the quantities of the simulation at the mode.
 pub(super) fn at_the_mode(
     inputs: &Inputs<'_>,
     quantities: &[Quantity],
@@ -58,7 +58,7 @@ pub(super) fn at_the_mode(
     Ok(())
 }
 
-/// What the posterior predicts of new specimens' curves, if it does.
+/// Loads the predicted curves of new specimens; none if curves were not predicted.
 pub(super) fn predicted_curves(
     inputs: &Inputs<'_>,
 ) -> Result<Option<PredictedBand>, WorkflowError> {
@@ -75,7 +75,7 @@ pub(super) fn predicted_curves(
     Ok(Some(band))
 }
 
-/// Damage as it grows, one picture a state.
+/// Loads the damage states in their order, one picture per state.
 pub(super) fn damage(inputs: &Inputs<'_>) -> Result<Vec<DamageState>, WorkflowError> {
     let path = inputs.file("fields/map.csv")?;
     let table = CsvTable::read(&path, &["displacement_mm", "force_N", "picture"])?;

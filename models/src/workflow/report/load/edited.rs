@@ -1,4 +1,4 @@
-//! Files of the results that the user has edited and that the stages used as they are.
+//! Files that the user has edited and that the stages have used as they are.
 
 use super::super::super::WorkflowError;
 use super::super::super::editable::is_editable;
@@ -7,11 +7,11 @@ use super::super::super::freshness::finished_in;
 use super::super::super::inputs::Inputs;
 use super::super::super::product_folder::ProductFolder;
 
-/// A sentence on each edited product, and on each edited copy of a file that the case names.
+/// One sentence for each edited product, and for each edited copy of a file that the case names.
 pub(super) fn edited(inputs: &Inputs<'_>) -> Result<Vec<String>, WorkflowError> {
     let mut sentences = Vec::new();
     for record in finished_in(inputs.folder()).values() {
-        // a report is made again when one of them changes
+        // read the editable products, so that the report is made again when one of them changes
         for name in record.products().filter(|name| is_editable(name)) {
             inputs.file_if_there(name);
         }

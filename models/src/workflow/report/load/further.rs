@@ -1,4 +1,4 @@
-//! What further tests would tell, as the stage `design` found.
+//! Loads the expected results of further tests, from the files of the stage `design`.
 
 use super::super::super::WorkflowError;
 use super::super::super::inputs::Inputs;
@@ -7,7 +7,7 @@ use crate::case::{Case, MaterialParameter};
 use crate::report::{FurtherExpected, FurtherNeeded, FurtherParameter, FurtherTestResult};
 use crate::table::{CsvTable, TableRow};
 
-/// A parameter each, in the order of the file; nothing if the stage was not run.
+/// Loads one entry per parameter, in the order of the file; empty if the stage was not run.
 pub(super) fn further(
     inputs: &Inputs<'_>,
     case: &Case,
@@ -41,7 +41,7 @@ pub(super) fn further(
     Ok(found.into_iter().map(|(_, parameter)| parameter).collect())
 }
 
-/// The place of a row.
+/// Returns the entry of a row's parameter and test, and creates it if it is missing.
 fn test_of<'a>(
     found: &'a mut Vec<(String, FurtherParameter)>,
     case: &Case,

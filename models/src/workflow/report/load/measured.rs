@@ -1,4 +1,4 @@
-//! Curves: those of the ensemble, those measured, and what was seen in them.
+//! Loads curves of the ensemble and measured curves, with the findings of the curve checks.
 
 use fem::{CurvePoint, read_curve};
 use surrogate::Dataset;
@@ -12,18 +12,18 @@ use crate::error::InputError;
 use crate::report::{Finding, Points, Results};
 use crate::table::{CsvTable, TableRow};
 
-/// A simulated curve from the origin on.
+/// A simulated curve, starting at the origin.
 pub(super) fn curve(inputs: &Inputs<'_>, name: &str) -> Result<Points, WorkflowError> {
     Ok(from_the_origin(&read_curve(inputs.file(name)?)?))
 }
 
-/// A recorded curve starts with its first step.
+/// A curve that starts at the origin; recorded curves start with the first step.
 fn from_the_origin(points: &[CurvePoint]) -> Points {
     let steps = points.iter().map(|p| (p.displacement_mm, p.force_n));
     [(0.0, 0.0)].into_iter().chain(steps).collect()
 }
 
-/// What was found when the measured curves were looked at.
+/// Loads the findings of the checks of measured curves.
 pub(super) fn findings(inputs: &Inputs<'_>) -> Result<Vec<Finding>, WorkflowError> {
     let path = inputs.file("curve_checks.csv")?;
     let table = CsvTable::read(&path, &["id", "finding", "help"])?;
@@ -35,7 +35,7 @@ pub(super) fn findings(inputs: &Inputs<'_>) -> Result<Vec<Finding>, WorkflowErro
     Ok(table.rows().map(finding).collect())
 }
 
-/// The runs of an ensemble, corrected, with their quantities of interest.
+/// Loads the runs of a finished ensemble: corrected quantities of interest, curves, failures.
 pub(super) fn ensemble(
     inputs: &Inputs<'_>,
     data: &Dataset,
@@ -57,7 +57,7 @@ pub(super) fn ensemble(
     Ok(())
 }
 
-/// The runs that have ended of an ensemble that is under way; none where it cannot begin yet.
+/// Loads the ended runs of an unfinished ensemble; none if the ensemble cannot be started yet.
 pub(super) fn ensemble_so_far(inputs: &Inputs<'_>, results: &mut Results) {
     let Ok((runs, meshes)) = so_far(inputs) else { return };
     for (record, values) in runs.usable() {
@@ -76,7 +76,7 @@ pub(super) fn ensemble_so_far(inputs: &Inputs<'_>, results: &mut Results) {
     }
 }
 
-/// Measured curves, scaled to the size of the mesh as in the calibration.
+/// Loads the measured curves, scaled to the size of the mesh as in the calibration.
 pub(super) fn experiments(inputs: &Inputs<'_>, results: &mut Results) -> Result<(), WorkflowError> {
     let table = inputs.chosen(inputs.specimen_table()?)?;
     let path = inputs.file("experiments.csv")?;
@@ -101,7 +101,7 @@ pub(super) fn experiments(inputs: &Inputs<'_>, results: &mut Results) -> Result<
         }
         let toe = if corrected { toe_mm(&looked, &specimen.id)? } else { 0.0 };
         let curve = scale.apply(&specimen.curve.shift_displacement(-toe));
-        // what was measured beyond the simulated range would hide the rest
+        // points far beyond the simulated range would compress the rest of the figure
         let points = curve.displacement_mm.into_iter().zip(curve.force_n);
         let is_shown = |p: &(f64, f64)| end == 0.0 || p.0 <= 1.05 * end;
         results.experiments.push((specimen.id, points.filter(is_shown).collect()));
@@ -109,7 +109,7 @@ pub(super) fn experiments(inputs: &Inputs<'_>, results: &mut Results) -> Result<
     Ok(())
 }
 
-/// Where a specimen's curve begins to carry load.
+/// Displacement at which a specimen's curve begins to carry load, mm.
 fn toe_mm(looked: &CsvTable<'_>, id: &str) -> Result<f64, InputError> {
     let mut rows = looked.rows();
     let toe = rows.find(|row| row.text("id") == id && row.text("finding") == "toe");

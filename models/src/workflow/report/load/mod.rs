@@ -1,4 +1,4 @@
-//! The numbers of a report, from the files that the stages left.
+//! Loads the contents of the report from the files of the stages.
 
 mod confirmed;
 mod edited;
@@ -24,12 +24,13 @@ use crate::report::{OrderErrors, Picture, PictureContent, Qoi, Qualifier, Result
 use crate::table::{CsvTable, TableRow};
 pub(in crate::workflow) use posterior::parameters;
 
-/// Reads the results.
+/// Reads the results of all stages.
 pub(in crate::workflow) fn load(inputs: &Inputs<'_>) -> Result<Results, WorkflowError> {
     load_done(inputs, &|_| true)
 }
 
-/// Reads the results of the stages that are done; of an ensemble that is not, the runs that have ended.
+/// Reads the results of the stages for which `done` is true. For an unfinished ensemble, reads the runs that have
+/// ended.
 pub(in crate::workflow) fn load_done(
     inputs: &Inputs<'_>,
     done: &dyn Fn(&str) -> bool,
@@ -108,7 +109,7 @@ pub(in crate::workflow) fn load_done(
     Ok(results)
 }
 
-/// What rules and stages warn of, and what it makes of the parameters.
+/// Adds the warnings of rules and stages, and the qualifiers that restrict the verdicts on the parameters.
 fn warned(
     inputs: &Inputs<'_>,
     done: &dyn Fn(&str) -> bool,
@@ -139,7 +140,7 @@ fn title(case: &Case) -> String {
     }
 }
 
-/// Inputs of the surrogate that are not calibrated.
+/// Inputs of the surrogate that are not calibrated, because their values are known.
 fn known_inputs(pce: &DynPce, case: &Case) -> Vec<String> {
     let calibrated = case.prior.as_ref().map_or(0, |prior| prior.parameters().len());
     pce.inputs().iter().skip(calibrated).map(|input| input.name.replace('_', " ")).collect()
@@ -155,7 +156,7 @@ fn rule_in_words(rule: OrderRule) -> String {
     }
 }
 
-/// What the stages `segment` and `mesh` drew, as far as they did.
+/// Pictures that the stages `segment` and `mesh` have written.
 fn pictures(
     inputs: &Inputs<'_>,
     done: &dyn Fn(&str) -> bool,
@@ -209,7 +210,7 @@ fn facts(path: &Path) -> Result<Vec<(String, String)>, WorkflowError> {
     Ok(table.rows().map(fact).collect::<Result<_, InputError>>()?)
 }
 
-/// The name of a quantity in words, its unit in brackets.
+/// Name of a quantity as text, with its unit in brackets.
 fn with_unit(name: &str) -> String {
     let units = [("_mm3", " (mm³)"), ("_mm", " (mm)"), ("_deg", " (°)")];
     let (name, unit) = units
@@ -219,17 +220,17 @@ fn with_unit(name: &str) -> String {
     name.replace('_', " ") + unit
 }
 
-/// An index with the ends of its interval, where there is one.
+/// A Sobol index with the ends of its interval, if there is one.
 type SobolIndex = (f64, Option<[f64; 2]>);
 
-/// Total Sobol indices of each quantity, with the ends of their intervals where there are some.
+/// Total Sobol indices of each quantity, one per input.
 fn sobol(
     inputs: &Inputs<'_>,
     quantities: &[Quantity],
 ) -> Result<Vec<Vec<SobolIndex>>, WorkflowError> {
     let path = inputs.file("sobol.csv")?;
     let table = CsvTable::read(&path, &["qoi", "total", "total_q05", "total_q95"])?;
-    // an output without variance has none
+    // the index of an output without variance is empty
     let cell = |row: &TableRow, column| row.text(column).parse::<f64>().ok();
     let index = |row: TableRow| {
         let ends = cell(&row, "total_q05").zip(cell(&row, "total_q95"));
@@ -241,7 +242,7 @@ fn sobol(
     Ok(quantities.iter().map(of).collect())
 }
 
-/// Errors by order, averaged over the quantities.
+/// Errors of each polynomial order, averaged over the quantities.
 fn orders(fit: &FitReport) -> Vec<OrderErrors> {
     fit.orders
         .iter()
@@ -261,7 +262,7 @@ fn discrepancy_in_words(calibration: &CalibrationCase) -> String {
     if parts.is_empty() { "none".to_owned() } else { parts.join(", ") }
 }
 
-/// What is left out after the warmup, if anything is.
+/// Describes burn-in and thinning; empty if there is neither.
 fn left_out(sampler: &CalibrationCase) -> String {
     match (sampler.burn_in, sampler.thin) {
         (0, 1) => String::new(),

@@ -1,4 +1,4 @@
-//! What belongs to the reading of the results, in sentences.
+//! Notes on the results, as sentences.
 
 use surrogate::Dataset;
 
@@ -9,7 +9,7 @@ use crate::case::Case;
 use crate::qoi::Quantity;
 use crate::table::CsvTable;
 
-/// What belongs to the reading of results on virtual specimens.
+/// Notes on results with virtual specimens.
 pub(super) fn of_virtual_specimens(
     inputs: &Inputs<'_>,
     case: &Case,
@@ -20,7 +20,8 @@ pub(super) fn of_virtual_specimens(
     bias(inputs, &case.qoi.quantities)
 }
 
-/// The estimated error of the mesh at the mode, and whether the intervals include it; none where it is not known.
+/// Note on the estimated error of the mesh at the mode and on whether the intervals include it; none if it was not
+/// estimated.
 pub(super) fn mesh_errors(
     inputs: &Inputs<'_>,
     quantities: &[Quantity],
@@ -48,7 +49,7 @@ pub(super) fn mesh_errors(
     )))
 }
 
-/// Where the stiffness of grains comes from that no image tells.
+/// Note on the assumed stiffness ratio of specimens without an image.
 pub(super) fn unknown_stiffness(
     inputs: &Inputs<'_>,
     runs: &Dataset,
@@ -57,7 +58,7 @@ pub(super) fn unknown_stiffness(
     Ok(population(runs, &ratios).and_then(|population| in_words(&ratios, &population)))
 }
 
-/// What the choice of where damage is integrated moves, where it was compared.
+/// Note on the effect of the damage quadrature; none if two quadratures were not compared.
 pub(super) fn quadrature(
     inputs: &Inputs<'_>,
     quantities: &[Quantity],
@@ -76,7 +77,7 @@ pub(super) fn quadrature(
     )))
 }
 
-/// What the coarse mesh of the surrogate does, where the virtual specimens had a finer one.
+/// Note on the bias of the surrogate's mesh, if the virtual specimens have a finer mesh.
 fn bias(inputs: &Inputs<'_>, quantities: &[Quantity]) -> Result<Vec<String>, WorkflowError> {
     let Some(path) = inputs.file_if_there("experiments/bias.csv") else { return Ok(Vec::new()) };
     let table = CsvTable::read(&path, &["quantity", "surrogate_mesh", "experiments_mesh"])?;

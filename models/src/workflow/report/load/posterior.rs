@@ -1,4 +1,4 @@
-//! The posterior: parameters, every number that was sampled, what widens the intervals.
+//! Loads the posterior: parameters, all sampled numbers, and the contributions to the uncertainty.
 
 use ppl::diagnostics::{mcse_mean, mcse_quantile, mcse_sd};
 use surrogate::Dataset;
@@ -13,11 +13,11 @@ use crate::table::CsvTable;
 /// Columns of the summary in the order in which the report shows them.
 const MOMENTS: [&str; 5] = ["mean", "sd", "q05", "q50", "q95"];
 
-/// The parameters of the runs with their draws and where the design has its runs, labelled by a function of their
-/// paths.
+/// Loads the calibrated parameters with their draws and the points of the design. `label` returns the label of a
+/// parameter from its path.
 ///
 /// # Errors
-/// A result that is missing or cannot be read.
+/// Fails if a result is missing or cannot be read.
 pub(crate) fn parameters(
     inputs: &Inputs<'_>,
     data: &Dataset,
@@ -53,24 +53,24 @@ pub(crate) fn parameters(
     Ok(parameters)
 }
 
-/// The label of a parameter by its path.
+/// Label of a parameter, from its path.
 pub(super) fn label_of(case: &Case, name: &str) -> String {
     let known: Result<MaterialParameter, _> = name.parse();
     known.map_or_else(|_| name.to_owned(), |parameter| label(case, &parameter))
 }
 
-/// Name and unit of a parameter, with its region if there are others.
+/// Name and unit of a parameter, with its region if parameters of several regions are calibrated.
 pub(super) fn label(case: &Case, parameter: &MaterialParameter) -> String {
     let all = || case.prior.iter().flat_map(|prior| prior.parameters());
     parameter.label(all().all(|other| other.region == parameter.region))
 }
 
-/// The draws of one column, chain by chain.
+/// Draws of one column, for each chain.
 fn chains(draws: &CsvTable<'_>, name: &str) -> Result<Vec<Vec<f64>>, InputError> {
     let mut chains: Vec<Vec<f64>> = Vec::new();
     for row in draws.rows() {
         let chain = row.number("chain")?;
-        // chains follow each other
+        // the draws of a chain are contiguous, and chains are in order
         if chain != chains.len() as f64 && chain + 1.0 != chains.len() as f64 {
             let help = "Run `breccia calibrate` again.";
             return Err(row.error("chain", "is no chain of this case", help));
@@ -85,7 +85,7 @@ fn chains(draws: &CsvTable<'_>, name: &str) -> Result<Vec<Vec<f64>>, InputError>
     Ok(chains)
 }
 
-/// Mean, sd and quantiles of the summary with the Monte Carlo errors of these chains.
+/// Mean, standard deviation and quantiles from the summary, each with its Monte Carlo error computed from `chains`.
 fn moments(
     summary: &CsvTable<'_>,
     name: &str,
@@ -107,7 +107,7 @@ fn moments(
     Ok(moments)
 }
 
-/// Every number that was sampled.
+/// Loads the summary of every sampled number.
 pub(super) fn summary(inputs: &Inputs<'_>) -> Result<Vec<Summarised>, WorkflowError> {
     let (draws, summary) = (inputs.file("posterior.csv")?, inputs.file("summary.csv")?);
     let draws = CsvTable::read(&draws, &["chain"])?;
@@ -127,7 +127,7 @@ pub(super) fn summary(inputs: &Inputs<'_>) -> Result<Vec<Summarised>, WorkflowEr
     Ok(rows)
 }
 
-/// Divergent transitions after warmup, in all chains.
+/// Number of divergent transitions after warmup, in all chains.
 pub(super) fn divergences(inputs: &Inputs<'_>) -> Result<u64, WorkflowError> {
     let path = inputs.file("sampling.csv")?;
     let table = CsvTable::read(&path, &["divergences"])?;
@@ -135,7 +135,8 @@ pub(super) fn divergences(inputs: &Inputs<'_>) -> Result<u64, WorkflowError> {
     Ok(counts.sum::<Result<f64, _>>()? as u64)
 }
 
-/// Each specimen as the others predict it and what moves without it, where that is known.
+/// Loads for each specimen its expected log predictive density (elpd) given the other specimens, and the parameter that
+/// shifts most if the specimen is left out; empty if the files do not exist.
 pub(super) fn left_out(inputs: &Inputs<'_>, case: &Case) -> Result<Vec<LeftOut>, WorkflowError> {
     let files = ["loo.csv", "influence.csv"].map(|name| inputs.file_if_there(name));
     let [Some(loo), Some(influence)] = files else { return Ok(Vec::new()) };
@@ -147,7 +148,7 @@ pub(super) fn left_out(inputs: &Inputs<'_>, case: &Case) -> Result<Vec<LeftOut>,
         let specimen = row.text("specimen").to_owned();
         let mut one = LeftOut {
             elpd: row.number("elpd")?,
-            // infinite where no tail can be fitted
+            // infinite if no tail can be fitted
             pareto_k: row.text("pareto_k").parse().unwrap_or(f64::NAN),
             specimen,
             ..LeftOut::default()
@@ -164,10 +165,10 @@ pub(super) fn left_out(inputs: &Inputs<'_>, case: &Case) -> Result<Vec<LeftOut>,
     Ok(rows)
 }
 
-/// A parameter's label with sources and their shares.
+/// Label of a parameter, with the share of each source in its variance.
 type Shares = (String, Vec<(String, f64)>);
 
-/// What widens the interval of each parameter, in the order of the file.
+/// Loads the contributions to the uncertainty of each parameter, in the order of the file.
 pub(super) fn budget(inputs: &Inputs<'_>, case: &Case) -> Result<Vec<Shares>, WorkflowError> {
     let Some(path) = inputs.file_if_there("uncertainty.csv") else { return Ok(Vec::new()) };
     let table = CsvTable::read(&path, &["parameter", "source", "share"])?;
@@ -184,7 +185,7 @@ pub(super) fn budget(inputs: &Inputs<'_>, case: &Case) -> Result<Vec<Shares>, Wo
     Ok(budget)
 }
 
-/// Whether the calibration went on against data that no simulation reaches.
+/// Whether the calibration was made with data outside the range of the simulations.
 fn is_out_of_range(inputs: &Inputs<'_>) -> Result<bool, WorkflowError> {
     let path = inputs.file("range.csv")?;
     let table = CsvTable::read(&path, &["inside"])?;
