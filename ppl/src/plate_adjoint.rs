@@ -39,7 +39,8 @@ impl<R: Scalar> Sum<R> {
     }
 }
 
-/// A scalar in a formula that adds to its own sum. `SHARED`: whether the scalar is the same in all iterations.
+/// Scalar in a formula, with a separate sum for its adjoint. `SHARED`: whether the scalar is the same in all
+/// iterations.
 #[derive(Clone, Copy, Debug)]
 pub struct Summed<'a, R, const SHARED: bool = true> {
     number: R,

@@ -35,19 +35,19 @@ impl Site {
         Self { name, location, repeated: false, plates: &[], dims: &[] }
     }
 
-    /// The same statement in a loop.
+    /// Marks the statement as part of a loop.
     pub const fn in_loop(mut self) -> Self {
         self.repeated = true;
         self
     }
 
-    /// The same statement in loops over the entries of the given dimensions, innermost last.
+    /// Marks the statement as part of loops over the entries of the given dimensions, innermost last.
     pub const fn along(mut self, dimensions: &'static [&'static str]) -> Self {
         self.plates = dimensions;
         self.in_loop()
     }
 
-    /// The same statement with names for the dimensions of its value.
+    /// Sets the names of the dimensions of the value.
     pub const fn dims(mut self, names: &'static [&'static str]) -> Self {
         self.dims = names;
         self

@@ -210,7 +210,7 @@ impl CoefficientPosterior {
             .with_tolerance(estimate.tolerance())
     }
 
-    /// A factor L₀ A⁻ᵀ of a draw of Σ, by rows, with L₀L₀ᵀ = ν s² and the triangular Bartlett factor A of a
+    /// Draws Σ and returns its factor L₀ A⁻ᵀ by rows, where L₀L₀ᵀ = ν s² and A is the triangular Bartlett factor of a
     /// standard Wishart matrix.
     fn spread<R: Rng>(&self, rng: &mut R) -> Result<Vec<Vec<f64>>, SurrogateError> {
         let m = self.scatter.len();

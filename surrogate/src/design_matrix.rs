@@ -22,7 +22,7 @@ pub(crate) struct Regression<'a> {
     /// Multi-indices of the highest order that has at most `most` terms. The terms of each lower order are a
     /// prefix.
     pub(crate) columns: Vec<Vec<u8>>,
-    /// Largest number of terms that all runs but one may determine: their number of rows.
+    /// Largest number of terms of an order: the number of rows of all runs but one.
     pub(crate) most: usize,
     pub(crate) truncation: Truncation,
 }
@@ -68,8 +68,8 @@ impl<'a> Regression<'a> {
         Ok(Self { data, y, variance, counts, columns, most, truncation })
     }
 
-    /// The same data with all terms of one order in the given truncation, even if the runs do not determine
-    /// them. None if there are more than `limit` terms.
+    /// Returns the data with all terms of one order in the given truncation, even if the runs do not determine their
+    /// coefficients. None if there are more than `limit` terms.
     pub(crate) fn with_order(
         &self,
         truncation: Truncation,
@@ -154,8 +154,8 @@ impl<'a> Regression<'a> {
         self.y.col(output).iter().copied().fold(f64::INFINITY, f64::min)
     }
 
-    /// Number of terms of each order whose terms do not outnumber the rank of the factorisation of all rows,
-    /// nor the rows of all runs but one.
+    /// Numbers of terms of the orders that the runs determine. Such an order has no more terms than the rank of the
+    /// factorisation of all rows, and no more terms than all runs but one have rows.
     pub(crate) fn sizes(&self, fit: &NestedLeastSquares) -> Vec<usize> {
         let determined = |terms: &usize| *terms <= self.most && *terms <= fit.rank();
         self.counts.iter().copied().filter(determined).collect()
@@ -195,7 +195,7 @@ impl Equations {
         (psi, targets)
     }
 
-    /// The same rows with only the given columns, in the given order.
+    /// Returns the rows with only the given columns, in the given order.
     pub(crate) fn with_columns(&self, columns: &[usize]) -> Self {
         let row = |row: &Vec<f64>| columns.iter().map(|&j| row[j]).collect();
         let rows = self.rows.iter().map(row).collect();

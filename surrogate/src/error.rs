@@ -35,9 +35,9 @@ pub enum SurrogateError {
     /// A line is not a CSV record, or a declaration is malformed.
     #[error("{problem}; {help}")]
     Syntax {
-        /// What is wrong.
+        /// Description of the problem.
         problem: String,
-        /// What to write instead.
+        /// Advice on what to write instead.
         help: &'static str,
     },
     /// A cell does not contain a number.
@@ -113,7 +113,7 @@ pub enum SurrogateError {
     /// A number of items, such as inputs, outputs or cells, differs from the expected number.
     #[error("expected {expected} {what}, found {found}")]
     Count {
-        /// What was counted.
+        /// Name of the counted items.
         what: &'static str,
         /// The number expected.
         expected: usize,
@@ -177,7 +177,7 @@ pub enum SurrogateError {
     Term {
         /// The multi-index.
         index: Vec<u8>,
-        /// What is wrong with the term.
+        /// Description of the problem with the term.
         problem: String,
     },
     /// An input is outside the training box by more than the tolerance.

@@ -6,9 +6,9 @@ use crate::quadrature::{MAX_POINTS, TensorGrid};
 
 /// Sobol indices: fractions of each output's variance that are due to inputs and pairs of inputs.
 ///
-/// The inputs are independent and uniform on the box. On every scale the variance is that of the output in
-/// its own units. If all scales are linear, the indices are sums of c_a². Otherwise they are integrals,
-/// computed by Gauss–Legendre quadrature; all indices are NaN if more than ten inputs occur in the terms,
+/// The inputs are independent and uniform on the box. The variance is always that of the output in its own units, even
+/// if the output is on a logarithmic scale. If all scales are linear, the indices are sums of c_a². Otherwise they are
+/// integrals, computed by Gauss–Legendre quadrature; all indices are NaN if more than ten inputs occur in the terms,
 /// because the quadrature has too many points. The indices of an output with zero variance are NaN.
 ///
 /// References: Sobol', Math. Comput. Simul. 55 (2001) 271, doi:10.1016/S0378-4754(00)00270-6;

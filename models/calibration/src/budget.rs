@@ -1,14 +1,15 @@
-//! Where the uncertainty of a calibrated parameter comes from.
+//! Sources of the uncertainty of a calibrated parameter.
 
 use nalgebra::{Cholesky, DMatrix, SymmetricEigen};
 
-/// Shares of the sources in the posterior variance of each parameter, `shares[parameter][source]`; those
-/// of a parameter sum to 1.
+/// Returns the shares of the sources in the posterior variance of each parameter, `shares[parameter][source]`. The
+/// shares of one parameter sum to 1.
 ///
-/// Linearised at the posterior mean: with J the derivatives of the quantities (quantities × parameters),
-/// C = Σ_s C_s the covariances of their means by source, and P the inverse variances of the prior, the
-/// estimate moves with the quantities by G = (JᵀC⁻¹J + P)⁻¹ JᵀC⁻¹, and a source's part of its variance
-/// is that of G C_s Gᵀ. None if C is not positive definite.
+/// The model is linearised at the posterior mean. J (`jacobian`, quantities × parameters) contains the derivatives of
+/// the quantities. C = Σ_s C_s is the covariance of the means of the quantities, with one term per source. P is the
+/// diagonal matrix of the inverse prior variances. A change of the quantities changes the estimate by the gain G =
+/// (JᵀC⁻¹J + P)⁻¹ JᵀC⁻¹, and source s contributes the diagonal of G C_s Gᵀ to the posterior variances. Returns `None`
+/// if C is not positive definite.
 pub fn shares(
     jacobian: &[Vec<f64>],
     prior_variances: &[f64],
@@ -32,8 +33,8 @@ pub fn shares(
     Some((0..prior_variances.len()).map(of).collect())
 }
 
-/// The largest multiple, at most 1, of a part that a whole covariance can hold: whole − multiple · part
-/// stays positive semidefinite.
+/// Returns the largest factor t ≤ 1 for which whole − t · part is positive semidefinite; 0 if `whole` is not positive
+/// definite.
 pub fn largest_part(whole: &DMatrix<f64>, part: &DMatrix<f64>) -> f64 {
     let Some(factor) = Cholesky::new(whole.clone()) else { return 0.0 };
     let Some(inverse) = factor.l().try_inverse() else { return 0.0 };
@@ -42,7 +43,7 @@ pub fn largest_part(whole: &DMatrix<f64>, part: &DMatrix<f64>) -> f64 {
     if largest > 1.0 { largest.recip() } else { 1.0 }
 }
 
-/// A matrix from its rows.
+/// Converts rows to a matrix.
 pub fn matrix(rows: &[Vec<f64>]) -> DMatrix<f64> {
     let columns = rows.first().map_or(0, Vec::len);
     DMatrix::from_fn(rows.len(), columns, |i, j| rows[i][j])
@@ -58,7 +59,7 @@ mod tests {
         let found = shares(&[vec![2.0]], &[1e6], &sources).unwrap();
         assert!((found[0][0] - 0.75).abs() < 1e-12 && (found[0][1] - 0.25).abs() < 1e-12);
 
-        // two parameters, each seen by one quantity, which only one source disturbs
+        // two parameters: each is measured by one quantity, and each quantity has an error from one source only
         let diagonal = |a: f64, b: f64| matrix(&[vec![a, 0.0], vec![0.0, b]]);
         let found = shares(
             &[vec![1.0, 0.0], vec![0.0, 5.0]],
@@ -68,7 +69,7 @@ mod tests {
         assert_eq!(found.unwrap(), [[1.0, 0.0], [0.0, 1.0]]);
     }
 
-    /// Against the variance of the estimate as it follows from draws of the quantities' errors.
+    /// Compares the shares with the variances of estimates that are computed from random errors of the quantities.
     #[test]
     fn shares_are_those_of_the_estimates_of_disturbed_quantities() {
         use rand::{Rng, SeedableRng};

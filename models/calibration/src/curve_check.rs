@@ -1,4 +1,4 @@
-//! What a look at a measured curve shows: order and sign, spikes, preload, toe, unloading, sampling.
+//! Checks of a measured curve: order and sign of the readings, spikes, preload, toe, unloading, sampling.
 
 mod finding;
 mod order;
@@ -15,26 +15,27 @@ use order::{NOISE_BACK, noise_of_displacement, order};
 use origin::{force_zero, late_load, late_onset_mm, preload, toe, toe_mm};
 use spikes::spikes;
 
-/// Fewer readings before the peak than this are sparse.
+/// Least number of readings before the peak; fewer are reported as sparse.
 const SPARSE: usize = 10;
-/// A gap between readings before the peak is wide from this fraction of the displacement at peak on.
+/// Largest gap between readings before the peak, as a fraction of the displacement at peak; a wider gap is reported.
 const GAP: f64 = 0.15;
 
-/// A curve that was looked at.
+/// Curve with the findings of its checks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InspectedCurve {
-    /// What was found, in the order in which it was looked for.
+    /// Findings, in the order of the checks.
     pub findings: Vec<Finding>,
     /// Displacement (mm) at which loading begins: see `toe_mm` in `origin.rs`.
     pub toe_mm: f64,
     /// The curve up to its largest displacement.
     pub loading: TestCurve,
-    /// Displacement (mm) before which nothing is loaded, where that is no soft start; else 0.
+    /// Displacement (mm) at which loading begins after the approach of the platen or an offset; 0 if loading begins at
+    /// the start of the curve or with a soft start.
     onset_mm: f64,
 }
 
 impl InspectedCurve {
-    /// Looks at a curve whose slope is taken around `slope_fraction` of the displacement at peak.
+    /// Checks a curve whose slope is taken around `slope_fraction` times the displacement at peak.
     pub fn of(curve: &TestCurve, slope_fraction: f64) -> Self {
         let mut found =
             Self { findings: Vec::new(), toe_mm: 0.0, loading: curve.clone(), onset_mm: 0.0 };
@@ -71,11 +72,11 @@ impl InspectedCurve {
         found
     }
 
-    /// The loading with displacements counted from the toe, and what they were moved by in mm.
+    /// Returns the loading branch with displacements measured from the toe, and the shift of the displacements in mm.
     pub fn without_toe(&self, slope_fraction: f64) -> (TestCurve, f64) {
         let mut curve = self.after_onset();
         let mut moved = self.onset_mm;
-        // where the slope is taken moves with the origin: a few turns settle both
+        // the window of the slope moves with the origin: both converge in a few iterations
         for _ in 0..4 {
             let Ok(qois) = Qois::of(&curve, slope_fraction) else { break };
             let toe = toe_mm(&curve, &qois, slope_fraction);
@@ -85,7 +86,8 @@ impl InspectedCurve {
         (curve, moved)
     }
 
-    /// The loading without the approach of the platen, with displacements counted from its end.
+    /// Returns the loading branch after the approach of the platen, with displacements measured from the end of the
+    /// approach.
     fn after_onset(&self) -> TestCurve {
         if self.onset_mm == 0.0 {
             return self.loading.clone();
@@ -96,7 +98,8 @@ impl InspectedCurve {
         TestCurve { displacement_mm, force_n }
     }
 
-    /// What lies beyond the largest displacement is no loading.
+    /// Removes the readings after the largest displacement, if displacement decreases by more than noise, and reports
+    /// the removal.
     fn cut_unloading(&mut self) {
         let u = &self.loading.displacement_mm;
         let (farthest, last) = (largest(u), u.len() - 1);

@@ -1,10 +1,10 @@
-//! What a person gets to read when a file of theirs is wrong.
+//! Errors in files that the user wrote.
 
 use std::path::Path;
 
-/// A mistake in a file that a person wrote: the place, the value, what is wrong and what to do about it.
+/// Error in a file that the user wrote: location, value, problem, and how to fix it.
 ///
-/// It reads `case.toml: specimen.radius_mm = -2.5: must lie between 0.001 and 1000 mm. Give …`.
+/// Example of a message: `case.toml: specimen.radius_mm = -2.5: must lie between 0.001 and 1000 mm. Give …`.
 ///
 /// # Example
 /// ```
@@ -15,20 +15,21 @@ use std::path::Path;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{file}: {}{problem}. {help}", located(place, value))]
 pub struct InputError {
-    /// The file as the person named it.
+    /// Path of the file as given by the user.
     pub file: String,
-    /// The key of a case, or the line and column of a table; empty when it is the file as a whole.
+    /// Location in the file: the key of a case, or the line and column of a table; empty if the error concerns the
+    /// whole file.
     pub place: String,
-    /// The value found there; empty when nothing was found.
+    /// Value at this location; empty if there is none.
     pub value: String,
-    /// What is wrong with it.
+    /// Description of the problem: a clause without subject, such as `must be at least 1`.
     pub problem: String,
-    /// What to do about it: one or more whole sentences.
+    /// How to fix the problem: one or more whole sentences.
     pub help: String,
 }
 
 impl InputError {
-    /// An error at `place` of `file`; `value` may be empty.
+    /// Creates an error at `place` of `file`; `place` and `value` may be empty. Long texts are shortened.
     pub fn new(
         file: &Path,
         place: impl Into<String>,
@@ -45,13 +46,13 @@ impl InputError {
         }
     }
 
-    /// The file cannot be opened or read.
+    /// Creates the error that a file cannot be opened or read.
     pub fn unreadable(file: &Path, error: &std::io::Error, help: impl Into<String>) -> Self {
         Self::new(file, "", "", format!("cannot be read ({error})"), help)
     }
 }
 
-/// What is wrong with a file that should be there and be a regular file.
+/// Describes why `path` is not a regular file: it does not exist, or it is a folder, a pipe or a device.
 pub fn absence(path: &Path) -> &'static str {
     match path.exists() {
         true => "is a folder, a pipe or a device, and no regular file",
@@ -67,23 +68,23 @@ fn located(place: &str, value: &str) -> String {
     }
 }
 
-/// The text, cut where it is longer than this many characters: what a broken file holds may be as long
-/// as the file.
+/// Shortens a text to `most` characters and appends the number of characters removed. Without this limit, a value from
+/// a broken file could be as long as the file.
 fn shortened(text: String, most: usize) -> String {
     let Some((end, _)) = text.char_indices().nth(most) else { return text };
     let rest = text[end..].chars().count();
     format!("{}… ({rest} characters more)", &text[..end])
 }
 
-/// The word, and what of it stands before each of its underscores.
+/// Returns the beginnings of a word up to each of its underscores, and the word itself: `height` and `height_mm`.
 fn stems(word: &str) -> impl Iterator<Item = &str> {
     word.match_indices('_').map(|(end, _)| &word[..end]).chain([word])
 }
 
-/// The candidate that `word` was probably meant to be, by edit distance; its unit may have been left
-/// out, as in `height` for `height_mm`.
+/// Returns the candidate closest to `word` in edit distance, `None` if no candidate is close enough to be the intended
+/// word. `word` may lack the unit, as in `height` for `height_mm`.
 pub fn closest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    // of a long text, nothing is a slip, and distances are costly
+    // a long text is not a misspelled word, and its edit distance is expensive
     if word.len() > 100 {
         return None;
     }
@@ -92,7 +93,7 @@ pub fn closest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) ->
         let long = stems(word).map(|stem| strsim::osa_distance(stem, candidate));
         short.chain(long).min()
     };
-    // the whole word decides between candidates that begin alike
+    // between candidates at the same distance, the distance of the whole word decides
     let (distance, _, best) = candidates
         .into_iter()
         .filter_map(|candidate| {

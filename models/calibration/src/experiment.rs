@@ -1,13 +1,17 @@
-//! What is measured: a table of specimens and one curve a specimen.
+//! Experimental data: a table of specimens and one curve per specimen.
 //!
-//! `specimens.csv` has the columns `id,height_mm,radius_mm,group` and, if a curve is to have its
-//! slope taken elsewhere than the others, `slope_fraction` (empty: the case's value).
-//! A column `image` names a scan of each specimen, a TIFF file or a folder of slices, by its path from the
-//! table's folder (empty: none).
-//! `curves/<id>.csv` beside it has `displacement_mm,force_N`, compression positive, and `time_s` if that was recorded;
-//! or it is the export of a testing machine (`.csv`, `.txt`, `.tsv`, `.dat`, `.asc`, `.xlsx`): see `ReadOptions`.
-//! A column `rate_mm_per_s` of the table is the speed of the platen where its curve has no time.
-//! Lines that start with `#` are comments; columns may come in any order; further ones are ignored.
+//! `specimens.csv` has the columns `id,height_mm,radius_mm,group` and these optional columns, in which a cell may be
+//! empty:
+//! - `slope_fraction`: displacement at which the slope of this curve is taken, as a fraction of the displacement at
+//!   peak (default: the value of the case);
+//! - `image`: a scan of the specimen, a TIFF file or a folder of slices; the path is relative to the table's folder;
+//! - `rate_mm_per_s`: speed of the platen, used if the curve has no time.
+//!
+//! `curves/<id>.csv` beside the table has the columns `displacement_mm,force_N`, compression positive, and optionally
+//! `time_s`. The curve may also be the export of a testing machine (`.csv`, `.txt`, `.tsv`, `.dat`, `.asc`, `.xlsx`):
+//! see `ReadOptions`.
+//!
+//! Lines that start with `#` are comments. Columns may be in any order; other columns are ignored.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -27,8 +31,8 @@ pub struct TestCurve {
 impl TestCurve {
     /// The curve with every displacement multiplied by `factor`.
     ///
-    /// A specimen of height H compares with a mesh of height H′ at equal nominal strain,
-    /// that is with its displacement times H′/H.
+    /// A specimen of height H and a mesh of height H′ are compared at equal nominal strain: the displacement of the
+    /// specimen is multiplied by H′/H.
     pub fn scale_displacement(&self, factor: f64) -> Self {
         Self {
             displacement_mm: self.displacement_mm.iter().map(|u| factor * u).collect(),
@@ -38,8 +42,8 @@ impl TestCurve {
 
     /// The curve with every force multiplied by `factor`.
     ///
-    /// A specimen of section A compares with a mesh of section A′ at equal nominal stress, that is with its force
-    /// times A′/A.
+    /// A specimen with cross-section A and a mesh with cross-section A′ are compared at equal nominal stress: the force
+    /// on the specimen is multiplied by A′/A.
     pub fn scale_force(&self, factor: f64) -> Self {
         Self {
             displacement_mm: self.displacement_mm.clone(),
@@ -55,7 +59,7 @@ impl TestCurve {
         }
     }
 
-    /// Refuses a curve that quantities of interest cannot be taken from.
+    /// Returns an error if the curve has fewer than five points or no positive force.
     pub(crate) fn checked(self, file: &Path) -> Result<Self, InputError> {
         if self.force_n.len() < 5 {
             return Err(InputError::new(
@@ -79,7 +83,7 @@ impl TestCurve {
         Ok(self)
     }
 
-    /// The content of the file that `TestCurve::read` reads.
+    /// Content of the CSV file that `TestCurve::read` reads.
     ///
     /// # Errors
     /// None: text in memory can always be written.
@@ -92,21 +96,22 @@ impl TestCurve {
 /// One tested specimen.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Specimen {
-    /// Name, also of its curve's file.
+    /// Name of the specimen, and of the file with its curve.
     pub id: String,
     /// Height in mm.
     pub height_mm: f64,
     /// Radius in mm.
     pub radius_mm: f64,
-    /// What specimens of one make have in common, for example a pressing temperature `50C`.
+    /// Name of the group of specimens that were made in the same way, for example their pressing temperature `50C`.
     pub group: String,
-    /// Where the initial slope is taken, as a fraction of the displacement at peak, if not where the case says.
+    /// Displacement at which the initial slope is taken, as a fraction of the displacement at peak. `None`: the value
+    /// of the case is used.
     pub slope_fraction: Option<f64>,
-    /// A scan of it, from the folder of the table.
+    /// Path of a scan of the specimen, relative to the folder of the table.
     pub image: Option<PathBuf>,
-    /// Speed of the platen in mm/s, from the time of the curve or the table's column; absent: unknown.
+    /// Speed of the platen in mm/s, from the time of the curve or the column of the table. `None`: unknown.
     pub rate_mm_per_s: Option<f64>,
-    /// What the test recorded.
+    /// Recorded curve.
     pub curve: TestCurve,
 }
 
@@ -120,17 +125,17 @@ pub struct Specimen {
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SpecimenTable {
-    /// In the order of the table.
+    /// Specimens in the order of the table.
     pub specimens: Vec<Specimen>,
 }
 
 impl SpecimenTable {
-    /// The table's files: paths relative to the table's folder, and contents.
+    /// Returns the files of the table and its curves: paths relative to the table's folder, and contents.
     ///
     /// # Errors
     /// None: text in memory can always be written.
     pub fn to_files(&self) -> io::Result<Vec<(PathBuf, Vec<u8>)>> {
-        // columns that no specimen fills are left out
+        // optional columns without any value are omitted
         let written = [
             ("slope_fraction", self.specimens.iter().any(|s| s.slope_fraction.is_some())),
             ("image", self.specimens.iter().any(|s| s.image.is_some())),
@@ -156,7 +161,7 @@ impl SpecimenTable {
         Ok(files)
     }
 
-    /// Names of the groups and their numbers of specimens, in the order of the names.
+    /// Names of the groups in alphabetical order, with their numbers of specimens.
     pub fn groups(&self) -> Vec<(&str, usize)> {
         let mut names: Vec<&str> = self.specimens.iter().map(|s| s.group.as_str()).collect();
         names.sort_unstable();
@@ -164,10 +169,10 @@ impl SpecimenTable {
         groups.map(|group| (group[0], group.len())).collect()
     }
 
-    /// The table as one group.
+    /// Returns the table if it has only one group.
     ///
     /// # Errors
-    /// It has several; `file` is named in the error.
+    /// If the table has several groups; the error names `file`.
     pub fn of_one_group(self, file: &Path) -> Result<Self, InputError> {
         let groups = self.groups();
         if groups.len() < 2 {
@@ -186,10 +191,10 @@ impl SpecimenTable {
         Err(InputError::new(file, "experiments.group", "", problem, help))
     }
 
-    /// Only the specimens of one group.
+    /// Returns the table with only the specimens of `group`.
     ///
     /// # Errors
-    /// When none belongs to it; `file` is named in the error.
+    /// If no specimen belongs to the group; the error names `file`.
     pub fn in_group(mut self, group: &str, file: &Path) -> Result<Self, InputError> {
         let groups: Vec<&str> = self.groups().into_iter().map(|(name, _)| name).collect();
         if !groups.contains(&group) {
@@ -206,7 +211,7 @@ impl SpecimenTable {
     }
 }
 
-/// The plain file with the curve of a specimen.
+/// Path of the CSV file with the curve of a specimen: `curves/<id>.csv` beside the table.
 pub(crate) fn curve_file(table: &Path, id: &str) -> PathBuf {
     table.with_file_name("curves").join(format!("{id}.csv"))
 }

@@ -1,62 +1,64 @@
-//! What a further test would teach: the posterior that is to be expected before it is made.
+//! Expected benefit of a further test: posterior variances that can be expected before the test is made.
 //!
-//! Linear and Gaussian at each draw of the present posterior: with J the derivatives of the test's
-//! quantities by the parameters there, Σ their scatter between specimens and S the covariance of the error
-//! that all specimens share, n specimens carry the information
+//! The approximation is linear and Gaussian at each draw of the present posterior. J contains the derivatives of the
+//! test's quantities with respect to the parameters, Σ is the covariance of the quantities between specimens, and S is
+//! the covariance of the error that all specimens share. Then n specimens carry the information
 //!
 //! I(n) = Jᵀ (Σ/n + S)⁻¹ J,
 //!
-//! and with P the covariance of the present posterior, which knows of the prior's box, the variance to be
-//! expected is that of V = (P⁻¹ + I(n))⁻¹, averaged over the draws. No linear estimate of the parameters
-//! does better, and where all is Gaussian no estimate does.
+//! With the covariance P of the present posterior, which includes the bounds of the prior, the expected posterior
+//! covariance is V = (P⁻¹ + I(n))⁻¹, averaged over the draws. No linear estimator of the parameters has smaller
+//! variances. If all distributions are Gaussian, no estimator has smaller variances.
 
 use nalgebra::{Cholesky, DMatrix, Dyn};
 
 use crate::budget::matrix;
 
-/// As good as any number of specimens.
+/// Number of specimens that represents infinitely many.
 const MANY: usize = 1_000_000;
 
-/// Half of a central 90 % interval in standard deviations of a normal.
+/// Half width of the central 90 % interval of a normal distribution, in standard deviations.
 const HALF_90: f64 = 1.644_853_626_951_472_2;
 
-/// Why nothing can be expected of a test.
+/// Error that prevents the prediction of a further test.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FurtherTestError {
-    /// Rows or columns do not fit together.
+    /// The sizes of vectors or matrices do not match.
     #[error("{what} has {found} entries, expected {expected}")]
     Size {
-        /// Of what.
+        /// Name of the vector or matrix.
         what: &'static str,
-        /// How many there should be.
+        /// Expected number of entries.
         expected: usize,
-        /// How many there are.
+        /// Actual number of entries.
         found: usize,
     },
-    /// Draws that do not vary in all directions.
+    /// The covariance of the draws is not positive definite: there are no or too few draws, or they do not vary in all
+    /// directions.
     #[error("{0} draws of the posterior have no covariance: sample more")]
     Draws(usize),
-    /// A covariance that is none.
+    /// The scatter between specimens plus the shared error is not a positive definite covariance.
     #[error("the scatter between specimens and the shared error make no covariance")]
     Covariance,
 }
 
-/// What is known of the parameters now: the present posterior, in units of the prior's widths.
+/// Present posterior of the parameters, in units of the prior standard deviations.
 #[derive(Clone, Debug)]
 pub struct Belief {
     /// Standard deviations of the uniform priors.
     prior_sd: Vec<f64>,
-    /// L of the covariance P = L Lᵀ of the draws over those.
+    /// Cholesky factor L of the covariance P = L Lᵀ of the draws, in units of `prior_sd`.
     factor: DMatrix<f64>,
-    /// Widths of the central 90 % intervals of the draws.
+    /// Widths of the central 90 % intervals of the draws, in the parameters' units.
     width90: Vec<f64>,
 }
 
 impl Belief {
-    /// From draws (one row a draw) of a posterior whose prior is uniform between these bounds.
+    /// Computes covariance and intervals from draws of a posterior, one row per draw. `prior` contains the bounds of
+    /// the uniform prior of each parameter.
     ///
     /// # Errors
-    /// Rows of another length, or draws that have no covariance.
+    /// If a row does not have one value per parameter, or the covariance of the draws is not positive definite.
     pub fn of_draws(prior: &[[f64; 2]], draws: &[Vec<f64>]) -> Result<Self, FurtherTestError> {
         let (size, count) = (prior.len(), draws.len());
         if let Some(row) = draws.iter().find(|row| row.len() != size) {
@@ -82,7 +84,7 @@ impl Belief {
         Ok(Self { factor: factor.l(), width90: (0..size).map(width).collect(), prior_sd })
     }
 
-    /// What is known of each parameter without any further test.
+    /// Contraction and interval of each parameter without a further test.
     pub fn now(&self) -> Vec<Expected> {
         let variances = (&self.factor * self.factor.transpose()).diagonal();
         let expected = |(variance, &width90): (&f64, &f64)| {
@@ -92,7 +94,7 @@ impl Belief {
         variances.iter().zip(&self.width90).map(expected).collect()
     }
 
-    /// The posterior covariance, in units of the priors' variances, after more information in the same.
+    /// Posterior covariance after `information` is added; both are in units of the prior standard deviations.
     fn after(&self, information: &DMatrix<f64>) -> Option<DMatrix<f64>> {
         // (P⁻¹ + I)⁻¹ without an inverse of P
         let size = self.prior_sd.len();
@@ -102,12 +104,12 @@ impl Belief {
     }
 }
 
-/// A test at one draw of the present posterior.
+/// Linearisation of a test at one draw of the present posterior.
 #[derive(Clone, Debug)]
 pub struct TestAtDraw {
-    /// Derivatives of its quantities by the parameters, quantities × parameters.
+    /// Derivatives of the test's quantities with respect to the parameters, quantities × parameters.
     pub jacobian: Vec<Vec<f64>>,
-    /// Σ, their covariance between specimens, quantities × quantities.
+    /// Covariance Σ of the quantities between specimens, quantities × quantities.
     pub scatter: Vec<Vec<f64>>,
 }
 
@@ -134,33 +136,33 @@ pub struct TestAtDraw {
 /// Chaloner & Verdinelli (1995), *Bayesian Experimental Design: A Review*, doi:10.1214/ss/1177009939.
 #[derive(Clone, Debug)]
 pub struct FurtherTest {
-    /// The test at draws of the present posterior, over which is averaged.
+    /// Linearisations at draws of the present posterior. Expected values are means over these draws.
     pub draws: Vec<TestAtDraw>,
-    /// S, the covariance of the error that all its specimens share, quantities × quantities: more of them
-    /// do not average it away.
+    /// Covariance S of the error that all specimens of the test share, quantities × quantities. It does not decrease
+    /// with the number of specimens.
     pub shared: Vec<Vec<f64>>,
-    /// How many specimens of this very test the present posterior knows already: they and further ones
-    /// share one error.
+    /// Number of specimens of the same test that the present posterior already includes. They share one error with
+    /// further specimens.
     pub seen: usize,
 }
 
-/// What is to be expected of a parameter.
+/// Expected posterior of one parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Expected {
     /// 1 − posterior variance / prior variance, the mean over the draws.
     pub contraction: f64,
-    /// Its 5 and 95 % quantiles over the draws: where the truth and the scatter may be.
+    /// 5 % and 95 % quantiles of the contraction over the draws, which differ in parameters and scatter.
     pub range: [f64; 2],
-    /// Width of the central 90 % interval, in the parameter's unit.
+    /// Expected width of the central 90 % interval, in the parameter's unit.
     pub width90: f64,
 }
 
-/// What shall be known of a parameter.
+/// Required accuracy of one parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Goal {
-    /// An expected contraction of at least this.
+    /// Least expected contraction.
     Contraction(f64),
-    /// A 90 % interval that is expected to be at most so wide, in the parameter's unit.
+    /// Largest expected width of the central 90 % interval, in the parameter's unit.
     Width90(f64),
 }
 
@@ -180,23 +182,24 @@ impl Goal {
     }
 }
 
-/// How many specimens a goal takes.
+/// Number of specimens that a goal requires.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Needed {
-    /// The smallest number of further specimens; none where [`FurtherTest::MOST`] do not suffice.
+    /// Smallest number of further specimens; `None` if [`FurtherTest::MOST`] specimens are not enough.
     pub specimens: Option<usize>,
-    /// What any number of them would give, in place of the goal's value.
+    /// Contraction or width, depending on the goal, that infinitely many further specimens would give.
     pub limit: f64,
 }
 
 impl FurtherTest {
-    /// More specimens than this no laboratory tests.
+    /// Largest number of further specimens that is considered.
     pub const MOST: usize = 1000;
 
-    /// What is to be expected of each parameter after so many further specimens. Never falls with their number.
+    /// Expected posterior of each parameter after the given number of further specimens. The contraction never
+    /// decreases with this number.
     ///
     /// # Errors
-    /// Matrices that do not fit together, or that are no covariances.
+    /// If the sizes of matrices do not match, or a covariance is not positive definite.
     pub fn expected(
         &self,
         belief: &Belief,
@@ -216,7 +219,8 @@ impl FurtherTest {
             for (i, &variance) in variances.iter().enumerate() {
                 contractions[i].push(1.0 - variance);
                 let width = 2.0 * HALF_90 * belief.prior_sd[i] * variance.sqrt();
-                // a posterior that fills its box is no normal, and its interval is the narrower one
+                // a posterior that fills the bounds of the prior is not normal; its interval is narrower than the
+                // normal one
                 widths[i] += width.min(belief.width90[i]) / self.draws.len() as f64;
             }
         }
@@ -229,7 +233,7 @@ impl FurtherTest {
         Ok(contractions.into_iter().zip(widths).map(of).collect())
     }
 
-    /// The smallest number of further specimens from which on a goal is met.
+    /// Finds the smallest number of further specimens that meets a goal for the parameter with this index.
     ///
     /// # Errors
     /// As [`Self::expected`].
@@ -255,7 +259,8 @@ impl FurtherTest {
         Ok(Needed { specimens: Some(enough), limit })
     }
 
-    /// The information of further specimens beside those seen, in units of the priors' widths.
+    /// Information that further specimens add to the specimens already tested, in units of the prior standard
+    /// deviations.
     fn gained(
         &self,
         draw: &TestAtDraw,

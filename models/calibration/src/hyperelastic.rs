@@ -1,9 +1,9 @@
 //! Rubber elasticity: the pattern for calibrating a material law on test curves.
 //!
-//! A law is its energy derivatives in the principal stretches ([`StretchLaw`], some five lines);
-//! a calibration is its priors and one line a test point (`model!`, some ten lines). The
-//! reference data are Treloar's three deformation modes of vulcanised rubber, and PSIS-LOO says
-//! which law predicts them best:
+//! A law is defined by the derivatives of its energy with respect to the principal stretches ([`StretchLaw`], some five
+//! lines). A calibration is defined by priors and one statement per test point (`model!`, some ten lines). The
+//! reference data are Treloar's three deformation modes of vulcanised rubber, and PSIS-LOO estimates which law predicts
+//! them best:
 //!
 //! ```no_run
 //! use breccia_calibration::hyperelastic::{mooney_rivlin, neo_hookean, ogden, treloar_1944};
@@ -15,9 +15,10 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! A law that holds in every mode of deformation predicts the mode that it was not calibrated on
-//! ([`held_out`]). Where it does not, `…_by_mode` let each mode have moduli of its own around shared ones: how far
-//! they spread says how wrong the law is, and predictions of another mode become as wide as that.
+//! A law that is valid in every mode of deformation predicts a mode on which it was not calibrated ([`held_out`]). For
+//! a law that fails this test, the models `…_by_mode` give each mode its own moduli, distributed about shared moduli.
+//! The spread of these moduli measures the error of the law, and predictions of another mode become wider by this
+//! spread.
 //!
 //! Run `cargo run --release -p models --example rubber` for the whole comparison.
 
@@ -28,32 +29,32 @@ use ppl::{Bound, Model, Posterior, SampleError};
 /// A mode of deformation of an incompressible sheet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Deformation {
-    /// Pulled along one direction.
+    /// Pulled in one direction.
     Uniaxial,
-    /// Pulled equally along two.
+    /// Pulled equally in two directions.
     Equibiaxial,
-    /// Pulled along one, held in width (planar tension).
+    /// Pulled in one direction with the width held constant (planar tension).
     PureShear,
 }
 
 impl Deformation {
-    /// All of them.
+    /// All modes.
     pub const ALL: [Self; 3] = [Self::Uniaxial, Self::Equibiaxial, Self::PureShear];
 }
 
 /// One measured point.
 #[derive(Clone, Copy, Debug)]
 pub struct StretchTest {
-    /// How the sheet was pulled.
+    /// Mode of deformation.
     pub mode: Deformation,
-    /// λ₁.
+    /// Stretch λ₁ in the direction of pulling.
     pub stretch: f64,
     /// First Piola–Kirchhoff stress P₁₁ in MPa.
     pub stress_mpa: f64,
 }
 
 impl Deformation {
-    /// Principal stretches (λ₁, λ₂, λ₃) at the pulled stretch: λ₁ λ₂ λ₃ = 1, 3 the free face.
+    /// Principal stretches (λ₁, λ₂, λ₃) for λ₁ = `stretch`, with λ₁ λ₂ λ₃ = 1. Direction 3 is normal to the free face.
     pub fn stretches(self, stretch: f64) -> [f64; 3] {
         match self {
             Self::Uniaxial => [stretch, stretch.sqrt().recip(), stretch.sqrt().recip()],
@@ -63,13 +64,14 @@ impl Deformation {
     }
 }
 
-/// An incompressible isotropic law, by ∂W/∂λ of its energy per principal stretch.
+/// Incompressible isotropic law, defined by the derivatives ∂W/∂λᵢ of its energy with respect to the principal
+/// stretches.
 pub trait StretchLaw<S: Scalar> {
-    /// ∂W/∂λᵢ at λᵢ = `stretch`, in MPa; any common pressure drops out.
+    /// ∂W/∂λᵢ at λᵢ = `stretch`, in MPa. A pressure, equal in all directions, has no effect on the stress.
     fn slope(&self, stretch: f64) -> S;
 
-    /// Nominal stress P₁₁ = ∂W/∂λ₁ − (λ₃/λ₁) ∂W/∂λ₃ in MPa: the pressure follows from the free
-    /// face 3 (Ogden 1997, *Non-linear Elastic Deformations*, §7.2).
+    /// Nominal stress P₁₁ = ∂W/∂λ₁ − (λ₃/λ₁) ∂W/∂λ₃ in MPa. The pressure follows from the zero stress on the free face
+    /// 3 (Ogden 1997, *Non-linear Elastic Deformations*, §7.2).
     fn nominal_stress(&self, mode: Deformation, stretch: f64) -> S {
         let [first, _, third] = mode.stretches(stretch);
         self.slope(first) - self.slope(third) * (third / first)
@@ -102,7 +104,7 @@ impl<S: Scalar> StretchLaw<S> for MooneyRivlinRubber<S> {
     }
 }
 
-/// W = Σₖ (2 mₖ/αₖ²) (Σ λᵢ^αₖ − 3): each term brings mₖ > 0 to the shear modulus.
+/// W = Σₖ (2 mₖ/αₖ²) (Σ λᵢ^αₖ − 3): each term contributes mₖ > 0 to the shear modulus.
 ///
 /// In the usual notation μₖ = 2 mₖ/αₖ (Ogden 1972, Proc. R. Soc. A 326, 565).
 #[derive(Clone, Copy, Debug)]
@@ -126,7 +128,7 @@ impl<S: Scalar, const K: usize> StretchLaw<S> for OgdenRubber<S, K> {
 }
 
 ppl::model! {
-    /// One modulus; relative scatter `sd` about the law.
+    /// Calibration of the neo-Hookean law: one modulus, and stresses with the relative scatter `sd` about the law.
     pub fn neo_hookean(tests: &[StretchTest]) {
         let shear_mpa ~ LogNormal(-1.0, 1.0);
         let sd ~ HalfNormal(0.3);
@@ -137,7 +139,7 @@ ppl::model! {
         }
     }
 
-    /// Two moduli.
+    /// Calibration of the Mooney–Rivlin law: two moduli, and stresses with the relative scatter `sd` about the law.
     pub fn mooney_rivlin(tests: &[StretchTest]) {
         let c_mpa ~ LogNormal(-2.0, 1.0).array::<2>();
         let sd ~ HalfNormal(0.3);
@@ -148,7 +150,7 @@ ppl::model! {
         }
     }
 
-    /// Three terms: a soft one, a stiffening one and a compressive one (α < 0).
+    /// Calibration of Ogden's law with three terms: a soft one, a stiffening one and a compressive one (α < 0).
     pub fn ogden(tests: &[StretchTest]) {
         let shear_mpa ~ LogNormal(-2.0, 1.5).array::<3>();
         let soft ~ Normal(1.5, 0.5).truncate(0.5..2.5);
@@ -162,13 +164,14 @@ ppl::model! {
         }
     }
 
-    /// Moduli of one mode, about the shared ones by a relative `spread`.
+    /// Moduli of one mode of deformation, distributed about the shared moduli with the relative standard deviation
+    /// `spread`.
     fn moduli_of_a_mode<const K: usize>(shared_mpa: [Real; K], spread: Real) -> [Real; K] {
         let ln_ratio ~ Normal(0.0, spread).non_centered().array::<K>();
         std::array::from_fn(|k| shared_mpa[k] * ln_ratio[k].exp())
     }
 
-    /// One modulus in each mode.
+    /// As `neo_hookean`, with a separate modulus for each mode of deformation.
     pub fn neo_hookean_by_mode(tests: &[StretchTest]) {
         let shear_mpa ~ LogNormal(-1.0, 1.0);
         let spread ~ HalfNormal(0.3);
@@ -184,7 +187,7 @@ ppl::model! {
         }
     }
 
-    /// Two moduli in each mode.
+    /// As `mooney_rivlin`, with separate moduli for each mode of deformation.
     pub fn mooney_rivlin_by_mode(tests: &[StretchTest]) {
         let c_mpa ~ LogNormal(-2.0, 1.0).array::<2>();
         let spread ~ HalfNormal(0.3);
@@ -200,7 +203,7 @@ ppl::model! {
         }
     }
 
-    /// Three moduli in each mode, exponents of the rubber.
+    /// As `ogden`, with separate moduli for each mode of deformation and the same exponents for all modes.
     pub fn ogden_by_mode(tests: &[StretchTest]) {
         let shear_mpa ~ LogNormal(-2.0, 1.5).array::<3>();
         let soft ~ Normal(1.5, 0.5).truncate(0.5..2.5);
@@ -220,23 +223,24 @@ ppl::model! {
     }
 }
 
-/// How well data were predicted that a model had not seen.
+/// Accuracy of the predictions of data that were not used for the calibration.
 #[derive(Clone, Debug)]
 pub struct HeldOut {
-    /// Mean over the points of the logarithm of their predictive density (of stresses in MPa).
+    /// Mean over the points of the log predictive density, for stresses in MPa.
     pub ln_density: f64,
     /// Root mean square of ln(median prediction / measured): a relative error.
     pub error: f64,
-    /// Predicted stresses in MPa with scatter, points of one draw of the posterior together.
+    /// Predicted stresses in MPa including scatter, one row per draw of the posterior.
     pub predicted: Vec<Vec<f64>>,
-    /// The largest R-hat of the calibration.
+    /// Largest R-hat of the calibration.
     pub rhat: f64,
 }
 
-/// Calibrates a model on some tests and predicts others: the same model, once with each as its data.
+/// Calibrates a model on some tests and predicts others. `seen` and `new` are the same model, with the data of the
+/// calibration and with the data to be predicted.
 ///
 /// # Errors
-/// Models that are not the same, or cannot be sampled.
+/// If the models differ, or cannot be sampled.
 ///
 /// # Example
 /// ```no_run
@@ -315,8 +319,8 @@ mod tests {
         assert_eq!(points[0].stress_mpa, 0.0255);
     }
 
-    /// Textbook stresses: neo-Hookean μ(λ − λ⁻²), μ(λ − λ⁻⁵), μ(λ − λ⁻³); the other laws
-    /// contain it, and every law has the small-strain slopes 3μ, 6μ and 4μ.
+    /// Textbook stresses: neo-Hookean μ(λ − λ⁻²), μ(λ − λ⁻⁵), μ(λ − λ⁻³). The other laws include the neo-Hookean law,
+    /// and every law has the small-strain slopes 3μ, 6μ and 4μ.
     #[test]
     fn laws_against_closed_forms() {
         let modes = [Deformation::Uniaxial, Deformation::Equibiaxial, Deformation::PureShear];
@@ -362,8 +366,9 @@ mod tests {
         ppl::check::gradient(&ogden_by_mode(&tests), 3);
     }
 
-    /// Points of a Mooney–Rivlin rubber, off it by 3 % up and down: the law predicts the mode that it has not
-    /// seen to 1 %, with the density of its own scatter; one modulus by mode knows that it does not.
+    /// Points of a Mooney–Rivlin rubber that deviate alternately by ±3 %. The Mooney–Rivlin law predicts the mode on
+    /// which it was not calibrated to 1 %, with the density of the scatter of the points. The neo-Hookean law with a
+    /// modulus for each mode has a smaller predictive density.
     #[test]
     fn the_true_law_predicts_the_mode_not_seen() {
         let law = MooneyRivlinRubber { c_mpa: [0.15, 0.08] };
@@ -379,7 +384,7 @@ mod tests {
         let new: Vec<StretchTest> = of(Deformation::PureShear).collect();
         let nuts = Nuts::default().chains(2).warmup(400).draws(400).target_accept(0.95).seed(3);
         let right = held_out(&mooney_rivlin(&seen), &mooney_rivlin(&new), &nuts, 1).unwrap();
-        // the points' own 3 %, root mean square
+        // the points deviate from the law by 3 % (root mean square)
         assert!((right.error - 0.03).abs() < 0.01, "{}", right.error);
         let own = |test: &StretchTest| {
             let stress: f64 = law.nominal_stress(test.mode, test.stretch);

@@ -1,8 +1,8 @@
 //! Measured curves, their quantities of interest, and the calibration models of `models`.
 //!
-//! This crate knows neither cases nor simulations: it takes curves, surrogates and priors, and gives
-//! posteriors. It is apart from `models`, which passes all of it on, because its densities must be compiled
-//! with all optimisations and the stages, cases and reports of `models` need none.
+//! This crate calibrates material parameters: it uses curves, surrogates and priors, and computes posteriors. It does
+//! not depend on cases or simulations. It is separate from `models`, which re-exports its interface, because its
+//! densities must be compiled with all optimisations, whereas the stages, cases and reports of `models` need none.
 //!
 //! ```
 //! use breccia_calibration::{Qois, TestCurve};
@@ -16,18 +16,19 @@
 //!
 //! # Modules
 //!
-//! From the ground up; an import goes down only, and no two files import each other.
+//! In layers, lowest first. A module imports only modules of the same or of lower layers, and no two files import each
+//! other.
 //!
-//! 1. `error`, `table`, `record`, `table_format`: mistakes in files, small tables, records of testing machines, tables
-//!    of spreadsheets
+//! 1. `error`, `table`, `record`, `table_format`: errors in files, small tables, records of testing machines, tables
+//!    saved from spreadsheets
 //! 2. `parameter`, `experiment`, `specimen_files`, `qoi`: material parameters, specimens with their curves and files,
 //!    quantities of interest
 //! 3. `curve_check`: findings on a measured curve
 //! 4. `fracture`, `hyperelastic`, `tension`: calibration models, each the pattern that a user copies
-//! 5. `budget`, `predicted_curve`: what widens intervals, and the curves that a posterior predicts
-//! 6. `further_test`: the test that would narrow the intervals
+//! 5. `budget`, `predicted_curve`: sources of the uncertainty, and the curves that a posterior predicts
+//! 6. `further_test`: expected benefit of a further test
 
-// modules whose items `models` uses and does not pass on are no part of the interface
+// hidden modules: `models` uses their items but does not re-export them, so that they are not part of the interface
 #[doc(hidden)]
 pub mod budget;
 #[doc(hidden)]

@@ -1,11 +1,11 @@
-//! Parameters by path, such as `matrix.young_mpa`.
+//! Material parameters and their paths, such as `matrix.young_mpa`.
 
 use std::fmt;
 use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-/// A number of `[material.<region>]`.
+/// Material constant of a region, a key of `[material.<region>]`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Property {
     /// Young's modulus in MPa.
@@ -20,17 +20,17 @@ pub enum Property {
     /// Viscosity of the damage in MPa s.
     #[serde(rename = "viscosity_mpa_s")]
     Viscosity,
-    /// Fraction of the stiffness that full damage leaves.
+    /// Fraction of the stiffness that remains at full damage.
     #[serde(rename = "residual_stiffness")]
     ResidualStiffness,
 }
 
 impl Property {
-    /// All of them, in the order in which parameters are listed.
+    /// All properties, in the order in which parameters are listed.
     pub const ALL: [Self; 5] =
         [Self::Young, Self::Poisson, Self::Toughness, Self::Viscosity, Self::ResidualStiffness];
 
-    /// Its key in the case.
+    /// Key of the property in the case.
     pub fn key(self) -> &'static str {
         match self {
             Self::Young => "young_mpa",
@@ -52,12 +52,12 @@ impl Property {
         }
     }
 
-    /// Its unit; 1 without one.
+    /// Unit of the property; `1` if it is dimensionless.
     pub fn unit(self) -> &'static str {
         self.label().split_once(" (").map_or("1", |(_, unit)| unit.trim_end_matches(')'))
     }
 
-    /// What to know before writing it.
+    /// Help for the user: unit or typical value.
     pub fn help(self) -> &'static str {
         match self {
             Self::Young => {
@@ -72,13 +72,12 @@ impl Property {
         }
     }
 
-    /// Whether it means nothing where there is no damage.
+    /// Whether only the damage model uses the property.
     pub fn is_of_damage(self) -> bool {
         matches!(self, Self::Toughness | Self::Viscosity | Self::ResidualStiffness)
     }
 
-    /// How much it differs from one virtual specimen to the next, unless the case says otherwise:
-    /// standard deviation of the logarithm.
+    /// Default standard deviation of the logarithm of the property between virtual specimens. The case can override it.
     pub fn usual_scatter(self) -> f64 {
         match self {
             Self::Young => 0.03,
@@ -89,17 +88,17 @@ impl Property {
     }
 }
 
-/// A parameter: a property of a region, written `matrix.young_mpa`.
+/// Material parameter: a property of a region, written `matrix.young_mpa`.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct MaterialParameter {
-    /// The region of the mesh.
+    /// Name of the region of the mesh.
     pub region: String,
-    /// Which of its numbers.
+    /// Property of the region.
     pub property: Property,
 }
 
 impl MaterialParameter {
-    /// Symbol and unit, with the region unless that is `alone`.
+    /// Symbol and unit, preceded by the region unless all parameters belong to one region (`alone`).
     pub fn label(&self, alone: bool) -> String {
         match alone {
             true => self.property.label().to_owned(),

@@ -1,10 +1,11 @@
-//! Curves that a posterior predicts of a new specimen: height and width from its draws, the shape from what runs
-//! and specimens show of it.
+//! Force–displacement curves that a posterior predicts for a new specimen.
 //!
-//! A curve is F(u) = F_p r(u/d_p) with its peak force F_p, the displacement d_p there, and the shape r. A posterior
-//! predicts the first two. The shape at each draw is the forward model's, with the model's own error and with the scatter
-//! that the specimens' shapes show: residuals about their mean in normal proportions, over the root of χ²/(n − 1), which
-//! is Student's distribution with the covariance of the specimens.
+//! A curve is F(u) = F_p r(u/d_p) with the peak force F_p, the displacement at peak d_p and the shape r. The posterior
+//! predicts F_p and d_p. The shape of each draw is the shape of the forward model plus a random error of the forward
+//! model and a random deviation of the specimen. The deviation follows a multivariate Student distribution whose scale
+//! matrix is the covariance of the shapes of the n tested specimens: it is the sum of the residuals of these shapes
+//! about their mean, with independent standard normal weights, divided by the square root of a χ² variable with n − 1
+//! degrees of freedom.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use rand::{Rng, SeedableRng};
@@ -15,17 +16,17 @@ use crate::budget::matrix;
 use crate::experiment::TestCurve;
 use crate::qoi::{QoiError, Qois, Quantity};
 
-/// Places of the shape are this far apart, in % of the displacement at peak.
+/// Distance between the points of a shape, in % of the displacement at peak.
 const STEP: u8 = 5;
-/// Places of a band.
+/// Number of equal intervals of displacement in a band.
 const PLACES: usize = 80;
-/// Part of the curves that reach the end of a band.
+/// Fraction of the drawn curves that reach the end of the band.
 const REACHING: f64 = 0.9;
 
-/// Quantiles of a band.
+/// Probabilities of the quantiles of a band.
 pub const QUANTILES: [f64; 5] = [0.05, 0.25, 0.5, 0.75, 0.95];
 
-/// How far a curve goes, in % of the displacement at peak.
+/// Returns the largest displacement of a curve, in % of its displacement at peak.
 pub fn largest_percentage(curve: &TestCurve) -> Result<f64, QoiError> {
     let quantities = [Quantity::DisplacementAtPeak];
     let peak_mm = Qois::values_of(curve, SLOPE_FRACTION, &quantities)?[0];
@@ -33,27 +34,29 @@ pub fn largest_percentage(curve: &TestCurve) -> Result<f64, QoiError> {
     Ok(100.0 * end / peak_mm)
 }
 
-/// The percentages of the displacement at peak that the shape is read at, as far as every curve goes.
+/// Percentages of the displacement at peak at which shapes are read. They end at `reach`, the smallest
+/// [`largest_percentage`] of all curves.
 pub fn percentages(reach: f64) -> Vec<u8> {
     let last = reach.min(f64::from(Quantity::LARGEST_PERCENT)) / f64::from(STEP);
     (1..=last as u8).map(|i| i * STEP).collect()
 }
 
-/// The shape of a curve at these percentages.
+/// Computes the shape of a curve: the forces at the given percentages of the displacement at peak, divided by the peak
+/// force.
 pub fn shape(curve: &TestCurve, percent: &[u8]) -> Result<Vec<f64>, QoiError> {
     let places: Vec<Quantity> = percent.iter().map(|&p| Quantity::RelativeForce(p)).collect();
     Qois::values_of(curve, SLOPE_FRACTION, &places)
 }
 
-/// Where a slope is taken matters to no shape.
+/// Slope fraction, which is required to compute quantities but does not affect the shape.
 const SLOPE_FRACTION: f64 = 0.5;
 
-/// A draw of a new specimen.
+/// Prediction for a new specimen from one draw of the posterior.
 #[derive(Clone, Debug)]
 pub struct PredictedSpecimen {
     pub peak_force_n: f64,
     pub displacement_at_peak_mm: f64,
-    /// The forward model's shape at the draw's parameters.
+    /// Shape of the forward model at the draw's parameters.
     pub shape: Vec<f64>,
 }
 
@@ -61,16 +64,17 @@ pub struct PredictedSpecimen {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PredictedCurves {
     pub displacement_mm: Vec<f64>,
-    /// [`QUANTILES`] at each displacement, N.
+    /// Quantiles of the force at each displacement, with the probabilities [`QUANTILES`], N.
     pub force_n: Vec<[f64; QUANTILES.len()]>,
 }
 
 impl PredictedCurves {
-    /// From draws whose shapes, like those of the tested specimens (one row each), are at these percentages;
-    /// `error` is the covariance of the forward model's error of the shape.
+    /// Computes the band from posterior draws. The shapes of `draws` and of the tested specimens (`specimens`, one row
+    /// each) are given at the percentages `percent`. `error` is the covariance of the forward model's error of the
+    /// shape.
     ///
-    /// The band goes as far as nine of ten draws do; the last tenth is continued by the parabola through its last
-    /// three places.
+    /// The band ends at the displacement that nine of ten drawn curves reach. The other curves are extrapolated by the
+    /// parabola through their last three points.
     pub fn of(
         percent: &[u8],
         draws: &[PredictedSpecimen],
@@ -110,9 +114,9 @@ impl PredictedCurves {
     }
 }
 
-/// How shapes scatter between specimens.
+/// Scatter of the shapes of the tested specimens.
 struct Scatter {
-    /// Deviations from their mean over √(n − 1), one row a specimen.
+    /// Deviations of the shapes from their mean, divided by √(n − 1), one row per specimen.
     residuals: Vec<Vec<f64>>,
 }
 
@@ -140,14 +144,15 @@ impl Scatter {
     }
 }
 
-/// A matrix A with A Aᵀ the given covariance, which may be singular.
+/// Returns a matrix A with A Aᵀ = `covariance`, which may be singular.
 fn root(covariance: &DMatrix<f64>) -> DMatrix<f64> {
     let SymmetricEigen { eigenvectors, eigenvalues } = SymmetricEigen::new(covariance.clone());
     eigenvectors * DMatrix::from_diagonal(&eigenvalues.map(|value| value.max(0.0).sqrt()))
 }
 
-/// The force over the peak's at a percentage of the displacement at peak: straight between places, from 0 on; beyond the
-/// last, the parabola through the last three.
+/// Interpolates a shape: force at the percentage `at` of the displacement at peak, divided by the peak force. The
+/// interpolation is linear between the points and starts from 0. Beyond the last point, it is the parabola through the
+/// last three points.
 fn relative(percent: &[u8], shape: &[f64], at: f64) -> f64 {
     let place = |i: usize| f64::from(percent[i]);
     let k = percent.partition_point(|&p| f64::from(p) < at);
@@ -167,7 +172,7 @@ fn relative(percent: &[u8], shape: &[f64], at: f64) -> f64 {
         .sum()
 }
 
-/// The quantile of sorted values, between the two nearest.
+/// Quantile of sorted values, interpolated linearly between the two nearest values.
 fn quantile(sorted: &[f64], p: f64) -> f64 {
     let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
     let place = p * last as f64;
@@ -179,7 +184,7 @@ fn quantile(sorted: &[f64], p: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// x e^((1 − x^a)/a): 1 at its peak, which is at 1 for every a.
+    /// Shape x e^((1 − x^a)/a): for every a, the peak is at x = 1 and has the value 1.
     fn family(a: f64, x: f64) -> f64 {
         x * ((1.0 - x.powf(a)) / a).exp()
     }
@@ -211,8 +216,8 @@ mod tests {
         assert!(largest_percentage(&nothing).is_err());
     }
 
-    /// Laboratories of eight specimens whose heights, widths and shapes scatter: of new specimens' curves so many
-    /// lie in the band as it says, along the rise and at the peak.
+    /// In many laboratories, eight specimens have random peak forces, displacements at peak and shapes. The 90 % and
+    /// 50 % bands contain these shares of the curves of new specimens, on the rising branch and at the peak.
     #[test]
     fn bands_hold_the_share_of_new_curves_that_they_state() {
         let percent: Vec<u8> = (1..=24).map(|i| 5 * i).collect();
@@ -222,7 +227,7 @@ mod tests {
         let (sd, sd_of_shape, off) = ([7.0, 0.006], 0.25, 0.1);
         let places = [0.03, 0.07, 0.09, 0.1];
         let mut inside = [[0.0; 2]; 4];
-        // what a forward model that is off in its shape by a normal error does
+        // derivative of the shape with respect to a; the forward model has a normal error of a
         let slope: Vec<f64> = shape_of(3.01, &percent)
             .iter()
             .zip(shape_of(2.99, &percent))
@@ -243,7 +248,7 @@ mod tests {
                 .collect();
             let shapes: Vec<Vec<f64>> =
                 specimens.iter().map(|s| shape_of(s[2], &percent)).collect();
-            // the posterior of means with known scatter, and what it predicts
+            // draws of the prediction for a new specimen, if the means are estimated and the scatter is known
             let wide = (1.0 + 1.0 / f64::from(n)).sqrt();
             let mean = |i: usize| specimens.iter().map(|s| s[i]).sum::<f64>() / f64::from(n);
             let draws: Vec<PredictedSpecimen> = (0..400)

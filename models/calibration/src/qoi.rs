@@ -18,16 +18,18 @@ use peak::Peak;
 use place::Place;
 pub use quantity::Quantity;
 
-/// The numbers of a curve that a calibration can compare.
+/// Quantities of interest of one curve: peak, slope of the rising branch, and work up to the peak.
 ///
-/// - peak (F, d_F): of a curve without noise, the vertex of the least-squares parabola through the readings next to
-///   the highest one whose force is at least 97 % of its force (its two neighbours at least); of a noisy curve, the
-///   maximum of a polynomial over a window of displacement around it, whose width and degree have the least expected
-///   error for that noise and number of readings;
-/// - slope m: least-squares line through all of the curve with |d − f·d_F| ≤ 0.1 d_F, straight between its
-///   readings: no reading enters or leaves by a jump where d_F moves, m follows d_F smoothly, and on dense readings
-///   it is the slope of the line through them;
-/// - work W = ∫ F du up to (d_F, F), by trapezoids.
+/// - peak (F, d_F): for a curve without noise, the vertex of the least-squares parabola through the readings around the
+///   highest one whose force is at least 97 % of the highest force, including at least the two neighbours of the
+///   highest reading; for a noisy curve, the maximum of a polynomial that is fitted within a window of displacement
+///   around the peak. Width of the window and degree of the polynomial have the smallest expected error for the noise
+///   and the number of readings;
+/// - slope m: slope of the least-squares line through the curve, taken as linear between its readings, at displacements
+///   d with |d − f·d_F| ≤ 0.1 d_F, where f is the slope fraction. The fit is to the curve and not to the single
+///   readings, so that m is a smooth function of d_F. For dense readings, m is the slope of the line through the
+///   readings;
+/// - work W = ∫ F du up to (d_F, F), by the trapezoidal rule.
 ///
 /// # Example
 /// ```
@@ -42,8 +44,8 @@ pub use quantity::Quantity;
 /// ```
 ///
 /// # References
-/// Paper, section "Quantities of Interest": slope at 0.3 d_F for simulations and five tests, at
-/// 0.55 d_F for seven; there the peak is the highest recorded point.
+/// In the paper, section "Quantities of Interest", the slope is taken at 0.3 d_F for simulations and five tests and at
+/// 0.55 d_F for seven tests, and the peak is the highest recorded point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Qois {
     /// Slope of the rising branch in N/mm.
@@ -52,15 +54,15 @@ pub struct Qois {
     pub peak_force_n: f64,
     /// Displacement at the peak force in mm.
     pub displacement_at_peak_mm: f64,
-    /// Work of the force up to its peak in N mm.
+    /// Work of the force up to the peak in N mm.
     pub energy_to_peak_n_mm: f64,
 }
 
 impl Qois {
-    /// The quantities of a curve whose slope is taken around `slope_fraction` · d_F.
+    /// Computes the quantities of a curve. The slope is taken around the displacement `slope_fraction` · d_F.
     ///
     /// # Errors
-    /// A curve too short, without a peak, or without a reading where the slope is taken.
+    /// If the curve is too short, has no peak, or has no reading in the window of the slope.
     pub fn of(curve: &TestCurve, slope_fraction: f64) -> Result<Self, QoiError> {
         let (u, force) = (&curve.displacement_mm, &curve.force_n);
         if u.len() < 5 || u.len() != force.len() {
@@ -74,10 +76,10 @@ impl Qois {
         Ok(Self { slope_n_per_mm, peak_force_n, displacement_at_peak_mm, energy_to_peak_n_mm })
     }
 
-    /// These quantities of a curve.
+    /// Computes the given quantities of a curve, in the given order.
     ///
     /// # Errors
-    /// As [`Qois::of`]; [`QoiError::NotReached`] for what is taken beyond the curve's ends.
+    /// As [`Qois::of`], and [`QoiError::NotReached`] if the curve does not include the displacement of a quantity.
     ///
     /// # Example
     /// F = 2000 u − 10 000 u² falls by 2 · 10 000 · (1.2 − 1) · 0.1 mm = 400 N/mm past its peak at 0.1 mm:
@@ -117,11 +119,11 @@ impl Qois {
     }
 }
 
-/// The line that the slope is taken from.
+/// Fits the least-squares line to the curve within `window`.
 ///
 /// # Errors
-/// No reading in the window, which would leave the chord of two that are farther apart, or readings that begin
-/// after half of it.
+/// If the window contains no reading, so that the line would be the chord between two readings outside, or if the
+/// readings cover less than half of the window.
 pub fn slope_line(curve: &TestCurve, window: Window) -> Result<Line, QoiError> {
     let line = Line::of(&curve.displacement_mm, &curve.force_n, window);
     line.filter(|_| window.readings(&curve.displacement_mm) > 0).ok_or(QoiError::NoSlope {
@@ -131,10 +133,10 @@ pub fn slope_line(curve: &TestCurve, window: Window) -> Result<Line, QoiError> {
     })
 }
 
-/// The line that the slope past the peak is taken from.
+/// Fits the line whose slope is the slope past the peak.
 ///
 /// # Errors
-/// A curve that ends before the window does.
+/// If the curve ends before the window does, or the window contains no reading.
 fn post_peak_line(curve: &TestCurve, peak_mm: f64) -> Result<Line, QoiError> {
     let window = Window::around(Quantity::POST_PEAK, peak_mm);
     let ends =
@@ -151,7 +153,7 @@ fn post_peak_line(curve: &TestCurve, peak_mm: f64) -> Result<Line, QoiError> {
     slope_line(curve, window)
 }
 
-/// ∫ F du from the first point to the peak, by trapezoids.
+/// ∫ F du from the first point to the peak, by the trapezoidal rule.
 fn work(u: &[f64], force: &[f64], peak: (f64, f64)) -> f64 {
     let before = u.iter().copied().zip(force.iter().copied()).take_while(|(x, _)| *x < peak.0);
     let points: Vec<(f64, f64)> = before.chain([peak]).collect();
@@ -233,15 +235,15 @@ mod tests {
         for ((own, scaled), factor) in own.iter().zip(&scaled).zip(factors) {
             assert_relative_eq!(*scaled, factor * own, max_relative = 1e-12);
         }
-        // the forces at places that move with the curve
+        // the force at a displacement that is stretched with the curve
         let force = |curve: &TestCurve, place_um| {
             Qois::values_of(curve, 0.3, &[Quantity::ForceAt(place_um)]).unwrap()[0]
         };
         assert_relative_eq!(force(&base, 50), force(&stretched, 55), max_relative = 1e-12);
     }
 
-    /// A line through c (x − 1)² has its slope in the middle of the window; where a curve ends before the
-    /// window does, it is named.
+    /// The least-squares line through c (x − 1)² has the slope of the parabola in the middle of the window. If a curve
+    /// ends before the window does, the error names quantity, displacement and remedy.
     #[test]
     fn the_slope_past_the_peak_is_that_of_the_falling_branch() {
         let parabola = |u: f64| 147.0 * (1.0 - (1.0 - u / 0.1217).powi(2));
@@ -274,7 +276,7 @@ mod tests {
             squares[1] +=
                 (qois.displacement_at_peak_mm - clean.displacement_at_peak_mm).powi(2) / 400.0;
         }
-        // the highest reading itself scatters by 0.5 N and by more than the load step of 0.005 mm
+        // the highest reading scatters by 0.5 N in force, and by more than the load step of 0.005 mm in displacement
         assert!(squares[0].sqrt() < 0.5, "{squares:?}");
         assert!(squares[1].sqrt() < 0.003, "{squares:?}");
     }

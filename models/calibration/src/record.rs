@@ -20,14 +20,14 @@ use text::Sheet;
 pub(crate) use text::decoded;
 use unit::Dimension;
 
-/// Size of a specimen, by which stress and strain become force and displacement.
+/// Size of a specimen, with which stress and strain are converted to force and displacement.
 #[derive(Clone, Copy, Debug)]
 pub struct SpecimenSize {
     pub height_mm: f64,
     pub radius_mm: f64,
 }
 
-/// One record, compression positive.
+/// Record of one test, compression positive.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
     pub displacement_mm: Vec<f64>,
@@ -41,8 +41,8 @@ impl Record {
     /// Reads a text export or a workbook (`.xlsx`).
     ///
     /// # Errors
-    /// Names file, line, column, value and help: no column of displacement or force, several of them, a unit that is
-    /// missing or unknown, a cell that is no number.
+    /// If there is no column of displacement or force, or more than one, a unit is missing or unknown, or a cell is not
+    /// a number. The error names file, line, column, value and help.
     pub fn read(
         file: &Path,
         options: &ReadOptions,
@@ -75,7 +75,7 @@ impl Record {
     }
 }
 
-/// Makes a strain a displacement and a stress a force, and describes the column.
+/// Converts strain to displacement and stress to force in place. Returns a description of the column.
 fn converted(values: &mut [f64], column: &Column, size: SpecimenSize) -> String {
     let SpecimenSize { height_mm, radius_mm } = size;
     let area_mm2 = std::f64::consts::PI * radius_mm * radius_mm;
@@ -90,7 +90,8 @@ fn converted(values: &mut [f64], column: &Column, size: SpecimenSize) -> String 
     column.described(role) + &by
 }
 
-/// Turns the signs so that compression and the way of the platen are positive.
+/// Changes signs so that compressive forces and the displacement of the platen are positive. Returns descriptions of
+/// the changes.
 fn with_compression_positive(
     displacement_mm: &mut [f64],
     force_n: &mut [f64],
@@ -116,7 +117,8 @@ fn with_compression_positive(
     understood
 }
 
-/// Counts force and displacement from the first readings, where that is asked for.
+/// Subtracts the first readings from force and displacement if `options` request it. Returns descriptions of the
+/// changes.
 fn zeroed(displacement_mm: &mut [f64], force_n: &mut [f64], options: &ReadOptions) -> Vec<String> {
     let mut understood = Vec::new();
     if options.zero_force && !force_n.is_empty() {

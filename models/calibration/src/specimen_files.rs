@@ -1,4 +1,4 @@
-//! Reading of specimens: the table and the curve of each specimen, with all mistakes.
+//! Reads the table of specimens and the curve of each specimen, and collects all mistakes.
 
 use std::path::{Path, PathBuf};
 
@@ -8,22 +8,23 @@ use crate::record::{ReadOptions, Record, SpecimenSize};
 use crate::table::{CsvTable, TableRow};
 use crate::table_format::DetectedTable;
 
-/// Endings of files with curves, in the order in which they are looked for.
+/// File name extensions of curves, in the order in which they are searched.
 const ENDINGS: [&str; 6] = ["csv", "txt", "tsv", "dat", "asc", "xlsx"];
 
 /// Columns of the table with numbers.
 const NUMBERS: [&str; 4] = ["height_mm", "radius_mm", "slope_fraction", "rate_mm_per_s"];
 
-/// A table of specimens as far as it can be read.
+/// Table of specimens with their curves, and the mistakes in these files.
 #[derive(Debug, Default)]
 pub struct SpecimenFiles {
     /// Specimens without mistakes, with their curves.
     pub table: SpecimenTable,
-    /// How the table was read; nothing where that is commas, decimal points and UTF-8.
+    /// Description of the format of the table; `None` for commas as separators, decimal points and UTF-8.
     pub table_understood: Option<String>,
-    /// For each of them how its curve was read; nothing where that is `displacement_mm,force_N` as it stands.
+    /// For each specimen of `table`, a description of the format of the curve; `None` for a plain file with the columns
+    /// `displacement_mm,force_N`.
     pub understood: Vec<Option<String>>,
-    /// All mistakes: of the table each, of a curve the first.
+    /// All mistakes in the table, and the first mistake in each curve.
     pub mistakes: Vec<InputError>,
 }
 
@@ -64,7 +65,8 @@ impl SpecimenFiles {
         read
     }
 
-    /// The specimen of a row and how its curve was read; nothing without a curve.
+    /// Reads the specimen of a row and its curve. Also returns a description of the format of the curve. Mistakes are
+    /// added to `mistakes`. `None` if the id is not valid or the curve cannot be read.
     fn row(
         &mut self,
         file: &Path,
@@ -122,7 +124,8 @@ impl SpecimenFiles {
         Some((specimen, how))
     }
 
-    /// The curve of a specimen, the speed of its platen where it has a time, and how it was read.
+    /// Reads the curve of a specimen. Also returns the speed of the platen in mm/s if the curve has a time, and a
+    /// description of the format.
     fn curve(
         &self,
         table: &Path,
@@ -148,16 +151,16 @@ impl SpecimenTable {
     /// Reads a table and, from `curves/` beside it, the curve of each specimen.
     ///
     /// # Errors
-    /// Names file, line, column, value and help.
+    /// If a file cannot be read or has a mistake. The error names file, line, column, value and help.
     pub fn read(file: &Path) -> Result<Self, InputError> {
         Ok(Self::read_as(file, &ReadOptions::default())?.0)
     }
 
-    /// Reads a table whose curves are exports of a testing machine, and returns for each specimen how its curve was
-    /// read; nothing where that is `displacement_mm,force_N` as it stands.
+    /// Reads a table whose curves may be exports of a testing machine. Also returns, for each specimen, a description
+    /// of the format of the curve; `None` for a plain file with the columns `displacement_mm,force_N`.
     ///
     /// # Errors
-    /// As [`SpecimenTable::read`]; two specimens with one curve.
+    /// As [`SpecimenTable::read`], and if two specimens have the same curve.
     pub fn read_as(
         file: &Path,
         options: &ReadOptions,
@@ -168,11 +171,11 @@ impl SpecimenTable {
 }
 
 impl TestCurve {
-    /// Reads `displacement_mm,force_N`.
+    /// Reads a file with the columns `displacement_mm,force_N`.
     ///
     /// # Errors
-    /// Names file, line, column, value and help: a missing column, a value that is no finite
-    /// number, fewer than five points, no positive force.
+    /// If a column is missing, a value is not a finite number, there are fewer than five points, or no force is
+    /// positive. The error names file, line, column, value and help.
     pub fn read(file: &Path) -> Result<Self, InputError> {
         Ok(PlainRecord::read(file)?.curve)
     }
@@ -190,10 +193,10 @@ fn slope_fraction(row: TableRow<'_>) -> Result<f64, InputError> {
     ))
 }
 
-/// The file with the curve of a specimen, in the folder `curves` beside its table.
+/// Finds the file with the curve of a specimen in the folder `curves` beside the table.
 ///
 /// # Errors
-/// Several files have its name.
+/// If several files have the name of the specimen.
 pub fn recorded_file(table: &Path, id: &str) -> Result<PathBuf, InputError> {
     let plain = curve_file(table, id);
     let possible = ENDINGS.iter().map(|ending| plain.with_file_name(format!("{id}.{ending}")));
@@ -208,14 +211,14 @@ pub fn recorded_file(table: &Path, id: &str) -> Result<PathBuf, InputError> {
     }
 }
 
-/// A curve with the time of its readings.
+/// Curve with the times of its readings, if they were recorded.
 struct PlainRecord {
     curve: TestCurve,
     time_s: Option<Vec<f64>>,
 }
 
 impl PlainRecord {
-    /// Reads `displacement_mm,force_N` and, if it is there, `time_s`.
+    /// Reads a file with the columns `displacement_mm,force_N` and optionally `time_s`.
     fn read(file: &Path) -> Result<Self, InputError> {
         let table = CsvTable::read(file, &["displacement_mm", "force_N"])?;
         let mut curve = TestCurve::default();
@@ -230,7 +233,7 @@ impl PlainRecord {
         Ok(Self { curve: curve.checked(file)?, time_s })
     }
 
-    /// Reads a plain record or an export, and describes how that was read.
+    /// Reads a plain record or an export of a testing machine. Also returns a description of the format of an export.
     fn read_as(
         file: &Path,
         options: &ReadOptions,
@@ -247,7 +250,8 @@ impl PlainRecord {
     }
 }
 
-/// Whether the first line that is no comment names `displacement_mm` and `force_N`, separated by commas.
+/// Whether the first line that is neither blank nor a comment contains the names `displacement_mm` and `force_N`,
+/// separated by commas.
 fn has_plain_header(file: &Path) -> bool {
     let Ok(bytes) = fem_file::read_regular(file) else { return false };
     let bytes = bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(&bytes);
@@ -302,7 +306,7 @@ mod tests {
             slope_fraction,
             image: None,
             rate_mm_per_s: slope_fraction,
-            // no two specimens have one curve
+            // two specimens must not have the same curve
             curve: curve.scale_displacement(if id == "S-1" { 1.0 } else { 1.1 }),
         };
         for fraction in [None, Some(0.55)] {
@@ -333,7 +337,7 @@ mod tests {
         assert_eq!(specimen.curve.force_n[3], 147.0);
     }
 
-    /// As a German spreadsheet saves it.
+    /// The table is in the format of a German spreadsheet.
     #[test]
     fn a_table_with_semicolons_and_decimal_commas_is_read() {
         let text = "id;height_mm;radius_mm;group\r\nS-1;4,4;2,5;gr\u{fc}n\r\n";
@@ -421,7 +425,7 @@ mod tests {
         assert!(error.contains("S-2.csv") && error.contains("is the curve of S-1, too"), "{error}");
     }
 
-    /// 0.12 mm in 240 s; the export says how it was read, and two files for one specimen are refused.
+    /// The rate is 0.12 mm in 240 s. The format of the export is described. Two files for one specimen are an error.
     #[test]
     fn exports_have_a_rate_and_are_found_by_their_endings() {
         let (dir, file) = written("id,height_mm,radius_mm,group\nS-1,4.4,2.5,a\n", CURVE);

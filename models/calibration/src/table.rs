@@ -5,12 +5,12 @@ use std::path::Path;
 
 use crate::error::{InputError, closest};
 
-/// A table of text cells with named columns, held whole.
+/// Table of text cells with named columns, held in memory as a whole.
 #[derive(Debug)]
 pub struct CsvTable<'a> {
     file: &'a Path,
     columns: Vec<String>,
-    /// Line number in the file (from 1) and cells.
+    /// For each row, the line number in the file (from 1) and the cells.
     rows: Vec<(u64, Vec<String>)>,
     /// Whether numbers are written as `4,95`.
     pub(crate) has_decimal_comma: bool,
@@ -25,7 +25,8 @@ impl<'a> CsvTable<'a> {
         Self::parse(file, bytes, b',', required)
     }
 
-    /// Reads a text of UTF-8 with this separator, as [`CsvTable::read`] does. Rows of empty cells are skipped.
+    /// Parses UTF-8 text with this separator and checks that it has the `required` columns. Rows of empty cells are
+    /// skipped.
     pub(crate) fn parse(
         file: &'a Path,
         bytes: &[u8],
@@ -64,7 +65,7 @@ impl<'a> CsvTable<'a> {
         Ok(Self { file, columns, rows, has_decimal_comma: false })
     }
 
-    /// The first row with this `text` under `column`.
+    /// Returns the first row whose cell under `column` is `text`.
     pub fn named(&self, column: &str, text: &str) -> Result<TableRow<'_>, InputError> {
         self.rows().find(|row| row.text(column) == text).ok_or_else(|| {
             InputError::new(self.file, text, "", "has no line", "Run the stages again.")
@@ -88,7 +89,7 @@ pub struct TableRow<'a> {
 }
 
 impl<'a> TableRow<'a> {
-    /// The cell under `column`; empty where the table has no such column.
+    /// Cell under `column`; empty if the table has no such column.
     pub fn text(&self, column: &str) -> &'a str {
         let place = self.table.columns.iter().position(|c| c == column);
         place.map_or("", |i| &self.table.rows[self.index].1[i])
@@ -119,7 +120,7 @@ impl<'a> TableRow<'a> {
         }
     }
 
-    /// An error at this line and `column`.
+    /// Creates an error at this line and `column`.
     pub fn error(&self, column: &str, problem: &str, help: &str) -> InputError {
         let line = self.table.rows[self.index].0;
         let place = format!("line {line}, column {column}");
@@ -127,16 +128,18 @@ impl<'a> TableRow<'a> {
     }
 }
 
-/// Counts lines of a text. The position of a record is behind the record before: blank lines and comments may follow.
+/// Counter of the lines of a text. The CSV reader's position of a record is the end of the preceding record, so that
+/// blank lines and comments may lie between this position and the record.
 struct LineCounter<'a> {
     text: &'a [u8],
-    /// Start of a line, and its number.
+    /// Byte offset of the start of the current line; `line` is its number.
     start: usize,
     line: u64,
 }
 
 impl LineCounter<'_> {
-    /// The line of the first row at or after a position, which must not be before that of the last call.
+    /// Line number of the first row at or after the position `byte`. Positions must not decrease from one call to the
+    /// next.
     fn line_at(&mut self, byte: u64) -> u64 {
         let byte = usize::try_from(byte).unwrap_or(usize::MAX);
         while self.start < self.text.len() {
@@ -154,7 +157,7 @@ impl LineCounter<'_> {
     }
 }
 
-/// The text with a line feed at the end of each line: the reader counts lines by these.
+/// Converts all line endings to line feeds, by which the reader counts lines.
 fn with_line_feeds(bytes: &[u8]) -> Cow<'_, [u8]> {
     if !bytes.contains(&b'\r') {
         return Cow::Borrowed(bytes);
@@ -170,7 +173,7 @@ fn with_line_feeds(bytes: &[u8]) -> Cow<'_, [u8]> {
     Cow::Owned(text)
 }
 
-/// A header and rows of cells as CSV.
+/// Formats a header and rows of cells as CSV.
 pub fn to_csv<H, R>(header: H, rows: impl IntoIterator<Item = R>) -> std::io::Result<Vec<u8>>
 where
     H: IntoIterator<Item: AsRef<[u8]>>,

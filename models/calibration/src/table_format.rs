@@ -1,4 +1,4 @@
-//! Tables that a person has saved from a spreadsheet: separator, decimal sign and encoding are detected.
+//! Tables saved from a spreadsheet: separator, decimal sign and encoding are detected.
 
 use std::path::Path;
 
@@ -6,10 +6,11 @@ use crate::error::InputError;
 use crate::record::decoded;
 use crate::table::CsvTable;
 
-/// Separators and how they are named, in the order in which they are preferred.
+/// Separators and their names, in order of preference.
 const SEPARATORS: [(u8, &str); 3] = [(b',', ","), (b';', ";"), (b'\t', "tab")];
 
-/// A table and how it was read; nothing where that is commas, decimal points and UTF-8.
+/// Table with a description of its format (`understood`). The description is `None` for a table with commas as
+/// separators, decimal points and UTF-8.
 #[derive(Debug)]
 pub struct DetectedTable<'a> {
     pub table: CsvTable<'a>,
@@ -17,9 +18,9 @@ pub struct DetectedTable<'a> {
 }
 
 impl<'a> DetectedTable<'a> {
-    /// Reads `file` and checks that it has the `required` columns. The separator is the one that finds most of these
-    /// in the header, or what a first line `sep=;` states; the decimal sign is that of most cells of the columns
-    /// `numbers`.
+    /// Reads `file` and checks that it has the `required` columns. A first line such as `sep=;` states the separator.
+    /// Otherwise, the separator is the one with which the header contains most of the required columns. The decimal
+    /// sign is the one that most cells of the columns `numbers` have.
     ///
     /// # Errors
     /// As [`CsvTable::read`].
@@ -49,7 +50,8 @@ impl<'a> DetectedTable<'a> {
     }
 }
 
-/// The text with a first line `sep=;`, as spreadsheets write it, made a comment, and the separator that it states.
+/// Turns a first line such as `sep=;`, which spreadsheets write, into a comment. Returns the text and the stated
+/// separator.
 fn without_separator_line(text: String) -> (String, Option<(u8, &'static str)>) {
     let first = text.lines().next().unwrap_or_default();
     let stated = first.trim_matches('"').strip_prefix("sep=").and_then(|rest| {
@@ -62,7 +64,8 @@ fn without_separator_line(text: String) -> (String, Option<(u8, &'static str)>) 
     }
 }
 
-/// The separator that finds most of the required names in the header; of those that find none, the most frequent.
+/// Detects the separator: the one with which the header contains most of the required columns. If several do, it is the
+/// one that occurs most often.
 fn separator(text: &str, required: &[&str]) -> (u8, &'static str) {
     let is_header = |line: &&str| !line.trim().is_empty() && !line.starts_with('#');
     let header = text.split(['\n', '\r']).find(is_header).unwrap_or_default();
@@ -101,7 +104,7 @@ mod tests {
         Ok((table.rows().map(row).collect::<Result<_, InputError>>()?, understood))
     }
 
-    /// The same table as spreadsheets of several countries save it.
+    /// One table, saved by spreadsheets of several countries, is read to the same rows.
     #[test]
     fn one_table_in_every_form_is_one_table() {
         let (plain, understood) = read(PLAIN.as_bytes()).unwrap();

@@ -111,7 +111,7 @@ impl Posterior {
     /// # Errors
     /// [`PosteriorError`] if the number of coordinates of the chains differs from the model's, if a chain is empty, or
     /// if the model is invalid. Chains that were drawn with other data are no error, because held-out data need them;
-    /// the summary then says that they come from another density. A draw at which a prediction is rejected is no error
+    /// the summary then warns that they come from another density. A draw at which a prediction is rejected is no error
     /// either: the values of the following statements are NaN, and the draw is counted in `unpredicted`.
     pub fn from_chains<M: Model>(
         model: &Bound<M>,

@@ -30,9 +30,10 @@ use crate::{
 /// lowers the acceptance rate but does not bias the draws. With n = 1 this is delayed acceptance, with n > 1 the
 /// surrogate-transition method: a larger n makes the draws less correlated if q is close to p, and lowers the
 /// acceptance rate if q is poor. With probability [`plain_share`](Self::plain_share), independent of the point, a
-/// transition is instead one random-walk Metropolis step on p. The proposal is the proposal of [`Metropolis`](super::Metropolis). The warmup tunes it
-/// to the acceptance rate under q; after the warmup nothing is adapted. Since the tuning depends on q only, most of the
-/// warmup can run without p: see [`screened_warmup`](Self::screened_warmup).
+/// transition is instead one random-walk Metropolis step on p. The proposal is the proposal of
+/// [`Metropolis`](super::Metropolis). The warmup tunes it to the acceptance rate under q; after the warmup nothing is
+/// adapted. Since the tuning depends on q only, most of the warmup can run without p: see
+/// [`screened_warmup`](Self::screened_warmup).
 ///
 /// Statistics of a draw: `leapfrogs` counts the evaluations of the *expensive* density: 0 or 1 per transition, and one
 /// more in the first transition after a screened warmup. [`Chains::evaluations`] is their sum. `acceptance` is the
@@ -104,10 +105,11 @@ impl DelayedAcceptance<'_> {
     /// Probability that a transition is one random-walk Metropolis step on the expensive density without screening, from
     /// 0 to below 1. The default is 0.
     ///
-    /// Where the cheap density is far too small, the screening leads away from a point and the correction factor
-    /// rejects what it finds, so that the chain stays. Steps that ignore the cheap density leave such a point. The
-    /// choice between the two kinds of transition does not depend on the point, so that the draws follow the expensive
-    /// density for every share. Such a step costs one expensive evaluation, as a screened transition does.
+    /// Where the cheap density is far too small, the screening moves away from a point, and the correction factor
+    /// rejects the points that the screening reaches, so that the chain does not move. Steps that ignore the cheap
+    /// density move the chain away from such a point. The choice between the two kinds of transition does not depend on
+    /// the point, so that the draws follow the expensive density for every share. Such a step costs one expensive
+    /// evaluation, as a screened transition does.
     pub fn plain_share(mut self, share: f64) -> Self {
         self.method.screening.plain_share = share;
         self
@@ -281,8 +283,8 @@ struct Delayed<'a> {
     alone: usize,
     /// Whether the expensive density has not yet been evaluated at the current point.
     is_unasked: bool,
-    /// Acceptance probability that the proposal is tuned by: the mean of the most recent screening, or of the most recent
-    /// step without screening.
+    /// Acceptance probability by which the proposal is tuned: the mean over the most recent screening, or the
+    /// probability of the most recent step without screening.
     walked: f64,
     rejections: Rejections,
 }
@@ -400,7 +402,7 @@ impl MarkovChain for Delayed<'_> {
             level.log_density = self.rejections.value(&mut *level.density, &level.y)?;
         }
         let share = self.screening.plain_share;
-        // a share of 0 leaves the random numbers as they were without this setting
+        // with a share of 0, no random number is drawn, so that the draws are the same as before this setting existed
         let is_plain = share > 0.0 && rng.random::<f64>() < share;
         let (acceptance, decided) = match is_plain {
             true => (self.plain_step(rng)?, true),

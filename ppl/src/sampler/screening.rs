@@ -7,12 +7,12 @@ use super::error::RunError;
 /// Settings of the screening by the cheap density.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Screening {
-    /// Random-walk steps, at least 1.
+    /// Number of random-walk steps on the cheap density per screening, at least 1.
     pub(super) steps: u32,
     /// Exponent of the cheap density.
     pub(super) power: f64,
-    /// Probability that a transition is a random-walk step on the expensive density. Chains that were saved before
-    /// there was this setting have none.
+    /// Probability that a transition is a random-walk step on the expensive density; 0 for chains that were saved
+    /// before this setting existed.
     #[serde(default)]
     pub(super) plain_share: f64,
 }
@@ -21,7 +21,7 @@ impl Screening {
     /// Checks all settings.
     ///
     /// # Errors
-    /// [`RunError::Setting`] if one is out of range.
+    /// [`RunError::Setting`] if a setting is out of range.
     pub(super) fn check(self) -> Result<(), RunError> {
         let refused = |setting, value, help| Err(RunError::Setting { setting, value, help });
         if self.steps == 0 {

@@ -1,26 +1,26 @@
-//! Something that was found on a curve.
+//! Findings of the checks of a curve.
 
-/// How much a finding matters.
+/// Severity of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Weight {
-    /// To be looked up.
+    /// Information, which is not shown as a warning.
     Note,
-    /// To be told.
+    /// Shown as a warning.
     Warning,
-    /// Quantities of interest would be wrong.
+    /// The quantities of interest would be wrong.
     Error,
 }
 
-/// Something that was found on a curve.
+/// Finding of a check of a curve.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
-    /// Its name in tables.
+    /// Name of the finding in tables.
     pub name: &'static str,
-    /// The number behind it; its unit is in the words.
+    /// Value on which the finding is based; `problem` states its unit.
     pub value: f64,
-    /// What was found, a clause.
+    /// Description of the finding: a clause without subject.
     pub problem: String,
-    /// What to do, whole sentences.
+    /// Advice to the user in whole sentences.
     pub help: &'static str,
     pub weight: Weight,
 }

@@ -4,14 +4,16 @@ use super::finding::{Finding, Weight, largest};
 use crate::experiment::TestCurve;
 use crate::qoi::noise;
 
-/// What displacement may go back before the peak, as a fraction of the way there.
+/// Largest tolerated decrease of the displacement before the peak, as a fraction of the displacement from start to
+/// peak.
 const BACK: f64 = 0.05;
-/// Noise of the displacement up to this fraction of the way to the peak is noise and not a wrong order.
+/// Largest standard deviation of the displacement, as a fraction of the displacement from start to peak, that is
+/// accepted as noise and not checked for a wrong order.
 const NOISE: f64 = 0.02;
-/// How far noise makes displacement go back at most, in standard deviations: the largest of 20 000 differences.
+/// Largest decrease of the displacement that noise explains, in standard deviations: the maximum of 20 000 differences.
 pub(super) const NOISE_BACK: f64 = 8.0;
 
-/// What is wrong with the order of the readings or their sign.
+/// Checks order and sign of the readings, and returns the first error found.
 pub(super) fn order(curve: &TestCurve) -> Option<Finding> {
     let (u, force) = (&curve.displacement_mm, &curve.force_n);
     let error = |name, value, problem: String, help| {
@@ -38,7 +40,7 @@ pub(super) fn order(curve: &TestCurve) -> Option<Finding> {
              falls.",
         );
     }
-    // what rises to the very end, while the other one has a peak, is a displacement
+    // a column that rises up to the end, while the other column has a peak, is a displacement
     let comes_back = u[farthest] - u[last] > 0.05 * span && farthest > 0;
     let rises = force[last] - force[farthest] > 0.05 * (force[top] - lowest);
     if comes_back && rises && top + 1 + force.len() / 20 > last {
@@ -50,7 +52,7 @@ pub(super) fn order(curve: &TestCurve) -> Option<Finding> {
         );
     }
     if u[0] - u[last] > 0.5 * span {
-        // a test begins without force, and where displacement is counted from
+        // a test begins at zero force, and usually at zero displacement
         let loaded = [force[0], force[last]].map(|f| f > 0.1 * force[top]);
         let is_reversed = match loaded {
             [true, false] => true,
@@ -95,7 +97,7 @@ pub(super) fn order(curve: &TestCurve) -> Option<Finding> {
     None
 }
 
-/// Farthest that displacement goes back from its largest value before.
+/// Largest decrease of the displacement below its preceding maximum.
 fn setback(u: &[f64]) -> f64 {
     let mut largest = f64::NEG_INFINITY;
     let back = u.iter().map(|&x| {
@@ -105,7 +107,8 @@ fn setback(u: &[f64]) -> f64 {
     back.fold(0.0, f64::max)
 }
 
-/// Standard deviation in mm of one reading of the displacement over the number of the reading.
+/// Standard deviation (mm) of the noise of one reading of the displacement. The noise is estimated from the
+/// displacement as a function of the reading's index.
 pub(super) fn noise_of_displacement(u: &[f64]) -> f64 {
     let number: Vec<f64> = (0..u.len()).map(|i| i as f64).collect();
     noise::of_single_readings(&number, u)

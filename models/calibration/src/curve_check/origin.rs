@@ -1,25 +1,26 @@
-//! Where force and displacement of a curve are counted from: preload, untared force, late loading, toe.
+//! Checks of the origin of force and displacement: preload, load cell that was not zeroed, late loading, toe.
 
 use super::finding::{Finding, Weight, largest};
 use crate::experiment::TestCurve;
 use crate::qoi::{Line, Qois, Window, noise, slope_line};
 
-/// A force at the first readings of more than this fraction of the peak is a preload.
+/// Force of the first readings, as a fraction of the peak force, above which it is reported as a preload.
 const PRELOAD: f64 = 0.02;
-/// Loading that begins later than this fraction of the way from there to the peak is no soft start.
+/// Displacement at which loading begins, as a fraction of the displacement from there to the peak, above which it is
+/// reported as late loading and not treated as a soft start.
 const LATE: f64 = 0.25;
-/// Force, over the highest, above which a specimen is loaded.
+/// Force, as a fraction of the highest force, above which a specimen counts as loaded.
 const LOADED: f64 = 0.05;
-/// A toe of more than this fraction of the displacement at peak is a warning.
+/// Toe, as a fraction of the displacement at peak, above which it is a warning.
 const TOE: f64 = 0.02;
 
-/// Force of the first readings in N, as their median, and its standard error.
+/// Median force of the first readings and its standard error, N.
 fn first_force(curve: &TestCurve) -> (f64, f64) {
     let count = (curve.force_n.len() / 200).clamp(1, 25);
     let mut first = curve.force_n[..count].to_vec();
     first.sort_unstable_by(f64::total_cmp);
     let noise_n = noise::standard_deviation(&curve.displacement_mm, &curve.force_n);
-    // the median scatters by √(π/2) more than the mean
+    // the standard error of the median is √(π/2) times the standard error of the mean
     (first[count / 2], 1.25 * noise_n / (count as f64).sqrt())
 }
 
@@ -36,7 +37,7 @@ pub(super) fn preload(curve: &TestCurve, qois: &Qois) -> Option<Finding> {
     })
 }
 
-/// A load cell that was not zeroed: a specimen between platens does not pull.
+/// Reports a load cell that was not zeroed: the force is negative, but platens cannot pull a specimen.
 pub(super) fn force_zero(curve: &TestCurve) -> Option<Finding> {
     let (value, error) = first_force(curve);
     let peak_n = curve.force_n.iter().copied().fold(0.0, f64::max);
@@ -50,8 +51,8 @@ pub(super) fn force_zero(curve: &TestCurve) -> Option<Finding> {
     })
 }
 
-/// Displacement (mm) after which the specimen stays loaded, where that is no soft start but the approach of
-/// the platen or a displacement that was not zeroed.
+/// Displacement (mm) after which the specimen stays loaded, if it is too large for a soft start. Causes are the
+/// approach of the platen, or a displacement that was not zeroed.
 pub(super) fn late_onset_mm(curve: &TestCurve) -> Option<f64> {
     let (u, force) = (&curve.displacement_mm, &curve.force_n);
     let noise_n = noise::standard_deviation(u, force);
@@ -90,10 +91,10 @@ pub(super) fn toe(toe_mm: f64, qois: &Qois) -> Finding {
     }
 }
 
-/// Displacement (mm) at which the curve without its soft start would leave zero force.
+/// Displacement (mm) at which the force would begin to rise if the curve had no soft start.
 ///
-/// It is where the slope's line meets zero force, less what the curve's own bend moves that: a test
-/// F ∝ v exp(−x³/3), x = v/v_peak (viscous damage), has at v a tangent that meets zero force at
+/// This is the displacement at which the line of the slope has zero force, corrected for the curvature of the curve.
+/// The correction is that of viscous damage, F ∝ v exp(−x³/3) with x = v/v_peak, whose tangent at v has zero force at
 /// −v x³/(1 − x³).
 pub(super) fn toe_mm(curve: &TestCurve, qois: &Qois, slope_fraction: f64) -> f64 {
     let peak = qois.displacement_at_peak_mm;

@@ -1,24 +1,26 @@
-//! Single readings that stand off both their neighbours.
+//! Spikes: single readings that are higher or lower than both their neighbours.
 
 use super::finding::{Finding, Weight, largest};
 use crate::experiment::TestCurve;
 use crate::qoi::noise;
 
-/// A reading that stands off both its neighbours by this fraction of the peak is a spike.
+/// Difference between a reading and both its neighbours, as a fraction of the peak force, above which the reading is a
+/// spike.
 const SPIKE: f64 = 0.05;
-/// Differences of normal noise that 20 000 readings do not reach, in standard deviations.
+/// Difference between neighbouring readings, in standard deviations of normal noise, that does not occur in 20 000
+/// readings.
 const NOISE: f64 = 6.0;
-/// Examples of one finding that are listed.
+/// Number of spikes that are listed individually.
 const EXAMPLES: usize = 5;
 
-/// The spikes of a curve, the highest first: at most [`EXAMPLES`] by themselves, then their number.
+/// Finds the spikes of a curve, the largest first: at most [`EXAMPLES`] individually, then the number of the others.
 pub(super) fn spikes(curve: &TestCurve) -> Vec<Finding> {
     let (u, force) = (&curve.displacement_mm, &curve.force_n);
     let top = largest(force);
     let mut steps: Vec<f64> = force.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
     steps.sort_unstable_by(f64::total_cmp);
     let usual_step = steps.get(steps.len() / 2).copied().unwrap_or(0.0);
-    // a spike at the top must not be the measure of itself
+    // the second highest force, so that a spike at the highest reading does not increase its own limit
     let mut forces = force.clone();
     forces.sort_unstable_by(f64::total_cmp);
     let scale = forces[forces.len().saturating_sub(2)];
@@ -37,7 +39,7 @@ pub(super) fn spikes(curve: &TestCurve) -> Vec<Finding> {
     let mut findings: Vec<Finding> = found
         .iter()
         .enumerate()
-        // a spike at the top is an error, however many others are higher
+        // a spike at the highest reading is an error and is always listed
         .filter(|(place, (i, _))| *place < EXAMPLES || *i == top)
         .map(|(_, &(i, height))| Finding {
             name: "spike",

@@ -6,7 +6,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::*;
 
-/// The viscous closed form, 44 steps to 0.22 mm, peak 147 N at 0.12 mm.
+/// Closed form of viscous damage: 44 steps to 0.22 mm, peak 147 N at 0.12 mm.
 fn viscous() -> TestCurve {
     let displacement_mm: Vec<f64> = (0..=44).map(|i| 0.005 * f64::from(i)).collect();
     let force =
@@ -21,7 +21,7 @@ fn changed(change: impl Fn(&mut Vec<f64>, &mut Vec<f64>)) -> TestCurve {
     curve
 }
 
-/// Names and weights of what is not a mere note.
+/// Names and weights of the findings that are not mere notes.
 fn found(curve: &TestCurve) -> Vec<(&'static str, Weight)> {
     let findings = InspectedCurve::of(curve, 0.3).findings;
     findings.iter().filter(|f| f.weight != Weight::Note).map(|f| (f.name, f.weight)).collect()
@@ -83,7 +83,8 @@ fn preload_spikes_unloading_and_sparse_readings_are_told() {
     assert_eq!(found(&sparse), [("sampling", Warning)]);
 }
 
-/// Two per cent of the displacement at peak, 0.12 mm and the toe, are 0.0024 mm. A toe is found to within 0.0005 mm.
+/// 2 % of the displacement at peak, which is 0.12 mm plus the toe, are 0.0024 mm. The toe is determined to within
+/// 0.0005 mm.
 #[test]
 fn a_toe_is_a_warning_from_two_percent_of_the_displacement_at_peak_on() {
     let late = |toe: f64| changed(|u, _| u.iter_mut().for_each(|u| *u += toe));
@@ -95,7 +96,8 @@ fn a_toe_is_a_warning_from_two_percent_of_the_displacement_at_peak_on() {
     assert!(finding.problem.contains(" % of its displacement at peak"), "{finding:?}");
 }
 
-/// A soft start of a = 0.02 mm: force follows the closed form in v with v + a (1 − e^(−v/a)) = u.
+/// Soft start of a = 0.02 mm: at displacement u, the force is that of the closed form at v, where u = v + a (1 −
+/// e^(−v/(0.2 a))).
 #[test]
 fn a_soft_start_is_measured_and_taken_away() {
     let a = 0.02;
@@ -112,7 +114,8 @@ fn a_soft_start_is_measured_and_taken_away() {
     assert!((without.slope_n_per_mm / exact.slope_n_per_mm - 1.0).abs() < 0.01);
 }
 
-/// `n` readings of the viscous curve with normal noise of the force in N and of the displacement in mm.
+/// `n` readings of the viscous curve. Force and displacement have normal noise with standard deviations of `noise_n`
+/// (N) and `noise_mm` (mm).
 fn dense(n: u32, noise_n: f64, noise_mm: f64, seed: u64) -> TestCurve {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
     let normal = Normal::new(0.0, 1.0).unwrap();
@@ -125,7 +128,7 @@ fn dense(n: u32, noise_n: f64, noise_mm: f64, seed: u64) -> TestCurve {
     }
 }
 
-/// 3 N and 1 µm are noise: no spike, no wrong order.
+/// Noise of 3 N and 1 µm is reported neither as spikes nor as a wrong order.
 #[test]
 fn noise_of_force_and_displacement_is_no_fault_of_single_readings() {
     for seed in 0..10 {
@@ -140,7 +143,7 @@ fn noise_of_force_and_displacement_is_no_fault_of_single_readings() {
     }
 }
 
-/// Forty spikes of 40 N in 3 N noise: five of them, and the number of the others.
+/// For forty spikes of 40 N in noise of 3 N, five spikes are listed, then the number of the others.
 #[test]
 fn many_spikes_are_five_examples_and_a_count() {
     let mut curve = dense(4000, 3.0, 0.0, 1);
@@ -151,7 +154,7 @@ fn many_spikes_are_five_examples_and_a_count() {
     assert!(spikes[5].problem.contains("35 further readings"), "{}", spikes[5].problem);
 }
 
-/// Rows in random order scatter by a third of the range, which is no noise.
+/// The displacements of rows in random order scatter by a third of their range, which is too much for noise.
 #[test]
 fn shuffled_rows_are_a_wrong_order() {
     let curve = changed(|u, f| {

@@ -1,14 +1,15 @@
-//! Rows of specimens that scatter alike, taken apart into what differs between them and what they share.
+//! Transforms the quantities of specimens with the same covariance into contrasts, which contain the differences
+//! between specimens, and a total, which contains the mean.
 
 use ppl::prelude::*;
 
-/// Specimens with one covariance.
+/// Group of n specimens with the same covariance.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Group {
     pub(super) rows: Vec<Vec<f64>>,
-    /// n − 1 contrasts between them.
+    /// The n − 1 contrasts between the specimens.
     pub(super) contrasts: Vec<Vec<f64>>,
-    /// √n times their mean; empty without specimens.
+    /// √n times the mean of the rows; empty if there are no specimens.
     pub(super) total: Vec<f64>,
 }
 
@@ -23,8 +24,8 @@ impl Group {
     }
 }
 
-/// Helmert's orthogonal transform of rows: contrasts √(j/(j+1)) (mean of the first j − row j + 1), and
-/// √n times the mean.
+/// Applies Helmert's orthogonal transform to n rows. Returns the n − 1 contrasts √(j/(j+1)) (mean of the first j rows −
+/// row j + 1), and √n times the mean of all rows.
 pub(super) fn helmert<R: Scalar>(rows: &[Vec<R>]) -> (Vec<Vec<R>>, Vec<R>) {
     let Some((first, others)) = rows.split_first() else { return (Vec::new(), Vec::new()) };
     let mut mean = first.clone();

@@ -1,15 +1,15 @@
-//! Why a calibration cannot be made.
+//! Errors of a calibration.
 
 use ppl::{OptimizeError, PosteriorError, Rejection, SampleError};
 use surrogate::SurrogateError;
 
-/// A calibration that could not be made.
+/// Error of a calibration.
 #[derive(Debug, thiserror::Error)]
 pub enum CalibrationError {
     /// Covariances need at least two specimens.
     #[error("{0} specimen: a calibration with scatter between specimens needs at least two")]
     TooFew(usize),
-    /// Something is known of other specimens than there are, or not the same of each.
+    /// The number of rows with known inputs differs from the number of specimens, or the rows have different lengths.
     #[error(
         "known inputs of the forward model are given for {found} specimens, of {expected}, or not as many of each"
     )]
@@ -19,44 +19,45 @@ pub enum CalibrationError {
         /// Number of rows.
         found: usize,
     },
-    /// Too little is known of what inputs may be that are not known of a specimen.
+    /// Fewer than four specimens have known inputs, so that the distribution of the unknown inputs of the other
+    /// specimens cannot be estimated.
     #[error(
         "some specimens' inputs of the forward model are not known, and {found} others are too few to say what \
          they may be: it takes four"
     )]
     Population {
-        /// Others whose inputs are known.
+        /// Number of specimens with known inputs.
         found: usize,
     },
-    /// Specimens with other quantities than the surrogate gives.
+    /// A specimen has another number of quantities than the surrogate.
     #[error("a specimen has {found} quantities of interest, the surrogate has {expected}")]
     Quantities {
-        /// Outputs of the surrogate.
+        /// Number of outputs of the surrogate.
         expected: usize,
-        /// Values of the specimen.
+        /// Number of values of the specimen.
         found: usize,
     },
-    /// Groups of specimens that do not belong together.
+    /// The groups of specimens are inconsistent.
     #[error("{group} {problem}")]
     Group {
-        /// The group, or the parameter.
+        /// Name of the group or of the parameter.
         group: String,
-        /// What is wrong with it.
+        /// Description of the problem.
         problem: String,
     },
-    /// The surrogate is not one of the quantities of interest.
+    /// The surrogate cannot be used for the quantities of interest.
     #[error(transparent)]
     Surrogate(#[from] SurrogateError),
     /// The sampler could not start.
     #[error(transparent)]
     Sample(#[from] SampleError),
-    /// The draws do not make a posterior.
+    /// The posterior cannot be computed from the draws.
     #[error(transparent)]
     Posterior(#[from] PosteriorError),
     /// The mode could not be found.
     #[error(transparent)]
     Mode(#[from] OptimizeError),
-    /// Labels that are not those of the quantities of interest.
+    /// Labels do not match the quantities of interest.
     #[error(transparent)]
     Label(#[from] ppl::LabelError),
     /// Specimens cannot be left out: too few draws, or a specimen without a density.

@@ -1,4 +1,4 @@
-//! One specimen as others tell of it: a new one, or each of those that there are.
+//! Distribution of one specimen given the others: of a new specimen, or of each tested specimen.
 
 use ppl::DomainError;
 use ppl::prelude::*;
@@ -6,8 +6,8 @@ use ppl::prelude::*;
 use super::specimens::{Expected, Kind, Specimens, scaled};
 
 impl Specimens {
-    /// A new specimen, which shares δ with those seen: one like the known ones, and one of which nothing is
-    /// known if there are such.
+    /// Distribution of a new specimen given the tested ones, with which it shares the error δ. Its inputs are unknown
+    /// if there are specimens with unknown inputs; otherwise it has the mean response of the known specimens.
     pub(super) fn new_specimen<R: Scalar>(
         &self,
         expected: &Expected<R>,
@@ -23,11 +23,11 @@ impl Specimens {
         self.after(&self.groups(), kind, expected, scatter)?.specimen(expected.mean_of(kind), &gaps)
     }
 
-    /// log p(y_k | y_−k, θ, Σ) of each specimen k given the others, with all that they share integrated out;
-    /// the covariance is the same for all of a group, so that n of them cost little more than one.
+    /// Computes log p(y_k | y_−k, θ, Σ) of each specimen k given the others, with the shared errors integrated out. The
+    /// covariance is the same for all specimens of a group and is factorised only once per group.
     ///
     /// # Errors
-    /// A covariance that is not positive definite, or a mean of another size.
+    /// If a covariance is not positive definite, or a mean has another size than the rows.
     pub(super) fn ln_conditionals(
         &self,
         expected: &Expected<f64>,
@@ -42,14 +42,14 @@ impl Specimens {
         Ok(self.is_known.iter().filter_map(next).collect())
     }
 
-    /// Those of a group.
+    /// [`Self::ln_conditionals`] for the specimens of one group.
     fn ln_conditionals_of(
         &self,
         kind: Kind,
         expected: &Expected<f64>,
         scatter: &DynCholeskyFactor<f64>,
     ) -> Result<Vec<f64>, DomainError> {
-        // without one of its own
+        // sizes of the groups without the specimen itself
         let others = |(group, n): (Kind, usize)| (group, n - usize::from(group == kind));
         let groups: Vec<(Kind, usize)> =
             self.groups().into_iter().map(others).filter(|(_, n)| *n > 0).collect();
@@ -75,8 +75,10 @@ impl Specimens {
         self.group(kind).rows.iter().enumerate().map(of).collect()
     }
 
-    /// What groups of these sizes tell of one more specimen of a kind: with V the covariance of their totals
-    /// and C that of the specimen with them, it is N(m + C V⁻¹ (totals − their means), Σ_k + S − C V⁻¹ Cᵀ).
+    /// Distribution of one more specimen of a kind, given the totals of groups with these sizes. With the covariance V
+    /// of the totals and the covariance C between specimen and totals, it is N(m + C V⁻¹ (totals − their means), Σ_k +
+    /// S − C V⁻¹ Cᵀ), where m is the expected response of the specimen, Σ_k the covariance of its own deviation, and S
+    /// the covariance that it shares with other specimens of its kind.
     fn after<R: Scalar>(
         &self,
         groups: &[(Kind, usize)],
@@ -106,18 +108,19 @@ impl Specimens {
     }
 }
 
-/// The distribution of a specimen after others, but for their totals.
+/// Distribution of a specimen given the totals of other specimens, for any values of these totals.
 struct After<R: Scalar> {
-    /// L of L Lᵀ = V.
+    /// Cholesky factor L of V = L Lᵀ.
     factor: DynCholeskyFactor<R>,
-    /// L⁻¹ Cᵀ.
+    /// Columns of L⁻¹ Cᵀ.
     columns: Vec<Vec<R>>,
-    /// The factor of its own covariance.
+    /// Cholesky factor of the covariance of the specimen given the totals.
     own: DynCholeskyFactor<R>,
 }
 
 impl<R: Scalar> After<R> {
-    /// One more specimen where the forward model says `mean` and the others' totals are off by `gaps`.
+    /// Distribution of a specimen for which the forward model predicts `mean`, if the totals of the others differ from
+    /// their means by `gaps`.
     fn specimen(
         &self,
         mean: &[R],

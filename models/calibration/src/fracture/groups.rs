@@ -1,9 +1,11 @@
-//! All specimens at once: several microstructures, several temperatures, one scatter.
+//! Joint calibration of groups of specimens: several microstructures, several temperatures, one covariance of the
+//! specimens.
 //!
-//! Specimens come in groups of one microstructure and one temperature. Each group has the surrogate of its
-//! own microstructure; all share the material, whose parameters are constant or follow the temperature, and
-//! the covariance of specimens relative to the means of their group. So twelve specimens at four
-//! temperatures tell one covariance, in place of three telling each its own.
+//! A group consists of specimens of one microstructure, tested at one temperature, and has the surrogate of this
+//! microstructure. All groups share the material, whose parameters are constant or depend on the temperature. They also
+//! share the covariance of the specimens relative to the means of their group. Thus twelve specimens at four
+//! temperatures determine one covariance, whereas separate calibrations would estimate each of four covariances from
+//! three specimens.
 
 use ppl::Posterior;
 use ppl::prelude::*;
@@ -15,48 +17,48 @@ use super::{CalibrationError, Evidence, Specimens, relative_to_means, short_name
 /// Specimens of one microstructure, tested at one temperature.
 #[derive(Clone, Debug)]
 pub struct TestGroup {
-    /// Its name in messages.
+    /// Name of the group in messages.
     pub name: String,
     /// Temperature of the tests in °C.
     pub temperature_c: f64,
-    /// The surrogate of the microstructure; its box is the prior's, and the same in all groups.
+    /// Surrogate of the microstructure. Its box is the prior and must be the same in all groups.
     pub forward: DynPce,
-    /// What the tests say of the specimens: one is enough where other groups have more.
+    /// Experimental data of the specimens. One specimen is enough if other groups have more.
     pub evidence: Evidence,
 }
 
-/// How a parameter depends on the temperature.
+/// Dependence of a parameter on the temperature.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Trend {
-    /// Not at all.
+    /// The parameter does not depend on the temperature.
     Constant,
-    /// Its logarithm is linear in the temperature, but for [`Pooling::deviation`].
+    /// The logarithm of the parameter is linear in the temperature, with the deviations of [`Pooling::deviation`].
     LogLinear,
 }
 
-/// What groups have in common.
+/// Dependence of the parameters of all groups on the temperature.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pooling {
-    /// A trend for each parameter, in the order of the surrogates' inputs.
+    /// Trend of each parameter, in the order of the surrogates' inputs.
     pub trends: Vec<Trend>,
-    /// How far, as a standard deviation of logarithms, a temperature may be off the line: half-normal prior
-    /// of that scale. 0: not at all.
+    /// Scale of the half-normal prior for the standard deviation by which the logarithm of a parameter deviates from
+    /// the line at a temperature. 0: no deviations.
     pub deviation: f64,
 }
 
-/// Groups as their likelihood takes them.
+/// Groups of specimens, prepared for the likelihood.
 #[derive(Clone, Debug)]
 pub struct Groups {
     inputs: Vec<Input>,
     trends: Vec<Trend>,
     deviation: f64,
     quantities: usize,
-    /// Temperatures, ascending, and where each lies between the lowest (0) and the highest (1).
+    /// Temperatures in ascending order, each with its relative position between the lowest (0) and the highest (1).
     levels: Vec<(f64, f64)>,
     groups: Vec<Group>,
 }
 
-/// One of them, relative to the means of its specimens.
+/// Group of specimens, with quantities relative to the means of its specimens.
 #[derive(Clone, Debug)]
 struct Group {
     level: usize,
@@ -65,12 +67,13 @@ struct Group {
 }
 
 impl Groups {
-    /// Checks that the groups belong together.
+    /// Checks that the groups are consistent, and prepares them for the likelihood.
     ///
     /// # Errors
-    /// Less than two specimens in all; surrogates with other inputs or outputs than the first; not a trend
-    /// for each parameter; one that follows the temperature where there is but one temperature, or on a box
-    /// that is not above 0; a deviation that is no number from 0.
+    /// If there are fewer than two specimens in total; if groups have different parameters or quantities; if a
+    /// temperature or the deviation is not finite, or the deviation is negative; if the number of trends differs from
+    /// the number of parameters; or if a parameter follows the temperature although there is only one temperature or
+    /// its lower bound is not above 0.
     pub fn new(groups: &[TestGroup], pooling: &Pooling) -> Result<Self, CalibrationError> {
         let specimens = groups.iter().map(|group| group.evidence.qois.len()).sum();
         let [first, ..] = groups else { return Err(CalibrationError::TooFew(0)) };
@@ -132,15 +135,17 @@ impl Groups {
         })
     }
 
-    /// Inputs that follow the temperature.
+    /// Parameters that follow the temperature.
     fn following(&self) -> impl Iterator<Item = &Input> {
         let with_trends = self.inputs.iter().zip(&self.trends);
         with_trends.filter(|(_, trend)| **trend == Trend::LogLinear).map(|(input, _)| input)
     }
 
-    /// Parameters at a temperature: those of the lowest one, but for those with values at the `highest`
-    /// too, which are between on the line, moved by `off` standard units along the logit of the box's
-    /// logarithm. So they stay in the box; in its middle one unit is one of the logarithm.
+    /// Parameters at the relative position `place` of a temperature. Constant parameters have the values `lowest`. For
+    /// parameters that follow the temperature, the logarithm is interpolated linearly between `lowest` and `highest`
+    /// and then changed by the deviation `off`. The deviation is added to the logit of the relative position of the
+    /// logarithm in the box, so that the parameter stays in the box. The logit is scaled such that in the middle of the
+    /// box, a small deviation is a change of the logarithm.
     fn parameters<R: Scalar>(&self, place: f64, lowest: &[R], highest: &[R], off: &[R]) -> Vec<R> {
         let mut following = highest.iter().enumerate();
         let of = |((input, trend), &low): ((&Input, &Trend), &R)| {
@@ -149,7 +154,7 @@ impl Groups {
                 return low;
             };
             let line = low.ln() * (1.0 - place) + high.ln() * place;
-            // rounding may leave the box
+            // rounding errors may move the parameter out of the box
             let inside = |ln: R| ln.exp().clamp(input.lower, input.upper);
             let Some(&off) = off.get(k) else { return inside(line) };
             let (bottom, width) = (input.lower.ln(), (input.upper / input.lower).ln());
@@ -161,7 +166,7 @@ impl Groups {
     }
 }
 
-/// The inputs of the group's surrogate that are not known of its specimens.
+/// Parameters: the inputs of the group's surrogate that are not known for its specimens.
 fn unknown(group: &TestGroup) -> &[Input] {
     let inputs = group.forward.inputs();
     &inputs[..inputs.len().saturating_sub(group.evidence.known_inputs())]
@@ -170,9 +175,10 @@ fn unknown(group: &TestGroup) -> &[Input] {
 ppl::model! {
     /// The paper's likelihood for groups of specimens with one relative covariance.
     ///
-    /// Each parameter is uniform on the box, at the lowest temperature and, where it follows the temperature,
-    /// at the highest too. Between, its logarithm is on the line, or off it by `deviation`. `theta` has
-    /// the parameters at each temperature.
+    /// The prior of each parameter at the lowest temperature is uniform on the box. A parameter that follows the
+    /// temperature has the same prior at the highest temperature. Its logarithm is linear in the temperature; if
+    /// deviations are allowed, it deviates from this line at each temperature by a normal error with standard deviation
+    /// `deviation`. `theta` contains the parameters at each temperature.
     pub fn calibration_over_groups(groups: &Groups) {
         let mut lowest: Vec<Real> = Vec::new();
         #[dims(parameter)]
@@ -216,7 +222,7 @@ ppl::model! {
 /// Samples [`calibration_over_groups`], and labels parameters and temperatures.
 ///
 /// # Errors
-/// Those of [`Groups::new`]; surrogates that reject every start.
+/// As [`Groups::new`], and if the surrogates reject every starting point.
 ///
 /// # Example
 /// ```no_run

@@ -1,4 +1,4 @@
-//! How much each specimen moves the posterior of the parameters.
+//! Influence of each specimen on the posterior of the parameters.
 
 use ppl::diagnostics::{ess_mean, pareto_smooth};
 use ppl::{Nuts, Posterior, SampleError};
@@ -7,7 +7,7 @@ use super::loo::ln_conditionals;
 use super::specimens::Specimens;
 use super::{Calibration, CalibrationError, calibration_on, leave_out};
 
-/// The calibration to all specimens but one, compared with the calibration to all.
+/// Comparison of the calibration to all specimens but one with the calibration to all specimens.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WithoutSpecimen {
     /// log p(y_k | y_−k) of the specimen that is left out.
@@ -21,11 +21,13 @@ pub struct WithoutSpecimen {
 }
 
 impl Calibration {
-    /// Each specimen left out in turn: by Pareto-smoothed importance weights, and by sampling again where the shape
-    /// k of these weights is above the threshold of PSIS (0.7 for 2200 draws and more).
+    /// Compares the calibration without each specimen with the calibration to all specimens. The posterior without a
+    /// specimen is computed by Pareto-smoothed importance weights, or sampled again if the shape k of these weights is
+    /// above the threshold of PSIS (0.7 for 2200 draws and more).
     ///
     /// # Errors
-    /// Fewer than 25 draws; a draw at which a specimen has no density; a model that rejects every start.
+    /// If there are fewer than 25 draws, a specimen has no density at some draw, or the model rejects every starting
+    /// point.
     ///
     /// # Reference
     /// Vehtari, Gelman & Gabry (2017), doi:10.1007/s11222-016-9696-4, for the weights;
@@ -84,10 +86,10 @@ impl Calibration {
 }
 
 impl Specimens {
-    /// All specimens but one.
+    /// Returns all specimens except specimen k.
     ///
     /// # Errors
-    /// None would be left.
+    /// If no specimen remains.
     fn without(&self, k: usize) -> Result<Self, CalibrationError> {
         let mut rows: Vec<Vec<f64>> = self.rows().into_iter().cloned().collect();
         rows.remove(k);
@@ -104,7 +106,7 @@ impl Specimens {
     }
 }
 
-/// Draws of the parameters, a row each.
+/// Draws of the parameters, one row per draw.
 fn theta_draws(posterior: &Posterior) -> Vec<&[f64]> {
     let group = &posterior.posterior;
     let theta = group.variables.iter().find(|variable| variable.name == "theta");
@@ -113,7 +115,8 @@ fn theta_draws(posterior: &Posterior) -> Vec<&[f64]> {
     values.chunks(size.max(1)).collect()
 }
 
-/// Normalised weights of the draws for a posterior without an observation of these log densities.
+/// Normalised importance weights of the draws for the posterior without one observation. `ln_density` contains the log
+/// density of this observation at each draw; `draws` is the number of draws per chain.
 fn weights(ln_density: &[f64], draws: usize) -> Vec<f64> {
     let top = ln_density.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let density: Vec<f64> = ln_density.iter().map(|l| (l - top).exp()).collect();
@@ -143,8 +146,8 @@ mod tests {
     use crate::fracture::Population;
     use crate::fracture::six_specimens::{CALIBRATED, WITHOUT_EACH, sampler};
 
-    /// The last specimen, which weights cannot leave out, is left out by sampling. The shift of every specimen is
-    /// that between two calibrations, one with all specimens and one without it.
+    /// The last specimen is left out by sampling, because importance weights fail for it. The shift of each specimen
+    /// agrees with the difference between two calibrations, one with all specimens and one without the specimen.
     #[test]
     fn shifts_are_those_of_calibrations_without_the_specimen() {
         let found = CALIBRATED.without_each(&sampler(), 0, 3).unwrap();
@@ -156,15 +159,16 @@ mod tests {
             let m = mean(draws);
             (draws.iter().map(|x| (x - m).powi(2)).sum::<f64>() / draws.len() as f64).sqrt()
         };
-        // relative to the means of all, as the calibration to all specimens is: these are 1
+        // both calibrations use quantities relative to the means of all specimens, which are 1
         for (k, (one, posterior)) in found.iter().zip(WITHOUT_EACH.iter()).enumerate() {
             let without = theta_draws(posterior).concat();
             let expected = (mean(&without) - mean(&all)) / sd(&all);
-            // 0.03: four standard errors of means of some 3000 effective draws each; weights add theirs
+            // 0.1 is four standard errors of the difference of two means from some 3000 effective draws each;
+            // importance weights add an error
             let within = if one.is_sampled { 0.1 } else { 0.2 };
             assert!((one.shifts[0] - expected).abs() < within, "{k}: {one:?}, not {expected}");
         }
-        // the one that stands apart moves the mean most
+        // the specimen that is far from the others shifts the mean most
         let largest = found.iter().map(|one| one.shifts[0].abs()).fold(0.0, f64::max);
         assert_eq!(found[5].shifts[0].abs(), largest, "{found:?}");
     }

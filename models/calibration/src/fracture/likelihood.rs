@@ -1,18 +1,18 @@
-//! What the quantities of specimens say of the forward model and of their scatter.
+//! Likelihood of the specimens' quantities of interest.
 
 use ppl::prelude::*;
 
 use super::specimens::{Expected, Specimens};
 
 ppl::model! {
-    /// Specimens of one microstructure, where the forward model expects `expected` and `scatter` is the
-    /// factor of their covariance: the statements that all calibrations share.
+    /// Likelihood of specimens of one microstructure, used in all calibrations. `expected` is the response of the
+    /// forward model, and `scatter` is the Cholesky factor of the covariance between specimens.
     pub(super) fn of_specimens(
         specimens: &Specimens,
         expected: &Expected<Real>,
         scatter: &DynCholeskyFactor<Real>,
     ) -> () {
-        // differences between specimens show their scatter alone, their mean what they share too
+        // contrasts depend on the scatter between specimens only, totals also on the errors that all specimens share
         for (contrast, between) in specimens.known.contrasts.iter().zip(&expected.contrasts) {
             contrast ~ MvNormalCholesky(between, scatter);
         }

@@ -1,4 +1,4 @@
-//! Leaving out one specimen after the other.
+//! Leave-one-out cross-validation over the specimens.
 
 use ppl::Posterior;
 use ppl::diagnostics::{Loo, LooError};
@@ -9,15 +9,16 @@ use super::Calibration;
 use super::specimens::Specimens;
 
 impl Calibration {
-    /// Leave-one-out cross-validation over the specimens: how well each is predicted by a calibration to
-    /// all the others, as log densities of quantities relative to the means of all, and how much the
-    /// posterior leans on it.
+    /// Computes leave-one-out cross-validation over the specimens: the log density of each specimen as predicted by a
+    /// calibration to all others, for quantities relative to the means of all specimens, and the influence of the
+    /// specimen on the posterior (Pareto k).
     ///
-    /// Specimens that share an error are not independent given the parameters: what is left out is
-    /// p(y_k | y_−k, θ), in which the others tell of that error. [`Posterior::loo`] would leave out contrasts.
+    /// Specimens that share an error are not independent given the parameters. Therefore the density of specimen k is
+    /// p(y_k | y_−k, θ), in which the other specimens y_−k inform about the shared error. [`Posterior::loo`] would
+    /// leave out contrasts instead of specimens.
     ///
     /// # Errors
-    /// Fewer than 25 draws; a draw at which a specimen has no density.
+    /// If there are fewer than 25 draws, or a specimen has no density at some draw.
     ///
     /// # Reference
     /// Bürkner, Gabry & Vehtari (2021), doi:10.1007/s00180-020-01045-4, for normal models that do not
@@ -29,7 +30,7 @@ impl Calibration {
     }
 }
 
-/// [`Specimens::ln_conditionals`] at every draw, a row each; NaN where there is none.
+/// [`Specimens::ln_conditionals`] at every draw, one row per draw; NaN if they cannot be computed.
 pub(super) fn ln_conditionals(
     posterior: &Posterior,
     forward: &DynPce,
@@ -63,7 +64,8 @@ mod tests {
     use crate::fracture::six_specimens::{CALIBRATED, QOIS, WITHOUT_EACH, forward, shared};
     use crate::fracture::{Calibration, Evidence, calibrate, calibrate_after};
 
-    /// log of the mean of p(y_k | y_−k, θ) over posteriors fitted without specimen k.
+    /// Compares with the logarithm of the mean of p(y_k | y_−k, θ) over posteriors that were sampled without specimen
+    /// k.
     #[test]
     fn smoothed_weights_do_what_refits_do() {
         let loo = CALIBRATED.loo().unwrap();
@@ -74,7 +76,7 @@ mod tests {
         for (k, (point, posterior)) in loo.points.iter().zip(WITHOUT_EACH.iter()).enumerate() {
             let rows = ln_conditionals(posterior, &pce, &all);
             let mean = rows.iter().skip(k).step_by(6).map(|l| l.exp()).sum::<f64>() / 16000.0;
-            // without the last the posterior is another, which its weights cannot reach
+            // the posterior without the last specimen differs too much for importance weights
             let reliable = k < 5;
             assert_eq!(point.pareto_k < loo.threshold, reliable, "{k}: {point:?}");
             let gap = (point.elpd - mean.ln()).abs();
@@ -85,7 +87,7 @@ mod tests {
         assert_eq!(loo.points[5].elpd, least, "{:?}", loo.points);
     }
 
-    /// A chain that was drawn longer, without its beginning.
+    /// A calibration with burn-in has the same chains as a calibration without burn-in, except for the first draws.
     #[test]
     fn a_burn_in_leaves_out_the_first_draws() {
         let evidence = Evidence { qois: QOIS.map(Vec::from).to_vec(), ..Evidence::default() };

@@ -60,13 +60,14 @@ ppl::model! {
         #[predict] let new_specimen ~ MvNormalCholesky(mean, chol);
     }
 
-    /// The same for as many parameters as the surrogate has inputs, uniform on its box, and as many
-    /// QoIs as it has outputs; specimens may share an error of the forward model, and the last inputs
-    /// may be known of each, or of some while those of the others come from their population.
+    /// Generalisation of `calibration`: one parameter per input of the surrogate, uniform on its box, and one quantity
+    /// per output. Specimens may share an error of the forward model. The last inputs of the surrogate may be known for
+    /// each specimen, so that they are not parameters. If some specimens have unknown inputs, these belong to a
+    /// population.
     ///
     /// # Reference
-    /// Kennedy & O'Hagan (2001), *Bayesian Calibration of Computer Models*,
-    /// doi:10.1111/1467-9868.00294, for an error of the model beside that of the data.
+    /// Kennedy & O'Hagan (2001), *Bayesian Calibration of Computer Models*, doi:10.1111/1467-9868.00294, for an error
+    /// of the model in addition to the error of the data.
     pub fn calibration_on(forward: &DynPce, specimens: &Specimens) {
         let mut point: Vec<Real> = Vec::new();
         #[dims(parameter)]
@@ -79,7 +80,7 @@ ppl::model! {
         #[dims(quantity)] let sd ~ Normal(0.15, 0.25).truncate(0.0..).iid(k);
         let corr ~ LkjCholesky::of(k, 3.0);
         let chol = corr.scale_rows(&sd)?;
-        // what a person reads: the factor's own entries mean little
+        // recorded for the user, because the entries of the Cholesky factor are hard to interpret
         #[dims(quantity, other)] #[track] let correlation = corr.covariance();
 
         let expected = specimens.expected(forward, &point)?;
@@ -97,41 +98,42 @@ pub struct Calibration {
     pub posterior: Posterior,
     /// Joint mode over the constrained values (no Jacobian), in the order of the surrogate's inputs.
     pub map: Vec<f64>,
-    /// How the mode was found.
+    /// Result of the search for the mode.
     pub mode: Mode,
-    /// What it was calibrated to, relative to the means.
+    /// Specimens of the calibration, with quantities relative to the means of the specimens.
     specimens: Specimens,
-    /// By this surrogate, relative likewise.
+    /// Surrogate of the calibration, with outputs relative to the means of the specimens.
     forward: DynPce,
 }
 
-/// What experiments say of the specimens.
+/// Experimental data of the specimens, and errors of the forward model.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Evidence {
-    /// Quantities of interest, one row a specimen, in the order of the surrogate's outputs.
+    /// Quantities of interest, one row per specimen, in the order of the surrogate's outputs.
     pub qois: Vec<Vec<f64>>,
-    /// The surrogate's last inputs of each specimen, where they are known: the stiffness ratio of its own
-    /// microstructure. Empty: all inputs are to be found.
+    /// Last inputs of the surrogate for each specimen, such as the stiffness ratio of its microstructure; `None` if
+    /// they are unknown. Empty: all inputs are parameters.
     pub known: Vec<Option<Vec<f64>>>,
-    /// What those inputs may be of a specimen of which they are not known.
+    /// Population of the last inputs of the surrogate, for specimens whose inputs are unknown.
     pub population: Option<Population>,
-    /// Covariance of the error that all specimens share, relative to their means: that of the mesh, the
-    /// geometry, the surrogate where it is the same everywhere. Empty: none, the paper's likelihood.
+    /// Covariance of the error that all specimens share, relative to their means: errors of the mesh, of the geometry,
+    /// and of the surrogate if its error is the same everywhere. Empty: no shared error, as in the paper's likelihood.
     pub shared: Vec<Vec<f64>>,
-    /// What the runs leave open of the surrogate, which is shared too, and what their specimens do where these are
-    /// few: what a polynomial misses of one specimen belongs to `shared`.
+    /// Errors of the forward model that depend on the parameters and that all specimens share. They arise from the
+    /// limited number of runs, and of specimens in these runs. The lack of fit of a polynomial to a single specimen
+    /// belongs to `shared`.
     pub open: Vec<CoefficientPosterior>,
 }
 
 impl Evidence {
-    /// How many of the surrogate's inputs, the last ones, are no parameters.
+    /// Number of inputs of the surrogate, the last ones, that are not parameters.
     pub fn known_inputs(&self) -> usize {
         let of_population = self.population.as_ref().map_or(0, |p| p.mean().len());
         self.known.iter().flatten().next().map_or(of_population, Vec::len)
     }
 
-    /// These inputs of a specimen in the middle: the mean of those that are known, or of the population where
-    /// some are not.
+    /// Typical values of the last inputs: the mean of the population if some specimens have unknown inputs, or else the
+    /// mean over the specimens.
     pub fn middle(&self) -> Vec<f64> {
         let known: Vec<Vec<f64>> = self.known.iter().flatten().cloned().collect();
         match &self.population {
@@ -141,11 +143,13 @@ impl Evidence {
     }
 }
 
-/// Calibrates the inputs of a surrogate against specimens. The surrogate's box is the prior's. The sampler
-/// brings chains, draws and seed; starts of the search for the mode are seeded with `seed`.
+/// Calibrates the inputs of a surrogate against specimens. The prior is uniform on the surrogate's box. `sampler`
+/// determines chains, draws and their seed. `seed` is the seed of the predictions and of the starting points for the
+/// search for the mode.
 ///
 /// # Errors
-/// Fewer than two specimens, rows or a covariance of another size, or a surrogate that rejects every start.
+/// If there are fewer than two specimens, a row or a covariance has the wrong size, or the surrogate rejects every
+/// starting point.
 ///
 /// # Example
 /// ```no_run
@@ -169,7 +173,7 @@ pub fn calibrate(
     calibrate_after(pce, evidence, sampler, 0, seed)
 }
 
-/// The same without the first `burn_in` draws of each chain, which the sampler is to draw besides.
+/// As [`calibrate`], but omits the first `burn_in` draws of each chain, which `sampler` must draw in addition.
 ///
 /// # Errors
 /// As [`calibrate`].
@@ -220,7 +224,7 @@ fn leave_out(chains: &mut Chains, first: usize) {
     }
 }
 
-/// The draws alone of [`calibrate`], unlabelled.
+/// As [`calibrate`], but returns only the posterior, without labels.
 pub fn sample(
     pce: &DynPce,
     evidence: &Evidence,
@@ -236,7 +240,7 @@ pub fn sample(
     Ok(Posterior::from_chains(&model, chains, seed)?)
 }
 
-/// Surrogate and specimens with the specimens' means as units.
+/// Divides the outputs of the surrogate and the quantities of the specimens by the means of the specimens.
 fn relative_to_means(
     pce: &DynPce,
     evidence: &Evidence,
@@ -265,12 +269,12 @@ fn relative_to_means(
     Ok((forward, specimens))
 }
 
-/// The name of a surrogate's output in tables, where it is relative and has no unit.
+/// Name of a surrogate's output without a unit, for relative quantities.
 pub fn short_name(output: &str) -> String {
     Quantity::of_column(output).map_or_else(|| output.to_owned(), |quantity| quantity.to_string())
 }
 
-/// A covariance (quantities × quantities) relative to the quantities' means.
+/// Divides a covariance (quantities × quantities) by the quantities' means.
 pub fn relative_covariance(covariance: Vec<Vec<f64>>, means: &[f64]) -> Vec<Vec<f64>> {
     let row =
         |(row, a): (Vec<f64>, &f64)| row.iter().zip(means).map(|(c, b)| c / (a * b)).collect();

@@ -1,16 +1,18 @@
-//! Inputs of the forward model that are not known of a specimen: what they may be, and what the response is then.
+//! Population of the inputs of the forward model that are unknown for some specimens, and the response of these
+//! specimens.
 //!
-//! Every specimen without an image has a stiffness ratio k of its own, a member of a population of which
-//! others are known: k ~ N(μ, s²), and μ ~ N(k̄, s²/N) from N of them. Neither has to be sampled. To second order in s
-//! the response m(θ, k) is normal with the mean of m over the population and the covariance b bᵀ, where b is
-//! what one s of k does to it; the error of k̄ moves all such specimens together, by b bᵀ/N.
+//! A specimen without an image has an unknown stiffness ratio k. It belongs to a population of which N other members
+//! are known: k ~ N(μ, s²) and μ ~ N(k̄, s²/N), where k̄ is the mean of the known members. Neither k nor μ has to be
+//! sampled. To second order in s, the response m(θ, k) is normal: its mean is the average of m over the population, and
+//! its covariance is b bᵀ, where b is the change of the response for a change of k by s. All specimens with unknown k
+//! share the error of k̄, which has the covariance b bᵀ/N.
 
 use ppl::prelude::*;
 use surrogate::DynPce;
 
 use super::CalibrationError;
 
-/// What is known of inputs of specimens from other members of their population: independent normals.
+/// Population of unknown inputs: independent normal distributions that are estimated from known members.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Population {
     mean: Vec<f64>,
@@ -19,13 +21,15 @@ pub struct Population {
 }
 
 impl Population {
-    /// From members, one row each.
+    /// Estimates the population from known members, one row per member.
     ///
-    /// With their mean k̄ and variance s² one more member has Student's distribution of N − 1 degrees of freedom;
-    /// here it is the normal one with that variance, s² (N − 1)/(N − 3) beside that of the mean.
+    /// Given the mean k̄ and the variance s² of N members, a further member follows Student's distribution with N − 1
+    /// degrees of freedom. Here a normal distribution replaces it. The variance about the mean is s² (N − 1)/(N − 3),
+    /// and the variance of the mean is 1/N of this.
     ///
     /// # Errors
-    /// Fewer than four members, whose spread says too little; rows of different lengths.
+    /// If there are fewer than four members, so that the spread cannot be estimated, or the rows have different
+    /// lengths.
     pub fn of(members: &[Vec<f64>]) -> Result<Self, CalibrationError> {
         let width = members.first().map_or(0, Vec::len);
         if members.len() < 4 || members.iter().any(|row| row.len() != width) {
@@ -42,29 +46,29 @@ impl Population {
         Ok(Self { mean, sd, count: n })
     }
 
-    /// From mean and standard deviation of each input, and how many members these are known from; with infinity
-    /// they are exact.
+    /// Creates a population with the mean and standard deviation of each input. `count` is the number of members from
+    /// which these were estimated; infinity means that they are exact.
     pub fn normal(mean: Vec<f64>, sd: Vec<f64>, count: f64) -> Self {
         Self { mean, sd, count }
     }
 
-    /// The mean of each input.
+    /// Mean of each input.
     pub fn mean(&self) -> &[f64] {
         &self.mean
     }
 
-    /// The standard deviation of each input between members.
+    /// Standard deviation of each input between members.
     pub fn sd(&self) -> &[f64] {
         &self.sd
     }
 
-    /// How many members it is known from.
+    /// Number of members from which the population was estimated.
     pub fn count(&self) -> f64 {
         self.count
     }
 
-    /// The places at which the response is taken, two for each input; the box of the forward model has to hold
-    /// them.
+    /// Points at which the response is evaluated, two for each input. The box of the forward model must contain these
+    /// points.
     pub fn places(&self) -> Vec<Vec<f64>> {
         let reach = (self.mean.len() as f64).sqrt();
         let both = (0..self.mean.len()).flat_map(|i| [(i, reach), (i, -reach)]);
@@ -76,11 +80,11 @@ impl Population {
         both.map(place).collect()
     }
 
-    /// Mean and spread of the response at parameters `point`: the moments of the 2d points k̄ ± √d s_i e_i for d
-    /// inputs, which are exact for polynomials of second (mean) and first order (spread).
+    /// Mean and spread of the response at the parameters `point`, computed from the 2d points k̄ ± √d s_i e_i for d
+    /// inputs. The mean is exact for polynomials of second order in k, the spread for polynomials of first order.
     ///
     /// # Reference
-    /// Julier & Uhlmann (2004), doi:10.1109/JPROC.2003.823141, of the points.
+    /// Julier & Uhlmann (2004), doi:10.1109/JPROC.2003.823141, for the choice of the points.
     pub(super) fn response<R: Scalar>(&self, forward: &DynPce, point: &[R]) -> Spread<R> {
         let at = |place: &Vec<f64>| {
             let inputs: Vec<R> =
@@ -99,22 +103,23 @@ impl Population {
     }
 }
 
-/// The response of a specimen whose inputs are those of some member of a population.
+/// Response of a specimen with unknown inputs: mean and spread over the population.
 #[derive(Clone, Debug)]
 pub(super) struct Spread<R> {
     pub(super) mean: Vec<R>,
-    /// What one standard deviation of each input does.
+    /// Change of the response for a change of each input by one standard deviation.
     columns: Vec<Vec<R>>,
     count: f64,
 }
 
 impl<R: Scalar> Spread<R> {
-    /// An entry of the covariance between specimens.
+    /// Entry (i, j) of the covariance of the response between specimens with unknown inputs.
     pub(super) fn between(&self, i: usize, j: usize) -> R {
         self.columns.iter().map(|column| column[i] * column[j]).sum()
     }
 
-    /// An entry of the covariance of what all of them share, since the mean input is not known exactly.
+    /// Entry (i, j) of the covariance of the error that these specimens share because the mean of the population is not
+    /// known exactly.
     pub(super) fn shared(&self, i: usize, j: usize) -> R {
         self.between(i, j) * self.count.recip()
     }

@@ -1,4 +1,4 @@
-//! The likelihood of specimens against the normal density of all their numbers at once.
+//! Compares the likelihood of specimens with the joint normal density of all their quantities.
 
 use ppl::Nuts;
 use ppl::prelude::*;
@@ -27,7 +27,7 @@ fn members() -> Vec<Vec<f64>> {
     [0.8, 0.95, 1.05, 0.9, 1.1, 1.0].map(|k| vec![k]).to_vec()
 }
 
-/// Two quantities of θ and, if it is an input, of k: linear in k.
+/// Forward model with two quantities that depend on θ and, if `with_k` is set, linearly on k.
 fn forward(with_k: bool) -> DynPce {
     let names = if with_k { &["theta", "k"][..] } else { &["theta"] };
     let inputs = names.iter().map(|name| Input::new(*name, 0.0, 2.0).unwrap()).collect();
@@ -39,15 +39,15 @@ fn forward(with_k: bool) -> DynPce {
     DynPce::from_terms(inputs, vec!["a".into(), "b".into()], terms).unwrap()
 }
 
-/// Means and covariance of the rows of specimens: Σ on the diagonal, S everywhere, and for those whose k is
-/// not known s² b bᵀ on the diagonal, s²/N b bᵀ everywhere.
+/// Means and covariance of the rows of specimens. Each pair of specimens has the covariance S, and each specimen with
+/// itself also Σ. If k is unknown, a pair has s²/N b bᵀ in addition, and a specimen with itself also s² b bᵀ.
 struct Joint {
     means: Vec<Vec<f64>>,
     covariance: Vec<Vec<f64>>,
 }
 
 impl Joint {
-    /// Nothing to be known of specimens.
+    /// For specimens without known inputs.
     fn alike(n: usize) -> Self {
         let mean = forward(false).value(&[THETA]).unwrap();
         Self::of(vec![mean; n], &vec![None; n])
@@ -83,7 +83,7 @@ impl Joint {
         Self { means, covariance }
     }
 
-    /// The density of the rows of some of the specimens.
+    /// Log density of the rows of the `chosen` specimens.
     fn ln_density(&self, rows: &[Vec<f64>], chosen: &[usize]) -> f64 {
         let places: Vec<usize> = chosen.iter().flat_map(|&k| [2 * k, 2 * k + 1]).collect();
         let part = |a: &usize| places.iter().map(|&b| self.covariance[*a][b]).collect();
@@ -95,7 +95,8 @@ impl Joint {
     }
 }
 
-/// The density of contrasts and totals, that of one more specimen, and those of each given the others.
+/// Checks the density of contrasts and totals, the density of one more specimen, and the density of each specimen given
+/// the others.
 fn assert_density_of(specimens: &Specimens, pce: &DynPce, known: Option<&[Option<f64>]>) {
     let mut rows: Vec<Vec<f64>> = QOIS.map(Vec::from).to_vec();
     let all: Vec<usize> = (0..rows.len()).collect();
@@ -122,7 +123,7 @@ fn assert_density_of(specimens: &Specimens, pce: &DynPce, known: Option<&[Option
         assert!((found - exact).abs() < 1e-10, "{k}: {found} {exact}");
     }
 
-    // one more is of the kind that is not known, where there are such
+    // the inputs of a new specimen are unknown: it is not tested if the inputs of all specimens are known
     if known.is_some_and(|known| !known.contains(&None)) {
         return;
     }
@@ -140,7 +141,8 @@ fn contrasts_and_totals_have_the_density_of_all_rows_at_once() {
     assert_density_of(&specimens(), &forward(false), None);
 }
 
-/// All known, some, one, none: the marginal over an unknown Gaussian input of a linear model is normal.
+/// The inputs of all, some, one or no specimens are known. The marginal density over an unknown Gaussian input of a
+/// linear model is normal.
 #[test]
 fn what_is_known_of_some_specimens_moves_their_means_and_what_is_not_widens_the_others() {
     let k = [0.9, 1.2, 1.0, 0.7].map(Some);
@@ -185,8 +187,8 @@ fn without_a_shared_error_specimens_are_independent() {
     }
 }
 
-/// S(θ) = S + s² h(θ): the joint density of all rows with it built directly, its slope by differences, and
-/// with what is known of each specimen at its mean.
+/// Compares S(θ) = S + s² h(θ), at the mean of the known inputs, with its direct computation, and its derivative with a
+/// difference quotient.
 #[test]
 fn what_runs_leave_open_is_shared_where_the_parameters_are() {
     use surrogate::{Dataset, FitOptions, OrderRule};
@@ -222,7 +224,7 @@ fn what_runs_leave_open_is_shared_where_the_parameters_are() {
     assert!(of(0.1)[0][0] > of(1.0)[0][0], "less is known at the ends");
 }
 
-/// As in a group whose covariance others tell.
+/// A single specimen, as in a group whose covariance is determined by other groups.
 #[test]
 fn one_specimen_alone_has_the_density_of_itself() {
     let one = Specimens::new(&[QOIS[0].to_vec()]).unwrap();
@@ -250,7 +252,7 @@ fn sizes_that_do_not_fit_are_refused() {
 }
 
 ppl::model! {
-    /// The same with the unknown inputs sampled, those that are known given.
+    /// The calibration model with unknown inputs as sampled variables; known inputs are given.
     fn with_latent_inputs(
         forward: &DynPce,
         rows: &[Vec<f64>],
@@ -279,7 +281,7 @@ ppl::model! {
     }
 }
 
-/// The posterior of the marginal likelihood against one in which every unknown is sampled.
+/// Compares the posterior of the marginal likelihood with a posterior in which all unknown inputs are sampled.
 #[test]
 fn inputs_that_are_integrated_out_do_what_sampled_ones_do() {
     let qois: Vec<Vec<f64>> =

@@ -1,4 +1,4 @@
-//! Posteriors as people know them: quantities in their units, specimens by their names.
+//! Posteriors for users: quantities in their units, specimens with their names.
 
 use ppl::{Group, Posterior, Role, Values, Variable};
 use surrogate::{DynPce, Input};
@@ -9,13 +9,14 @@ use crate::parameter::MaterialParameter;
 use crate::qoi::Quantity;
 
 impl Calibration {
-    /// The posterior as people know it: `mean` and `new_specimen` in the units of the surrogate's outputs,
-    /// labelled by their names, and among the data the specimens `qois` by the names `ids`, in place of the
-    /// contrasts that the likelihood takes; `log_likelihood` stays by those, whose sum it is. `sd` stays
-    /// relative to the specimens' means.
+    /// Returns the posterior for users. `mean` and `new_specimen` are in the units of the surrogate's outputs, with the
+    /// names of the outputs as labels. The observed data are the quantities `qois` of the specimens with the names
+    /// `ids`, in place of the contrasts and totals of the likelihood. `log_likelihood` still has one term per contrast
+    /// and total. `sd` remains relative to the specimens' means.
     ///
     /// # Errors
-    /// Other outputs than the calibration's, or not a name for each specimen.
+    /// If `outputs` do not match the outputs of the calibration, or the number of names differs from the number of
+    /// specimens.
     pub fn in_units(
         &self,
         outputs: &[String],
@@ -54,7 +55,7 @@ impl Calibration {
     }
 }
 
-/// Gives quantities the units that their names say; what has none, or is relative, has 1.
+/// Sets the units of quantities and parameters according to their names. Relative quantities have the unit 1.
 fn set_units(
     posterior: &mut Posterior,
     forward: &DynPce,
@@ -70,7 +71,7 @@ fn set_units(
         let parameter: Option<MaterialParameter> = input.name.parse().ok();
         parameter.map(|parameter| parameter.property.unit())
     };
-    // what is known of each specimen is no parameter
+    // the last inputs may be known for each specimen; they are not parameters
     let units: Vec<&str> = forward.inputs().iter().map_while(parameter).collect();
     let theta = posterior.layout.variables.iter().find(|v| v.name == "theta");
     if theta.is_some_and(|theta| theta.shape == [units.len()]) {

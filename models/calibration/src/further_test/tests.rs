@@ -1,10 +1,10 @@
-//! Closed forms of linear and Gaussian tests.
+//! Comparison with closed forms of linear and Gaussian tests.
 
 use super::*;
 
-/// Draws of a uniform prior, those of several parameters independent of each other.
+/// Belief from draws of independent uniform priors.
 fn prior_alone(prior: &[[f64; 2]]) -> Belief {
-    // an irrational lattice fills the box
+    // a lattice with irrational steps fills the box uniformly
     let place = |k: usize, i: usize| {
         let step = [0.754_877_666, 0.569_840_291, 0.445_041_868][i];
         (0.5 + k as f64 * step).fract()
@@ -15,7 +15,7 @@ fn prior_alone(prior: &[[f64; 2]]) -> Belief {
     Belief::of_draws(prior, &(0..20_000).map(draw).collect::<Vec<_>>()).unwrap()
 }
 
-/// Normal equations written out: (P⁻¹ + n Jᵀ Σ⁻¹ J)⁻¹ with P the prior's variances.
+/// Compares with the inverse of the normal equations, (P⁻¹ + n Jᵀ Σ⁻¹ J)⁻¹, where P contains the prior variances.
 #[test]
 fn two_parameters_and_three_quantities_have_the_closed_form() {
     let prior = [[250.0, 300.0], [1e-5, 5e-3]];
@@ -35,7 +35,7 @@ fn two_parameters_and_three_quantities_have_the_closed_form() {
         for (i, found) in test.expected(&belief, n).unwrap().iter().enumerate() {
             let width = prior[i][1] - prior[i][0];
             let contraction = 1.0 - exact[(i, i)] / (width * width / 12.0);
-            // a lattice of 20 000 points has the box's moments to some 1e-4
+            // the moments of a lattice of 20 000 points differ from those of the box by about 1e-4
             assert!((found.contraction - contraction).abs() < 1e-3, "{n} {found:?}");
             let interval = 2.0 * HALF_90 * exact[(i, i)].sqrt();
             assert!((found.width90 - interval.min(0.9 * width)).abs() < 2e-3 * width);
@@ -43,13 +43,13 @@ fn two_parameters_and_three_quantities_have_the_closed_form() {
     }
 }
 
-/// Definitions 3.4: the peak of a slow test is σ_c = (3/16) √(3 E Gc/l0), so that ∂ ln σ/∂ ln E and
-/// ∂ ln σ/∂ ln Gc are ½; with E known, n peaks of relative scatter s carry n/(2 s Gc)² on Gc.
+/// Definitions 3.4: the peak stress of a slow test is σ_c = (3/16) √(3 E Gc/l0), so that ∂ ln σ/∂ ln E and ∂ ln σ/∂ ln
+/// Gc are ½. If E is known, n peak forces with relative scatter s carry the information n/(2 s Gc)² on Gc.
 #[test]
 fn a_rate_independent_peak_tells_the_toughness_and_a_viscous_one_does_not() {
     let prior = [[250.0, 300.0], [0.001, 0.004]];
     let (young, scatter, n) = (275.0, 0.1, 6);
-    // E known from elsewhere
+    // E is known almost exactly
     let draws: Vec<Vec<f64>> = (0..4000)
         .map(|k| vec![young + 1e-3 * f64::from(k % 7), 0.001 + 0.003 * f64::from(k) / 3999.0])
         .collect();
@@ -62,7 +62,7 @@ fn a_rate_independent_peak_tells_the_toughness_and_a_viscous_one_does_not() {
             moved[i] += h;
             (peak(&moved) / peak(x) - 1.0) / h
         };
-        // definitions 3.3: of a fast test F ~ E^(2/3)
+        // definitions 3.3: the peak force of a fast test is proportional to E^(2/3)
         let fast = vec![2.0 / (3.0 * x[0]), 0.0];
         let jacobian = if slow { vec![slope(0), slope(1)] } else { fast };
         TestAtDraw { jacobian: vec![jacobian], scatter: vec![vec![scatter * scatter]] }
@@ -108,7 +108,7 @@ fn more_specimens_teach_more_until_what_they_share_is_left() {
             }
             before = now;
         }
-        // at a width in between it is the first number that reaches it, beyond the limit none
+        // nine specimens reach their own width; no number of specimens reaches a width below the limit
         let at = |n: usize| test.expected(&belief, n).unwrap()[0].width90;
         let needed = test.specimens_for(&belief, 0, Goal::Width90(at(9))).unwrap();
         assert_eq!(needed.specimens, Some(9));
@@ -118,7 +118,8 @@ fn more_specimens_teach_more_until_what_they_share_is_left() {
     }
 }
 
-/// What was seen and what comes share one error: 4 specimens after 4 are as 8 after none.
+/// Tested and further specimens share one error: 4 further specimens after 4 tested ones give the same contraction as 8
+/// specimens without tested ones.
 #[test]
 fn specimens_seen_before_share_their_error_with_further_ones() {
     let prior = [[0.0, 1.0]];
@@ -126,7 +127,7 @@ fn specimens_seen_before_share_their_error_with_further_ones() {
     let test = |seen| FurtherTest { draws: vec![draw.clone()], shared: vec![vec![0.003]], seen };
     let whole = test(0).expected(&prior_alone(&prior), 8).unwrap()[0].contraction;
     let half = test(0).expected(&prior_alone(&prior), 4).unwrap()[0].contraction;
-    // draws with the variance that four specimens leave
+    // draws with the posterior variance after four specimens
     let half_width = (1.0 - half).sqrt() / 2.0;
     let draws: Vec<Vec<f64>> =
         (0..20_001).map(|k| vec![0.5 + half_width * (f64::from(k) / 1e4 - 1.0)]).collect();
@@ -134,7 +135,7 @@ fn specimens_seen_before_share_their_error_with_further_ones() {
     assert!((belief.now()[0].contraction - half).abs() < 1e-3);
     let after = test(4).expected(&belief, 4).unwrap()[0].contraction;
     assert!((after - whole).abs() < 1e-3, "{after} {whole}");
-    // taken for independent ones they would teach too much
+    // if the errors of tested and further specimens were independent, the contraction would be too large
     assert!(test(0).expected(&belief, 4).unwrap()[0].contraction > whole + 0.005);
 }
 

@@ -1,14 +1,14 @@
-//! Why a curve has no quantities of interest.
+//! Error of the computation of quantities of interest.
 
 use super::quantity::Quantity;
 
-/// Why a curve has no quantities of interest.
+/// Reason why quantities of interest of a curve cannot be computed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum QoiError {
-    /// Too short, or not one force for each displacement.
+    /// The curve has fewer than 5 points, or the numbers of forces and displacements differ.
     #[error("the curve has {points} points: at least 5 are needed")]
     TooShort {
-        /// Points of the curve.
+        /// Number of points of the curve.
         points: usize,
     },
     /// The highest point is the first or the last.
@@ -30,20 +30,20 @@ pub enum QoiError {
         /// Displacement of the highest point in mm.
         displacement_mm: f64,
     },
-    /// Too few readings to take a slope from.
+    /// The readings do not cover the window in which the slope is taken.
     #[error(
         "{readings} readings between {from_mm:.4} and {to_mm:.4} mm, where the slope is taken: it needs one \
          at least, and readings from the first half on; record more or choose another slope fraction"
     )]
     NoSlope {
-        /// Readings in the window.
+        /// Number of readings in the window.
         readings: usize,
         /// Start of the window in mm.
         from_mm: f64,
         /// End of the window in mm.
         to_mm: f64,
     },
-    /// The curve does not reach where a quantity is taken.
+    /// The curve does not include the displacement at which a quantity is taken.
     #[error(
         "the curve goes from {from_mm:.4} to {to_mm:.4} mm and does not reach {place_mm:.4} mm{}; go farther \
          (test.stop_below_peak, test.displacement_mm), or change {}",
@@ -51,13 +51,13 @@ pub enum QoiError {
         key(*.quantity)
     )]
     NotReached {
-        /// What is taken there.
+        /// Name of the quantity.
         quantity: Quantity,
-        /// Where that is, in mm.
+        /// Displacement at which the quantity is taken, in mm.
         place_mm: f64,
-        /// First displacement in mm.
+        /// Smallest displacement of the curve in mm.
         from_mm: f64,
-        /// Last displacement in mm.
+        /// Largest displacement of the curve in mm.
         to_mm: f64,
     },
 }

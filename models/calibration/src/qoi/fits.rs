@@ -1,7 +1,7 @@
 //! Least-squares polynomials.
 
-/// A least-squares polynomial in the polynomials φ₀ = 1, φ₁ = x − a₀,
-/// φₖ₊₁ = (x − aₖ) φₖ − bₖ φₖ₋₁ that are orthogonal over the points, so that each coefficient is one projection.
+/// Least-squares polynomial. It is expanded in the polynomials φ₀ = 1, φ₁ = x − a₀, φₖ₊₁ = (x − aₖ) φₖ − bₖ φₖ₋₁, which
+/// are orthogonal over the points, so that each coefficient is computed by one projection.
 ///
 /// # References
 /// Forsythe, Generation and use of orthogonal polynomials for data-fitting with a digital computer (1957).
@@ -22,7 +22,7 @@ pub(super) struct Jet {
 }
 
 impl Polynomial {
-    /// The polynomial of this degree through points (x, y).
+    /// Fits a polynomial of this degree to points (x, y).
     pub(super) fn of(points: &[(f64, f64)], degree: usize) -> Self {
         let n = points.len();
         let (mut before, mut now) = (vec![0.0; n], vec![1.0; n]);
@@ -49,7 +49,7 @@ impl Polynomial {
         found
     }
 
-    /// Jets of φ₀ … φ_degree at x.
+    /// Values and derivatives of φ₀ … φ_degree at x.
     fn basis(&self, x: f64) -> impl Iterator<Item = Jet> {
         let zero = Jet { value: 0.0, slope: 0.0, curvature: 0.0 };
         let first = Jet { value: 1.0, ..zero };
@@ -85,7 +85,7 @@ impl Polynomial {
         self.jet(x).value
     }
 
-    /// Variances of value, slope and curvature at x, for a variance of 1 of each y.
+    /// Variances of value, slope and curvature at x, if each y has the variance 1.
     pub(super) fn variances(&self, x: f64) -> Jet {
         let mut sum = Jet { value: 0.0, slope: 0.0, curvature: 0.0 };
         for (phi, norm) in self.basis(x).zip(&self.norms) {
@@ -96,7 +96,8 @@ impl Polynomial {
         sum
     }
 
-    /// The maximum that Newton's method reaches from `start` without leaving `ends`.
+    /// Maximum to which Newton's method converges from `start`. `None` if an iterate leaves the interval `ends` or has
+    /// a curvature that is not negative.
     pub(super) fn maximum(&self, start: f64, ends: [f64; 2]) -> Option<f64> {
         let longest_step = 0.2 * (ends[1] - ends[0]);
         let mut x = start;

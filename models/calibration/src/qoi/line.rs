@@ -1,9 +1,9 @@
-//! The least-squares line through all of a curve within a window.
+//! Least-squares line through a curve within a window, where the curve is linear between its readings.
 
 /// Half width of a window in units of the displacement at peak.
 const HALF_WIDTH: f64 = 0.1;
 
-/// Displacements in mm between which a line is taken.
+/// Window of displacement (mm) in which a line is fitted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Window {
     pub from_mm: f64,
@@ -11,44 +11,43 @@ pub struct Window {
 }
 
 impl Window {
-    /// A fifth of the displacement at peak wide, around a fraction of it.
+    /// Window around the displacement `fraction` times `peak_mm`; its width is a fifth of `peak_mm`.
     pub fn around(fraction: f64, peak_mm: f64) -> Self {
         let [from_mm, to_mm] = Self::parts(fraction).map(|part| part * peak_mm);
         Self { from_mm, to_mm }
     }
 
-    /// Its ends over the displacement at peak.
+    /// Ends of the window around `fraction`, divided by the displacement at peak.
     pub fn parts(fraction: f64) -> [f64; 2] {
         [fraction - HALF_WIDTH, fraction + HALF_WIDTH]
     }
 
-    /// How many readings lie in it.
+    /// Number of readings in the window.
     pub fn readings(self, u: &[f64]) -> usize {
-        // a reading on the border belongs to the window whatever the rounding
+        // a reading on the border belongs to the window in spite of rounding errors
         let slack = 1e-9 * (self.to_mm - self.from_mm);
         u.iter().filter(|u| (self.from_mm - slack..=self.to_mm + slack).contains(u)).count()
     }
 }
 
-/// The least-squares line through a curve y(u), u in mm, that is straight between its readings:
-/// over a window of length L with its middle at c,
-/// the slope is 12/L³ ∫ (u − c) y du and the line passes the mean of y at c.
+/// Least-squares line through a curve y(u), u in mm, that is linear between its readings. Over a window of length L
+/// with the midpoint c, the slope is 12/L³ ∫ (u − c) y du, and the line passes through the mean of y at c.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Line {
-    /// In the unit of y for each mm.
+    /// Slope in the unit of y per mm.
     pub slope: f64,
-    /// The middle of the window in mm: what of it the readings cover.
+    /// Midpoint (mm) of the part of the window that the readings cover.
     pub middle_mm: f64,
-    /// Mean of y over the window.
+    /// Mean of y over this part of the window.
     pub mean: f64,
-    /// What the slope gains for each mm that the window's start, or its end, moves by.
+    /// Derivatives of the slope with respect to the start and the end of the window.
     pub slope_by_ends: [f64; 2],
 }
 
 impl Line {
-    /// The line of values y at displacements u in mm; nothing where the readings do not reach into
-    /// the window, or cover less than half of it. Readings may come in any order: noise of a displacement
-    /// makes it go back and forth. Those at one displacement count as their mean.
+    /// Fits the line to values y at displacements u in mm. Readings may be in any order, because noise makes the
+    /// displacement go back and forth. Readings at the same displacement are averaged. Returns `None` if the readings
+    /// cover less than half of the window.
     pub fn of(u: &[f64], y: &[f64], window: Window) -> Option<Self> {
         let points = distinct(u, y);
         let (first, last) = (points.first()?.0, points.last()?.0);
@@ -75,7 +74,7 @@ impl Line {
         }
         let factor = 12.0 / length.powi(3);
         let (at_end, stretched) = (|y: f64| 0.5 * (length * y - area), 3.0 * moment / length);
-        // an end beyond the readings is theirs, which do not move
+        // if the window extends beyond the readings, the line ends at the outermost reading, which does not move
         let by_start = if window.from_mm < first { 0.0 } else { at_end(start.1) + stretched };
         let by_end = if window.to_mm > last { 0.0 } else { at_end(end.1) - stretched };
         Some(Self {
@@ -87,7 +86,7 @@ impl Line {
     }
 }
 
-/// The readings by rising displacement, each displacement once.
+/// Sorts the readings by displacement and averages readings at the same displacement.
 fn distinct(u: &[f64], y: &[f64]) -> Vec<(f64, f64)> {
     let mut readings: Vec<(f64, f64)> = u.iter().copied().zip(y.iter().copied()).collect();
     readings.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -134,7 +133,7 @@ mod tests {
         }
     }
 
-    /// Through y = u², over [a, b]: slope a + b, which each end changes by one.
+    /// The line through y = u² over [a, b] has the slope a + b, whose derivative with respect to each end is 1.
     #[test]
     fn the_line_through_a_parabola_has_the_slope_in_its_middle() {
         let u = readings(1e-5);
@@ -146,7 +145,7 @@ mod tests {
         }
     }
 
-    /// Between readings and across them, against central differences.
+    /// Compares the derivatives with central differences, for ends of the window between readings and at readings.
     #[test]
     fn the_slope_is_smooth_in_the_ends_of_the_window() {
         let u = readings(0.0046);
@@ -179,9 +178,9 @@ mod tests {
         assert_eq!(Line::of(&[], &[], WINDOW), None);
     }
 
-    /// A machine that records ten times between two steps of its own displacement, with noise in both: by
-    /// how much the slopes differ, against the standard error of the line through the readings,
-    /// s √12/(L √n).
+    /// A testing machine records ten readings per step of its displacement, or the displacement has noise; the force
+    /// has noise, too. The difference from the slope of the line through the readings is compared with the standard
+    /// error of that line, s √12/(L √n).
     #[test]
     fn dense_noisy_readings_have_the_slope_of_the_line_through_them() {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(11);
@@ -215,8 +214,8 @@ mod tests {
                 let own = Line::of(&u, &y, WINDOW).unwrap().slope;
                 squares += (own - line_of_points(&inside)).powi(2) / f64::from(trials);
             }
-            // gaps between readings in random order vary as much as they are long, which doubles the
-            // variance at most; the line through the readings explains the other half
+            // gaps between readings in random order vary by as much as their mean length, which at most doubles the
+            // variance of the slope; the line through the readings accounts for half of the doubled variance
             assert!(squares.sqrt() < 1.2 * error, "{step}: {} N/mm, {error}", squares.sqrt());
         }
     }

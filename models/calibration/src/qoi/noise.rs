@@ -1,15 +1,16 @@
-//! Noise of readings, from how each differs from a smooth curve through its neighbours.
+//! Noise of readings, estimated from the difference between each reading and a smooth curve through its neighbours.
 
-/// Readings in one difference: a cubic through four of them predicts the fifth.
+/// Number of readings in one difference: the cubic through four readings predicts the fifth.
 const STENCIL: usize = 5;
-/// Most readings that are compared one by one; more are averaged in blocks.
+/// Least number of blocks in which readings are averaged; readings are not averaged if there are fewer than twice this
+/// number.
 const BLOCKS: usize = 150;
 
 /// Standard deviation of the noise of one reading y at x, in the unit of y; 0 for fewer than five readings.
 ///
-/// Each fifth divided difference, scaled to weights of norm 1, has the variance of one reading and vanishes for a
-/// cubic. Differences beyond 3 robust standard deviations (spikes, sudden drops) do not count. Of more than 300
-/// readings, means of blocks are compared, so that noise which neighbouring readings share counts with the weight
+/// The divided difference of five readings, scaled to weights of norm 1, has the variance of one reading and vanishes
+/// for a cubic. Differences beyond 3 robust standard deviations (spikes, sudden drops) are ignored. From 300 readings
+/// on, means of blocks are compared instead of readings, so that noise that neighbouring readings share has the weight
 /// that it has in their mean: the result is √m times the standard deviation of the mean of m readings.
 pub fn standard_deviation(x: &[f64], y: &[f64]) -> f64 {
     let size = (y.len() / BLOCKS).max(1);
@@ -23,7 +24,7 @@ pub fn standard_deviation(x: &[f64], y: &[f64]) -> f64 {
     (size as f64).sqrt() * of_differences(&means(x), &means(y))
 }
 
-/// Standard deviation of one reading, without blocks: what a single reading is judged by.
+/// Standard deviation of the noise of one reading without averaging in blocks, for decisions about single readings.
 pub fn of_single_readings(x: &[f64], y: &[f64]) -> f64 {
     of_differences(x, y)
 }
@@ -43,9 +44,9 @@ fn of_differences(x: &[f64], y: &[f64]) -> f64 {
     (squares / (0.9733 * usual as f64)).sqrt()
 }
 
-/// The divided difference of readings, with weights of norm 1.
+/// Divided difference of readings, with weights of norm 1.
 fn difference(x: &[f64], y: &[f64]) -> f64 {
-    /// What parts two neighbours at one displacement, over the extent of the five readings.
+    /// Separation of two neighbours at the same displacement, as a fraction of the range of the five readings.
     const LEAST_GAP: f64 = 1e-6;
     let span = x.iter().fold(0.0_f64, |span, other| span.max((other - x[0]).abs()));
     let place = |i: usize| match span > 0.0 {
@@ -81,7 +82,8 @@ mod tests {
         (x, y)
     }
 
-    /// Over 50 curves: the mean of the variance within 4 standard errors, taken from the scatter itself.
+    /// The mean of the estimated variance over 50 curves is correct within 4 standard errors, which are computed from
+    /// the scatter of the estimates.
     #[test]
     fn the_noise_of_coarse_and_dense_curves_is_found_beside_spikes() {
         for n in [45, 200, 4000] {
@@ -100,7 +102,7 @@ mod tests {
         }
     }
 
-    /// What is left of a smooth curve, also at unequal and at repeated displacements.
+    /// The estimated noise of a smooth curve is nearly zero, also with unequal and repeated displacements.
     #[test]
     fn a_curve_without_noise_has_none() {
         for n in [30, 1000] {
@@ -115,7 +117,7 @@ mod tests {
         assert!(standard_deviation(&[0.3; 40], &[1.0; 40]).abs() < 1e-9);
     }
 
-    /// Noise that ten neighbours share has √10 times the effect on a mean.
+    /// Noise that ten neighbouring readings share has √10 times the effect of independent noise on a mean.
     #[test]
     fn noise_that_neighbours_share_counts_by_its_effect_on_means() {
         let (x, _) = readings(20_000, 0.1, 0);

@@ -7,7 +7,7 @@ use super::peak_window::{Fit, best_fit};
 
 /// Readings of at least this fraction of the highest force locate the peak of a curve without noise.
 const TOP: f64 = 0.97;
-/// Noise below this fraction of the highest force does not decide which readings exceed [`TOP`].
+/// Noise, as a fraction of the highest force, below which the curve counts as a curve without noise.
 const NOISE_FREE: f64 = 2e-4;
 
 /// A peak and the fit that locates it.
@@ -24,13 +24,13 @@ pub(super) struct Peak {
 impl Peak {
     /// Locates the peak of a curve.
     ///
-    /// Without noise (simulations), it is the vertex of the parabola through the contiguous readings around the
-    /// highest one that reach 97 % of it, its two neighbours at least. With noise, neither the highest reading nor that
-    /// set is defined by the curve: the readings within a window of displacement around the peak are fitted (see
-    /// [`best_fit`]).
+    /// Without noise (simulations), the peak is the vertex of the parabola through the contiguous readings around the
+    /// highest one whose force is at least 97 % of the highest force, including at least the two neighbours of the
+    /// highest reading. With noise, the highest reading and the set of these readings are random. Therefore the
+    /// readings within a window of displacement around the peak are fitted (see [`best_fit`]).
     ///
     /// # Errors
-    /// The highest reading is the first or the last; no fit has a maximum among its readings.
+    /// If the highest reading is the first or the last, or no fit has a maximum among its readings.
     pub(super) fn of(u: &[f64], force: &[f64]) -> Result<Self, QoiError> {
         let last = force.len() - 1;
         let top = (0..=last).max_by(|&i, &j| force[i].total_cmp(&force[j])).unwrap_or(0);
@@ -65,8 +65,8 @@ impl Peak {
         })
     }
 
-    /// Rates of displacement and force of the peak, for rates of the force at each reading. The readings of the fit
-    /// do not change.
+    /// Derivatives of displacement and force of the peak with respect to a parameter, from the derivatives of the force
+    /// at each reading. The set of readings of the fit is kept.
     pub(super) fn rates(&self, u: &[f64], force: &[f64], force_rates: &[f64]) -> [f64; 2] {
         let fit = |y: &[f64]| {
             let points: Vec<_> = self.readings.iter().map(|&i| (u[i] - self.at_mm, y[i])).collect();
@@ -78,7 +78,8 @@ impl Peak {
     }
 }
 
-/// Noise of the force, in N, of the readings within half the way to the peak.
+/// Noise of the force (N), from the readings whose distance to the peak is at most half of the displacement from start
+/// to peak.
 fn noise_around(u: &[f64], force: &[f64], peak_mm: f64) -> f64 {
     let start = u.iter().copied().fold(f64::INFINITY, f64::min);
     let reach = 0.5 * (peak_mm - start);

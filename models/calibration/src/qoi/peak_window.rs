@@ -2,10 +2,12 @@
 
 use super::fits::Polynomial;
 
-/// A curve of forces over the displacement at peak, both relative.
+/// Deviation of the force from the peak force as a function of displacement, relative to peak force and displacement at
+/// peak.
 type Shape = fn(f64) -> f64;
 
-/// Degrees and half widths of the windows, these over the displacement from the start of the curve to the peak.
+/// Degrees of the polynomials and half widths of the windows, as fractions of the displacement from the start of the
+/// curve to the peak.
 const WINDOWS: [(usize, f64); 10] = [
     (2, 0.07),
     (2, 0.14),
@@ -18,12 +20,14 @@ const WINDOWS: [(usize, f64); 10] = [
     (4, 0.4),
     (4, 0.55),
 ];
-/// Fits per window: each centres the window on the peak of the fit before.
+/// Limit of fits per window; each fit centres the window on the peak of the preceding fit.
 const ITERATIONS: usize = 12;
-/// Standard deviation of the cubic coefficient of plausible curves, over peak force and displacement at peak: the
-/// five curves of `breccia init --own-data` and four simulations of up to 2.4 million elements have −0.6 … 0.3.
+/// Standard deviation of the cubic coefficient of plausible curves, relative to peak force and displacement at peak.
+/// The five curves of `breccia init --own-data` and four simulations with up to 2.4 million elements have coefficients
+/// of −0.6 … 0.3.
 const CUBIC: f64 = 0.35;
-/// F″ d²/F at the peak of viscous damage; the same curves have −2.5 … −3.4.
+/// Relative curvature F″ d²/F at the peak of viscous damage. The curves that are mentioned at [`CUBIC`] have −2.5 …
+/// −3.4.
 const CURVATURE: f64 = -3.0;
 
 /// A fit whose window is centred on its own peak.
@@ -37,15 +41,17 @@ pub(super) struct Fit {
     pub(super) degree: usize,
 }
 
-/// The fit with the least expected error among [`WINDOWS`]; nothing where none has a peak beyond its noise.
+/// Selects the fit with the smallest expected error among [`WINDOWS`]; `None` if no fit has a peak that exceeds its
+/// noise.
 ///
 /// The expected squared error of a fit is the sum of
 /// - its variance: the noise, through the weights that the fit gives to the readings in its window;
-/// - its squared bias on the curve of viscous damage, F ∝ x exp((1 − x³)/3), x = u/d, and on a cubic (x − 1)³ of the
-///   size that curves have, sampled where the readings are;
-/// - the mean square by which its residuals exceed the noise: a sudden drop rejects wide windows.
+/// - its squared bias for the curve of viscous damage, F ∝ x exp((1 − x³)/3), x = u/d, and for a cubic (x − 1)³ with
+///   the coefficient [`CUBIC`], both sampled at the readings;
+/// - the mean square of its residuals in excess of the noise, so that a sudden drop excludes wide windows.
 ///
-/// Force and displacement count together, a displacement a third, as one reading off by 1 % moves them.
+/// The squared relative errors of force and displacement are added. The error of the displacement has the weight 1/3,
+/// because an error of 1 % of one reading changes the displacement about three times as much as the force.
 pub(super) fn best_fit(u: &[f64], force: &[f64], top_mm: f64, noise_n: f64) -> Option<Fit> {
     let origin = u.iter().copied().fold(f64::INFINITY, f64::min);
     let start = smoothed_top(u, force, top_mm - origin)?;
@@ -55,7 +61,8 @@ pub(super) fn best_fit(u: &[f64], force: &[f64], top_mm: f64, noise_n: f64) -> O
     fits.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, fit)| fit)
 }
 
-/// Where the mean over a window of 0.12 of the way to the peak to both sides is highest.
+/// Displacement at which the moving average of the force is highest. Its window extends to both sides by 0.12 `way_mm`,
+/// where `way_mm` is the displacement from the start of the curve to the highest reading.
 fn smoothed_top(u: &[f64], force: &[f64], way_mm: f64) -> Option<f64> {
     let mut readings: Vec<(f64, f64)> = u.iter().copied().zip(force.iter().copied()).collect();
     readings.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -77,14 +84,15 @@ fn smoothed_top(u: &[f64], force: &[f64], way_mm: f64) -> Option<f64> {
 struct NoisyCurve<'a> {
     u: &'a [f64],
     force: &'a [f64],
-    /// Least displacement in mm.
+    /// Smallest displacement in mm.
     origin: f64,
     /// Standard deviation of a reading's force.
     noise_n: f64,
 }
 
 impl NoisyCurve<'_> {
-    /// A fit of this degree with its expected squared error.
+    /// Fits a polynomial of this degree in a window that is centred on the peak of the fit. Also returns the expected
+    /// squared error. `None` if the window has too few readings, or the fit has no peak.
     fn centred_fit(&self, start: f64, degree: usize, width: f64) -> Option<(f64, Fit)> {
         let mut centre = start;
         let mut centred = None;
@@ -112,8 +120,8 @@ impl NoisyCurve<'_> {
         Some((error, Fit { at_mm, force_n, readings, degree }))
     }
 
-    /// Expected squared error of peak force and displacement at peak, relative; nothing where the curvature is
-    /// within three standard deviations of zero.
+    /// Expected squared error of peak force and displacement at peak, relative. `None` if the curvature at the peak is
+    /// not at least three standard deviations below zero.
     fn squared_error(
         &self,
         polynomial: &Polynomial,
@@ -146,7 +154,7 @@ impl NoisyCurve<'_> {
         if misfit > 0.0 {
             let ends = ends(points);
             value += misfit;
-            // a residual of opposite signs at the two ends is a slope
+            // residuals with opposite signs at the two ends of the window are an error of the slope
             slope += misfit * (3.0 / (0.5 * (ends[1] - ends[0]))).powi(2) / 3.0;
         }
         let displacement = slope / (CURVATURE * peak.value / way).powi(2);

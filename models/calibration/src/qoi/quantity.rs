@@ -1,4 +1,4 @@
-//! The numbers of a curve that a case can name.
+//! Quantities of interest of a curve, and their names in cases, tables and figures.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -6,7 +6,7 @@ use std::fmt;
 use serde::de::{Deserializer, Error};
 use serde::{Deserialize, Serialize, Serializer};
 
-/// A number of a curve that a calibration can compare.
+/// Quantity of interest of a curve, which a calibration can compare.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Quantity {
     /// Slope of the rising branch in N/mm.
@@ -15,19 +15,18 @@ pub enum Quantity {
     PeakForce,
     /// Displacement at the peak force in mm.
     DisplacementAtPeak,
-    /// Work of the force up to its peak in N mm.
+    /// Work of the force up to the peak in N mm.
     EnergyToPeak,
-    /// Slope of the falling branch in N/mm, negative where it falls: that of the least-squares line through all of
-    /// the curve from 1.1 to 1.3 of the displacement at peak.
+    /// Slope of the falling branch in N/mm, negative if the force falls. It is the slope of the least-squares line
+    /// through the curve from 1.1 to 1.3 times the displacement at peak.
     PostPeakSlope,
-    /// The force at a whole percentage of the displacement at peak, from 1 to 199, over the peak force:
-    /// the shape of the curve.
+    /// Shape of the curve: force at a percentage of the displacement at peak, from 1 to 199, divided by the peak force.
     RelativeForce(u8),
-    /// The force in N at a displacement, which is in µm here and in mm everywhere else.
+    /// Force in N at a displacement in µm. Names and tables state this displacement in mm.
     ForceAt(u32),
 }
 
-/// What the quantities are called in a case, the last two for any percentage and any whole number of µm.
+/// Names of the quantities in a case. The last two represent any percentage and any whole number of µm.
 const NAMES: [&str; 7] = [
     "slope",
     "peak-force",
@@ -39,7 +38,7 @@ const NAMES: [&str; 7] = [
 ];
 
 impl Quantity {
-    /// Those that no number goes with.
+    /// Quantities without a percentage or a displacement.
     pub const SCALARS: [Self; 5] = [
         Self::Slope,
         Self::PeakForce,
@@ -48,22 +47,23 @@ impl Quantity {
         Self::PostPeakSlope,
     ];
 
-    /// What the paper calibrates against.
+    /// Quantities that the paper calibrates against.
     pub const OF_THE_PAPER: [Self; 3] = [Self::Slope, Self::PeakForce, Self::DisplacementAtPeak];
 
-    /// The largest percentage of a relative force.
+    /// Largest percentage of [`Self::RelativeForce`].
     pub const LARGEST_PERCENT: u8 = 199;
 
-    /// The middle of the window of the slope past the peak, over the displacement at peak.
+    /// Middle of the window of the slope past the peak, divided by the displacement at peak.
     pub const POST_PEAK: f64 = 1.2;
 
-    /// A curve as a whole: its height, its width, and its shape at percentages of the width.
+    /// Quantities that describe a whole curve: peak force, displacement at peak, and the shape at these percentages of
+    /// the displacement at peak.
     pub fn of_curve(percent: &[u8]) -> Vec<Self> {
         let shape = percent.iter().map(|&percent| Self::RelativeForce(percent));
         [Self::PeakForce, Self::DisplacementAtPeak].into_iter().chain(shape).collect()
     }
 
-    /// Name with unit: the column of every table, the output of every surrogate.
+    /// Name with unit, used for the columns of tables and the outputs of surrogates.
     pub fn column(self) -> Cow<'static, str> {
         match self {
             Self::Slope => "slope_N_per_mm".into(),
@@ -76,7 +76,7 @@ impl Quantity {
         }
     }
 
-    /// The quantity of a column.
+    /// Returns the quantity with this column name.
     pub fn of_column(column: &str) -> Option<Self> {
         let shape = || of_percentage(column.strip_prefix("relative_force_at_")?);
         let force = || of_displacement(column.strip_prefix("force_at_")?.strip_suffix("_N")?);
@@ -84,7 +84,7 @@ impl Quantity {
         scalar.or_else(shape).or_else(force)
     }
 
-    /// Its unit; 1 without one.
+    /// Unit of the quantity; `1` if it is dimensionless.
     pub fn unit(self) -> &'static str {
         match self {
             Self::Slope | Self::PostPeakSlope => "N/mm",
@@ -95,8 +95,8 @@ impl Quantity {
         }
     }
 
-    /// How far a curve has to go past its peak for this, as a part of the displacement at peak; nothing for what
-    /// is taken before, or at a displacement.
+    /// Displacement that a curve must reach, divided by the displacement at peak. `None` if the quantity is taken up to
+    /// the peak or at a fixed displacement.
     pub fn reach(self) -> Option<f64> {
         match self {
             Self::PostPeakSlope => Some(1.3),
@@ -107,7 +107,7 @@ impl Quantity {
         }
     }
 
-    /// The quantity that a case names so; words may be joined by `_`, too.
+    /// Returns the quantity with this name in a case. Words may also be joined by `_`.
     fn named(name: &str) -> Option<Self> {
         let name = &name.replace('_', "-");
         let at = || {
@@ -134,18 +134,18 @@ impl Quantity {
     }
 }
 
-/// A displacement given in µm.
+/// Converts a displacement from µm to mm.
 fn mm(place_um: u32) -> f64 {
     f64::from(place_um) / 1000.0
 }
 
-/// The relative force at `50_percent`.
+/// Parses a percentage such as `50_percent` as a relative force.
 fn of_percentage(words: &str) -> Option<Quantity> {
     let percent: u8 = words.strip_suffix("_percent")?.parse().ok()?;
     (1..=Quantity::LARGEST_PERCENT).contains(&percent).then_some(Quantity::RelativeForce(percent))
 }
 
-/// The force at `0.05_mm`, a whole number of µm.
+/// Parses a displacement such as `0.05_mm`, a whole number of µm, as a force at this displacement.
 fn of_displacement(words: &str) -> Option<Quantity> {
     let place_um = 1000.0 * words.strip_suffix("_mm")?.parse::<f64>().ok()?;
     let whole = place_um.round();
@@ -154,7 +154,7 @@ fn of_displacement(words: &str) -> Option<Quantity> {
 }
 
 impl fmt::Display for Quantity {
-    /// As the case names it.
+    /// Writes the name of the quantity in a case.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Slope => f.write_str(NAMES[0]),

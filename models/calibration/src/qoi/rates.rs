@@ -1,4 +1,4 @@
-//! How quantities of interest change with the forces of their curve.
+//! Derivatives of quantities of interest with respect to a parameter.
 
 use super::line::{Line, Window};
 use super::peak::Peak;
@@ -7,19 +7,19 @@ use super::{QoiError, Qois, Quantity, post_peak_line, slope_line, work};
 use crate::experiment::TestCurve;
 
 impl Qois {
-    /// The rates of the quantities with a parameter, from those of the force at each point, N for
-    /// each unit of the parameter: the quantities are differentiated through, by the chain rule.
+    /// Derivatives of the quantities with respect to a parameter, by the chain rule from the derivatives of the force
+    /// at each point, N per unit of the parameter.
     ///
-    /// A curve that has its unloaded start has a rate of zero there. The displacements do not move. The
-    /// readings that the peak is fitted to do not change. The window of the slope moves with the
-    /// displacement at peak, and the slope with it: without that, the slope of viscous damage (F ∝ v exp(−x³/3)
-    /// with x = u/d_F, d_F ~ ξ^(1/3)) would seem to grow like ξ^0.04, where it does not depend on ξ.
+    /// If the curve begins unloaded, the derivative of its first force is zero. The displacements of the points and the
+    /// set of readings to which the peak is fitted are kept. The window of the slope moves with the displacement at
+    /// peak. If the window did not move, the slope of viscous damage (F ∝ v exp(−x³/3) with x = u/d_F, d_F ~ ξ^(1/3))
+    /// would seem to grow like ξ^0.04, although it does not depend on the viscosity ξ.
     ///
     /// # Errors
-    /// As [`Qois::of`]; [`QoiError::TooShort`] also where there is not one rate for each force.
+    /// As [`Qois::of`], and [`QoiError::TooShort`] if the numbers of derivatives and forces differ.
     ///
     /// # Example
-    /// The peak of F = θ (u − u²/0.2) goes with θ, and where it is does not:
+    /// The peak force of F = θ (u − u²/0.2) is proportional to θ, and the displacement at peak does not depend on θ:
     /// ```
     /// use breccia_calibration::{Qois, TestCurve};
     /// let displacement_mm: Vec<f64> = (0..=20).map(|i| 0.01 * i as f64).collect();
@@ -57,8 +57,8 @@ impl Qois {
         })
     }
 
-    /// The rates of these quantities, as [`Qois::rates`]; those of the shape and of the falling branch follow
-    /// the displacement at peak.
+    /// Derivatives of the given quantities, as [`Qois::rates`]. The points of the shape and the window of the falling
+    /// branch move with the displacement at peak.
     ///
     /// # Errors
     /// As [`Qois::rates`] and [`Qois::values_of`].
@@ -97,7 +97,8 @@ impl Qois {
     }
 }
 
-/// The rate of the slope of a line whose window goes with the displacement at peak, in mm, which has a rate.
+/// Derivative of the slope of a line whose window moves with the displacement at peak, `peak_mm`. The derivative of the
+/// displacement at peak is `peak_rate`.
 fn line_rate(
     curve: &TestCurve,
     force_rates: &[f64],
@@ -154,9 +155,10 @@ mod tests {
                 let found = quantities.iter().zip(of(&middle)).zip(rates).zip(exact);
                 for (((quantity, value), rate), exact) in found {
                     let shape = matches!(quantity, Quantity::RelativeForce(_));
-                    // that of the viscous limit is always the same but for where the points lie
+                    // the shape of the viscous limit does not depend on the parameters, except through the positions of
+                    // the points
                     assert!(shape || exact.abs() > 1e-6, "{quantity} does not depend on {k}");
-                    // what rounding leaves of a difference of values that hardly differ
+                    // rounding error of a difference between nearly equal values
                     let rounding = 1e-9 * value.abs() / at[k];
                     assert_relative_eq!(rate, exact, max_relative = 1e-6, epsilon = rounding);
                 }
@@ -164,7 +166,7 @@ mod tests {
         }
     }
 
-    /// Against the slope of the line through all of the curve within a window that follows the peak.
+    /// Compares with the slope of the line through the exact curve within a window that moves with the peak.
     #[test]
     fn the_window_of_the_slope_follows_the_peak() {
         let (area, height, at) = (19.6, 4.4, [275.0, 0.3]);
@@ -204,9 +206,10 @@ mod tests {
                 let rates: Vec<f64> =
                     forces(low).into_iter().zip(forces(high)).map(difference).collect();
                 let found = Qois::rates(&curve, fraction, &rates).unwrap().slope_n_per_mm;
-                // relative to the slope for its own change of the parameter; at fixed readings the rate by the
-                // viscosity would be 0.04 (at 0.3) and 0.26 (at 0.55) off. The parabola does not put the peak
-                // where it is, and with it the window: 0.2 and 0.8 %
+                // the error is relative to the slope divided by the parameter. With a fixed window, the derivative with
+                // respect to the viscosity would have an error of 0.04 (fraction 0.3) or 0.26 (fraction 0.55). The
+                // parabola does not locate the peak, and thus the window, exactly, which causes errors of 0.2 % and
+                // 0.8 %
                 let scale = slope(at) / at[k];
                 assert!((found - exact).abs() < 1e-2 * scale, "{k}: {found} {exact} of {scale}");
             }

@@ -1,4 +1,4 @@
-//! Which column of a record is displacement, force and time, and in which unit.
+//! Finds the columns of a record with displacement, force and time, and their units.
 
 use std::path::Path;
 
@@ -12,41 +12,42 @@ use crate::error::{InputError, closest};
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Column {
     index: usize,
-    /// As the file names it, without its unit.
+    /// Name in the file, without the unit.
     name: String,
     pub(super) dimension: Dimension,
-    /// What 1 in the file is in mm, N, s, MPa or 1.
+    /// Factor from the unit of the file to mm, N, s, MPa or 1.
     factor: f64,
-    /// Name of the unit, or the factor that the options state.
+    /// Name of the unit, or a description of the factor that the options state.
     unit: String,
 }
 
-/// The columns that are read.
+/// Columns of a record that are read.
 pub(super) struct Columns {
     pub(super) displacement: Column,
     pub(super) force: Column,
     pub(super) time: Option<Column>,
 }
 
-/// What a column is read as.
+/// Role of a column (displacement, force or time) and the criteria by which the column is found.
 struct Role<'a> {
-    /// Its key under `[experiments.read]`.
+    /// Key of the role under `[experiments.read]`.
     key: &'static str,
-    /// Words of testing machines, in English, German and French.
+    /// Words in column names of testing machines, in English, German and French.
     words: &'static [&'static str],
-    /// What it may measure, in the order of preference.
+    /// Physical dimensions that the column may have, in order of preference.
     dimensions: &'static [Dimension],
-    /// The column that the options name.
+    /// Name of the column that the options state.
     chosen: Option<&'a str>,
     unit: Option<&'a str>,
     factor: Option<f64>,
 }
 
 impl Columns {
-    /// The columns of a record.
+    /// Finds the columns of a record.
     ///
     /// # Errors
-    /// No column of displacement or force, several of them, a unit that is missing, unknown or of something else.
+    /// If there is no column of displacement or force, or more than one, or a unit is missing, unknown or of another
+    /// dimension.
     pub(super) fn of(
         file: &Path,
         layout: &Layout,
@@ -94,7 +95,7 @@ impl Columns {
         };
         let displacement = displacement.column(file, layout)?;
         let force = force.column(file, layout)?;
-        // a time that cannot be read is not needed unless the options name it
+        // an unreadable time column is ignored unless the options name it
         let time = match time.chosen {
             Some(_) => Some(time.column(file, layout)?),
             None => time.column(file, layout).ok(),
@@ -149,7 +150,7 @@ impl Role<'_> {
         }
     }
 
-    /// The column of a name, which may be written with its unit.
+    /// Index of the column with this name, which may include the unit.
     fn named(&self, file: &Path, layout: &Layout, name: &str) -> Result<usize, InputError> {
         let is_same = |written: &str| written.trim().eq_ignore_ascii_case(name.trim());
         let place = layout.names.iter().position(|n| is_same(&n.written) || is_same(&n.name));
@@ -163,7 +164,7 @@ impl Role<'_> {
         })
     }
 
-    /// The one column whose name or unit fits.
+    /// Index of the only column whose name or unit matches the role.
     fn detected(&self, file: &Path, layout: &Layout) -> Result<usize, InputError> {
         let unit = |index: usize| {
             let written = layout.names[index].unit.as_deref();
@@ -171,7 +172,7 @@ impl Role<'_> {
         };
         let columns = || 0..layout.names.len();
         for &dimension in self.dimensions {
-            // a column without a unit, or of an unknown one, counts by its name
+            // a column with a missing or unknown unit is matched by name only, as a column of the preferred dimension
             let fits = |index: &usize| match unit(*index) {
                 Some(Some(own)) => own == dimension,
                 None | Some(None) => dimension == self.dimensions[0],
@@ -222,10 +223,10 @@ impl Role<'_> {
 }
 
 impl Column {
-    /// The readings in mm, N, s, MPa or 1.
+    /// Reads the column in mm, N, s, MPa or 1.
     ///
     /// # Errors
-    /// A cell that is no number.
+    /// If a cell is not a number.
     pub(super) fn read(
         &self,
         file: &Path,
@@ -236,7 +237,7 @@ impl Column {
         Ok(numbers.into_iter().map(|number| self.factor * number).collect())
     }
 
-    /// `load in kN ("Kraft")`.
+    /// Description of the column, such as `load in kN ("Kraft")`.
     pub(super) fn described(&self, role: &str) -> String {
         format!("{role} in {} ({:?})", self.unit, self.name)
     }

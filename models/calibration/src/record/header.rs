@@ -1,4 +1,4 @@
-//! Names, units and readings of a record.
+//! Layout of a record: where its names, units and readings are.
 
 use std::path::Path;
 
@@ -7,38 +7,38 @@ use super::text::{Row, Sheet, has_readings};
 use super::unit::Unit;
 use crate::error::InputError;
 
-/// Rows that follow the first reading and must have readings, too.
+/// Number of rows after the first reading that must contain readings, too.
 const FOLLOWING: usize = 2;
 
-/// The name of a column.
+/// Name and unit of a column.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Name {
-    /// As the file writes it.
+    /// Name as written in the file.
     pub(super) written: String,
-    /// Without its unit.
+    /// Name without the unit.
     pub(super) name: String,
-    /// From the row of units, else from the name.
+    /// Unit from the row of units, or else from the name.
     pub(super) unit: Option<String>,
 }
 
-/// Where names, units and readings are.
+/// Positions of names, units and readings in a sheet.
 pub(super) struct Layout {
     pub(super) names: Vec<Name>,
-    /// Line of the names.
+    /// Line number of the names.
     pub(super) names_line: usize,
-    /// Lines before the first reading.
+    /// Number of lines before the first reading.
     pub(super) header_lines: usize,
     /// Index of the first row with readings.
     first: usize,
-    /// Whether the first row with readings has a number in each column.
+    /// For each column, whether the first row with readings has a number.
     numeric: Vec<bool>,
 }
 
 impl Layout {
-    /// The layout of a sheet.
+    /// Finds the layout of a sheet.
     ///
     /// # Errors
-    /// No readings; no names above them; names and readings of different numbers.
+    /// If there are no readings, no names above the readings, or fewer names than columns with readings.
     pub(super) fn of(
         file: &Path,
         sheet: &Sheet,
@@ -63,7 +63,7 @@ impl Layout {
             [.., names] => (None, Some(names)),
             [] => (None, None),
         };
-        // skip states that the names follow it
+        // if the option `skip` is set, the names are on the first line after the skipped lines
         let names = if options.skip.is_some() { above.first().or(names) } else { names };
         let Some(header) = names.filter(|names| names.cells.iter().any(|cell| !cell.is_empty()))
         else {
@@ -96,15 +96,15 @@ impl Layout {
         })
     }
 
-    /// Whether a column begins with a number.
+    /// Whether the first reading of a column is a number.
     pub(super) fn is_numeric(&self, index: usize) -> bool {
         self.numeric.get(index).copied().unwrap_or(false)
     }
 
-    /// The numbers of a column as they stand in the file.
+    /// Reads the numbers of a column without conversion of units.
     ///
     /// # Errors
-    /// A cell that is no number.
+    /// If a cell is not a number.
     pub(super) fn numbers(
         &self,
         file: &Path,
@@ -122,13 +122,13 @@ impl Layout {
         sheet.rows[self.first..].iter().map(number).collect()
     }
 
-    /// The names of the columns as the file writes them.
+    /// Lists the names of the columns as written in the file.
     pub(super) fn listed(&self) -> String {
         let names = self.names.iter().filter(|name| !name.written.is_empty());
         names.map(|name| format!("{:?}", name.written)).collect::<Vec<_>>().join(", ")
     }
 
-    /// An error at the name of a column.
+    /// Creates an error at the name of a column.
     pub(super) fn error(
         &self,
         file: &Path,
@@ -142,14 +142,14 @@ impl Layout {
     }
 }
 
-/// Whether all cells of a row are units or empty, and two at least are units.
+/// Whether a row contains units: at least two cells are filled, and all filled cells are units or in brackets.
 fn is_of_units(row: &Row) -> bool {
     let filled = || row.cells.iter().filter(|cell| !cell.is_empty());
     let is_bracketed = |cell: &str| cell.starts_with(['(', '[']) && cell.ends_with([')', ']']);
     filled().count() >= 2 && filled().all(|cell| is_bracketed(cell) || Unit::named(cell).is_some())
 }
 
-/// Name and unit of `Load (kN)`, `Load [kN]`, `Load / kN`, `load in kN` or `force_kN`.
+/// Splits a column name such as `Load (kN)`, `Load [kN]`, `Load / kN`, `load in kN` or `force_kN` into name and unit.
 fn name_and_unit(written: &str) -> (String, Option<String>) {
     let both = |name: &str, unit: &str| (name.trim().to_owned(), Some(unit.trim().to_owned()));
     for (open, close) in [('(', ')'), ('[', ']'), ('{', '}')] {

@@ -2,17 +2,17 @@
 
 use serde::{Deserialize, Serialize};
 
-/// `[experiments.read]`: how records are read; what is absent is detected.
+/// Options `[experiments.read]` for reading records. Options that are absent are detected from the file.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ReadOptions {
-    /// What separates columns.
+    /// Separator of the columns.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub separator: Option<Separator>,
     /// Decimal sign.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub decimal: Option<Decimal>,
-    /// Lines before the names of the columns.
+    /// Number of lines before the names of the columns.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub skip: Option<usize>,
     /// Encoding of the text.
@@ -30,31 +30,31 @@ pub struct ReadOptions {
     /// Name of the column of the time.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time: Option<String>,
-    /// Unit of the displacement, in place of the file's.
+    /// Unit of the displacement, in place of the unit in the file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub displacement_unit: Option<String>,
-    /// Unit of the force, in place of the file's.
+    /// Unit of the force, in place of the unit in the file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub force_unit: Option<String>,
-    /// Unit of the time, in place of the file's.
+    /// Unit of the time, in place of the unit in the file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time_unit: Option<String>,
-    /// What a displacement of 1 in the file is in mm, in place of a unit.
+    /// Displacement in mm that corresponds to 1 in the file, in place of a unit.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub displacement_factor: Option<f64>,
-    /// What a force of 1 in the file is in N, in place of a unit.
+    /// Force in N that corresponds to 1 in the file, in place of a unit.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub force_factor: Option<f64>,
     /// Sign of a compressive force in the file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub compression: Option<Compression>,
-    /// Whether force counts from the first readings.
+    /// Whether the force of the first readings is subtracted.
     pub zero_force: bool,
-    /// Whether displacement counts from the first reading.
+    /// Whether the displacement of the first reading is subtracted.
     pub zero_displacement: bool,
 }
 
-/// What separates the columns of a text.
+/// Separator of the columns of a text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Separator {
     /// `,`
@@ -108,7 +108,7 @@ pub enum Compression {
 }
 
 impl Decimal {
-    /// The finite number of a cell.
+    /// Parses a cell as a finite number; `None` if it is not a finite number with this decimal sign.
     pub(super) fn number(self, cell: &str) -> Option<f64> {
         let cell = cell.trim().replace('\u{2212}', "-");
         let text = match self {

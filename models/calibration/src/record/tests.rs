@@ -1,4 +1,4 @@
-//! Exports of testing machines: as they are written, and with mistakes.
+//! Reading of exports of testing machines, correct ones and ones with mistakes.
 
 use std::path::PathBuf;
 
@@ -18,7 +18,7 @@ fn read(bytes: &[u8], options: &str) -> Result<Record, InputError> {
     Record::read(&file, &toml::from_str(options).unwrap(), SIZE)
 }
 
-/// Bluehill: quotes, `;`, decimal commas, a row of units, Latin-1, CRLF, compression negative.
+/// Export of Bluehill: quotes, `;`, decimal commas, a row of units, Latin-1, CRLF, compression negative.
 const BLUEHILL: &str = "\"Prüfung\";\"Druck\"\r\n\"Probe\";\"S-1\"\r\n\"Durchmesser\";\"5,0\";\"mm\"\r\n\r\n\
     \"Zeit\";\"Weg\";\"Kraft\"\r\n\"(s)\";\"(mm)\";\"(kN)\"\r\n\
     \"0,0\";\"0,000\";\"0,000\"\r\n\"1,0\";\"-0,050\";\"-0,080\"\r\n\"2,0\";\"-0,100\";\"-0,140\"\r\n\

@@ -18,7 +18,7 @@ pub(super) struct Row {
 pub(super) struct Sheet {
     pub(super) rows: Vec<Row>,
     pub(super) decimal: Decimal,
-    /// What was detected.
+    /// Descriptions of the detected format.
     pub(super) understood: Vec<String>,
 }
 
@@ -35,10 +35,10 @@ const FORMATS: [(Separator, Decimal); 8] = [
 ];
 
 impl Sheet {
-    /// The rows of a text.
+    /// Splits a text into rows of cells.
     ///
     /// # Errors
-    /// Bytes that are no text of the stated encoding; no two lines with numbers.
+    /// If the bytes are not text of the stated encoding, or no line has two numbers.
     pub(super) fn of_text(
         file: &Path,
         bytes: &[u8],
@@ -82,7 +82,8 @@ impl Sheet {
     }
 }
 
-/// Evidence that a line is one of readings: 2 if all its cells are numbers, 1 if two and at least half of them are.
+/// Score of a line as a row of readings: 2 if it has at least two numbers and all filled cells are numbers, 1 if it has
+/// at least two numbers and at least half of the filled cells are numbers, else 0.
 fn score(cells: &[String], decimal: Decimal) -> usize {
     let filled = cells.iter().filter(|cell| !cell.is_empty()).count();
     let numbers = cells.iter().filter(|cell| decimal.number(cell).is_some()).count();
@@ -99,7 +100,7 @@ pub(super) fn has_readings(row: &Row, decimal: Decimal) -> bool {
     score(&row.cells, decimal) > 0
 }
 
-/// The cells of a line, without quotes around them.
+/// Splits a line into cells and removes quotes around them.
 fn split(line: &str, separator: Separator) -> Vec<String> {
     if separator == Separator::Space {
         return line.split_whitespace().map(|cell| cell.trim_matches('"').to_owned()).collect();
@@ -121,7 +122,7 @@ fn split(line: &str, separator: Separator) -> Vec<String> {
     cells.iter().map(|cell| cell.trim().to_owned()).collect()
 }
 
-/// The text, and its encoding if it is worth a word.
+/// Decodes a text. Also returns the name of the encoding; `None` for UTF-8.
 pub(crate) fn decoded(
     file: &Path,
     bytes: &[u8],
@@ -156,7 +157,7 @@ pub(crate) fn decoded(
     }
 }
 
-/// ISO 8859-1: each byte is the character of its number.
+/// Decodes ISO 8859-1, in which each byte is the code point of a character.
 fn latin1(bytes: &[u8]) -> String {
     bytes.iter().copied().map(char::from).collect()
 }

@@ -1,6 +1,6 @@
 //! Units of force, displacement, time, stress and strain.
 
-/// What a unit measures.
+/// Physical dimension of a unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Dimension {
     Length,
@@ -10,7 +10,7 @@ pub(super) enum Dimension {
     Strain,
 }
 
-/// Names of units, what they measure, and what one of them is in mm, N, s, MPa or 1.
+/// Units: names, physical dimension, and factor to mm, N, s, MPa or 1.
 const UNITS: [(&[&str], Dimension, f64); 27] = [
     (&["mm", "millimeter", "millimetre"], Dimension::Length, 1.0),
     (&["µm", "μm", "um", "micron", "microns"], Dimension::Length, 1e-3),
@@ -41,18 +41,19 @@ const UNITS: [(&[&str], Dimension, f64); 27] = [
     (&["1", "-", "mm/mm", "in/in", "m/m"], Dimension::Strain, 1.0),
 ];
 
-/// A unit of a file.
+/// Unit of a column.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Unit {
-    /// As it is written in the file.
+    /// Name as written in the file.
     pub(super) name: String,
     pub(super) dimension: Dimension,
-    /// What one of it is in mm, N, s, MPa or 1.
+    /// Factor to mm, N, s, MPa or 1.
     pub(super) factor: f64,
 }
 
 impl Unit {
-    /// The unit of this name, with or without brackets. Letters may be of the other case where that leaves one unit.
+    /// Finds the unit with this name, with or without brackets. If no name matches exactly, the case of letters is
+    /// ignored, provided that only one unit matches.
     pub(super) fn named(name: &str) -> Option<Self> {
         let bare = name.trim().trim_matches(['(', ')', '[', ']', '{', '}', '<', '>']).trim();
         let matching = |is_same: &dyn Fn(&str) -> bool| {
@@ -67,7 +68,7 @@ impl Unit {
 }
 
 impl Dimension {
-    /// Names of its units.
+    /// Lists one name of each unit of the dimension.
     pub(super) fn units(self) -> String {
         let own = UNITS.iter().filter(|(_, dimension, _)| *dimension == self);
         own.map(|(names, ..)| names[0]).collect::<Vec<_>>().join(", ")
@@ -95,7 +96,7 @@ mod tests {
             let unit = Unit::named(name).unwrap();
             assert_eq!((unit.dimension, unit.factor), (dimension, factor), "{name}");
         }
-        // neither millinewton nor meganewton
+        // ambiguous: millinewton or meganewton
         assert_eq!(Unit::named("Mn"), None);
         assert_eq!(Unit::named("furlong"), None);
         assert_eq!(Unit::named(""), None);

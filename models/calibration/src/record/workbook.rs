@@ -9,10 +9,10 @@ use super::options::{Decimal, ReadOptions};
 use super::text::{Row, Sheet};
 use crate::error::InputError;
 
-/// The sheet that the options name, else the first.
+/// Reads the sheet that the options name, or else the first sheet.
 ///
 /// # Errors
-/// The file is no workbook; it has no such sheet.
+/// If the file is not a workbook, or does not contain the sheet.
 pub(super) fn sheet(
     file: &Path,
     bytes: Vec<u8>,
@@ -43,7 +43,7 @@ pub(super) fn sheet(
     Ok(Sheet { rows: rows.filter(filled).collect(), decimal: Decimal::Point, understood })
 }
 
-/// A cell as text with a decimal point.
+/// Formats a cell as text with a decimal point.
 fn text(cell: &Data) -> String {
     match cell {
         Data::Float(number) => number.to_string(),

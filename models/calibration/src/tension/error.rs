@@ -1,21 +1,21 @@
-//! Why a law cannot be calibrated or compared.
+//! Errors of the calibration and the cross-validation of a law.
 
 use ppl::diagnostics::LooError;
 use ppl::{DomainError, LabelError, SampleError};
 
-/// A calibration or a cross-validation that could not be made.
+/// Error of a calibration or a cross-validation.
 #[derive(Debug, thiserror::Error)]
 pub enum TensionError {
     /// The sampler could not start.
     #[error(transparent)]
     Sample(#[from] SampleError),
-    /// Labels that do not fit.
+    /// Labels do not fit the posterior.
     #[error(transparent)]
     Label(#[from] LabelError),
-    /// Too few draws, or a specimen without density.
+    /// There are too few draws, or a specimen has no density.
     #[error(transparent)]
     Loo(#[from] LooError),
-    /// Draws that make no covariance.
+    /// A covariance is not positive definite.
     #[error(transparent)]
     Domain(#[from] DomainError),
 }

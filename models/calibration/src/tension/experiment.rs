@@ -1,4 +1,4 @@
-//! Tension tests of metals, from engineering readings to true stress over plastic strain.
+//! Tension tests of metals: conversion of engineering readings to true stress as a function of plastic strain.
 
 use std::path::Path;
 
@@ -7,27 +7,27 @@ use crate::table::CsvTable;
 
 /// 1 ksi in MPa.
 const MPA_PER_KSI: f64 = 6.894_757_293_168;
-/// Plastic strain at which a metal is said to flow: hardening begins here.
+/// Plastic strain that defines the yield point; hardening curves begin here.
 const OFFSET_STRAIN: f64 = 0.002;
-/// Fewest points that a hardening curve is calibrated on.
+/// Least number of points of a hardening curve.
 const LEAST_POINTS: usize = 8;
 
 /// One point of a hardening curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HardeningPoint {
-    /// ε_p = ln(1 + e) − σ/E.
+    /// Plastic strain ε_p = ln(1 + e) − σ/E, where e is the engineering strain.
     pub plastic_strain: f64,
-    /// Cauchy stress σ = S (1 + e) in MPa.
+    /// Cauchy stress σ = S (1 + e) in MPa, where S is the engineering stress.
     pub true_stress_mpa: f64,
 }
 
-/// What becomes of readings of a specimen that was unloaded for a while: they show no flow stress.
+/// Treatment of readings that were taken while the specimen was temporarily unloaded. They do not show the flow stress.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Unloading {
-    /// They are points of the curve as the others are.
+    /// The readings are kept as points of the curve.
     Kept,
-    /// Left out are readings whose engineering stress is below the largest one before them by more than this
-    /// part of it: up to the largest load the stress of a specimen that flows does not fall but for noise.
+    /// Readings are omitted if their engineering stress is below the largest preceding one by more than this fraction.
+    /// Up to the largest load, the stress of a flowing specimen decreases only because of noise.
     LeftOut(f64),
 }
 
@@ -39,21 +39,21 @@ impl Default for Unloading {
 
 /// A test in tension, from 0.2 % of plastic strain to the largest load.
 ///
-/// There the specimen begins to neck (Considère: dσ/dε = σ), and a single strain no longer describes it.
+/// At the largest load the specimen begins to neck (Considère: dσ/dε = σ), and a single strain no longer describes it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TensionTest {
     /// Name of the specimen.
     pub specimen: String,
     /// True strain at the largest load.
     pub uniform_strain: f64,
-    /// The curve between.
+    /// Hardening curve from 0.2 % of plastic strain to the largest load.
     pub points: Vec<HardeningPoint>,
-    /// Points between that were left out, since the specimen was unloaded there.
+    /// Points that were omitted from the curve because the specimen was unloaded.
     pub unloading: Vec<HardeningPoint>,
 }
 
 impl TensionTest {
-    /// From readings (engineering strain, engineering stress in MPa) and Young's modulus in MPa.
+    /// Converts readings (engineering strain, engineering stress in MPa). `young_mpa` is Young's modulus in MPa.
     pub fn of_readings(
         specimen: &str,
         readings: &[(f64, f64)],
@@ -88,13 +88,13 @@ impl TensionTest {
     }
 }
 
-/// Reads `specimen,engineering_strain,engineering_stress_ksi`, one line a reading, specimens in the order of
-/// their first line; `young_mpa` is Young's modulus. How many readings of unloading were left out says
-/// [`TensionTest::unloading`].
+/// Reads a table with the columns `specimen,engineering_strain,engineering_stress_ksi`, one line per reading. The
+/// specimens are in the order of their first lines. `young_mpa` is Young's modulus in MPa. [`TensionTest::unloading`]
+/// contains the readings that were omitted.
 ///
 /// # Errors
-/// [`InputError`] with line, column and value; a specimen with too few points between yield and the
-/// largest load.
+/// If a value is missing or wrong, or a specimen has too few points between yield and the largest load. The error names
+/// line, column and value, or the specimen.
 pub fn read_tension_tests(
     file: &Path,
     young_mpa: f64,
@@ -143,7 +143,7 @@ pub fn read_tension_tests(
 mod tests {
     use super::*;
 
-    /// Hollomon's σ = K ε^n under constant volume: S = K ln(1+e)^n/(1+e), whose largest load is at ε = n.
+    /// Hollomon's law σ = K ε^n at constant volume: S = K ln(1+e)^n/(1+e), with the largest load at ε = n.
     #[test]
     fn readings_give_back_the_law_up_to_its_necking_strain() {
         let (strength, exponent, young) = (1000.0, 0.3, 200_000.0);
@@ -161,7 +161,8 @@ mod tests {
         }
     }
 
-    /// Down the elastic line by 150 MPa and up again: the curve without that is the one that never was unloaded.
+    /// A specimen is unloaded elastically by 150 MPa and loaded again. Without these readings, the curve is the same as
+    /// if the specimen had never been unloaded.
     #[test]
     fn readings_of_unloading_are_left_out_or_kept() {
         let young = 200_000.0;
@@ -194,7 +195,7 @@ mod tests {
         // 84.0228 ksi = 579.317 MPa by hand
         approx::assert_relative_eq!(last.true_stress_mpa, 579.317 * 1.610127, max_relative = 1e-5);
         approx::assert_relative_eq!(tests[0].uniform_strain, 1.610127f64.ln(), max_relative = 1e-9);
-        // the first one was unloaded twice, the others never
+        // the first specimen was unloaded twice, the others never
         let left_out: Vec<usize> = tests.iter().map(|test| test.unloading.len()).collect();
         assert_eq!(left_out, [12, 0, 0, 0, 0, 0, 0, 0]);
         for test in &tests {

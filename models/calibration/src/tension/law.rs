@@ -2,29 +2,28 @@
 
 use ppl::prelude::*;
 
-/// The plastic strain up to which hardening is a parameter of both laws: in the middle of what tests reach, where
-/// the data tell it best and nearly independently of the shape of the curve.
+/// Plastic strain up to which the rise of the stress is a parameter of both laws. It is in the middle of the tested
+/// range, where the data determine the rise best and nearly independently of the shape of the curve.
 pub const REFERENCE_STRAIN: f64 = 0.3;
 
-/// Flow stress over plastic strain, with three positive parameters: stress at yield, rise up to
-/// [`REFERENCE_STRAIN`], and a number for the shape of the curve.
+/// Flow stress as a function of plastic strain, with three positive parameters: stress at yield, rise of the stress up
+/// to [`REFERENCE_STRAIN`], and a shape parameter.
 ///
-/// Populations of specimens are over the logarithms of the parameters, so that scatter is relative.
+/// The logarithms of the parameters are normally distributed between specimens, so that scatter is relative.
 pub trait HardeningLaw: Sync {
-    /// Names of the parameters, units in them.
+    /// Names of the parameters, including units.
     const PARAMETERS: [&'static str; 3];
     /// Mean and standard deviation of the normal prior of the logarithm of each parameter.
     const LN_PRIOR: [[f64; 2]; 3];
 
-    /// σ(ε_p) in MPa.
+    /// Flow stress σ(ε_p) in MPa.
     fn stress_mpa<S: Scalar>(parameters: &[S; 3], plastic_strain: f64) -> S;
 
-    /// The strain at which necking begins by Considère's criterion dσ/dε = σ, elastic strain neglected; in
-    /// closed form.
+    /// Strain at which necking begins by Considère's criterion dσ/dε = σ, in closed form, without the elastic strain.
     fn uniform_strain<S: Scalar>(parameters: &[S; 3]) -> S;
 }
 
-/// σ = σ_y + Q (1 − e^(−b ε_p)): hardening saturates. With the rise Q (1 − e^(−0.3 b)) in place of Q.
+/// σ = σ_y + Q (1 − e^(−b ε_p)): hardening saturates. The parameter is the rise Q (1 − e^(−0.3 b)) in place of Q.
 ///
 /// # Reference
 /// Voce (1948), J. Inst. Met. 74, 537–562.
@@ -33,7 +32,7 @@ pub struct Voce;
 
 impl HardeningLaw for Voce {
     const PARAMETERS: [&'static str; 3] = ["yield_mpa", "rise_mpa", "rate"];
-    // 250 MPa, 500 MPa and 3: an annealed austenitic steel
+    // medians of 250 MPa, 500 MPa and 3, for an annealed austenitic steel
     const LN_PRIOR: [[f64; 2]; 3] = [[5.5, 0.5], [6.2, 0.5], [1.1, 1.0]];
 
     fn stress_mpa<S: Scalar>(&[yielding, rise, rate]: &[S; 3], plastic_strain: f64) -> S {
@@ -41,14 +40,15 @@ impl HardeningLaw for Voce {
         yielding + rise * part
     }
 
-    /// Q b e^(−b ε) = σ_y + Q − Q e^(−b ε)
+    /// Solution of Considère's criterion Q b e^(−b ε) = σ_y + Q − Q e^(−b ε).
     fn uniform_strain<S: Scalar>(&[yielding, rise, rate]: &[S; 3]) -> S {
         let saturation = -rise / (-rate * REFERENCE_STRAIN).exp_m1();
         (saturation * (rate + 1.0) / (yielding + saturation)).ln() / rate
     }
 }
 
-/// σ = K (ε₀ + ε_p)^n: hardening goes on. With σ_y = K ε₀^n and the rise K (ε₀ + 0.3)^n − σ_y in place of K and ε₀.
+/// σ = K (ε₀ + ε_p)^n: hardening does not saturate. The parameters are σ_y = K ε₀^n and the rise K (ε₀ + 0.3)^n − σ_y,
+/// in place of K and ε₀.
 ///
 /// # Reference
 /// Swift (1952), J. Mech. Phys. Solids 1, 1–18, doi:10.1016/0022-5096(52)90002-1.
@@ -56,7 +56,7 @@ impl HardeningLaw for Voce {
 pub struct Swift;
 
 impl Swift {
-    /// ε₀ = 0.3/((1 + rise/σ_y)^(1/n) − 1)
+    /// Prestrain ε₀ = 0.3/((1 + rise/σ_y)^(1/n) − 1).
     fn prestrain<S: Scalar>(&[yielding, rise, exponent]: &[S; 3]) -> S {
         (((rise / yielding).ln_1p() / exponent).exp_m1() / REFERENCE_STRAIN).recip()
     }
@@ -64,7 +64,7 @@ impl Swift {
 
 impl HardeningLaw for Swift {
     const PARAMETERS: [&'static str; 3] = ["yield_mpa", "rise_mpa", "exponent"];
-    // 250 MPa, 500 MPa and 0.5
+    // medians of 250 MPa, 500 MPa and 0.5
     const LN_PRIOR: [[f64; 2]; 3] = [[5.5, 0.5], [6.2, 0.5], [-0.7, 0.5]];
 
     fn stress_mpa<S: Scalar>(parameters: &[S; 3], plastic_strain: f64) -> S {
@@ -72,7 +72,7 @@ impl HardeningLaw for Swift {
         parameters[0] * (ratio.ln_1p() * parameters[2]).exp()
     }
 
-    /// n/(ε₀ + ε) = 1
+    /// Solution of Considère's criterion n/(ε₀ + ε) = 1.
     fn uniform_strain<S: Scalar>(parameters: &[S; 3]) -> S {
         parameters[2] - Self::prestrain(parameters)
     }
@@ -82,7 +82,7 @@ impl HardeningLaw for Swift {
 mod tests {
     use super::*;
 
-    /// The engineering stress σ(ε) e^(−ε) has its maximum where Considère's criterion says.
+    /// Checks that the engineering stress σ(ε) e^(−ε) has its maximum at the strain of Considère's criterion.
     fn assert_necks<L: HardeningLaw>(parameters: [f64; 3]) {
         let load = |strain: f64| L::stress_mpa(&parameters, strain) * (-strain).exp();
         let strains = (0..=100_000).map(|i| 1e-5 * f64::from(i));
@@ -99,7 +99,7 @@ mod tests {
         assert_necks::<Swift>([200.0, 300.0, 0.2]);
     }
 
-    /// The laws in their usual parameters: 260 + 900 (1 − e^(−2.5 ε)) and 1400 (0.05 + ε)^0.5.
+    /// Compares with the laws in their usual parameters: 260 + 900 (1 − e^(−2.5 ε)) and 1400 (0.05 + ε)^0.5.
     #[test]
     fn laws_are_those_of_their_references() {
         let voce = |strain: f64| 260.0 + 900.0 * (1.0 - (-2.5 * strain).exp());

@@ -1,4 +1,4 @@
-//! Leaving out one specimen after the other.
+//! Leave-one-out cross-validation over the specimens.
 
 use ppl::diagnostics::Loo;
 use ppl::prelude::*;
@@ -6,35 +6,36 @@ use ppl::{DomainError, Posterior};
 
 use super::{HardeningLaw, TensionError, TensionTest, calibrate};
 
-/// A population at one draw of the posterior.
+/// Parameters of the population at one draw of the posterior.
 pub(super) struct Population {
     pub(super) mean: [f64; 3],
     pub(super) factor: CholeskyFactor<f64, 3>,
     pub(super) sd_mpa: f64,
 }
 
-/// What a curve says of its parameters, by its least-squares fit.
+/// Least-squares fit of a law to one curve.
 pub(super) struct CurveFit {
     points: f64,
-    /// The logarithms of the parameters.
+    /// Logarithms of the fitted parameters.
     ln_own: [f64; 3],
-    /// Σ (σ − law)² there, MPa².
+    /// Sum of the squared residuals, Σ (σ − law)², MPa².
     squares: f64,
-    /// The factor of (JᵀJ)⁻¹, with the derivatives J of the law at the points by them.
+    /// Cholesky factor of (JᵀJ)⁻¹, where J contains the derivatives of the law at the points with respect to the
+    /// logarithms of the parameters.
     unit: DynCholeskyFactor<f64>,
 }
 
-/// How well each specimen is predicted from the others by a calibration `posterior` of the law `L`.
+/// Computes how well each specimen is predicted from the others. `posterior` is a calibration of the law `L` to all
+/// specimens.
 ///
-/// What is left out is a whole curve, since that is what the next specimen brings; single points of a curve
-/// are told by their neighbours, so that leaving out one tests interpolation only. The density
-/// of a curve, p(y_k | μ, s, R, sd) = ∫ p(y_k | θ, sd) N(ln θ; μ, Σ) d ln θ, has the integral of the law linear about
-/// the curve's least-squares fit. Draws are reweighted (PSIS); where Pareto's k
-/// says that this does not do, `sampler` runs again without the specimen. In place of its k the result then
-/// has −∞.
+/// A whole curve is left out, because a further specimen has a whole curve. Single points of a curve are predicted by
+/// their neighbours, so that leaving out one point would test interpolation only. The density of a curve is p(y_k | μ,
+/// s, R, sd) = ∫ p(y_k | θ, sd) N(ln θ; μ, Σ) d ln θ; for this integral, the law is linearised about the least-squares
+/// fit of the curve. Draws are reweighted (PSIS). If Pareto's k of a specimen is above the threshold, `sampler` runs
+/// again without the specimen, and the result has −∞ in place of k.
 ///
 /// # Errors
-/// Fewer than 25 draws; a sampler that cannot start; a curve that does not tell three parameters.
+/// If there are fewer than 25 draws, the sampler cannot start, or a curve does not determine three parameters.
 ///
 /// # Reference
 /// Merkle, Furr & Rabe-Hesketh (2019), doi:10.1007/s11336-019-09679-0, for leaving out groups by their
@@ -80,7 +81,7 @@ pub(super) fn populations(posterior: &Posterior) -> Result<Vec<Population>, Doma
     Ok(found)
 }
 
-/// The least-squares fit of a curve, by Gauss and Newton from the posterior mean of specimen `k`.
+/// Fits a curve by the Gauss–Newton method, starting from the posterior mean of specimen `k`.
 pub(super) fn fit_of<L: HardeningLaw>(
     posterior: &Posterior,
     k: usize,
@@ -126,7 +127,7 @@ pub(super) fn fit_of<L: HardeningLaw>(
     Ok(CurveFit { points: test.points.len() as f64, ln_own, squares, unit })
 }
 
-/// (L Lᵀ)⁻¹ from the rows of L⁻¹ applied to unit vectors.
+/// Computes (L Lᵀ)⁻¹ from the columns of L⁻¹.
 fn inverse(factor: &DynCholeskyFactor<f64>) -> Result<Vec<Vec<f64>>, DomainError> {
     let column = |i: usize| {
         let unit: Vec<f64> = (0..3).map(|j| if i == j { 1.0 } else { 0.0 }).collect();
@@ -137,8 +138,9 @@ fn inverse(factor: &DynCholeskyFactor<f64>) -> Result<Vec<Vec<f64>>, DomainError
     Ok((0..3).map(|i| (0..3).map(|j| product(&columns[i], &columns[j])).collect()).collect())
 }
 
-/// ln ∫ p(y | θ, sd) N(ln θ; μ, Σ) d ln θ with the law linear about the fit: the density of the fit's residuals,
-/// times that of the fitted parameters about the population, N(ln θ̂; μ, Σ + sd² (JᵀJ)⁻¹).
+/// Computes ln ∫ p(y | θ, sd) N(ln θ; μ, Σ) d ln θ with the law linearised about the fit. The integral is the density
+/// of the residuals of the fit times the density of the fitted parameters in the population, N(ln θ̂; μ, Σ + sd²
+/// (JᵀJ)⁻¹).
 pub(super) fn ln_density(fit: &CurveFit, population: &Population) -> Result<f64, DomainError> {
     let variance = population.sd_mpa.powi(2);
     let own = fit.unit.covariance();

@@ -1,9 +1,9 @@
-//! Metal plasticity from tension tests: the pattern for specimens that differ.
+//! Metal plasticity from tension tests: the pattern for specimens with different parameters.
 //!
-//! Each specimen has parameters of its own, drawn from a population that is unknown too: its mean is
-//! "the material", its covariance the scatter between specimens, and a new specimen is predicted from
-//! both. A law is its flow stress ([`HardeningLaw`], some ten lines); Voce and Swift are here, and
-//! leaving out specimens ([`loo_by_specimen`]) says which predicts the next better:
+//! Each specimen has its own parameters, drawn from an unknown population. The mean of the population is "the
+//! material", its covariance is the scatter between specimens, and both predict a new specimen. A law is defined by its
+//! flow stress ([`HardeningLaw`], some ten lines). Voce and Swift are implemented, and leaving out specimens
+//! ([`loo_by_specimen`]) estimates which law predicts a new specimen better:
 //!
 //! ```no_run
 //! use breccia_calibration::tension::{Unloading, Voce, calibrate, read_tension_tests};
@@ -33,10 +33,11 @@ pub use law::{HardeningLaw, REFERENCE_STRAIN, Swift, Voce};
 pub use loo::loo_by_specimen;
 
 ppl::model! {
-    /// Specimens about a population: ln θ_k ~ N(μ, diag(s) R diag(s)), and σ ~ N(law(θ_k), sd).
+    /// Hierarchical model: the parameters of specimen k are ln θ_k ~ N(μ, diag(s) R diag(s)), and its stresses are σ ~
+    /// N(law(θ_k), sd).
     ///
-    /// `sd` in MPa holds what one law cannot say of one curve, noise and misfit alike. Each curve tells
-    /// its own parameters well, so that they are their own coordinates (centred).
+    /// `sd` in MPa includes the noise of a curve and the misfit of the law. Each curve determines its parameters well,
+    /// so that the parametrisation is centred.
     pub fn hardening<L: HardeningLaw>(_law: PhantomData<L>, tests: &[TensionTest]) {
         let mut mean: Vec<Real> = Vec::new();
         #[dims(parameter)]
@@ -64,7 +65,7 @@ ppl::model! {
 /// Samples [`hardening`], and labels parameters and specimens.
 ///
 /// # Errors
-/// A sampler that cannot start; specimens of one name.
+/// If the sampler cannot start, or two specimens have the same name.
 pub fn calibrate<L: HardeningLaw>(
     tests: &[TensionTest],
     sampler: &Nuts<'_>,

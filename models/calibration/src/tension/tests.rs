@@ -1,4 +1,4 @@
-//! The hierarchy against what is known in closed form.
+//! Compares the hierarchical model with closed forms.
 
 use std::sync::LazyLock;
 
@@ -9,7 +9,8 @@ use ppl::rand_xoshiro::Xoshiro256PlusPlus;
 use super::loo::{fit_of, ln_density, populations};
 use super::*;
 
-/// σ = 100 (ln a + ε ln b + ε² ln c): linear in what the population is over, so that curves are normal.
+/// Law σ = 100 (ln a + ε ln b + ε² ln c). It is linear in the normally distributed logarithms, so that curves are
+/// normal.
 struct Parabola;
 
 impl HardeningLaw for Parabola {
@@ -29,7 +30,7 @@ fn strains() -> impl Iterator<Item = f64> {
     (0..12).map(|i| 0.04 * f64::from(i))
 }
 
-/// A specimen of a population with means 3, 4, −2, a scatter of 0.1 and noise of 5 MPa.
+/// Specimen of a population with means 3, 4, −2 of the logarithms, a scatter of 0.1 and noise of 5 MPa.
 fn specimen(name: usize, rng: &mut Xoshiro256PlusPlus) -> TensionTest {
     let mut normal = || -> f64 { Normal(0.0, 1.0).draw(rng) };
     let own = [3.0, 4.0, -2.0].map(|mean: f64| (mean + 0.1 * normal()).exp());
@@ -50,7 +51,7 @@ fn sampler() -> Nuts<'static> {
     Nuts::default().chains(4).warmup(400).draws(1000).target_accept(0.95).seed(2)
 }
 
-/// The population of all specimens, which two tests look at.
+/// Calibration to all specimens, used by two tests.
 static CALIBRATED: LazyLock<Posterior> =
     LazyLock::new(|| calibrate::<Parabola>(&specimens(), &sampler()).unwrap());
 
@@ -61,7 +62,7 @@ fn gradients_are_derivatives() {
     check::gradient(&hardening(PhantomData::<Swift>, tests), 2);
 }
 
-/// With a law linear in its unknowns, a curve is N(A μ, A Σ Aᵀ + sd² I) about its population.
+/// For a law that is linear in its unknowns, a curve has the density N(A μ, A Σ Aᵀ + sd² I) in the population.
 #[test]
 fn a_curve_has_its_marginal_density() {
     let tests = specimens();
@@ -86,7 +87,7 @@ fn a_curve_has_its_marginal_density() {
     }
 }
 
-/// Of a law that bends, the same density by sums over a grid of its three parameters.
+/// For a nonlinear law, compares the density of a curve with sums over a grid of the three parameters.
 #[test]
 fn a_curve_of_voce_has_its_marginal_density() {
     let (own, sd) = ([5.56f64, 6.18, 0.5], 9.0);
@@ -131,7 +132,7 @@ fn a_curve_of_voce_has_its_marginal_density() {
     assert!((found - exact).abs() < 0.03, "{found} {exact}");
 }
 
-/// Reweighted draws do what a calibration without the specimen does, for every second specimen.
+/// For every second specimen, reweighted draws give the density of a calibration without the specimen.
 #[test]
 fn smoothed_weights_do_what_refits_do() {
     let tests = specimens();
@@ -153,7 +154,7 @@ fn smoothed_weights_do_what_refits_do() {
             .collect();
         let n = terms.len() as f64;
         let exact = ln_sum_exp(&terms) - n.ln();
-        // of both, each a mean of densities over as many draws, which go together two by two or so
+        // standard error of the difference of two means of densities, with about half as many effective draws as draws
         let squares: f64 = terms.iter().map(|t| ((t - exact).exp() - 1.0).powi(2)).sum();
         let error = (2.0 * 2.0 * squares).sqrt() / n;
         let gap = (loo.points[k].elpd - exact).abs();

@@ -1,4 +1,4 @@
-//! Groups against quadrature, and against truths of emulated laboratories.
+//! Compares calibrations over groups with quadrature and with the true parameters of emulated laboratories.
 
 use ppl::check;
 use rand::{Rng, SeedableRng};
@@ -9,7 +9,7 @@ use surrogate::{Dataset, DesignMethod, FitOptions};
 
 use super::*;
 
-/// A force of so many N for each MPa.
+/// Forward model whose peak force is `factor` N per MPa of the modulus.
 fn proportional(factor: f64) -> DynPce {
     let x = Input::new("matrix.young_mpa", 200.0, 400.0).unwrap();
     let slope = factor * 100.0 / 3f64.sqrt();
@@ -23,8 +23,8 @@ fn group(temperature_c: f64, factor: f64, forces: &[f64], shared: f64) -> TestGr
     TestGroup { name: "group".into(), temperature_c, forward: proportional(factor), evidence }
 }
 
-/// Three temperatures, two microstructures, one of the groups with a single specimen, and an error that the
-/// specimens of a group share: the posterior of E at both ends and of the scatter by summing over a grid.
+/// Three temperatures, two microstructures, a group with a single specimen, and an error that the specimens of a group
+/// share: compares the posterior of E at all temperatures and of the scatter with sums over a grid.
 #[test]
 fn the_posterior_is_that_of_quadrature() {
     let groups = [
@@ -77,7 +77,7 @@ fn the_posterior_is_that_of_quadrature() {
     }
 }
 
-/// The viscous limit of definitions 3.3, some per cent stiffer by the microstructure.
+/// Surrogate of the viscous limit of definitions 3.3; the microstructure multiplies slope and peak by `stiffness`.
 fn viscous_limit(stiffness: f64) -> DynPce {
     let bounds = [("young", 200.0, 450.0), ("toughness", 1e-5, 5e-3), ("viscosity", 0.05, 0.6)];
     let inputs = bounds.map(|(name, low, high)| Input::new(name, low, high).unwrap()).to_vec();
@@ -93,7 +93,8 @@ fn viscous_limit(stiffness: f64) -> DynPce {
 
 const TEMPERATURES_C: [f64; 4] = [50.0, 62.0, 75.0, 90.0];
 
-/// E and ξ at the four temperatures, off their lines by 2 %, and two or three specimens at each.
+/// Emulated laboratory: the true E and ξ at the four temperatures, which deviate by 2 % from their lines, and two or
+/// three specimens per temperature.
 fn laboratory(seed: u64, microstructures: &[DynPce]) -> ([[f64; 2]; 4], Vec<TestGroup>) {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
     let mut between = |low: f64, high: f64| low + (high - low) * rng.random::<f64>();
@@ -125,8 +126,9 @@ fn laboratory(seed: u64, microstructures: &[DynPce]) -> ([[f64; 2]; 4], Vec<Test
     (truths, groups.collect())
 }
 
-/// 90 % intervals of E and ξ at each temperature hold the truth as often as they say in 60 laboratories;
-/// the temperatures of one laboratory go together, so that the standard error counts laboratories.
+/// The 90 % intervals of E and ξ at each temperature contain the truth in 90 % of 60 laboratories. The results at the
+/// temperatures of one laboratory are correlated, so that the standard error is computed from the number of
+/// laboratories.
 #[test]
 fn intervals_cover_over_laboratories() {
     const LABORATORIES: u64 = 60;
@@ -137,7 +139,8 @@ fn intervals_cover_over_laboratories() {
         .into_par_iter()
         .map(|seed| {
             let (truths, groups) = laboratory(seed, &microstructures);
-            // an end of an interval is then uncertain by a tenth of its length or so, little beside ± 0.04 below
+            // with 250 draws, an end of an interval has an error of about a tenth of its length, which is small
+            // compared with the standard error of 0.04 of the share
             let sampler = Nuts::default().chains(1).warmup(250).draws(250).seed(seed).threads(1);
             let posterior = calibrate_groups(&groups, &pooling, &sampler).unwrap();
             [0, 2].map(|parameter| {
@@ -170,7 +173,8 @@ fn gradients_are_derivatives() {
     }
 }
 
-/// A temperature off the line stays in the box, and moves by units of the logarithm in its middle.
+/// A parameter that deviates from the line stays in the box. In the middle of the box, the deviation is a change of the
+/// logarithm.
 #[test]
 fn parameters_stay_in_the_box() {
     let groups = [group(50.0, 0.5, &[142.0, 135.0], 0.0), group(90.0, 0.5, &[150.0], 0.0)];
