@@ -105,7 +105,7 @@ impl Settled {
 
     #[inline(always)]
     pub(crate) fn is_finite(&self) -> bool {
-        // the product is always finite
+        // the field `product` is always finite, so the sum is finite if `value` is finite
         self.value.is_finite()
     }
 

@@ -7,7 +7,7 @@ use crate::datum::Datum;
 /// Implemented for tuples of pairs (argument, partial derivative). An argument is any value convertible to `R`; data
 /// have no cost.
 pub trait Partials<R> {
-    /// Largest number of arguments, if the type determines it.
+    /// Largest number of arguments of the operation; `usize::MAX` if the type does not determine the number.
     #[doc(hidden)]
     const MOST: usize = usize::MAX;
 

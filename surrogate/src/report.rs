@@ -40,9 +40,9 @@ pub struct FitReport {
     /// RᵀR/(N − P) of the residuals of the fit, on the outputs' scales. With derivatives, R has the residuals
     /// of the values, and N − P is replaced by their degrees of freedom.
     pub(crate) residual_covariance: Vec<Vec<f64>>,
-    /// Weights of the rows of derivatives, one per input; empty without derivatives. A weight is the standard
-    /// deviation of the values' errors divided by that of the errors of the derivatives by the input's
-    /// coordinate on [−1, 1].
+    /// Weights of the rows of derivatives in the fit, one per input; empty without derivatives. The weight of input j
+    /// is σ_v/σ_j. σ_v is the standard deviation of the errors of the values. σ_j is the standard deviation of the
+    /// errors of the derivatives with respect to coordinate j on [−1, 1].
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub derivative_weights: Vec<f64>,
     /// Covariance of the fit averaged over the box, on the outputs' scales, if derivatives were fitted too.

@@ -98,7 +98,7 @@ pub struct OrderReport {
     pub order: usize,
     /// Number of terms of an expansion of this order.
     pub terms: usize,
-    /// None if the rows of all runs but one do not determine the order's coefficients.
+    /// Leave-one-out error. None if some coefficients are undetermined when a single run is left out.
     pub loo: Option<LeaveOneOutError>,
     /// None if the training rows do not determine the order's coefficients.
     pub split: Option<SplitError>,

@@ -22,8 +22,8 @@ pub struct MaterialParameter {
     pub width: f64,
 }
 
-/// Half of the difference between the two sides, relative to the value. Truncation error and rounding error are then
-/// both below 1e-8 of the derivative.
+/// Step of the central difference, relative to the value of the parameter. With this step, the truncation error and
+/// the rounding error are both below 1e-8 of the derivative.
 const REACH: f64 = 1e-4;
 
 impl MaterialParameter {

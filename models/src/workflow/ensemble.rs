@@ -249,7 +249,8 @@ impl Corrected {
         Ok(Self { outputs, corrections, stiffness: BTreeMap::new() })
     }
 
-    /// Returns the dataset of the usable runs of the first level: corrected quantities, derivatives and notes.
+    /// Builds the dataset of the surrogate from the runs `first` of the first fidelity level. Each run with quantities
+    /// of interest gives one row: inputs, corrected quantities, their derivatives and notes.
     fn data(
         &mut self,
         plan: &Plan<'_>,

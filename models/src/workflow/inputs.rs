@@ -138,8 +138,8 @@ parts! {
     further_tests: further_tests => FurtherTestsCase;
 }
 
-/// Defines a recording method for each key of `[experiments.virtual]`, because different stages depend on different
-/// keys.
+/// Defines a method for each listed key of `[experiments.virtual]`. The method records the key and returns its value.
+/// Each key is recorded separately, because different stages depend on different keys.
 macro_rules! virtual_parts {
     ($($name:ident => $type:ty;)*) => {
         impl Inputs<'_> {$(

@@ -186,7 +186,7 @@ impl Reader<'_> {
         }
     }
 
-    /// The site of a statement with this name in the results.
+    /// Returns the site of a statement. `name` is the name of the quantity in the results.
     fn site(&self, statement: &Statement, name: String) -> Site {
         let unnamed = self.plates.iter().rposition(|(_, dimension)| dimension.is_none());
         let named = &self.plates[unnamed.map_or(0, |innermost| innermost + 1)..];

@@ -30,7 +30,7 @@ pub(super) struct Names(HashMap<String, Taken>);
 /// The uses of a name.
 #[derive(Clone, Default)]
 struct Taken {
-    /// Whether a statement declares or observes the whole name.
+    /// Whether a statement declares or observes the name without an index: `y ~ …`, not `y[i] ~ …`.
     is_whole: bool,
     /// The observed entries of the name: the expression as written, and the innermost plate.
     entries: HashSet<(String, Option<Id>)>,

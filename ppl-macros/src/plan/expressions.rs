@@ -142,7 +142,8 @@ impl Plan<'_> {
         Some(Expr::Verbatim(calls::shared_name(name).into_token_stream()))
     }
 
-    /// Rewrites `name += …` as `name = …` with a formula; returns whether it did.
+    /// Rewrites `name += …` as `name = name + …`, so that the new value is one formula. Returns whether `expr` was
+    /// rewritten.
     fn step(&mut self, expr: &mut Expr) -> bool {
         let Expr::Binary(ExprBinary { attrs, left, op, right }) = expr else { return false };
         let Some(plain) = without_assignment(op).filter(|_| matches!(&**left, Expr::Path(_)))
@@ -232,7 +233,8 @@ impl VisitMut for Plan<'_> {
         visit_mut::visit_stmt_mut(self, stmt);
     }
 
-    /// Replaces `Real` by the number type of the context, as in the signatures of submodels.
+    /// Replaces the type `Real` by `Real<_>`, so that the compiler infers the number type. The user writes `Real`
+    /// without a parameter, as in the signatures of submodels.
     fn visit_type_mut(&mut self, ty: &mut Type) {
         match ty {
             Type::Path(path) if path.qself.is_none() && path.path.is_ident("Real") => {

@@ -24,7 +24,7 @@ pub(super) fn align(expr: &mut Expr, activity: &Activity) {
     match expr {
         Expr::Array(array) => siblings(array.elems.iter_mut().collect(), false, activity),
         Expr::If(_) | Expr::Match(_) => siblings(vec![expr], false, activity),
-        // the place determines the type
+        // a literal on the right side takes the type of the variable on the left side
         Expr::Assign(assign) if activity.mentions(&assign.left) => {
             siblings(vec![&mut *assign.right], true, activity);
         }

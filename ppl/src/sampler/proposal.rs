@@ -153,7 +153,7 @@ mod tests {
 
     use super::*;
 
-    /// Compares with the two-pass formula on three points.
+    /// Compares the covariance of three points from `Scatter` with the two-pass formula.
     #[test]
     fn scatter_by_hand() {
         let mut scatter = Scatter::new(2);

@@ -161,7 +161,8 @@ impl Tape {
             *g = adjoint.get();
         }
         for replaced in &self.replaced[..self.replacements.get()] {
-            // reads the adjoint instead of `gradient`, because a read after a block copy would wait for the whole copy
+            // the loop above is compiled to a block copy into `gradient`; a read from `gradient` would wait until the
+            // copy is complete, and a read from `adjoints` does not wait
             let (index, slope, own) = replaced.get();
             gradient[index as usize] = own + slope * adjoints[index as usize].get();
         }
@@ -231,7 +232,8 @@ impl Tape {
         numbers
     }
 
-    /// Adds a node whose edges end at index `end`.
+    /// Adds a node whose edges have already been written to `edges`. `end` is the number of edges in use, including
+    /// the edges of the node.
     #[inline(always)]
     fn push(&self, value: f64, end: usize) -> Var<'_> {
         let index = self.length.get();
