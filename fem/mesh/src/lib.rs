@@ -37,8 +37,9 @@ pub use mesh::{
 };
 pub use specimen::{
     ConvexPolyhedron, FractionTarget, Grain, GrainField, GrainForm, GrainList, GrainMode,
-    GrainShape, GrainVolume, LabelReport, Labelling, MeshReport, Meshed, MeshedGrain, MeshedPhase,
-    Meshing, MeshingError, Packing, PackingError, Scan, ScanError, Scanner, SeparateError,
-    Separated, SizeClass, SurfaceError, SurfaceGrains, VoxelGrains, enclosing_cylinder, label,
-    least_gap_mm, separated,
+    GrainShape, GrainVolume, ImportedSurfaces, LabelReport, Labelling, MeshReport, Meshed,
+    MeshedGrain, MeshedPhase, Meshing, MeshingError, Packing, PackingError, Scan, ScanError,
+    Scanner, SeparateError, Separated, SizeClass, SurfaceAxis, SurfaceError, SurfaceGrains,
+    SurfaceImport, SurfaceImportError, VoxelGrains, enclosing_cylinder, label, least_gap_mm,
+    separated, surface_files,
 };

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use fem::{
     DeviceError, EnsembleError, FemError, ImageError, MeshError, MeshingError, PackingError,
-    ScanError,
+    ScanError, SeparateError, SurfaceImportError,
 };
 use surrogate::SurrogateError;
 
@@ -222,6 +222,22 @@ pub enum WorkflowError {
         file: PathBuf,
         /// What is wrong.
         source: ImageError,
+    },
+    /// STL files that are no grains.
+    #[error("{}: specimen.stl: {source}", file.display())]
+    Surfaces {
+        /// The case.
+        file: PathBuf,
+        /// What is wrong.
+        source: Box<SurfaceImportError>,
+    },
+    /// Grains that cannot be shrunk to a least distance.
+    #[error("{}: {source}", file.display())]
+    Separation {
+        /// The case.
+        file: PathBuf,
+        /// What is wrong.
+        source: SeparateError,
     },
     /// A virtual scan that cannot be made.
     #[error("{}: specimen.scan: {source}", file.display())]

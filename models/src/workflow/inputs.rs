@@ -208,6 +208,11 @@ impl Inputs<'_> {
             let copy = file.strip_prefix(self.dir).unwrap_or(file);
             self.reads_file(&copy.to_string_lossy());
         }
+        if let SpecimenGeometry::Surfaces { import, .. } = &geometry {
+            for file in fem::surface_files(&import.surfaces) {
+                self.reads_file(&file.to_string_lossy());
+            }
+        }
         Ok(geometry)
     }
 

@@ -90,6 +90,7 @@ mod rule;
 mod rules;
 mod runs;
 mod segment;
+mod segmented_grains;
 mod sequential;
 mod sharing;
 mod simulate;
@@ -105,6 +106,7 @@ mod stage;
 mod stages;
 mod status;
 mod stiffness;
+mod surfaces;
 mod surrogate;
 mod task;
 #[cfg(test)]
@@ -134,6 +136,7 @@ pub use simulate::{DeviceChoice, simulate};
 pub use stage::Stage;
 pub use stages::STAGES;
 pub use status::{RunCounts, StageState, StageStatus, status};
+pub use surfaces::SurfaceOptions;
 
 use crate::case::CaseFile;
 use crate::progress::say;

@@ -12,5 +12,6 @@ mod scanner;
 mod separation;
 mod specimen;
 mod stl;
+mod surface_import;
 mod surfaces;
 mod voxel_grains;

@@ -51,9 +51,15 @@ impl CaseFile {
                 self.check_size(size, mistakes);
                 (size, meshing)
             }
+            SpecimenGeometry::Surfaces { import, radius_mm, height_mm, meshing } => {
+                mistakes.note(import.validate().map_err(|e| self.refused("specimen.stl", &e)));
+                let size = [*radius_mm, *height_mm];
+                self.check_size(size, mistakes);
+                (size, meshing)
+            }
         };
         let (key, spacing_mm) = ("specimen.spacing_mm", meshing.spacing_mm);
-        // of an image, size and spacing are compared once it has been read
+        // of an image and of surfaces, size and spacing are compared once they have been read
         mistakes.note(match size {
             [Some(radius_mm), Some(height_mm)] => {
                 self.check_spacing(key, spacing_mm, radius_mm, height_mm)
