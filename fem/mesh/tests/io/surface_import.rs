@@ -71,14 +71,14 @@ fn a_packing_comes_back_from_its_files() {
     let shrunk: f64 = (1..).zip(&found.factors).map(|(n, f)| f.powi(3) * truth.volume_mm3(n)).sum();
     assert!((found.volume_mm3() / shrunk - 1.0).abs() < 1e-6);
     assert!(shrunk / truth.list().iter().map(|g| g.volume_mm3()).sum::<f64>() > 0.97);
-    let meshing = Meshing { mode: GrainMode::Conforming, ..Meshing::new(0.3) };
+    let meshing = Meshing { mode: GrainMode::Conforming, ..Meshing::new(0.4) };
     let meshed = meshing.build(radius_mm, height_mm, &found.grains().unwrap()).unwrap();
     meshed.mesh.validate().unwrap();
     assert!((meshed.report.achieved_fraction / found.fraction() - 1.0).abs() < 0.01);
     for (number, grain) in (1..).zip(&meshed.report.grains) {
         let expected = found.factors[number as usize - 1].powi(3) * truth.volume_mm3(number);
         let error = grain.achieved_mm3 / expected - 1.0;
-        assert!(error.abs() < 0.03, "grain {number}: {error}");
+        assert!(error.abs() < 0.05, "grain {number}: {error}");
     }
 }
 
