@@ -123,7 +123,7 @@ pub use fem_mesh::{
     Mixture, Packing, PackingError, Quality, Scan, ScanError, Scanner, SeparateError, Separated,
     SizeClass, Surface, SurfaceAxis, SurfaceError, SurfaceGrains, SurfaceImport,
     SurfaceImportError, TetMesh, VoxelGrains, decimated, enclosing_cylinder, gmsh, label,
-    least_gap_mm, separated, stl, surface_files, vtu,
+    least_gap_mm, separated, stl, vtu,
 };
 pub use fields::Fields;
 pub use material::{

@@ -41,5 +41,5 @@ pub use specimen::{
     MeshedGrain, MeshedPhase, Meshing, MeshingError, Packing, PackingError, Scan, ScanError,
     Scanner, SeparateError, Separated, SizeClass, SurfaceAxis, SurfaceError, SurfaceGrains,
     SurfaceImport, SurfaceImportError, VoxelGrains, enclosing_cylinder, label, least_gap_mm,
-    separated, surface_files,
+    separated,
 };

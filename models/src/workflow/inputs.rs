@@ -209,9 +209,8 @@ impl Inputs<'_> {
             self.reads_file(&copy.to_string_lossy());
         }
         if let SpecimenGeometry::Surfaces { import, .. } = &geometry {
-            for file in fem::surface_files(&import.surfaces) {
-                self.reads_file(&file.to_string_lossy());
-            }
+            // a folder counts with all of its files, so that one more is a change
+            self.reads_file(&import.surfaces.to_string_lossy());
         }
         Ok(geometry)
     }

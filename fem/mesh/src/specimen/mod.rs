@@ -46,5 +46,5 @@ pub use scanner::{Scan, ScanError, Scanner};
 pub use separate::{SeparateError, Separated, least_gap_mm, separated};
 pub use surface_files::SurfaceImportError;
 pub use surface_grains::{SurfaceError, SurfaceGrains};
-pub use surface_import::{ImportedSurfaces, SurfaceAxis, SurfaceImport, surface_files};
+pub use surface_import::{ImportedSurfaces, SurfaceAxis, SurfaceImport};
 pub use voxel_grains::VoxelGrains;

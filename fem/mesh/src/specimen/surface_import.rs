@@ -4,7 +4,7 @@
 //! The steps are those of Segmentflow: marching cubes, smoothing, decimation, isostatic shrinking of grains that are too
 //! near to one another, a cylinder around the cluster.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use fem_image::Cylinder;
 use rayon::prelude::*;
@@ -351,9 +351,4 @@ impl ImportedSurfaces {
         }
         warnings
     }
-}
-
-/// The STL files of a folder, or the file itself, for a program that depends on their contents.
-pub fn surface_files(path: &Path) -> Vec<PathBuf> {
-    super::surface_files::files(path).unwrap_or_else(|_| vec![path.to_owned()])
 }

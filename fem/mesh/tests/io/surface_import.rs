@@ -113,6 +113,9 @@ fn one_file_of_all_grains_and_other_axes_are_read() {
     assert!(text.contains("2 grains") && text.contains("radius 4.0000 mm"), "{text}");
 }
 
+/// Names of files and their triangles.
+type Files = Vec<(&'static str, Vec<Triangle>)>;
+
 #[test]
 fn what_is_no_grain_is_named_with_its_file() {
     let ball = |c: [f64; 3], r: f64| sphere(c, r, 3);
@@ -121,7 +124,7 @@ fn what_is_no_grain_is_named_with_its_file() {
         all
     };
     let good = ball([0.0; 3], 1.0);
-    let cases: [(&str, Vec<(&str, Vec<Triangle>)>, &[&str]); 7] = [
+    let cases: [(&str, Files, &[&str]); 7] = [
         ("none", vec![], &["there is no STL file"]),
         (
             "open",
