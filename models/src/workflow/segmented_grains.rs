@@ -16,8 +16,10 @@ use crate::table::{CsvTable, TableRow};
 /// Labelled voxels with what is known of their grains.
 pub(super) struct SegmentedGrains {
     pub(super) labels: Volume<u32>,
-    /// The part of each voxel that is grain and the volume of each grain, where grey values say it.
-    grey: Option<(Volume<f32>, Vec<(u32, f64)>)>,
+    /// The part of each voxel that is grain, where grey values say it.
+    solid: Option<Volume<f32>>,
+    /// Number and volume (mm³) of each grain, where grey values say it.
+    volumes_mm3: Vec<(u32, f64)>,
     pub(super) phases: GrainPhases,
     /// Where the specimen stands in its image.
     pub(super) cylinder: Cylinder,
@@ -41,22 +43,22 @@ impl SegmentedGrains {
             Source::Labels { rules, .. } => phases(inputs, image, rules, &labels)?,
             Source::Stack { .. } | Source::Scan(..) => GrainPhases::default(),
         };
-        let grey = match &scanned.source {
-            Source::Labels { .. } => None,
+        let (solid, volumes_mm3) = match &scanned.source {
+            Source::Labels { .. } => (None, Vec::new()),
             // grey values have been measured for the grains as they were found
-            _ if is_edited(inputs, &name) => None,
+            _ if is_edited(inputs, &name) => (None, Vec::new()),
             _ => {
                 let solid = solid(inputs, image, voxel_mm, labels.shape)?;
-                Some((solid, volumes(inputs, image)?))
+                (Some(solid), volumes(inputs, image)?)
             }
         };
-        Ok(Self { labels, grey, phases, cylinder })
+        Ok(Self { labels, solid, volumes_mm3, phases, cylinder })
     }
 
     /// What grey values say of the grains.
     pub(super) fn measured(&self) -> Option<Measured<'_>> {
-        let (solid, volumes_mm3) = self.grey.as_ref()?;
-        Some(Measured { solid, volumes_mm3: volumes_mm3.clone() })
+        let solid = self.solid.as_ref()?;
+        Some(Measured { solid, volumes_mm3: self.volumes_mm3.clone() })
     }
 }
 
