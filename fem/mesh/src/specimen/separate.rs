@@ -12,8 +12,8 @@ use crate::mesh::vector::Point;
 const LEAST_FACTOR: f64 = 0.2;
 /// Halvings of the interval of a factor.
 const HALVINGS: usize = 30;
-/// Rounds over all pairs. Convex grains need two; the last one finds nothing to do.
-const ROUNDS: usize = 40;
+/// Least shrinking of a pair that is too near. Convex grains need two rounds, and others come to an end by this.
+const LEAST_STEP: f64 = 1e-6;
 
 /// Surfaces that keep a least distance.
 #[derive(Clone, Debug)]
@@ -27,8 +27,8 @@ pub struct Separated {
 /// Two surfaces that cannot be separated.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
-    "grains {first} and {second} are not {least_mm} mm apart even at a fifth of their size: one lies in the other, or \
-     the distance is too large"
+    "shrinking to a fifth of their size does not bring grains {first} and {second} {least_mm} mm apart: one lies in the \
+     other, or the distance is too large"
 )]
 pub struct SeparateError {
     /// Number of one, from 1.
@@ -68,7 +68,7 @@ pub fn separated(surfaces: Vec<Surface>, least_mm: f64) -> Result<Separated, Sep
         factor,
     };
     let pairs = near_pairs(&trees, least_mm);
-    for _ in 0..ROUNDS {
+    loop {
         let factor_of = |&(a, b): &(usize, usize)| -> Result<Option<f64>, SeparateError> {
             let is_apart = |t: f64| {
                 let (one, other) = (scaled(a, t * factors[a]), scaled(b, t * factors[b]));
@@ -77,10 +77,10 @@ pub fn separated(surfaces: Vec<Surface>, least_mm: f64) -> Result<Separated, Sep
             if is_apart(1.0) {
                 return Ok(None);
             }
-            if !is_apart(LEAST_FACTOR) {
+            let (mut low, mut high) = (LEAST_FACTOR / factors[a].max(factors[b]), 1.0);
+            if low >= high || !is_apart(low) {
                 return Err(SeparateError { first: a + 1, second: b + 1, least_mm });
             }
-            let (mut low, mut high) = (LEAST_FACTOR, 1.0);
             for _ in 0..HALVINGS {
                 let middle = 0.5 * (low + high);
                 if is_apart(middle) {
@@ -89,7 +89,7 @@ pub fn separated(surfaces: Vec<Surface>, least_mm: f64) -> Result<Separated, Sep
                     high = middle;
                 }
             }
-            Ok(Some(low))
+            Ok(Some(low.min(1.0 - LEAST_STEP)))
         };
         let found: Vec<Result<Option<f64>, SeparateError>> =
             pairs.par_iter().map(factor_of).collect();

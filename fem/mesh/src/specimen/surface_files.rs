@@ -108,8 +108,8 @@ pub enum SurfaceImportError {
     },
     /// Two grains that shrinking does not separate.
     #[error(
-        "{first} and {second} are not {least_mm} mm apart even at a fifth of their size: remove one of the two if it lies in \
-         the other, or take a smaller least_distance_mm"
+        "shrinking to a fifth of their size does not bring {first} and {second} {least_mm} mm apart: remove one of the two \
+         if it lies in the other, or take a smaller least_distance_mm"
     )]
     Inseparable {
         /// One grain.
