@@ -104,7 +104,8 @@ enum Command {
     /// Write the surface of each grain as STL: surfaces/grain-001.stl, surfaces.csv
     #[command(
         after_help = "In mm and in the coordinates of the mesh: the specimen stands on z = 0 with its axis on z.\n\
-                      Example, with the paper's steps:\n  \
+                      Example:\n  breccia surfaces my.toml --out try\n\
+                      With the paper's steps:\n  \
                       breccia surfaces my.toml --out try --smoothing-passes 10 --decimation 20 --least-distance-mm 0.01"
     )]
     Surfaces {
