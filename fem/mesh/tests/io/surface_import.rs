@@ -78,7 +78,7 @@ fn a_packing_comes_back_from_its_files() {
     for (number, grain) in (1..).zip(&meshed.report.grains) {
         let expected = found.factors[number as usize - 1].powi(3) * truth.volume_mm3(number);
         let error = grain.achieved_mm3 / expected - 1.0;
-        assert!(error.abs() < 0.05, "grain {number}: {error}");
+        assert!(error.abs() < 0.1, "grain {number}: {error}");
     }
 }
 
