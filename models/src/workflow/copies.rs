@@ -304,6 +304,7 @@ impl Copies {
             E::Meshing { file, source } => E::Meshing { file: own(file), source },
             E::Segmentation { file, source } => E::Segmentation { file: own(file), source },
             E::Surfaces { file, source } => E::Surfaces { file: own(file), source },
+            E::Separation { file, source } => E::Separation { file: own(file), source },
             E::Scan { file, source } => E::Scan { file: own(file), source },
             E::Packing { file, source } => E::Packing { file: own(file), source },
             E::Test { file, source } => E::Test { file: own(file), source },

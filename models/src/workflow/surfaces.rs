@@ -76,7 +76,8 @@ impl Workflow<'_> {
                 let number = |place: usize| grains[place - 1].number as usize;
                 let (first, second) = (number(source.first), number(source.second));
                 let source = fem::SeparateError { first, second, ..source };
-                WorkflowError::Separation { file: self.file.path.clone(), source }
+                let file = self.file.path.clone();
+                self.copies.named_by_owner(WorkflowError::Separation { file, source })
             })?,
             false => Separated { factors: vec![1.0; grains.len()], surfaces },
         };

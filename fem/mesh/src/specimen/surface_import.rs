@@ -12,9 +12,9 @@ use serde::{Deserialize, Serialize};
 
 use super::enclosing::enclosing_cylinder;
 use super::overlap::{Overlap, overlaps};
-use super::separate::{least_gap_mm, separated};
+use super::separate::{Separated, least_gap_mm, separated};
 use super::surface_files::{NamedSurface, SurfaceImportError, read_surfaces};
-use super::{SurfaceGrains, separate::Separated};
+use super::{SurfaceError, SurfaceGrains};
 use crate::mesh::{Surface, decimated};
 
 /// Grains may overlap by this share of their volume: what smoothing and decimation do to grains that touch.
@@ -277,7 +277,7 @@ impl ImportedSurfaces {
     ///
     /// # Errors
     /// A surface that is none of a grain; those that were read have been checked.
-    pub fn grains(&self) -> Result<SurfaceGrains, super::SurfaceError> {
+    pub fn grains(&self) -> Result<SurfaceGrains, SurfaceError> {
         let [radius_mm, height_mm] = self.size_mm();
         SurfaceGrains::new(self.surfaces.clone(), radius_mm, height_mm)
     }
