@@ -117,10 +117,12 @@ pub use fem_image::{
 #[doc(inline)]
 pub use fem_mesh::{
     Cavity, ConvexPolyhedron, CylinderLattice, FractionTarget, Grain, GrainField, GrainForm,
-    GrainList, GrainMode, GrainShape, GrainVolume, LabelReport, Labelling, LatticeError, MeshError,
-    MeshReport, Meshed, MeshedGrain, MeshedPhase, Meshing, MeshingError, Mixture, Packing,
-    PackingError, Quality, Scan, ScanError, Scanner, SizeClass, Surface, SurfaceError,
-    SurfaceGrains, TetMesh, VoxelGrains, gmsh, label, stl, vtu,
+    GrainList, GrainMode, GrainShape, GrainVolume, ImportedSurfaces, LabelReport, Labelling,
+    LatticeError, MeshError, MeshReport, Meshed, MeshedGrain, MeshedPhase, Meshing, MeshingError,
+    Mixture, Packing, PackingError, Quality, Scan, ScanError, Scanner, SeparateError, Separated,
+    SizeClass, Surface, SurfaceAxis, SurfaceError, SurfaceGrains, SurfaceImport,
+    SurfaceImportError, TetMesh, VoxelGrains, decimated, enclosing_cylinder, gmsh, label,
+    least_gap_mm, separated, stl, vtu,
 };
 pub use fields::Fields;
 pub use material::{

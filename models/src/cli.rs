@@ -18,7 +18,7 @@ use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 use fem::Ranks;
 use models::{
     CaseFile, FolderAccess, InputError, PartStatus, STAGES, Stage, StageStatus, Study, StudyFile,
-    Workflow, WorkflowError, missing_case,
+    SurfaceOptions, Workflow, WorkflowError, missing_case,
 };
 
 use check::check;
@@ -51,6 +51,7 @@ Examples:
   breccia init --own-data my-tests          a case for your own curves, with examples
   breccia check my.toml                     what a run would read, its cost and every mistake
   breccia simulate my.toml --out try        one simulation: try/curve.csv
+  breccia surfaces my.toml --out try        the surface of each grain: try/surfaces/grain-001.stl
   breccia run my.toml --out results         everything; interrupt it and run it again to go on
   breccia calibrate --out results           one stage again, after results/case.toml was edited
   breccia status results                    how far it is, from any machine that sees the folder
@@ -99,6 +100,29 @@ enum Command {
         /// Device that solves the linear systems
         #[arg(long, value_enum, default_value_t)]
         device: models::DeviceChoice,
+    },
+    /// Write the surface of each grain as STL: surfaces/grain-001.stl, surfaces.csv
+    #[command(
+        after_help = "In mm and in the coordinates of the mesh: the specimen stands on z = 0 with its axis on z.\n\
+                      Example:\n  breccia surfaces my.toml --out try\n\
+                      With the paper's steps:\n  \
+                      breccia surfaces my.toml --out try --smoothing-passes 10 --decimation 20 --least-distance-mm 0.01"
+    )]
+    Surfaces {
+        #[command(flatten)]
+        target: CaseAndFolder,
+
+        /// Passes of Taubin's filter over each surface
+        #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..=1000))]
+        smoothing_passes: u16,
+
+        /// Divide the number of triangles by FACTOR
+        #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = factor)]
+        decimation: f64,
+
+        /// Shrink grains that are nearer to each other than MM about their centroids
+        #[arg(long, value_name = "MM", default_value_t = 0.0, value_parser = length)]
+        least_distance_mm: f64,
     },
     /// Run several related calibrations and compare them; writes study.csv and report.html
     #[command(
@@ -296,6 +320,7 @@ fn ranks_of(request: &Request) -> Result<Ranks, Failure> {
         Request::Default | Request::Command(Command::Run(_)) => "run",
         Request::Command(Command::Init { .. }) => "init",
         Request::Command(Command::Check { .. }) => "check",
+        Request::Command(Command::Surfaces { .. }) => "surfaces",
         Request::Command(Command::Study { .. }) => "study",
         Request::Command(Command::Status { .. }) => "status",
         Request::Stage(stage, ..) => stage.name,
@@ -334,6 +359,17 @@ fn run(request: Request, threads: usize, ranks: &Ranks) -> Result<ExitCode, Fail
                 print_line(path.display())?;
             }
         }
+        Request::Command(Command::Surfaces {
+            target,
+            smoothing_passes,
+            decimation,
+            least_distance_mm,
+        }) => {
+            let file = target.case_file().map_err(WorkflowError::from)?;
+            let smoothing_passes = usize::from(smoothing_passes);
+            let options = SurfaceOptions { smoothing_passes, decimation, least_distance_mm };
+            print_line(target.open(&file, threads)?.surfaces(&options)?.display())?;
+        }
         Request::Command(Command::Study { file: path, out, set, replace, only, until, jobs }) => {
             let replace = replaceable(&out, &replace)?;
             let file = StudyFile::read(&path, &set).map_err(WorkflowError::from)?;
@@ -366,6 +402,18 @@ fn run(request: Request, threads: usize, ranks: &Ranks) -> Result<ExitCode, Fail
         }
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// A factor of at least 1.
+fn factor(text: &str) -> Result<f64, String> {
+    let factor = text.parse().ok().filter(|factor| (1.0..=1e6).contains(factor));
+    factor.ok_or_else(|| "give a factor of at least 1: the paper takes 20".to_owned())
+}
+
+/// A length in mm, or 0.
+fn length(text: &str) -> Result<f64, String> {
+    let length = text.parse().ok().filter(|length| (0.0..=1e3).contains(length));
+    length.ok_or_else(|| "give a length in mm, or 0".to_owned())
 }
 
 /// Returns the stage with this name.

@@ -65,6 +65,6 @@ pub use study::{
 pub use virtual_specimen::VirtualSpecimen;
 pub use workflow::{
     CaseCheck, DeviceChoice, ExpectedCost, FolderAccess, InputInPlace, RunCounts, STAGES,
-    SimulatedLaboratories, Stage, StageState, StageStatus, Workflow, WorkflowError, create_file,
-    missing_case, simulate, simulate_laboratories, status,
+    SimulatedLaboratories, Stage, StageState, StageStatus, SurfaceOptions, Workflow, WorkflowError,
+    create_file, missing_case, simulate, simulate_laboratories, status,
 };

@@ -53,6 +53,9 @@ const SIMULATION: [&str; 8] = [
     "simulate.state",
 ];
 
+/// Files that `surfaces` writes, an example for each pattern.
+const SURFACES: [&str; 2] = ["surfaces/grain-001.stl", "surfaces.csv"];
+
 /// Files that are written when a folder of results is opened, and in which the program remembers its work.
 const OPENING: [&str; 4] = ["case.toml", "origin.toml", "written.csv", "stages.toml"];
 
@@ -78,7 +81,7 @@ fn folder_with(names: &[String]) -> tempfile::TempDir {
 /// All commands that write into a folder of results.
 fn commands() -> Vec<Vec<&'static str>> {
     let stage = |stage: &Stage| vec![stage.name, "my.toml", "--out", "out"];
-    let others = [["run", "my.toml", "--out", "out"], ["simulate", "my.toml", "--out", "out"]];
+    let others = ["run", "simulate", "surfaces"].map(|name| [name, "my.toml", "--out", "out"]);
     STAGES.iter().map(stage).chain(others.map(Vec::from)).collect()
 }
 
@@ -126,12 +129,18 @@ fn a_stage_stops_at_a_file_of_the_users_in_the_place_of_any_product() {
         assert_refused(dir.path(), &["simulate", "my.toml", "--out", "out"], name);
         assert_unchanged(dir.path(), &[name.to_owned()], "simulate");
     }
+    for name in SURFACES {
+        let dir = folder_with(&[name.to_owned()]);
+        assert_refused(dir.path(), &["surfaces", "my.toml", "--out", "out"], name);
+        assert_unchanged(dir.path(), &[name.to_owned()], "surfaces");
+    }
 }
 
 #[test]
 fn no_command_changes_any_file_of_the_users() {
     let products = STAGES.iter().flat_map(|stage| stage.products).map(|product| example(product));
-    let names: Vec<String> = products.chain(SIMULATION.map(str::to_owned)).collect();
+    let names: Vec<String> =
+        products.chain(SIMULATION.map(str::to_owned)).chain(SURFACES.map(str::to_owned)).collect();
     let dir = folder_with(&names);
     for command in commands() {
         let (code, _, err) = said(&breccia(dir.path(), &command));

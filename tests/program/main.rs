@@ -10,6 +10,7 @@ mod foreign_files;
 mod images;
 mod mesh_files;
 mod pipes;
+mod surfaces;
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -65,6 +66,7 @@ fn help_teaches_with_an_example_for_every_command() {
         "segment",
         "mesh",
         "simulate",
+        "surfaces",
         "experiments",
         "ensemble",
         "surrogate",

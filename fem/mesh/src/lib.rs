@@ -32,11 +32,14 @@ mod specimen;
 
 pub use error::MeshError;
 pub use mesh::{
-    Cavity, CylinderLattice, LatticeError, Mixture, Quality, Surface, TetMesh, gmsh, stl, vtu,
+    Cavity, CylinderLattice, LatticeError, Mixture, Quality, Surface, TetMesh, decimated, gmsh,
+    stl, vtu,
 };
 pub use specimen::{
     ConvexPolyhedron, FractionTarget, Grain, GrainField, GrainForm, GrainList, GrainMode,
-    GrainShape, GrainVolume, LabelReport, Labelling, MeshReport, Meshed, MeshedGrain, MeshedPhase,
-    Meshing, MeshingError, Packing, PackingError, Scan, ScanError, Scanner, SizeClass,
-    SurfaceError, SurfaceGrains, VoxelGrains, label,
+    GrainShape, GrainVolume, ImportedSurfaces, LabelReport, Labelling, MeshReport, Meshed,
+    MeshedGrain, MeshedPhase, Meshing, MeshingError, Packing, PackingError, Scan, ScanError,
+    Scanner, SeparateError, Separated, SizeClass, SurfaceAxis, SurfaceError, SurfaceGrains,
+    SurfaceImport, SurfaceImportError, VoxelGrains, enclosing_cylinder, label, least_gap_mm,
+    separated,
 };

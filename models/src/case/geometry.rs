@@ -1,10 +1,13 @@
-//! The geometry that a case describes: a cylinder with a packing, an image of a specimen, or a mesh file.
+//! The geometry that a case describes: a cylinder with a packing, an image of a specimen, surfaces of its grains, or a
+//! mesh file.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use fem::gmsh::{PhysicalGroup, PhysicalGroups};
-use fem::{LabelRules, Meshing, Order, Packing, Scanner, Segmentation, SpecimenRegion};
+use fem::{
+    LabelRules, Meshing, Order, Packing, Scanner, Segmentation, SpecimenRegion, SurfaceImport,
+};
 
 use super::{CaseFile, ImageCase, SpecimenCase};
 use crate::error::{InputError, absence};
@@ -46,6 +49,17 @@ pub enum SpecimenGeometry {
         /// How it is meshed.
         meshing: Meshing,
     },
+    /// Surfaces of grains in STL files.
+    Surfaces {
+        /// How they are read; the path is complete.
+        import: SurfaceImport,
+        /// Radius in mm, if not that of the least cylinder around the grains.
+        radius_mm: Option<f64>,
+        /// Height in mm, if not that of the least cylinder around the grains.
+        height_mm: Option<f64>,
+        /// How it is meshed.
+        meshing: Meshing,
+    },
     /// A Gmsh file.
     Mesh {
         /// The file, its path complete.
@@ -75,6 +89,9 @@ impl CaseFile {
             curved: s.order == Order::Quadratic,
             ..Meshing::new(spacing_mm)
         };
+        if let Some(import) = &s.stl {
+            return self.surfaces(s, import, meshing);
+        }
         let mut image = s.image.clone().unwrap_or_default();
         let region = &mut image.segmentation.region;
         if *region != SpecimenRegion::default() && image.further_stacks.is_some() {
@@ -199,6 +216,27 @@ impl CaseFile {
         Ok(found)
     }
 
+    fn surfaces(
+        &self,
+        s: &SpecimenCase,
+        import: &SurfaceImport,
+        meshing: Meshing,
+    ) -> Result<SpecimenGeometry, InputError> {
+        let extra = [
+            ("grains", s.grains.is_some()),
+            ("scan", s.scan.is_some()),
+            ("image", s.image.is_some()),
+        ];
+        if let Some((key, _)) = extra.iter().find(|(_, given)| *given) {
+            let help = "The STL files are the grains: remove one of the two.";
+            return Err(self.beside_error(key, "stl", help));
+        }
+        let path = self.existing("stl.surfaces", &import.surfaces, |path| path.exists())?;
+        let import = SurfaceImport { surfaces: path, ..import.clone() };
+        let (radius_mm, height_mm) = (s.radius_mm, s.height_mm);
+        Ok(SpecimenGeometry::Surfaces { import, radius_mm, height_mm, meshing })
+    }
+
     fn mesh_file(&self, s: &SpecimenCase, mesh: &Path) -> Result<SpecimenGeometry, InputError> {
         let extra = [
             ("radius_mm", s.radius_mm.is_some()),
@@ -207,6 +245,7 @@ impl CaseFile {
             ("grains", s.grains.is_some()),
             ("scan", s.scan.is_some()),
             ("image", s.image.is_some()),
+            ("stl", s.stl.is_some()),
         ];
         if let Some((key, _)) = extra.iter().find(|(_, given)| *given) {
             let help =
@@ -279,7 +318,7 @@ impl CaseFile {
             &format!("specimen.{key}"),
             "",
             "is missing",
-            "Give radius_mm, height_mm and spacing_mm, or an image with spacing_mm, or a mesh.",
+            "Give radius_mm, height_mm and spacing_mm, or an image or STL files with spacing_mm, or a mesh.",
         )
     }
 

@@ -27,7 +27,10 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use fem::gmsh::PhysicalGroups;
-use fem::{GrainMode, Homogenisation, Meshing, Order, Packing, PhaseField, Scanner, SolverOptions};
+use fem::{
+    GrainMode, Homogenisation, Meshing, Order, Packing, PhaseField, Scanner, SolverOptions,
+    SurfaceImport,
+};
 use serde::{Deserialize, Serialize};
 
 pub(crate) use crate::parameter::{MaterialParameter, Property};
@@ -114,7 +117,7 @@ pub struct Case {
     pub further_tests: FurtherTestsCase,
 }
 
-/// `[specimen]`: a cylinder with a packing, an image of a specimen, or a mesh file.
+/// `[specimen]`: a cylinder with a packing, an image of a specimen, surfaces of its grains, or a mesh file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SpecimenCase {
@@ -153,6 +156,9 @@ pub struct SpecimenCase {
     /// An image of the specimen, or the segmentation settings for the virtual scan.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub image: Option<ImageCase>,
+    /// Surfaces of grains in STL files, in place of a packing or an image.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stl: Option<SurfaceImport>,
     /// A Gmsh file that replaces lattice, packing and image.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mesh: Option<PathBuf>,

@@ -292,6 +292,7 @@ mod tests {
             slices: Some([1, 9]),
             mask: Some("mask.tif".into()),
         };
+        full.specimen.stl = Some(fem::SurfaceImport::new("stl".into()));
         full.specimen.mesh = Some("cylinder.msh".into());
         full.specimen.regions.insert("matrix".into(), 1.into());
         full.specimen.surfaces.insert("top".into(), 1.into());

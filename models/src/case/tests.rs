@@ -348,6 +348,75 @@ fn a_mesh_replaces_lattice_and_packing() {
 }
 
 #[test]
+fn surfaces_take_the_place_of_a_packing_and_an_image() {
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::create_dir(dir.path().join("stl")).unwrap();
+    let parse = |specimen: &str, stl: &str| {
+        let grain = "[material.grain]\nyoung_mpa = 22000\npoisson = 0.25\n";
+        let text = format!(
+            "[specimen]\n{specimen}\n[specimen.stl]\n{stl}\n[material.matrix]\nyoung_mpa = 275\npoisson = 0.25\n\
+             {grain}[test]\ndisplacement_mm = 0.2\nsteps = 2\n"
+        );
+        CaseFile::parse(&text, &dir.path().join("case.toml"))
+    };
+    let (specimen, good) = ("spacing_mm = 0.5", "surfaces = \"stl\"");
+    let file = parse(specimen, good).unwrap();
+    let again = CaseFile::parse(&file.case.to_toml(), &file.path).unwrap();
+    assert_eq!(again, file);
+    let SpecimenGeometry::Surfaces { import, radius_mm: None, .. } = file.geometry().unwrap()
+    else {
+        panic!("no surfaces")
+    };
+    assert_eq!(import, fem::SurfaceImport::new(dir.path().join("stl")));
+    let all = "unit_mm = 0.001\naxis = \"x\"\nsmoothing_passes = 3\ndecimation = 20\nleast_distance_mm = 0.01\nmargin_mm = 0.1";
+    let SpecimenGeometry::Surfaces { import, height_mm: Some(4.0), .. } =
+        parse("spacing_mm = 0.5\nheight_mm = 4.0", &format!("{good}\n{all}"))
+            .unwrap()
+            .geometry()
+            .unwrap()
+    else {
+        panic!("no surfaces")
+    };
+    assert_eq!(
+        (import.unit_mm, import.axis, import.decimation),
+        (0.001, fem::SurfaceAxis::X, 20.0)
+    );
+    for (specimen, stl, parts) in [
+        (specimen, "surfaces = \"other\"", ["specimen.stl.surfaces", "there is no such file"]),
+        (specimen, "unit_mm = 1.0", ["surfaces", "missing"]),
+        (
+            specimen,
+            "surfaces = \"stl\"\nunit_mm = 0.0",
+            ["specimen.stl", "unit_mm = 0; give a length"],
+        ),
+        (specimen, "surfaces = \"stl\"\ndecimation = 0.5", ["specimen.stl", "the paper takes 20"]),
+        (specimen, "surfaces = \"stl\"\nmargin = 1.0", ["margin", "margin_mm"]),
+        (specimen, "surfaces = \"stl\"\naxis = \"q\"", ["axis", "z"]),
+        ("radius_mm = 2.5", good, ["specimen.spacing_mm", "is missing"]),
+        (
+            "spacing_mm = 0.5\ngrains = { fraction = 0.2 }",
+            good,
+            ["specimen.grains", "stands beside specimen.stl"],
+        ),
+        (
+            "spacing_mm = 0.5\nimage = { stack = \"a.tif\" }",
+            good,
+            ["specimen.image", "stands beside specimen.stl"],
+        ),
+        (
+            "mesh = \"a.msh\"\nregions = { matrix = 1 }",
+            good,
+            ["specimen.stl", "stands beside specimen.mesh"],
+        ),
+    ] {
+        let message = parse(specimen, stl).unwrap_err().to_string();
+        for part in parts {
+            assert!(message.contains(part), "{part:?} is not in {message:?}");
+        }
+    }
+}
+
+#[test]
 fn phases_of_labels_are_regions_with_materials() {
     let dir = tempfile::tempdir().unwrap();
     std::fs::write(dir.path().join("labels.tif"), "II*").unwrap();

@@ -7,6 +7,16 @@ use toml::{Table, Value};
 use crate::case::{CaseFile, merge, remove};
 use crate::error::InputError;
 
+/// Keys of a case whose values are files or folders.
+const FILES: [&str; 6] = [
+    "specimen.mesh",
+    "specimen.stl.surfaces",
+    "specimen.image.stack",
+    "specimen.image.labels",
+    "specimen.image.region.mask",
+    "experiments.table",
+];
+
 /// The base case as written in the file, without defaults, because defaults may depend on the changed keys.
 pub(super) struct Base(Table);
 
@@ -22,7 +32,7 @@ impl Base {
         let (_, mistakes) = CaseFile::parse_all(&text, &path);
         let written = text.parse().ok().filter(|_| !CaseFile::is_study(&text));
         let Some(mut written): Option<Table> = written else { return (None, mistakes) };
-        for key in ["specimen.mesh", "specimen.image.stack", "experiments.table"] {
+        for key in FILES {
             let mut keys = key.split('.');
             let first = keys.next().and_then(|key| written.get_mut(key));
             absolute(&path, keys.fold(first, |value, key| value?.get_mut(key)));
@@ -119,5 +129,21 @@ mod tests {
         let candidates = file.case.further_tests.candidate;
         let mesh = candidates.iter().find_map(|candidate| candidate.mesh()).unwrap();
         assert_eq!(Path::new(mesh), std::path::absolute(folder.join("notched.msh")).unwrap());
+    }
+
+    #[test]
+    fn each_file_of_the_base_is_named_from_anywhere() {
+        let dir = tempfile::tempdir().unwrap();
+        std::fs::create_dir(dir.path().join("cases")).unwrap();
+        let expected = std::path::absolute(dir.path().join("cases/own")).unwrap();
+        for key in FILES {
+            let text = format!("{key} = \"own\"\n");
+            std::fs::write(dir.path().join("cases/base.toml"), text).unwrap();
+            let study = dir.path().join("study.toml");
+            let base = Base::read(&study, Path::new("cases/base.toml")).0.unwrap();
+            let table = Value::Table(base.0);
+            let named = key.split('.').fold(&table, |value, key| &value[key]);
+            assert_eq!(named.as_str().map(Path::new), Some(&*expected), "{key}");
+        }
     }
 }

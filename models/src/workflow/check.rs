@@ -10,7 +10,7 @@ use super::inputs::Inputs;
 use super::mesh::grain_fraction;
 use super::mesh_scale::MeshSize;
 use super::simulator::{Setup, Simulator};
-use super::specimen::{import_notes, imported_mesh};
+use super::specimen::{import_notes, imported_grains, imported_mesh};
 use super::specimen_checks::{InspectedSpecimens, inspect};
 use super::specimen_quantities::{SpecimenNames, compared};
 use super::stage::Stage;
@@ -144,6 +144,25 @@ impl CaseCheck {
                             self.say("mesh", note);
                         }
                         Some(self.mesh(file, mesh_file, imported.mesh))
+                    }
+                    Err(mistake) => {
+                        self.fail(mistake);
+                        None
+                    }
+                }
+            }
+            SpecimenGeometry::Surfaces { import, radius_mm, height_mm, meshing } => {
+                let size = [*radius_mm, *height_mm];
+                match imported_grains(&file.path, import, size, meshing) {
+                    Ok(found) => {
+                        self.say("specimen", found.in_words());
+                        self.notes.extend(found.warnings());
+                        let [radius_mm, height_mm] = found.size_mm();
+                        let key = "specimen.spacing_mm";
+                        let fits =
+                            file.check_spacing(key, meshing.spacing_mm, radius_mm, height_mm);
+                        fits.err().into_iter().for_each(|mistake| self.fail(mistake));
+                        Some(MeshSize::of_cylinder([height_mm, radius_mm]))
                     }
                     Err(mistake) => {
                         self.fail(mistake);

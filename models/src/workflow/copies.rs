@@ -116,6 +116,11 @@ impl Copies {
             let from = source.beside(stack);
             *stack = std::path::absolute(&from).map_err(|e| WorkflowError::io(&from, e))?;
         }
+        if let Some(import) = &mut copies.case.specimen.stl {
+            let from = source.beside(&import.surfaces);
+            import.surfaces =
+                std::path::absolute(&from).map_err(|e| WorkflowError::io(&from, e))?;
+        }
         let experiments = copies.case.experiments.as_mut();
         let measured = experiments.and_then(|e| Some((e.table.as_mut()?, &mut e.read)));
         if let Some((table, read)) = measured {
@@ -298,6 +303,8 @@ impl Copies {
             E::UnsoundMesh { path, source } => E::UnsoundMesh { path: own(path), source },
             E::Meshing { file, source } => E::Meshing { file: own(file), source },
             E::Segmentation { file, source } => E::Segmentation { file: own(file), source },
+            E::Surfaces { file, source } => E::Surfaces { file: own(file), source },
+            E::Separation { file, source } => E::Separation { file: own(file), source },
             E::Scan { file, source } => E::Scan { file: own(file), source },
             E::Packing { file, source } => E::Packing { file: own(file), source },
             E::Test { file, source } => E::Test { file: own(file), source },

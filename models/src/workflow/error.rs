@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use fem::{
     DeviceError, EnsembleError, FemError, ImageError, MeshError, MeshingError, PackingError,
-    ScanError,
+    ScanError, SeparateError, SurfaceImportError,
 };
 use surrogate::SurrogateError;
 
@@ -222,6 +222,22 @@ pub enum WorkflowError {
         file: PathBuf,
         /// Cause of the error.
         source: ImageError,
+    },
+    /// The STL files cannot be used as grains.
+    #[error("{}: specimen.stl: {source}", file.display())]
+    Surfaces {
+        /// Path of the case file.
+        file: PathBuf,
+        /// Cause of the error.
+        source: Box<SurfaceImportError>,
+    },
+    /// The grains cannot be shrunk to the least distance.
+    #[error("{}: {source}", file.display())]
+    Separation {
+        /// Path of the case file.
+        file: PathBuf,
+        /// Cause of the error.
+        source: SeparateError,
     },
     /// The virtual scan cannot be computed.
     #[error("{}: specimen.scan: {source}", file.display())]

@@ -106,10 +106,13 @@ fn volume_mm3(geometry: &SpecimenGeometry) -> Option<f64> {
         SpecimenGeometry::Cylinder { radius_mm, height_mm, .. } => {
             Some(std::f64::consts::PI * radius_mm.powi(2) * height_mm)
         }
-        SpecimenGeometry::Image { radius_mm: Some(r), height_mm: Some(h), .. } => {
+        SpecimenGeometry::Image { radius_mm: Some(r), height_mm: Some(h), .. }
+        | SpecimenGeometry::Surfaces { radius_mm: Some(r), height_mm: Some(h), .. } => {
             Some(std::f64::consts::PI * r.powi(2) * h)
         }
-        SpecimenGeometry::Image { .. } | SpecimenGeometry::Mesh { .. } => None,
+        SpecimenGeometry::Image { .. }
+        | SpecimenGeometry::Surfaces { .. }
+        | SpecimenGeometry::Mesh { .. } => None,
     }
 }
 

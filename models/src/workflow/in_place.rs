@@ -36,6 +36,9 @@ pub(super) const SIMULATION: [&str; 8] = [
     "simulate.state",
 ];
 
+/// Files that `breccia surfaces` writes.
+pub(super) const SURFACES: [&str; 2] = ["surfaces/grain-#.stl", "surfaces.csv"];
+
 /// A file or folder that is an input of a case.
 struct Named {
     /// Key of the case, or description of the entry in the table of specimens.
@@ -61,7 +64,7 @@ pub(super) fn check_inputs(source: &CaseFile, dir: &Path) -> Result<(), Workflow
             })))
         };
         if place.is_dir() && root.starts_with(&place) {
-            return refuse("the results, in the folder of the images");
+            return refuse("the results, in the folder of the input");
         }
         let Ok(name) = place.strip_prefix(&root) else { continue };
         let name = name.to_string_lossy().replace('\\', "/");
@@ -77,7 +80,7 @@ pub(super) fn check_inputs(source: &CaseFile, dir: &Path) -> Result<(), Workflow
         let is_measured = !is_virtual(source);
         let products = STAGES.iter().flat_map(|stage| stage.products).copied();
         let products = products.filter(|p| !(is_measured && p.starts_with("experiments/")));
-        let all = products.chain(SIMULATION).chain(RECORDS);
+        let all = products.chain(SIMULATION).chain(SURFACES).chain(RECORDS);
         if let Some(product) = all.into_iter().find(is_meant) {
             return refuse(product);
         }
@@ -97,6 +100,7 @@ fn named_by(source: &CaseFile) -> Vec<Named> {
         named.push(Named { key: key.to_owned(), path: source.beside(path) });
     };
     case.specimen.mesh.iter().for_each(|mesh| add("specimen.mesh", mesh));
+    case.specimen.stl.iter().for_each(|stl| add("specimen.stl.surfaces", &stl.surfaces));
     for candidate in &case.further_tests.candidate {
         let mesh = candidate.mesh().into_iter();
         mesh.for_each(|mesh| add("further_tests.candidate", Path::new(mesh)));

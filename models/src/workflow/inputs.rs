@@ -209,6 +209,10 @@ impl Inputs<'_> {
             let copy = file.strip_prefix(self.dir).unwrap_or(file);
             self.reads_file(&copy.to_string_lossy());
         }
+        if let SpecimenGeometry::Surfaces { import, .. } = &geometry {
+            // a folder counts with all of its files, so that one more is a change
+            self.reads_file(&import.surfaces.to_string_lossy());
+        }
         Ok(geometry)
     }
 

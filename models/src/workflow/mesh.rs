@@ -2,34 +2,46 @@
 
 use std::collections::BTreeSet;
 
-use fem::{
-    Cylinder, LabelRules, MATRIX, MeshReport, Meshed, Meshing, Quality, TetMesh, Volume, gmsh,
-    tiff, vtu,
-};
+use fem::{ImportedSurfaces, MATRIX, MeshReport, Meshed, Meshing, Quality, TetMesh, gmsh, vtu};
 
 use super::WorkflowError;
-use super::found::GrainPhases;
-use super::freshness::finished_in;
-use super::images::{self, mesh_file, segmented_file};
+use super::images::{self, mesh_file};
 use super::inputs::Inputs;
-use super::segment::{WHOLE, write_picture};
+use super::segment::write_picture;
+use super::segmented_grains::SegmentedGrains;
 use super::simulator::{Simulator, height_mm};
 use super::specimen::{
-    Measured, Scanned, Source, direct_mesh, import_notes, imported_mesh, labelled_mesh,
+    Scanned, direct_mesh, import_notes, imported_grains, imported_mesh, labelled_mesh,
+    surfaces_mesh,
 };
 use super::task::Task;
 use crate::case::SpecimenGeometry;
 use crate::progress::say;
 use crate::report::{mesh_picture, mesh_quality};
-use crate::table::{CsvTable, TableRow};
 
 pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let setup = task.inputs.setup();
-    let (mesh, report) = mesh_with(&task.inputs, images::OWN, &|meshing| *meshing)?;
+    let geometry = task.inputs.geometry()?;
+    let (mesh, report, surfaces) = match &geometry {
+        SpecimenGeometry::Surfaces { import, radius_mm, height_mm, meshing } => {
+            let case = task.inputs.case_path();
+            let found = imported_grains(case, import, [*radius_mm, *height_mm], meshing)?;
+            say("mesh", &found.in_words());
+            found.warnings().iter().for_each(|warning| task.warn(warning));
+            let [radius_mm, height_mm] = found.size_mm();
+            task.inputs.check_spacing(meshing.spacing_mm, radius_mm, height_mm)?;
+            let Meshed { mesh, report } = surfaces_mesh(case, &found, meshing)?;
+            (mesh, Some(report), Some(found))
+        }
+        _ => {
+            let (mesh, report) = mesh_with(&task.inputs, images::OWN, &|meshing| *meshing)?;
+            (mesh, report, None)
+        }
+    };
     for warning in report.iter().flat_map(MeshReport::warnings) {
         task.warn(&warning);
     }
-    if let SpecimenGeometry::Mesh { file, regions, surfaces } = &task.inputs.geometry()? {
+    if let SpecimenGeometry::Mesh { file, regions, surfaces } = &geometry {
         let notes = imported_mesh(file, regions, surfaces)?.notes;
         import_notes(file, &notes).iter().for_each(|note| task.warn(note));
     }
@@ -43,6 +55,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         Some(report) => rows.extend(of_report(report)),
         None => rows.push(("grains".to_owned(), labelled_grains(&mesh))),
     }
+    rows.extend(surfaces.iter().flat_map(of_surfaces));
     let (tets, nodes) = (mesh.tets.len(), mesh.nodes.len());
     let part = grains_in_words(&mesh, report.as_ref());
     // materials or a test that do not fit the mesh are reported here, not after a hundred runs
@@ -89,122 +102,23 @@ pub(super) fn mesh_with(
     changed: &dyn Fn(&Meshing) -> Meshing,
 ) -> Result<(TetMesh, Option<MeshReport>), WorkflowError> {
     let mut geometry = inputs.geometry()?;
-    if let SpecimenGeometry::Cylinder { meshing, .. } | SpecimenGeometry::Image { meshing, .. } =
-        &mut geometry
+    if let SpecimenGeometry::Cylinder { meshing, .. }
+    | SpecimenGeometry::Image { meshing, .. }
+    | SpecimenGeometry::Surfaces { meshing, .. } = &mut geometry
     {
         *meshing = changed(meshing);
     }
     let Some((scanned, meshing)) = Scanned::of(&geometry) else {
         return direct_mesh(inputs.case_path(), &geometry);
     };
-    let name = segmented_file(image, "labels.tif");
-    let cylinder = cylinder(inputs, image)?;
-    let voxel_mm = Some(quantity(inputs, image, "voxel_mm")?);
-    let labels = tiff::read_labels(&inputs.file(&name)?, voxel_mm)?;
-    let phases = match &scanned.source {
-        Source::Labels { rules, .. } => phases(inputs, image, rules, &labels)?,
-        Source::Stack { .. } | Source::Scan(..) => GrainPhases::default(),
-    };
-    let solid = match &scanned.source {
-        Source::Labels { .. } => None,
-        // the labels were edited: the measured grey values belong to the original grains
-        _ if is_edited(inputs, &name) => None,
-        _ => Some(solid(inputs, image, voxel_mm, labels.shape)?),
-    };
-    let measured = match &solid {
-        Some(solid) => Some(Measured { solid, volumes_mm3: volumes(inputs, image)? }),
-        None => None,
-    };
+    let grains = SegmentedGrains::read(inputs, image, &scanned)?;
+    let cylinder = &grains.cylinder;
     inputs.check_spacing(meshing.spacing_mm, cylinder.radius_mm, cylinder.height_mm())?;
+    let SegmentedGrains { labels, phases, cylinder, .. } = &grains;
+    let (case, measured) = (inputs.case_path(), grains.measured());
     let Meshed { mesh, report } =
-        labelled_mesh(inputs.case_path(), &labels, measured, phases, &cylinder, &meshing)?;
+        labelled_mesh(case, labels, measured, phases.clone(), cylinder, &meshing)?;
     Ok((mesh, Some(report)))
-}
-
-/// Phase of each grain, as the segmentation recorded it in `grains.csv`.
-///
-/// # Errors
-/// With several phases, fails for edited labels with a grain that has no row in `grains.csv`.
-fn phases(
-    inputs: &Inputs<'_>,
-    image: usize,
-    rules: &LabelRules,
-    labels: &Volume<u32>,
-) -> Result<GrainPhases, WorkflowError> {
-    let names = rules.grain_phases();
-    if names.len() == 1 {
-        return Ok(GrainPhases { names, of_grains: Vec::new() });
-    }
-    let path = inputs.file(&segmented_file(image, "grains.csv"))?;
-    let table = CsvTable::read(&path, &["id", "phase"])?;
-    let mut of_grains = Vec::new();
-    for row in table.rows() {
-        let phase = names.iter().position(|name| name == row.text("phase"));
-        let Some(phase) = phase else {
-            return Err(WorkflowError::OtherCase { path: path.clone(), stage: "segment" });
-        };
-        of_grains.push((row.number("id")? as u32, phase));
-    }
-    let known: BTreeSet<u32> = of_grains.iter().map(|(grain, _)| *grain).collect();
-    let unknown = labels.values.iter().find(|label| **label > 0 && !known.contains(label));
-    if let Some(label) = unknown {
-        let file = segmented_file(image, "labels.tif");
-        let message = format!(
-            "{file} was edited and has the grain {label}, of which grains.csv has no phase: give new grains in the \
-             image that specimen.image.labels names"
-        );
-        return Err(WorkflowError::Unusable(message));
-    }
-    Ok(GrainPhases { names, of_grains })
-}
-
-/// Whether the user has edited the labels file since the stage `segment` wrote it.
-fn is_edited(inputs: &Inputs<'_>, labels: &str) -> bool {
-    let records = finished_in(inputs.folder());
-    let segmented = records.get("segment").filter(|record| record.has_written(labels));
-    segmented.is_some_and(|record| !record.wrote(labels, inputs.folder()))
-}
-
-/// Reads the grain fraction of each voxel, 0 to 1.
-fn solid(
-    inputs: &Inputs<'_>,
-    image: usize,
-    voxel_mm: Option<f64>,
-    shape: [usize; 3],
-) -> Result<Volume<f32>, WorkflowError> {
-    let path = inputs.file(&segmented_file(image, "solid.tif"))?;
-    let mut solid = tiff::read(&path, voxel_mm)?;
-    solid.values.iter_mut().for_each(|value| *value /= WHOLE);
-    if shape == solid.shape {
-        return Ok(solid);
-    }
-    Err(WorkflowError::OtherCase { path, stage: "segment" })
-}
-
-/// Number and volume (mm³) of each grain, measured from grey values.
-fn volumes(inputs: &Inputs<'_>, image: usize) -> Result<Vec<(u32, f64)>, WorkflowError> {
-    let path = inputs.file(&segmented_file(image, "grains.csv"))?;
-    let table = CsvTable::read(&path, &["id", "volume_mm3"])?;
-    let grain = |row: TableRow<'_>| Ok((row.number("id")? as u32, row.number("volume_mm3")?));
-    table.rows().map(grain).collect()
-}
-
-/// Position, size and tilt of the specimen in its image.
-fn cylinder(inputs: &Inputs<'_>, image: usize) -> Result<Cylinder, WorkflowError> {
-    let number = |name: &str| quantity(inputs, image, name);
-    Ok(Cylinder {
-        centre_mm: [number("centre_x_mm")?, number("centre_y_mm")?],
-        radius_mm: number("radius_mm")?,
-        bottom_mm: number("bottom_mm")?,
-        top_mm: number("top_mm")?,
-        lean: [number("lean_x")?, number("lean_y")?],
-    })
-}
-
-fn quantity(inputs: &Inputs<'_>, image: usize, name: &str) -> Result<f64, WorkflowError> {
-    let path = inputs.file(&segmented_file(image, "segment.csv"))?;
-    let table = CsvTable::read(&path, &["quantity", "value"])?;
-    Ok(table.named("quantity", name)?.number("value")?)
 }
 
 /// Describes the grain fraction of a mesh, and the grain fraction that the mesher was asked for if the two differ.
@@ -264,6 +178,26 @@ fn quantities(mesh: &TetMesh) -> Vec<(String, f64)> {
         rows.push((format!("volume_{name}_mm3"), volume));
     }
     rows
+}
+
+/// Rows of `mesh.csv` for a specimen from STL files: changes to the grains, and the position of the cylinder.
+fn of_surfaces(found: &ImportedSurfaces) -> Vec<(String, f64)> {
+    let triangles: usize = found.surfaces.iter().map(|surface| surface.triangles.len()).sum();
+    let shrunk = found.factors.iter().filter(|&&factor| factor < 1.0).count();
+    let [x, y] = found.cylinder.centre_mm;
+    let mut rows = vec![
+        ("stl_triangles", found.triangles_read as f64),
+        ("stl_volume_mm3", found.volume_read_mm3),
+        ("surface_triangles", triangles as f64),
+        ("surface_volume_mm3", found.volume_mm3()),
+        ("surface_overlap_mm3", found.overlap_mm3),
+        ("shrunk_grains", shrunk as f64),
+        ("centre_x_mm", x),
+        ("centre_y_mm", y),
+        ("bottom_mm", found.cylinder.bottom_mm),
+    ];
+    rows.extend(found.least_gap_mm.map(|gap| ("least_distance_mm", gap)));
+    rows.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
 }
 
 /// Number of distinct grains in the grain labels of a mesh file.

@@ -31,9 +31,9 @@ pub(super) fn mesh_errors(
     let inputs = &task.inputs;
     let spacing_mm = match inputs.geometry()? {
         SpecimenGeometry::Mesh { .. } => return Ok(None),
-        SpecimenGeometry::Cylinder { meshing, .. } | SpecimenGeometry::Image { meshing, .. } => {
-            meshing.spacing_mm
-        }
+        SpecimenGeometry::Cylinder { meshing, .. }
+        | SpecimenGeometry::Image { meshing, .. }
+        | SpecimenGeometry::Surfaces { meshing, .. } => meshing.spacing_mm,
     };
     let second_mm = inputs.confirm().second_spacing_mm.unwrap_or(0.5 * spacing_mm);
     let second = |specimen: &Meshing| Meshing { spacing_mm: second_mm, ..*specimen };

@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | (opening) | the case and what it names | `case.toml` (every default written out), `specimen.msh` or `experiments/` (copies), `origin.toml` (whose case it is) |
 //! | segment | the image, own labels, or a packing to be scanned | `scan.tif` (virtual), `labels.tif`, `solid.tif` (part of each voxel that is grain; not of own labels), `grains.csv`, `segment.csv` (`quantity,value`), `slices.png`, `grains.png`, `grain_sizes.svg`; of further images the tables, volumes and slices as `images/2-…` |
-//! | mesh | `case.toml`; `labels.tif`, `solid.tif`, `segment.csv` where there is an image | `mesh.vtu` (regions, grains), `mesh.msh` (Gmsh 4.1), `mesh.csv` (`quantity,value`), `mesh.png` (cut open), `mesh_quality.svg`; of further images `meshes/2.msh`, `meshes/2.csv` |
+//! | mesh | `case.toml`; STL files of grains; `labels.tif`, `solid.tif`, `segment.csv` where there is an image | `mesh.vtu` (regions, grains), `mesh.msh` (Gmsh 4.1), `mesh.csv` (`quantity,value`), `mesh.png` (cut open), `mesh_quality.svg`; of further images `meshes/2.msh`, `meshes/2.csv` |
 //! | experiments | `mesh.msh`, `experiments/` | virtual: `experiments/{specimens,truth,bias}.csv`, `experiments/curves/`; `experiments.csv`, `curve_checks.csv` (`id,finding,value,help`) |
 //! | ensemble | `mesh.msh` and `meshes/`, `labels.tif`, `solid.tif` and `images/` where runs share an image or a few | `ensemble/` (one file a run, for resuming), `runs.csv` (a [`surrogate::Dataset`]), `failed_runs.csv`, `curves/run-*.csv`, `quadrature.csv` where that of damage leaves a choice; with `[sequential]` also `experiments.csv` is read, and `sequential.csv` (`batches,runs,parameter,contraction,surrogate_share`) written; with `[fidelity]` `curves/level-*.csv` (of runs on better meshes), `fidelity.csv` (`level,qoi,order,ratio,scatter_percent,error_percent,runs`), `fidelity_runs.csv` (as simulated), `fidelity.json` |
 //! | surrogate | `runs.csv`, `experiments.csv` | `surrogate.json`, `surrogate_orders.csv`, `surrogate_error.json`, `surrogate_uncertainty.json` (what runs leave open of its coefficients), `surrogate_specimens.json` (where runs share a few specimens: what runs leave open, and what the specimens do), `sobol.csv` (`qoi,input,first,first_q05,first_q95,total,total_q05,total_q95`) |
@@ -13,6 +13,9 @@
 //! | verdict | what the stages before have written and warned of | `verdict.csv` (`parameter,contraction,verdict`), `warnings.txt`, `summary.txt` |
 //! | design | `posterior.csv`, `surrogate.json`, `experiments.csv`; the runs and curves where quantities are taken again | `design.csv` (`candidate,parameter,specimens,contraction,contraction_q05,contraction_q95,width90`), `design_specimens.csv` (`candidate,parameter,goal,value,specimens,limit`; without specimens where 1000 do not suffice), `design/candidate-*.csv` (runs of each candidate, a [`surrogate::Dataset`]) |
 //! | report | all of these | `report.html` |
+//!
+//! `breccia surfaces` writes the surface of each grain, `surfaces/grain-*.stl` and `surfaces.csv`. `breccia simulate` runs one
+//! simulation. Neither is a stage.
 //!
 //! `stages.toml` records for each finished stage the keys of the case and the files that it has read, and the files
 //! that it has written. A stage is run again if any of them has changed. So the same command resumes after an
@@ -91,6 +94,7 @@ mod rule;
 mod rules;
 mod runs;
 mod segment;
+mod segmented_grains;
 mod sequential;
 mod sharing;
 mod simulate;
@@ -106,6 +110,7 @@ mod stage;
 mod stages;
 mod status;
 mod stiffness;
+mod surfaces;
 mod surrogate;
 mod task;
 #[cfg(test)]
@@ -135,6 +140,7 @@ pub use simulate::{DeviceChoice, simulate};
 pub use stage::Stage;
 pub use stages::STAGES;
 pub use status::{RunCounts, StageState, StageStatus, status};
+pub use surfaces::SurfaceOptions;
 
 use crate::case::CaseFile;
 use crate::progress::say;

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use fem::{
-    Cylinder, GrainList, ImageError, LabelRules, MeshError, MeshReport, Meshed, Meshing, Packing,
-    ReadOptions, Reading, Scanner, Segmentation, StackHeader, TetMesh, Volume, VoxelGrains, gmsh,
-    read_image, read_label_values,
+    Cylinder, GrainList, ImageError, ImportedSurfaces, LabelRules, MeshError, MeshReport, Meshed,
+    Meshing, Packing, ReadOptions, Reading, Scanner, Segmentation, StackHeader, SurfaceImport,
+    SurfaceImportError, TetMesh, Volume, VoxelGrains, gmsh, read_image, read_label_values,
 };
 
 use super::WorkflowError;
@@ -233,7 +233,7 @@ pub(super) fn resize(cylinder: &mut Cylinder, [radius, height]: [Option<f64>; 2]
 }
 
 /// Grains of a packing, with their exact shapes.
-fn packed(
+pub(super) fn packed(
     case: &Path,
     packing: Option<&Packing>,
     radius_mm: f64,
@@ -317,6 +317,35 @@ pub(super) fn import_notes(file: &Path, notes: &[gmsh::ImportNote]) -> Vec<Strin
     notes.iter().map(|note| format!("{}: {note}", file.display())).collect()
 }
 
+/// Reads the grains of STL files in a cylinder of the given radius and height, mm. Fails if the element size shows that the
+/// unit of the files is wrong.
+pub(super) fn imported_grains(
+    case: &Path,
+    import: &SurfaceImport,
+    size_mm: [Option<f64>; 2],
+    meshing: &Meshing,
+) -> Result<ImportedSurfaces, WorkflowError> {
+    let failed = |source: SurfaceImportError| {
+        let file = case.to_owned();
+        WorkflowError::Surfaces { file, source: Box::new(source) }
+    };
+    let found = import.read(size_mm).map_err(failed)?;
+    found.check_unit(meshing.spacing_mm, import.unit_mm).map_err(failed)?;
+    Ok(found)
+}
+
+/// Meshes the grains of STL files.
+pub(super) fn surfaces_mesh(
+    case: &Path,
+    found: &ImportedSurfaces,
+    meshing: &Meshing,
+) -> Result<Meshed, WorkflowError> {
+    let grains = found.grains().map_err(|e| WorkflowError::Unusable(e.to_string()))?;
+    let [radius_mm, height_mm] = found.size_mm();
+    let built = meshing.build(radius_mm, height_mm, &grains);
+    built.map_err(|source| WorkflowError::Meshing { file: case.to_owned(), source })
+}
+
 /// Builds or reads the mesh of a geometry without an image. The report of the mesher is `None` for a mesh file.
 pub(super) fn direct_mesh(
     case: &Path,
@@ -329,6 +358,11 @@ pub(super) fn direct_mesh(
         SpecimenGeometry::Cylinder { radius_mm, height_mm, grains, meshing, .. } => {
             let size = [*radius_mm, *height_mm];
             let Meshed { mesh, report } = packed_mesh(case, size, grains.as_ref(), meshing)?;
+            Ok((mesh, Some(report)))
+        }
+        SpecimenGeometry::Surfaces { import, radius_mm, height_mm, meshing } => {
+            let found = imported_grains(case, import, [*radius_mm, *height_mm], meshing)?;
+            let Meshed { mesh, report } = surfaces_mesh(case, &found, meshing)?;
             Ok((mesh, Some(report)))
         }
         SpecimenGeometry::Image { .. } => {
@@ -350,6 +384,15 @@ pub(super) fn mesh_of(file: &CaseFile) -> Result<TetMesh, WorkflowError> {
         let imported = imported_mesh(mesh_file, regions, surfaces)?;
         import_notes(mesh_file, &imported.notes).iter().for_each(|note| say("warning", note));
         return Ok(imported.mesh);
+    }
+    if let SpecimenGeometry::Surfaces { import, radius_mm, height_mm, meshing } = &geometry {
+        let size = [*radius_mm, *height_mm];
+        let found = imported_grains(&file.path, import, size, meshing)?;
+        let [radius_mm, height_mm] = found.size_mm();
+        file.check_spacing("specimen.spacing_mm", meshing.spacing_mm, radius_mm, height_mm)?;
+        say("grains", &found.in_words());
+        found.warnings().iter().for_each(|warning| say("warning", warning));
+        return Ok(surfaces_mesh(&file.path, &found, meshing)?.mesh);
     }
     Ok(direct_mesh(&file.path, &geometry)?.0)
 }

@@ -63,7 +63,9 @@ pub(super) fn stiffness_ratios(
         return Ok(vec![None; table.specimens.len()]);
     }
     let (meshing, of_design, labels) = match inputs.geometry()? {
-        SpecimenGeometry::Cylinder { meshing, .. } => (meshing, Vec::new(), None),
+        SpecimenGeometry::Cylinder { meshing, .. } | SpecimenGeometry::Surfaces { meshing, .. } => {
+            (meshing, Vec::new(), None)
+        }
         SpecimenGeometry::Image { stack, labels, further, meshing, .. } => {
             let all = [stack].into_iter().chain(further).take(images::count(inputs)?);
             (meshing, all.map(|path| canonical(&path)).collect(), labels)

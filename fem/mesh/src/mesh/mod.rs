@@ -2,8 +2,10 @@
 
 mod cavities;
 pub(crate) mod curved;
+mod decimate;
 mod edges;
 pub mod gmsh;
+pub(crate) mod isosurface;
 mod lattice;
 mod quality;
 mod region_volumes;
@@ -16,6 +18,7 @@ pub(crate) mod vector;
 pub mod vtu;
 
 pub use cavities::Cavity;
+pub use decimate::decimated;
 pub use lattice::{CylinderLattice, LatticeError};
 pub use quality::Quality;
 pub use surface::Surface;

@@ -1,7 +1,9 @@
 //! Grains in a cylinder: packings whose truth is known, and meshes of them.
 
 mod adjacency;
+mod cells;
 mod conforming;
+mod enclosing;
 mod field;
 mod fraction;
 mod grain;
@@ -10,21 +12,27 @@ mod grain_mode;
 mod label;
 mod mesh_report;
 mod meshing;
+mod overlap;
 mod packing;
 mod phases;
 mod polyhedron;
 mod relax;
 mod samples;
 mod scanner;
+mod separate;
 mod shape;
 mod signed_distance;
+mod surface_files;
+mod surface_gap;
 mod surface_grains;
+mod surface_import;
 mod tomography;
 mod triangle_tree;
 mod voids;
 mod voxel_grains;
 mod voxelize;
 
+pub use enclosing::enclosing_cylinder;
 pub use field::GrainField;
 pub use grain::{Grain, GrainShape};
 pub use grain_list::GrainList;
@@ -35,5 +43,8 @@ pub use meshing::{Meshed, Meshing, MeshingError};
 pub use packing::{GrainForm, Packing, PackingError, SizeClass};
 pub use polyhedron::ConvexPolyhedron;
 pub use scanner::{Scan, ScanError, Scanner};
+pub use separate::{SeparateError, Separated, least_gap_mm, separated};
+pub use surface_files::SurfaceImportError;
 pub use surface_grains::{SurfaceError, SurfaceGrains};
+pub use surface_import::{ImportedSurfaces, SurfaceAxis, SurfaceImport};
 pub use voxel_grains::VoxelGrains;

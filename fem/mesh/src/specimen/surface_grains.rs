@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::GrainField;
+use super::cells::Cells;
 use super::triangle_tree::TriangleTree;
 use crate::mesh::Surface;
 use crate::mesh::vector::Point;
@@ -27,6 +28,7 @@ const CUT_SAMPLES: usize = 48;
 pub struct SurfaceGrains {
     grains: Vec<TriangleTree>,
     volumes_mm3: Vec<f64>,
+    cells: Cells,
 }
 
 /// Why a surface is no grain.
@@ -87,8 +89,9 @@ impl SurfaceGrains {
         };
         let surfaces: Vec<(usize, Surface)> = surfaces.into_iter().enumerate().collect();
         let grains: Result<Vec<_>, _> = surfaces.into_par_iter().map(grain).collect();
-        let (grains, volumes_mm3) = grains?.into_iter().unzip();
-        Ok(SurfaceGrains { grains, volumes_mm3 })
+        let (grains, volumes_mm3): (Vec<TriangleTree>, _) = grains?.into_iter().unzip();
+        let cells = Cells::new(&grains.iter().map(TriangleTree::bounds).collect::<Vec<_>>());
+        Ok(SurfaceGrains { grains, volumes_mm3, cells })
     }
 
     fn tree(&self, grain: u32) -> &TriangleTree {
@@ -144,8 +147,10 @@ impl GrainField for SurfaceGrains {
     }
 
     fn near(&self, x: [f64; 3], reach: f64, found: &mut Vec<u32>) {
-        let grains = (1..).zip(&self.grains);
-        found.extend(grains.filter(|(_, tree)| is_near(tree.bounds(), x, reach)).map(|(n, _)| n));
+        let first = found.len();
+        self.cells.within(x, reach, found);
+        let near = found.split_off(first);
+        found.extend(near.into_iter().filter(|&n| is_near(self.tree(n).bounds(), x, reach)));
     }
 
     fn resolution_mm(&self) -> f64 {

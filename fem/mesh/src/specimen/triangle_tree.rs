@@ -22,12 +22,20 @@ pub(super) struct TriangleTree {
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Triangle {
-    corners: [Point; 3],
+pub(super) struct Triangle {
+    pub(super) corners: [Point; 3],
     /// Pseudonormals of the face, of its edges 01, 12, 20 and of its corners.
     face: Point,
     edges: [Point; 3],
     at_corners: [Point; 3],
+}
+
+/// A box of a tree with what lies in it.
+pub(super) struct TreePart<'a> {
+    pub(super) bounds: [Point; 2],
+    /// The boxes within it; nothing for one with triangles.
+    pub(super) children: Option<[usize; 2]>,
+    pub(super) triangles: &'a [Triangle],
 }
 
 /// A box: its triangles from `first` on if it is a leaf, or its second child (the first one follows it).
@@ -83,6 +91,18 @@ impl TriangleTree {
     /// The lowest and the highest coordinates.
     pub(super) fn bounds(&self) -> [Point; 2] {
         self.nodes.first().map_or([[0.0; 3]; 2], |root| [root.low, root.high])
+    }
+
+    /// A box of the tree, of which 0 is the whole; nothing for a tree without triangles.
+    pub(super) fn part(&self, place: usize) -> Option<TreePart<'_>> {
+        let node = self.nodes.get(place)?;
+        let (first, count) = (node.first as usize, node.count as usize);
+        let is_leaf = count > 0 || self.triangles.is_empty();
+        Some(TreePart {
+            bounds: [node.low, node.high],
+            children: (!is_leaf).then_some([place + 1, first]),
+            triangles: if is_leaf { &self.triangles[first..first + count] } else { &[] },
+        })
     }
 
     fn divide(&mut self, from: usize, to: usize) {
@@ -155,6 +175,12 @@ impl Node {
 }
 
 impl Triangle {
+    /// The nearest point of a triangle.
+    pub(super) fn nearest_point(corners: [Point; 3], x: Point) -> Point {
+        let none = [[0.0; 3]; 3];
+        Triangle { corners, face: [0.0; 3], edges: none, at_corners: none }.nearest(x).0
+    }
+
     /// The nearest point, and the pseudonormal of the part on which it lies.
     fn nearest(&self, x: Point) -> (Point, Point) {
         let [a, b, c] = self.corners;

@@ -4,6 +4,8 @@ use rayon::prelude::*;
 
 use super::GrainField;
 use super::signed_distance::Patch;
+use crate::mesh::Surface;
+use crate::mesh::isosurface::isosurface;
 use fem_image::{Cylinder, Volume};
 
 /// Voxels around a grain for which its distance is kept.
@@ -21,6 +23,8 @@ pub struct VoxelGrains<'a> {
     cylinder: Cylinder,
     distances: Vec<Patch>,
     volumes_mm3: Vec<f64>,
+    /// Volume of each grain, also of what lies outside the cylinder.
+    whole_mm3: Vec<f64>,
     /// How much of each grain is in the cylinder.
     inside: Vec<f64>,
     phases: Vec<String>,
@@ -54,7 +58,9 @@ impl<'a> VoxelGrains<'a> {
         let boxes = boxes(labels);
         let grain = |(k, bounds): (usize, &Option<[[usize; 3]; 2]>)| {
             let number = k as u32 + 1;
-            let Some([low, high]) = bounds else { return (Patch::new([0; 3], [0; 3]), (0.0, 0.0)) };
+            let Some([low, high]) = bounds else {
+                return (Patch::new([0; 3], [0; 3]), (0.0, (0.0, 0.0)));
+            };
             let low = low.map(|x| x.saturating_sub(MARGIN));
             let size =
                 std::array::from_fn(|k| (high[k] + MARGIN + 1).min(labels.shape[k]) - low[k]);
@@ -72,17 +78,19 @@ impl<'a> VoxelGrains<'a> {
             patch.fractions_to_distances();
             patch.enclose(all);
             let inside = if all > 0.0 { voxels / all } else { 0.0 };
-            (patch, (voxels * voxel.powi(3), inside))
+            (patch, (voxels * voxel.powi(3), (all * voxel.powi(3), inside)))
         };
-        let (distances, volumes): (_, Vec<(f64, f64)>) =
+        let (distances, volumes): (_, Vec<(f64, (f64, f64))>) =
             boxes.par_iter().enumerate().map(grain).unzip();
-        let (volumes_mm3, inside) = volumes.into_iter().unzip();
+        let (volumes_mm3, volumes): (_, Vec<(f64, f64)>) = volumes.into_iter().unzip();
+        let (whole_mm3, inside) = volumes.into_iter().unzip();
         let (phases, phase_of) = (vec!["grain".into()], vec![0; boxes.len()]);
         VoxelGrains {
             labels,
             cylinder: *cylinder,
             distances,
             volumes_mm3,
+            whole_mm3,
             inside,
             phases,
             phase_of,
@@ -120,10 +128,40 @@ impl<'a> VoxelGrains<'a> {
             let place = (grain as usize).wrapping_sub(1);
             if let Some(own) = self.volumes_mm3.get_mut(place) {
                 *own = volume.max(0.0) * self.inside[place];
+                self.whole_mm3[place] = volume.max(0.0);
                 self.distances[place].enclose(volume / self.labels.voxel_mm.powi(3));
             }
         }
         self
+    }
+
+    /// The closed surface of a grain (mm), in the coordinates of the specimen. All of the grain is enclosed, also what lies
+    /// outside the cylinder, with the volume that is known of it. Nothing for a number without voxels.
+    pub fn surface(&self, grain: u32) -> Option<Surface> {
+        let place = (grain as usize).checked_sub(1)?;
+        let patch = self.distances.get(place)?;
+        let size = patch.size;
+        let index = |at: [usize; 3]| at[0] + size[0] * (at[1] + size[1] * at[2]);
+        let mut surface = isosurface(size, &|at| f64::from(patch.values[index(at)]));
+        if surface.triangles.is_empty() {
+            // of fewer voxels than the smoothing of distances leaves
+            surface = isosurface(size, &|at| {
+                let voxel: [usize; 3] = std::array::from_fn(|k| at[k] + patch.low[k]);
+                let [nx, ny, _] = self.labels.shape;
+                let label = self.labels.values[voxel[0] + nx * (voxel[1] + ny * voxel[2])];
+                if label == grain { -0.5 } else { 0.5 }
+            });
+        }
+        let voxel_mm = self.labels.voxel_mm;
+        for point in &mut surface.points {
+            let at = std::array::from_fn(|k| (point[k] + patch.low[k] as f64 + 0.5) * voxel_mm);
+            *point = self.cylinder.to_specimen(at);
+        }
+        let ratio = self.whole_mm3[place] / surface.volume();
+        match ratio.is_finite() && ratio > 0.0 {
+            true => Some(surface.scaled(ratio.cbrt())),
+            false => (!surface.triangles.is_empty()).then_some(surface),
+        }
     }
 
     /// In voxels from the corner of the first.

@@ -1,5 +1,6 @@
 //! Meshes and specimens, and their files.
 
+mod decimation;
 mod fuzz;
 mod gmsh;
 mod import;
@@ -8,7 +9,9 @@ mod meshing;
 mod phases;
 mod programs;
 mod scanner;
+mod separation;
 mod specimen;
 mod stl;
+mod surface_import;
 mod surfaces;
 mod voxel_grains;

@@ -7,7 +7,7 @@ use fem_mesh::{
 };
 
 /// A sphere: an octahedron whose triangles are divided several times.
-fn sphere(centre: [f64; 3], radius: f64, divisions: usize) -> Vec<Triangle> {
+pub(crate) fn sphere(centre: [f64; 3], radius: f64, divisions: usize) -> Vec<Triangle> {
     let unit = |p: [f64; 3]| {
         let length = p.iter().map(|x| x * x).sum::<f64>().sqrt();
         p.map(|x| x / length)

@@ -25,9 +25,9 @@ impl CaseFile {
                 phases.retain(|phase| phase != VOID);
                 [vec!["matrix".into()], phases].concat()
             }
-            SpecimenGeometry::Cylinder { .. } | SpecimenGeometry::Image { .. } => {
-                vec!["matrix".into(), "grain".into()]
-            }
+            SpecimenGeometry::Cylinder { .. }
+            | SpecimenGeometry::Image { .. }
+            | SpecimenGeometry::Surfaces { .. } => vec!["matrix".into(), "grain".into()],
         }
     }
 

@@ -51,9 +51,15 @@ impl CaseFile {
                 self.check_size(size, mistakes);
                 (size, meshing)
             }
+            SpecimenGeometry::Surfaces { import, radius_mm, height_mm, meshing } => {
+                mistakes.note(import.validate().map_err(|e| self.refused("specimen.stl", &e)));
+                let size = [*radius_mm, *height_mm];
+                self.check_size(size, mistakes);
+                (size, meshing)
+            }
         };
         let (key, spacing_mm) = ("specimen.spacing_mm", meshing.spacing_mm);
-        // the size of an image is not known yet; it is compared with the spacing when the image has been read
+        // the size of an image or of surfaces is not known yet; it is compared with the spacing when they have been read
         mistakes.note(match size {
             [Some(radius_mm), Some(height_mm)] => {
                 self.check_spacing(key, spacing_mm, radius_mm, height_mm)

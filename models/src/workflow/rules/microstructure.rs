@@ -21,6 +21,8 @@ enum Source {
     Image,
     /// The first of several images, `design.microstructure = "one"`.
     FirstImage,
+    /// The surfaces of the grains of one specimen.
+    Surfaces,
     /// A mesh file with several regions.
     Mesh,
 }
@@ -34,6 +36,7 @@ impl Source {
                 let is_first = !further.is_empty() && asked == Microstructure::One;
                 Some(if is_first { Self::FirstImage } else { Self::Image })
             }
+            SpecimenGeometry::Surfaces { .. } => Some(Self::Surfaces),
             SpecimenGeometry::Mesh { regions, .. } => (regions.len() > 1).then_some(Self::Mesh),
         }
     }
@@ -52,6 +55,11 @@ impl Source {
                 "All runs are on the first image: design.microstructure = \"one\" leaves those of \
                  specimen.image.further_stacks out",
                 "design.microstructure = \"per-run\" includes both",
+            ],
+            Self::Surfaces => [
+                "All runs are on the grains of one specimen (specimen.stl)",
+                "[specimen] with grains and design.microstructure = \"per-run\", or with images of several specimens, \
+                 includes both",
             ],
             Self::Mesh => [
                 "All runs are on one mesh file",

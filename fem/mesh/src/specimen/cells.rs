@@ -1,0 +1,112 @@
+//! A grid of cells in which grains near a point are found.
+
+use crate::mesh::vector::Point;
+
+/// Cells of the grid for each grain, about.
+const CELLS: f64 = 4.0;
+
+/// A grid whose cells list the grains whose bounding boxes they touch.
+#[derive(Clone, Debug)]
+pub(super) struct Cells {
+    low: Point,
+    width: f64,
+    count: [usize; 3],
+    /// The grains of cell c stand in `grains` from `start[c]` to `start[c + 1]`, increasing.
+    start: Vec<u32>,
+    grains: Vec<u32>,
+}
+
+impl Cells {
+    /// A grid for grains from number 1, by the lowest and highest coordinates of each.
+    pub(super) fn new(boxes: &[[Point; 2]]) -> Cells {
+        let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+        for bounds in boxes {
+            for k in 0..3 {
+                low[k] = low[k].min(bounds[0][k]);
+                high[k] = high[k].max(bounds[1][k]);
+            }
+        }
+        if boxes.is_empty() {
+            return Cells {
+                low: [0.0; 3],
+                width: 1.0,
+                count: [0; 3],
+                start: vec![0],
+                grains: vec![],
+            };
+        }
+        let extent: Point = std::array::from_fn(|k| (high[k] - low[k]).max(f64::MIN_POSITIVE));
+        let volume: f64 = extent.iter().product();
+        // never finer than the thinnest side would need, so that flat lists stay small
+        let longest = extent.iter().copied().fold(0.0, f64::max);
+        let width = (volume / (CELLS * boxes.len() as f64)).cbrt().max(longest / 256.0);
+        let count = extent.map(|x| ((x / width).ceil() as usize).clamp(1, 257));
+        let mut cells = Cells { low, width, count, start: Vec::new(), grains: Vec::new() };
+        let mut pairs: Vec<(u32, u32)> = Vec::new();
+        for (number, &bounds) in (1..).zip(boxes) {
+            cells.visit(bounds, |cell| pairs.push((cell as u32, number)));
+        }
+        pairs.sort_unstable();
+        let total = count.iter().product::<usize>();
+        cells.start = vec![0; total + 1];
+        for &(cell, _) in &pairs {
+            cells.start[cell as usize + 1] += 1;
+        }
+        for cell in 0..total {
+            cells.start[cell + 1] += cells.start[cell];
+        }
+        cells.grains = pairs.into_iter().map(|(_, grain)| grain).collect();
+        cells
+    }
+
+    /// Calls `each` with the cells that a box touches.
+    fn visit(&self, [from, to]: [Point; 2], mut each: impl FnMut(usize)) {
+        if self.count[0] == 0 {
+            return;
+        }
+        let cell = |x: f64, k: usize| {
+            let at = ((x - self.low[k]) / self.width).floor();
+            at.clamp(0.0, (self.count[k] - 1) as f64) as usize
+        };
+        let low: [usize; 3] = std::array::from_fn(|k| cell(from[k], k));
+        let high: [usize; 3] = std::array::from_fn(|k| cell(to[k], k));
+        for c in low[2]..=high[2] {
+            for b in low[1]..=high[1] {
+                for a in low[0]..=high[0] {
+                    each(a + self.count[0] * (b + self.count[1] * c));
+                }
+            }
+        }
+    }
+
+    fn of(&self, cell: usize) -> &[u32] {
+        &self.grains[self.start[cell] as usize..self.start[cell + 1] as usize]
+    }
+
+    /// The grains of the cell that a point lies in (of the nearest one for points outside).
+    pub(super) fn at(&self, x: Point) -> &[u32] {
+        let mut found: &[u32] = &[];
+        self.visit([x, x], |cell| found = self.of(cell));
+        found
+    }
+
+    /// Appends, in increasing order, the grains of the cells within `reach` of a point.
+    pub(super) fn within(&self, x: Point, reach: f64, found: &mut Vec<u32>) {
+        self.in_box([x.map(|x| x - reach), x.map(|x| x + reach)], found);
+    }
+
+    /// Appends, in increasing order, the grains of the cells that a box touches.
+    pub(super) fn in_box(&self, bounds: [Point; 2], found: &mut Vec<u32>) {
+        let first = found.len();
+        self.visit(bounds, |cell| found.extend_from_slice(self.of(cell)));
+        found[first..].sort_unstable();
+        let mut kept = first;
+        for k in first..found.len() {
+            if kept == first || found[kept - 1] != found[k] {
+                found[kept] = found[k];
+                kept += 1;
+            }
+        }
+        found.truncate(kept);
+    }
+}
