@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use crate::Volume;
 use crate::classify::blurred::{FULL, share_at};
-use crate::volume::filter::dilate;
+use crate::volume::filter::{dilate, erode};
 use crate::volume::grey::rounded;
 
 /// How far the blur of a void reaches (voxels).
@@ -26,9 +26,11 @@ impl Voids {
     /// Finds the voids of a filtered image: what is darker than `void`, and of its neighbours those that are nearer to air
     /// than to the matrix. Nothing if there is none.
     pub(crate) fn of(smooth: &Volume<u16>, inside: &[u8], void: f64, matrix: f64) -> Option<Voids> {
-        let pairs = smooth.values.par_iter().zip(inside);
+        // where the wall meets an end, blur makes the outermost voxels as dark
+        let core = erode(smooth.shape, inside);
+        let pairs = smooth.values.par_iter().zip(&core);
         let deep: Vec<u8> =
-            pairs.map(|(&value, &inside)| u8::from(f64::from(value) < void) & inside).collect();
+            pairs.map(|(&value, &core)| u8::from(f64::from(value) < void) & core).collect();
         let (count, sum) = smooth
             .values
             .par_iter()

@@ -11,7 +11,7 @@ use std::borrow::Cow;
 use rayon::prelude::*;
 
 use crate::locate::fit::Fit;
-use crate::volume::filter::erode;
+use crate::volume::filter::core;
 use crate::volume::grey::rounded;
 use crate::volume::threshold::{WIDTH, histogram, otsu};
 
@@ -20,6 +20,8 @@ const RINGS: usize = 32;
 const LAYERS: usize = 16;
 /// Rounds of classification and fit.
 const ROUNDS: usize = 3;
+/// Profiles that change by less than this are found.
+const STILL: f64 = 0.002;
 /// Steps in which profile and brightness of the classes are fitted one after the other.
 const STEPS: usize = 20;
 /// Rings of a layer with fewer voxels of a class do not count for it.
@@ -39,6 +41,12 @@ struct Profile([f64; 3]);
 
 /// Number and sum of the grey values of a class in each ring of each layer.
 type Parts = Vec<(u64, u64)>;
+
+/// Factors of the voxels of a slice: of each voxel, and of all.
+struct Factors<'a> {
+    radial: Cow<'a, [f64]>,
+    axial: f64,
+}
 
 /// Mean brightness of a class above air in a ring of a layer.
 struct Mean {
@@ -78,6 +86,39 @@ impl Brightness {
         self.radial.at(s.min(1.0)) * self.axial.at(t.clamp(0.0, 1.0))
     }
 
+    /// The factors of the voxels of a slice. `upright` holds the factors across the axis, if these are alike in all slices.
+    fn factors<'a>(&self, places: &Places<'_>, upright: Option<&'a [f64]>) -> Factors<'a> {
+        match (&places.heights, upright) {
+            (Heights::Equal(t), Some(radial)) => {
+                Factors { radial: Cow::Borrowed(radial), axial: self.axial.at(t.clamp(0.0, 1.0)) }
+            }
+            _ => {
+                let all = (0..places.squares.len()).map(|n| {
+                    let [s, t] = places.of(n);
+                    self.at(s, t)
+                });
+                Factors { radial: Cow::Owned(all.collect()), axial: 1.0 }
+            }
+        }
+    }
+
+    /// The factors across the axis, which all slices of an upright cylinder have.
+    fn across(&self, columns: &Columns<'_>) -> Option<Vec<f64>> {
+        let squares = columns.upright.as_ref()?;
+        Some(squares.iter().map(|s| self.radial.at(s.min(1.0))).collect())
+    }
+
+    /// Whether the factors are the same but for what no classification sees.
+    fn is_near(&self, other: &Self) -> bool {
+        let mut places = (0..=RINGS).map(|n| n as f64 / RINGS as f64);
+        let off = |s: f64| {
+            let radial = self.radial.at(s) - other.radial.at(s);
+            let axial = self.axial.at(s) - other.axial.at(s);
+            radial.abs().max(axial.abs())
+        };
+        places.all(|s| off(s) < STILL)
+    }
+
     /// Brightness at the wall over that at the axis.
     pub(crate) fn rim_over_centre(&self) -> f64 {
         self.radial.at(1.0) / self.radial.at(0.0)
@@ -109,9 +150,13 @@ impl Brightness {
         for _ in 0..ROUNDS {
             let classes = brightness.classes(values, shape, &solid, cylinder, level);
             let Some((next, means)) = brightness.improved(&classes) else { break };
+            let is_still = brightness.is_near(&next);
             brightness = next;
             if means.iter().all(|mean| mean.is_finite()) {
                 level = air + (means[0] + means[1]) / 2.0;
+            }
+            if is_still {
+                break;
             }
         }
         brightness
@@ -128,20 +173,21 @@ impl Brightness {
     ) -> [Parts; 2] {
         let area = shape[0] * shape[1];
         let columns = Columns::new(cylinder, shape);
-        [false, true].map(|grain| {
-            let mut class = vec![0; values.len()];
-            let slices = class.par_chunks_mut(area).zip(values.par_chunks(area));
-            slices.zip(solid.par_chunks(area)).enumerate().for_each(
-                |(z, ((class, values), solid))| {
-                    let places = columns.at(z);
-                    for n in 0..area {
-                        let [s, t] = places.of(n);
-                        let limit = self.air + (level - self.air) * self.at(s, t);
-                        class[n] = u8::from((f64::from(values[n]) >= limit) == grain) & solid[n];
-                    }
-                },
-            );
-            let core = erode(shape, &erode(shape, &class));
+        let across = self.across(&columns);
+        let mut grain = vec![0; values.len()];
+        let slices = grain.par_chunks_mut(area).zip(values.par_chunks(area));
+        slices.zip(solid.par_chunks(area)).enumerate().for_each(|(z, ((grain, values), solid))| {
+            let factors = self.factors(&columns.at(z), across.as_deref());
+            let above = (level - self.air) * factors.axial;
+            let voxels = values.iter().zip(solid).zip(factors.radial.iter());
+            for (grain, ((&value, solid), radial)) in grain.iter_mut().zip(voxels) {
+                *grain = u8::from(f64::from(value) >= self.air + above * radial) & solid;
+            }
+        });
+        let matrix: Vec<u8> =
+            solid.par_iter().zip(&grain).map(|(solid, grain)| solid & (1 - grain)).collect();
+        [matrix, grain].map(|class| {
+            let core = core(shape, &class);
             let bin = |share: f64, bins: usize| ((share * bins as f64) as usize).min(bins - 1);
             let add = |mut sums: Parts, (z, (values, core)): (usize, (&[u16], &[u8]))| {
                 let places = columns.at(z);
@@ -204,11 +250,12 @@ impl Brightness {
     /// Takes the profiles out of grey values; beyond wall and ends they go on as there.
     pub(crate) fn correct(&self, values: &mut [u16], shape: [usize; 3], cylinder: &Fit) {
         let columns = Columns::new(cylinder, shape);
+        let across = self.across(&columns);
         values.par_chunks_mut(shape[0] * shape[1]).enumerate().for_each(|(z, slice)| {
-            let places = columns.at(z);
-            for (n, value) in slice.iter_mut().enumerate() {
-                let [s, t] = places.of(n);
-                let corrected = self.air + (f64::from(*value) - self.air) / self.at(s, t);
+            let factors = self.factors(&columns.at(z), across.as_deref());
+            for (value, radial) in slice.iter_mut().zip(factors.radial.iter()) {
+                let corrected =
+                    self.air + (f64::from(*value) - self.air) / (radial * factors.axial);
                 *value = rounded(corrected.clamp(0.0, 65535.0)) as u16;
             }
         });

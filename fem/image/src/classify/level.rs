@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use crate::Volume;
 use crate::classify::blurred::Blurred;
 use crate::volume::contrast::Contrast;
-use crate::volume::filter::erode;
+use crate::volume::filter::core;
 use crate::volume::threshold::{WIDTH, class_means, core_mean, histogram, level_of, middle, otsu};
 
 /// Two halves of one bell curve are this many of their own deviations apart.
@@ -139,8 +139,7 @@ fn volume(
         .map(|(&value, &inside)| u8::from(f64::from(value) >= level) & inside)
         .collect();
     let rest: Vec<u8> = set.par_iter().map(|&grain| 1 - grain).collect();
-    let twice = |set: &[u8]| erode(shape, &erode(shape, set));
-    let (core, far) = (twice(&set), twice(&rest));
+    let (core, far) = (core(shape, &set), core(shape, &rest));
     // integers, so that the order of summation does not show
     let unit = 65536.0;
     let sum: i64 = (0..set.len())

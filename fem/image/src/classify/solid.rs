@@ -13,11 +13,11 @@
 use rayon::prelude::*;
 
 use crate::classify::blurred::{Blurred, FULL};
-use crate::volume::filter::{dilate, erode};
+use crate::volume::filter::{core, dilate};
 use crate::volume::grey::rounded;
 use crate::volume::{Volume, neighbour_steps};
 
-/// Voxels so far inside a phase, or outside, are not at an interface.
+/// Voxels so far inside a phase ([`core`]), or outside, are not at an interface.
 const BAND: usize = 2;
 /// Voxels along the edge of a block in which grey values are averaged.
 const BLOCK: usize = 24;
@@ -228,11 +228,6 @@ fn shift(depths: &[f32], labels: &[u32]) -> f64 {
         if excess(middle) < 0.0 { low = middle } else { high = middle }
     }
     (low + high) / 2.0
-}
-
-/// What of a set is not at its surface.
-fn core(shape: [usize; 3], set: &[u8]) -> Vec<u8> {
-    (1..BAND).fold(erode(shape, set), |set, _| erode(shape, &set))
 }
 
 /// Labels grown by one voxel: a bare voxel takes the label that most of its neighbours have, of equal

@@ -268,8 +268,11 @@ impl Landscape {
                     level: usize,
                     waiting: &mut Vec<Vec<u32>>| {
             for near in self.neighbours(at) {
+                if labels[near] != 0 {
+                    continue;
+                }
                 let height = usize::from(self.heights[near]);
-                if labels[near] == 0 && height > 0 {
+                if height > 0 {
                     labels[near] = QUEUED;
                     if height >= level {
                         wave.push(near as u32)

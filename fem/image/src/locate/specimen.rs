@@ -7,7 +7,7 @@ use crate::locate::fit::{Fit, fit};
 use crate::locate::region::SpecimenRegion;
 use crate::locate::surroundings::{Surroundings, checked_filling, filling};
 use crate::volume::contrast::Contrast;
-use crate::volume::filter::erode;
+use crate::volume::filter::core;
 use crate::volume::threshold::{WIDTH, class_means, core_mean, histogram, otsu};
 use crate::{ImageError, Volume};
 
@@ -245,7 +245,7 @@ impl Specimen {
         if self.void > 0.0 {
             let is_solid = |&value: &u16| u8::from(f64::from(value) >= self.void);
             let solid: Vec<u8> = smooth.values.par_iter().map(is_solid).collect();
-            let away = erode(smooth.shape, &erode(smooth.shape, &solid));
+            let away = core(smooth.shape, &solid);
             sample.par_iter_mut().zip(away).for_each(|(voxel, away)| *voxel &= away);
         }
         sample

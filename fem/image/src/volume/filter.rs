@@ -198,45 +198,58 @@ pub(crate) fn binomial_at(shape: [usize; 3], values: &[u16], set: &[u8]) -> Vec<
 
 /// The voxels whose 27 neighbours are all in the set: it loses a layer of one voxel.
 pub(crate) fn erode(shape: [usize; 3], set: &[u8]) -> Vec<u8> {
-    combine(shape, set, u8::min)
+    combine::<1, _>(shape, set, u8::min)
+}
+
+/// The voxels whose 125 neighbours are all in the set: it loses a layer of two voxels.
+pub(crate) fn core(shape: [usize; 3], set: &[u8]) -> Vec<u8> {
+    combine::<2, _>(shape, set, u8::min)
 }
 
 /// The voxels of whose 27 neighbours any is in the set: it gains a layer of one voxel.
 pub(crate) fn dilate(shape: [usize; 3], set: &[u8]) -> Vec<u8> {
-    combine(shape, set, u8::max)
+    combine::<1, _>(shape, set, u8::max)
 }
 
 /// The highest of the 27 values around each voxel.
 pub(crate) fn highest(shape: [usize; 3], values: &[u16]) -> Vec<u16> {
-    combine(shape, values, u16::max)
+    combine::<1, _>(shape, values, u16::max)
 }
 
-/// The least or highest of the 27 values around each voxel, axis by axis.
-fn combine<T: Copy + Default + Send + Sync>(
+/// The least or highest of the values up to `REACH` voxels away along each axis.
+fn combine<const REACH: usize, T: Copy + Default + Send + Sync>(
     shape: [usize; 3],
     values: &[T],
     pick: impl Fn(T, T) -> T + Sync,
 ) -> Vec<T> {
     let [nx, ny, nz] = shape;
     let mut result = vec![T::default(); values.len()];
+    // the lines before and after one of so many, itself left out
+    let around = |at: usize, count: usize| {
+        (at.saturating_sub(REACH)..(at + REACH + 1).min(count)).filter(move |&near| near != at)
+    };
     result.par_chunks_mut(nx * ny).enumerate().for_each_init(
-        || (vec![T::default(); nx * ny], vec![T::default(); nx + 2]),
+        || (vec![T::default(); nx * ny], vec![T::default(); nx + 2 * REACH]),
         |(picked, line), (z, out)| {
             let slice = |z: usize| &values[nx * ny * z..][..nx * ny];
-            let (below, here, above) =
-                (slice(z.saturating_sub(1)), slice(z), slice((z + 1).min(nz - 1)));
-            for (n, picked) in picked.iter_mut().enumerate() {
-                *picked = pick(pick(below[n], here[n]), above[n]);
+            picked.copy_from_slice(slice(z));
+            for z in around(z, nz) {
+                picked.iter_mut().zip(slice(z)).for_each(|(to, &from)| *to = pick(*to, from));
             }
             for (y, out) in out.chunks_exact_mut(nx).enumerate() {
                 let row = |y: usize| &picked[nx * y..][..nx];
-                let (a, b, c) = (row(y.saturating_sub(1)), row(y), row((y + 1).min(ny - 1)));
-                for (n, value) in line[1..=nx].iter_mut().enumerate() {
-                    *value = pick(pick(a[n], b[n]), c[n]);
+                let middle = &mut line[REACH..REACH + nx];
+                middle.copy_from_slice(row(y));
+                for y in around(y, ny) {
+                    middle.iter_mut().zip(row(y)).for_each(|(to, &from)| *to = pick(*to, from));
                 }
-                (line[0], line[nx + 1]) = (line[1], line[nx]);
-                for (value, near) in out.iter_mut().zip(line.windows(3)) {
-                    *value = pick(pick(near[0], near[1]), near[2]);
+                let [first, last] = [line[REACH], line[REACH + nx - 1]];
+                line[..REACH].fill(first);
+                line[REACH + nx..].fill(last);
+                out.copy_from_slice(&line[..nx]);
+                for shift in 1..=2 * REACH {
+                    let shifted = &line[shift..shift + nx];
+                    out.iter_mut().zip(shifted).for_each(|(to, &from)| *to = pick(*to, from));
                 }
             }
         },
@@ -275,6 +288,7 @@ mod tests {
                 let set: Vec<u8> = values.iter().map(|&value| u8::from(value > most / 4)).collect();
                 let (eroded, raised) = (erode(shape, &set), highest(shape, &values));
                 let dilated = dilate(shape, &set);
+                assert_eq!(core(shape, &set), erode(shape, &eroded));
                 let mut again = vec![7; count];
                 median_again(shape, &values, &set, &mut again);
                 let smooth_at = binomial_at(shape, &values, &set);
