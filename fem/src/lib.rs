@@ -109,10 +109,10 @@ pub use error::{CheckpointError, CurveFileError, FemError, StepFailure};
 pub use fem_file::{open_regular, read_regular, read_regular_text, write_atomically};
 #[doc(inline)]
 pub use fem_image::{
-    Cylinder, ImageError, LabelPhase, LabelRules, LabelledSpecimen, MATRIX, ReadOptions, Reading,
-    Region, RgbSlice, Score, SeedRule, Segmentation, Segmented, SpecimenForm, SpecimenRegion,
-    SpecimenStatistics, StackHeader, VOID, Volume, files_of as image_files, outlined_slice,
-    read as read_image, read_label_values, read_labels, score, tiff,
+    Contrast, Cylinder, ImageError, LabelPhase, LabelRules, LabelledSpecimen, MATRIX, ReadOptions,
+    Reading, Region, RgbSlice, Score, SeedRule, Segmentation, Segmented, SpecimenForm,
+    SpecimenRegion, SpecimenStatistics, StackHeader, VOID, Volume, files_of as image_files,
+    outlined_slice, read as read_image, read_label_values, read_labels, score, tiff,
 };
 #[doc(inline)]
 pub use fem_mesh::{

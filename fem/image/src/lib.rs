@@ -66,4 +66,5 @@ pub use segment::settings::{SeedRule, Segmentation};
 pub use slices::header::{ReadOptions, StackHeader};
 pub use slices::values::Reading;
 pub use volume::Volume;
+pub use volume::contrast::Contrast;
 pub use volume::cylinder::Cylinder;

@@ -9,7 +9,8 @@
 //! `specimens` (all of 112³). Without a VOLUME both groups are taken.
 //!
 //! Images, truths and `scores.csv` are written to FOLDER if it is given and not `-`; `tests/python/segmentation.py`
-//! runs scikit-image on the same files. With the variable STEPS set, the seconds of each step are printed too.
+//! runs scikit-image on the same files. With the variable STEPS set, the processor seconds of each
+//! step are printed too.
 
 #[path = "../tests/support/agreement.rs"]
 mod agreement;
@@ -30,12 +31,12 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use agreement::{assigned, median};
-use fem_image::{SeedRule, Segmentation, Segmented, Volume, score, tiff};
+use fem_image::{Contrast, SeedRule, Segmentation, Segmented, Volume, score, tiff};
 use phantom::Imaged;
 
 /// Header of `scores.csv`. Volumes and lengths are in voxels.
 const COLUMNS: &str = "volume,rule,middle_grey,true_grains,grains,matched,pq,dice,true_fraction,fraction,voxel_fraction,\
-    true_median,median,true_d50,d50,right,missing,small,true_radius,radius,true_height,height,seconds,processor_seconds,megabytes";
+    true_median,median,true_d50,d50,right,missing,small,true_radius,radius,true_height,height,seconds,processor_seconds,megabytes,contrast";
 /// The true grains that count as small (voxels): 6 voxels across, half of the paper's grains.
 const SMALL: u64 = 113;
 
@@ -91,6 +92,7 @@ fn volume(name: &str, side: usize) -> Option<(Imaged, f64, Vec<Rule>)> {
     let auto = Segmentation::default();
     if let Some((_, specimen)) = specimens::specimens().into_iter().find(|(own, _)| own == name) {
         let middle = specimen.middle_grey();
+        let auto = Segmentation { contrast: specimen.contrast(), ..auto };
         let by_hand = Segmentation { grain_threshold: Some(middle), ..auto.clone() };
         let rules = vec![
             Rule { name: "auto", settings: auto },
@@ -134,7 +136,7 @@ fn score_volume(
             megabytes: (usage::peak() - before) / 1e6,
         };
         match found {
-            Ok(found) => report(name, rule.name, middle, &taken, &found, &cost, table)?,
+            Ok(found) => report(name, &rule, middle, &taken, &found, &cost, table)?,
             Err(error) => println!("{name:12} {:10} {error}", rule.name),
         }
     }
@@ -150,12 +152,13 @@ struct Cost {
 
 fn run(file: &Path, settings: &Segmentation, taken: &Imaged) -> Result<Segmented, Box<dyn Error>> {
     let verbose = std::env::var_os("STEPS").is_some();
-    let mut step = (Instant::now(), "reading".to_owned());
+    let mut step = (usage::processor_seconds(), "reading".to_owned());
     let image = tiff::read(file, None)?;
     let mut next = |name: &str| {
         if verbose {
-            eprintln!("{:>40} {:.2} s", step.1, step.0.elapsed().as_secs_f64());
-            step = (Instant::now(), name.to_owned());
+            let now = usage::processor_seconds();
+            eprintln!("{:>40} {:.2} processor s", step.1, now - step.0);
+            step = (now, name.to_owned());
         }
     };
     let found = settings.run(&image, &mut next)?;
@@ -172,7 +175,7 @@ fn run(file: &Path, settings: &Segmentation, taken: &Imaged) -> Result<Segmented
 
 fn report(
     name: &str,
-    rule: &str,
+    rule: &Rule,
     middle: f64,
     taken: &Imaged,
     found: &Segmented,
@@ -180,6 +183,11 @@ fn report(
     table: &mut String,
 ) -> Result<(), Box<dyn Error>> {
     let s = score(&taken.truth, &found.labels)?;
+    let contrast = match rule.settings.contrast {
+        Contrast::Bright => "bright",
+        Contrast::Dark => "dark",
+    };
+    let rule = rule.name;
     let voxel = found.labels.voxel_mm;
     let true_median = median(taken.volumes_mm3.iter().copied());
     let found_median = median(found.regions.iter().map(|region| region.volume_mm3));
@@ -211,7 +219,7 @@ fn report(
     let volume = voxel.powi(3);
     writeln!(
         table,
-        "{name},{rule},{middle},{},{},{},{},{},{truth},{fraction},{},{},{},{},{},{},{},{},{true_radius},{radius},{true_height},{height},{},{},{}",
+        "{name},{rule},{middle},{},{},{},{},{},{truth},{fraction},{},{},{},{},{},{},{},{},{true_radius},{radius},{true_height},{height},{},{},{},{contrast}",
         s.truth,
         s.found,
         s.matched,

@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 
 use fem::gmsh::{PhysicalGroup, PhysicalGroups};
 use fem::{
-    LabelRules, Meshing, Order, Packing, Scanner, Segmentation, SpecimenRegion, SurfaceImport,
+    Contrast, LabelRules, Meshing, Order, Packing, Scanner, Segmentation, SpecimenRegion,
+    SurfaceImport,
 };
 
 use super::{CaseFile, ImageCase, SpecimenCase};
@@ -177,6 +178,11 @@ impl CaseFile {
             let help = "Remove it, or coarsen the labels in the program that made them.";
             return Err(self.error("specimen.image.bin", image.bin.to_string(), problem, help));
         }
+        if let Some(key) = for_grey_values(&image.segmentation) {
+            let help = "Remove it: grains are taken as they are labelled.";
+            let problem = "is for grey values and stands beside specimen.image.labels";
+            return Err(self.error(&format!("specimen.image.{key}"), "", problem, help));
+        }
         Ok(Some(("image.labels", labels)))
     }
 
@@ -326,6 +332,17 @@ impl CaseFile {
         let problem = format!("stands beside specimen.{other}");
         self.error(&format!("specimen.{key}"), "", problem, help)
     }
+}
+
+/// A key that says which grey values are grain or specimen, and that is given.
+fn for_grey_values(given: &Segmentation) -> Option<&'static str> {
+    let is_set = [
+        ("region.mask", given.region.mask.is_some()),
+        ("contrast", given.contrast != Contrast::default()),
+        ("void_threshold", given.void_threshold.is_some()),
+        ("grain_threshold", given.grain_threshold.is_some()),
+    ];
+    is_set.into_iter().find(|(_, is_set)| *is_set).map(|(key, _)| key)
 }
 
 /// Two names of one physical group, and the group; one name that lists a group twice is such a pair too.

@@ -44,6 +44,7 @@ impl CaseFile {
             phases,
             specimen: segmentation.specimen,
             follow_lean: segmentation.follow_lean,
+            region: segmentation.region.clone(),
             small_grain_voxels: segmentation.min_grain_voxels,
         };
         match rules.check() {

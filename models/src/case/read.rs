@@ -429,6 +429,7 @@ mod tests {
                 "expected a list in brackets",
             ),
             ("seeds = \"h-maxima\"", "seeds", "\"h-maxma\"", "mean \"h-maxima\"?"),
+            ("contrast = \"bright\"", "contrast", "\"drak\"", "mean \"dark\"?"),
             ("percentiles = [0.1, 99.9]", "percentiles", "[0.1]", "expected"),
         ] {
             let error = message(&with(from, &format!("{key} = {value}")));

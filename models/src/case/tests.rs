@@ -191,6 +191,11 @@ fn every_bad_value_is_named_with_its_key_and_what_to_do() {
             "label_phases = ",
             &["specimen.image.label_phases", "stands without specimen.image.labels"],
         ),
+        (
+            "contrast = \"bright\"",
+            "contrast = \"dark\"\nlabels = \"labels.tif\"",
+            &["specimen.image.contrast", "stands beside specimen.image.labels"],
+        ),
         ("# packings = 10", "packings = 1", &["design.packings = 1", "between 2 and 100"]),
         ("# packings = 10", "packings = 101", &["design.packings = 101", "between 2 and 100"]),
         (

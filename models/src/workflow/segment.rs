@@ -269,6 +269,7 @@ fn quantities(found: &Found, fractions: &[(String, f64)]) -> Vec<(String, String
         rows.push(("grain_threshold", number(found.grain_threshold)));
         rows.push(("void_fraction", number(found.void_fraction)));
         rows.push(("rim_over_centre", number(found.rim_over_centre)));
+        rows.push(("top_over_bottom", number(found.top_over_bottom)));
         rows.extend(found.void_threshold.map(|grey| ("void_threshold", number(grey))));
     }
     let mut rows: Vec<(String, String)> =

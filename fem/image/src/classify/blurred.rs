@@ -14,7 +14,8 @@ use nalgebra::{SMatrix, SVector};
 use rayon::prelude::*;
 
 use crate::Volume;
-use crate::volume::filter::binomial;
+use crate::volume::filter::{binomial, binomial_at, dilate};
+use crate::volume::grey::rounded;
 use crate::volume::threshold::{histogram, level_of};
 
 /// Kernels whose mixture is the blur.
@@ -109,20 +110,46 @@ pub(crate) fn above(smooth: &Volume<u16>, inside: &[u8], level: f64) -> Vec<u8> 
 /// A set blurred as the image is, in parts of [`FULL`]; the blur is taken from the voxels of `sample`. Nothing if the
 /// image is not brighter in the set.
 pub(crate) fn share(grey: &Volume<u16>, set: &[u8], sample: &[u8]) -> Option<Vec<i16>> {
-    let mut blurred: Vec<u16> = set.par_iter().map(|&voxel| u16::from(voxel) * FULL).collect();
+    mixed(&grey.values, set, sample, |_, blurred| binomial(grey.shape, blurred))
+}
+
+/// [`share`] at the voxels of `region`, which holds `sample`; other voxels have any share.
+pub(crate) fn share_at(
+    grey: &Volume<u16>,
+    set: &[u8],
+    sample: &[u8],
+    region: &[u8],
+) -> Option<Vec<i16>> {
+    // a pass needs the pass before at one more voxel on each side
+    let near = dilate(grey.shape, region);
+    let wide = dilate(grey.shape, &near);
+    let regions: [&[u8]; PASSES[KERNELS - 1]] = [&wide, &near, region];
+    mixed(&grey.values, set, sample, |pass, blurred| {
+        binomial_at(grey.shape, blurred, regions[pass])
+    })
+}
+
+/// The mixture of kernels that fits the grey values of a sample; `blur` makes one pass of the filter 1–2–1.
+fn mixed(
+    grey: &[u16],
+    set: &[u8],
+    sample: &[u8],
+    blur: impl Fn(usize, &[u16]) -> Vec<u16>,
+) -> Option<Vec<i16>> {
+    let mut kernels = [const { Vec::new() }; KERNELS];
+    kernels[0] = set.par_iter().map(|&voxel| u16::from(voxel) * FULL).collect();
     let mut passes = 0;
-    let kernels = PASSES.map(|until| {
-        while passes < until {
-            blurred = binomial(grey.shape, &blurred);
-            passes += 1;
+    for (k, &until) in PASSES.iter().enumerate().skip(1) {
+        let mut blurred = blur(passes, &kernels[k - 1]);
+        for pass in passes + 1..until {
+            blurred = blur(pass, &blurred);
         }
-        blurred.clone()
-    });
-    drop(blurred);
-    let weights = weights(&grey.values, &kernels, sample)?;
+        (passes, kernels[k]) = (until, blurred);
+    }
+    let weights = weights(grey, &kernels, sample)?;
     let mixed =
         |at: usize| -> f64 { (0..KERNELS).map(|k| weights[k] * f64::from(kernels[k][at])).sum() };
-    Some((0..set.len()).into_par_iter().map(|at| mixed(at).round() as i16).collect())
+    Some((0..set.len()).into_par_iter().map(|at| rounded(mixed(at)) as i16).collect())
 }
 
 /// Weights of the kernels, which add up to 1, by least squares over the voxels of a sample; nothing if the image does
@@ -143,8 +170,11 @@ fn weights(grey: &[u16], kernels: &[Vec<u16>; KERNELS], sample: &[u8]) -> Option
                     k if k <= KERNELS => u64::from(kernels[k - 1][n]),
                     _ => u64::from(grey[n]),
                 });
-                for (row, a) in sums.iter_mut().zip(terms) {
-                    row.iter_mut().zip(terms).for_each(|(sum, b)| *sum += a * b);
+                // one half of the symmetric sums
+                for i in 0..TERMS {
+                    for j in i..TERMS {
+                        sums[i][j] += terms[i] * terms[j];
+                    }
                 }
             }
             sums.map(|row| row.map(u128::from))
@@ -155,7 +185,7 @@ fn weights(grey: &[u16], kernels: &[Vec<u16>; KERNELS], sample: &[u8]) -> Option
         );
     let full = f64::from(FULL);
     let scale = |k: usize| if k == 0 { 1.0 } else { full };
-    let entry = |i: usize, j: usize| sums[i][j] as f64;
+    let entry = |i: usize, j: usize| sums[i.min(j)][i.max(j)] as f64;
     if entry(0, 1) < LEAST as f64 * full {
         return None;
     }
@@ -258,7 +288,7 @@ fn volume(
         .map(|n| {
             let shown = (f64::from(grey[n]) - matrix) / contrast;
             let beyond = shown.clamp(CUT[0], CUT[1]) - f64::from(share[n]) / f64::from(FULL);
-            ((f64::from(set[n]) + beyond) * unit).round() as i64
+            rounded((f64::from(set[n]) + beyond) * unit) as i64
         })
         .sum();
     sum as f64 / unit

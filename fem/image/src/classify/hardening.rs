@@ -1,48 +1,135 @@
-//! Beam hardening: the brightness of one material as a function of the distance from the axis.
+//! Brightness of one material as a function of the place: beam hardening and drift.
 //!
 //! An X-ray beam loses its soft part on its way, so the inside of a cylinder looks less dense than its
-//! rim ("cupping"). Matrix and grains are dimmed by nearly the same factor, 1 + a s + b s² with
-//! s = (r/R)², which is fitted to the mean grey values of both classes in rings.
+//! rim ("cupping"); a source or a detector whose brightness changes from slice to slice lets it drift along the
+//! axis. Matrix and grains are dimmed by nearly the same factor, (1 + a s + b s²) (1 + c t + d t²) with
+//! s = (r/R)² and the height t from 0 to 1, which is fitted to the mean grey values of both classes in rings and
+//! layers. As each class has its own mean, grains that are more frequent somewhere change no factor.
 
 use std::borrow::Cow;
 
 use rayon::prelude::*;
 
 use crate::locate::fit::Fit;
-use crate::volume::filter::erode;
+use crate::volume::filter::core;
+use crate::volume::grey::rounded;
 use crate::volume::threshold::{WIDTH, histogram, otsu};
 
-/// Rings of equal area.
+/// Rings of equal area, and layers of equal height.
 const RINGS: usize = 32;
+const LAYERS: usize = 16;
 /// Rounds of classification and fit.
 const ROUNDS: usize = 3;
-/// Steps in which profile and brightness of the classes are fitted in turn.
+/// Profiles that change by less than this are found.
+const STILL: f64 = 0.002;
+/// Steps in which profile and brightness of the classes are fitted one after the other.
 const STEPS: usize = 20;
-/// Rings with fewer voxels of a class do not count for it.
-const LEAST: u64 = 50;
+/// Rings of a layer with fewer voxels of a class do not count for it.
+const LEAST: u64 = 5;
 
-/// The factor by which grey values above air are raised at a distance from the axis.
+/// The factor by which grey values above air are raised at a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Cupping {
+pub(crate) struct Brightness {
     air: f64,
-    /// 1, a, b, scaled so that the mean over the section is 1.
-    profile: [f64; 3],
+    radial: Profile,
+    axial: Profile,
 }
 
-/// Number and sum of the grey values of a class in each ring.
-type Rings = Vec<(u64, u64)>;
+/// A factor as a polynomial of s or t between 0 and 1: 1, a, b, scaled so that its mean is 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Profile([f64; 3]);
 
-impl Cupping {
+/// Number and sum of the grey values of a class in each ring of each layer.
+type Parts = Vec<(u64, u64)>;
+
+/// Factors of the voxels of a slice: of each voxel, and of all.
+struct Factors<'a> {
+    radial: Cow<'a, [f64]>,
+    axial: f64,
+}
+
+/// Mean brightness of a class above air in a ring of a layer.
+struct Mean {
+    s: f64,
+    t: f64,
+    count: f64,
+    value: f64,
+}
+
+impl Profile {
+    const EVEN: Self = Self([1.0, 0.0, 0.0]);
+
     fn at(&self, s: f64) -> f64 {
-        self.profile[0] + s * (self.profile[1] + s * self.profile[2])
+        self.0[0] + s * (self.0[1] + s * self.0[2])
+    }
+
+    /// Fits the values that `points` gives as place, weight, factor and value over factor.
+    fn fitted(points: impl Iterator<Item = [f64; 4]>) -> Option<Self> {
+        let mut normal = nalgebra::Matrix3::zeros();
+        let mut right = nalgebra::Vector3::zeros();
+        for [s, weight, factor, value] in points {
+            let row = nalgebra::Vector3::new(1.0, s, s * s) * factor;
+            normal += row * row.transpose() * weight;
+            right += row * (weight * value);
+        }
+        let u = normal.cholesky()?.solve(&right);
+        // s is distributed evenly over the section, t over the height
+        let mean = u[0] + u[1] / 2.0 + u[2] / 3.0;
+        let profile = Self([u[0] / mean, u[1] / mean, u[2] / mean]);
+        let is_sound = (0..=RINGS).all(|n| profile.at(n as f64 / RINGS as f64) > 0.2);
+        is_sound.then_some(profile)
+    }
+}
+
+impl Brightness {
+    fn at(&self, s: f64, t: f64) -> f64 {
+        self.radial.at(s.min(1.0)) * self.axial.at(t.clamp(0.0, 1.0))
+    }
+
+    /// The factors of the voxels of a slice. `upright` holds the factors across the axis, if these are alike in all slices.
+    fn factors<'a>(&self, places: &Places<'_>, upright: Option<&'a [f64]>) -> Factors<'a> {
+        match (&places.heights, upright) {
+            (Heights::Equal(t), Some(radial)) => {
+                Factors { radial: Cow::Borrowed(radial), axial: self.axial.at(t.clamp(0.0, 1.0)) }
+            }
+            _ => {
+                let all = (0..places.squares.len()).map(|n| {
+                    let [s, t] = places.of(n);
+                    self.at(s, t)
+                });
+                Factors { radial: Cow::Owned(all.collect()), axial: 1.0 }
+            }
+        }
+    }
+
+    /// The factors across the axis, which all slices of an upright cylinder have.
+    fn across(&self, columns: &Columns<'_>) -> Option<Vec<f64>> {
+        let squares = columns.upright.as_ref()?;
+        Some(squares.iter().map(|s| self.radial.at(s.min(1.0))).collect())
+    }
+
+    /// Whether the factors are the same but for what no classification sees.
+    fn is_near(&self, other: &Self) -> bool {
+        let mut places = (0..=RINGS).map(|n| n as f64 / RINGS as f64);
+        let off = |s: f64| {
+            let radial = self.radial.at(s) - other.radial.at(s);
+            let axial = self.axial.at(s) - other.axial.at(s);
+            radial.abs().max(axial.abs())
+        };
+        places.all(|s| off(s) < STILL)
     }
 
     /// Brightness at the wall over that at the axis.
     pub(crate) fn rim_over_centre(&self) -> f64 {
-        self.at(1.0) / self.at(0.0)
+        self.radial.at(1.0) / self.radial.at(0.0)
     }
 
-    /// Fits the profile to the voxels of a set within a cylinder; `air` is the grey value of nothing
+    /// Brightness at the top over that at the bottom.
+    pub(crate) fn top_over_bottom(&self) -> f64 {
+        self.axial.at(1.0) / self.axial.at(0.0)
+    }
+
+    /// Fits the profiles to the voxels of a set within a cylinder; `air` is the grey value of nothing
     /// and `void` the least one that is not air.
     pub(crate) fn fit(
         values: &[u16],
@@ -51,27 +138,31 @@ impl Cupping {
         cylinder: &Fit,
         air: f64,
         void: f64,
-    ) -> Cupping {
-        let mut cupping = Cupping { air, profile: [1.0, 0.0, 0.0] };
+    ) -> Brightness {
+        let mut brightness = Brightness { air, radial: Profile::EVEN, axial: Profile::EVEN };
         let solid: Vec<u8> = values
             .par_iter()
             .zip(set)
             .map(|(&value, &inside)| u8::from(f64::from(value) >= void) & inside)
             .collect();
-        let Some(split) = otsu(&histogram(values, &solid), 2) else { return cupping };
+        let Some(split) = otsu(&histogram(values, &solid), 2) else { return brightness };
         let mut level = (split[0] * WIDTH) as f64;
         for _ in 0..ROUNDS {
-            let classes = cupping.classes(values, shape, &solid, cylinder, level);
-            let Some((next, means)) = cupping.improved(&classes) else { break };
-            cupping = next;
+            let classes = brightness.classes(values, shape, &solid, cylinder, level);
+            let Some((next, means)) = brightness.improved(&classes) else { break };
+            let is_still = brightness.is_near(&next);
+            brightness = next;
             if means.iter().all(|mean| mean.is_finite()) {
                 level = air + (means[0] + means[1]) / 2.0;
             }
+            if is_still {
+                break;
+            }
         }
-        cupping
+        brightness
     }
 
-    /// Matrix and grain in the rings, away from interfaces, where voxels hold both.
+    /// Matrix and grain in rings and layers, away from interfaces, where voxels hold both.
     fn classes(
         &self,
         values: &[u16],
@@ -79,93 +170,125 @@ impl Cupping {
         solid: &[u8],
         cylinder: &Fit,
         level: f64,
-    ) -> [Rings; 2] {
+    ) -> [Parts; 2] {
         let area = shape[0] * shape[1];
         let columns = Columns::new(cylinder, shape);
-        [false, true].map(|grain| {
-            let mut class = vec![0; values.len()];
-            let slices = class.par_chunks_mut(area).zip(values.par_chunks(area));
-            slices.zip(solid.par_chunks(area)).enumerate().for_each(
-                |(z, ((class, values), solid))| {
-                    let s = columns.at(z);
-                    for n in 0..area {
-                        let limit = self.air + (level - self.air) * self.at(s[n].min(1.0));
-                        class[n] = u8::from((f64::from(values[n]) >= limit) == grain) & solid[n];
-                    }
-                },
-            );
-            let core = erode(shape, &erode(shape, &class));
-            let add = |mut sums: Rings, (z, (values, core)): (usize, (&[u16], &[u8]))| {
-                let s = columns.at(z);
+        let across = self.across(&columns);
+        let mut grain = vec![0; values.len()];
+        let slices = grain.par_chunks_mut(area).zip(values.par_chunks(area));
+        slices.zip(solid.par_chunks(area)).enumerate().for_each(|(z, ((grain, values), solid))| {
+            let factors = self.factors(&columns.at(z), across.as_deref());
+            let above = (level - self.air) * factors.axial;
+            let voxels = values.iter().zip(solid).zip(factors.radial.iter());
+            for (grain, ((&value, solid), radial)) in grain.iter_mut().zip(voxels) {
+                *grain = u8::from(f64::from(value) >= self.air + above * radial) & solid;
+            }
+        });
+        let matrix: Vec<u8> =
+            solid.par_iter().zip(&grain).map(|(solid, grain)| solid & (1 - grain)).collect();
+        [matrix, grain].map(|class| {
+            let core = core(shape, &class);
+            let bin = |share: f64, bins: usize| ((share * bins as f64) as usize).min(bins - 1);
+            let add = |mut sums: Parts, (z, (values, core)): (usize, (&[u16], &[u8]))| {
+                let places = columns.at(z);
                 for n in (0..area).filter(|&n| core[n] != 0) {
-                    let sum = &mut sums[((s[n] * RINGS as f64) as usize).min(RINGS - 1)];
+                    let [s, t] = places.of(n);
+                    let sum = &mut sums[bin(s, RINGS) + RINGS * bin(t, LAYERS)];
                     *sum = (sum.0 + 1, sum.1 + u64::from(values[n]));
                 }
                 sums
             };
-            let none = || vec![(0, 0); RINGS];
+            let none = || vec![(0, 0); RINGS * LAYERS];
             let both = values.par_chunks(area).zip(core.par_chunks(area)).enumerate();
             both.fold(none, add)
                 .reduce(none, |a, b| a.iter().zip(b).map(|(a, b)| (a.0 + b.0, a.1 + b.1)).collect())
         })
     }
 
-    /// The profile that fits the means in the rings best, and the brightness of the classes above air
+    /// The profiles that fit the means in the rings and layers best, and the brightness of the classes above air
     /// (not a number for a class that is nowhere away from interfaces).
-    fn improved(&self, classes: &[Rings; 2]) -> Option<(Cupping, [f64; 2])> {
-        let points = |class: usize| {
-            classes[class].iter().enumerate().filter(|(_, ring)| ring.0 >= LEAST).map(
-                |(number, &(count, sum))| {
-                    let s = (number as f64 + 0.5) / RINGS as f64;
-                    (s, count as f64, sum as f64 / count as f64 - self.air)
-                },
-            )
+    fn improved(&self, classes: &[Parts; 2]) -> Option<(Brightness, [f64; 2])> {
+        let means_of = |parts: &Parts| -> Vec<Mean> {
+            let parts = parts.iter().enumerate().filter(|(_, part)| part.0 >= LEAST);
+            parts
+                .map(|(number, &(count, sum))| Mean {
+                    s: ((number % RINGS) as f64 + 0.5) / RINGS as f64,
+                    t: ((number / RINGS) as f64 + 0.5) / LAYERS as f64,
+                    count: count as f64,
+                    value: sum as f64 / count as f64 - self.air,
+                })
+                .collect()
         };
+        let classes = [means_of(&classes[0]), means_of(&classes[1])];
         let mut this = *self;
-        let mut means = [f64::NAN; 2];
+        let mut brightness = [f64::NAN; 2];
         for _ in 0..STEPS {
-            let mut normal = nalgebra::Matrix3::zeros();
-            let mut right = nalgebra::Vector3::zeros();
-            for class in 0..2 {
+            for (brightness, class) in brightness.iter_mut().zip(&classes) {
                 let (mut moment, mut weight) = (0.0, 0.0);
-                for (s, count, mean) in points(class) {
-                    moment += count * mean * this.at(s);
-                    weight += count * this.at(s).powi(2);
+                for mean in class {
+                    let factor = this.at(mean.s, mean.t);
+                    moment += mean.count * mean.value * factor;
+                    weight += mean.count * factor.powi(2);
                 }
-                means[class] = moment / weight;
-                for (s, count, mean) in points(class) {
-                    let row = nalgebra::Vector3::new(1.0, s, s * s);
-                    normal += row * row.transpose() * count;
-                    right += row * (count * mean / means[class]);
-                }
+                *brightness = moment / weight;
             }
-            let u = normal.cholesky()?.solve(&right);
-            // over the section s is distributed evenly
-            let mean = u[0] + u[1] / 2.0 + u[2] / 3.0;
-            this.profile = [u[0] / mean, u[1] / mean, u[2] / mean];
+            let points = || {
+                let both = classes.iter().zip(brightness);
+                both.flat_map(|(class, own)| class.iter().map(move |mean| (mean, mean.value / own)))
+            };
+            let radial =
+                |(mean, value): (&Mean, f64)| [mean.s, mean.count, this.axial.at(mean.t), value];
+            let radial = Profile::fitted(points().map(radial))?;
+            let axial =
+                |(mean, value): (&Mean, f64)| [mean.t, mean.count, radial.at(mean.s), value];
+            this.axial = Profile::fitted(points().map(axial))?;
+            this.radial = radial;
         }
-        let sound = (0..=RINGS).all(|n| this.at(n as f64 / RINGS as f64) > 0.2);
-        sound.then_some((this, means))
+        Some((this, brightness))
     }
 
-    /// Takes the profile out of grey values; beyond the wall it goes on as at the wall.
+    /// Takes the profiles out of grey values; beyond wall and ends they go on as there.
     pub(crate) fn correct(&self, values: &mut [u16], shape: [usize; 3], cylinder: &Fit) {
         let columns = Columns::new(cylinder, shape);
+        let across = self.across(&columns);
         values.par_chunks_mut(shape[0] * shape[1]).enumerate().for_each(|(z, slice)| {
-            for (value, s) in slice.iter_mut().zip(columns.at(z).iter()) {
-                let factor = 1.0 / self.at(s.min(1.0));
-                let corrected = self.air + (f64::from(*value) - self.air) * factor;
-                *value = corrected.round().clamp(0.0, 65535.0) as u16;
+            let factors = self.factors(&columns.at(z), across.as_deref());
+            for (value, radial) in slice.iter_mut().zip(factors.radial.iter()) {
+                let corrected =
+                    self.air + (f64::from(*value) - self.air) / (radial * factors.axial);
+                *value = rounded(corrected.clamp(0.0, 65535.0)) as u16;
             }
         });
     }
 }
 
-/// (r/R)² of voxels, slice by slice: all slices of an upright cylinder are alike.
+/// (r/R)² and heights of voxels, slice by slice: all slices of an upright cylinder are alike.
 struct Columns<'a> {
     cylinder: &'a Fit,
     section: [usize; 2],
     upright: Option<Vec<f64>>,
+}
+
+/// (r/R)² of the voxels of a slice, and their heights from 0 to 1.
+struct Places<'a> {
+    squares: Cow<'a, [f64]>,
+    heights: Heights,
+}
+
+/// Heights of the voxels of a slice.
+enum Heights {
+    Equal(f64),
+    Each(Vec<f64>),
+}
+
+impl Places<'_> {
+    fn of(&self, n: usize) -> [f64; 2] {
+        let height = match &self.heights {
+            Heights::Equal(height) => *height,
+            Heights::Each(heights) => heights[n],
+        };
+        [self.squares[n], height]
+    }
 }
 
 impl<'a> Columns<'a> {
@@ -176,10 +299,21 @@ impl<'a> Columns<'a> {
         Columns { cylinder, section, upright }
     }
 
-    fn at(&self, z: usize) -> Cow<'_, [f64]> {
+    fn at(&self, z: usize) -> Places<'_> {
+        let Fit { bottom, top, .. } = self.cylinder;
+        let height = |voxel| (self.cylinder.place(voxel)[1] - bottom) / (top - bottom);
         match &self.upright {
-            Some(all) => Cow::Borrowed(all),
-            None => Cow::Owned(self.cylinder.relative_squares(self.section, z)),
+            Some(all) => {
+                Places { squares: Cow::Borrowed(all), heights: Heights::Equal(height([0, 0, z])) }
+            }
+            None => {
+                let [nx, ny] = self.section;
+                let all = (0..nx * ny).map(|n| height([n % nx, n / nx, z])).collect();
+                Places {
+                    squares: Cow::Owned(self.cylinder.relative_squares(self.section, z)),
+                    heights: Heights::Each(all),
+                }
+            }
         }
     }
 }
@@ -212,20 +346,24 @@ mod tests {
         let set = cylinder.inside(shape, 2.0);
         let relative = |x, y, z| cylinder.place([x, y, z])[0] / cylinder.radius.powi(2);
         let truth = |s: f64| 0.88 + 0.2 * s + 0.05 * s * s;
+        let height = |x, y, z| cylinder.place([x, y, z])[1] / 24.0;
+        let drift = |t: f64| 0.9 + 0.2 * t.clamp(0.0, 1.0);
         let mut values = Vec::new();
         let mut clean = Vec::new();
         for n in 0..set.len() {
             let (x, y, z) = (n % 64, n / 64 % 64, n / 4096);
-            // grains are more frequent outside, which must not be taken for cupping
-            let s = relative(x, y, z);
-            let grain = (x / 9 + y / 9 + z / 12) % 5 < if s > 0.5 { 3 } else { 1 };
+            // grains are more frequent outside and below, which must not be taken for cupping or drift
+            let (s, t) = (relative(x, y, z), height(x, y, z));
+            let few = if s > 0.5 { 3 } else { 1 };
+            let grain = (x / 9 + y / 9 + z / 12) % 5 < if t < 0.5 { few + 1 } else { few };
             let material = if grain { 35_000.0 } else { 20_000.0 };
             let noise = rng.random_range(-800.0..800.0);
-            values.push((9000.0 + material * truth(s.min(1.0)) + noise) as u16);
+            values.push((9000.0 + material * truth(s.min(1.0)) * drift(t) + noise) as u16);
             clean.push(9000.0 + material);
         }
-        let found = Cupping::fit(&values, shape, &set, cylinder, 9000.0, 15_000.0);
+        let found = Brightness::fit(&values, shape, &set, cylinder, 9000.0, 15_000.0);
         assert!((found.rim_over_centre() - truth(1.0) / truth(0.0)).abs() < 0.01, "{found:?}");
+        assert!((found.top_over_bottom() - 1.1 / 0.9).abs() < 0.01, "{found:?}");
         found.correct(&mut values, shape, cylinder);
         let ratio = |n: usize| (f64::from(values[n]) - 9000.0) / (clean[n] - 9000.0);
         let inside: Vec<usize> = (0..set.len()).filter(|&n| set[n] == 1).collect();

@@ -4,13 +4,16 @@ use rayon::prelude::*;
 
 use crate::Volume;
 use crate::classify::blurred::Blurred;
-use crate::volume::filter::erode;
+use crate::volume::contrast::Contrast;
+use crate::volume::filter::core;
 use crate::volume::threshold::{WIDTH, class_means, core_mean, histogram, level_of, middle, otsu};
 
 /// Two halves of one bell curve are this many of their own deviations apart.
 const ONE_BELL: f64 = 3.0;
 /// A level that is given is compared with the materials if it is at most this share of their contrast from the middle.
 const OFF: f64 = 0.3;
+/// The model's middle is known to this share of the contrast. A value that is given nearer to it is taken as the middle.
+const DOUBT: f64 = 0.02;
 /// The level lies between these shares of the way from matrix to grain.
 const WAY: [f64; 2] = [0.3, 0.7];
 /// Shares of grain are cut here before they are summed: noise passes, pores do not.
@@ -48,18 +51,17 @@ impl Level {
         let split = *otsu(&counts, 2)?.first()?;
         let one_bell = separation(&counts, split) < ONE_BELL;
         let mut value = (split * WIDTH) as f64;
-        let mut means = None;
-        for _ in 0..2 {
-            let matrix = core_mean(smooth, sample, 0.0..value);
-            let grain = core_mean(smooth, sample, value..f64::INFINITY);
-            let (Some(matrix), Some(grain)) = (matrix, grain) else { break };
-            value = (matrix + grain) / 2.0;
-            means = Some([matrix, grain]);
-        }
+        let means = |level: f64| {
+            let matrix = core_mean(smooth, sample, 0.0..level)?;
+            Some([matrix, core_mean(smooth, sample, level..f64::INFINITY)?])
+        };
+        let first = means(value);
+        value = first.map_or(value, middle_of);
         let model = Blurred::fit(smooth, grey, inside, sample, value);
         if let Some(model) = &model {
             value = model.level;
-        } else if let Some([matrix, grain]) = means {
+        } else if let Some([matrix, grain]) = first.and_then(|first| means(middle_of(first))) {
+            value = (matrix + grain) / 2.0;
             let volume = volume(smooth, grey, sample, value, [matrix, grain]);
             let limit = |share: f64| matrix + share * (grain - matrix);
             value = level_of(&counts, volume).clamp(limit(WAY[0]), limit(WAY[1]));
@@ -83,22 +85,42 @@ impl Level {
         let by_hand = value;
         let own = Level { value, by_hand, one_bell: false, model: None };
         let Some(model) = Blurred::fit(smooth, grey, inside, sample, value) else { return own };
+        let contrast = model.grain - model.matrix;
         let off = value - model.middle();
-        if off.abs() > OFF * (model.grain - model.matrix) {
+        if off.abs() > OFF * contrast {
             return own;
         }
-        Level { value: model.level + off, ..own }
+        if off.abs() <= DOUBT * contrast {
+            // the level that is found without a value, so that this one gives the same grains
+            let is_near = |model: &Blurred| (value - model.middle()).abs() <= DOUBT * contrast;
+            let found = Self::find(smooth, grey, inside, sample).and_then(|found| found.model);
+            let model = found.filter(is_near).unwrap_or(model);
+            return Level { value: model.level, model: Some(model), ..own };
+        }
+        Level { value: model.level + off - DOUBT * contrast.copysign(off), ..own }
     }
 }
 
 /// The mean grey value of the matrix in a filtered image, away from grains where there are such voxels, and the grey value
-/// from which on voxels are brighter than matrix; nothing if there is one grey value only.
-pub(crate) fn matrix_grey(smooth: &Volume<u16>, sample: &[u8]) -> Option<[f64; 2]> {
+/// between matrix and grains; nothing if there is one grey value only.
+pub(crate) fn matrix_grey(
+    smooth: &Volume<u16>,
+    sample: &[u8],
+    contrast: Contrast,
+) -> Option<[f64; 2]> {
     let counts = histogram(&smooth.values, sample);
     let splits = otsu(&counts, 2)?;
     let split = (splits.first()? * WIDTH) as f64;
-    let class_mean = class_means(&counts, &splits)[0];
-    Some([core_mean(smooth, sample, 0.0..split).unwrap_or(class_mean), split])
+    let (class, range) = match contrast {
+        Contrast::Bright => (0, 0.0..split),
+        Contrast::Dark => (1, split..f64::INFINITY),
+    };
+    let class_mean = class_means(&counts, &splits)[class];
+    Some([core_mean(smooth, sample, range).unwrap_or(class_mean), split])
+}
+
+fn middle_of([matrix, grain]: [f64; 2]) -> f64 {
+    (matrix + grain) / 2.0
 }
 
 /// The sum of the grain shares (voxels).
@@ -117,8 +139,7 @@ fn volume(
         .map(|(&value, &inside)| u8::from(f64::from(value) >= level) & inside)
         .collect();
     let rest: Vec<u8> = set.par_iter().map(|&grain| 1 - grain).collect();
-    let twice = |set: &[u8]| erode(shape, &erode(shape, set));
-    let (core, far) = (twice(&set), twice(&rest));
+    let (core, far) = (core(shape, &set), core(shape, &rest));
     // integers, so that the order of summation does not show
     let unit = 65536.0;
     let sum: i64 = (0..set.len())

@@ -1,6 +1,7 @@
 //! Which voxels are air, matrix and grain.
 
 pub(crate) mod blurred;
+pub(crate) mod dark;
 pub(crate) mod hardening;
 pub(crate) mod level;
 pub(crate) mod solid;

@@ -13,10 +13,11 @@
 use rayon::prelude::*;
 
 use crate::classify::blurred::{Blurred, FULL};
-use crate::volume::filter::{dilate, erode};
+use crate::volume::filter::{core, dilate};
+use crate::volume::grey::rounded;
 use crate::volume::{Volume, neighbour_steps};
 
-/// Voxels so far inside a phase, or outside, are not at an interface.
+/// Voxels so far inside a phase ([`core`]), or outside, are not at an interface.
 const BAND: usize = 2;
 /// Voxels along the edge of a block in which grey values are averaged.
 const BLOCK: usize = 24;
@@ -24,6 +25,9 @@ const BLOCK: usize = 24;
 const ENOUGH: f64 = 300.0;
 /// One voxel, in the integers in which volumes are summed.
 const UNIT: f64 = 65536.0;
+/// A surface is moved by at most this distance (voxels), which is found by this number of halvings.
+const FURTHEST: f64 = 0.5;
+const HALVINGS: usize = 16;
 /// Shares are cut here before they are summed: noise passes, pores do not.
 const CUT: [f64; 2] = [-0.5, 1.5];
 
@@ -101,7 +105,7 @@ impl Solid {
                             };
                             // a hole that was filled is grain
                             let counted = f64::from(model.set[at].max(u8::from(is_core)));
-                            sums[label as usize] += ((counted + beyond) * UNIT).round() as i64;
+                            sums[label as usize] += rounded((counted + beyond) * UNIT) as i64;
                         }
                     }
                     sums
@@ -122,21 +126,26 @@ impl Solid {
         let near = spread(smooth.shape, labels, inside);
         let surface = Surface { smooth, threshold, labels, inside };
         let [nx, ny, _] = smooth.shape;
-        let mut share = vec![0.0_f32; labels.len()];
+        // depths first, shares then
+        let mut share = vec![f32::NEG_INFINITY; labels.len()];
+        share.par_chunks_mut(nx * ny).enumerate().for_each(|(z, slice)| {
+            for (n, depth) in slice.iter_mut().enumerate() {
+                if near[n + nx * ny * z] != 0 {
+                    *depth = surface.depth([n % nx, n / nx, z]) as f32;
+                }
+            }
+        });
+        let shift = shift(&share, labels);
         let sums = share
-            .par_chunks_mut(nx * ny)
+            .par_iter_mut()
             .enumerate()
+            .with_min_len(1 << 16)
             .fold(
                 || vec![0_i64; grains + 1],
-                |mut sums, (z, slice)| {
-                    for (n, share) in slice.iter_mut().enumerate() {
-                        let at = n + nx * ny * z;
-                        if near[at] != 0 {
-                            let part = surface.share([n % nx, n / nx, z]);
-                            *share = part as f32;
-                            sums[near[at] as usize] += (part * UNIT).round() as i64;
-                        }
-                    }
+                |mut sums, (at, share)| {
+                    let part = part(*share, shift, labels[at]);
+                    *share = part as f32;
+                    sums[near[at] as usize] += rounded(part * UNIT) as i64;
                     sums
                 },
             )
@@ -163,9 +172,9 @@ struct Surface<'a> {
 }
 
 impl Surface<'_> {
-    /// How much of a voxel is above the threshold, if the grey value is linear in it: at least half of one
-    /// that has a label, and at most half of one that has none.
-    fn share(&self, voxel: [usize; 3]) -> f64 {
+    /// How far a voxel's centre is within the surface (voxels), if the grey value is linear in it; infinite for a voxel that
+    /// labels enclose.
+    fn depth(&self, voxel: [usize; 3]) -> f64 {
         let shape = self.smooth.shape;
         let at = voxel[0] + shape[0] * (voxel[1] + shape[1] * voxel[2]);
         let grey = |at: usize| f64::from(self.smooth.values[at]);
@@ -182,19 +191,43 @@ impl Surface<'_> {
             stride *= shape[axis];
         }
         if enclosed {
-            return 1.0;
+            return f64::INFINITY;
         }
-        let depth = (grey(at) - self.threshold) / slope.sqrt().max(1.0);
-        match self.labels[at] {
-            0 => (0.5 + depth).clamp(0.0, 0.5),
-            _ => (0.5 + depth).clamp(0.5, 1.0),
-        }
+        (grey(at) - self.threshold) / slope.sqrt().max(1.0)
     }
 }
 
-/// What of a set is not at its surface.
-fn core(shape: [usize; 3], set: &[u8]) -> Vec<u8> {
-    (1..BAND).fold(erode(shape, set), |set, _| erode(shape, &set))
+/// How much of a voxel is grain: at least half of one that has a label, and at most half of one that has none.
+fn part(depth: f32, shift: f64, label: u32) -> f64 {
+    let part = 0.5 + f64::from(depth) + shift;
+    match label {
+        0 => part.clamp(0.0, 0.5),
+        _ => part.clamp(0.5, 1.0),
+    }
+}
+
+/// How far the surface of all grains is moved out so that shares add up to the labelled voxels (voxels). Linear
+/// interpolation between the centres of voxels makes small grains smaller.
+fn shift(depths: &[f32], labels: &[u32]) -> f64 {
+    let at_surface: Vec<(f32, u32)> = depths
+        .par_iter()
+        .zip(labels)
+        .filter(|(depth, _)| depth.is_finite())
+        .map(|(&depth, &label)| (depth, label))
+        .collect();
+    let labelled = at_surface.par_iter().filter(|(_, label)| *label != 0).count() as f64;
+    let excess = |shift: f64| -> f64 {
+        let parts = at_surface.par_iter().with_min_len(1 << 16);
+        let sum: i64 =
+            parts.map(|&(depth, label)| rounded(part(depth, shift, label) * UNIT) as i64).sum();
+        sum as f64 / UNIT - labelled
+    };
+    let [mut low, mut high] = [-FURTHEST, FURTHEST];
+    for _ in 0..HALVINGS {
+        let middle = (low + high) / 2.0;
+        if excess(middle) < 0.0 { low = middle } else { high = middle }
+    }
+    (low + high) / 2.0
 }
 
 /// Labels grown by one voxel: a bare voxel takes the label that most of its neighbours have, of equal
@@ -274,7 +307,7 @@ impl LocalLevels {
                         let sum = &mut sums[i + blocks[0] * (j + blocks[1] * k)];
                         let share = f64::from(model.share[at]) / full;
                         let beyond = f64::from(grey.values[at]) - model.matrix - contrast * share;
-                        *sum = (sum.0 + 1, sum.1 + (beyond * UNIT).round() as i64);
+                        *sum = (sum.0 + 1, sum.1 + rounded(beyond * UNIT) as i64);
                     }
                     sums
                 },

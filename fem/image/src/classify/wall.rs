@@ -8,7 +8,7 @@
 use rayon::prelude::*;
 
 use crate::Volume;
-use crate::classify::blurred::{FULL, share};
+use crate::classify::blurred::{FULL, share_at};
 use crate::locate::fit::Fit;
 use crate::volume::filter::dilate;
 use crate::volume::voxel_at;
@@ -30,6 +30,8 @@ pub(crate) struct Continued {
     pub(crate) shown: Vec<u8>,
     /// The voxels that may be grain: the specimen, and what lies beyond it where there is no air.
     pub(crate) solid: Vec<u8>,
+    /// The voxels whose grey values changed.
+    pub(crate) changed: Vec<u8>,
 }
 
 /// Puts matrix in the place of the air beyond the specimen's wall and ends. Where there is no air, as the specimen is cut
@@ -47,8 +49,9 @@ pub(crate) fn continue_beyond(
     let deep = fit.inside(shape, REACH);
     let ring: Vec<u8> = wide.par_iter().zip(&deep).map(|(&wide, &deep)| wide & !deep).collect();
     drop(deep);
-    let Some(share) = share(grey, inside, &bare(shape, &ring, grains)) else {
-        return Continued { shown: inside.to_vec(), solid: inside.to_vec() };
+    let Some(share) = share_at(grey, inside, &bare(shape, &ring, grains), &ring) else {
+        let changed = vec![0; inside.len()];
+        return Continued { shown: inside.to_vec(), solid: inside.to_vec(), changed };
     };
     let full = f64::from(FULL);
     let raw = grey.values.clone();
@@ -71,12 +74,14 @@ pub(crate) fn continue_beyond(
         })
         .collect();
     let (mut shown, mut solid) = (inside.to_vec(), inside.to_vec());
+    let mut changed = vec![0; inside.len()];
     for (at, value, is_solid) in continued {
         grey.values[at] = value;
+        changed[at] = 1;
         shown[at] = 1;
         solid[at] = is_solid;
     }
-    Continued { shown, solid }
+    Continued { shown, solid, changed }
 }
 
 /// The voxels of a ring that the blur of grains does not reach, or the whole ring where these are few. The wall of a

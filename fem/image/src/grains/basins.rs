@@ -48,11 +48,12 @@ impl Landscape {
         };
         let [nx, ny, nz] = shape;
         for row in 0..ny * nz {
-            let from = nx * row;
+            let here = nx * row..nx * (row + 1);
             let at = landscape.row(row);
-            for (x, height) in landscape.heights[at..at + nx].iter_mut().enumerate() {
+            let land = heights[here.clone()].iter().zip(&set[here]);
+            for (to, (&height, &is_land)) in landscape.heights[at..at + nx].iter_mut().zip(land) {
                 // land is at least 1 high
-                *height = if set[from + x] != 0 { heights[from + x].max(1) } else { 0 };
+                *to = if is_land != 0 { height.max(1) } else { 0 };
             }
         }
         landscape
@@ -267,8 +268,11 @@ impl Landscape {
                     level: usize,
                     waiting: &mut Vec<Vec<u32>>| {
             for near in self.neighbours(at) {
+                if labels[near] != 0 {
+                    continue;
+                }
                 let height = usize::from(self.heights[near]);
-                if labels[near] == 0 && height > 0 {
+                if height > 0 {
                     labels[near] = QUEUED;
                     if height >= level {
                         wave.push(near as u32)

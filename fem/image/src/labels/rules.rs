@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::{ImageError, SpecimenForm};
+use crate::{ImageError, SpecimenForm, SpecimenRegion};
 
 /// Name of the phase that grains lie in.
 pub const MATRIX: &str = "matrix";
@@ -55,6 +55,8 @@ pub struct LabelRules {
     pub specimen: SpecimenForm,
     /// Whether a cylinder that leans is taken as it leans.
     pub follow_lean: bool,
+    /// Where the specimen is, if it is not to be found: what lies outside is background. `mask` is not used.
+    pub region: SpecimenRegion,
     /// Grains of fewer voxels than this are counted in a warning.
     pub small_grain_voxels: usize,
 }
@@ -66,6 +68,7 @@ impl Default for LabelRules {
             phases: Vec::new(),
             specimen: SpecimenForm::Auto,
             follow_lean: true,
+            region: SpecimenRegion::default(),
             small_grain_voxels: 30,
         }
     }
@@ -104,6 +107,16 @@ impl LabelRules {
     /// [`ImageError::Labels`].
     pub fn check(&self) -> Result<(), ImageError> {
         let refuse = |what: String, help| Err(ImageError::Labels { what, help });
+        self.region.check()?;
+        if self.region.mask.is_some() {
+            let help =
+                "give voxels outside the mask the label of the background in the image of labels";
+            return refuse("region.mask is for grey values".into(), help);
+        }
+        if self.specimen == SpecimenForm::Block && !self.region.is_empty() {
+            let help = "remove region, or set specimen = \"cylinder\"";
+            return refuse("region names a cylinder, and specimen is \"block\"".into(), help);
+        }
         for (place, phase) in self.phases.iter().enumerate() {
             let LabelPhase { first, last, name } = phase;
             if last < first {
@@ -125,10 +138,11 @@ impl LabelRules {
             let help = "name a phase of grains, such as \"grain\"";
             return refuse("all labels are matrix".into(), help);
         }
-        if self.specimen == SpecimenForm::Cylinder && self.background.is_none() {
+        let has_outside = self.background.is_some() || !self.region.is_empty();
+        if self.specimen == SpecimenForm::Cylinder && !has_outside {
             return refuse(
                 "a cylinder is asked for, but no label is the background".into(),
-                "give background, the label of what surrounds the specimen; or set specimen = \"block\"",
+                "give background, the label of what surrounds the specimen, or region; or set specimen = \"block\"",
             );
         }
         Ok(())

@@ -39,6 +39,8 @@ pub struct LabelledSpecimen {
     pub warnings: Vec<String>,
 }
 
+/// Label of what is outside the region where no label is the background.
+const OUTSIDE_REGION: i64 = i64::MIN;
 /// Brightness of the specimen where a cylinder is fitted to it, and of its edge.
 const SPECIMEN: u16 = 1000;
 const EDGE: f64 = 500.0;
@@ -70,6 +72,21 @@ impl LabelRules {
     ) -> Result<LabelledSpecimen, ImageError> {
         self.check()?;
         image.check()?;
+        self.region.check_in(image)?;
+        let background = self.background.unwrap_or(OUTSIDE_REGION);
+        if let Some(cut) = self.region.with_outside(image, background) {
+            let rules = LabelRules { background: Some(background), ..self.clone() };
+            return rules.run_cut(&cut, progress);
+        }
+        self.run_cut(image, progress)
+    }
+
+    /// [`run`](Self::run) for an image whose voxels outside the region have the label of the background.
+    fn run_cut(
+        &self,
+        image: &Volume<i64>,
+        progress: &mut dyn FnMut(&str),
+    ) -> Result<LabelledSpecimen, ImageError> {
         progress("labels");
         let roles = self.roles(&counts(&image.values))?;
         let number_of: BTreeMap<i64, u32> =
@@ -176,7 +193,10 @@ impl LabelRules {
             SpecimenForm::Auto | SpecimenForm::Cylinder => {
                 let grey = |&number: &u32| if is_outside(number) { 0 } else { SPECIMEN };
                 let grey = image.with(numbers.par_iter().map(grey).collect());
-                let found = fit(&grey, EDGE, self.follow_lean)?;
+                let found = match self.region.fit() {
+                    Some(fit) => fit,
+                    None => self.region.overriding(fit(&grey, EDGE, self.follow_lean)?),
+                };
                 if let Err(error) = checked_filling(filling(&grey, &found, EDGE)) {
                     match self.specimen {
                         SpecimenForm::Cylinder => warnings.push(error.to_string()),

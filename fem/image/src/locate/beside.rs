@@ -1,5 +1,7 @@
 //! What stands beside a specimen in air: a tube around it, a pedestal under it.
 
+use rayon::prelude::*;
+
 use crate::Volume;
 use crate::locate::fit::Fit;
 
@@ -56,21 +58,23 @@ pub(crate) fn without_pedestal(image: &Volume<u16>, fit: &mut Fit, edge: f64) ->
     if fit.lean != [0.0; 2] {
         return Vec::new();
     }
-    let sections = image.values.chunks_exact(image.shape[0] * image.shape[1]);
-    let sections: Vec<Section> =
-        sections.map(|slice| Section::of(slice, image.shape[0], edge)).collect();
+    let [nx, ny, _] = image.shape;
+    let is_solid = |value: &&u16| f64::from(**value) >= edge;
+    let sections: Vec<f64> = image
+        .values
+        .par_chunks_exact(nx * ny)
+        .map(|slice| slice.iter().filter(is_solid).count() as f64)
+        .collect();
     let first = fit.bottom.round().max(0.0) as usize;
     let last = (fit.top.round() as usize).min(sections.len());
     if last < first + 8 {
         return Vec::new();
     }
     let quarter = (last - first) / 4;
-    let mut areas: Vec<f64> =
-        sections[first + quarter..last - quarter].iter().map(|section| section.area).collect();
+    let mut areas = sections[first + quarter..last - quarter].to_vec();
     areas.sort_unstable_by(f64::total_cmp);
     let area = areas[areas.len() / 2];
-    let is_other =
-        |section: &Section| (section.area / area - 1.0).abs() > OTHER && section.area > 0.1 * area;
+    let is_other = |section: &f64| (section / area - 1.0).abs() > OTHER && *section > 0.1 * area;
     let mut found = Vec::new();
     // the slices at the very ends hold some air
     let from_bottom: Vec<usize> =
@@ -83,14 +87,14 @@ pub(crate) fn without_pedestal(image: &Volume<u16>, fit: &mut Fit, edge: f64) ->
         if plain.len() < SLICES || run.len() + 8 > last - first {
             continue;
         }
-        let round = |&z: &usize| sections[z].is_round;
-        if plain.iter().filter(|z| round(z)).count() as f64 <= MOST * plain.len() as f64 {
+        let round = |z: &&usize| is_round(&image.values[nx * ny * **z..][..nx * ny], nx, edge);
+        if plain.iter().filter(round).count() as f64 <= MOST * plain.len() as f64 {
             continue;
         }
-        let mean = plain.iter().map(|&z| sections[z].area).sum::<f64>() / plain.len() as f64;
+        let mean = plain.iter().map(|&z| sections[z]).sum::<f64>() / plain.len() as f64;
         // the part of the slice at the step that belongs to the specimen
         let z = run[run.len() - 1];
-        let part = ((sections[z].area - mean) / (area - mean)).clamp(0.0, 1.0);
+        let part = ((sections[z] - mean) / (area - mean)).clamp(0.0, 1.0);
         let radius = (mean / std::f64::consts::PI).sqrt();
         if is_bottom {
             fit.bottom = z as f64 + 1.0 - part;
@@ -103,32 +107,22 @@ pub(crate) fn without_pedestal(image: &Volume<u16>, fit: &mut Fit, edge: f64) ->
     found
 }
 
-/// What is solid in a slice.
-struct Section {
-    area: f64,
-    /// Whether a disc about the centre of gravity is filled, and what is around it is not.
-    is_round: bool,
-}
-
-impl Section {
-    fn of(slice: &[u16], nx: usize, edge: f64) -> Self {
-        let solid = || {
-            let voxels = slice.iter().enumerate().filter(|(_, value)| f64::from(**value) >= edge);
-            voxels.map(|(n, _)| [(n % nx) as f64 + 0.5, (n / nx) as f64 + 0.5])
-        };
-        let (mut area, mut sum) = (0.0, [0.0; 2]);
-        for [x, y] in solid() {
-            area += 1.0;
-            sum = [sum[0] + x, sum[1] + y];
-        }
-        let centre = sum.map(|sum| sum / area);
-        let radius = (area / std::f64::consts::PI).sqrt();
-        let within = |r: f64| {
-            solid().filter(|[x, y]| (x - centre[0]).hypot(y - centre[1]) < r).count() as f64
-        };
-        let inner = (radius - BLUR).max(1.0);
-        let is_filled = within(inner) > MOST * std::f64::consts::PI * inner * inner;
-        let is_round = is_filled && within(radius + BLUR) > (1.0 - 0.02) * area;
-        Section { area, is_round }
+/// Whether a disc about the centre of gravity of what is solid in a slice is filled, and what is around it is not.
+fn is_round(slice: &[u16], nx: usize, edge: f64) -> bool {
+    let solid = || {
+        let voxels = slice.iter().enumerate().filter(|(_, value)| f64::from(**value) >= edge);
+        voxels.map(|(n, _)| [(n % nx) as f64 + 0.5, (n / nx) as f64 + 0.5])
+    };
+    let (mut area, mut sum) = (0.0, [0.0; 2]);
+    for [x, y] in solid() {
+        area += 1.0;
+        sum = [sum[0] + x, sum[1] + y];
     }
+    let centre = sum.map(|sum| sum / area);
+    let radius = (area / std::f64::consts::PI).sqrt();
+    let within =
+        |r: f64| solid().filter(|[x, y]| (x - centre[0]).hypot(y - centre[1]) < r).count() as f64;
+    let inner = (radius - BLUR).max(1.0);
+    let is_filled = within(inner) > MOST * std::f64::consts::PI * inner * inner;
+    is_filled && within(radius + BLUR) > (1.0 - 0.02) * area
 }

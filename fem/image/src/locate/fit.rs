@@ -80,6 +80,17 @@ impl Fit {
         let radius = (self.radius - margin).max(0.0);
         let heights = self.bottom + margin..=self.top - margin;
         let mut set = vec![0; nx * ny * nz];
+        if self.lean == [0.0; 2] {
+            // all sections are alike
+            let disc: Vec<u8> = (0..nx * ny)
+                .map(|n| u8::from(self.place([n % nx, n / nx, 0])[0] <= radius * radius))
+                .collect();
+            let slices = set.par_chunks_exact_mut(nx * ny).enumerate();
+            slices
+                .filter(|(z, _)| heights.contains(&self.place([0, 0, *z])[1]))
+                .for_each(|(_, slice)| slice.copy_from_slice(&disc));
+            return set;
+        }
         set.par_chunks_exact_mut(nx * ny).enumerate().for_each(|(z, slice)| {
             for (n, voxel) in slice.iter_mut().enumerate() {
                 let [square, height] = self.place([n % nx, n / nx, z]);

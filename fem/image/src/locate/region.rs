@@ -115,6 +115,11 @@ impl SpecimenRegion {
 
     /// The image with air outside what is given; nothing if that is all of it.
     pub(crate) fn restricted(&self, image: &Volume<u16>, air: f64) -> Option<Volume<u16>> {
+        self.with_outside(image, air.round() as u16)
+    }
+
+    /// The image with one value outside the slices and the disc that are given; nothing if that is all of it.
+    pub(crate) fn with_outside<T: Copy>(&self, image: &Volume<T>, outside: T) -> Option<Volume<T>> {
         let disc = self.centre_px.zip(self.radius_px);
         if disc.is_none() && self.slices.is_none() {
             return None;
@@ -127,7 +132,7 @@ impl SpecimenRegion {
                 let [x, y] = [n % nx, n / nx].map(|c| c as f64 + 0.5);
                 let is_off = |([cx, cy], r): ([f64; 2], f64)| (x - cx).hypot(y - cy) > r;
                 if is_out || disc.is_some_and(is_off) {
-                    *value = air.round() as u16;
+                    *value = outside;
                 }
             }
         }

@@ -6,7 +6,8 @@ use crate::locate::beside::{gap, without_pedestal};
 use crate::locate::fit::{Fit, fit};
 use crate::locate::region::SpecimenRegion;
 use crate::locate::surroundings::{Surroundings, checked_filling, filling};
-use crate::volume::filter::erode;
+use crate::volume::contrast::Contrast;
+use crate::volume::filter::core;
 use crate::volume::threshold::{WIDTH, class_means, core_mean, histogram, otsu};
 use crate::{ImageError, Volume};
 
@@ -36,6 +37,8 @@ pub enum SpecimenForm {
 pub(crate) struct Locating<'a> {
     pub(crate) form: SpecimenForm,
     pub(crate) follow_lean: bool,
+    /// Air is taken to be the darkest, whatever the contrast of grains.
+    pub(crate) contrast: Contrast,
     /// The least grey value that is not air, if it was given by hand.
     pub(crate) void: Option<f64>,
     pub(crate) region: &'a SpecimenRegion,
@@ -62,7 +65,7 @@ impl Locating<'_> {
         if self.form == SpecimenForm::Block {
             return Ok(block);
         }
-        let Some(levels) = Levels::of(image, self.void) else { return Ok(block) };
+        let Some(levels) = Levels::of(image, self.void, self.contrast) else { return Ok(block) };
         let Levels { air, void, edge, bright } = levels;
         let by_hand = self.region.fit();
         if let Some(fit) = by_hand {
@@ -112,7 +115,7 @@ impl Locating<'_> {
         mask: &[u8],
         warnings: &mut Vec<String>,
     ) -> Result<Specimen, ImageError> {
-        let levels = Levels::of(image, self.void);
+        let levels = Levels::of(image, self.void, self.contrast);
         let [air, void] = levels.map_or([0.0, self.void.unwrap_or(0.0)], |l| [l.air, l.void]);
         let bright = 2 * EDGE;
         let values = mask.iter().map(|&voxel| u16::from(voxel) * bright).collect();
@@ -136,6 +139,19 @@ impl Locating<'_> {
             ));
         }
         Ok(Specimen { fit: Some(found), air, void })
+    }
+
+    /// Whether what surrounds the specimen is the brightest.
+    pub(crate) fn is_in_bright(&self, image: &Volume<u16>) -> bool {
+        let levels = match self.form {
+            SpecimenForm::Block => None,
+            SpecimenForm::Auto | SpecimenForm::Cylinder => {
+                Levels::of(image, None, Contrast::Bright)
+            }
+        };
+        levels.is_some_and(|levels| {
+            Surroundings::of(image, levels.void, levels.bright) == Surroundings::Bright
+        })
     }
 
     /// Warns of a fitted cylinder that describes the specimen badly.
@@ -181,16 +197,22 @@ struct Levels {
 
 impl Levels {
     /// From a histogram in three classes. Where the middle one has no inside it is not the matrix but the blurred wall
-    /// between air and specimen, as there are few grains or none: then two classes are taken.
-    fn of(image: &Volume<u16>, by_hand: Option<f64>) -> Option<Self> {
+    /// between air and specimen, as there are few grains or none: then two classes are taken. With dark grains the
+    /// brightest class is the matrix.
+    fn of(image: &Volume<u16>, by_hand: Option<f64>, contrast: Contrast) -> Option<Self> {
         let all = vec![1; image.values.len()];
         let counts = histogram(&image.values, &all);
         for classes in [3, 2] {
             let Some(splits) = otsu(&counts, classes) else { continue };
             let limits: Vec<f64> = splits.iter().map(|&split| (split * WIDTH) as f64).collect();
-            let next = limits.get(1).copied().unwrap_or(f64::INFINITY);
+            let above = limits.get(1).copied();
+            let range = match (contrast, above) {
+                (Contrast::Bright, Some(next)) => limits[0]..next,
+                (Contrast::Dark, Some(last)) => last..f64::INFINITY,
+                (_, None) => limits[0]..f64::INFINITY,
+            };
             let means = class_means(&counts, &splits);
-            let matrix = match (core_mean(image, &all, limits[0]..next), classes) {
+            let matrix = match (core_mean(image, &all, range), classes) {
                 (Some(mean), _) => mean,
                 (None, 2) => means[1],
                 (None, _) => continue,
@@ -223,7 +245,7 @@ impl Specimen {
         if self.void > 0.0 {
             let is_solid = |&value: &u16| u8::from(f64::from(value) >= self.void);
             let solid: Vec<u8> = smooth.values.par_iter().map(is_solid).collect();
-            let away = erode(smooth.shape, &erode(smooth.shape, &solid));
+            let away = core(smooth.shape, &solid);
             sample.par_iter_mut().zip(away).for_each(|(voxel, away)| *voxel &= away);
         }
         sample

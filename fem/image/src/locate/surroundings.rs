@@ -68,8 +68,8 @@ impl Surroundings {
             Self::Bright => Err(ImageError::Scene {
                 what: "what surrounds the specimen is brighter than the specimen, as in an image with inverted grey values"
                     .to_owned(),
-                help: "invert the image, so that air is darkest and grains are brightest; or set specimen = \"block\" \
-                       in [specimen.image] if it was cut out of a specimen",
+                help: "set contrast = \"dark\" in [specimen.image] if grains are darkest, else invert the image; or set \
+                       specimen = \"block\" if it was cut out of a specimen",
             }),
             Self::Platens(runs) => {
                 let runs: Vec<String> = runs

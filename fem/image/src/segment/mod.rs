@@ -1,22 +1,23 @@
 //! From grey values to grains.
 
+mod even;
 pub(crate) mod outline;
 pub(crate) mod settings;
 
 use rayon::prelude::*;
 
-use crate::classify::blurred::above;
-use crate::classify::hardening::Cupping;
-use crate::classify::level::{Level, matrix_grey};
+use crate::classify::dark::inverted;
+use crate::classify::level::Level;
 use crate::classify::solid::Solid;
-use crate::classify::wall::continue_beyond;
 use crate::grains::basins::Landscape;
 use crate::grains::regions::measure;
 use crate::grains::statistics::SpecimenStatistics;
 use crate::locate::region::masked;
 use crate::locate::specimen::{Locating, Specimen};
+use crate::segment::even::{Even, Evening};
 use crate::segment::settings::{SeedRule, Segmentation};
 use crate::volume::components::fill_holes;
+use crate::volume::contrast::Contrast;
 use crate::volume::cylinder::Cylinder;
 use crate::volume::distance::{FixedDistance, fixed_point, squared_distance};
 use crate::volume::filter::{binomial, median};
@@ -45,7 +46,9 @@ pub struct Segmented {
     pub void_threshold: Option<f64>,
     /// Brightness of one material at the wall over that at the axis, before it was evened out.
     pub rim_over_centre: f64,
-    /// Share of the specimen's voxels that are darker than the matrix: cracks, pores, a chip.
+    /// Brightness of one material at the top over that at the bottom, before it was evened out.
+    pub top_over_bottom: f64,
+    /// Share of the specimen's voxels that are as dark as air: cracks, pores, a chip.
     pub void_fraction: f64,
     /// What a person should look at.
     pub warnings: Vec<String>,
@@ -60,8 +63,6 @@ const VOIDS: f64 = 0.02;
 /// Grains of fewer voxels have uncertain volumes; this is told if they make more than a share of the grains' volume.
 const SMALL: f64 = 65.0;
 const SMALL_SHARE: f64 = 0.05;
-/// Voxels at the wall that hold some air.
-const WALL: f64 = 2.0;
 
 impl Segmentation {
     /// Finds the grains. `progress` is told the name of each step as it begins.
@@ -97,49 +98,50 @@ impl Segmentation {
         let mask = mask.map(|mask| masked(mask, image)).transpose()?;
         progress("grey values");
         let framed = filled_frame(image);
-        let (mut grey, scale) = rescale(framed.as_ref().unwrap_or(image), self.percentiles)?;
+        let (mut grey, mut scale) = rescale(framed.as_ref().unwrap_or(image), self.percentiles)?;
         drop(framed);
         let mut smooth =
             if self.median { grey.with(median(grey.shape, &grey.values)) } else { grey.clone() };
+        let is_inverted =
+            self.contrast == Contrast::Dark && self.locating(scale).is_in_bright(&smooth);
+        if is_inverted {
+            (grey, smooth, scale) = (inverted(grey), inverted(smooth), scale.inverted());
+        }
 
         progress("specimen");
         let mut warnings = Vec::new();
-        let found = self.located(&smooth, mask.as_deref(), scale, &mut warnings)?;
+        let found = self.located(&smooth, mask.as_deref(), (scale, is_inverted), &mut warnings)?;
         let mut inside = found.inside(&grey);
         if let Some(mask) = &mask {
             inside.par_iter_mut().zip(mask).for_each(|(voxel, mask)| *voxel &= mask);
         }
-        let mut rim_over_centre = 1.0;
-        if let Some(fit) = found.fit.filter(|_| self.beam_hardening) {
-            let set = fit.inside(grey.shape, WALL);
-            let cupping =
-                Cupping::fit(&smooth.values, grey.shape, &set, &fit, found.air, found.void);
-            rim_over_centre = cupping.rim_over_centre();
-            cupping.correct(&mut grey.values, grey.shape, &fit);
-            cupping.correct(&mut smooth.values, grey.shape, &fit);
-        }
-        let sample = found.sample(&smooth, &inside);
-        let mut continued = None;
-        if let Some(fit) = &found.fit
-            && let Some([matrix, bright]) = matrix_grey(&smooth, &sample)
-        {
-            let grains = above(&smooth, &inside, bright);
-            let levels = [found.air, found.void, matrix];
-            continued = Some(continue_beyond(&mut grey, fit, [&inside, &grains], levels));
-            smooth = if self.median {
-                grey.with(median(grey.shape, &grey.values))
-            } else {
-                grey.clone()
-            };
-        }
-        let (solid, shown) = match &continued {
-            Some(continued) => (&continued.solid, &continued.shown),
-            None => (&inside, &inside),
+        let found_contrast = match is_inverted {
+            true => Contrast::Bright,
+            false => self.contrast,
         };
+        let evening = Evening {
+            found: &found,
+            inside: &inside,
+            contrast: found_contrast,
+            median: self.median,
+            brightness: self.beam_hardening,
+        };
+        let void_threshold = (found.void > 0.0).then(|| scale.to_image(found.void));
+        let Even {
+            grey,
+            smooth,
+            scale,
+            sample,
+            solid,
+            shown,
+            voids,
+            rim_over_centre,
+            top_over_bottom,
+        } = evening.run(grey, smooth, scale);
 
         progress("threshold");
-        let level =
-            self.grain_level(&smooth, &grey, [solid, &sample], &found, scale, &mut warnings)?;
+        self.check_threshold(void_threshold, found_contrast)?;
+        let level = self.grain_level(&smooth, &grey, [&solid, &sample], scale, &mut warnings)?;
         let threshold = level.value;
         let mut grain: Vec<u8> = smooth
             .values
@@ -157,32 +159,32 @@ impl Segmentation {
         if grains == 0 {
             return Err(ImageError::NoContrast {
                 what: format!(
-                    "no grain of {} voxels is brighter than {:.5}",
+                    "no grain of {} voxels is {} than {:.5}",
                     self.min_grain_voxels,
+                    if self.contrast == Contrast::Dark { "darker" } else { "brighter" },
                     scale.to_image(level.by_hand)
                 ),
-                help: "lower grain_threshold or min_grain_voxels",
+                help: match self.contrast {
+                    Contrast::Bright => "lower grain_threshold or min_grain_voxels",
+                    Contrast::Dark => "raise grain_threshold, or lower min_grain_voxels",
+                },
             });
         }
 
         progress("grains");
-        let void = found.void;
         let specimen = inside.par_iter().filter(|&&voxel| voxel != 0).count();
-        let is_void =
-            |&n: &usize| inside[n] != 0 && labels[n] == 0 && f64::from(smooth.values[n]) < void;
-        let voids = (0..labels.len()).into_par_iter().filter(is_void).count();
-        let void_fraction = voids as f64 / specimen.max(1) as f64;
+        let is_void = |&n: &usize| inside[n] & voids[n] != 0 && labels[n] == 0;
+        let void_voxels = (0..labels.len()).into_par_iter().filter(is_void).count();
+        let void_fraction = void_voxels as f64 / specimen.max(1) as f64;
         let solid = match &level.model {
             None => Solid::above(&smooth, threshold, &labels, grains, &inside),
             Some(model) => {
                 let matrix: Vec<u8> = (0..labels.len())
                     .into_par_iter()
-                    .map(|n| {
-                        u8::from(labels[n] == 0 && f64::from(smooth.values[n]) >= void) & shown[n]
-                    })
+                    .map(|n| u8::from(labels[n] == 0 && voids[n] == 0) & shown[n])
                     .collect();
                 drop(smooth);
-                Solid::measure(&grey, &labels, grains, &matrix, [&inside, shown, &sample], model)
+                Solid::measure(&grey, &labels, grains, &matrix, [&inside, &shown, &sample], model)
             }
         };
         let labels = grey.with(labels);
@@ -205,8 +207,9 @@ impl Segmentation {
             block: found.fit.is_none(),
             regions,
             grain_threshold: scale.to_image(level.by_hand),
-            void_threshold: (void > 0.0).then(|| scale.to_image(void)),
+            void_threshold,
             rim_over_centre,
+            top_over_bottom,
             void_fraction,
             warnings,
         })
@@ -217,19 +220,51 @@ impl Segmentation {
         &self,
         image: &Volume<u16>,
         mask: Option<&[u8]>,
-        scale: Scale,
+        (scale, is_inverted): (Scale, bool),
         warnings: &mut Vec<String>,
     ) -> Result<Specimen, ImageError> {
-        let locating = Locating {
-            form: self.specimen,
-            follow_lean: self.follow_lean,
-            void: self.void_threshold.map(|value| scale.to_16_bits(value)),
-            region: &self.region,
-        };
+        let contrast = if is_inverted { Contrast::Bright } else { self.contrast };
+        let locating = Locating { contrast, ..self.locating(scale) };
         match mask {
             Some(mask) => locating.masked(image, mask, warnings),
             None => locating.specimen(image, warnings),
         }
+    }
+
+    fn locating(&self, scale: Scale) -> Locating<'_> {
+        Locating {
+            form: self.specimen,
+            follow_lean: self.follow_lean,
+            contrast: self.contrast,
+            void: self.void_threshold.map(|value| scale.to_16_bits(value)),
+            region: &self.region,
+        }
+    }
+
+    /// Refuses a threshold of grains within air.
+    fn check_threshold(&self, air: Option<f64>, contrast: Contrast) -> Result<(), ImageError> {
+        let (Some(value), Some(air)) = (self.grain_threshold, air) else { return Ok(()) };
+        // an image with bright air was inverted, so that its grains count as bright
+        let is_inverted = contrast != self.contrast;
+        let (is_in_air, side) = match is_inverted {
+            true => (value >= air, "below"),
+            false => (value <= air, "above"),
+        };
+        if !is_in_air {
+            return Ok(());
+        }
+        let from = match (is_inverted, contrast) {
+            (true, _) => "up to which there is matrix",
+            (false, Contrast::Bright) => "from which on there is matrix",
+            (false, Contrast::Dark) => "from which on there is grain",
+        };
+        Err(ImageError::NoContrast {
+            what: format!("grain_threshold = {value} is not {side} {air:.5}, {from}"),
+            help: match is_inverted {
+                true => "lower it, or give a higher void_threshold",
+                false => "raise it, or give a lower void_threshold",
+            },
+        })
     }
 
     /// The grey level between matrix and grain.
@@ -238,22 +273,11 @@ impl Segmentation {
         smooth: &Volume<u16>,
         grey: &Volume<u16>,
         [inside, sample]: [&[u8]; 2],
-        found: &Specimen,
         scale: Scale,
         warnings: &mut Vec<String>,
     ) -> Result<Level, ImageError> {
         if let Some(value) = self.grain_threshold {
-            let level = scale.to_16_bits(value);
-            if level <= found.void {
-                let air = scale.to_image(found.void);
-                return Err(ImageError::NoContrast {
-                    what: format!(
-                        "grain_threshold = {value} is not above {air:.5}, from which on there is matrix"
-                    ),
-                    help: "raise it, or give a lower void_threshold",
-                });
-            }
-            return Ok(Level::given(level, smooth, grey, inside, sample));
+            return Ok(Level::given(scale.to_16_bits(value), smooth, grey, inside, sample));
         }
         let Some(level) = Level::find(smooth, grey, inside, sample) else {
             return Err(ImageError::NoContrast {
@@ -353,7 +377,7 @@ fn small_in_words(regions: &[Region], voxel_mm: f64) -> Option<String> {
 fn keep(labels: &mut [u32], least: usize) -> usize {
     let most = labels.par_iter().copied().max().unwrap_or(0) as usize;
     let mut sizes = vec![0_usize; most + 1];
-    for &label in labels.iter() {
+    for &label in labels.iter().filter(|label| **label != 0) {
         sizes[label as usize] += 1;
     }
     let mut next = 0;

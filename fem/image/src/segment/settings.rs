@@ -5,12 +5,13 @@ use serde::{Deserialize, Serialize};
 use crate::ImageError;
 use crate::locate::region::SpecimenRegion;
 use crate::locate::specimen::SpecimenForm;
+use crate::volume::contrast::Contrast;
 
 /// How grains are found in an image of grey values, in which grains are brighter than the matrix and the
-/// matrix brighter than air.
+/// matrix brighter than air, or as [`Contrast`] says.
 ///
 /// The chain: grey values are rounded to 16 bits between two percentiles and filtered by a median of 3³
-/// voxels; the specimen is located; beam hardening is taken out, and the air that blur mixes into the wall; a
+/// voxels; the specimen is located; beam hardening and drift along the axis are taken out, and the air that blur mixes into the wall; a
 /// threshold makes a set of grain voxels, whose holes are filled; the exact Euclidean distance to the outside of the set, lightly smoothed, has
 /// a top in each grain, from which the grains are flooded.
 ///
@@ -40,6 +41,8 @@ pub struct Segmentation {
     /// Where the specimen is, if it is not to be found.
     #[serde(skip_serializing_if = "SpecimenRegion::is_unset")]
     pub region: SpecimenRegion,
+    /// Whether grains are brighter or darker than the matrix.
+    pub contrast: Contrast,
     /// Percentiles of the grey values between which they are rounded to 16 bits.
     pub percentiles: [f64; 2],
     /// Whether a median of 3³ voxels is taken before voxels are classified.
@@ -47,16 +50,18 @@ pub struct Segmentation {
     /// Whether a cylinder whose axis wanders by more than a voxel between its ends is taken as it leans;
     /// else it is taken as upright. The image is not turned: labels keep its voxels.
     pub follow_lean: bool,
-    /// Whether the brightness of a cylinder as a function of the radius is evened out.
+    /// Whether the brightness of a cylinder as a function of the radius and of the height is evened out.
     pub beam_hardening: bool,
-    /// Grey value below which there is air, or a void; found from the image if absent.
+    /// Grey value below which there is air, or a void; found from the image if absent. Above it, where grains are darkest
+    /// and air is brightest.
     pub void_threshold: Option<f64>,
-    /// Grey value from which on there is grain; found from the image if absent.
+    /// Grey value from which on there is grain, or up to which if grains are dark; found from the image if absent.
     ///
     /// The one that is found is half way between the grey values of matrix and grains, as a model of two
-    /// materials and their blur has them. A value at most 0.3 of their contrast from half way is compared
-    /// with this model, so that blur and median make no grain smaller; volumes change as the number of
-    /// voxels above the value does. Without such a model a grain's volume is what is above the value.
+    /// materials and their blur has them. A value at most 0.02 of their contrast from half way gives the same
+    /// grains as the one that is found. A value at most 0.3 of the contrast from half way is compared
+    /// with this model, so that blur and median make no grain smaller; volumes are the numbers of
+    /// voxels above the value. Without such a model a grain's volume is what is above the value.
     pub grain_threshold: Option<f64>,
     /// Holes in grains are filled up to this size (voxels).
     pub fill_holes_voxels: usize,
@@ -91,6 +96,7 @@ impl Default for Segmentation {
         Segmentation {
             specimen: SpecimenForm::Auto,
             region: SpecimenRegion::default(),
+            contrast: Contrast::Bright,
             percentiles: [0.1, 99.9],
             median: true,
             follow_lean: true,
@@ -127,8 +133,10 @@ impl Segmentation {
                 return refuse(field, value, "a grey value");
             }
         }
+        // which side of air dark grains are on is seen in the image
         if let (Some(void), Some(grain)) = (self.void_threshold, self.grain_threshold)
             && void >= grain
+            && self.contrast == Contrast::Bright
         {
             return refuse("void_threshold", void, "below grain_threshold");
         }

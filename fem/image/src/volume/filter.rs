@@ -1,5 +1,7 @@
 //! Filters of 3³ neighbourhoods on integers. Voxels beyond the edge have the value of the edge.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 /// The median of the 27 voxels around each voxel.
@@ -8,31 +10,60 @@ use rayon::prelude::*;
 /// 27 only 13 can then be the median (the others have too many on one side), which is the median of
 /// those 13.
 pub(crate) fn median(shape: [usize; 3], values: &[u16]) -> Vec<u16> {
-    let [nx, ny, nz] = shape;
     let mut result = vec![0; values.len()];
+    medians(shape, values, &mut result, |_, _| std::iter::once(0..shape[0]));
+    result
+}
+
+/// Takes the median again at the voxels of a set, of which `medians` has values from before.
+pub(crate) fn median_again(shape: [usize; 3], values: &[u16], set: &[u8], result: &mut [u16]) {
+    let [nx, ny, _] = shape;
+    medians(shape, values, result, |y, z| runs(&set[nx * (y + ny * z)..][..nx]));
+}
+
+/// The medians of those parts of each row that `parts` names by y and z.
+fn medians<Parts: Iterator<Item = Range<usize>>>(
+    [nx, ny, nz]: [usize; 3],
+    values: &[u16],
+    result: &mut [u16],
+    parts: impl Fn(usize, usize) -> Parts + Sync,
+) {
     result.par_chunks_mut(nx * ny).enumerate().for_each_init(
         || Rows::new(nx),
         |rows, (z, slice)| {
             for (y, row) in slice.chunks_exact_mut(nx).enumerate() {
-                for (n, column) in rows.columns.iter_mut().enumerate() {
-                    let y = (y + n % 3).saturating_sub(1).min(ny - 1);
-                    let z = (z + n / 3).saturating_sub(1).min(nz - 1);
-                    pad(column, &values[nx * (y + ny * z)..][..nx]);
+                for part in parts(y, z) {
+                    rows.resize(part.len());
+                    for (n, column) in rows.columns.iter_mut().enumerate() {
+                        let y = (y + n % 3).saturating_sub(1).min(ny - 1);
+                        let z = (z + n / 3).saturating_sub(1).min(nz - 1);
+                        pad(column, &values[nx * (y + ny * z)..][..nx], part.clone());
+                    }
+                    rows.median(&mut row[part]);
                 }
-                rows.median(row);
             }
         },
     );
-    result
+}
+
+/// The runs of voxels of a set in a row.
+fn runs(row: &[u8]) -> impl Iterator<Item = Range<usize>> {
+    let mut end = 0;
+    std::iter::from_fn(move || {
+        let start = end + row[end..].iter().position(|&voxel| voxel != 0)?;
+        let length = row[start..].iter().position(|&voxel| voxel == 0);
+        end = length.map_or(row.len(), |length| start + length);
+        Some(start..end)
+    })
 }
 
 /// Signed integers order as the unsigned ones they stand for; processors compare them faster.
-fn pad(column: &mut [i16], row: &[u16]) {
+fn pad(column: &mut [i16], row: &[u16], part: Range<usize>) {
     let signed = |value: u16| (value ^ 0x8000) as i16;
-    let n = row.len();
-    column[1..=n].iter_mut().zip(row).for_each(|(to, &from)| *to = signed(from));
-    column[0] = signed(row[0]);
-    column[n + 1] = signed(row[n - 1]);
+    let n = part.len();
+    column[0] = signed(row[part.start.saturating_sub(1)]);
+    column[n + 1] = signed(row[part.end.min(row.len() - 1)]);
+    column[1..=n].iter_mut().zip(&row[part]).for_each(|(to, &from)| *to = signed(from));
 }
 
 struct Rows {
@@ -45,6 +76,12 @@ impl Rows {
     fn new(nx: usize) -> Self {
         let rows = |length| vec![vec![0; length]; 9];
         Rows { columns: rows(nx + 2), triples: [rows(nx), rows(nx), rows(nx)] }
+    }
+
+    /// Makes room for so many voxels of a row.
+    fn resize(&mut self, voxels: usize) {
+        self.columns.iter_mut().for_each(|column| column.resize(voxels + 2, 0));
+        self.triples.iter_mut().flatten().for_each(|row| row.resize(voxels, 0));
     }
 
     fn median(&mut self, row: &mut [u16]) {
@@ -125,47 +162,94 @@ pub(crate) fn binomial(shape: [usize; 3], values: &[u16]) -> Vec<u16> {
     result
 }
 
+/// [`binomial`] at the voxels of a set, and 0 at the others.
+pub(crate) fn binomial_at(shape: [usize; 3], values: &[u16], set: &[u8]) -> Vec<u16> {
+    let [nx, ny, nz] = shape;
+    let mut result = vec![0; values.len()];
+    let slices = result.par_chunks_mut(nx * ny).zip(set.par_chunks(nx * ny));
+    slices.enumerate().for_each_init(
+        || vec![0_u32; nx + 2],
+        |line, (z, (out, set))| {
+            let near_z = [z.saturating_sub(1), z, (z + 1).min(nz - 1)];
+            for (y, (out, set)) in out.chunks_exact_mut(nx).zip(set.chunks_exact(nx)).enumerate() {
+                let near_y = [y.saturating_sub(1), y, (y + 1).min(ny - 1)];
+                for run in runs(set) {
+                    let (from, to) = (run.start.saturating_sub(1), (run.end + 1).min(nx));
+                    let line = &mut line[..to - from];
+                    line.fill(0);
+                    for (j, k) in (0..9).map(|n| (n % 3, n / 3)) {
+                        let weight = [1, 2, 1][j] * [1, 2, 1][k];
+                        let row = &values[nx * (near_y[j] + ny * near_z[k])..][from..to];
+                        line.iter_mut()
+                            .zip(row)
+                            .for_each(|(sum, &value)| *sum += weight * u32::from(value));
+                    }
+                    for x in run {
+                        let [a, b, c] =
+                            [x.saturating_sub(1), x, (x + 1).min(nx - 1)].map(|x| line[x - from]);
+                        out[x] = ((a + 2 * b + c + 32) >> 6) as u16;
+                    }
+                }
+            }
+        },
+    );
+    result
+}
+
 /// The voxels whose 27 neighbours are all in the set: it loses a layer of one voxel.
 pub(crate) fn erode(shape: [usize; 3], set: &[u8]) -> Vec<u8> {
-    combine(shape, set, u8::min)
+    combine::<1, _>(shape, set, u8::min)
+}
+
+/// The voxels whose 125 neighbours are all in the set: it loses a layer of two voxels.
+pub(crate) fn core(shape: [usize; 3], set: &[u8]) -> Vec<u8> {
+    combine::<2, _>(shape, set, u8::min)
 }
 
 /// The voxels of whose 27 neighbours any is in the set: it gains a layer of one voxel.
 pub(crate) fn dilate(shape: [usize; 3], set: &[u8]) -> Vec<u8> {
-    combine(shape, set, u8::max)
+    combine::<1, _>(shape, set, u8::max)
 }
 
 /// The highest of the 27 values around each voxel.
 pub(crate) fn highest(shape: [usize; 3], values: &[u16]) -> Vec<u16> {
-    combine(shape, values, u16::max)
+    combine::<1, _>(shape, values, u16::max)
 }
 
-/// The least or highest of the 27 values around each voxel, axis by axis.
-fn combine<T: Copy + Default + Send + Sync>(
+/// The least or highest of the values up to `REACH` voxels away along each axis.
+fn combine<const REACH: usize, T: Copy + Default + Send + Sync>(
     shape: [usize; 3],
     values: &[T],
     pick: impl Fn(T, T) -> T + Sync,
 ) -> Vec<T> {
     let [nx, ny, nz] = shape;
     let mut result = vec![T::default(); values.len()];
+    // the lines before and after one of so many, itself left out
+    let around = |at: usize, count: usize| {
+        (at.saturating_sub(REACH)..(at + REACH + 1).min(count)).filter(move |&near| near != at)
+    };
     result.par_chunks_mut(nx * ny).enumerate().for_each_init(
-        || (vec![T::default(); nx * ny], vec![T::default(); nx + 2]),
+        || (vec![T::default(); nx * ny], vec![T::default(); nx + 2 * REACH]),
         |(picked, line), (z, out)| {
             let slice = |z: usize| &values[nx * ny * z..][..nx * ny];
-            let (below, here, above) =
-                (slice(z.saturating_sub(1)), slice(z), slice((z + 1).min(nz - 1)));
-            for (n, picked) in picked.iter_mut().enumerate() {
-                *picked = pick(pick(below[n], here[n]), above[n]);
+            picked.copy_from_slice(slice(z));
+            for z in around(z, nz) {
+                picked.iter_mut().zip(slice(z)).for_each(|(to, &from)| *to = pick(*to, from));
             }
             for (y, out) in out.chunks_exact_mut(nx).enumerate() {
                 let row = |y: usize| &picked[nx * y..][..nx];
-                let (a, b, c) = (row(y.saturating_sub(1)), row(y), row((y + 1).min(ny - 1)));
-                for (n, value) in line[1..=nx].iter_mut().enumerate() {
-                    *value = pick(pick(a[n], b[n]), c[n]);
+                let middle = &mut line[REACH..REACH + nx];
+                middle.copy_from_slice(row(y));
+                for y in around(y, ny) {
+                    middle.iter_mut().zip(row(y)).for_each(|(to, &from)| *to = pick(*to, from));
                 }
-                (line[0], line[nx + 1]) = (line[1], line[nx]);
-                for (value, near) in out.iter_mut().zip(line.windows(3)) {
-                    *value = pick(pick(near[0], near[1]), near[2]);
+                let [first, last] = [line[REACH], line[REACH + nx - 1]];
+                line[..REACH].fill(first);
+                line[REACH + nx..].fill(last);
+                out.copy_from_slice(&line[..nx]);
+                for shift in 1..=2 * REACH {
+                    let shifted = &line[shift..shift + nx];
+                    out.iter_mut().zip(shifted).for_each(|(to, &from)| *to = pick(*to, from));
                 }
             }
         },
@@ -204,12 +288,19 @@ mod tests {
                 let set: Vec<u8> = values.iter().map(|&value| u8::from(value > most / 4)).collect();
                 let (eroded, raised) = (erode(shape, &set), highest(shape, &values));
                 let dilated = dilate(shape, &set);
+                assert_eq!(core(shape, &set), erode(shape, &eroded));
+                let mut again = vec![7; count];
+                median_again(shape, &values, &set, &mut again);
+                let smooth_at = binomial_at(shape, &values, &set);
                 for at in 0..count {
                     let near = around(shape, at);
                     let mut sorted: Vec<u16> = near.iter().map(|&(n, _)| values[n]).collect();
                     sorted.sort_unstable();
                     assert_eq!(raised[at], sorted[26]);
                     assert_eq!(medians[at], sorted[13], "{shape:?}, voxel {at}");
+                    let is_in_set = set[at] == 1;
+                    assert_eq!(again[at], if is_in_set { sorted[13] } else { 7 });
+                    assert_eq!(smooth_at[at], if is_in_set { smooth[at] } else { 0 });
                     let sum: u64 = near.iter().map(|&(n, w)| w * u64::from(values[n])).sum();
                     assert_eq!(u64::from(smooth[at]), (sum + 32) / 64);
                     assert_eq!(eroded[at] == 1, near.iter().all(|&(n, _)| set[n] == 1));

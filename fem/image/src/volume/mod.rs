@@ -2,6 +2,7 @@
 //! components, grey values.
 
 pub(crate) mod components;
+pub(crate) mod contrast;
 pub(crate) mod cylinder;
 pub(crate) mod distance;
 pub(crate) mod filter;

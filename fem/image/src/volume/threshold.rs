@@ -5,7 +5,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use crate::Volume;
-use crate::volume::filter::erode;
+use crate::volume::filter::core;
 use crate::volume::grey::sum;
 
 /// Bins of a histogram of 16-bit values.
@@ -133,7 +133,7 @@ pub(crate) fn core_mean(image: &Volume<u16>, inside: &[u8], range: Range<f64>) -
     let class: Vec<u8> = values
         .map(|(&value, &inside)| u8::from(range.contains(&f64::from(value))) & inside)
         .collect();
-    let core = erode(image.shape, &erode(image.shape, &class));
+    let core = core(image.shape, &class);
     let counts = histogram(&image.values, &core);
     (counts.iter().sum::<u64>() >= CORE).then(|| class_means(&counts, &[])[0])
 }

@@ -10,7 +10,8 @@ use ::tiff::encoder::colortype::{
     ColorType, Gray8, Gray16, Gray32, Gray32Float, GrayI8, GrayI16, GrayI32,
 };
 use fem_image::{
-    ImageError, LabelPhase, LabelRules, LabelledSpecimen, SpecimenForm, Volume, read_label_values,
+    ImageError, LabelPhase, LabelRules, LabelledSpecimen, SpecimenForm, SpecimenRegion, Volume,
+    read_label_values,
 };
 
 const SHAPE: [usize; 3] = [5, 4, 3];
@@ -149,6 +150,58 @@ fn without_phases_each_label_is_a_grain_and_background_in_the_specimen_is_told()
     assert!(found.block && found.warnings.is_empty(), "{:?}", found.warnings);
     assert!((found.cylinder.radius_mm - 2.5).abs() < 1e-12);
     assert!((found.statistics.volume_mm3 - 5.6 * 5.0 * 4.0).abs() < 1e-9);
+}
+
+/// A region leaves out a tube that has a label of its own, and the slices beyond the specimen.
+#[test]
+fn a_region_says_where_labels_are_those_of_the_specimen() {
+    let mut image = scene();
+    let [nx, ny, _] = image.shape;
+    let off = |at: usize| ((at % nx) as f64 - 29.5).hypot((at / nx % ny) as f64 - 24.5);
+    for at in (0..image.values.len()).filter(|&at| (22.0..24.0).contains(&off(at))) {
+        image.values[at] = 8;
+    }
+    let phases = vec![
+        phase(1, 2, "matrix"),
+        phase(4, 4, "grain"),
+        phase(5, 5, "inclusion"),
+        phase(7, 7, "inclusion"),
+    ];
+    let rules = LabelRules { background: Some(9), phases, ..LabelRules::default() };
+    let error = run(&rules, &image).unwrap_err().to_string();
+    assert!(error.contains("labels without a phase: 8 ("), "{error}");
+    let region = SpecimenRegion {
+        centre_px: Some([30.0, 25.0]),
+        radius_px: Some(20.0),
+        ..SpecimenRegion::default()
+    };
+    let within = |region: SpecimenRegion, background: Option<i64>| {
+        run(&LabelRules { region, background, ..rules.clone() }, &image)
+    };
+    let found = within(region.clone(), Some(9)).unwrap();
+    assert_eq!(found.label_of, [4, 4, 5, 7]);
+    let cylinder = found.cylinder;
+    assert_eq!((cylinder.radius_mm, cylinder.lean), (2.0, [0.0; 2]));
+    let ends = [cylinder.bottom_mm - 0.6, cylinder.top_mm - 3.6];
+    assert!(ends.iter().all(|off| off.abs() < 0.02), "{cylinder:?}");
+    // all of it by hand, in an image without a label for the background
+    let whole = SpecimenRegion { slices: Some([7, 36]), ..region.clone() };
+    let found = within(whole.clone(), None).unwrap();
+    assert_eq!(found.label_of, [4, 4, 5, 7]);
+    assert!((found.cylinder.bottom_mm - 0.6).abs() < 1e-12 && !found.block);
+    // the lower half
+    let half = SpecimenRegion { slices: Some([7, 20]), ..whole.clone() };
+    assert_eq!(within(half, None).unwrap().label_of, [4, 4]);
+    // what cannot be meant
+    let mask = SpecimenRegion { mask: Some("mask.tif".into()), ..whole.clone() };
+    let beyond = SpecimenRegion { slices: Some([7, 99]), ..whole.clone() };
+    for (region, part) in [(mask, "region.mask is for grey values"), (beyond, "region.slices")] {
+        let error = within(region, Some(9)).unwrap_err().to_string();
+        assert!(error.contains(part), "{part:?} is not in {error:?}");
+    }
+    let block = LabelRules { region: whole, specimen: SpecimenForm::Block, ..rules };
+    let error = run(&block, &image).unwrap_err().to_string();
+    assert!(error.contains("specimen is \"block\""), "{error}");
 }
 
 #[test]

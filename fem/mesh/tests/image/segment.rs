@@ -164,20 +164,19 @@ fn thresholds_can_be_given() {
     let again = settings.run(&taken.image, &mut |_| {}).unwrap();
     let score = score(&found.labels, &again.labels).unwrap();
     assert!(score.panoptic_quality > 0.99, "{score:?}");
-    // what is above the threshold that was found has the volume of the grains: 1 % for that, and 1 %
-    // for voxels that are counted by the surface through them
     let fraction = again.statistics.grain_fraction;
-    assert!((fraction / taken.fraction() - 1.0).abs() < 0.02, "{fraction}, {}", taken.fraction());
-    let shares = again.solid.values.iter().map(|&share| f64::from(share)).sum::<f64>();
-    let volume: f64 = again.regions.iter().map(|region| region.volume_mm3).sum();
-    assert!((shares * taken.image.voxel_mm.powi(3) / volume - 1.0).abs() < 1e-4);
+    assert!((fraction / found.statistics.grain_fraction - 1.0).abs() < 1e-3, "{fraction}");
     // a brighter threshold leaves less, by voxels and between them
     let settings =
         Segmentation { grain_threshold: Some(found.grain_threshold + 2000.0), ..settings };
     let less = settings.run(&taken.image, &mut |_| {}).unwrap();
     assert!(less.statistics.voxel_fraction < 0.95 * found.statistics.voxel_fraction);
+    // and the volume between voxels is that of the voxels
     let ratio = less.statistics.grain_fraction / less.statistics.voxel_fraction;
-    assert!((ratio - 1.0).abs() < 0.02, "{ratio}");
+    assert!((ratio - 1.0).abs() < 1e-3, "{ratio}");
+    let shares = less.solid.values.iter().map(|&share| f64::from(share)).sum::<f64>();
+    let volume: f64 = less.regions.iter().map(|region| region.volume_mm3).sum();
+    assert!((shares * taken.image.voxel_mm.powi(3) / volume - 1.0).abs() < 1e-4);
 }
 
 /// Balls of this radius (voxels), of the grey values of concrete: 34000 in 31000, hardly more than the

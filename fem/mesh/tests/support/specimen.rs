@@ -5,7 +5,7 @@
 
 use std::f64::consts::PI;
 
-use fem_image::Volume;
+use fem_image::{Contrast, Volume};
 use fem_mesh::{GrainForm, Packing, SizeClass};
 use rand::{Rng, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
@@ -13,10 +13,11 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::phantom::{Imaged, VOXEL_MM, blur};
 
-/// Grey values of the virtual scanner: air, and matrix and grain above air.
+/// Grey values of the virtual scanner: air, and matrix and grain above air. Inverted, air is as bright as `WHITE - AIR`.
 const AIR: f32 = 8_000.0;
 const MATRIX: f32 = 20_000.0;
 const GRAIN: f32 = 36_000.0;
+const WHITE: f32 = 60_000.0;
 /// Standard deviations of the scanner's noise (grey values) and blur (voxels).
 const NOISE: f32 = 1_400.0;
 const BLUR: f64 = 0.7;
@@ -60,8 +61,14 @@ pub(crate) struct Specimen {
     pub(crate) fraction: f64,
     /// Whether spheres stick out of the wall and are cut there.
     pub(crate) cut_by_wall: bool,
-    /// Grey value of the grains above air.
+    /// Whether only spheres in the lower half are kept.
+    pub(crate) only_below: bool,
+    /// Grey values of the matrix and of the grains above air.
+    pub(crate) matrix: f32,
+    /// See `matrix`.
     pub(crate) grain: f32,
+    /// Whether the image shows bright for dark.
+    pub(crate) inverted: bool,
     /// Standard deviation of the noise (grey values).
     pub(crate) noise: f32,
     /// Relative change of brightness from the bottom to the top.
@@ -83,7 +90,10 @@ impl Specimen {
             grain_radius,
             fraction,
             cut_by_wall: false,
+            only_below: false,
+            matrix: MATRIX,
             grain: GRAIN,
+            inverted: false,
             noise: NOISE,
             drift: 0.0,
             damage: Damage::None,
@@ -94,7 +104,14 @@ impl Specimen {
 
     /// The grey value half way between matrix and grain.
     pub(crate) fn middle_grey(&self) -> f64 {
-        f64::from(AIR + 0.5 * (MATRIX + self.grain))
+        let middle = AIR + 0.5 * (self.matrix + self.grain);
+        f64::from(if self.inverted { WHITE - middle } else { middle })
+    }
+
+    /// Whether grains are brighter or darker than the matrix, as a case says it.
+    pub(crate) fn contrast(&self) -> Contrast {
+        let is_dark = (self.grain < self.matrix) != self.inverted;
+        if is_dark { Contrast::Dark } else { Contrast::Bright }
     }
 
     /// Draws the spheres and takes the image.
@@ -136,8 +153,9 @@ impl Specimen {
         let mut values: Vec<f32> = (0..n * n * n)
             .map(|at| {
                 let height = point(at)[2] / n as f64 - 0.5;
-                let material = MATRIX + (self.grain - MATRIX) * share[at];
-                let around = MATRIX * self.around(point(at), &frame) as f32 * (1.0 - solid[at]);
+                let material = self.matrix + (self.grain - self.matrix) * share[at];
+                let around =
+                    self.matrix * self.around(point(at), &frame) as f32 * (1.0 - solid[at]);
                 (solid[at] * material + around) * (1.0 + self.drift * height as f32)
             })
             .collect();
@@ -146,7 +164,9 @@ impl Specimen {
             let noise: f32 = StandardNormal.sample(&mut rng);
             let [x, y, _] = point(at).map(|c| c - 0.5 * n as f64);
             let seen = self.surroundings != Surroundings::Circle || x.hypot(y) < 0.5 * n as f64;
-            *value = if seen { (AIR + *value + self.noise * noise).round() } else { 0.0 };
+            let shown = (AIR + *value + self.noise * noise).round();
+            let shown = if self.inverted { WHITE - shown } else { shown };
+            *value = if seen { shown } else { 0.0 };
         }
         let volume = |values| Volume::new([n; 3], VOXEL_MM, values).expect("a volume");
         Imaged {
@@ -173,7 +193,8 @@ impl Specimen {
         };
         let grains = packing.fill(radius, height).expect("the packing can be made");
         let centre = |[x, y, z]: [f64; 3]| [x, y, z - 0.5 * height];
-        grains.into_iter().map(|grain| centre(grain.centre)).collect()
+        let centres = grains.into_iter().map(|grain| centre(grain.centre));
+        centres.filter(|[_, _, z]| !self.only_below || *z < -self.grain_radius).collect()
     }
 
     /// The fraction next to the one asked for that spheres of exactly this radius make.

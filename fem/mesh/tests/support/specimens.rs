@@ -16,6 +16,8 @@ pub(crate) fn specimens() -> Vec<(String, Specimen)> {
         }
     }
     let plain = Specimen::new(6.0, 0.25);
+    // as bright as the grains of the others, and grains as their matrix
+    let dark = Specimen { matrix: plain.grain, grain: plain.matrix, ..plain.clone() };
     let hard = [
         ("narrow", Specimen { radius: 18.0, ..plain.clone() }),
         ("off-centre", Specimen { radius: 30.0, centre: [40.0, 72.0], ..plain.clone() }),
@@ -27,7 +29,13 @@ pub(crate) fn specimens() -> Vec<(String, Specimen)> {
         ("tube", Specimen { surroundings: Surroundings::Tube, ..plain.clone() }),
         ("pedestal", Specimen { surroundings: Surroundings::Pedestal, ..plain.clone() }),
         ("circle", Specimen { surroundings: Surroundings::Circle, ..plain.clone() }),
-        ("lean", Specimen { radius: 34.0, height: 76.0, lean: 12.0, ..plain }),
+        ("lean", Specimen { radius: 34.0, height: 76.0, lean: 12.0, ..plain.clone() }),
+        ("below", Specimen { only_below: true, ..plain.clone() }),
+        ("below-drift", Specimen { only_below: true, drift: 0.2, ..plain.clone() }),
+        ("dark", dark.clone()),
+        ("dark-cracks", Specimen { damage: Damage::CracksAndPores, ..dark.clone() }),
+        ("dark-chip", Specimen { damage: Damage::Chip, ..dark }),
+        ("dark-bright-air", Specimen { inverted: true, ..plain }),
     ];
     all.extend(hard.map(|(name, specimen)| (name.to_owned(), specimen)));
     all

@@ -1,0 +1,80 @@
+//! Voids in an image whose grains are darker than the matrix.
+//!
+//! From air to matrix the blur of a void passes the grey values of grains, so that the rim of each void looks like a grain.
+//! The image is m − (m − a) (k ∗ V) where there are no grains, with the voids V, the blur k and the grey values m of the
+//! matrix and a of air: (m − a) (k ∗ V) is added.
+
+use rayon::prelude::*;
+
+use crate::Volume;
+use crate::classify::blurred::{FULL, share_at};
+use crate::volume::filter::{dilate, erode};
+use crate::volume::grey::rounded;
+
+/// How far the blur of a void reaches (voxels).
+const REACH: usize = 3;
+
+/// Voids of a specimen.
+pub(crate) struct Voids {
+    /// The voxels that are more air than matrix.
+    pub(crate) voxels: Vec<u8>,
+    /// Mean grey value of the darkest of them.
+    air: f64,
+}
+
+impl Voids {
+    /// Finds the voids of a filtered image: what is darker than `void`, and of its neighbours those that are nearer to air
+    /// than to the matrix. Nothing if there is none.
+    pub(crate) fn of(smooth: &Volume<u16>, inside: &[u8], void: f64, matrix: f64) -> Option<Voids> {
+        // where the wall meets an end, blur makes the outermost voxels as dark
+        let core = erode(smooth.shape, inside);
+        let pairs = smooth.values.par_iter().zip(&core);
+        let deep: Vec<u8> =
+            pairs.map(|(&value, &core)| u8::from(f64::from(value) < void) & core).collect();
+        let (count, sum) = smooth
+            .values
+            .par_iter()
+            .zip(&deep)
+            .filter(|(_, deep)| **deep != 0)
+            .map(|(&value, _)| (1_u64, u64::from(value)))
+            .reduce(|| (0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
+        if count == 0 {
+            return None;
+        }
+        let air = sum as f64 / count as f64;
+        let half = (air + matrix) / 2.0;
+        let mut voxels = dilate(smooth.shape, &deep);
+        voxels.par_iter_mut().enumerate().for_each(|(at, voxel)| {
+            let is_air = deep[at] != 0 || f64::from(smooth.values[at]) < half;
+            *voxel &= inside[at] & u8::from(is_air);
+        });
+        Some(Voids { voxels, air })
+    }
+
+    /// Puts matrix in the place of the voids. Gives the voxels whose grey values changed.
+    pub(crate) fn fill(&self, grey: &mut Volume<u16>, inside: &[u8], matrix: f64) -> Vec<u8> {
+        let shape = grey.shape;
+        let mut near = (0..REACH).fold(self.voxels.clone(), |near, _| dilate(shape, &near));
+        near.par_iter_mut().zip(inside).for_each(|(voxel, inside)| *voxel &= inside);
+        let solid: Vec<u8> = self.voxels.par_iter().map(|voxel| 1 - voxel).collect();
+        let share = share_at(grey, &solid, &near, &near);
+        grey.values.par_iter_mut().enumerate().filter(|(at, _)| near[*at] != 0).for_each(
+            |(at, value)| {
+                let missing = |share: &Vec<i16>| 1.0 - f64::from(share[at]) / f64::from(FULL);
+                let added = (matrix - self.air) * share.as_ref().map_or(0.0, missing);
+                let filled = match self.voxels[at] {
+                    0 => f64::from(*value) + added,
+                    _ => matrix,
+                };
+                *value = rounded(filled.clamp(0.0, 65535.0)) as u16;
+            },
+        );
+        near
+    }
+}
+
+/// The image with bright for dark.
+pub(crate) fn inverted(mut image: Volume<u16>) -> Volume<u16> {
+    image.values.par_iter_mut().for_each(|value| *value = u16::MAX - *value);
+    image
+}

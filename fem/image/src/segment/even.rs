@@ -1,0 +1,132 @@
+//! Grey values of one brightness for each material: without beam hardening and drift, without the air that blur mixes into
+//! the specimen, and with grains brighter than the matrix.
+
+use rayon::prelude::*;
+
+use crate::Volume;
+use crate::classify::dark::{Voids, inverted};
+use crate::classify::hardening::Brightness;
+use crate::classify::level::matrix_grey;
+use crate::classify::wall::continue_beyond;
+use crate::locate::specimen::Specimen;
+use crate::volume::contrast::Contrast;
+use crate::volume::filter::{dilate, median_again};
+use crate::volume::grey::Scale;
+
+/// Voxels at the wall that hold some air.
+const WALL: f64 = 2.0;
+
+/// An image in which grains are brighter than the matrix, and its voxels in sets.
+pub(super) struct Even {
+    pub(super) grey: Volume<u16>,
+    /// The filtered image.
+    pub(super) smooth: Volume<u16>,
+    pub(super) scale: Scale,
+    /// The voxels of the specimen that hold no air: away from its wall and from voids.
+    pub(super) sample: Vec<u8>,
+    /// The voxels that may be grain.
+    pub(super) solid: Vec<u8>,
+    /// The specimen, and the voxels beyond it that show blur of grains.
+    pub(super) shown: Vec<u8>,
+    /// The voxels as dark as air.
+    pub(super) voids: Vec<u8>,
+    /// Brightness of one material at the wall over that at the axis, and at the top over that at the bottom.
+    pub(super) rim_over_centre: f64,
+    /// See `rim_over_centre`.
+    pub(super) top_over_bottom: f64,
+}
+
+/// How an image is evened out.
+pub(super) struct Evening<'a> {
+    pub(super) found: &'a Specimen,
+    /// The voxels of the specimen.
+    pub(super) inside: &'a [u8],
+    pub(super) contrast: Contrast,
+    pub(super) median: bool,
+    pub(super) brightness: bool,
+}
+
+impl Evening<'_> {
+    /// Evens out an image and the same image filtered.
+    pub(super) fn run(&self, mut grey: Volume<u16>, mut smooth: Volume<u16>, scale: Scale) -> Even {
+        let (found, inside) = (self.found, self.inside);
+        let [mut rim_over_centre, mut top_over_bottom] = [1.0; 2];
+        if let Some(fit) = found.fit.filter(|_| self.brightness) {
+            let set = fit.inside(grey.shape, WALL);
+            let brightness =
+                Brightness::fit(&smooth.values, grey.shape, &set, &fit, found.air, found.void);
+            rim_over_centre = brightness.rim_over_centre();
+            top_over_bottom = brightness.top_over_bottom();
+            brightness.correct(&mut grey.values, grey.shape, &fit);
+            brightness.correct(&mut smooth.values, grey.shape, &fit);
+        }
+        let sample = found.sample(&smooth, inside);
+        let materials = matrix_grey(&smooth, &sample, self.contrast);
+        let dark_voids = match (self.contrast, materials) {
+            (Contrast::Dark, Some([matrix, _])) => Voids::of(&smooth, inside, found.void, matrix),
+            _ => None,
+        };
+        let (mut shown, mut solid) = (inside.to_vec(), inside.to_vec());
+        if let (Some(fit), Some([matrix, split])) = (&found.fit, materials) {
+            // the blurred wall is as dark as dark grains are
+            let (from, is_dark) = match self.contrast {
+                Contrast::Bright => (inside, false),
+                Contrast::Dark => (&sample[..], true),
+            };
+            let grains: Vec<u8> = smooth
+                .values
+                .par_iter()
+                .zip(from)
+                .map(|(&value, &from)| u8::from((f64::from(value) < split) == is_dark) & from)
+                .collect();
+            let levels = [found.air, found.void, matrix];
+            let beyond = continue_beyond(&mut grey, fit, [inside, &grains], levels);
+            self.filter_again(&grey, &beyond.changed, &mut smooth);
+            (shown, solid) = (beyond.shown, beyond.solid);
+        }
+        let mut voids: Vec<u8> = smooth
+            .values
+            .par_iter()
+            .map(|&value| u8::from(f64::from(value) < found.void))
+            .collect();
+        if self.contrast == Contrast::Bright {
+            return Even {
+                grey,
+                smooth,
+                scale,
+                sample,
+                solid,
+                shown,
+                voids,
+                rim_over_centre,
+                top_over_bottom,
+            };
+        }
+        if let (Some(dark), Some([matrix, _])) = (dark_voids, materials) {
+            let changed = dark.fill(&mut grey, inside, matrix);
+            self.filter_again(&grey, &changed, &mut smooth);
+            voids.par_iter_mut().zip(&dark.voxels).for_each(|(voxel, void)| *voxel |= void);
+        }
+        Even {
+            grey: inverted(grey),
+            smooth: inverted(smooth),
+            scale: scale.inverted(),
+            sample,
+            solid,
+            shown,
+            voids,
+            rim_over_centre,
+            top_over_bottom,
+        }
+    }
+
+    /// Filters an image again near the voxels that changed.
+    fn filter_again(&self, grey: &Volume<u16>, changed: &[u8], smooth: &mut Volume<u16>) {
+        if self.median {
+            let near = dilate(grey.shape, changed);
+            median_again(grey.shape, &grey.values, &near, &mut smooth.values);
+        } else {
+            smooth.values.clone_from(&grey.values);
+        }
+    }
+}
