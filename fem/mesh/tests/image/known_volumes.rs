@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use fem_image::Volume;
+use fem_image::{Contrast, Volume};
 
 use crate::agreement::{Assigned, assigned, median};
 use crate::phantom::{Imaged, VOXEL_MM};
@@ -54,6 +54,29 @@ fn walls_chips_and_cracks_take_their_part() {
         let (_, image) = taken(name);
         let void = 1.0 - image.specimen_mm3 / whole.specimen_mm3;
         assert!((least..most).contains(&void), "{name}: {void} of the specimen is void");
+    }
+}
+
+/// Grains are brighter or darker than the mean of the image inside the specimen, as the scene states.
+#[test]
+fn the_contrast_is_as_stated() {
+    for (name, contrast) in [
+        ("r6-0.2", Contrast::Bright),
+        ("dark", Contrast::Dark),
+        ("dark-bright-air", Contrast::Dark),
+    ] {
+        let (specimen, image) = taken(name);
+        assert_eq!(specimen.contrast(), contrast, "{name}");
+        let n = specimen.side;
+        let axis = |at: usize| [at % n, at / n % n].map(|c| c as f64 + 0.5 - 0.5 * n as f64);
+        let in_matrix = |at: usize| {
+            let [x, y] = axis(at);
+            let height = (at / (n * n)) as f64 + 0.5 - 0.5 * n as f64;
+            image.truth.values[at] == 0 && x.hypot(y) < 30.0 && height.abs() < 30.0
+        };
+        let grain = mean(&image.image, |at| image.truth.values[at] > 0);
+        let matrix = mean(&image.image, in_matrix);
+        assert_eq!(grain < matrix, contrast == Contrast::Dark, "{name}: {grain} in {matrix}");
     }
 }
 
