@@ -59,7 +59,7 @@ pub(crate) struct Statement {
 }
 
 impl Statement {
-    /// The names that the statement adds to the scope.
+    /// Returns the names that the statement adds to the scope.
     pub(crate) fn declared(&self) -> Vec<Ident> {
         match &self.kind {
             Kind::Tilde { left: Left::Unknown(_, name) | Left::Part(_, name), .. } => {
@@ -83,7 +83,8 @@ pub(crate) enum Mark {
     Predict,
 }
 
-/// A dimension: its name and optionally the labels of the entries along it, `name` or `name = labels`.
+/// A named dimension of a quantity in `#[dims(…)]`, written `name` or `name = labels`. The labels name the entries
+/// along the dimension.
 #[derive(Clone)]
 pub(crate) struct Dim {
     pub(crate) name: Ident,
@@ -98,7 +99,7 @@ pub(crate) enum Kind {
     Let { let_token: Token![let], pat: Pat, init: Option<Init> },
     /// `factor(weight);`
     Factor { name: Ident, weight: Expr },
-    /// A plate: a `for` loop of the model.
+    /// A plate, that is, a `for` loop in the body of a model.
     For(Box<For>),
     /// Control flow (`if`, `match` or a block) that contains statements of the model.
     Flow(Flow),
@@ -117,13 +118,13 @@ pub(crate) enum Left {
     Unknown(Token![let], Ident),
     /// `let name` with a function call on the right side, which may return a submodel or a distribution.
     Part(Token![let], Ident),
-    /// An observed place: a variable, a field or an element with data.
+    /// An observed place without `let`: a variable, a field or an element that has data.
     Place(Expr),
-    /// `place.impute()`: an observed place with data that may be missing.
+    /// The place in `place.impute() ~ …`: an observed variable, field or element whose data may be missing.
     Missing(Expr),
 }
 
-/// The initial value of a declaration: `= value else { … }`.
+/// The initial value of a declaration, with an optional `else` block: `= value else { … }`.
 #[derive(Clone)]
 pub(crate) struct Init {
     pub(crate) eq: Token![=],
@@ -152,7 +153,7 @@ pub(crate) enum Flow {
 }
 
 impl Flow {
-    /// The expression, if it contains no statements of the model.
+    /// Returns the Rust expression; None if the control flow contains statements of the model.
     pub(crate) fn rust(&self) -> Option<&Expr> {
         match self {
             Self::Value(value) => Some(value),

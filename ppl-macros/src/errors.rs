@@ -1,4 +1,4 @@
-//! The error messages of the macro. Each message says how to fix the error. `{}` is replaced by a name.
+//! The error messages of the macro. Each message explains how to fix the error. `{}` is replaced by a name.
 
 use std::fmt::Display;
 

@@ -23,8 +23,8 @@ pub(crate) trait Walk<'a>: Visit<'a> {
         self.visit_expr(labels);
     }
 
-    /// A pattern of `let`, `for` or an arm of `match`, and the expression that it destructures. There is no
-    /// expression if statements of the model compute the value.
+    /// Visits a pattern of `let`, `for` or an arm of `match`. `value` is the expression that the pattern
+    /// destructures; None if statements of the model compute the value.
     fn bind(&mut self, pat: &'a Pat, value: Option<&'a Expr>) {
         let _ = value;
         self.visit_pat(pat);

@@ -3,10 +3,10 @@
 use crate::partials::Partials;
 use crate::scalar::Scalar;
 
-/// Accumulator of the terms of a log density, each with its partial derivatives.
+/// Accumulator of the terms of a log density. Each term is a value with its partial derivatives.
 ///
-/// A density passes its terms one by one, and the accumulator determines their use. [`Joined`] adds them to one scalar.
-/// [`Settled`] adds the values, propagates the partial derivatives to the adjoints immediately, and stores no terms.
+/// A density passes its terms one by one to the accumulator. [`Joined`] adds the terms to one scalar. [`Settled`]
+/// adds the values, propagates the partial derivatives to the adjoints immediately, and stores no terms.
 pub trait Accumulator<R: Scalar> {
     /// Adds a term with the given value and partial derivatives.
     fn add(&mut self, value: f64, partials: impl Partials<R>);
@@ -14,28 +14,28 @@ pub trait Accumulator<R: Scalar> {
     /// Adds a term that is already a scalar.
     fn add_number(&mut self, term: R);
 
-    /// Number with the given value and the given derivative with respect to `y`. The caller must not use `y`
-    /// afterwards.
+    /// Returns a number with the given value and with the derivative `slope` with respect to `y`. The number can
+    /// replace `y` on the tape, so the caller must not use `y` afterwards.
     #[inline(always)]
     fn replace(&mut self, y: R, value: f64, slope: f64) -> R {
         y.unary(value, slope)
     }
 
-    /// Returns −ln x for the following term. An accumulator can return 0 and add the logarithm later, combined with
-    /// others as the logarithm of a product.
+    /// Returns −ln x for the following term. An accumulator can instead return 0 and add the logarithm later: it
+    /// multiplies the arguments x of several calls and takes one logarithm of the product.
     #[inline(always)]
     fn minus_ln(&mut self, x: f64) -> f64 {
         -x.ln()
     }
 
-    /// Whether terms that are the same at every point can be omitted.
+    /// Whether terms that have the same value at every point of the parameter space can be omitted.
     #[inline(always)]
     fn leave_out_constants(&self) -> bool {
         false
     }
 }
 
-/// Accumulator of the sum as one scalar.
+/// Accumulator that adds all terms to one scalar with derivatives.
 #[derive(Clone, Copy, Debug)]
 pub struct Joined<R>(Option<R>);
 
@@ -46,13 +46,13 @@ impl<R> Default for Joined<R> {
 }
 
 impl<R: Scalar> Joined<R> {
-    /// Sum of the terms that `density` adds.
+    /// Returns the sum of the terms that `density` adds.
     #[inline(always)]
     pub fn of(density: impl FnOnce(&mut Self)) -> R {
         Self::with(density).1
     }
 
-    /// Return value of `density`, and the sum of the terms that it adds.
+    /// Returns the return value of `density`, and the sum of the terms that `density` adds.
     #[inline(always)]
     pub fn with<T>(density: impl FnOnce(&mut Self) -> T) -> (T, R) {
         let mut terms = Self::default();
@@ -60,7 +60,7 @@ impl<R: Scalar> Joined<R> {
         (value, terms.number())
     }
 
-    /// Sum of the terms.
+    /// Returns the sum of the added terms; 0 if there are none.
     #[inline(always)]
     pub(crate) fn number(self) -> R {
         self.0.unwrap_or_else(|| R::from(0.0))
@@ -81,8 +81,8 @@ impl<R: Scalar> Accumulator<R> for Joined<R> {
 
 /// Accumulator that adds the values of the terms and propagates their partial derivatives to the adjoints immediately.
 ///
-/// With `drop_constants`, terms that are the same at every point are omitted, since samplers do not need them.
-/// [`Bound`](crate::Bound) adds the sum of the omitted terms.
+/// With `drop_constants`, terms that have the same value at every point of the parameter space are omitted.
+/// [`Bound`](crate::Bound) adds the sum of the omitted terms to the log density.
 #[derive(Clone, Copy, Debug)]
 pub struct Settled {
     value: f64,
@@ -97,7 +97,7 @@ impl Settled {
         Self { value: 0.0, product: 1.0, drop_constants: false }
     }
 
-    /// Sum of the values.
+    /// Returns the sum of the values of all added terms, without derivatives.
     #[inline(always)]
     pub(crate) fn total(&self) -> f64 {
         self.value - self.product.ln()
@@ -120,8 +120,8 @@ impl Settled {
         }
     }
 
-    /// Multiplies the product by x and returns 0. If the new product would overflow or underflow, resets the product to
-    /// 1 and returns minus its logarithm instead.
+    /// Multiplies the field `product` by x and returns 0. If the new product would be near overflow or underflow,
+    /// resets `product` to 1 and returns minus the logarithm of the new product instead.
     #[inline(always)]
     fn divide(&mut self, x: f64) -> f64 {
         let product = self.product * x;
@@ -167,15 +167,15 @@ impl<R: Scalar> Accumulator<R> for Settled {
 
 /// Accumulator of all terms of one statement.
 pub(crate) trait Statement<R: Scalar>: Accumulator<R> + Copy {
-    /// Empty accumulator. With `drop_constants`, terms that are the same at every point are omitted if the type
-    /// supports it.
+    /// Creates an empty accumulator. With `drop_constants`, terms that have the same value at every point of the
+    /// parameter space are omitted if the type supports the omission.
     fn empty(drop_constants: bool) -> Self;
 
-    /// Accumulator for observations in a loop that adds their terms to `total`; `None` if each observation needs its
-    /// own.
+    /// Returns an accumulator that adds the terms of all observations in a loop to `total`; `None` if each
+    /// observation needs a separate accumulator.
     fn within(total: &mut Settled) -> Option<&mut Self>;
 
-    /// Sum of the terms.
+    /// Returns the sum of the added terms.
     fn total(&self) -> f64;
 
     fn is_finite(&self) -> bool;
@@ -198,7 +198,7 @@ impl<R: Scalar> Statement<R> for Joined<R> {
         if total.has_finite_slopes() { total.value() } else { f64::NAN }
     }
 
-    /// Whether the value and the derivatives stored with the scalar are finite.
+    /// Whether the sum of the terms and the derivatives stored with the sum are finite.
     #[inline(always)]
     fn is_finite(&self) -> bool {
         let total = self.number();

@@ -1,7 +1,8 @@
-//! Backends of a density: sources of coordinates and targets of density terms, for each scalar type.
+//! Backends for the evaluation of a density. A backend supplies the coordinates of the unknowns and receives the
+//! terms of the log density.
 //!
-//! There are four: plain values (primal), values with derivatives (forward mode), a tape that stores no density terms
-//! (reverse mode), and a tape that stores every operation (full tape).
+//! There are four backends: plain values (primal), values with derivatives (forward mode), a tape that stores no
+//! density terms (reverse mode), and a tape that stores every operation (full tape).
 
 use std::cell::Cell;
 
@@ -10,7 +11,7 @@ use crate::real::Real;
 use crate::scalar::Scalar;
 use crate::tape::{Tape, Var};
 
-/// Source of coordinates and target of density terms.
+/// Supplies the coordinates of the unknowns and receives the terms of the log density.
 pub(crate) trait Backend {
     type Number: Scalar;
 
@@ -20,19 +21,19 @@ pub(crate) trait Backend {
     /// Unconstrained coordinates of one unknown.
     type Coordinates;
 
-    /// Takes the next `n` coordinates; `None` if fewer are left.
+    /// Removes and returns the next `n` coordinates of the point; `None` if fewer than `n` coordinates are left.
     fn take(&mut self, n: usize) -> Option<Self::Coordinates>;
 
-    /// Coordinate `i` of an unknown; NaN if `i` is out of range.
+    /// Returns coordinate `i` of the unknown with the coordinates `own`; NaN if `i` is out of range.
     fn coordinate(&self, own: &Self::Coordinates, i: usize) -> Self::Number;
 
-    /// Adds all terms of a statement.
+    /// Adds all terms of one statement to the log density.
     fn add(&mut self, terms: Self::Accumulator);
 
-    /// Adds the terms of a separate accumulator.
+    /// Adds the terms of an accumulator of type `Settled` to the log density.
     fn add_all(&mut self, terms: Settled);
 
-    /// Whether terms that are the same at every point are omitted.
+    /// Whether terms that have the same value at every point of the parameter space are omitted.
     #[inline(always)]
     fn drop_constants(&self) -> bool {
         false
@@ -41,7 +42,8 @@ pub(crate) trait Backend {
     /// Sum of the terms added so far.
     fn total(&self) -> f64;
 
-    /// Current position, to which `unwind` returns when later operations are no longer needed.
+    /// Returns the current position on the tape. `unwind` with this position removes all later operations from the
+    /// tape.
     #[inline(always)]
     fn mark(&self) -> usize {
         0
@@ -61,7 +63,8 @@ pub(crate) struct Primal<'y> {
 }
 
 impl<'y> Primal<'y> {
-    /// Backend at the point `y`. With `drop_constants`, terms that are the same at every point are omitted.
+    /// Creates a backend at the point `y`. With `drop_constants`, terms that have the same value at every point are
+    /// omitted.
     #[inline(always)]
     pub(crate) fn new(y: &'y [f64], drop_constants: bool) -> Self {
         Self { coordinates: y, drop_constants, total: Settled::new() }
@@ -157,8 +160,8 @@ pub(crate) struct Reverse<'t, 'y> {
 }
 
 impl<'t, 'y> Reverse<'t, 'y> {
-    /// Places all coordinates on the cleared tape as its first nodes; none if the tape is too short. With
-    /// `drop_constants`, terms that are the same at every point are omitted.
+    /// Makes all coordinates the first nodes of the cleared tape; if the tape is too short, adds no nodes. With
+    /// `drop_constants`, terms that have the same value at every point are omitted.
     #[inline(always)]
     pub(crate) fn new(tape: &'t Tape, y: &'y [f64], drop_constants: bool) -> Self {
         let adjoints = tape.inputs(y.len());
@@ -215,7 +218,7 @@ impl<'t, 'y> Backend for Reverse<'t, 'y> {
     }
 }
 
-/// Backend with a tape that stores every operation until the end, including the density terms.
+/// Backend with a tape that stores every operation of the evaluation, including the density terms.
 pub(crate) struct FullTape<'t, 'y> {
     reverse: Reverse<'t, 'y>,
     total: f64,

@@ -15,8 +15,8 @@ use crate::trace::Trace;
 
 /// A model bound to its data; the return type of functions declared by `model!`.
 ///
-/// The names, shapes and number of the unknowns are determined once, by a run on a prior draw. An error of this run is
-/// reported by [`layout`](Bound::layout) and by every sampler.
+/// When the model is bound, it is run once on a prior draw. This run determines the names, the shapes and the number
+/// of the unknowns. An error of this run is returned by [`layout`](Bound::layout) and by every sampler.
 ///
 /// # Example
 /// ```
@@ -74,7 +74,7 @@ impl<M: Model> Bound<M> {
         &self.model
     }
 
-    /// Names, shapes, roles and the number of unknowns.
+    /// Returns the names, shapes and roles of all quantities, and the number of unconstrained coordinates.
     ///
     /// # Errors
     /// [`ModelError`] with the invalid statement or data.
@@ -82,10 +82,11 @@ impl<M: Model> Bound<M> {
         self.inspection.layout()
     }
 
-    /// Draws from the prior: unknowns, tracked quantities, predictions, and a replicate of every observed quantity.
+    /// Draws the unknowns from the prior. The record contains the unknowns, tracked quantities, predictions, and a
+    /// simulated replicate of every observed quantity.
     ///
     /// # Errors
-    /// [`ModelError`] if the model rejects its own prior draws.
+    /// [`ModelError`] if the model is invalid or rejects all its prior draws.
     pub fn draw_prior<G: Rng>(&self, rng: &mut G) -> Result<Record, ModelError> {
         inspect::draw(&self.model, rng)
     }
@@ -99,7 +100,8 @@ impl<M: Model> Bound<M> {
         outcome.map(|()| record)
     }
 
-    /// Log density over constrained values at the unconstrained point `y`, that is, without the log-Jacobians.
+    /// Log density at the unconstrained point `y`, without the log-Jacobians of the maps from coordinates to values.
+    /// This is the density of the constrained values.
     ///
     /// # Errors
     /// [`Rejection`] if the density is zero or undefined.
@@ -126,11 +128,12 @@ impl<M: Model> Bound<M> {
         self.reverse::<false>(y, gradient, workspace)
     }
 
-    /// Gradient by forward mode, one coordinate at a time, from all data. It is slow, and independent of the tape and
-    /// of the statistics that were computed when the data were bound.
+    /// Computes the gradient in forward mode, one coordinate at a time. This is slow, but independent of the tape,
+    /// and of the sufficient statistics that were computed when the data were bound.
     ///
     /// # Errors
-    /// [`Rejection`] if the density is zero or undefined, or of the first statement whose derivative is not finite.
+    /// [`Rejection`] if the density is zero or undefined, or if a derivative is not finite; it contains the first
+    /// such statement.
     pub fn forward_gradient(&self, y: &[f64], gradient: &mut [f64]) -> Result<f64, Rejection> {
         let (mut value, mut sums) = (0.0, Vec::new());
         for (i, g) in gradient.iter_mut().enumerate() {
@@ -148,8 +151,9 @@ impl<M: Model> Bound<M> {
         Ok(value)
     }
 
-    /// Gradient from all data, by a tape that stores every operation. It is slow, and independent of the optimisations
-    /// in [`gradient`](LogDensity::gradient): omitted constants, terms without nodes, and precomputed statistics.
+    /// Computes the gradient with a tape that stores every operation. This is slow, but independent of the
+    /// optimisations in [`gradient`](LogDensity::gradient): omitted constants, terms that are not stored on the tape,
+    /// and precomputed sufficient statistics.
     ///
     /// # Errors
     /// [`Rejection`] if the density is zero or undefined.
@@ -179,7 +183,8 @@ impl<M: Model> Bound<M> {
         }
     }
 
-    /// Describes the first statement whose derivative is not finite at `y`, if the density is finite there.
+    /// Describes the first statement whose derivative is not finite at `y`; `None` if all derivatives are finite, or
+    /// if the density is not finite at `y`.
     #[cold]
     fn explain_gradient(&self, y: &[f64]) -> Option<String> {
         self.log_density(y, &mut Workspace::default()).ok()?;
@@ -191,7 +196,8 @@ impl<M: Model> Bound<M> {
         ))
     }
 
-    /// Sum of all terms and its gradient; repeated with a longer tape if the tape was too short.
+    /// Computes the log density and its gradient in reverse mode. The evaluation is repeated with a longer tape if
+    /// the tape was too short.
     fn reverse<const JACOBIAN: bool>(
         &self,
         y: &[f64],
@@ -224,7 +230,7 @@ fn other_length(gradient: usize, point: usize) -> Rejection {
     Box::new(FatalError::GradientLength { gradient, point }).into()
 }
 
-/// Sum of all terms.
+/// Returns the sum of all terms of the log density.
 #[inline]
 fn value<M: Model, L: Backend, const JACOBIAN: bool>(
     model: &M,

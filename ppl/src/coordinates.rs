@@ -4,7 +4,8 @@ use std::ops::Index;
 
 /// Labels of the entries along dimensions, sorted by the name of the dimension.
 ///
-/// The type is a vector and not a map, because every crate with a model would compile the destructor of a map again.
+/// The labels are stored in a vector and not in a map, because every crate with a model would compile the destructor
+/// of a map again.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Coordinates(Vec<(String, Vec<String>)>);
 
@@ -18,7 +19,7 @@ impl Coordinates {
         self.0.is_empty()
     }
 
-    /// Labels along `dimension`.
+    /// Returns the labels along `dimension`; `None` if the dimension has no labels.
     pub fn get(&self, dimension: &str) -> Option<&Vec<String>> {
         self.position(dimension).ok().map(|index| &self.0[index].1)
     }
@@ -28,7 +29,7 @@ impl Coordinates {
         self.0.iter()
     }
 
-    /// Labels along `dimension` for modification; an empty list is inserted if there are none.
+    /// Returns the labels along `dimension` for modification. Inserts an empty list if the dimension has no labels.
     pub(crate) fn labels(&mut self, dimension: &str) -> &mut Vec<String> {
         let index = self.position(dimension).unwrap_or_else(|index| {
             self.0.insert(index, (dimension.to_owned(), Vec::new()));

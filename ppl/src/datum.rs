@@ -1,4 +1,5 @@
-//! Conversion of values: data to the value types of distributions, and values to plain numbers for records.
+//! Conversions of values: from data to the value types of distributions, and from values to plain numbers for
+//! records.
 
 /// A value on which a statement `place ~ D` can condition, convertible to the value type of `D`.
 ///
@@ -11,34 +12,34 @@
     note = "a distribution of one number takes no arrays: write a loop over the entries, or \
             `.array::<N>()` for independent values of the same distribution"
 )]
-// The hidden items belong to this trait. In a separate supertrait, they would make the compiler report that trait, and
-// the messages above would not appear for data of a wrong type.
+// The hidden items are in this trait and not in a supertrait: for data of a wrong type, the compiler would report the
+// supertrait, and the messages above would not appear.
 pub trait Datum<V> {
     /// Whether the value does not depend on unknowns.
     #[doc(hidden)]
     const CONSTANT: bool = false;
 
-    /// Whether the value is the same in every iteration of the surrounding plate.
+    /// Whether the value is the same in every iteration of the surrounding plate (a `for` loop of the model).
     #[doc(hidden)]
     const SHARED: bool = false;
 
-    /// Largest number of scalars on which the value depends, if the type determines it.
+    /// Largest number of scalars on which the value depends; `usize::MAX` if the type does not determine the number.
     #[doc(hidden)]
     const NUMBERS: usize = usize::MAX;
 
-    /// Converts to the value at which the density is evaluated.
+    /// Converts the datum to the value at which the density is evaluated.
     fn lift(&self) -> V;
 
-    /// Calls `f` with each scalar on which the value depends and `weight` times the derivative with respect to it; not
-    /// for a constant.
+    /// Calls `f(scalar, weight · ∂value/∂scalar)` for each scalar on which the value depends. `f` is not called for a
+    /// constant.
     #[doc(hidden)]
     #[inline(always)]
     fn spread(&self, weight: f64, f: &mut impl FnMut(V, f64)) {
         f(self.lift(), weight);
     }
 
-    /// Version of [`spread`](Datum::spread) for weights to which no further factor will be applied. A value that sums
-    /// its own adjoint can add such weights without calling `f`.
+    /// Version of [`spread`](Datum::spread) for weights that are final, that is, are not multiplied by a further
+    /// factor. A value that sums its adjoint itself can add these weights directly, without a call of `f`.
     #[doc(hidden)]
     #[inline(always)]
     fn settle(&self, weight: f64, f: &mut impl FnMut(V, f64)) {
@@ -112,7 +113,7 @@ impl<V, T: Datum<V>> Datum<Vec<V>> for Vec<T> {
     }
 }
 
-/// A value that `place.impute() ~ D` can complete: a datum that can be missing.
+/// A datum that can be missing, for statements `place.impute() ~ D`. A missing datum becomes an unknown.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is never missing, or does not fit the values of this distribution",
     label = "needed: an `Option` of something that can be read as `{V}`",
@@ -158,7 +159,7 @@ pub trait Recordable {
     }
 }
 
-/// Implements [`Recordable`] for scalar types: `impl_number_record! { [generics] Type: self => its f64; }`.
+/// Implements [`Recordable`] for scalar types: `impl_number_record! { [generics] Type: self => value as f64; }`.
 macro_rules! impl_number_record {
     ($([$($generics:tt)*] $Number:ty: $self:ident => $value:expr;)*) => {$(
         impl<$($generics)*> $crate::datum::Recordable for $Number {
@@ -188,7 +189,7 @@ impl<T: Recordable + ?Sized> Recordable for &T {
     }
 }
 
-/// Shape of `len` values that have the given shape.
+/// Returns the shape of an array of `len` values, each of which has the given shape.
 fn stacked(len: usize, mut shape: Vec<usize>) -> Vec<usize> {
     shape.insert(0, len);
     shape

@@ -59,24 +59,26 @@ pub trait LogDensity: Sync {
         workspace: &mut Self::Workspace,
     ) -> Result<f64, Rejection>;
 
-    /// Draw from the prior in unconstrained coordinates; `None` if the density has no prior. Samplers and optimisers
-    /// start at such a draw if they reject all uniform starts. Random walks take their first scales from such draws.
+    /// Draws a point from the prior, in unconstrained coordinates; returns `None` if the density has no prior.
+    /// Samplers and optimisers start at such a draw if the density rejects all uniform starting points. Random-walk
+    /// samplers compute their initial proposal scales from such draws.
     fn prior_point(&self, rng: &mut dyn RngCore) -> Option<Vec<f64>> {
         let _ = rng;
         None
     }
 
-    /// Copy of `y` in which the named quantities have the given values.
+    /// Returns a copy of `y` in which the named quantities have the given values.
     ///
     /// # Errors
-    /// Description of the name or value that does not fit, and of what would fit.
+    /// A message that describes the invalid name or value and the allowed ones.
     #[doc(hidden)]
     fn with_values(&self, y: &[f64], values: &[(String, Vec<f64>)]) -> Result<Vec<f64>, String> {
         let _ = (y, values);
         Err("a density without a model has no named quantities: give `init_points`".to_owned())
     }
 
-    /// Further description of a rejected point `y` for error messages, such as the rejected datum.
+    /// Describes why the point `y` is rejected, for error messages, for example the datum with zero density; `None`
+    /// if no description is available.
     fn explain(&self, y: &[f64]) -> Option<String> {
         let _ = y;
         None
@@ -139,13 +141,15 @@ pub enum Rejection {
         /// Message of the `reject!` statement.
         message: String,
     },
-    /// A fatal error: no further evaluation is possible. The run stops and keeps its draws.
+    /// A fatal error, after which no further evaluation is possible. The run of the sampler stops and keeps its
+    /// draws.
     #[error(transparent)]
     Fatal(#[from] Box<FatalError>),
 }
 
 impl Rejection {
-    /// Rejection that ends the run, for example because an external service failed. `cause` is an error or a message.
+    /// Creates a rejection that ends the run of the sampler, for example because an external service failed. `cause`
+    /// is an error or a message.
     pub fn fatal(cause: impl Into<Box<dyn Error + Send + Sync>>) -> Self {
         Self::Fatal(Box::new(FatalError::other(cause)))
     }
@@ -165,7 +169,7 @@ impl Rejection {
 /// call.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FatalError {
-    /// A prediction statement ran in a context that does not predict.
+    /// A prediction statement was executed while the log density was evaluated.
     #[error("{location}: predictions need `if cx.predicts()` around them")]
     Prediction {
         /// The prediction statement.
@@ -187,10 +191,10 @@ pub enum FatalError {
         coordinates_left(.location)
     )]
     VaryingDimension {
-        /// Statement that needs more coordinates than there are; `None` if some coordinates were not used.
+        /// Statement that needs more coordinates than are left; `None` if some coordinates were not used.
         location: Option<Location>,
     },
-    /// A distribution read another number of coordinates than its `dim()`.
+    /// A distribution read a number of coordinates that differs from its `dim()`.
     #[error(
         "{location}: its distribution takes another number of coordinates than its `dim()`, {dim}"
     )]

@@ -43,8 +43,8 @@ pub trait Differentiable<const D: usize, const M: usize>: Sync {
     /// Evaluates the function for any [`Scalar`] type.
     ///
     /// # Errors
-    /// [`DomainError`] if the function is undefined at `x`. Inside `model!`, `f.try_at(x)?` turns the error into a
-    /// rejection of the point with its message.
+    /// [`DomainError`] if the function is undefined at `x`. Inside `model!`, `f.try_at(x)?` converts the error into a
+    /// rejection of the point with the same message.
     #[inline(always)]
     fn try_at<S: Scalar>(&self, x: [S; D]) -> Result<[S; M], DomainError>
     where
@@ -58,8 +58,8 @@ pub trait Differentiable<const D: usize, const M: usize>: Sync {
         Ok(S::fuse_all(value, x, jacobian))
     }
 
-    /// Version of [`try_at`](Differentiable::try_at) that returns NaN outside the domain; a model that uses the NaN
-    /// rejects the point.
+    /// Version of [`try_at`](Differentiable::try_at) that returns NaN if the function is undefined at `x`; a model
+    /// that uses the NaN rejects the point.
     #[inline(always)]
     fn at<S: Scalar>(&self, x: [S; D]) -> [S; M]
     where
@@ -69,7 +69,8 @@ pub trait Differentiable<const D: usize, const M: usize>: Sync {
         if !S::DIFFERENTIABLE {
             return self.value(&point).unwrap_or([f64::NAN; M]).map(S::from);
         }
-        // use `fuse_all` in both cases: the result is then always on the tape, and later operations need no check
+        // use `fuse_all` also if the function is undefined: the result is then always on the tape, and later
+        // operations need no check
         let outside = ([f64::NAN; M], [[0.0; D]; M]);
         let (value, jacobian) = self.value_and_jacobian(&point).unwrap_or(outside);
         S::fuse_all(value, x, jacobian)
@@ -130,8 +131,8 @@ pub trait DynDifferentiable: Sync {
     /// Evaluates the function for any [`Scalar`] type.
     ///
     /// # Errors
-    /// [`DomainError`] if the function is undefined at `x`. Inside `model!`, `f.try_at(&x)?` turns the error into a
-    /// rejection of the point with its message.
+    /// [`DomainError`] if the function is undefined at `x`. Inside `model!`, `f.try_at(&x)?` converts the error into
+    /// a rejection of the point with the same message.
     fn try_at<S: Scalar>(&self, x: &[S]) -> Result<Vec<S>, DomainError>
     where
         Self: Sized,
@@ -145,8 +146,8 @@ pub trait DynDifferentiable: Sync {
         Ok(outputs.map(|(v, row)| S::fuse_iter(v, x.iter().copied().zip(row))).collect())
     }
 
-    /// Version of [`try_at`](Self::try_at) that returns NaN outside the domain; a model that uses the NaN rejects the
-    /// point.
+    /// Version of [`try_at`](Self::try_at) that returns NaN if the function is undefined at `x`; a model that uses
+    /// the NaN rejects the point.
     fn at<S: Scalar>(&self, x: &[S]) -> Vec<S>
     where
         Self: Sized,

@@ -8,14 +8,14 @@ use crate::scalar::Scalar;
 
 /// Second argument of [`dot`]: a slice, array or vector of scalars.
 pub trait Numbers: Debug {
-    /// Scalar type of the context.
+    /// Scalar type of the evaluation context, without the wrapper [`Real`].
     type Scalar: Scalar;
 
     /// The scalars.
     fn numbers(&self) -> &[Real<Self::Scalar>];
 
-    /// Calls `f` with each scalar and `weight` times its datum. The products are complete contributions to the
-    /// adjoints: no further factor will be applied.
+    /// Calls `f(x, weight · d)` for each scalar x and its datum d. The products are final contributions to the
+    /// adjoints of the scalars, that is, they are not multiplied by a further factor.
     #[inline(always)]
     fn settle(&self, data: &[f64], weight: f64, f: &mut impl FnMut(Real<Self::Scalar>, f64)) {
         for (d, x) in data.iter().zip(self.numbers()) {

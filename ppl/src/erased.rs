@@ -1,5 +1,5 @@
-//! Type-erased densities and models. With them, samplers, optimisers and posteriors are compiled once in this crate and
-//! not again for every user model.
+//! Type-erased densities and models. Samplers, optimisers and posteriors use these types, so that they are compiled
+//! once in this crate and not for every user model.
 
 use rand::RngCore;
 
@@ -21,7 +21,7 @@ pub(crate) trait ErasedDensity: Sync {
     /// See [`LogDensity::with_values`].
     fn with_values(&self, y: &[f64], values: &[(String, Vec<f64>)]) -> Result<Vec<f64>, String>;
 
-    /// The density with its own workspace; one evaluator per chain.
+    /// Creates an evaluator of the density with a separate workspace; each chain has one evaluator.
     fn evaluator(&self) -> Box<dyn Evaluator + '_>;
 }
 
@@ -79,14 +79,14 @@ pub(crate) trait ErasedModel: ErasedDensity {
     /// See [`Bound::layout`].
     fn layout(&self) -> Result<&Layout, ModelError>;
 
-    /// See [`Bound::draw_prior`]; `rejected` is called for each previous draw that a statement rejected.
+    /// See [`Bound::draw_prior`]; `rejected` is called for each unsuccessful draw, which a statement rejected.
     fn draw_prior(
         &self,
         rng: &mut dyn RngCore,
         rejected: &mut dyn FnMut(&Rejection),
     ) -> Result<Record, ModelError>;
 
-    /// Named quantities at `y`; incomplete if a statement rejects the point.
+    /// Returns the named quantities at `y`. The record is incomplete if a statement rejects the point.
     fn record_at(&self, y: &[f64], rng: &mut dyn RngCore) -> (Record, Result<(), Rejection>);
 }
 

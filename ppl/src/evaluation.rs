@@ -19,7 +19,8 @@ pub(crate) enum Statistics<'p> {
     Anew(&'p mut Vec<f64>),
 }
 
-/// Context that evaluates the log density. Without `JACOBIAN`, it is the density over constrained values.
+/// Context that evaluates the log density of a model. If `JACOBIAN` is false, the log-Jacobians are omitted, and the
+/// result is the density over constrained values.
 pub(crate) struct Density<'p, L, const JACOBIAN: bool> {
     pub(crate) backend: L,
     statistics: Statistics<'p>,
@@ -31,7 +32,8 @@ impl<'p, L: Backend, const JACOBIAN: bool> Density<'p, L, JACOBIAN> {
         Self { backend, statistics }
     }
 
-    /// Runs the model; an error if coordinates are left over, because the density would not depend on them.
+    /// Runs the model. Returns an error if the model does not use all coordinates, because the density would not
+    /// depend on the unused coordinates.
     #[inline(always)]
     pub(crate) fn read(&mut self, model: &impl Model) -> Result<(), Rejection> {
         model.run(self)?;
@@ -41,7 +43,7 @@ impl<'p, L: Backend, const JACOBIAN: bool> Density<'p, L, JACOBIAN> {
         Ok(())
     }
 
-    /// Empty accumulator for the terms of a statement.
+    /// Creates an empty accumulator for the terms of a statement.
     #[inline(always)]
     fn terms(&self) -> L::Accumulator {
         L::Accumulator::empty(self.backend.drop_constants())
@@ -200,10 +202,11 @@ impl<L: Backend, const JACOBIAN: bool> ContextHooks for Density<'_, L, JACOBIAN>
     }
 }
 
-/// Constructs a fatal rejection; only its content is constructed out of line.
+/// Constructs a fatal rejection. The error inside the rejection is constructed in a function that is not inlined.
 ///
-/// Since the `Rejection` variant is constructed inline, the compiler knows that all scalars in later statements are on
-/// the same tape. With an out-of-line constructor it would have to check each of them.
+/// Since the variant of `Rejection` is constructed inline, the compiler knows that all scalars in later statements
+/// are on the same tape. If the rejection were constructed in a separate function, the compiled code would check the
+/// tape of each scalar.
 #[inline(always)]
 pub(crate) fn fatal(error: impl FnOnce() -> FatalError) -> Rejection {
     Rejection::Fatal(elsewhere(|| Box::new(error())))

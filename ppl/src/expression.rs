@@ -1,9 +1,10 @@
 //! Arithmetic expressions that are differentiated as a whole.
 //!
-//! `model!` treats `a + b * x` in a statement as one expression. Its type is the structure of the formula. The value
-//! and the derivative of every step are computed when the expression is built. Closing an expression makes it a single
-//! operation on its scalars. An expression in a distribution argument is not closed: the partial derivatives of the
-//! density are propagated through it directly.
+//! `model!` treats `a + b * x` in a statement as one expression. The type of the expression represents the structure
+//! of the formula. The value and the derivative of every operation are computed when the expression is built. Closing
+//! an expression (`close`) converts it to one scalar, which is stored on the tape as a single operation. An
+//! expression in a distribution argument is not closed: the partial derivatives of the density are propagated
+//! directly to the scalars in the expression.
 
 use std::fmt::Debug;
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -17,7 +18,7 @@ use crate::scalar::Scalar;
 
 /// A formula over the scalars of a model.
 ///
-/// It can be a parameter of a distribution; [`close`](Expression::close) turns it into a scalar.
+/// An expression can be a parameter of a distribution; [`close`](Expression::close) converts it to a scalar.
 #[derive(Clone, Copy, Debug)]
 pub struct Expression<E>(pub(crate) E);
 
@@ -26,25 +27,27 @@ pub trait Formula: Copy + Debug {
     /// Type of the scalars in the formula.
     type Number: Scalar;
 
-    /// Whether the formula is the same in every iteration of the surrounding plate.
+    /// Whether the formula has the same value in every iteration of the surrounding plate (a `for` loop of the
+    /// model).
     const SHARED: bool = false;
 
-    /// Largest number of scalars in the formula, if the type determines it.
+    /// Largest number of scalars in the formula; `usize::MAX` if the type does not determine the number.
     const NUMBERS: usize = usize::MAX;
 
     /// Value of the formula.
     fn result(self) -> f64;
 
-    /// Lengths of the two vectors, if the formula is a dot product.
+    /// Lengths of the two vectors if the formula is a dot product; otherwise `None`.
     #[inline(always)]
     fn lengths(self) -> Option<[usize; 2]> {
         None
     }
 
-    /// Calls `f` with each scalar in the formula and `weight` times the derivative with respect to it.
+    /// Calls `f(scalar, weight · ∂formula/∂scalar)` for each scalar in the formula.
     fn spread(self, weight: f64, f: &mut impl FnMut(Self::Number, f64));
 
-    /// Version of [`spread`](Formula::spread) for weights to which no further factor will be applied.
+    /// Version of [`spread`](Formula::spread) for weights that are final, that is, are not multiplied by a further
+    /// factor.
     #[inline(always)]
     fn settle(self, weight: f64, f: &mut impl FnMut(Self::Number, f64)) {
         self.spread(weight, f);
@@ -142,7 +145,7 @@ impl<A: Formula> Expression<A> {
         Expression(Unary { value, slope, argument: self.0 })
     }
 
-    /// Applies a function of [`Scalar`], with its derivative at the value.
+    /// Applies a function of [`Scalar`] to the formula. The derivative is computed with a dual number.
     #[inline(always)]
     fn apply(self, f: impl FnOnce(Dual<1>) -> Dual<1>) -> Expression<Unary<A>> {
         let y = f(Dual::new(self.value(), [1.0]));
@@ -308,7 +311,7 @@ arithmetic!(Div, div, |a, b| (a / b, 1.0 / b, -a / (b * b)));
 mod tests {
     use super::*;
 
-    /// Compares a formula with every operation to the same computation with duals.
+    /// Compares a formula that contains every operation with the same computation on dual numbers.
     #[test]
     fn formulas_are_differentiated_exactly() {
         type R = Real<Dual<3>>;

@@ -5,16 +5,16 @@ use crate::differentiable::Differentiable;
 
 /// A black-box function ℝᴰ → ℝᴹ as a [`Differentiable`], with the Jacobian from central differences.
 ///
-/// The derivative with respect to argument i is `(f(x + h eᵢ) − f(x − h eᵢ))/2h`. Each argument has its own step h, in
-/// the unit of the argument. Value and Jacobian need 2 D + 1 calls. The truncation error is h²/6 · |f‴|. If the
-/// function has an uncertainty δ (a solver tolerance, or 10⁻¹⁶ |f| of rounding), the difference has a further error of
-/// about δ/h. The sum of both is smallest near h = ∛(3δ/|f‴|). For a smooth function, this is 10⁻⁵ of the scale on
-/// which it bends; for a solver with a loose tolerance it is larger. If only one of the two points lies in the domain,
-/// as at a bound, the difference is one-sided, with an error of h/2 · |f″|.
+/// The derivative with respect to argument i is `(f(x + h eᵢ) − f(x − h eᵢ))/2h`. Each argument has its own step h,
+/// in the unit of the argument. Value and Jacobian need 2 D + 1 calls. The truncation error is h²/6 · |f‴|. If the
+/// function has an uncertainty δ (a solver tolerance, or 10⁻¹⁶ |f| of rounding), the derivative has a further error
+/// of about δ/h. The sum of both errors is smallest near h = ∛(3δ/|f‴|). For a smooth function, this step is about
+/// 10⁻⁵ of the length over which the slope changes; for a solver with a loose tolerance, it is larger. If only one of
+/// the two points lies in the domain, as at a bound, the difference is one-sided, with an error of h/2 · |f″|.
 ///
-/// Errors of the Jacobian do not bias the draws, because the values are exact. They make the energy drift along a
-/// trajectory, so that NUTS takes smaller steps. If derivatives are available (analytical, by an adjoint, or from a
-/// surrogate), implement [`Differentiable`] instead.
+/// Errors of the Jacobian do not bias the draws, because the values are exact. These errors make the energy drift
+/// along a trajectory, so that NUTS uses smaller steps. If derivatives are available (analytical, by an adjoint, or
+/// from a surrogate), implement [`Differentiable`] instead.
 ///
 /// # Example
 /// ```
@@ -52,7 +52,7 @@ pub struct FiniteDifference<F, const D: usize> {
 }
 
 impl<F, const D: usize> FiniteDifference<F, D> {
-    /// Function with a step for each argument, in the unit of the argument.
+    /// Creates the function with one difference step per argument, in the unit of the argument.
     ///
     /// # Errors
     /// [`DomainError`] if a step is not positive and finite.
@@ -78,7 +78,7 @@ where
                 point[d] += offset;
                 (point[d], (self.function)(&point))
             };
-            // use the points after rounding
+            // divide by the difference of the rounded points
             let ((high, above), (low, below)) = (at(step), at(-step));
             let (high, above, low, below) = match (above, below) {
                 (Ok(above), Ok(below)) => (high, above, low, below),

@@ -35,12 +35,13 @@ pub struct Group {
 }
 
 impl Group {
-    /// Draws of the named quantity.
+    /// Returns the draws of the named quantity; `None` if the group has no quantity with this name.
     pub fn get(&self, name: &str) -> Option<&Values> {
         self.variables.iter().find(|v| v.name == name)
     }
 
-    /// Trace of the element with the given name, such as `young` or `sd[0]`: one vector per chain.
+    /// Returns the trace of the element with the given name, such as `young` or `sd[0]`: one vector of draws per
+    /// chain.
     pub fn trace(&self, element: &str) -> Option<Vec<Vec<f64>>> {
         let name = element.split('[').next().unwrap_or(element);
         let values = self.get(name)?;
@@ -69,7 +70,7 @@ impl Group {
         (0..self.chains).map(|c| (0..self.draws).map(|d| at(c, d)).collect()).collect()
     }
 
-    /// Draws of element `index` of a quantity, with the chains concatenated.
+    /// Returns the draws of element `index` of a quantity, with the chains concatenated.
     pub(crate) fn column(&self, values: &Values, index: usize) -> Vec<f64> {
         values.data[index..].iter().step_by(values.size()).copied().collect()
     }
@@ -79,7 +80,8 @@ pub(crate) fn element_names(name: &str, shape: &[usize]) -> Vec<String> {
     labelled_names(name, shape, |_, index| index.to_string())
 }
 
-/// Names of all elements of a quantity; `label(dimension, index)` is written for every index.
+/// Returns the names of all elements of a quantity. `label(dimension, index)` is the text for an index along a
+/// dimension.
 pub(crate) fn labelled_names(
     name: &str,
     shape: &[usize],

@@ -1,4 +1,5 @@
-//! Inspection of models by tracing. The code is type-erased, so that it is compiled once and not for every model.
+//! Inspection of models by tracing: a model is run once, and a trace records its named quantities. The code is
+//! type-erased, so that it is compiled once and not for every model.
 
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -28,7 +29,7 @@ pub enum ModelError {
         /// Rejection of the last draw.
         #[source]
         last: Rejection,
-        /// Further description of the last rejection, such as the rejected datum.
+        /// Additional description of the last rejection, such as the datum with zero density.
         detail: Option<String>,
     },
     /// The model is invalid.
@@ -38,10 +39,10 @@ pub enum ModelError {
 
 /// Type-erased model.
 pub(crate) trait Statements {
-    /// Runs the statements in a trace.
+    /// Runs the statements of the model with the context `trace`.
     fn trace(&self, trace: &mut Trace<'_>) -> Result<(), Rejection>;
 
-    /// Log density at `y`. With `drop_constants`, terms that are the same at every point are omitted.
+    /// Log density at `y`. With `drop_constants`, terms that have the same value at every point are omitted.
     fn value(
         &self,
         y: &[f64],
@@ -54,9 +55,10 @@ pub(crate) trait Statements {
 #[derive(Clone, Debug)]
 pub(crate) struct Inspection {
     layout: Result<Layout, ModelError>,
-    /// Sum of the terms that depend only on data, if it is the same at every point.
+    /// Sum of the terms that depend only on data; `None` if this sum is not the same at every point.
     pub(crate) constant: Option<f64>,
-    /// Sufficient statistics of the observations, if every point executes the same statements.
+    /// Sufficient statistics of the observations; `None` if the executed statements or their data depend on the
+    /// point.
     statistics: Option<Vec<SufficientStatistics>>,
 }
 
@@ -72,7 +74,8 @@ impl Inspection {
         }
     }
 
-    /// Sufficient statistics of the data; `memory` is scratch memory if they are recomputed at every point.
+    /// Returns the precomputed sufficient statistics, or the scratch memory `memory` if they must be recomputed at
+    /// every point.
     #[inline]
     pub(crate) fn statistics<'p>(&'p self, memory: &'p mut Vec<f64>) -> Statistics<'p> {
         match &self.statistics {
@@ -82,7 +85,8 @@ impl Inspection {
     }
 }
 
-/// Determines names and shapes; with `is_static`, also the constant and the sufficient statistics.
+/// Determines the names and shapes of the quantities of a model. With `is_static`, also determines the constant terms
+/// and the sufficient statistics.
 pub(crate) fn inspect(model: &dyn Statements, is_static: bool) -> Inspection {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(0);
     let (record, statistics) = match run(model, &mut rng, is_static.then(Vec::new), &mut |_| ()) {
@@ -99,12 +103,12 @@ pub(crate) fn inspect(model: &dyn Statements, is_static: bool) -> Inspection {
     found
 }
 
-/// Draws from the prior.
+/// Draws one record from the prior.
 pub(crate) fn draw(model: &dyn Statements, rng: &mut dyn RngCore) -> Result<Record, ModelError> {
     draw_counting(model, rng, &mut |_| ())
 }
 
-/// Draws from the prior; `rejected` is called for each previous draw that a statement rejected.
+/// Draws one record from the prior. `rejected` is called for each unsuccessful draw, which a statement rejected.
 pub(crate) fn draw_counting(
     model: &dyn Statements,
     rng: &mut dyn RngCore,
@@ -113,8 +117,8 @@ pub(crate) fn draw_counting(
     run(model, rng, None, rejected).map(|(record, _)| record)
 }
 
-/// Draws from the prior. If `statistics` is given, also returns it with the sufficient statistics of the observations
-/// added.
+/// Draws one record from the prior. If `statistics` is given, the sufficient statistics of the observations are added
+/// to it, and it is returned too.
 fn run(
     model: &dyn Statements,
     rng: &mut dyn RngCore,
@@ -143,8 +147,8 @@ fn run(
     }
 }
 
-/// Runs a model in a trace. A panic of the model, for example because of an index out of bounds, becomes a fatal error
-/// with the last statement executed before it.
+/// Runs a model in a trace. A panic of the model, for example because of an index out of bounds, is converted to a
+/// fatal error that contains the last statement executed before the panic.
 fn traced(model: &dyn Statements, trace: &mut Trace<'_>) -> Result<(), Rejection> {
     let panic = match catch_unwind(AssertUnwindSafe(|| model.trace(trace))) {
         Ok(outcome) => return outcome,
@@ -155,7 +159,7 @@ fn traced(model: &dyn Statements, trace: &mut Trace<'_>) -> Result<(), Rejection
     Err(Box::new(FatalError::Panic { location: trace.last, message: text.to_owned() }).into())
 }
 
-/// Named quantities at `y`; incomplete if a statement rejects the point.
+/// Returns the named quantities at `y`. The record is incomplete if a statement rejects the point.
 pub(crate) fn record_at(
     model: &dyn Statements,
     y: &[f64],
@@ -167,8 +171,8 @@ pub(crate) fn record_at(
     (trace.record, outcome)
 }
 
-/// Copy of `y` in which the named quantities have the given values; an error describes a name or value that does not
-/// fit.
+/// Returns a copy of `y` in which the named quantities have the given values. An error describes an invalid name or
+/// value.
 pub(crate) fn with_values(
     model: &dyn Statements,
     y: &[f64],
@@ -184,7 +188,7 @@ pub(crate) fn with_values(
     if let UnknownsFrom::Values(_, values) = source {
         match (outcome, &values.problem) {
             (Ok(()), _) | (Err(_), Some(_)) => values.check(&names.join(", "))?,
-            // the density rejects this point too, so that the caller tries another one
+            // the density rejects the point `y` too, so that the caller tries another point
             (Err(_), None) if point.len() < y.len() => return Ok(y.to_vec()),
             (Err(_), None) => {}
         }
@@ -192,7 +196,7 @@ pub(crate) fn with_values(
     Ok(point)
 }
 
-/// Names, shapes and the number of unknowns, from a prior draw.
+/// Creates the layout (names, shapes and number of coordinates) from a prior draw.
 fn layout(record: Record) -> Layout {
     Layout {
         dim: record.unconstrained.len(),
@@ -202,11 +206,12 @@ fn layout(record: Record) -> Layout {
     }
 }
 
-/// Error of a model whose data depend on the point through a user-defined function, so that nothing can be precomputed.
+/// Error of a model whose data depend on the point through a user-defined function, so that constants and sufficient
+/// statistics cannot be precomputed.
 struct Moving;
 
-/// Sum of the terms omitted by `drop_constants`, if it is the same at several prior draws. It is computed at the draw
-/// with the smallest rounding error.
+/// Returns the sum of the terms that `drop_constants` omits; `None` if this sum differs between prior draws. The sum
+/// is computed at the draw with the smallest rounding error.
 fn constant(
     model: &dyn Statements,
     rng: &mut dyn RngCore,
@@ -220,7 +225,7 @@ fn constant(
         let y = record.unconstrained;
         let mut value =
             |drop_constants| model.value(&y, drop_constants, found.statistics(&mut sums));
-        // in the tails of the prior the density can be undefined
+        // skip draws in the tails of the prior, where the density can be undefined
         let (Ok(full), Ok(rest)) = (value(false), value(true)) else { continue };
         if let Ok(anew) = model.value(&y, false, Statistics::Anew(&mut sums))
             && (anew - full).abs() > 1e-8 * (anew.abs() + full.abs() + 1.0)
@@ -240,7 +245,7 @@ fn constant(
     Ok(is_same.then_some(best.1))
 }
 
-/// Description of the first observation without a finite density, if the model fails at `y` because of it.
+/// Describes the first observation whose density is not finite at `y`; `None` if there is no such observation.
 pub(crate) fn explain(model: &dyn Statements, y: &[f64]) -> Option<String> {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(0);
     let mut trace = Trace::new(UnknownsFrom::Point(CoordinateReader::new(y)), &mut rng);

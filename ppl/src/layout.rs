@@ -15,7 +15,8 @@ pub struct Layout {
     pub variables: Vec<Variable>,
     /// Labels of the entries along dimensions, by the name of the dimension.
     pub coordinates: Coordinates,
-    /// Units of quantities by name: one unit, or one for each entry along the last dimension.
+    /// Units by the name of the quantity: one unit for the quantity, or one unit for each entry along its last
+    /// dimension.
     pub units: BTreeMap<String, Vec<String>>,
 }
 
@@ -102,7 +103,7 @@ pub enum LabelError {
         /// Names of the existing quantities.
         known: String,
     },
-    /// The quantity has fewer dimensions.
+    /// The requested dimension does not exist: the quantity has fewer dimensions.
     #[error(
         "`{name}` has {dimensions} dimension(s), counted from 0: there is no dimension {dimension}"
     )]
@@ -141,8 +142,8 @@ fn check_length(
     Err(LabelError::Length { dimension, name, entries, labels })
 }
 
-/// Checks that each dimension has one length and as many labels as entries, and that no quantity has the name of a
-/// dimension.
+/// Checks three conditions: a named dimension has the same length in all quantities; the number of its labels, if
+/// any, equals this length; and no quantity has the name of a dimension.
 pub(crate) fn check(entries: &[Entry], coordinates: &Coordinates) -> Result<(), String> {
     let mut lengths: BTreeMap<&str, (&str, usize)> = BTreeMap::new();
     for variable in entries.iter().map(|entry| &entry.variable) {

@@ -32,15 +32,16 @@
 //!
 //! # Contents
 //! - **Models**: declare them with [`model!`], or implement the trait [`Model`]; [`Bound`] is a model with its data.
-//! - **Distributions**: one type each, with the variations of [`Family`]: `.iid(n)`, `.array::<N>()`,
+//! - **Distributions**: one type per distribution, with the variations of [`Family`]: `.iid(n)`, `.array::<N>()`,
 //!   `.truncate(a..b)`, `.ordered()`. User-defined distributions implement [`Distribution`].
 //! - **Derivatives**: exact, by reverse mode. User-defined functions implement [`Differentiable`]; [`FiniteDifference`]
 //!   differentiates black boxes.
-//! - **Samplers**: [`Nuts`] uses gradients. [`Metropolis`] and [`DelayedAcceptance`] need none; the latter screens
-//!   proposals with a cheap density. They sample models and other log densities. Chains run in parallel, with the same
-//!   draws for any number of threads. [`Map`] finds joint modes, [`Laplace`] the normal approximation at a mode.
-//! - **Results**: [`Posterior`] contains named draws with shapes. It provides a summary, diagnostics with explanations,
-//!   predictive checks, cross-validation, prior sensitivity, and export for ArviZ.
+//! - **Samplers**: [`Nuts`] uses gradients. [`Metropolis`] and [`DelayedAcceptance`] need no gradients;
+//!   [`DelayedAcceptance`] screens proposals with a cheap density. All samplers accept models and other log
+//!   densities. Chains run in parallel, with the same draws for any number of threads. [`Map`] finds joint modes,
+//!   [`Laplace`] the normal approximation at a mode.
+//! - **Results**: [`Posterior`] contains named draws with shapes. A posterior provides a summary, diagnostics with
+//!   explanations, predictive checks, cross-validation, prior sensitivity, and export for ArviZ.
 //! - **[`check`]**: statistical assertions for `cargo test`.
 //!
 //! # The order of the modules

@@ -3,13 +3,13 @@
 use crate::real::Real;
 use crate::scalar::Scalar;
 
-/// Type that a literal beside other numbers can have.
+/// Type to which a literal in the body of a model can be converted, if neighbouring values determine its type.
 #[diagnostic::on_unimplemented(
     message = "a literal cannot stand beside `{Self}`",
     label = "what stands in one array, or ends the arms of one branch, has one type"
 )]
 pub trait Literal {
-    /// Converts the value of the literal.
+    /// Converts the value of the literal to this type.
     fn of(value: f64) -> Self;
 }
 

@@ -2,7 +2,8 @@
 
 use crate::scalar::Scalar;
 
-/// ln Σ eˣⁱ without overflow, as a single operation; used to marginalise discrete unknowns. −∞ if there are no terms.
+/// Computes ln Σᵢ exp(xᵢ) of the terms xᵢ without overflow, as a single operation; −∞ if there are no terms. Use it
+/// to marginalise discrete unknowns.
 ///
 /// A term of −∞ has no effect. If the components are distributions, prefer [`Mixture`](crate::Mixture), which also
 /// supports predictions and cross-validation.

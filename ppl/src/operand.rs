@@ -9,8 +9,9 @@ use crate::site::Site;
 
 /// Wrapper for an operand or a result of arithmetic whose type the macro does not know.
 ///
-/// Scalars of the model are converted to formulas and back; all other values stay unchanged. In `(&Of(&x)).operand()`,
-/// the compiler selects [`Number`] before [`Other`], because the former needs one reference less.
+/// Scalars of the model are converted to formulas and back; all other values stay unchanged. In
+/// `(&Of(&x)).operand()`, the compiler selects the method of [`Number`] before the method of [`Other`], because the
+/// method of `Number` needs one reference less.
 #[derive(Debug)]
 pub struct Of<'a, T: ?Sized>(pub &'a T);
 
@@ -27,7 +28,8 @@ pub trait Number {
     /// Converts the formula to a scalar.
     fn closed(&self) -> Self::Value;
 
-    /// The operand; an error if it is a dot product of vectors with different lengths.
+    /// Converts the value to an operand. Returns an error if the value is a dot product of vectors with different
+    /// lengths.
     ///
     /// # Errors
     /// A fatal error with both lengths.
@@ -39,7 +41,7 @@ pub trait Number {
         }
     }
 
-    /// Lengths of the two vectors, if the operand is a dot product.
+    /// Lengths of the two vectors if the value is a dot product; otherwise `None`.
     #[inline(always)]
     fn lengths(&self) -> Option<[usize; 2]> {
         None
@@ -191,12 +193,13 @@ impl<S: Scalar, const N: usize> Number for Of<'_, Sums<S, N>> {
     }
 }
 
-/// Scalars from outside a plate, whose adjoints are summed separately while the plate runs.
+/// Scalars from outside a plate (a `for` loop of the model), whose adjoints are summed separately over the
+/// iterations.
 pub trait Apart {
     /// The scalar together with the sum of its adjoint.
     type Sum;
 
-    /// Creates an empty sum.
+    /// Creates an empty sum for the adjoint of the scalar.
     fn sum(&self) -> Self::Sum;
 }
 
@@ -227,7 +230,7 @@ impl<S: Scalar, const N: usize> Apart for Of<'_, [Real<S>; N]> {
     }
 }
 
-/// Any value without a separate sum of its adjoint.
+/// Any value from outside a loop of the model whose adjoint is not summed separately, such as data.
 pub trait Together<'a> {
     /// Type of the value.
     type Kept: ?Sized;
@@ -264,7 +267,7 @@ impl<T: Clone> Number for Of<'_, Kept<'_, T>> {
 mod tests {
     use super::*;
 
-    // same form as in generated code, whether or not the borrow is needed
+    // the test has the same form as generated code, which always borrows
     #[allow(clippy::needless_borrow)]
     #[test]
     fn what_is_no_number_stays_as_it_is() {

@@ -30,8 +30,8 @@ impl<S: Scalar> Parameter for &Real<S> {
     }
 }
 
-/// Implements [`Parameter`] for integers. For `Normal(0, 1.0)`, the compiler then reports only one error: densities
-/// require an explicit conversion.
+/// Implements [`Parameter`] for integers. Densities still do not accept integers. With this implementation, the
+/// compiler reports only one error for `Normal(0, 1.0)`: that the integer must be converted.
 macro_rules! impl_count_parameter {
     ($($Count:ty),*) => {$(
         impl Parameter for $Count {

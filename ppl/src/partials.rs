@@ -4,8 +4,8 @@ use crate::datum::Datum;
 
 /// Arguments of an operation with their partial derivatives.
 ///
-/// Implemented for tuples of pairs (argument, partial derivative). An argument is any value convertible to `R`; data
-/// have no cost.
+/// Implemented for tuples of pairs (argument, partial derivative). An argument is any value that is convertible to
+/// `R`; arguments that are data cause no computation.
 pub trait Partials<R> {
     /// Largest number of arguments of the operation; `usize::MAX` if the type does not determine the number.
     #[doc(hidden)]
@@ -14,8 +14,8 @@ pub trait Partials<R> {
     /// Calls `f` with every argument that is not constant, and its partial derivative.
     fn spread(self, f: &mut impl FnMut(R, f64));
 
-    /// Version of [`spread`](Partials::spread) for a term of the log density: no further factor will be applied to its
-    /// partial derivatives.
+    /// Version of [`spread`](Partials::spread) for a term of the log density, whose partial derivatives are final,
+    /// that is, are not multiplied by a further factor.
     #[doc(hidden)]
     #[inline(always)]
     fn settle(self, f: &mut impl FnMut(R, f64))

@@ -1,7 +1,7 @@
-//! Adjoints of a plate, summed separately from the tape.
+//! Sums of adjoints over the iterations of a plate (a `for` loop of the model), which are not stored on the tape.
 //!
-//! Every iteration of a plate adds to the adjoints of the same few scalars. On the tape, each addition must wait until
-//! the previous one has reached memory. A separate sum can stay in a register until the plate ends.
+//! Every iteration of a plate adds to the adjoints of the same few scalars. On the tape, each addition must wait
+//! until the previous addition has reached memory. A separate sum can stay in a register until the plate ends.
 
 use std::cell::Cell;
 use std::ops::{Deref, Index};
@@ -14,7 +14,7 @@ use crate::scalar::Scalar;
 /// −0.0, the exact additive identity (0.0 + x changes −0.0), so that the compiler can omit the first addition.
 const NOTHING: f64 = -0.0;
 
-/// A scalar with the part of its adjoint that comes from a plate.
+/// A scalar from outside a loop of the model, with the sum of the contributions of the iterations to its adjoint.
 #[derive(Debug)]
 pub struct Sum<R> {
     pub(crate) number: R,
@@ -68,7 +68,8 @@ impl<S: Scalar, const SHARED: bool> Formula for Summed<'_, Real<S>, SHARED> {
     }
 }
 
-/// A formula whose adjoint is summed over a plate before it is propagated to the scalars in the formula.
+/// A formula whose adjoint is summed over the iterations of a loop of the model before it is propagated to the
+/// scalars in the formula.
 #[derive(Debug)]
 pub struct Open<A> {
     pub(crate) formula: Expression<A>,
@@ -86,7 +87,7 @@ impl<A: Formula> Open<A> {
         OpenSummed(self)
     }
 
-    /// Propagates the sum to the scalars in the formula.
+    /// Propagates the sum of the adjoint to the scalars in the formula.
     #[inline(always)]
     pub fn deposit(&self) {
         let settle = &mut |number: A::Number, adjoint| number.deposit(adjoint);
@@ -94,7 +95,8 @@ impl<A: Formula> Open<A> {
     }
 }
 
-/// Part of a formula that adds to the sum of an [`Open`] formula.
+/// Reference to an [`Open`] formula inside another formula. Contributions to the adjoint of the reference are added
+/// to the sum of the `Open` formula.
 #[derive(Debug)]
 pub struct OpenSummed<'a, A>(&'a Open<A>);
 
@@ -126,7 +128,8 @@ impl<A: Formula> Formula for OpenSummed<'_, A> {
     }
 }
 
-/// An array of scalars with the parts of their adjoints that come from a plate.
+/// An array of scalars from outside a loop of the model, with the sums of the contributions of the iterations to
+/// their adjoints.
 #[derive(Debug)]
 pub struct Sums<S, const N: usize> {
     pub(crate) numbers: [Real<S>; N],
@@ -145,8 +148,8 @@ impl<S: Scalar, const N: usize> Sums<S, N> {
         self.part(i)
     }
 
-    /// Element `i` in a formula, where `i` differs between iterations. Since the adjoint is not on the tape, the
-    /// compiler knows that writing to it does not change the data.
+    /// Element `i` in a formula, where `i` differs between iterations. Since the sum of the adjoint is not on the
+    /// tape, the compiler knows that a write to the sum does not change the data.
     #[inline(always)]
     pub fn __own(&self, i: usize) -> Expression<Summed<'_, Real<S>, false>> {
         self.part(i)
@@ -183,7 +186,7 @@ impl<S: Scalar, const N: usize> Numbers for Sums<S, N> {
     }
 }
 
-/// Any other value from outside a plate, unchanged.
+/// A value from outside a loop of the model that has no adjoint to be summed, such as data.
 #[derive(Debug)]
 pub struct Kept<'a, T: ?Sized>(pub(crate) &'a T);
 

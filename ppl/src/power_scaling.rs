@@ -10,7 +10,7 @@ use crate::posterior::Posterior;
 use crate::warnings::{Warning, WarningKind, stuck};
 use crate::words::list;
 
-/// Sensitivity from which the effect of prior or likelihood is noteworthy.
+/// Smallest sensitivity at which the effect of the prior or the likelihood is reported.
 const THRESHOLD: f64 = 0.05;
 /// Largest Pareto k at which importance weights are reliable.
 const LARGEST_K: f64 = 0.7;
@@ -55,12 +55,12 @@ pub struct SensitivityRow {
     pub name: String,
     /// Sensitivity to the prior: change of the distribution per doubling of the exponent of the prior.
     pub prior: f64,
-    /// Sensitivity to the likelihood.
+    /// Sensitivity to the likelihood: change of the distribution per doubling of the exponent of the likelihood.
     pub likelihood: f64,
 }
 
 impl SensitivityRow {
-    /// Diagnosis from both sensitivities, with the published threshold of 0.05.
+    /// Returns the diagnosis from the sensitivities to prior and likelihood, with the published threshold of 0.05.
     pub fn sensitivity(&self) -> Sensitivity {
         match (self.prior >= THRESHOLD, self.likelihood >= THRESHOLD) {
             (true, true) => Sensitivity::PriorDataConflict,
@@ -77,20 +77,21 @@ impl SensitivityRow {
 pub struct PowerScaling {
     /// One row per number that varies between draws, in the order of the model.
     pub rows: Vec<SensitivityRow>,
-    /// Largest Pareto k of the importance weights of the prior and of the likelihood. Above 0.7, the sensitivities are
-    /// unreliable.
+    /// Largest Pareto k of the importance weights for the scaled prior, and for the scaled likelihood. If one of the
+    /// two is above 0.7, the sensitivities are unreliable.
     pub pareto_k: [f64; 2],
-    /// Whether a chain is stuck or far below the others in log density.
+    /// Whether a chain hardly moves, or has far lower log densities than the other chains.
     has_stuck_chain: bool,
 }
 
 impl Posterior {
-    /// Sensitivity of the posterior to power-scaling: the prior or the likelihood is raised to a power near 1. It uses
-    /// importance weights and needs no further sampling.
+    /// Computes the sensitivity of the posterior to power-scaling, in which the prior or the likelihood is raised to
+    /// a power near 1. The computation uses importance weights and needs no further sampling.
     ///
     /// All `let x ~ D` statements belong to the prior, all `place ~ D` statements to the likelihood. `factor` terms
-    /// belong to neither and are not scaled. In a hierarchical model, the distribution of the groups is part of the
-    /// model: scale only the priors of its parameters, with [`power_scaling_of`](Self::power_scaling_of).
+    /// belong to neither and are not scaled. In a hierarchical model, the distribution of the group effects is part
+    /// of the model and not a prior assumption: scale only the priors of the parameters of this distribution, with
+    /// [`power_scaling_of`](Self::power_scaling_of).
     ///
     /// # Errors
     /// [`PowerScalingError`] if the model has no observations, or if a log density is not finite.
@@ -200,13 +201,14 @@ fn sum_by_draw(group: &Group, parts: &[&Values]) -> Result<Vec<f64>, PowerScalin
 }
 
 impl PowerScaling {
-    /// Row of the named number, such as `mu` or `sd[0]`.
+    /// Returns the row of the named number, such as `mu` or `sd[0]`.
     pub fn row(&self, name: &str) -> Option<&SensitivityRow> {
         self.rows.iter().find(|row| row.name == name)
     }
 
-    /// Warnings about conflicts and strong priors. Empty if a chain is stuck, because the sensitivities depend on all
-    /// draws; the warnings of the [`Posterior`] report stuck chains.
+    /// Warnings about conflicts and strong priors. The list is empty if a chain is stuck, because the sensitivities
+    /// are then computed from draws that do not follow the posterior; the warnings of the [`Posterior`] report stuck
+    /// chains.
     pub fn warnings(&self) -> Vec<Warning> {
         if self.has_stuck_chain {
             return Vec::new();

@@ -53,10 +53,11 @@ impl PredictiveCheck {
         }
     }
 
-    /// Predictive p-value P(T(replicate) > T(data)) + ½ P(T(replicate) = T(data)).
+    /// Predictive p-value P(T(replicate) > T(data)) + ½ P(T(replicate) = T(data)) of the statistic T.
     ///
-    /// Near 0 or 1, the model does not reproduce this statistic of the data. For posterior replicates of a true model,
-    /// the p-value is not uniform but concentrated around ½, because the data are used twice.
+    /// A p-value near 0 or 1 means that the model does not reproduce this statistic of the data. For posterior
+    /// replicates of a true model, the p-value is not uniform but concentrated around ½, because the data are used
+    /// twice.
     ///
     /// # References
     /// Gelman, Meng & Stern (1996), *Statistica Sinica* 6, 733.
@@ -83,7 +84,7 @@ pub struct PredictiveTable {
 }
 
 impl PredictiveTable {
-    /// Check of the named statistic, such as `sd`.
+    /// Returns the check of the named statistic, such as `sd`.
     pub fn check(&self, statistic: &str) -> Option<&PredictiveCheck> {
         self.checks.iter().find(|check| check.statistic == statistic)
     }
@@ -106,7 +107,7 @@ impl Posterior {
     /// Compares a statistic of the observed quantity `name` with its distribution over posterior replicates:
     /// `posterior.predictive_check("y", "largest", |y| y.iter().copied().fold(f64::MIN, f64::max))`.
     ///
-    /// `compute` receives all numbers of the quantity; the values of a plate are concatenated.
+    /// `compute` receives all numbers of the quantity; the values of the iterations of a loop are concatenated.
     ///
     /// # Errors
     /// [`PredictiveError`] if there is no observed quantity with this name.
@@ -142,8 +143,8 @@ impl Posterior {
         self.check_against(&self.predictive, name, statistic, &compute)
     }
 
-    /// Version of [`predictive_check`](Self::predictive_check) with replicates under the prior. It shows whether such
-    /// data are plausible before they are observed.
+    /// Version of [`predictive_check`](Self::predictive_check) with replicates under the prior. The check shows
+    /// whether the prior makes data like the observed data plausible.
     ///
     /// # Errors
     /// [`PredictiveError`] if there is no observed quantity with this name, or if there are no prior draws.

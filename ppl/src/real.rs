@@ -6,12 +6,13 @@ use crate::scalar::{Scalar, impl_arithmetic};
 
 /// A scalar in the body of a model, over the scalar type of the evaluation context.
 ///
-/// The body of a model is generic code. With a bare type parameter, `2.0 * x` would need `where` clauses that break the
-/// type inference of other floats. With this type, the operators are ordinary implementations.
+/// The body of a model is generic code. If scalars had a bare type parameter as their type, `2.0 * x` would need
+/// `where` clauses that break the type inference of float literals. For the wrapper type, the operators are ordinary
+/// trait implementations.
 #[derive(Clone, Copy, Debug)]
 pub struct Real<S>(pub(crate) S);
 
-/// Conversion of data from an iterator over references.
+/// Converts data, for example from an iterator over references.
 impl<S: Scalar> From<&f64> for Real<S> {
     #[inline(always)]
     fn from(x: &f64) -> Self {

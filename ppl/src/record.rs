@@ -38,18 +38,20 @@ pub struct Variable {
 pub struct Entry {
     /// Name and shape of the quantity.
     pub variable: Variable,
-    /// Elements, row-major. For observed quantities, the data.
+    /// Elements of the value, row-major; the data for observed quantities.
     pub values: Vec<f64>,
-    /// For parameters, the bounds at which the prior can truncate the posterior: the ends of its support if both are
-    /// finite and not natural bounds of the quantity, or the end at which it was truncated.
+    /// Bounds at which the prior of a parameter can truncate the posterior: the ends of the prior's support if both
+    /// are finite and not natural bounds of the quantity, or the end at which the prior was truncated. `None` for
+    /// other quantities and other priors.
     pub bounds: Option<(f64, f64)>,
-    /// For parameters, the log density of their prior, summed over the executed statements.
+    /// Log density of the prior of a parameter, summed over the executed statements; 0 for other quantities.
     pub log_prior: f64,
-    /// For observed quantities, a replicate: a new draw from the same distribution for every element.
+    /// Replicate of an observed quantity, that is, a new draw from the same distribution for every element; empty for
+    /// other quantities.
     pub replicate: Vec<f64>,
-    /// For observed quantities, the log density of every executed statement.
+    /// Log density of every executed observation statement; empty for quantities that are not observed.
     pub log_likelihood: Vec<f64>,
-    /// Dimension names of the plates around the statement.
+    /// Names of the dimensions along which the surrounding loops of the model (plates) stack the values.
     plates: Vec<&'static str>,
 }
 
@@ -58,13 +60,13 @@ pub struct Entry {
 pub struct Record {
     /// One entry per name.
     pub entries: Vec<Entry>,
-    /// The point, in unconstrained coordinates.
+    /// The point at which the record was computed, in unconstrained coordinates.
     pub unconstrained: Vec<f64>,
     /// Labels of the entries along dimensions, by the name of the dimension.
     pub coordinates: Coordinates,
     /// Sum of all `factor` terms; `None` if there are none.
     pub(crate) factors: Option<f64>,
-    /// Names of observations whose plates were empty.
+    /// Names of observations that were not executed because their plates (loops of the model) were empty.
     pub(crate) without_data: Vec<String>,
 }
 
@@ -90,8 +92,9 @@ impl Record {
         observed.sum::<f64>() + self.factors.unwrap_or(0.0)
     }
 
-    /// Splits the stacked dimension of nested plates into one dimension per plate. This requires labels for all plates,
-    /// and as many values as the product of the numbers of labels.
+    /// Splits the first dimension of values that nested loops of the model (plates) stacked into one dimension per
+    /// loop. An entry is split only if the dimensions of all loops have labels and the number of stacked values is
+    /// the product of the numbers of labels.
     pub(crate) fn unfold(&mut self) {
         for Entry { variable, plates, .. } in &mut self.entries {
             if plates.len() < 2 {

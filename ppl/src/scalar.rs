@@ -15,7 +15,7 @@ use crate::special;
 use plain::{error_density, logit};
 pub(crate) use special::{logistic, softplus};
 
-/// Implements functions of a [`Scalar`], each with its value v and its derivative at x.
+/// Implements functions of a [`Scalar`] x, each given by its value v and its derivative with respect to x.
 macro_rules! functions {
     ($($(#[$doc:meta])* $name:ident($x:ident): $v:ident = $value:expr => $slope:expr;)*) => {$(
         $(#[$doc])*
@@ -74,7 +74,7 @@ pub trait Scalar:
     + Datum<Self>
     + Recordable
 {
-    /// Whether the type has derivatives. If not, expensive partial derivatives are not computed.
+    /// Whether scalars of this type have derivatives. If false, expensive partial derivatives are not computed.
     const DIFFERENTIABLE: bool;
 
     /// Value without derivatives.
@@ -83,7 +83,7 @@ pub trait Scalar:
     /// Whether the scalar has no derivatives, such as data and literals.
     fn is_constant(self) -> bool;
 
-    /// Result of a function with the given value and the given partial derivatives with respect to its arguments.
+    /// Creates the result of a function from its value and its partial derivatives with respect to its arguments.
     fn gather(value: f64, partials: impl Partials<Self>) -> Self;
 
     /// Whether all derivatives stored with the scalar are finite.
@@ -100,8 +100,8 @@ pub trait Scalar:
         let _ = adjoint;
     }
 
-    /// Function of this scalar only, where the caller does not use the scalar afterwards. The result can reuse the
-    /// scalar's place on the tape.
+    /// Version of [`unary`](Scalar::unary) for a scalar that the caller does not use afterwards. The result can reuse
+    /// the node of the scalar on the tape.
     #[doc(hidden)]
     #[inline(always)]
     fn replaced(self, value: f64, derivative: f64) -> Self {
@@ -131,7 +131,7 @@ pub trait Scalar:
         each(values, arguments, jacobian)
     }
 
-    /// Function of this scalar only.
+    /// Creates the result of a function whose only argument is this scalar, from its value and its derivative.
     #[inline(always)]
     fn unary(self, value: f64, derivative: f64) -> Self {
         Self::gather(value, ((self, derivative),))
@@ -237,7 +237,7 @@ pub trait Scalar:
     }
 
     /// xᵖ with derivatives with respect to x and p, for x ≥ 0. At x = 0 and p > 0, p ≠ 1, the derivative with respect
-    /// to x is set to 0 even if it is infinite, so that a growth curve can start there.
+    /// to x is set to 0 even if it is infinite, so that a growth curve can start at x = 0.
     #[inline]
     fn pow(self, p: Self) -> Self {
         let (x, e) = (self.value(), p.value());
@@ -276,8 +276,8 @@ pub trait Scalar:
         Scalar::min(Scalar::max(self, lower), upper)
     }
 
-    /// Larger of two scalars; `self` if they are equal, and NaN if one of them is NaN. For data, `f64::max` has
-    /// precedence, which ignores NaN.
+    /// Larger of two scalars; `self` if they are equal, and NaN if one of them is NaN. For arguments of type `f64`,
+    /// the inherent method `f64::max` has precedence, which ignores NaN.
     #[inline]
     fn max(self, other: impl Into<Self>) -> Self {
         let other = other.into();
@@ -311,7 +311,7 @@ impl Scalar for f64 {
     }
 }
 
-/// Scalars with the given values and partial derivatives, constructed one by one.
+/// Creates scalars with the given values and partial derivatives, one by one.
 #[inline(always)]
 pub(crate) fn each<S: Scalar, const D: usize, const M: usize>(
     values: [f64; M],

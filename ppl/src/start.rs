@@ -10,7 +10,7 @@ use crate::erased::ErasedDensity;
 const UNIFORM_TRIES: u32 = 100;
 /// Number of draws from the prior that are tried after the uniform points.
 const PRIOR_TRIES: u32 = 100;
-/// Number of prior draws for the scales of the coordinates.
+/// Number of prior draws from which the scales of the coordinates are estimated.
 const SCALE_DRAWS: usize = 200;
 
 /// Origin of a starting point.
@@ -32,14 +32,15 @@ pub(crate) type NamedValues = Vec<(String, Vec<f64>)>;
 pub(crate) enum NoStart {
     /// A named value does not fit the model.
     Values(String),
-    /// The density reported a fatal error at this point.
+    /// The density reported a fatal error. The second field is the point of the evaluation.
     Fatal(Box<FatalError>, Vec<f64>),
-    /// The density rejected all points.
+    /// The density rejected all points. The fields are the numbers of uniform points and of prior draws, the last
+    /// rejection, and the last point.
     Rejected { uniform: u32, prior: u32, last: Rejection, point: Vec<f64> },
 }
 
-/// Finds the first point that `accept` accepts: a `uniform` point, else a draw from the prior of the density. In each
-/// point, the named quantities get the given `values`.
+/// Finds the first point that `accept` accepts. The candidates are points from `uniform`, and then draws from the
+/// prior of the density. In each candidate, the quantities named in `values` are set to the given values.
 pub(crate) fn find_start<G: RngCore>(
     density: &dyn ErasedDensity,
     values: &NamedValues,
@@ -78,7 +79,7 @@ pub(crate) fn find_start<G: RngCore>(
     Err(NoStart::Rejected { uniform: tries, prior, last, point })
 }
 
-/// Copy of `point` in which the named quantities have the given values.
+/// Returns a copy of `point` in which the named quantities have the given values.
 pub(crate) fn with_values(
     density: &dyn ErasedDensity,
     point: Vec<f64>,
@@ -90,8 +91,9 @@ pub(crate) fn with_values(
     }
 }
 
-/// Scale of every coordinate under the prior: the interquartile range divided by 1.349. It is the standard deviation
-/// for a normal prior, and it exists for every prior. `None` if the density has no prior.
+/// Returns the scale of every coordinate under the prior, which is the interquartile range divided by 1.349; `None`
+/// if the density has no prior. For a normal prior the scale is the standard deviation, and the scale is finite for
+/// every prior.
 pub(crate) fn prior_scales(density: &dyn ErasedDensity, rng: &mut dyn RngCore) -> Option<Vec<f64>> {
     let draws: Option<Vec<Vec<f64>>> = (0..SCALE_DRAWS).map(|_| density.prior_point(rng)).collect();
     let draws = draws?;

@@ -88,8 +88,8 @@ impl<C: Context, M: Submodel<C::Number>> Declaration<C> for Part<M> {
     }
 }
 
-/// Right-hand side of `#[predict] let name ~` in the context `C`: as for [`Declaration`], and also distributions of
-/// counts and flags.
+/// Right-hand side of `#[predict] let name ~` in the context `C`: a distribution, including distributions of counts
+/// and flags, or a [`Part`], whose names get the prefix `name.`.
 pub trait Prediction<C: Context> {
     /// Type of the predicted value.
     type Value;
@@ -120,7 +120,8 @@ impl<C: Context, M: Submodel<C::Number>> Prediction<C> for Part<M> {
     }
 }
 
-/// Context that runs a submodel forward: its unknowns and observed quantities are drawn.
+/// Context that predicts with a submodel: the unknowns and the observed quantities of the submodel are drawn from
+/// their distributions.
 struct Predicting<'c, C>(&'c mut C);
 
 impl<C: Context> Context for Predicting<'_, C> {

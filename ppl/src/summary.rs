@@ -27,7 +27,7 @@ pub struct Summary {
 }
 
 impl Posterior {
-    /// Table of moments, quantiles and diagnostics, with warnings.
+    /// Computes the table of moments, quantiles and diagnostics, with warnings.
     pub fn summary(&self) -> Summary {
         let identifiability = self.identifiability();
         let rows = self.rows(&identifiability);
@@ -45,8 +45,8 @@ impl Posterior {
 }
 
 impl Summary {
-    /// Row of the named number, such as `young` or `sd[0]`. A row can also be named by its label, as in `sd[north]`,
-    /// unless an index gives the same name.
+    /// Returns the row of the named number, such as `young` or `sd[0]`. A row can also be named by a label, as in
+    /// `sd[north]`; if the text is also a valid index, the index has precedence.
     pub fn row(&self, name: &str) -> Option<&SummaryRow> {
         let by_place = self.rows.iter().find(|row| row.place == name);
         by_place.or_else(|| self.rows.iter().find(|row| row.name == name))

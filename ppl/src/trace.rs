@@ -17,7 +17,7 @@ use crate::site::Site;
 use crate::value_reader::ValueReader;
 use crate::words;
 
-/// Source of the unknowns of a trace.
+/// Source of the values of unknowns in a trace.
 pub(crate) enum UnknownsFrom<'y> {
     /// Draws from the prior.
     Prior,
@@ -30,7 +30,7 @@ pub(crate) enum UnknownsFrom<'y> {
 /// Reader of coordinates in order.
 pub(crate) struct CoordinateReader<'y> {
     coordinates: std::slice::Iter<'y, f64>,
-    /// Whether the model has read more coordinates than there are.
+    /// Whether the model has requested more coordinates than the point has.
     short: bool,
 }
 
@@ -39,7 +39,7 @@ impl<'y> CoordinateReader<'y> {
         Self { coordinates: y.iter(), short: false }
     }
 
-    /// Next coordinate; NaN after the last one.
+    /// Returns the next coordinate; NaN after the last coordinate.
     fn next(&mut self) -> Real<f64> {
         Real(self.coordinates.next().copied().unwrap_or_else(|| {
             self.short = true;
@@ -57,12 +57,14 @@ pub(crate) struct Trace<'y> {
     around: Vec<&'static Site>,
     /// Sufficient statistics of the observations; `None` if they are not requested.
     pub(crate) statistics: Option<Vec<SufficientStatistics>>,
-    /// Description of the datum whose distribution was invalid.
+    /// Description of the datum at which the distribution of an observation was invalid; `None` if there was no such
+    /// datum.
     pub(crate) failing: Option<String>,
-    /// Location of the last executed statement; the next field is the number of executed statements.
+    /// Location of the last executed statement. The field `ran` is the number of executed statements.
     pub(crate) last: Option<Location>,
     ran: usize,
-    /// For each surrounding plate, the number of statements executed before the plate began.
+    /// Number of statements that were executed before each surrounding plate (`for` loop of the model) began, the
+    /// innermost last.
     begun: Vec<usize>,
 }
 
@@ -74,7 +76,7 @@ impl<'y> Trace<'y> {
         Self { source, rng, record, around, statistics, failing, last, ran, begun }
     }
 
-    /// Returns the record; an error if its dimensions are inconsistent.
+    /// Returns the record, or an error if the named dimensions are inconsistent.
     pub(crate) fn finish(mut self) -> Result<Record, Rejection> {
         let record = &mut self.record;
         record.unfold();
@@ -103,14 +105,15 @@ impl<'y> Trace<'y> {
         label
     }
 
-    /// Label for the statement `y.impute() ~ D`. Missing data are recorded under the name `y.missing`, observed data
-    /// under `y`. In a plate, the entries of both quantities are labelled with the labels of the plate, or with indices
-    /// if the plate has no labels.
+    /// Creates the label for the statement `y.impute() ~ D`. Missing data are recorded under the name `y.missing`,
+    /// observed data under `y`. In a loop of the model (a plate), the entries of both quantities are labelled with
+    /// the labels of the loop's dimension, or with indices if the dimension has no labels.
     fn imputed(&mut self, site: &'static Site, is_missing: bool) -> Label {
         let mut at = self.label(site);
         let missing = format!("{}.missing", at.name);
         if at.stacked {
-            // neither quantity has all entries of the plate, so that the plate's dimension does not apply
+            // neither quantity has all entries of the loop, so that the named dimension of the loop cannot be used
+            // for them
             let plates = std::mem::take(&mut at.plates);
             let plate = if let [plate] = plates[..] { Some(plate) } else { None };
             let entries = &self.record.entries;
@@ -146,7 +149,7 @@ impl<'y> Trace<'y> {
         self.ran += 1;
     }
 
-    /// Registers an observation whose plate has no data.
+    /// Registers an observation that was not executed, because its loop has no data.
     fn without_data(&mut self, site: &'static Site) {
         let name = self.label(site).name.into_owned();
         if !self.record.without_data.contains(&name) {
@@ -256,7 +259,7 @@ impl<'y> Trace<'y> {
         self.condition(site, is_imputed, datum, &replicate, &log_likelihood)
     }
 
-    /// Description of the next datum of a statement.
+    /// Describes the datum that a statement is about to observe, for error messages.
     fn in_words(&self, site: &'static Site, datum: &dyn Recordable) -> String {
         let at = self.label(site);
         let index = self.record.get(&at.name).map_or(0, |entry| entry.log_likelihood.len());
@@ -265,7 +268,7 @@ impl<'y> Trace<'y> {
         words::datum(&at.name, at.stacked.then_some(index), &numbers)
     }
 
-    /// Records a value without density and replicate.
+    /// Records a value that has no density and no replicate, such as a tracked quantity.
     fn note(
         &mut self,
         site: &'static Site,
@@ -278,7 +281,8 @@ impl<'y> Trace<'y> {
     }
 }
 
-/// Log density of a value. The accumulator is the same as in the primal backend, so that no further code is compiled.
+/// Returns the log density of a value. The accumulator has the same type as in the primal backend, so that no
+/// additional code is compiled.
 fn log_density<D: Distribution<Real<f64>>>(distribution: &D, x: &D::Value) -> f64 {
     let mut terms = Settled::new();
     distribution.add_terms(x, &mut terms);

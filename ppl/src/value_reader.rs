@@ -5,7 +5,7 @@ use crate::datum::Recordable;
 /// Named values, each with the count of its numbers that have been read.
 pub(crate) struct ValueReader<'y> {
     values: Vec<(&'y str, &'y [f64], usize)>,
-    /// Description of the first value that does not fit.
+    /// Description of the first named value that does not fit the model; `None` if all values fit so far.
     pub(crate) problem: Option<String>,
 }
 

@@ -18,7 +18,7 @@ pub(crate) fn cell(x: f64) -> String {
     }
 }
 
-/// Joins at most four items, and the number of omitted items.
+/// Formats a list: joins the first four items, and appends the number of omitted items.
 pub(crate) fn list(items: impl IntoIterator<Item = String>) -> String {
     let items: Vec<String> = items.into_iter().collect();
     let shown = items.iter().take(LISTED).map(String::as_str).collect::<Vec<_>>().join(", ");
@@ -50,12 +50,12 @@ fn place_and_values(name: &str, index: Option<usize>, values: &[f64]) -> String 
     }
 }
 
-/// Formats an optional detail as the end of a sentence.
+/// Formats an optional detail as the end of a sentence, after a semicolon.
 pub(crate) fn further(detail: &Option<String>) -> String {
     detail.as_ref().map_or(String::new(), |detail| format!("; {detail}"))
 }
 
-/// Describes the tried starting points.
+/// Describes in words how many uniform starting points and prior draws were tried.
 pub(crate) fn points_tried(uniform: u32, prior: u32) -> String {
     match (uniform, prior) {
         (uniform, 0) => format!("all {uniform} initial points"),

@@ -1,18 +1,19 @@
-//! Posterior of the coefficients of an expansion: its estimation error, given the runs.
+//! Posterior of the coefficients of an expansion, which describes the estimation error of the expansion given the
+//! runs.
 //!
-//! The regression model has errors that are independent between runs, with one covariance Σ (outputs ×
-//! outputs). With the noninformative prior p(C, Σ) ∝ |Σ|^(−(M+1)/2) the posterior has a closed form (Box &
-//! Tiao, *Bayesian Inference in Statistical Analysis*, 1973, section 8.4): Σ is inverse Wishart with ν = N −
-//! P degrees of freedom and scale RᵀR, and C given Σ is normal about the least squares estimate with
+//! The regression model Y = Ψ C + E has N runs, P terms and M outputs; Ψ contains the values of the basis polynomials
+//! at the runs, C the coefficients. The errors E are independent between runs, with one covariance Σ (outputs ×
+//! outputs). With the noninformative prior p(C, Σ) ∝ |Σ|^(−(M+1)/2) the posterior has a closed form (Box & Tiao,
+//! *Bayesian Inference in Statistical Analysis*, 1973, section 8.4): Σ is inverse Wishart with ν = N − P degrees of
+//! freedom and scale RᵀR, where R are the residuals, and C given Σ is normal about the least squares estimate with
 //! covariance (ΨᵀΨ)⁻¹ ⊗ Σ.
 //!
-//! This posterior is preferred to a bootstrap of the runs for four reasons. It is exact if each run has its
-//! own packing. It needs no further fit. It does not fail if there are hardly more runs than terms; a
-//! bootstrap is too narrow then, because residuals are smaller than errors by the factor √(1 − h). It reduces
-//! the error at a point to one number, the leverage h.
+//! This posterior is preferred to a bootstrap of the runs for four reasons. The posterior is exact if each run is on
+//! a different random specimen. The posterior needs no further fit. The posterior is valid even if there are hardly
+//! more runs than terms; a bootstrap is then too narrow, because residuals are smaller than errors by the factor √(1
+//! − h). The posterior reduces the error at a point to one number, the leverage h.
 //!
-//! Two kinds of fit violate the assumptions. For each of them Σ is replaced by an estimate that is not too
-//! small:
+//! Two kinds of fit violate the assumptions. For both kinds, Σ is replaced by an estimate that is not too small:
 //! - Fits with derivatives: the errors within a run are correlated. Σ is scaled to the jackknife covariance,
 //!   which leaves out whole runs.
 //! - Fits with sparse terms: terms that were chosen by the data explain some of the noise. Σ is the
@@ -31,7 +32,7 @@ use crate::scale::Axis;
 
 /// Posterior of the coefficients of an expansion.
 ///
-/// In a `ppl` model it is a function of the inputs with one output, the [leverage](Self::leverage).
+/// As a function in a `ppl` model, the posterior maps the inputs to one output, the [leverage](Self::leverage).
 ///
 /// ```
 /// use surrogate::{Dataset, DesignMethod, DynPce, FitOptions, Input, rand};
@@ -54,9 +55,11 @@ use crate::scale::Axis;
 #[serde(try_from = "Stored")]
 pub struct CoefficientPosterior {
     estimate: DynPce,
-    /// Factor F with F Fᵀ = (ΨᵀΨ)⁻¹, one row per term, in the order of the estimate's terms.
+    /// Factor F with F Fᵀ = (ΨᵀΨ)⁻¹, one row per term, in the order of the terms of `estimate`. Ψ contains the values
+    /// of the basis polynomials at the runs.
     factor: Vec<Vec<f64>>,
-    /// s²: covariance (outputs × outputs) of one run's error, on the outputs' scales.
+    /// s²: covariance (outputs × outputs) of the error of a single run, on the linear or logarithmic scales of the
+    /// outputs.
     scatter: Vec<Vec<f64>>,
     /// ν, the degrees of freedom of s².
     freedom: f64,
@@ -116,8 +119,8 @@ impl CoefficientPosterior {
         self.freedom
     }
 
-    /// The leverage h(x) = ψ(x)ᵀ(ΨᵀΨ)⁻¹ψ(x): ratio of the variance of the fit at `x` to the variance of one
-    /// run's error.
+    /// The leverage h(x) = ψ(x)ᵀ(ΨᵀΨ)⁻¹ψ(x): ratio of the variance of the fit at `x` to the variance of the error of
+    /// a single run. ψ(x) contains the values of the basis polynomials at `x`.
     ///
     /// # Errors
     /// If `x` lies outside the box by more than the tolerance, contains NaN, or has the wrong length.
@@ -129,12 +132,12 @@ impl CoefficientPosterior {
     /// Covariance of the fit at `x`: s² h(x) (outputs × outputs, in the outputs' units), where `at` are the
     /// values of the outputs at `x`.
     ///
-    /// If each run has its own specimen, this is the error of the mean response over specimens. It does not
-    /// include the lack of fit of the polynomial to the response of a single specimen;
-    /// [`FitReport::lack_of_fit`] includes both.
+    /// If each run has its own specimen, this is the error of the mean response over specimens. This covariance does
+    /// not include the lack of fit of the polynomial to the response of a single specimen. [`FitReport::lack_of_fit`]
+    /// includes the lack of fit and the scatter between specimens.
     ///
     /// # Errors
-    /// As [`Self::leverage`]; if `at` does not have one value per output.
+    /// The errors of [`Self::leverage`], and an error if `at` does not have one value per output.
     ///
     /// [`FitReport::lack_of_fit`]: crate::FitReport::lack_of_fit
     pub fn error(&self, x: &[f64], at: &[f64]) -> Result<Vec<Vec<f64>>, SurrogateError> {
@@ -144,8 +147,8 @@ impl CoefficientPosterior {
         Ok(scatter.into_iter().map(row).collect())
     }
 
-    /// Covariance s² of one run's error (outputs × outputs, in the outputs' units): [`Self::error`] divided by the
-    /// leverage. The output values `at` are needed to convert from a logarithmic scale.
+    /// Covariance s² of the error of a single run (outputs × outputs, in the outputs' units): [`Self::error`] divided
+    /// by the leverage. The output values `at` are needed to convert from a logarithmic scale.
     ///
     /// # Errors
     /// If `at` does not have one value per output.
@@ -170,7 +173,7 @@ impl CoefficientPosterior {
         Ok(self.scatter(at)?.into_iter().map(row).collect())
     }
 
-    /// Multiplies s² by a factor, for an s² that is itself uncertain.
+    /// Multiplies the covariance s² by a factor, to account for the uncertainty of s² itself.
     pub fn widened(mut self, factor: f64) -> Self {
         self.scatter.iter_mut().flatten().for_each(|entry| *entry *= factor);
         self
@@ -238,7 +241,7 @@ impl CoefficientPosterior {
         Ok(lower.iter().map(solve).collect())
     }
 
-    /// The matrix s² (outputs × outputs) on the outputs' scales.
+    /// Returns the covariance s² (outputs × outputs) on the linear or logarithmic scales of the outputs.
     pub(crate) fn own_scatter(&self) -> &[Vec<f64>] {
         &self.scatter
     }
@@ -248,10 +251,10 @@ impl CoefficientPosterior {
         self.projected(&psi).iter().map(|w| w * w).sum()
     }
 
-    /// Fᵀ ψ at `x`, whose squared norm is the leverage.
+    /// Returns the vector Fᵀ ψ(x), whose squared norm is the leverage at `x`.
     ///
     /// # Errors
-    /// As [`Self::leverage`].
+    /// The errors of [`Self::leverage`].
     pub(crate) fn projection(&self, x: &[f64]) -> Result<Vec<f64>, SurrogateError> {
         self.estimate.position(x)?;
         Ok(self.projected(&basis_row(self.indices(), &self.unit(x))))
@@ -265,7 +268,7 @@ impl CoefficientPosterior {
         sum
     }
 
-    /// The basis polynomials at `x`, one value per term.
+    /// Returns the values of the basis polynomials at `x`, one value per term.
     pub(crate) fn basis(&self, x: &[f64]) -> Vec<f64> {
         basis_row(self.indices(), &self.unit(x))
     }

@@ -36,7 +36,7 @@ impl Input {
         Ok(input)
     }
 
-    /// Checks what [`Input::new`] checks, for inputs that were built field by field.
+    /// Performs the checks of [`Input::new`], for inputs that were built field by field.
     pub(crate) fn check(&self) -> Result<(), SurrogateError> {
         check_name(&self.name)?;
         let width = self.upper - self.lower;
@@ -60,12 +60,12 @@ impl Input {
 
 /// Runs of a computer model: `n` rows of named bounded inputs and named outputs.
 ///
-/// Every row is finite and inside the bounds; other rows are rejected. A row may also have notes, such as the
-/// number of the run: columns of text, which a fit ignores. [`Dataset::write_csv`] writes everything to one
-/// file that other tools can read.
+/// Every row is finite and inside the bounds; other rows are rejected. A row may also have notes, such as the number
+/// of the run: columns of text, which a fit ignores. [`Dataset::write_csv`] writes all columns and declarations to
+/// one file that other tools can read.
 ///
-/// A row may also have the derivative of every output by every input, or by the first few inputs. A fit then
-/// uses the derivatives: see [`Dataset::with_derivatives`].
+/// A row may also have the derivatives of every output with respect to all inputs, or with respect to the first few
+/// inputs. A fit then uses the derivatives: see [`Dataset::with_derivatives`].
 ///
 /// ```
 /// use surrogate::{Dataset, Input};
@@ -84,7 +84,7 @@ pub struct Dataset {
     notes: Vec<String>,
     x: Vec<f64>,
     y: Vec<f64>,
-    /// Number of inputs by which rows have derivatives; these are the first inputs.
+    /// Number of inputs with respect to which the rows have derivatives. These are the first inputs.
     differentiated: usize,
     /// Derivatives, rows × outputs × inputs with derivatives; empty without derivatives.
     slopes: Vec<f64>,
@@ -96,7 +96,7 @@ impl Dataset {
     /// Creates an empty dataset with the given columns; `provenance` is free text of one or more lines.
     ///
     /// # Errors
-    /// If there is no input or no output, a name is bad or repeated, or bounds are bad.
+    /// If there is no input or no output, if a name is invalid or repeated, or if bounds are invalid.
     pub fn new(
         inputs: Vec<Input>,
         outputs: Vec<String>,
@@ -131,8 +131,8 @@ impl Dataset {
         })
     }
 
-    /// Adds columns for the derivative of every output by every input, named `d_<output>_d_<input>`. The
-    /// dataset must not have rows yet.
+    /// Adds columns for the derivatives of every output with respect to every input, named `d_<output>_d_<input>`.
+    /// The dataset must not have rows yet.
     ///
     /// # Errors
     /// If the dataset already has rows, or one of these columns repeats a name.
@@ -150,11 +150,11 @@ impl Dataset {
         self.with_derivatives_in(all)
     }
 
-    /// Adds columns for the derivatives of every output by the first `inputs` inputs only, as
-    /// [`Self::with_derivatives`].
+    /// Version of [`Self::with_derivatives`] that adds columns only for the derivatives with respect to the first
+    /// `inputs` inputs.
     ///
     /// # Errors
-    /// As [`Self::with_derivatives`]; if `inputs` exceeds the number of inputs.
+    /// The errors of [`Self::with_derivatives`], and an error if `inputs` exceeds the number of inputs.
     pub fn with_derivatives_in(mut self, inputs: usize) -> Result<Self, SurrogateError> {
         check_count("rows before derivatives are declared", 0, self.len())?;
         if inputs > self.inputs.len() {
@@ -165,10 +165,10 @@ impl Dataset {
         Ok(self)
     }
 
-    /// Declares columns of text, in place of earlier notes; existing rows get empty cells.
+    /// Declares columns of text (notes), which replace all previously declared notes. Existing rows get empty cells.
     ///
     /// # Errors
-    /// If a name is bad or repeated.
+    /// If a name is invalid or repeated.
     ///
     /// ```
     /// # use surrogate::{Dataset, Input};
@@ -199,7 +199,7 @@ impl Dataset {
     /// Adds a row with its notes, in the order of [`Self::notes`].
     ///
     /// # Errors
-    /// As [`Self::push`]; if the number of notes is wrong.
+    /// The errors of [`Self::push`], and an error if the number of notes is wrong.
     pub fn push_noted(
         &mut self,
         x: &[f64],
@@ -213,8 +213,8 @@ impl Dataset {
     /// unit of input d.
     ///
     /// # Errors
-    /// As [`Self::push`]; if the dataset has no [columns for derivatives](Self::with_derivatives), or a
-    /// derivative is not finite.
+    /// The errors of [`Self::push`], and an error if the dataset has no [columns for
+    /// derivatives](Self::with_derivatives) or a derivative is not finite.
     pub fn push_differentiated(
         &mut self,
         x: &[f64],
@@ -230,8 +230,8 @@ impl Dataset {
         self.add(x, y, &slopes, notes)
     }
 
-    /// Adds a row. `slopes` has the derivatives of the first output by each input, then those of the second
-    /// output, and so on.
+    /// Adds a row. `slopes` contains the derivatives of the first output with respect to each input, then the
+    /// derivatives of the second output, and so on.
     pub(crate) fn add(
         &mut self,
         x: &[f64],
@@ -287,7 +287,7 @@ impl Dataset {
         self.noted.get(i * self.notes.len() + place).map(String::as_str)
     }
 
-    /// Number of inputs by which rows have derivatives; these are the first inputs.
+    /// Returns the number of inputs with respect to which the rows have derivatives. These are the first inputs.
     pub fn inputs_with_derivatives(&self) -> usize {
         self.differentiated
     }
@@ -359,8 +359,8 @@ pub(crate) fn check_count(
     if expected == found { Ok(()) } else { Err(SurrogateError::Count { what, expected, found }) }
 }
 
-/// Rejects names that cannot be the header of a CSV column: a leading `#` would turn the header line into a
-/// comment, and the reader trims cells.
+/// Rejects names that cannot be the header of a CSV column: a leading `#` would make the header line a comment, and
+/// the reader removes white space at both ends of a cell.
 pub(crate) fn check_name(name: &str) -> Result<(), SurrogateError> {
     let bad = name.is_empty()
         || name.trim() != name

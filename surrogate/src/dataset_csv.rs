@@ -32,7 +32,7 @@ impl Dataset {
     /// Returns the bytes that [`Dataset::write_csv`] writes.
     ///
     /// # Errors
-    /// None in practice: writing to memory does not fail.
+    /// Does not occur in practice, because writing to memory does not fail.
     pub fn to_csv(&self) -> std::io::Result<Vec<u8>> {
         let lines = self.provenance().split('\n').map(|line| format!("# provenance: {line}\n"));
         let mut writer = csv::WriterBuilder::new()
@@ -76,7 +76,7 @@ impl Dataset {
     }
 }
 
-/// A result whose error has the line number where it occurred.
+/// A result whose error has the number of the line in which the error occurred.
 type Located<T> = Result<T, (u64, SurrogateError)>;
 
 fn parse(text: &str) -> Located<Dataset> {
@@ -121,8 +121,8 @@ fn parse(text: &str) -> Located<Dataset> {
     Ok(dataset)
 }
 
-/// Declares the derivatives that have a column in the header. These are the derivatives by the first k inputs,
-/// where input k is the last one with a column. Each of the k inputs needs the columns of all outputs.
+/// Declares the derivatives that have a column in the header. If input k is the last input with such a column, the
+/// derivatives with respect to the first k inputs are declared, and all outputs must have columns for these k inputs.
 fn with_derivatives(
     dataset: Dataset,
     header: &csv::StringRecord,

@@ -34,7 +34,7 @@ impl DesignMethod {
     /// same seed gives the same points.
     ///
     /// # Errors
-    /// If bounds are bad, or `Sobol` has more than 21 inputs.
+    /// If bounds are invalid, or if `Sobol` has more than 21 inputs.
     ///
     /// ```
     /// use surrogate::{DesignMethod, Input};
@@ -56,7 +56,7 @@ impl DesignMethod {
         let mut points = self.sample_unit(inputs.len(), n, &mut rng)?;
         for point in &mut points {
             for (x, input) in point.iter_mut().zip(inputs) {
-                // rounding may carry the sum just above the upper bound
+                // because of rounding, the sum can be slightly above the upper bound
                 *x = (input.lower + (input.upper - input.lower) * *x).min(input.upper);
             }
         }
@@ -132,7 +132,8 @@ mod tests {
         }
     }
 
-    /// If the random stream of a seed changed, stored ensembles could not be reproduced.
+    /// Compares one point per method with a stored value. If the random numbers of a seed changed, stored designs
+    /// could not be reproduced.
     #[test]
     fn the_points_of_a_seed_are_pinned() {
         let pinned = [
@@ -177,8 +178,8 @@ mod tests {
         3f64.powi(-dimension) - 2.0 / n * single + double / (n * n)
     }
 
-    /// For independent points the expected discrepancy is exactly (2^−d − 3^−d)/n. The discrepancy of Sobol
-    /// points must be far smaller.
+    /// For n independent points in d dimensions, the expected squared discrepancy is exactly (2^−d − 3^−d)/n. The
+    /// squared discrepancy of Sobol points must be far smaller.
     #[test]
     fn discrepancies_are_those_of_the_kind() {
         let (d, n, repeats) = (3, 256, 40);

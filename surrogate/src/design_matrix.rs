@@ -1,4 +1,5 @@
-//! The regression problem of a dataset: values of the basis, and outputs on their scales.
+//! The regression problem of a dataset: values of the basis polynomials, and outputs on their linear or logarithmic
+//! scales.
 
 use faer::Mat;
 
@@ -19,10 +20,11 @@ pub(crate) struct Regression<'a> {
     pub(crate) variance: Vec<f64>,
     /// Number of terms of order 0, 1, …
     pub(crate) counts: Vec<usize>,
-    /// Multi-indices of the highest order that has at most `most` terms. The terms of each lower order are a
-    /// prefix.
+    /// Multi-indices of the terms of the highest order that has at most `most` terms. The terms of each lower order
+    /// are a prefix of this list.
     pub(crate) columns: Vec<Vec<u8>>,
-    /// Largest number of terms of an order: the number of rows of all runs but one.
+    /// Largest number of terms of an order that can be fitted: the number of least squares rows of all runs except
+    /// one.
     pub(crate) most: usize,
     pub(crate) truncation: Truncation,
 }
@@ -32,7 +34,7 @@ pub(crate) struct Regression<'a> {
 pub(crate) struct Equations {
     /// Values and derivatives of the basis, rows × terms.
     pub(crate) rows: Vec<Vec<f64>>,
-    /// Outputs on their scales and their derivatives, rows × targets.
+    /// Right-hand sides of the least squares problem (outputs on a scale, and their derivatives), rows × targets.
     pub(crate) targets: Mat<f64>,
     /// Number of derivatives of each target per run.
     slopes: usize,
@@ -68,8 +70,8 @@ impl<'a> Regression<'a> {
         Ok(Self { data, y, variance, counts, columns, most, truncation })
     }
 
-    /// Returns the data with all terms of one order in the given truncation, even if the runs do not determine their
-    /// coefficients. None if there are more than `limit` terms.
+    /// Returns the regression problem with all terms of one order in the given truncation, even if the runs do not
+    /// determine all coefficients. None if there are more than `limit` terms.
     pub(crate) fn with_order(
         &self,
         truncation: Truncation,
@@ -88,11 +90,11 @@ impl<'a> Regression<'a> {
         })
     }
 
-    /// The rows of the least squares problem, with inputs and outputs on the given scales.
+    /// Returns the rows of the least squares problem, with inputs and outputs on the given scales.
     ///
     /// # Errors
-    /// As [`axes`]; if the number of scales is wrong, or an output on a logarithmic scale is not above 0 in
-    /// some row.
+    /// The errors of [`axes`], and an error if the number of scales is wrong or an output on a logarithmic scale is
+    /// not above 0 in some row.
     pub(crate) fn equations(
         &self,
         inputs: &[Scale],
@@ -109,10 +111,11 @@ impl<'a> Regression<'a> {
         self.equations_for(inputs, &targets)
     }
 
-    /// The rows of the least squares problem for any list of targets; each target is an output and its scale.
+    /// Returns the rows of the least squares problem for any list of targets. Each target is the index of an output
+    /// and its scale.
     ///
     /// # Errors
-    /// As [`axes`].
+    /// The errors of [`axes`].
     pub(crate) fn equations_for(
         &self,
         inputs: &[Scale],
@@ -141,7 +144,8 @@ impl<'a> Regression<'a> {
         Ok(Equations { rows, targets, slopes })
     }
 
-    /// Derivative dz/dt of output z on its scale by the coordinate t of an input: (∂y/∂x) / (dy/dz · dt/dx).
+    /// Returns the derivative dz/dt = (∂y/∂x) / (dy/dz · dt/dx), where z is the output y on its scale and t ∈ [−1, 1]
+    /// is the coordinate of the input x.
     fn slope(&self, axes: &[Axis], scale: Scale, run: usize, output: usize, input: usize) -> f64 {
         let slopes = self.data.derivatives(run).unwrap_or_default();
         let x = self.data.row(run).0[input];
@@ -154,8 +158,9 @@ impl<'a> Regression<'a> {
         self.y.col(output).iter().copied().fold(f64::INFINITY, f64::min)
     }
 
-    /// Numbers of terms of the orders that the runs determine. Such an order has no more terms than the rank of the
-    /// factorisation of all rows, and no more terms than all runs but one have rows.
+    /// Returns the numbers of terms of the orders whose coefficients the runs determine. The number of terms of such
+    /// an order is at most the rank of the factorisation of all rows, and at most the number of rows of all runs
+    /// except one.
     pub(crate) fn sizes(&self, fit: &NestedLeastSquares) -> Vec<usize> {
         let determined = |terms: &usize| *terms <= self.most && *terms <= fit.rank();
         self.counts.iter().copied().filter(determined).collect()
@@ -167,15 +172,16 @@ impl Equations {
         self.rows.len() / (1 + self.slopes)
     }
 
-    /// QR factorisation of the rows of the chosen runs. Columns beyond the number of rows are dropped.
+    /// Computes the QR factorisation of the rows of the chosen runs. If there are more columns than rows, the last
+    /// columns are dropped.
     pub(crate) fn least_squares(&self, chosen: &[usize], weights: &[f64]) -> NestedLeastSquares {
         let (mut psi, targets) = self.weighted(chosen, weights);
         psi.truncate(psi.nrows(), psi.ncols().min(psi.nrows()));
         NestedLeastSquares::new(psi, targets, chosen.len())
     }
 
-    /// Basis and targets at the rows of the chosen runs. The row of a derivative is multiplied by the weight
-    /// of its input.
+    /// Returns the basis matrix and the targets at the rows of the chosen runs. The row of a derivative is multiplied
+    /// by the weight of the input of the derivative.
     pub(crate) fn weighted(&self, chosen: &[usize], weights: &[f64]) -> (Mat<f64>, Mat<f64>) {
         let (all, n) = (self.runs(), chosen.len());
         let count = n * (1 + self.slopes);
@@ -213,9 +219,9 @@ impl Equations {
         (0..self.targets.ncols()).map(variance).collect()
     }
 
-    /// For each input's coordinate, the ratio of the standard deviation of the values to the root mean square
-    /// of the derivatives. Squares are averaged over the targets, as fractions of the target's variance.
-    /// Empty without derivatives.
+    /// Returns, for the coordinate of each input with derivatives, the ratio of the standard deviation of the targets
+    /// to the root mean square of their derivatives. Squares are averaged over the targets, as fractions of each
+    /// target's variance. Empty without derivatives.
     pub(crate) fn values_per_slope(&self, variances: &[f64]) -> Vec<f64> {
         let n = self.runs();
         let ratio = |j: usize| {

@@ -12,8 +12,8 @@ impl From<SurrogateError> for DomainError {
     }
 }
 
-/// Uses the expansion as a function in a `ppl` model. A point too far outside the training box is rejected,
-/// with the message of [`SurrogateError::OutsideBox`].
+/// Uses the expansion as a function in a `ppl` model. A point that is outside the training box by more than the
+/// tolerance is rejected, with the message of [`SurrogateError::OutsideBox`].
 ///
 /// ```
 /// use ppl::Differentiable;
@@ -36,7 +36,8 @@ impl<const D: usize, const M: usize> Differentiable<D, M> for Pce<D, M> {
     }
 }
 
-/// Uses the expansion as a function in a `ppl` model, as [`Pce`] does, with sizes known at run time.
+/// Uses the expansion as a function in a `ppl` model; see the implementation for [`Pce`]. The numbers of inputs and
+/// outputs are known at run time.
 ///
 /// ```
 /// use ppl::DynDifferentiable;

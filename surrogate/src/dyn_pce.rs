@@ -12,9 +12,9 @@ use crate::scale::{Axis, Scale};
 /// are Legendre polynomials, orthonormal for the uniform distribution. Inputs and outputs have the units of
 /// the dataset to which the expansion was fitted.
 ///
-/// **Scales** ([`DynPce::with_scales`]): if an input is on a logarithmic [`Scale`], its t is the affine image
-/// of ln x. If an output is on a logarithmic scale, the sum is ln f. Evaluation takes x and returns f and its
-/// derivatives by x in any case.
+/// **Scales** ([`DynPce::with_scales`]): if an input x is on a logarithmic [`Scale`], its coordinate t is the affine
+/// image of ln x. If an output f is on a logarithmic scale, the sum is ln f. In either case, the argument of an
+/// evaluation is x, and the result is f and its derivatives with respect to x.
 ///
 /// **Outside the box** (see [`BoxPosition`]): up to a tolerance outside, by default 1 % of an input's width
 /// on its scale, evaluation extrapolates the polynomial with its exact gradient, and [`DynPce::position`]
@@ -68,9 +68,9 @@ impl DynPce {
     /// orthonormal coefficient.
     ///
     /// # Errors
-    /// If there is no input, no output or no term; bounds or names are bad; a multi-index is repeated, has
-    /// the wrong length or has a degree above [`MAX_ORDER`]; a coefficient is not finite, or a term does not
-    /// have one coefficient per output.
+    /// If there is no input, no output or no term; if bounds or names are invalid; if a multi-index is repeated, has
+    /// the wrong length or has a degree above [`MAX_ORDER`]; a coefficient is not finite, or a term does not have one
+    /// coefficient per output.
     pub fn from_terms(
         inputs: Vec<Input>,
         outputs: Vec<String>,
@@ -117,7 +117,7 @@ impl DynPce {
         Ok(Self { inputs, axes, outputs, output_scales, terms, tolerance: 0.01, degree })
     }
 
-    /// The expansion with the same coefficients on other scales, one scale per input and one per output.
+    /// Returns the expansion with the same coefficients and new scales, one scale per input and one per output.
     ///
     /// # Errors
     /// If the number of scales is wrong, or an input on a logarithmic scale has a lower bound that is not
@@ -164,7 +164,8 @@ impl DynPce {
         Ok(self)
     }
 
-    /// Multiplies each output by its factor, for example to change its unit.
+    /// Multiplies each output by a factor, for example to change the unit of the output. `factors` has one factor per
+    /// output.
     ///
     /// # Errors
     /// If the number of factors is wrong, a scaled coefficient is not finite, or the factor of an output on a
@@ -197,7 +198,7 @@ impl DynPce {
             .with_tolerance(tolerance)
     }
 
-    /// The inputs, whose bounds are the box.
+    /// Returns the inputs, whose bounds define the training box.
     pub fn inputs(&self) -> &[Input] {
         &self.inputs
     }
@@ -226,7 +227,7 @@ impl DynPce {
             .all(|scale| scale == Scale::Linear)
     }
 
-    /// The intervals of the inputs on their scales.
+    /// Returns the intervals of the inputs on their linear or logarithmic scales.
     pub(crate) fn axes(&self) -> &[Axis] {
         &self.axes
     }
@@ -251,7 +252,7 @@ impl DynPce {
             return Ok(BoxPosition::Inside);
         }
         for ((input, axis), &value) in self.inputs.iter().zip(&self.axes).zip(x) {
-            // `contains` first: the rounding of logarithms may put a bound itself outside
+            // `contains` is tested first: because of the rounding of logarithms, `is_near` can be false at a bound
             if !(input.contains(value) || axis.is_near(value, self.tolerance)) {
                 return Err(SurrogateError::OutsideBox {
                     input: input.name.clone(),
@@ -268,7 +269,7 @@ impl DynPce {
     /// The outputs at `x`; `x` is in the inputs' units.
     ///
     /// # Errors
-    /// As [`Self::position`].
+    /// The errors of [`Self::position`].
     pub fn value(&self, x: &[f64]) -> Result<Vec<f64>, SurrogateError> {
         self.position(x)?;
         let basis = self.basis(x);
@@ -288,7 +289,7 @@ impl DynPce {
     /// of input i.
     ///
     /// # Errors
-    /// As [`Self::position`].
+    /// The errors of [`Self::position`].
     pub fn value_and_jacobian(
         &self,
         x: &[f64],
@@ -319,7 +320,7 @@ impl DynPce {
         Ok((value, jacobian))
     }
 
-    /// ψ_k(t_i) and dψ_k/dx_i for each input i and each degree k up to the highest in the expansion.
+    /// Returns ψ_k(t_i) and dψ_k/dx_i for each input i and each degree k up to the highest degree in the expansion.
     fn basis(&self, x: &[f64]) -> Vec<Vec<[f64; 2]>> {
         let polynomials = |(axis, &x): (&Axis, &f64)| {
             let slope = axis.slope_at(x);

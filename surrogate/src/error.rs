@@ -1,4 +1,4 @@
-//! The error type of this crate. Messages give the place, the value and the remedy.
+//! The error type of this crate. Messages contain the place of the error, the wrong value and advice.
 
 use std::path::PathBuf;
 
@@ -9,15 +9,15 @@ pub enum SurrogateError {
     /// A file could not be read or written.
     #[error("{}: {source}", path.display())]
     Io {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
         /// The error of the operating system.
         source: std::io::Error,
     },
-    /// A line of a file is wrong.
+    /// A line of a CSV file is invalid.
     #[error("{}, line {line}: {source}", path.display())]
     InFile {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
         /// Line number, from 1.
         line: u64,
@@ -27,7 +27,7 @@ pub enum SurrogateError {
     /// A surrogate file does not have the format that [`crate::DynPce::write`] writes.
     #[error("{}: not a surrogate file: {source}", path.display())]
     Json {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
         /// The error of the JSON parser, with line and column.
         source: serde_json::Error,
@@ -43,7 +43,7 @@ pub enum SurrogateError {
     /// A cell does not contain a number.
     #[error("column `{column}`: `{text}` is not a number; write one, for example 1.5e-3")]
     NotANumber {
-        /// The column.
+        /// Name of the column.
         column: String,
         /// The cell's text.
         text: String,
@@ -51,9 +51,9 @@ pub enum SurrogateError {
     /// A declared column is absent.
     #[error("column `{column}` is missing; the header has: {found}")]
     MissingColumn {
-        /// The declared name.
+        /// Name of the declared column.
         column: String,
-        /// The names in the header.
+        /// Names of the columns in the header.
         found: String,
     },
     /// The columns of derivatives are incomplete.
@@ -61,9 +61,9 @@ pub enum SurrogateError {
         "column `{missing}` is missing although there is `{there}`; give the derivative of every output in every input, or none"
     )]
     SomeDerivatives {
-        /// A column that is present.
+        /// Name of a column that is present.
         there: String,
-        /// A column that is missing.
+        /// Name of a column that is missing.
         missing: String,
     },
     /// A name cannot be the header of a CSV column.
@@ -71,7 +71,7 @@ pub enum SurrogateError {
         "`{name}` cannot name a column; use visible text without line breaks that does not start with #"
     )]
     Name {
-        /// The refused name.
+        /// The invalid name.
         name: String,
     },
     /// Two columns have the same name.
@@ -85,7 +85,7 @@ pub enum SurrogateError {
         "input `{input}` has the bounds [{lower}, {upper}]; give two finite numbers, the lower one first"
     )]
     Bounds {
-        /// The input.
+        /// Name of the input.
         input: String,
         /// Lower bound.
         lower: f64,
@@ -97,9 +97,9 @@ pub enum SurrogateError {
         "`{name}` reaches {value}, which has no logarithm; raise it above 0 or leave `{name}` linear"
     )]
     Logarithm {
-        /// The output, or the input whose lower bound is `value`.
+        /// Name of the output, or of the input whose lower bound is `value`.
         name: String,
-        /// The number.
+        /// The number that has no logarithm.
         value: f64,
     },
     /// A name is neither the name of an input nor of an output.
@@ -123,7 +123,7 @@ pub enum SurrogateError {
     /// A value is NaN or infinite.
     #[error("column `{column}` = {value} is not finite; correct or remove the row")]
     NotFinite {
-        /// The column.
+        /// Name of the column.
         column: String,
         /// The value.
         value: f64,
@@ -133,7 +133,7 @@ pub enum SurrogateError {
         "column `{column}` = {value} lies outside its bounds [{lower}, {upper}]; correct the row or widen the bounds"
     )]
     OutsideBounds {
-        /// The input.
+        /// Name of the input.
         column: String,
         /// The value.
         value: f64,
@@ -145,7 +145,7 @@ pub enum SurrogateError {
     /// An output has the same value in every row, so that its relative error is undefined.
     #[error("output `{output}` is {value} in every row; there is nothing to fit, leave it out")]
     ConstantOutput {
-        /// The output.
+        /// Name of the output.
         output: String,
         /// The value of the output in every row.
         value: f64,
@@ -175,7 +175,7 @@ pub enum SurrogateError {
     /// A term of an expansion is invalid.
     #[error("term {index:?}: {problem}")]
     Term {
-        /// The multi-index.
+        /// Multi-index of the term.
         index: Vec<u8>,
         /// Description of the problem with the term.
         problem: String,
@@ -185,7 +185,7 @@ pub enum SurrogateError {
         "input `{input}` = {value} lies outside the training box [{lower}, {upper}] by more than {tolerance} of its width; train the surrogate on a wider box"
     )]
     OutsideBox {
-        /// The input.
+        /// Name of the input.
         input: String,
         /// The value of the input.
         value: f64,
@@ -193,7 +193,7 @@ pub enum SurrogateError {
         lower: f64,
         /// Upper bound of the box.
         upper: f64,
-        /// The tolerance, as a fraction of the width of the box.
+        /// Tolerance outside the box, as a fraction of the width of the input's interval.
         tolerance: f64,
     },
 }

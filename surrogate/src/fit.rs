@@ -1,4 +1,5 @@
-//! Fits an expansion to a dataset: chooses scales, order and terms with the least prediction error.
+//! Fits an expansion to a dataset. The scales, the order and the terms with the smallest estimated prediction error
+//! are chosen.
 
 use serde::{Deserialize, Serialize};
 
@@ -19,22 +20,23 @@ use crate::sparse::sparse;
 /// Largest number of inputs for which all 2^d corners of the box are evaluated.
 const MAX_CORNER_INPUTS: usize = 10;
 
-/// Selects all terms of an order or a sparse subset of them.
+/// Selection of the terms of an order: all terms, or a sparse subset.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Terms {
-    /// All terms of the order: best for few inputs, and for runs that scatter.
+    /// All terms of the order. This is best for few inputs, and for runs whose outputs scatter.
     #[default]
     All,
-    /// A sparse subset, chosen from candidates that may outnumber the runs: for many inputs or high orders.
+    /// A sparse subset of candidate terms; there can be more candidates than runs. This is suitable for many inputs
+    /// or high orders.
     ///
-    /// Forward selection adds one term at a time, each time the term that reduces the residuals of the
-    /// outputs most (orthogonal least squares: Chen, Billings & Luo 1989, doi:10.1080/00207178908953472). For
-    /// each order several hyperbolic truncations are tried, from few interactions to the requested truncation of the
-    /// order, as in Blatman & Sudret (2011, doi:10.1016/j.jcp.2010.12.021). The number of terms, the
-    /// truncation and the order minimise the error of tenfold cross-validation, in which each fold selects
-    /// its own terms. The leave-one-out error would be too small, because the run that is left out has
-    /// influenced the selection of the terms.
+    /// Forward selection adds one term at a time, each time the term that reduces the residuals of the outputs most
+    /// (orthogonal least squares: Chen, Billings & Luo 1989, doi:10.1080/00207178908953472). For each order several
+    /// hyperbolic truncations are tried, from few interactions to the requested truncation of the order, as in
+    /// Blatman & Sudret (2011, doi:10.1016/j.jcp.2010.12.021). The number of terms, the truncation and the order
+    /// minimise the error of tenfold cross-validation, in which the terms are selected separately for each fold. The
+    /// leave-one-out error would be too small, because the run that is left out has influenced the selection of the
+    /// terms.
     Sparse,
 }
 
@@ -47,16 +49,18 @@ pub struct FitOptions {
     pub truncation: Truncation,
     /// Whether the expansion has all candidate terms or a sparse subset.
     pub terms: Terms,
-    /// How the order is chosen.
+    /// Rule by which the order is chosen.
     pub rule: OrderRule,
-    /// How the linear and logarithmic scales of inputs and outputs are chosen.
+    /// Rule by which a linear or a logarithmic scale is chosen for each input and output.
     pub scales: Scales,
-    /// The split into training and validation rows. The report has its errors for every rule.
+    /// The split into training and validation rows. The report contains the errors of this split even if another rule
+    /// chooses the order.
     pub split: Holdout,
 }
 
 impl Default for FitOptions {
-    /// Orders 0 to 8, total degree, all terms; order and scales chosen by the corrected leave-one-out error.
+    /// Default options: orders 0 to 8, total degree, all terms; order and scales are chosen by the corrected
+    /// leave-one-out error.
     fn default() -> Self {
         Self {
             max_order: 8,
@@ -74,12 +78,12 @@ impl Default for FitOptions {
 pub struct PceFit<P = DynPce> {
     /// The expansion, fitted to all rows.
     pub pce: P,
-    /// How the order was chosen, and the error estimates.
+    /// Report with the errors of every order, the chosen order and the rule that chose it.
     pub report: FitReport,
     /// The posterior of the coefficients.
     pub coefficients: CoefficientPosterior,
-    /// Leave-one-out residuals on the outputs' scales, one row per run and one column per output; for sparse
-    /// terms, residuals of cross-validation.
+    /// Leave-one-out residuals on the linear or logarithmic scales of the outputs, one row per run and one column per
+    /// output. For sparse terms, these are the residuals of cross-validation.
     left_out: Vec<Vec<f64>>,
 }
 
@@ -87,7 +91,7 @@ impl<const D: usize, const M: usize> Pce<D, M> {
     /// Fits an expansion as [`DynPce::fit`] does, with sizes known at compile time.
     ///
     /// # Errors
-    /// As [`DynPce::fit`]; if the dataset does not have `D` inputs and `M` outputs.
+    /// The errors of [`DynPce::fit`], and an error if the dataset does not have `D` inputs and `M` outputs.
     pub fn fit(data: &Dataset, options: &FitOptions) -> Result<PceFit<Pce<D, M>>, SurrogateError> {
         check_count("inputs in the dataset", D, data.inputs().len())?;
         check_count("outputs in the dataset", M, data.outputs().len())?;
@@ -99,13 +103,13 @@ impl<const D: usize, const M: usize> Pce<D, M> {
 impl DynPce {
     /// Fits an expansion to a dataset by least squares and chooses its order.
     ///
-    /// The report has the errors by both order rules; `options.rule` chooses the order, and the chosen order
-    /// is fitted to all rows. An order needs more rows than terms; the report marks other orders as not
-    /// estimable.
+    /// The report contains the leave-one-out errors and the training and validation errors of every order.
+    /// `options.rule` chooses the order, and the chosen order is fitted to all rows. An order needs more rows than
+    /// terms; the report marks an order with too many terms as not estimable.
     ///
-    /// If the dataset [has derivatives](Dataset::with_derivatives), values and derivatives are fitted in one
-    /// weighted least squares problem. A run then has one row for its value and one row per derivative, so
-    /// that there may be fewer runs than terms. Leave-one-out errors leave out all rows of a run.
+    /// If the dataset [has derivatives](Dataset::with_derivatives), values and derivatives are fitted in one weighted
+    /// least squares problem. A run then has one row for its value and one row per derivative, so that there may be
+    /// fewer runs than terms. For leave-one-out errors, all rows of a run are left out together.
     ///
     /// # Errors
     /// If the dataset has fewer than two rows or a constant output, an option is out of range, or the rows do
@@ -200,11 +204,11 @@ impl DynPce {
 }
 
 impl<P> PceFit<P> {
-    /// The leverage h(x) = ψ(x)ᵀ(ΨᵀΨ)⁻¹ψ(x): ratio of the variance of the fit at `x` to the variance of one
-    /// row's error.
+    /// The leverage h(x) = ψ(x)ᵀ(ΨᵀΨ)⁻¹ψ(x): ratio of the variance of the fit at `x` to the variance of the error of
+    /// a single row. ψ(x) contains the values of the basis polynomials at `x`.
     ///
-    /// Where the leverage exceeds [`FitReport::largest_leverage`], the fit extrapolates from its rows, even
-    /// inside the box.
+    /// At points where the leverage exceeds [`FitReport::largest_leverage`], the fit extrapolates from the rows of
+    /// the dataset, even inside the box.
     ///
     /// # Errors
     /// If `x` lies outside the box by more than the tolerance, contains NaN, or has the wrong length.
@@ -212,9 +216,9 @@ impl<P> PceFit<P> {
         self.coefficients.leverage(x)
     }
 
-    /// The report with the leave-one-out error of the given rows only (counted from 0), for example of rows
-    /// that were run near the points where the surrogate will be used. The lack of fit at these points may
-    /// differ from the lack of fit over the whole box.
+    /// Returns the report with the leave-one-out error of the given rows only (counted from 0), for example of rows
+    /// that were run near the points where the surrogate will be used. The lack of fit at these points may differ
+    /// from the lack of fit over the whole box.
     ///
     /// # Errors
     /// If `rows` is empty or contains a row that the dataset does not have.
@@ -238,7 +242,8 @@ impl<P> PceFit<P> {
     }
 }
 
-/// The largest leverage of a corner of the box; None if there are too many corners.
+/// Returns the largest leverage at a corner of the box; None for more than 10 inputs, because there are too many
+/// corners.
 fn largest_corner_leverage(coefficients: &CoefficientPosterior) -> Option<f64> {
     let d = coefficients.estimate().inputs().len();
     let corner = |bits: usize| -> Vec<f64> {

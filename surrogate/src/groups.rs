@@ -1,28 +1,32 @@
 //! Variance components of runs in groups: scatter between groups, scatter within a group, and the resulting
 //! errors of the fit.
 //!
-//! Runs on the same specimen share the deviation of that specimen from the mean. With b_j ~ N(0, B) for each
-//! of n groups and e_i ~ N(0, W) for each of N runs, on the outputs' scales, the model is
+//! Runs on the same specimen form a group. They share the deviation of the specimen from the mean response. With the
+//! deviation b_j ~ N(0, B) for each of n groups and the error e_i ~ N(0, W) for each of N runs, on the outputs'
+//! scales, the model is
 //!
 //! Y = Ψ C + Z b + E,
 //!
-//! where Z (runs × groups) is 1 where a run belongs to a group and 0 elsewhere. The least squares estimate is
-//! Ĉ = C + (ΨᵀΨ)⁻¹Ψᵀ(Z b + E), so that the error of the fit at x has the covariance
+//! where Ψ contains the values of the basis polynomials at the runs, C the coefficients, and Z (runs × groups) is 1
+//! where a run belongs to a group and 0 elsewhere. The least squares estimate is Ĉ = C + (ΨᵀΨ)⁻¹Ψᵀ(Z b + E), so that
+//! the error of the fit at x has the covariance
 //!
 //! W h(x) + B g(x), with h = ψᵀ(ΨᵀΨ)⁻¹ψ and g = |ZᵀΨ(ΨᵀΨ)⁻¹ψ|².
 //!
-//! More runs on the same groups reduce h but not g. For a constant, g = Σ (N_j/N)², which is 1/n for groups
-//! of equal size N/n. If all runs of a group have the same value of an input, g increases towards the ends of
-//! that input's interval. If each run is its own group, g = h, and the covariance is (B + W) h, as for
-//! independent runs.
+//! More runs on the same groups reduce h but not g. If the expansion is a constant, g = Σ (N_j/N)² for groups of N_j
+//! runs, which is 1/n for groups of equal size N/n. If all runs of a group have the same value of an input, g
+//! increases towards the ends of that input's interval. If each run is its own group, g = h, and the covariance is (B
+//! + W) h, as for independent runs.
 //!
-//! B and W are estimated by the method of moments (Henderson's third method; for a constant, the analysis of
-//! variance). With R = (I − H)Y, Z̃ = (I − H)Z, r = rank Z̃ and the projector P onto the columns of Z̃,
+//! B and W are estimated by the method of moments (Henderson's third method; for a constant expansion, this is the
+//! analysis of variance). With the hat matrix H = Ψ(ΨᵀΨ)⁻¹Ψᵀ, R = (I − H)Y, Z̃ = (I − H)Z, r = rank Z̃ and the
+//! projector P onto the columns of Z̃,
 //!
 //! W = Rᵀ(I − P)R/(N − T − r) for T terms, B = (RᵀPR − r W)/|Z̃|²_F.
 //!
-//! For groups of equal size and a constant, B = (MSB − MSW)/(N/n). If too few degrees of freedom remain for
-//! W, W is set to 0 and all scatter is attributed to the groups. Negative eigenvalues of B are set to 0.
+//! For groups of equal size and a constant expansion, B = (MSB − MSW)/(N/n), with the mean squares between groups
+//! (MSB) and within groups (MSW). If too few degrees of freedom remain for W, W is set to 0 and all scatter is
+//! attributed to the groups. Negative eigenvalues of B are set to 0.
 //!
 //! References: Henderson (1953), doi:10.2307/3001853; Searle, Casella & McCulloch (1992), *Variance
 //! Components*, ch. 5.
@@ -35,8 +39,8 @@ use crate::dataset::{Dataset, check_count};
 use crate::error::SurrogateError;
 use crate::fit::PceFit;
 
-/// A column is linearly dependent on the columns before it if orthogonalisation reduces its squared norm to
-/// less than this fraction.
+/// Relative squared norm below which a column is linearly dependent: orthogonalisation against the columns before it
+/// reduces its squared norm to less than this fraction.
 const DEPENDENT: f64 = 1e-10;
 
 /// Errors of a fit to runs in groups, separated into scatter within and between groups.
@@ -59,24 +63,26 @@ const DEPENDENT: f64 = 1e-10;
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GroupedRuns {
-    /// Error from the scatter within groups: covariance W and leverage h.
+    /// Error of the fit from the scatter within groups. Its covariance at x is W h(x), with the covariance W of the
+    /// scatter within groups and the leverage h.
     pub within: CoefficientPosterior,
-    /// Error from the scatter between groups: covariance B, with g in place of the leverage h. Its degrees of
-    /// freedom are those of the estimate of B.
+    /// Error of the fit from the scatter between groups. Its covariance at x is B g(x), with the covariance B of the
+    /// scatter between groups; the function g takes the role of the leverage. The degrees of freedom of this
+    /// posterior are the degrees of freedom of the estimate of B.
     pub between: CoefficientPosterior,
     /// Number of groups.
     pub groups: usize,
 }
 
 impl GroupedRuns {
-    /// Estimates the variance components from the runs of a fit; `groups` has the group number of each run.
+    /// Estimates the variance components from the runs of a fit. `groups` contains the group number of each run.
     ///
     /// If derivatives were fitted too, all scatter is attributed to the groups: the errors within a run are
-    /// correlated, so that W cannot be estimated.
+    /// correlated, so that the scatter within groups cannot be estimated.
     ///
     /// # Errors
-    /// If the number of runs is wrong, there is only one group, or the terms explain all differences between
-    /// groups, so that B cannot be estimated.
+    /// If the number of runs is wrong, there is only one group, or the terms explain all differences between groups,
+    /// so that the scatter between groups cannot be estimated.
     pub fn of(fit: &PceFit, data: &Dataset, groups: &[usize]) -> Result<Self, SurrogateError> {
         check_count("groups of runs", data.len(), groups.len())?;
         check_count("runs of the fit", fit.report.rows, data.len())?;
@@ -139,8 +145,9 @@ impl GroupedRuns {
     }
 }
 
-/// Residuals of the values (runs × outputs) on the outputs' scales. Sparse terms were chosen by the data and
-/// explain some of the noise; their residuals are scaled up to the size of the cross-validation residuals.
+/// Returns the residuals of the values (runs × outputs) on the outputs' scales. Sparse terms were chosen with the
+/// data and explain some of the noise; residuals of a fit with sparse terms are therefore scaled up to the size of
+/// the cross-validation residuals.
 fn residuals(fit: &PceFit, data: &Dataset, psi: &Mat<f64>) -> Mat<f64> {
     let open = &fit.coefficients;
     let (terms, scales) = (open.estimate().terms(), open.estimate().output_scales());
@@ -158,8 +165,8 @@ fn residuals(fit: &PceFit, data: &Dataset, psi: &Mat<f64>) -> Mat<f64> {
     })
 }
 
-/// An orthonormal basis of the columns of `left`. Column j of `left` is a projection of column j of `whole`,
-/// whose norm scales the tolerance of linear dependence.
+/// Returns an orthonormal basis of the columns of `left`. Column j of `left` is a projection of column j of `whole`;
+/// the tolerance for linear dependence is relative to the norm of column j of `whole`.
 fn orthonormal(left: &Mat<f64>, whole: &Mat<f64>) -> Mat<f64> {
     let mut basis: Vec<Vec<f64>> = Vec::new();
     for j in 0..left.ncols() {
@@ -192,7 +199,7 @@ fn without_negative_parts(matrix: &Mat<f64>, scatter: &Mat<f64>) -> Mat<f64> {
     };
     let scaled = Mat::from_fn(size, size, relative);
     let Ok(eigen) = scaled.self_adjoint_eigen(Side::Lower) else {
-        // does not happen for finite numbers; the diagonal alone is conservative
+        // this case does not occur for finite numbers; the diagonal alone is a conservative result
         return Mat::from_fn(size, size, |i, j| if i == j { matrix[(i, i)].max(0.0) } else { 0.0 });
     };
     let (vectors, values) = (eigen.U(), eigen.S());

@@ -7,7 +7,7 @@ use crate::coefficients::CoefficientPosterior;
 use crate::error::SurrogateError;
 use crate::sobol::SobolIndices;
 
-/// Number of draws of the coefficients.
+/// Number of draws of the coefficients from their posterior.
 const DRAWS: usize = 400;
 /// Largest number of quadrature points per draw on logarithmic scales. Draws and estimate use the same
 /// quadrature points, so that the quadrature error cancels in their difference.
@@ -15,11 +15,11 @@ const MOST_POINTS: usize = 1 << 14;
 
 /// Intervals of Sobol indices, each as `[lower, upper]`.
 ///
-/// A Sobol index is a sum of squares of coefficients, which errors of the coefficients bias upwards. The
-/// index of the estimate contains these errors once, the index of a draw twice. The interval is therefore the
-/// basic interval (Davison & Hinkley, *Bootstrap Methods and their Application*, 1997, section 5.2): the
-/// estimate minus the quantiles of draw − estimate, cut to [0, 1]. An upward bias of the estimate moves the
-/// interval down.
+/// A Sobol index is a sum of squares of coefficients, which is biased upwards by errors of the coefficients. The
+/// index of the estimated expansion contains these errors once, the index of an expansion that is drawn from the
+/// posterior twice. The interval is therefore the basic interval (Davison & Hinkley, *Bootstrap Methods and their
+/// Application*, 1997, section 5.2): the estimate minus the quantiles of draw − estimate, cut to [0, 1]. An upward
+/// bias of the estimate moves the interval down.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SobolIntervals {
     /// `first[m][i]`: first-order index of output m and input i.
@@ -29,11 +29,11 @@ pub struct SobolIntervals {
 }
 
 impl CoefficientPosterior {
-    /// Central intervals of the given probability. The same seed gives the same intervals. The interval of an
-    /// index that is NaN is NaN.
+    /// Computes central intervals of the given probability for all Sobol indices. The same seed gives the same
+    /// intervals. If an index is NaN, its interval is NaN.
     ///
     /// # Errors
-    /// As [`Self::draw`]; if the probability is not between 0 and 1.
+    /// The errors of [`Self::draw`], and an error if the probability is not between 0 and 1.
     ///
     /// ```
     /// use surrogate::{Dataset, DesignMethod, DynPce, FitOptions, Input};

@@ -2,10 +2,11 @@
 
 use crate::legendre::{MAX_ORDER, legendre, norm};
 
-/// Terms arranged for evaluation, in coordinates t ∈ [−1, 1]^D and plain Legendre polynomials.
+/// Terms of an expansion, arranged for fast evaluation. The kernel uses coordinates t ∈ [−1, 1]^D and plain (not
+/// normalised) Legendre polynomials.
 ///
-/// Terms that differ only in the degree of the last input form a row. Evaluation first sums over the last
-/// input, so that it needs the product over the other inputs once per row instead of once per term.
+/// Terms that differ only in the degree of the last input form a row. Evaluation first sums over the degrees of the
+/// last input, so that the product over the other inputs is computed once per row instead of once per term.
 #[derive(Clone, Debug)]
 pub(crate) struct PceKernel<const D: usize, const M: usize> {
     rows: Vec<TermRow<D>>,
@@ -57,8 +58,8 @@ impl<const D: usize, const M: usize> PceKernel<D, M> {
         }
     }
 
-    /// Values, and derivatives with respect to t, indexed as `[output][input]`.
-    // always inlined: a function call would make the more frequent caller 10 % slower
+    /// Returns the values, and the derivatives with respect to t, which are indexed as `[output][input]`.
+    // always inlined, because a function call would make the most frequent caller 10 % slower
     #[inline(always)]
     pub(crate) fn value_and_jacobian(&self, t: &[f64; D]) -> ([f64; M], [[f64; D]; M]) {
         match self.degree {
@@ -130,7 +131,7 @@ impl<const D: usize, const M: usize> PceKernel<D, M> {
     }
 }
 
-/// [`legendre`] of every input, computed in place: `map` would copy the array.
+/// Evaluates [`legendre`] for every input. The result is computed in place, because `map` would copy the array.
 #[inline]
 fn polynomials<const D: usize, const K: usize>(t: &[f64; D]) -> [[[f64; 2]; K]; D] {
     let mut basis = [[[0.0; 2]; K]; D];

@@ -2,8 +2,8 @@
 
 use faer::Mat;
 
-/// Pivots of I − H_bb below this limit are mostly rounding error: the other runs alone do not determine the
-/// coefficients.
+/// Smallest accepted pivot in the factorisation of I − H_bb, where H_bb is the block of the hat matrix of one run. A
+/// smaller pivot is mostly rounding error and means that the other runs alone do not determine the coefficients.
 const DETERMINED: f64 = 1e-10;
 
 /// The least squares fit of the first `terms` columns of the basis to the rows of all runs. The first `runs`
@@ -11,16 +11,17 @@ const DETERMINED: f64 = 1e-10;
 pub(crate) struct Prefix {
     pub(crate) terms: usize,
     pub(crate) runs: usize,
-    /// Weighted residuals y − f, rows × outputs.
+    /// Weighted residuals y − f of the fit f, rows × outputs.
     pub(crate) residuals: Mat<f64>,
-    /// Block H_bb = Q_b Q_bᵀ of the hat matrix for each run; within a block, the derivatives are first and
-    /// the value is last.
+    /// Block H_bb = Q_b Q_bᵀ of the hat matrix for each run b. Within a block, the derivatives are first and the
+    /// value is last.
     pub(crate) hat: Vec<f64>,
-    /// Trace of (ΨᵀΨ)⁻¹, which is |R⁻¹|²_F.
+    /// Trace of (ΨᵀΨ)⁻¹ for the basis matrix Ψ = Q R, which equals |R⁻¹|²_F.
     pub(crate) trace: f64,
 }
 
-/// Index of row `place` of a run. A run has `block` rows; its value is the last of them.
+/// Returns the index, among all rows, of row `place` of a run. A run has `block` rows; the value is the last row of
+/// the run.
 #[inline]
 pub(crate) fn row_of(runs: usize, block: usize, run: usize, place: usize) -> usize {
     if place + 1 == block { run } else { runs + run * (block - 1) + place }
@@ -44,8 +45,9 @@ impl Prefix {
         self.hat.chunks(size).map(move |hat| hat[size - 1])
     }
 
-    /// Degrees of freedom of the residuals of the values: N − P without derivatives. With derivatives, N
-    /// minus the sum of the leverages of the values, because the derivatives determine a part of the terms.
+    /// Degrees of freedom of the residuals of the values: N − P for N runs and P terms without derivatives. With
+    /// derivatives, it is N minus the sum of the leverages of the values, because the derivatives determine a part of
+    /// the coefficients.
     pub(crate) fn freedom(&self) -> f64 {
         match self.block() {
             1 => (self.runs - self.terms) as f64,
@@ -58,8 +60,8 @@ impl Prefix {
         self.residuals.get(..self.runs, ..).to_owned()
     }
 
-    /// Leave-one-run-out residuals (rows × outputs): residuals of each run in the fit to all other runs, (I −
-    /// H_bb)⁻¹ (y_b − f_b). None if a coefficient is determined by a single run alone.
+    /// Returns the leave-one-run-out residuals (rows × outputs), that is, the residuals (I − H_bb)⁻¹ (y_b − f_b) of
+    /// each run b in the fit to all other runs. None if a single run alone determines a coefficient.
     pub(crate) fn left_out(&self) -> Option<Mat<f64>> {
         let (block, outputs) = (self.block(), self.residuals.ncols());
         let mut left_out = self.residuals.clone();
@@ -96,7 +98,8 @@ impl Prefix {
     }
 }
 
-/// Factorises I − H = L D Lᵀ; `factor` holds L below the diagonal and D on the diagonal.
+/// Factorises I − H = L D Lᵀ for the block H = `hat` of one run. Writes L below the diagonal and D on the diagonal of
+/// `factor`. None if a pivot is below [`DETERMINED`].
 fn factorise(hat: &[f64], block: usize, factor: &mut [f64]) -> Option<()> {
     for a in 0..block {
         for b in 0..=a {

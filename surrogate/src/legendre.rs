@@ -1,13 +1,13 @@
 //! Legendre polynomials on [−1, 1] and their derivatives.
 
-/// Highest degree of an input in an expansion. The limit allows evaluation to keep all polynomials on the
-/// stack.
+/// Highest degree of an input in an expansion. Because of this limit, an evaluation can store the values of all
+/// polynomials on the stack.
 pub const MAX_ORDER: usize = 16;
 
 /// The pairs (P_k(t), P_k'(t)) for k = 0 … K − 1.
 ///
-/// The recurrences are (k+1) P_(k+1) = (2k+1) t P_k − k P_(k−1) and P'_(k+1) = (2k+1) P_k + P'_(k−1). The
-/// second one has no division by 1 − t² and therefore is valid at t = ±1 too.
+/// The recurrences are (k+1) P_(k+1) = (2k+1) t P_k − k P_(k−1) and P'_(k+1) = (2k+1) P_k + P'_(k−1). The second
+/// recurrence has no division by 1 − t² and is therefore valid at t = ±1 too.
 #[inline]
 pub(crate) fn legendre<const K: usize>(t: f64) -> [[f64; 2]; K] {
     let mut p = [[1.0, 0.0]; K];
@@ -35,7 +35,7 @@ pub(crate) fn basis_row<'a>(indices: impl IntoIterator<Item = &'a Vec<u8>>, t: &
     indices.into_iter().map(product).collect()
 }
 
-/// Derivatives of [`basis_row`] by t_1, t_2, …, one row per coordinate.
+/// Derivatives of [`basis_row`] with respect to t_1, t_2, …, one row per coordinate.
 pub(crate) fn basis_slopes<'a>(
     indices: impl IntoIterator<Item = &'a Vec<u8>> + Clone,
     t: &[f64],

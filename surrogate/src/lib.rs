@@ -1,10 +1,10 @@
 //! Polynomial chaos surrogates of expensive computer models, with exact gradients.
 //!
-//! Some computer models take hours per run and cannot be sampled directly. A [`DesignMethod`] chooses the
-//! points at which to run the model, a [`Dataset`] stores the results, and [`Pce::fit`] fits a polynomial
-//! chaos expansion whose order has the least leave-one-out error. The fitted [`Pce`] evaluates in
-//! nanoseconds: value and Jacobian together, moments and Sobol indices. It returns an error for points
-//! outside the box of the training runs. This crate does not depend on the kind of computer model.
+//! Some computer models take hours per run and cannot be sampled directly. A [`DesignMethod`] chooses the points at
+//! which to run the model, a [`Dataset`] stores the results, and [`Pce::fit`] fits a polynomial chaos expansion whose
+//! order has the least leave-one-out error. The fitted [`Pce`] evaluates in nanoseconds: value and Jacobian together,
+//! moments and Sobol indices. A [`Pce`] returns an error for points outside the box of the training runs. This crate
+//! does not depend on the kind of computer model.
 //!
 //! ```
 //! use surrogate::{Dataset, DesignMethod, FitOptions, Input, Pce};

@@ -11,14 +11,15 @@ pub enum Truncation {
     /// Σ a_j ≤ p: C(p + d, d) terms in d inputs.
     #[default]
     TotalDegree,
-    /// (Σ a_j^q)^(1/q) ≤ p with 0 < q < 1: has fewer interaction terms than the total degree.
+    /// (Σ a_j^q)^(1/q) ≤ p with 0 < q < 1. This set has fewer interaction terms than `TotalDegree`.
     Hyperbolic {
         /// The exponent q: a smaller q gives fewer interactions.
         q: f64,
     },
-    /// Σ a_j ≤ p and a_i ≤ r for one input i: for an input with few distinct values in the runs.
+    /// Σ a_j ≤ p and a_i ≤ r for one input i. This set is suitable if input i has only few distinct values in the
+    /// runs.
     Limited {
-        /// The input, counted from 0.
+        /// Index i of the limited input, counted from 0.
         input: usize,
         /// The highest degree r in this input.
         order: u8,
@@ -35,7 +36,7 @@ impl Truncation {
         indices
     }
 
-    /// Number of multi-indices of an order in `d` inputs, computed without a list of them if possible.
+    /// Number of multi-indices of an order in `d` inputs, computed without a list of the multi-indices if possible.
     pub(crate) fn count(self, d: usize, order: usize) -> usize {
         match self {
             Self::TotalDegree => {
@@ -52,14 +53,15 @@ impl Truncation {
         }
     }
 
-    /// The multi-indices of `order`, sorted so that the multi-indices of each lower order are a prefix.
+    /// Returns the multi-indices of `order`, sorted so that the multi-indices of each lower order are a prefix of the
+    /// list.
     pub(crate) fn nested(self, d: usize, order: usize) -> Vec<Vec<u8>> {
         let mut indices = self.indices(d, order);
         indices.sort_by_key(|index| self.first_order(index));
         indices
     }
 
-    /// The lowest order whose set contains the multi-index.
+    /// Returns the lowest order whose set contains the multi-index.
     fn first_order(self, index: &[u8]) -> usize {
         match self {
             Self::TotalDegree => index.iter().map(|&a| usize::from(a)).sum(),
@@ -93,8 +95,8 @@ impl Truncation {
     }
 }
 
-/// Sort key of terms: total degree, then decreasing lexicographic order. Results depend on this order; do not
-/// change it.
+/// Sort key of terms: total degree, then decreasing lexicographic order. Do not change this order, because results
+/// depend on it.
 pub(crate) fn graded(index: &[u8]) -> (usize, Reverse<&[u8]>) {
     (index.iter().map(|&a| usize::from(a)).sum(), Reverse(index))
 }

@@ -1,4 +1,4 @@
-//! Fits every order with its errors; all orders share one QR factorisation.
+//! Fits every order and computes its errors. All orders share one QR factorisation.
 
 use std::rc::Rc;
 
@@ -15,7 +15,7 @@ use crate::scale_choice::ChosenScales;
 use crate::select::{Holdout, LeaveOneOutError, OrderReport, OrderRule, SplitError, Truth};
 use crate::weights::{WeightedFit, fit_weighted};
 
-/// All orders that were tried.
+/// Fits and errors of all orders that were tried.
 pub(crate) struct Orders {
     /// Errors of order 0, 1, ….
     pub(crate) reports: Vec<OrderReport>,
@@ -31,17 +31,17 @@ pub(crate) struct Orders {
 pub(crate) struct Fitted {
     pub(crate) fit: Rc<NestedLeastSquares>,
     pub(crate) prefix: Prefix,
-    /// Multi-indices of the columns; the terms of this order are a prefix.
+    /// Multi-indices of the columns of `fit`; the terms of this order are the first `prefix.terms` columns.
     pub(crate) columns: Rc<Vec<Vec<u8>>>,
-    /// Residuals of cross-validation (runs × outputs) for sparse terms, whose leave-one-out residuals would
-    /// be too small.
+    /// Residuals of cross-validation (runs × outputs) for sparse terms, whose leave-one-out residuals would be too
+    /// small; None if the fit has all terms.
     pub(crate) cross_validated: Option<Mat<f64>>,
 }
 
 /// Fits every order with all terms of the regression's truncation.
 ///
 /// # Errors
-/// As [`Regression::equations`].
+/// The errors of [`Regression::equations`].
 pub(crate) fn all_terms(
     regression: &Regression<'_>,
     scales: &ChosenScales,
@@ -70,8 +70,8 @@ pub(crate) fn all_terms(
     Ok(Orders { reports, fitted, train, weights })
 }
 
-/// Number of training rows of the split, and the training and validation errors of each order that the
-/// training rows determine.
+/// Returns the number of training rows of the split, and the training and validation errors of each order whose
+/// coefficients the training rows determine.
 pub(crate) fn split_errors(
     equations: &Equations,
     weights: &[f64],

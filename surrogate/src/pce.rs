@@ -12,7 +12,7 @@ use crate::scale::{Axis, Scale};
 /// A polynomial chaos expansion of `M` outputs in `D` inputs on a box: a [`DynPce`] with evaluation that does
 /// not allocate.
 ///
-/// It dereferences to [`DynPce`]; its own methods take and return arrays.
+/// The type dereferences to [`DynPce`]. The methods of `Pce` itself have arrays as arguments and results.
 ///
 /// ```
 /// use surrogate::{Input, Pce};
@@ -29,10 +29,11 @@ use crate::scale::{Axis, Scale};
 #[derive(Clone, Debug)]
 pub struct Pce<const D: usize, const M: usize> {
     expansion: DynPce,
-    /// The box if all scales are linear, otherwise NaN, so that no point is inside. A point inside then needs
-    /// no check of the scales.
+    /// Bounds of the box if all scales are linear; otherwise NaN, so that no point is inside. A point inside
+    /// `plain_box` therefore needs no check of the scales.
     plain_box: [[f64; 2]; D],
-    /// dt/dx of each input. Divisions instead would make evaluation 10 % slower.
+    /// Derivative dt/dx of the coordinate of each input. Divisions instead of these factors would make evaluation 10
+    /// % slower.
     slopes: [f64; D],
     kernel: PceKernel<D, M>,
     axes: [Axis; D],
@@ -62,7 +63,7 @@ impl<const D: usize, const M: usize> From<Pce<D, M>> for DynPce {
 impl<const D: usize, const M: usize> TryFrom<DynPce> for Pce<D, M> {
     type Error = SurrogateError;
 
-    /// Arranges the terms for evaluation.
+    /// Converts the expansion and arranges its terms for fast evaluation.
     ///
     /// # Errors
     /// If the expansion does not have `D` inputs and `M` outputs.
@@ -88,10 +89,10 @@ impl<const D: usize, const M: usize> TryFrom<DynPce> for Pce<D, M> {
 }
 
 impl<const D: usize, const M: usize> Pce<D, M> {
-    /// Builds an expansion from its terms, in any order, as [`DynPce::from_terms`].
+    /// Builds an expansion from its terms, in any order; see [`DynPce::from_terms`].
     ///
     /// # Errors
-    /// As [`DynPce::from_terms`].
+    /// The errors of [`DynPce::from_terms`].
     pub fn from_terms(
         inputs: [Input; D],
         outputs: [String; M],
@@ -101,19 +102,19 @@ impl<const D: usize, const M: usize> Pce<D, M> {
         DynPce::from_terms(inputs.into(), outputs.into(), terms)?.try_into()
     }
 
-    /// Sets the tolerance outside the box, as [`DynPce::with_tolerance`].
+    /// Sets the tolerance outside the box; see [`DynPce::with_tolerance`].
     ///
     /// # Errors
-    /// As [`DynPce::with_tolerance`].
+    /// The errors of [`DynPce::with_tolerance`].
     pub fn with_tolerance(mut self, tolerance: f64) -> Result<Self, SurrogateError> {
         self.expansion = self.expansion.with_tolerance(tolerance)?;
         Ok(self)
     }
 
-    /// The expansion with the same coefficients on other scales, as [`DynPce::with_scales`].
+    /// Returns the expansion with the same coefficients and new scales; see [`DynPce::with_scales`].
     ///
     /// # Errors
-    /// As [`DynPce::with_scales`].
+    /// The errors of [`DynPce::with_scales`].
     pub fn with_scales(
         self,
         inputs: [Scale; D],
@@ -165,7 +166,7 @@ impl<const D: usize, const M: usize> Pce<D, M> {
         Ok((value, jacobian))
     }
 
-    /// Whether all scales are linear and `x` lies inside the box: the common case.
+    /// Whether all scales are linear and `x` lies inside the box. This is the most frequent case.
     #[inline]
     fn is_plain(&self, x: &[f64; D]) -> bool {
         self.plain_box.iter().zip(x).all(|([lower, upper], x)| lower <= x && x <= upper)

@@ -5,14 +5,15 @@ use crate::coefficients::{CoefficientPosterior, dot};
 use crate::error::SurrogateError;
 
 impl CoefficientPosterior {
-    /// Chooses `count` of the `places` for further runs and returns their indices. Each choice minimises the
-    /// variance of the fit averaged over all places, given the places chosen before. A place is chosen at
-    /// most once.
+    /// Chooses `count` of the points `places` for further runs and returns their indices. Each choice minimises the
+    /// variance of the fit, averaged over all points, given the points that have already been chosen. A point is
+    /// chosen at most once.
     ///
-    /// A run at x reduces the leverage ψᵀAψ by (ψᵀAψ_x)²/(1 + h(x)), with A = (ΨᵀΨ)⁻¹ (Cohn, *Neural
-    /// networks* 9 (1996) 1071, doi:10.1016/0893-6080(95)00137-9). If the places are draws from a posterior,
-    /// the average is over the posterior: runs concentrate where the posterior has its mass. Chosen runs are
-    /// apart from each other, because a run makes a second run beside it less useful.
+    /// A run at x reduces the leverage ψᵀAψ at another point by (ψᵀAψ_x)²/(1 + h(x)), with A = (ΨᵀΨ)⁻¹, where ψ and
+    /// ψ_x are the values of the basis polynomials at the other point and at x (Cohn, *Neural networks* 9 (1996)
+    /// 1071, doi:10.1016/0893-6080(95)00137-9). If the places are draws from a posterior, the average is over the
+    /// posterior: runs are chosen where the posterior has most of its mass. The chosen points are not close to each
+    /// other, because a run makes a second run near it less useful.
     ///
     /// # Errors
     /// If a place lies outside the box by more than the tolerance.
@@ -35,7 +36,7 @@ impl CoefficientPosterior {
         places: &[Vec<f64>],
         count: usize,
     ) -> Result<Vec<usize>, SurrogateError> {
-        // w = Fᵀψ: leverages and covariances at places are products of these vectors
+        // w = Fᵀψ at each point; leverages and covariances are products of these vectors
         let mut w: Vec<Vec<f64>> =
             places.iter().map(|x| self.projection(x)).collect::<Result<_, _>>()?;
         let mut chosen: Vec<usize> = Vec::new();
@@ -46,7 +47,8 @@ impl CoefficientPosterior {
             });
             let Some(gains) = gains else { break };
             let free = (0..places.len()).filter(|place| !chosen.contains(place));
-            // `max_by` returns the last of equal gains; `rev` makes it the one with the smallest index
+            // `max_by` returns the last of several equal gains; because of `rev`, this is the gain with the smallest
+            // index
             let best = free.rev().max_by(|&a, &b| gains[a].total_cmp(&gains[b]));
             let Some(best) = best else { break };
             chosen.push(best);
@@ -63,7 +65,7 @@ impl CoefficientPosterior {
     }
 }
 
-/// Σ w wᵀ over all places; None if there are no places.
+/// Returns Σ w wᵀ over all vectors; None if there are no vectors.
 fn moments(w: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
     let size = w.first()?.len();
     let mut sum = vec![vec![0.0; size]; size];

@@ -4,18 +4,18 @@ use crate::dyn_pce::DynPce;
 
 /// Largest number of points of a grid.
 pub(crate) const MAX_POINTS: usize = 1 << 20;
-/// Smallest and largest number of Gauss points per input; n points are exact for polynomials of degree 2n −
-/// 1.
+/// Smallest and largest number of Gauss points per input. A rule with n points is exact for polynomials up to degree
+/// 2n − 1.
 const POINTS: std::ops::RangeInclusive<usize> = 4..=24;
-/// Number of Gauss points per input in addition to the degree of the expansion. The square of the expansion
-/// needs as many points as its degree. The additional points integrate the exponential density of an input on
+/// Number of Gauss points per input in addition to the degree of the expansion. The integral of the square of an
+/// expansion of degree p needs about p points. The additional points integrate the exponential density of an input on
 /// a logarithmic scale: with 8 points the relative error is below 1e-9 for bounds a factor of 1000 apart.
 const BEYOND_DEGREE: usize = 8;
 
 /// Values of an expansion on a tensor grid of Gauss–Legendre points in t, with weights for inputs that are
 /// uniform on the box.
 pub(crate) struct TensorGrid {
-    /// Weights of each input's points; the weights of an input sum to 1.
+    /// Weights of the quadrature points of each input; the weights of an input sum to 1.
     weights: Vec<Vec<f64>>,
     /// Values, points × outputs; the index of the last input changes fastest.
     values: Vec<f64>,
@@ -23,8 +23,8 @@ pub(crate) struct TensorGrid {
 }
 
 impl TensorGrid {
-    /// Evaluates the expansion on a grid of at most `most` points. None if even the coarsest grid over the
-    /// inputs that occur in the terms is larger; with [`MAX_POINTS`] this happens for more than ten inputs.
+    /// Evaluates the expansion on a grid of at most `most` points. None if even the coarsest grid over the inputs
+    /// that occur in the terms has more points; with [`MAX_POINTS`], this is the case for more than ten such inputs.
     pub(crate) fn new(pce: &DynPce, most: usize) -> Option<Self> {
         let takes_part = |i: usize| pce.terms().iter().any(|(index, _)| index[i] > 0);
         let active: Vec<bool> = (0..pce.inputs().len()).map(takes_part).collect();
@@ -50,7 +50,7 @@ impl TensorGrid {
         let mut values = Vec::new();
         grid.visit(|place| {
             let x: Vec<f64> = place.iter().zip(&nodes).map(|(&k, nodes)| nodes[k]).collect();
-            // no error occurs: points of the grid lie inside the box
+            // no error occurs here, because the points of the grid lie inside the box
             values.extend(pce.value(&x).unwrap_or_else(|_| vec![f64::NAN; outputs]));
         });
         grid.values = values;
@@ -61,7 +61,7 @@ impl TensorGrid {
         self.conditional_mean(&[]).1
     }
 
-    /// Var E[f | given inputs] of each output.
+    /// Returns Var E[f | given inputs] of each output f.
     pub(crate) fn variance_by(&self, given: &[usize]) -> Vec<f64> {
         let (weights, means) = self.conditional_mean(given);
         let (mut mean, mut variance) = (vec![0.0; self.outputs], vec![0.0; self.outputs]);
@@ -76,8 +76,8 @@ impl TensorGrid {
         variance
     }
 
-    /// E[f | given inputs] at each point of the grid of the given inputs, with the weights of these points.
-    /// Returns (weights, means).
+    /// Computes E[f | given inputs] of each output f at each point of the grid of the given inputs. Returns the
+    /// weights of these points, and the conditional means.
     fn conditional_mean(&self, given: &[usize]) -> (Vec<f64>, Vec<f64>) {
         let size: usize = given.iter().map(|&i| self.weights[i].len()).product();
         let (mut weights, mut means) = (vec![0.0; size], vec![0.0; size * self.outputs]);

@@ -6,14 +6,14 @@ use faer::{Conj, Mat, Par};
 
 use crate::leave_out::{Prefix, row_of};
 
-/// QR factorisation Ψ = Q R with thin Q, and the targets of all outputs.
+/// QR factorisation Ψ = Q R of a basis matrix Ψ with thin Q, and the targets Y of all outputs.
 ///
 /// The first k columns of Q and the leading k × k block of R factorise the first k columns of Ψ.
 /// Coefficients, leverages and errors of every prefix of the columns therefore need no further factorisation.
 pub(crate) struct NestedLeastSquares {
     q: Mat<f64>,
     r_inverse: Mat<f64>,
-    /// Qᵀ Y
+    /// Products Qᵀ Y of the columns of Q with the targets Y, terms × outputs.
     projections: Mat<f64>,
     y: Mat<f64>,
     runs: usize,
@@ -23,8 +23,8 @@ impl NestedLeastSquares {
     /// Factorises Ψ (rows × terms), which must not have more columns than rows. The first `runs` rows are the
     /// values; the rows of the derivatives follow, run after run.
     ///
-    /// If a column depends on earlier columns to working precision, it and all later columns are ignored:
-    /// [`Self::rank`] is the number of usable columns.
+    /// If a column depends linearly on earlier columns to working precision, this column and all later columns are
+    /// ignored. [`Self::rank`] is the number of remaining columns.
     pub(crate) fn new(psi: Mat<f64>, y: Mat<f64>, runs: usize) -> Self {
         let (q, r) = thin_qr(psi);
         let largest = (0..r.ncols()).map(|j| r[(j, j)].abs()).fold(0.0, f64::max);
@@ -46,8 +46,8 @@ impl NestedLeastSquares {
         self.r_inverse.ncols()
     }
 
-    /// The fits with the first `sizes[0]`, `sizes[1]`, … columns. The sizes must increase and not exceed the
-    /// rank.
+    /// Returns the fits with the first `sizes[0]`, `sizes[1]`, … columns. The sizes must increase and must not exceed
+    /// the rank.
     pub(crate) fn sweep(&self, sizes: &[usize]) -> Vec<Prefix> {
         let (rows, runs) = (self.q.nrows(), self.runs);
         let block = rows / runs;
@@ -77,9 +77,10 @@ impl NestedLeastSquares {
         prefixes
     }
 
-    /// Jackknife covariance (outputs × outputs) of the fit with the first `terms` columns, averaged over the
-    /// box. It sums the squares of the changes of the coefficients when each run is left out: Σ_b Δ_bᵀ Δ_b
-    /// with Δ_b = R⁻¹ Q_bᵀ (I − H_bb)⁻¹ r_b. It is valid for any correlation of the errors within a run.
+    /// Jackknife covariance (outputs × outputs) of the fit with the first `terms` columns, averaged over the box.
+    /// This covariance is Σ_b Δ_bᵀ Δ_b, where Δ_b = R⁻¹ Q_bᵀ (I − H_bb)⁻¹ r_b is the change of the coefficients when
+    /// run b, with the residuals r_b and the block H_bb of the hat matrix, is left out. The estimate is valid for any
+    /// correlation of the errors within a run.
     pub(crate) fn jackknife(&self, prefix: &Prefix, left_out: &Mat<f64>) -> Vec<Vec<f64>> {
         let (runs, outputs) = (self.runs, left_out.ncols());
         let block = self.q.nrows() / runs;
@@ -97,21 +98,21 @@ impl NestedLeastSquares {
         (0..outputs).map(|m| (0..outputs).map(|k| total[(m, k)]).collect()).collect()
     }
 
-    /// The coefficients (terms × outputs) of the fit with the first `terms` columns.
+    /// Returns the coefficients (terms × outputs) of the fit with the first `terms` columns.
     pub(crate) fn coefficients(&self, terms: usize) -> Mat<f64> {
         Mat::from_fn(terms, self.projections.ncols(), |i, m| {
             (i..terms).map(|j| self.r_inverse[(i, j)] * self.projections[(j, m)]).sum()
         })
     }
 
-    /// The leading `terms` × `terms` block of R⁻¹.
+    /// Returns the leading `terms` × `terms` block of R⁻¹.
     pub(crate) fn r_inverse(&self, terms: usize) -> Mat<f64> {
         self.r_inverse.get(..terms, ..terms).to_owned()
     }
 }
 
-/// Thin QR factorisation (Q, R). It is sequential, because its result must not depend on the number of
-/// threads.
+/// Computes the thin QR factorisation (Q, R). The computation is sequential, because the result must not depend on
+/// the number of threads.
 fn thin_qr(mut a: Mat<f64>) -> (Mat<f64>, Mat<f64>) {
     let (n, p) = a.shape();
     let block = factor::recommended_block_size::<f64>(n, p);
@@ -146,7 +147,7 @@ mod tests {
 
     use super::*;
 
-    /// A deterministic full-rank matrix and right-hand sides.
+    /// Returns a deterministic basis matrix and right-hand sides for tests.
     fn example(n: usize, p: usize) -> (Mat<f64>, Mat<f64>) {
         let psi = Mat::from_fn(n, p, |i, j| ((i * i + 3) as f64 * 0.37 + j as f64 * 1.7).sin());
         let y = Mat::from_fn(n, 2, |i, m| ((i + 5 * m) as f64 * 0.61).cos());
@@ -212,7 +213,7 @@ mod tests {
         }
     }
 
-    /// Runs of three rows: one value and two derivatives. All values come first, then the derivatives, run
+    /// Tests runs of three rows: one value and two derivatives. All values come first, then the derivatives, run
     /// after run.
     #[test]
     fn fast_leave_one_run_out_is_brute_force() {

@@ -32,27 +32,29 @@ pub struct FitReport {
     pub order: usize,
     /// The order with the least corrected leave-one-out error.
     pub order_by_loo: usize,
-    /// The order that the split into training and validation rows chooses.
+    /// The order that [`OrderRule::Split`] chooses, from the errors on training and validation rows.
     pub order_by_split: usize,
     /// Covariance (outputs × outputs) of the leave-one-out residuals at the chosen order, on the outputs'
     /// scales.
     pub(crate) loo_covariance: Vec<Vec<f64>>,
-    /// RᵀR/(N − P) of the residuals of the fit, on the outputs' scales. With derivatives, R has the residuals
-    /// of the values, and N − P is replaced by their degrees of freedom.
+    /// Covariance RᵀR/(N − P) of the residuals R of the fit with N runs and P terms, on the outputs' scales. With
+    /// derivatives, R contains only the residuals of the values, and N − P is replaced by the degrees of freedom of
+    /// these residuals.
     pub(crate) residual_covariance: Vec<Vec<f64>>,
     /// Weights of the rows of derivatives in the fit, one per input; empty without derivatives. The weight of input j
     /// is σ_v/σ_j. σ_v is the standard deviation of the errors of the values. σ_j is the standard deviation of the
     /// errors of the derivatives with respect to coordinate j on [−1, 1].
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub derivative_weights: Vec<f64>,
-    /// Covariance of the fit averaged over the box, on the outputs' scales, if derivatives were fitted too.
+    /// Covariance of the fit averaged over the box, on the outputs' scales; None if no derivatives were fitted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) mean_covariance: Option<Vec<Vec<f64>>>,
-    /// Mean leverage over the box, tr (ΨᵀΨ)⁻¹, for inputs that are uniform on their scales.
+    /// Leverage averaged over the box, tr (ΨᵀΨ)⁻¹, for inputs that are uniform on their scales. See
+    /// [`PceFit::leverage`](crate::PceFit::leverage).
     pub mean_leverage: f64,
     /// Largest leverage h(x) = ψ(x)ᵀ(ΨᵀΨ)⁻¹ψ(x) of any row.
     pub largest_leverage: f64,
-    /// Largest leverage of a corner of the box. None above 10 inputs, because the number of corners is
+    /// Largest leverage at a corner of the box; None for more than 10 inputs, because the number of corners is
     /// 2^inputs.
     pub largest_corner_leverage: Option<f64>,
 }
@@ -66,9 +68,9 @@ impl FitReport {
     /// Error of the surrogate as a prediction of a single run: covariance of the leave-one-out residuals (outputs ×
     /// outputs, in the outputs' units).
     ///
-    /// For a deterministic model this is the lack of fit: the difference between model and polynomial. If the specimens
-    /// differ between runs, it also includes the scatter of the specimens; for the error of their mean response see
-    /// [`Self::mean_error`].
+    /// For a deterministic model this is the lack of fit: the difference between model and polynomial. If the
+    /// specimens differ between runs, it also includes the scatter of the specimens; for the error of the mean
+    /// response over specimens see [`Self::mean_error`].
     ///
     /// On a logarithmic scale residuals are relative: entry (j, k) of the covariance of the logarithms is multiplied by
     /// the output values `at[j]` and `at[k]`.
@@ -79,8 +81,8 @@ impl FitReport {
         self.in_units(&self.loo_covariance, 1.0, at)
     }
 
-    /// Scatter of the runs about the surrogate: s² = RᵀR/(N − P) (outputs × outputs, in the outputs' units). The output
-    /// values `at` are needed to convert from a logarithmic scale.
+    /// Scatter of the runs about the surrogate: s² = RᵀR/(N − P) (outputs × outputs, in the outputs' units), for the
+    /// residuals R of N runs and P terms. The output values `at` are needed to convert from a logarithmic scale.
     ///
     /// If each run has its own specimen, this is the scatter between specimens at equal inputs.
     ///
@@ -94,10 +96,10 @@ impl FitReport {
     /// leverage (outputs × outputs, in the outputs' units). The output values `at` are needed to convert from a
     /// logarithmic scale.
     ///
-    /// This assumes that the residuals are scatter between specimens and not lack of fit of the polynomial. If
-    /// derivatives were fitted too, this is the jackknife covariance instead, because the errors within a run are
-    /// correlated. The error at a single point is [`Self::scatter`] times [`PceFit::leverage`](crate::PceFit::leverage)
-    /// at that point.
+    /// This error estimate assumes that the residuals are scatter between specimens and not lack of fit of the
+    /// polynomial. If derivatives were fitted too, this is the jackknife covariance instead, because the errors
+    /// within a run are correlated. The error at a single point is [`Self::scatter`] times
+    /// [`PceFit::leverage`](crate::PceFit::leverage) at that point.
     ///
     /// # Errors
     /// If `at` does not have one value per output.
@@ -181,7 +183,7 @@ pub(crate) fn covariance(rows: &Mat<f64>) -> Vec<Vec<f64>> {
     mean_products(&centred, (n - 1) as f64)
 }
 
-/// RᵀR divided by `divisor`.
+/// Returns RᵀR/`divisor` for the matrix R = `rows`.
 pub(crate) fn mean_products(rows: &Mat<f64>, divisor: f64) -> Vec<Vec<f64>> {
     let m = rows.ncols();
     let entry = |j: usize, k: usize| {

@@ -40,7 +40,7 @@ impl Scale {
         }
     }
 
-    /// dy/dz as a function of the number `y`.
+    /// Returns dy/dz as a function of the number `y`, where z is the coordinate of y on the scale.
     #[inline]
     pub(crate) fn slope_at(self, y: f64) -> f64 {
         match self {
@@ -49,8 +49,8 @@ impl Scale {
         }
     }
 
-    /// The residual y − f in the number's own units, from the number y and its residual r on the scale: y (1
-    /// − e^(−r)) for a logarithm.
+    /// Returns the residual y − f of a number y in the unit of y, given its residual r on the scale. For a
+    /// logarithmic scale, r = ln y − ln f, and the result is y (1 − e^(−r)).
     pub(crate) fn residual(self, y: f64, r: f64) -> f64 {
         match self {
             Self::Linear => r,
@@ -63,7 +63,7 @@ impl Scale {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Axis {
     pub(crate) scale: Scale,
-    /// The lower bound on the scale.
+    /// Lower bound of the interval, as a coordinate on the scale.
     pub(crate) lower: f64,
     pub(crate) upper: f64,
 }
@@ -94,7 +94,7 @@ impl Axis {
         self.scale.value_and_slope(z).0
     }
 
-    /// dt/dz, where z is the coordinate on the scale.
+    /// Returns dt/dz, where z is the coordinate on the scale and t ∈ [−1, 1] the coordinate on the unit interval.
     #[inline]
     pub(crate) fn unit_slope(self) -> f64 {
         2.0 / (self.upper - self.lower)

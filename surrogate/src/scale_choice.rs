@@ -10,23 +10,23 @@ use crate::select::{LeaveOneOutError, OrderRule, ROUNDING, Truth, error};
 use crate::weights::{WeightedFit, fit_weighted};
 
 /// A logarithmic scale is chosen only if it reduces the squared error to less than this fraction. Smaller
-/// improvements depend on the noise of single rows.
+/// improvements can be caused by the noise of single rows.
 const WORTHWHILE: f64 = 0.9;
 
-/// Smallest ratio of an input's bounds at which a logarithmic scale is tried. Below, the logarithm is almost
-/// linear.
+/// Smallest ratio of an input's bounds at which a logarithmic scale is tried. For a smaller ratio, the logarithm is
+/// almost linear.
 const LEAST_RATIO: f64 = 1.1;
 
-/// How the scales of inputs and outputs are chosen: see [`Scale`].
+/// Rule by which the scales of inputs and outputs are chosen; see [`Scale`].
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Scales {
-    /// Chosen by the corrected leave-one-out error of the outputs in their own units, which is comparable
-    /// between scales. The search starts from linear scales. Each step puts the one input on a logarithmic
-    /// scale that reduces the error most; the search stops when no input reduces the error by a tenth. At
-    /// each order an output is on a logarithmic scale if this reduces its error by a tenth. Candidates are
-    /// inputs with a lower bound above 0 and an upper bound at least a tenth larger, and outputs that are
-    /// above 0 in all rows.
+    /// Chosen by the corrected leave-one-out error of the outputs in their own units, which is comparable between
+    /// scales. The search starts from linear scales. Each step changes one input to a logarithmic scale, namely the
+    /// input whose change reduces the error most. The search stops when no such change reduces the error by a tenth.
+    /// At each order, an output is on a logarithmic scale if this reduces the error of the output by a tenth.
+    /// Candidates are inputs with a lower bound above 0 and an upper bound at least a tenth larger, and outputs that
+    /// are above 0 in all rows.
     #[default]
     Auto,
     /// All scales are linear.
@@ -44,15 +44,15 @@ pub enum Scales {
 pub(crate) struct ChosenScales {
     pub(crate) inputs: Vec<Scale>,
     pub(crate) outputs: Vec<Scale>,
-    /// The corrected leave-one-out error with all scales linear; None if the scales were not chosen
+    /// The corrected leave-one-out error of the best order with all scales linear; None if the scales were not chosen
     /// automatically.
     pub(crate) linear_error: Option<f64>,
 }
 
-/// Returns the given scales, or chooses them.
+/// Returns the scales that the user has specified, or chooses the scales automatically.
 ///
 /// # Errors
-/// As [`Regression::equations_for`]; given scales are not checked here.
+/// The errors of [`Regression::equations_for`]. Scales that the user has specified are not checked here.
 pub(crate) fn choose(
     regression: &Regression<'_>,
     scales: &Scales,
@@ -105,7 +105,7 @@ pub(crate) fn choose(
     Ok(ChosenScales { inputs: best.inputs, outputs: best.outputs, linear_error })
 }
 
-/// Scales of the inputs, with the best scales of the outputs for them.
+/// Candidate scales of the inputs, with the best scales of the outputs for these input scales.
 struct Candidate {
     inputs: Vec<Scale>,
     outputs: Vec<Scale>,
@@ -116,8 +116,8 @@ struct Candidate {
 }
 
 impl Candidate {
-    /// Evaluates the input scales. None if no order can be estimated, or if the fixed order cannot be
-    /// estimated.
+    /// Finds the best output scales for the given input scales. None if no order can be estimated, or if `rule` fixes
+    /// an order that cannot be estimated.
     fn new(
         regression: &Regression<'_>,
         inputs: Vec<Scale>,

@@ -26,15 +26,15 @@ pub enum OrderRule {
 pub struct Holdout {
     /// Fraction of the rows used for training.
     pub train_fraction: f64,
-    /// Tolerance of the validation error, as a fraction: the lowest order qualifies whose validation error is
-    /// at most (1 + tolerance) times the least.
+    /// Tolerance of the validation error, as a fraction: the split chooses the lowest order whose validation error is
+    /// at most (1 + tolerance) times the smallest validation error of any order.
     pub tolerance: f64,
     /// Seed of the random split.
     pub seed: u64,
 }
 
 impl Default for Holdout {
-    /// 70 % for training, 5 % tolerance, seed 0.
+    /// Default split: 70 % of the rows for training, 5 % tolerance, seed 0.
     fn default() -> Self {
         Self { train_fraction: 0.7, tolerance: 0.05, seed: 0 }
     }
@@ -59,21 +59,21 @@ impl Holdout {
     }
 }
 
-/// Leave-one-out errors of one order, one per output, as fractions of the output's variance. On every scale
-/// these are errors of the output in its own units.
+/// Leave-one-out errors of one order, one per output, as fractions of the output's variance. They are errors in the
+/// unit of the output, even if the output is on a logarithmic scale.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LeaveOneOutError {
-    /// mean ((y_i − f_i)/(1 − h_i))² / mean (y_i − ȳ)². With derivatives, the value and the derivatives of
-    /// run i are left out together.
+    /// The error mean ((y_i − f_i)/(1 − h_i))² / mean (y_i − ȳ)² over the runs i, with the fit f and the leverage
+    /// h_i. With derivatives, the value and the derivatives of run i are left out together.
     pub plain: Vec<f64>,
-    /// The plain error times Chapelle's correction N/(N−P) · (1 + tr (ΨᵀΨ)⁻¹), a penalty for few rows per
-    /// term (Chapelle, Vapnik & Bengio 2002; Blatman & Sudret 2011, doi:10.1016/j.jcp.2010.12.021). For an
-    /// expansion with [sparse terms](crate::Terms::Sparse), the error of cross-validation instead.
+    /// The plain error times Chapelle's correction N/(N−P) · (1 + tr (ΨᵀΨ)⁻¹), a penalty for few rows per term
+    /// (Chapelle, Vapnik & Bengio 2002; Blatman & Sudret 2011, doi:10.1016/j.jcp.2010.12.021). For an expansion with
+    /// [sparse terms](crate::Terms::Sparse), this is the error of cross-validation instead.
     pub corrected: Vec<f64>,
 }
 
 impl LeaveOneOutError {
-    /// None if a coefficient is determined by a single run alone.
+    /// Computes the errors of a fit. None if a single run alone determines a coefficient.
     pub(crate) fn new(prefix: &Prefix, truth: &Truth<'_>) -> Option<Self> {
         let plain = truth.relative_squares(&prefix.loo_residuals()?);
         let corrected = plain.iter().map(|e| e * prefix.correction()).collect();
@@ -81,8 +81,8 @@ impl LeaveOneOutError {
     }
 }
 
-/// Errors of one order fitted to the training rows, one per output: mean squared errors as fractions of the
-/// output's variance.
+/// Errors of one order that was fitted to the training rows, one per output. They are mean squared errors as
+/// fractions of the output's variance.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SplitError {
     /// Error on the training rows.
@@ -94,17 +94,17 @@ pub struct SplitError {
 /// Errors of one order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OrderReport {
-    /// The order.
+    /// Order of the expansion.
     pub order: usize,
     /// Number of terms of an expansion of this order.
     pub terms: usize,
     /// Leave-one-out error. None if some coefficients are undetermined when a single run is left out.
     pub loo: Option<LeaveOneOutError>,
-    /// None if the training rows do not determine the order's coefficients.
+    /// Training and validation errors. None if the training rows do not determine the coefficients of the order.
     pub split: Option<SplitError>,
 }
 
-/// The order with the least corrected leave-one-out error.
+/// Returns the order with the least corrected leave-one-out error; None if no order can be estimated.
 pub(crate) fn by_loo(orders: &[OrderReport]) -> Option<usize> {
     let errors = orders.iter().filter_map(|o| Some((o.order, error(&o.loo.as_ref()?.corrected))));
     Some(errors.min_by(|a, b| a.1.total_cmp(&b.1))?.0)
@@ -127,7 +127,7 @@ pub(crate) fn error(fractions: &[f64]) -> f64 {
     mean(fractions).max(ROUNDING)
 }
 
-/// Squared relative error below which an error is only rounding error.
+/// Squared relative error below which an error consists only of rounding errors.
 pub(crate) const ROUNDING: f64 = 1e-24;
 
 pub(crate) fn mean(x: &[f64]) -> f64 {
@@ -136,15 +136,15 @@ pub(crate) fn mean(x: &[f64]) -> f64 {
 
 /// Reference for residuals: values, scales and variances of the outputs.
 pub(crate) struct Truth<'a> {
-    /// Values in the outputs' own units, rows × outputs.
+    /// Values of the outputs in their units, rows × outputs.
     pub(crate) y: &'a Mat<f64>,
     pub(crate) scales: &'a [Scale],
     pub(crate) variance: &'a [f64],
 }
 
 impl Truth<'_> {
-    /// Mean squared residuals in the outputs' own units, as fractions of the outputs' variances. `residuals`
-    /// are on the outputs' scales, rows × outputs.
+    /// Converts residuals to the outputs' units and returns their mean squares, as fractions of the outputs'
+    /// variances. `residuals` are on the outputs' linear or logarithmic scales, rows × outputs.
     pub(crate) fn relative_squares(&self, residuals: &Mat<f64>) -> Vec<f64> {
         let n = residuals.nrows();
         let square =

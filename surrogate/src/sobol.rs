@@ -6,10 +6,11 @@ use crate::quadrature::{MAX_POINTS, TensorGrid};
 
 /// Sobol indices: fractions of each output's variance that are due to inputs and pairs of inputs.
 ///
-/// The inputs are independent and uniform on the box. The variance is always that of the output in its own units, even
-/// if the output is on a logarithmic scale. If all scales are linear, the indices are sums of c_a². Otherwise they are
-/// integrals, computed by Gauss–Legendre quadrature; all indices are NaN if more than ten inputs occur in the terms,
-/// because the quadrature has too many points. The indices of an output with zero variance are NaN.
+/// The inputs are independent and uniform on the box. The variance is always the variance of the output in its unit,
+/// even if the output is on a logarithmic scale. If all scales are linear, the indices are sums of squared
+/// coefficients c_a², divided by the variance. Otherwise they are integrals, computed by Gauss–Legendre quadrature;
+/// all indices are NaN if more than ten inputs occur in the terms, because the quadrature has too many points. The
+/// indices of an output with zero variance are NaN.
 ///
 /// References: Sobol', Math. Comput. Simul. 55 (2001) 271, doi:10.1016/S0378-4754(00)00270-6;
 /// Sudret, Reliab. Eng. Syst. Saf. 93 (2008) 964, doi:10.1016/j.ress.2007.04.002.
@@ -17,15 +18,17 @@ use crate::quadrature::{MAX_POINTS, TensorGrid};
 pub struct SobolIndices {
     /// `first[m][i]`: fraction of the variance of output m that is due to input i alone.
     pub first: Vec<Vec<f64>>,
-    /// `total[m][i]`: fraction that is due to input i alone or in an interaction.
+    /// `total[m][i]`: fraction of the variance of output m that is due to input i alone or in an interaction with
+    /// other inputs.
     pub total: Vec<Vec<f64>>,
-    /// `second[m][i][j]`: fraction that is due to the interaction of the inputs i and j; symmetric, 0 on the
-    /// diagonal.
+    /// `second[m][i][j]`: fraction of the variance of output m that is due to the interaction of the inputs i and j;
+    /// symmetric, 0 on the diagonal.
     pub second: Vec<Vec<Vec<f64>>>,
 }
 
 impl DynPce {
-    /// The mean of each output over the box, for uniform inputs: c_0 if all scales are linear.
+    /// Returns the mean of each output over the box, for uniform inputs. If all scales are linear, this is the
+    /// coefficient c_0 of the constant term.
     pub fn mean(&self) -> Vec<f64> {
         if !self.is_linear() {
             return TensorGrid::new(self, MAX_POINTS)
@@ -35,7 +38,8 @@ impl DynPce {
         constant.map_or_else(|| vec![0.0; self.outputs().len()], |(_, c)| c.clone())
     }
 
-    /// The variance of each output over the box, for uniform inputs: Σ_(a≠0) c_a² if all scales are linear.
+    /// Returns the variance of each output over the box, for uniform inputs. If all scales are linear, this is
+    /// Σ_(a≠0) c_a² over the coefficients of all terms except the constant term.
     ///
     /// ```
     /// use surrogate::{Input, Pce};
@@ -63,7 +67,7 @@ impl DynPce {
         self.sobol_with(MAX_POINTS)
     }
 
-    /// The Sobol indices as [`Self::sobol`], with at most `most_points` quadrature points.
+    /// Version of [`Self::sobol`] with at most `most_points` quadrature points.
     pub(crate) fn sobol_with(&self, most_points: usize) -> SobolIndices {
         let (d, m) = (self.inputs().len(), self.outputs().len());
         let mut indices = SobolIndices {
@@ -109,13 +113,14 @@ impl DynPce {
         }
     }
 
-    /// One NaN per output, for quantities that cannot be computed.
+    /// Returns one NaN per output, the result for quantities that cannot be computed.
     fn unknown(&self) -> Vec<f64> {
         vec![f64::NAN; self.outputs().len()]
     }
 }
 
-/// Computes the parts of the variance from Var E[f | some inputs]; returns the total variance.
+/// Computes the parts of the variance from conditional variances Var E[f | some inputs], and writes them to `parts`.
+/// Returns the total variance of each output.
 fn conditional_variances(grid: &TensorGrid, d: usize, parts: &mut SobolIndices) -> Vec<f64> {
     let all: Vec<usize> = (0..d).collect();
     let variance = grid.variance_by(&all);

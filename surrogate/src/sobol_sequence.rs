@@ -8,7 +8,7 @@ pub(crate) const MAX_DIMENSION: usize = 21;
 /// Binary digits of a coordinate; `f64` represents all multiples of 2^−52 in [0, 1) exactly.
 const BITS: u32 = 52;
 
-/// Number of columns of the generating matrices: the sequence ends after 2^40 points.
+/// Number of columns of the generating matrices. With 40 columns, the sequence ends after 2^40 points.
 const COLUMNS: usize = 40;
 
 /// Primitive polynomials and initial direction numbers of the dimensions 2, 3, …. An entry is (`a`, `m`): the
@@ -38,8 +38,8 @@ const TABLE: [(u64, &[u64]); MAX_DIMENSION - 1] = [
     (4, &[1, 3, 7, 13, 13, 15, 69]),
 ];
 
-/// The columns of the generating matrix of one dimension. The first digit of a number is the most significant
-/// of [`BITS`].
+/// Returns the columns of the generating matrix of one dimension. Each column is a number of [`BITS`] binary digits;
+/// the first row of the matrix is the most significant digit.
 fn direction_numbers(dimension: usize) -> [u64; COLUMNS] {
     let mut m = [1u64; COLUMNS];
     if dimension > 0 {
@@ -60,9 +60,9 @@ fn direction_numbers(dimension: usize) -> [u64; COLUMNS] {
 
 /// Iterator over the points of a Sobol sequence, randomised once.
 ///
-/// Each dimension's generating matrix is multiplied by a random lower triangular matrix with unit diagonal
-/// (linear matrix scramble). Then a random number is added digit by digit (digital shift). Both preserve the
-/// net property; the shift makes each point uniform on the cube.
+/// Each dimension's generating matrix is multiplied by a random lower triangular matrix with unit diagonal (linear
+/// matrix scramble). Then a random number is added digit by digit (digital shift). Scramble and shift preserve the
+/// equidistribution of the sequence (the net property); the shift makes each point uniform on the cube.
 pub(crate) struct ScrambledSobol {
     columns: Vec<[u64; COLUMNS]>,
     state: Vec<u64>,
@@ -119,7 +119,7 @@ mod tests {
             .collect()
     }
 
-    /// The first ten points in three dimensions, as published by the authors of the table.
+    /// Compares the first ten points in three dimensions with the points that the authors of the table published.
     #[test]
     fn without_scramble_the_points_are_the_published_ones() {
         let published = [
@@ -139,7 +139,7 @@ mod tests {
         assert_eq!(plain.take(10).collect::<Vec<_>>(), published);
     }
 
-    /// All ways to distribute `total` digits over `parts` coordinates.
+    /// Returns all ways to distribute `total` digits over `parts` coordinates.
     fn splits(total: u32, parts: usize) -> Vec<Vec<u32>> {
         if parts == 1 {
             return vec![vec![total]];
@@ -154,8 +154,8 @@ mod tests {
             .collect()
     }
 
-    /// Definition of a (t, m, s)-net: each elementary interval of volume 2^(t−m) contains 2^t points. Sobol's
-    /// bound is t = Σ (degree − 1): 0, 0, 1, 3, 5 for 1 to 5 dimensions.
+    /// Tests the definition of a (t, m, s)-net: each elementary interval of volume 2^(t−m) contains 2^t points. For
+    /// Sobol sequences t ≤ Σ (degree − 1) over the primitive polynomials: 0, 0, 1, 3, 5 for 1 to 5 dimensions.
     #[test]
     fn the_points_are_nets_of_the_known_quality() {
         let m = 9;
@@ -185,7 +185,8 @@ mod tests {
         }
     }
 
-    /// Property A of the Joe–Kuo numbers: each of the 2^s orthants contains one of the first 2^s points.
+    /// Tests property A of the Joe–Kuo numbers in s dimensions: each of the 2^s orthants contains one of the first
+    /// 2^s points.
     #[test]
     fn the_first_points_visit_every_orthant() {
         for dimension in [2, 5, 10, 16, 18] {
@@ -197,7 +198,8 @@ mod tests {
         }
     }
 
-    /// x^s + … + 1 is primitive if the order of x modulo this polynomial is 2^s − 1.
+    /// Tests that each polynomial x^s + … + 1 is primitive, that is, that the order of x modulo this polynomial is
+    /// 2^s − 1.
     #[test]
     fn the_polynomials_are_primitive_and_the_numbers_admissible() {
         for (a, m) in TABLE {
@@ -215,7 +217,7 @@ mod tests {
                     break;
                 }
             }
-            // holds for degree 1 too: modulo x + 1, x has order 1 = 2^1 − 1
+            // this condition holds for degree 1 too: modulo x + 1, x has order 1 = 2^1 − 1
             assert_eq!(order, (1 << s) - 1, "{polynomial:b}");
             for (k, &m) in m.iter().enumerate() {
                 assert!(m % 2 == 1 && m < 2 << k);

@@ -1,4 +1,4 @@
-//! Sparse expansions: a subset of candidate terms that may outnumber the runs.
+//! Sparse expansions: the selection of a subset of candidate terms. There can be more candidates than runs.
 
 use std::rc::Rc;
 
@@ -19,17 +19,17 @@ use crate::weights::fit_weighted;
 /// exponent gives fewer interaction terms among the candidates.
 const EXPONENTS: [f64; 3] = [0.4, 0.6, 0.8];
 
-/// Largest number of candidate terms; with more, a fit takes minutes.
+/// Largest number of candidate terms; with more candidates, a fit would take minutes.
 const MOST_CANDIDATES: usize = 6000;
 
 /// Number of folds of the cross-validation.
 const FOLDS: usize = 10;
 
-/// Smallest number of rows per term.
+/// Smallest number of least squares rows per term of a sparse fit.
 const ROWS_PER_TERM: usize = 2;
 
-/// A column is linearly dependent on the chosen columns if their projection leaves less than this fraction of
-/// its squared norm.
+/// Relative squared norm below which a column is linearly dependent on the chosen columns: after subtraction of its
+/// projection onto the chosen columns, less than this fraction of its squared norm remains.
 const DEPENDENT: f64 = 1e-12;
 
 /// The best sparse fit of one order for one truncation.
@@ -43,7 +43,7 @@ struct Candidate {
 /// Fits every order of the regression with its best sparse subset of terms.
 ///
 /// # Errors
-/// As [`Regression::equations`].
+/// The errors of [`Regression::equations`].
 pub(crate) fn sparse(
     regression: &Regression<'_>,
     scales: &ChosenScales,
@@ -82,7 +82,7 @@ pub(crate) fn sparse(
     Ok(orders)
 }
 
-/// The truncations to try, from few interactions to the requested truncation.
+/// Returns the truncations to try, from the truncation with the fewest interaction terms to the requested truncation.
 fn truncations(asked: Truncation) -> impl Iterator<Item = Truncation> {
     let most = match asked {
         Truncation::TotalDegree => 1.0,
@@ -94,8 +94,9 @@ fn truncations(asked: Truncation) -> impl Iterator<Item = Truncation> {
     fewer.map(|q| Truncation::Hyperbolic { q }).chain([asked])
 }
 
-/// The sparse fit whose number of terms has the least cross-validation error. During cross-validation each
-/// fold selects its own terms. The final fit has the same number of terms, selected by all runs.
+/// Finds the sparse fit whose number of terms has the least cross-validation error. During cross-validation, the
+/// terms are selected separately for each fold. The final fit has the same number of terms, which are selected with
+/// all runs.
 fn candidate(
     regression: &Regression<'_>,
     equations: &Equations,
@@ -126,8 +127,8 @@ fn candidate(
     Some(Candidate { error, loo, fitted, equations })
 }
 
-/// Cross-validation residuals (runs × outputs) of the fits with one term, two terms, …. For each fold, the
-/// terms are selected by and fitted to the runs of the other folds.
+/// Returns the cross-validation residuals (runs × outputs) of the fits with one term, two terms, …. For each fold,
+/// the terms are selected with the runs of the other folds and fitted to these runs.
 fn cross_validate(equations: &Equations, weights: &[f64], folds: &[Vec<usize>]) -> Vec<Mat<f64>> {
     let runs = equations.runs();
     let mut all: Vec<Mat<f64>> = Vec::new();
@@ -155,17 +156,17 @@ fn cross_validate(equations: &Equations, weights: &[f64], folds: &[Vec<usize>]) 
     all
 }
 
-/// Forward selection of columns by orthogonal least squares on the rows of the chosen runs. Returns at most
-/// `most` columns in order of selection. The first is the constant; each further column reduces the residuals
-/// of the targets most. Squared residuals are summed over the targets, as fractions of the targets'
+/// Forward selection of columns by orthogonal least squares on the rows of the chosen runs. Returns at most `most`
+/// columns in order of selection. The first column is the constant; each further column is the column that reduces
+/// the residuals of the targets most. Squared residuals are summed over the targets, as fractions of the targets'
 /// variances.
 fn forward(equations: &Equations, chosen: &[usize], weights: &[f64], most: usize) -> Vec<usize> {
     let (columns, mut left) = equations.weighted(chosen, weights);
     for (target, variance) in left.col_iter_mut().zip(&equations.variances()) {
         target.iter_mut().for_each(|y| *y /= variance.sqrt());
     }
-    // for each column after removal of its projection on the chosen columns: squared norm, products with the
-    // targets
+    // for each column, after subtraction of its projection onto the chosen columns: its squared norm (`square`), and
+    // its products with the targets (`products`)
     let own: Vec<f64> = columns.col_iter().map(|c| c.squared_norm_l2()).collect();
     let mut square = own.clone();
     let mut products = columns.transpose() * &left;
@@ -204,7 +205,7 @@ fn forward(equations: &Equations, chosen: &[usize], weights: &[f64], most: usize
     path
 }
 
-/// Random groups of runs; their sizes differ by at most one.
+/// Divides the runs into random groups whose sizes differ by at most one.
 fn folds(runs: usize, seed: u64) -> Vec<Vec<usize>> {
     let mut order: Vec<usize> = (0..runs).collect();
     order.shuffle(&mut Xoshiro256PlusPlus::seed_from_u64(seed));

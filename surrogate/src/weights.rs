@@ -1,31 +1,31 @@
 //! Weights of derivatives relative to values in the least squares problem.
 //!
-//! Values scatter about the polynomial with standard deviation σ_v, derivatives by the j-th coordinate with
-//! σ_j. The best linear fit weights rows by 1/σ, so that only the ratios σ_v/σ_j matter. Each variance is
-//! estimated as the sum of squared residuals divided by the degrees of freedom of its rows, and the fit is
-//! repeated until the ratios converge (Förstner's estimate of variance components, Z. Vermessungswesen 104
-//! (1979) 149). The converged estimate is the restricted maximum likelihood estimate.
+//! Values scatter about the polynomial with the standard deviation σ_v, derivatives with respect to the j-th
+//! coordinate with the standard deviation σ_j. The best linear fit weights rows by 1/σ, so that only the ratios
+//! σ_v/σ_j matter. Each variance is estimated as the sum of squared residuals divided by the degrees of freedom of
+//! its rows, and the fit is repeated until the ratios converge (Förstner's estimate of variance components, Z.
+//! Vermessungswesen 104 (1979) 149). The converged estimate is the restricted maximum likelihood estimate.
 //!
-//! No fixed ratio is good for all models. For a smooth deterministic model, the truncation error at order p
-//! is larger for the derivative than for the value, by a factor that grows like p^(3/2), and a weight of 0.3
-//! suits order 3. If each run has its own packing, values may scatter by several percent and logarithmic
-//! derivatives much less, so that the derivatives determine the response. Example: with 3 % scatter of
-//! values, 1 % scatter of derivatives, 30 runs and order 3, the weight 0.3 gives two to six times the squared
-//! error of the estimated weights. Separate ratios for each input cost nothing. They benefit inputs with
-//! little influence, whose derivatives scatter least.
+//! No fixed ratio is good for all models. For a smooth deterministic model, the truncation error at order p is larger
+//! for the derivative than for the value, by a factor that grows like p^(3/2); a weight of 0.3 is suitable for order
+//! 3. If each run is on a different random specimen, values may scatter by several percent and logarithmic
+//! derivatives much less, so that the derivatives determine most of the fit. Example: with 3 % scatter of values, 1 %
+//! scatter of derivatives, 30 runs and order 3, the weight 0.3 gives two to six times the squared error of the
+//! estimated weights. A separate ratio for each input causes no additional cost. Separate ratios improve the fit for
+//! inputs with little influence, whose derivatives scatter least.
 
 use crate::design_matrix::{Equations, Regression};
 use crate::leave_out::{Prefix, row_of};
 use crate::regression::NestedLeastSquares;
 use crate::select::{LeaveOneOutError, OrderRule, ROUNDING, Truth, error};
 
-/// Largest number of rounds of fit and estimate.
+/// Largest number of rounds; each round fits the expansion and estimates the weights.
 const ROUNDS: usize = 10;
 /// Ratios that change by less than this fraction have converged.
 const SETTLED: f64 = 0.05;
 
-/// Range of weights. Weights outside it would lose digits, and rows with such weights are practically absent
-/// or exact.
+/// Range of weights. Weights outside this range would cause rounding errors, and rows with such weights have
+/// practically no influence or are fitted exactly.
 const RANGE: std::ops::RangeInclusive<f64> = 1e-3..=1e3;
 
 /// The fits of all orders to all runs.
@@ -33,12 +33,13 @@ pub(crate) struct WeightedFit {
     pub(crate) fit: NestedLeastSquares,
     /// Fits of the orders that the runs determine.
     pub(crate) prefixes: Vec<Prefix>,
-    /// Weight σ_v/σ_j of the derivatives by each input's coordinate on [−1, 1]; empty without derivatives.
+    /// Weight σ_v/σ_j of the derivatives with respect to each input's coordinate on [−1, 1]; empty without
+    /// derivatives.
     pub(crate) weights: Vec<f64>,
 }
 
-/// Fits all orders and estimates the weights of derivatives. The weights are estimated from the residuals of
-/// the fixed order, or else of the order with the least corrected leave-one-out error.
+/// Fits all orders and estimates the weights of derivatives. The weights are estimated from the residuals of the
+/// order that `rule` fixes, or otherwise of the order with the least corrected leave-one-out error.
 pub(crate) fn fit_weighted(
     regression: &Regression<'_>,
     equations: &Equations,

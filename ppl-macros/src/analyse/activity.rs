@@ -25,19 +25,19 @@ pub(crate) struct Activity {
 }
 
 impl Activity {
-    /// Analyses a body; the arguments `given` may be unknowns.
+    /// Analyses a body. `given` are the names of the arguments that may be unknowns.
     pub(crate) fn of(body: &Block, given: impl IntoIterator<Item = Ident>) -> Self {
         let mut activity = Self { active: given.into_iter().collect(), ..Self::default() };
         activity.read(&body.statements);
         activity
     }
 
-    /// All active names.
+    /// Returns all active names, that is, names whose values may depend on unknowns.
     pub(crate) fn names(&self) -> impl Iterator<Item = &Ident> {
         self.active.iter()
     }
 
-    /// Whether a name is active.
+    /// Whether the value of a name may depend on unknowns.
     pub(crate) fn is_active(&self, name: &Ident) -> bool {
         self.active.contains(name)
     }
@@ -69,8 +69,8 @@ impl Activity {
         later.is_changed(name)
     }
 
-    /// Repeats the analysis until it finds nothing new, because a change in a loop affects the beginning of
-    /// the loop too.
+    /// Analyses the statements repeatedly until no new names are found, because a statement in a loop can change a
+    /// variable that an earlier statement of the loop uses.
     fn read(&mut self, statements: &[Statement]) {
         let size = |found: &Self| (found.active.len(), found.changed.len());
         loop {
@@ -89,7 +89,8 @@ impl Activity {
         }
     }
 
-    /// Handles loops such as `for x in xs.iter_mut() { *x = … }`, which change `xs`.
+    /// Marks the iterated variable of a loop as changed if the body changes a name of the loop pattern:
+    /// `for x in xs.iter_mut() { *x = … }` changes `xs`.
     fn changes_elements(&mut self, pat: &Pat, iter: &Expr) {
         if bound_names(pat).iter().any(|name| self.is_changed(name)) {
             self.changes(Changes::of(iter));
@@ -124,7 +125,7 @@ impl<'a> Visit<'a> for Activity {
     }
 
     fn visit_stmt(&mut self, stmt: &'a Stmt) {
-        // a method called as a statement acts on its receiver
+        // a method that is called as a statement changes its receiver
         if let Stmt::Expr(Expr::MethodCall(call), Some(_)) = stmt
             && call.args.iter().any(|argument| self.holds(argument))
         {

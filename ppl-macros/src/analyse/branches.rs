@@ -1,4 +1,4 @@
-//! Whether every point runs the same statements.
+//! Determines whether the model runs the same statements at every point of the parameter space.
 
 use quote::ToTokens;
 use syn::visit::{self, Visit};
@@ -11,7 +11,7 @@ use crate::syntax::patterns::bound_names;
 use crate::syntax::tokens::{mentions, says};
 use crate::walk::{self, Walk};
 
-/// Whether every point runs the same statements, and no data depend on the point.
+/// Whether the model runs the same statements and uses the same data at every point of the parameter space.
 pub(super) fn is_static(body: &Block, activity: &Activity) -> bool {
     let mut branches = Branches { activity, is_static: true };
     branches.block(body);
@@ -24,7 +24,8 @@ struct Branches<'a> {
 }
 
 impl Branches<'_> {
-    /// Handles code that decides which statements run or which data are used: it must not depend on unknowns.
+    /// Handles tokens that select the statements to run or the data to use. Clears `is_static` if the tokens mention
+    /// a name that may depend on unknowns.
     fn decides(&mut self, tokens: &impl ToTokens) {
         self.is_static &= !self.activity.mentions(tokens);
     }
@@ -33,7 +34,7 @@ impl Branches<'_> {
 impl<'a> Walk<'a> for Branches<'_> {
     fn block(&mut self, block: &'a Block) {
         for (i, statement) in block.statements.iter().enumerate() {
-            // no density depends on the statement
+            // skip statements on which no density depends
             let is_unread = statement.mark == Mark::Predict
                 || is_only_recorded(statement, &block.statements[i + 1..]);
             if !is_unread {
@@ -44,7 +45,7 @@ impl<'a> Walk<'a> for Branches<'_> {
 
     fn statement(&mut self, statement: &'a Statement) {
         match &statement.kind {
-            // the statements of the submodel are not visible here
+            // the macro cannot inspect the statements of the called submodel
             Kind::Tilde { left: Left::Part(..), .. } => self.is_static = false,
             Kind::Let { init: Some(Init { value, diverge: Some(_), .. }), .. } => {
                 value.rust().iter().for_each(|value| self.decides(value));

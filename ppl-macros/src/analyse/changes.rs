@@ -13,8 +13,8 @@ use crate::syntax::places::root;
 use crate::syntax::tokens::says;
 use crate::walk::{self, Walk};
 
-/// The names that a part of the body binds, and the variables that it may change. `None` in `changed` stands
-/// for a change of a variable that cannot be identified.
+/// The names that a part of the body binds, and the variables that this part may change. An entry `None` in `changed`
+/// is a change of a variable that cannot be identified.
 #[derive(Default)]
 pub(super) struct Changes {
     pub(super) bound: HashSet<Ident>,
@@ -22,7 +22,7 @@ pub(super) struct Changes {
 }
 
 impl Changes {
-    /// The variables that an expression may change, if they can be identified.
+    /// Returns the identifiable variables that an expression may change.
     pub(super) fn of(expr: &Expr) -> impl Iterator<Item = Ident> + use<> {
         let mut found = Self::default();
         found.visit_expr(expr);
@@ -47,7 +47,7 @@ impl<'a> Visit<'a> for Changes {
 
     fn visit_stmt(&mut self, stmt: &'a Stmt) {
         match stmt {
-            // a method called as a statement acts on its receiver
+            // a method that is called as a statement may change its receiver
             Stmt::Expr(Expr::MethodCall(call), _) => self.changed.push(root(&call.receiver)),
             Stmt::Expr(Expr::Call(_), _) => self.changed.push(None),
             _ => {}

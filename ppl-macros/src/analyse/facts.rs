@@ -1,4 +1,5 @@
-//! Errors and properties of each statement, and its site in the results.
+//! Determines the errors, the properties and the site of each statement. A site is the position of the statement in
+//! the source and its name in the results.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
@@ -16,7 +17,7 @@ use crate::errors::{self, about, at};
 use crate::syntax::patterns::{bound_by_condition, bound_names, is_constant, only_name};
 use crate::syntax::places::{Place, place, plain_name, root};
 
-/// Results of the analysis, by statement.
+/// Results of the analysis. Each table has the number of the statement as its key.
 #[derive(Default)]
 pub(crate) struct Facts {
     /// The sites of the statements: their positions and names in the model.
@@ -25,13 +26,14 @@ pub(crate) struct Facts {
     pub(crate) errors: HashMap<Id, Error>,
     /// Declarations of variables that later statements change to a value that may depend on unknowns.
     pub(crate) begins: HashSet<Id>,
-    /// Declarations that can stay formulas.
+    /// Declarations `let name = arithmetic;` whose value can stay a symbolic formula until it is used, instead of
+    /// being evaluated to a number.
     pub(crate) open: HashSet<Id>,
-    /// Properties of plates.
+    /// Properties of the plates (`for` loops in the body of a model).
     pub(crate) plates: HashMap<Id, Plate>,
 }
 
-/// Analyses all statements of a body; `scope` has the arguments.
+/// Analyses all statements of a body. `scope` contains the names of the arguments.
 pub(super) fn facts(body: &Block, activity: &Activity, scope: Scope) -> Facts {
     let mut reader = Reader {
         activity,
@@ -50,9 +52,10 @@ struct Reader<'a> {
     activity: &'a Activity,
     facts: Facts,
     scope: Scope,
-    /// Names in the results that are already in use on the execution path to the current statement.
+    /// Names in the results that statements on the execution path to the current statement already use.
     recorded: Names,
-    /// The enclosing plates, and the dimension along which each stacks.
+    /// The enclosing plates (`for` loops of the model), the innermost last. Each has the name of the dimension along
+    /// which it stacks the values of its iterations, or None if the dimension has no name.
     plates: Vec<(Id, Option<String>)>,
     /// Whether the current statement is inside `#[predict] for`.
     is_predicted: bool,
@@ -117,7 +120,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// Analyses the left side of `~` and returns its name in the results.
+    /// Analyses the left side of `~` and returns the name of the quantity in the results.
     fn tilde(&mut self, id: Id, left: &Left) -> Result<String> {
         match left {
             Left::Unknown(_, name) | Left::Part(_, name) => {
@@ -174,7 +177,8 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// The observed place. Its variable must be in scope and must not have a distribution.
+    /// Parses an observed place. Returns an error if the variable of the place is not in scope or already has a
+    /// distribution.
     fn in_scope(&self, left: &Expr) -> Result<Place> {
         let place = place(left)?;
         match self.scope.get(&place.root) {
@@ -200,8 +204,8 @@ impl Reader<'_> {
         }
     }
 
-    /// Analyses the statements inside control flow. Only one of several arms runs, so each arm may use the
-    /// same name.
+    /// Analyses the statements inside control flow. Two arms may use the same name in the results, because only one
+    /// arm runs.
     fn flow(&mut self, flow: &Flow) {
         match flow {
             Flow::If { condition, then, otherwise, .. } => {
@@ -227,7 +231,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Runs `read` with additional names in scope.
+    /// Calls `read` while the additional `names` are in scope.
     fn within(&mut self, names: Vec<Ident>, read: impl FnOnce(&mut Self)) {
         let scope = self.scope.clone();
         self.bind(names, false);
@@ -236,8 +240,8 @@ impl Reader<'_> {
     }
 }
 
-/// Checks that the mark and the dimensions are allowed for this kind of statement. Checks that a statement
-/// with a density is not inside a prediction.
+/// Checks that this kind of statement may have its mark (`#[track]` or `#[predict]`) and its dimensions. Also checks
+/// that a statement that adds to the density is not inside a prediction.
 fn check(statement: &Statement, is_predicted: bool) -> Result<()> {
     let Statement { mark, dims, kind, span, .. } = statement;
     let takes_mark = match kind {

@@ -1,4 +1,4 @@
-//! Analyses of the syntax tree: tables that are indexed by statement.
+//! Analyses of the syntax tree. Their results are tables whose key is the number of a statement.
 
 mod activity;
 mod branches;
@@ -23,7 +23,7 @@ pub(crate) use plates::Plate;
 /// The results of all analyses of a body.
 pub(crate) struct Analysis {
     pub(crate) activity: Activity,
-    /// Whether every point runs the same statements, and no data depend on the point.
+    /// Whether the model runs the same statements and uses the same data at every point of the parameter space.
     pub(crate) is_static: bool,
     pub(crate) facts: Facts,
 }

@@ -1,4 +1,4 @@
-//! The names in the results, collected along the execution paths.
+//! Checks that no two statements on one execution path use the same name in the results.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
@@ -17,31 +17,34 @@ pub(crate) struct Site {
     pub(crate) text: String,
     pub(crate) span: Span,
     pub(crate) repeated: bool,
-    /// Names of the dimensions along which the enclosing plates stack, the innermost last.
+    /// Names of the dimensions along which the enclosing plates (`for` loops of the model) stack the values, the
+    /// innermost last.
     pub(crate) plates: Vec<String>,
     /// Names of the dimensions of the value itself.
     pub(crate) dims: Vec<String>,
 }
 
-/// The names in use on the execution paths to a statement.
+/// The names in the results that statements on the execution paths to the current statement use.
 #[derive(Clone, Default)]
 pub(super) struct Names(HashMap<String, Taken>);
 
-/// The uses of a name.
+/// The uses of one name by statements.
 #[derive(Clone, Default)]
 struct Taken {
     /// Whether a statement declares or observes the name without an index: `y ~ …`, not `y[i] ~ …`.
     is_whole: bool,
-    /// The observed entries of the name: the expression as written, and the innermost plate.
+    /// The observed entries of the name, such as `y[i]`: the expression as written, and the innermost plate (`for`
+    /// loop of the model) that contains the statement.
     entries: HashSet<(String, Option<Id>)>,
-    /// The statements that observe entries.
+    /// The statements that observe an entry of the name, such as `y[i] ~ …`.
     observed: BTreeSet<Id>,
-    /// Whether several statements on one execution path observe entries.
+    /// Whether several statements on one execution path observe entries of the name.
     is_shared: bool,
 }
 
 impl Names {
-    /// Registers the use of a whole name; false if the name is already in use.
+    /// Registers that a statement uses a name without an index. Returns false if another statement already uses the
+    /// name.
     fn take(&mut self, name: &str) -> bool {
         let taken = self.0.entry(name.to_owned()).or_default();
         !std::mem::replace(&mut taken.is_whole, true) && taken.entries.is_empty()
@@ -55,8 +58,9 @@ impl Names {
         }
     }
 
-    /// Registers the name of a place that is observed in the innermost plate. Several statements may observe
-    /// different entries of one name, but not the same entry.
+    /// Registers the name of a place that a statement observes. `innermost` is the innermost plate (`for` loop of the
+    /// model) around the statement. Several statements may observe different entries of one name, but not the same
+    /// entry.
     pub(super) fn observe(
         &mut self,
         statement: Id,
@@ -79,7 +83,7 @@ impl Names {
         }
     }
 
-    /// Adds the names in use in another arm of a branch.
+    /// Adds the names that another arm of the same branch uses.
     pub(super) fn merge(&mut self, other: Self) {
         for (name, theirs) in other.0 {
             let taken = self.0.entry(name).or_default();
@@ -90,9 +94,9 @@ impl Names {
         }
     }
 
-    /// Sets the sites of statements that observe entries of one name. Their entries stack in the order in
-    /// which the statements run, along the dimensions of their plates if these are the same for all
-    /// statements.
+    /// Sets the sites of statements that observe entries of one name. The entries of all these statements form one
+    /// array in the results, in the order in which the statements run. The dimensions of the array have the names of
+    /// the plates' dimensions if these names are the same for all statements; otherwise the dimensions have no names.
     pub(super) fn stack(&self, sites: &mut BTreeMap<Id, Site>) {
         for Taken { observed, .. } in self.0.values().filter(|taken| taken.is_shared) {
             let own = observed.iter().filter_map(|id| sites.get(id));

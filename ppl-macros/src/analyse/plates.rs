@@ -1,4 +1,5 @@
-//! Properties of plates, which decide how the library evaluates them.
+//! Properties of plates (`for` loops in the body of a model). The properties determine how the library evaluates a
+//! plate.
 
 use std::collections::HashSet;
 
@@ -12,13 +13,14 @@ use crate::syntax::expressions::is_consumed;
 use crate::syntax::tokens::mentions;
 use crate::walk::Walk;
 
-/// Properties of a plate.
+/// Properties of a plate (a `for` loop of the model).
 pub(crate) struct Plate {
     /// Whether the body is only `y ~ D` with the loop variable `y` and the same `D` in all iterations.
     pub(crate) is_pooled: bool,
-    /// Whether no value that is computed in an iteration is used after the iteration.
+    /// Whether the body changes no variable that exists before the iteration, so that operations of an iteration can
+    /// be removed from the tape at its end.
     pub(crate) unwinds: bool,
-    /// The names that the plate binds; None if it may change other variables.
+    /// The names that the plate binds; None if the plate may change variables that are bound outside the plate.
     pub(crate) own: Option<HashSet<Ident>>,
 }
 

@@ -1,4 +1,4 @@
-//! Errors for Rust code that a model cannot contain, reported at that code.
+//! Finds Rust code that a model cannot contain. Each error is reported at the position of the invalid code.
 
 use std::collections::HashMap;
 
@@ -17,11 +17,11 @@ use crate::syntax::patterns::bound_names;
 use crate::syntax::places::root;
 use crate::walk::Walk;
 
-/// The names in scope; true if `let name ~ …` declared the name.
+/// The names in scope. The value is true if `let name ~ …` declared the name.
 pub(super) type Scope = HashMap<Ident, bool>;
 
-/// The errors in the Rust code of a statement, without the statements inside it. `is_recorded` means that its
-/// values are only recorded, so that they need no derivatives.
+/// Returns the errors in the Rust code of a statement; nested statements are not checked. `is_recorded` means that
+/// the values of the statement are only recorded, so that the values need no derivatives.
 pub(super) fn refusals(
     statement: &Statement,
     activity: &Activity,
@@ -38,9 +38,10 @@ struct Refusals<'a> {
     activity: &'a Activity,
     scope: &'a Scope,
     is_recorded: bool,
-    /// Number of enclosing closures, which `?` and `return` leave instead of the model.
+    /// Number of enclosing closures. Inside a closure, `?` and `return` return from the closure and not from the
+    /// model.
     closures: usize,
-    /// Parameters of closures that may receive values which depend on unknowns.
+    /// Names of closure parameters whose values may depend on unknowns.
     derived: Vec<Ident>,
     error: Option<Error>,
 }
@@ -53,7 +54,8 @@ impl Refusals<'_> {
         }
     }
 
-    /// A name in scope that is used as a size in `<…>`.
+    /// Returns the first generic argument in `<…>` that is a name in scope. Such an argument is an error, because its
+    /// value is known only at run time.
     fn size<'t>(&self, arguments: &'t AngleBracketedGenericArguments) -> Option<&'t Ident> {
         let name = |argument: &'t GenericArgument| match argument {
             GenericArgument::Type(Type::Path(path)) => path.path.get_ident(),
@@ -79,7 +81,7 @@ impl Refusals<'_> {
         holds(expr, &|name| self.activity.is_active(name) || self.derived.contains(name))
     }
 
-    /// The error of an expression itself, without the errors of its subexpressions.
+    /// Returns the error of the expression itself; its subexpressions are not checked.
     fn refused(&self, expr: &Expr) -> Option<Error> {
         match expr {
             Expr::Return(_) if self.closures == 0 => Some(at(expr, errors::RETURN)),
@@ -142,10 +144,11 @@ fn is_distribution(mut expr: &Expr) -> bool {
 }
 
 impl<'a> Walk<'a> for Refusals<'_> {
-    // statements inside are analysed separately
+    // nested statements are analysed separately
     fn block(&mut self, _: &'a Block) {}
 
-    // labels are emitted in a closure: they are only recorded, and they cannot reject the point
+    // labels of a dimension are emitted inside a closure: the labels are only recorded, and their code cannot reject
+    // the point
     fn labels(&mut self, labels: &'a Expr) {
         let is_recorded = std::mem::replace(&mut self.is_recorded, true);
         self.closures += 1;

@@ -1,10 +1,10 @@
-//! Emits the function that the user declares. The function of a model binds the data. The function of a
-//! submodel takes its arguments; the statements are generic over the number type of the context, because
-//! arguments may be unknowns.
+//! Emits the function that the user declares. The function of a model returns the model bound to its data. The
+//! function of a submodel stores its arguments; the statements of the submodel are generic over the number type of
+//! the calling model, because arguments may be unknowns.
 //!
-//! The struct that holds the data has a type parameter for each argument, so that lifetimes which the user
-//! elided stay elided. It also has the const parameters of the model, because the types of the data do not
-//! necessarily mention them.
+//! The struct that stores the data has one type parameter for each argument, so that lifetimes which the user elided
+//! stay elided. The struct also has the const parameters of the model, because the types of the data do not
+//! necessarily mention these parameters.
 
 use proc_macro2::{Literal, Span, TokenStream};
 use quote::{format_ident, quote, quote_spanned};
@@ -35,7 +35,7 @@ pub(crate) fn function(model: &Model, analysis: &Analysis) -> TokenStream {
         false => quote!(#name),
     });
     let constants: Vec<_> = model.generics.const_params().collect();
-    // in braces: a bare name would be parsed as a type if a type of that name is in scope
+    // the const argument is in braces: a bare name would be parsed as a type if a type of that name is in scope
     let given = constants.iter().map(|constant| &constant.ident);
     let given: Vec<_> = given.map(|name| quote_spanned!(name.span()=> { #name })).collect();
     let names: Vec<_> = arguments.iter().map(|argument| &argument.name).collect();
@@ -113,13 +113,14 @@ pub(crate) fn function(model: &Model, analysis: &Analysis) -> TokenStream {
     }
 }
 
-/// Whether a type is `Real` in the signature of a submodel. Such an argument accepts plain numbers too.
+/// Whether a type is `Real`, the number type in the signature of a submodel. An argument of this type also accepts
+/// plain numbers.
 fn is_number(ty: &Type) -> bool {
     *ty == parse_quote!(::ppl::Real<__S>)
 }
 
-/// Emits the binding of an argument in the body: references and numbers are copied, any other type is
-/// borrowed.
+/// Emits the `let` statement that binds an argument in the body. References and numbers are copied; values of any
+/// other type are borrowed.
 fn binding(argument: &Argument) -> TokenStream {
     const NUMBERS: [&str; 16] = [
         "f64", "f32", "usize", "u8", "u16", "u32", "u64", "u128", "isize", "i8", "i16", "i32",
@@ -136,7 +137,7 @@ fn binding(argument: &Argument) -> TokenStream {
     quote_spanned!(span=> let #name = #borrow #this.#name;)
 }
 
-/// Emits the table of the sites of a model.
+/// Emits the table of the sites of a model. A site is the position and the name of a statement.
 fn table(sites: &[Site]) -> Option<TokenStream> {
     let span = Span::mixed_site();
     let count = Literal::usize_unsuffixed(sites.len());
@@ -156,7 +157,7 @@ fn table(sites: &[Site]) -> Option<TokenStream> {
     (!sites.is_empty()).then_some(table)
 }
 
-/// Emits the end of the body, if the statements do not end with a value.
+/// Emits the final expression of the body; None if the last statement already returns a value.
 fn ending(Model { value, body, .. }: &Model, analysis: &Analysis) -> Option<TokenStream> {
     let is_end = |last: &Statement| {
         matches!(last.kind, Kind::End(_)) && !analysis.facts.errors.contains_key(&last.id)
@@ -165,7 +166,7 @@ fn ending(Model { value, body, .. }: &Model, analysis: &Analysis) -> Option<Toke
     match body.statements.last() {
         Some(last) if is_end(last) => None,
         _ if value.as_ref().is_none_or(is_unit) => Some(quote!(::core::result::Result::Ok(()))),
-        // the last statement is an error, which is emitted in its place
+        // the last statement is invalid and was replaced by a compile error
         _ => Some(quote!(::core::unreachable!())),
     }
 }

@@ -1,4 +1,4 @@
-//! Emits statements as Rust, with the results of the analyses.
+//! Emits the statements of a model as Rust code, using the results of the analyses.
 
 use proc_macro2::{Span, TokenStream};
 use quote::{ToTokens, format_ident, quote, quote_spanned};
@@ -12,7 +12,7 @@ use crate::ast::{Arm, Block, Flow, For, Id, Kind, Left, Mark, Model, Statement};
 use crate::plan::{Plan, Sums, here, shared_name, site};
 use crate::syntax::patterns::only_name;
 
-/// The statements of a body in order, and the sites that they refer to.
+/// Emits the statements of a body in order. Returns the code and the sites to which the code refers.
 pub(super) fn statements(model: &Model, analysis: &Analysis) -> (TokenStream, Vec<Site>) {
     let plan = Plan::new(model, analysis);
     let mut emitter = Emitter { analysis, plan, is_predicted: false };
@@ -105,7 +105,7 @@ impl Emitter<'_> {
             Kind::Flow(flow) => self.flow(flow),
             Kind::End(flow) => {
                 let end = self.value(flow);
-                // type errors in the final value are reported here
+                // the compiler reports type errors of the final value at this span
                 let span = Span::mixed_site().located_at(statement.span);
                 quote_spanned!(span=> ::core::result::Result::Ok(#end))
             }
@@ -125,7 +125,7 @@ impl Emitter<'_> {
         let number = self.plan.site();
         let (cx, site) = (cx_at(span), site(number));
         match left {
-            // the variable is part of the results, so `unused_variables` would be wrong
+            // the variable is recorded in the results, so the lint `unused_variables` does not apply
             Left::Unknown(let_token, name) => {
                 let right = self.plan.written(right, Plan::distribution);
                 let method = if self.is_predicted { "predict" } else { "unknown" };
@@ -152,7 +152,7 @@ impl Emitter<'_> {
                 let right = self.plan.written(right, Plan::distribution);
                 let datum = quote_spanned!(place.span()=> &#place);
                 if let Left::Missing(_) = left {
-                    // afterwards the name refers to the completed data
+                    // after this statement, the name refers to the completed data
                     let names = statement.declared();
                     return quote_spanned! {span=>
                         #(#[allow(unused_variables)] let #names =)*
@@ -178,7 +178,7 @@ impl Emitter<'_> {
         quote_spanned!(here(name)=> #cx.#method(&#site, #value)?;)
     }
 
-    /// Emits the value of a declaration or of a submodel.
+    /// Emits the control flow that computes the initial value of a declaration or the final value of a submodel.
     fn value(&mut self, flow: &Flow) -> TokenStream {
         let aligned = self.plan.written(flow, Plan::align);
         self.flow(&aligned)
@@ -217,8 +217,8 @@ impl Emitter<'_> {
         quote!(#pat #guard #arrow #body,)
     }
 
-    /// Emits a plate. Declarations of the sums come before the loop, and their additions to the totals after
-    /// it.
+    /// Emits a plate (a `for` loop of the model) as a Rust loop. The variables that sum log density terms and
+    /// adjoints over the iterations are declared before the loop, and are added to the totals after the loop.
     fn plate(&mut self, statement: Id, plate: &For) -> TokenStream {
         let For { label, for_token, pat, in_token, iter, body } = plate;
         let (cx, span) = (cx(), Span::mixed_site());
@@ -267,22 +267,23 @@ impl Emitter<'_> {
     }
 }
 
-/// The name of the context.
+/// Returns the identifier of the context variable, `cx`.
 pub(super) fn cx() -> Ident {
     cx_at(Span::mixed_site())
 }
 
-/// The name of the context with the location of `place`, where errors are reported.
+/// Returns the identifier `cx` with the source location of `place`, where the compiler reports errors.
 fn cx_at(place: Span) -> Ident {
     Ident::new("cx", Span::mixed_site().located_at(place))
 }
 
-/// The variable that sums the log density terms of an observation in a loop.
+/// Returns the name of the variable that sums the log density terms of an observation over the iterations of a loop.
 fn sum_of(site: usize) -> Ident {
     format_ident!("terms_{site}", span = Span::mixed_site())
 }
 
-/// Emits an error in place of a statement, and declares the names of the statement.
+/// Emits a compile error in place of a statement. Also declares the names of the statement, so that later uses of
+/// these names cause no further errors.
 fn broken(names: &[Ident], error: &Error) -> TokenStream {
     let mut errors = error.clone().into_iter().map(|error| error.to_compile_error());
     let value = names.first().map(|first| (first, errors.next()));

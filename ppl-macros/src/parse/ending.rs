@@ -1,4 +1,4 @@
-//! The end of a body: the final value of a submodel.
+//! Parses the end of a body, which is the final value of a submodel.
 
 use syn::{Expr, Result, Stmt, Type};
 
@@ -6,9 +6,9 @@ use crate::ast::{Block, Flow, Kind, Mark};
 use crate::errors::{self, at};
 use crate::syntax::expressions::is_assignment;
 
-/// Makes the last statement the end of the body if it is the final value of a submodel of type `value`.
-/// Returns an error if a submodel has no final value. A final value in a model without return type becomes a
-/// broken statement.
+/// Marks the last statement of the body as `Kind::End` if the function is a submodel with return type `value` and the
+/// statement is its final value. Returns an error if a submodel has no final value. If a model without return type
+/// ends with a value, the last statement becomes `Kind::Broken`.
 pub(super) fn end(body: &mut Block, value: Option<&Type>) -> Result<()> {
     let is_unit = |ty: &Type| matches!(ty, Type::Tuple(tuple) if tuple.elems.is_empty());
     let needed = value.filter(|ty| !is_unit(ty));
@@ -26,7 +26,7 @@ pub(super) fn end(body: &mut Block, value: Option<&Type>) -> Result<()> {
         Kind::Flow(
             flow @ (Flow::Match { .. } | Flow::Block(_) | Flow::If { otherwise: Some(_), .. }),
         ) if needed.is_some() && is_unmarked => Kind::End(flow.clone()),
-        // any other expression is a statement, which `Ok(())` follows
+        // any other final expression is a statement; the emitted code returns `Ok(())` after it
         Kind::Rust(Stmt::Expr(_, semi)) => {
             semi.get_or_insert_default();
             return no_value();

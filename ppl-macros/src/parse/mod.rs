@@ -1,5 +1,6 @@
-//! Parses tokens into the syntax tree. A statement with a syntax error becomes a broken statement, and a
-//! model with an unusable signature becomes a model without statements. Parsing continues after either error.
+//! Parses tokens into the syntax tree. A statement with a syntax error becomes a statement of kind `Broken`, which
+//! contains the error. A model with an unusable signature becomes a model without statements. Parsing continues after
+//! either error.
 
 mod attributes;
 mod ending;

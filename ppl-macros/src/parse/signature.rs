@@ -1,4 +1,4 @@
-//! Parses the function that declares a model: name, generics, data.
+//! Parses the function that declares a model: its name, generics and arguments (the data).
 
 use proc_macro2::{Delimiter, TokenStream, TokenTree};
 use quote::{ToTokens, format_ident, quote};
@@ -78,7 +78,7 @@ fn model(input: ParseStream) -> Result<Model> {
     Ok(Model { attrs, vis, fn_token, name, generics, arguments, value, body, errors })
 }
 
-/// A model without statements that replaces a model whose signature cannot be used. Calls of the model then
+/// Returns a model without statements that replaces a model whose signature is invalid. Calls of the model then
 /// compile and cause no further errors.
 fn stand_in(vis: &Visibility, name: &Ident, arity: usize, error: Error) -> Result<Model> {
     let types: Vec<_> = (0..arity).map(|i| format_ident!("__T{i}")).collect();
@@ -87,8 +87,8 @@ fn stand_in(vis: &Visibility, name: &Ident, arity: usize, error: Error) -> Resul
     Ok(Model { errors: vec![error], ..model.parse2(stand_in)? })
 }
 
-/// Parses the arguments. In a submodel (with `value`), `Real` becomes the number type of the context in which
-/// the submodel runs.
+/// Parses the arguments. `value` is the return type of a submodel, None for a model. In a submodel, `Real` becomes
+/// the number type of the model that calls the submodel.
 fn arguments(typed: Vec<PatType>, value: Option<&mut Type>) -> Result<Vec<Argument>> {
     let arguments: Result<Vec<_>> = typed.into_iter().map(argument).collect();
     let mut arguments = arguments?;
@@ -119,7 +119,7 @@ fn argument(typed: PatType) -> Result<Argument> {
     }
 }
 
-/// The error message for a type that data cannot have.
+/// Returns the error message for a type that data cannot have; None for an allowed type.
 fn refused(ty: &Type) -> Option<&'static str> {
     match ty {
         Type::ImplTrait(_) => Some(errors::IMPL_TRAIT),
@@ -129,7 +129,7 @@ fn refused(ty: &Type) -> Option<&'static str> {
     }
 }
 
-/// Replaces `Real` by the number type of the context in which a submodel runs.
+/// Replaces the type `Real` by the number type of the model that calls the submodel.
 struct NumberType;
 
 impl VisitMut for NumberType {
@@ -144,7 +144,7 @@ impl VisitMut for NumberType {
     }
 }
 
-/// Skips a model that could not be parsed.
+/// Skips the rest of a model that could not be parsed.
 fn skip(input: ParseStream) {
     while let Ok(tree) = input.parse::<TokenTree>() {
         match tree {

@@ -26,7 +26,7 @@ pub(super) struct Reader {
 }
 
 impl Reader {
-    /// Parses the statements between braces; fails only if there are no braces.
+    /// Parses the statements between braces. Returns an error only if the braces are missing.
     pub(super) fn block(&self, input: ParseStream) -> Result<Block> {
         let content;
         let brace = braced!(content in input);
@@ -78,8 +78,8 @@ impl Reader {
         }
     }
 
-    /// Parses one statement with its final `;`, if present. Adds the names that it declares to `names` as
-    /// soon as they are parsed, so that a broken statement declares them too.
+    /// Parses one statement with its final `;`, if present. Adds the declared names to `names` as soon as the names
+    /// are parsed, so that a statement with a later syntax error still declares its names.
     fn statement(&self, input: ParseStream, names: &mut Vec<Ident>) -> Result<(Head, Kind)> {
         let head = head(input.call(Attribute::parse_outer)?);
         let kind = if input.peek(Token![let]) {
@@ -235,7 +235,7 @@ fn expression_statement(input: ParseStream, names: &mut Vec<Ident>) -> Result<Ki
     Ok(kind)
 }
 
-/// Whether an expression is a statement even without `;`.
+/// Whether an expression at the beginning of a statement needs no `;`, because it ends with braces.
 fn is_braced(value: &Expr) -> bool {
     match value {
         Expr::While(_) | Expr::Loop(_) | Expr::Unsafe(_) | Expr::Block(_) => true,

@@ -1,4 +1,4 @@
-//! Calls of `ppl` that the macro writes into expressions. They are not rewritten again.
+//! Calls of functions of `ppl` that the macro inserts into expressions. These calls are not rewritten again.
 
 use proc_macro2::{Literal, Span, TokenStream};
 use quote::{format_ident, quote, quote_spanned};
@@ -6,17 +6,18 @@ use syn::ext::IdentExt;
 use syn::spanned::Spanned;
 use syn::{Expr, ExprBinary, ExprCall, ExprIndex, ExprTry, Ident, Macro};
 
-/// A mixed-site span, for names that the macro introduces, at the location of `tokens`.
+/// Returns a mixed-site span at the location of `tokens`, for names that the macro introduces.
 pub(crate) fn here(tokens: &impl Spanned) -> Span {
     Span::mixed_site().located_at(tokens.span())
 }
 
-/// An operand of a formula: a number of the model becomes an operand, any other value stays as it is.
+/// Converts an expression into an operand of a formula. At run time, a number of the model becomes an operand, and
+/// any other value is unchanged.
 pub(crate) fn operand(expr: &Expr) -> Expr {
     asked(expr, expr.span(), "operand")
 }
 
-/// The number that results from a formula, with the location of `span`.
+/// Emits the evaluation of a formula to a number, with the source location of `span`.
 pub(crate) fn closed(expr: &Expr, span: Span) -> Expr {
     asked(expr, span, "closed")
 }
@@ -32,42 +33,44 @@ fn asked(expr: &Expr, span: Span, method: &str) -> Expr {
     Expr::Verbatim(quote_spanned!(span=> (&__Of(&#tokens)).#method()))
 }
 
-/// The variable in which a plate sums the adjoint of `name`.
+/// Returns the name of the variable that sums the adjoint of `name` over the iterations of a plate (a `for` loop of
+/// the model).
 pub(crate) fn shared_name(name: &Ident) -> Ident {
     format_ident!("shared_{}", name.unraw(), span = here(name))
 }
 
-/// An element of an array that a plate shares. With `all`, every iteration uses the same element; otherwise
-/// each iteration has its own.
+/// Emits the access to an element of an array that all iterations of a plate (a `for` loop of the model) use. With
+/// `all`, every iteration uses the same element; otherwise each iteration uses a different element.
 pub(crate) fn element(shared: &Expr, index: &ExprIndex, all: bool) -> Expr {
     let at = &index.index;
     let element = Ident::new(if all { "__element" } else { "__own" }, here(index));
     Expr::Verbatim(quote_spanned!(index.span()=> #shared.#element(#at)))
 }
 
-/// A literal whose type is inferred from its context.
+/// Converts a literal into an expression whose type the compiler infers from the context.
 pub(crate) fn literal(expr: &Expr) -> Expr {
     Expr::Verbatim(quote_spanned!(here(expr)=> ::ppl::__private::literal(#expr)))
 }
 
-/// A literal as a number of the model. The type is explicit, because inference fails if only plain numbers
-/// are added.
+/// Converts a literal into a number of the model. The type is explicit, because type inference fails if only plain
+/// numbers are added to the literal.
 pub(crate) fn real(expr: &Expr) -> Expr {
     Expr::Verbatim(quote_spanned! {here(expr)=>
         ::ppl::Real::<<__C as ::ppl::Context>::Number>::from(#expr)
     })
 }
 
-/// The right side of `name = name + sum`, for the statement `name += sum`.
+/// Returns the right side of `name = name + sum`, which replaces the statement `name += sum`.
 pub(crate) fn step(name: &Expr, op: syn::BinOp, sum: &Expr) -> Expr {
     let before = operand(name);
     Expr::Verbatim(quote_spanned!(sum.span()=> (#before #op (#sum))))
 }
 
-/// Evaluates the right side of a statement such as `h[t] += a * h[t - 1]` first, as for `f64`. On a vector of
-/// unknowns `+=` is a call that borrows `h` mutably before the right side reads it. Effects of the index, if
-/// any, come after those of the right side, as for `f64`. A `match` keeps temporaries of the right side alive
-/// until the end of the statement; a `let` would drop them.
+/// Rewrites a statement such as `h[t] += a * h[t - 1]` so that its right side is evaluated first, as Rust does for
+/// `f64`. On a vector of unknowns `+=` is a call that borrows `h` mutably before the right side reads `h`. Side
+/// effects of the index expression occur after side effects of the right side, as for `f64`. The rewritten code uses
+/// a `match`, because a `match` keeps temporaries of the right side alive until the end of the statement; a `let`
+/// would drop them.
 pub(crate) fn right_side_first(binary: &ExprBinary) -> Expr {
     let ExprBinary { attrs, left, op, right } = binary;
     let span = here(right);
@@ -77,13 +80,13 @@ pub(crate) fn right_side_first(binary: &ExprBinary) -> Expr {
     })
 }
 
-/// The site of a statement in the emitted code.
+/// Emits the reference to the site with the given index in the emitted table of sites.
 pub(crate) fn site(number: usize) -> TokenStream {
     let number = Literal::usize_unsuffixed(number);
     quote_spanned!(Span::mixed_site()=> __SITES[#number])
 }
 
-/// `expr?`, with the site of the statement added to the error.
+/// Emits `expr?`, with the site of the statement added to the error.
 pub(crate) fn located(site_number: usize, attempt: &ExprTry) -> Expr {
     let ExprTry { attrs, expr, question_token } = attempt;
     let site = site(site_number);
@@ -91,13 +94,14 @@ pub(crate) fn located(site_number: usize, attempt: &ExprTry) -> Expr {
     Expr::Verbatim(quote!(#(#attrs)* #site.#locate(#expr)#question_token))
 }
 
-/// `dot(data, numbers)` as an operand. If the lengths differ, the error contains the site of the statement.
+/// Converts `dot(data, numbers)` into an operand. If the lengths differ at run time, the error contains the site of
+/// the statement.
 pub(crate) fn dot(site_number: usize, call: &ExprCall) -> Expr {
     let site = site(site_number);
     Expr::Verbatim(quote_spanned!(here(call)=> (&__Of(&#call)).same_length(&#site)?))
 }
 
-/// Expansion of `reject!(reason)`: returns an error that contains the site of the statement.
+/// Expands `reject!(reason)` to a `return` of an error that contains the site of the statement.
 pub(crate) fn reject(site_number: usize, mac: &Macro) -> Expr {
     let (site, reason) = (site(site_number), &mac.tokens);
     Expr::Verbatim(quote_spanned! {here(&mac.path)=>

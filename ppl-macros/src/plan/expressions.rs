@@ -1,9 +1,9 @@
-//! Rewrites the expressions of a statement: arithmetic on unknowns becomes formulas that are differentiated
-//! as a whole.
+//! Rewrites the expressions of a statement. Arithmetic on unknowns becomes formulas, and each formula is
+//! differentiated as one operation.
 //!
-//! `a + b * x` is rewritten as `operand(a) + operand(b) * x`. The types of the operands decide whether there
-//! is anything to differentiate, so the analysis may safely treat a plain number as an unknown. A formula
-//! stays open as a parameter of a distribution; everywhere else it is closed to a number.
+//! `a + b * x` is rewritten as `operand(a) + operand(b) * x`. The types of the operands determine which derivatives
+//! are computed, so treating a plain number as an unknown is safe. A formula that is a parameter of a distribution
+//! stays a formula; any other formula is evaluated to a number (`closed`).
 
 use quote::ToTokens;
 use syn::spanned::Spanned;
@@ -19,8 +19,8 @@ use crate::syntax::patterns::bound_names;
 use crate::syntax::places::place;
 use crate::syntax::tokens::mentions;
 
-/// Largest number of operations in one formula. The type of a longer formula, such as a sum of a hundred
-/// terms, would exceed limits of rustc. A longer formula is split into parts that are closed to numbers.
+/// Largest number of operations in one formula. The type of a longer formula, such as a sum of a hundred terms, would
+/// exceed limits of rustc. A longer formula is split into parts, and each part is evaluated to a number.
 const LONGEST: usize = 24;
 
 impl Plan<'_> {
@@ -28,7 +28,8 @@ impl Plan<'_> {
         self.analysis.activity.mentions(tokens)
     }
 
-    /// Rewrites the right side of `~`; arithmetic in the parameters of the distribution stays open.
+    /// Rewrites the right side of `~`. Arithmetic in the parameters of the distribution becomes formulas that are not
+    /// evaluated to numbers.
     pub(crate) fn distribution(&mut self, distribution: &mut Expr) {
         match distribution {
             _ if !self.formulas => self.visit_expr_mut(distribution),
@@ -57,7 +58,7 @@ impl Plan<'_> {
         }
     }
 
-    /// Rewrites arithmetic as a formula of operands.
+    /// Rewrites arithmetic as a formula whose leaves are operands.
     pub(super) fn open(&mut self, expr: &mut Expr) {
         if !self.is_active(expr) {
             return self.visit_expr_mut(expr);
@@ -80,7 +81,7 @@ impl Plan<'_> {
                 self.open(&mut call.receiver);
                 call.args.iter_mut().for_each(|argument| self.open(argument));
             }
-            // the receiver is data; only the arguments may hold unknowns
+            // the receiver is data; only the arguments may depend on unknowns
             Expr::MethodCall(call) if is_function(call) => {
                 self.visit_expr_mut(&mut call.receiver);
                 call.args.iter_mut().for_each(|argument| self.visit_expr_mut(argument));
@@ -94,7 +95,7 @@ impl Plan<'_> {
         }
     }
 
-    /// Rewrites an operand of a formula.
+    /// Rewrites the expression of one operand of a formula.
     fn part(&mut self, expr: &mut Expr) {
         if let Some(shared) = self.shared(expr) {
             *expr = shared;
@@ -112,7 +113,7 @@ impl Plan<'_> {
         }
     }
 
-    /// Rewrites `dot(data, &numbers)`; the numbers may be shared by all iterations.
+    /// Rewrites `dot(data, &numbers)`. `numbers` can be a variable that all iterations of a plate share.
     fn dot(&mut self, expr: &mut Expr) {
         let Expr::Call(call) = &mut *expr else { return };
         let last = call.args.len().saturating_sub(1);
@@ -132,8 +133,8 @@ impl Plan<'_> {
         };
     }
 
-    /// The variable that sums the adjoint of `expr` in the plate. None if `expr` is not a name from outside
-    /// the plate.
+    /// Returns the variable that sums the adjoint of `expr` over the iterations of the enclosing plate (`for` loop of
+    /// the model); None if `expr` is not a name from outside the plate.
     fn shared(&mut self, expr: &Expr) -> Option<Expr> {
         let Expr::Path(path) = expr else { return None };
         let name = path.path.get_ident()?;
@@ -165,8 +166,8 @@ impl Plan<'_> {
     }
 }
 
-/// Whether an assignment changes an element of a variable that its right side mentions. Other assignments are
-/// not reordered.
+/// Whether an assignment changes an element of a variable that the right side also uses. Only such assignments are
+/// rewritten to evaluate their right side first.
 fn reads_what_it_changes(binary: &ExprBinary) -> bool {
     let ExprBinary { left, op, right, .. } = binary;
     let reads = |name: &Ident| mentions(right.to_token_stream(), &|found| found == name);
@@ -199,7 +200,7 @@ impl VisitMut for Plan<'_> {
             return;
         }
         let is_update = matches!(&*expr, Expr::Binary(binary) if reads_what_it_changes(binary));
-        // in a closure, `?` leaves only the closure
+        // in a closure, `?` returns from the closure and not from the model
         let closures = usize::from(matches!(expr, Expr::Closure(_) | Expr::Async(_)));
         self.closures += closures;
         visit_mut::visit_expr_mut(self, expr);

@@ -1,9 +1,9 @@
 //! Types of literals next to numbers of the model: `[0.5, x]`, `if c { x } else { 1.0 }`.
 //!
-//! Elements of one array and final values of the arms of one branch must have the same type. A literal has
-//! the type `f64`, but the others may be unknowns. A literal in such a position therefore takes its type from
-//! the others, and an assigned literal takes the type of the variable. Arrays, tuples and branches are
-//! handled recursively.
+//! The elements of one array must have the same type, and so must the final values of the arms of one branch. A
+//! literal has the type `f64`, but the other elements or final values may be unknowns. A literal in such a position
+//! therefore takes the type of the other elements or final values, and an assigned literal takes the type of the
+//! variable. Arrays, tuples and branches are handled recursively.
 //!
 //! A variable may begin as a literal, as in `let mut s = 0.0;`. The literal becomes a number of the model if
 //! later statements change the variable to a value that may depend on unknowns. The elements of
@@ -37,9 +37,10 @@ pub(super) fn align_arms(flow: &mut Flow, activity: &Activity) {
     siblings(ends_of_arms(flow), false, activity);
 }
 
-/// Adapts the types of literals among expressions that must have one type. This type is known, or is the type of an
-/// expression that holds unknowns. If the expressions have parts of the same kind, such as `Normal(x, 0.5)`
-/// and `Normal(0.0, y)`, corresponding parts are handled recursively.
+/// Adapts the types of the literals in a list of expressions that must have one type. `is_known` means that this type
+/// is determined outside the list, by the assigned variable; otherwise literals are adapted only if an expression of
+/// the list depends on unknowns. If the expressions have parts of the same kind, such as `Normal(x, 0.5)` and
+/// `Normal(0.0, y)`, corresponding parts are handled recursively.
 fn siblings(exprs: Vec<&mut Expr>, is_known: bool, activity: &Activity) {
     let mut exprs: Vec<&mut Expr> = exprs.into_iter().flat_map(ends).collect();
     let has_type = |expr: &Expr| {
@@ -70,8 +71,8 @@ fn siblings(exprs: Vec<&mut Expr>, is_known: bool, activity: &Activity) {
 const ARRAY: &str = "[]";
 const TUPLE: &str = "(";
 
-/// The common form of expressions whose parts correspond: constructor and number of arguments, tuple length,
-/// or array. None for expressions without parts.
+/// Returns a description of the form of an expression with parts: constructor and number of arguments, tuple length,
+/// or array. The parts of expressions with the same form correspond. None for expressions without parts.
 fn shape(expr: &Expr) -> Option<String> {
     match expr {
         Expr::Call(call) if is_type(&call.func) => {
@@ -110,7 +111,7 @@ fn is_literal(expr: &Expr) -> bool {
     }
 }
 
-/// The final values of all arms; an arm without a final value is skipped.
+/// Returns the final values of all arms; an arm without a final value is skipped.
 fn ends_of_arms(flow: &mut Flow) -> Vec<&mut Expr> {
     match flow {
         Flow::If { then, otherwise: Some((_, otherwise)), .. } => {
@@ -156,7 +157,7 @@ fn ends(expr: &mut Expr) -> Vec<&mut Expr> {
     }
 }
 
-/// Turns literals in the initial value of a variable into numbers of the model.
+/// Converts an initial value that consists only of literals into numbers of the model.
 pub(super) fn begin(pat: &Pat, value: &mut Expr) {
     let mut start = value.clone();
     if matches!(pat, Pat::Ident(_)) && is_lifted(&mut start) {
@@ -164,7 +165,8 @@ pub(super) fn begin(pat: &Pat, value: &mut Expr) {
     }
 }
 
-/// Turns literals into numbers of the model; true if the expression consists only of literals.
+/// Converts the literals of an expression into numbers of the model. Returns whether the expression consists only of
+/// literals.
 fn is_lifted(expr: &mut Expr) -> bool {
     match expr {
         Expr::Repeat(repeat) => is_lifted(&mut repeat.expr),

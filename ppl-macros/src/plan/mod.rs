@@ -1,5 +1,4 @@
-//! How the Rust code of statements is rewritten, and what the rewritten code needs: sites, and sums over
-//! loops.
+//! Rewrites the Rust code of statements, and collects the sites and the sums over loops that the rewritten code uses.
 
 mod calls;
 mod expressions;
@@ -18,25 +17,25 @@ pub(crate) use calls::{here, shared_name, site};
 /// Rewrites the Rust code of the statements, in source order.
 pub(crate) struct Plan<'a> {
     analysis: &'a Analysis,
-    /// Whether arithmetic becomes formulas. False in a submodel, whose arithmetic is recorded on the tape one
-    /// operation at a time.
+    /// Whether arithmetic is rewritten as formulas. False in a submodel: there, each arithmetic operation is recorded
+    /// on the tape separately.
     formulas: bool,
-    /// The sites that statements refer to.
+    /// The sites to which emitted statements refer. A site is the position and the name of a statement.
     pub(crate) sites: Vec<Site>,
-    /// Indices into `sites`; statements that never refer to their site have none.
+    /// Indices into `sites`, by statement. A statement whose emitted code does not refer to its site has no entry.
     numbers: HashMap<Id, usize>,
     /// The current statement.
     pub(crate) at: Id,
-    /// Sums of the outermost enclosing loop; None outside loops.
+    /// Sums over the iterations of the outermost enclosing loop; None outside loops.
     sums: Option<Sums>,
-    /// Active names from outside the loop that have the same value in every iteration. Empty in code that may
-    /// rebind names.
+    /// Names from outside the loop whose values may depend on unknowns and are the same in every iteration. Empty in
+    /// code that may bind these names again.
     shared: HashSet<Ident>,
     /// Number of enclosing closures within the statement.
     closures: usize,
 }
 
-/// Sums in local variables of the outermost loop, used by all loops inside.
+/// Sums in local variables that the outermost loop declares and that all nested loops use.
 #[derive(Default)]
 pub(crate) struct Sums {
     /// Names from outside the loop whose adjoints are summed.
@@ -59,7 +58,7 @@ impl<'a> Plan<'a> {
         }
     }
 
-    /// Index of the site of the current statement.
+    /// Returns the index of the site of the current statement in `sites`.
     pub(crate) fn site(&mut self) -> usize {
         let (sites, site) = (&mut self.sites, self.analysis.facts.sites.get(&self.at));
         *self.numbers.entry(self.at).or_insert_with(|| {
@@ -68,7 +67,7 @@ impl<'a> Plan<'a> {
         })
     }
 
-    /// A copy of Rust code, rewritten by `write`.
+    /// Returns a copy of `rust` that `write` has rewritten.
     pub(crate) fn written<T: Clone>(
         &mut self,
         rust: &T,
@@ -79,12 +78,13 @@ impl<'a> Plan<'a> {
         rust
     }
 
-    /// Properties of a plate. None in a submodel, where a plate is a plain Rust loop.
+    /// Returns the properties of a plate (a `for` loop of the model); None in a submodel, whose loops are emitted as
+    /// plain Rust loops.
     pub(crate) fn plate(&self, statement: Id) -> Option<&'a Plate> {
         self.analysis.facts.plates.get(&statement).filter(|_| self.formulas)
     }
 
-    /// Begins the sums if no enclosing loop has any; returns whether it did.
+    /// Starts new sums if the loop `plate` is not inside another loop. Returns whether the sums were started.
     pub(crate) fn begin_sums(&mut self, plate: &Plate) -> bool {
         let is_outermost = self.sums.is_none();
         if is_outermost {
@@ -97,7 +97,7 @@ impl<'a> Plan<'a> {
         is_outermost
     }
 
-    /// Adds the observation with this site to the sums of the outermost loop; false outside loops.
+    /// Adds the observation with the index `site` to the sums of the outermost loop. Returns false outside loops.
     pub(crate) fn sums_up(&mut self, site: usize) -> bool {
         self.sums.iter_mut().for_each(|sums| sums.terms.push(site));
         self.sums.is_some()
@@ -109,7 +109,7 @@ impl<'a> Plan<'a> {
         self.sums.take().unwrap_or_default()
     }
 
-    /// The rewritten initial value of the current statement, a declaration.
+    /// Returns the rewritten initial value of the current statement, which is a declaration.
     pub(crate) fn declared(&mut self, pat: &Pat, value: &Expr) -> Expr {
         let mut value = value.clone();
         if self.analysis.facts.begins.contains(&self.at) {
@@ -122,14 +122,15 @@ impl<'a> Plan<'a> {
         value
     }
 
-    /// Rewrites labels, which are emitted in a closure: `?` leaves only the closure.
+    /// Rewrites the labels of a dimension. The labels are emitted inside a closure, where `?` returns from the
+    /// closure and not from the model.
     pub(crate) fn labels(&mut self, labels: &mut Expr) {
         self.closures += 1;
         self.visit_expr_mut(labels);
         self.closures -= 1;
     }
 
-    /// Rewrites a place. Arithmetic in its index does not become a formula.
+    /// Rewrites an observed or assigned place. Arithmetic in the index of the place does not become a formula.
     pub(crate) fn place(&mut self, place: &mut Expr) {
         let formulas = std::mem::replace(&mut self.formulas, false);
         let shared = std::mem::take(&mut self.shared);
@@ -137,7 +138,7 @@ impl<'a> Plan<'a> {
         (self.formulas, self.shared) = (formulas, shared);
     }
 
-    /// Adapts literals in control flow with a value, so that all arms have one type.
+    /// Adapts the literals in control flow that returns a value, so that the values of all arms have one type.
     pub(crate) fn align(&mut self, flow: &mut Flow) {
         literals::align_arms(flow, &self.analysis.activity);
     }

@@ -12,11 +12,11 @@ const FUNCTIONS: [&str; 16] = [
     "tanh", "abs", "logistic", "softplus",
 ];
 
-/// Iterator methods that keep the length, so that the length of a plate over unknowns does not depend on
-/// their values.
+/// Iterator methods that keep the length, so that the number of iterations of a plate (a `for` loop of the model)
+/// over unknowns does not depend on the values of the unknowns.
 const ITERATION: [&str; 7] = ["iter", "into_iter", "zip", "enumerate", "rev", "len", "copied"];
 
-/// Whether a function is named like a type: `Beta` is a type, `beta_around` is a function.
+/// Whether a called function has an upper-case name like a type: `Beta` is a type, `beta_around` is a function.
 pub(crate) fn is_type(function: &Expr) -> bool {
     last_word(function).is_some_and(|word| word.starts_with(char::is_uppercase))
 }
@@ -64,7 +64,8 @@ pub(crate) fn formula<'a>(expr: &'a Expr, operands: &mut Vec<&'a Expr>) -> usize
     }
 }
 
-/// Whether an expression may bind names, so that a name inside may refer to another variable.
+/// Whether an expression may bind names, so that a name inside the expression may refer to a different variable than
+/// outside.
 pub(crate) fn binds_names(expr: &Expr) -> bool {
     matches!(
         expr,
@@ -80,7 +81,7 @@ pub(crate) fn binds_names(expr: &Expr) -> bool {
     )
 }
 
-/// The call `dot(data, numbers)`, which is a formula by itself.
+/// Returns the call if an expression is `dot(data, numbers)`, which is a formula by itself.
 pub(crate) fn dot(expr: &Expr) -> Option<&ExprCall> {
     match expr {
         Expr::Call(call) if plain_function(call).is_some_and(|name| name == "dot") => Some(call),
@@ -88,7 +89,7 @@ pub(crate) fn dot(expr: &Expr) -> Option<&ExprCall> {
     }
 }
 
-/// The name of the called function, if it has no path.
+/// Returns the name of the called function; None if the function is written with a path, such as `a::f`.
 pub(crate) fn plain_function(call: &ExprCall) -> Option<&Ident> {
     match &*call.func {
         Expr::Path(path) => path.path.get_ident(),
@@ -111,7 +112,8 @@ pub(crate) fn is_comparison(op: &BinOp) -> bool {
     )
 }
 
-/// The assigned place and the value of `place = value` or `place += value`.
+/// Returns the place and the value of an assignment `place = value` or `place += value`; None for any other
+/// expression.
 pub(crate) fn assignment(expr: &Expr) -> Option<(&Expr, &Expr)> {
     match expr {
         Expr::Assign(assign) => Some((&assign.left, &assign.right)),
@@ -126,14 +128,14 @@ pub(crate) fn is_assignment(op: &BinOp) -> bool {
     text.ends_with('=') && !is_comparison(op)
 }
 
-/// The operator of a compound assignment, such as `+` for `+=`.
+/// Returns the arithmetic operator of a compound assignment, such as `+` for `+=`.
 pub(crate) fn without_assignment(op: &BinOp) -> Option<BinOp> {
     let text = op.to_token_stream().to_string();
     let plain = syn::parse_str(text.strip_suffix('=')?).ok()?;
     is_arithmetic(&plain).then_some(plain)
 }
 
-/// Whether the length of an iterator over unknowns does not depend on their values.
+/// Whether the length of an iterator over unknowns does not depend on the values of the unknowns.
 pub(crate) fn keeps_its_length(iter: &Expr) -> bool {
     match iter {
         Expr::Path(_) | Expr::Field(_) | Expr::Lit(_) | Expr::Index(_) => true,

@@ -1,4 +1,4 @@
-//! The names that patterns bind.
+//! Finds the names that patterns bind.
 
 use syn::visit::{self, Visit};
 use syn::{Expr, ExprClosure, Ident, Pat, PatIdent};
@@ -22,21 +22,21 @@ pub(crate) fn is_constant(name: &Ident) -> bool {
     name.to_string().starts_with(char::is_uppercase)
 }
 
-/// The names that a pattern binds.
+/// Returns the names that a pattern binds.
 pub(crate) fn bound_names(pat: &Pat) -> Vec<Ident> {
     let mut names = Names(Vec::new());
     names.visit_pat(pat);
     names.0
 }
 
-/// The names that the `if let` patterns of a condition bind.
+/// Returns the names that the `if let` patterns of a condition bind.
 pub(crate) fn bound_by_condition(condition: &Expr) -> Vec<Ident> {
     let mut names = Names(Vec::new());
     names.visit_expr(condition);
     names.0
 }
 
-/// The name, if the pattern is a single name, optionally with a type.
+/// Returns the name if the pattern is a single name, with or without a type; None for any other pattern.
 pub(crate) fn only_name(pat: &Pat) -> Option<&Ident> {
     match pat {
         Pat::Type(typed) => only_name(&typed.pat),

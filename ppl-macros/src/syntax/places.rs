@@ -9,9 +9,9 @@ use crate::errors::{self, at};
 pub(crate) struct Place {
     /// The variable to which the place belongs.
     pub(crate) root: Ident,
-    /// Name in the results: the variable with its fields, without indices.
+    /// Name of the place in the results: the variable with its fields, without indices.
     pub(crate) name: String,
-    /// Whether the place is an element, written with an index.
+    /// Whether the place is written with an index, such as `y[i]`.
     pub(crate) is_entry: bool,
 }
 
@@ -39,12 +39,12 @@ pub(crate) fn place(expr: &Expr) -> Result<Place> {
     }
 }
 
-/// The variable to which a place belongs.
+/// Returns the variable to which a place belongs.
 pub(crate) fn root(expr: &Expr) -> Option<Ident> {
     place(expr).ok().map(|place| place.root)
 }
 
-/// The variable, if the place has no fields and no indices.
+/// Returns the variable if the place is only a variable, without fields and indices; None otherwise.
 pub(crate) fn plain_name(place: &Expr) -> Option<&Ident> {
     match place {
         Expr::Path(path) => path.path.get_ident(),

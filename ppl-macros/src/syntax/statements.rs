@@ -1,4 +1,4 @@
-//! Where a statement begins and ends, and whether it contains a nested `~`.
+//! Detects the beginning and the end of a statement, and a nested `~` inside a statement.
 
 use proc_macro2::{Delimiter, Span, TokenTree};
 use syn::buffer::Cursor;
@@ -8,7 +8,7 @@ use syn::{Error, Expr, Result, Token, token};
 use crate::errors;
 use crate::syntax::tokens::is;
 
-/// Parses an expression. If parsing fails because of a nested `~`, the error says so.
+/// Parses an expression. If parsing fails because of a nested `~`, the error is [`errors::TILDE_INSIDE`].
 pub(crate) fn expression(
     input: ParseStream,
     parse: impl FnOnce(ParseStream) -> Result<Expr>,
@@ -20,8 +20,8 @@ pub(crate) fn expression(
     })
 }
 
-/// The first `~` between braces or parentheses in the statement that begins here. Control flow with such a
-/// `~` contains statements of the model.
+/// Returns the position of the first `~` between braces or parentheses in the statement that starts at `begin`.
+/// Control flow with such a `~` contains statements of the model.
 pub(crate) fn nested_tilde(begin: Cursor) -> Option<Span> {
     fn inside(tree: TokenTree) -> Option<Span> {
         let TokenTree::Group(group) = tree else { return None };
@@ -33,23 +33,23 @@ pub(crate) fn nested_tilde(begin: Cursor) -> Option<Span> {
     begin.token_stream().into_iter().take_while(|tree| !is(tree, ';')).find_map(inside)
 }
 
-/// Whether a new statement certainly begins here.
+/// Whether the next token certainly begins a new statement.
 pub(crate) fn starts_statement(input: ParseStream) -> bool {
     input.peek(Token![let]) || input.peek(Token![for]) || input.peek(Token![#])
 }
 
-/// Whether a plate, a `for` loop of the model, begins here.
+/// Whether the next tokens begin a plate, that is, a `for` loop in the body of a model.
 pub(crate) fn starts_plate(input: ParseStream) -> bool {
     input.peek(Token![for]) && !input.peek2(Token![<])
         || input.peek(syn::Lifetime) && input.peek3(Token![for])
 }
 
-/// Whether a branch or a block begins here.
+/// Whether the next token begins an `if`, a `match` or a block.
 pub(crate) fn starts_flow(input: ParseStream) -> bool {
     input.peek(Token![if]) || input.peek(Token![match]) || input.peek(token::Brace)
 }
 
-/// Whether an item begins here: a constant, a function, an import.
+/// Whether the next tokens begin a Rust item, such as a constant, a function or an import.
 pub(crate) fn starts_item(input: ParseStream) -> bool {
     const ITEMS: [&str; 9] =
         ["const", "static", "use", "fn", "struct", "enum", "type", "impl", "trait"];
@@ -61,8 +61,8 @@ pub(crate) fn starts_with(input: ParseStream, words: &[&str]) -> bool {
     input.cursor().ident().is_some_and(|(found, _)| words.iter().any(|word| found == word))
 }
 
-/// Skips the rest of a statement that could not be parsed: up to and including its `;` or its final block, or
-/// up to the beginning of the next statement.
+/// Skips the rest of a statement that could not be parsed. Parsing resumes after the `;` or the final block of the
+/// statement, or at the beginning of the next statement.
 pub(crate) fn resynchronise(input: ParseStream) {
     let skip = || input.parse::<TokenTree>().ok();
     while input.peek(Token![#]) {
@@ -79,7 +79,8 @@ pub(crate) fn resynchronise(input: ParseStream) {
         if flow && block && !input.peek(Token![else]) {
             return;
         }
-        // no new statement begins after these words in `if let`, `while let`, `&& let`, `'label: for`
+        // after these tokens, `let` or `for` does not begin a statement, as in `if let`, `while let`, `&& let`,
+        // `'label: for`
         let continues = match &last {
             TokenTree::Ident(word) => word == "if" || word == "while" || word == "else",
             TokenTree::Punct(punct) => "&|:".contains(punct.as_char()),

@@ -1,10 +1,11 @@
-//! Properties of token streams: the names they mention, and their source text.
+//! Properties of token streams: the names that occur in them, and their source text.
 
 use proc_macro2::{TokenStream, TokenTree};
 use syn::Ident;
 use syn::buffer::Cursor;
 
-/// Calls `f` for every identifier that may be a variable. An identifier after a dot is a field or a method.
+/// Calls `f` for every identifier that may be a variable. An identifier after a dot is a field or a method and is
+/// skipped.
 pub(crate) fn variables(tokens: TokenStream, f: &mut impl FnMut(&Ident)) {
     let mut dots = 0;
     for tree in tokens {
@@ -20,21 +21,21 @@ pub(crate) fn variables(tokens: TokenStream, f: &mut impl FnMut(&Ident)) {
     }
 }
 
-/// Number of times that a variable is mentioned.
+/// Returns how many times a variable occurs in the tokens.
 pub(crate) fn count(tokens: TokenStream, name: &Ident) -> usize {
     let mut uses = 0;
     variables(tokens, &mut |found| uses += usize::from(found == name));
     uses
 }
 
-/// Whether any variable is mentioned for which `asked` is true.
+/// Whether a variable for which `asked` returns true occurs in the tokens.
 pub(crate) fn mentions(tokens: TokenStream, asked: &impl Fn(&Ident) -> bool) -> bool {
     let mut found = false;
     variables(tokens, &mut |name| found = found || asked(name));
     found
 }
 
-/// Whether an identifier is present, in any role.
+/// Whether an identifier occurs in the tokens, as a variable or in any other role.
 pub(crate) fn says(tokens: TokenStream, word: &str) -> bool {
     tokens.into_iter().any(|tree| match tree {
         TokenTree::Ident(found) => found == word,
@@ -47,7 +48,7 @@ pub(crate) fn is(tree: &TokenTree, character: char) -> bool {
     matches!(tree, TokenTree::Punct(punct) if punct.as_char() == character)
 }
 
-/// The tokens between two positions.
+/// Returns the tokens between two positions of a token stream.
 pub(crate) fn between(mut begin: Cursor, end: Cursor) -> Vec<TokenTree> {
     let mut trees = Vec::new();
     while begin != end
@@ -59,7 +60,8 @@ pub(crate) fn between(mut begin: Cursor, end: Cursor) -> Vec<TokenTree> {
     trees
 }
 
-/// The source text of the tokens on one line, without attributes and the final `;`, cut to a readable length.
+/// Returns the source text of the tokens as one line, without attributes and the final `;`. Text of more than 72
+/// characters is truncated.
 pub(crate) fn source(tokens: &[TokenTree]) -> String {
     const LONGEST: usize = 72;
     let attributes = tokens.chunks(2).take_while(|pair| is(&pair[0], '#')).count();
@@ -78,7 +80,7 @@ pub(crate) fn source(tokens: &[TokenTree]) -> String {
     }
 }
 
-/// The source text, with one space wherever the source has white space.
+/// Returns the source text of the tokens, with each run of white space replaced by one space.
 fn written(trees: &[TokenTree]) -> String {
     let mut text = String::new();
     let mut end = None;

@@ -18,7 +18,8 @@ const DRAWS: usize = 20_000;
 /// Critical value of the Kolmogorov-Smirnov statistic √n sup |Fₙ − F| at probability 10⁻⁴: √(½ ln(2/10⁻⁴)).
 const KOLMOGOROV_SMIRNOV: f64 = 2.225;
 
-/// Asserts that a univariate distribution is consistent. It works for distributions of this library and of users.
+/// Asserts that the functions of a univariate distribution are consistent with each other. The macro works for
+/// distributions of this library and for user-defined distributions.
 ///
 /// In `assert_distribution!([m, s] Normal(m, s), [0.3, 2.0], [-1.0, 0.5, 4.0])`, `[m, s]` names the parameters and
 /// `Normal(m, s)` constructs the distribution. The parameter values and some points well inside the support follow.
@@ -30,8 +31,8 @@ const KOLMOGOROV_SMIRNOV: f64 = 2.225;
 /// - The partial derivatives in x and in the parameters equal finite differences of the log density, for every subset
 ///   of parameters that are unknown. The same holds for `.truncate(a..b)` and `.censor(a..b)`.
 ///
-/// If the density has a kink inside the support, append its position, as in `, corner 0.3`. The quadrature is split
-/// there.
+/// If the density has a kink inside the support, append the position of the kink, as in `, corner 0.3`. The
+/// quadrature is split at the kink.
 ///
 /// # Panics
 /// At the first wrong value; the message states this value and the correct one.
@@ -75,8 +76,8 @@ pub trait Over<R: Scalar>: UnivariateDensity<R> + Unknown<R, Value = R> {}
 
 impl<R: Scalar, D: UnivariateDensity<R> + Unknown<R, Value = R>> Over<R> for D {}
 
-/// Implementation of [`assert_distribution`](crate::assert_distribution). `make` constructs the distribution over
-/// `f64`, `lifted` over dual numbers.
+/// Implements [`assert_distribution`](crate::assert_distribution). `make` constructs the distribution with parameters
+/// of type `f64`, `lifted` with parameters that are dual numbers.
 #[doc(hidden)]
 #[track_caller]
 pub fn assert_conformance<const P: usize, D: Over<f64>, G: Over<Lifted>>(
@@ -94,7 +95,7 @@ pub fn assert_conformance<const P: usize, D: Over<f64>, G: Over<Lifted>>(
     case.partials(make, lifted);
 }
 
-/// Log density at the unconstrained coordinate `y`, as computed for an unknown.
+/// Log density at the unconstrained coordinate `y`, computed by the method that models use for unknowns.
 fn constrained<R: Scalar, D: Unknown<R>>(distribution: &D, y: R, jacobian: bool) -> R {
     Joined::of(|terms| {
         distribution.constrain(&mut || y, jacobian, terms);
@@ -118,8 +119,8 @@ impl<const P: usize> Case<'_, P> {
         );
     }
 
-    /// Centre and width of the density over the unconstrained coordinate: the kink or else the median, and the
-    /// interquartile range.
+    /// Returns the centre and the width of the density over the unconstrained coordinate. The centre is the kink if
+    /// there is one, otherwise the median; the width is the interquartile range.
     fn place<D: Over<f64>>(&self, distribution: &D) -> (f64, f64) {
         let support = distribution.support();
         let [first, median, third] =
@@ -167,7 +168,7 @@ impl<const P: usize> Case<'_, P> {
             let by_quadrature = integral_from_zero(tail, f64::INFINITY, width.abs());
             self.close(below.min(above), by_quadrature, 1e-8, 0.0, &format!("a tail at {x}"));
             self.close(below + above, 1.0, 1e-14, 0.0, &format!("the sum of both tails at {x}"));
-            // rounding the probability moves its quantile by ε · tail/density
+            // rounding a probability changes its quantile by ε · tail/density
             let pdf = distribution.ln_density(&x).exp();
             let allowed = |tail: f64| 1e-11 * tail / pdf + 1e-13 * x.abs();
             if below < 0.9 {

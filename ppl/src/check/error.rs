@@ -19,7 +19,7 @@ pub enum CheckError {
     /// The sampler stopped early.
     #[error("a chain ended early: {0}")]
     Stopped(#[source] StopReason),
-    /// A setting is out of its range.
+    /// A setting is below its smallest accepted value.
     #[error("{setting} = {value}: give at least {least}")]
     Setting {
         /// Name of the setting.

@@ -3,8 +3,8 @@
 use crate::diagnostics as diag;
 use crate::posterior::Posterior;
 
-/// Largest R-hat at which chains count as mixed. Vehtari et al. (2021) recommend 1.01 before results are reported; an
-/// assertion that uses the standard error is less sensitive.
+/// Largest R-hat at which chains count as mixed. Vehtari et al. (2021) recommend 1.01 for results that are reported.
+/// The limit here is larger, because a comparison in units of the standard error is less sensitive to slow mixing.
 const LARGEST_RHAT: f64 = 1.05;
 /// Smallest number of effective draws per chain for a reliable standard error (Vehtari et al. 2021, section 4: 50 for
 /// each half of a chain).
@@ -62,26 +62,27 @@ pub struct Estimate {
     expected: f64,
     reference_error: f64,
     rhat: f64,
-    /// Bulk effective sample size. The next field is the required size.
+    /// Bulk effective sample size. The field `least` is the smallest size that is accepted.
     effective: f64,
     least: f64,
 }
 
 impl Estimate {
-    /// Estimate of a mean from one trace per chain, for draws that do not belong to a [`Posterior`].
+    /// Estimates a mean from one trace (the sequence of draws) per chain, for draws that do not belong to a
+    /// [`Posterior`].
     pub fn of_mean(name: &str, chains: &[&[f64]], expected: f64) -> Self {
         let got = diag::mean(chains.iter().copied().flatten().copied());
         Self::new(format!("mean of {name}"), chains, got, diag::mcse_mean(chains), expected)
     }
 
-    /// Estimate of a standard deviation from one trace per chain.
+    /// Estimates a standard deviation from one trace (the sequence of draws) per chain.
     pub fn of_sd(name: &str, chains: &[&[f64]], expected: f64) -> Self {
         let (_, variance) = diag::mean_and_variance(chains.iter().copied().flatten().copied());
         let (what, mcse) = (format!("sd of {name}"), diag::mcse_sd(chains));
         Self::new(what, chains, variance.sqrt(), mcse, expected)
     }
 
-    /// Estimate of a quantile from one trace per chain; `probability` is in (0, 1).
+    /// Estimates a quantile from one trace (the sequence of draws) per chain; `probability` is in (0, 1).
     pub fn of_quantile(name: &str, chains: &[&[f64]], probability: f64, expected: f64) -> Self {
         let got = diag::quantile(&chains.concat(), probability);
         let mcse = diag::mcse_quantile(chains, probability);
@@ -108,17 +109,18 @@ impl Estimate {
         self
     }
 
-    /// Difference divided by the joint standard error √(MCSE² + reference error²).
+    /// Absolute difference between estimate and expected value, divided by the joint standard error √(MCSE² +
+    /// reference error²).
     pub fn sigmas(&self) -> f64 {
         (self.got - self.expected).abs() / self.mcse.hypot(self.reference_error)
     }
 
-    /// Checks that the chains mix and that the difference is at most `allowed` standard errors. If the quantity is
-    /// constant, it has no standard error, and the estimate must equal the expected value.
+    /// Checks that the chains mix, and that estimate and expected value differ by at most `allowed` standard errors.
+    /// A constant quantity has no standard error; its estimate must equal the expected value.
     ///
     /// # Errors
     /// [`CheckFailure::Unmixed`] if R-hat is above 1.05 or if there are fewer than 100 effective draws per chain.
-    /// Otherwise [`CheckFailure::Distant`], with all values of the comparison.
+    /// [`CheckFailure::Distant`] if the difference is larger than allowed.
     pub fn check(&self, allowed: f64) -> Result<(), CheckFailure> {
         let (what, rhat, effective, least) =
             (self.what.clone(), self.rhat, self.effective, self.least);
@@ -141,7 +143,7 @@ impl Estimate {
         })
     }
 
-    /// Asserts that the chains mix and that the difference is at most `allowed` standard errors.
+    /// Asserts that the chains mix, and that estimate and expected value differ by at most `allowed` standard errors.
     ///
     /// # Panics
     /// If the assertion fails, with the message of [`CheckFailure`].

@@ -6,7 +6,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use crate::density::{LogDensity, Rejection};
 use crate::words::further;
 
-/// Allowed difference relative to max(1, |∂|).
+/// Allowed difference between a component ∂ of the gradient and its finite difference, relative to max(1, |∂|).
 const TOLERANCE: f64 = 1e-8;
 /// Rounding error of a log density relative to max(1, |ln p|), which limits the accuracy of finite differences.
 const ROUNDING: f64 = 1e-12;
@@ -82,12 +82,13 @@ pub enum GradientMismatch {
     },
 }
 
-/// Asserts that the gradient of `density` is the derivative of its value, at ten points uniform on (−2, 2)ᵈ. The
-/// allowed difference is 1e-8 relative to max(1, |∂|), or 1e-12 relative to the log density if that is larger.
+/// Asserts that the gradient of `density` is the derivative of its log density at ten random points, which are
+/// uniform on (−2, 2)ᵈ. The allowed difference is 1e-8 relative to max(1, |∂|), or 1e-12 relative to the log density
+/// if that is larger.
 ///
 /// The derivative is a central difference of [`LogDensity::log_density`], extrapolated to step 0 (Ridders 1982,
-/// doi:10.1016/S0141-1195(82)80057-0). It is therefore independent of the tested code. Points that the density rejects
-/// are replaced by other points.
+/// doi:10.1016/S0141-1195(82)80057-0). The expected derivative is therefore independent of the tested code. Points
+/// that the density rejects are replaced by other points.
 ///
 /// # Panics
 /// If the gradient is wrong, with the message of [`GradientMismatch`].
@@ -137,7 +138,7 @@ fn at_random_points<D: LogDensity>(density: &D, seed: u64) -> Result<(), Gradien
     Ok(())
 }
 
-/// Compares gradient and finite differences at one point, see [`gradient`].
+/// Compares the gradient at one point with finite differences of the log density; see [`gradient`].
 ///
 /// # Errors
 /// [`GradientMismatch`] with the component and both values.
@@ -176,8 +177,9 @@ pub fn gradient_at<D: LogDensity>(density: &D, point: &[f64]) -> Result<(), Grad
     Ok(())
 }
 
-/// Derivative at 0 and its estimated error, by Ridders' method. Central differences with decreasing steps are
-/// extrapolated as polynomials in the squared step. The result is the table entry that agrees best with its neighbours.
+/// Computes the derivative of `f` at 0 and its estimated error by Ridders' method. Central differences with
+/// decreasing steps are extrapolated as polynomials in the squared step. The result is the table entry that agrees
+/// best with its neighbours.
 pub(super) fn derivative(mut f: impl FnMut(f64) -> f64) -> (f64, f64) {
     const SHRINK: f64 = 1.6;
     const ROWS: usize = 16;
@@ -211,7 +213,7 @@ mod tests {
         let (d, error) = derivative(|h| (1.3 + h).exp() * (1.3 + h).sin());
         let exact = 1.3_f64.exp() * (1.3_f64.sin() + 1.3_f64.cos());
         assert!((d / exact - 1.0).abs() < 1e-11 && error < 1e-9, "{d} ± {error}, {exact}");
-        // a steep function, and a function that is undefined at the larger steps
+        // test a steep function, and a function that is undefined at the larger difference steps
         let (d, _) = derivative(|h| (200.0 * h).sin());
         assert!((d / 200.0 - 1.0).abs() < 1e-9, "{d}");
         let (d, _) = derivative(|h| (0.01 + h).ln());

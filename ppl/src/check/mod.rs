@@ -1,4 +1,4 @@
-//! Statistical assertions for your own `cargo test`.
+//! Statistical assertions for the tests of user code.
 //!
 //! Sampling is random, so a tolerance must come from the standard error of the estimate, and every assertion has a
 //! known probability of failing although nothing is wrong:
@@ -10,12 +10,14 @@
 //! | [`assert_distribution!`] | relative, per property; draws at level 1 in 10 000 | none: the seed is fixed |
 //! | [`sbc`] `.assert_uniform(p)` | uniform ranks | at most p, over all quantities |
 //!
-//! The first three fail for chains that do not mix: R-hat above 1.05 or fewer than 100 effective draws per chain.
-//! Without this test, draws in separate modes would pass for any value, because their standard error is very large.
+//! [`mean`], [`sd`] and [`quantile`] also fail if the chains do not mix, that is, if R-hat is above 1.05 or if there
+//! are fewer than 100 effective draws per chain. Without this test, chains in separate modes would pass for any
+//! expected value, because their standard error is very large.
 //!
-//! The first rate assumes that the MCSE is known exactly. With the few hundred effective draws of a short run, the MCSE
-//! has an uncertainty of about 5 %, which can double the rate at k = 4. With a fixed seed, a test gives the same result
-//! in every run, so a false alarm appears once, when the test is written.
+//! The false-alarm rate of [`mean`], [`sd`] and [`quantile`] assumes that the MCSE is known exactly. With the few
+//! hundred effective draws of a short run, the MCSE has an uncertainty of about 5 %, which can double the false-alarm
+//! rate at k = 4. With a fixed seed, a test gives the same result in every run, so a false alarm appears once, when
+//! the test is written.
 //!
 //! ```
 //! use ppl::check;

@@ -7,7 +7,7 @@ use crate::{Bound, Model};
 /// Draws from a posterior.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Draws {
-    /// Row-major `n × dim`, in unconstrained coordinates.
+    /// Draws in unconstrained coordinates: a row-major matrix with one row per draw, `n × dim`.
     pub points: Vec<f64>,
     /// Number of divergent transitions among the draws.
     pub divergences: usize,
@@ -26,7 +26,7 @@ pub trait Sampler: Sync {
 }
 
 impl Draws {
-    /// All draws of the given chains.
+    /// Collects all draws of the given chains.
     ///
     /// # Errors
     /// [`CheckError::Stopped`] if a chain ended early.

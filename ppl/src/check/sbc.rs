@@ -13,12 +13,13 @@ use crate::sampler::Nuts;
 use crate::special::regularised_gamma;
 use crate::{Bound, Entry, Model, Record, Role};
 
-/// Simulation-based calibration: a test whether posterior intervals contain the true values as often as they claim.
+/// Simulation-based calibration: a test that posterior intervals contain the true values with their nominal
+/// probability.
 ///
-/// Each trial draws true parameters from the prior, simulates data from them, and computes the rank of the true values
-/// among the posterior draws. If model, gradient and sampler are correct, the ranks of many trials are uniform. A
-/// sampler that returned prior draws would also give uniform ranks of the parameters. Therefore the log likelihood of
-/// the data is ranked too.
+/// Each trial draws true parameters from the prior, simulates data from them, and computes the rank of the true
+/// values among the posterior draws. If model, gradient and sampler are correct, the ranks of many trials are
+/// uniform. A sampler that returned prior draws would also give uniform ranks of the parameters. Therefore the log
+/// likelihood of the simulated data is ranked too.
 ///
 /// ```
 /// use ppl::check;
@@ -58,22 +59,22 @@ pub fn sbc<'a>(seed: u64) -> Sbc<Nuts<'a>> {
 }
 
 impl<S: Sampler> Sbc<S> {
-    /// Number of trials, at least 20. The smallest detectable miscalibration is proportional to 1/√trials.
+    /// Sets the number of trials, at least 20. The smallest detectable miscalibration is proportional to 1/√trials.
     pub fn replications(mut self, replications: usize) -> Self {
         self.replications = replications;
         self
     }
 
-    /// Number of posterior draws per trial among which the true values are ranked. The draws are equally spaced over
-    /// the run. They must be nearly independent, so choose a small number: correlated draws make the ranks look
-    /// miscalibrated.
+    /// Sets the number of posterior draws per trial among which the true values are ranked. These draws are equally
+    /// spaced over the run. Choose a number so small that the draws are nearly independent: correlated draws give
+    /// ranks that are not uniform even if the sampler is correct.
     pub fn ranked_draws(mut self, draws: usize) -> Self {
         self.ranked = draws;
         self
     }
 
-    /// The tested sampler, by default [`Nuts`] with one chain of 500 warmup transitions and 990 draws. Each trial sets
-    /// a new seed.
+    /// Sets the sampler to be tested. The default is [`Nuts`] with one chain of 500 warmup transitions and 990 draws.
+    /// Each trial sets a new seed.
     pub fn sampler<T: Sampler>(self, sampler: T) -> Sbc<T> {
         let Self { seed, replications, ranked, .. } = self;
         Sbc { seed, replications, ranked, sampler }
@@ -143,8 +144,8 @@ pub struct Trial<'a, S> {
 type Named = Vec<(String, f64)>;
 
 impl<S: Sampler> Trial<'_, S> {
-    /// Samples `model`, and ranks the log likelihood and all parameters of `truth`. `truth` is a prior draw of the same
-    /// model.
+    /// Samples the posterior of `model`, and ranks the log likelihood and all parameters of `truth` among the draws.
+    /// `truth` is a prior draw of the same model.
     ///
     /// # Errors
     /// [`CheckError`] if the sampler or the model fails.
@@ -152,9 +153,10 @@ impl<S: Sampler> Trial<'_, S> {
         self.rank_with(model, truth, |_| Vec::new())
     }
 
-    /// Ranks further quantities in addition to those of [`rank`](Trial::rank). The quantities can depend on the data,
-    /// as in `|at| vec![("residual".to_owned(), at.values("mu").unwrap_or_default()[0] - mean_of_data)]`. The closure
-    /// must return the same names for every record.
+    /// Version of [`rank`](Trial::rank) that also ranks the quantities that the closure `further` computes. These
+    /// quantities can depend on the data, as in `|at| vec![("residual".to_owned(),
+    /// at.values("mu").unwrap_or_default()[0] - mean_of_data)]`. The closure must return the same names for every
+    /// record.
     ///
     /// # Errors
     /// [`CheckError`] if the sampler or the model fails.
@@ -196,7 +198,8 @@ impl<S: Sampler> Trial<'_, S> {
         }
         for (i, (name, _)) in truth.into_iter().enumerate() {
             if equal[i] < self.ranked {
-                // randomised rank: uniform within its cell, so exactly uniform on (0, 1), also with ties
+                // randomised rank: the rank is drawn uniformly between its bounds, so that it is exactly uniform on
+                // (0, 1), also with ties
                 let spread = self.rng.random::<f64>() * (equal[i] + 1) as f64;
                 let rank = (below[i] as f64 + spread) / (self.ranked + 1) as f64;
                 self.ranks.push((name, rank));
@@ -230,8 +233,8 @@ impl SbcQuantity {
         counts
     }
 
-    /// p-value of Pearson's χ² test for uniform ranks, with about ten trials per bin (5 to 20 bins). It is sensitive to
-    /// ∪ and ∩ shapes of the histogram.
+    /// p-value of Pearson's χ² test for uniform ranks, with about ten trials per bin (5 to 20 bins). The test is
+    /// sensitive to ∪ and ∩ shapes of the histogram.
     pub fn chi_square_p(&self) -> f64 {
         let bins = (self.ranks.len() / 10).clamp(5, 20);
         let expected = self.ranks.len() as f64 / bins as f64;
@@ -240,8 +243,9 @@ impl SbcQuantity {
         regularised_gamma((bins as f64 - 1.0) / 2.0, statistic / 2.0).1
     }
 
-    /// Upper bound 2 exp(−2 n D²) on the p-value of the largest distance D between the empirical distribution function
-    /// of the ranks and the diagonal (Massart 1990, doi:10.1214/aop/1176990746). It is sensitive to shifts.
+    /// Upper bound 2 exp(−2 n D²) on the p-value of the largest distance D between the empirical distribution
+    /// function of the ranks and the diagonal (Massart 1990, doi:10.1214/aop/1176990746). The test is sensitive to
+    /// shifts of the ranks.
     pub fn ecdf_p(&self) -> f64 {
         let mut sorted = self.ranks.clone();
         sorted.sort_unstable_by(f64::total_cmp);
@@ -264,16 +268,16 @@ pub struct SbcReport {
 }
 
 impl SbcReport {
-    /// Smallest p-value over all quantities and both tests, with Bonferroni correction. If everything is correct, it is
-    /// below p with probability at most p.
+    /// Smallest p-value over all quantities and both tests, with Bonferroni correction. If model and sampler are
+    /// correct, this p-value is below a given p with probability at most p.
     pub fn p_value(&self) -> f64 {
         let tests = 2.0 * self.quantities.len() as f64;
         let all = self.quantities.iter().flat_map(|q| [q.chi_square_p(), q.ecdf_p()]);
         (tests * all.fold(f64::INFINITY, f64::min)).min(1.0)
     }
 
-    /// Asserts that all ranks are uniform. If everything is correct, the assertion fails with a probability of at most
-    /// `false_alarms`, for example 1e-4.
+    /// Asserts that all ranks are uniform. If model and sampler are correct, the assertion fails with a probability
+    /// of at most `false_alarms`, for example 1e-4.
     ///
     /// # Panics
     /// If the p-value is smaller than `false_alarms`, with the histograms; or if no quantity was ranked.

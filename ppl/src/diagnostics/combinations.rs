@@ -9,24 +9,26 @@ use crate::special::normal_upper_quantile;
 /// Largest number of unknowns for which combinations are searched; for more, the eigenvectors would take longer than
 /// the rest of a summary.
 pub(crate) const MOST_COMBINED: usize = 200;
-/// Posterior variance, relative to the prior variance, above which a direction is uninformed by the data. It is below 1
-/// by the sampling error of a few hundred effective draws.
+/// Posterior variance, relative to the prior variance, above which the data do not inform a direction in parameter
+/// space. The limit is below 1 by the sampling error of a few hundred effective draws.
 const UNSEEN: f64 = 0.8;
-/// Posterior variance, relative to the prior variance, below which a direction is well informed by the data. Directions
-/// between both limits are weakly informed.
+/// Posterior variance, relative to the prior variance, below which the data inform a direction well. Between [`SEEN`]
+/// and [`UNSEEN`], the data inform a direction weakly.
 const SEEN: f64 = 0.1;
-/// Smallest entry of the projection onto the uninformed directions that links two parameters. It is three times the
-/// sampling error of a thousand effective draws. A sum of up to ten parameters has larger entries.
+/// Smallest absolute value of an off-diagonal entry of the projection matrix onto the uninformed directions at which
+/// two parameters belong to one group. The limit is three times the sampling error of a thousand effective draws. If
+/// the data determine only the sum of up to ten parameters, the entries are larger.
 const TOGETHER: f64 = 0.1;
-/// Correlation above which another parameter accounts for an uninformed direction.
+/// Correlation of a parameter outside the group with an uninformed direction of the group, above which that parameter
+/// accounts for the direction.
 const TAKEN_UP: f64 = 0.5;
 
-/// Parameters for which the data determine only a combination.
+/// A group of parameters for which the data determine only a combination.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Combination {
     /// Indices of the parameters, ascending.
     pub(crate) members: Vec<usize>,
-    /// The correlation of two members that is largest in absolute value, with its sign.
+    /// The signed posterior correlation of the two members that is largest in absolute value.
     pub(crate) correlation: f64,
 }
 
@@ -38,9 +40,9 @@ pub(crate) struct BeforeAndAfter {
 
 /// Finds groups of parameters for which the data determine only a combination.
 ///
-/// Each parameter is first transformed so that its prior is standard normal. This needs no moments, and it turns a
-/// constraint on a product of positive numbers into a constraint on a sum. An eigenvalue near 1 of the transformed
-/// posterior covariance belongs to a direction that the data do not inform.
+/// Each parameter is first transformed so that its prior is standard normal. This transformation needs no moments of
+/// the prior, and it turns a constraint on a product of positive numbers into a constraint on a sum. An eigenvalue
+/// near 1 of the transformed posterior covariance belongs to a direction that the data do not inform.
 ///
 /// Three cases are not reported: single parameters that the data do not inform, groups whose prior already correlates
 /// their members, and directions that correlate with a parameter outside the group. An example of the last case is a
@@ -71,8 +73,8 @@ pub(crate) fn combinations(columns: &[BeforeAndAfter]) -> Vec<Combination> {
     groups.filter_map(|members| judge(members, &prior, &posterior)).collect()
 }
 
-/// Returns the members as a combination if the data inform some directions of these parameters well and others not at
-/// all.
+/// Returns `members` as a combination if the data inform some directions in the space of these parameters well and
+/// all other directions not at all; otherwise returns `None`.
 fn judge(
     members: Vec<usize>,
     prior: &DMatrix<f64>,
@@ -104,7 +106,7 @@ fn judge(
     Some(Combination { members, correlation: largest })
 }
 
-/// Whether another parameter is correlated with this direction.
+/// Whether a parameter outside `members` is correlated with `direction` by more than [`TAKEN_UP`].
 fn is_taken_up(
     members: &[usize],
     direction: &DVector<f64>,

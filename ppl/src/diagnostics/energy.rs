@@ -3,8 +3,9 @@
 /// Energy Bayesian fraction of missing information of one chain,
 /// E-BFMI = Σ_t (E_t − E_{t−1})² / Σ_t (E_t − Ē)².
 ///
-/// Below 0.3, the energy changes too slowly from draw to draw. Typical causes are heavy tails or a funnel, and the
-/// tails of the posterior are then underexplored. NaN for fewer than two draws or a constant energy.
+/// A value below 0.3 means that the energy E_t changes too slowly from draw to draw, so that the tails of the
+/// posterior are underexplored. Typical causes are heavy tails or a funnel. The result is NaN for fewer than two
+/// draws or a constant energy.
 ///
 /// ```
 /// assert_eq!(ppl::diagnostics::e_bfmi(&[1.0, 2.0, 3.0]), 1.0);

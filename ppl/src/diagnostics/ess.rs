@@ -18,8 +18,8 @@ pub fn ess_bulk(chains: &[&[f64]]) -> f64 {
 
 /// Tail effective sample size: the smaller of the effective sample sizes of the 5 % and the 95 % quantile.
 ///
-/// Input and NaN as for [`ess_bulk`]. (ArviZ 1 uses other quantiles by default; call it with `prob=(0.05, 0.95)` to
-/// compare.) Reference: Vehtari et al. (2021), section 4.3.
+/// The input is as for [`ess_bulk`], and the result is NaN in the same cases. (ArviZ 1 uses different quantiles by
+/// default; for a comparison, call ArviZ with `prob=(0.05, 0.95)`.) Reference: Vehtari et al. (2021), section 4.3.
 pub fn ess_tail(chains: &[&[f64]]) -> f64 {
     ess_quantile(chains, 0.05).min(ess_quantile(chains, 0.95))
 }
@@ -57,9 +57,9 @@ fn of_transformed(chains: &[&[f64]], f: impl Fn(f64) -> f64) -> f64 {
     effective_size(&borrow(&halves))
 }
 
-/// Effective sample size S/τ, with the autocorrelation time τ from Geyer's initial monotone sequence. Lags are summed
-/// in pairs while the pair sum is positive, and each pair sum is limited to the previous one. τ is at least 1/log₁₀ S,
-/// because for antithetic chains a smaller estimate would be unreliable.
+/// Effective sample size S/τ of S draws, with the autocorrelation time τ from Geyer's initial monotone sequence. Lags
+/// are summed in pairs while the pair sum is positive, and each pair sum is limited to the previous one. τ is at
+/// least 1/log₁₀ S, because for antithetic chains a smaller estimate would be unreliable.
 fn effective_size(chains: &[&[f64]]) -> f64 {
     let draws = chains[0].len();
     if draws < 2 {

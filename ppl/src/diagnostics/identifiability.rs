@@ -6,23 +6,26 @@ use super::order::quantile_of_sorted;
 use super::{mean, mean_and_variance};
 use crate::words::cell;
 
-/// Largest relative standard error of the variance of the prior draws at which this variance is used. The limits
-/// between the labels of [`Identification`] are wider apart than this.
+/// Largest relative standard error of the variance of the prior draws at which the variance is used; above it,
+/// interquartile ranges are used. The limits between the labels of [`Identification`] differ by more than this error.
 const LARGEST_ERROR: f64 = 0.1;
-/// Contraction below which the posterior is wider than the prior beyond sampling error.
+/// Contraction (1 − posterior variance/prior variance) below which the posterior is wider than the prior by more than
+/// the sampling error.
 const WIDENED: f64 = -0.5;
-/// Smallest ratio of posterior to prior fraction of draws at a bound for which the posterior piles up there. One datum
-/// doubles the fraction where the prior is Beta(½, ½). If a prior cuts off a peak, the ratio is much larger, because
-/// such a prior is many times wider than the peak.
+/// Ratio of the fraction of posterior draws near a bound to the fraction of prior draws near the same bound, above
+/// which the posterior piles up at the bound. Under a prior Beta(½, ½), one datum can double the fraction. If a bound
+/// truncates a posterior peak, the ratio is much larger, because the prior is many times wider than the peak.
 const PILED_UP: f64 = 2.0;
-/// Fraction of the prior draws beyond which a value is rare under a prior with heavy tails. The fraction is small
-/// because a horseshoe has hundreds of local scales, of which some are expected far out in the tail.
+/// Fraction of prior draws: under a prior with heavy tails, a value is rare if a smaller fraction of the prior draws
+/// is farther out in the tail. The fraction is small because a horseshoe prior has hundreds of local scales, and some
+/// of these scales are expected far out in the tail.
 const RARE: f64 = 1e-3;
 
 /// Names of the bounds of a prior.
 const SIDES: [&str; 2] = ["lower", "upper"];
 
-/// Degree to which the data narrow a parameter.
+/// Degree to which the data narrow the distribution of a parameter, from the contraction 1 −
+/// var(posterior)/var(prior).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Identification {
     /// Contraction below 0.1: the posterior is about as wide as the prior.
@@ -34,7 +37,7 @@ pub enum Identification {
 }
 
 impl Identification {
-    /// Label of a contraction. NaN is labelled [`Identification::Not`].
+    /// Returns the label of a contraction; [`Identification::Not`] for NaN.
     pub fn of(contraction: f64) -> Self {
         match contraction {
             c if c >= 0.5 => Self::Identified,
@@ -77,24 +80,27 @@ pub struct Identifiability {
     pub prior: [f64; 2],
     /// Posterior mean and standard deviation.
     pub posterior: [f64; 2],
-    /// Interquartile ranges of prior and posterior, if the prior has heavy tails.
+    /// Interquartile ranges of prior and posterior if the prior has heavy tails; otherwise `None`.
     pub halves: Option<[f64; 2]>,
-    /// Fraction of the posterior draws that pile up at a bound of the prior. A draw counts if its distance to the bound
-    /// is below 1 % of the width of the bounded prior and below a fifth of the posterior standard deviation. The second
-    /// limit ignores a bound of a wide prior that is far away on the scale of the posterior. `None` if no draws pile
-    /// up, or if the prior has a similar fraction there.
+    /// Fraction of the posterior draws that pile up at a bound of the prior. A draw counts if its distance to the
+    /// bound is below 1 % of the width of the bounded prior and below a fifth of the posterior standard deviation.
+    /// The second limit excludes a bound of a wide prior that is far from the posterior in units of its standard
+    /// deviation. `None` if no draws pile up at a bound, or if a similar fraction of the prior draws is near the
+    /// bound.
     pub boundary_mass: Option<f64>,
-    /// The bounds at which draws pile up.
+    /// Bounds of the prior at which the posterior draws pile up.
     cuts: Vec<Cut>,
     conflict: bool,
 }
 
 impl Identifiability {
-    /// Compares draws of the prior and of the posterior. `bounds` are the bounds of the prior, infinite if it has none.
+    /// Compares draws of the prior and of the posterior. `bounds` are the lower and the upper bound of the prior; an
+    /// infinite bound is no bound.
     ///
-    /// Draws pile up at a bound only if the posterior fraction there is more than twice the prior fraction. A prior can
-    /// itself have a large fraction at its bound, and a parameter that the data do not inform then keeps this fraction.
-    /// A bound at zero is ignored, because it belongs to the quantity, such as a scale or a share.
+    /// Draws pile up at a bound only if the fraction of posterior draws near the bound is more than twice the
+    /// fraction of prior draws. This comparison is needed because a prior can itself have a large fraction near its
+    /// bound, and a parameter that the data do not inform keeps this fraction. A bound at zero is ignored, because it
+    /// is a natural bound of the quantity, such as a scale or a share.
     ///
     /// Under a prior with heavy tails, such as a Cauchy, the sample variance depends on a few extreme draws. Let κ be
     /// the kurtosis of the n prior draws. If the relative standard error √((κ − 1)/n) of their variance is above 0.1,
@@ -155,8 +161,8 @@ impl Identifiability {
         row
     }
 
-    /// Contraction c = 1 − var(posterior)/var(prior). It is near 1 if the data determine the parameter, 0 if posterior
-    /// and prior are equally wide, and negative if the posterior is wider.
+    /// Contraction c = 1 − var(posterior)/var(prior). The contraction is near 1 if the data determine the parameter,
+    /// 0 if posterior and prior are equally wide, and negative if the posterior is wider than the prior.
     ///
     /// If [`halves`](Self::halves) is set, the squared interquartile ranges replace the variances.
     pub fn contraction(&self) -> f64 {
@@ -169,14 +175,14 @@ impl Identifiability {
         self.conflict || self.halves.is_some() && self.contraction() < WIDENED
     }
 
-    /// Whether the data conflict with the prior, that is, favour values that are rare under it. The contraction is then
-    /// below −0.5, and not because of a single outlier. Under a prior with heavy tails, less than one in a thousand
-    /// prior draws must also be as far out as the posterior median.
+    /// Whether the data conflict with the prior, that is, favour values that are rare under the prior. A conflict is
+    /// reported if the contraction is below −0.5 for a reason other than a single outlier. Under a prior with heavy
+    /// tails, less than one in a thousand prior draws must also be as far out in the tail as the posterior median.
     pub fn conflict(&self) -> bool {
         self.conflict
     }
 
-    /// Label of the contraction.
+    /// Returns the label of the contraction.
     pub fn label(&self) -> Identification {
         Identification::of(self.contraction())
     }
@@ -223,8 +229,8 @@ fn mean_and_sd(draws: &[f64]) -> [f64; 2] {
     [mean, variance.sqrt()]
 }
 
-/// Whether the estimated standard error of the variance of these draws exceeds [`LARGEST_ERROR`], relative to the
-/// variance. Also true if the variance overflows.
+/// Whether the relative standard error of the variance of these draws exceeds [`LARGEST_ERROR`]. Also true if the
+/// variance overflows.
 pub(super) fn has_heavy_tails(draws: &[f64]) -> bool {
     let [centre, sd] = mean_and_sd(draws);
     let kurtosis = mean(draws.iter().map(|x| ((x - centre) / sd).powi(4)));

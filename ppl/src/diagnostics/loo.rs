@@ -97,20 +97,23 @@ pub struct Loo {
     pub threshold: f64,
     /// Results of the observations.
     pub points: Vec<LooPoint>,
-    /// Hash of the observed data, which detects models of different data. `None` if the data are unknown.
+    /// Hash of the observed data, by which a comparison detects models that were fitted to different data. `None` if
+    /// the data are unknown.
     pub data: Option<u64>,
-    /// Whether the model also adds terms to its density by `factor`. Such terms are never left out.
+    /// Whether the model also adds terms to its density with `factor`. Cross-validation never leaves out such terms.
     pub has_factors: bool,
 }
 
 impl Loo {
-    /// Cross-validation from pointwise log-likelihoods, `[chain][draw][observation]` row-major.
+    /// Computes the cross-validation from the log-likelihood of each observation at each draw, row-major
+    /// `[chain][draw][observation]`.
     ///
-    /// The effective sample size of an observation's likelihood determines the tail length of its importance ratios.
+    /// The number of importance ratios of an observation that are smoothed depends on the effective sample size of
+    /// its likelihood.
     ///
     /// # Errors
-    /// [`LooError`] if there is no observation, if there are fewer than 25 draws, if the length is wrong, or if a value
-    /// is not finite.
+    /// [`LooError`] if there is no observation, if there are fewer than 25 draws, if the length of `log_likelihood`
+    /// is wrong, or if a value is not finite.
     pub fn new(
         chains: usize,
         draws: usize,
@@ -150,7 +153,8 @@ impl Loo {
         Ok(loo.sum_up())
     }
 
-    /// Indices of the observations with an unreliable estimate, whose k is above the threshold.
+    /// Returns the indices of the observations with an unreliable estimate, that is, with a Pareto k above the
+    /// threshold or NaN.
     ///
     /// Refit the model without each of these observations, or use a more robust likelihood.
     pub fn unreliable(&self) -> Vec<usize> {
@@ -160,7 +164,7 @@ impl Loo {
 
     /// Replaces the estimate of one observation by log p(y_i | y_−i) from a fit without this observation.
     ///
-    /// The k of the observation becomes −∞, because its estimate no longer uses importance sampling.
+    /// The Pareto k of the observation becomes −∞, because the new estimate does not use importance sampling.
     ///
     /// ```
     /// # let log_likelihood: Vec<f64> =
@@ -228,7 +232,8 @@ fn leave_one_out(log_likelihood: &[f64], relative_ess: f64) -> LooPoint {
     LooPoint { elpd, p_loo: with_it - elpd, pareto_k }
 }
 
-/// Replaces log importance ratios by normalised, Pareto-smoothed log weights. Returns the shape k of their tail.
+/// Replaces log importance ratios by normalised, Pareto-smoothed log weights. Returns the shape k of the tail of the
+/// ratios.
 ///
 /// The tail consists of the largest min(0.2 S, 3 √(S/r)) of S ratios, with the relative effective sample size r. k is
 /// −∞ if all ratios of the tail are equal, so that no smoothing is needed. k is +∞ if no Pareto tail can be fitted. In
@@ -262,7 +267,7 @@ pub fn pareto_smooth(log_ratios: &mut [f64], relative_ess: f64) -> f64 {
                     } else {
                         (-shape * (-p).ln_1p()).exp_m1() / shape
                     };
-                    // limit to the largest raw ratio, which is 1 here
+                    // limit the smoothed ratios to the largest raw ratio, which is 1 after the normalisation above
                     log_ratios[i] = (cutoff + scale * quantile).ln().min(0.0);
                 }
                 shape
@@ -276,8 +281,8 @@ pub fn pareto_smooth(log_ratios: &mut [f64], relative_ess: f64) -> f64 {
 }
 
 /// Fits a generalised Pareto distribution to exceedances in ascending order; returns shape and scale. The estimate is
-/// the posterior mean of Zhang & Stephens (2009), doi:10.1198/tech.2009.08017, with the shape shrunk towards 0.5 by the
-/// weight of ten observations. `None` if the lower quarter of the exceedances is constant.
+/// the posterior mean of Zhang & Stephens (2009), doi:10.1198/tech.2009.08017, with the shape shrunk towards 0.5 by a
+/// prior that has the weight of ten observations. `None` if the lower quarter of the exceedances is constant.
 fn fit_generalised_pareto(exceedances: &[f64]) -> Option<(f64, f64)> {
     let n = exceedances.len();
     let quartile = exceedances[(n as f64 / 4.0 + 0.5) as usize - 1];

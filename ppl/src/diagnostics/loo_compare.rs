@@ -28,16 +28,17 @@ pub struct LooRow {
 pub struct LooComparison {
     /// One row per model, best first.
     pub rows: Vec<LooRow>,
-    /// Names of models whose observed data differ from the data of the best model, where both are known. Such models
-    /// are not comparable: different data never are, and transformed data require the Jacobian.
+    /// Names of models whose observed data differ from the data of the best model, if both data are known. The elpd
+    /// of such a model cannot be compared with the elpd of the best model. If the data were only transformed, the
+    /// comparison requires the Jacobian of the transformation.
     pub other_data: Vec<String>,
 }
 
 /// Compares models that were fitted to the same observations.
 ///
-/// The difference to the best model is Σ (elpd_i − elpd_i of the best). Its standard error is √(n·var) of the paired
-/// terms, which is smaller than the standard errors of the two sums, because pointwise values of the models are
-/// correlated.
+/// The difference between a model and the best model is Σᵢ dᵢ, where dᵢ is the difference of the elpd of observation
+/// i. The standard error of the difference is √(n·var(dᵢ)). This standard error is smaller than the standard errors
+/// of the two elpd, because the values of the two models for one observation are correlated.
 ///
 /// # Errors
 /// [`LooError::NoObservations`] without a model, [`LooError::DifferentData`] if models have different numbers of

@@ -37,8 +37,9 @@ pub fn mcse_sd(chains: &[&[f64]]) -> f64 {
     ((fourth - second * second) / ess_sd(&chains)).sqrt() / (2.0 * second.sqrt())
 }
 
-/// Monte Carlo standard error of a posterior quantile: half the distance between two order statistics. These are the
-/// bounds of the central 68 % interval of the quantile's position under Beta(ESS·p + 1, ESS·(1 − p) + 1).
+/// Monte Carlo standard error of a posterior quantile: half the distance between two order statistics. The ranks of
+/// the two order statistics, relative to the number of draws, are the bounds of the central 68 % interval of the
+/// distribution Beta(ESS·p + 1, ESS·(1 − p) + 1), where p is `probability`.
 ///
 /// `chains` has one slice per chain, `probability` is in (0, 1). NaN if the effective sample size is NaN.
 ///

@@ -1,9 +1,9 @@
 //! Convergence diagnostics, Monte Carlo errors, and comparisons of prior and posterior.
 //!
 //! Every function takes plain slices, one per chain, and can be used without a model. The convergence diagnostics
-//! follow Vehtari, Gelman, Simpson, Carpenter & Bürkner (2021), doi:10.1214/20-BA1221. They agree with ArviZ and the R
-//! package posterior to rounding (see the golden tests), with one deliberate difference: a quantity that is constant or
-//! not finite gives NaN instead of an apparently good value.
+//! follow Vehtari, Gelman, Simpson, Carpenter & Bürkner (2021), doi:10.1214/20-BA1221. The results agree with ArviZ
+//! and the R package posterior to rounding (see the golden tests), with one deliberate difference: a quantity that is
+//! constant or not finite gives NaN instead of an apparently good value.
 
 mod autocovariance;
 mod combinations;
@@ -47,8 +47,8 @@ where
     (centre, squares / (n - 1.0))
 }
 
-/// The chains, cut to their common length. `None` if diagnostics are undefined: fewer than four draws, a value that is
-/// not finite, or a constant quantity.
+/// Returns the chains, cut to the length of the shortest chain; `None` if diagnostics are undefined: fewer than four
+/// draws, a value that is not finite, or a constant quantity.
 fn usable<'a>(chains: &[&'a [f64]]) -> Option<Vec<&'a [f64]>> {
     let draws = chains.iter().map(|chain| chain.len()).min()?;
     let cut: Vec<&[f64]> = chains.iter().map(|chain| &chain[..draws]).collect();
@@ -58,7 +58,7 @@ fn usable<'a>(chains: &[&'a [f64]]) -> Option<Vec<&'a [f64]>> {
     (draws >= 4 && finite && moves).then_some(cut)
 }
 
-/// First and last half of each chain; the middle draw of a chain of odd length is omitted.
+/// Splits each chain into its first and its last half; the middle draw of a chain of odd length is omitted.
 fn split<'a>(chains: &[&'a [f64]]) -> Vec<&'a [f64]> {
     chains
         .iter()
@@ -69,7 +69,7 @@ fn split<'a>(chains: &[&'a [f64]]) -> Vec<&'a [f64]> {
         .collect()
 }
 
-/// Slices of owned chains.
+/// Returns slices that borrow the given chains.
 fn borrow(chains: &[Vec<f64>]) -> Vec<&[f64]> {
     chains.iter().map(Vec::as_slice).collect()
 }

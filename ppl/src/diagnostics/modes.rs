@@ -6,12 +6,13 @@ use super::{borrow, mean_and_variance};
 
 /// Number of cells of the density estimate, between the 0.5 % and 99.5 % quantiles.
 const CELLS: usize = 512;
-/// Largest ratio of the density in a valley to the lower of the two neighbouring peaks.
+/// Largest ratio of the density in a valley to the density at the lower of the two neighbouring peaks.
 const VALLEY: f64 = 0.2;
 /// Smallest fraction of all draws in a mode.
 const LEAST_FRACTION: f64 = 0.03;
-/// Smallest number of times that the draws in a mode cross its median. Forty independent draws cross it about twenty
-/// times; a chain that gets stuck in a tail for a while crosses it far less often.
+/// Smallest number of times that the sequence of draws in a mode crosses the median of the mode. Forty independent
+/// draws cross the median about twenty times; a chain that is stuck in a tail for a while crosses the median far less
+/// often.
 const LEAST_TURNS: usize = 20;
 
 /// Modes of a quantity that are separated by deep valleys of its density.
@@ -30,14 +31,15 @@ pub struct Modes {
 impl Modes {
     /// Finds the modes of a quantity, given one trace per chain; `None` if there is only one mode.
     ///
-    /// The draws of all chains are smoothed with a kernel density estimate, whose bandwidth suits the narrowest chain
-    /// that moves. The density is cut where it falls below a fifth of the lower neighbouring peak, if at least 3 % of
-    /// the draws lie on either side. A quantity with heavy tails is first transformed to a scale with light tails. The
-    /// draws of a mode must also cross its median at least twenty times, as forty independent draws do on average. This
-    /// excludes draws at which a chain was stuck for a while.
+    /// The draws of all chains are smoothed with a kernel density estimate. The bandwidth is chosen for the narrowest
+    /// chain that is not stuck at one place. The density is cut where it falls below a fifth of the lower
+    /// neighbouring peak, if at least 3 % of the draws lie on each side of the cut. A quantity with heavy tails is
+    /// first transformed to a scale with light tails. The draws of a mode must also cross the median of the mode at
+    /// least twenty times, as forty independent draws do on average. This condition excludes places at which a chain
+    /// was stuck for a while.
     ///
-    /// R-hat shows that chains differ, but not how. It can also be near 1 if each chain has changed between modes only
-    /// a few times.
+    /// R-hat shows that chains differ, but does not show the modes. R-hat can also be near 1 if each chain has
+    /// changed between modes only a few times.
     ///
     /// ```
     /// use ppl::diagnostics::Modes;
@@ -100,7 +102,8 @@ impl Modes {
     }
 
     /// Whether the draws determine the weights of the modes. Every chain must have changed between modes at least ten
-    /// times, or at least twice if it has at least half of the average fraction in every mode.
+    /// times. Two changes are enough for a chain whose fraction of draws in every mode is at least half of the
+    /// average over the chains.
     pub fn mixed(&self) -> bool {
         let average = |mode: usize| {
             self.fractions.iter().map(|fractions| fractions[mode]).sum::<f64>()
@@ -113,7 +116,7 @@ impl Modes {
     }
 }
 
-/// Positions at which the smoothed density of all chains is cut.
+/// Returns the positions at which the smoothed density of all chains is cut; `None` if no density can be estimated.
 fn valleys(chains: &[&[f64]], sorted: &[f64]) -> Option<Vec<f64>> {
     let mut valleys = Vec::new();
     Smoothed::new(chains, sorted)?.cut(0, CELLS, &mut valleys);
@@ -122,15 +125,15 @@ fn valleys(chains: &[&[f64]], sorted: &[f64]) -> Option<Vec<f64>> {
 
 /// Transformation u = asinh((x − median)/width) that makes heavy tails light.
 ///
-/// On the original scale, successive draws far out in a Cauchy tail form an isolated cluster. On the transformed scale
-/// the tail decays exponentially, and the draws are a part of it.
+/// On the original scale, successive draws far out in a Cauchy tail form an isolated cluster. On the transformed
+/// scale the tail decays exponentially, and such draws are a part of the tail.
 struct AsinhScale {
     centre: f64,
     width: f64,
 }
 
 impl AsinhScale {
-    /// Transformation for the given draws; `None` if they have no heavy tails.
+    /// Creates the transformation for the given draws; returns `None` if the draws have no heavy tails.
     fn of_heavy_tails(sorted: &[f64]) -> Option<Self> {
         let quantile = |p| quantile_of_sorted(sorted, p);
         let width = 0.5 * (quantile(0.75) - quantile(0.25));
@@ -154,7 +157,8 @@ fn turns(draws: impl Iterator<Item = f64>, centre: f64) -> usize {
     sides.filter(|&side| last.replace(side) != Some(side)).count()
 }
 
-/// Smallest standard deviation of a chain. Chains that are stuck at one place are used only if there are no others.
+/// Returns the smallest standard deviation of a chain. Chains that are stuck at one place are ignored, unless all
+/// chains are stuck.
 fn narrowest(chains: &[&[f64]]) -> Option<f64> {
     let spreads = chains.iter().map(|chain| {
         let (centre, variance) = mean_and_variance(chain.iter().copied());
@@ -176,8 +180,8 @@ struct Smoothed<'d> {
 }
 
 impl<'d> Smoothed<'d> {
-    /// Smooths a histogram with a Gaussian kernel. Silverman's rule for the narrowest chain that moves gives the
-    /// bandwidth.
+    /// Smooths a histogram with a Gaussian kernel. The bandwidth is given by Silverman's rule for the narrowest chain
+    /// that is not stuck.
     fn new(chains: &'d [&'d [f64]], sorted: &'d [f64]) -> Option<Self> {
         let total = sorted.len();
         let (first, last) = (sorted[total / 200], sorted[total - 1 - total / 200]);
@@ -210,7 +214,8 @@ impl<'d> Smoothed<'d> {
         Some(Self { chains, sorted, first, width, density: density.collect(), before })
     }
 
-    /// Whether the cells `from..to` contain enough draws, and the draws cross their median often enough.
+    /// Whether the cells `from..to` are a mode: they contain at least [`LEAST_FRACTION`] of all draws, and these
+    /// draws cross their median at least [`LEAST_TURNS`] times.
     fn is_mode(&self, from: usize, to: usize) -> bool {
         let [below, above] = [from, to].map(|cell| self.before[cell]);
         let enough = (above - below) as f64 >= LEAST_FRACTION * self.sorted.len() as f64;
@@ -226,7 +231,8 @@ impl<'d> Smoothed<'d> {
         }
     }
 
-    /// Cuts the cells `from..to` at the deepest valley, and recursively both parts.
+    /// Cuts the cells `from..to` at the deepest valley, and then cuts both parts recursively. Appends the positions
+    /// of the cuts to `valleys`.
     fn cut(&self, from: usize, to: usize, valleys: &mut Vec<f64>) {
         let part = &self.density[from..to];
         let highest = |best: &mut f64, x: &f64| {

@@ -2,7 +2,7 @@
 
 use super::{ess_mean, pareto_smooth};
 
-/// Relative change of the power in both directions from 1.
+/// Relative change of the power: the powers are 1 + `STEP` and 1/(1 + `STEP`).
 const STEP: f64 = 0.01;
 
 /// Response of one quantity to power-scaling of one part of the density.
@@ -10,16 +10,16 @@ const STEP: f64 = 0.01;
 pub(crate) struct PowerScaled {
     /// Change of the distribution per doubling of the power, as cumulative Jensen–Shannon distance.
     pub(crate) sensitivity: f64,
-    /// Larger of the Pareto shapes k of the two sets of importance ratios.
+    /// Larger of the two Pareto shapes k of the importance ratios, for a power above 1 and a power below 1.
     pub(crate) pareto_k: f64,
 }
 
-/// Power-scaling sensitivity of each of the `quantities` to one part of the log density, such as prior or likelihood.
-/// `log_part` contains the values of this part at the draws.
+/// Computes the power-scaling sensitivity of each of the `quantities` to one part of the density, such as the prior
+/// or the likelihood. `log_part` contains the logarithm of this part at each draw.
 ///
-/// If the part is raised to the power α, the draws have the importance ratios part^(α − 1). These are smoothed by PSIS
-/// for α = 1.01 and α = 1/1.01. The sensitivity is (d(α) + d(1/α)) / (2 log₂ α), where d is the [`cjs_distance`]
-/// between unweighted and weighted draws.
+/// If the part is raised to the power α, the draws have the importance ratios part^(α − 1). The ratios for α = 1.01
+/// and α = 1/1.01 are smoothed by Pareto-smoothed importance sampling. The sensitivity is (d(α) + d(1/α)) / (2 log₂
+/// α), where d is the [`cjs_distance`] between unweighted and weighted draws.
 ///
 /// `log_part` has one slice per chain. Each quantity is one slice with the draws of all chains, concatenated.
 ///
@@ -38,7 +38,8 @@ pub(crate) fn power_scaled(log_part: &[&[f64]], quantities: &[&[f64]]) -> Vec<Po
         .collect()
 }
 
-/// Smoothed, normalised importance weights if the part is raised to the power `alpha`, and their Pareto shape k.
+/// Returns the smoothed, normalised importance weights of the draws if the part of the density is raised to the power
+/// `alpha`, and the Pareto shape k of the weights.
 fn weights(log_part: &[&[f64]], alpha: f64) -> (Vec<f64>, f64) {
     let mut log_weights: Vec<f64> =
         log_part.iter().copied().flatten().map(|l| (alpha - 1.0) * l).collect();
@@ -55,9 +56,9 @@ fn weights(log_part: &[&[f64]], alpha: f64) -> (Vec<f64>, f64) {
 
 /// Cumulative Jensen–Shannon distance between unweighted and weighted draws: 0 for equal distributions, at most 1.
 ///
-/// For distribution functions P and Q, CJS(P‖Q) = ∫ P log₂(2P/(P + Q)) dx + (∫ Q dx − ∫ P dx)/(2 ln 2). The distance is
-/// the square root of (CJS(P‖Q) + CJS(Q‖P)) / (∫ P dx + ∫ Q dx). Since it depends on the sign of x, the result is the
-/// larger distance of x and −x. NaN for draws that are not finite.
+/// For distribution functions P and Q, CJS(P‖Q) = ∫ P log₂(2P/(P + Q)) dx + (∫ Q dx − ∫ P dx)/(2 ln 2). The distance
+/// is the square root of (CJS(P‖Q) + CJS(Q‖P)) / (∫ P dx + ∫ Q dx). Since this distance depends on the sign of x, the
+/// result is the larger of the distances for x and for −x. NaN for draws that are not finite.
 ///
 /// # References
 /// Nguyen & Vreeken (2015), doi:10.1007/978-3-319-23525-7_11; Kallioinen et al. (2024), section 2.3.

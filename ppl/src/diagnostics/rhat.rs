@@ -5,10 +5,10 @@ use super::{borrow, mean, mean_and_variance, split, usable};
 
 /// Rank-normalised split R̂: the larger of bulk R̂ and folded R̂.
 ///
-/// Each chain is split in half, and the draws are replaced by the normal scores z of their ranks. With the mean W of
-/// the variances within the halves and the variance B/n between the means of the halves, R̂ = √((B/W + n − 1)/n).
-/// Folded R̂ is computed from |x − median|, so that it detects chains with different spread. Above 1.01 the chains have
-/// not converged.
+/// Each chain is split in half, and the draws are replaced by the normal scores z of their ranks. Let n be the length
+/// of a half, W the mean of the variances within the halves, and B/n the variance between the means of the halves.
+/// Then R̂ = √((B/W + n − 1)/n). Folded R̂ is computed from |x − median|, so that it detects chains with different
+/// spread. If R̂ is above 1.01, the chains have not converged.
 ///
 /// `chains` has one slice per chain; longer chains are cut to the length of the shortest. NaN for fewer than four
 /// draws, for values that are not finite, and for a constant quantity.
@@ -33,7 +33,8 @@ pub fn rhat(chains: &[&[f64]]) -> f64 {
     bulk.max(folded) // folded R̂ is NaN if |x − median| is constant; `max` ignores NaN
 }
 
-/// R̂ = √((B/W + n − 1)/n) of chains of length n, without splitting and ranking.
+/// Computes R̂ = √((B/W + n − 1)/n) of chains of length n, without splitting and ranking. W is the mean of the
+/// variances within the chains, and B/n is the variance between the means of the chains.
 fn variance_ratio(chains: &[&[f64]]) -> f64 {
     let n = chains[0].len() as f64;
     let moments: Vec<(f64, f64)> =

@@ -25,17 +25,17 @@ pub trait Family: Sized + Clone {
         NonCentered { inner: self }
     }
 
-    /// Vector of `n` independent values, for lengths known at run time.
+    /// The distribution of a vector of `n` independent values, for lengths known at run time.
     fn iid(self, n: usize) -> Iid<Self> {
         Iid { inner: self, n }
     }
 
-    /// Array of `N` independent values, for lengths known at compile time.
+    /// The distribution of an array of `N` independent values, for lengths known at compile time.
     fn array<const N: usize>(self) -> Array<Self, N> {
         Array { inner: self }
     }
 
-    /// Independent values, sorted in ascending order: `Normal(0.0, 5.0).array::<4>().ordered()`.
+    /// The distribution of independent values, sorted in ascending order: `Normal(0.0, 5.0).array::<4>().ordered()`.
     fn ordered(self) -> Ordered<Self> {
         Ordered { inner: self }
     }
@@ -60,8 +60,8 @@ pub struct Truncated<D> {
     pub(super) interval: Interval,
 }
 
-/// A univariate distribution censored at the limits `lower` and `upper`; created by [`Family::censor`]. It can be
-/// observed, but it cannot be the prior of an unknown.
+/// A univariate distribution censored at the limits `lower` and `upper`; created by [`Family::censor`]. The
+/// distribution is for observed data; it cannot be the prior of an unknown.
 ///
 /// A datum between the limits contributes its log density. A datum at or below the lower limit contributes ln P(X ≤
 /// lower), a datum at or above the upper limit ln P(X ≥ upper). This covers left censoring, right censoring and both at
@@ -89,10 +89,10 @@ pub struct Censored<D> {
 
 /// A distribution in non-centred parametrisation; created by [`Family::non_centered`].
 ///
-/// The distribution of x is unchanged. As the prior of an unknown x = T(z), see
-/// [`LocationScale`](super::LocationScale), its coordinates are those of the standardised z. Their density does not
-/// depend on location and scale. If the scale is unknown and the data inform the elements weakly, this avoids the
-/// funnel of the centred parametrisation, which samplers explore poorly.
+/// The distribution of x is unchanged. An unknown x = T(z) with this prior has the unconstrained coordinates of the
+/// standardised value z, see [`LocationScale`](super::LocationScale). The prior density of these coordinates does not
+/// depend on location and scale. If the scale is unknown and the data inform the elements weakly, the non-centred
+/// parametrisation avoids the funnel-shaped posterior of the centred parametrisation, which samplers explore poorly.
 ///
 /// # Example
 /// ```
@@ -121,7 +121,7 @@ pub struct NonCentered<D> {
     pub(super) inner: D,
 }
 
-/// Vector of `n` independent values of one distribution; created by [`Family::iid`].
+/// Distribution of a vector of `n` independent values with the same distribution; created by [`Family::iid`].
 ///
 /// Observed data with another length have density zero.
 ///
@@ -138,7 +138,7 @@ pub struct Iid<D> {
     pub(super) n: usize,
 }
 
-/// Array of `N` independent values of one distribution; created by [`Family::array`].
+/// Distribution of an array of `N` independent values with the same distribution; created by [`Family::array`].
 ///
 /// # Example
 /// ```
@@ -153,7 +153,7 @@ pub struct Array<D, const N: usize> {
     pub(super) inner: D,
 }
 
-/// N independent values, sorted in ascending order; created by [`Family::ordered`].
+/// Distribution of N independent values, sorted in ascending order; created by [`Family::ordered`].
 ///
 /// p(x) = N! Π p₀(xᵢ) for x₁ ≤ x₂ ≤ … ≤ x_N. This is the density of the order statistics, which integrates to 1 over
 /// ordered vectors. The values are positive if the elements are positive. With elements `Uniform(a, b)`, the density is

@@ -6,7 +6,7 @@ use std::ops::{
 
 use crate::density::DomainError;
 
-/// A range of `f64`.
+/// A range of `f64` numbers, such as `0.0..` or `0.0..1.0`: the argument of `.truncate` and `.censor`.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is no range of plain numbers",
     label = "needed: `0.0..`, `..1.0`, `0.0..1.0` or the like",
@@ -30,7 +30,8 @@ impl_ends!(
     RangeToInclusive<f64>
 );
 
-/// An interval whose ends can be infinite. Both ends belong to it, since they have measure zero.
+/// An interval whose ends can be infinite. Both ends belong to the interval; this makes no difference to
+/// probabilities, because a point has probability zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
     lower: f64,

@@ -6,14 +6,16 @@ use crate::scalar::Scalar;
 use crate::special::{Node, density_nodes};
 use crate::transform::Support;
 
-/// Smallest ratio of the difference of two tail probabilities to the larger one for which the difference is accurate.
+/// Smallest ratio of the difference of two tail probabilities to the larger tail probability at which the difference
+/// is accurate.
 pub(super) const CANCELLED: f64 = 0.05;
 
 /// Log probability ln P(X ∈ interval) of any density, by adaptive quadrature over the unconstrained coordinate y.
 ///
-/// The derivative with respect to a parameter θ has two parts. The first is the mean of ∂ ln p(y)/∂θ over the interval.
-/// The second comes from the ends, which move in y: −p(u) ∂x(y)/∂θ at the upper end u, and the opposite sign at the
-/// lower end. The value comes from the distribution functions where these are accurate, otherwise from the quadrature.
+/// The derivative with respect to a parameter θ has two parts. The first is the mean of ∂ ln p(y)/∂θ over the
+/// interval. The second comes from the ends of the interval, whose coordinates y depend on θ if the support depends
+/// on θ: −p(u) ∂x(y)/∂θ at the upper end u, and the same expression with the opposite sign at the lower end. The
+/// value is computed from the distribution functions if they are accurate, otherwise by the quadrature.
 pub(super) fn ln_mass_by_quadrature<R: Scalar>(
     distribution: &impl Univariate,
     support: Support<R>,
@@ -89,8 +91,8 @@ pub(super) fn ln_mass_by_quadrature<R: Scalar>(
 }
 
 /// Centre of the probability mass in the unconstrained coordinate, and first estimates of its widths below and above
-/// the centre. Both come from the quartiles; if these are inaccurate, the centre is an end of the interval, or 0 if the
-/// interval is unbounded.
+/// the centre. Centre and widths are computed from the quartiles. If the median is not inside the interval, the
+/// centre is an end of the interval, or 0 if the interval is unbounded, and the widths are 1.
 fn place(
     [first, median, third]: [f64; 3],
     [lower, upper]: [f64; 2],

@@ -1,12 +1,12 @@
 //! Distributions: densities with exact partial derivatives, draws, supports, moments.
 //!
-//! Each family has its own file: univariate ones in `continuous`, distributions of counts and flags in `discrete`, of
-//! vectors and matrices in `multivariate`, variations and mixtures in `compound`, regressions in `glm`. Parameters are
-//! public fields (`Normal(mean, sd)`). Each is a number, a reference to a number, or an unknown of the model.
-//! Variations are methods of [`Family`]: `.truncate(a..b)`, `.censor(a..b)`, `.iid(n)`, `.array::<N>()`,
-//! `.array::<N>().ordered()`, `.non_centered()`.
+//! Each family has its own file: continuous univariate distributions in `continuous`, distributions of counts and
+//! flags in `discrete`, distributions of vectors and matrices in `multivariate`, variations and mixtures in
+//! `compound`, regressions in `glm`. Parameters are public fields (`Normal(mean, sd)`). Each parameter is a number, a
+//! reference to a number, or an unknown of the model. Variations are methods of [`Family`]: `.truncate(a..b)`,
+//! `.censor(a..b)`, `.iid(n)`, `.array::<N>()`, `.array::<N>().ordered()`, `.non_centered()`.
 
-// in order of dependency: each module uses only modules above it
+// the modules are in order of dependency: each module uses only modules above it
 mod interval;
 
 mod family;

@@ -18,9 +18,9 @@ pub trait Distribution<R: Scalar>: Family {
     /// Type of the values: a number, a count, a flag, an array, a vector or a Cholesky factor.
     type Value: Clone + Recordable;
 
-    /// Adds the log density (log probability for counts) at `x`, with the partial derivatives of each term: −∞ outside
-    /// the support, NaN for invalid parameters. A density that is already a scalar is added by
-    /// [`add_number`](Accumulator::add_number).
+    /// Adds the terms of the log density (log probability for counts) at `x` to `terms`, with the partial derivatives
+    /// of each term. The log density is −∞ outside the support and NaN for invalid parameters. A log density that is
+    /// already a scalar is added by [`add_number`](Accumulator::add_number).
     fn add_terms(&self, x: &Self::Value, terms: &mut impl Accumulator<R>);
 
     /// Log density (log probability for counts) at `x`.
@@ -30,7 +30,7 @@ pub trait Distribution<R: Scalar>: Family {
         Joined::of(|terms| self.add_terms(x, terms))
     }
 
-    /// Whether there are sufficient statistics for data with the same parameters.
+    /// Whether the distribution has sufficient statistics for several data with the same parameters.
     #[doc(hidden)]
     const HAS_STATISTICS: bool = false;
 
@@ -47,12 +47,12 @@ pub trait Distribution<R: Scalar>: Family {
         terms.add_number(R::from(f64::NAN));
     }
 
-    /// Whether one observation contains so many data that it is summarised when the data are bound.
+    /// Whether one observation contains many data, whose statistics are computed once, when the data are bound.
     #[doc(hidden)]
     const SUMMARISES: bool = false;
 
-    /// Appends the statistics of one observation. They depend on `x` and on the data in the distribution, but not on
-    /// unknowns.
+    /// Appends the statistics of one observation. The statistics depend on `x` and on the data in the distribution,
+    /// but not on unknowns.
     #[doc(hidden)]
     fn summarise(&self, x: &Self::Value, out: &mut Vec<f64>) {
         let _ = (x, out);
@@ -82,9 +82,10 @@ pub trait Distribution<R: Scalar>: Family {
     /// [`DomainError`] with distribution, parameter, requirement and value.
     fn validate(&self) -> Result<(), DomainError>;
 
-    /// Draws exactly from the distribution; the value has no derivatives. It lies inside the open support: a draw that
-    /// underflows to an end or overflows is replaced by the nearest number inside. For invalid parameters, the value
-    /// can be NaN; [`try_draw`](Distribution::try_draw) returns an error instead.
+    /// Draws exactly from the distribution; the value has no derivatives. The value lies inside the open support: a
+    /// draw that underflows to an end of the support, or overflows, is replaced by the nearest number inside the
+    /// support. For invalid parameters, the value can be NaN; [`try_draw`](Distribution::try_draw) returns an error
+    /// instead.
     fn draw<G: Rng + ?Sized>(&self, rng: &mut G) -> Self::Value;
 
     /// Version of [`draw`](Distribution::draw) for parameters that can be invalid.
@@ -103,7 +104,7 @@ pub trait Distribution<R: Scalar>: Family {
     }
 }
 
-/// Name of a type, without modules and type parameters.
+/// Returns the name of a type, without modules and type parameters.
 fn name<T>() -> &'static str {
     let path = std::any::type_name::<T>();
     let end = path.find('<').unwrap_or(path.len());
@@ -121,8 +122,8 @@ pub trait Unknown<R: Scalar>: Distribution<R> {
     /// Number of unconstrained coordinates.
     fn dim(&self) -> usize;
 
-    /// Maps the next coordinates to a value. Adds its log density to `terms`, and the log-Jacobian of the map if
-    /// `jacobian` is true. Terms of the two that cancel are omitted.
+    /// Maps the next coordinates to a value. Adds the log density of the value to `terms`, and the log-Jacobian of
+    /// the map if `jacobian` is true. Terms of the log density that cancel with the log-Jacobian are omitted.
     fn constrain(
         &self,
         next: &mut impl FnMut() -> R,
@@ -146,9 +147,9 @@ pub trait Unknown<R: Scalar>: Distribution<R> {
     /// Appends the unconstrained coordinates of `x`, the inverse of [`constrain`](Unknown::constrain).
     fn unconstrain(&self, x: &Self::Value, out: &mut Vec<f64>);
 
-    /// Bounds at which a prior can truncate the posterior, the same for every element. They are the ends of the support
-    /// if both are finite and not natural bounds of the quantity, or the finite end at which a constant prior was
-    /// truncated.
+    /// Bounds at which a prior can truncate the posterior, the same for every element. The bounds are the ends of the
+    /// support if both ends are finite and not natural bounds of the quantity. For a prior with known parameters that
+    /// was truncated at one finite end, this end is a bound. Otherwise `None`.
     fn bounds(&self) -> Option<(f64, f64)> {
         None
     }
@@ -160,7 +161,8 @@ pub(crate) fn lift<R>(parameter: impl Datum<R>) -> R {
     parameter.lift()
 }
 
-/// Term of a log density that depends only on `parameter`; 0 if the parameter is constant and constants are omitted.
+/// Returns `part(parameter)`, a term of a log density that depends only on `parameter`; 0 if the parameter is
+/// constant and the accumulator omits constants.
 #[inline(always)]
 pub(crate) fn normaliser<R: Scalar, P: Parameter + Datum<R>>(
     terms: &impl Accumulator<R>,

@@ -18,10 +18,10 @@ pub trait Univariate: Family {
     /// Draws exactly from the distribution.
     fn sample<G: Rng + ?Sized>(&self, rng: &mut G) -> f64;
 
-    /// Mean; NaN or infinite if it does not exist.
+    /// Mean; NaN or infinite if the mean does not exist.
     fn mean(&self) -> f64;
 
-    /// Variance; NaN or infinite if it does not exist.
+    /// Variance; NaN or infinite if the variance does not exist.
     fn variance(&self) -> f64;
 
     /// Distribution function P(X ≤ x), accurate in the lower tail. The result has no derivatives with respect to
@@ -34,9 +34,9 @@ pub trait Univariate: Family {
 
     /// Log tail probability ln P(X ≤ x) or ln P(X > x), without derivatives.
     ///
-    /// The default is the logarithm of [`cdf`](Univariate::cdf) or [`sf`](Univariate::sf). Override it if probabilities
-    /// below the smallest number, 1e-308, must be supported: draws from a distribution truncated that far out in the
-    /// tail need them.
+    /// The default is the logarithm of [`cdf`](Univariate::cdf) or [`sf`](Univariate::sf). Override this method if
+    /// probabilities below the smallest positive number, 1e-308, must be supported: they occur in draws from a
+    /// distribution that is truncated very far out in the tail.
     fn ln_tail(&self, x: f64, tail: Tail) -> f64 {
         match tail {
             Tail::Lower => self.cdf(x).ln(),
@@ -67,11 +67,12 @@ pub(super) fn masses(distribution: &impl Univariate, interval: Interval) -> (f64
     (below, inside, above)
 }
 
-/// Probability below which underflow can have reduced the accuracy.
+/// Probability below which the result of a distribution function can be inaccurate because of underflow.
 pub(super) const NEAR_UNDERFLOW: f64 = 1e-290;
 
-/// Log probability ln P(X ∈ interval), and the ratio of the difference of two tails to the larger tail, which measures
-/// cancellation.
+/// Returns the log probability ln P(X ∈ interval), and a measure of cancellation: the interval's probability is the
+/// difference of two tail probabilities, and the measure is the ratio of this difference to the larger tail
+/// probability.
 pub(super) fn ln_inside(distribution: &impl Univariate, interval: Interval) -> (f64, f64) {
     let (below, inside, above) = masses(distribution, interval);
     if inside < NEAR_UNDERFLOW && below + above > 0.5 {
@@ -82,7 +83,7 @@ pub(super) fn ln_inside(distribution: &impl Univariate, interval: Interval) -> (
         let (mass, share) = LnTails::between(&lower, &upper);
         return (mass.ln, share);
     }
-    // use the tails if both are small
+    // compute 1 − P(interval) from the two tails if both tails are small
     let both = below < 0.5 && above < 0.5 && inside > 0.5;
     let value = if both { (-(below + above)).ln_1p() } else { inside.ln() };
     let share = if below > 0.5 {
@@ -95,8 +96,8 @@ pub(super) fn ln_inside(distribution: &impl Univariate, interval: Interval) -> (
     (value, share)
 }
 
-/// Quantile within an interval: the point with the fraction `below` of the interval's probability below it and `above`
-/// = 1 − `below` above it. It is computed from the tail that is more accurate.
+/// Quantile within an interval: the point that divides the interval's probability into the fractions `below` and
+/// `above` = 1 − `below`. The quantile is computed from the tail that is more accurate.
 pub(super) fn quantile_within(
     distribution: &impl Univariate,
     interval: Interval,
@@ -156,7 +157,8 @@ fn far_quantile(distribution: &impl Univariate, interval: Interval, below: f64, 
     from_order(first).clamp(lower, upper)
 }
 
-/// Rank of a number in the ordered set of all `f64` numbers; infinities get the ranks of the largest finite numbers.
+/// Returns the rank of a number in the ordered set of all `f64` numbers; ±∞ have the ranks of the finite numbers of
+/// largest magnitude.
 fn to_order(x: f64) -> i128 {
     let bits = x.clamp(-f64::MAX, f64::MAX).to_bits();
     let size = i128::from(bits & (u64::MAX >> 1));

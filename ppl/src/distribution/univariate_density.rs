@@ -9,8 +9,8 @@ use crate::transform::Support;
 
 /// Density of a [`Univariate`] distribution over any [`Scalar`] type.
 ///
-/// A type that implements this trait and calls [`univariate!`](crate::univariate) can be used in models, in all
-/// variations.
+/// If a type implements this trait and [`univariate!`](crate::univariate) is called for the type, it can be used in
+/// models with all variations of [`Family`](crate::Family).
 ///
 /// # Example
 /// ```
@@ -67,8 +67,8 @@ pub trait UnivariateDensity<R: Scalar>: Univariate {
     #[doc(hidden)]
     const CONSTANT: bool = false;
 
-    /// Whether the ends of the support are natural bounds of the quantity, such as those of a share or an angle, so
-    /// that no prior can be wider.
+    /// Whether the ends of the support are natural bounds of the quantity, such as 0 and 1 for a share, so that no
+    /// prior can have wider bounds.
     #[doc(hidden)]
     const NATURAL_ENDS: bool = false;
 
@@ -103,7 +103,7 @@ pub trait UnivariateDensity<R: Scalar>: Univariate {
     }
 
     /// Maps the unconstrained coordinate `y` to a value, and adds log density and log-Jacobian to `terms`. Override
-    /// this method if terms of the two cancel.
+    /// this method if terms of the log density and the log-Jacobian cancel.
     #[inline(always)]
     fn at_coordinate(&self, y: R, terms: &mut impl Accumulator<R>) -> R {
         let x = self.support().place(y, terms);
@@ -124,7 +124,7 @@ pub trait UnivariateDensity<R: Scalar>: Univariate {
     }
 
     /// Log probability ln P(lower < X < upper), with its derivatives with respect to the parameters. The default uses
-    /// adaptive quadrature; override it if there is a closed form.
+    /// adaptive quadrature; override this method if there is a closed form.
     fn ln_mass(&self, lower: f64, upper: f64) -> R {
         self.ln_mass_by_quadrature(lower, upper)
     }
@@ -160,7 +160,8 @@ pub trait UnivariateDensity<R: Scalar>: Univariate {
             return mass;
         }
         let (a, b) = self.support().bounds();
-        // the derivative with respect to an end is ± the density there, and 0 outside the support
+        // the derivative of the probability with respect to an end of the interval is ± the density at this end, and
+        // 0 outside the support
         let density = |x: f64| {
             if !(a < x && x < b) {
                 return 0.0;
@@ -267,7 +268,7 @@ macro_rules! univariate {
     };
 }
 
-/// Adds the log density at `x`: −∞ outside the support.
+/// Adds the log density at `x` to `terms`; −∞ outside the support.
 #[inline(always)]
 pub fn add_terms<R, D>(distribution: &D, x: R, terms: &mut impl Accumulator<R>)
 where
@@ -281,7 +282,8 @@ where
     }
 }
 
-/// Maps one coordinate to a value and adds its log density.
+/// Maps one coordinate to a value and adds the log density of the value to `terms`, including the log-Jacobian if
+/// `jacobian` is true.
 #[inline(always)]
 pub fn constrain<R: Scalar, D: UnivariateDensity<R>>(
     distribution: &D,

@@ -22,7 +22,7 @@ pub trait Repeated<R: Scalar>: Family {
     /// Number of values.
     fn size(&self) -> usize;
 
-    /// Zeros of the right number.
+    /// Creates an array or a `Vec` of zeros with this number of values.
     fn zeros(&self) -> Self::Values;
 }
 

@@ -18,12 +18,14 @@ impl Posterior {
     ///
     /// The groups are `posterior` (parameters and tracked quantities), `unconstrained_posterior`, `sample_stats`,
     /// `posterior_predictive`, `log_likelihood`, `log_prior`, `observed_data`, `prior` and `prior_predictive`. The
-    /// dimensions are `chain`, `draw`, and those named by `#[dims(…)]` or else `<name>_dim_0`, …. Labels from the model
-    /// or from [`Posterior::label`] become coordinates. Units from [`Posterior::set_units`] become the attribute
-    /// `units`: a text, or a list along the last dimension. An existing store at `path` is replaced.
+    /// dimensions are `chain`, `draw`, and the dimensions of the quantity, named by `#[dims(…)]` or else
+    /// `<name>_dim_0`, …. Labels from the model or from [`Posterior::label`] become coordinates. Units from
+    /// [`Posterior::set_units`] become the attribute `units`: a text, or a list along the last dimension. An existing
+    /// store at `path` is replaced.
     ///
     /// # Errors
-    /// An error of the file system, whose message contains the path; also if `path` exists and is not a Zarr store.
+    /// An error of the file system, or an error if `path` exists and is not a Zarr store. The message contains the
+    /// path.
     pub fn write_zarr(&self, path: impl AsRef<Path>) -> io::Result<()> {
         let path = path.as_ref();
         zarr::replace(path, |temporary| self.write_store(temporary))
@@ -73,7 +75,7 @@ impl Posterior {
         Ok(())
     }
 
-    /// Writes one quantity, with a coordinate for each of its own dimensions.
+    /// Writes one quantity, and one coordinate array for each dimension of its values (other than chain and draw).
     fn write_values(
         &self,
         store: &mut ZarrStore,
@@ -103,7 +105,8 @@ impl Posterior {
         )
     }
 
-    /// Attribute `units`: a text, or a list along the last dimension. Log densities have no units.
+    /// Returns the attribute `units`: one text, or a list with one text per entry along the last dimension. Log
+    /// densities have no units.
     fn attributes(&self, group: &str, name: &str) -> Value {
         let units = self.layout.units.get(name).filter(|_| !group.starts_with("log_"));
         match units.map(Vec::as_slice) {
@@ -132,7 +135,7 @@ impl Posterior {
         store.group(GROUP)?;
         write_chain_and_draw(store, GROUP, count, draws)?;
         let stats = || self.chains.chains.iter().flat_map(|chain| &chain.stats[..draws]);
-        // names of ArviZ's schema
+        // ArviZ's schema defines these column names
         let columns = [
             ("lp", ZarrArray::Real(stats().map(|s| s.log_density).collect())),
             ("energy", ZarrArray::Real(stats().map(|s| s.energy).collect())),
@@ -208,7 +211,7 @@ fn named(path: &Path, source: io::Error) -> io::Error {
     io::Error::new(source.kind(), Unwritten { path: path.to_owned(), source })
 }
 
-/// Labels as integers if all labels are integers, else as text.
+/// Converts labels to integers if all labels are integers, otherwise to text.
 fn labelled(labels: &[String]) -> ZarrArray {
     let numbers: Result<_, _> = labels.iter().map(|label| label.parse()).collect();
     numbers.map_or_else(|_| ZarrArray::Text(labels.to_vec()), ZarrArray::Integer)

@@ -11,15 +11,16 @@ use super::{
 };
 use crate::{density::FatalError, erased::ErasedDensity};
 
-/// Magnitude of the log density above which relative instead of absolute gains count.
+/// Magnitude of the log density above which the search compares relative instead of absolute gains.
 const SCALE: f64 = 1e4;
-/// Smallest gain of an iteration, on the compressed scale; the search stops below it, because samplers need no help
-/// there.
+/// Smallest gain of an iteration on the compressed scale of [`Compressed`]. The search stops if the gain is smaller,
+/// because samplers converge from such a point without help.
 const LEAST_GAIN: f64 = 0.3;
 const ITERATIONS: u64 = 100;
 
-/// Compressed cost arsinh(−ln p/[`SCALE`]). It has the same minimum as −ln p, and for large values it grows like the
-/// logarithm. A start at e⁸⁰ therefore needs no more iterations than a start at 80.
+/// Compressed cost arsinh(−ln p/[`SCALE`]). The compressed cost has the same minimum as −ln p and grows like ln(−ln
+/// p) for large values. A start with the cost e⁸⁰ therefore does not need many more iterations than a start with a
+/// small cost.
 struct Compressed<'a>(Descent<'a>);
 
 impl CostFunction for Compressed<'_> {
@@ -45,9 +46,9 @@ impl Gradient for Compressed<'_> {
 
 /// Moves a distant starting point towards the posterior by L-BFGS. Returns `None` if `start` is not distant.
 ///
-/// A start is distant if rounding hides the differences of energies there, or if a mass matrix adapted on the way would
-/// not suit the posterior. The search stops well before the mode, so that the starts of different chains stay
-/// dispersed.
+/// A start is distant if energy differences at the start are smaller than their rounding errors, or if a mass matrix
+/// that is adapted far from the posterior would not suit the posterior. The search stops well before the mode, so
+/// that the starts of different chains stay dispersed.
 ///
 /// # Errors
 /// The fatal error of the density.

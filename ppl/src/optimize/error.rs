@@ -11,7 +11,7 @@ use crate::{
 /// Error of a mode search.
 #[derive(Debug, Error)]
 pub enum OptimizeError {
-    /// A setting is out of its range.
+    /// A setting is outside its accepted range.
     #[error("setting `{setting}` = {value}: {help}")]
     Setting {
         /// Name of the builder method.
@@ -38,7 +38,7 @@ pub enum OptimizeError {
         /// The last rejection.
         #[source]
         last: Box<Rejection>,
-        /// Further description of the last rejection, such as the rejected datum.
+        /// Additional description of the last rejection, such as the datum with zero density.
         detail: Option<String>,
     },
     /// A starting value given by name does not fit the model.

@@ -38,8 +38,8 @@ pub struct Laplace {
     pub mode: Mode,
     /// Covariance `H⁻¹`, d × d.
     pub covariance: DMatrix<f64>,
-    /// Approximation `ln p(ŷ) + (d/2) ln 2π − ½ ln det H` of ln ∫ p. It is the log evidence if the density is
-    /// normalised, as the density of a model is.
+    /// Approximation `ln p(ŷ) + (d/2) ln 2π − ½ ln det H` of ln ∫ p. This is the log evidence if the joint density of
+    /// data and unknowns is normalised, as for a model without `factor` terms.
     pub log_evidence: f64,
     precision: Cholesky<f64, Dyn>,
 }

@@ -8,17 +8,18 @@ use argmin::core::{
 /// State of argmin's gradient-based solvers.
 type Iteration = IterState<Vec<f64>, Vec<f64>, (), (), (), f64>;
 
-/// Wolfe parameters: sufficient decrease, and largest fraction of the initial slope that may remain.
+/// Wolfe parameters: `DECREASE` is the coefficient of the sufficient-decrease condition, `SLOPE` the largest allowed
+/// ratio of the final slope to the initial slope.
 const DECREASE: f64 = 1e-4;
 const SLOPE: f64 = 0.9;
-/// Largest number of bisections and doublings.
+/// Largest number of trial steps, that is, of bisections and doublings.
 const TRIES: u32 = 60;
 
 /// Bisection for the weak Wolfe conditions.
 ///
 /// An infinite cost, from a point that the density rejects, counts as a step that is too long. The slope condition
-/// keeps the matrix of L-BFGS positive definite. If no step satisfies the conditions, the result is the best point so
-/// far, or the start.
+/// keeps the inverse-Hessian approximation of L-BFGS positive definite. If no step satisfies the conditions, the
+/// result is the last point with a sufficient decrease, or the start.
 ///
 /// Reference: Lewis & Overton, *Nonsmooth optimization via quasi-Newton methods*, Mathematical
 /// Programming 141 (2013), section 3, doi:10.1007/s10107-012-0514-2.

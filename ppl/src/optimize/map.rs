@@ -23,11 +23,13 @@ use crate::{
 
 /// Number of pairs of steps and gradient differences in the memory of L-BFGS.
 pub(super) const MEMORY: usize = 10;
-/// Largest difference to the best log density at which two searches agree; it is negligible for a posterior.
+/// Largest difference to the best log density at which a search agrees with the best search. A difference of this
+/// size is negligible for a posterior.
 const AGREEMENT: f64 = 0.01;
-/// Number of further searches in rescaled coordinates, if the first searches found no mode.
+/// Largest number of rounds in which the searches continue in rescaled coordinates, if the best search has not
+/// converged.
 const RESCALINGS: usize = 2;
-/// Largest gain of log density by a Newton step at which the search has converged.
+/// A search has converged if one further Newton step would increase the log density by less than this value.
 const GAIN: f64 = 1e-6;
 
 /// Search for the mode of a posterior.
@@ -35,10 +37,10 @@ const GAIN: f64 = 1e-6;
 /// [`Map::find`] returns the joint mode over the constrained values, that is, without Jacobian. This is the maximum a
 /// posteriori estimate, which does not depend on the transforms. [`Map::run`] returns the mode of any log density.
 ///
-/// The search uses L-BFGS in unconstrained coordinates, so that it never leaves the support. It starts from uniform
-/// points on (−2, 2), or from draws of the prior if the density rejects 100 uniform points. A mode on the boundary of
-/// the support lies at infinity in unconstrained coordinates. The search then stops when further steps gain nothing,
-/// and [`Mode::at_bound`] lists the coordinates.
+/// The search uses L-BFGS in unconstrained coordinates, so that it never leaves the support. The search starts from
+/// uniform points on (−2, 2), or from draws of the prior if the density rejects 100 uniform points. A mode on the
+/// boundary of the support lies at infinity in unconstrained coordinates. The search then stops when further steps
+/// gain nothing, and [`Mode::at_bound`] lists the coordinates.
 ///
 /// # Example
 /// ```
@@ -92,32 +94,32 @@ pub struct Mode {
     pub starts: usize,
     /// Number of searches that started at a draw from the prior, because the density rejected every uniform point.
     pub prior_starts: usize,
-    /// Number of searches that ended within 0.01 of the best log density. If only few of many agree, there are other
-    /// modes, or the density is too difficult for the method.
+    /// Number of searches that ended within 0.01 of the best log density. If only few of many searches agree, there
+    /// are several modes, or the density is too difficult for the method.
     pub agreeing: usize,
     /// Gain of log density by one further Newton step.
     pub gain: f64,
     /// Whether the search converged: the gain is below 10⁻⁶, and the log density is concave at the mode.
     pub converged: bool,
-    /// Coordinates of `point` that diverge to infinity: the mode lies on the boundary of the support, for example at a
-    /// prior bound.
+    /// Indices of the coordinates of `point` that diverge to infinity, because the mode lies on the boundary of the
+    /// support, for example at a prior bound.
     pub at_bound: Vec<usize>,
 }
 
 impl Map {
-    /// Number of searches, each with its own random start. The default is 10.
+    /// Sets the number of searches, each from a different random start. The default is 10.
     pub fn starts(mut self, starts: usize) -> Self {
         self.starts = starts;
         self
     }
 
-    /// Seed of the random starts.
+    /// Sets the seed of the random starts.
     pub fn seed(mut self, seed: u64) -> Self {
         self.seed = seed;
         self
     }
 
-    /// Largest number of iterations of each search. The default is 1000.
+    /// Sets the largest number of iterations of each search. The default is 1000.
     pub fn iterations(mut self, iterations: u64) -> Self {
         self.iterations = iterations;
         self
@@ -199,8 +201,9 @@ impl Map {
         })
     }
 
-    /// Continues a search from its `end`, in units of the widths of the density there. In very different units, such as
-    /// pascals for an elastic modulus, the tolerances of a search stop it immediately.
+    /// Continues a search from its `end`, in coordinates whose units are the widths of the density at this point. If
+    /// the original units differ much from these widths, such as pascals for an elastic modulus, the tolerances stop
+    /// a search immediately.
     fn climb_rescaled(
         &self,
         density: &dyn ErasedDensity,
@@ -214,7 +217,7 @@ impl Map {
         Ok(if higher > value { (rescaled.point(&z), higher) } else { (end, value) })
     }
 
-    /// Runs one search.
+    /// Runs one search from `start`. Returns the best point and its log density.
     fn climb(
         &self,
         density: &dyn ErasedDensity,
@@ -236,7 +239,8 @@ impl Map {
     }
 }
 
-/// Number of searches that agree with the best one, and the end point and log density of the best one.
+/// Returns the number of searches that agree with the best search, and the end point and the log density of the best
+/// search.
 fn best(ends: &[(Vec<f64>, f64)]) -> Result<(usize, Vec<f64>, f64), OptimizeError> {
     let best = ends.iter().map(|(_, value)| *value).fold(f64::NEG_INFINITY, f64::max);
     let agreeing = ends.iter().filter(|(_, value)| best - value < AGREEMENT).count();
@@ -246,7 +250,7 @@ fn best(ends: &[(Vec<f64>, f64)]) -> Result<(usize, Vec<f64>, f64), OptimizeErro
     Ok((agreeing, point.clone(), *value))
 }
 
-/// A starting point that the density accepts.
+/// Finds a starting point that the density accepts.
 fn start(
     density: &dyn ErasedDensity,
     values: &NamedValues,
@@ -269,7 +273,8 @@ fn start(
     })
 }
 
-/// Estimated gain `½ gᵀ|H|⁻¹g` of a Newton step with the Hessian H of −ln p, and whether H has no negative eigenvalue.
+/// Returns the estimated gain `½ gᵀ|H|⁻¹g` of log density by a Newton step, and whether H has no negative eigenvalue.
+/// g is the gradient of ln p, and H is the Hessian of −ln p.
 fn newton_gain(density: &mut dyn Evaluator, y: &[f64]) -> Result<(f64, bool), OptimizeError> {
     let mut gradient = nalgebra::DVector::zeros(y.len());
     density.gradient(y, gradient.as_mut_slice()).map_err(Box::new)?;
@@ -283,9 +288,9 @@ fn newton_gain(density: &mut dyn Evaluator, y: &[f64]) -> Result<(f64, bool), Op
     Ok((gain, eigen.eigenvalues.iter().all(|&h| h >= -floor)))
 }
 
-/// Whether coordinate `i` diverges to infinity. Towards a bound, the constrained values and with them the density
-/// change as e^(−k|y|), k ≥ 1. The slope then points outwards on both sides of y and decreases by a factor of at least
-/// e per unit. At an interior mode, the slope changes its sign.
+/// Whether coordinate `i` diverges to infinity. Near a bound, the constrained values and therefore the density change
+/// as e^(−k|y|) with k ≥ 1. The slope then points outwards on both sides of y, and it decreases by a factor of at
+/// least e per unit of y. At an interior mode, the slope changes its sign.
 fn runs_away(density: &mut dyn Evaluator, y: &[f64], i: usize) -> Result<bool, OptimizeError> {
     let outwards = y[i].signum();
     let mut gradient = vec![0.0; y.len()];
@@ -357,7 +362,7 @@ impl Gradient for Descent<'_> {
     }
 }
 
-/// Density of a model over its constrained values.
+/// Log density of a model over its constrained values, that is, without log-Jacobians.
 struct WithoutJacobian<'a, M>(&'a Bound<M>);
 
 impl<M: Model> LogDensity for WithoutJacobian<'_, M> {

@@ -5,8 +5,8 @@ use rand::RngCore;
 use crate::density::Rejection;
 use crate::erased::{ErasedDensity, Evaluator};
 
-/// A log density over z with y = origin + scale · z. The scales are the widths of the density, so that the tolerances
-/// of a search are appropriate.
+/// A log density as a function of rescaled coordinates z, with y = origin + scale · z. The scales are the widths of
+/// the density, so that the tolerances of a search are appropriate in all coordinates.
 pub(super) struct Rescaled<'a> {
     density: &'a dyn ErasedDensity,
     origin: Vec<f64>,
@@ -14,7 +14,7 @@ pub(super) struct Rescaled<'a> {
 }
 
 impl<'a> Rescaled<'a> {
-    /// Rescales around `origin` to the widths 1/√|curvature| there.
+    /// Creates the rescaled density. The scales are the widths 1/√|curvature| of the density at `origin`.
     pub(super) fn new(
         density: &'a dyn ErasedDensity,
         origin: Vec<f64>,

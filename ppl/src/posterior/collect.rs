@@ -7,7 +7,7 @@ use crate::density::{Location, Rejection};
 use crate::group::{Group, Values};
 use crate::record::{Entry, Record, Role};
 
-/// Aspect of an entry that becomes a column.
+/// The part of a record entry whose numbers form a column.
 #[derive(Clone, Copy)]
 enum Aspect {
     Values,
@@ -33,7 +33,8 @@ impl Column {
         };
         column.len = column.pick(entry).len();
         if let Aspect::LogLikelihood = part {
-            // the log-likelihood has only the plate dimensions of the statement; find them from its length
+            // the log-likelihood has only the dimensions of the loops around the statement; their number follows from
+            // its length
             let mut lengths = column.shape.iter().scan(1, |all, &length| {
                 *all *= length;
                 Some(*all)
@@ -118,7 +119,8 @@ impl Collected {
         Self { columns: plan.columns().map(|_| Vec::new()).collect(), rejected: BTreeMap::new() }
     }
 
-    /// Adds a draw of chain `chain`. If a statement rejected the draw, all later values are NaN.
+    /// Adds the record of one draw of the chain with index `chain`. If a statement rejected the draw, the values of
+    /// all later statements are NaN.
     pub(crate) fn add(
         &mut self,
         plan: &Columns,

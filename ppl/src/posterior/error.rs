@@ -1,16 +1,16 @@
-//! Errors that prevent a posterior.
+//! Errors because of which no posterior can be computed.
 
 use crate::density::Rejection;
 use crate::inspect::ModelError;
 use crate::sampler::{RunError, StopReason};
 
-/// Error of sampling a model.
+/// Error when a model is sampled.
 #[derive(Debug, thiserror::Error)]
 pub enum SampleError {
     /// The model cannot be evaluated.
     #[error(transparent)]
     Model(#[from] ModelError),
-    /// The screening model and the deciding model have different unknowns.
+    /// The cheap model (screening) and the expensive model (deciding) have different unknowns.
     #[error(
         "the screening model has {screening}, the deciding one {deciding}: both need the same unknowns"
     )]
@@ -23,18 +23,19 @@ pub enum SampleError {
     /// The run could not start.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// The chains do not give a posterior, for example because an interrupt came before the first draw.
+    /// No posterior can be computed from the chains, for example because the run was interrupted before the first
+    /// draw.
     #[error(transparent)]
     Posterior(#[from] PosteriorError),
 }
 
-/// Error of chains that do not give a posterior.
+/// Error when a posterior is computed from chains.
 #[derive(Clone, Debug, thiserror::Error)]
 pub enum PosteriorError {
     /// The model is invalid.
     #[error(transparent)]
     Model(#[from] ModelError),
-    /// The chains come from another density.
+    /// The chains come from a density with a different number of coordinates.
     #[error("the chains have {got} coordinates but the model has {expected}: they are not its own")]
     Dimension {
         /// Number of coordinates of the model.
@@ -42,7 +43,7 @@ pub enum PosteriorError {
         /// Number of coordinates of the chains.
         got: usize,
     },
-    /// Lengths within the chains are inconsistent.
+    /// The lengths of the vectors in the chains are inconsistent.
     #[error("the chains do not fit together: {0}; give chains as a sampler returned them")]
     Damaged(String),
     /// At least one chain has no draw.

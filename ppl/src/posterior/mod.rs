@@ -25,7 +25,8 @@ use collect::{Collected, Columns};
 pub use error::{PosteriorError, SampleError};
 pub use row::SummaryRow;
 
-/// Number of prior draws stored with every posterior; gives the prior variance to about 3 %.
+/// Number of prior draws stored with every posterior. With this number, the relative standard error of the prior
+/// variance is about 3 %.
 const PRIOR_DRAWS: usize = 2000;
 
 /// A divergence, described by the parameters of the model.
@@ -33,7 +34,7 @@ const PRIOR_DRAWS: usize = 2000;
 pub struct DivergentPoint {
     /// Index of the chain.
     pub chain: usize,
-    /// Index of the draw, within its chain, whose trajectory diverged.
+    /// Index, within the chain, of the draw whose trajectory diverged.
     pub draw: usize,
     /// Parameter values at the divergence by element name; empty if the model rejects the point.
     pub values: Vec<(String, f64)>,
@@ -64,8 +65,9 @@ pub struct DivergentPoint {
 /// ```
 ///
 /// Tracked quantities, predictions, replicates of the data and pointwise log-likelihoods are computed once, when the
-/// posterior is created, so that it does not borrow the model. If a chain stopped early, all chains are cut to its
-/// length. All results are reproducible from the seed of the run, for any number of threads.
+/// posterior is created, so that the posterior does not borrow the model. If a chain stopped early, all chains are
+/// cut to the length of the shortest chain. All results are reproducible from the seed of the run, for any number of
+/// threads.
 #[derive(Clone, Debug)]
 pub struct Posterior {
     /// Names, shapes, dimensions and roles of all quantities.
@@ -80,21 +82,24 @@ pub struct Posterior {
     pub log_prior: Group,
     /// Observed data, as one chain with one draw.
     pub observed: Group,
-    /// Prior draws of parameters and tracked quantities. `None` if the model cannot be drawn from its prior.
+    /// Prior draws of parameters and tracked quantities; `None` if the model rejects its own prior draws.
     pub prior: Option<Group>,
-    /// Prior predictions, and replicates of the observed quantities.
+    /// Prior draws of the `#[predict]` quantities, and replicates of each observed quantity under the prior; `None`
+    /// if there are no prior draws.
     pub prior_predictive: Option<Group>,
-    /// Number of prior draws that a statement rejected, by location. They are not part of `prior`.
+    /// Number of prior draws that a statement rejected, by the location of the statement. These draws are not part of
+    /// `prior`.
     pub prior_rejections: BTreeMap<Location, u64>,
     /// Unconstrained draws and statistics of the sampler.
     pub chains: Chains,
     /// Points at which trajectories diverged.
     pub divergences: Vec<DivergentPoint>,
-    /// Number of draws that the model rejected when predictions were computed, by location. Their predictions are NaN.
+    /// Number of posterior draws at which a statement rejected the computation of predictions, by the location of the
+    /// statement. The predictions at these draws are NaN.
     pub unpredicted: BTreeMap<Location, u64>,
     /// Bounds of the priors' supports, one entry per variable of the layout.
     bounds: Vec<Option<(f64, f64)>>,
-    /// Whether the chains were drawn from another density than the density of the model.
+    /// Whether the chains were drawn from a density that differs from the density of the model.
     pub(crate) is_foreign: bool,
     /// Whether the model adds terms to its density by `factor`.
     has_factors: bool,
@@ -105,14 +110,15 @@ pub struct Posterior {
 impl Posterior {
     /// Computes all named quantities of the model at every draw of `chains`.
     ///
-    /// `seed` determines predictions, replicates and prior draws. They are independent of the draws of a sampler with
-    /// the same seed.
+    /// `seed` determines predictions, replicates and prior draws. The random numbers are independent of the random
+    /// numbers of a sampler with the same seed.
     ///
     /// # Errors
-    /// [`PosteriorError`] if the number of coordinates of the chains differs from the model's, if a chain is empty, or
-    /// if the model is invalid. Chains that were drawn with other data are no error, because held-out data need them;
-    /// the summary then warns that they come from another density. A draw at which a prediction is rejected is no error
-    /// either: the values of the following statements are NaN, and the draw is counted in `unpredicted`.
+    /// [`PosteriorError`] if the number of coordinates of the chains differs from the model's, if a chain is empty,
+    /// or if the model is invalid. Chains that were drawn with different data are not an error, because they are used
+    /// to predict held-out data; the summary then warns that the chains come from another density. A draw at which a
+    /// prediction is rejected is not an error either: the values of the following statements are NaN, and the draw is
+    /// counted in `unpredicted`.
     pub fn from_chains<M: Model>(
         model: &Bound<M>,
         chains: Chains,
@@ -139,7 +145,8 @@ impl Posterior {
             }
         }
 
-        // long jumps make these streams independent of the sampler's streams, which are short jumps apart
+        // long jumps of the generator make these random streams independent of the sampler's streams, which are
+        // separated by short jumps
         let mut prior_rng = Xoshiro256PlusPlus::seed_from_u64(seed);
         prior_rng.long_jump();
         let mut streams = prior_rng.clone();
@@ -209,13 +216,13 @@ impl Posterior {
         })
     }
 
-    /// Draws of a parameter, a tracked quantity or a prediction.
+    /// Returns the draws of a parameter, a tracked quantity or a prediction; `None` if there is no such quantity.
     pub fn values(&self, name: &str) -> Option<&Values> {
         self.posterior.get(name).or_else(|| self.predictive.get(name))
     }
 
-    /// Trace of one number, such as `young` or `sd[0]`: one vector per chain. An element can also be named by its
-    /// label, as in `sd[north]`, unless an index gives the same name.
+    /// Returns the trace of one number, such as `young` or `sd[0]`: one vector of draws per chain. An element can
+    /// also be named by its label, as in `sd[north]`; if the text is also a valid index, the index has precedence.
     pub fn trace(&self, element: &str) -> Option<Vec<Vec<f64>>> {
         let of = |element: &str| {
             self.posterior.trace(element).or_else(|| self.predictive.trace(element))
@@ -270,12 +277,12 @@ impl Posterior {
         Ok(Loo { data: Some(hasher.finish()), has_factors: self.has_factors, ..loo })
     }
 
-    /// Whether the density has terms other than the prior.
+    /// Whether the model adds terms to the density other than the prior, that is, observations or `factor` terms.
     pub(crate) fn has_likelihood(&self) -> bool {
         self.has_factors || !self.log_likelihood.variables.is_empty()
     }
 
-    /// Comparison of prior and posterior for every parameter; empty without prior draws.
+    /// Compares prior and posterior of every parameter. The list is empty if there are no prior draws.
     pub fn identifiability(&self) -> Vec<Identifiability> {
         let Some(prior) = &self.prior else {
             return Vec::new();
@@ -293,7 +300,7 @@ impl Posterior {
             rows.par_extend(names.into_par_iter().enumerate().filter_map(|(index, element)| {
                 let [before, after] =
                     [(prior, before), (&self.posterior, after)].map(|(g, v)| g.column(v, index));
-                // constants, such as the zeros of a Cholesky factor, are not parameters
+                // skip numbers that are constant, such as the zeros of a Cholesky factor: they are not parameters
                 let moves = before.iter().any(|x| *x != before[0]);
                 moves.then(|| Identifiability::of_draws(element, &before, &after, *bounds))
             }));
@@ -301,7 +308,8 @@ impl Posterior {
         rows
     }
 
-    /// Number of rejected points by location: (in the warmup, after the warmup).
+    /// Number of rejected points by the location of the rejecting statement: the pair (in the warmup, after the
+    /// warmup).
     pub fn rejections(&self) -> BTreeMap<Location, (u64, u64)> {
         let mut counts: BTreeMap<Location, (u64, u64)> = BTreeMap::new();
         for chain in &self.chains.chains {
@@ -337,7 +345,8 @@ fn prior_draws(
     Ok(Some(plan.groups(vec![out], PRIOR_DRAWS)))
 }
 
-/// Whether the log densities in the chains differ from the model's by more than rounding errors and a constant.
+/// Whether the log densities stored in the chains differ from the log densities of the model by more than rounding
+/// errors and a constant.
 fn is_foreign(model: &dyn ErasedModel, chains: &Chains) -> bool {
     const SAME: f64 = 1e-6;
     let Some(chain) = chains.chains.first() else { return false };

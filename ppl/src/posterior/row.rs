@@ -17,7 +17,7 @@ pub struct SummaryRow {
     /// Name with indices, such as `sd[0]`, or with labels if the dimension has labels, such as `sd[north]`.
     #[serde(skip)]
     pub name: String,
-    /// Name with indices, independent of labels. Exported files contain this name.
+    /// Name with indices, such as `sd[0]`, even if the dimension has labels. Exported files contain this name.
     #[serde(rename = "parameter")]
     pub place: String,
     /// Posterior mean.
@@ -36,7 +36,7 @@ pub struct SummaryRow {
     pub ess_bulk: f64,
     /// Tail effective sample size.
     pub ess_tail: f64,
-    /// Contraction 1 − var(posterior)/var(prior); only for parameters.
+    /// Contraction 1 − var(posterior)/var(prior); `None` for quantities that are not parameters.
     pub contraction: Option<f64>,
     /// Monte Carlo standard error of the mean.
     pub mcse_mean: f64,
@@ -50,8 +50,8 @@ impl SummaryRow {
 }
 
 impl Posterior {
-    /// One row per number, in the order of the model. Numbers that are constant by construction are omitted, such as
-    /// the zeros of a Cholesky factor.
+    /// Computes one row per number, in the order of the model. Numbers that are constant by construction, such as the
+    /// zeros of a Cholesky factor, are omitted.
     pub(crate) fn rows(&self, identifiability: &[Identifiability]) -> Vec<SummaryRow> {
         let contraction: BTreeMap<&str, f64> =
             identifiability.iter().map(|i| (i.name.as_str(), i.contraction())).collect();
@@ -91,8 +91,8 @@ impl Posterior {
             .collect()
     }
 
-    /// For each number of a quantity, whether it varies between the draws of the posterior or of the prior. All true if
-    /// no number varies, as for a quantity that the model sets to a constant.
+    /// Returns, for each number of a quantity, whether the number varies between the draws of the posterior or of the
+    /// prior. If no number varies, as for a quantity that the model sets to a constant, all values are true.
     fn moving(&self, values: &Values) -> Vec<bool> {
         let prior = self.prior.as_ref().and_then(|prior| Some((prior, prior.get(&values.name)?)));
         let moving = (0..values.size()).map(|index| {

@@ -9,7 +9,8 @@ use crate::sampler::{DelayedAcceptance, Mcmc, OneDensity};
 
 #[expect(private_bounds, reason = "sealed: how chains move is no matter of the interface")]
 impl<K: OneDensity> Mcmc<'_, K> {
-    /// Samples a model by [`run`](Mcmc::run), and calls [`Posterior::from_chains`] with the seed of the sampler.
+    /// Samples a model with [`run`](Mcmc::run), and returns its posterior, computed by [`Posterior::from_chains`]
+    /// with the seed of the sampler.
     ///
     /// # Errors
     /// [`SampleError`] if the model cannot be evaluated, a setting is out of range, a chain finds no starting point, or
@@ -45,7 +46,7 @@ impl DelayedAcceptance<'_> {
     }
 }
 
-/// Names of the unknowns of a model with their shapes, such as `mu, sd[3]`.
+/// Returns the names of the unknowns of a model with their shapes, as a text such as `mu, sd[3]`.
 fn unknowns(layout: &Layout) -> String {
     let named = layout.with_role(Role::Parameter).map(|v| match v.shape.as_slice() {
         [] => v.name.clone(),

@@ -27,20 +27,21 @@ pub struct Chain {
     /// Number of points rejected after the warmup, per location in the model.
     #[serde(with = "locations")]
     pub rejections: BTreeMap<Location, u64>,
-    /// Why the chain ended early; `None` if it finished.
+    /// Reason why the chain ended early; `None` if the chain finished.
     pub stopped: Option<StopReason>,
     /// State of the random stream after the last kept draw, or after the warmup if there is no draw; needed to resume
     /// the chain. `None` if the chain failed in its warmup.
     pub(super) stream: Option<Xoshiro256PlusPlus>,
-    /// State of a chain that was interrupted in its warmup.
+    /// State of a chain that was interrupted in its warmup; `None` for any other chain.
     #[serde(default)]
     pub(super) paused: Option<Box<Paused>>,
-    /// Tuned state of the kernel, needed to resume the chain. `None` if the warmup report contains all of it.
+    /// Tuned state of the transition kernel, needed to resume the chain. `None` if the warmup report contains the
+    /// complete tuned state.
     #[serde(default)]
     pub(super) tuning: Option<Box<Tuning>>,
 }
 
-/// A chain between two transitions of its warmup.
+/// State of an interrupted chain between two transitions of its warmup.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Paused {
     pub(super) position: Vec<f64>,
@@ -58,7 +59,7 @@ impl Paused {
 }
 
 impl Chain {
-    /// A chain without draws.
+    /// Creates a chain without draws.
     pub(crate) fn new(warmup: WarmupReport) -> Self {
         Self {
             draws: Vec::new(),
@@ -101,13 +102,13 @@ pub struct Chains {
     pub thin: usize,
 }
 
-/// Default of `thin`: every draw is kept.
+/// Default of `thin` in stored chains: every draw is kept.
 fn every() -> usize {
     1
 }
 
 impl Chains {
-    /// The chains of a run.
+    /// Creates the result of a run from its chains.
     pub(crate) fn new(dim: usize, chains: Vec<Chain>, thin: usize) -> Self {
         Self { dim, chains, max_depth: None, thin }
     }
@@ -129,7 +130,8 @@ impl Chains {
         self.chains.iter().map(|c| of(&c.warmup.stats) + of(&c.stats)).sum()
     }
 
-    /// The trace of one coordinate in every chain, for the diagnostics: `chains × len`.
+    /// Returns the trace of one coordinate in every chain, as input of the diagnostics: one vector of common length
+    /// per chain.
     ///
     /// # Panics
     /// If `index` is not below `dim`.

@@ -35,10 +35,10 @@ use crate::{
 /// adapted. Since the tuning depends on q only, most of the warmup can run without p: see
 /// [`screened_warmup`](Self::screened_warmup).
 ///
-/// Statistics of a draw: `leapfrogs` counts the evaluations of the *expensive* density: 0 or 1 per transition, and one
-/// more in the first transition after a screened warmup. [`Chains::evaluations`] is their sum. `acceptance` is the
-/// acceptance probability under p, 0 if the screening did not move the chain. `step_size`, `depth` and `energy` are
-/// defined as for Metropolis, with p.
+/// Statistics of a draw: `leapfrogs` is the number of evaluations of the *expensive* density in a transition: 0 or 1,
+/// and one more in the first transition after a screened warmup. [`Chains::evaluations`] is the sum of these numbers.
+/// `acceptance` is the acceptance probability under p; it is 0 if the screening did not move the chain. `step_size`,
+/// `depth` and `energy` are defined as for Metropolis, with p.
 ///
 /// # Example
 /// ```
@@ -84,13 +84,14 @@ impl Default for DelayedAcceptance<'_> {
 }
 
 impl DelayedAcceptance<'_> {
-    /// Number of steps on the cheap density per evaluation of the expensive density, at least 1. The default is 1.
+    /// Sets the number of steps on the cheap density per evaluation of the expensive density, at least 1. The default
+    /// is 1.
     pub fn screening_steps(mut self, steps: u32) -> Self {
         self.method.screening.steps = steps;
         self
     }
 
-    /// Exponent of the cheap density, in (0, 1]. The default is 1.
+    /// Sets the exponent of the cheap density, in (0, 1]. The default is 1.
     ///
     /// Where the cheap density decreases faster than the expensive density, a chain can stay at one point for many
     /// transitions, because the correction factor rejects almost every move away from it. R-hat is then large even if
@@ -102,8 +103,8 @@ impl DelayedAcceptance<'_> {
         self
     }
 
-    /// Probability that a transition is one random-walk Metropolis step on the expensive density without screening, from
-    /// 0 to below 1. The default is 0.
+    /// Sets the probability that a transition is one random-walk Metropolis step on the expensive density without
+    /// screening, from 0 to below 1. The default is 0.
     ///
     /// Where the cheap density is far too small, the screening moves away from a point, and the correction factor
     /// rejects the points that the screening reaches, so that the chain does not move. Steps that ignore the cheap
@@ -115,11 +116,11 @@ impl DelayedAcceptance<'_> {
         self
     }
 
-    /// Number of first warmup transitions that use the cheap density only; at most the length of the warmup. The
-    /// default is 0.
+    /// Sets the number of warmup transitions, at the beginning of the warmup, that use the cheap density only; at
+    /// most the length of the warmup. The default is 0.
     ///
-    /// These transitions tune the proposal and move the chain to the typical set of q. The rest of the warmup, some
-    /// tens of transitions, moves the chain from there to the typical set of p.
+    /// These transitions tune the proposal and move the chain to the typical set of the cheap density. The rest of
+    /// the warmup, which needs some tens of transitions, moves the chain to the typical set of the expensive density.
     ///
     /// # Example
     /// ```
@@ -183,7 +184,7 @@ impl DelayedAcceptance<'_> {
 }
 
 impl Method for Screened {
-    /// The cheap density and the expensive density.
+    /// The pair of the cheap density and the expensive density.
     type Target<'d> = [&'d dyn ErasedDensity; 2];
 
     fn run(
@@ -194,7 +195,7 @@ impl Method for Screened {
         self.screening.check()?;
         common_dim(cheap, expensive)?;
         let alone = self.alone.min(settings.warmup);
-        // draws from the prior of the cheap density cost less
+        // use the cheap density, whose prior draws cost less
         let shape = ProposalShape::new(cheap, settings);
         let kernel = || Delayed {
             alone,
@@ -218,7 +219,8 @@ impl Method for Screened {
                 let left = length.saturating_sub(passed);
                 Ok(Delayed {
                     alone: self.alone.saturating_sub(passed).min(left),
-                    // the first transition with the expensive density also evaluates it at the current point
+                    // the first transition with the expensive density also evaluates this density at the current
+                    // point
                     is_unasked: self.alone > 0 && passed <= self.alone && chain.is_empty(),
                     ..Delayed::new(cheap, expensive, shape.clone(), *screening)
                 })
@@ -237,7 +239,7 @@ impl Method for Screened {
     }
 }
 
-/// Number of coordinates of the two densities; an error if they differ.
+/// Returns the common number of coordinates of the two densities, or an error if the numbers differ.
 fn common_dim(cheap: &dyn ErasedDensity, expensive: &dyn ErasedDensity) -> Result<usize, RunError> {
     let (screening, deciding) = (cheap.dim(), expensive.dim());
     if screening == deciding {
@@ -267,7 +269,8 @@ impl<'a> Evaluated<'a> {
         Ok(())
     }
 
-    /// Log density at another point; −∞, and one more counted rejection, if the density rejects the point.
+    /// Returns the log density at the point `y`. If the density rejects the point, counts the rejection and returns
+    /// −∞.
     fn value(&mut self, y: &[f64], rejections: &mut Rejections) -> Result<f64, StopReason> {
         Ok(self.power * rejections.value(&mut *self.density, y)?)
     }
@@ -310,7 +313,7 @@ impl<'a> Delayed<'a> {
         }
     }
 
-    /// Runs the steps on the cheap density; returns whether the point changed.
+    /// Runs the screening, that is, the random-walk steps on the cheap density. Returns whether the point changed.
     fn screen(&mut self, rng: &mut Stream) -> Result<bool, StopReason> {
         let (mut moved, mut sum) = (false, 0.0);
         for _ in 0..self.screening.steps {
@@ -329,7 +332,8 @@ impl<'a> Delayed<'a> {
         Ok(moved)
     }
 
-    /// Takes one random-walk Metropolis step on the expensive density; returns its acceptance probability.
+    /// Performs one random-walk Metropolis step on the expensive density. Returns the acceptance probability of the
+    /// step.
     fn plain_step(&mut self, rng: &mut Stream) -> Result<f64, StopReason> {
         let level = &mut self.expensive;
         self.walk.propose(&level.y, &mut self.next, rng);
@@ -348,8 +352,8 @@ impl<'a> Delayed<'a> {
         Ok(acceptance)
     }
 
-    /// Screens from the current point and decides by the expensive density; returns the acceptance probability, and
-    /// whether the expensive density was evaluated.
+    /// Runs the screening from the current point, and accepts or rejects its end point with the expensive density.
+    /// Returns the acceptance probability, and whether the expensive density was evaluated.
     fn screened_step(&mut self, rng: &mut Stream) -> Result<(f64, bool), StopReason> {
         let before = self.cheap.log_density;
         if !self.screen(rng)? {
@@ -359,7 +363,7 @@ impl<'a> Delayed<'a> {
         let value = self.rejections.value(&mut *level.density, &cheap.y)?;
         let correction = before - cheap.log_density;
         let acceptance = match level.log_density == f64::NEG_INFINITY {
-            // the current point has zero expensive density: accept every point with a positive one
+            // the current point has zero expensive density: accept every point with a positive expensive density
             true => f64::from(u8::from(value > f64::NEG_INFINITY)),
             false => accepting(value - level.log_density + correction),
         };

@@ -46,8 +46,8 @@ pub(super) mod locations {
     }
 }
 
-/// Leaks the text to get a `'static` string. Each distinct text is leaked once, so repeated loading does not leak
-/// memory.
+/// Leaks the text to get a `'static` string. Each distinct text is leaked only once, so that repeated loading does
+/// not increase the leaked memory.
 fn intern(text: String) -> &'static str {
     static TEXTS: Mutex<BTreeSet<&str>> = Mutex::new(BTreeSet::new());
     // a panic of another thread cannot leave the set in an inconsistent state

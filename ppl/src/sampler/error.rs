@@ -13,7 +13,7 @@ use crate::{
 /// [`Chain::stopped`](super::Chain::stopped).
 #[derive(Debug, Error)]
 pub enum RunError {
-    /// A setting is out of its range.
+    /// A setting is outside its accepted range.
     #[error("setting `{setting}` = {value}: {help}")]
     Setting {
         /// Name of the builder method.
@@ -41,7 +41,7 @@ pub enum RunError {
         /// The last rejection.
         #[source]
         last: Box<Rejection>,
-        /// Further description of the last rejection, such as the rejected datum.
+        /// Additional description of the last rejection, such as the datum with zero density.
         detail: Option<String>,
     },
     /// A starting value given by name does not fit the model.
@@ -54,7 +54,7 @@ pub enum RunError {
         chain: usize,
         /// The fatal error.
         source: Box<FatalError>,
-        /// The model's own description of the error, if the model cannot be evaluated at all.
+        /// Description of the error by the model, if the model cannot be evaluated at any point.
         detail: Option<String>,
     },
     /// The screening density and the deciding density have different unknowns.

@@ -64,9 +64,9 @@ impl Phase {
     }
 }
 
-/// Updates momenta and velocities by score and acceleration over the time `time`. Returns the new kinetic energy ½
-/// pᵀM⁻¹p.
-// The arguments are slices, which cannot overlap, so that the compiler uses SIMD registers.
+/// Updates the momentum p with the score g, and the velocity v with the acceleration a, over the time `time`. Returns
+/// the new kinetic energy ½ pᵀM⁻¹p.
+// the arguments are slices, which cannot overlap: the compiler can therefore use SIMD registers
 #[inline]
 fn kick(p: &mut [f64], v: &mut [f64], g: &[f64], a: &[f64], time: f64) -> f64 {
     let (p, p_rest) = p.as_chunks_mut::<4>();
@@ -123,8 +123,8 @@ impl<'a> Hamiltonian<'a> {
         self.metric.apply(&phase.point.gradient, &mut phase.acceleration);
     }
 
-    /// One leapfrog step of size `step`; a negative step goes backwards in time. Returns the energy after the step, +∞
-    /// if the density rejects the point.
+    /// One leapfrog step of size `step`; a negative step goes backwards in time. Returns the energy after the step,
+    /// or +∞ if the density rejects the new point.
     ///
     /// The velocities are updated together with the momenta, so that a step multiplies by the mass matrix once instead
     /// of twice. Within one trajectory, velocities and momenta differ by rounding errors only.

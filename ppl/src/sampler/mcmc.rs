@@ -21,8 +21,8 @@ pub struct Mcmc<'a, M> {
     pub(crate) method: M,
 }
 
-/// Transition kernel of a sampler. Its functions take a type-erased density, so that they are compiled once and not for
-/// every density of a user.
+/// Transition kernel of a sampler. The functions of the trait have a type-erased density as an argument, so that they
+/// are compiled once and not for every user-defined density.
 pub(crate) trait Method {
     /// The sampled density, or the pair of a cheap and an expensive density.
     type Target<'d>: Copy;
@@ -57,8 +57,8 @@ impl<M: OneDensity> Mcmc<'_, M> {
     ///
     /// The draws are bit for bit the draws of one longer run on the same density with the same `thin`. An interrupted
     /// run is completed, even if the interrupt came in the warmup; a finished run is extended.
-    /// [`Posterior::from_chains`](crate::Posterior::from_chains) gives the draws their names. The tuning and the random
-    /// streams are taken from the earlier chains; [`Chains::save`] writes both to a file.
+    /// [`Posterior::from_chains`](crate::Posterior::from_chains) gives the draws their names. The run uses the tuning
+    /// and the random streams of the earlier chains; [`Chains::save`] writes both to a file.
     ///
     /// # Errors
     /// [`RunError::Resume`] if the chains come from another sampler or another density, or if a chain failed in its
@@ -69,19 +69,19 @@ impl<M: OneDensity> Mcmc<'_, M> {
 }
 
 impl<'a, M> Mcmc<'a, M> {
-    /// Number of chains.
+    /// Sets the number of chains.
     pub fn chains(mut self, chains: usize) -> Self {
         self.settings.chains = chains;
         self
     }
 
-    /// Number of warmup transitions per chain; their draws are discarded.
+    /// Sets the number of warmup transitions per chain; the draws of the warmup are discarded.
     pub fn warmup(mut self, warmup: usize) -> Self {
         self.settings.warmup = warmup;
         self
     }
 
-    /// Number of kept draws per chain.
+    /// Sets the number of kept draws per chain.
     pub fn draws(mut self, draws: usize) -> Self {
         self.settings.draws = draws;
         self
@@ -95,27 +95,27 @@ impl<'a, M> Mcmc<'a, M> {
         self
     }
 
-    /// Seed of the random streams; the same seed gives the same draws on any number of threads.
+    /// Sets the seed of the random streams. The same seed gives the same draws on any number of threads.
     pub fn seed(mut self, seed: u64) -> Self {
         self.settings.seed = seed;
         self
     }
 
-    /// Number of threads of this run. By default, the run uses rayon's global pool.
+    /// Sets the number of threads of this run. By default, the run uses rayon's global thread pool.
     pub fn threads(mut self, threads: usize) -> Self {
         self.settings.threads = Some(threads);
         self
     }
 
-    /// Half-width of the random starts, which are uniform on (−`radius`, `radius`) in every unconstrained coordinate.
-    /// The default is 2. If the density rejects 100 of these starts, the chain starts at a draw from the prior and
-    /// [`WarmupReport::start_kind`](super::WarmupReport::start_kind) records this.
+    /// Sets the half-width of the random starts, which are uniform on (−`radius`, `radius`) in every unconstrained
+    /// coordinate. The default is 2. If the density rejects 100 of these starts, the chain starts at a draw from the
+    /// prior and [`WarmupReport::start_kind`](super::WarmupReport::start_kind) records this.
     pub fn init_radius(mut self, radius: f64) -> Self {
         self.settings.init = Starts::Uniform(radius);
         self
     }
 
-    /// Starting points in unconstrained space, one for each chain.
+    /// Sets the starting points in unconstrained space, one for each chain.
     pub fn init_points(mut self, points: Vec<Vec<f64>>) -> Self {
         self.settings.init = Starts::Points(points);
         self
@@ -151,14 +151,14 @@ impl<'a, M> Mcmc<'a, M> {
         self
     }
 
-    /// Observer that is notified of the progress of the chains.
+    /// Sets an observer that is notified of the progress of the chains.
     pub fn progress(mut self, progress: &'a dyn Progress) -> Self {
         self.settings.progress = Some(progress);
         self
     }
 
-    /// Flag that interrupts the run: when it becomes true, every chain ends after its current transition and keeps its
-    /// draws.
+    /// Sets a flag that interrupts the run: when the flag becomes true, every chain ends after its current transition
+    /// and keeps its draws.
     pub fn interrupt(mut self, interrupt: &'a AtomicBool) -> Self {
         self.settings.interrupt = Some(interrupt);
         self

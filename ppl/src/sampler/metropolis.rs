@@ -23,15 +23,15 @@ use crate::{
 
 /// Random-walk Metropolis that adapts its proposal `Normal(y, s² Σ)` in the warmup.
 ///
-/// It needs no gradient. The first Σ is diagonal. Its entries are the squared scales of the prior, computed from the
-/// quartiles of 200 prior draws, so that the units of the coordinates do not matter. For a density without a prior, the
-/// first Σ is the identity. Windows of the warmup then update Σ: they lie between the first 10 % and the last 25 % of
-/// the warmup, the first has 100 draws, and each following window has twice as many. After each window, Σ is the
-/// covariance of its draws, with correlations shrunk by n/(n+5), so that Σ is positive definite for any number n of
-/// draws. The scale s restarts at 2.38/√d in every window. The Robbins-Monro update `ln s ← ln s + k^−0.6 (a − a*)`
-/// tunes the acceptance probability a to `a* = 0.234 + 0.206/d`. After the warmup nothing is adapted, so that the kept
-/// draws are an ordinary Markov chain. The cost of an effective draw grows with the dimension d; prefer
-/// [`Nuts`](super::Nuts) if gradients are available.
+/// The sampler needs no gradient. The first Σ is diagonal. The diagonal entries are the squared scales of the prior,
+/// computed from the quartiles of 200 prior draws, so that the units of the coordinates do not matter. For a density
+/// without a prior, the first Σ is the identity. Windows of the warmup then update Σ: they lie between the first 10 %
+/// and the last 25 % of the warmup, the first has 100 draws, and each following window has twice as many. After each
+/// window, Σ is the covariance of the draws in the window, with correlations shrunk by n/(n+5), so that Σ is positive
+/// definite for any number n of draws. The scale s restarts at 2.38/√d in every window. The Robbins-Monro update
+/// `ln s ← ln s + k^−0.6 (a − a*)` tunes the acceptance probability a to `a* = 0.234 + 0.206/d`. After the warmup, Σ
+/// and s are not adapted any more, so that the kept draws are an ordinary Markov chain. The cost of an effective draw
+/// grows with the dimension d; prefer [`Nuts`](super::Nuts) if gradients are available.
 ///
 /// Statistics of a draw: `leapfrogs` is 1, `depth` is 0, `step_size` is s, `energy` is −ln p.
 ///

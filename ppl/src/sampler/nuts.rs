@@ -22,22 +22,24 @@ use chain::NutsChain;
 /// This is multinomial NUTS with the generalised criterion (Betancourt 2017). Defaults: target acceptance 0.8, at most
 /// 10 doublings, starts uniform on (−2, 2), and 4 chains, each with 700 warmup transitions and 1000 draws.
 ///
-/// Far from the posterior, energies can be so large that rounding hides their differences, for example where a rate is
-/// e⁸⁰. From such a start, a few steps of L-BFGS move the chain towards the posterior first; they stop well before the
-/// mode. The default warmup fits the inverse mass matrix M⁻¹ to draws y and scores ∇ln p by minimising the Fisher
-/// divergence. In the first 30 % of the warmup, it fits every 10 draws, to the later half of all draws so far. After
-/// that, it fits in windows of 80 · 1.5ⁿ draws. The last 15 % of the warmup tune only the step size. Each fit chooses
-/// between
+/// Far from the posterior, energies can be so large that their differences are smaller than rounding errors, for
+/// example where a rate is e⁸⁰. From such a start, a few steps of L-BFGS first move the chain towards the posterior;
+/// the search stops well before the mode. The default warmup fits the inverse mass matrix M⁻¹ to draws y and scores
+/// ∇ln p by minimising the Fisher divergence. In the first 30 % of the warmup, M⁻¹ is fitted after every 10 draws, to
+/// the later half of all draws so far. After that, M⁻¹ is fitted at the end of windows with 80 · 1.5ⁿ draws. The last
+/// 15 % of the warmup tune only the step size. Each fit chooses between
 /// - a diagonal matrix, `√(var y / var ∇ln p)`, and
 /// - a matrix with correlations: in up to 50 dimensions, the dense geometric mean of `cov y` and `(cov ∇ln p)⁻¹`; in
 ///   more dimensions, a diagonal with such a geometric mean in up to 32 directions.
 ///
-/// The choice minimises the divergence on the last third of the draws, with both matrices fitted to the first two
-/// thirds. After the first 30 % of the warmup, the matrix in use is compared too. A divergence in the last 15 % of the
-/// warmup raises the target acceptance to 0.9. One divergence per 75 transitions of the later half, at least 3 in all,
-/// raises it to 0.95. [`Nuts::stan_compatible`] uses Stan's warmup. It needs more gradients on most posteriors, but it
+/// Both matrices are fitted to the first two thirds of the draws, and the matrix with the smaller Fisher divergence
+/// on the last third is chosen. After the first 30 % of the warmup, the current matrix is compared too. A divergent
+/// transition in the last 15 % of the warmup raises the target acceptance to 0.9. If the later half of the warmup has
+/// at least 3 divergent transitions and at least one per 75 transitions, the target acceptance is raised to 0.95.
+/// [`Nuts::stan_compatible`] uses Stan's warmup. Stan's warmup needs more gradients on most posteriors, but it
 /// chooses smaller steps on posteriors with unknown scales and many coordinates (horseshoe priors, spectral Gaussian
-/// processes). After the warmup nothing is adapted. [`WarmupReport`] lists all decisions of the warmup and their times.
+/// processes). After the warmup, step size and mass matrix are not adapted any more. [`WarmupReport`] lists all
+/// decisions of the warmup and the transitions after which they were made.
 ///
 /// A point that the density rejects ends its trajectory as a divergence; rejections are counted per location in the
 /// model. A fatal error or the interrupt flag ends the run and keeps its draws. Call [`resume`](Mcmc::resume) with the
@@ -85,9 +87,9 @@ impl Default for Nuts<'_> {
 }
 
 impl Nuts<'_> {
-    /// NUTS with Stan's warmup of 1000 draws. The first 75 draws tune the step size, doubling windows then estimate the
-    /// variances of the draws, and the last 50 draws tune the step size again. A warmup shorter than 150 draws is split
-    /// into 15 / 75 / 10 %; a warmup shorter than 20 draws tunes the step size only.
+    /// Creates a NUTS sampler with Stan's warmup of 1000 draws. The first 75 draws tune the step size, doubling
+    /// windows then estimate the variances of the draws, and the last 50 draws tune the step size again. A warmup
+    /// shorter than 150 draws is split into 15 / 75 / 10 %; a warmup shorter than 20 draws tunes the step size only.
     ///
     /// Reference: Stan Reference Manual, *HMC algorithm parameters*.
     pub fn stan_compatible() -> Self {
@@ -96,13 +98,15 @@ impl Nuts<'_> {
         nuts
     }
 
-    /// Target of the mean acceptance probability, between 0 and 1. The warmup tunes the step size to it.
+    /// Sets the target of the mean acceptance probability, between 0 and 1. The warmup tunes the step size so that
+    /// the mean acceptance probability reaches this target.
     pub fn target_accept(mut self, target: f64) -> Self {
         self.method.target_accept = target;
         self
     }
 
-    /// Largest number of doublings of a trajectory, 1 to 20. A draw needs at most `2^max_depth − 1` leapfrog steps.
+    /// Sets the largest number of doublings of a trajectory, from 1 to 20. A draw needs at most `2^max_depth − 1`
+    /// leapfrog steps.
     pub fn max_depth(mut self, depth: u32) -> Self {
         self.method.max_depth = depth;
         self
@@ -154,7 +158,7 @@ impl Method for NoUTurn {
     }
 }
 
-/// Rebuilds the kernel of a chain as it was after the chain's last transition.
+/// Rebuilds the transition kernel of a stored chain in its state after the last transition.
 fn as_tuned<'a>(
     density: &'a dyn ErasedDensity,
     max_depth: u32,

@@ -27,7 +27,7 @@ pub struct ChainStatus {
     pub chain: usize,
     /// Whether the chain is still in its warmup.
     pub tuning: bool,
-    /// Number of transitions done, warmup included.
+    /// Number of completed transitions, warmup included.
     pub done: usize,
     /// Number of transitions requested, warmup included.
     pub total: usize,
@@ -43,7 +43,7 @@ pub struct ChainStatus {
 
 const INTERVAL: Duration = Duration::from_millis(100);
 
-/// Calls [`Progress::update`] at a limited rate.
+/// Counts the transitions of a chain, and calls [`Progress::update`] at most ten times per second.
 pub(super) struct Meter<'a> {
     listener: Option<&'a dyn Progress>,
     status: ChainStatus,

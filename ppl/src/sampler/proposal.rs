@@ -13,7 +13,7 @@ use super::{
 };
 use crate::{erased::ErasedDensity, start::prior_scales};
 
-/// Generator of proposals.
+/// Generator of random-walk proposals, with scratch memory.
 pub(super) struct Proposal {
     noise: DVector<f64>,
     jump: DVector<f64>,
@@ -50,7 +50,8 @@ pub(super) struct ProposalShape {
 }
 
 impl ProposalShape {
-    /// Initial shape with the scales of the prior. The prior is sampled with a random stream that no chain uses.
+    /// Creates the initial shape from the scales of the prior. The prior is sampled with a random stream that no
+    /// chain uses.
     pub(super) fn new(density: &dyn ErasedDensity, settings: &Settings<'_>) -> Self {
         let mut rng = Stream::seed_from_u64(settings.seed);
         rng.long_jump();
@@ -69,7 +70,8 @@ impl ProposalShape {
         }
     }
 
-    /// Adapts to a warmup transition that ended at `y`.
+    /// Adapts scale and covariance after a warmup transition that ended at `y` with the acceptance probability
+    /// `acceptance`.
     pub(super) fn learn(&mut self, acceptance: f64, y: &[f64]) {
         let dim = y.len();
         self.steps += 1.0;
@@ -79,7 +81,7 @@ impl ProposalShape {
             self.window.add(y);
         }
         if matches!(moment, Moment::Last { .. }) {
-            // the covariance is singular if one coordinate is constant in the window: keep the old factor
+            // if one coordinate is constant in the window, the covariance is singular, and the old factor is kept
             if let Some(factor) = Cholesky::new(self.window.covariance()) {
                 self.factor = factor.unpack();
                 self.scale = first_scale(dim);
@@ -98,7 +100,7 @@ impl ProposalShape {
         report.covariance = InverseMassMatrix::Dense(covariance.as_slice().to_vec());
     }
 
-    /// Whether the shape has `dim` coordinates and has adapted to `transitions` transitions.
+    /// Whether the shape has `dim` coordinates and was adapted after exactly `transitions` transitions.
     pub(super) fn fits(&self, dim: usize, transitions: usize) -> bool {
         self.factor.shape() == (dim, dim)
             && self.window.mean.len() == dim
@@ -107,12 +109,12 @@ impl ProposalShape {
     }
 }
 
-/// Optimal scale for a normal target with known covariance.
+/// Optimal scale s of the proposal for a normal density with known covariance, in `dim` dimensions.
 pub(super) fn first_scale(dim: usize) -> f64 {
     2.38 / (dim.max(1) as f64).sqrt()
 }
 
-/// Optimal acceptance probability: 0.44 in one dimension, 0.234 in many.
+/// Optimal acceptance probability of a random walk: 0.44 in one dimension, 0.234 in the limit of many dimensions.
 pub(super) fn target_acceptance(dim: usize) -> f64 {
     0.234 + 0.206 / dim.max(1) as f64
 }
@@ -137,7 +139,7 @@ impl Scatter {
         self.scatter.ger(1.0 - 1.0 / self.count, &delta, &delta, 1.0);
     }
 
-    /// Sample covariance with correlations shrunk by n/(n+5).
+    /// Sample covariance of the n vectors, with correlations shrunk by the factor n/(n+5).
     pub(super) fn covariance(&self) -> DMatrix<f64> {
         let n = self.count;
         let unshrunk = &self.scatter / (n - 1.0);

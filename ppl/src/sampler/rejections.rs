@@ -13,7 +13,7 @@ use crate::{
 pub(super) struct Rejections(BTreeMap<Location, u64>);
 
 impl Rejections {
-    /// Counts a rejection; returns a fatal error instead of counting it.
+    /// Counts a rejection. If the rejection is a fatal error, returns this error and does not count it.
     pub(super) fn count(&mut self, rejection: &Rejection) -> Result<(), StopReason> {
         match rejection {
             Rejection::Fatal(error) => return Err(StopReason::Fatal(error.clone())),
@@ -31,7 +31,7 @@ impl Rejections {
         }
     }
 
-    /// Log density at `y`; −∞, and one more counted rejection, if the density rejects the point.
+    /// Returns the log density at `y`. If the density rejects the point, counts the rejection and returns −∞.
     pub(super) fn value(
         &mut self,
         density: &mut dyn Evaluator,
@@ -58,7 +58,8 @@ pub(super) fn accepting(x: f64) -> f64 {
     if x.is_nan() { 0.0 } else { x.exp().min(1.0) }
 }
 
-/// Log density at `y`. A log density that is not finite is a rejection, also for densities written by users.
+/// Returns the log density at `y`. Returns a rejection if the log density is not finite; this check also covers
+/// user-defined densities.
 pub(super) fn finite(density: &mut dyn Evaluator, y: &[f64]) -> Result<f64, Rejection> {
     let value = density.log_density(y)?;
     if value.is_finite() {

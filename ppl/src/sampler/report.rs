@@ -15,7 +15,8 @@ pub struct DrawStats {
     pub log_density: f64,
     /// Hamiltonian at the draw, `−log p + ½ pᵀM⁻¹p`. For Metropolis: `−log p`.
     pub energy: f64,
-    /// Mean of `min(1, e^(H₀−H))` over all leapfrog steps. For Metropolis: the acceptance probability.
+    /// Mean of `min(1, e^(H₀−H))` over all leapfrog steps, where H is the Hamiltonian after a step and H₀ the
+    /// Hamiltonian at the start of the trajectory. For Metropolis: the acceptance probability.
     pub acceptance: f64,
     /// Leapfrog step size. For Metropolis: the scale of the proposal.
     pub step_size: f64,
@@ -53,7 +54,8 @@ pub struct Divergence {
     pub draw: usize,
     /// Last point before the step that diverged, unconstrained.
     pub position: Vec<f64>,
-    /// Energy error `H − H₀` of the step that diverged; infinite if the density rejected the point.
+    /// Energy error `H − H₀` of the step that diverged, relative to the start of the trajectory; infinite if the
+    /// density rejected the point.
     #[serde(with = "infinite")]
     pub energy_error: f64,
 }
@@ -135,16 +137,18 @@ pub struct MapSwitch {
     pub draw: usize,
     /// Kind of the inverse mass matrix after the update.
     pub map: MapKind,
-    /// Whether the old matrix was better than the new candidates and was kept.
+    /// Whether the current matrix was better than the new candidates and was therefore kept.
     pub kept: bool,
-    /// Whether the step size was searched again and its adaptation restarted.
+    /// Whether a new initial step size was searched and the adaptation of the step size was restarted.
     pub restarted: bool,
-    /// Fisher divergence per coordinate of each candidate, on draws that were not used for its fit. It is 0 if the
-    /// density is normal with this covariance. Empty if nothing was compared.
+    /// Fisher divergence per coordinate of each candidate matrix, estimated on draws that were not used for its fit.
+    /// The divergence is 0 if the density is normal and the candidate is its covariance. Empty if no candidates were
+    /// compared.
     pub divergences: Vec<(MapKind, f64)>,
 }
 
-/// All decisions of the warmup; they do not change afterwards. If the warmup was interrupted, the decisions up to then.
+/// All decisions of the warmup, which remain fixed after the warmup. If the warmup was interrupted, the decisions up
+/// to the interrupt.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WarmupReport {
     /// First point of the chain, unconstrained.
@@ -163,9 +167,11 @@ pub struct WarmupReport {
     pub switches: Vec<MapSwitch>,
     /// Step size of the kept draws.
     pub step_size: f64,
-    /// Target acceptance probability of the step size. It is above the setting if divergences raised it.
+    /// Target acceptance probability to which the step size was tuned. It is larger than the setting if divergences
+    /// raised it.
     pub target_acceptance: f64,
-    /// Index of the warmup transition (0-based) whose divergence last raised the target.
+    /// Index of the warmup transition (0-based) whose divergence last raised the target acceptance probability;
+    /// `None` if it was not raised.
     pub target_raised: Option<usize>,
     /// Inverse mass matrix (NUTS) or covariance of the proposal before scaling (Metropolis).
     pub covariance: InverseMassMatrix,
@@ -175,7 +181,7 @@ pub struct WarmupReport {
 }
 
 impl WarmupReport {
-    /// Report of a chain before its first transition.
+    /// Creates the report of a chain before its first transition.
     pub(crate) fn at(start: Vec<f64>, start_kind: StartKind) -> Self {
         Self {
             start,

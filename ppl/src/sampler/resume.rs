@@ -8,12 +8,12 @@ use super::{
     stream::Stream,
 };
 
-/// Largest relative difference between two log densities of one point on the same density. The difference is relative
-/// to the log density or to 1, whichever is larger. Another compiler or processor causes far smaller differences.
+/// Largest difference between the stored and the recomputed log density of a point at which both count as the same
+/// density, relative to max(1, |log density|). A different compiler or processor causes far smaller differences.
 const SAME_DENSITY: f64 = 1e-6;
 
 impl Settings<'_> {
-    /// Continues the chains of an earlier run. `make` builds the tuned kernel of a chain.
+    /// Continues the chains of an earlier run. `make` builds the tuned transition kernel of a chain.
     pub(super) fn resume<K: MarkovChain>(
         &self,
         dim: usize,
@@ -49,7 +49,8 @@ impl Settings<'_> {
     }
 }
 
-/// Moves `kernel` to the last position of the chain; returns the kernel and the random stream at that position.
+/// Moves the transition kernel to the last position of the chain. Returns the kernel and the state of the random
+/// stream at this position.
 fn take_up<K: MarkovChain>(
     mut kernel: K,
     chain: &Chain,
@@ -80,7 +81,7 @@ pub(super) fn last_position(chain: &Chain, dim: usize) -> &[f64] {
     }
 }
 
-/// Error for chains that were tuned by a sampler of another kind.
+/// Creates the error for chains that were tuned by a different kind of sampler.
 pub(super) fn another_sampler() -> RunError {
     misfit("they are of another sampler", "give chains of this one")
 }

@@ -1,4 +1,4 @@
-//! The loop over chains and draws.
+//! Runs the chains of a sampler: starting points, warmup and draws.
 
 use std::{
     collections::BTreeMap,
@@ -31,21 +31,22 @@ pub(super) trait MarkovChain {
     fn prepare(&mut self, rng: &mut Stream) -> Result<(), StopReason>;
     /// Runs one transition.
     fn transition(&mut self, rng: &mut Stream) -> Result<DrawStats, StopReason>;
-    /// Adapts to a warmup transition.
+    /// Adapts the kernel after a warmup transition with the given statistics.
     fn adapt(&mut self, stats: &DrawStats, rng: &mut Stream) -> Result<(), StopReason>;
     /// State of the adaptation, from which the warmup can be resumed at the current position.
     fn tuning(&self) -> Tuning;
-    /// Tuned state needed to draw after the warmup; `None` if the warmup report contains all of it.
+    /// Tuned state that is needed to draw after the warmup; `None` if the warmup report contains the complete tuned
+    /// state.
     fn tuned(&self) -> Option<Tuning> {
         Some(self.tuning())
     }
-    /// Ends the warmup and writes the tuned values to the report; afterwards nothing is adapted.
+    /// Ends the adaptation and writes the tuned values to the report.
     fn freeze(&mut self, report: &mut WarmupReport);
     /// Current position of the chain.
     fn position(&self) -> &[f64];
     /// Log density at the current position.
     fn log_density(&self) -> f64;
-    /// Last position before the most recent divergence, and the energy error of that divergence.
+    /// Last position before the most recent divergence, and the energy error of the divergence.
     fn divergence(&self) -> (&[f64], f64);
     /// Counts of rejected points.
     fn rejections(&mut self) -> &mut Rejections;
@@ -135,7 +136,7 @@ impl Settings<'_> {
         Ok(chain)
     }
 
-    /// Runs the transitions that `chain` still needs to complete a warmup of `length` transitions.
+    /// Runs the remaining transitions of a warmup of `length` transitions.
     fn tune<K: MarkovChain>(
         &self,
         length: usize,
@@ -167,7 +168,8 @@ impl Settings<'_> {
         ended
     }
 
-    /// Draws until `chain` is complete. Does nothing if `ended` is an error of the warmup.
+    /// Draws until `chain` has the requested number of draws. If `ended` is an error of the warmup, makes no draws
+    /// and stores the error as the reason of the stop.
     fn sample<K: MarkovChain>(
         &self,
         chain: &mut Chain,
@@ -211,7 +213,8 @@ impl Settings<'_> {
         let mut rejections = Rejections::default();
         let mut accept = |y: &[f64]| {
             kernel.begin(y).inspect_err(|rejection| {
-                // the search returns a fatal error itself, so this copy is dropped
+                // `count` returns a copy of a fatal error; the copy is ignored, because the rejection itself is
+                // returned too
                 let _ = rejections.count(rejection);
             })
         };
@@ -290,7 +293,8 @@ impl Settings<'_> {
     }
 }
 
-/// Moves the kernel's counts of rejections to `rejections`. Called only at points from which the chain can be resumed.
+/// Moves the kernel's counts of rejections to `rejections`. Called only between transitions, in states from which the
+/// chain can be resumed.
 fn count(kernel: &mut impl MarkovChain, rejections: &mut BTreeMap<Location, u64>) {
     for (location, count) in kernel.rejections().take() {
         *rejections.entry(location).or_insert(0) += count;

@@ -9,7 +9,7 @@ use super::error::RunError;
 pub(super) struct Screening {
     /// Number of random-walk steps on the cheap density per screening, at least 1.
     pub(super) steps: u32,
-    /// Exponent of the cheap density.
+    /// Exponent of the cheap density in the screening, in (0, 1].
     pub(super) power: f64,
     /// Probability that a transition is a random-walk step on the expensive density; 0 for chains that were saved
     /// before this setting existed.

@@ -8,7 +8,7 @@ use crate::start::NamedValues;
 /// Starting points of the chains, in unconstrained space.
 #[derive(Clone, Debug)]
 pub(super) enum Starts {
-    /// Independent uniform coordinates on (−r, r), for the given r.
+    /// Random points with independent coordinates, uniform on (−r, r). The field is r.
     Uniform(f64),
     /// One given point per chain.
     Points(Vec<Vec<f64>>),
@@ -18,7 +18,7 @@ pub(super) enum Starts {
 const MOST_NUMBERS: usize = 1 << 32;
 const MOST_CHAINS: usize = 10_000;
 const MOST_THREADS: usize = 1024;
-/// Number of statistics stored per draw besides its coordinates.
+/// Number of statistics that are stored per draw, in addition to the coordinates of the draw.
 const STATISTICS: usize = 7;
 
 /// Settings common to all samplers.
@@ -38,7 +38,7 @@ pub(crate) struct Settings<'a> {
 
 impl std::fmt::Debug for Settings<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        // the observer need not implement `Debug`
+        // the field `progress` is omitted, because an observer need not implement `Debug`
         f.debug_struct("Settings")
             .field("chains", &self.chains)
             .field("warmup", &self.warmup)

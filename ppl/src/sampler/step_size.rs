@@ -4,9 +4,9 @@ use serde::{Deserialize, Serialize};
 
 /// Nesterov's dual averaging on the logarithm of the step size ε.
 ///
-/// With acceptance statistic aₜ and target δ,
-/// `s̄ ← (1−ηₜ) s̄ + ηₜ (δ−aₜ)`, `ηₜ = 1/(t+t₀)`, `ln ε = μ − s̄ √t/γ`,
-/// `x̄ ← (1−t^−κ) x̄ + t^−κ ln ε`; γ = 0.05, κ = 0.75, t₀ = 10.
+/// With the acceptance statistic aₜ of transition t, the target δ, and μ = ln(10 ε₀) for the initial step size ε₀,
+/// `s̄ ← (1−ηₜ) s̄ + ηₜ (δ−aₜ)`, `ηₜ = 1/(t+t₀)`, `ln ε = μ − s̄ √t/γ`, `x̄ ← (1−t^−κ) x̄ + t^−κ ln ε`; γ = 0.05, κ =
+/// 0.75, t₀ = 10.
 ///
 /// Reference: Hoffman & Gelman, *The No-U-Turn Sampler*, JMLR 15 (2014), section 3.2.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -24,8 +24,8 @@ const KAPPA: f64 = 0.75;
 const T0: f64 = 10.0;
 
 impl DualAveraging {
-    /// Starts at `step_size`. The iteration is shrunk towards ten times this value, so that it explores large, cheap
-    /// steps first.
+    /// Starts the adaptation at `step_size`. The iteration is shrunk towards ten times this value, so that large
+    /// steps, which cost fewer gradients, are tried first.
     pub(super) fn new(target: f64, step_size: f64) -> Self {
         let log_step = step_size.ln();
         Self {

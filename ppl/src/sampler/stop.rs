@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::density::FatalError;
 
-/// Reason for which a chain ended before its last draw. Files store it as the text of its message.
+/// Reason for which a chain ended before its last draw. Files store the reason as the text of its message.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[serde(into = "String", from = "String")]
 pub enum StopReason {

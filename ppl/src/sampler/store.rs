@@ -137,7 +137,7 @@ impl Chains {
         checked.map_err(|message| ChainsFileError::Damaged { path, message })
     }
 
-    /// Checks that all lengths agree, so that indices into the draws are valid.
+    /// Checks that the lengths of all vectors are consistent, so that indices into the draws are valid.
     pub(crate) fn check(&self) -> Result<(), String> {
         if let Some(depth) = self.max_depth.filter(|depth| !DEPTHS.contains(depth)) {
             return Err(format!("{depth} doublings are out of range"));

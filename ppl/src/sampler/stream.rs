@@ -3,7 +3,8 @@
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// Random stream of a chain: the generator of the seed, advanced by a jump of 2¹²⁸ numbers for each preceding chain.
+/// Random stream of a chain: a generator that is initialised with the seed and advanced by a jump of 2¹²⁸ numbers for
+/// each preceding chain.
 pub(super) type Stream = Xoshiro256PlusPlus;
 
 /// The random streams of all chains.

@@ -1,8 +1,8 @@
 //! One transition of the no-U-turn sampler.
 //!
 //! Multinomial NUTS as in Betancourt, *A Conceptual Introduction to Hamiltonian Monte Carlo*, arXiv 1701.02434,
-//! appendix A, with the generalised criterion. Stan's two additional checks between neighbouring subtrees are included.
-//! All memory is allocated in [`Trajectory::new`].
+//! appendix A, with the generalised U-turn criterion. Stan's two additional checks between neighbouring subtrees are
+//! included. All memory is allocated in [`Trajectory::new`].
 
 mod weight;
 
@@ -26,7 +26,7 @@ pub(super) const DEPTHS: RangeInclusive<u32> = 1..=20;
 /// Energy error above which a trajectory is divergent.
 const DIVERGENCE: f64 = 1000.0;
 
-/// Reason for discarding a subtree.
+/// Reason for discarding a new subtree and ending the trajectory.
 enum Discard {
     Turning,
     Diverging,
@@ -56,7 +56,7 @@ impl Endpoint {
 struct Subtree {
     first: Endpoint,
     last: Endpoint,
-    /// Sum of the momenta of all states.
+    /// Sum of the momenta of all states in the subtree.
     rho: Vec<f64>,
     weight: Weight,
     proposal: Position,
@@ -125,8 +125,8 @@ impl Subtree {
         !checks.iter().all(|&c| c > 0.0)
     }
 
-    /// Appends the subtree `next`. `weight` is the total weight of both subtrees. If `take` is true, the proposal of
-    /// `next` becomes the proposal of the joined subtree.
+    /// Appends the subtree `next` to this subtree. `weight` is the total weight of both subtrees. If `take` is true,
+    /// the proposal of `next` becomes the proposal of the joined subtree.
     fn append(&mut self, next: &mut Self, weight: Weight, take: bool) {
         mem::swap(&mut self.last, &mut next.last);
         for (rho, other) in self.rho.iter_mut().zip(&next.rho) {
@@ -145,7 +145,8 @@ impl Subtree {
     }
 }
 
-/// Result of one leapfrog step: the index of the extended end, and the energy and weight of its new state.
+/// Result of one leapfrog step: the index of the end at which the trajectory was extended, and the energy and the
+/// weight of the new state.
 struct Advance {
     end: usize,
     energy: f64,
@@ -179,7 +180,7 @@ impl Trajectory {
         &mut self.ends[0]
     }
 
-    /// Runs one transition from `current`, which leaves the density invariant, and updates `current`.
+    /// Runs one transition from `current` and updates `current`. The transition leaves the density invariant.
     pub(super) fn transition<R: Rng + ?Sized>(
         &mut self,
         hamiltonian: &mut Hamiltonian<'_>,
@@ -225,7 +226,8 @@ impl Trajectory {
             }
             let turning = self.whole.turns_into(new);
             let (weight, fraction) = self.whole.weight.join(new.weight);
-            // biased progressive sampling: acceptance with w_new / w_old favours draws far from the start
+            // biased progressive sampling: accepting the new subtree with probability w_new / w_old favours draws far
+            // from the start
             let take = growth.rng.random::<f64>() * (1.0 - fraction) < fraction;
             self.whole.append(new, weight, take);
             if !growth.forward {
@@ -251,7 +253,7 @@ impl Trajectory {
     }
 }
 
-/// Recursion that doubles the trajectory.
+/// State of the recursion that doubles the trajectory.
 struct Growth<'t, 'a, R: ?Sized> {
     ends: &'t mut [Phase; 2],
     levels: &'t mut [[Subtree; 2]],

@@ -18,7 +18,7 @@ pub(super) enum Tuning {
 }
 
 impl Tuning {
-    /// Whether the state has `dim` coordinates and `transitions` warmup transitions.
+    /// Whether the state is a state of a chain with `dim` coordinates after `transitions` warmup transitions.
     pub(super) fn fits(&self, dim: usize, transitions: usize) -> bool {
         match self {
             Self::Hamiltonian { warmup, .. } => warmup.fits(dim, transitions),

@@ -1,4 +1,5 @@
-//! Schedule of the warmup: when the mass matrix is estimated, and from which draws.
+//! Schedule of the warmup: the transitions after which the mass matrix is estimated, and the draws from which it is
+//! estimated.
 
 use std::mem::discriminant;
 
@@ -16,7 +17,8 @@ use super::{
 pub(super) enum Adaptation {
     /// Stan's rule: variances of the draws in doubling windows.
     Stan,
-    /// Default rule: frequent fits to draws and scores that minimise the Fisher divergence.
+    /// Default rule: frequent fits to draws and scores (gradients of the log density), which minimise the Fisher
+    /// divergence.
     Fisher,
 }
 
@@ -25,13 +27,14 @@ pub(super) enum Adaptation {
 pub(super) struct Window {
     start: usize,
     end: usize,
-    /// Whether the step size is searched again and dual averaging restarts after the window.
+    /// Whether, after the window, a new initial step size is searched and dual averaging is restarted.
     restart: bool,
 }
 
 /// Shortest warmup that adapts the mass matrix; a shorter warmup adapts the step size only.
 const SHORTEST: usize = 20;
-/// Lengths and growth factor of the windows of the default schedule.
+/// Windows of the default schedule: length of the early windows, length of the first later window, and growth factor
+/// of the lengths.
 const EARLY_WINDOW: usize = 10;
 const FIRST_WINDOW: usize = 80;
 const WINDOW_GROWTH: f64 = 1.5;
@@ -47,8 +50,8 @@ const A_FEW: usize = 3;
 /// Number of transitions after a restart during which divergences are ignored, because the step size varies strongly.
 const SETTLING: f64 = 20.0;
 
-/// Windows of Stan's warmup: 75 draws without a window, doubling windows from 25 draws, 50 draws without a window. In a
-/// warmup shorter than 150 draws, the three parts take 15 / 75 / 10 %.
+/// Windows of Stan's warmup: 75 draws without a window, doubling windows from 25 draws, 50 draws without a window. In
+/// a warmup shorter than 150 draws, the three parts are 15 %, 75 % and 10 % of the warmup.
 pub(super) fn stan_windows(warmup: usize) -> Vec<Window> {
     let (first, length, last) = if warmup >= 150 {
         (75, 25, warmup - 50)
@@ -66,7 +69,8 @@ pub(super) fn fisher_windows(warmup: usize) -> Vec<Window> {
     let mut windows: Vec<Window> = (0..early)
         .map(|k| {
             let end = (k + 1) * EARLY_WINDOW;
-            // the first estimate can change the scale by orders of magnitude, later early ones change it little
+            // the first estimate can change the scale by orders of magnitude; the following early estimates change it
+            // little
             Window { start: if k == 0 { 0 } else { end / 2 }, end, restart: k == 0 }
         })
         .collect();
@@ -75,7 +79,8 @@ pub(super) fn fisher_windows(warmup: usize) -> Vec<Window> {
     windows
 }
 
-/// Windows of the Metropolis warmup: doubling windows, and the last quarter without a window to tune the scale.
+/// Windows of the Metropolis warmup: the first tenth has no window, doubling windows follow, and the last quarter,
+/// which only tunes the scale, has no window.
 pub(super) fn walk_windows(warmup: usize) -> Vec<Window> {
     growing(warmup / 10, warmup - warmup / 4, FIRST_WALK, 2.0)
 }
@@ -102,14 +107,14 @@ pub(super) enum Moment {
     Inside,
     /// Last draw of a window: the mass matrix is replaced.
     Last {
-        /// Whether the step size is searched again and dual averaging restarts.
+        /// Whether a new initial step size is searched and dual averaging is restarted.
         restart: bool,
     },
     /// After the last window: only the step size is adapted.
     After,
 }
 
-/// Windows of a warmup, with the number of transitions passed.
+/// Windows of a warmup, with the number of completed transitions.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct WindowSchedule {
     windows: Vec<Window>,
@@ -129,12 +134,12 @@ impl WindowSchedule {
         self.windows.get(self.passed.len()).map(|window| window.start)
     }
 
-    /// Whether exactly `transitions` transitions have passed.
+    /// Whether the number of completed transitions is `transitions`.
     pub(super) fn has_passed(&self, transitions: usize) -> bool {
         self.draw == transitions
     }
 
-    /// Advances the schedule by one transition.
+    /// Advances the schedule by one transition. Returns the position of the transition relative to the windows.
     pub(super) fn pass(&mut self) -> Moment {
         let draw = self.draw;
         self.draw += 1;
@@ -171,7 +176,8 @@ pub(super) struct Warmup {
     switches: Vec<MapSwitch>,
     /// Index of the first transition of the later half of the warmup.
     half: usize,
-    /// Number of divergences in the later half, without those shortly after a restart.
+    /// Number of divergences in the later half of the warmup; divergences shortly after a restart of the step size
+    /// adaptation are not counted.
     divergences: usize,
     raised: Option<usize>,
 }
@@ -195,13 +201,14 @@ impl Warmup {
         }
     }
 
-    /// Whether a start far from the posterior is moved closer to it before the first transition.
+    /// Whether a start that is far from the posterior is moved closer to the posterior before the first transition.
     pub(super) fn approaches(&self) -> bool {
         self.rule == Adaptation::Fisher && !self.schedule.windows.is_empty()
     }
 
-    /// Sets the mass matrix before the first draw. The default rule estimates `σ² = 1/|∂ ln p|` from the score at the
-    /// starting point, as the Fisher rule does for draws of unit scale.
+    /// Sets the mass matrix before the first draw. The default rule estimates the variances `σ² = 1/|∂ ln p|` from
+    /// the score (gradient of the log density) at the starting point. This is the Fisher estimate √(var x/var ∂ ln p)
+    /// for draws of unit scale.
     pub(super) fn first_metric(&self, metric: &mut Metric, point: &Position) {
         if self.rule == Adaptation::Fisher {
             let variance = |i: usize| 1.0 / point.gradient[i].abs();
@@ -235,10 +242,12 @@ impl Warmup {
         }
     }
 
-    /// Raises the target acceptance after a divergence, according to the number of divergences so far.
+    /// Raises the target acceptance after a divergence in the later half of the warmup. The new target depends on the
+    /// number of divergences so far.
     ///
-    /// Divergences indicate regions of high curvature ("necks"). The mass matrix fits the bulk of the density, not its
-    /// necks. A chain that enters a neck with a step size for the bulk can stay there for hundreds of transitions.
+    /// Divergences indicate regions of high curvature ("necks"). The mass matrix fits the bulk of the density, not
+    /// its necks. A chain that enters a neck with a step size for the bulk can stay in the neck for hundreds of
+    /// transitions.
     fn raise_target(&mut self, moment: Moment) {
         let draw = self.schedule.draw - 1;
         if draw < self.half {
@@ -262,7 +271,7 @@ impl Warmup {
     fn switch(&mut self, metric: &mut Metric, restart: bool) -> Advice {
         let draw = self.schedule.draw - 1;
         let choice = match self.rule {
-            // the current matrix is compared only if it was estimated from draws, and from draws outside this window
+            // the current matrix is compared only if it was estimated from draws that do not belong to this window
             Adaptation::Fisher => choose(&self.sample, metric, restart && self.learnt),
             Adaptation::Stan => {
                 let window = self.sample.all();
@@ -287,7 +296,7 @@ impl Warmup {
         if restarted { Advice::SearchStep } else { Advice::GoOn }
     }
 
-    /// Whether the adaptation has `dim` coordinates and has passed `transitions` transitions.
+    /// Whether the adaptation has `dim` coordinates and has completed `transitions` transitions.
     pub(super) fn fits(&self, dim: usize, transitions: usize) -> bool {
         self.schedule.has_passed(transitions) && self.sample.fits(dim)
     }

@@ -1,4 +1,4 @@
-//! Functions of plain numbers used by the functions of a [`Scalar`](super::Scalar).
+//! Functions of `f64` numbers that the methods of [`Scalar`](super::Scalar) use.
 
 use std::f64::consts::FRAC_2_SQRT_PI;
 

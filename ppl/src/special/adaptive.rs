@@ -15,22 +15,23 @@ const KRONROD: [(f64, f64, f64); 8] = [
     (0.0, 0.209_482_141_084_727_82, 0.417_959_183_673_469_4),
 ];
 
-/// Largest error of a panel, relative to the integral.
+/// Largest accepted error of a panel (an interval of the quadrature), relative to the whole integral.
 const TOLERANCE: f64 = 1e-14;
-/// Relative contribution to the integral below which a panel is the last one on its side.
+/// Relative contribution of a panel to the integral below which no further panels are added on the same side of the
+/// middle.
 const NEGLIGIBLE: f64 = 1e-20;
 /// Largest number of bisections of one panel, sufficient to enclose a kink of the density.
 const MOST_BISECTIONS: u32 = 40;
 /// Largest number of panels.
 const MOST_PANELS: usize = 300;
-/// Ends of the panels in t, where scale · (eᵗ − 1) is the distance from the middle. Every power-law tail is exponential
-/// in t. The last end is 700, because e⁷⁰⁰ is close to the largest number.
+/// Ends of the panels in t, where scale · (eᵗ − 1) is the distance from the middle. Every power-law tail is
+/// exponential in t. The last end is 700, because e⁷⁰⁰ is close to the largest `f64` number.
 const ENDS: [f64; 13] = [0.0, 1.0, 2.0, 3.0, 4.0, 6.0, 9.0, 15.0, 30.0, 70.0, 150.0, 350.0, 700.0];
 
 /// A node of the quadrature, with the logarithm of its unnormalised contribution to the integral.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Node {
-    /// Index of the density evaluation at the node, from 0.
+    /// Index of the density evaluation at the node, counted from 0.
     pub(crate) evaluation: usize,
     pub(crate) ln_weight: f64,
 }
@@ -43,7 +44,7 @@ struct Panel {
     to: f64,
     bisections: u32,
     nodes: [Node; 15],
-    /// Logarithm of the integral over the panel, and the estimated error relative to this integral.
+    /// Logarithm of the integral over the panel. The field `error` is the estimated error, relative to this integral.
     ln_sum: f64,
     error: f64,
 }
@@ -104,8 +105,8 @@ impl Integrand<'_> {
         panel
     }
 
-    /// Adjusts the scale on one side, from a first estimate, so that the log density changes by about 1 over this
-    /// distance.
+    /// Adjusts the scale on one side of the middle, starting from a first estimate, so that the log density changes
+    /// by about 1 over the distance `scale` from the middle.
     fn adjust_scale(&mut self, side: f64, length: f64) {
         let (middle, at_middle) = (self.middle, self.evaluate(self.middle));
         let index = usize::from(side > 0.0);
@@ -127,9 +128,9 @@ impl Integrand<'_> {
     }
 }
 
-/// Nodes and weights for integrals of smooth functions times the density `exp(ln_density)` over (`lower`, `upper`). The
-/// bounds can be infinite. `middle` must lie inside or at a finite bound. `scales` are first estimates of the widths of
-/// the density below and above `middle`.
+/// Returns nodes and weights for integrals of smooth functions times the density `exp(ln_density)` over (`lower`,
+/// `upper`). The bounds can be infinite. `middle` must lie inside the interval or at a finite bound. `scales` are
+/// first estimates of the widths of the density below and above `middle`.
 ///
 /// Panels are bisected until the relative error of the integral of the density is below 1e-14. Heavy tails and kinks
 /// are therefore resolved.

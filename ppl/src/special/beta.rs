@@ -5,7 +5,7 @@ use super::logistic::logistic;
 use super::root::tail_quantile;
 use super::{HALF_LN_2PI, Tail, deviance};
 
-/// Combination δ(a) + δ(b) − δ(a + b) of Stirling errors.
+/// Combination δ(a) + δ(b) − δ(a + b) of Stirling errors δ, see [`stirling_error`].
 fn stirling_part(a: f64, b: f64) -> f64 {
     stirling_error(a) + stirling_error(b) - stirling_error(a + b)
 }
@@ -27,8 +27,8 @@ pub fn ln_beta_power(a: f64, b: f64, x: f64, y: f64) -> f64 {
         - HALF_LN_2PI
 }
 
-/// Regularised incomplete beta function Iₓ(a, b) and its complement; each is accurate where it is small. The argument y
-/// = 1 − x is passed separately, to avoid rounding errors in 1 − x.
+/// Regularised incomplete beta function Iₓ(a, b) and its complement 1 − Iₓ(a, b). Each of the two is accurate where
+/// it is small. The argument y = 1 − x is passed separately, to avoid rounding errors in 1 − x.
 ///
 /// # References
 /// NIST Digital Library of Mathematical Functions, 8.17.22.
@@ -52,8 +52,8 @@ pub fn regularised_beta(a: f64, b: f64, x: f64, y: f64) -> (f64, f64) {
     }
 }
 
-/// Continued fraction 1/(1 + d₁/(1 + d₂/(1 + …))) for x below the mean, evaluated by forward recurrence of its
-/// increments.
+/// Continued fraction 1/(1 + d₁/(1 + d₂/(1 + …))) of the incomplete beta function for x below the mean. The fraction
+/// is evaluated by a forward recurrence of the differences between successive approximants.
 fn continued_fraction(a: f64, b: f64, x: f64) -> f64 {
     let (mut ratio, mut increment, mut sum) = (1.0, 1.0, 1.0);
     let mut step = |d: f64| {
@@ -75,7 +75,8 @@ fn continued_fraction(a: f64, b: f64, x: f64) -> f64 {
     }
 }
 
-/// ln(x/(1 − x)) of the quantile x of the beta distribution, for which the given tail has probability `p`.
+/// Returns ln(x/(1 − x)), where x is the quantile of the beta distribution at which the given tail has probability
+/// `p`.
 pub fn beta_logit_quantile(a: f64, b: f64, p: f64, tail: Tail) -> f64 {
     tail_quantile((a / b).ln(), p, tail, |logit| {
         let (x, y) = logistic(logit);

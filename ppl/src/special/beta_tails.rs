@@ -6,8 +6,8 @@ use super::gamma::{digamma, ln_minus_digamma};
 use super::ln_probability::{CLOSE_TO_ONE, LnProbability, LnTails};
 use super::{Tail, ln_ratio};
 
-/// A number in (0, 1) and its complement, both accurate near 0, with their logarithms. The logarithms stay finite if a
-/// number underflows to 0.
+/// A number x in (0, 1) and its complement 1 − x, both accurate near 0, with their logarithms. The logarithms stay
+/// finite if x or 1 − x underflows to 0.
 #[derive(Clone, Copy, Debug)]
 pub struct Share {
     /// x.
@@ -29,7 +29,7 @@ impl Share {
 
     /// ln [xᵃ (1 − x)ᵇ/B(a, b)].
     pub fn ln_beta_power(self, a: f64, b: f64) -> f64 {
-        // with a shape below 1 there is no cancellation, and the logarithms are more accurate than x
+        // if a shape is below 1, the terms do not cancel, and the logarithms are more accurate than x
         if a.min(b) < 1.0 || self.x.min(self.complement) < f64::MIN_POSITIVE {
             return a * self.ln_x + b * self.ln_complement - ln_beta(a, b);
         }
@@ -43,7 +43,8 @@ impl Share {
     }
 }
 
-/// Tails of the beta distribution with shapes `a` and `b`, with their derivatives with respect to both shapes.
+/// Log tail probabilities of the beta distribution with shapes `a` and `b` at x = `at`, with their derivatives with
+/// respect to both shapes.
 ///
 /// # References
 /// NIST Digital Library of Mathematical Functions, 8.17.22, differentiated term by term.
@@ -76,7 +77,8 @@ pub fn ln_beta_tails(a: f64, b: f64, at: Share) -> LnTails<2> {
     LnTails::new(if by_lower { Tail::Lower } else { Tail::Upper }, first, second)
 }
 
-/// Iₓ(a, b) by its continued fraction, with derivatives.
+/// Computes ln Iₓ(a, b) from the continued fraction of the incomplete beta function, with its derivatives with
+/// respect to a and b.
 fn beta_lower(a: f64, b: f64, at: Share) -> LnProbability<2> {
     let x = at.x;
     let one = Forward::constant(1.0);

@@ -1,6 +1,7 @@
 //! Forward-mode derivatives of continued fractions and series.
 
-/// A number with its derivatives with respect to `N` shapes (forward mode), for continued fractions and series.
+/// A number with its derivatives with respect to `N` shape parameters (forward mode), for continued fractions and
+/// series.
 #[derive(Clone, Copy)]
 pub(super) struct Forward<const N: usize> {
     pub(super) value: f64,
@@ -35,7 +36,8 @@ impl<const N: usize> Forward<N> {
         Self::new(inverse, self.slopes.map(|slope| -slope * inverse * inverse))
     }
 
-    /// Whether adding `self` changes neither value nor derivatives of `sum`; also true if `sum` is not finite.
+    /// Whether the addition of `self` changes neither the value nor the derivatives of `sum`. Also true if `sum` is
+    /// not finite.
     pub(super) fn is_negligible_in(self, sum: Self) -> bool {
         const ROUNDING: f64 = 0.1 * f64::EPSILON;
         let small = |part: f64, all: f64| part.abs() <= ROUNDING * all.abs();
@@ -47,5 +49,5 @@ impl<const N: usize> Forward<N> {
     }
 }
 
-/// Largest number of terms of a continued fraction, far above what convergent ones need.
+/// Largest number of terms of a continued fraction or series, far above the number that a convergent one needs.
 pub(super) const MOST_TERMS: f64 = 1e7;

@@ -31,7 +31,7 @@ fn series(coefficients: &[f64], square: f64) -> f64 {
     coefficients.iter().rev().fold(0.0, |s, c| c + square * s)
 }
 
-/// Argument from which the series above are exact to rounding.
+/// Smallest argument at which the series with the coefficients [`STIRLING`] and [`DIGAMMA`] are exact to rounding.
 const ASYMPTOTIC: f64 = 10.0;
 
 fn stirling_series(x: f64) -> f64 {
@@ -53,8 +53,8 @@ pub fn ln_gamma(x: f64) -> f64 {
     stirling + stirling_series(shifted) - product.ln()
 }
 
-/// Chebyshev coefficients of x δ(x) in t = (2/x − 1.1)/0.9 on 1 ≤ x ≤ 10, to 1e-18; computed
-/// with 40 digits at 60 nodes.
+/// Chebyshev coefficients of x δ(x) in t = (2/x − 1.1)/0.9 on 1 ≤ x ≤ 10, to 1e-18, where δ is the Stirling error;
+/// computed with 40 digits at 60 nodes.
 const STIRLING_ERROR: [f64; 23] = [
     0.08236871611232488,
     -0.0011390618574924174,
@@ -134,8 +134,8 @@ pub(super) fn ln_gamma_power(a: f64, x: f64) -> f64 {
     -deviance(a, x) - stirling_error(a) - 0.5 * a.ln() - HALF_LN_2PI
 }
 
-/// Regularised incomplete gamma functions P(a, x) and Q(a, x) = 1 − P(a, x) for a > 0; each is accurate where it is
-/// small.
+/// Regularised incomplete gamma functions P(a, x) and Q(a, x) = 1 − P(a, x) for a > 0. Each of the two is accurate
+/// where it is small.
 ///
 /// # References
 /// NIST Digital Library of Mathematical Functions, 8.7.1 (series) and 8.9.2 (continued
@@ -166,8 +166,9 @@ pub fn regularised_gamma(a: f64, x: f64) -> (f64, f64) {
     }
 }
 
-/// Continued fraction 1/(x + 1 − a − 1(1 − a)/(x + 3 − a − 2(2 − a)/(x + 5 − a − …))) for x > a, evaluated by forward
-/// recurrence of its increments.
+/// Continued fraction 1/(x + 1 − a − 1(1 − a)/(x + 3 − a − 2(2 − a)/(x + 5 − a − …))) of the incomplete gamma
+/// function for x > a. The fraction is evaluated by a forward recurrence of the differences between successive
+/// approximants.
 fn continued_fraction(a: f64, x: f64) -> f64 {
     let mut denominator = x + 1.0 - a;
     let mut ratio = denominator.recip();
@@ -185,8 +186,8 @@ fn continued_fraction(a: f64, x: f64) -> f64 {
     sum
 }
 
-/// ln x of the quantile x of the gamma distribution with shape `a` and unit rate, for which the given tail has
-/// probability `p`.
+/// Returns ln x, where x is the quantile of the gamma distribution with shape `a` and unit rate at which the given
+/// tail has probability `p`.
 pub fn gamma_ln_quantile(a: f64, p: f64, tail: Tail) -> f64 {
     tail_quantile(a.ln(), p, tail, |y| {
         let x = y.exp();

@@ -5,8 +5,8 @@ use super::gamma::{digamma, ln_gamma, ln_gamma_power, ln_minus_digamma};
 use super::ln_probability::{CLOSE_TO_ONE, LnProbability, LnTails};
 use super::{Tail, ln_ratio};
 
-/// Tails of the gamma distribution with shape `a` and unit rate at x, with their derivatives with respect to `a`.
-/// `ln_x` is ln x, which is finite even if `x` underflows or overflows.
+/// Log tail probabilities of the gamma distribution with shape `a` and unit rate at x, with their derivatives with
+/// respect to `a`. `ln_x` is ln x, which is finite even if `x` underflows or overflows.
 ///
 /// # References
 /// NIST Digital Library of Mathematical Functions, 8.7.1 (series) and 8.9.2 (continued fraction),
@@ -25,7 +25,7 @@ pub fn ln_gamma_tails(a: f64, x: f64, ln_x: f64) -> LnTails<1> {
         return LnTails::from_one(Tail::Upper, gamma_upper(a, x));
     }
     let lower = gamma_lower(a, x, ln_x);
-    // above this limit, the continued fraction converges within some thousands of terms
+    // for x above this limit, the continued fraction converges within some thousands of terms
     let upper = match lower.ln > CLOSE_TO_ONE && x > 0.02 {
         true => gamma_upper(a, x),
         false => lower.complement(),
@@ -33,7 +33,8 @@ pub fn ln_gamma_tails(a: f64, x: f64, ln_x: f64) -> LnTails<1> {
     LnTails::new(Tail::Lower, lower, upper)
 }
 
-/// P(a, x) = xᵃ e⁻ˣ/Γ(a + 1) Σ xⁿ/(a + 1)ₙ, with its derivative.
+/// Computes ln P(a, x) from the series P(a, x) = xᵃ e⁻ˣ/Γ(a + 1) Σ xⁿ/(a + 1)ₙ, with its derivative with respect to
+/// a.
 fn gamma_lower(a: f64, x: f64, ln_x: f64) -> LnProbability<1> {
     let (mut term, mut sum) = (Forward::constant(1.0), Forward::constant(1.0));
     let mut n = 0.0;
@@ -47,7 +48,7 @@ fn gamma_lower(a: f64, x: f64, ln_x: f64) -> LnProbability<1> {
         true => a * ln_x - ln_gamma(a + 1.0),
         false => ln_gamma_power(a, x),
     };
-    // derivative ln x − ψ(a + 1) of the factor before the sum
+    // derivative ln x − ψ(a + 1) of the logarithm of the factor before the sum
     let in_power = match a < 1.0 || x < f64::MIN_POSITIVE {
         true => ln_x - digamma(a + 1.0),
         false => ln_ratio(x, a) + ln_minus_digamma(a) - a.recip(),
@@ -55,7 +56,8 @@ fn gamma_lower(a: f64, x: f64, ln_x: f64) -> LnProbability<1> {
     LnProbability::new(ln_power + sum.value.ln(), [in_power + sum.slopes[0] / sum.value])
 }
 
-/// Q(a, x) by its continued fraction, with its derivative.
+/// Computes ln Q(a, x) from the continued fraction of the incomplete gamma function, with its derivative with respect
+/// to a.
 fn gamma_upper(a: f64, x: f64) -> LnProbability<1> {
     let mut denominator = Forward::new(x + 1.0 - a, [-1.0]);
     let mut ratio = denominator.recip();

@@ -2,7 +2,7 @@
 
 use super::{Tail, ln_one_minus_exp};
 
-/// ln 0.9. The complement of an event with a larger probability is inaccurate.
+/// The constant ln 0.9. For a probability P above 0.9, the complement 1 − P computed from P is inaccurate.
 pub(super) const CLOSE_TO_ONE: f64 = -0.105_360_515_657_826_3;
 
 /// Logarithm of a probability and its derivatives with respect to `N` parameters.
@@ -19,10 +19,10 @@ impl<const N: usize> LnProbability<N> {
     pub const IMPOSSIBLE: Self = Self { ln: f64::NEG_INFINITY, slopes: [0.0; N] };
     /// Probability 1 for all values of the parameters.
     pub const CERTAIN: Self = Self { ln: 0.0, slopes: [0.0; N] };
-    /// Value for invalid parameters.
+    /// Result for invalid parameters: NaN.
     pub(super) const UNDEFINED: Self = Self { ln: f64::NAN, slopes: [f64::NAN; N] };
 
-    /// Log probability; a logarithm that is positive because of rounding is set to 0.
+    /// Creates a log probability. A logarithm that is positive because of rounding is set to 0.
     pub(super) fn new(ln: f64, slopes: [f64; N]) -> Self {
         Self { ln: if ln > 0.0 { 0.0 } else { ln }, slopes }
     }
@@ -38,7 +38,8 @@ impl<const N: usize> LnProbability<N> {
         Self { ln, slopes }
     }
 
-    /// Difference P − `part`, and its ratio to P. A small ratio indicates cancellation.
+    /// Returns the difference P − `part`, and the ratio of this difference to P. A small ratio indicates
+    /// cancellation.
     pub fn without(self, part: Self) -> (Self, f64) {
         if part.ln == f64::NEG_INFINITY {
             return (self, 1.0);
@@ -61,16 +62,16 @@ pub struct LnTails<const N: usize> {
 }
 
 impl<const N: usize> LnTails<N> {
-    /// Tails at or below the lower end of the support.
+    /// Tail probabilities at a point at or below the lower end of the support.
     pub const BELOW: Self =
         Self { lower: LnProbability::IMPOSSIBLE, upper: LnProbability::CERTAIN };
-    /// Tails at or above the upper end of the support.
+    /// Tail probabilities at a point at or above the upper end of the support.
     pub const ABOVE: Self =
         Self { lower: LnProbability::CERTAIN, upper: LnProbability::IMPOSSIBLE };
     pub(super) const UNDEFINED: Self =
         Self { lower: LnProbability::UNDEFINED, upper: LnProbability::UNDEFINED };
 
-    /// Tails from one tail probability and its complement.
+    /// Creates both tails from one tail probability; the other tail is its complement.
     pub(super) fn from_one(tail: Tail, mass: LnProbability<N>) -> Self {
         Self::new(tail, mass, mass.complement())
     }
@@ -82,7 +83,7 @@ impl<const N: usize> LnTails<N> {
         }
     }
 
-    /// The lower or the upper tail.
+    /// Returns the probability of the lower or the upper tail.
     pub fn tail(&self, tail: Tail) -> LnProbability<N> {
         match tail {
             Tail::Lower => self.lower,
@@ -90,8 +91,9 @@ impl<const N: usize> LnTails<N> {
         }
     }
 
-    /// Probability between two points, computed from small tails where possible. Also returns the ratio of the
-    /// difference of two tails to the larger tail, which measures cancellation.
+    /// Returns the probability of the interval between two points, computed from small tail probabilities if
+    /// possible. Also returns a measure of cancellation: if the probability is the difference of two tail
+    /// probabilities, the ratio of the difference to the larger tail probability.
     pub fn between(below: &Self, above: &Self) -> (LnProbability<N>, f64) {
         let half = -std::f64::consts::LN_2;
         let (outside_below, outside_above) = (below.lower, above.upper);

@@ -1,6 +1,6 @@
 //! Logistic function and softplus function.
 
-/// σ(x) and σ(−x) = 1 − σ(x), each with full relative accuracy.
+/// Returns σ(x) and σ(−x) = 1 − σ(x) of the logistic function σ, each with full relative accuracy.
 #[inline]
 pub(crate) fn logistic(x: f64) -> (f64, f64) {
     let e = (-x.abs()).exp();

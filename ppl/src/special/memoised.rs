@@ -2,8 +2,8 @@
 
 /// Evaluates `$f($x)`, or returns the last result of this thread if `$x` is unchanged.
 ///
-/// The observations of a plate mostly share the shape of their distribution, and compilers do not move gamma functions
-/// out of a loop.
+/// In a loop over observations, the distributions usually have the same shape parameter, and the compiler does not
+/// move the evaluation of gamma functions out of the loop.
 macro_rules! memoised {
     ($f:expr, $x:expr) => {{
         std::thread_local! {

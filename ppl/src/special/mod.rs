@@ -116,7 +116,7 @@ fn ln_1p_of(x: f64) -> f64 {
     if sum == 1.0 { x } else { sum.ln() * (x / (sum - 1.0)) }
 }
 
-/// tanh y, sech y, and two parts from which ln cosh y is computed.
+/// Hyperbolic functions of y: tanh y, sech y, and two numbers from which ln cosh y is computed.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Hyperbolic {
     pub(crate) tanh: f64,
@@ -128,7 +128,7 @@ pub(crate) struct Hyperbolic {
 }
 
 impl Hyperbolic {
-    /// Values at y, with an error of a few units in the last place of 1.
+    /// Computes the functions at y, with an absolute error of a few units in the last place of 1.
     #[inline(always)]
     pub(crate) fn at(y: f64) -> Self {
         let size = y.abs();

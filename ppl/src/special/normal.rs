@@ -80,7 +80,7 @@ pub fn ln_normal_cdf(z: f64) -> (f64, f64) {
     }
 }
 
-/// P(0 < Z < z), an odd function of z; accurate near 0.
+/// Returns P(0 < Z < z), extended to negative z as an odd function; accurate near 0.
 pub fn normal_from_zero(z: f64) -> f64 {
     if z.abs() > 1.0 {
         return (0.5 - density(z) * mills_ratio(z.abs())).copysign(z);
@@ -102,7 +102,7 @@ pub fn normal_upper_quantile(q: f64) -> f64 {
     if !z.is_finite() {
         return z;
     }
-    // one Newton step improves the last digits; in the tail, it solves for ln P(Z > z)
+    // one Newton step improves the last digits; in the tail, the Newton step is applied to ln P(Z > z) = ln q
     if q < 0.25 {
         let ratio = mills_ratio(z);
         let ln_tail = -0.5 * z * z - HALF_LN_2PI + ratio.ln();
@@ -140,7 +140,8 @@ pub struct NormalInterval {
 }
 
 impl NormalInterval {
-    /// Probability for α < β, which can be infinite. It is accurate in the tails and for narrow intervals.
+    /// Computes the probability for α < β; both limits can be infinite. The result is accurate in the tails and for
+    /// narrow intervals.
     pub fn new(alpha: f64, beta: f64) -> Self {
         if alpha + beta < 0.0 {
             let mirrored = Self::right(-beta, -alpha);
@@ -152,7 +153,7 @@ impl NormalInterval {
         }
     }
 
-    /// Probability for β ≥ |α|.
+    /// Computes the probability for β ≥ |α|.
     fn right(alpha: f64, beta: f64) -> Self {
         let width = beta - alpha;
         // decrease of the log density over the interval, ln φ(α) − ln φ(β)

@@ -2,10 +2,11 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-/// ∫ f(distance) from 0 to `length`, for a function f that is smooth inside. For an infinite length, `scale` is the
-/// scale on which f decays.
+/// Computes the integral of f from 0 to `length`, for a function f that is smooth between these limits. For an
+/// infinite length, `scale` is the length scale on which f decays.
 ///
-/// The relative accuracy is about 1e-12 for integrands of one sign whose ends are algebraic or decay faster.
+/// The relative accuracy is about 1e-12 if f does not change its sign, and if f behaves like a power of the distance
+/// or decays faster at both ends.
 pub(crate) fn integral_from_zero(f: impl Fn(f64) -> f64, length: f64, scale: f64) -> f64 {
     nodes_from_zero(length, scale).map(|(distance, weight)| weight * f(distance)).sum()
 }

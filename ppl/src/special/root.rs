@@ -2,7 +2,8 @@
 
 use super::Tail;
 
-/// Coordinate y at which a tail of a distribution over ℝ has probability `p`.
+/// Returns the coordinate y at which a tail of a distribution over ℝ has probability `p`. The search starts at
+/// `start`.
 ///
 /// `at(y)` returns the lower tail, the upper tail and the density at y.
 pub(crate) fn tail_quantile(
@@ -29,11 +30,11 @@ pub(crate) fn tail_quantile(
     }
 }
 
-/// Root of an increasing function that is given as (value, slope), by Newton's method within a bracket that is extended
-/// from `start`.
+/// Finds the root of an increasing function by Newton's method within a bracket, which is extended from `start`. `f`
+/// returns the value and the slope of the function.
 ///
-/// Intended for ln P(tail) − ln p as a function of an unconstrained coordinate, which is nearly linear in the tails. If
-/// a value is infinite, the step is a bisection.
+/// The method is intended for the function ln P(tail) − ln p of an unconstrained coordinate, which is nearly linear
+/// in the tails. If a value is infinite, a bisection step is made.
 fn increasing_root(start: f64, f: impl Fn(f64) -> (f64, f64)) -> f64 {
     let (mut low, mut high) = (start, start);
     let mut step = 1.0;
@@ -60,7 +61,7 @@ fn increasing_root(start: f64, f: impl Fn(f64) -> (f64, f64)) -> f64 {
             low = y;
         }
         let newton = y - value / slope;
-        // convergence is quadratic: after a step this small, the error is below rounding
+        // convergence is quadratic: after a step as small as this limit, the error is below the rounding error
         if (newton - y).abs() <= 1e-10 * (1.0 + y.abs()) {
             return newton;
         }

@@ -1,9 +1,10 @@
 //! Reverse-mode differentiation with a tape of operations that is swept backwards once.
 //!
-//! Each operation adds a node with an adjoint to the tape, and one edge per argument. A term of the density adds no
-//! node: its adjoint is known to be 1, and its partial derivatives are added to the adjoints of its arguments
-//! immediately ([`Settled`](crate::accumulator::Settled)). The nodes of one iteration of a plate are swept by `unwind`
-//! at the end of the iteration, so that the tape of a plate is only as long as one iteration.
+//! Each operation adds a node with an adjoint to the tape, and one edge per argument. A term of the log density adds
+//! no node: its adjoint is known to be 1, and its partial derivatives are added to the adjoints of its arguments
+//! immediately ([`Settled`](crate::accumulator::Settled)). At the end of each iteration of a plate (a `for` loop of
+//! the model), `unwind` sweeps the nodes of the iteration and removes them, so that the tape never contains more than
+//! one iteration of a plate.
 
 mod var;
 
@@ -33,16 +34,16 @@ pub struct Tape {
     adjoints: Box<[Cell<f64>]>,
     /// Edges to the arguments of each node, contiguous per node, in the order of the nodes.
     edges: Box<[Cell<Edge>]>,
-    /// Inputs that were replaced by a function of them: index of the input, derivative of the function, and adjoint of
-    /// the input before the replacement.
+    /// Inputs whose node was reused for a function of the input. Each entry contains the index of the input, the
+    /// derivative of the function, and the adjoint of the input before the replacement.
     replaced: Box<[Cell<(u32, f64, f64)>]>,
     replacements: Cell<usize>,
     inputs: Cell<usize>,
-    /// Number of nodes in use; the next field is the number of edges in use.
+    /// Number of nodes in use. The field `filled` is the number of edges in use.
     length: Cell<usize>,
     filled: Cell<usize>,
     full: Cell<bool>,
-    /// Adjoint of scalars for which the tape had no space.
+    /// Receives the adjoints of scalars for which the tape had no space; the value is not used.
     sink: Cell<f64>,
 }
 
@@ -61,7 +62,7 @@ impl Default for Tape {
 }
 
 impl Tape {
-    /// Tape with space for `nodes` operations with four arguments on average.
+    /// Creates a tape with space for `nodes` operations with four arguments on average.
     pub fn with_capacity(nodes: usize) -> Self {
         Self {
             adjoints: vec![Cell::default(); nodes].into(),
@@ -93,7 +94,7 @@ impl Tape {
         *self = Self::with_capacity(2 * self.adjoints.len().max(1));
     }
 
-    /// Whether the tape was too short for all operations: clear the tape and evaluate again.
+    /// Whether the tape was too short for all operations. If so, clear the tape and repeat the evaluation.
     pub fn is_full(&self) -> bool {
         self.full.get()
     }
@@ -103,8 +104,9 @@ impl Tape {
         self.push(value, self.filled.get())
     }
 
-    /// Adds `n` independent variables at the start of a cleared tape. Returns their adjoints; none if the tape is too
-    /// short. [`first`](Tape::first) sets an adjoint to zero.
+    /// Adds `n` independent variables at the start of a cleared tape. Returns the adjoints of the variables; an empty
+    /// slice if the tape is too short. The adjoints are not set to zero: [`first`](Tape::first) does this for each
+    /// variable.
     #[inline]
     pub(crate) fn inputs(&self, n: usize) -> &[Cell<f64>] {
         let Some(adjoints) = self.adjoints.get(..n) else {
@@ -116,26 +118,26 @@ impl Tape {
         adjoints
     }
 
-    /// Scalar for the existing node with the given adjoint.
+    /// Creates a scalar for the existing node with the given adjoint.
     #[inline(always)]
     pub(crate) fn number<'t>(&'t self, value: f64, adjoint: &'t Cell<f64>) -> Var<'t> {
         Var::new(value, self, adjoint)
     }
 
-    /// Scalar for a node that has not been used yet; sets the node's adjoint to zero.
+    /// Creates a scalar for a node that has not been used yet, and sets the adjoint of the node to zero.
     #[inline(always)]
     pub(crate) fn first<'t>(&'t self, value: f64, adjoint: &'t Cell<f64>) -> Var<'t> {
         adjoint.set(0.0);
         self.number(value, adjoint)
     }
 
-    /// Scalar without a node, as a placeholder on a full tape; its adjoint is added to `sink`.
+    /// Creates a scalar without a node, as a placeholder on a full tape. Its adjoint is added to `sink`.
     #[inline(always)]
     pub(crate) fn nowhere(&self, value: f64) -> Var<'_> {
         self.number(value, &self.sink)
     }
 
-    /// Current length of the tape, as an argument of `unwind`.
+    /// Returns the current number of nodes, as an argument of `unwind`.
     #[inline(always)]
     pub(crate) fn mark(&self) -> usize {
         self.length.get()
@@ -147,7 +149,7 @@ impl Tape {
         term.deposit(1.0);
     }
 
-    /// Computes the gradient of the sum of all seeded terms with respect to the first inputs.
+    /// Computes the gradient of the sum of all seeded terms with respect to the first `gradient.len()` inputs.
     ///
     /// # Panics
     /// If the tape [is full](Tape::is_full), or if it is shorter than `gradient`.
@@ -168,7 +170,8 @@ impl Tape {
         }
     }
 
-    /// Sweeps back over the nodes after `mark` and removes them.
+    /// Sweeps backwards over the nodes after `mark`, that is, adds their adjoints to the adjoints of their arguments,
+    /// and removes these nodes.
     #[inline(always)]
     pub(crate) fn unwind(&self, mark: usize) {
         if self.length.get() > mark {
@@ -176,11 +179,11 @@ impl Tape {
         }
     }
 
-    // inlined, because a function call in a plate would move its sums out of the registers
+    // inlined, because a function call in a loop of the model would move the sums of the loop out of the registers
     #[inline(always)]
     fn sweep_back(&self, mark: usize) {
         self.length.set(mark);
-        // on a full tape operations are missing, so nothing is swept: the evaluation will be repeated
+        // a full tape lacks operations, so it is not swept: the caller repeats the evaluation
         if self.full.get() {
             return;
         }
@@ -202,7 +205,7 @@ impl Tape {
         self.filled.set(edges.len());
     }
 
-    /// Adds one node per value, each a function of all parents, with a single check of the remaining space.
+    /// Adds one node per value, each a function of all arguments `parents`. The remaining space is checked only once.
     #[inline(always)]
     fn push_all<const D: usize, const M: usize>(
         &self,

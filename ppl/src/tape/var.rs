@@ -70,7 +70,8 @@ impl<'t> EdgeWriter<'t> {
         self.written += 1;
     }
 
-    /// Reserves space for the edges, with a single check if the largest number of arguments is known.
+    /// Reserves space for the edges of an operation. If the largest number of arguments is known, the space is
+    /// checked only once.
     #[inline(always)]
     fn begin(&mut self, tape: &'t Tape) {
         self.tape = Some(tape);

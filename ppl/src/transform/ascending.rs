@@ -6,9 +6,9 @@ use crate::scalar::Scalar;
 
 /// Ordered values x₁ < x₂ < … < xₙ inside a support.
 ///
-/// The map of the [`Support`] takes the values to coordinates u₁, u₂, …, which are ordered too (in reverse for
-/// `Support::Below`). The ordered coordinates come from free coordinates y by u₁ = y₁ and uᵢ = uᵢ₋₁ + exp yᵢ. The
-/// log-Jacobian is Σ yᵢ, with i from 2, plus the log-Jacobian of the support.
+/// The map of the [`Support`] assigns to the values the coordinates u₁, u₂, …, which are ordered too (in reverse
+/// order for `Support::Below`). The ordered coordinates are computed from unconstrained coordinates y by u₁ = y₁ and
+/// uᵢ = uᵢ₋₁ + exp yᵢ. The log-Jacobian is Σ yᵢ, with i from 2, plus the log-Jacobian of the support.
 ///
 /// # Example
 /// ```

@@ -7,8 +7,8 @@
 //!
 //! [`LkjCholesky`](crate::LkjCholesky) documents the map of the Cholesky factors of correlation matrices.
 //!
-//! Nothing is clamped: a value that overflows is infinite or NaN. Its density is then not finite, so that the point is
-//! rejected.
+//! Values are not clamped: a value that overflows is infinite or NaN. The density of such a value is not finite, so
+//! that the point is rejected.
 
 mod ascending;
 mod support;

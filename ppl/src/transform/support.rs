@@ -65,7 +65,7 @@ impl<R: Scalar> Support<R> {
             Self::Between(a, b) => {
                 let (p, q) = logistic(y.value());
                 let width = b.value() - a.value();
-                // measured from the nearer end, to avoid rounding errors near both ends
+                // the distance is measured from the nearer end, to avoid rounding errors near both ends
                 let x = if p < q { a.value() + width * p } else { b.value() - width * q };
                 let slope = width * p * q;
                 if a.is_constant() && b.is_constant() {
@@ -103,7 +103,7 @@ impl<R: Scalar> Support<R> {
         }
     }
 
-    /// Lower and upper end of the support; infinite if there is none.
+    /// Lower and upper end of the support; ±∞ if the support has no such end.
     pub fn bounds(&self) -> (f64, f64) {
         match self {
             Self::Real => (f64::NEG_INFINITY, f64::INFINITY),
@@ -113,8 +113,8 @@ impl<R: Scalar> Support<R> {
         }
     }
 
-    /// Moves `x` to the nearest number inside the open support if it is at or beyond an end. If the end is 0, this is
-    /// the smallest normal number, whose reciprocal is finite.
+    /// Moves `x` to the nearest number inside the open support if it is at or beyond an end. If the end is 0, the
+    /// result is the normal number of smallest magnitude, whose reciprocal is finite.
     pub fn inside(&self, x: f64) -> f64 {
         let (a, b) = self.bounds();
         let first = if a == 0.0 { f64::MIN_POSITIVE } else { a.next_up() };
@@ -137,7 +137,7 @@ impl<R: Scalar> Support<R> {
         a <= x && x <= b
     }
 
-    /// Lower and upper end; `None` if there is none.
+    /// Lower and upper end; `None` if the support has no such end.
     fn ends(self) -> (Option<R>, Option<R>) {
         match self {
             Self::Real => (None, None),
@@ -170,11 +170,11 @@ impl<R: Scalar> Support<R> {
 }
 
 /// Log density of the logistic distribution, ln σ(y) + ln σ(−y) = −|y| − 2 ln(1 + e^{−|y|}), and its derivative.
-/// `minus_ln` computes the logarithm.
+/// `minus_ln(x)` computes −ln x.
 #[inline(always)]
 pub(crate) fn log_logistic_density(y: f64, minus_ln: impl FnOnce(f64) -> f64) -> (f64, f64) {
     let (p, q) = logistic(y);
-    // compared with |y| or ln 2, the rounding error of the sum is negligible
+    // the rounding error of this sum is negligible compared with |y| or ln 2
     let sum = 1.0 + (-y.abs()).exp();
     (minus_ln(sum * sum) - y.abs(), q - p)
 }

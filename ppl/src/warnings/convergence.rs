@@ -10,10 +10,10 @@ use crate::posterior::SummaryRow;
 use crate::record::Role;
 use crate::words::{cell, list};
 
-/// Separate modes, by the element name of the number.
+/// Posterior modes between which the chains do not mix, with the element name of the parameter.
 pub(super) type Separate = Vec<(String, Modes)>;
 
-/// Finds problems of single chains and single draws.
+/// Adds warnings about single chains and single draws.
 pub(super) fn find(posterior: &Posterior, rows: &[SummaryRow], warnings: &mut Warnings) {
     let runs = &posterior.chains.chains;
     for (chain, run) in runs.iter().enumerate() {
@@ -47,7 +47,7 @@ pub(super) fn find(posterior: &Posterior, rows: &[SummaryRow], warnings: &mut Wa
     );
 }
 
-/// Finds problems that appear in the comparison of chains; called only if no chain is stuck.
+/// Adds warnings from the comparison of chains. Called only if no chain is stuck.
 pub(super) fn compare(
     posterior: &Posterior,
     rows: &[SummaryRow],
@@ -100,7 +100,7 @@ pub(super) fn compare(
     );
 }
 
-/// Parameters with separate modes between which the chains do not mix.
+/// Finds the parameters whose posterior has separate modes between which the chains do not mix.
 pub(super) fn separate_modes(posterior: &Posterior) -> Separate {
     let group = &posterior.posterior;
     let parameters: Vec<_> = posterior

@@ -24,7 +24,8 @@ pub(super) fn find(posterior: &Posterior, names: &ShownNames, warnings: &mut War
     );
 
     let divergences = posterior.chains.divergences();
-    // a rejected point has an infinite energy error; each one after the warmup is counted per statement
+    // a point that the density rejects has an infinite energy error; rejections after the warmup are also counted per
+    // statement
     let errors = runs.iter().flat_map(|run| &run.divergences).map(|d| d.energy_error);
     let rejected = errors.filter(|error| !error.is_finite()).count();
     let counted: u64 = posterior.rejections().values().map(|counts| counts.1).sum();
@@ -94,8 +95,9 @@ fn too_curved(runs: &[Chain]) -> &'static str {
     }
 }
 
-/// Location of the divergences: the two parameters whose median over the divergences is farthest from the posterior
-/// median. The distance is in units of the interquartile range, because heavy tails may have no standard deviation.
+/// Describes the location of the divergences by the two parameters whose median over the divergences is farthest from
+/// the posterior median. The distance is measured in units of the interquartile range, because a parameter with heavy
+/// tails may have no standard deviation.
 fn where_divergences_are(posterior: &Posterior, names: &ShownNames) -> String {
     let points: Vec<_> = posterior.divergences.iter().filter(|p| !p.values.is_empty()).collect();
     let Some(first) = points.first() else {

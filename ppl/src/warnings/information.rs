@@ -15,9 +15,10 @@ use crate::posterior::Posterior;
 use crate::posterior::SummaryRow;
 use crate::words::{cell, list};
 
-/// R-hat above which a large part of the variance lies between the chains, about a sixth.
+/// R-hat above which a large part of the variance, about a sixth, is variance between the chains.
 const APART: f64 = 1.1;
-/// Effective sample size below which the sampling error of variances exceeds the thresholds of a combination.
+/// Smallest effective sample size for the search of combinations. For fewer effective draws, the sampling error of
+/// variances exceeds the thresholds of the search.
 const ENOUGH_FOR_A_COVARIANCE: f64 = 100.0;
 
 pub(super) fn find(
@@ -42,9 +43,10 @@ pub(super) fn find(
             .flat_map(|found| &found.members)
             .any(|&k| identifiability[k].name == row.name)
     };
-    // with exchanged labels, the posterior is as wide as the prior, even if each mode is well informed
+    // if chains exchange the labels of mixture components, the posterior is as wide as the prior, even if each mode
+    // is well informed
     let has_modes = |row: &Identifiability| modes.iter().any(|(place, _)| *place == row.name);
-    // widened posteriors are informed by the data, and combinations have their own warning
+    // exclude widened posteriors, which are informed by the data, and combinations, which have a separate warning
     for (label, words) in [
         (Identification::Not, "The data did not inform (contraction below 0.1): "),
         (Identification::Weakly, "The data informed only weakly (contraction below 0.5): "),
@@ -111,8 +113,8 @@ pub(super) fn find(
     );
 }
 
-/// Groups of parameters for which the data determine only a combination. Parameters with several modes or few effective
-/// draws are excluded, because their covariance is not meaningful.
+/// Finds groups of parameters for which the data determine only a combination. Parameters with several modes or few
+/// effective draws are excluded, because their covariance is not meaningful.
 fn undetermined(
     posterior: &Posterior,
     rows: &[SummaryRow],
@@ -149,7 +151,8 @@ fn undetermined(
     found
 }
 
-/// Names of the quantities that are Cholesky factors; single entries of a factor have no simple meaning.
+/// Returns the names of the quantities that are Cholesky factors. They are excluded from the warnings, because single
+/// entries of a factor have no simple meaning.
 fn factors(posterior: &Posterior) -> BTreeSet<&str> {
     let group = &posterior.posterior;
     let is_triangular = |values: &&Values| match values.shape[..] {
@@ -161,7 +164,7 @@ fn factors(posterior: &Posterior) -> BTreeSet<&str> {
     group.variables.iter().filter(is_triangular).map(|values| values.name.as_str()).collect()
 }
 
-/// Name of the quantity that has the element `name[index]`.
+/// Returns the name of the quantity from the name of its element, `name[index]`.
 fn quantity(name: &str) -> &str {
     name.split_once('[').map_or(name, |(quantity, _)| quantity)
 }

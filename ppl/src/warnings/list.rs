@@ -8,8 +8,8 @@ use crate::posterior::SummaryRow;
 /// Kind of a [`Warning`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum WarningKind {
-    /// A chain has far lower log densities than the others, or hardly moved. Warnings from comparisons of chains or
-    /// from all draws are then omitted.
+    /// A chain has far lower log densities than the other chains, or hardly moved. In this case, warnings that
+    /// compare chains or use all draws are omitted.
     StuckChain,
     /// A chain ended early.
     Stopped,
@@ -17,13 +17,13 @@ pub enum WarningKind {
     OtherDensity,
     /// A quantity is NaN or infinite at some draw.
     NotFinite,
-    /// R-hat is above 1.01.
+    /// The chains do not agree: R-hat is above 1.01.
     Disagreement,
     /// There are separate modes between which the chains hardly change.
     Modes,
     /// The effective sample size is below 100 per chain, or there are too few draws to estimate it.
     FewEffectiveDraws,
-    /// E-BFMI is below 0.3.
+    /// The energy of the Hamiltonian changes too little from draw to draw: E-BFMI is below 0.3.
     Energy,
     /// Some transitions diverged.
     Divergences,
@@ -66,7 +66,7 @@ impl fmt::Display for Warning {
     }
 }
 
-/// Element names as shown in the summary table, by element names with indices.
+/// Map from element names with indices, such as `sd[0]`, to the names in the summary table, such as `sd[north]`.
 pub(super) struct ShownNames<'r>(BTreeMap<&'r str, &'r str>);
 
 impl<'r> ShownNames<'r> {
@@ -87,7 +87,7 @@ impl<'r> ShownNames<'r> {
 pub(super) struct Warnings(pub(super) Vec<Warning>);
 
 impl Warnings {
-    /// Adds a warning if `items` is not empty. `items` lists the affected quantities or chains.
+    /// Adds a warning if `items`, the list of the affected quantities or chains, is not empty.
     pub(super) fn add(
         &mut self,
         kind: WarningKind,

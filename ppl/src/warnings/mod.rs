@@ -13,10 +13,10 @@ use list::{ShownNames, Warnings};
 pub use list::{Warning, WarningKind};
 
 /// Fraction of rejected points above which rejections in the warmup or of prior draws are reported. Single rejections
-/// are normal, because the first steps are too large.
+/// are normal, because the first steps of a warmup are too large.
 const FREQUENT: f64 = 0.01;
 
-/// All warnings about a posterior.
+/// Returns all warnings about a posterior.
 pub(crate) fn warnings(
     posterior: &Posterior,
     rows: &[SummaryRow],
@@ -34,7 +34,7 @@ pub(crate) fn warnings(
     if posterior.chains.max_depth.is_some() {
         hamiltonian::find(posterior, &names, &mut warnings);
     }
-    // without data, a posterior cannot be informed
+    // without observations or `factor` terms, warnings about the information in the data do not apply
     if are_together && posterior.has_likelihood() {
         information::find(posterior, rows, identifiability, &modes, &names, &mut warnings);
     }
@@ -42,7 +42,7 @@ pub(crate) fn warnings(
     warnings.0
 }
 
-/// Warnings about the statements of the model: missing data, rejections and failed predictions.
+/// Adds warnings about the statements of the model: missing data, rejections and failed predictions.
 fn model(posterior: &Posterior, warnings: &mut Warnings) {
     let observed = &posterior.observed.variables;
     let empty = observed.iter().filter(|v| v.data.is_empty()).map(|v| &v.name);

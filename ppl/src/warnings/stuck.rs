@@ -1,18 +1,19 @@
-//! Detection of chains that did not reach the others or hardly moved.
+//! Detection of chains that stayed in a region of far lower density than the other chains, or that hardly moved.
 
 use super::list::{WarningKind, Warnings};
 use crate::diagnostics::{mean, mean_and_variance, quantile};
 use crate::sampler::{Chain, Chains};
 use crate::words::{cell, list};
 
-/// Difference of log weights above which a region contains no draws of any run, because its weight is below e⁻²⁰ of the
-/// other region's.
+/// Difference of log weights of two regions above which the region of lower weight is negligible: its weight is below
+/// e⁻²⁰ of the weight of the other region, so that no run would contain a draw from it.
 const NO_WEIGHT: f64 = 20.0;
-/// Additional difference of median log densities, in widths of the 90 % interval of the better chain's log density.
+/// Additional difference of median log densities that is required, in units of the width of the 90 % interval of the
+/// log density of the better chain.
 const APART: f64 = 3.0;
-/// Smallest fraction of transitions with a move for a chain that is not stuck.
+/// Smallest fraction of transitions that change the position, for a chain that is not stuck.
 const MOVES: f64 = 0.02;
-/// Smallest number of draws for a decision.
+/// Smallest number of draws from which a chain is judged.
 const FEWEST: usize = 20;
 
 /// Region that a chain samples, described by its log densities and widths.
@@ -50,8 +51,9 @@ impl Stay {
         self.moves as f64 >= MOVES * self.transitions as f64
     }
 
-    /// Whether the draws of this chain have negligible weight compared with the draws of `other`. A wider region can
-    /// have more weight than its density suggests, and a narrow one less, such as the neck of a funnel.
+    /// Whether the draws of this chain have negligible weight compared with the draws of `other`. The widths of the
+    /// regions are taken into account: a wide region has more weight than its density suggests, and a narrow region,
+    /// such as the neck of a funnel, has less.
     fn is_far_below(&self, other: &Self) -> bool {
         let ([_, own, best], [least, centre, most]) = (self.log_density, other.log_density);
         let ratios = self.sds.iter().zip(&other.sds).filter(|(_, other)| **other > 0.0);
@@ -89,7 +91,7 @@ impl Stuck {
     }
 }
 
-/// Whether a chain is stuck; results from all draws then do not describe the posterior.
+/// Whether a chain is stuck. If so, results from all draws do not describe the posterior.
 pub(crate) fn is_any(chains: &Chains) -> bool {
     let Stuck { below, still } = Stuck::find(chains);
     !(below.is_empty() && still.is_empty())

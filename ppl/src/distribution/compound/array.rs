@@ -41,7 +41,8 @@ impl<R: Scalar, D: Unknown<R>, const N: usize> Unknown<R> for Array<D, N> {
         jacobian: bool,
         terms: &mut impl Accumulator<R>,
     ) -> Self::Value {
-        // a loop is inlined; `array::from_fn` would be a function call that keeps the terms out of registers
+        // a loop is inlined; `array::from_fn` is a function call, and the compiler could then not keep the terms in
+        // registers
         let mut values = [const { None }; N];
         for value in &mut values {
             *value = Some(self.inner.constrain(next, jacobian, terms));

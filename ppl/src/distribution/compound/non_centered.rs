@@ -12,7 +12,7 @@ use crate::distribution::traits::{Distribution, Unknown, lift};
 use crate::parameter::Parameter;
 use crate::scalar::Scalar;
 
-/// Location-scale family: x = T(z), where the distribution of z has no location or scale parameter.
+/// Location-scale family: x = T(z), where the distribution of z has no unknown location or scale.
 ///
 /// | distribution | z | x |
 /// |---|---|---|

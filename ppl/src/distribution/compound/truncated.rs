@@ -17,8 +17,9 @@ use crate::transform::Support;
 crate::univariate!([D: Univariate] Truncated<D>);
 
 impl<D: Univariate> Truncated<D> {
-    /// Upper and lower part of E|X − c|ⁿ about the median c: n ∫ dⁿ⁻¹ P(X > c + d) dd and n ∫ dⁿ⁻¹ P(X < c − d) dd.
-    /// Integration by parts gives this form, which needs only distribution functions.
+    /// Returns the contributions of X > c and of X < c to the moment E|X − c|ⁿ about the median c: n ∫ tⁿ⁻¹ P(X > c +
+    /// t) dt and n ∫ tⁿ⁻¹ P(X < c − t) dt. These integrals follow from integration by parts and need only
+    /// distribution functions.
     fn sides(&self, n: i32) -> (f64, f64) {
         let centre = self.quantile(0.5);
         let scale = self.quantile(0.75) - self.quantile(0.25);
@@ -30,7 +31,8 @@ impl<D: Univariate> Truncated<D> {
         (up, down)
     }
 
-    /// Whether the interval is bounded, so that all moments exist even if those of the inner distribution do not.
+    /// Whether the support is bounded. All moments of the truncated distribution then exist, even if the moments of
+    /// the inner distribution do not.
     fn is_bounded(&self) -> bool {
         self.quantile(0.0).is_finite() && self.upper_quantile(0.0).is_finite()
     }
@@ -147,8 +149,9 @@ where
         if lower.is_finite() && upper.is_finite() {
             return Some((lower, upper));
         }
-        // do not report two kinds of truncation: at zero, which defines a scale, and of a distribution with unknown
-        // parameters, which is part of the model and not a range chosen for a prior
+        // two kinds of truncation are not reported as bounds of a prior: truncation at zero, because zero is the
+        // natural bound of a scale; and truncation of a distribution with unknown parameters, because it is part of
+        // the model and not a range chosen for a prior
         let (end, cut) = match lower.is_finite() {
             true => (lower, self.interval.lower()),
             false => (upper, self.interval.upper()),

@@ -37,8 +37,9 @@ pub struct Beta<A, B>(pub A, pub B);
 
 crate::univariate!([A: Parameter, B: Parameter] Beta<A, B>);
 
-/// Adds the limit of ln p at the end of the support that belongs to the shape `own`: −∞ or ∞, or a finite limit that
-/// depends on the shape `other` if `own` is 1.
+/// Adds the limit of ln p at one end of the support. `own` is the shape parameter that determines the density near
+/// this end. The limit is −∞ for `own` > 1, ∞ for `own` < 1, and ln `other` for `own` = 1, where `other` is the other
+/// shape parameter.
 #[inline]
 fn add_at_end<R: Scalar, P: Parameter + Datum<R>>(
     own: impl Parameter,
@@ -58,7 +59,7 @@ impl<A: Parameter, B: Parameter> Beta<A, B> {
         (self.0.number(), self.1.number())
     }
 
-    /// Both tail probabilities at `x`, with their derivatives with respect to the shapes.
+    /// Returns the logarithms of P(X ≤ x) and P(X > x), with their derivatives with respect to the shapes.
     fn tails(&self, x: f64) -> LnTails<2> {
         let (a, b) = self.parameters();
         if x <= 0.0 {

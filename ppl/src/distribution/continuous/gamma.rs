@@ -36,8 +36,8 @@ pub struct Gamma<A, B>(pub A, pub B);
 
 crate::univariate!([A: Parameter, B: Parameter] Gamma<A, B>);
 
-/// ln(x p(x)) at the scaled value t = β x, and its derivative with respect to the shape; the derivative is 0 if the
-/// shape is constant.
+/// Returns ln(x p(x)) at the scaled value t = β x, and the derivative of ln(x p(x)) with respect to the shape. The
+/// derivative is 0 if the shape is constant.
 #[inline]
 pub(super) fn ln_power<R: Scalar>(unknown_shape: R, t: f64) -> (f64, f64) {
     let shape = unknown_shape.value();
@@ -52,7 +52,7 @@ pub(super) fn ln_power<R: Scalar>(unknown_shape: R, t: f64) -> (f64, f64) {
 }
 
 impl<A: Parameter, B: Parameter> Gamma<A, B> {
-    /// Both tail probabilities at `x`, with their derivatives with respect to the shape.
+    /// Returns the logarithms of P(X ≤ x) and P(X > x), with their derivatives with respect to the shape.
     fn tails(&self, x: f64) -> LnTails<1> {
         let (shape, rate) = (self.0.number(), self.1.number());
         if x <= 0.0 {
@@ -143,8 +143,9 @@ where
         );
     }
 
-    /// Uses the series and the continued fraction of the incomplete gamma function and their derivatives. A change of
-    /// the rate has the same effect as a change of both ends of the interval.
+    /// Uses the series and the continued fraction of the incomplete gamma function, and their derivatives with
+    /// respect to the shape. The derivative with respect to the rate follows from the derivatives with respect to
+    /// both ends of the interval.
     fn ln_mass(&self, lower: f64, upper: f64) -> R {
         let [below, above] = [lower, upper].map(|x| self.tails(x));
         let (mass, share) = LnTails::between(&below, &above);

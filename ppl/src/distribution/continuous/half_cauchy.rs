@@ -15,7 +15,7 @@ use crate::scalar::Scalar;
 use crate::special::{Tail, ln_1p_square, ln_ratio, logistic, softplus};
 use crate::transform::Support;
 
-/// Half-Cauchy distribution with scale (and median) σ. Its mean is infinite.
+/// Half-Cauchy distribution with scale (and median) σ. The mean of the distribution is infinite.
 ///
 /// ln p(x) = ln(2/π) − ln σ − ln(1 + (x/σ)²), for x ≥ 0 and σ > 0.
 ///
@@ -66,7 +66,7 @@ impl<S: Parameter> Univariate for HalfCauchy<S> {
 
     fn ln_tail(&self, x: f64, tail: Tail) -> f64 {
         let (scale, x) = (self.0.number(), x.max(0.0));
-        // for large ratios, atan(near/far) = near/far to rounding, and the ratio itself can underflow
+        // if far/near is large, atan(near/far) equals near/far up to rounding, and near/far itself can underflow
         let (near, far) = if tail == Tail::Lower { (x, scale) } else { (scale, x) };
         let ln_angle = if far / near > 1e9 { ln_ratio(near, far) } else { near.atan2(far).ln() };
         LN_2_OVER_PI + ln_angle
@@ -85,14 +85,14 @@ impl<S: Parameter> Univariate for HalfCauchy<S> {
     }
 }
 
-/// ln(1 + e^{2t}) and its derivative, for t = ln(x/σ); does not overflow.
+/// Returns ln(1 + e^{2t}) and its derivative with respect to t, for t = ln(x/σ). The computation does not overflow.
 fn ln_one_plus_square(t: f64) -> (f64, f64) {
     (softplus(2.0 * t), 2.0 * logistic(2.0 * t).0)
 }
 
 impl<S: Parameter> HalfCauchy<S> {
-    /// Log probability of an interval whose ends are both far below or both far above the scale. There atan(z) equals
-    /// z, or π/2 − 1/z, to rounding.
+    /// Log probability of an interval whose ends are both far below or both far above the scale. For such an
+    /// interval, atan(z) with z = x/σ equals z, or π/2 − 1/z, up to rounding.
     #[cold]
     fn ln_mass_far_out<R: Scalar>(&self, lower: f64, upper: f64) -> R
     where
@@ -153,8 +153,8 @@ where
         terms.replace(y, x, x)
     }
 
-    /// Computes ln P = ln[(2/π) atan((b − a) σ/(σ² + a b))]. Its derivative with respect to σ is (a p(a) − b p(b))/(σ
-    /// P).
+    /// Computes ln P = ln[(2/π) atan((b − a) σ/(σ² + a b))]. The derivative of ln P with respect to σ is (a p(a) − b
+    /// p(b))/(σ P). P is the probability of the interval (a, b).
     fn ln_mass(&self, lower: f64, upper: f64) -> R {
         let scale = self.0.number();
         let (a, b) = (lower.max(0.0) / scale, upper / scale);

@@ -105,7 +105,7 @@ where
         );
     }
 
-    /// The Jacobian cancels the factor 1/x of the density: the coordinate ln x is normal.
+    /// The Jacobian x cancels the factor 1/x of the density: the coordinate ln x has a normal distribution.
     #[inline(always)]
     fn at_coordinate(&self, y: R, terms: &mut impl Accumulator<R>) -> R {
         self.logarithm().add_ln_pdf(y, terms);

@@ -81,7 +81,8 @@ impl<M: Parameter, S: Parameter> Univariate for Normal<M, S> {
     }
 }
 
-/// A draw from Normal(0, 1). It takes a trait object, so that it is compiled once instead of for every generator type.
+/// Draws from Normal(0, 1). The generator is a trait object, so that the function is compiled once instead of for
+/// every generator type.
 pub(super) fn standard_normal(rng: &mut dyn RngCore) -> f64 {
     rng.sample(StandardNormal)
 }
@@ -110,7 +111,8 @@ where
         let precise = self.1.number().recip();
         let z = (x.value() - self.0.number()) * precise;
         let slope = z * precise;
-        // a logarithm that is the same for all elements of a plate is computed outside the loop
+        // if σ is the same for all data of a loop, ln σ is computed directly, and the compiler moves it out of the
+        // loop
         let constant = match S::SHARED || S::CONSTANT {
             true => -normaliser(terms, self.1, ln_normaliser),
             false => terms.minus_ln(self.1.number()) - HALF_LN_2PI,
@@ -127,7 +129,8 @@ where
         y
     }
 
-    /// Evaluates n values at once, so that the sums stay in registers.
+    /// Adds the terms of n values in one loop, so that the sums of the derivatives with respect to mean and σ stay in
+    /// registers.
     #[inline(always)]
     fn at_coordinates(
         &self,
@@ -158,7 +161,7 @@ where
 
     /// Statistics n, x̄ and Σ (x − x̄)².
     fn sufficient_statistics(mut data: impl Iterator<Item = R>, out: &mut Vec<f64>) {
-        // differences from one datum avoid cancellation
+        // the sums are over differences from the first datum, which avoids cancellation
         let Some(origin) = data.next().map(Scalar::value) else { return };
         let (mut n, mut sum, mut squares) = (1.0, 0.0, 0.0);
         for x in data {

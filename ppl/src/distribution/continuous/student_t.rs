@@ -46,7 +46,7 @@ impl<N: Parameter, M: Parameter, S: Parameter> StudentT<N, M, S> {
         (x - self.1.number()) / self.2.number()
     }
 
-    /// Both tail probabilities at `x`, with their derivatives with respect to ν at fixed x.
+    /// Returns the logarithms of P(X ≤ x) and P(X > x), with their derivatives with respect to ν at fixed x.
     fn tails(&self, x: f64) -> LnTails<1> {
         let nu = self.0.number();
         let away = x - self.1.number();
@@ -64,7 +64,8 @@ impl<N: Parameter, M: Parameter, S: Parameter> StudentT<N, M, S> {
         let (x, complement) = (1.0 / (1.0 + square), 1.0 / (1.0 + square.recip()));
         let at = Share { x, complement, ln_x, ln_complement };
         let beta = ln_beta_tails(0.5 * nu, 0.5, at).lower;
-        // derivative through the argument ν/(ν + t²), which changes with ν at the rate x (1 − x)/ν
+        // derivative with respect to ν through the argument x = ν/(ν + t²), which changes with ν at the rate x (1 −
+        // x)/ν
         let moved = (at.ln_beta_power(0.5 * nu, 0.5) - beta.ln).exp() / nu;
         let slopes = [0.5 * beta.slopes[0] + moved];
         let outside = LnProbability { ln: beta.ln - LN_2, slopes };
@@ -75,7 +76,8 @@ impl<N: Parameter, M: Parameter, S: Parameter> StudentT<N, M, S> {
         }
     }
 
-    /// P(T > |t|) ≤ ½, half of the probability below ν/(ν + t²) under Beta(ν/2, ½).
+    /// Returns P(T > |t|) ≤ ½. This probability is half of the probability of values below ν/(ν + t²) under Beta(ν/2,
+    /// ½).
     fn outside(&self, t: f64) -> f64 {
         let nu = self.0.number();
         let square = t * t / nu;
@@ -87,7 +89,7 @@ impl<N: Parameter, M: Parameter, S: Parameter> StudentT<N, M, S> {
     fn distance(&self, q: f64) -> f64 {
         let nu = self.0.number();
         let logit = if q > 0.25 {
-            // use the probability of (−t, t), because it has no cancellation for small t
+            // use the probability of the interval (−t, t), because its computation has no cancellation for small t
             beta_logit_quantile(0.5 * nu, 0.5, 1.0 - 2.0 * q, Tail::Upper)
         } else {
             beta_logit_quantile(0.5 * nu, 0.5, 2.0 * q, Tail::Lower)
@@ -160,7 +162,7 @@ fn ln_shape(nu: f64) -> f64 {
     of_nu(nu)[0]
 }
 
-/// The value [`ln_shape`], and twice the digamma terms of its derivative with respect to ν.
+/// Returns the value of [`ln_shape`], and twice the digamma terms in the derivative of `ln_shape` with respect to ν.
 fn of_nu(nu: f64) -> [f64; 2] {
     let parts = |nu: f64| {
         let (half, inverse) = (0.5 * nu, nu.recip());
@@ -204,7 +206,8 @@ where
         );
     }
 
-    /// Uses the incomplete beta function. A change of location or scale has the same effect as a change of both ends.
+    /// Uses the incomplete beta function. The derivatives with respect to location and scale follow from the
+    /// derivatives with respect to both ends of the interval.
     fn ln_mass(&self, lower: f64, upper: f64) -> R {
         let [below, above] = [lower, upper].map(|x| self.tails(x));
         let (mass, share) = LnTails::between(&below, &above);
@@ -244,7 +247,8 @@ where
     }
 }
 
-/// −½ (ν + 1) ln(1 + z²/ν), the derivatives of ln p with respect to z and ν, and (ν + 1) z²/(ν + z²).
+/// Returns −½ (ν + 1) ln(1 + z²/ν), and an array with three entries: the derivatives of ln p with respect to z and to
+/// ν, and (ν + 1) z²/(ν + z²).
 #[inline]
 fn standard<R: Scalar>(z: f64, unknown_nu: R) -> (f64, [f64; 3]) {
     let nu = unknown_nu.value();

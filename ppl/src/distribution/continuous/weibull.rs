@@ -48,26 +48,27 @@ impl<A: Parameter, S: Parameter> Weibull<A, S> {
         self.0.number() * ln_ratio(x.max(0.0), self.1.number())
     }
 
-    /// Value x with the given cumulative hazard.
+    /// Returns the value x at which the cumulative hazard is `hazard`.
     fn at_hazard(&self, hazard: f64) -> f64 {
         self.1.number() * hazard.powf(self.0.number().recip())
     }
 
-    /// ln(x p(x)) at u = ln(x/σ), and its derivatives with respect to u, α and σ.
+    /// Returns ln(x p(x)) at u = ln(x/σ), and the derivatives of ln(x p(x)) with respect to u, α and σ.
     #[inline]
     fn ln_power(&self, u: f64) -> (f64, [f64; 3]) {
         let (shape, scale) = (self.0.number(), self.1.number());
         let hazard = (shape * u).exp();
         let rest = 1.0 - hazard;
         let in_u = shape * rest;
-        // −hazard dominates the other terms, which could give ∞ − ∞
+        // if the hazard overflows, −hazard dominates, and the sum of all terms could be ∞ − ∞
         let value = if hazard == f64::INFINITY { -hazard } else { shape.ln() + shape * u - hazard };
         (value, [in_u, shape.recip() + u * rest, -in_u / scale])
     }
 }
 
 impl<A: Parameter, S: Parameter> Weibull<A, S> {
-    /// Log probability of an interval whose hazards underflow: the logarithm of the difference of the hazards.
+    /// Log probability of an interval at whose ends the hazards are so small that they underflow. The probability is
+    /// then the difference of the hazards.
     #[cold]
     fn ln_mass_at_zero<R: Scalar>(&self, lower: f64, upper: f64) -> R
     where
@@ -170,7 +171,8 @@ where
             return R::from(f64::NEG_INFINITY);
         }
         let between = more - less;
-        // derivative weights of both ends, relative to P; an end at infinity or outside the support has weight 0
+        // weights of the derivatives with respect to both ends, divided by the probability of the interval; an end at
+        // infinity or outside the support has the weight 0
         let near = if less == 0.0 { 0.0 } else { less / (-between).exp_m1() };
         let far = if more == f64::INFINITY { 0.0 } else { more / between.exp_m1() };
         let ln_ends = [(near, lower), (far, upper)]

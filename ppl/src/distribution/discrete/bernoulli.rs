@@ -10,8 +10,8 @@ use crate::distribution::traits::Distribution;
 use crate::parameter::Parameter;
 use crate::scalar::Scalar;
 
-/// Bernoulli distribution of a flag that is true with probability p. It can be observed, but it cannot be the prior of
-/// an unknown.
+/// Bernoulli distribution of a flag that is true with probability p. The distribution is for observed data; it cannot
+/// be the prior of an unknown.
 ///
 /// ln P(true) = ln p, ln P(false) = ln(1 − p), for 0 ≤ p ≤ 1.
 ///
@@ -36,8 +36,9 @@ impl<P: Parameter> Bernoulli<P> {
         self.0.number()
     }
 
-    /// Log probability of the flag, ln p or ln(1 − p), and its derivative. The derivative is set to 0 for a flag of
-    /// probability zero, because the product of an infinite derivative and a weight of zero is NaN.
+    /// Returns the log probability of the flag, ln p or ln(1 − p), and its derivative with respect to p. The
+    /// derivative is set to 0 for a flag of probability zero, because the product of an infinite derivative and a
+    /// weight of zero is NaN.
     #[inline(always)]
     fn ln_mass(&self, flag: bool) -> (f64, f64) {
         let p = self.0.number();

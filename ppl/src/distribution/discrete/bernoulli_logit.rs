@@ -11,8 +11,8 @@ use crate::parameter::Parameter;
 use crate::scalar::Scalar;
 use crate::special::{logistic, softplus};
 
-/// Bernoulli distribution of a flag that is true with probability 1/(1 + e⁻ˣ), for logistic regression. It can be
-/// observed, but it cannot be the prior of an unknown.
+/// Bernoulli distribution of a flag that is true with probability 1/(1 + e⁻ˣ), for logistic regression. The
+/// distribution is for observed data; it cannot be the prior of an unknown.
 ///
 /// ln P(true) = −ln(1 + e⁻ˣ), ln P(false) = −ln(1 + eˣ), for real x.
 ///
@@ -58,8 +58,8 @@ where
         R::gather(-softplus(against), ((self.0, sign * logistic(against).0),))
     }
 
-    /// Computes ln(1 + e) instead of `ln_1p`, so that the logarithms of a sum can be combined; the error of 10⁻¹⁶ is
-    /// negligible.
+    /// Computes ln(1 + e) instead of `ln_1p(e)`, so that the accumulator can combine the logarithms of several data
+    /// to one logarithm of a product. The error of 10⁻¹⁶ is negligible.
     #[inline(always)]
     fn add_terms(&self, flag: &bool, terms: &mut impl Accumulator<R>) {
         let sign = if *flag { 1.0 } else { -1.0 };

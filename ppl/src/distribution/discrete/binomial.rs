@@ -12,8 +12,8 @@ use crate::parameter::Parameter;
 use crate::scalar::Scalar;
 use crate::special::{HALF_LN_2PI, deviance, ln_beta, logistic, stirling_error};
 
-/// Binomial distribution of the number of successes among n trials with success probability p. It can be observed, but
-/// it cannot be the prior of an unknown.
+/// Binomial distribution of the number of successes among n trials with success probability p. The distribution is
+/// for observed data; it cannot be the prior of an unknown.
 ///
 /// ln P(k) = ln C(n, k) + k ln p + (n − k) ln(1 − p), for k = 0, …, n and 0 ≤ p ≤ 1.
 ///
@@ -31,8 +31,8 @@ use crate::special::{HALF_LN_2PI, deviance, ln_beta, logistic, stirling_error};
 #[derive(Clone, Copy, Debug)]
 pub struct Binomial<N, P>(pub N, pub P);
 
-/// Binomial distribution, parametrised by the logit x of the success probability 1/(1 + e⁻ˣ), for logistic regression.
-/// It can be observed, but it cannot be the prior of an unknown.
+/// Binomial distribution, parametrised by the logit x of the success probability 1/(1 + e⁻ˣ), for logistic
+/// regression. The distribution is for observed data; it cannot be the prior of an unknown.
 ///
 /// ln P(k) = ln C(n, k) − k ln(1 + e⁻ˣ) − (n − k) ln(1 + eˣ), for k = 0, …, n and real x.
 ///
@@ -49,24 +49,24 @@ pub struct Binomial<N, P>(pub N, pub P);
 #[derive(Clone, Copy, Debug)]
 pub struct BinomialLogit<N, X>(pub N, pub X);
 
-/// Number of trials with the probabilities p of success and q = 1 − p of failure. Both are stored, because 1 − p has
-/// rounding errors if p is near 1.
+/// Number of trials with the probabilities p of success and q = 1 − p of failure. Both p and q are stored, because 1
+/// − p has rounding errors if p is near 1.
 #[derive(Clone, Copy)]
 struct Trials {
     n: u64,
     p: f64,
     q: f64,
-    /// ln p and ln q, if p or q is below the smallest normal number.
+    /// The logarithms ln p and ln q if p or q is below the smallest normal number; otherwise `None`.
     underflow: Option<[f64; 2]>,
 }
 
-/// Trials from the success probability.
+/// Creates `Trials` from the success probability p.
 #[inline(always)]
 fn by_probability(n: u64, p: f64) -> Trials {
     Trials { n, p, q: 1.0 - p, underflow: None }
 }
 
-/// Trials from the logit of the success probability.
+/// Creates `Trials` from the logit x of the success probability.
 #[inline(always)]
 fn by_logit(n: u64, x: f64) -> Trials {
     let (p, q) = logistic(x);
@@ -147,8 +147,8 @@ impl<R: Scalar, N: CountParameter, P: Parameter + Datum<R>> Distribution<R> for 
     fn add_terms(&self, k: &u64, terms: &mut impl Accumulator<R>) {
         let trials = self.trials();
         let (success, failure) = (*k as f64, trials.n as f64 - *k as f64);
-        // avoid 0/0 for k = 0 and k = n, and infinite partial derivatives for counts of probability zero: multiplied by
-        // a weight of zero, these would give NaN
+        // avoid 0/0 for k = 0 and k = n, and infinite partial derivatives for counts of probability zero: an infinite
+        // derivative times a weight of zero is NaN
         let gain = if success == 0.0 || trials.p == 0.0 { 0.0 } else { success / trials.p };
         let loss = if failure <= 0.0 || trials.q == 0.0 { 0.0 } else { failure / trials.q };
         let value = trials.ln_pmf(*k, terms.leave_out_constants());

@@ -11,7 +11,8 @@ use crate::parameter::Parameter;
 use crate::scalar::Scalar;
 use crate::special::{HALF_LN_2PI, deviance, ln_gamma, stirling_error};
 
-/// Poisson distribution of a count with rate λ. It can be observed, but it cannot be the prior of an unknown.
+/// Poisson distribution of a count with rate λ. The distribution is for observed data; it cannot be the prior of an
+/// unknown.
 ///
 /// ln P(k) = k ln λ − λ − ln k!, for k = 0, 1, 2, … and λ ≥ 0. With λ = 0 every count is zero, so that
 /// `Mixture([absent, 1.0 - absent], [Poisson(0.0 * rate), Poisson(rate)])` is a zero-inflated Poisson distribution.
@@ -29,8 +30,8 @@ use crate::special::{HALF_LN_2PI, deviance, ln_gamma, stirling_error};
 #[derive(Clone, Copy, Debug)]
 pub struct Poisson<L>(pub L);
 
-/// Poisson distribution of a count with rate e^η, for log-linear regression. It can be observed, but it cannot be the
-/// prior of an unknown.
+/// Poisson distribution of a count with rate e^η, for log-linear regression. The distribution is for observed data;
+/// it cannot be the prior of an unknown.
 ///
 /// ln P(k) = k η − e^η − ln k!, for k = 0, 1, 2, … and real η.
 ///
@@ -51,7 +52,8 @@ pub struct PoissonLog<E>(pub E);
 impl<L: Parameter> Family for Poisson<L> {}
 impl<E: Parameter> Family for PoissonLog<E> {}
 
-/// Log probability ln P(k), for a rate ≥ 0 and its logarithm. If `lean` is true, the constant ln k! is omitted.
+/// Returns the log probability ln P(k), given the rate and its logarithm; NaN for a negative rate. If `lean` is true,
+/// the constant ln k! is omitted.
 #[inline]
 fn ln_pmf(k: f64, rate: f64, ln_rate: impl Fn() -> f64, lean: bool) -> f64 {
     if rate.is_nan() || rate < 0.0 {
@@ -70,7 +72,7 @@ fn ln_pmf(k: f64, rate: f64, ln_rate: impl Fn() -> f64, lean: bool) -> f64 {
 
 /// Draws a count; 0 if the rate is 0 or too large for `u64`.
 fn draw_count<G: Rng + ?Sized>(rate: f64, rng: &mut G) -> u64 {
-    // f64 represents counts below 2⁵³ exactly, and `as` saturates for larger ones
+    // f64 represents counts below 2⁵³ exactly, and `as` saturates for counts that are too large for `u64`
     rand_distr::Poisson::new(rate).map_or(0, |poisson| rng.sample(poisson) as u64)
 }
 

@@ -18,11 +18,11 @@ pub trait Intercept<R>: Clone {
     /// Index of the group of datum `i`.
     fn group(&self, i: usize) -> usize;
 
-    /// Intercept of a group.
+    /// Value of the intercept of a group.
     fn level(&self, group: usize) -> f64;
 
-    /// Propagates a derivative with respect to the intercept of a group: calls `f` with each number on which the
-    /// intercept depends, and `weight` times the derivative with respect to this number.
+    /// Propagates a derivative with respect to the intercept of a group: calls
+    /// `f(number, weight · ∂intercept/∂number)` for each number on which the intercept depends.
     fn spread(&self, group: usize, weight: f64, f: &mut impl FnMut(R, f64));
 
     /// Checks that each of the `n` data has an intercept and that all intercepts are finite.

@@ -12,7 +12,7 @@ use crate::distribution::{BernoulliLogit, Distribution, Family, PoissonLog, Sequ
 use crate::scalar::Scalar;
 
 /// Poisson regression with log link, `PoissonLogGlm(x, intercept, slopes)`: kᵢ ~ PoissonLog(ηᵢ) with ηᵢ = aᵢ + Σₖ xᵢₖ
-/// bₖ, for all data in one statement. It can be observed, but it cannot be the prior of an unknown.
+/// bₖ, for all data in one statement. The distribution is for observed data; it cannot be the prior of an unknown.
 ///
 /// ln P(k) = Σᵢ (kᵢ ηᵢ − e^ηᵢ − ln kᵢ!).
 ///
@@ -39,8 +39,9 @@ use crate::scalar::Scalar;
 #[derive(Clone, Copy, Debug)]
 pub struct PoissonLogGlm<X, A, B>(pub X, pub A, pub B);
 
-/// Logistic regression, `BernoulliLogitGlm(x, intercept, slopes)`: a flag is true with probability 1/(1 + e^−ηᵢ), where
-/// ηᵢ = aᵢ + Σₖ xᵢₖ bₖ, for all data in one statement. It can be observed, but it cannot be the prior of an unknown.
+/// Logistic regression, `BernoulliLogitGlm(x, intercept, slopes)`: a flag is true with probability 1/(1 + e^−ηᵢ),
+/// where ηᵢ = aᵢ + Σₖ xᵢₖ bₖ, for all data in one statement. The distribution is for observed data; it cannot be the
+/// prior of an unknown.
 ///
 /// ln P = Σᵢ −ln(1 + e^∓ηᵢ), with the sign − if the flag is true.
 ///
@@ -67,8 +68,9 @@ pub struct PoissonLogGlm<X, A, B>(pub X, pub A, pub B);
 #[derive(Clone, Copy, Debug)]
 pub struct BernoulliLogitGlm<X, A, B>(pub X, pub A, pub B);
 
-/// Implements the regression `$Name` for data of type `$Datum`; `$Each` is the distribution of one datum given η. The
-/// statistics are the data as `f64`, which are stored when the data are bound.
+/// Implements the regression `$Name` for data of type `$Datum`; `$Each` is the distribution of one datum given the
+/// linear predictor η. The stored statistics of an observation are its data, converted to `f64` when the data are
+/// bound.
 macro_rules! impl_link {
     ($Name:ident, $Each:ident, $Datum:ty, |$x:ident| $datum:expr) => {
         impl<X: Clone, A: Clone, B: Clone> Family for $Name<X, A, B> {}

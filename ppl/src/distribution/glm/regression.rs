@@ -72,7 +72,7 @@ impl<R: Scalar, A: Intercept<R>, B: Sequence<Item: Datum<R>>> Datum<R> for Eta<'
     }
 }
 
-/// A regression, as a distribution for each datum.
+/// A regression, described by the distribution of each datum.
 pub(super) trait Regression<R: Scalar> {
     /// Distribution of one datum.
     type Each<'g>: Distribution<R>
@@ -107,7 +107,7 @@ pub(super) fn add_terms<'g, R, G>(
     }
 }
 
-/// Appends the log density of each datum.
+/// Appends the log density of each datum to `out`.
 pub(super) fn pointwise<'g, R: Scalar, G: Regression<R>>(
     regression: &'g G,
     data: &[Value<'g, R, G>],
@@ -141,7 +141,8 @@ pub(super) fn require_length(
     Err(DomainError::new(message))
 }
 
-/// Checks that the number of predictors equals the number of slopes, and that all numbers are finite.
+/// Checks that each row of the design matrix has as many predictors as there are slopes, and that all predictors,
+/// slopes and intercepts are finite.
 pub(super) fn validate<R: Scalar>(
     family: &'static str,
     x: &impl Design,

@@ -14,7 +14,7 @@ use crate::parameter::Parameter;
 use crate::partials::Partials;
 use crate::scalar::Scalar;
 
-/// Statistics as stored: the rows of the triangular factor, followed by the rows of the groups.
+/// View of the stored statistics: n, ρ², the rows of the triangular factor, and the rows of the groups.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Statistics<'s> {
     /// Number of data.
@@ -29,7 +29,8 @@ pub(super) struct Statistics<'s> {
 }
 
 impl<'s> Statistics<'s> {
-    /// Appends the statistics of the data `y` in `groups` groups and with `slopes` predictors.
+    /// Computes the statistics of the data `y` and appends them to `out`. `groups` is the number of groups, `slopes`
+    /// the number of predictors.
     pub(super) fn write(
         x: &impl Design,
         y: &[f64],
@@ -80,7 +81,7 @@ impl<'s> Statistics<'s> {
     }
 }
 
-/// Sufficient statistics together with the parameters of a linear predictor.
+/// Sufficient statistics and parameters of a linear regression.
 #[derive(Debug)]
 pub(super) struct Fit<'s, A, B> {
     pub(super) statistics: Statistics<'s>,

@@ -10,7 +10,7 @@ use crate::accumulator::Accumulator;
 use crate::scalar::Scalar;
 use crate::special::{Hyperbolic, ln_beta, ln_gamma};
 
-/// Largest deviation from 1 of the squared length of a row of an observed correlation factor.
+/// Largest accepted deviation from 1 of the squared length of a row of an observed correlation factor.
 const UNIT_TOLERANCE: f64 = 1e-8;
 
 /// Parameter η and size K of an LKJ distribution. Rows i and columns j are counted from 0.
@@ -37,14 +37,14 @@ impl<S: Size> Lkj<S> {
         })
     }
 
-    /// Constant term of the density over coordinates, −Σ [ln B(½, bⱼ) + ½ ln 2bⱼ].
+    /// Constant term of the log density over coordinates, −Σ [ln B(½, bⱼ) + ½ ln 2bⱼ].
     fn ln_coordinate_normaliser(self) -> f64 {
         let size = self.size.get();
         let term = |j| ln_beta(0.5, self.shape(j)) + self.scale(j).ln();
         -(1..size).map(|j| (size - j) as f64 * term(j - 1)).sum::<f64>()
     }
 
-    /// Exponent of Lᵢᵢ in the density over factors.
+    /// Exponent of the diagonal entry Lᵢᵢ in the density of the factor L.
     #[inline(always)]
     fn power(self, i: usize) -> f64 {
         (self.size.get() - 1 - i) as f64 + 2.0 * (self.eta - 1.0)
@@ -111,8 +111,8 @@ impl<S: Size> Lkj<S> {
         let weight = |i: usize, j: usize| {
             if jacobian { 2.0 * self.shape(j) } else { self.power(i) }
         };
-        // ln p = constant − Σ weight ln cosh y. Terms with the same weight are combined: ln cosh y is a sum of `size`
-        // and ln `shrink`, and the logarithms are combined to the logarithm of a product.
+        // ln p = constant − Σ weight ln cosh y. Terms with the same weight are combined: ln cosh y = `size` + ln
+        // `shrink`, and the sum of the logarithms of `shrink` is computed as the logarithm of a product.
         let (mut sizes, mut shrinks) = (size.vector(|_| 0.0), size.vector(|_| 1.0));
         let mut x = size.filled(R::from(0.0));
         let mut angles = Angles::zero(size);
@@ -155,8 +155,8 @@ impl<S: Size> Lkj<S> {
     }
 }
 
-/// Logarithm of a gamma draw with the given shape b and unit rate. It is computed as ln G(b + 1) + (ln U)/b, which does
-/// not underflow for small shapes.
+/// Logarithm of a gamma draw with the given shape b and unit rate. The logarithm is computed as ln G + (ln U)/b, with
+/// a gamma draw G of shape b + 1 and a uniform draw U. This computation does not underflow for small shapes.
 fn ln_gamma_draw<G: Rng + ?Sized>(shape: f64, rng: &mut G) -> f64 {
     let ln_larger = rand_distr::Gamma::new(shape + 1.0, 1.0)
         .map_or(f64::NAN, |gamma| rng.sample::<f64, _>(gamma).ln());

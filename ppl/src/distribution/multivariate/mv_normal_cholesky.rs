@@ -17,8 +17,8 @@ use crate::scalar::Scalar;
 ///
 /// ln p(x) = −½ |L⁻¹(x − μ)|² − Σᵢ ln Lᵢᵢ − (K/2) ln 2π, for Lᵢᵢ > 0.
 ///
-/// L is a [`CholeskyFactor`](super::CholeskyFactor) of numbers or unknowns; mean and values are then arrays. Or L is a
-/// [`DynCholeskyFactor`](super::DynCholeskyFactor), and the mean is a slice or a `Vec`. Mean and factor can be
+/// If L is a [`CholeskyFactor`](super::CholeskyFactor) of numbers or unknowns, mean and values are arrays. If L is a
+/// [`DynCholeskyFactor`](super::DynCholeskyFactor), the mean is a slice or a `Vec`. Mean and factor can be
 /// references.
 ///
 /// # Example
@@ -48,7 +48,7 @@ pub trait Scale<R: Scalar>: Clone {
     /// Type of the size.
     type Size: Size;
 
-    /// The factor over the scalar type of the model.
+    /// Returns the factor, converted to the scalar type of the model.
     fn factor(&self) -> Factor<R, Self::Size>;
 }
 
@@ -97,7 +97,8 @@ where
         add_terms(x, mean, factor, terms);
     }
 
-    // no statistics if the size is known only at run time, because the length of each datum must then be checked
+    // no sufficient statistics if the size is known only at run time, because the length of each datum must then be
+    // checked
     const HAS_STATISTICS: bool = <L::Size as Size>::AT_MOST != usize::MAX;
 
     fn sufficient_statistics(data: impl Iterator<Item = Self::Value>, out: &mut Vec<f64>) {

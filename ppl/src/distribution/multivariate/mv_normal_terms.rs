@@ -8,7 +8,8 @@ use crate::partials::Partials;
 use crate::scalar::Scalar;
 use crate::special::HALF_LN_2PI;
 
-/// Partial derivatives of the log density of one datum: −w with respect to x, w to μ, and wᵢ zⱼ − δᵢⱼ/Lᵢᵢ to Lᵢⱼ.
+/// Partial derivatives of the log density of one datum: −w with respect to x, w with respect to μ, and wᵢ zⱼ −
+/// δᵢⱼ/Lᵢᵢ with respect to Lᵢⱼ.
 struct Gradient<R: Scalar, S: Size> {
     x: S::Vector<R>,
     mean: S::Vector<R>,
@@ -56,8 +57,8 @@ impl<R: Scalar, S: Size> Partials<R> for Sum<R, S> {
     }
 }
 
-/// Log determinant Σ ln Lᵢᵢ; NaN if a diagonal entry is negative. A loop is used, because with a call of `product` the
-/// compiler does not move the logarithm out of the loop over a plate.
+/// Log determinant Σ ln Lᵢᵢ; NaN if a diagonal entry is negative. The product is computed by a loop: with a call of
+/// `Iterator::product`, the compiler does not move the logarithm out of the loop over the data.
 #[inline]
 fn ln_determinant<S: Size>(size: S, l: &S::Matrix<f64>) -> f64 {
     let (mut product, mut positive) = (1.0, true);
@@ -135,7 +136,7 @@ pub(super) fn add_terms<R: Scalar, S: Size>(
 
 /// Statistics n, x̄ and the scatter matrix Σ (x − x̄)(x − x̄)ᵀ, row-major.
 pub(super) fn sufficient_statistics(mut data: impl Iterator<Item = Vec<f64>>, out: &mut Vec<f64>) {
-    // differences from one datum avoid cancellation
+    // the sums are over differences from the first datum, which avoids cancellation
     let Some(origin) = data.next() else { return };
     let size = origin.len();
     let (mut n, mut sum, mut scatter) = (1.0, vec![0.0; size], vec![0.0; size * size]);
@@ -169,7 +170,8 @@ pub(super) fn add_statistics_terms<R: Scalar, S: Size>(
     let inverse = size.vector(|i| l[i][i].recip());
     let mut z = size.vector(|i| center[i] - mean[i].value());
     solve_lower(size, &l, &inverse, &mut z);
-    // A = L⁻¹ S L⁻ᵀ: solve with the rows of the symmetric S, then with the columns of the result
+    // A = L⁻¹ S L⁻ᵀ for the scatter matrix S: solve with the rows of the symmetric S, then with the columns of the
+    // result
     let (mut half, mut a) = (size.filled(0.0), size.filled(0.0));
     for i in 0..k {
         let mut row = size.vector(|j| scatter[i * k + j]);

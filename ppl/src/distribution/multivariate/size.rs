@@ -13,29 +13,29 @@ impl<T: Copy + Debug + Recordable> MatrixEntry for T {}
 /// Size of a matrix, with the types of its vectors and matrices. Code that is generic over `Size` compiles to array
 /// code for [`Fixed`] sizes: loops are unrolled, and nothing is allocated.
 pub trait Size: Copy + Debug {
-    /// The size if it is known at compile time, else `usize::MAX`.
+    /// The size K if it is known at compile time, otherwise `usize::MAX`.
     const AT_MOST: usize;
 
-    /// Vector with this number of entries.
+    /// Vector whose number of entries is this size.
     type Vector<T: MatrixEntry>: Clone
         + Debug
         + Recordable
         + AsRef<[T]>
         + IndexMut<usize, Output = T>;
 
-    /// Square matrix with this number of rows.
+    /// Square matrix whose number of rows is this size.
     type Matrix<T: MatrixEntry>: Clone
         + Debug
         + Recordable
         + IndexMut<usize, Output: IndexMut<usize, Output = T> + AsRef<[T]>>;
 
-    /// The size.
+    /// Returns the size as a number.
     fn get(self) -> usize;
 
-    /// Vector with the given entries.
+    /// Creates the vector whose entry `i` is `entry(i)`.
     fn vector<T: MatrixEntry>(self, entry: impl FnMut(usize) -> T) -> Self::Vector<T>;
 
-    /// Matrix whose entries all have the same value.
+    /// Creates a matrix whose entries are all `value`.
     fn filled<T: MatrixEntry>(self, value: T) -> Self::Matrix<T>;
 }
 

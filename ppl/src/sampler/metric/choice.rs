@@ -5,23 +5,24 @@ use crate::sampler::report::MapKind;
 
 /// Result of the comparison of inverse mass matrices in one warmup window.
 pub(in crate::sampler) struct Choice {
-    /// The chosen map; `None` if the current map is better than every new map.
+    /// The chosen matrix; `None` if the current matrix is better than every new matrix.
     pub(in crate::sampler) metric: Option<Metric>,
-    /// Fisher divergence per coordinate of each new map, on draws that were not used for its fit. Empty if nothing was
-    /// compared.
+    /// Fisher divergence per coordinate of each new matrix, estimated on draws that were not used for its fit. Empty
+    /// if no matrices were compared.
     pub(in crate::sampler) divergences: Vec<(MapKind, f64)>,
 }
 
-/// Largest dimension with a dense map; above it, the map with correlations has low rank.
+/// Largest number of coordinates for which the matrix with correlations is dense. For more coordinates, it is a
+/// diagonal matrix with a low-rank correction.
 const MOST_DENSE: usize = 50;
-/// Fisher divergence per coordinate below which a diagonal map is exact up to rounding.
+/// Fisher divergence per coordinate below which a diagonal matrix is exact up to rounding.
 const EXACT: f64 = 1e-9;
-/// Smallest number of draws for a comparison; shorter windows get a diagonal map.
+/// Smallest number of draws for a comparison; in a shorter window, a diagonal matrix is fitted.
 const SHORTEST_COMPARED: usize = 9;
 
-/// Fits maps to the first two thirds of `sample`, compares their Fisher divergences on the last third, and refits the
-/// best kind of map to the whole sample. If `unseen` is true, `current` was not fitted to this sample and is compared
-/// too.
+/// Fits candidate matrices to the first two thirds of `sample`, compares their Fisher divergences on the last third,
+/// and refits the best kind of matrix to the whole sample. If `unseen` is true, `current` was not fitted to this
+/// sample and is compared too.
 pub(in crate::sampler) fn choose(sample: &Sample, current: &Metric, unseen: bool) -> Choice {
     let diagonal = |stretch: &super::Centred| {
         Diagonal::renewed(current.variances(), |i| stretch.fisher_variance(i))

@@ -14,12 +14,12 @@ pub(in crate::sampler) struct Dense {
     rows: Vec<f64>,
 }
 
-/// Weight of the diagonal in the correlation matrices, in draws: with n draws, each correlation is multiplied by n/(n +
-/// `SHRINKAGE`).
+/// Strength of the shrinkage of correlations, as a number of draws: with n draws, each correlation is multiplied by
+/// n/(n + `SHRINKAGE`).
 const SHRINKAGE: f64 = 1.0;
 
 impl Dense {
-    /// Dense map with Σ = `matrix`; `None` if `matrix` is not positive definite.
+    /// Creates the dense matrix Σ = `matrix`; `None` if `matrix` is not positive definite.
     pub(super) fn new(matrix: Vec<f64>, dim: usize) -> Option<Self> {
         let cholesky = Cholesky::new(DMatrix::from_column_slice(dim, dim, &matrix))?;
         let mut factor = cholesky.l();
@@ -29,8 +29,9 @@ impl Dense {
         finite.then_some(Self { matrix, cholesky, rows })
     }
 
-    /// Fits the dense map with the smallest Fisher divergence: the geometric mean of cov(x) and cov(g)⁻¹, for draws x
-    /// and scores g in units of `diagonal`. The correlations of both matrices are shrunk towards zero.
+    /// Fits the dense matrix with the smallest Fisher divergence: the geometric mean of cov(x) and cov(g)⁻¹, for
+    /// draws x and scores g (gradients of the log density) in units of `diagonal`. The correlations of both
+    /// covariance matrices are shrunk towards zero.
     ///
     /// `None` if one coordinate is constant over the sample.
     pub(super) fn fitted(sample: &Centred, diagonal: &Diagonal) -> Option<Self> {
@@ -89,7 +90,7 @@ impl Dense {
         }
     }
 
-    /// Transforms standard normals to momenta, `p = L⁻ᵀ z`. Row-by-row access to L makes the inner loop free of a
+    /// Transforms standard normals to momenta, `p = L⁻ᵀ z`. L is read row by row, so that the inner loop has no
     /// running sum.
     pub(super) fn colour(&self, p: &mut [f64]) {
         let dim = p.len();
@@ -102,7 +103,8 @@ impl Dense {
         }
     }
 
-    /// Residual `Lᵀg + L⁻¹x` of the Fisher divergence.
+    /// Residual `Lᵀg + L⁻¹x`, whose mean square is the Fisher divergence, for centred draws x and scores g (gradients
+    /// of the log density).
     pub(super) fn residual(&self, sample: &Centred) -> DMatrix<f64> {
         let l = self.cholesky.l();
         let mut residual = sample.draws.clone();

@@ -21,8 +21,9 @@ impl Diagonal {
         Self { variance, sd }
     }
 
-    /// Replaces the variances `before` by new variances. An entry keeps its old value if the new one is not positive
-    /// and finite, because a window in which a coordinate is constant has no information about its scale.
+    /// Replaces the variances `before` by new variances. An entry keeps its old value if its new value is not
+    /// positive and finite, because a window in which a coordinate is constant contains no information about the
+    /// scale of this coordinate.
     pub(in crate::sampler) fn renewed(
         mut before: Vec<f64>,
         variance: impl Fn(usize) -> f64,
@@ -56,7 +57,8 @@ impl Diagonal {
         p.iter_mut().zip(&self.sd).for_each(|(p, sd)| *p /= sd);
     }
 
-    /// Residual `Fᵀg + F⁻¹x` of the Fisher divergence, with `F = diag(σ)`.
+    /// Residual `Fᵀg + F⁻¹x` with `F = diag(σ)`, whose mean square is the Fisher divergence, for centred draws x and
+    /// scores g (gradients of the log density).
     pub(super) fn residual(&self, sample: &Centred) -> DMatrix<f64> {
         let scaled = sample.scaled(&self.sd);
         scaled.draws + scaled.scores

@@ -18,16 +18,19 @@ pub(in crate::sampler) struct LowRank {
     values: Vec<f64>,
 }
 
-/// Number of leading directions computed for the draws, and again for the scores.
+/// Number of leading directions that are computed for the draws, and again for the scores (gradients of the log
+/// density).
 const DIRECTIONS: usize = 16;
 /// Number of subspace iterations.
 const ROUNDS: usize = 2;
 /// Smallest ratio of the smallest to the largest diagonal entry of the Cholesky factor for which the factor is accurate
 /// enough to orthonormalise the columns.
 const FARTHEST: f64 = 1e-6;
-/// Weight of the identity in the covariance matrices, in draws.
+/// Weight of the identity matrix in a regularised covariance matrix, as a number of draws: the sum of n · covariance
+/// and `SHRINKAGE` · identity is divided by n + `SHRINKAGE`.
 const SHRINKAGE: f64 = 1.0;
-/// Smallest factor by which a direction must change the variance; directions below it are omitted.
+/// Smallest factor by which a direction must increase or decrease the variance. Directions with a smaller change are
+/// omitted.
 const NEGLIGIBLE: f64 = 1.5;
 
 impl LowRank {
@@ -35,10 +38,11 @@ impl LowRank {
         Self { diagonal, vectors, values }
     }
 
-    /// Fits the map with the smallest Fisher divergence in a subspace. The subspace is spanned by the directions in
-    /// which, in units of the diagonal, the draws vary most (wide directions) and the scores vary most (narrow
-    /// directions). The first diagonal is `diagonal`; the final one minimises the Fisher divergence of the sample
-    /// without those directions.
+    /// Fits the low-rank matrix with the smallest Fisher divergence in a subspace. The subspace is spanned by the
+    /// directions in which, in units of the diagonal, the draws vary most (wide directions) and the scores (gradients
+    /// of the log density) vary most (narrow directions). These directions are computed with the diagonal `diagonal`.
+    /// The diagonal of the result minimises the Fisher divergence of the sample projected onto the complement of the
+    /// directions.
     ///
     /// `None` if a matrix is not finite.
     pub(super) fn fitted(sample: &Centred, diagonal: &Diagonal) -> Option<Self> {
@@ -93,8 +97,8 @@ impl LowRank {
         factor.iter().zip(self.diagonal.variances()).map(|(f, s2)| f * s2).collect()
     }
 
-    /// `x ← (I + U (f(Λ) − I) Uᵀ) x`. Since the directions are orthogonal, they are applied sequentially, four at a
-    /// time.
+    /// Computes `x ← (I + U (f(Λ) − I) Uᵀ) x`. Since the columns of U are orthogonal, they are applied sequentially,
+    /// four at a time.
     #[inline]
     fn stretch(&self, x: &mut [f64], f: impl Fn(f64) -> f64) {
         let dim = x.len();
@@ -129,7 +133,8 @@ impl LowRank {
         self.diagonal.colour(p);
     }
 
-    /// Residual `Fᵀg + F⁻¹x` of the Fisher divergence, with `F = D (I + U (Λ^½ − I) Uᵀ)`.
+    /// Residual `Fᵀg + F⁻¹x` with `F = D (I + U (Λ^½ − I) Uᵀ)`, whose mean square is the Fisher divergence, for
+    /// centred draws x and scores g (gradients of the log density).
     pub(super) fn residual(&self, sample: &Centred) -> DMatrix<f64> {
         let mut scaled = sample.scaled(self.diagonal.sd());
         let columns = |x: &mut DMatrix<f64>, f: fn(f64) -> f64| {
@@ -162,7 +167,8 @@ fn dots(x: &[f64], u: [&[f64]; 4]) -> [f64; 4] {
     })
 }
 
-/// Leading directions of the draws and of the scores; the directions of each are orthonormal.
+/// Directions in which the draws vary most (`wide`) and in which the scores (gradients of the log density) vary most
+/// (`narrow`); each matrix has orthonormal columns.
 struct Leading {
     wide: DMatrix<f64>,
     narrow: DMatrix<f64>,

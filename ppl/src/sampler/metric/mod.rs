@@ -1,8 +1,9 @@
 //! Inverse mass matrices: diagonal, dense, and diagonal with a low-rank correction.
 //!
-//! Each matrix is given by a linear map F from a standard normal to the scales of the posterior, `M⁻¹ = F Fᵀ`. Maps are
-//! compared by the Fisher divergence `E|Fᵀ(g − ḡ) + F⁻¹(x − x̄)|²` of draws x with scores g. The divergence is zero if
-//! the density is normal with covariance `F Fᵀ`, and it does not depend on the normalising constant.
+//! Each matrix is given by a linear map F from a standard normal to the scales of the posterior, `M⁻¹ = F Fᵀ`.
+//! Matrices are compared by the Fisher divergence `E|Fᵀ(g − ḡ) + F⁻¹(x − x̄)|²` of draws x with scores g (gradients
+//! of the log density). The divergence is zero if the density is normal with covariance `F Fᵀ`, and it does not
+//! depend on the normalising constant.
 //!
 //! Reference: Seyboldt, Carlson & Carpenter 2026, arXiv 2603.18845.
 
@@ -35,8 +36,8 @@ impl Metric {
         Self::Diagonal(Diagonal::identity(dim))
     }
 
-    /// Map from a stored covariance. `None` if the covariance is not positive definite or does not have `dim`
-    /// coordinates.
+    /// Creates the matrix from a stored covariance; `None` if the covariance is not positive definite or does not
+    /// have `dim` coordinates.
     pub(super) fn from_covariance(covariance: &InverseMassMatrix, dim: usize) -> Option<Self> {
         let positive = |v: &[f64]| v.iter().all(|v| v.is_finite() && *v > 0.0);
         match covariance {
@@ -82,7 +83,7 @@ impl Metric {
         }
     }
 
-    /// `v = M⁻¹ p`, where p is a momentum or a score.
+    /// Computes `v = M⁻¹ p`, where p is a momentum or a score.
     #[inline]
     pub(super) fn apply(&self, p: &[f64], v: &mut [f64]) {
         match self {

@@ -23,7 +23,7 @@ impl Sample {
         self.scores.extend_from_slice(score);
     }
 
-    /// Removes all draws except the last `keep`.
+    /// Removes all draws and scores except the last `keep`.
     pub(in crate::sampler) fn keep_last(&mut self, keep: usize) {
         let old = self.len().saturating_sub(keep) * self.dim;
         self.draws.drain(..old);
@@ -41,7 +41,7 @@ impl Sample {
         self.draws.len().checked_div(self.dim).unwrap_or(0)
     }
 
-    /// The draws and scores of `range`, minus their means.
+    /// Returns the draws and scores with indices in `range`, minus their means.
     pub(super) fn centred(&self, range: Range<usize>) -> Centred {
         let stretch = |numbers: &[f64]| {
             let numbers = &numbers[range.start * self.dim..range.end * self.dim];
@@ -73,23 +73,24 @@ impl Centred {
         self.draws.ncols()
     }
 
-    /// Degrees of freedom of the variances.
+    /// Degrees of freedom of the variance estimates: the number of draws minus 1.
     pub(super) fn freedom(&self) -> f64 {
         self.len() as f64 - 1.0
     }
 
-    /// Variance of the draws, shrunk towards 10⁻³ as in Stan: `n/(n+5) var + 10⁻³ · 5/(n+5)`.
+    /// Variance of coordinate `i` over the n draws, shrunk towards 10⁻³ as in Stan: `n/(n+5) var + 10⁻³ · 5/(n+5)`.
     pub(in crate::sampler) fn shrunk_variance(&self, i: usize) -> f64 {
         let n = self.len() as f64;
         (n * self.draws.row(i).norm_squared() / self.freedom() + 5e-3) / (n + 5.0)
     }
 
-    /// Variance `σ² = √(var x / var ∇ln p)` of the diagonal map with the smallest Fisher divergence.
+    /// Variance `σ² = √(var xᵢ / var gᵢ)` of coordinate `i` in the diagonal matrix with the smallest Fisher
+    /// divergence, for draws x and scores g (gradients of the log density).
     pub(in crate::sampler) fn fisher_variance(&self, i: usize) -> f64 {
         (self.draws.row(i).norm_squared() / self.scores.row(i).norm_squared()).sqrt()
     }
 
-    /// Rescales to units of `sd`: draws are divided by `sd`, scores are multiplied by it.
+    /// Rescales each coordinate to the unit `sd`: draws are divided by `sd`, and scores are multiplied by `sd`.
     pub(super) fn scaled(&self, sd: &[f64]) -> Self {
         let scale = |columns: &DMatrix<f64>, factor: fn(f64) -> f64| {
             DMatrix::from_fn(self.dim(), self.len(), |i, k| columns[(i, k)] * factor(sd[i]))

@@ -31,7 +31,8 @@ pub(in crate::sampler) struct NutsChain<'a> {
 }
 
 impl<'a> NutsChain<'a> {
-    /// A chain with mass matrix and step size `tuned` if the run is resumed, else with the identity and step size 1.
+    /// Creates a chain. `tuned` is the mass matrix and the step size of a resumed run; if it is `None`, the chain has
+    /// the identity matrix and the step size 1.
     pub(in crate::sampler) fn new(
         density: &'a dyn ErasedDensity,
         max_depth: u32,
@@ -49,7 +50,8 @@ impl<'a> NutsChain<'a> {
         Self { density, hamiltonian, trajectory, current: Position::new(dim), warmup, step }
     }
 
-    /// Moves a start that is far from the posterior closer to it, because rounding hides energy differences there.
+    /// Moves a start that is far from the posterior closer to the posterior, because far from it energy differences
+    /// are smaller than rounding errors.
     fn approach(&mut self) -> Result<(), StopReason> {
         let near = approach(self.density, &self.current.y).map_err(StopReason::Fatal)?;
         if let Some(near) = near {

@@ -1,6 +1,8 @@
-//! Weights e^(H₀−H) of states, and sums of weights.
+//! Weights e^(H₀−H) of the states of a trajectory, and sums of weights. H is the energy of a state, H₀ the energy at
+//! the start.
 
-/// Largest energy error whose weight is stored without scaling; sums of 2¹⁵⁰ such weights do not overflow.
+/// Largest absolute energy error H − H₀ whose weight is stored without scaling. A sum of 2¹⁵⁰ such weights does not
+/// overflow.
 const PLAIN: f64 = 600.0;
 
 /// Scaled weight `sum · e^unit`. The unit is 0 unless the energy of a state differs extremely from the energy at the
@@ -31,7 +33,7 @@ impl Weight {
         if self.unit == 0.0 { self.sum.min(1.0) } else { self.unit.exp().min(1.0) }
     }
 
-    /// Sum of both weights, and the fraction of `next` in the sum.
+    /// Returns the sum of both weights, and the fraction of `next` in the sum.
     #[inline]
     pub(super) fn join(self, next: Self) -> (Self, f64) {
         let (a, b) = if self.unit == next.unit { (self, next) } else { self.alike(next) };

@@ -1,4 +1,5 @@
-//! Products of Cholesky factors with each other and with vectors, and factorisation.
+//! Algebra of Cholesky factors: covariance matrices, products with vectors, solutions of linear systems, and
+//! factorisation.
 
 use super::partials::Row;
 use super::{CholeskyFactor, DynCholeskyFactor, Factor};
@@ -73,7 +74,7 @@ impl<R: Scalar, S: Size> Factor<R, S> {
 }
 
 impl<R: Scalar, const K: usize> CholeskyFactor<R, K> {
-    /// Factor from rows; the entries above the diagonal must be zero.
+    /// Creates a factor from its rows; the entries above the diagonal must be zero.
     ///
     /// # Errors
     /// [`DomainError`] if an entry above the diagonal is nonzero, or if a diagonal entry is not positive and finite.
@@ -108,7 +109,8 @@ impl<R: Scalar, const K: usize> CholeskyFactor<R, K> {
 }
 
 impl<R: Scalar> DynCholeskyFactor<R> {
-    /// Factor from rows, each at least up to the diagonal; entries above the diagonal must be zero.
+    /// Creates a factor from its rows. Each row must reach at least the diagonal, and entries above the diagonal must
+    /// be zero.
     ///
     /// # Errors
     /// [`DomainError`] if a row is too short or too long, if an entry above the diagonal is nonzero, or if a diagonal
@@ -127,8 +129,8 @@ impl<R: Scalar> DynCholeskyFactor<R> {
         Ok(factor)
     }
 
-    /// Cholesky factor of a covariance matrix. Its entries can depend on unknowns, for example for a Gaussian process.
-    /// The entries above the diagonal are not read.
+    /// Computes the Cholesky factor of a covariance matrix. The entries of the matrix can depend on unknowns, for
+    /// example for a Gaussian process. The entries above the diagonal are not read.
     ///
     /// # Errors
     /// [`DomainError`] if a row does not reach the diagonal, or if the matrix is not positive definite.

@@ -3,21 +3,21 @@
 use crate::distribution::multivariate::size::{Fixed, Size};
 use crate::special::Hyperbolic;
 
-/// Entries of a correlation factor as functions of coordinates. zᵢⱼ = tanh yᵢⱼ is a partial correlation; Lᵢⱼ = zᵢⱼ rᵢⱼ
-/// and Lᵢᵢ = rᵢᵢ with rᵢⱼ = Πₖ﹤ⱼ sech yᵢₖ.
+/// Entries Lᵢⱼ of a correlation factor as functions of unconstrained coordinates yᵢⱼ: Lᵢⱼ = zᵢⱼ rᵢⱼ and Lᵢᵢ = rᵢᵢ,
+/// with the partial correlation zᵢⱼ = tanh yᵢⱼ and rᵢⱼ = Πₖ﹤ⱼ sech yᵢₖ.
 #[derive(Clone, Debug)]
 pub(crate) struct Angles<S: Size> {
     pub(super) entries: S::Matrix<f64>,
     pub(super) tanh: S::Matrix<f64>,
     pub(super) sech: S::Matrix<f64>,
-    /// rᵢⱼ sech yᵢⱼ, times the derivative of yᵢⱼ with respect to its coordinate.
+    /// The products rᵢⱼ sech yᵢⱼ · dyᵢⱼ/dx, where x is the coordinate of the sampler from which yᵢⱼ is computed.
     pub(super) reach: S::Matrix<f64>,
 }
 
 impl<const K: usize> Copy for Angles<Fixed<K>> {}
 
 impl<S: Size> Angles<S> {
-    /// Angles of the identity matrix.
+    /// Creates the angles of the identity matrix (all yᵢⱼ = 0).
     #[inline(always)]
     pub(crate) fn zero(size: S) -> Self {
         let mut entries = size.filled(0.0);
@@ -28,7 +28,8 @@ impl<S: Size> Angles<S> {
         Self { entries, tanh, sech, reach }
     }
 
-    /// Sets yᵢⱼ and its derivative with respect to its coordinate. The columns of a row must be set in ascending order.
+    /// Sets yᵢⱼ from its hyperbolic functions `at`. `slope` is the derivative of yᵢⱼ with respect to the coordinate
+    /// of the sampler. The columns of a row must be set in ascending order.
     #[inline(always)]
     pub(crate) fn set(&mut self, i: usize, j: usize, at: Hyperbolic, slope: f64) {
         let rest = self.entries[i][i];

@@ -43,30 +43,32 @@ pub type CholeskyFactor<R, const K: usize> = Factor<R, Fixed<K>>;
 /// ```
 pub type DynCholeskyFactor<R> = Factor<R, Free>;
 
-/// Cholesky factor: a lower triangular matrix L with positive diagonal, which represents L Lᵀ. It has the aliases
-/// [`CholeskyFactor`] and [`DynCholeskyFactor`]. The method `scale_rows` with standard deviations turns a correlation
-/// factor, whose rows have length 1, into a covariance factor.
+/// Cholesky factor: a lower triangular matrix L with positive diagonal, which represents L Lᵀ. The type has the
+/// aliases [`CholeskyFactor`] and [`DynCholeskyFactor`]. The method `scale_rows` with standard deviations turns a
+/// correlation factor, whose rows have length 1, into a covariance factor.
 #[derive(Clone, Debug)]
 pub struct Factor<R: MatrixEntry, S: Size> {
     pub(super) size: S,
     /// Entries; with `angles`, the coordinates below the diagonal instead of the entries.
     pub(super) rows: S::Matrix<R>,
-    /// Parametrisation of the entries by coordinates, if this makes derivatives cheaper; always `None` for data.
+    /// Parametrisation of the entries by unconstrained coordinates, which makes derivatives cheaper; `None` if the
+    /// factor is stored by its entries, as for data.
     pub(super) angles: Option<Angles<S>>,
-    /// Factors by which the rows are still to be multiplied; always `None` for data.
+    /// Factors by which the stored rows must be multiplied to get the entries; `None` if the rows are not scaled, as
+    /// for data.
     pub(super) scale: Option<S::Vector<R>>,
 }
 
 impl<R: MatrixEntry, const K: usize> Copy for Factor<R, Fixed<K>> {}
 
 impl<R: Scalar, S: Size> Factor<R, S> {
-    /// Factor from rows that are valid by construction.
+    /// Creates a factor from rows that are valid by construction.
     #[inline(always)]
     pub(super) fn from_rows(size: S, rows: S::Matrix<R>) -> Self {
         Self { size, rows, angles: None, scale: None }
     }
 
-    /// Factor from valid entries on and below the diagonal.
+    /// Creates a factor from a function that returns valid entries on and below the diagonal.
     #[inline]
     pub(super) fn from_fn(size: S, mut entry: impl FnMut(usize, usize) -> R) -> Self {
         let mut rows = size.filled(R::from(0.0));
@@ -130,7 +132,7 @@ impl<R: Scalar, S: Size> Factor<R, S> {
         rows
     }
 
-    /// Product diag(scale) · L; `scale` must have as many numbers as there are rows.
+    /// Product diag(scale) · L; `scale` must have one number per row.
     #[inline(always)]
     fn scaled(&self, scale: S::Vector<R>) -> Self {
         let unscaled = match self.scale {
@@ -170,7 +172,8 @@ impl<R: Scalar, S: Size> Factor<R, S> {
 }
 
 impl<T: MatrixEntry, S: Size> Factor<T, S> {
-    /// Factor over another scalar type. Angles and scale stay separate.
+    /// Converts the factor to the scalar type `R`. If derivatives are needed, angles and scale are converted
+    /// separately and not multiplied out.
     #[inline(always)]
     pub(super) fn lifted<R: Scalar>(&self) -> Factor<R, S>
     where

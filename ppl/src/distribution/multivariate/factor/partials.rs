@@ -1,5 +1,5 @@
-//! Partial derivatives with respect to the entries of a factor. They are propagated directly to coordinates and scales,
-//! so that entries need no operations of their own on the tape.
+//! Partial derivatives with respect to the entries of a factor. The derivatives are propagated directly to the
+//! coordinates and scales of the factor, so that no operation per entry is stored on the tape.
 
 use super::Factor;
 use super::angles::Angles;
@@ -8,8 +8,9 @@ use crate::partials::Partials;
 use crate::scalar::Scalar;
 
 impl<R: Scalar, S: Size> Factor<R, S> {
-    /// Propagates the partial derivatives `weights` with respect to the entries of row `i`: calls `f` with each number
-    /// on which the entries depend and the derivative with respect to this number.
+    /// Propagates the partial derivatives `weights` of a function with respect to the entries of row `i`: calls
+    /// `f(number, derivative)` for each number on which the entries depend, with the derivative of the function with
+    /// respect to the number.
     #[inline(always)]
     fn spread_row(&self, i: usize, mut weights: S::Vector<f64>, f: &mut impl FnMut(R, f64)) {
         if let Some(scale) = &self.scale {
@@ -35,11 +36,12 @@ impl<R: Scalar, S: Size> Factor<R, S> {
         }
     }
 
-    /// Propagates the partial derivatives `weights` with respect to all entries: calls `f` with each number on which
-    /// the entries depend and the derivative with respect to this number.
+    /// Propagates the partial derivatives `weights` of a function with respect to all entries: calls
+    /// `f(number, derivative)` for each number on which the entries depend, with the derivative of the function with
+    /// respect to the number.
     ///
-    /// The structure is taken apart first, and the work is split into several short loops. If the size is small and
-    /// known at compile time, the compiler unrolls the loops and keeps the parts in registers.
+    /// The struct is destructured first, and the computation is split into several short loops. If the size is small
+    /// and known at compile time, the compiler unrolls the loops and keeps the fields in registers.
     #[inline(always)]
     pub(in crate::distribution::multivariate) fn spread_rows(
         self,
@@ -122,7 +124,8 @@ impl<R: Scalar, S: Size> Partials<R> for One<'_, R, S> {
     }
 }
 
-/// Partial derivatives of a function of one row of a factor, of the numbers `x` and of one more number, `start`.
+/// Partial derivatives of a function of three kinds of arguments: the entries of row `i` of a factor, the numbers
+/// `x`, and one additional number. `start` is the additional number with its derivative.
 pub(super) struct Row<'a, R: Scalar, S: Size> {
     pub(super) factor: &'a Factor<R, S>,
     pub(super) i: usize,
@@ -145,7 +148,8 @@ impl<R: Scalar, S: Size> Partials<R> for Row<'_, R, S> {
 
 /// Partial derivatives of a function of all entries of a factor.
 ///
-/// Computing the entries first would put one operation per entry on the tape, between the arguments of the function.
+/// The derivatives are propagated without computing the entries as scalars, because this would store one operation
+/// per entry on the tape.
 pub(in crate::distribution::multivariate) struct Whole<R: Scalar, S: Size> {
     pub(in crate::distribution::multivariate) factor: Factor<R, S>,
     pub(in crate::distribution::multivariate) weights: S::Matrix<f64>,
