@@ -399,7 +399,7 @@ fn surfaces_take_the_place_of_a_packing_and_an_image() {
         (specimen, "surfaces = \"stl\"\naxis = \"q\"", ["axis", "z"]),
         ("radius_mm = 2.5", good, ["specimen.spacing_mm", "is missing"]),
         (
-            "spacing_mm = 0.5\ngrains = { fraction = 0.2 }",
+            "spacing_mm = 0.5\ngrains = { fraction = 0.2, seed = 1 }",
             good,
             ["specimen.grains", "stands beside specimen.stl"],
         ),
