@@ -1,16 +1,17 @@
-//! Files that are written whole or not at all, and inputs that are read only if they are regular files.
+//! Atomic writing of files, and reading of regular files only.
 
 use std::fs::{File, FileType};
 use std::io::{self, Read, Write};
 use std::path::Path;
 
-/// Writes a file by way of a temporary one beside it, in place of one that is there.
+/// Writes a file atomically: first to a temporary file in the same folder, which then replaces an existing file of that
+/// name.
 ///
-/// The content is on the disk before it gets its name, so a program that is killed, or a machine that
-/// stops, leaves the file of before or the new one. Several processes may write the same file.
+/// The content is on the disk before the file gets its name, so a killed program or a machine failure leaves either the
+/// old file or the complete new file. Several processes may write the same file.
 ///
 /// # Errors
-/// What the operating system says.
+/// The error of the operating system.
 ///
 /// # Example
 /// ```
@@ -39,7 +40,7 @@ pub fn write_atomically(path: &Path, content: &[u8]) -> io::Result<()> {
 fn temporary_in(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".").suffix(".partial");
-    // as any other new file, not the private one that a temporary file would be
+    // gives the permissions of any other new file instead of the private permissions of a temporary file
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     builder.tempfile_in(folder)
@@ -65,7 +66,7 @@ fn temporary_in(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
 pub fn open_regular(path: &Path) -> io::Result<File> {
     let kind = std::fs::metadata(path)?.file_type();
     match irregularity(kind) {
-        // the system refuses to read a folder
+        // reading a folder fails with an error of the operating system
         None => File::open(path),
         Some(what) => {
             let message = format!("it is {what}; copy its content to a regular file");
@@ -77,7 +78,7 @@ pub fn open_regular(path: &Path) -> io::Result<File> {
 /// Reads the whole content of a regular file.
 ///
 /// # Errors
-/// As [`open_regular`].
+/// The errors of [`open_regular`].
 pub fn read_regular(path: &Path) -> io::Result<Vec<u8>> {
     let mut content = Vec::new();
     open_regular(path)?.read_to_end(&mut content)?;
@@ -87,14 +88,14 @@ pub fn read_regular(path: &Path) -> io::Result<Vec<u8>> {
 /// Reads the whole content of a regular file as UTF-8 text.
 ///
 /// # Errors
-/// As [`open_regular`]; [`io::ErrorKind::InvalidData`] for bytes that are no UTF-8.
+/// The errors of [`open_regular`]; [`io::ErrorKind::InvalidData`] for bytes that are not UTF-8.
 pub fn read_regular_text(path: &Path) -> io::Result<String> {
     let mut text = String::new();
     open_regular(path)?.read_to_string(&mut text)?;
     Ok(text)
 }
 
-/// The name of a file type that is neither a regular file nor a folder.
+/// Description of a file type that is neither a regular file nor a folder; `None` for regular files and folders.
 fn irregularity(kind: FileType) -> Option<&'static str> {
     if kind.is_file() || kind.is_dir() {
         return None;

@@ -1,10 +1,10 @@
-//! What can be wrong with an image or with what is asked of it.
+//! Errors of reading, writing and segmenting images.
 
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Why an image cannot be read, written or segmented.
+/// Error in reading, writing or segmenting an image.
 #[derive(Clone, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ImageError {
@@ -15,7 +15,7 @@ pub enum ImageError {
         action: &'static str,
         /// The file or folder.
         path: PathBuf,
-        /// What the operating system says.
+        /// Error of the operating system.
         source: Arc<io::Error>,
     },
     /// A folder without slices, or a file without pages.
@@ -23,53 +23,53 @@ pub enum ImageError {
     Empty {
         /// The file or folder.
         path: PathBuf,
-        /// What is absent.
+        /// Name of the missing content.
         what: &'static str,
-        /// What helps.
+        /// Advice to the user.
         help: &'static str,
     },
-    /// A page that cannot be taken for a slice of voxels.
+    /// A page of a file that cannot be read as a slice of voxels.
     #[error("{}, page {page}: {message}; {help}", path.display())]
     Page {
         /// The file.
         path: PathBuf,
-        /// The page, from 1.
+        /// Number of the page, counted from 1.
         page: usize,
-        /// What is wrong, with the value.
+        /// Description of the fault, with the value.
         message: String,
-        /// What helps.
+        /// Advice to the user.
         help: &'static str,
     },
-    /// Files or pages that do not make one volume.
+    /// Files or pages that do not form one volume.
     #[error("{}: {message}; {help}", path.display())]
     Series {
         /// The file or folder.
         path: PathBuf,
-        /// What is wrong, with names and counts.
+        /// Description of the fault, with names and counts.
         message: String,
-        /// What helps.
+        /// Advice to the user.
         help: &'static str,
     },
-    /// A line of a header that cannot be used.
+    /// A header line that is invalid.
     #[error("{}:{line}: {message}; {help}", path.display())]
     Header {
         /// The file.
         path: PathBuf,
-        /// The line, from 1.
+        /// Number of the line, counted from 1.
         line: usize,
-        /// What is wrong, with key and value.
+        /// Description of the fault, with key and value.
         message: String,
-        /// What helps.
+        /// Advice to the user.
         help: &'static str,
     },
-    /// A file in a format that is recognised and not read.
+    /// A file in a format that is recognised but not supported.
     #[error("{}: {format} is not read; {help}", path.display())]
     Format {
         /// The file or folder.
         path: PathBuf,
-        /// The format that its content shows.
+        /// Name of the format, as detected from the content.
         format: &'static str,
-        /// How it is converted.
+        /// Advice on how to convert the file.
         help: String,
     },
     /// A file that declares far more voxels than its bytes can hold.
@@ -80,33 +80,33 @@ pub enum ImageError {
     Implausible {
         /// The file.
         path: PathBuf,
-        /// Bytes of voxels that its pages declare.
+        /// Bytes of voxels that the file declares.
         declared_bytes: u64,
-        /// Its length.
+        /// Length of the file (bytes).
         file_bytes: u64,
     },
-    /// More voxels than can be numbered.
+    /// An image with more voxels than can be numbered.
     #[error(
         "{} × {} × {} voxels are more than {limit}; crop the image, or average blocks of voxels while it is read: bin = {bin} in [specimen.image] is the least that fits",
         shape[0], shape[1], shape[2]
     )]
     TooManyVoxels {
-        /// Voxels along x, y, z of the image as it is stored.
+        /// Voxels of the stored image along x, y, z.
         shape: [usize; 3],
-        /// The most voxels that are taken.
+        /// Largest number of voxels that is accepted.
         limit: u64,
-        /// The least number of voxels along the edge of a block that makes few enough of them.
+        /// Smallest edge of a block, in voxels, for which the number of blocks does not exceed the limit.
         bin: usize,
     },
-    /// No voxel size in the file and none given.
+    /// A file without a voxel size, when the user has not given one either.
     #[error("{}: {message}; give voxel_mm", path.display())]
     NoVoxelSize {
         /// The file.
         path: PathBuf,
-        /// What the tags say.
+        /// Reason why the voxel size is unknown.
         message: String,
     },
-    /// Voxels that are no cubes.
+    /// Voxels that are not cubes.
     #[error(
         "{}: voxels of {} × {} × {} mm are no cubes; resample the image to cubic voxels, or give voxel_mm if the tags are wrong",
         path.display(), size_mm[0], size_mm[1], size_mm[2]
@@ -117,25 +117,25 @@ pub enum ImageError {
         /// Edges of a voxel (mm).
         size_mm: [f64; 3],
     },
-    /// A parameter out of its range.
+    /// A parameter outside its allowed range.
     #[error("{field} = {value} must be {requirement}")]
     Parameter {
-        /// Its name.
+        /// Name of the parameter.
         field: &'static str,
         /// The value given.
         value: f64,
-        /// What is accepted.
+        /// Description of the allowed values.
         requirement: &'static str,
     },
-    /// A shape that does not fit the values.
+    /// A shape whose number of voxels differs from the number of values.
     #[error("{shape:?} voxels, but {values} values: give one value to each voxel")]
     Shape {
         /// Voxels along x, y, z.
         shape: [usize; 3],
-        /// Values given.
+        /// Number of values given.
         values: usize,
     },
-    /// A specimen that is said to be larger than the image shows.
+    /// A specimen size given by the user that is larger than the specimen in the image.
     #[error(
         "specimen.{key} = {given_mm} is larger than the {shown_mm:.4} mm that the image shows; what is outside would be meshed as matrix: leave the key out, correct voxel_mm, or give [specimen.image.region]"
     )]
@@ -144,10 +144,10 @@ pub enum ImageError {
         key: &'static str,
         /// The size given (mm).
         given_mm: f64,
-        /// The size that was found (mm).
+        /// Size of the specimen in the image (mm).
         shown_mm: f64,
     },
-    /// A mask of another shape than the image.
+    /// A mask whose shape differs from the shape of the image.
     #[error(
         "region.mask has {} × {} × {} voxels and the image {} × {} × {}; give one value to each voxel of the image",
         mask[0], mask[1], mask[2], image[0], image[1], image[2]
@@ -158,44 +158,44 @@ pub enum ImageError {
         /// Voxels of the image along x, y, z.
         image: [usize; 3],
     },
-    /// A grey value that is no number.
+    /// A grey value that is infinite or not a number.
     #[error("voxel {voxel:?} has the grey value {value}; replace such voxels before")]
     NotFinite {
-        /// Its position along x, y, z, from 0.
+        /// Position of the voxel along x, y, z, counted from 0.
         voxel: [usize; 3],
-        /// The value.
+        /// Grey value of the voxel.
         value: f32,
     },
     /// An image of one grey value, or of one phase.
     #[error("{what}; {help}")]
     NoContrast {
-        /// What is missing, with the values.
+        /// Description of the missing contrast, with the values.
         what: String,
-        /// What helps.
+        /// Advice to the user.
         help: &'static str,
     },
-    /// An image that shows neither a specimen in air nor a block cut out of one.
+    /// An image that shows neither a specimen in air nor a block cut out of a specimen.
     #[error("{what}; {help}")]
     Scene {
-        /// What it shows.
+        /// Description of the image's content.
         what: String,
-        /// What helps.
+        /// Advice to the user.
         help: &'static str,
     },
-    /// Labels that do not fit what is said of them.
+    /// Labels that contradict the rules given for them.
     #[error("{what}; {help}")]
     Labels {
-        /// What does not fit, with the values.
+        /// Description of the contradiction, with the values.
         what: String,
-        /// What helps.
+        /// Advice to the user.
         help: &'static str,
     },
-    /// A specimen in which no cylinder can be found.
+    /// An image to which no cylinder can be fitted.
     #[error("the specimen is no upright cylinder in air: {message}; {help}")]
     NoCylinder {
-        /// What was found.
+        /// Result of the failed fit.
         message: String,
-        /// What helps.
+        /// Advice to the user.
         help: &'static str,
     },
 }

@@ -1,9 +1,9 @@
 //! Images of specimens: voxels from files, and grains from voxels.
 //!
-//! [`read`] reads a stack into a [`Volume`]; [`Segmentation`] finds the specimen in it, its phases and its
-//! grains. Grey values are rounded to 16 bits once, and every later sum that decides anything is a sum of integers:
-//! results depend neither on the number of threads nor on the orientation of the image. The crate `fem` passes on
-//! all items of this crate.
+//! [`read`] reads a stack into a [`Volume`]; [`Segmentation`] finds the specimen in it, its phases and its grains. Grey
+//! values are rounded to 16 bits once, and every later sum on which a decision depends is a sum of integers: results
+//! depend neither on the number of threads nor on the orientation of the image. The crate `fem` re-exports all items of
+//! this crate.
 //!
 //! ```
 //! use fem_image::{Segmentation, SpecimenForm, Volume};
@@ -29,16 +29,16 @@
 //! The modules in the order of their layers. A module imports from lower layers only, and no two files import each
 //! other.
 //!
-//! 1. `error`: what can be wrong with an image
+//! 1. `error`: errors of reading, writing and segmenting images
 //! 2. `volume`: voxels, filters, distances, connected components
 //! 3. `slices`: order of slices, types of values, voxel sizes, continuity
 //! 4. `tiff`: stacks in TIFF files
 //! 5. `formats`: other formats, and the choice by content
-//! 6. `locate`: where the specimen stands
-//! 7. `classify`: which voxels are air, matrix and grain
-//! 8. `grains`: single grains, their sizes, and scores against a truth
-//! 9. `segment`: the steps in their order
-//! 10. `labels`: specimens that the user has labelled
+//! 6. `locate`: location of the specimen in the image
+//! 7. `classify`: classification of voxels as air, matrix and grain
+//! 8. `grains`: single grains, their sizes, and scores against a reference segmentation
+//! 9. `segment`: the sequence of steps from grey values to grains
+//! 10. `labels`: specimens with labels given by the user
 
 mod classify;
 mod error;

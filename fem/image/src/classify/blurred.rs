@@ -1,14 +1,15 @@
-//! Two materials and the blur of their image.
+//! A model of an image as two materials and blur.
 //!
-//! In a small grain hardly any voxel is far from the surface, so no mean over voxels is the grey value of the grain's
-//! material. The image is modelled instead: a set of voxels S is grain, the rest matrix, and the grey value is
-//! m + c (k ∗ S) with the matrix's grey value m, the contrast c and a kernel k. The kernel is a mixture of binomial
-//! kernels, Σ aᵢ kᵢ with Σ aᵢ = 1; m and all c aᵢ follow from linear least squares, so neither the width of the blur nor
-//! the form of the grains is assumed. Then m and c are corrected by the voxels that the blur reaches least,
-//! where an error of S hardly matters: k ∗ S says which these are, and how much blur there is in them.
+//! Small grains have hardly any voxel far from the surface, so the grey value of the grain material is not a mean over
+//! voxels. The image is modelled instead: a set of voxels S is grain, all other voxels are matrix, and the grey value
+//! is m + c (k ∗ S), with the matrix's grey value m, the contrast c and a kernel k. The kernel is a mixture of binomial
+//! kernels, Σ aᵢ kᵢ with Σ aᵢ = 1. The values m and c aᵢ follow from linear least squares, so neither the width of the
+//! blur nor the form of the grains is assumed. Then m and c are computed again from the voxels that the blur affects
+//! least, where an error of S hardly matters; the values of k ∗ S select these voxels and give the blur in them.
 //!
-//! The grey values above m are the grains' volume times c. S is what lies above the level of the filtered image at which
-//! S has this volume. Blur and median would make convex grains smaller at the level half way between the materials.
+//! The sum of the grey values above m equals the grains' volume times c. S is the set of voxels above the level of the
+//! filtered image at which S has this volume. At the level half way between the materials, blur and median filter would
+//! shrink convex grains.
 
 use nalgebra::{SMatrix, SVector};
 use rayon::prelude::*;
@@ -18,45 +19,45 @@ use crate::volume::filter::{binomial, binomial_at, dilate};
 use crate::volume::grey::rounded;
 use crate::volume::threshold::{histogram, level_of};
 
-/// Kernels whose mixture is the blur.
+/// Number of kernels in the mixture that represents the blur.
 const KERNELS: usize = 3;
-/// Passes of the filter 1–2–1 that make each kernel: variances of 0, 0.5 and 1.5 voxels².
+/// Number of passes of the filter 1–2–1 for each kernel: variances of 0, 0.5 and 1.5 voxels².
 const PASSES: [usize; KERNELS] = [0, 1, 3];
-/// A voxel that is all grain, in the blurred sets.
+/// Fixed-point value of a voxel that is completely grain, in the blurred sets.
 pub(crate) const FULL: u16 = 16384;
-/// Rounds in which the level is found.
+/// Maximum number of iterations that find the level.
 const ROUNDS: usize = 8;
-/// The level is found when it moves by less than this share of the contrast.
+/// Convergence limit of the level: change per iteration, as a share of the contrast.
 const STILL: f64 = 0.004;
-/// The level lies between these shares of the way from matrix to grain.
+/// Lower and upper limit of the level: the matrix's grey value plus these shares of the contrast.
 const WAY: [f64; 2] = [0.15, 0.85];
-/// Fewer voxels above the level than this do not make a contrast.
+/// Smallest number of voxels above the level from which a contrast is computed.
 const LEAST: u64 = 150;
-/// The part of each material's voxels that shows its grey value: those that the blur of the other material reaches
-/// least. Where grains are large, it reaches none of these.
+/// Share of each material's voxels from which the material's grey value is computed: the voxels that the blur of the
+/// other material affects least. If grains are large, the blur does not reach these voxels.
 const PUREST: f64 = 0.1;
-/// Shares of grain are cut here before they are summed: noise passes, pores do not.
+/// Limits to which shares of grain are clamped before they are summed: noise lies within the limits, pores do not.
 const CUT: [f64; 2] = [-0.5, 1.5];
 
-/// Matrix and grains as a blurred image shows them.
+/// Result of the model: grey values of matrix and grains, and the set of grain voxels.
 #[derive(Clone, Debug)]
 pub(crate) struct Blurred {
     /// Grey values of the two materials.
     pub(crate) matrix: f64,
     pub(crate) grain: f64,
-    /// The level of the filtered image at which grains have their volume.
+    /// Level of the filtered image above which the grain voxels have the grains' volume.
     pub(crate) level: f64,
-    /// What lies above that level.
+    /// Voxels of the filtered image from that level on.
     pub(crate) set: Vec<u8>,
-    /// The share of grain that each voxel of the unfiltered image shows, in parts of [`FULL`].
+    /// Share of grain in each voxel of the unfiltered image by the model, in units of 1/[`FULL`].
     pub(crate) share: Vec<i16>,
-    /// The share up to which voxels are the purest of the matrix, and from which on they are the purest of the grains.
+    /// Largest share of the purest matrix voxels, and smallest share of the purest grain voxels.
     pub(crate) purest: [i16; 2],
 }
 
 impl Blurred {
     /// Fits the model to the voxels of `sample`, which are away from walls and voids; `inside` are the voxels that may
-    /// be grain. `start` is a first guess of the level. Nothing if no level between two materials is found.
+    /// be grain. `start` is the initial level. Returns `None` if no level between two materials is found.
     pub(crate) fn fit(
         smooth: &Volume<u16>,
         grey: &Volume<u16>,
@@ -85,7 +86,7 @@ impl Blurred {
                     purest,
                 });
             }
-            // the secant of how far the level moves
+            // secant method for the level at which the step `next - level` vanishes
             let move_by = next - level;
             let slope =
                 last.map_or(-1.0, |[before, moved]: [f64; 2]| (move_by - moved) / (level - before));
@@ -95,32 +96,32 @@ impl Blurred {
         None
     }
 
-    /// The grey value half way between the materials.
+    /// Grey value half way between the materials.
     pub(crate) fn middle(&self) -> f64 {
         (self.matrix + self.grain) / 2.0
     }
 }
 
-/// The voxels of a set from a level on: 1, the others 0.
+/// Voxels of a set whose value is at least `level`: 1, all others 0.
 pub(crate) fn above(smooth: &Volume<u16>, inside: &[u8], level: f64) -> Vec<u8> {
     let values = smooth.values.par_iter().zip(inside);
     values.map(|(&value, &inside)| u8::from(f64::from(value) >= level) & inside).collect()
 }
 
-/// A set blurred as the image is, in parts of [`FULL`]; the blur is taken from the voxels of `sample`. Nothing if the
-/// image is not brighter in the set.
+/// Shares of a blurred set, in units of 1/[`FULL`]; the blur is fitted to the image in the voxels of `sample`. `None`
+/// if the image is not brighter in the set than outside.
 pub(crate) fn share(grey: &Volume<u16>, set: &[u8], sample: &[u8]) -> Option<Vec<i16>> {
     mixed(&grey.values, set, sample, |_, blurred| binomial(grey.shape, blurred))
 }
 
-/// [`share`] at the voxels of `region`, which holds `sample`; other voxels have any share.
+/// [`share`] at the voxels of `region`, which contains `sample`; the values at other voxels are unspecified.
 pub(crate) fn share_at(
     grey: &Volume<u16>,
     set: &[u8],
     sample: &[u8],
     region: &[u8],
 ) -> Option<Vec<i16>> {
-    // a pass needs the pass before at one more voxel on each side
+    // each pass needs the result of the previous pass in one more layer of voxels
     let near = dilate(grey.shape, region);
     let wide = dilate(grey.shape, &near);
     let regions: [&[u8]; PASSES[KERNELS - 1]] = [&wide, &near, region];
@@ -129,7 +130,7 @@ pub(crate) fn share_at(
     })
 }
 
-/// The mixture of kernels that fits the grey values of a sample; `blur` makes one pass of the filter 1–2–1.
+/// Fits the mixture of kernels to the grey values of a sample; `blur` applies one pass of the filter 1–2–1.
 fn mixed(
     grey: &[u16],
     set: &[u8],
@@ -152,13 +153,13 @@ fn mixed(
     Some((0..set.len()).into_par_iter().map(|at| rounded(mixed(at)) as i16).collect())
 }
 
-/// Weights of the kernels, which add up to 1, by least squares over the voxels of a sample; nothing if the image does
-/// not become brighter with the share.
+/// Weights of the kernels by least squares over the voxels of a sample; the weights sum to 1. `None` if the grey value
+/// does not increase with the share.
 fn weights(grey: &[u16], kernels: &[Vec<u16>; KERNELS], sample: &[u8]) -> Option<[f64; KERNELS]> {
-    // of 1, the kernels and the grey value: sums of the products of each two
+    // sums of all pairwise products of 1, the kernels and the grey value
     const TERMS: usize = KERNELS + 2;
     let portion = 1 << 16;
-    // integers, so that the order of summation does not show
+    // integers, so that the result does not depend on the order of summation
     let sums = (0..sample.len().div_ceil(portion))
         .into_par_iter()
         .map(|part| {
@@ -170,7 +171,7 @@ fn weights(grey: &[u16], kernels: &[Vec<u16>; KERNELS], sample: &[u8]) -> Option
                     k if k <= KERNELS => u64::from(kernels[k - 1][n]),
                     _ => u64::from(grey[n]),
                 });
-                // one half of the symmetric sums
+                // only the upper triangle of the symmetric matrix
                 for i in 0..TERMS {
                     for j in i..TERMS {
                         sums[i][j] += terms[i] * terms[j];
@@ -199,7 +200,7 @@ fn weights(grey: &[u16], kernels: &[Vec<u16>; KERNELS], sample: &[u8]) -> Option
     (contrast > 0.0).then(|| parts.map(|part| part / contrast))
 }
 
-/// Grey value of the matrix, and the contrast, from the voxels that are the purest.
+/// Grey value of the matrix, and the contrast, computed from the purest voxels.
 fn materials(
     grey: &[u16],
     share: &[i16],
@@ -207,7 +208,7 @@ fn materials(
     sample: &[u8],
 ) -> Option<[f64; 2]> {
     let full = f64::from(FULL);
-    // number, sum of shares and of grey values of matrix and of grains
+    // count, sum of shares and sum of grey values, for matrix and for grains
     let sums = (0..share.len())
         .into_par_iter()
         .with_min_len(1 << 16)
@@ -236,9 +237,9 @@ fn materials(
     (contrast > 0.0).then_some([dark - contrast * dark_share, contrast])
 }
 
-/// The share up to which voxels are the purest of the matrix, and from which on they are the purest of the grains.
+/// Largest share of the purest matrix voxels, and smallest share of the purest grain voxels.
 fn purest(share: &[i16], set: &[u8], sample: &[u8]) -> [i16; 2] {
-    // 256 bins a share of 1, from a share of -0.5 on
+    // 256 bins for a share of 1, starting at a share of −0.5
     const BINS: usize = 512;
     let width = i32::from(FULL / 256);
     let first = -i32::from(FULL / 2);
@@ -261,7 +262,7 @@ fn purest(share: &[i16], set: &[u8], sample: &[u8]) -> [i16; 2] {
     [bound(bins_of(matrix)) - 1, bound(BINS - bins_of(&reversed))]
 }
 
-/// The number of bins, from the first on, that hold the part [`PUREST`] of all counts.
+/// Number of bins, from the first bin on, that contain the share [`PUREST`] of all counts.
 fn bins_of(counts: &[u64]) -> usize {
     let wanted = PUREST * counts.iter().sum::<u64>() as f64;
     let mut over = 0;
@@ -272,7 +273,8 @@ fn bins_of(counts: &[u64]) -> usize {
     last.map_or(counts.len(), |bin| bin + 1)
 }
 
-/// The volume of the grains in the sample (voxels): that of the set, and what grey values show beyond the model.
+/// Volume of the grains in the sample (voxels): the volume of the set, corrected by the difference between the image
+/// and the model.
 fn volume(
     grey: &[u16],
     share: &[i16],

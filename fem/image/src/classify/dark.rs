@@ -1,8 +1,8 @@
 //! Voids in an image whose grains are darker than the matrix.
 //!
-//! From air to matrix the blur of a void passes the grey values of grains, so that the rim of each void looks like a grain.
-//! The image is m − (m − a) (k ∗ V) where there are no grains, with the voids V, the blur k and the grey values m of the
-//! matrix and a of air: (m − a) (k ∗ V) is added.
+//! The blurred boundary between a void and the matrix contains grey values of grains, so that the rim of each void
+//! looks like a grain. Where there are no grains, the image is m − (m − a) (k ∗ V), with the voids V, the blur k and
+//! the grey values m of the matrix and a of air. The correction adds (m − a) (k ∗ V).
 
 use rayon::prelude::*;
 
@@ -11,22 +11,23 @@ use crate::classify::blurred::{FULL, share_at};
 use crate::volume::filter::{dilate, erode};
 use crate::volume::grey::rounded;
 
-/// How far the blur of a void reaches (voxels).
+/// Distance that the blur of a void reaches (voxels).
 const REACH: usize = 3;
 
 /// Voids of a specimen.
 pub(crate) struct Voids {
-    /// The voxels that are more air than matrix.
+    /// Voxels that are nearer to air than to the matrix in grey value.
     pub(crate) voxels: Vec<u8>,
-    /// Mean grey value of the darkest of them.
+    /// Mean grey value of the voxels of voids that are darker than the level of air.
     air: f64,
 }
 
 impl Voids {
-    /// Finds the voids of a filtered image: what is darker than `void`, and of its neighbours those that are nearer to air
-    /// than to the matrix. Nothing if there is none.
+    /// Finds the voids of a filtered image: the voxels darker than `void`, and those of their neighbours whose grey
+    /// value is nearer to air than to the matrix. `None` if there are no voids.
     pub(crate) fn of(smooth: &Volume<u16>, inside: &[u8], void: f64, matrix: f64) -> Option<Voids> {
-        // where the wall meets an end, blur makes the outermost voxels as dark
+        // the erosion excludes the outermost voxels of the specimen: where wall and end meet, blur makes them as dark
+        // as air
         let core = erode(smooth.shape, inside);
         let pairs = smooth.values.par_iter().zip(&core);
         let deep: Vec<u8> =
@@ -51,7 +52,7 @@ impl Voids {
         Some(Voids { voxels, air })
     }
 
-    /// Puts matrix in the place of the voids. Gives the voxels whose grey values changed.
+    /// Replaces voids by matrix; returns the voxels whose grey values changed.
     pub(crate) fn fill(&self, grey: &mut Volume<u16>, inside: &[u8], matrix: f64) -> Vec<u8> {
         let shape = grey.shape;
         let mut near = (0..REACH).fold(self.voxels.clone(), |near, _| dilate(shape, &near));
@@ -73,7 +74,7 @@ impl Voids {
     }
 }
 
-/// The image with bright for dark.
+/// Inverts the grey values of an image.
 pub(crate) fn inverted(mut image: Volume<u16>) -> Volume<u16> {
     image.values.par_iter_mut().for_each(|value| *value = u16::MAX - *value);
     image

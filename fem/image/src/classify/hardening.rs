@@ -1,10 +1,10 @@
-//! Brightness of one material as a function of the place: beam hardening and drift.
+//! Brightness of one material as a function of the position: beam hardening and drift.
 //!
-//! An X-ray beam loses its soft part on its way, so the inside of a cylinder looks less dense than its
-//! rim ("cupping"); a source or a detector whose brightness changes from slice to slice lets it drift along the
-//! axis. Matrix and grains are dimmed by nearly the same factor, (1 + a s + b s²) (1 + c t + d t²) with
-//! s = (r/R)² and the height t from 0 to 1, which is fitted to the mean grey values of both classes in rings and
-//! layers. As each class has its own mean, grains that are more frequent somewhere change no factor.
+//! An X-ray beam loses its low-energy part along its path, so the inside of a cylinder looks less dense than its rim
+//! ("cupping"). A source or detector whose brightness changes from slice to slice causes a drift along the axis. Matrix
+//! and grains are dimmed by nearly the same factor, (1 + a s + b s²) (1 + c t + d t²) with s = (r/R)² and the height t
+//! from 0 to 1. The factor is fitted to the mean grey values of both classes in rings and layers. Each class has its
+//! own mean, so an uneven distribution of grains does not change the factor.
 
 use std::borrow::Cow;
 
@@ -15,19 +15,19 @@ use crate::volume::filter::core;
 use crate::volume::grey::rounded;
 use crate::volume::threshold::{WIDTH, histogram, otsu};
 
-/// Rings of equal area, and layers of equal height.
+/// Number of rings of equal area; `LAYERS` is the number of layers of equal height.
 const RINGS: usize = 32;
 const LAYERS: usize = 16;
-/// Rounds of classification and fit.
+/// Number of iterations of classification and fit.
 const ROUNDS: usize = 3;
-/// Profiles that change by less than this are found.
+/// Convergence limit: largest change of a profile in an iteration.
 const STILL: f64 = 0.002;
-/// Steps in which profile and brightness of the classes are fitted one after the other.
+/// Number of steps that fit alternately the profiles and the brightness of the classes.
 const STEPS: usize = 20;
-/// Rings of a layer with fewer voxels of a class do not count for it.
+/// Smallest number of voxels of a class in a ring of a layer for the ring's mean to be used.
 const LEAST: u64 = 5;
 
-/// The factor by which grey values above air are raised at a place.
+/// The factor of grey values above air at a position; [`correct`](Self::correct) divides by the factor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Brightness {
     air: f64,
@@ -35,14 +35,14 @@ pub(crate) struct Brightness {
     axial: Profile,
 }
 
-/// A factor as a polynomial of s or t between 0 and 1: 1, a, b, scaled so that its mean is 1.
+/// A factor as a quadratic polynomial of s or t between 0 and 1: its coefficients, scaled so that the mean is 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Profile([f64; 3]);
 
-/// Number and sum of the grey values of a class in each ring of each layer.
+/// Number of voxels and sum of grey values of a class, for each ring of each layer.
 type Parts = Vec<(u64, u64)>;
 
-/// Factors of the voxels of a slice: of each voxel, and of all.
+/// Factors of the voxels of a slice: the factor of a voxel is `axial` times its value in `radial`.
 struct Factors<'a> {
     radial: Cow<'a, [f64]>,
     axial: f64,
@@ -63,7 +63,8 @@ impl Profile {
         self.0[0] + s * (self.0[1] + s * self.0[2])
     }
 
-    /// Fits the values that `points` gives as place, weight, factor and value over factor.
+    /// Fits a profile to points `[position, weight, factor, value]`: weighted least squares of value ≈ factor ·
+    /// profile(position). `None` if the system is singular or the profile is not above 0.2 everywhere.
     fn fitted(points: impl Iterator<Item = [f64; 4]>) -> Option<Self> {
         let mut normal = nalgebra::Matrix3::zeros();
         let mut right = nalgebra::Vector3::zeros();
@@ -73,7 +74,7 @@ impl Profile {
             right += row * (weight * value);
         }
         let u = normal.cholesky()?.solve(&right);
-        // s is distributed evenly over the section, t over the height
+        // s is uniformly distributed over the section, t over the height
         let mean = u[0] + u[1] / 2.0 + u[2] / 3.0;
         let profile = Self([u[0] / mean, u[1] / mean, u[2] / mean]);
         let is_sound = (0..=RINGS).all(|n| profile.at(n as f64 / RINGS as f64) > 0.2);
@@ -86,7 +87,7 @@ impl Brightness {
         self.radial.at(s.min(1.0)) * self.axial.at(t.clamp(0.0, 1.0))
     }
 
-    /// The factors of the voxels of a slice. `upright` holds the factors across the axis, if these are alike in all slices.
+    /// Factors of the voxels of a slice. `upright` contains the radial factors if they are the same in all slices.
     fn factors<'a>(&self, places: &Places<'_>, upright: Option<&'a [f64]>) -> Factors<'a> {
         match (&places.heights, upright) {
             (Heights::Equal(t), Some(radial)) => {
@@ -102,13 +103,14 @@ impl Brightness {
         }
     }
 
-    /// The factors across the axis, which all slices of an upright cylinder have.
+    /// Radial factors of a slice, which are the same for all slices of an upright cylinder; `None` for a tilted
+    /// cylinder.
     fn across(&self, columns: &Columns<'_>) -> Option<Vec<f64>> {
         let squares = columns.upright.as_ref()?;
         Some(squares.iter().map(|s| self.radial.at(s.min(1.0))).collect())
     }
 
-    /// Whether the factors are the same but for what no classification sees.
+    /// Whether two brightness functions differ by less than [`STILL`], which does not affect the classification.
     fn is_near(&self, other: &Self) -> bool {
         let mut places = (0..=RINGS).map(|n| n as f64 / RINGS as f64);
         let off = |s: f64| {
@@ -119,18 +121,18 @@ impl Brightness {
         places.all(|s| off(s) < STILL)
     }
 
-    /// Brightness at the wall over that at the axis.
+    /// Ratio of the brightness at the wall to the brightness at the axis.
     pub(crate) fn rim_over_centre(&self) -> f64 {
         self.radial.at(1.0) / self.radial.at(0.0)
     }
 
-    /// Brightness at the top over that at the bottom.
+    /// Ratio of the brightness at the top to the brightness at the bottom.
     pub(crate) fn top_over_bottom(&self) -> f64 {
         self.axial.at(1.0) / self.axial.at(0.0)
     }
 
-    /// Fits the profiles to the voxels of a set within a cylinder; `air` is the grey value of nothing
-    /// and `void` the least one that is not air.
+    /// Fits the profiles to the voxels of a set within a cylinder. `air` is the grey value of air and `void` the lowest
+    /// grey value that is not air.
     pub(crate) fn fit(
         values: &[u16],
         shape: [usize; 3],
@@ -162,7 +164,8 @@ impl Brightness {
         brightness
     }
 
-    /// Matrix and grain in rings and layers, away from interfaces, where voxels hold both.
+    /// Sums of matrix and of grain in rings and layers, over voxels away from interfaces; voxels at interfaces contain
+    /// both.
     fn classes(
         &self,
         values: &[u16],
@@ -205,8 +208,8 @@ impl Brightness {
         })
     }
 
-    /// The profiles that fit the means in the rings and layers best, and the brightness of the classes above air
-    /// (not a number for a class that is nowhere away from interfaces).
+    /// Profiles that fit the means in rings and layers best, and the brightness of the classes above air (NaN for a
+    /// class that has no voxels away from interfaces).
     fn improved(&self, classes: &[Parts; 2]) -> Option<(Brightness, [f64; 2])> {
         let means_of = |parts: &Parts| -> Vec<Mean> {
             let parts = parts.iter().enumerate().filter(|(_, part)| part.0 >= LEAST);
@@ -247,7 +250,8 @@ impl Brightness {
         Some((this, brightness))
     }
 
-    /// Takes the profiles out of grey values; beyond wall and ends they go on as there.
+    /// Removes the profiles from grey values. Beyond the wall and the ends, the factors at the wall and the ends are
+    /// used.
     pub(crate) fn correct(&self, values: &mut [u16], shape: [usize; 3], cylinder: &Fit) {
         let columns = Columns::new(cylinder, shape);
         let across = self.across(&columns);
@@ -262,14 +266,15 @@ impl Brightness {
     }
 }
 
-/// (r/R)² and heights of voxels, slice by slice: all slices of an upright cylinder are alike.
+/// Values (r/R)² and heights of voxels, computed slice by slice. For an upright cylinder `upright` contains (r/R)²,
+/// which is the same in all slices.
 struct Columns<'a> {
     cylinder: &'a Fit,
     section: [usize; 2],
     upright: Option<Vec<f64>>,
 }
 
-/// (r/R)² of the voxels of a slice, and their heights from 0 to 1.
+/// Values (r/R)² of the voxels of a slice, and the voxels' relative heights from 0 to 1.
 struct Places<'a> {
     squares: Cow<'a, [f64]>,
     heights: Heights,
@@ -352,7 +357,7 @@ mod tests {
         let mut clean = Vec::new();
         for n in 0..set.len() {
             let (x, y, z) = (n % 64, n / 64 % 64, n / 4096);
-            // grains are more frequent outside and below, which must not be taken for cupping or drift
+            // grains are more frequent at the rim and below; the fit must not attribute that to cupping or drift
             let (s, t) = (relative(x, y, z), height(x, y, z));
             let few = if s > 0.5 { 3 } else { 1 };
             let grain = (x / 9 + y / 9 + z / 12) % 5 < if t < 0.5 { few + 1 } else { few };

@@ -8,39 +8,44 @@ use crate::volume::contrast::Contrast;
 use crate::volume::filter::core;
 use crate::volume::threshold::{WIDTH, class_means, core_mean, histogram, level_of, middle, otsu};
 
-/// Two halves of one bell curve are this many of their own deviations apart.
+/// Separation of two classes, in standard deviations, below which the classes are taken to be the two halves of one
+/// normal distribution.
 const ONE_BELL: f64 = 3.0;
-/// A level that is given is compared with the materials if it is at most this share of their contrast from the middle.
+/// Largest distance of a given level from the middle, as a share of the contrast, at which the model corrects the
+/// level.
 const OFF: f64 = 0.3;
-/// The model's middle is known to this share of the contrast. A value that is given nearer to it is taken as the middle.
+/// Uncertainty of the model's middle, as a share of the contrast. A given value within this distance counts as the
+/// middle.
 const DOUBT: f64 = 0.02;
-/// The level lies between these shares of the way from matrix to grain.
+/// Lower and upper limit of the level: the matrix's grey value plus these shares of the contrast.
 const WAY: [f64; 2] = [0.3, 0.7];
-/// Shares of grain are cut here before they are summed: noise passes, pores do not.
+/// Limits to which shares of grain are clamped before they are summed: noise lies within the limits, pores do not.
 const CUT: [f64; 2] = [-0.5, 1.5];
 
-/// A level that parts matrix from grain.
+/// A grey level that separates matrix from grain.
 #[derive(Clone, Debug)]
 pub(crate) struct Level {
-    /// The filtered grey value from which on a voxel is grain.
+    /// Lowest grey value of grain voxels in the filtered image.
     pub(crate) value: f64,
-    /// The grey value that stands for the level: given by hand, it makes the same.
+    /// Grey value that represents the level for the user: given as the threshold, it results in the same level.
     pub(crate) by_hand: f64,
     /// Whether the grey values look like those of one phase.
     pub(crate) one_bell: bool,
-    /// The two materials and the blur of the image, if they could be told apart.
+    /// The model of two materials and blur, if it could be fitted.
     pub(crate) model: Option<Blurred>,
 }
 
 impl Level {
-    /// Finds the level for an image that was filtered (`smooth`), so that as many voxels lie above it as
-    /// the unfiltered grey values make up.
+    /// Finds the level for a filtered image (`smooth`): the number of voxels above the level equals the volume of the
+    /// grains by the unfiltered grey values.
     ///
-    /// `inside` are the voxels that may be grain, and `sample` those of them that are away from walls and voids: a voxel
-    /// of matrix that holds some air is no class of its own. Nothing if there is one grey value only.
+    /// `inside` are the voxels that may be grain; `sample` are those of them that are away from walls and voids,
+    /// because a matrix voxel that contains some air must not form its own class. `None` if there is only one grey
+    /// value.
     ///
-    /// Otsu's threshold comes first, then the middle between the means of matrix and grains away from interfaces where
-    /// there are such voxels, then the model of two materials and their blur ([`Blurred`]).
+    /// The level is first Otsu's threshold, then the middle between the means of matrix and grains away from interfaces
+    /// (if such voxels exist), and finally the level of the model of two materials and blur ([`Blurred`]), if the fit
+    /// succeeds.
     pub(crate) fn find(
         smooth: &Volume<u16>,
         grey: &Volume<u16>,
@@ -70,11 +75,11 @@ impl Level {
         Some(Level { value, by_hand, one_bell, model })
     }
 
-    /// The level that stands for a grey value given by hand, which parts matrix from grain where a surface is plane.
+    /// Level for a grey value given by the user, which separates matrix from grain at a plane surface.
     ///
-    /// Blur and median make small grains smaller at that grey value. The level is moved as far as the model of two
-    /// materials says, so that a value half way between them gives grains their volume. Without such a model, or where
-    /// the value is far from half way, the level is the value itself.
+    /// At that grey value, blur and median filter would shrink small grains. The model of two materials and blur
+    /// therefore shifts the level, so that a value half way between the materials results in the grains' true volume.
+    /// Without a model, or if the value is far from half way, the level is the value itself.
     pub(crate) fn given(
         value: f64,
         smooth: &Volume<u16>,
@@ -91,7 +96,7 @@ impl Level {
             return own;
         }
         if off.abs() <= DOUBT * contrast {
-            // the level that is found without a value, so that this one gives the same grains
+            // use the level that is found without a given value, so that both result in the same grains
             let is_near = |model: &Blurred| (value - model.middle()).abs() <= DOUBT * contrast;
             let found = Self::find(smooth, grey, inside, sample).and_then(|found| found.model);
             let model = found.filter(is_near).unwrap_or(model);
@@ -101,8 +106,8 @@ impl Level {
     }
 }
 
-/// The mean grey value of the matrix in a filtered image, away from grains where there are such voxels, and the grey value
-/// between matrix and grains; nothing if there is one grey value only.
+/// Mean grey value of the matrix in a filtered image (away from grains if such voxels exist), and the grey value
+/// between matrix and grains; `None` if there is only one grey value.
 pub(crate) fn matrix_grey(
     smooth: &Volume<u16>,
     sample: &[u8],
@@ -123,7 +128,7 @@ fn middle_of([matrix, grain]: [f64; 2]) -> f64 {
     (matrix + grain) / 2.0
 }
 
-/// The sum of the grain shares (voxels).
+/// Volume of the grains (voxels): the sum of the voxels' shares of grain.
 fn volume(
     smooth: &Volume<u16>,
     grey: &Volume<u16>,
@@ -140,7 +145,7 @@ fn volume(
         .collect();
     let rest: Vec<u8> = set.par_iter().map(|&grain| 1 - grain).collect();
     let (core, far) = (core(shape, &set), core(shape, &rest));
-    // integers, so that the order of summation does not show
+    // integers, so that the result does not depend on the order of summation
     let unit = 65536.0;
     let sum: i64 = (0..set.len())
         .into_par_iter()
@@ -154,7 +159,7 @@ fn volume(
     sum as f64 / unit
 }
 
-/// Distance of the means of two classes over the mean of their standard deviations.
+/// Difference of the means of two classes, divided by the mean of their standard deviations.
 fn separation(counts: &[u64], split: usize) -> f64 {
     let moments = |counts: &[u64], first: usize| {
         let all: u64 = counts.iter().sum();

@@ -1,4 +1,4 @@
-//! Which voxels are air, matrix and grain.
+//! Classification of voxels as air, matrix and grain.
 
 pub(crate) mod blurred;
 pub(crate) mod dark;

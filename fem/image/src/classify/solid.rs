@@ -1,14 +1,14 @@
-//! How much of each voxel is grain, from its grey value.
+//! Share of grain in each voxel, computed from the grey value.
 //!
-//! At an interface a voxel holds matrix and grain, and its grey value lies between theirs. The share of
-//! grain is taken as linear between the grey values of matrix and grain nearby, which a model of their blur
-//! finds. Summed over a grain and what surrounds it this gives its volume between voxels, and noise
-//! and blur cancel.
+//! At an interface a voxel contains matrix and grain, and its grey value lies between the grey values of the two. The
+//! share of grain is assumed to be linear between the local grey values of matrix and grain, which follow from a model
+//! of their blur. The sum of the shares over a grain and its surroundings is the grain's volume with sub-voxel
+//! accuracy; noise and blur cancel.
 //!
-//! A threshold that was given by hand says where grains end, whatever the means are: then a voxel's share
-//! follows from how far its centre is from the surface on which the filtered grey value passes the
-//! threshold, and a grain's volume is what is above it. (In textures of little contrast the shares between
-//! the means would come to twice that, with nothing of matrix or grain that is away from interfaces.)
+//! A threshold given by the user defines the surface of grains, whatever the means of the materials are. A voxel's
+//! share then follows from the distance of its centre from the surface on which the filtered grey value equals the
+//! threshold, and a grain's volume is the volume above the threshold. (In textures of low contrast, where no voxel of
+//! matrix or grain is away from interfaces, shares between the means would sum to twice that volume.)
 
 use rayon::prelude::*;
 
@@ -17,36 +17,36 @@ use crate::volume::filter::{core, dilate};
 use crate::volume::grey::rounded;
 use crate::volume::{Volume, neighbour_steps};
 
-/// Voxels so far inside a phase ([`core`]), or outside, are not at an interface.
+/// Width of the interface band (voxels): voxels further inside or outside a phase ([`core`]) are not at an interface.
 const BAND: usize = 2;
-/// Voxels along the edge of a block in which grey values are averaged.
+/// Edge of a block, in voxels, over which grey values are averaged.
 const BLOCK: usize = 24;
-/// The grey values of a block count as much as those of all blocks when it has so many voxels.
+/// Number of voxels in a block at which the block's mean and the global value have equal weights.
 const ENOUGH: f64 = 300.0;
-/// One voxel, in the integers in which volumes are summed.
+/// Fixed-point representation of a volume of one voxel; volumes are summed as integers.
 const UNIT: f64 = 65536.0;
-/// A surface is moved by at most this distance (voxels), which is found by this number of halvings.
+/// Largest shift of a surface (voxels); `HALVINGS` is the number of bisection steps that find the shift.
 const FURTHEST: f64 = 0.5;
 const HALVINGS: usize = 16;
-/// Shares are cut here before they are summed: noise passes, pores do not.
+/// Limits to which shares of grain are clamped before they are summed: noise lies within the limits, pores do not.
 const CUT: [f64; 2] = [-0.5, 1.5];
 
-/// Grain shares of voxels, and volumes of grains from them.
+/// Shares of grain of voxels, and the volumes of grains computed from the shares.
 #[derive(Debug)]
 pub(crate) struct Solid {
     pub(crate) share: Vec<f32>,
-    /// Volume of each grain, from number 1 on (voxels).
+    /// Volume of each grain (voxels); the first value belongs to grain number 1.
     pub(crate) volumes: Vec<f64>,
 }
 
 impl Solid {
-    /// The shares that grey values show, by the model of two materials and their blur.
+    /// Computes the shares from grey values by the model of two materials and blur.
     ///
-    /// A grain's volume is that of its voxels in the model's set, and what the grey values show more or less than the
-    /// model predicts in and around these: blur that reaches further than what is looked at is in both.
-    /// `matrix` holds the voxels that are neither grain nor void. Each of these and of the grains is in `shown`, which
-    /// holds the voxels beyond the wall too that show blur of grains. `inside` is the specimen, and `sample` are its voxels
-    /// that are away from walls and voids.
+    /// A grain's volume is the volume of its voxels in the model's set, plus the difference between the image and the
+    /// model in and around these voxels. Blur beyond this region is in both the image and the model, so it cancels.
+    /// `matrix` contains the voxels that are neither grain nor void. `shown` contains all matrix and grain voxels, and
+    /// the voxels beyond the wall that show blur of grains. `inside` is the specimen, and `sample` are its voxels away
+    /// from walls and voids.
     pub(crate) fn measure(
         grey: &Volume<u16>,
         labels: &[u32],
@@ -88,7 +88,7 @@ impl Solid {
                                 continue;
                             }
                             let (dark, bright) = (lines[0][x], lines[1][x]);
-                            // levels on the wrong sides of each other, by noise, make a step
+                            // the lower bound keeps the division finite if noise has exchanged the order of the levels
                             let linear =
                                 (f64::from(grey.values[at]) - dark) / (bright - dark).max(1.0);
                             let is_core = core[at] != 0;
@@ -103,7 +103,7 @@ impl Solid {
                                 true => 0.0,
                                 false => part - f64::from(model.share[at]) / f64::from(FULL),
                             };
-                            // a hole that was filled is grain
+                            // a filled hole is grain
                             let counted = f64::from(model.set[at].max(u8::from(is_core)));
                             sums[label as usize] += rounded((counted + beyond) * UNIT) as i64;
                         }
@@ -115,7 +115,7 @@ impl Solid {
         Solid { share, volumes: volumes(&sums) }
     }
 
-    /// Shares for a threshold that was given, from the image that was compared with it (`smooth`).
+    /// Computes the shares for a threshold given by the user, from the image to which the threshold applies (`smooth`).
     pub(crate) fn above(
         smooth: &Volume<u16>,
         threshold: f64,
@@ -126,7 +126,7 @@ impl Solid {
         let near = spread(smooth.shape, labels, inside);
         let surface = Surface { smooth, threshold, labels, inside };
         let [nx, ny, _] = smooth.shape;
-        // depths first, shares then
+        // `share` first contains depths
         let mut share = vec![f32::NEG_INFINITY; labels.len()];
         share.par_chunks_mut(nx * ny).enumerate().for_each(|(z, slice)| {
             for (n, depth) in slice.iter_mut().enumerate() {
@@ -163,7 +163,7 @@ fn volumes(sums: &[i64]) -> Vec<f64> {
     sums[1..].iter().map(|&sum| (sum as f64 / UNIT).max(0.0)).collect()
 }
 
-/// Where a filtered image passes a threshold.
+/// The surface on which a filtered image equals a threshold.
 struct Surface<'a> {
     smooth: &'a Volume<u16>,
     threshold: f64,
@@ -172,8 +172,8 @@ struct Surface<'a> {
 }
 
 impl Surface<'_> {
-    /// How far a voxel's centre is within the surface (voxels), if the grey value is linear in it; infinite for a voxel that
-    /// labels enclose.
+    /// Depth of a voxel's centre below the surface (voxels), negative outside, for a linear grey value in the voxel;
+    /// infinite for a voxel that is enclosed by labelled voxels.
     fn depth(&self, voxel: [usize; 3]) -> f64 {
         let shape = self.smooth.shape;
         let at = voxel[0] + shape[0] * (voxel[1] + shape[1] * voxel[2]);
@@ -183,7 +183,7 @@ impl Surface<'_> {
         for axis in 0..3 {
             let before = (voxel[axis] > 0).then(|| at - stride);
             let after = (voxel[axis] + 1 < shape[axis]).then(|| at + stride);
-            // air beyond the wall is no interface of a grain
+            // air beyond the wall does not form an interface with a grain
             let [before, after] = [before, after].map(|to| to.filter(|&to| self.inside[to] != 0));
             enclosed &= [before, after].into_iter().flatten().all(|to| self.labels[to] != 0);
             let change = grey(after.unwrap_or(at)) - grey(before.unwrap_or(at));
@@ -197,7 +197,7 @@ impl Surface<'_> {
     }
 }
 
-/// How much of a voxel is grain: at least half of one that has a label, and at most half of one that has none.
+/// Share of grain in a voxel: at least 0.5 for a labelled voxel, and at most 0.5 for a voxel without a label.
 fn part(depth: f32, shift: f64, label: u32) -> f64 {
     let part = 0.5 + f64::from(depth) + shift;
     match label {
@@ -206,8 +206,8 @@ fn part(depth: f32, shift: f64, label: u32) -> f64 {
     }
 }
 
-/// How far the surface of all grains is moved out so that shares add up to the labelled voxels (voxels). Linear
-/// interpolation between the centres of voxels makes small grains smaller.
+/// Outward shift of the surface of all grains (voxels) with which the sum of the shares equals the number of labelled
+/// voxels. The shift is needed because linear interpolation between voxel centres shrinks small grains.
 fn shift(depths: &[f32], labels: &[u32]) -> f64 {
     let at_surface: Vec<(f32, u32)> = depths
         .par_iter()
@@ -230,13 +230,13 @@ fn shift(depths: &[f32], labels: &[u32]) -> f64 {
     (low + high) / 2.0
 }
 
-/// Labels grown by one voxel: a bare voxel takes the label that most of its neighbours have, of equal
-/// ones the lowest.
+/// Dilates labels by one voxel: a voxel without a label gets the most frequent label of its neighbours, and the lowest
+/// label in case of ties.
 fn spread(shape: [usize; 3], labels: &[u32], inside: &[u8]) -> Vec<u32> {
     let [nx, ny, _] = shape;
     let steps: Vec<[isize; 3]> = neighbour_steps().collect();
     let grain: Vec<u8> = labels.par_iter().map(|&label| u8::from(label != 0)).collect();
-    // most bare voxels are near no grain
+    // most voxels without a label are not near a grain
     let near = dilate(shape, &grain);
     let mut result = labels.to_vec();
     result.par_chunks_mut(nx * ny).enumerate().for_each(|(z, slice)| {
@@ -264,13 +264,13 @@ fn spread(shape: [usize; 3], labels: &[u32], inside: &[u8]) -> Vec<u32> {
     result
 }
 
-/// The place of a voxel's neighbour, or nothing beyond the edge.
+/// Index of a voxel's neighbour; `None` beyond the edge of the volume.
 fn stepped(shape: [usize; 3], voxel: [usize; 3], step: [isize; 3]) -> Option<usize> {
     let along = |k: usize| voxel[k].checked_add_signed(step[k]).filter(|&at| at < shape[k]);
     Some(along(0)? + shape[0] * (along(1)? + shape[1] * along(2)?))
 }
 
-/// The grey value of a material in blocks, interpolated between their centres.
+/// Local grey value of a material: one value per block, interpolated between the blocks' centres.
 struct LocalLevels {
     shape: [usize; 3],
     blocks: [usize; 3],
@@ -278,8 +278,8 @@ struct LocalLevels {
 }
 
 impl LocalLevels {
-    /// The material's grey value in the model, and how far grey values of a block differ from what the model predicts:
-    /// by the mean over the purest voxels of this material, which a few voxels change little.
+    /// Computes the local values: the material's grey value in the model plus the mean difference between image and
+    /// model over the block's purest voxels of this material. Blocks with few such voxels get nearly the global value.
     fn of(grey: &Volume<u16>, model: &Blurred, sample: &[u8], labels: &[u32], grain: bool) -> Self {
         let shape = grey.shape;
         let blocks = shape.map(|side| (side / BLOCK).max(1));
@@ -325,7 +325,7 @@ impl LocalLevels {
         LocalLevels { shape, blocks, levels: sums.iter().map(level).collect() }
     }
 
-    /// The two blocks between whose centres a voxel lies, and the share of the second.
+    /// Indices of the two blocks between whose centres a voxel lies, and the interpolation weight of the second.
     fn between(&self, n: usize, axis: usize) -> (usize, usize, f64) {
         let last = self.blocks[axis] - 1;
         let place = (n as f64 + 0.5) * self.blocks[axis] as f64 / self.shape[axis] as f64 - 0.5;

@@ -1,9 +1,10 @@
-//! Grey values at the wall of a cylinder as they would be if there were matrix instead of air beyond it.
+//! Correction of grey values at the wall of a cylinder, as if matrix instead of air were beyond the wall.
 //!
 //! The blur of the image mixes air into the voxels at the wall, so that a grain there is as dark as matrix, and mixes
-//! grain into the voxels just outside. The image is m (k ∗ C) + c (k ∗ S) above air, with the cylinder C, the grains S,
-//! the blur k and the grey values m of the matrix and c of the contrast. The blur of the wall gives k ∗ C, and
-//! m (1 − k ∗ C) is added: what remains is the image of grains in a matrix without end, and each grain is shown whole.
+//! grain into the voxels just outside. The image above air is m (k ∗ C) + c (k ∗ S), with the cylinder C, the grains S,
+//! the blur k, the grey value m of the matrix above air and the contrast c. The blur of the wall determines k ∗ C, and
+//! the correction adds m (1 − k ∗ C). The result is the image of grains in an unbounded matrix, in which each grain is
+//! complete.
 
 use rayon::prelude::*;
 
@@ -13,30 +14,30 @@ use crate::locate::fit::Fit;
 use crate::volume::filter::dilate;
 use crate::volume::voxel_at;
 
-/// How far the blur of the wall reaches, and how far the specimen is continued (voxels).
+/// Distance that the blur of the wall reaches (voxels), up to which the specimen is continued.
 const REACH: f64 = 4.0;
-/// Voxels beyond the mirror image of a voxel at which air is not blurred.
+/// Distance beyond the mirror image of a voxel (voxels) at which air is not affected by blur.
 const CLEAR: f64 = 2.0;
-/// Depth of the voxels whose values go on outside.
+/// Depth below the wall (voxels) of the voxels whose values are copied to the outside.
 const DEPTH: f64 = 0.75;
-/// How far the blur of grains reaches (voxels).
+/// Distance that the blur of grains reaches (voxels).
 const BLUR: usize = 3;
-/// Fewer voxels than this do not show the blur of the wall.
+/// Smallest number of voxels from which the blur of the wall is fitted.
 const FEW: usize = 2000;
 
-/// Voxels at which the specimen's image was continued.
+/// Sets of voxels that result from continuing the specimen's image beyond its wall.
 pub(crate) struct Continued {
-    /// The specimen, and the voxels beyond it whose values are now those of matrix and of the blur of grains.
+    /// The specimen, and the voxels beyond it that now contain matrix with blur of grains.
     pub(crate) shown: Vec<u8>,
-    /// The voxels that may be grain: the specimen, and what lies beyond it where there is no air.
+    /// The voxels that may be grain: the specimen, and voxels beyond it where there is no air.
     pub(crate) solid: Vec<u8>,
     /// The voxels whose grey values changed.
     pub(crate) changed: Vec<u8>,
 }
 
-/// Puts matrix in the place of the air beyond the specimen's wall and ends. Where there is no air, as the specimen is cut
-/// by the edge of the image or by its region, voxels just outside get the values of the nearest ones inside. `matrix` is
-/// the matrix's grey value; `grains` are the voxels that are brighter.
+/// Replaces the air beyond the specimen's wall and ends by matrix. Where there is no air, because the edge of the image
+/// or the specimen's region cuts the specimen, voxels just outside get the values of the nearest voxels inside.
+/// `matrix` is the matrix's grey value; `grains` are the voxels classified as grain.
 pub(crate) fn continue_beyond(
     grey: &mut Volume<u16>,
     fit: &Fit,
@@ -84,8 +85,8 @@ pub(crate) fn continue_beyond(
     Continued { shown, solid, changed }
 }
 
-/// The voxels of a ring that the blur of grains does not reach, or the whole ring where these are few. The wall of a
-/// packing is a skin of matrix, and with the grains behind it the wall would seem to be blurred more than it is.
+/// Voxels of a ring that the blur of grains does not reach; the whole ring if these are fewer than [`FEW`]. The wall of
+/// a packing is a layer of matrix; with the grains behind it, the fitted blur of the wall would be too large.
 fn bare(shape: [usize; 3], ring: &[u8], grains: &[u8]) -> Vec<u8> {
     let near = (1..BLUR).fold(dilate(shape, grains), |near, _| dilate(shape, &near));
     let bare: Vec<u8> = ring.par_iter().zip(&near).map(|(&ring, &near)| ring & !near).collect();
@@ -93,7 +94,8 @@ fn bare(shape: [usize; 3], ring: &[u8], grains: &[u8]) -> Vec<u8> {
     if count(&bare) < FEW { ring.to_vec() } else { bare }
 }
 
-/// The voxel beyond the nearer of wall and end, `CLEAR` further outside than a voxel is inside or outside.
+/// Voxel in the air that belongs to a given voxel: its mirror image at the nearer of wall and end, moved outward by
+/// `CLEAR` voxels. A voxel that is already outside is only moved outward by `CLEAR` voxels. `None` outside the image.
 fn beyond(fit: &Fit, voxel: [usize; 3], shape: [usize; 3]) -> Option<[usize; 3]> {
     let [square, height] = fit.place(voxel);
     let off = square.sqrt();
@@ -107,7 +109,7 @@ fn beyond(fit: &Fit, voxel: [usize; 3], shape: [usize; 3]) -> Option<[usize; 3]>
     }
 }
 
-/// The voxel just inside that is nearest to one outside.
+/// Nearest voxel just inside the cylinder; `None` outside the image.
 fn nearest(fit: &Fit, voxel: [usize; 3], shape: [usize; 3]) -> Option<[usize; 3]> {
     let [square, height] = fit.place(voxel);
     let (off, least) = (square.sqrt(), fit.radius - DEPTH);
@@ -116,7 +118,8 @@ fn nearest(fit: &Fit, voxel: [usize; 3], shape: [usize; 3]) -> Option<[usize; 3]
     moved(fit, voxel, shape, stretch, within - height)
 }
 
-/// The voxel where another comes to lie, with its distance from the axis stretched within the slice, and then raised.
+/// The voxel at the position of another voxel after its distance from the axis is multiplied by `stretch`, within the
+/// slice, and its z is increased by `rise` (voxels). `None` outside the image.
 fn moved(
     fit: &Fit,
     voxel: [usize; 3],

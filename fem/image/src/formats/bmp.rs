@@ -17,7 +17,7 @@ const HEADER: usize = 54;
 struct Header {
     width: usize,
     height: usize,
-    /// Rows begin with the lowest one.
+    /// Whether the rows are stored from bottom to top.
     is_upward: bool,
     bits: u16,
     offset: u64,
@@ -63,7 +63,7 @@ impl Header {
         })
     }
 
-    /// Rows are filled up to 4 bytes.
+    /// Size of a stored row (bytes); rows are padded to a multiple of 4 bytes.
     fn row_bytes(&self) -> usize {
         (self.width * usize::from(self.bits / 8)).next_multiple_of(4)
     }
@@ -101,7 +101,7 @@ pub(super) fn values(path: &Path, into: &mut [f64]) -> Result<(), ImageError> {
     let failed = |source| ImageError::io("read", path, source);
     let mut file = BufReader::new(open_regular(path).map_err(failed)?);
     let header = Header::read(path, &mut file)?;
-    // blue, green, red and a filling byte of each colour
+    // blue, green, red and a padding byte for each colour
     let mut palette = vec![0; if header.bits == 8 { 4 * header.colours } else { 0 }];
     file.seek(SeekFrom::Start(header.palette_at)).map_err(failed)?;
     file.read_exact(&mut palette).map_err(failed)?;

@@ -11,10 +11,10 @@ use crate::slices::stack::Stack;
 use crate::slices::voxel_size::VoxelSize;
 use crate::volume::MAX_VOXELS;
 
-/// Deflate packs at most this many bytes into one.
+/// Upper bound of the compression ratio of deflate.
 const DENSEST: u64 = 1100;
 
-/// Where the values begin in their file.
+/// Position of the first value in its file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Begin {
     At(u64),
@@ -22,7 +22,7 @@ pub(super) enum Begin {
     FromEnd,
 }
 
-/// What a header says of the values.
+/// Description of the values by a header.
 #[derive(Clone, Debug)]
 pub(super) struct RawHeader {
     pub(super) format: &'static str,
@@ -36,17 +36,17 @@ pub(super) struct RawHeader {
 }
 
 impl RawHeader {
-    /// The stack of a header, once the length of the file of its values has been compared.
+    /// Creates the stack of a header; checks the length of the file of values against the header.
     ///
     /// # Errors
-    /// [`ImageError`]: no such file, more or fewer bytes than the header declares.
+    /// [`ImageError`]: the file of values does not exist, or has more or fewer bytes than the header declares.
     pub(super) fn stack(self, header: &Path) -> Result<Stack, ImageError> {
         let RawHeader { format, shape, sample, order, size, data, begin, packing } = self;
         let meta =
             std::fs::metadata(&data).map_err(|error| ImageError::io("read", &data, error))?;
         let file_bytes = meta.len();
         let voxels = shape.iter().try_fold(1_u64, |n, &side| n.checked_mul(side as u64));
-        // blocks of 64³ voxels are more than anybody averages
+        // allows blocks of up to 64³ voxels for binning, which is more than needed in practice
         let Some(voxels) = voxels.filter(|n| (1..MAX_VOXELS << 18).contains(n)) else {
             let help = "write the three numbers of voxels along x, y, z";
             return Err(ImageError::Series {
@@ -120,7 +120,7 @@ impl RawHeader {
     }
 }
 
-/// The lines of a header, with a builder of errors that name file and line.
+/// Path of a text header, with functions that parse its values and create errors with file and line.
 pub(super) struct Lines<'a> {
     pub(super) path: &'a Path,
 }
@@ -135,7 +135,7 @@ impl Lines<'_> {
         ImageError::Header { path: self.path.into(), line, message: message.into(), help }
     }
 
-    /// Numbers separated by spaces.
+    /// Parses numbers separated by spaces.
     pub(super) fn numbers<T: std::str::FromStr>(
         &self,
         line: usize,
@@ -152,7 +152,7 @@ impl Lines<'_> {
         })
     }
 
-    /// Voxels along x, y, z; further dimensions of one element before or after them are ignored.
+    /// Parses the numbers of voxels along x, y, z; additional dimensions of size 1 before or after them are ignored.
     pub(super) fn shape(
         &self,
         line: usize,

@@ -1,4 +1,4 @@
-//! Which files of a folder are the stack.
+//! Selection of the files of a folder that form the stack.
 
 use std::path::{Path, PathBuf};
 
@@ -6,20 +6,21 @@ use super::kind::{Kind, kind_of};
 use crate::ImageError;
 use crate::slices::names::file_name;
 
-/// What a folder holds.
+/// Kind of stack in a folder, with its files.
 #[derive(Debug)]
 pub(super) enum Contents {
     Tiff(Vec<PathBuf>),
     Png(Vec<PathBuf>),
     Bmp(Vec<PathBuf>),
-    /// A header of raw values, with its kind.
+    /// A header of raw values, and the kind of the header.
     Header(PathBuf, Kind),
 }
 
-/// Chooses the slices of a folder, and says which other images are ignored.
+/// Selects the slices of a folder; also returns a warning about other images that are ignored.
 ///
 /// # Errors
-/// [`ImageError::Empty`] and [`ImageError::Format`] for folders without slices.
+/// [`ImageError::Io`] if the folder cannot be read; [`ImageError::Empty`], [`ImageError::Series`] or
+/// [`ImageError::Format`] if it does not contain exactly one readable stack.
 pub(super) fn contents(folder: &Path) -> Result<(Contents, Option<String>), ImageError> {
     let failed = |source| ImageError::io("read", folder, source);
     let mut paths = Vec::new();
@@ -49,7 +50,7 @@ pub(super) fn contents(folder: &Path) -> Result<(Contents, Option<String>), Imag
             continue;
         }
         let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
-        // a damaged slice is still a slice: its reader says what is wrong with it
+        // a damaged slice still counts as a slice; its reader reports the damage
         match extension.as_str() {
             "tif" | "tiff" => tiff.push(path),
             "png" => png.push(path),

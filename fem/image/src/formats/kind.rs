@@ -1,4 +1,4 @@
-//! Formats by the first bytes of a file.
+//! Detection of a file's format from its first bytes.
 
 use std::io::Read;
 use std::path::Path;
@@ -8,7 +8,7 @@ use flate2::read::MultiGzDecoder;
 use crate::ImageError;
 use fem_file::open_regular;
 
-/// Bytes in which all formats show themselves.
+/// Number of bytes read from a file, which suffices to recognise all formats.
 const HEAD: usize = 4096;
 const ARRAY: &str = "write the array as a TIFF stack in Python: import tifffile;";
 const IMAGEJ: &str = "open it in Fiji/ImageJ and save it by File > Save As > Tiff";
@@ -21,7 +21,7 @@ pub(super) enum Kind {
     Bmp,
     MetaImage,
     Nrrd,
-    /// A format that is not read: its name, and how it is converted.
+    /// A format that is not supported: its name, and advice on how to convert it.
     Foreign(&'static str, String),
     /// None of the known formats.
     Unknown,
@@ -30,7 +30,7 @@ pub(super) enum Kind {
 /// Recognises a file by its content.
 ///
 /// # Errors
-/// [`ImageError::Io`] if it cannot be read.
+/// [`ImageError::Io`] if the file cannot be read.
 pub(super) fn kind_of(path: &Path) -> Result<Kind, ImageError> {
     let failed = |source| ImageError::io("read", path, source);
     let mut head = Vec::with_capacity(HEAD);
@@ -55,7 +55,7 @@ fn of_bytes(head: &[u8], file: &str) -> Kind {
     if starts(b"NRRD000") {
         return Kind::Nrrd;
     }
-    // the length of the header of bitmaps, beside two letters that texts may begin with
+    // a text may also begin with BM, so the header length of a bitmap is checked as well
     if starts(b"BM")
         && (at(14, &[40, 0, 0, 0]) || at(14, &[108, 0, 0, 0]) || at(14, &[124, 0, 0, 0]))
     {
@@ -139,7 +139,7 @@ fn of_bytes(head: &[u8], file: &str) -> Kind {
     Kind::Unknown
 }
 
-/// The header that raw values need, as one line.
+/// Advice on the header that raw values need, as one line.
 pub(super) fn header_lines(data: &str) -> String {
     format!(
         "a text file scan.mhd beside it with the lines `NDims = 3`, `DimSize = 1000 1000 800`, `ElementType = MET_USHORT`, \
@@ -147,7 +147,7 @@ pub(super) fn header_lines(data: &str) -> String {
     )
 }
 
-/// Whether the first key of a text is one of MetaImage.
+/// Whether a text is a MetaImage header: its first key is a MetaImage key, and it contains `DimSize`.
 fn is_metaimage(text: &str) -> bool {
     let keys = ["ObjectType", "NDims", "DimSize", "Comment", "ElementType"];
     let first = text.trim_start().lines().next().and_then(|line| line.split_once('='));
@@ -163,7 +163,7 @@ fn is_nifti(head: &[u8]) -> bool {
     let mut unpacked = Vec::new();
     let bytes = match head.starts_with(b"\x1f\x8b") {
         true => {
-            // the head of a packed file ends in the middle of its values
+            // the head of a compressed file is truncated, so an error at its end is expected
             let _ = MultiGzDecoder::new(head).take(352).read_to_end(&mut unpacked);
             &unpacked
         }

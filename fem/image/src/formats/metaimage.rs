@@ -13,18 +13,18 @@ use crate::slices::stack::Stack;
 use crate::slices::voxel_size::VoxelSize;
 use fem_file::open_regular;
 
-/// No header is longer.
+/// Largest number of bytes that are read as a header.
 const MOST_BYTES: u64 = 1 << 20;
 
-/// Reads a header.
+/// Reads a header and creates its stack.
 ///
 /// # Errors
-/// [`ImageError`] with file and line: keys that are missing or not understood, a file of values that does not fit.
+/// [`ImageError`] with file and line: missing or invalid keys, or a file of values that does not match the header.
 pub(super) fn scan(path: &Path) -> Result<Stack, ImageError> {
     header(path)?.stack(path)
 }
 
-/// The file that holds the values.
+/// Reads a header, including the path of the file of values.
 pub(super) fn header(path: &Path) -> Result<RawHeader, ImageError> {
     let failed = |source| ImageError::io("read", path, source);
     let mut bytes = Vec::new();
@@ -83,7 +83,7 @@ pub(super) fn header(path: &Path) -> Result<RawHeader, ImageError> {
                     }
                 }
             }
-            // the last key: values follow
+            // the last key of the header, which the values follow
             "ElementDataFile" => data = Some((number, value.to_owned())),
             _ => {}
         }

@@ -1,7 +1,7 @@
-//! Formats beside TIFF, and the choice by content.
+//! Formats other than TIFF, and the choice of the reader by content.
 //!
-//! Read are MetaImage (`.mhd`, `.mha`) and NRRD (`.nrrd`, `.nhdr`), plain and compressed by gzip, and folders of PNG
-//! and BMP slices. Other formats are recognised, and the error says how they are converted.
+//! Supported formats: MetaImage (`.mhd`, `.mha`) and NRRD (`.nrrd`, `.nhdr`), plain and compressed by gzip, and folders
+//! of PNG and BMP slices. Other formats are recognised, and the error explains how to convert them.
 
 mod bmp;
 mod detached;

@@ -13,22 +13,22 @@ use crate::slices::stack::Stack;
 use crate::slices::voxel_size::{VoxelSize, millimetres};
 use fem_file::open_regular;
 
-/// No header is longer.
+/// Largest number of bytes that are read as a header.
 const MOST_BYTES: u64 = 1 << 20;
 
-/// Reads a header.
+/// Reads a header and creates its stack.
 ///
 /// # Errors
-/// [`ImageError`] with file and line: fields that are missing or not understood, a file of values that does not fit.
+/// [`ImageError`] with file and line: missing or invalid fields, or a file of values that does not match the header.
 pub(super) fn scan(path: &Path) -> Result<Stack, ImageError> {
     header(path)?.stack(path)
 }
 
-/// Fields of a header with their lines.
+/// Fields of a header (line number, name, value).
 #[derive(Default)]
 struct Fields {
     all: Vec<(usize, String, String)>,
-    /// Lines of the header, and the byte behind the empty line that ends it.
+    /// Number of lines of the header; `end` is the byte after the empty line that ends the header, if there is one.
     lines: usize,
     end: Option<usize>,
 }
@@ -45,7 +45,7 @@ impl Fields {
                 fields.end = Some(at);
                 return fields;
             }
-            // `key:=value` is free text
+            // `key:=value` lines contain free text
             if line.starts_with('#') || line.contains(":=") {
                 continue;
             }
@@ -63,7 +63,7 @@ impl Fields {
     }
 }
 
-/// The file that holds the values, and how.
+/// Reads a header, including the path and the encoding of the file of values.
 pub(super) fn header(path: &Path) -> Result<RawHeader, ImageError> {
     let failed = |source| ImageError::io("read", path, source);
     let mut bytes = Vec::new();
@@ -139,7 +139,8 @@ pub(super) fn header(path: &Path) -> Result<RawHeader, ImageError> {
     Ok(RawHeader { format: "NRRD", shape, sample, order, size, data, begin, packing })
 }
 
-/// Spacings, or the lengths of the directions, times the unit of space. Anatomical spaces are in mm.
+/// Voxel size: the spacings, or the lengths of the space directions, times the unit of length. Anatomical spaces
+/// without a unit are in mm.
 fn voxel_size(lines: &Lines<'_>, fields: &Fields) -> Result<VoxelSize, ImageError> {
     let (line, edges) = match (fields.get("spacings"), fields.get("spacedirections")) {
         (Some((line, text)), _) => {

@@ -8,7 +8,7 @@ use crate::ImageError;
 use crate::slices::names::{Ordered, file_name};
 use crate::slices::stack::{SliceReader, SliceSource, Stack};
 
-/// The format of the pictures.
+/// File format of the pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum PictureFormat {
     Png,
@@ -60,10 +60,10 @@ impl SliceReader for PictureReader<'_> {
     }
 }
 
-/// Reads the headers of all slices.
+/// Reads the headers of all slices and creates their stack.
 ///
 /// # Errors
-/// [`ImageError::Page`]: slices of unlike size or type, colours, damage.
+/// [`ImageError::Page`]: slices of different size or type, coloured or damaged slices.
 pub(super) fn scan(
     path: &Path,
     format: PictureFormat,

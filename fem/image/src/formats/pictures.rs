@@ -1,4 +1,4 @@
-//! A slice in a file of one picture.
+//! Slices stored as files with one picture each.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use crate::ImageError;
 use crate::slices::sample::SampleType;
 use crate::slices::voxel_size::VoxelSize;
 
-/// The header of a picture.
+/// Header of a picture.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Picture {
     pub(super) width: usize,
@@ -19,10 +19,10 @@ pub(super) fn refused(path: &Path, message: String, help: &'static str) -> Image
     ImageError::Page { path: path.into(), page: 1, message, help }
 }
 
-/// Grey values from pixels whose three colours are equal.
+/// Converts pixels whose three colour values are equal to grey values.
 ///
 /// # Errors
-/// [`ImageError::Page`] with the first pixel whose colours differ.
+/// [`ImageError::Page`] with the first pixel whose colour values differ.
 pub(super) fn equal_colours(
     path: &Path,
     colours: &[f64],

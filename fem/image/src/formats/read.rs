@@ -1,4 +1,4 @@
-//! Volumes from files of any format that is read.
+//! Reading of volumes from files of all supported formats.
 
 use std::path::{Path, PathBuf};
 
@@ -14,18 +14,18 @@ use crate::slices::stack::Stack;
 use crate::slices::values::{self, Reading};
 use crate::tiff::stack as tiff;
 
-/// Reads a stack of grey values from a file or a folder, whose format is recognised by its content.
+/// Reads a stack of grey values from a file or a folder; the format is detected from the content.
 ///
-/// Read are TIFF (see [`tiff::read`](crate::tiff::read)), MetaImage, NRRD, and folders of TIFF, PNG and BMP slices.
-/// The header says what was read: files and their order, type, voxel size and its origin. Its warnings name jumps of
-/// grey values between neighbouring slices and what else may make the result wrong.
+/// Supported formats: TIFF (see [`tiff::read`](crate::tiff::read)), MetaImage, NRRD, and folders of TIFF, PNG and BMP
+/// slices. The returned header describes the stack: files and their order, type, voxel size and its origin. Its
+/// warnings report jumps of grey values between neighbouring slices and other possible causes of a wrong result.
 ///
-/// With `bin` above 1 the mean of each block of voxels is read, see [`tiff::read_binned`](crate::tiff::read_binned).
+/// With `bin` above 1 each block of voxels is averaged, see [`tiff::read_binned`](crate::tiff::read_binned).
 ///
 /// # Errors
-/// [`ImageError`] with file, page or line and the mend: a format that is not read, with its conversion; files that are
-/// not one volume (several channels or times, missing slices, names of several series, pages that are declared and
-/// absent); slices of unlike size or type; voxels of unknown or implausible size, or that are no cubes; damage.
+/// [`ImageError`] with file, page or line, and advice: an unsupported format (with its conversion); files that do not
+/// form one volume (several channels or times, missing slices, names of several series, fewer pages than declared);
+/// slices of different size or type; voxels of unknown or implausible size, or that are not cubes; damaged files.
 ///
 /// # Example
 /// ```
@@ -48,25 +48,25 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<Reading<f32>, ImageErr
     Ok(reading)
 }
 
-/// Reads a stack of labels, of any format of [`read`].
+/// Reads a stack of labels in any format that [`read`] supports.
 ///
 /// # Errors
-/// As of [`read`], and values that are no whole numbers from 0 to 2³² − 1.
+/// The errors of [`read`], and an error for values that are not integers from 0 to 2³² − 1.
 pub fn read_labels(path: &Path, voxel_mm: Option<f64>) -> Result<Reading<u32>, ImageError> {
     values::labels(&scan(path)?, voxel_mm)
 }
 
-/// Reads a stack of labels of any integer type, signed or not, of any format of [`read`]. Floating-point values may be
-/// whole numbers, as some programs save labels.
+/// Reads a stack of labels of any signed or unsigned integer type, in any format that [`read`] supports. Floating-point
+/// values are allowed if they are integers, because some programs save labels in this way.
 ///
 /// # Errors
-/// As of [`read`], and values that are no whole numbers between −2⁵³ and 2⁵³.
+/// The errors of [`read`], and an error for values that are not integers between −2⁵³ and 2⁵³.
 pub fn read_label_values(path: &Path, voxel_mm: Option<f64>) -> Result<Reading<i64>, ImageError> {
     values::label_values(&scan(path)?, voxel_mm)
 }
 
-/// The files and folders whose content decides what [`read`] returns: a folder of slices as a whole, a header with the
-/// file of its values, else the file itself.
+/// Files and folders on which the result of [`read`] depends: a folder of slices as a whole; a header and its file of
+/// values; otherwise the file itself.
 pub fn files_of(path: &Path) -> Vec<PathBuf> {
     let own = vec![path.to_owned()];
     if path.is_dir() {
@@ -84,10 +84,10 @@ pub fn files_of(path: &Path) -> Vec<PathBuf> {
 }
 
 impl StackHeader {
-    /// Reads the headers of a stack that [`read`] would read, and no grey values.
+    /// Reads the headers of a stack that [`read`] supports, but not its grey values.
     ///
     /// # Errors
-    /// As of [`read`] where headers show it.
+    /// The errors of [`read`] that can be detected from headers.
     pub fn read(path: &Path, options: &ReadOptions) -> Result<Self, ImageError> {
         Self::of(&scan(path)?, options)
     }
@@ -121,7 +121,7 @@ fn file(path: &Path, kind: Kind) -> Result<Stack, ImageError> {
         Kind::MetaImage => metaimage::scan(path),
         Kind::Nrrd => nrrd::scan(path),
         Kind::Foreign(format, help) => Err(ImageError::Format { path: path.into(), format, help }),
-        // the decoder says what is wrong with it
+        // the decoder reports the fault
         Kind::Unknown if matches!(extension.as_str(), "tif" | "tiff") => {
             tiff::scan(path, vec![path.to_owned()], None)
         }

@@ -1,8 +1,8 @@
-//! Seeds and their basins in a map of distances, which is looked at as a landscape of hills.
+//! Seeds and their basins in a map of distances, interpreted as the heights of a landscape.
 //!
-//! Nothing here asks where a voxel lies: it is taken by its height, and voxels of equal rank are decided
-//! at once. So a turned or mirrored image gives the same partition; only the numbers of the basins
-//! follow the order of the voxels.
+//! No decision depends on the position of a voxel: voxels are processed by height, and voxels of equal rank are decided
+//! at the same time. A rotated or mirrored image therefore results in the same partition; only the numbers of the
+//! basins depend on the order of the voxels.
 
 use std::collections::HashMap;
 
@@ -11,30 +11,30 @@ use rayon::prelude::*;
 use crate::volume::filter::highest;
 use crate::volume::neighbour_steps;
 
-/// A landscape with a rim of height 0 around it, so that every voxel inside has 26 neighbours.
+/// A landscape with a rim of height 0 around it, so that every voxel of the image has 26 neighbours.
 #[derive(Debug)]
 pub(crate) struct Landscape {
     shape: [usize; 3],
-    /// Heights with the rim; 0 is no land.
+    /// Heights including the rim; 0 marks voxels that are not land.
     heights: Vec<u16>,
-    /// How far on in the values the neighbours are: faces first, then edges, then corners.
+    /// Index offsets to the 26 neighbours: faces first, then edges, then corners.
     steps: [isize; 26],
 }
 
-/// Relative inverse distances of a neighbour over a face, an edge, a corner.
+/// Inverse distances of neighbours over a face, an edge and a corner, times 10 000.
 const SLOPES: [i64; 3] = [10_000, 7_071, 5_774];
-/// Seen, but not yet decided.
+/// Label of a voxel that is queued but not yet decided.
 const QUEUED: u32 = u32::MAX;
-/// In place of a summit.
+/// Placeholder for the summit of a voxel that is not land.
 const NO_LAND: u32 = u32::MAX;
-/// Waves of more voxels are decided by several threads.
+/// Size of a wave (the voxels that are decided at the same time) above which several threads process the wave.
 const WIDE: usize = 1024;
 
 /// Heights of passes between pairs of summits.
 type Passes = HashMap<[u32; 2], u16>;
 
 impl Landscape {
-    /// The heights of the voxels in a set; the others are no land.
+    /// Creates a landscape from the heights of the voxels in a set; voxels outside the set are not land.
     pub(crate) fn new(shape: [usize; 3], heights: &[u16], set: &[u8]) -> Self {
         let padded = shape.map(|side| side + 2);
         let mut steps: Vec<[isize; 3]> = neighbour_steps().collect();
@@ -52,14 +52,14 @@ impl Landscape {
             let at = landscape.row(row);
             let land = heights[here.clone()].iter().zip(&set[here]);
             for (to, (&height, &is_land)) in landscape.heights[at..at + nx].iter_mut().zip(land) {
-                // land is at least 1 high
+                // the height of land is at least 1
                 *to = if is_land != 0 { height.max(1) } else { 0 };
             }
         }
         landscape
     }
 
-    /// Where a row of voxels begins among the padded values.
+    /// Index in the padded values at which a row of voxels begins.
     fn row(&self, row: usize) -> usize {
         let [nx, ny, _] = self.shape;
         let (y, z) = (row % ny, row / ny);
@@ -70,7 +70,7 @@ impl Landscape {
         self.steps.iter().map(move |step| (at as isize + step) as usize)
     }
 
-    /// Numbers (padded) of all land, the highest first.
+    /// Indices (padded) of all voxels of land, the highest first.
     fn descending(&self) -> Vec<u32> {
         let mut starts = vec![0_u32; 65537];
         for &height in &self.heights {
@@ -89,14 +89,14 @@ impl Landscape {
         order
     }
 
-    /// The tops from which one must go down by more than `h` to reach a higher one: the regional maxima
-    /// of the reconstruction of (heights − h) under the heights. A seed is all land that is connected
-    /// to such a top and at most `h` below it; seeds are numbered from 1.
+    /// Finds the tops from which every path to a higher top descends by more than `h`: the regional maxima of the
+    /// reconstruction of (heights − h) under the heights. A seed consists of all land that is connected to such a top
+    /// by land at most `h` below it; seeds are numbered from 1.
     ///
-    /// Every voxel belongs to the summit that it climbs to, which is found for all at once; then summits are
-    /// joined over the passes between them, the highest first, and where two hills meet, the lower top is
-    /// a seed if it stands more than `h` above the pass. As nothing is lost by climbing, the passes are
-    /// those between the voxels themselves.
+    /// First, every voxel is assigned to the summit to which it climbs, independently of the other voxels. Then the
+    /// summits are joined over the passes between them, the highest pass first. Where two hills are joined, the lower
+    /// top is a seed if it is more than `h` above the pass. A path of steepest ascent never descends, so the passes
+    /// between hills equal the passes between the voxels themselves.
     ///
     /// # References
     /// P. Soille, Morphological Image Analysis, 2nd ed., Springer 2003, section 6.3.4.
@@ -132,8 +132,8 @@ impl Landscape {
         self.seeds_around(&tops, Some(h))
     }
 
-    /// The summit of each voxel of land: where it comes to by going to the highest neighbour again and
-    /// again. On level ground one goes to the neighbour with the lowest number.
+    /// Summit of each voxel of land: the end of the path that always goes to the highest neighbour. On level ground,
+    /// the path goes to the neighbour with the lowest index.
     fn summits(&self) -> Vec<u32> {
         let rank = |at: usize| (self.heights[at], std::cmp::Reverse(at));
         let climb = |at: usize| match self.heights[at] {
@@ -152,13 +152,13 @@ impl Landscape {
         up.par_iter().map(follow).collect()
     }
 
-    /// The highest pass between each two hills that meet, with their summits; the highest first.
+    /// Highest pass between each pair of adjacent hills, with the indices of their summits; the highest pass first.
     fn passes(&self, summit_of: &[u32]) -> Vec<(u16, [u32; 2])> {
         let area = (self.shape[0] + 2) * (self.shape[1] + 2);
         let forth: Vec<usize> =
             self.steps.iter().filter_map(|&s| usize::try_from(s).ok()).collect();
         let add = |mut passes: Passes, (z, slice): (usize, &[u32])| {
-            // runs of voxels meet the same hill
+            // consecutive voxels often border the same hill
             let mut last = ([NO_LAND; 2], 0);
             for (n, &own) in slice.iter().enumerate().filter(|&(_, &own)| own != NO_LAND) {
                 let at = area * z + n;
@@ -193,7 +193,7 @@ impl Landscape {
         passes
     }
 
-    /// Seeds about tops: what is at most so far below them, or the tops alone.
+    /// Seeds around tops: all connected land at most `depth` below the top, or the tops alone if `depth` is `None`.
     fn seeds_around(&self, tops: &[u32], depth: Option<u16>) -> Seeds {
         let mut labels = vec![0; self.heights.len()];
         let mut voxels = Vec::new();
@@ -216,8 +216,9 @@ impl Landscape {
         Seeds { labels, voxels }
     }
 
-    /// Tops that nothing within `spacing` voxels along each axis exceeds, and that are further apart than
-    /// that: the seeds of the paper. Of equal ones the first in the order of the voxels is taken.
+    /// Finds the seeds of the paper: tops that are not exceeded by any voxel within `spacing` voxels along each axis,
+    /// and that are more than `spacing` apart along at least one axis. Of several equal tops, the first in the order of
+    /// the voxels is selected.
     pub(crate) fn spaced_maxima(&self, spacing: usize) -> Seeds {
         let [nx, ny, nz] = self.shape;
         let side = spacing + 1;
@@ -252,13 +253,13 @@ impl Landscape {
         self.seeds_around(&tops, None)
     }
 
-    /// Floods the land from the seeds, the highest voxels first; each joins the seed to which it
-    /// descends the most steeply.
+    /// Floods the land from the seeds, the highest voxels first. Each voxel joins the basin of the labelled neighbour
+    /// to which the slope is the steepest.
     ///
-    /// Voxels of one height that are reached at the same time are decided at once. Where two basins are
-    /// equally steep, the one with more neighbours over faces wins, then the one with the larger sum of
-    /// slopes, then the one whose neighbours are brighter (`grey`, without rim), then the lower number.
-    /// Gives the labels without the rim.
+    /// Voxels of one height that are reached at the same time are decided at the same time. If two basins are equally
+    /// steep, the following criteria decide, in this order: more neighbours over faces, the larger sum of slopes, the
+    /// larger sum of the neighbours' grey values (`grey`, without rim), the lower number. Returns the labels without
+    /// the rim.
     pub(crate) fn flood(&self, seeds: Seeds, grey: &[u16]) -> Vec<u32> {
         let Seeds { mut labels, voxels } = seeds;
         let mut waiting: Vec<Vec<u32>> = vec![Vec::new(); 65536];
@@ -317,7 +318,7 @@ impl Landscape {
         if near.all(|label| label == first) {
             return first;
         }
-        // label, steepest slope, faces, sum of slopes, brightness
+        // label, steepest slope, number of faces, sum of slopes, sum of grey values
         let mut votes: Vec<(u32, i64, u32, i64, u64)> = Vec::new();
         let height = i64::from(self.heights[at as usize]);
         for (n, near) in self.neighbours(at).enumerate() {
@@ -355,7 +356,7 @@ impl Landscape {
         let mut result = Vec::with_capacity(nx * ny * nz);
         for row in 0..ny * nz {
             let at = self.row(row);
-            // land without a seed of its own stays without label
+            // land that is not connected to a seed gets no label
             let bare = |&label: &u32| if label == QUEUED { 0 } else { label };
             result.extend(labels[at..at + nx].iter().map(bare));
         }
@@ -363,7 +364,7 @@ impl Landscape {
     }
 }
 
-/// Where basins begin: labels with the rim, and the voxels that have one.
+/// Starting points of the basins: labels including the rim, and the indices of the labelled voxels.
 #[derive(Debug)]
 pub(crate) struct Seeds {
     labels: Vec<u32>,

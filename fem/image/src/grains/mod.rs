@@ -1,4 +1,4 @@
-//! Single grains in the voxels of the grain phase, and numbers of each.
+//! Single grains in the voxels of the grain phase, and their measurements.
 
 pub(crate) mod basins;
 pub(crate) mod regions;

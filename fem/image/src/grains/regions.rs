@@ -1,4 +1,4 @@
-//! What can be measured of each grain.
+//! Measurements of each grain.
 
 use std::collections::BTreeSet;
 
@@ -10,45 +10,45 @@ use crate::volume::{Volume, neighbour_steps};
 /// A grain of a segmented image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Region {
-    /// Its number in the labels, from 1.
+    /// Number of the grain in the labels, counted from 1.
     pub id: u32,
-    /// Voxels that have this number.
+    /// Number of voxels with this number.
     pub voxels: usize,
-    /// Volume from grey values, between voxels (mm³).
+    /// Volume from grey values, with sub-voxel accuracy (mm³).
     pub volume_mm3: f64,
-    /// Centre of gravity, from the corner of the image (mm).
+    /// Centroid, from the corner of the image (mm).
     pub centroid_mm: [f64; 3],
-    /// Axes of the ellipsoid with the same second moments, the longest first (mm).
+    /// Diameters of the ellipsoid with the same second moments along its principal axes, the longest first (mm).
     pub axes_mm: [f64; 3],
     /// Area of the surface, contacts included (mm²); by Crofton's formula over 13 directions.
     pub surface_mm2: f64,
-    /// Numbers of the grains that it touches over faces of voxels, in ascending order.
+    /// Numbers of the grains that share a voxel face with this grain, in ascending order.
     pub neighbours: Vec<u32>,
-    /// Whether it touches the edge of the specimen or of the image.
+    /// Whether the grain touches the edge of the specimen or of the image.
     pub touches_boundary: bool,
 }
 
 impl Region {
-    /// Diameter of the sphere of the same volume (mm).
+    /// Diameter of the sphere with the grain's volume (mm).
     pub fn diameter_mm(&self) -> f64 {
         (6.0 * self.volume_mm3 / std::f64::consts::PI).cbrt()
     }
 }
 
-/// Weights of the directions over faces, edges and corners: their shares of the sphere.
+/// Weights of the directions over faces, edges and corners: the solid angle of each direction as a share of the sphere.
 ///
 /// Source: J. Ohser, K. Schladitz, 3D Images of Materials Structures, Wiley-VCH 2009, table 5.2
 /// (Voronoi cells of the 26 directions).
 const WEIGHTS: [f64; 3] = [0.045_777_89, 0.036_980_63, 0.035_195_64];
 
-/// Sums of integers over the voxels of a grain.
+/// Integer sums over the voxels of a grain.
 #[derive(Clone, Debug, Default)]
 struct Sums {
     voxels: u64,
     first: [u64; 3],
-    /// xx, yy, zz, xy, xz, yz
+    /// Sums of the products xx, yy, zz, xy, xz, yz.
     second: [u64; 6],
-    /// Steps over a face, an edge, a corner that leave the grain.
+    /// Number of steps over a face, an edge and a corner that leave the grain.
     crossings: [u64; 3],
     boundary: bool,
 }
@@ -64,7 +64,8 @@ impl Sums {
     }
 }
 
-/// Measures the grains 1…`volumes.len()` of labels; `volumes` are in voxels, `inside` is the specimen.
+/// Measures the grains 1…`volumes.len()` of an image of labels. `volumes` are the volumes of the grains (voxels);
+/// `inside` is the specimen.
 pub(crate) fn measure(labels: &Volume<u32>, inside: &[u8], volumes: &[f64]) -> Vec<Region> {
     let grains = volumes.len();
     let empty = || (vec![Sums::default(); grains + 1], BTreeSet::new());
@@ -151,10 +152,10 @@ fn region(voxel_mm: f64, id: usize, sums: &Sums, neighbours: Vec<u32>, volume: f
     let mean = sums.first.map(|sum| sum as f64 / count);
     let [xx, yy, zz, xy, xz, yz] = sums.second;
     let moment = |sum: u64, a: usize, b: usize| {
-        // exact before the division: the numerator is an integer
+        // the numerator is an integer, so the value is exact before the division
         let n = i128::from(sums.voxels);
         let numerator = n * i128::from(sum) - i128::from(sums.first[a]) * i128::from(sums.first[b]);
-        // a voxel is a cube, not a point
+        // second moment of a unit cube
         numerator as f64 / (count * count) + if a == b { 1.0 / 12.0 } else { 0.0 }
     };
     let (xy, xz, yz) = (moment(xy, 0, 1), moment(xz, 0, 2), moment(yz, 1, 2));
@@ -171,7 +172,7 @@ fn region(voxel_mm: f64, id: usize, sums: &Sums, neighbours: Vec<u32>, volume: f
     );
     let mut variances: Vec<f64> = SymmetricEigen::new(tensor).eigenvalues.iter().copied().collect();
     variances.sort_by(|a, b| b.total_cmp(a));
-    // 2 × the mean over directions of crossings × area of a line, which enters as often as it leaves
+    // 2 × the mean over directions of (crossings × area per line); a line enters a grain as often as it leaves it
     let lengths = [1.0_f64, 2.0_f64.sqrt(), 3.0_f64.sqrt()];
     let area: f64 = (0..3).map(|n| sums.crossings[n] as f64 * WEIGHTS[n] / lengths[n]).sum();
     Region {
@@ -211,7 +212,7 @@ mod tests {
             assert!((found.axes_mm[axis] / half[axis] - 1.0).abs() < 0.01, "{found:?}");
             assert!((found.centroid_mm[axis] - 24.3 / 2.0).abs() < 0.02, "{found:?}");
         }
-        // Thomsen's formula, within 1.061 %
+        // Thomsen's formula, accurate to 1.061 %
         let p: f64 = 1.6075;
         let pair = |a: f64, b: f64| (a * b).powf(p);
         let [a, b, c] = half.map(|h| h / 2.0);

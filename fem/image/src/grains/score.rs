@@ -1,4 +1,4 @@
-//! How well labels agree with a truth.
+//! Agreement of labels with a reference segmentation (the truth).
 
 use std::collections::BTreeMap;
 
@@ -6,9 +6,9 @@ use rayon::prelude::*;
 
 use crate::{ImageError, Volume};
 
-/// Agreement of a segmentation with a truth.
+/// Agreement of a segmentation with a reference segmentation (the truth).
 ///
-/// Grains match if they overlap by more than half of their union (then the pairing is unique).
+/// Two grains match if their overlap is more than half of their union; each grain then has at most one match.
 ///
 /// # References
 /// Panoptic quality: A. Kirillov et al., CVPR (2019) 9396–9405, doi:10.1109/CVPR.2019.00963.
@@ -16,25 +16,26 @@ use crate::{ImageError, Volume};
 /// doi:10.1016/j.jmva.2006.11.013.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Score {
-    /// Grains of the truth.
+    /// Number of grains in the truth.
     pub truth: usize,
-    /// Grains found.
+    /// Number of grains in the segmentation.
     pub found: usize,
-    /// Pairs that match.
+    /// Number of matching pairs.
     pub matched: usize,
-    /// Sum of overlap over union of the matched pairs, over the mean number of grains.
+    /// Sum of overlap over union of the matching pairs, divided by the mean number of grains.
     pub panoptic_quality: f64,
-    /// Twice the voxels that are grain in both over the sum of the voxels that are grain in each.
+    /// Dice coefficient: twice the number of voxels that are grain in both, divided by the sum of the numbers of grain
+    /// voxels in each.
     pub dice: f64,
-    /// Share of pairs of voxels, of those that are grain in both, that are together in both or apart in
-    /// both.
+    /// Rand index of the voxels that are grain in both: share of pairs of voxels that are in one grain in both
+    /// segmentations, or in different grains in both.
     pub rand: f64,
-    /// Entropy of the found grains given the true ones and the reverse, added, over voxels that are
-    /// grain in both (bits).
+    /// Conditional entropy of the segmentation given the truth plus that of the truth given the segmentation, over
+    /// voxels that are grain in both (bits).
     pub variation_of_information: f64,
 }
 
-/// Compares labels with those of a truth; 0 is no grain in both.
+/// Compares labels with the labels of a truth; the label 0 is not a grain in either.
 ///
 /// # Errors
 /// [`ImageError`] if the shapes differ.
@@ -88,7 +89,7 @@ pub fn score(truth: &Volume<u32>, found: &Volume<u32>) -> Result<Score, ImageErr
     })
 }
 
-/// Voxels of each pair of labels.
+/// Number of voxels with each pair of labels.
 fn overlaps(truth: &[u32], found: &[u32]) -> BTreeMap<(u32, u32), u64> {
     let portion = 1 << 18;
     truth
@@ -97,7 +98,7 @@ fn overlaps(truth: &[u32], found: &[u32]) -> BTreeMap<(u32, u32), u64> {
         .fold(BTreeMap::new, |mut counts, (truth, found)| {
             let mut at = 0;
             while at < truth.len() {
-                // runs of one pair are counted at once
+                // count a run of voxels with the same pair in one step
                 let pair = (truth[at], found[at]);
                 let run = truth[at..].iter().zip(&found[at..]);
                 let length = run.take_while(|&(&a, &b)| (a, b) == pair).count();
@@ -114,7 +115,7 @@ fn overlaps(truth: &[u32], found: &[u32]) -> BTreeMap<(u32, u32), u64> {
         })
 }
 
-/// What is compared over voxels that are grain in both.
+/// Measures of agreement over the voxels that are grain in both segmentations.
 struct Common {
     count: f64,
     rand: f64,
@@ -161,10 +162,10 @@ mod tests {
         let found = row(&[5, 5, 5, 0, 7, 7, 8, 8, 8, 0]);
         let score = score(&truth, &found).unwrap();
         assert_eq!((score.truth, score.found, score.matched), (2, 3, 1));
-        // 3 of 4 voxels; 7 has exactly half of its union and does not match
+        // overlap 3 of 4 voxels; the overlap of grain 7 is exactly half of the union, so grain 7 does not match
         assert!((score.panoptic_quality - 0.75 / 2.5).abs() < 1e-15);
         assert!((score.dice - 14.0 / 16.0).abs() < 1e-15);
-        // of 21 pairs the 4 between 7 and 8 disagree
+        // 4 of 21 pairs disagree: the pairs of a voxel of 7 and a voxel of 8
         assert!((score.rand - 17.0 / 21.0).abs() < 1e-15);
         assert!((score.variation_of_information - 4.0 / 7.0).abs() < 1e-15);
     }

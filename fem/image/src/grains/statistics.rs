@@ -1,28 +1,28 @@
-//! Numbers of a whole specimen.
+//! Statistics of a whole specimen.
 
 use crate::Region;
 
-/// What a segmentation says of the specimen as a whole.
+/// Statistics of a segmented specimen as a whole.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpecimenStatistics {
     /// Number of grains.
     pub grains: usize,
     /// Volume of the specimen: the cylinder, or the whole image (mm³).
     pub volume_mm3: f64,
-    /// Volume of the grains over that of the specimen, from grey values.
+    /// Volume of the grains divided by the volume of the specimen, from grey values.
     pub grain_fraction: f64,
-    /// The same from whole voxels.
+    /// Volume of the grains divided by the volume of the specimen, from whole voxels.
     pub voxel_fraction: f64,
-    /// Diameters of spheres of the grains' volumes below which 10, 50 and 90 % of the grains' volume
-    /// lie (mm).
+    /// Equivalent sphere diameter below which grains make up 10 % of the grains' volume (mm); `d50_mm` and `d90_mm` are
+    /// the values for 50 % and 90 %.
     pub d10_mm: f64,
     /// See `d10_mm`.
     pub d50_mm: f64,
     /// See `d10_mm`.
     pub d90_mm: f64,
-    /// The same diameter of the median grain (mm).
+    /// Median of the grains' equivalent sphere diameters (mm).
     pub median_diameter_mm: f64,
-    /// Mean number of grains that a grain touches.
+    /// Mean number of neighbours of a grain.
     pub coordination: f64,
 }
 

@@ -1,8 +1,8 @@
-//! Connected parts of voxels of equal values.
+//! Connected parts of voxels with equal values.
 
 use crate::volume::components::DisjointSets;
 
-/// Voxels of one value along x: the value, the first voxel, one past the last.
+/// A run of voxels of one value along x: the value, the first index, and one past the last index.
 struct Run {
     value: u32,
     from: usize,
@@ -12,7 +12,7 @@ struct Run {
 /// Numbers the parts, connected over faces, of voxels of equal values other than 0, from 1 in the order of their first
 /// voxels. Returns the number of each voxel, 0 for the value 0, and the value of each part.
 ///
-/// Parts of values for which `is_one` holds are counted as one, wherever they are.
+/// All voxels with a value for which `is_one` is true form one part, even if they are not connected.
 pub(crate) fn numbered_parts(
     shape: [usize; 3],
     values: &[u32],
@@ -56,7 +56,7 @@ pub(crate) fn numbered_parts(
     }
 
     let mut numbers = vec![0_u32; values.len()];
-    // the root of a set is its first run
+    // the root of a set is the run of the set with the lowest index
     let (mut of_root, mut part_values) = (vec![0_u32; runs.len()], Vec::new());
     for row in 0..ny * nz {
         for n in of_row(row) {
@@ -79,7 +79,7 @@ mod tests {
     use super::*;
     use crate::volume::voxel_at;
 
-    /// The same by a flood from each voxel that has no number yet.
+    /// Reference for [`numbered_parts`]: a flood fill from each voxel that has no number yet.
     fn by_flood(shape: [usize; 3], values: &[u32], one: u32) -> (Vec<u32>, Vec<u32>) {
         let (mut numbers, mut parts) = (vec![0; values.len()], Vec::new());
         let mut number_of_one = 0;

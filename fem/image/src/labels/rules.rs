@@ -1,35 +1,36 @@
-//! What the labels of an image mean.
+//! Meaning of the labels of an image.
 
 use std::collections::BTreeMap;
 
 use crate::{ImageError, SpecimenForm, SpecimenRegion};
 
-/// Name of the phase that grains lie in.
+/// Name of the phase that surrounds the grains.
 pub const MATRIX: &str = "matrix";
-/// Name of the phase that is nothing: pores, cracks.
+/// Name of the phase of voids: pores, cracks.
 pub const VOID: &str = "void";
-/// Name of the phase of labels of which no phase is given.
+/// Name of the phase of grains if no phases are given.
 const GRAIN: &str = "grain";
 
 /// Labels of one phase.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LabelPhase {
-    /// The first label.
+    /// First label of the phase.
     pub first: i64,
-    /// The last label; the first, or a larger one.
+    /// Last label of the phase; it is at least the first label.
     pub last: i64,
     /// Name of the phase: `matrix`, `void`, or a phase of grains.
     pub name: String,
 }
 
 impl LabelPhase {
-    /// Whether each label is one grain; of a phase with one label each connected part is a grain.
+    /// Whether each label of the phase is one grain, which is so if the phase has several labels. If the phase has one
+    /// label, each connected part is a grain.
     pub fn has_instances(&self) -> bool {
         self.last > self.first
     }
 }
 
-/// What the labels of an image mean, and what the image shows.
+/// Meaning of the labels of an image, and the form of the specimen in the image.
 ///
 /// # Example
 /// ```
@@ -47,17 +48,17 @@ impl LabelPhase {
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct LabelRules {
-    /// The label of what surrounds the specimen; absent if the image shows nothing else than the specimen.
+    /// Label of the surroundings of the specimen; `None` if the image contains only the specimen.
     pub background: Option<i64>,
-    /// The phases; none: each label other than 0 and the background is a grain.
+    /// The phases. If empty, each label other than 0 and the background is a grain.
     pub phases: Vec<LabelPhase>,
-    /// What the image shows: `Auto` is a cylinder if there is background.
+    /// Form of the specimen; `Auto` is a cylinder if the image contains background.
     pub specimen: SpecimenForm,
-    /// Whether a cylinder that leans is taken as it leans.
+    /// Whether a tilted cylinder is fitted with its tilt; otherwise the fitted cylinder is upright.
     pub follow_lean: bool,
-    /// Where the specimen is, if it is not to be found: what lies outside is background. `mask` is not used.
+    /// Position of the specimen as given by the user; voxels outside count as background. `mask` is not supported.
     pub region: SpecimenRegion,
-    /// Grains of fewer voxels than this are counted in a warning.
+    /// Number of voxels below which a grain is counted in a warning.
     pub small_grain_voxels: usize,
 }
 
@@ -74,12 +75,12 @@ impl Default for LabelRules {
     }
 }
 
-/// What the voxels of a label are.
+/// Meaning of the voxels of a label.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Role {
     Outside,
     Matrix,
-    /// Of a phase of grains, by its number; `is_one` if all voxels of the label are one grain.
+    /// A phase of grains, with its index in `grain_phases`; `is_one` is true if all voxels of the label form one grain.
     Grain {
         phase: usize,
         is_one: bool,
@@ -87,7 +88,7 @@ pub(super) enum Role {
 }
 
 impl LabelRules {
-    /// Names of the phases of grains, voids among them, in the order in which they are given.
+    /// Names of the phases of grains, including voids, in the order in which the phases are given.
     pub fn grain_phases(&self) -> Vec<String> {
         if self.phases.is_empty() {
             return vec![GRAIN.into()];
@@ -101,7 +102,7 @@ impl LabelRules {
         names
     }
 
-    /// Checks that no label has two meanings.
+    /// Checks that the rules are consistent, in particular that no label has two meanings.
     ///
     /// # Errors
     /// [`ImageError::Labels`].
@@ -148,7 +149,7 @@ impl LabelRules {
         Ok(())
     }
 
-    /// What each label of an image is; `counts` are the voxels of each label.
+    /// Meaning of each label of an image; `counts` are the numbers of voxels of the labels.
     pub(super) fn roles(
         &self,
         counts: &BTreeMap<i64, usize>,
@@ -187,5 +188,5 @@ impl LabelRules {
     }
 }
 
-/// Labels that are listed in a message.
+/// Largest number of labels that a message lists.
 const LISTED: usize = 6;

@@ -1,4 +1,4 @@
-//! From labels to a specimen with grains.
+//! Conversion of labels to a specimen with grains.
 
 use std::collections::BTreeMap;
 
@@ -13,44 +13,45 @@ use crate::locate::surroundings::{checked_filling, filling};
 use crate::volume::cylinder::Cylinder;
 use crate::{ImageError, Region, SpecimenForm, Volume};
 
-/// A specimen as the user has labelled it.
+/// A specimen as labelled by the user.
 #[derive(Clone, Debug)]
 pub struct LabelledSpecimen {
-    /// The number of the grain to which a voxel belongs, from 1; 0 in the matrix and outside. Voids are grains of the
-    /// phase `void`.
+    /// Number of the grain to which a voxel belongs, counted from 1; 0 in the matrix and outside the specimen. Voids
+    /// are grains of the phase `void`.
     pub labels: Volume<u32>,
-    /// The label that each grain has in the user's image.
+    /// Label of each grain in the user's image.
     pub label_of: Vec<i64>,
     /// Names of the phases of grains.
     pub phases: Vec<String>,
-    /// For each grain an index into `phases`.
+    /// Phase of each grain, as an index into `phases`.
     pub phase_of: Vec<usize>,
-    /// The grains, in the order of their numbers; volumes are those of their voxels.
+    /// The grains, in the order of their numbers; their volumes are sums of whole voxels.
     pub regions: Vec<Region>,
-    /// Where the specimen stands; for a block the largest upright cylinder in it.
+    /// Cylinder of the specimen; for a block the largest upright cylinder in the block.
     pub cylinder: Cylinder,
     /// Whether the image shows a part of a specimen, without background around it.
     pub block: bool,
-    /// Numbers of the whole specimen; voids do not count as grains.
+    /// Statistics of the whole specimen; voids do not count as grains.
     pub statistics: SpecimenStatistics,
-    /// A brightness for each voxel: 0 outside, 1 in the matrix, 2 and more in the phases of grains.
+    /// Grey value of each voxel for pictures: 0 outside, 0.5 in voids, 1 in the matrix, 2 and more in the phases of
+    /// grains.
     pub shades: Volume<f32>,
-    /// What a person should look at.
+    /// Messages about doubtful results, which the user should check.
     pub warnings: Vec<String>,
 }
 
-/// Label of what is outside the region where no label is the background.
+/// Label of voxels outside the region if no label is the background.
 const OUTSIDE_REGION: i64 = i64::MIN;
-/// Brightness of the specimen where a cylinder is fitted to it, and of its edge.
+/// Grey value of the specimen in the image to which a cylinder is fitted; `EDGE` is the grey level of its wall.
 const SPECIMEN: u16 = 1000;
 const EDGE: f64 = 500.0;
-/// Voxels at the wall that are not looked at for background.
+/// Distance from the wall (voxels) within which background is not counted.
 const WALL: f64 = 1.5;
-/// A larger share of background in the specimen is told.
+/// Share of background in the specimen above which a warning is issued.
 const MOST_BACKGROUND: f64 = 0.002;
 
 impl LabelledSpecimen {
-    /// Share of the specimen's volume that a phase takes, from voxels.
+    /// Volume fraction of a phase in the specimen, from whole voxels.
     pub fn fraction_of(&self, phase: usize) -> f64 {
         let of_phase = self.regions.iter().zip(&self.phase_of).filter(|(_, of)| **of == phase);
         of_phase.map(|(region, _)| region.volume_mm3).sum::<f64>() / self.statistics.volume_mm3
@@ -58,13 +59,14 @@ impl LabelledSpecimen {
 }
 
 impl LabelRules {
-    /// Finds the specimen and its grains in an image of labels. `progress` is told the name of each step as it begins.
+    /// Finds the specimen and its grains in an image of labels. `progress` is called with the name of each step when
+    /// the step begins.
     ///
-    /// Grains are numbered from 1, by label and then by their first voxel.
+    /// Grains are numbered from 1, ordered by label and then by their first voxel.
     ///
     /// # Errors
-    /// [`ImageError`]: rules that contradict each other, labels without a phase, no grains, no cylinder where one is
-    /// asked for.
+    /// [`ImageError`]: rules that contradict each other, labels without a phase, no grains, or no cylinder although one
+    /// is required.
     pub fn run(
         &self,
         image: &Volume<i64>,
@@ -81,7 +83,7 @@ impl LabelRules {
         self.run_cut(image, progress)
     }
 
-    /// [`run`](Self::run) for an image whose voxels outside the region have the label of the background.
+    /// Runs [`run`](Self::run) on an image whose voxels outside the region have the label of the background.
     fn run_cut(
         &self,
         image: &Volume<i64>,
@@ -105,7 +107,7 @@ impl LabelRules {
         };
 
         progress("grains");
-        // 0 is no grain
+        // 0 marks voxels outside grains
         let values: Vec<u32> = numbers
             .par_iter()
             .map(|&number| if let Role::Grain { .. } = role(number) { number + 1 } else { 0 })
@@ -143,7 +145,7 @@ impl LabelRules {
             Some(fit) => (fit.in_mm(voxel_mm), fit.in_mm(voxel_mm).volume_mm3()),
             None => (Cylinder::within(image), image.size_mm().iter().product()),
         };
-        // grains do not touch voids
+        // voids do not count as neighbours of grains
         let is_solid = |grain: u32| phases[phase_of[grain as usize - 1]] != VOID;
         let mut solid = regions.clone();
         solid.retain(|region| is_solid(region.id));
@@ -169,7 +171,7 @@ impl LabelRules {
         })
     }
 
-    /// Where the specimen is; none for a block.
+    /// Fits the cylinder of the specimen; `None` for a block.
     fn locate(
         &self,
         image: &Volume<i64>,
@@ -226,7 +228,7 @@ impl LabelRules {
         Ok(found)
     }
 
-    /// What is to be said of phases that no voxel has.
+    /// Warnings about phases without voxels in the image.
     fn absent_phases(&self, roles: &[(i64, Role)]) -> Vec<String> {
         let is_there = |name: &str| {
             let names = self.grain_phases();
@@ -246,7 +248,7 @@ impl LabelRules {
         names.into_iter().map(absent).collect()
     }
 
-    /// What is to be said of grains that may be specks of the labelling.
+    /// Warning about grains that are so small that they may be errors of the labelling.
     fn small_grains(
         &self,
         regions: &[Region],
@@ -269,7 +271,7 @@ impl LabelRules {
     }
 }
 
-/// How many voxels each label has.
+/// Number of voxels of each label.
 fn counts(values: &[i64]) -> BTreeMap<i64, usize> {
     let add = |mut counts: BTreeMap<i64, usize>, portion: &[i64]| {
         for run in portion.chunk_by(|a, b| a == b) {
@@ -284,11 +286,11 @@ fn counts(values: &[i64]) -> BTreeMap<i64, usize> {
     values.par_chunks(1 << 20).fold(BTreeMap::new, add).reduce(BTreeMap::new, sum)
 }
 
-/// Parts in the order of their values, those of one value as they were.
+/// Parts sorted by their values; parts of one value keep their order.
 struct Order {
-    /// The parts in this order.
+    /// Indices of the parts in the sorted order.
     parts: Vec<usize>,
-    /// The new number of each part, from 1.
+    /// New number of each part, counted from 1.
     number_of: Vec<u32>,
 }
 

@@ -1,22 +1,24 @@
-//! What stands beside a specimen in air: a tube around it, a pedestal under it.
+//! Objects beside a specimen in air: a tube around it, a pedestal below or above it.
 
 use rayon::prelude::*;
 
 use crate::Volume;
 use crate::locate::fit::Fit;
 
-/// Rings and discs are solid, or air, if this share of them is.
+/// Share of solid voxels above which a disc counts as filled and a pedestal's slices count as round.
 const MOST: f64 = 0.9;
-/// A gap ring is solid by at most this share.
+/// Largest share of solid voxels in a ring that belongs to a gap.
 const GAP: f64 = 0.3;
-/// Sections that differ from the specimen's by more than this share of its area are none of it.
+/// Relative difference of a section's area from the specimen's area above which the section does not belong to the
+/// specimen.
 const OTHER: f64 = 0.08;
-/// Slices of a pedestal, at least.
+/// Smallest number of slices of a pedestal.
 const SLICES: usize = 3;
 /// Blur about an edge (voxels).
 const BLUR: f64 = 1.5;
 
-/// Radii between which there is air within what was fitted, around a specimen: then the fit is a tube's.
+/// Inner and outer radius (voxels) of a ring of air inside the fitted cylinder, around a specimen; such a ring shows
+/// that the cylinder was fitted to a tube. `None` if there is no such ring.
 pub(crate) fn gap(image: &Volume<u16>, fit: &Fit, edge: f64) -> Option<[f64; 2]> {
     let rings = fit.radius.ceil() as usize + 1;
     let mut counts = vec![[0_u64; 2]; rings];
@@ -36,7 +38,7 @@ pub(crate) fn gap(image: &Volume<u16>, fit: &Fit, edge: f64) -> Option<[f64; 2]>
         }
     }
     let solid = |ring: usize| counts[ring][1] as f64 / counts[ring][0].max(1) as f64;
-    // from outside: the tube, then the gap, then the specimen
+    // from outside to inside: the tube, the gap, the specimen
     let wall = (0..rings).rev().find(|&ring| solid(ring) > 0.5)?;
     let outer = (0..wall).rev().find(|&ring| solid(ring) < GAP)?;
     let inner = (0..outer).rev().find(|&ring| solid(ring) > 0.5)?;
@@ -46,14 +48,15 @@ pub(crate) fn gap(image: &Volume<u16>, fit: &Fit, edge: f64) -> Option<[f64; 2]>
         .then(|| [inner as f64 + 1.0, outer as f64 + 1.0])
 }
 
-/// Slices that were left out, from 1, and the radius of their sections (voxels).
+/// A pedestal that was removed: its first and last slice, counted from 1, and the radius of its sections (voxels).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Pedestal {
     pub(crate) slices: [usize; 2],
     pub(crate) radius: f64,
 }
 
-/// Moves the ends of an upright cylinder past sections that are round and have another radius.
+/// Moves the ends of an upright cylinder past sections that are round and have another radius; returns the removed
+/// pedestals.
 pub(crate) fn without_pedestal(image: &Volume<u16>, fit: &mut Fit, edge: f64) -> Vec<Pedestal> {
     if fit.lean != [0.0; 2] {
         return Vec::new();
@@ -76,13 +79,13 @@ pub(crate) fn without_pedestal(image: &Volume<u16>, fit: &mut Fit, edge: f64) ->
     let area = areas[areas.len() / 2];
     let is_other = |section: &f64| (section / area - 1.0).abs() > OTHER && *section > 0.1 * area;
     let mut found = Vec::new();
-    // the slices at the very ends hold some air
+    // the first and the last slice contain some air
     let from_bottom: Vec<usize> =
         (first + 1..last).take_while(|&z| is_other(&sections[z])).collect();
     let from_top: Vec<usize> =
         (first..last - 1).rev().take_while(|&z| is_other(&sections[z])).collect();
     for (run, is_bottom) in [(from_bottom, true), (from_top, false)] {
-        // a step is met by one slice that is neither
+        // one slice at the step contains a part of both objects
         let plain = &run[..run.len().saturating_sub(1)];
         if plain.len() < SLICES || run.len() + 8 > last - first {
             continue;
@@ -92,7 +95,7 @@ pub(crate) fn without_pedestal(image: &Volume<u16>, fit: &mut Fit, edge: f64) ->
             continue;
         }
         let mean = plain.iter().map(|&z| sections[z]).sum::<f64>() / plain.len() as f64;
-        // the part of the slice at the step that belongs to the specimen
+        // fraction of the slice at the step that belongs to the specimen
         let z = run[run.len() - 1];
         let part = ((sections[z] - mean) / (area - mean)).clamp(0.0, 1.0);
         let radius = (mean / std::f64::consts::PI).sqrt();
@@ -107,7 +110,7 @@ pub(crate) fn without_pedestal(image: &Volume<u16>, fit: &mut Fit, edge: f64) ->
     found
 }
 
-/// Whether a disc about the centre of gravity of what is solid in a slice is filled, and what is around it is not.
+/// Whether the solid voxels of a slice fill a disc about their centroid, and hardly any of them are outside it.
 fn is_round(slice: &[u16], nx: usize, edge: f64) -> bool {
     let solid = || {
         let voxels = slice.iter().enumerate().filter(|(_, value)| f64::from(**value) >= edge);

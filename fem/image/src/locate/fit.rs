@@ -1,45 +1,45 @@
-//! A cylinder fitted to an image.
+//! Fit of a cylinder to an image.
 
 use rayon::prelude::*;
 
 use crate::{Cylinder, ImageError, Volume};
 
-/// A cylinder fitted to an image (in voxels), and how well it fits.
+/// A cylinder fitted to an image (in voxels), and measures of the quality of the fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Fit {
-    /// The middle of the axis, in x and y.
+    /// Middle of the axis, in x and y.
     pub(crate) centre: [f64; 2],
     pub(crate) radius: f64,
-    /// Ends, when upright.
+    /// Lower end of the cylinder before its rotation about the middle of its axis.
     pub(crate) bottom: f64,
     pub(crate) top: f64,
-    /// Slopes of the axis that are taken into account.
+    /// Slopes dx/dz and dy/dz of the cylinder's axis; 0 for an upright cylinder.
     pub(crate) lean: [f64; 2],
-    /// How far the fitted axis wanders between the ends, along x or y together (voxels).
+    /// Horizontal displacement of the fitted axis between the ends (voxels); it can exceed 0 for an upright cylinder.
     pub(crate) wander: f64,
-    /// Root mean square distance of the wall's points that were kept (voxels).
+    /// Root mean square distance of the wall's points from the cylinder (voxels), without outliers.
     pub(crate) scatter: f64,
 }
 
-/// Lengths are rounded to this share of a voxel, so that the order of sums does not show.
+/// Lengths are rounded to 1/`GRID` voxel, so that they do not depend on the order of summation.
 const GRID: f64 = 1024.0;
-/// Slopes are rounded to this share of one.
+/// Slopes are rounded to 1/`SLOPES`.
 const SLOPES: f64 = 1048576.0;
-/// A specimen whose axis wanders by more than this (voxels) is not described by an upright cylinder.
+/// Displacement of the axis between the ends (voxels) above which an upright cylinder does not describe the specimen.
 const OFF_AXIS: f64 = 2.0;
-/// An axis that wanders less than this between the ends (voxels) is upright.
+/// Displacement of the axis between the ends (voxels) up to which the axis counts as upright.
 const UPRIGHT: f64 = 1.0;
-/// Rounds in which a leaning axis is found from the one before.
+/// Number of iterations that refine a tilted axis; each iteration starts from the axis of the previous iteration.
 const ROUNDS: usize = 3;
-/// Axes that lean by this slope or more are no upright cylinder's.
+/// Slope of the axis from which the fit is rejected.
 const STEEPEST: f64 = 0.5;
-/// Directions in an eighth of a turn.
+/// Number of directions of rays in an eighth of a turn.
 const EIGHTH: usize = 24;
-/// Steps of the fit.
+/// Maximum number of Gauss–Newton steps of the fit.
 const STEPS: usize = 20;
 
 impl Fit {
-    /// Whether the cylinder is upright although the axis of the specimen is not.
+    /// Whether the fitted cylinder is upright although the axis of the specimen is tilted.
     pub(crate) fn is_off_axis(&self) -> bool {
         self.lean == [0.0; 2] && self.wander > OFF_AXIS
     }
@@ -54,13 +54,13 @@ impl Fit {
         }
     }
 
-    /// Squared distance of a voxel from the axis, and its height along the axis as z of an upright
-    /// cylinder, in voxels; both are exact in floating point where the axis is upright.
+    /// Squared distance of a voxel from the axis (voxels²), and its height along the axis, as z of the upright cylinder
+    /// (voxels). Both are exact in floating point if the axis is upright.
     pub(crate) fn place(&self, [x, y, z]: [usize; 3]) -> [f64; 2] {
         let middle = (self.bottom + self.top) / 2.0;
         let [p, q] = self.lean;
         let h = z as f64 + 0.5 - middle;
-        // from the point of the axis in the same slice
+        // distance from the point of the axis in the same slice
         let (dx, dy) =
             (x as f64 + 0.5 - self.centre[0] - p * h, y as f64 + 0.5 - self.centre[1] - q * h);
         let (along, square) = (dx * p + dy * q, 1.0 + (p * p + q * q));
@@ -68,20 +68,20 @@ impl Fit {
         [dx * dx + dy * dy - along * along / square, middle + height]
     }
 
-    /// (r/R)² of the voxels of a slice.
+    /// Squared relative radii (r/R)² of the voxels of a slice.
     pub(crate) fn relative_squares(&self, [nx, ny]: [usize; 2], z: usize) -> Vec<f64> {
         let square = self.radius * self.radius;
         (0..nx * ny).map(|n| self.place([n % nx, n / nx, z])[0] / square).collect()
     }
 
-    /// The voxels whose centres are inside by at least `margin` voxels: 1, the others 0.
+    /// Set of the voxels whose centres are inside the cylinder by at least `margin` voxels: 1 inside, 0 outside.
     pub(crate) fn inside(&self, shape: [usize; 3], margin: f64) -> Vec<u8> {
         let [nx, ny, nz] = shape;
         let radius = (self.radius - margin).max(0.0);
         let heights = self.bottom + margin..=self.top - margin;
         let mut set = vec![0; nx * ny * nz];
         if self.lean == [0.0; 2] {
-            // all sections are alike
+            // all sections of an upright cylinder are equal
             let disc: Vec<u8> = (0..nx * ny)
                 .map(|n| u8::from(self.place([n % nx, n / nx, 0])[0] <= radius * radius))
                 .collect();
@@ -101,7 +101,7 @@ impl Fit {
     }
 }
 
-/// A straight line: where it is in the slice at a height, and its slopes.
+/// A straight line: a point on it and its slopes dx/dz and dy/dz.
 #[derive(Clone, Copy, Debug)]
 struct Axis {
     at: [f64; 3],
@@ -109,41 +109,42 @@ struct Axis {
 }
 
 impl Axis {
-    /// Where it passes the height z.
+    /// Position of the line in x and y at the height z.
     fn through(&self, z: f64) -> [f64; 2] {
         [0, 1].map(|k| self.at[k] + self.lean[k] * (z - self.at[2]))
     }
 
-    /// Slope against the vertical.
+    /// Slope of the line against the vertical.
     fn slope(&self) -> f64 {
         self.lean[0].hypot(self.lean[1])
     }
 
-    /// Length along it for each voxel along z.
+    /// Length along the line per voxel along z.
     fn stretch(&self) -> f64 {
         (1.0 + (self.lean[0] * self.lean[0] + self.lean[1] * self.lean[1])).sqrt()
     }
 
-    /// How far along it from `at` the foot of a point is.
+    /// Distance along the line from `at` to the foot of the perpendicular from a point.
     fn along(&self, point: [f64; 3]) -> f64 {
         let [x, y, z] = [0, 1, 2].map(|k| point[k] - self.at[k]);
         (x * self.lean[0] + y * self.lean[1] + z) / self.stretch()
     }
 }
 
-/// What rays find: the axis, the radius, and the scatter of the points about them.
+/// Cylinder fitted to the points that rays find on the wall: axis, radius, and root mean square distance of the points.
 struct Wall {
     axis: Axis,
     radius: f64,
     scatter: f64,
 }
 
-/// Fits a cylinder to what is at least as bright as `edge`, the level half way between air and matrix: the
-/// ends by the median over columns of where they are entered, axis and radius by least squares over the
-/// outermost crossings of many rays, outliers left out. Axis, radius and ends are found between voxels.
+/// Fits a cylinder to the voxels that are at least as bright as `edge`, the grey level half way between air and matrix.
+/// The ends are the medians over columns of the first and the last crossing of `edge`. Axis and radius follow from
+/// least squares over the outermost crossings along many rays, without outliers. Axis, radius and ends have sub-voxel
+/// accuracy.
 ///
-/// Rays and ends refer to an upright axis first; if the one that they find leans, and `leans` allows it,
-/// they refer to that.
+/// Rays and ends first refer to an upright axis. If the fitted axis is tilted and `leans` is true, they are computed
+/// again with respect to the fitted axis.
 ///
 /// # Errors
 /// [`ImageError::NoCylinder`].
@@ -199,7 +200,7 @@ fn refused(message: String) -> ImageError {
     }
 }
 
-/// Wall and ends as they are seen from an axis and radius that are known about.
+/// Wall and ends as seen from an approximate axis and radius.
 fn sides(
     image: &Volume<u16>,
     edge: f64,
@@ -219,7 +220,7 @@ fn sides(
     Ok((least_squares(&points, axis, radius, (bottom + top) / 2.0), ends))
 }
 
-/// Centre of gravity of the columns of what is bright, and the radius of a disc of its section.
+/// Centroid in x and y of the bright voxels, and the radius of a disc with the area of their mean section.
 fn about(image: &Volume<u16>, edge: f64) -> Option<([f64; 2], f64)> {
     let [nx, ny, nz] = image.shape;
     let (mut count, mut sum_x, mut sum_y, mut slices) = (0_u64, 0_u64, 0_u64, 0_u64);
@@ -242,8 +243,8 @@ fn about(image: &Volume<u16>, edge: f64) -> Option<([f64; 2], f64)> {
     Some(([mean(sum_x), mean(sum_y)], (area / std::f64::consts::PI).sqrt()))
 }
 
-/// Where columns within a radius are entered from below and from above: the medians along the axis, as z of
-/// the cylinder when upright.
+/// Heights at which columns within a radius enter and leave the bright voxels: medians along the axis, as z of the
+/// cylinder before its rotation.
 fn ends(image: &Volume<u16>, edge: f64, axis: &Axis, radius: f64) -> Option<[f64; 2]> {
     let [nx, ny, nz] = image.shape;
     let (mut low, mut high) = (Vec::new(), Vec::new());
@@ -263,7 +264,7 @@ fn ends(image: &Volume<u16>, edge: f64, axis: &Axis, radius: f64) -> Option<[f64
             ) else {
                 continue;
             };
-            // between the centres of the last dark and the first bright voxel
+            // linear interpolation between the centres of the outermost bright voxel and its dark neighbour
             let part =
                 |dark: usize, bright: usize| (edge - value(dark)) / (value(bright) - value(dark));
             let entry = if first == 0 { 0.0 } else { first as f64 - 0.5 + part(first - 1, first) };
@@ -279,7 +280,7 @@ fn ends(image: &Volume<u16>, edge: f64, axis: &Axis, radius: f64) -> Option<[f64
         }
     }
     let (low, high) = (median(&mut low)?, median(&mut high)?);
-    // upright, the cylinder has its middle where it has it now
+    // the rotation to upright keeps the middle of the axis
     let middle = (low + high) / 2.0;
     let shift = axis.at[2] + middle / axis.stretch() - middle;
     Some([low + shift, high + shift])
@@ -298,8 +299,8 @@ fn median(values: &mut [f64]) -> Option<f64> {
     Some((lower + upper) / 2.0)
 }
 
-/// Points of the wall: rays come in from outside, in directions that are symmetric about the axes, and
-/// stop where it is bright for a voxel.
+/// Points of the wall: rays start outside, in directions that are symmetric about x and y, and end where two samples
+/// one voxel apart are bright.
 fn wall(
     image: &Volume<u16>,
     edge: f64,
@@ -309,7 +310,7 @@ fn wall(
 ) -> Vec<[f64; 3]> {
     let [nx, ny, nz] = image.shape;
     let mut points = Vec::new();
-    // an end that leans is met in several slices
+    // a tilted end extends over several slices
     let margin = 0.03 * (top - bottom) + 1.0 + radius * axis.slope();
     for z in 0..nz {
         let height = z as f64 + 0.5;
@@ -327,7 +328,7 @@ fn wall(
                     continue;
                 };
                 match outer {
-                    // the wall is not within the image
+                    // the wall is outside the image on this ray
                     None if value >= edge => break,
                     Some(dark) if value >= edge && at(r - 1.0).is_some_and(|v| v >= edge) => {
                         let r = r + 0.5 * (value - edge) / (value - dark);
@@ -351,7 +352,7 @@ fn directions() -> impl Iterator<Item = [f64; 2]> {
     })
 }
 
-/// The grey value between voxels, bilinear; nothing outside the centres of the outermost.
+/// Grey value by bilinear interpolation between voxels; `None` outside the centres of the outermost voxels.
 fn sample(slice: &[u16], [nx, ny]: [usize; 2], [x, y]: [f64; 2]) -> Option<f64> {
     let (x, y) = (x - 0.5, y - 0.5);
     if !(x >= 0.0 && y >= 0.0 && x <= (nx - 1) as f64 && y <= (ny - 1) as f64) {
@@ -364,8 +365,8 @@ fn sample(slice: &[u16], [nx, ny]: [usize; 2], [x, y]: [f64; 2]) -> Option<f64> 
     Some(row(j) * (1.0 - q) + row(j + 1) * q)
 }
 
-/// Axis (position at mid-height and slopes) and radius by Gauss–Newton, over the distances from an axis with
-/// the slopes of the one that is known about; points further off than three times the median are left out.
+/// Fits axis (position at mid-height and slopes) and radius by Gauss–Newton. Distances are measured perpendicular to
+/// the approximate axis `about`; points with a residual above three times the median are omitted.
 fn least_squares(points: &[[f64; 3]], about: &Axis, radius: f64, middle: f64) -> Wall {
     let ([x, y], [p, q]) = (about.through(middle), about.lean);
     let square = 1.0 + (p * p + q * q);
@@ -378,7 +379,7 @@ fn least_squares(points: &[[f64; 3]], about: &Axis, radius: f64, middle: f64) ->
                 let h = z - middle;
                 let (dx, dy) = (x - u[0] - u[2] * h, y - u[1] - u[3] * h);
                 let along = (dx * p + dy * q) / square;
-                // the part of (dx, dy, 0) across the axis, and its length
+                // component of (dx, dy, 0) perpendicular to the axis, and its length
                 let (cx, cy) = (dx - along * p, dy - along * q);
                 let r = (dx * cx + dy * cy).max(1e-18).sqrt();
                 let row = [-cx / r, -cy / r, -cx / r * h, -cy / r * h, -1.0];

@@ -1,4 +1,4 @@
-//! Where the specimen stands in the image, and what surrounds it.
+//! Location of the specimen in the image, and detection of its surroundings.
 
 pub(crate) mod beside;
 pub(crate) mod fit;

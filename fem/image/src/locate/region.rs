@@ -1,4 +1,4 @@
-//! Where a person says that the specimen is.
+//! Position of the specimen as given by the user.
 
 use std::path::PathBuf;
 
@@ -7,26 +7,28 @@ use serde::{Deserialize, Serialize};
 use crate::locate::fit::Fit;
 use crate::{ImageError, Volume};
 
-/// Where the specimen is, in voxels of the image that is segmented (after `bin`). What is not given is found.
+/// Position of the specimen, in voxels of the segmented image (after `bin`). Values that are not given are found from
+/// the image.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SpecimenRegion {
-    /// Where the axis of an upright cylinder passes, in voxels from the corner of the image along x and y.
+    /// Position of the axis of an upright cylinder along x and y, in voxels from the corner of the image.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub centre_px: Option<[f64; 2]>,
     /// Radius of the cylinder (voxels).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub radius_px: Option<f64>,
-    /// First and last slice of the specimen, from 1.
+    /// First and last slice of the specimen, counted from 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub slices: Option<[usize; 2]>,
-    /// An image of as many voxels, in which the specimen has at least half of the largest value.
+    /// Path of an image with the same number of voxels, in which the specimen's voxels have at least half of the
+    /// largest value.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mask: Option<PathBuf>,
 }
 
 impl SpecimenRegion {
-    /// Checks the ranges.
+    /// Checks the values independently of an image.
     ///
     /// # Errors
     /// [`ImageError::Parameter`].
@@ -53,7 +55,7 @@ impl SpecimenRegion {
         Ok(())
     }
 
-    /// Checks the ranges against an image.
+    /// Checks that the slices and the centre are within an image.
     ///
     /// # Errors
     /// [`ImageError::Parameter`].
@@ -81,24 +83,24 @@ impl SpecimenRegion {
         Ok(())
     }
 
-    /// Whether nothing is given.
+    /// Whether no value is given.
     pub(crate) fn is_unset(&self) -> bool {
         *self == Self::default()
     }
 
-    /// Whether nothing is given but, perhaps, a mask.
+    /// Whether no value except the mask is given.
     pub(crate) fn is_empty(&self) -> bool {
         self.centre_px.is_none() && self.radius_px.is_none() && self.slices.is_none()
     }
 
-    /// The cylinder, if all of it is given.
+    /// Cylinder of the region, if centre, radius and slices are all given.
     pub(crate) fn fit(&self) -> Option<Fit> {
         let (centre, radius, [first, last]) = (self.centre_px?, self.radius_px?, self.slices?);
         let (bottom, top) = ((first - 1) as f64, last as f64);
         Some(Fit { centre, radius, bottom, top, lean: [0.0; 2], wander: 0.0, scatter: 0.0 })
     }
 
-    /// A fitted cylinder with what is given in place of what was found.
+    /// Replaces the values of a fitted cylinder by the values that are given.
     pub(crate) fn overriding(&self, fit: Fit) -> Fit {
         if self.is_empty() {
             return fit;
@@ -113,12 +115,13 @@ impl SpecimenRegion {
         Fit { centre, radius, bottom, top, lean, ..fit }
     }
 
-    /// The image with air outside what is given; nothing if that is all of it.
+    /// Copy of the image with air outside the given region; `None` if neither slices nor a disc are given.
     pub(crate) fn restricted(&self, image: &Volume<u16>, air: f64) -> Option<Volume<u16>> {
         self.with_outside(image, air.round() as u16)
     }
 
-    /// The image with one value outside the slices and the disc that are given; nothing if that is all of it.
+    /// Copy of the image with the value `outside` outside the given slices and disc; `None` if neither slices nor a
+    /// disc are given.
     pub(crate) fn with_outside<T: Copy>(&self, image: &Volume<T>, outside: T) -> Option<Volume<T>> {
         let disc = self.centre_px.zip(self.radius_px);
         if disc.is_none() && self.slices.is_none() {
@@ -140,10 +143,10 @@ impl SpecimenRegion {
     }
 }
 
-/// The specimen's voxels of a mask: those of at least half of its largest value.
+/// Voxels of the specimen in a mask: the voxels with at least half of the mask's largest value.
 ///
 /// # Errors
-/// [`ImageError::Shape`] for a mask of another shape than the image, [`ImageError::NoContrast`] for an empty one.
+/// [`ImageError::Mask`] if the mask and the image differ in shape, [`ImageError::NoContrast`] for an empty mask.
 pub(crate) fn masked<T>(mask: &Volume<f32>, image: &Volume<T>) -> Result<Vec<u8>, ImageError> {
     if mask.shape != image.shape {
         return Err(ImageError::Mask { mask: mask.shape, image: image.shape });

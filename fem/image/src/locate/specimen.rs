@@ -1,4 +1,4 @@
-//! Where the specimen is in its image, and which grey values are air.
+//! Location of the specimen in its image, and the grey values of air.
 
 use rayon::prelude::*;
 
@@ -11,51 +11,51 @@ use crate::volume::filter::core;
 use crate::volume::threshold::{WIDTH, class_means, core_mean, histogram, otsu};
 use crate::{ImageError, Volume};
 
-/// Voxels at the wall whose grey values hold some air once the median has been taken.
+/// Distance from the wall (voxels) up to which grey values of the median-filtered image are mixed with air.
 const RIM: f64 = 3.0;
-/// Half of the value of a mask's voxels.
+/// Grey level of the wall of a mask: half of the value of the mask's voxels.
 const EDGE: u16 = 16384;
-/// A wall whose points scatter by more than this (voxels, and share of the radius) is doubtful.
+/// Scatter of the wall's points above which the fit is doubtful: an absolute part (voxels) plus a share of the radius.
 const SCATTER: [f64; 2] = [0.6, 0.01];
 
-/// What an image shows of its specimen.
+/// Form of the specimen in an image.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum SpecimenForm {
-    /// A cylinder if there is air around it, else a block. Cut cylinders, platens in view and surroundings that are
-    /// brighter than the specimen are refused.
+    /// A cylinder if air surrounds the specimen, otherwise a block. Cut cylinders, visible platens, and surroundings
+    /// brighter than the specimen are rejected.
     #[default]
     Auto,
-    /// A whole cylinder in air, its axis about along z.
+    /// A complete cylinder in air, with its axis approximately along z.
     Cylinder,
-    /// A block cut out of a specimen: all of the image belongs to it.
+    /// A block cut out of a specimen: the whole image belongs to the specimen.
     Block,
 }
 
-/// How a specimen is located.
+/// Settings for locating a specimen.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Locating<'a> {
     pub(crate) form: SpecimenForm,
     pub(crate) follow_lean: bool,
-    /// Air is taken to be the darkest, whatever the contrast of grains.
+    /// Contrast between grains and matrix. Air is assumed to be the darkest class in either case.
     pub(crate) contrast: Contrast,
-    /// The least grey value that is not air, if it was given by hand.
+    /// Lowest grey value that is not air, if the user gives it.
     pub(crate) void: Option<f64>,
     pub(crate) region: &'a SpecimenRegion,
 }
 
-/// The specimen in its image, in 16-bit grey values.
+/// The specimen in its image; grey values are 16-bit values.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Specimen {
-    /// The cylinder; absent for a block.
+    /// The fitted cylinder; `None` for a block.
     pub(crate) fit: Option<Fit>,
     pub(crate) air: f64,
-    /// The least grey value that is not air; 0 if there is no air.
+    /// Lowest grey value that is not air; 0 if there is no air.
     pub(crate) void: f64,
 }
 
 impl Locating<'_> {
-    /// Locates the specimen in a filtered image. What is doubtful is added to `warnings`.
+    /// Locates the specimen in a filtered image; adds messages about doubtful results to `warnings`.
     pub(crate) fn specimen(
         &self,
         image: &Volume<u16>,
@@ -108,7 +108,7 @@ impl Locating<'_> {
         Ok(Specimen { fit: Some(found), air, void })
     }
 
-    /// The specimen of a mask, whose cylinder is fitted to the mask.
+    /// Specimen of a mask: the cylinder is fitted to the mask.
     pub(crate) fn masked(
         &self,
         image: &Volume<u16>,
@@ -141,7 +141,7 @@ impl Locating<'_> {
         Ok(Specimen { fit: Some(found), air, void })
     }
 
-    /// Whether what surrounds the specimen is the brightest.
+    /// Whether the surroundings of the specimen are brighter than all of the specimen.
     pub(crate) fn is_in_bright(&self, image: &Volume<u16>) -> bool {
         let levels = match self.form {
             SpecimenForm::Block => None,
@@ -154,7 +154,8 @@ impl Locating<'_> {
         })
     }
 
-    /// Warns of a fitted cylinder that describes the specimen badly.
+    /// Adds warnings if the fitted cylinder describes the specimen badly; [`SpecimenForm::Auto`] fails if the
+    /// cylinder's sections are not filled.
     fn doubts(
         &self,
         image: &Volume<u16>,
@@ -184,21 +185,21 @@ impl Locating<'_> {
     }
 }
 
-/// Grey values of air and matrix, and between them.
+/// Grey values of air and matrix, and the levels that separate the classes.
 struct Levels {
     air: f64,
-    /// The least that is not air.
+    /// Lowest grey value that is not air.
     void: f64,
-    /// Half way between air and matrix.
+    /// Grey value half way between air and matrix.
     edge: f64,
-    /// From which on there is the brightest class.
+    /// Lowest grey value of the brightest class.
     bright: f64,
 }
 
 impl Levels {
-    /// From a histogram in three classes. Where the middle one has no inside it is not the matrix but the blurred wall
-    /// between air and specimen, as there are few grains or none: then two classes are taken. With dark grains the
-    /// brightest class is the matrix.
+    /// Finds the levels from a histogram split into three classes. If the middle class has no interior voxels, it is
+    /// the blurred wall between air and specimen instead of the matrix, because there are few or no grains; two classes
+    /// are then used. With dark grains the brightest class is the matrix.
     fn of(image: &Volume<u16>, by_hand: Option<f64>, contrast: Contrast) -> Option<Self> {
         let all = vec![1; image.values.len()];
         let counts = histogram(&image.values, &all);
@@ -227,7 +228,7 @@ impl Levels {
 }
 
 impl Specimen {
-    /// The voxels of the specimen: 1, the others 0.
+    /// Set of the voxels of the specimen: 1 inside, 0 outside.
     pub(crate) fn inside<T>(&self, image: &Volume<T>) -> Vec<u8> {
         match self.fit {
             Some(fit) => fit.inside(image.shape, 0.0),
@@ -235,7 +236,7 @@ impl Specimen {
         }
     }
 
-    /// The voxels of `inside` whose grey values hold no air: away from the wall and from voids.
+    /// The voxels of `inside` whose grey values are not mixed with air: voxels away from the wall and from voids.
     pub(crate) fn sample(&self, smooth: &Volume<u16>, inside: &[u8]) -> Vec<u8> {
         let mut sample = match self.fit {
             Some(fit) => fit.inside(smooth.shape, RIM),

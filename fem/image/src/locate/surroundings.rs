@@ -1,36 +1,37 @@
-//! What surrounds a specimen in its image: air; nothing, where the image is a block cut out of a specimen; or something
-//! that no segmentation should take for a part of the specimen.
+//! Surroundings of a specimen in its image: air; nothing, if the image is a block cut out of a specimen; or objects
+//! that a segmentation must not count as part of the specimen.
 
 use crate::locate::fit::Fit;
 use crate::{ImageError, Volume};
 
-/// A corner of the image counts as air, or as bright, if so many of its voxels are in that class, and the middle counts
-/// as solid, or as dark, if at most so many are.
+/// Smallest share of voxels in a class for the corners of the image to count as air or as bright; `IN_MIDDLE` is the
+/// largest share for the middle to count as solid or as dark.
 const IN_CORNERS: f64 = 0.9;
 const IN_MIDDLE: f64 = 0.5;
-/// The border of an image of a body in air has less than this part of the image's share of solid voxels: in a block the
-/// two are alike.
+/// In an image of a body in air, the share of solid voxels at the border is below this part of the share in the whole
+/// image. In a block the two shares are similar.
 const AT_BORDER: f64 = 0.1;
-/// Slices with so many times the solid voxels of those in the middle show platens.
+/// Number of solid voxels, relative to the median of the middle slices, above which a slice shows a platen.
 const WIDER: f64 = 1.15;
-/// Sections of a cylinder fill its circle within these limits.
+/// Smallest and largest ratio of the area of a cylinder's sections to the area of its circle.
 const ROUND: [f64; 2] = [0.9, 1.1];
 
-/// What is seen around the specimen.
+/// Surroundings of a specimen in its image.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Surroundings {
     /// Air.
     Air,
     /// No air: the image was cut out of a specimen.
     Block,
-    /// What surrounds the specimen is brighter than the specimen.
+    /// The surroundings are brighter than the specimen.
     Bright,
-    /// Slices, from 1, that are wider than the specimen or filled to their corners.
+    /// Ranges of slices, counted from 1, that are wider than the specimen or filled to their corners, as platens are.
     Platens(Vec<[usize; 2]>),
 }
 
 impl Surroundings {
-    /// Looks at an image in which grey values below `void` are air and those from `bright` on the brightest class.
+    /// Classifies the surroundings in an image. Grey values below `void` are air; values of at least `bright` form the
+    /// brightest class.
     pub(crate) fn of(image: &Volume<u16>, void: f64, bright: f64) -> Self {
         let slices = counted(image, void, bright);
         let nz = slices.len();
@@ -45,7 +46,7 @@ impl Surroundings {
             return Self::Block;
         }
         let is_solid_inside = middle.middle_air <= IN_MIDDLE * middle.middle;
-        // a body of another form, or beside the middle, has air around it, too
+        // a body that is not a cylinder, or not in the middle of the image, is surrounded by air, too
         let at_border = middle.border_solid / middle.border;
         let is_body = at_border < AT_BORDER * middle.solid / middle.all;
         if !(is_solid_inside || is_body) {
@@ -61,7 +62,7 @@ impl Surroundings {
         }
     }
 
-    /// Refuses what is neither a specimen in air nor a block.
+    /// Returns an error unless the image shows a specimen in air or a block.
     pub(crate) fn accepted(self) -> Result<Self, ImageError> {
         match self {
             Self::Air | Self::Block => Ok(self),
@@ -92,7 +93,8 @@ impl Surroundings {
     }
 }
 
-/// How much of its circle a section of the fitted cylinder fills, voids counted as filled: 1 for a cylinder.
+/// Ratio of the area of the specimen's sections to the area of the fitted circle; voids count as filled. 1 for a
+/// cylinder.
 pub(crate) fn filling(image: &Volume<u16>, fit: &Fit, void: f64) -> f64 {
     let [nx, ny, nz] = image.shape;
     let height = fit.top - fit.bottom;
@@ -104,7 +106,7 @@ pub(crate) fn filling(image: &Volume<u16>, fit: &Fit, void: f64) -> f64 {
         count += 1;
         for row in slice.chunks_exact(nx) {
             let is_solid = |&value: &u16| f64::from(value) >= void;
-            // one bright voxel of noise is no wall
+            // two bright neighbours are required: a single bright voxel can be noise
             let wall = |pair: &[u16]| pair.iter().all(is_solid);
             let (from, to) = (row.windows(2).position(wall), row.windows(2).rposition(wall));
             voxels += from.zip(to).map_or(0, |(from, to)| to + 2 - from);
@@ -113,7 +115,7 @@ pub(crate) fn filling(image: &Volume<u16>, fit: &Fit, void: f64) -> f64 {
     voxels as f64 / count as f64 / (std::f64::consts::PI * fit.radius * fit.radius)
 }
 
-/// Why a fitted cylinder is none, if its sections are not filled.
+/// Returns an error if the sections of a fitted cylinder do not fill its circle.
 pub(crate) fn checked_filling(filling: f64) -> Result<(), ImageError> {
     if (ROUND[0]..=ROUND[1]).contains(&filling) {
         return Ok(());
@@ -127,7 +129,7 @@ pub(crate) fn checked_filling(filling: f64) -> Result<(), ImageError> {
     })
 }
 
-/// Voxels of a slice, or of several, in regions and classes.
+/// Numbers of voxels of one slice or several slices, by region and class.
 #[derive(Clone, Copy, Debug, Default)]
 struct Counts {
     all: f64,
@@ -190,7 +192,7 @@ fn counted(image: &Volume<u16>, void: f64, bright: f64) -> Vec<Counts> {
     image.values.chunks_exact(nx * ny).map(slice).collect()
 }
 
-/// First and last, from 1, of the slices below each other that are so.
+/// Ranges (first and last, counted from 1) of consecutive slices that satisfy `is_so`.
 fn runs(slices: &[Counts], is_so: impl Fn(&Counts) -> bool) -> Vec<[usize; 2]> {
     let mut runs: Vec<[usize; 2]> = Vec::new();
     for (number, _) in (1..).zip(slices).filter(|(_, slice)| is_so(slice)) {

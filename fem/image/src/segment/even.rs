@@ -1,5 +1,5 @@
-//! Grey values of one brightness for each material: without beam hardening and drift, without the air that blur mixes into
-//! the specimen, and with grains brighter than the matrix.
+//! Corrected grey values, with one brightness for each material: without beam hardening and drift, without the air that
+//! blur mixes into the specimen, and with grains brighter than the matrix.
 
 use rayon::prelude::*;
 
@@ -13,33 +13,33 @@ use crate::volume::contrast::Contrast;
 use crate::volume::filter::{dilate, median_again};
 use crate::volume::grey::Scale;
 
-/// Voxels at the wall that hold some air.
+/// Distance from the wall (voxels) up to which voxels contain some air.
 const WALL: f64 = 2.0;
 
-/// An image in which grains are brighter than the matrix, and its voxels in sets.
+/// A corrected image in which grains are brighter than the matrix, and sets of its voxels.
 pub(super) struct Even {
     pub(super) grey: Volume<u16>,
-    /// The filtered image.
+    /// The median-filtered image.
     pub(super) smooth: Volume<u16>,
     pub(super) scale: Scale,
-    /// The voxels of the specimen that hold no air: away from its wall and from voids.
+    /// Voxels of the specimen that contain no air: away from its wall and from voids.
     pub(super) sample: Vec<u8>,
-    /// The voxels that may be grain.
+    /// Voxels that may be grain.
     pub(super) solid: Vec<u8>,
     /// The specimen, and the voxels beyond it that show blur of grains.
     pub(super) shown: Vec<u8>,
-    /// The voxels as dark as air.
+    /// Voxels as dark as air.
     pub(super) voids: Vec<u8>,
-    /// Brightness of one material at the wall over that at the axis, and at the top over that at the bottom.
+    /// Ratio of the brightness of one material at the wall to its brightness at the axis, before the correction.
     pub(super) rim_over_centre: f64,
-    /// See `rim_over_centre`.
+    /// Ratio of the brightness of one material at the top to its brightness at the bottom, before the correction.
     pub(super) top_over_bottom: f64,
 }
 
-/// How an image is evened out.
+/// Settings and inputs of the correction of grey values.
 pub(super) struct Evening<'a> {
     pub(super) found: &'a Specimen,
-    /// The voxels of the specimen.
+    /// Voxels of the specimen.
     pub(super) inside: &'a [u8],
     pub(super) contrast: Contrast,
     pub(super) median: bool,
@@ -47,7 +47,7 @@ pub(super) struct Evening<'a> {
 }
 
 impl Evening<'_> {
-    /// Evens out an image and the same image filtered.
+    /// Corrects an image and its filtered version.
     pub(super) fn run(&self, mut grey: Volume<u16>, mut smooth: Volume<u16>, scale: Scale) -> Even {
         let (found, inside) = (self.found, self.inside);
         let [mut rim_over_centre, mut top_over_bottom] = [1.0; 2];
@@ -68,7 +68,7 @@ impl Evening<'_> {
         };
         let (mut shown, mut solid) = (inside.to_vec(), inside.to_vec());
         if let (Some(fit), Some([matrix, split])) = (&found.fit, materials) {
-            // the blurred wall is as dark as dark grains are
+            // with dark grains, the blurred wall would be classified as grain
             let (from, is_dark) = match self.contrast {
                 Contrast::Bright => (inside, false),
                 Contrast::Dark => (&sample[..], true),
@@ -120,7 +120,7 @@ impl Evening<'_> {
         }
     }
 
-    /// Filters an image again near the voxels that changed.
+    /// Applies the median filter again near the voxels that changed.
     fn filter_again(&self, grey: &Volume<u16>, changed: &[u8], smooth: &mut Volume<u16>) {
         if self.median {
             let near = dilate(grey.shape, changed);

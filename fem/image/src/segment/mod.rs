@@ -1,4 +1,4 @@
-//! From grey values to grains.
+//! Segmentation of an image of grey values into grains.
 
 mod even;
 pub(crate) mod outline;
@@ -25,55 +25,56 @@ use crate::volume::frame::filled_frame;
 use crate::volume::grey::{Scale, rescale};
 use crate::{ImageError, Region, Volume};
 
-/// An image in grains.
+/// Result of a segmentation.
 #[derive(Clone, Debug)]
 pub struct Segmented {
-    /// The number of the grain to which a voxel belongs, from 1; 0 where there is none.
+    /// Number of the grain to which a voxel belongs, counted from 1; 0 for voxels outside grains.
     pub labels: Volume<u32>,
-    /// Share of each voxel that is grain, from its grey value: 0 to 1.
+    /// Share of grain in each voxel, from its grey value: 0 to 1.
     pub solid: Volume<f32>,
-    /// Where the specimen stands; for a block the largest upright cylinder in it.
+    /// Cylinder of the specimen; for a block the largest upright cylinder in the block.
     pub cylinder: Cylinder,
     /// Whether the image shows a part of a specimen, without air around it.
     pub block: bool,
     /// The grains, in the order of their numbers.
     pub regions: Vec<Region>,
-    /// Numbers of the whole specimen.
+    /// Statistics of the whole specimen.
     pub statistics: SpecimenStatistics,
-    /// Grey value half way between matrix and grain, or the one that was given.
+    /// Grey value half way between matrix and grain, or the threshold given by the user.
     pub grain_threshold: f64,
-    /// Grey value below which there was air; absent if there is none in the image.
+    /// Grey value below which voxels are air; `None` if the image contains no air.
     pub void_threshold: Option<f64>,
-    /// Brightness of one material at the wall over that at the axis, before it was evened out.
+    /// Ratio of the brightness of one material at the wall to its brightness at the axis, before the correction.
     pub rim_over_centre: f64,
-    /// Brightness of one material at the top over that at the bottom, before it was evened out.
+    /// Ratio of the brightness of one material at the top to its brightness at the bottom, before the correction.
     pub top_over_bottom: f64,
-    /// Share of the specimen's voxels that are as dark as air: cracks, pores, a chip.
+    /// Share of the specimen's voxels that are as dark as air, e.g. cracks, pores or a chipped edge.
     pub void_fraction: f64,
-    /// What a person should look at.
+    /// Messages about doubtful results, which the user should check.
     pub warnings: Vec<String>,
 }
 
-/// A grain of more than this share of the specimen is told, and one of more than this share of all grains
-/// where there are so many.
+/// Share of the specimen above which one grain causes a warning; if there are at least `MANY` grains, also the share of
+/// all grains.
 const MOST: f64 = 0.5;
 const MANY: usize = 10;
-/// Voids of more than this share of the specimen are told.
+/// Share of the specimen above which voids cause a warning.
 const VOIDS: f64 = 0.02;
-/// Grains of fewer voxels have uncertain volumes; this is told if they make more than a share of the grains' volume.
+/// Volume (voxels) below which the volume of a grain is uncertain; if the share `SMALL_SHARE` of all grains' volume is
+/// in such grains, a warning is issued.
 const SMALL: f64 = 65.0;
 const SMALL_SHARE: f64 = 0.05;
 
 impl Segmentation {
-    /// Finds the grains. `progress` is told the name of each step as it begins.
+    /// Segments an image into grains. `progress` is called with the name of each step when the step begins.
     ///
-    /// The result is the same for any number of threads. An image that is turned by 90° about z or
-    /// mirrored (a block: about any axis) gives the same grains with other numbers, except on voxels
-    /// where two grains are equal in every respect (see [`SeedRule`] for the rule of the paper).
+    /// The result is the same for any number of threads. An image that is rotated by 90° about z or mirrored (a block:
+    /// about any axis) gives the same grains with other numbers, except at voxels where two grains are equal by all
+    /// criteria (the rule [`SeedRule::Spacing`] depends on the orientation).
     ///
     /// # Errors
-    /// [`ImageError`]: parameters out of range, values that are no numbers, an image without contrast
-    /// or without grains, no cylinder where one is asked for.
+    /// [`ImageError`]: parameters out of range, values that are not finite, an image without contrast or without
+    /// grains, or no cylinder although one is required.
     pub fn run(
         &self,
         image: &Volume<f32>,
@@ -82,10 +83,11 @@ impl Segmentation {
         self.run_masked(image, None, progress)
     }
 
-    /// [`run`](Self::run) with the image that `region.mask` names: the specimen has at least half of its largest value.
+    /// Runs [`run`](Self::run) with the image of `region.mask`, in which the specimen's voxels have at least half of
+    /// the largest value.
     ///
     /// # Errors
-    /// As those of `run`, and a mask that is empty or of another shape.
+    /// The errors of `run`, and an error for a mask that is empty or differs in shape from the image.
     pub fn run_masked(
         &self,
         image: &Volume<f32>,
@@ -189,7 +191,7 @@ impl Segmentation {
         };
         let labels = grey.with(labels);
         let regions = measure(&labels, &inside, &solid.volumes);
-        // a cylinder that does not follow the specimen's lean holds air, and that is warned of
+        // an upright cylinder around a tilted specimen contains air; another warning reports that
         let follows = found.fit.is_none_or(|fit| !fit.is_off_axis());
         warnings.extend(void_in_words(void_fraction).filter(|_| follows));
         warnings.extend(small_in_words(&regions, grey.voxel_mm));
@@ -215,7 +217,7 @@ impl Segmentation {
         })
     }
 
-    /// Where the specimen is: as the mask says, or as the image shows.
+    /// Locates the specimen from the mask, if there is one, otherwise from the image.
     fn located(
         &self,
         image: &Volume<u16>,
@@ -241,10 +243,10 @@ impl Segmentation {
         }
     }
 
-    /// Refuses a threshold of grains within air.
+    /// Returns an error if the given threshold of grains is a grey value of air.
     fn check_threshold(&self, air: Option<f64>, contrast: Contrast) -> Result<(), ImageError> {
         let (Some(value), Some(air)) = (self.grain_threshold, air) else { return Ok(()) };
-        // an image with bright air was inverted, so that its grains count as bright
+        // an image with bright air was inverted, so that its grains are bright after the inversion
         let is_inverted = contrast != self.contrast;
         let (is_in_air, side) = match is_inverted {
             true => (value >= air, "below"),
@@ -267,7 +269,7 @@ impl Segmentation {
         })
     }
 
-    /// The grey level between matrix and grain.
+    /// Computes the grey level between matrix and grain, from `grain_threshold` or from the image.
     fn grain_level(
         &self,
         smooth: &Volume<u16>,
@@ -294,7 +296,7 @@ impl Segmentation {
         Ok(level)
     }
 
-    /// What is to be said where one grain is most of the specimen, or most of many grains.
+    /// Warning if one grain makes up most of the specimen, or most of the volume of many grains.
     fn one_for_all(&self, regions: &[Region], inside: &[u8], threshold: f64) -> Option<String> {
         let largest = regions.iter().max_by_key(|grain| grain.voxels)?;
         let all: usize = regions.iter().map(|grain| grain.voxels).sum();
@@ -347,7 +349,7 @@ impl Segmentation {
     }
 }
 
-/// What is to be said of voids in the specimen.
+/// Warning about voids in the specimen.
 fn void_in_words(fraction: f64) -> Option<String> {
     (fraction > VOIDS).then(|| {
         format!(
@@ -357,7 +359,7 @@ fn void_in_words(fraction: f64) -> Option<String> {
     })
 }
 
-/// What is to be said where grains are too small for their volumes to be known.
+/// Warning about grains that are too small for an accurate volume.
 fn small_in_words(regions: &[Region], voxel_mm: f64) -> Option<String> {
     let volume = |region: &Region| region.volume_mm3 / voxel_mm.powi(3);
     let small: Vec<f64> = regions.iter().map(volume).filter(|&volume| volume < SMALL).collect();
@@ -373,7 +375,8 @@ fn small_in_words(regions: &[Region], voxel_mm: f64) -> Option<String> {
     })
 }
 
-/// Drops labels of fewer voxels and numbers the others without gaps; how many are left.
+/// Removes labels of fewer than `least` voxels and numbers the others consecutively from 1; returns the number of
+/// remaining labels.
 fn keep(labels: &mut [u32], least: usize) -> usize {
     let most = labels.par_iter().copied().max().unwrap_or(0) as usize;
     let mut sizes = vec![0_usize; most + 1];

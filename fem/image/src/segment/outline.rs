@@ -1,19 +1,19 @@
-//! Slices through an image in which the labels are outlined.
+//! Pictures of slices through an image, with the outlines of labels.
 
 use crate::{Cylinder, ImageError, Volume};
 
-/// A picture in red, green and blue.
+/// A picture in RGB colours.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RgbSlice {
-    /// Pixels in a row.
+    /// Number of pixels in a row.
     pub width: usize,
-    /// Rows, the first on top.
+    /// Number of rows; the first row is at the top.
     pub height: usize,
     /// Three bytes for each pixel, row after row.
     pub pixels: Vec<u8>,
 }
 
-/// Colours that tell neighbours apart on grey.
+/// Colours of outlines, which distinguish neighbouring labels on a grey image.
 const COLOURS: [[u8; 3]; 8] = [
     [230, 85, 13],
     [49, 163, 84],
@@ -25,11 +25,12 @@ const COLOURS: [[u8; 3]; 8] = [
     [170, 210, 40],
 ];
 
-/// The colour of a cylinder.
+/// Colour of a cylinder's outline.
 const CYLINDER: [u8; 3] = [255, 255, 0];
 
 impl RgbSlice {
-    /// Draws the outline of a cylinder into the slice `index` across an axis, as [`outlined_slice`] lays it out.
+    /// Draws the outline of a cylinder into the picture of the slice `index` across an axis; the picture has the
+    /// orientation of [`outlined_slice`].
     pub fn draw_cylinder(&mut self, cylinder: &Cylinder, voxel_mm: f64, axis: usize, index: usize) {
         let is_inside = |column: usize, row: usize| {
             let row = if axis == 2 { row } else { self.height - 1 - row };
@@ -63,13 +64,12 @@ impl RgbSlice {
     }
 }
 
-/// The slice `index` across an axis (0, 1, 2 for x, y, z), in grey, with the edge of each label in a
-/// colour of its own.
+/// Picture of the slice `index` across an axis (0, 1, 2 for x, y, z), in grey; the outline of each label has a colour.
 ///
 /// Slices across z have x to the right and y downwards; slices across x or y have z upwards.
 ///
 /// # Errors
-/// [`ImageError`] if the volumes have unlike shapes or there is no such slice.
+/// [`ImageError`] if the shapes of the volumes differ or the slice does not exist.
 pub fn outlined_slice(
     grey: &Volume<f32>,
     labels: &Volume<u32>,
@@ -138,7 +138,7 @@ mod tests {
         assert_eq!((slice.width, slice.height, slice.pixels.len()), (5, 4, 60));
         let pixel = |x: usize, y: usize| &slice.pixels[3 * (x + 5 * y)..][..3];
         assert_eq!(pixel(1, 1), COLOURS[3]);
-        // surrounded on all sides, or at the edge of the image
+        // interior of the label, which is not coloured, and the corner of the image
         assert!(pixel(2, 2).iter().all(|&c| c == pixel(2, 2)[0]));
         assert_eq!(pixel(0, 0), [0; 3]);
         let upright = outlined_slice(&grey, &labels, 1, 2).unwrap();

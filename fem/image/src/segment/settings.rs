@@ -1,4 +1,4 @@
-//! What can be set about a segmentation.
+//! Settings of a segmentation.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,13 +7,13 @@ use crate::locate::region::SpecimenRegion;
 use crate::locate::specimen::SpecimenForm;
 use crate::volume::contrast::Contrast;
 
-/// How grains are found in an image of grey values, in which grains are brighter than the matrix and the
-/// matrix brighter than air, or as [`Contrast`] says.
+/// Segmentation of an image of grey values into grains. Grains are brighter than the matrix and the matrix is brighter
+/// than air, or the order is as given by [`Contrast`].
 ///
-/// The chain: grey values are rounded to 16 bits between two percentiles and filtered by a median of 3³
-/// voxels; the specimen is located; beam hardening and drift along the axis are taken out, and the air that blur mixes into the wall; a
-/// threshold makes a set of grain voxels, whose holes are filled; the exact Euclidean distance to the outside of the set, lightly smoothed, has
-/// a top in each grain, from which the grains are flooded.
+/// Steps: grey values are rounded to 16 bits between two percentiles and filtered by a median of 3³ voxels. The
+/// specimen is located. Beam hardening, drift along the axis, and the air that blur mixes into the wall are corrected.
+/// A threshold defines a set of grain voxels, whose holes are filled. The smoothed exact Euclidean distance to the
+/// outside of the set has a maximum in each grain; a watershed grows the grains from these maxima.
 ///
 /// # Example
 /// ```
@@ -36,58 +36,58 @@ use crate::volume::contrast::Contrast;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Segmentation {
-    /// What the image shows.
+    /// Form of the specimen in the image.
     pub specimen: SpecimenForm,
-    /// Where the specimen is, if it is not to be found.
+    /// Position of the specimen as given by the user; values that are not given are found from the image.
     #[serde(skip_serializing_if = "SpecimenRegion::is_unset")]
     pub region: SpecimenRegion,
     /// Whether grains are brighter or darker than the matrix.
     pub contrast: Contrast,
-    /// Percentiles of the grey values between which they are rounded to 16 bits.
+    /// Percentiles of the grey values; the values between them are rounded to 16 bits.
     pub percentiles: [f64; 2],
-    /// Whether a median of 3³ voxels is taken before voxels are classified.
+    /// Whether a median filter of 3³ voxels is applied before voxels are classified.
     pub median: bool,
-    /// Whether a cylinder whose axis wanders by more than a voxel between its ends is taken as it leans;
-    /// else it is taken as upright. The image is not turned: labels keep its voxels.
+    /// Whether the segmentation uses a tilted cylinder if the axis is displaced by more than a voxel between its ends;
+    /// otherwise the cylinder is upright. The image is not rotated: labels refer to its voxels.
     pub follow_lean: bool,
-    /// Whether the brightness of a cylinder as a function of the radius and of the height is evened out.
+    /// Whether the variation of brightness with radius and height of a cylinder is corrected.
     pub beam_hardening: bool,
-    /// Grey value below which there is air, or a void; found from the image if absent. Above it, where grains are darkest
-    /// and air is brightest.
+    /// Grey value below which voxels are air or void; found from the image if absent. If grains are the darkest and air
+    /// is the brightest, it is the grey value above which voxels are air.
     pub void_threshold: Option<f64>,
-    /// Grey value from which on there is grain, or up to which if grains are dark; found from the image if absent.
+    /// Lowest grey value of grain, or the highest if grains are dark; found from the image if absent.
     ///
-    /// The one that is found is half way between the grey values of matrix and grains, as a model of two
-    /// materials and their blur has them. A value at most 0.02 of their contrast from half way gives the same
-    /// grains as the one that is found. A value at most 0.3 of the contrast from half way is compared
-    /// with this model, so that blur and median make no grain smaller; volumes are the numbers of
-    /// voxels above the value. Without such a model a grain's volume is what is above the value.
+    /// The value found from the image is half way between the grey values of matrix and grains in a model of two
+    /// materials and blur. A given value that differs from half way by at most 0.02 of the contrast results in the same
+    /// grains. A given value that differs by at most 0.3 of the contrast is corrected by the model, so that blur and
+    /// median filter do not shrink grains; the volumes are the numbers of voxels above the corrected level. Without a
+    /// model, the volume of a grain is the volume above the given value.
     pub grain_threshold: Option<f64>,
-    /// Holes in grains are filled up to this size (voxels).
+    /// Largest size of a hole in a grain that is filled (voxels).
     pub fill_holes_voxels: usize,
-    /// How grains are told apart.
+    /// Rule that separates touching grains.
     pub seeds: SeedRule,
-    /// For `h-maxima`: by how much the distance must fall between two grains (voxels).
+    /// For `h-maxima`: smallest depth of the distance's minimum between two grains (voxels).
     pub h_voxels: f64,
-    /// For `h-maxima`: how often distances are smoothed, by weights 1–2–1 along each axis; n times give
-    /// a standard deviation of √(n/2) voxels.
+    /// For `h-maxima`: number of smoothing passes of the distance, with weights 1–2–1 along each axis; n passes have a
+    /// standard deviation of √(n/2) voxels.
     pub smoothing_passes: usize,
-    /// For `spacing`: the least distance of two seeds along an axis (voxels).
+    /// For `spacing`: smallest distance of two seeds along an axis (voxels).
     pub spacing_voxels: usize,
-    /// Grains of fewer voxels are left out.
+    /// Smallest number of voxels of a grain; smaller grains are omitted.
     pub min_grain_voxels: usize,
 }
 
-/// How grains that touch are told apart.
+/// Rule that separates touching grains.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum SeedRule {
-    /// A grain has a top of the smoothed distance that stands out by `h_voxels`.
+    /// Each grain has a maximum of the smoothed distance with a height of at least `h_voxels` above its surroundings.
     #[default]
     HMaxima,
-    /// A grain has a top of the distance in whole voxels, `spacing_voxels` apart from others: the rule of
-    /// the paper, which splits more grains than it should. It is there for comparison, and depends on
-    /// how the image lies.
+    /// Each grain has a maximum of the distance in whole voxels, at least `spacing_voxels` from the others. This is the
+    /// rule of the paper. It splits too many grains, and its result depends on the orientation of the image; it is
+    /// provided for comparison.
     Spacing,
 }
 
@@ -114,7 +114,7 @@ impl Default for Segmentation {
 }
 
 impl Segmentation {
-    /// Checks the ranges.
+    /// Checks that the settings are within their ranges.
     ///
     /// # Errors
     /// [`ImageError::Parameter`].
@@ -133,7 +133,7 @@ impl Segmentation {
                 return refuse(field, value, "a grey value");
             }
         }
-        // which side of air dark grains are on is seen in the image
+        // whether dark grains are above or below air can be seen only in the image
         if let (Some(void), Some(grain)) = (self.void_threshold, self.grain_threshold)
             && void >= grain
             && self.contrast == Contrast::Bright

@@ -1,48 +1,49 @@
 //! Jumps of grey values between neighbouring slices: foreign slices, repeated slices, changes of the grey scale.
 //!
-//! The end of a specimen is a jump too, but a lasting one with another picture on its far side. A foreign
-//! slice differs from both neighbours, which resemble each other; a change of the grey scale leaves the picture
-//! as it is.
+//! The end of a specimen is also a jump, but a permanent one with different content beyond it. A foreign slice differs
+//! from both neighbours, which resemble each other. A change of the grey scale does not change the content.
 
 use rayon::prelude::*;
 
 use crate::Volume;
 
-/// Fewer slices have no typical difference.
+/// Smallest number of slices for which a typical difference is computed.
 const LEAST_SLICES: usize = 8;
-/// Voxels of a slice that are compared.
+/// Largest number of voxels of a slice that are compared.
 const SAMPLE: usize = 1 << 16;
-/// A foreign slice differs from its neighbours by this factor more than they differ from each other and than
-/// neighbours usually do.
+/// Factor by which the difference of a foreign slice from its neighbours exceeds both the neighbours' difference from
+/// each other and the usual difference of neighbouring slices.
 const FOREIGN: f64 = 3.0;
-/// Repeated slices are reported where all other neighbours differ by at least this share of the usual difference.
+/// Share of the usual difference that all neighbouring slices that are not identical must exceed for repeated slices to
+/// be reported.
 const NOISY: f64 = 0.2;
-/// Neighbours with this correlation show the same picture.
+/// Correlation above which two neighbouring slices show the same content.
 const SAME_PICTURE: f64 = 0.8;
-/// A change of gain, or of the level in standard deviations of a slice, that is reported.
+/// Smallest change that is reported: relative change of the gain, or change of the level in standard deviations of a
+/// slice.
 const CHANGE: f64 = 0.05;
-/// The same change as a multiple of the usual one.
+/// Smallest change that is reported, as a multiple of the usual change.
 const UNUSUAL: f64 = 4.0;
-/// The neighbours of a jump change by less than this share of it.
+/// Largest change at the neighbours of a jump, as a share of the jump.
 const ALONE: f64 = 0.4;
-/// Most slices that a warning lists.
+/// Largest number of slices that a warning lists.
 const LISTED: usize = 5;
 
-/// A slice beside the next one, and the one after that.
+/// Comparison of a slice with the next slice and with the slice after the next.
 #[derive(Clone, Copy, Debug)]
 struct Pair {
     /// Mean absolute difference to the next slice.
     next: f64,
-    /// Mean absolute difference to the one after the next.
+    /// Mean absolute difference to the slice after the next; infinite if there is none.
     after_next: f64,
-    /// Standard deviation within the slice.
+    /// Standard deviation of the grey values of the slice.
     deviation: f64,
     correlation: f64,
-    /// Slope of the regression of the next slice on this one.
+    /// Slope of the regression of the next slice on this slice.
     gain: f64,
-    /// Difference of the means.
+    /// Mean of the next slice minus the mean of this slice.
     level: f64,
-    /// Standard deviation around the regression.
+    /// Standard deviation of the residuals of the regression.
     residual: f64,
 }
 
@@ -73,7 +74,7 @@ impl Pair {
     }
 }
 
-/// What is doubtful about the sequence of slices, one sentence each.
+/// Doubts about the sequence of slices, one sentence each.
 pub(crate) fn doubts(volume: &Volume<f32>) -> Vec<String> {
     let [width, height, depth] = volume.shape;
     if depth < LEAST_SLICES {
@@ -89,7 +90,7 @@ pub(crate) fn doubts(volume: &Volume<f32>) -> Vec<String> {
     [foreign(&pairs), repeated(&pairs), rescaled(&pairs)].into_iter().flatten().collect()
 }
 
-/// The least stride that leaves no more than [`SAMPLE`] voxels and passes through all columns.
+/// Smallest stride that selects at most [`SAMPLE`] voxels and is coprime to the width, so that all columns are sampled.
 fn stride(area: usize, width: usize) -> usize {
     fn divisor(a: usize, b: usize) -> usize {
         if b == 0 { a } else { divisor(b, a % b) }
@@ -142,7 +143,7 @@ fn repeated(pairs: &[Pair]) -> Option<String> {
 }
 
 fn rescaled(pairs: &[Pair]) -> Option<String> {
-    // slices of air have no picture, so their grey values do not show a change of the scale
+    // slices of air have no content, so their grey values do not show a change of the scale
     let alike: Vec<&Pair> = pairs.iter().filter(|pair| pair.correlation > SAME_PICTURE).collect();
     if alike.is_empty() {
         return None;
@@ -158,7 +159,7 @@ fn rescaled(pairs: &[Pair]) -> Option<String> {
         // where grains or the specimen begin, the regression does not explain the difference
         let residual = neighbours().map(|other| other.residual).fold(usual_residual, f64::max);
         let is_explained = pair.residual <= 1.5 * residual * pair.gain.max(1.0);
-        // a jump is alone: grains that begin change several neighbours
+        // a jump has no similar change beside it; the beginning of a grain changes several neighbours
         let jumps = |of: &dyn Fn(&Pair) -> f64, least: f64, usual: f64| {
             let change = of(pair);
             let is_alone = neighbours().all(|other| of(other) < ALONE * change);
@@ -186,7 +187,7 @@ mod tests {
     use rand::{Rng, SeedableRng};
     use rand_xoshiro::Xoshiro256PlusPlus;
 
-    /// A cylinder with a ball in air, with noise; it ends at slices 5 and 34 of 40.
+    /// A cylinder with a ball in air, with noise; the cylinder extends over slices 5 to 33 (from 0) of 40.
     fn scan(seed: u64) -> Volume<f32> {
         let (side, depth) = (48, 40);
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
@@ -218,7 +219,7 @@ mod tests {
         for seed in 0..5 {
             assert_eq!(doubts(&scan(seed)), Vec::<String>::new(), "{seed}");
         }
-        // without noise most neighbours are identical
+        // without noise, most neighbouring slices are identical
         let flat = scan(0);
         let round = |value: &f32| (value / 10_000.0).round();
         let values = flat.values.iter().map(round).collect();

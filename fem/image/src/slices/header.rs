@@ -1,4 +1,4 @@
-//! What a stack declares, with the voxel size that is used.
+//! Header data of a stack, with the voxel size that is used.
 
 use std::path::PathBuf;
 
@@ -7,12 +7,12 @@ use super::voxel_size::resolve;
 use crate::ImageError;
 use crate::volume::check_count;
 
-/// How a stack is read.
+/// Options for reading a stack.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReadOptions {
-    /// Edge of a voxel of the stack in mm. It replaces the size that the file states.
+    /// Edge of a voxel of the stack (mm). It replaces the size stated in the file.
     pub voxel_mm: Option<f64>,
-    /// Voxels along the edge of a block that becomes one voxel; 1 reads the stack as it is.
+    /// Edge, in voxels, of a block that is averaged to one voxel; 1 reads the stack without averaging.
     pub bin: usize,
 }
 
@@ -22,32 +22,32 @@ impl Default for ReadOptions {
     }
 }
 
-/// What the headers of a stack declare.
+/// Header data of a stack.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StackHeader {
     /// Voxels along x, y, z, after binning.
     pub shape: [usize; 3],
-    /// Edge of a voxel in mm, after binning.
+    /// Edge of a voxel after binning (mm).
     pub voxel_mm: f64,
-    /// Where the voxel size comes from.
+    /// Origin of the voxel size.
     pub voxel_origin: String,
     /// Format, files, pages, their order and the type of the grey values, in words.
     pub contents: String,
-    /// Voxels along the edge of a block that becomes one voxel.
+    /// Edge, in voxels, of a block that is averaged to one voxel.
     pub bin: usize,
     /// All files that are read.
     pub files: Vec<PathBuf>,
-    /// What may make the result wrong, one sentence each.
+    /// Possible causes of a wrong result, one sentence each.
     pub warnings: Vec<String>,
 }
 
 impl StackHeader {
-    /// Edges of the image in mm.
+    /// Edges of the image (mm).
     pub fn size_mm(&self) -> [f64; 3] {
         self.shape.map(|side| side as f64 * self.voxel_mm)
     }
 
-    /// One line for a person: files, pages, order, type, shape, voxel size and its origin.
+    /// Summary in one line: files, pages, order, type, shape, voxel size and its origin.
     pub fn in_words(&self) -> String {
         let ([nx, ny, nz], [x, y, z]) = (self.shape, self.size_mm());
         let binned = match self.bin {
@@ -60,10 +60,10 @@ impl StackHeader {
         )
     }
 
-    /// The header of a stack by these options.
+    /// Creates the header of a stack that is read with the given options.
     ///
     /// # Errors
-    /// [`ImageError`]: no voxel size, voxels that are no cubes, too many voxels, a `bin` that does not fit.
+    /// [`ImageError`]: no voxel size, voxels that are not cubes, too many voxels, or an invalid `bin`.
     pub(crate) fn of(stack: &Stack, options: &ReadOptions) -> Result<Self, ImageError> {
         let (shape, bin) = (stack.shape, options.bin);
         if bin == 0 || shape.iter().any(|&side| side < bin && bin > 1) {

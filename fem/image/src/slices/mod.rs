@@ -1,5 +1,5 @@
-//! Stacks of slices, whatever their format: order of files, types of grey values, voxel sizes, continuity, and
-//! values that are averaged over blocks while they are read.
+//! Stacks of slices in any format: order of files, types of grey values, voxel sizes, continuity, and averaging over
+//! blocks of voxels during reading.
 
 pub(crate) mod continuity;
 pub(crate) mod header;

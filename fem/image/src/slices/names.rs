@@ -1,18 +1,18 @@
-//! The order of slices by the numbers in the names of their files, and gaps in these numbers.
+//! Order of slices by the numbers in their file names, and detection of gaps in these numbers.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use crate::ImageError;
 
-/// Digits of the longest number; longer ones count as text.
+/// Largest number of digits of a number; longer sequences of digits count as text.
 const MOST_DIGITS: usize = 30;
 
 /// Files in the order of their slices.
 #[derive(Debug)]
 pub(crate) struct Ordered {
     pub(crate) paths: Vec<PathBuf>,
-    /// Difference between the numbers of neighbouring slices.
+    /// Difference between the numbers of consecutive slices.
     pub(crate) step: i128,
     /// A warning about the numbers.
     pub(crate) note: Option<String>,
@@ -23,11 +23,11 @@ pub(crate) fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
 
-/// Sorts the files of one folder by the number that counts them.
+/// Sorts the files of one folder by the number in their names that counts the slices.
 ///
 /// # Errors
-/// [`ImageError::Series`]: names without numbers, of several patterns or several series, a number that
-/// is missing or stands twice.
+/// [`ImageError::Series`]: names without numbers, names of several patterns or several series, a missing or repeated
+/// number.
 pub(crate) fn order(folder: &Path, paths: Vec<PathBuf>) -> Result<Ordered, ImageError> {
     if paths.len() < 2 {
         return Ok(Ordered { paths, step: 1, note: None });
@@ -76,7 +76,7 @@ pub(crate) fn order(folder: &Path, paths: Vec<PathBuf>) -> Result<Ordered, Image
     Ok(Ordered { paths: order.into_iter().map(|n| names[n].path.clone()).collect(), step, note })
 }
 
-/// A file name as texts and the numbers between them.
+/// A file name split into texts and the numbers between them.
 #[derive(Debug)]
 struct Name {
     path: PathBuf,
@@ -100,7 +100,7 @@ impl Name {
             rest = after;
             match number.parse::<i128>() {
                 Ok(value) if digits <= MOST_DIGITS => {
-                    // a sign between two numbers is a dash
+                    // a sign directly between two numbers is a dash
                     let may_be_signed = numbers.is_empty() || text.chars().count() > 1;
                     let sign =
                         text.chars().last().filter(|c| may_be_signed && matches!(c, '+' | '-'));
@@ -122,7 +122,7 @@ impl Name {
     }
 }
 
-/// The names, if all have the same texts.
+/// Returns the names if all have the same texts, otherwise a message about the patterns.
 fn one_pattern(names: Vec<Name>) -> Result<Vec<Name>, String> {
     let mut groups: BTreeMap<String, Vec<&Name>> = BTreeMap::new();
     names.iter().for_each(|name| groups.entry(name.pattern()).or_default().push(name));
@@ -145,8 +145,8 @@ fn one_pattern(names: Vec<Name>) -> Result<Vec<Name>, String> {
     Err(format!("the names do not belong to one series: {}", all.join(", ")))
 }
 
-/// The values of each number along the files. A sign counts only where some names have it and others have
-/// another one or none: else it is a dash.
+/// Values of each number in the names, over all files. A sign counts only if the names differ in it, where a missing
+/// sign counts as different; otherwise it is a dash.
 fn columns(names: &[Name]) -> Vec<Vec<i128>> {
     let count = names[0].numbers.len();
     (0..count)
@@ -162,7 +162,7 @@ fn columns(names: &[Name]) -> Vec<Vec<i128>> {
         .collect()
 }
 
-/// The constant difference of the sorted values.
+/// Constant difference of the sorted values; `None` if the differences vary.
 fn step(column: &[i128]) -> Option<i128> {
     let mut sorted = column.to_vec();
     sorted.sort_unstable();
@@ -180,7 +180,7 @@ fn same_order(a: &[i128], b: &[i128]) -> bool {
     a == b || a.iter().rev().eq(&b)
 }
 
-/// Names in which no number differs from file to file.
+/// Message and advice for names in which no number differs between all files.
 fn repeated(names: &[Name], columns: &[Vec<i128>]) -> (String, &'static str) {
     let varied = |column: &&Vec<i128>| column.iter().collect::<BTreeSet<_>>().len() > 1;
     let varying: Vec<&Vec<i128>> = columns.iter().filter(varied).collect();
@@ -202,7 +202,7 @@ fn repeated(names: &[Name], columns: &[Vec<i128>]) -> (String, &'static str) {
     }
 }
 
-/// The first place where numbers are missing.
+/// Message about the first gap in the numbers.
 fn gap(names: &[Name], column: &[i128]) -> String {
     let mut order: Vec<usize> = (0..column.len()).collect();
     order.sort_by_key(|&n| column[n]);
@@ -228,7 +228,7 @@ fn gap(names: &[Name], column: &[i128]) -> String {
     }
 }
 
-/// A warning if another number divides the files into parts, such as two scans that were numbered through.
+/// Warning if another number divides the files into parts, for example two scans with consecutive numbers.
 fn series_note(columns: &[Vec<i128>], counting: &[i128]) -> Option<String> {
     let values = |column: &Vec<i128>| column.iter().collect::<BTreeSet<_>>().len();
     let parts = columns
@@ -260,10 +260,10 @@ mod tests {
                 vec!["z+1.tif", "z-1.tif", "z0.tif", "z-2.tif"],
                 vec!["z-2.tif", "z-1.tif", "z0.tif", "z+1.tif"],
             ),
-            // a dash in all names is no sign
+            // a dash in all names is not a sign
             (vec!["z-3.tif", "z-1.tif", "z-2.tif"], vec!["z-1.tif", "z-2.tif", "z-3.tif"]),
             (vec!["a_64-127.tif", "a_0-63.tif"], vec!["a_0-63.tif", "a_64-127.tif"]),
-            // a count beside a clock whose steps vary
+            // a counter beside a time of day with varying steps
             (
                 vec!["i2_101500.tif", "i1_101458.tif", "i3_101507.tif"],
                 vec!["i1_101458.tif", "i2_101500.tif", "i3_101507.tif"],

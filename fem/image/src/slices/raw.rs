@@ -1,4 +1,4 @@
-//! Values that lie one behind the other in a file, plain or compressed.
+//! Values stored consecutively in a file, plain or compressed.
 
 use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
@@ -12,24 +12,24 @@ use super::stack::{SliceReader, SliceSource};
 use crate::ImageError;
 use fem_file::open_regular;
 
-/// Slices without anything between them.
+/// Slices stored consecutively, without any data between them.
 #[derive(Debug)]
 pub(crate) struct RawSlices {
     pub(crate) path: PathBuf,
     /// Bytes before the first value.
     pub(crate) offset: u64,
-    /// Values of a slice.
+    /// Number of values of a slice.
     pub(crate) area: usize,
     pub(crate) sample: SampleType,
     pub(crate) order: ByteOrder,
     /// Number of slices.
     pub(crate) depth: usize,
     pub(crate) packing: Packing,
-    /// All values of a compressed file, unpacked when the first slice is read.
+    /// All values of a compressed file, which are unpacked when the first slice is read.
     pub(crate) unpacked: OnceLock<Result<Vec<u8>, ImageError>>,
 }
 
-/// How the values are compressed.
+/// Compression of the values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Packing {
     Plain,
@@ -38,12 +38,12 @@ pub(crate) enum Packing {
 }
 
 impl RawSlices {
-    /// Bytes of all values.
+    /// Size of all values (bytes).
     pub(crate) fn bytes(&self) -> usize {
         self.area * self.depth * self.sample.bytes()
     }
 
-    /// Unpacks a compressed file, which has no beginning that could be skipped to.
+    /// Unpacks all values of a compressed file, in which single slices cannot be addressed.
     fn unpack(&self) -> Result<Vec<u8>, ImageError> {
         let failed = |source| ImageError::io("read", &self.path, source);
         let mut file = BufReader::new(open_regular(&self.path).map_err(failed)?);

@@ -1,8 +1,8 @@
-//! The number type of a voxel, and numbers from bytes.
+//! Number type of a voxel, and conversion of bytes to numbers.
 
 use std::fmt::{self, Display};
 
-/// How the bits of a value are read.
+/// Kind of number that the bits of a value represent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum NumberKind {
     Unsigned,
@@ -10,11 +10,11 @@ pub(crate) enum NumberKind {
     Float,
 }
 
-/// The type of the values of a stack.
+/// Number type of the values of a stack.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct SampleType {
     pub(crate) kind: NumberKind,
-    /// 8, 16, 32 or 64.
+    /// Bits of one value: 8, 16, 32 or 64.
     pub(crate) bits: u8,
 }
 
@@ -23,7 +23,7 @@ impl SampleType {
         Self { kind: NumberKind::Unsigned, bits }
     }
 
-    /// Bytes of one value.
+    /// Size of one value (bytes).
     pub(crate) fn bytes(self) -> usize {
         usize::from(self.bits / 8)
     }
@@ -40,7 +40,7 @@ impl Display for SampleType {
     }
 }
 
-/// The order of the bytes of a value.
+/// Byte order of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ByteOrder {
     Little,

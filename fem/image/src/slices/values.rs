@@ -1,4 +1,4 @@
-//! Values of stacks: as they are, or averaged over blocks of voxels while they are read.
+//! Values of stacks, either unchanged or averaged over blocks of voxels during reading.
 
 use rayon::prelude::*;
 
@@ -6,7 +6,7 @@ use super::header::{ReadOptions, StackHeader};
 use super::stack::{SliceReader, Stack};
 use crate::{ImageError, Volume};
 
-/// A volume, and the description of the files that it comes from.
+/// A volume, and the description of its files.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reading<T> {
     /// The voxels.
@@ -18,7 +18,7 @@ pub struct Reading<T> {
 /// Reads the grey values of a stack.
 ///
 /// # Errors
-/// As of [`StackHeader::of`]; slices that cannot be read; values that are no numbers.
+/// The errors of [`StackHeader::of`], and errors for slices that cannot be read or values that are not finite.
 pub(crate) fn grey(stack: &Stack, options: &ReadOptions) -> Result<Reading<f32>, ImageError> {
     let header = StackHeader::of(stack, options)?;
     let finite = |value: f64| Some(value as f32).filter(|value| value.is_finite());
@@ -32,22 +32,22 @@ pub(crate) fn grey(stack: &Stack, options: &ReadOptions) -> Result<Reading<f32>,
 /// Reads a stack of labels.
 ///
 /// # Errors
-/// As of [`grey`], and values that are no whole numbers from 0 to 2³² − 1.
+/// The errors of [`grey`], and an error for values that are not integers from 0 to 2³² − 1.
 pub(crate) fn labels(stack: &Stack, voxel_mm: Option<f64>) -> Result<Reading<u32>, ImageError> {
     let header = StackHeader::of(stack, &ReadOptions { voxel_mm, bin: 1 })?;
     let label = |value: f64| Some(value as u32).filter(|label| f64::from(*label) == value);
     Ok(Reading { volume: whole(stack, &header, &label)?, header })
 }
 
-/// Reads a stack of labels that may be negative or larger than 32 bits hold.
+/// Reads a stack of labels that may be negative or exceed 32 bits.
 ///
 /// # Errors
-/// As of [`grey`], and values that are no whole numbers between −2⁵³ and 2⁵³.
+/// The errors of [`grey`], and an error for values that are not integers between −2⁵³ and 2⁵³.
 pub(crate) fn label_values(
     stack: &Stack,
     voxel_mm: Option<f64>,
 ) -> Result<Reading<i64>, ImageError> {
-    /// 2⁵³: smaller whole numbers are exact.
+    /// 2⁵³: all integers below it are exact in 64-bit floating point.
     const LARGEST: f64 = 9_007_199_254_740_992.0;
     let header = StackHeader::of(stack, &ReadOptions { voxel_mm, bin: 1 })?;
     let label = |value: f64| {
@@ -57,10 +57,10 @@ pub(crate) fn label_values(
     Ok(Reading { volume: whole(stack, &header, &label)?, header })
 }
 
-/// The value of a voxel as it is kept; `None` if it cannot be.
+/// Conversion of a stored number to the value of a voxel; `None` if the value is not allowed.
 type Convert<T> = dyn Fn(f64) -> Option<T> + Sync;
 
-/// Slices of a stack, each value converted.
+/// Reader of the slices of a stack that converts each value.
 struct Slices<'a, T> {
     stack: &'a Stack,
     reader: Box<dyn SliceReader + 'a>,
@@ -103,7 +103,7 @@ fn whole<T: Copy + Default + Send>(
     Ok(Volume { shape: stack.shape, voxel_mm: header.voxel_mm, values })
 }
 
-/// Means of blocks. The stack is read in slabs of `bin` slices, of which only the sums are kept.
+/// Averages over blocks. The stack is read in slabs of `bin` slices, and only their sums are stored.
 fn binned(
     stack: &Stack,
     header: &StackHeader,
@@ -120,7 +120,7 @@ fn binned(
             sums.fill(0.0);
             for slice in bin * slab..bin * (slab + 1) {
                 slices.read(slice, &mut page)?;
-                // rows beyond the last whole block fall away with the end of `sums`
+                // `zip` ends with `sums`, so rows beyond the last complete block are ignored
                 let bands = page.chunks_exact(width * bin).zip(sums.chunks_exact_mut(shape[0]));
                 for (band, sums) in bands {
                     for row in band.chunks_exact(width) {
@@ -140,10 +140,10 @@ fn binned(
     Ok(Volume { shape, voxel_mm: header.voxel_mm, values })
 }
 
-/// Shares slices of `area` values among the threads, each portion with the number of its first slice.
+/// Distributes slices of `area` values among the threads; `each` gets the index of the first slice of its portion.
 ///
 /// # Errors
-/// The first in the order of the slices, whichever thread was the fastest.
+/// The first error in the order of the slices, independent of the threads.
 fn in_portions<T: Send>(
     values: &mut [T],
     area: usize,

@@ -1,38 +1,38 @@
-//! Voxel sizes that files state: their plausibility, and the edge of the cube that is used.
+//! Voxel sizes stated in files: check of plausibility, and selection of the edge length that is used.
 
 use std::path::Path;
 
 use crate::ImageError;
 
-/// Resolutions (pixels per inch) that programs write without having measured anything.
+/// Resolutions (pixels per inch) that programs write by default, without any measurement.
 const SCREENS: [f64; 18] = [
     72.0, 75.0, 90.0, 96.0, 100.0, 120.0, 144.0, 150.0, 180.0, 200.0, 240.0, 300.0, 360.0, 400.0,
     600.0, 720.0, 1200.0, 2400.0,
 ];
-/// Resolutions in pixels per centimetre or metre are rounded to whole numbers by some programs.
+/// Relative tolerance of resolutions: some programs round pixels per centimetre or metre to whole numbers.
 const ROUNDING: f64 = 6e-4;
-/// Voxels (mm) of tomograms; a size outside is a default (1 pixel per unit) or has another unit.
+/// Range of voxel sizes of tomograms (mm); a size outside is a default (1 pixel per unit) or has another unit.
 const PLAUSIBLE_MM: [f64; 2] = [1e-5, 1.0];
-/// Edges that differ by less than this share are equal.
+/// Largest relative difference of edges that count as equal.
 const CUBIC: f64 = 1e-3;
-/// A given edge and one that the file states may differ by this share without a warning.
+/// Largest relative difference between the given edge and the edge stated in the file that causes no warning.
 const AGREES: f64 = 0.01;
 
-/// What the files of a stack state about the size of a voxel.
+/// Voxel size as stated in the files of a stack.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum VoxelSize {
     Stated {
-        /// Edges along x, y, z.
+        /// Edges along x, y, z (mm).
         size_mm: [f64; 3],
-        /// The tag, key or standard that states it.
+        /// Name of the tag, key or standard from which the size comes.
         origin: String,
     },
-    /// Nothing of use, in words.
+    /// No usable size; the text is the reason.
     Unknown(String),
 }
 
 impl VoxelSize {
-    /// A size from a file, unless it is implausible.
+    /// Voxel size from a file; `Unknown` if it is implausible.
     pub(crate) fn stated(size_mm: [f64; 3], origin: impl Into<String>) -> Self {
         let (origin, [least, most]) = (origin.into(), PLAUSIBLE_MM);
         let is_plausible = |edge: &f64| (least..most).contains(edge);
@@ -46,7 +46,8 @@ impl VoxelSize {
         ))
     }
 
-    /// A size within slices from pixels per inch.
+    /// Voxel size from resolutions within a slice (pixels per inch); the edge along z is assumed to equal the edge
+    /// along x.
     pub(crate) fn per_inch(x: f64, y: f64, origin: &str) -> Self {
         if is_screen(x) {
             let x = x.round();
@@ -58,22 +59,22 @@ impl VoxelSize {
     }
 }
 
-/// Whether a resolution is a default of screens, printers or office scanners.
+/// Whether a resolution is a default value of screens, printers or office scanners.
 pub(crate) fn is_screen(per_inch: f64) -> bool {
     SCREENS.iter().any(|screen| (per_inch / screen - 1.0).abs() < ROUNDING)
 }
 
-/// The edge of a voxel that is used.
+/// Edge of a voxel that is used, with its origin.
 pub(super) struct Resolved {
     pub(super) edge_mm: f64,
     pub(super) origin: String,
     pub(super) warning: Option<String>,
 }
 
-/// The edge of a voxel from the value that is given, else from the one that the file states.
+/// Selects the edge of a voxel: the given value, or else the value stated in the file.
 ///
 /// # Errors
-/// [`ImageError`] for voxels of unknown size, and for voxels that are no cubes.
+/// [`ImageError`] for voxels of unknown size, and for voxels that are not cubes.
 pub(super) fn resolve(
     path: &Path,
     stated: &VoxelSize,
@@ -112,7 +113,7 @@ pub(super) fn resolve(
     }
 }
 
-/// A unit of length in mm.
+/// Length in mm of a unit; `None` for an unknown unit.
 pub(crate) fn millimetres(name: &str) -> Option<f64> {
     Some(match name.trim().trim_matches('"') {
         "m" | "meter" | "metre" | "meters" | "metres" => 1000.0,

@@ -1,8 +1,8 @@
-//! The description of a file in its tags: voxel size, number of images, channels and times.
+//! Description of a stack in the tags of a file: voxel size, number of images, channels and times.
 //!
-//! TIFF has pixels per inch or centimetre, along x and y. ImageJ writes `key=value` lines: the unit of length
-//! that the resolution then refers to, the spacing of slices, channels, slices and frames. OME writes XML with
-//! sizes along x, y, z. Python's tifffile writes the shape of the array as JSON.
+//! TIFF tags contain pixels per inch or centimetre, along x and y. ImageJ writes `key=value` lines with the unit of
+//! length of these resolutions, the spacing of slices, and the numbers of channels, slices and frames. OME writes XML
+//! with voxel sizes along x, y, z. Python's tifffile writes the shape of the array as JSON.
 
 use std::borrow::Cow;
 use std::io::{Read, Seek};
@@ -16,7 +16,7 @@ use quick_xml::events::{BytesStart, Event};
 
 use crate::slices::voxel_size::{VoxelSize, is_screen, millimetres};
 
-/// What the first page of a file says of all of it.
+/// Description of a whole file in the tags of its first page.
 #[derive(Clone, Debug)]
 pub(super) struct Description {
     pub(super) size: VoxelSize,
@@ -24,13 +24,13 @@ pub(super) struct Description {
     pub(super) images: Option<usize>,
     /// Numbers of channels, slices and times (in this order).
     pub(super) dimensions: Option<[usize; 3]>,
-    /// Several images in one file, in words.
+    /// Message if the file contains several images.
     pub(super) series: Option<String>,
     pub(super) is_imagej: bool,
 }
 
 impl Description {
-    /// Reads the tags of the page at which a decoder stands.
+    /// Reads the tags of the decoder's current page.
     pub(super) fn of<R: Read + Seek>(decoder: &mut Decoder<R>) -> Self {
         let text = decoder.get_tag_ascii_string(Tag::ImageDescription).unwrap_or_default();
         if text.contains("<OME") {
@@ -61,7 +61,7 @@ impl Description {
     }
 }
 
-/// The dimensions of tifffile's JSON, without those of one element.
+/// Shape of the array in tifffile's JSON, without dimensions of size 1.
 fn shape(text: &str) -> Option<Vec<usize>> {
     let text = text.trim_start().strip_prefix('{')?;
     let (_, list) = text.split_once("\"shape\"")?;
@@ -86,7 +86,7 @@ fn is_positive(value: &f64) -> bool {
 
 fn voxel_size<R: Read + Seek>(decoder: &mut Decoder<R>, text: &str) -> VoxelSize {
     if let Some(exact) = number(text, "voxel_mm").filter(is_positive) {
-        // written by this crate: no default of a program
+        // written by this crate, therefore not a program's default value
         let origin = "voxel_mm in its tags".to_owned();
         return VoxelSize::Stated { size_mm: [exact; 3], origin };
     }
@@ -202,7 +202,7 @@ fn ome(text: &str) -> Result<Description, quick_xml::Error> {
 
 fn attributes(tag: &BytesStart<'_>) -> Vec<(String, String)> {
     let attribute = |attribute: Attribute<'_>| {
-        // some writers escape the letter of µm
+        // some writers escape the letter µ of µm
         let value = unescape(&attribute.value)
             .map_or_else(|_| attribute.value.to_string(), Cow::into_owned);
         (attribute.key.local_name().as_ref().to_owned(), value)

@@ -1,9 +1,9 @@
 //! TIFF stacks: a file of many pages, or a folder of files with one page each.
 //!
-//! Read are grey pages of 8, 16, 32 and 64 bits, unsigned, signed and floating, in strips or tiles,
-//! uncompressed or by LZW, deflate, PackBits, CCITT or ZSTD, as TIFF or BigTIFF.
+//! Supported pages: grey, with 8, 16, 32 or 64 bits, unsigned, signed or floating-point, in strips or tiles,
+//! uncompressed or compressed by LZW, deflate, PackBits, CCITT or ZSTD, as TIFF or BigTIFF.
 //!
-//! [`crate::read`] reads other formats too, describes what was read and checks its continuity.
+//! [`crate::read`] also supports other formats, describes the stack and checks its continuity.
 
 mod describe;
 mod page;

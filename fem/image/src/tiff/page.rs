@@ -1,4 +1,4 @@
-//! One page: what it declares, and its samples.
+//! A single page: its declared size and type, and its samples.
 
 use std::fs::File;
 use std::io::BufReader;
@@ -15,14 +15,14 @@ use fem_file::open_regular;
 
 pub(super) type Reader = Decoder<BufReader<File>>;
 
-/// What a page declares.
+/// Size and type that a page declares.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Declared {
     pub(super) width: usize,
     pub(super) height: usize,
     pub(super) sample: SampleType,
     pub(super) compression: u16,
-    /// A smaller copy of another page.
+    /// Whether the page is a reduced copy of another page.
     pub(super) preview: bool,
 }
 
@@ -39,7 +39,7 @@ impl Declared {
     }
 }
 
-/// Opens a file; no page may take more than `most` bytes.
+/// Opens a file; decoding a page fails if it needs more than `most` bytes.
 pub(super) fn open(path: &Path, most: u64) -> Result<Reader, ImageError> {
     let file = open_regular(path).map_err(|source| ImageError::io("read", path, source))?;
     let most = usize::try_from(most).unwrap_or(usize::MAX);
@@ -51,7 +51,7 @@ pub(super) fn open(path: &Path, most: u64) -> Result<Reader, ImageError> {
     Ok(decoder.map_err(|error| refused(path, 1, &error))?.with_limits(limits))
 }
 
-/// Reads what the page at which the decoder stands declares, and checks it.
+/// Reads and checks the declared size and type of the decoder's current page.
 pub(super) fn declared(
     path: &Path,
     page: usize,
@@ -114,7 +114,7 @@ pub(super) fn declared(
     Ok(this)
 }
 
-/// Decodes the page at which the decoder stands.
+/// Decodes the decoder's current page.
 pub(super) fn samples(
     path: &Path,
     page: usize,
@@ -138,7 +138,7 @@ pub(super) fn samples(
     Ok(())
 }
 
-/// Converts samples of any type; returns how many there are.
+/// Converts samples of any type; returns the number of samples.
 fn numbers(samples: &DecodingResult, into: &mut [f64]) -> usize {
     fn copy<S: Copy>(from: &[S], to: &mut [f64], number: impl Fn(S) -> f64) -> usize {
         to.iter_mut().zip(from).for_each(|(to, &from)| *to = number(from));
@@ -159,7 +159,7 @@ fn numbers(samples: &DecodingResult, into: &mut [f64]) -> usize {
     }
 }
 
-/// A page that the decoder refuses, in words.
+/// Error for a page that the decoder rejects.
 pub(super) fn refused(path: &Path, page: usize, error: &TiffError) -> ImageError {
     let help = match error {
         TiffError::IoError(_) => "the file is cut short: write or copy it again",

@@ -1,4 +1,4 @@
-//! Volumes from TIFF stacks.
+//! Reading of volumes from TIFF stacks.
 
 use std::path::{Path, PathBuf};
 
@@ -12,13 +12,13 @@ use crate::{ImageError, Volume};
 /// Reads a stack of grey values: a file of many pages, or a folder whose `.tif` and `.tiff` files are
 /// the slices in the order of the numbers in their names (`slice9` before `slice10`).
 ///
-/// Page after page is z. The edge of a voxel is `voxel_mm`, or stands in the tags of the first page.
-/// Pages that are marked as smaller copies of others are left out. Pages are decoded in parallel.
+/// Pages follow each other along z. The edge of a voxel is `voxel_mm`, or is read from the tags of the first page.
+/// Pages that are marked as reduced copies of other pages are omitted. Pages are decoded in parallel.
 ///
 /// # Errors
-/// [`ImageError`] with file and page: no pages, pages of unlike size or type, colours, pages cut short, fewer
-/// pages than are declared, several channels or times, slices that are missing or named by no single series,
-/// values that are no numbers, voxels that are no cubes, no voxel size, more voxels than can be numbered.
+/// [`ImageError`] with file and page: no pages, pages of different size or type, colours, truncated pages, fewer pages
+/// than declared, several channels or times, missing slices or slices of several series, values that are not finite,
+/// voxels that are not cubes, no voxel size, more voxels than can be numbered.
 ///
 /// # References
 /// TIFF, revision 6.0, Adobe 1992.
@@ -26,20 +26,20 @@ pub fn read(path: &Path, voxel_mm: Option<f64>) -> Result<Volume<f32>, ImageErro
     read_binned(path, voxel_mm, 1)
 }
 
-/// Reads a stack of grey values, see [`read`], and takes the mean of each block of `bin` × `bin` × `bin`
-/// voxels for one voxel, for stacks that are larger than the memory or finer than they need be.
+/// Reads a stack of grey values, see [`read`], and averages each block of `bin` × `bin` × `bin` voxels to one voxel,
+/// for stacks that exceed the memory or are finer than necessary.
 ///
-/// `voxel_mm` and the tags are those of the stack; the voxels that come back are `bin` times as wide. Along
-/// each axis the last voxels that fill no block, fewer than `bin`, are left out: so every voxel is a cube
-/// that is wholly known, and its distance from the corner of the image is true.
+/// `voxel_mm` and the tags refer to the stored stack; the edge of the returned voxels is `bin` times as long. Along
+/// each axis the last voxels that do not fill a block (fewer than `bin`) are omitted. Every returned voxel is therefore
+/// a cube averaged from a complete block, and its distance from the corner of the image is exact.
 ///
-/// The stack is read in slabs of `bin` pages, of which only the sums are kept. So the memory is that of the
-/// reduced volume (4 bytes a voxel) and, for each thread, of one page as it is stored, the same page as
-/// numbers of 12 bytes, and one reduced slice of 8 bytes a voxel, however large the stack is.
+/// The stack is read in slabs of `bin` pages, and only their sums are stored. The memory does not depend on the number
+/// of pages: it holds the reduced volume (4 bytes a voxel) and, for each thread, one page as stored, the same page as
+/// numbers (12 bytes a voxel), and one reduced slice (8 bytes a voxel).
 ///
 /// # Errors
-/// As of [`read`], where only the voxels that are left are counted; a `bin` of 0, and one that is larger
-/// than the shortest edge.
+/// The errors of [`read`], where the limit on the number of voxels applies to the reduced volume; a `bin` of 0 or
+/// larger than the shortest edge.
 pub fn read_binned(
     path: &Path,
     voxel_mm: Option<f64>,
@@ -51,7 +51,7 @@ pub fn read_binned(
 /// Reads a stack of labels; see [`read`].
 ///
 /// # Errors
-/// As of [`read`], and values that are no whole numbers from 0 to 2³² − 1.
+/// The errors of [`read`], and an error for values that are not integers from 0 to 2³² − 1.
 pub fn read_labels(path: &Path, voxel_mm: Option<f64>) -> Result<Volume<u32>, ImageError> {
     Ok(values::labels(&stack(path)?, voxel_mm)?.volume)
 }

@@ -1,4 +1,4 @@
-//! The files of a TIFF stack, their pages, and whether these are one volume.
+//! The files of a TIFF stack and their pages, and checks that the pages form one volume.
 
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -13,7 +13,7 @@ use crate::slices::raw::{Packing, RawSlices};
 use crate::slices::sample::ByteOrder;
 use crate::slices::stack::{SliceReader, SliceSource, Stack};
 
-/// No compression that is read packs more bytes into one than this.
+/// Upper bound of the compression ratio of all supported compression methods.
 const DENSEST: u64 = 3000;
 const CHANNELS_HELP: &str = "save one channel of one time as a stack of its own (ImageJ: Image > Duplicate, then File > Save As > Tiff)";
 
@@ -25,13 +25,13 @@ struct SliceFile {
 }
 
 impl SliceFile {
-    /// The most memory that its pages can be worth.
+    /// Upper bound of the memory for decoding the pages of the file (bytes).
     fn most_bytes(&self) -> u64 {
         self.bytes.saturating_mul(DENSEST)
     }
 }
 
-/// The files of a stack, and file and page (both from 0) of each slice.
+/// The files of a stack, and for each slice the indices (from 0) of its file and of its page in the file.
 #[derive(Debug)]
 struct Pages {
     files: Vec<SliceFile>,
@@ -49,10 +49,10 @@ impl SliceSource for Pages {
     }
 }
 
-/// Reads pages; a file stays open as long as slices come from it.
+/// Reader of pages; a file remains open until a slice of another file is read.
 struct PageReader<'a> {
     pages: &'a Pages,
-    /// A file, by its number, and its decoder.
+    /// The open file: its index, and its decoder.
     open: Option<(usize, Reader)>,
 }
 
@@ -70,8 +70,8 @@ impl SliceReader for PageReader<'_> {
     }
 }
 
-/// Reads the headers of all pages of files in the order of their slices; `path` is the file or folder that was
-/// named.
+/// Reads the headers of all pages and creates the stack. `paths` are the files in the order of their slices; `path` is
+/// the file or folder given by the user.
 ///
 /// # Errors
 /// [`ImageError`]; see [`read`](super::read()) and [`read_binned`](super::read_binned).
@@ -132,7 +132,7 @@ pub(crate) fn scan(
         return Err(ImageError::Empty { path: path.into(), what: "page", help });
     };
     let slices = pages.slices.len();
-    // a set of files declares the pages of all of them
+    // each file of a set declares the number of pages of the whole set
     if let Some((file, found, images)) = incomplete.filter(|(.., images)| *images != slices) {
         let page = if found == 1 { "page" } else { "pages" };
         return Err(ImageError::Series {
@@ -191,7 +191,7 @@ fn one_file(
     }
 }
 
-/// Refuses a file that holds more than one volume.
+/// Returns an error for a file with more than one volume.
 fn check_dimensions(path: &Path, description: &Description) -> Result<(), ImageError> {
     let refuse =
         |message| Err(ImageError::Series { path: path.into(), message, help: CHANNELS_HELP });
@@ -199,7 +199,7 @@ fn check_dimensions(path: &Path, description: &Description) -> Result<(), ImageE
         return refuse(series.clone());
     }
     match description.dimensions {
-        // one dimension is the stack, whatever its name
+        // a single dimension is the stack, whatever its name
         Some(counts) if counts.iter().filter(|count| **count > 1).count() > 1 => {
             let [channels, slices, times] = counts;
             refuse(format!(
@@ -210,7 +210,8 @@ fn check_dimensions(path: &Path, description: &Description) -> Result<(), ImageE
     }
 }
 
-/// The values behind the only page of a file that ImageJ wrote: so it stores stacks beyond 4 GB.
+/// Slices whose values follow the only page of a file written by ImageJ, which stores stacks above 4 GB in this way;
+/// `None` if the file is not of this kind.
 fn behind_one_page(
     path: &Path,
     page: Declared,
@@ -226,7 +227,7 @@ fn behind_one_page(
     let Some(offset) = offsets.and_then(|offsets| offsets.first().copied()) else {
         return Ok(None);
     };
-    // a directory among the values would be read as a slice
+    // a directory located after the values could lie between slices and be read as values
     if decoder.ifd_pointer().is_none_or(|directory| directory.0 > offset) {
         return Ok(None);
     }
@@ -270,7 +271,7 @@ fn check_alike(
     Ok(())
 }
 
-/// The `.tif` and `.tiff` files in a folder.
+/// Paths of the `.tif` and `.tiff` files in a folder.
 pub(super) fn slices_of(folder: &Path) -> Result<Vec<PathBuf>, ImageError> {
     let failed = |source| ImageError::io("read", folder, source);
     let mut slices = Vec::new();

@@ -1,4 +1,4 @@
-//! Pages that are compressed by ZSTD, which the TIFF decoder cannot unpack without a C library.
+//! Pages compressed by ZSTD, which the TIFF decoder can decompress only with a C library.
 //!
 //! References: TIFF, revision 6.0, sections 14 and 15 (differencing, tiles); TIFF Technical Note 3 (floating-point
 //! predictor), Adobe 2005; compression number 50000, libtiff 4.0.10.
@@ -24,7 +24,7 @@ struct Chunks {
     predictor: u16,
 }
 
-/// Decodes the page at which the decoder stands; errors are in words.
+/// Decodes the decoder's current page; errors are messages.
 pub(super) fn samples<R: Read + Seek>(
     decoder: &mut Decoder<R>,
     into: &mut [f64],
@@ -40,7 +40,7 @@ pub(super) fn samples<R: Read + Seek>(
     let mut numbers = vec![0.0; chunks.size[0] * rows];
     for (chunk, (&offset, &bytes)) in chunks.offsets.iter().zip(&chunks.bytes).enumerate() {
         let [left, top] = [chunk % across * chunks.size[0], chunk / across * rows];
-        // the last strip is shorter, the last tile is filled up
+        // the last strip can be shorter, whereas the last tile is padded
         let stored = if chunks.are_tiles { rows } else { rows.min(height - top) };
         let unpacked = chunks.unpacked(decoder, offset, bytes, stored)?;
         decode(&unpacked, chunks.sample, chunks.order, &mut numbers);
@@ -122,7 +122,7 @@ impl Chunks {
         })
     }
 
-    /// Bytes of `rows` rows of a chunk, without differencing.
+    /// Decompresses `rows` rows of a chunk and reverses the predictor.
     fn unpacked<R: Read + Seek>(
         &self,
         decoder: &mut Decoder<R>,
@@ -150,7 +150,7 @@ impl Chunks {
         Ok(unpacked)
     }
 
-    /// Adds up the differences between neighbours in a row.
+    /// Replaces the differences between neighbours in a row by their cumulative sums.
     fn add_up(&self, row: &mut [u8]) {
         let bytes = self.sample.bytes();
         let mut sum = 0_u64;
@@ -169,8 +169,8 @@ impl Chunks {
         }
     }
 
-    /// Undoes the floating-point predictor: differences of bytes, and the bytes of all values sorted by their
-    /// significance, the highest first.
+    /// Reverses the floating-point predictor, which stores differences of bytes, with the bytes of all values sorted by
+    /// significance, the most significant first.
     fn join_bytes(&self, row: &mut [u8]) {
         let (bytes, values) = (self.sample.bytes(), row.len() / self.sample.bytes());
         (1..row.len()).for_each(|n| row[n] = row[n].wrapping_add(row[n - 1]));

@@ -1,10 +1,10 @@
-//! Connected components and the holes among them.
+//! Connected components of voxels and the filling of holes.
 
-/// A run of voxels along x: first and one past the last.
+/// A run of voxels along x: its first index and one past its last index.
 type Run = (u32, u32);
 
-/// Adds to a set every hole of at most `most` voxels: a component (over faces) of voxels outside it
-/// that does not reach the edge of the volume.
+/// Adds to `set` every hole of at most `most` voxels: a face-connected component of voxels outside the set that does
+/// not reach the edge of the volume.
 pub(crate) fn fill_holes(shape: [usize; 3], set: &mut [u8], most: usize) {
     if most == 0 {
         return;
@@ -46,7 +46,7 @@ pub(crate) fn fill_holes(shape: [usize; 3], set: &mut [u8], most: usize) {
         }
     }
 
-    // size of each component; one that reaches the edge counts as endless
+    // Size of each component in voxels; a component that reaches the edge of the volume gets the size `usize::MAX`.
     let mut size = vec![0_usize; runs.len()];
     for row in 0..rows {
         let (y, z) = (row % ny, row / ny);
@@ -68,7 +68,7 @@ pub(crate) fn fill_holes(shape: [usize; 3], set: &mut [u8], most: usize) {
     }
 }
 
-/// Sets that only grow together.
+/// Disjoint-set forest (union–find): sets can be joined but not split.
 pub(crate) struct DisjointSets {
     parent: Vec<u32>,
 }
@@ -99,7 +99,7 @@ mod tests {
     use rand::{Rng, SeedableRng};
     use rand_xoshiro::Xoshiro256PlusPlus;
 
-    /// The same by a flood from every voxel.
+    /// Reference for [`fill_holes`]: a flood fill from every voxel.
     fn by_flood(shape: [usize; 3], set: &[u8], most: usize) -> Vec<u8> {
         let mut result = set.to_vec();
         for start in (0..set.len()).filter(|&n| set[n] == 0) {

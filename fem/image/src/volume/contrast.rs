@@ -1,13 +1,14 @@
-//! Which of the materials of an image is brighter.
+//! The contrast of an image: whether grains or matrix are brighter.
 
-/// Which of grains and matrix is brighter.
+/// Contrast of an image: whether grains or matrix are brighter.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Contrast {
     /// Grains are brighter than the matrix, and the matrix is brighter than air.
     #[default]
     Bright,
-    /// Grains are darker than the matrix, and air is darker than grains. Where air surrounds a cylinder and is the brightest,
-    /// grey values are inverted: then matrix is darker than air, and grains are darker than matrix.
+    /// Grains are darker than the matrix, and air is darker than grains. If a cylinder is surrounded by air that is
+    /// brighter than all other materials, the grey values are inverted: the matrix is then darker than air, and grains
+    /// are darker than the matrix.
     Dark,
 }

@@ -1,20 +1,20 @@
-//! Where a cylindrical specimen stands in its image.
+//! Position and size of a cylindrical specimen in its image.
 
 use crate::Volume;
 
-/// A cylinder, in mm from the corner of the image: an upright one, turned about the middle of its axis until
-/// that has the slopes of `lean`.
+/// A cylinder, in mm from the corner of the image: an upright cylinder, rotated about the middle of its axis until the
+/// axis has the slopes of `lean`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cylinder {
-    /// Where the middle of the axis stands, in x and y (mm).
+    /// Middle of the axis, in x and y (mm).
     pub centre_mm: [f64; 2],
     /// Radius (mm).
     pub radius_mm: f64,
-    /// Lower end, in z (mm), when upright.
+    /// Lower end of the cylinder before the rotation, in z (mm).
     pub bottom_mm: f64,
-    /// Upper end, in z (mm), when upright.
+    /// Upper end of the cylinder before the rotation, in z (mm).
     pub top_mm: f64,
-    /// How far the axis goes along x and y for each mm along z; `[0.0; 2]`: it is upright.
+    /// Slopes dx/dz and dy/dz of the axis; `[0.0; 2]` for an upright cylinder.
     pub lean: [f64; 2],
 }
 
@@ -37,8 +37,8 @@ impl Cylinder {
         Cylinder { centre_mm, radius_mm, bottom_mm: 0.0, top_mm: z, lean: [0.0; 2] }
     }
 
-    /// Where a point of the image (mm from its corner) is in the specimen, which stands on z = 0 with its
-    /// axis on z (mm).
+    /// Converts a point of the image (mm from its corner) to the coordinates of the specimen (mm), which has its lower
+    /// end at z = 0 and the axis z.
     pub fn to_specimen(&self, point: [f64; 3]) -> [f64; 3] {
         let [x, y] = [0, 1].map(|k| point[k] - self.centre_mm[k]);
         if self.lean == [0.0; 2] {
@@ -50,7 +50,7 @@ impl Cylinder {
         [x, y, z + 0.5 * self.height_mm()]
     }
 
-    /// Where a point of the specimen is in the image; the inverse of [`to_specimen`](Self::to_specimen).
+    /// Converts a point of the specimen to coordinates of the image; the inverse of [`to_specimen`](Self::to_specimen).
     pub fn to_image(&self, point: [f64; 3]) -> [f64; 3] {
         let [cx, cy] = self.centre_mm;
         let [x, y, z] = point;
@@ -68,7 +68,8 @@ impl Cylinder {
         0.5 * (self.bottom_mm + self.top_mm)
     }
 
-    /// The specimen's axes in the image: z turned onto the axis, by the shortest way.
+    /// Axes of the specimen in the coordinates of the image: x, y and z after the smallest rotation that turns z onto
+    /// the cylinder's axis.
     fn axes(&self) -> [[f64; 3]; 3] {
         let [p, q] = self.lean;
         let z = (1.0 + p * p + q * q).sqrt().recip();
@@ -103,7 +104,7 @@ mod tests {
             for point in [[0.0, 0.0, 0.0], [0.7, -0.2, 1.1], [-1.0, 0.4, 4.0]] {
                 near(cylinder.to_specimen(cylinder.to_image(point)), point);
             }
-            // the middle stays, the axis has the slopes, and lengths are kept
+            // the rotation keeps the middle of the axis and all lengths, and the axis gets the slopes `lean`
             near(cylinder.to_image([0.0, 0.0, 2.0]), [3.0, 2.0, 2.5]);
             let [bottom, top] = [0.0, 4.0].map(|z| cylinder.to_image([0.0, 0.0, z]));
             let way = [0, 1, 2].map(|k| top[k] - bottom[k]);

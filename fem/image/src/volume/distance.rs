@@ -1,7 +1,7 @@
 //! Exact Euclidean distance to the nearest voxel outside a set.
 //!
-//! Squared distances between voxels are integers. Along x they are counted; along y and z the lower
-//! envelope of the parabolas (x − i)² + g(i) is taken.
+//! Squared distances between voxels are integers. Along x they follow from counting voxels; along y and z from the
+//! lower envelope of the parabolas (x − i)² + g(i), where g(i) is the squared distance of voxel i in the axes before.
 //!
 //! Reference: A. Meijster, J. B. T. M. Roerdink, W. H. Hesselink, "A general algorithm for computing
 //! distance transforms in linear time", Mathematical Morphology (2000) 331–340,
@@ -9,13 +9,13 @@
 
 use rayon::prelude::*;
 
-/// No voxel outside the set has been met.
+/// Distance of a voxel for which no voxel outside the set has been found.
 const FAR: u32 = u32::MAX;
-/// Columns that are worked on at once, so that whole cache lines are used.
+/// Columns that are processed at a time, so that whole cache lines are used.
 const BLOCK: usize = 16;
 
-/// Squared distance of each voxel from the nearest one outside the set, in voxels; 0 outside and
-/// `u32::MAX` everywhere if nothing is outside. Beyond the edge of the volume is nothing.
+/// Squared distance of each voxel from the nearest voxel outside the set, in voxels²; 0 outside the set, and `u32::MAX`
+/// everywhere if the set contains all voxels. Positions beyond the edge of the volume do not count as outside the set.
 pub(crate) fn squared_distance(shape: [usize; 3], set: &[u8]) -> Vec<u32> {
     let [nx, ny, nz] = shape;
     let mut flat = vec![0_u32; set.len()];
@@ -33,7 +33,7 @@ pub(crate) fn squared_distance(shape: [usize; 3], set: &[u8]) -> Vec<u32> {
             }
         },
     );
-    // along z; rows are first laid out as y, z, x, so that each thread writes a part of its own
+    // along z: `turned` is ordered y, z, x (x fastest), so that each thread writes to a contiguous part
     let mut turned = vec![0_u32; set.len()];
     turned.par_chunks_mut(nx * nz).enumerate().for_each_init(
         || Columns::new(nz),
@@ -54,7 +54,7 @@ pub(crate) fn squared_distance(shape: [usize; 3], set: &[u8]) -> Vec<u32> {
     flat
 }
 
-/// Squared distances within a row.
+/// Computes the squared distances within a row.
 fn along_row(row: &mut [u32], set: &[u8]) {
     let mut steps = FAR;
     let mut step = |value: &mut u32, inside: u8| {
@@ -76,12 +76,12 @@ fn along_row(row: &mut [u32], set: &[u8]) {
     }
 }
 
-/// Lines of values, and the parabolas of their envelope.
+/// Lines of values, and the parabolas of the lower envelope of one line.
 struct Columns {
     length: usize,
     lines: Vec<u32>,
     result: Vec<u32>,
-    /// Place of each parabola on the envelope, and where it begins to be the lowest.
+    /// Centre i of each parabola of the envelope, and the position from which the parabola is the lowest.
     parabolas: Vec<(i64, i64)>,
 }
 
@@ -147,15 +147,15 @@ fn envelope(line: &[u32], result: &mut [u32], parabolas: &mut Vec<(i64, i64)>) {
     }
 }
 
-/// Distances in fixed point of 16 bits.
+/// Distances in 16-bit fixed-point representation.
 #[derive(Clone, Debug)]
 pub(crate) struct FixedDistance {
     pub(crate) values: Vec<u16>,
-    /// Steps to one voxel: 256, or fewer where distances exceed 255 voxels.
+    /// Fixed-point units in one voxel: 256, or fewer if distances exceed 255 voxels.
     pub(crate) per_voxel: u16,
 }
 
-/// The roots of squared distances, rounded to 1/256 voxel.
+/// Square roots of squared distances, rounded to 1/256 voxel, or to a coarser unit if distances exceed 255 voxels.
 pub(crate) fn fixed_point(squared: &[u32]) -> FixedDistance {
     let longest = f64::from(squared.par_iter().copied().max().unwrap_or(0)).sqrt();
     let mut per_voxel = 256_u16;

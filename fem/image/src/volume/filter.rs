@@ -1,27 +1,27 @@
-//! Filters of 3³ neighbourhoods on integers. Voxels beyond the edge have the value of the edge.
+//! Filters over 3³ neighbourhoods, on integers. Positions beyond the edge of the volume have the value of the nearest
+//! voxel.
 
 use std::ops::Range;
 
 use rayon::prelude::*;
 
-/// The median of the 27 voxels around each voxel.
+/// Median of the 27 voxels around each voxel.
 ///
-/// Columns of nine are sorted once and shared by the three places along x that they belong to. Of the
-/// 27 only 13 can then be the median (the others have too many on one side), which is the median of
-/// those 13.
+/// Each column of nine voxels is sorted once and used by the three neighbourhoods along x that contain it. Only 13 of
+/// the 27 voxels can then be the median of the neighbourhood, and the median of these 13 is the median of the 27.
 pub(crate) fn median(shape: [usize; 3], values: &[u16]) -> Vec<u16> {
     let mut result = vec![0; values.len()];
     medians(shape, values, &mut result, |_, _| std::iter::once(0..shape[0]));
     result
 }
 
-/// Takes the median again at the voxels of a set, of which `medians` has values from before.
+/// Computes the median of [`median`] at the voxels of a set only; `result` is not changed at other voxels.
 pub(crate) fn median_again(shape: [usize; 3], values: &[u16], set: &[u8], result: &mut [u16]) {
     let [nx, ny, _] = shape;
     medians(shape, values, result, |y, z| runs(&set[nx * (y + ny * z)..][..nx]));
 }
 
-/// The medians of those parts of each row that `parts` names by y and z.
+/// Computes the medians for the parts of each row that `parts` returns for its y and z.
 fn medians<Parts: Iterator<Item = Range<usize>>>(
     [nx, ny, nz]: [usize; 3],
     values: &[u16],
@@ -46,7 +46,7 @@ fn medians<Parts: Iterator<Item = Range<usize>>>(
     );
 }
 
-/// The runs of voxels of a set in a row.
+/// Runs of voxels in a row that belong to a set.
 fn runs(row: &[u8]) -> impl Iterator<Item = Range<usize>> {
     let mut end = 0;
     std::iter::from_fn(move || {
@@ -57,7 +57,8 @@ fn runs(row: &[u8]) -> impl Iterator<Item = Range<usize>> {
     })
 }
 
-/// Signed integers order as the unsigned ones they stand for; processors compare them faster.
+/// Copies a part of a row, with one voxel before and one after it, as signed integers in the same order: processors
+/// compare signed 16-bit integers faster.
 fn pad(column: &mut [i16], row: &[u16], part: Range<usize>) {
     let signed = |value: u16| (value ^ 0x8000) as i16;
     let n = part.len();
@@ -68,7 +69,7 @@ fn pad(column: &mut [i16], row: &[u16], part: Range<usize>) {
 
 struct Rows {
     columns: Vec<Vec<i16>>,
-    /// Lowest, middle and highest of three neighbours along x, for each rank in the columns.
+    /// Lowest, middle and highest of three neighbours along x, for each rank in the sorted columns.
     triples: [Vec<Vec<i16>>; 3],
 }
 
@@ -78,7 +79,7 @@ impl Rows {
         Rows { columns: rows(nx + 2), triples: [rows(nx), rows(nx), rows(nx)] }
     }
 
-    /// Makes room for so many voxels of a row.
+    /// Resizes the rows for a part of `voxels` voxels.
     fn resize(&mut self, voxels: usize) {
         self.columns.iter_mut().for_each(|column| column.resize(voxels + 2, 0));
         self.triples.iter_mut().flatten().for_each(|row| row.resize(voxels, 0));
@@ -102,7 +103,7 @@ impl Rows {
             order(mid, high);
             order(low, mid);
         }
-        // of two that are dropped one is above and one below the median, so it stays the median
+        // of the two values that each step removes, one is above and one below the median, so the median is unchanged
         let mut left: Vec<&mut Vec<i16>> = Vec::with_capacity(13);
         left.extend(&mut lows[5..9]);
         left.extend(&mut mids[2..7]);
@@ -126,14 +127,15 @@ impl Rows {
     }
 }
 
-/// Puts the lower of each two into the first row.
+/// Puts the lower of each pair of values into `a` and the higher into `b`.
 fn order(a: &mut [i16], b: &mut [i16]) {
     for (a, b) in a.iter_mut().zip(b) {
         (*a, *b) = ((*a).min(*b), (*a).max(*b));
     }
 }
 
-/// Weighs neighbours by 1–2–1 along each axis; the sum is rounded once, so no axis comes first.
+/// Smooths with the weights 1–2–1 along each axis. The sum is rounded only once, so that the result does not depend on
+/// the order of the axes.
 pub(crate) fn binomial(shape: [usize; 3], values: &[u16]) -> Vec<u16> {
     let [nx, ny, nz] = shape;
     let mut result = vec![0; values.len()];
@@ -196,27 +198,27 @@ pub(crate) fn binomial_at(shape: [usize; 3], values: &[u16], set: &[u8]) -> Vec<
     result
 }
 
-/// The voxels whose 27 neighbours are all in the set: it loses a layer of one voxel.
+/// Erodes a set by one voxel: keeps the voxels whose whole 3³ neighbourhood is in the set.
 pub(crate) fn erode(shape: [usize; 3], set: &[u8]) -> Vec<u8> {
     combine::<1, _>(shape, set, u8::min)
 }
 
-/// The voxels whose 125 neighbours are all in the set: it loses a layer of two voxels.
+/// Erodes a set by two voxels: keeps the voxels whose whole 5³ neighbourhood is in the set.
 pub(crate) fn core(shape: [usize; 3], set: &[u8]) -> Vec<u8> {
     combine::<2, _>(shape, set, u8::min)
 }
 
-/// The voxels of whose 27 neighbours any is in the set: it gains a layer of one voxel.
+/// Dilates a set by one voxel: adds the voxels that have a voxel of the set in their 3³ neighbourhood.
 pub(crate) fn dilate(shape: [usize; 3], set: &[u8]) -> Vec<u8> {
     combine::<1, _>(shape, set, u8::max)
 }
 
-/// The highest of the 27 values around each voxel.
+/// Maximum of the 27 values around each voxel.
 pub(crate) fn highest(shape: [usize; 3], values: &[u16]) -> Vec<u16> {
     combine::<1, _>(shape, values, u16::max)
 }
 
-/// The least or highest of the values up to `REACH` voxels away along each axis.
+/// Minimum or maximum (as `pick` selects) of the values up to `REACH` voxels away along each axis.
 fn combine<const REACH: usize, T: Copy + Default + Send + Sync>(
     shape: [usize; 3],
     values: &[T],
@@ -224,7 +226,7 @@ fn combine<const REACH: usize, T: Copy + Default + Send + Sync>(
 ) -> Vec<T> {
     let [nx, ny, nz] = shape;
     let mut result = vec![T::default(); values.len()];
-    // the lines before and after one of so many, itself left out
+    // indices of the lines within `REACH` of line `at`, without `at`; there are `count` lines
     let around = |at: usize, count: usize| {
         (at.saturating_sub(REACH)..(at + REACH + 1).min(count)).filter(move |&near| near != at)
     };
@@ -281,7 +283,7 @@ mod tests {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(2);
         for shape in [[7, 5, 6], [1, 4, 3], [17, 1, 2], [33, 3, 3]] {
             let count = shape.iter().product();
-            // few values, so that ties are frequent, and the whole range
+            // 3: few different values, so that ties are frequent; `u16::MAX`: the whole range
             for most in [3, u16::MAX] {
                 let values: Vec<u16> = (0..count).map(|_| rng.random_range(0..=most)).collect();
                 let (medians, smooth) = (median(shape, &values), binomial(shape, &values));

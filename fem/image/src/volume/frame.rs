@@ -1,19 +1,20 @@
-//! The frame of an image that holds no data: what reconstruction leaves outside its circle.
+//! The frame without data that a reconstruction writes outside its circular field of view.
 
 use rayon::prelude::*;
 
 use crate::Volume;
 
-/// The circle touches the nearest sides of the image within this share of its radius.
+/// Share of the circle's radius within which the frame's value must be rare; the circle touches the nearest sides of
+/// the image.
 const TOUCHES: f64 = 0.9;
-/// Width in voxels of the ring at the edge of the circle that holds air.
+/// Width (voxels) of the ring at the edge of the circle from which the grey value of air is taken.
 const AIR: usize = 2;
 
-/// An image whose corners all have one exact value outside a circle about the middle of its slices: with the grey value of
-/// what is just inside the circle there. Nothing if the image is none.
+/// Replaces the frame of an image by the grey value of air; `None` if the image has no frame. An image has a frame if
+/// all corners of its slices have one exact value, which is rare inside the circle and frequent outside it.
 ///
-/// Grey values of air scatter; an exact value that fills the corners of all slices and is hardly met within the circle was
-/// written by the reconstruction.
+/// Grey values of air vary from voxel to voxel. An exact value that fills the corners of all slices and hardly occurs
+/// within the circle was therefore written by the reconstruction.
 pub(crate) fn filled_frame(image: &Volume<f32>) -> Option<Volume<f32>> {
     let [nx, ny, nz] = image.shape;
     let value = image.values[0];
@@ -28,7 +29,8 @@ pub(crate) fn filled_frame(image: &Volume<f32>) -> Option<Volume<f32>> {
         let [x, y] = [(n % nx) as f64 + 0.5, (n / nx) as f64 + 0.5];
         (x - 0.5 * nx as f64).hypot(y - 0.5 * ny as f64)
     };
-    // voxels, and those with the exact value, by their whole distance from the middle
+    // numbers of voxels and of voxels with the exact value, by the distance from the middle rounded down to whole
+    // voxels
     let mut rings = vec![[0_u64; 2]; half as usize + 1];
     let mut beyond = 0_u64;
     for slice in image.values.chunks_exact(nx * ny) {
@@ -50,7 +52,7 @@ pub(crate) fn filled_frame(image: &Volume<f32>) -> Option<Volume<f32>> {
     if hit * 100 > within || beyond * 20 < within {
         return None;
     }
-    // air is met in the outermost voxels of the circle; the specimen may come close to them
+    // the outermost voxels of the circle contain air, although the specimen may come close to them
     let edge = rings.iter().rposition(|[voxels, exact]| 2 * exact < *voxels)?;
     let is_at_edge = |n: usize| (edge.saturating_sub(AIR)..=edge).contains(&(off(n) as usize));
     let slices = image.values.chunks_exact(nx * ny);
@@ -62,7 +64,7 @@ pub(crate) fn filled_frame(image: &Volume<f32>) -> Option<Volume<f32>> {
     if around.is_empty() {
         return None;
     }
-    // air is the darker half of them
+    // air is the darker half of these grey values, so its median is their first quartile
     around.sort_unstable_by(f32::total_cmp);
     let air = around[around.len() / 4];
     let fill = |&grey: &f32| if grey == value { air } else { grey };

@@ -5,19 +5,20 @@ use rayon::prelude::*;
 use crate::volume::voxel_at;
 use crate::{ImageError, Volume};
 
-/// Where the lower and the upper percentile come to lie: an eighth of the range is left on either
-/// side for what is darker or brighter.
+/// 16-bit values of the lower and the upper percentile: an eighth of the range remains on either side for darker or
+/// brighter voxels.
 pub(crate) const LOW: u16 = 8192;
 pub(crate) const HIGH: u16 = 57344;
 
-/// The nearest whole number, of two the even one; below 2⁵¹. It compiles to two additions, `f64::round` to a call.
+/// Rounds to the nearest integer, ties to even; for values below 2⁵¹. It compiles to two additions, `f64::round` to a
+/// function call.
 pub(crate) fn rounded(value: f64) -> f64 {
-    // above this number all floating-point numbers are whole
+    // 1.5 · 2⁵²: floating-point numbers of this size are integers
     const WHOLE: f64 = 6_755_399_441_055_744.0;
     (value + WHOLE) - WHOLE
 }
 
-/// How 16-bit values stand for the image's own.
+/// Linear map between 16-bit values and the grey values of the image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Scale {
     low: f64,
@@ -25,29 +26,29 @@ pub(crate) struct Scale {
 }
 
 impl Scale {
-    /// A grey value on the scale of the 16-bit values, not rounded.
+    /// Converts a grey value of the image to the scale of the 16-bit values, without rounding.
     pub(crate) fn to_16_bits(self, value: f64) -> f64 {
         let share = (value - self.low) / (self.high - self.low);
         f64::from(LOW) + share * f64::from(HIGH - LOW)
     }
 
-    /// The scale of the image with bright for dark: its 16-bit values are 65535 less those of this scale.
+    /// Scale of the inverted image, whose 16-bit values are 65535 minus the values of this scale.
     pub(crate) fn inverted(self) -> Self {
         let [low, high] = [LOW, HIGH].map(|value| self.to_image(f64::from(u16::MAX - value)));
         Scale { low, high }
     }
 
-    /// The grey value of a 16-bit value.
+    /// Converts a 16-bit value to the grey value of the image.
     pub(crate) fn to_image(self, value: f64) -> f64 {
         let share = (value - f64::from(LOW)) / f64::from(HIGH - LOW);
         self.low + share * (self.high - self.low)
     }
 }
 
-/// Rounds an image to 16 bits: its percentiles come to lie at [`LOW`] and [`HIGH`].
+/// Rounds an image to 16 bits; the given percentiles map to [`LOW`] and [`HIGH`].
 ///
 /// # Errors
-/// [`ImageError`] for values that are no numbers, and for an image of one value.
+/// [`ImageError`] for values that are not finite, and for an image of one value.
 pub(crate) fn rescale(
     image: &Volume<f32>,
     percentiles: [f64; 2],
@@ -60,7 +61,7 @@ pub(crate) fn rescale(
     let ranks = percentiles.map(|percent| (percent / 100.0 * last).round() as u64);
     let [mut low, mut high] = ranked(&image.values, ranks).map(f64::from);
     if low >= high {
-        // fewer voxels than the percentiles leave out make all the contrast
+        // the voxels outside the percentiles contain all the contrast: use the least and the greatest value
         [low, high] = ranked(&image.values, [0, last as u64]).map(f64::from);
     }
     if low >= high {
@@ -75,7 +76,7 @@ pub(crate) fn rescale(
     Ok((image.with(image.values.par_iter().map(round).collect()), scale))
 }
 
-/// The values at two places of the sorted order, exactly, by two passes over the digits.
+/// Values at two ranks of the sorted order, exact: a radix selection in two passes over 16-bit digits.
 fn ranked(values: &[f32], ranks: [u64; 2]) -> [f32; 2] {
     let first = counts(values, |key| Some((key >> 16) as usize));
     ranks.map(|rank| {
@@ -105,7 +106,7 @@ pub(crate) fn sum(mut a: Vec<u64>, b: Vec<u64>) -> Vec<u64> {
     a
 }
 
-/// The bin in which a rank falls, and how many are in the bins before.
+/// Bin that contains the voxel of a rank, and the number of voxels in the bins before it.
 fn place(counts: &[u64], rank: u64) -> (usize, u64) {
     let mut below = 0;
     for (bin, &count) in counts.iter().enumerate() {
@@ -117,7 +118,7 @@ fn place(counts: &[u64], rank: u64) -> (usize, u64) {
     (counts.len() - 1, below)
 }
 
-/// Bits whose order is that of the numbers; −0 counts as 0.
+/// Bits of a number as an integer; the integers have the same order as the numbers, and −0 counts as 0.
 fn key(value: f32) -> u32 {
     let bits = (value + 0.0).to_bits();
     if bits >> 31 == 1 { !bits } else { bits | 1 << 31 }

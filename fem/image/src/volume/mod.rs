@@ -1,4 +1,4 @@
-//! Volumes of voxels, and operations on them that know nothing of specimens: filters, distances, connected
+//! Volumes of voxels, and operations on volumes that do not depend on specimens: filters, distances, connected
 //! components, grey values.
 
 pub(crate) mod components;
@@ -12,13 +12,13 @@ pub(crate) mod threshold;
 
 use crate::ImageError;
 
-/// The most voxels of a volume with a rim of one voxel around it: they are numbered by 32 bits.
+/// Largest number of voxels of a volume, including a rim of one voxel around it: voxels are numbered by 32 bits.
 pub(crate) const MAX_VOXELS: u64 = u32::MAX as u64;
 
-/// Whether the voxels of a shape can be numbered once blocks of `bin` voxels along each edge are one.
+/// Checks that the voxels of a shape can be numbered after blocks of `bin`³ voxels are merged into one.
 ///
 /// # Errors
-/// [`ImageError::TooManyVoxels`], with the least `bin` that would do.
+/// [`ImageError::TooManyVoxels`], with the smallest sufficient `bin`.
 pub(crate) fn check_count(shape: [usize; 3], bin: usize) -> Result<(), ImageError> {
     let rimmed = |bin: usize| {
         let along = shape.map(|side| (side / bin) as u64 + 2);
@@ -46,10 +46,10 @@ pub struct Volume<T> {
 }
 
 impl<T> Volume<T> {
-    /// A volume of these values.
+    /// Creates a volume of the given values.
     ///
     /// # Errors
-    /// [`ImageError`] if there is not one value for each voxel, if there is none, or if `voxel_mm` is
+    /// [`ImageError`] if the number of values is not the number of voxels, if there are no voxels, or if `voxel_mm` is
     /// not above 0.
     ///
     /// # Example
@@ -64,7 +64,8 @@ impl<T> Volume<T> {
         Ok(volume)
     }
 
-    /// Whether shape, values and size fit each other.
+    /// Checks that the shape fits the number of values, that the voxels can be numbered, and that `voxel_mm` is above
+    /// 0.
     pub(crate) fn check(&self) -> Result<(), ImageError> {
         let voxels = self.shape.iter().try_fold(1_u64, |n, &side| n.checked_mul(side as u64));
         if voxels != Some(self.values.len() as u64) || self.values.is_empty() {
@@ -89,7 +90,7 @@ impl<T> Volume<T> {
         &self.values[self.index(voxel)]
     }
 
-    /// The place of voxel (i, j, k) in `values`.
+    /// Index of voxel (i, j, k) in `values`.
     pub fn index(&self, [i, j, k]: [usize; 3]) -> usize {
         let [nx, ny, nz] = self.shape;
         assert!(i < nx && j < ny && k < nz, "voxel {:?} of {:?}", [i, j, k], self.shape);
@@ -101,18 +102,18 @@ impl<T> Volume<T> {
         self.shape.map(|side| side as f64 * self.voxel_mm)
     }
 
-    /// The same grid with other values.
+    /// A volume of the same grid with other values.
     pub(crate) fn with<U>(&self, values: Vec<U>) -> Volume<U> {
         Volume { shape: self.shape, voxel_mm: self.voxel_mm, values }
     }
 }
 
-/// The voxel (i, j, k) at a place in the values.
+/// Voxel (i, j, k) of an index in the values.
 pub(crate) fn voxel_at([nx, ny, _]: [usize; 3], index: usize) -> [usize; 3] {
     [index % nx, index / nx % ny, index / (nx * ny)]
 }
 
-/// The 26 neighbours of a voxel: their steps along x, y, z.
+/// Steps along x, y, z to the 26 neighbours of a voxel.
 pub(crate) fn neighbour_steps() -> impl Iterator<Item = [isize; 3]> {
     let all = (0..27).map(|n| [n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1]);
     all.filter(|step| *step != [0, 0, 0])
@@ -126,7 +127,7 @@ mod tests {
     fn the_least_block_that_fits_is_named() {
         for (shape, bin, least) in [
             ([1600, 1600, 1600], 1, None),
-            // 4.29e9 voxels alone would do, but not with the rim
+            // 4.29e9 voxels fit without the rim, but not with it
             ([1625, 1625, 1626], 1, Some(2)),
             ([4000, 4000, 5000], 1, Some(3)),
             ([4000, 4000, 5000], 2, Some(3)),

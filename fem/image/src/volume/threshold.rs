@@ -1,4 +1,4 @@
-//! Histograms and the thresholds that part their classes.
+//! Histograms, and thresholds that separate their classes.
 
 use std::ops::Range;
 
@@ -10,18 +10,18 @@ use crate::volume::grey::sum;
 
 /// Bins of a histogram of 16-bit values.
 pub(crate) const BINS: usize = 1024;
-/// Grey values in a bin.
+/// Number of grey values in a bin.
 pub(crate) const WIDTH: usize = 65536 / BINS;
 
-/// Fewer voxels away from interfaces than this do not make a mean.
+/// Smallest number of voxels away from interfaces from which a mean is computed.
 const CORE: u64 = 1000;
 
-/// The middle of a bin.
+/// Middle of a bin, as a grey value.
 pub(crate) fn middle(bin: usize) -> f64 {
     bin as f64 * WIDTH as f64 + (WIDTH as f64 - 1.0) / 2.0
 }
 
-/// The histogram of the values that a set holds.
+/// Histogram of the values at the voxels of a set.
 pub(crate) fn histogram(values: &[u16], set: &[u8]) -> Vec<u64> {
     let portion = 1 << 20;
     values
@@ -41,8 +41,8 @@ pub(crate) fn histogram(values: &[u16], set: &[u8]) -> Vec<u64> {
 
 /// Splits a histogram into classes so that the variance between them is the largest.
 ///
-/// Gives the first bin of each class but the lowest; nothing if fewer bins are occupied than there are
-/// classes. Where empty bins lie between two classes the split is in their middle.
+/// Returns the first bin of each class except the lowest; `None` if fewer bins are occupied than there are classes. If
+/// empty bins lie between two classes, the threshold is in their middle.
 ///
 /// # References
 /// N. Otsu, IEEE Trans. Syst. Man Cybern. 9 (1979) 62–66, doi:10.1109/TSMC.1979.4310076; several
@@ -56,13 +56,13 @@ pub(crate) fn otsu(counts: &[u64], classes: usize) -> Option<Vec<usize>> {
     for (bin, &count) in counts.iter().enumerate() {
         total[bin + 1] = (total[bin].0 + count, total[bin].1 + count * bin as u64);
     }
-    // bins from..to as one class; an empty class is none
+    // gain of one class of the bins from..to; classes must not be empty
     let gain = |from: usize, to: usize| {
         let count = total[to].0 - total[from].0;
         let moment = (total[to].1 - total[from].1) as f64;
         if count == 0 { f64::NEG_INFINITY } else { moment * moment / count as f64 }
     };
-    // best[to]: the bins before `to` in so many classes
+    // best[to]: largest gain of the bins before `to` in the present number of classes
     let mut best: Vec<f64> = (0..=bins).map(|to| gain(0, to)).collect();
     let mut splits: Vec<Vec<usize>> = Vec::new();
     for _ in 1..classes {
@@ -87,21 +87,21 @@ pub(crate) fn otsu(counts: &[u64], classes: usize) -> Option<Vec<usize>> {
     }
     thresholds.reverse();
     for split in &mut thresholds {
-        // the first of equal splits was taken: the bins from here on may be empty
+        // the loop selects the first of equal splits: the bins that follow may be empty
         let empty = counts[*split..].iter().take_while(|&&count| count == 0).count();
         *split += empty / 2;
     }
     Some(thresholds)
 }
 
-/// The mean grey value of each class; of all bins if there is no threshold.
+/// Mean grey value of each class; the mean of all bins if there are no thresholds.
 pub(crate) fn class_means(counts: &[u64], thresholds: &[usize]) -> Vec<f64> {
     let starts = std::iter::once(0).chain(thresholds.iter().copied());
     let ends = thresholds.iter().copied().chain([counts.len()]);
     starts.zip(ends).map(|(from, to)| mean(&counts[from..to], from)).collect()
 }
 
-/// The mean grey value of bins of which the first has a number.
+/// Mean grey value of consecutive bins; `first` is the number of the first bin.
 pub(crate) fn mean(counts: &[u64], first: usize) -> f64 {
     let (mut count, mut moment) = (0, 0);
     for (n, &c) in counts.iter().enumerate() {
@@ -112,7 +112,7 @@ pub(crate) fn mean(counts: &[u64], first: usize) -> f64 {
     bin * WIDTH as f64 + (WIDTH as f64 - 1.0) / 2.0
 }
 
-/// The grey level from on which there are so many voxels.
+/// Grey level that `voxels` voxels reach or exceed.
 pub(crate) fn level_of(counts: &[u64], voxels: f64) -> f64 {
     let mut above = 0.0;
     for (bin, &count) in counts.iter().enumerate().rev() {
@@ -126,8 +126,8 @@ pub(crate) fn level_of(counts: &[u64], voxels: f64) -> f64 {
     0.0
 }
 
-/// The mean of the grey values in a range, of voxels whose neighbours up to two voxels away are in it too;
-/// nothing if there are too few.
+/// Mean grey value of the voxels of a class, a range of grey values: only voxels whose 5³ neighbourhood is in the class
+/// count. `None` if there are fewer than [`CORE`].
 pub(crate) fn core_mean(image: &Volume<u16>, inside: &[u8], range: Range<f64>) -> Option<f64> {
     let values = image.values.par_iter().zip(inside);
     let class: Vec<u8> = values

@@ -1,4 +1,4 @@
-//! Stacks that are averaged while they are read, against the same blocks of the whole volume in memory.
+//! Stacks that are averaged during reading, compared with the blocks of the whole volume in memory.
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -8,10 +8,10 @@ use ::tiff::encoder::colortype::{ColorType, Gray8, Gray16, Gray32, Gray32Float};
 use ::tiff::encoder::{Compression, DeflateLevel, TiffEncoder, TiffValue};
 use fem_image::{ImageError, Volume, tiff};
 
-/// No edge is a multiple of 2 or 3, so that voxels are left over.
+/// Shape in which no edge is a multiple of 2 or 3, so that incomplete blocks remain.
 const SHAPE: [usize; 3] = [23, 19, 11];
 
-/// The mean of each whole block of `bin`³ voxels, over the voxels one by one.
+/// Mean of each complete block of `bin`³ voxels, computed voxel by voxel.
 fn blocks(whole: &Volume<f32>, bin: usize) -> Volume<f32> {
     let shape = whole.shape.map(|side| side / bin);
     let mut values = Vec::new();
@@ -25,7 +25,7 @@ fn blocks(whole: &Volume<f32>, bin: usize) -> Volume<f32> {
     Volume::new(shape, bin as f64 * whole.voxel_mm, values).unwrap()
 }
 
-/// Exact where sums are of whole numbers, else to the rounding of a sum in another order.
+/// Compares binned reading with [`blocks`]: exactly if all sums are integers, otherwise up to rounding errors.
 fn assert_binned(path: &Path, exact: bool) {
     let whole = tiff::read(path, Some(0.02)).unwrap();
     assert_eq!(whole.shape, SHAPE);
@@ -40,7 +40,7 @@ fn assert_binned(path: &Path, exact: bool) {
     }
 }
 
-/// A number that has no pattern, below `limit`.
+/// Pseudo-random number below `limit`.
 fn noise(n: usize, limit: usize) -> usize {
     n.wrapping_mul(0x9e37_79b9_7f4a_7c15) % limit
 }
@@ -50,7 +50,7 @@ fn slice<C: ColorType>(z: usize, value: impl Fn(usize) -> C::Inner) -> Vec<C::In
     (z * area..(z + 1) * area).map(value).collect()
 }
 
-/// Pages in strips of `rows` rows.
+/// Writes pages in strips of `rows` rows.
 fn pages<C: ColorType>(
     path: &Path,
     slices: std::ops::Range<usize>,
@@ -96,7 +96,7 @@ fn a_folder_of_slices_is_averaged() {
         pages::<Gray16>(&path, z..z + 1, 7, Compression::Packbits, |n| noise(n, 4000) as u16);
     }
     assert_binned(folder.path(), true);
-    // and one that holds files of several pages
+    // a folder of files, one of them with several pages
     std::fs::remove_file(folder.path().join("slice10.tif")).unwrap();
     std::fs::remove_file(folder.path().join("slice9.tif")).unwrap();
     let path = folder.path().join("slice9.tif");
@@ -104,8 +104,8 @@ fn a_folder_of_slices_is_averaged() {
     assert_binned(folder.path(), true);
 }
 
-/// A file of pages of 16 bits in tiles of 16 × 16 pixels, as the standard lays them out: the encoder at hand
-/// writes strips only.
+/// Writes a file of 16-bit pages in tiles of 16 × 16 pixels, as the standard defines them; the encoder of the `tiff`
+/// crate writes strips only.
 fn tiled(path: &Path, value: impl Fn(usize) -> u16) {
     const TILE: usize = 16;
     let [nx, ny, nz] = SHAPE;
@@ -121,7 +121,7 @@ fn tiled(path: &Path, value: impl Fn(usize) -> u16) {
             for n in 0..TILE * TILE {
                 let x = tile % across * TILE + n % TILE;
                 let y = tile / across * TILE + n / TILE;
-                // what fills the tiles beyond the page must not be read
+                // padding of the tiles beyond the page, which must not be read
                 let grey = if x < nx && y < ny { value(x + nx * (y + ny * z)) } else { 65_535 };
                 out.extend(grey.to_le_bytes());
             }
@@ -189,7 +189,7 @@ fn blocks_without_voxels_are_refused_and_damage_is_placed() {
     }
     let error = tiff::read_binned(&path, Some(1.0), 2).unwrap_err().to_string();
     assert!(error.contains("stack.tif, page 8: voxel 30 has the value NaN"), "{error}");
-    // a voxel that fills no block is not asked for more than that it can be read
+    // slices beyond the last complete block are not read, so the NaN in page 8 causes no error
     let error = tiff::read_binned(&path, Some(1.0), 6).map(|volume| volume.shape);
     assert_eq!(error.unwrap(), [3, 3, 1]);
 }

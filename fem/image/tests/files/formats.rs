@@ -1,4 +1,4 @@
-//! Formats beside TIFF: raw values with headers, pictures, and formats that are recognised and not read.
+//! Formats other than TIFF: raw values with headers, pictures, and formats that are recognised but not supported.
 
 use std::io::Write;
 use std::path::Path;
@@ -22,7 +22,7 @@ fn assert_values(volume: &Volume<f32>, shift: f64) {
     }
 }
 
-/// The bytes of all values in a type: its name in MetaImage and in NRRD, what is added, and the bytes.
+/// Values in all types: name of the type in MetaImage and in NRRD, the number added to the values, and their bytes.
 fn types(is_big: bool) -> Vec<(&'static str, &'static str, f64, Vec<u8>)> {
     let all = |shift: f64, bytes: &dyn Fn(f64) -> Vec<u8>| -> Vec<u8> {
         (0..60)
@@ -96,7 +96,7 @@ fn metaimage_is_read() {
                     assert_values(&reading.volume, shift);
                     assert_eq!(reading.volume.voxel_mm, 0.0125);
                 }
-                // values behind the header
+                // values in the same file, after the header
                 let own = folder.path().join("scan.mha");
                 let mut all = format!("{start}ElementDataFile = LOCAL\n").into_bytes();
                 all.extend(&bytes);
@@ -205,7 +205,7 @@ fn headers_that_do_not_fit_are_refused_with_their_line() {
         ("scan.raw", "other.raw", "cannot read"),
         ("ElementDataFile = scan.raw", "", "ElementDataFile is missing"),
         ("ElementType = MET_UCHAR\n", "", "ElementType is missing"),
-        // spacings that MetaIO writes when nothing is known
+        // default spacings that MetaIO writes if the spacing is unknown
         ("1e-2 1e-2 1e-2", "1 1 1", "voxels of 1 × 1 × 1 mm"),
         ("ElementSpacing = 1e-2 1e-2 1e-2\n", "", "no ElementSpacing"),
     ] {
@@ -309,7 +309,7 @@ fn png_slices_are_read() {
         "{}",
         refused(&TAGS)
     );
-    // without a resolution, and with that of a screen
+    // no resolution, and resolutions of screens and printers
     for per_metre in [None, Some(2835), Some(11_811)] {
         (0..3).for_each(|z| {
             png(&slice(z), ColorType::Grayscale, BitDepth::Eight, per_metre, &[7; 20])
@@ -322,7 +322,7 @@ fn png_slices_are_read() {
     assert!(refused(&GIVEN).contains("s2.png, page 1"), "{}", refused(&GIVEN));
 }
 
-/// A bitmap of 5 × 4 pixels.
+/// Writes a bitmap of 5 × 4 pixels.
 fn bmp(path: &Path, bits: u16, is_upward: bool, grey: impl Fn(usize) -> u8) {
     let row = (5 * usize::from(bits / 8)).next_multiple_of(4);
     let palette = if bits == 8 { 1024 } else { 0 };
@@ -338,7 +338,7 @@ fn bmp(path: &Path, bits: u16, is_upward: bool, grey: impl Fn(usize) -> u8) {
     out.extend(1_u16.to_le_bytes());
     out.extend(bits.to_le_bytes());
     [0, (4 * row) as i32, 40_000, 40_000, 0, 0].into_iter().for_each(|value| long(&mut out, value));
-    // the palette is turned round: an index is no grey value
+    // the palette is inverted, so that an index differs from its grey value
     (0..palette / 4).for_each(|n| out.extend([255 - n as u8, 255 - n as u8, 255 - n as u8, 0]));
     for n in 0..4 {
         let y = if is_upward { 3 - n } else { n };
@@ -446,7 +446,7 @@ fn other_formats_are_recognised_with_their_conversion() {
     let error = read(folder.path(), &GIVEN).unwrap_err().to_string();
     assert!(error.contains("Zarr") && error.contains("zarr.open"), "{error}");
     assert!(matches!(read(&path, &GIVEN), Err(ImageError::Io { .. })));
-    // a damaged TIFF is a TIFF
+    // a damaged file named `.tif` is read as TIFF
     let path = folder.path().join("scan.tif");
     std::fs::write(&path, "this is text, not an image").unwrap();
     assert!(read(&path, &GIVEN).unwrap_err().to_string().contains("TIFF signature"));
@@ -462,7 +462,7 @@ fn blocks_of_other_formats_are_averaged() {
     std::fs::write(&header, text).unwrap();
     let reading = read(&header, &ReadOptions { voxel_mm: None, bin: 2 }).unwrap();
     assert_eq!((reading.volume.shape, reading.volume.voxel_mm), ([2; 3], 0.02));
-    // the mean of 0, 1, 4, 5 and of the same 16 later
+    // mean of 0, 1, 4, 5 and of these values plus 16 in the next slice
     assert_eq!(reading.volume.values[0], 10.5);
     assert_eq!(reading.header.shape, [2; 3]);
     assert!(reading.header.in_words().contains("after binning by 2"));

@@ -1,4 +1,4 @@
-//! Labels of the user's own: every integer type, phases, instances, background, and what is refused.
+//! Labels given by the user: all integer types, phases, instances, background, and invalid input.
 
 use std::fs::File;
 use std::io::BufWriter;
@@ -62,8 +62,8 @@ fn run(rules: &LabelRules, image: &Volume<i64>) -> Result<LabelledSpecimen, Imag
     rules.run(image, &mut |_| ())
 }
 
-/// A cylinder of matrix (1) of radius 20 and height 30 in background (9), off the middle, with two balls of label 4
-/// that do not touch, one of label 5, a box of label 7 and a pore of label 2.
+/// A cylinder of matrix (label 1) with radius 20 and height 30 in background (label 9), away from the middle of the
+/// image. It contains two separate balls of label 4, a ball of label 5, a box of label 7 and a pore of label 2.
 fn scene() -> Volume<i64> {
     let shape = [56, 50, 40];
     let values = (0..shape.iter().product()).map(|n| {
@@ -100,7 +100,7 @@ fn parts_of_phases_become_grains_of_a_cylinder_in_background() {
     let rules = LabelRules { background: Some(9), phases, ..LabelRules::default() };
     let found = run(&rules, &image).unwrap();
     assert_eq!(found.phases, ["grain", "inclusion", "void", "crust"]);
-    // by label, then by first voxel
+    // ordered by label, then by first voxel
     assert_eq!(found.label_of, [2, 4, 4, 5, 7]);
     assert_eq!(found.phase_of, [2, 0, 0, 1, 1]);
     let voxels: Vec<usize> = found.regions.iter().map(|region| region.voxels).collect();
@@ -122,7 +122,7 @@ fn parts_of_phases_become_grains_of_a_cylinder_in_background() {
     assert!(ends.iter().all(|off| off.abs() < 0.02), "{cylinder:?}");
     assert_eq!(found.warnings.len(), 1, "{:?}", found.warnings);
     assert!(found.warnings[0].contains("no voxel of the phase crust"), "{:?}", found.warnings);
-    // the same whatever the number of threads
+    // the result does not depend on the number of threads
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     let alone = pool.install(|| run(&rules, &image)).unwrap();
     assert_eq!((alone.labels, alone.regions), (found.labels, found.regions));
@@ -135,7 +135,7 @@ fn without_phases_each_label_is_a_grain_and_background_in_the_specimen_is_told()
         image.values.iter_mut().filter(|label| **label == from).for_each(|label| *label = to);
     };
     change(1, 0);
-    // the pore is background, and one label is below zero
+    // the pore has the label of the background, and one label is negative
     change(2, 9);
     change(7, -3);
     let rules = LabelRules { background: Some(9), ..LabelRules::default() };
@@ -152,7 +152,7 @@ fn without_phases_each_label_is_a_grain_and_background_in_the_specimen_is_told()
     assert!((found.statistics.volume_mm3 - 5.6 * 5.0 * 4.0).abs() < 1e-9);
 }
 
-/// A region leaves out a tube that has a label of its own, and the slices beyond the specimen.
+/// A region excludes a tube with its own label, and the slices beyond the specimen.
 #[test]
 fn a_region_says_where_labels_are_those_of_the_specimen() {
     let mut image = scene();
@@ -184,15 +184,15 @@ fn a_region_says_where_labels_are_those_of_the_specimen() {
     assert_eq!((cylinder.radius_mm, cylinder.lean), (2.0, [0.0; 2]));
     let ends = [cylinder.bottom_mm - 0.6, cylinder.top_mm - 3.6];
     assert!(ends.iter().all(|off| off.abs() < 0.02), "{cylinder:?}");
-    // all of it by hand, in an image without a label for the background
+    // a complete region given by the user, in an image without a background label
     let whole = SpecimenRegion { slices: Some([7, 36]), ..region.clone() };
     let found = within(whole.clone(), None).unwrap();
     assert_eq!(found.label_of, [4, 4, 5, 7]);
     assert!((found.cylinder.bottom_mm - 0.6).abs() < 1e-12 && !found.block);
-    // the lower half
+    // only the lower half of the specimen
     let half = SpecimenRegion { slices: Some([7, 20]), ..whole.clone() };
     assert_eq!(within(half, None).unwrap().label_of, [4, 4]);
-    // what cannot be meant
+    // invalid regions
     let mask = SpecimenRegion { mask: Some("mask.tif".into()), ..whole.clone() };
     let beyond = SpecimenRegion { slices: Some([7, 99]), ..whole.clone() };
     for (region, part) in [(mask, "region.mask is for grey values"), (beyond, "region.slices")] {
@@ -235,6 +235,6 @@ fn voids_are_no_neighbours_in_the_statistics() {
     let phases = vec![phase(1, 1, "grain"), phase(2, 2, "inclusion"), phase(3, 3, "void")];
     let found = run(&LabelRules { phases, ..LabelRules::default() }, &image).unwrap();
     assert_eq!(found.regions[1].neighbours, [1, 4]);
-    // the first two touch each other, and the third touches a void alone
+    // the first two grains touch each other; the third touches only a void
     assert_eq!((found.statistics.grains, found.statistics.coordination), (3, 2.0 / 3.0));
 }

@@ -1,4 +1,4 @@
-//! Stacks that are not one volume, and the words in which a stack is described.
+//! Stacks that do not form one volume, and the descriptions of stacks in words.
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -11,7 +11,8 @@ use fem_image::{ImageError, ReadOptions, StackHeader, read, read_labels};
 
 const GIVEN: ReadOptions = ReadOptions { voxel_mm: Some(0.02), bin: 1 };
 
-/// Pages of 3 × 2 voxels with the value of their number, 400 per centimetre, and a description on the first.
+/// Writes pages of 3 × 2 voxels, whose value is the page number, with 400 pixels per centimetre and a description in
+/// the first page.
 fn pages(path: &Path, count: u16, description: &str) {
     let mut encoder = TiffEncoder::new(BufWriter::new(File::create(path).unwrap())).unwrap();
     for page in 0..count {
@@ -42,7 +43,7 @@ fn one_volume_is_read_and_more_are_refused() {
     };
     for (count, description, expected) in [
         (6, imagej(6, "slices=6"), Ok(0)),
-        // what some programs call frames or channels is the stack
+        // a single dimension that is called frames or channels is the stack
         (6, imagej(6, "frames=6"), Ok(1)),
         (6, imagej(6, "channels=6"), Ok(1)),
         (
@@ -66,7 +67,8 @@ fn one_volume_is_read_and_more_are_refused() {
             (Ok(reading), Ok(warnings)) => {
                 assert_eq!(reading.volume.shape, [3, 2, 6], "{description}");
                 let found = &reading.header.warnings;
-                // 0.02 mm is not what the resolution says where the description says nothing
+                // counts only warnings about dimensions: a voxel size that differs from the resolution also causes a
+                // warning
                 let found = found.iter().filter(|text| text.contains("declares them as"));
                 assert_eq!(found.count(), warnings, "{description}");
             }
@@ -111,11 +113,12 @@ fn a_stack_behind_one_page_is_read() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("stack.tif");
     pages(&path, 1, "ImageJ=1.54f\nimages=4\nslices=4\nunit=mm\nspacing=0.025\n");
-    // ImageJ writes the values of all slices behind those of the first
+    // ImageJ writes the values of all slices after the values of the first slice
     let one = std::fs::read(&path).unwrap();
     let mut decoder = ::tiff::decoder::Decoder::new(std::io::Cursor::new(&one)).unwrap();
     let offset = decoder.get_tag_u64_vec(Tag::StripOffsets).unwrap()[0];
-    // the directory lies behind the values, in the way of the others: move the values to the end
+    // the encoder writes the directory after the values, where ImageJ's further values belong: move the values to the
+    // end
     let mut bytes = one.clone();
     let moved = bytes.len() as u32;
     let entry =
@@ -177,7 +180,7 @@ fn folders_are_one_series_of_one_type() {
     std::fs::remove_file(name(1)).unwrap();
     assert!(refused().contains("z+0.tif is followed by z+2.tif"), "{}", refused());
 
-    // a folder that is one level too high
+    // the parent of the folder of slices
     let above = tempfile::tempdir().unwrap();
     std::fs::create_dir(above.path().join("slices")).unwrap();
     let error = read(above.path(), &GIVEN).unwrap_err().to_string();

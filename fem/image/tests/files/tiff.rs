@@ -1,4 +1,4 @@
-//! Stacks from files: kinds of pages, voxel sizes, and what is refused.
+//! Stacks in TIFF files: kinds of pages, voxel sizes, and invalid files.
 
 use std::fs::File;
 use std::io::{BufWriter, Cursor, Seek, Write};
@@ -151,16 +151,16 @@ fn voxel_sizes_stand_in_tags() {
     assert!(unlike.to_string().contains("0.0125 × 0.0125 × 0.025 mm"), "{unlike}");
     let unlike = size(cm, ratio(400, 1), ratio(200, 1), "");
     assert!(matches!(unlike, Err(ImageError::Anisotropic { .. })));
-    // the unit of the spacing of slices may be another one
+    // the spacing of slices may have a different unit
     let units = imagej.replace("12.5", "0.0125\nzunit=mm");
     near(size(none, ratio(8, 100), ratio(8, 100), &units), 0.0125);
     let screens = [72, 96, 150, 300, 600].map(|n| size(inch, ratio(n, 1), ratio(n, 1), ""));
     for unknown in screens.into_iter().chain([
         size(none, ratio(400, 1), ratio(400, 1), ""),
-        // 300 per inch
+        // 300 pixels per inch
         size(cm, ratio(11_811, 100), ratio(11_811, 100), ""),
         size(none, ratio(72, 1), ratio(72, 1), "ImageJ=1.5\nunit=inch"),
-        // 10 mm, 25.4 mm, 1 mm, 1 pm
+        // voxels of 10 mm, 25.4 mm, 1 mm, 1 pm
         size(cm, ratio(1, 1), ratio(1, 1), ""),
         size(inch, ratio(1, 1), ratio(1, 1), ""),
         size(none, ratio(1, 1), ratio(1, 1), "ImageJ=1.5\nunit=mm"),
@@ -186,7 +186,7 @@ fn labels_come_back() {
         assert_eq!(tiff::read_labels(&path, None).unwrap(), labels);
         assert_eq!(tiff::read(&path, None).unwrap().shape, SHAPE);
     }
-    // other programs find the size too
+    // other programs can read the voxel size, too
     let bytes = std::fs::read(&path).unwrap();
     let mut decoder = ::tiff::decoder::Decoder::new(Cursor::new(&bytes)).unwrap();
     assert_eq!(decoder.get_tag_u32(Tag::ResolutionUnit).unwrap(), 3);
@@ -244,8 +244,8 @@ fn what_is_no_stack_is_refused_with_file_and_page() {
     }
 }
 
-/// Damaged files are refused or read, without panic, and never take memory that the file does not
-/// justify: what is read is bounded by the declared size, which is checked against the file's length.
+/// Damaged files are rejected or read without panic, and memory is bounded by the declared size, which is checked
+/// against the length of the file.
 #[test]
 fn damaged_files_do_no_harm() {
     let folder = tempfile::tempdir().unwrap();

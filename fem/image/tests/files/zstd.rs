@@ -1,4 +1,4 @@
-//! TIFF pages that are compressed by ZSTD: strips and tiles, both byte orders, all predictors.
+//! TIFF pages compressed by ZSTD: strips and tiles, both byte orders, all predictors.
 
 use std::path::Path;
 
@@ -8,13 +8,13 @@ use ruzstd::encoding::{CompressionLevel, compress_to_vec};
 const SHAPE: [usize; 3] = [37, 21, 3];
 const TILE: usize = 16;
 
-/// The layout of a file.
+/// Layout of a file.
 #[derive(Clone, Copy, Debug)]
 struct Layout {
     is_big_endian: bool,
     has_tiles: bool,
     predictor: u16,
-    /// SampleFormat of the standard: 1 unsigned, 2 signed, 3 floating.
+    /// TIFF tag SampleFormat: 1 unsigned, 2 signed, 3 floating-point.
     format: u16,
     bytes: usize,
 }
@@ -27,7 +27,7 @@ impl Layout {
         }
     }
 
-    /// A row of values as bits, in the order of the file, differenced.
+    /// Bytes of a row of values in the byte order of the file, after the predictor.
     fn row(self, values: &[u64]) -> Vec<u8> {
         let masked = |value: u64| value & (u64::MAX >> (64 - 8 * self.bytes));
         match self.predictor {

@@ -5,7 +5,7 @@ use fem_image::{Contrast, Segmentation, Segmented, SpecimenForm, Volume, score};
 use crate::scene::{AIR, Pillar, Scene};
 
 const SHAPE: [usize; 3] = [80; 3];
-/// Grey values with the contrast of the bright grains.
+/// Grey values of matrix and grain, with the contrast of the bright grains in other tests.
 const MATRIX: f32 = 44_000.0;
 const GRAIN: f32 = 28_000.0;
 const WHITE: f32 = 60_000.0;
@@ -42,7 +42,7 @@ fn assert_found(found: &Segmented, scene: &Scene, cylinder: f64) {
     assert!(score.panoptic_quality > 0.93, "{score:?}");
 }
 
-/// Dark grains are found as bright ones are, whether air is the darkest or the brightest phase.
+/// Dark grains are found as accurately as bright grains, whether air is the darkest or the brightest phase.
 #[test]
 fn dark_grains_are_found_in_dark_and_in_bright_air() {
     let scene = scene();
@@ -56,7 +56,7 @@ fn dark_grains_are_found_in_dark_and_in_bright_air() {
     let by_hand = run(&image, &Segmentation { grain_threshold: Some(middle), ..dark() });
     assert_found(&by_hand, &scene, pillar().volume());
 
-    // the same specimen in an image with bright for dark has bright grains in bright air
+    // the inverted image of the same specimen has bright grains in bright air
     let mut bright = Scene::filled(SHAPE, AIR);
     bright.paint(|p| pillar().distance(p), GRAIN);
     bright.add_balls(&pillar(), 6.0, 0.2, MATRIX);
@@ -71,12 +71,12 @@ fn dark_grains_are_found_in_dark_and_in_bright_air() {
         ..dark()
     };
     assert_found(&run(&image, &thresholds), &bright, pillar().volume());
-    // which settings fit is said where the image does not
+    // the error message suggests settings for this image
     let error = Segmentation::default().run(&image, &mut |_| {}).unwrap_err().to_string();
     assert!(error.contains("contrast = \"dark\""), "{error}");
 }
 
-/// The rim of a void has the grey values of dark grains and is none.
+/// The blurred rim of a void has the grey values of dark grains, but is not segmented as a grain.
 #[test]
 fn voids_have_no_rim_of_grains() {
     let mut scene = scene();
@@ -103,7 +103,7 @@ fn voids_have_no_rim_of_grains() {
     assert!((found.void_fraction / volume - 1.0).abs() < 0.2, "{} {volume}", found.void_fraction);
 }
 
-/// Nothing surrounds a block: its voids are what is darker than the threshold that is given.
+/// A block has no surroundings: its voids are the voxels darker than the given threshold.
 #[test]
 fn dark_grains_of_a_block() {
     let scene = scene();

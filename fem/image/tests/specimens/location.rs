@@ -1,4 +1,4 @@
-//! Where specimens are found that stand off-centre, on or in something, or are said to be by hand.
+//! Location of specimens that are off-centre, on or in other objects, or located by the user.
 
 use fem_image::{ImageError, Segmentation, Segmented, SpecimenRegion, Volume};
 
@@ -72,7 +72,7 @@ fn a_pedestal_is_left_out_and_told() {
     assert!((ratio - 1.0).abs() < 0.02, "{ratio}");
 }
 
-/// Outside its circle a reconstruction holds one value, which is no air.
+/// A reconstruction writes one exact value outside its circle, which must not be classified as air.
 #[test]
 fn the_circle_of_the_reconstruction_is_no_wall() {
     let truth = pillar();
@@ -100,11 +100,11 @@ fn a_region_by_hand_decides() {
     let found = with(region.clone()).run(&image, &mut |_| {}).unwrap();
     let given = Pillar { centre: [39.0, 41.0], radius: 25.0, ends: [15.0, 60.0] };
     assert_found(&found, &given);
-    // a part by hand, the rest as it is found
+    // slices given by the user; the other values are found from the image
     let part = SpecimenRegion { slices: Some([16, 60]), ..SpecimenRegion::default() };
     let found = with(part).run(&image, &mut |_| {}).unwrap();
     assert_found(&found, &Pillar { ends: [15.0, 60.0], ..truth });
-    // what is not in the image is refused by name
+    // a region outside the image is rejected with the name of the key
     let beyond = SpecimenRegion { slices: Some([16, 81]), ..region };
     let error = with(beyond).run(&image, &mut |_| {}).unwrap_err().to_string();
     assert!(error.contains("region.slices = 81"), "{error}");

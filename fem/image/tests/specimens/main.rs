@@ -1,4 +1,4 @@
-//! Synthetic specimens whose place and grains are known.
+//! Synthetic specimens with known location and known grains.
 
 mod dark;
 mod location;

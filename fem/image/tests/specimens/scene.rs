@@ -1,4 +1,4 @@
-//! Scenes of balls in a specimen whose volumes are known, and images of these scenes.
+//! Synthetic scenes of balls with known volumes in a specimen, and images of these scenes.
 
 use fem_image::Volume;
 use rand::{Rng, SeedableRng};
@@ -13,10 +13,10 @@ pub(crate) const GRAIN: f32 = 44_000.0;
 /// Standard deviations of blur (voxels) and of noise (grey values), as in the virtual scanner.
 pub(crate) const BLUR: f64 = 0.7;
 pub(crate) const NOISE: f32 = 1_400.0;
-/// Samples along the edge of a voxel that a surface passes.
+/// Sampling points along the edge of a voxel that a surface intersects.
 const SAMPLES: usize = 4;
 
-/// A cylinder (voxels), upright.
+/// An upright cylinder (voxels).
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pillar {
     pub(crate) centre: [f64; 2],
@@ -25,7 +25,7 @@ pub(crate) struct Pillar {
 }
 
 impl Pillar {
-    /// A cylinder in the middle of an image of so many voxels.
+    /// A cylinder in the middle of an image of the given shape.
     pub(crate) fn amid(shape: [usize; 3], radius: f64, height: f64) -> Self {
         let [x, y, z] = shape.map(|side| side as f64 / 2.0);
         Pillar { centre: [x, y], radius, ends: [z - height / 2.0, z + height / 2.0] }
@@ -42,12 +42,12 @@ impl Pillar {
     }
 }
 
-/// Grey values without blur and noise, and the balls that they show.
+/// Grey values without blur and noise, and the balls in the scene.
 #[derive(Clone, Debug)]
 pub(crate) struct Scene {
     pub(crate) shape: [usize; 3],
     pub(crate) grey: Vec<f32>,
-    /// Number of the ball that holds the centre of a voxel, or 0.
+    /// Number of the ball that contains the centre of each voxel, or 0.
     pub(crate) truth: Vec<u32>,
     /// Volume of each ball (voxels).
     pub(crate) volumes: Vec<f64>,
@@ -75,7 +75,7 @@ impl Scene {
         scene
     }
 
-    /// Gives what lies within a surface a grey value; `distance` is signed and negative inside.
+    /// Sets the grey value inside a surface; `distance` is signed and negative inside.
     pub(crate) fn paint(&mut self, distance: impl Fn([f64; 3]) -> f64, grey: f32) {
         self.paint_box([[0; 3], self.shape], distance, grey);
     }
@@ -114,7 +114,7 @@ impl Scene {
         painted
     }
 
-    /// Adds balls at random places that are wholly in a cylinder and a voxel apart.
+    /// Adds balls at random positions, completely inside a cylinder and at least a voxel apart.
     pub(crate) fn add_balls(&mut self, pillar: &Pillar, radius: f64, fraction: f64, grey: f32) {
         let ball = 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
         let count = (fraction * pillar.volume() / ball).round() as usize;
@@ -161,18 +161,18 @@ impl Scene {
         }
     }
 
-    /// The image, blurred and noisy as in the virtual scanner.
+    /// Image of the scene, with the blur and noise of the virtual scanner.
     pub(crate) fn image(&self) -> Volume<f32> {
         self.image_with(BLUR, NOISE)
     }
 
-    /// The image with standard deviations of blur (voxels) and of noise (grey values).
+    /// Image of the scene with given standard deviations of blur (voxels) and of noise (grey values).
     pub(crate) fn image_with(&self, blur: f64, noise: f32) -> Volume<f32> {
         let mut values = self.grey.clone();
         blurred(&mut values, self.shape, blur);
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(12);
         for pair in values.chunks_mut(2) {
-            // Box and Muller
+            // Box–Muller transform
             let length = (-2.0 * (1.0 - rng.random::<f32>()).ln()).sqrt();
             let (sin, cos) = (std::f32::consts::TAU * rng.random::<f32>()).sin_cos();
             for (value, normal) in pair.iter_mut().zip([length * cos, length * sin]) {
@@ -186,13 +186,13 @@ impl Scene {
         Volume::new(self.shape, VOXEL_MM, self.truth.clone()).unwrap()
     }
 
-    /// Volume of the balls over that of a specimen.
+    /// Volume of the balls divided by the volume of a specimen.
     pub(crate) fn fraction(&self, volume: f64) -> f64 {
         self.volumes.iter().sum::<f64>() / volume
     }
 }
 
-/// A Gaussian along each axis; beyond the edge the outermost value goes on.
+/// Gaussian filter along each axis; positions beyond the edge have the value of the outermost voxel.
 fn blurred(values: &mut [f32], shape: [usize; 3], deviation: f64) {
     let reach = (4.0 * deviation).ceil() as usize;
     let weight = |d: f64| (-0.5 * (d / deviation).powi(2)).exp();

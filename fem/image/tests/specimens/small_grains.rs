@@ -1,4 +1,4 @@
-//! Volumes of grains a few voxels in radius.
+//! Volumes of grains with a radius of a few voxels.
 
 use fem_image::{Segmentation, Segmented, Volume};
 
@@ -15,7 +15,7 @@ fn run(image: &Volume<f32>, grain_threshold: Option<f64>) -> Segmented {
     settings.run(image, &mut |_| {}).unwrap()
 }
 
-/// Fraction and median grain volume over the true ones.
+/// Grain fraction and median grain volume, each divided by the true value.
 fn ratios(found: &Segmented, scene: &Scene) -> [f64; 2] {
     let median = |mut volumes: Vec<f64>| {
         volumes.sort_by(f64::total_cmp);
@@ -46,7 +46,8 @@ fn small_grains_have_their_volume() {
     }
 }
 
-/// The grey value half way between the materials is what is told as the threshold that was found, and gives the same.
+/// The reported threshold is the grey value half way between the materials; given as `grain_threshold`, it results in
+/// the same grains.
 #[test]
 fn the_threshold_that_is_told_gives_the_same_when_it_is_given() {
     let scene = Scene::specimen(SHAPE, pillar(), 4.0, 0.1);
@@ -59,7 +60,7 @@ fn the_threshold_that_is_told_gives_the_same_when_it_is_given() {
     assert!((a / b - 1.0).abs() < 0.01, "{a} {b}");
 }
 
-/// Grains that hardly stand out of the noise are told from the matrix by their grey values alone.
+/// Grains with hardly more contrast than the noise are separated from the matrix by their grey values alone.
 #[test]
 fn grains_of_low_contrast_are_no_single_grain() {
     let shape = [96; 3];

@@ -1,4 +1,4 @@
-//! Brightness that changes along the axis, and grains that do.
+//! Brightness that varies along the axis, and an amount of grains that varies along the axis.
 
 use fem_image::{Segmentation, Segmented, score};
 
@@ -35,7 +35,7 @@ fn run(scene: &Scene) -> Segmented {
     Segmentation::default().run(&scene.image(), &mut |_| {}).unwrap()
 }
 
-/// Panoptic quality, and the fraction over the true one.
+/// Panoptic quality, and the grain fraction divided by the true fraction.
 fn quality(found: &Segmented, scene: &Scene) -> [f64; 2] {
     let quality = score(&scene.labels(), &found.labels).unwrap().panoptic_quality;
     [quality, found.statistics.grain_fraction / scene.fraction(pillar().volume())]
@@ -47,7 +47,7 @@ fn drift_along_the_axis_costs_nothing() {
         let even = run(&scene);
         assert!((even.top_over_bottom - 1.0).abs() < 0.005, "{}", even.top_over_bottom);
         let found = run(&drifting(&scene));
-        // the specimen has 0.8 of the height of the image
+        // the height of the specimen is 0.8 of the height of the image
         let truth = (1.0 + 0.08) / (1.0 - 0.08);
         assert!((found.top_over_bottom - truth).abs() < 0.005, "{}", found.top_over_bottom);
         let [[even_quality, even_ratio], [quality, ratio]] =
@@ -58,8 +58,8 @@ fn drift_along_the_axis_costs_nothing() {
     }
 }
 
-/// Grains that are in a part of the specimen only are not taken for brightness: the result is that of an image whose
-/// brightness is left as it is.
+/// Grains in one part of the specimen only are not mistaken for a variation of brightness: the result equals the result
+/// without correction of brightness.
 #[test]
 fn content_that_changes_along_the_axis_is_not_evened_out() {
     let scene = filled_below();

@@ -1,4 +1,4 @@
-//! Seeds and basins against their definitions.
+//! Comparison of seeds and basins with their definitions.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -20,7 +20,7 @@ fn near(shape: [usize; 3], at: usize) -> Vec<usize> {
     neighbour_steps().filter_map(step).collect()
 }
 
-/// Random heights on random land, smoothed so that there are hills.
+/// Random heights on random land, smoothed to form hills.
 fn hills(shape: [usize; 3], most: u16, seed: u64) -> (Vec<u16>, Vec<u8>) {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
     let count = shape.iter().product();
@@ -29,7 +29,7 @@ fn hills(shape: [usize; 3], most: u16, seed: u64) -> (Vec<u16>, Vec<u8>) {
     (binomial(shape, &heights), set)
 }
 
-/// The regional maxima of the reconstruction of (f − h) under f, by repeated dilation.
+/// Regional maxima of the reconstruction of (f − h) under f, by repeated dilation.
 fn by_reconstruction(shape: [usize; 3], f: &[u16], h: u16) -> BTreeSet<BTreeSet<usize>> {
     let mut r: Vec<u16> = f.iter().map(|f| f.saturating_sub(h)).collect();
     loop {
@@ -87,7 +87,7 @@ fn h_maxima_are_those_of_the_reconstruction() {
     }
 }
 
-/// The highest level at which two voxels are connected.
+/// Highest level at which each voxel is connected to `from`.
 fn pass(shape: [usize; 3], f: &[u16], from: usize) -> Vec<u16> {
     let mut best = vec![0; f.len()];
     best[from] = f[from];
@@ -127,7 +127,7 @@ fn every_voxel_belongs_to_a_seed_with_the_highest_pass() {
         }
         let highest = passes.values().map(|pass| pass[at]).max().unwrap();
         if highest == 0 {
-            // an island too low for a seed
+            // a separate part of the land that is too low for a seed
             assert_eq!(labels[at], 0);
             continue;
         }
@@ -157,7 +157,7 @@ fn a_turned_landscape_has_the_same_basins() {
         landscape.flood(landscape.h_maxima(3), grey)
     };
     let straight = parts(&basins(shape, &heights, &set, &grey));
-    // (x, y, z) to (z, −x, y): a turn and a mirror at once
+    // (x, y, z) to (z, −x, y): a rotation combined with a reflection
     let turned_shape = [12, 13, 11];
     let from: Vec<usize> = (0..heights.len())
         .map(|at| voxel_at(turned_shape, at))

@@ -1,4 +1,4 @@
-//! Cylinders that are known, between voxels and leaning.
+//! Fits to cylinders of known position, with ends between voxels and tilted axes.
 
 use super::*;
 use rand::{Rng, SeedableRng};
@@ -12,7 +12,7 @@ fn image(truth: &Fit, shape: [usize; 3]) -> Volume<u16> {
     for z in 0..shape[2] {
         for y in 0..shape[1] {
             for x in 0..shape[0] {
-                // by the angle between the axis and the way from its middle
+                // distances from the angle between the axis and the vector from the axis' middle to the voxel
                 let way = [
                     x as f64 + 0.5 - truth.centre[0],
                     y as f64 + 0.5 - truth.centre[1],
@@ -55,7 +55,7 @@ fn a_cylinder_is_found_between_voxels() {
         wander: 0.0,
         scatter: 0.0,
     };
-    // over 37 voxels: upright, 1.7, 4.5 and 6.7 voxels
+    // displacement of the axis over 37 voxels of height: 0, 1.7, 4.5 and 6.7 voxels
     for lean in [[0.0, 0.0], [0.04, -0.022], [-0.1, 0.07], [0.0, 0.18]] {
         let truth = Fit { lean, ..truth };
         let found = fit(&image(&truth, [60, 50, 48]), 20_000.0, true).unwrap();
@@ -66,7 +66,7 @@ fn a_cylinder_is_found_between_voxels() {
         assert!((found.radius - truth.radius).abs() < 0.05, "{found:?}");
         assert!((found.bottom - truth.bottom).abs() < 0.06, "{found:?}");
         assert!((found.top - truth.top).abs() < 0.06, "{found:?}");
-        // not followed, it is told all the same
+        // without `leans` the cylinder is upright, but the displacement is still reported
         let upright = fit(&image(&truth, [60, 50, 48]), 20_000.0, false).unwrap();
         assert_eq!(upright.lean, [0.0; 2]);
         let wander = lean[0].hypot(lean[1]) * (truth.top - truth.bottom);
