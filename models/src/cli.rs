@@ -404,13 +404,13 @@ fn run(request: Request, threads: usize, ranks: &Ranks) -> Result<ExitCode, Fail
     Ok(ExitCode::SUCCESS)
 }
 
-/// A factor of at least 1.
+/// Parses a factor of at least 1.
 fn factor(text: &str) -> Result<f64, String> {
     let factor = text.parse().ok().filter(|factor| (1.0..=1e6).contains(factor));
     factor.ok_or_else(|| "give a factor of at least 1: the paper takes 20".to_owned())
 }
 
-/// A length in mm, or 0.
+/// Parses a length in mm, or 0.
 fn length(text: &str) -> Result<f64, String> {
     let length = text.parse().ok().filter(|length| (0.0..=1e3).contains(length));
     length.ok_or_else(|| "give a length in mm, or 0".to_owned())

@@ -1,9 +1,9 @@
-//! How mesh files of other programs are read: notes, faults and the quality of the mesh.
+//! Import of mesh files of other programs: prints notes, faults and the quality of the mesh.
 //!
 //! `cargo run --release -p fem-mesh --example import -- mesh.msh... [out=folder]`
 //!
-//! All physical groups are read under their names. With `out` the meshes are written again to that folder, under
-//! the names of their files.
+//! All physical groups are read under their names. With `out`, the meshes are written to that folder under their
+//! original file names.
 
 use std::error::Error;
 use std::path::{Path, PathBuf};

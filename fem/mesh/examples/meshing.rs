@@ -1,12 +1,12 @@
-//! Meshes of a packing at several spacings, and how good they are.
+//! Meshes a packing at several spacings and prints the quality of the meshes.
 //!
 //! `cargo run --release -p fem-mesh --example meshing -- [spacing in mm]... [mode=auto] [grains=spheres.json]
 //! [fraction=0.2] [radius=0.5] [film=0.05] [voxel=0.02] [vtu=out.vtu] [volume=touching] [side=256]`
 //!
-//! `grains` is a file with the centres and radii of spheres (`centres_mm`, `radii_mm`); without it a
-//! packing of polyhedra is drawn. With `voxel` (mm) the labels of a scan are meshed instead of the
-//! grains themselves. With `volume` it is a volume of the example `segmentation`, from its grey values:
-//! segmented, then meshed at a spacing of four voxels (0.04 mm) unless others are given.
+//! `grains` is a file with the centres and radii of spheres (`centres_mm`, `radii_mm`); without it a packing of
+//! polyhedra is drawn. With `voxel` (mm), the labels of a scan are meshed instead of the exact grains. With `volume`,
+//! the grey values of a volume of the example `segmentation` are segmented and then meshed, at a spacing of four
+//! voxels (0.04 mm) unless spacings are given.
 
 #[path = "../tests/support/phantom.rs"]
 mod phantom;
@@ -25,7 +25,7 @@ use fem_mesh::{
 use phantom::{Imaged, VOXEL_MM};
 use serde::Deserialize;
 
-/// The file of spheres.
+/// Contents of the file of spheres.
 #[derive(Deserialize)]
 struct Spheres {
     centres_mm: Vec<[f64; 3]>,
@@ -90,7 +90,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Prints what a mesh achieved, and draws it if a path is given.
+/// Prints the report of a mesh, and writes the mesh if a path is given.
 fn tell(
     spacing_mm: f64,
     clock: Instant,
@@ -115,7 +115,7 @@ fn tell(
     Ok(())
 }
 
-/// From grey values to meshes, each compared with its labels and with the truth.
+/// Segments and meshes grey values, and compares each mesh with the labels and with the ground truth.
 fn mesh_of_image(
     name: &str,
     side: usize,
@@ -174,7 +174,7 @@ fn mesh_of_image(
     Ok(())
 }
 
-/// For each grain that was found the true one (from 1) with which it shares over half of their union.
+/// Returns, for each segmented grain, the true grain (from 1) with an intersection over union above one half.
 fn matches(taken: &Imaged, found: &Segmented) -> Vec<Option<usize>> {
     let mut shared: BTreeMap<(u32, u32), usize> = BTreeMap::new();
     let mut sizes: BTreeMap<u32, usize> = BTreeMap::new();

@@ -1,4 +1,4 @@
-//! Grains in a stack of slices: figures on the screen, labels and a picture in a folder.
+//! Segments a stack of slices: prints statistics, and writes labels and a picture to a folder.
 //!
 //! ```text
 //! cargo run --release -p fem-mesh --example real_images STACK VOXEL_MM FOLDER [SETTINGS]
@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 
 use fem_image::{RgbSlice, Segmentation, outlined_slice, tiff};
 
-/// Columns between two slices of the picture, and their colour.
+/// Width (columns) and colour of the gap between two slices of the picture.
 const GAP: usize = 4;
 const BETWEEN: u8 = 255;
 
@@ -61,7 +61,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     write_png(&folder.join("slices.png"), &[slice(2)?, slice(1)?, slice(0)?])
 }
 
-/// Writes slices side by side.
+/// Writes slices side by side as a PNG file.
 fn write_png(path: &Path, slices: &[RgbSlice]) -> Result<(), Box<dyn Error>> {
     let height = slices.iter().map(|slice| slice.height).max().unwrap_or(0);
     let width = slices.iter().map(|slice| slice.width + GAP).sum::<usize>() - GAP;

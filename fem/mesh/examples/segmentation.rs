@@ -1,4 +1,4 @@
-//! Scores and times of the segmentation on volumes whose truth is known.
+//! Scores and times of the segmentation on volumes with known ground truth.
 //!
 //! ```text
 //! cargo run --release -p fem-mesh --example segmentation [FOLDER] [SIDE] [VOLUME ...]
@@ -37,10 +37,11 @@ use phantom::Imaged;
 /// Header of `scores.csv`. Volumes and lengths are in voxels.
 const COLUMNS: &str = "volume,rule,middle_grey,true_grains,grains,matched,pq,dice,true_fraction,fraction,voxel_fraction,\
     true_median,median,true_d50,d50,right,missing,small,true_radius,radius,true_height,height,seconds,processor_seconds,megabytes,contrast";
-/// The true grains that count as small (voxels): 6 voxels across, half of the paper's grains.
+/// Limit of the size of true grains that count as small (voxels): 6 voxels in diameter, half of the size of the
+/// paper's grains.
 const SMALL: u64 = 113;
 
-/// One way to segment a volume.
+/// Settings for one segmentation of a volume.
 struct Rule {
     name: &'static str,
     settings: Segmentation,
@@ -78,7 +79,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The volumes of a group, or the one volume of this name.
+/// Returns the names of the volumes of a group, or the single volume of this name.
 fn members(name: &str) -> Vec<String> {
     match name {
         "volumes" => volumes::NAMES.map(str::to_owned).to_vec(),
@@ -87,7 +88,7 @@ fn members(name: &str) -> Vec<String> {
     }
 }
 
-/// The image and the ways to segment it.
+/// Returns the image, and the settings of its segmentations.
 fn volume(name: &str, side: usize) -> Option<(Imaged, f64, Vec<Rule>)> {
     let auto = Segmentation::default();
     if let Some((_, specimen)) = specimens::specimens().into_iter().find(|(own, _)| own == name) {
@@ -121,7 +122,7 @@ fn score_volume(
         )
     })?;
     let file = folder.join(format!("{name}.tif"));
-    // the image is read from its file again, so that its memory counts once
+    // read the image from its file again, so that its memory is counted once
     let grey = std::mem::take(&mut taken.image.values);
     let grey = grey.into_iter().map(|value| value.max(0.0) as u32).collect();
     tiff::write_labels(&file, &Volume::new(taken.image.shape, taken.image.voxel_mm, grey)?)?;
@@ -143,7 +144,7 @@ fn score_volume(
     Ok(())
 }
 
-/// What a segmentation took, from the file to labels and statistics.
+/// Computing cost of a segmentation, from the file to labels and statistics.
 struct Cost {
     seconds: f64,
     processor_seconds: f64,
@@ -194,7 +195,7 @@ fn report(
     let true_d50 = diameter_of_half(&taken.volumes_mm3);
     let parts = assigned(&taken.truth.values, &found.labels.values, SMALL);
     let statistics = &found.statistics;
-    // the true fraction is that of the specimen without its voids
+    // the true fraction refers to the specimen without its voids
     let solid = 1.0 - found.void_fraction;
     let [fraction, truth] = [statistics.grain_fraction / solid, taken.fraction()];
     let cylinder = &found.cylinder;
@@ -240,7 +241,8 @@ fn report(
     Ok(())
 }
 
-/// Diameter of the sphere of the grain below which half of the grains' volume lies.
+/// Returns the median diameter by volume: half of the grains' volume belongs to grains with a smaller equivalent
+/// sphere.
 fn diameter_of_half(volumes_mm3: &[f64]) -> f64 {
     let mut volumes = volumes_mm3.to_vec();
     volumes.sort_by(f64::total_cmp);

@@ -1,4 +1,4 @@
-//! Grains of a packing as STL files, and back: how long it takes and what becomes of their volumes.
+//! Writes the grains of a packing to STL files and reads them again; prints times and changes of volume.
 //!
 //! `cargo run --release -p fem-mesh --example surfaces -- [spacing in mm]... [fraction=0.2] [radius=0.5] [film=0.05]
 //! [seed=1] [smoothing=0] [decimation=20] [least=0] [grow=1.0] [curved=true]`

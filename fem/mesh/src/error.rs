@@ -1,43 +1,43 @@
-//! Everything that can be wrong with a mesh or its file.
+//! Errors of a mesh or a mesh file.
 
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// What is wrong with a mesh, which entity it is, and what helps.
+/// An error of a mesh: the fault, the affected entity and a remedy.
 ///
-/// Numbers of tetrahedra and nodes count from 0, as they stand in [`TetMesh`](crate::TetMesh).
+/// Tetrahedra and nodes are numbered from 0, as in [`TetMesh`](crate::TetMesh).
 #[derive(Clone, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum MeshError {
-    /// No tetrahedra at all.
+    /// The mesh has no tetrahedra.
     #[error("the mesh has no tetrahedron; check that the volume was meshed and saved")]
     Empty,
-    /// A coordinate that is not a number.
+    /// A node has a coordinate that is not finite.
     #[error("node {node} has a coordinate that is not finite: {point:?}; mesh the geometry again")]
     NotFinite {
         /// Number of the node.
         node: usize,
-        /// Its coordinates (mm).
+        /// Coordinates of the node (mm).
         point: [f64; 3],
     },
-    /// A tetrahedron or triangle that refers to a node that is not there.
+    /// A tetrahedron or triangle refers to a node that does not exist.
     #[error("{entity} refers to node {node}, but there are only {nodes} nodes; renumber the nodes")]
     MissingNode {
-        /// The tetrahedron or triangle.
+        /// Description of the tetrahedron or triangle.
         entity: String,
-        /// The number it refers to.
+        /// Number of the node that does not exist.
         node: u32,
-        /// How many nodes there are.
+        /// Number of nodes in the mesh.
         nodes: usize,
     },
-    /// A node that no tetrahedron uses: it would make the stiffness singular.
+    /// No tetrahedron uses this node, which would make the stiffness matrix singular.
     #[error("node {node} belongs to no tetrahedron; drop it from `nodes`")]
     UnusedNode {
         /// Number of the node.
         node: usize,
     },
-    /// A tetrahedron whose nodes run the wrong way round.
+    /// A tetrahedron has a negative volume because of the order of its nodes.
     #[error(
         "tetrahedron {tet} is inverted (volume {volume_mm3:e} mm³); swap two of its nodes, or mesh \
          again if it overlaps its neighbours"
@@ -45,10 +45,10 @@ pub enum MeshError {
     Inverted {
         /// Number of the tetrahedron.
         tet: usize,
-        /// Its signed volume (mm³).
+        /// Signed volume of the tetrahedron (mm³).
         volume_mm3: f64,
     },
-    /// A tetrahedron without volume.
+    /// A tetrahedron has practically no volume.
     #[error(
         "tetrahedron {tet} is degenerate (volume {volume_mm3:e} mm³, longest edge {longest_edge_mm:e} \
          mm); merge its nodes or mesh again"
@@ -56,40 +56,40 @@ pub enum MeshError {
     Degenerate {
         /// Number of the tetrahedron.
         tet: usize,
-        /// Its signed volume (mm³).
+        /// Signed volume of the tetrahedron (mm³).
         volume_mm3: f64,
-        /// Its longest edge (mm).
+        /// Longest edge of the tetrahedron (mm).
         longest_edge_mm: f64,
     },
-    /// An array that has not one entry per tetrahedron.
+    /// An array does not have one entry per tetrahedron.
     #[error(
         "`{array}` has {length} entries for {tets} tetrahedra; give every tetrahedron one label"
     )]
     Unlabelled {
-        /// `region_of`, `grain_of` or `mixture`.
+        /// Name of the array: `region_of`, `grain_of` or `mixture`.
         array: &'static str,
-        /// Its length.
+        /// Length of the array.
         length: usize,
-        /// How many tetrahedra there are.
+        /// Number of tetrahedra in the mesh.
         tets: usize,
     },
-    /// A label that is no region.
+    /// A tetrahedron has a region index without a region.
     #[error("tetrahedron {tet} has region {region}, but only {regions:?} are named; add its name")]
     UnknownRegion {
         /// Number of the tetrahedron.
         tet: usize,
-        /// Its label.
+        /// Region index of the tetrahedron.
         region: u16,
-        /// The named regions.
+        /// Names of the regions of the mesh.
         regions: Vec<String>,
     },
-    /// A region without tetrahedra.
+    /// A region has no tetrahedra.
     #[error("region `{name}` has no tetrahedron; correct its name or tag, or leave it out")]
     MissingRegion {
         /// Name of the region.
         name: String,
     },
-    /// A face that more than two tetrahedra share.
+    /// More than two tetrahedra share a face.
     #[error(
         "the face of nodes {face:?} is shared by {count} tetrahedra ({tets:?}), at most two can \
          meet there; remove the duplicates"
@@ -97,23 +97,23 @@ pub enum MeshError {
     NonManifoldFace {
         /// Nodes of the face.
         face: [u32; 3],
-        /// How many tetrahedra share it.
+        /// Number of tetrahedra that share the face.
         count: usize,
-        /// The first of them.
+        /// The first of these tetrahedra.
         tets: Vec<u32>,
     },
-    /// Two tetrahedra on the same side of their common face.
+    /// Two tetrahedra lie on the same side of their common face.
     #[error(
         "tetrahedra {first} and {second} lie on the same side of their common face and overlap; \
          mesh again"
     )]
     Overlap {
-        /// One tetrahedron.
+        /// Number of one tetrahedron.
         first: u32,
-        /// The other.
+        /// Number of the other tetrahedron.
         second: u32,
     },
-    /// Parts of the mesh that share no node.
+    /// The mesh consists of parts that share no node.
     #[error(
         "the mesh falls into parts that share no node (tetrahedra 0 and {tet}); make the geometry \
          conforming before meshing (in Gmsh: Coherence or BooleanFragments)"
@@ -122,7 +122,7 @@ pub enum MeshError {
         /// The first tetrahedron that is not connected to tetrahedron 0.
         tet: usize,
     },
-    /// A surface triangle inside the body, or away from it.
+    /// A surface triangle is not a face of the boundary.
     #[error(
         "triangle {triangle} of surface `{surface}` (nodes {nodes:?}) is not a boundary face of the \
          tetrahedra; take it out of the surface"
@@ -132,10 +132,10 @@ pub enum MeshError {
         surface: String,
         /// Number of the triangle in the surface.
         triangle: usize,
-        /// Its nodes.
+        /// Nodes of the triangle.
         nodes: [u32; 3],
     },
-    /// A surface triangle that shows inward.
+    /// The normal of a surface triangle points inwards.
     #[error("triangle {triangle} of surface `{surface}` shows inward; swap two of its nodes")]
     Inward {
         /// Name of the surface.
@@ -143,7 +143,7 @@ pub enum MeshError {
         /// Number of the triangle in the surface.
         triangle: usize,
     },
-    /// A boundary face that is listed twice.
+    /// A boundary face is listed twice.
     #[error(
         "the boundary face of nodes {nodes:?} is listed in surface `{first}` and again in `{second}`; \
          keep one"
@@ -151,28 +151,28 @@ pub enum MeshError {
     DuplicateTriangle {
         /// Nodes of the face.
         nodes: [u32; 3],
-        /// Where it is first.
+        /// Name of the surface that lists the face first.
         first: String,
-        /// Where it is again.
+        /// Name of the surface that lists the face again.
         second: String,
     },
-    /// A surface that has no triangle.
+    /// A surface has no triangles.
     #[error("surface `{name}` has no triangle; correct its name or tag, or leave it out")]
     EmptySurface {
         /// Name of the surface.
         name: String,
     },
-    /// The point of a curved edge that cannot be right.
+    /// The point of a curved edge is invalid.
     #[error("the edge point {point_mm:?} of nodes {edge:?}: {fault}")]
     EdgePoint {
         /// Nodes of the edge.
         edge: [u32; 2],
-        /// Its point (mm).
+        /// Coordinates of the edge point (mm).
         point_mm: [f64; 3],
-        /// What is wrong.
+        /// Description of the fault.
         fault: &'static str,
     },
-    /// A tetrahedron that its curved edges fold.
+    /// A tetrahedron is folded by its curved edges.
     #[error(
         "tetrahedron {tet} is folded by its curved edges (Jacobian down to {jacobian_mm3:e} mm³); move \
          their points towards the middles of the edges (in Gmsh: Mesh.HighOrderOptimize = 1)"
@@ -180,18 +180,18 @@ pub enum MeshError {
     Folded {
         /// Number of the tetrahedron.
         tet: usize,
-        /// Lower bound of its Jacobian determinant (mm³).
+        /// Lower bound of the Jacobian determinant of the tetrahedron (mm³).
         jacobian_mm3: f64,
     },
-    /// More than one fault of a kind.
+    /// Several faults of one check.
     #[error("{count} faults of the mesh: {}{}", listed(first), if *count > first.len() { "; and so on" } else { "" })]
     Several {
-        /// The first of them.
+        /// The first of the faults.
         first: Vec<MeshError>,
-        /// How many there are.
+        /// Total number of faults.
         count: usize,
     },
-    /// A mixture that is no share of grain with a direction.
+    /// A mixture has a fraction outside [0, 1] or a normal that is neither a unit vector nor zero.
     #[error(
         "tetrahedron {tet} has a grain fraction of {fraction} with the interface normal {normal:?}; \
          give a fraction from 0 to 1 and a unit vector or zeros"
@@ -199,45 +199,45 @@ pub enum MeshError {
     Mixture {
         /// Number of the tetrahedron.
         tet: usize,
-        /// Its share of grain.
+        /// Grain fraction of the mixture.
         fraction: f32,
-        /// Its interface normal.
+        /// Interface normal of the mixture.
         normal: [f32; 3],
     },
-    /// A name that is not in the mesh.
+    /// The mesh has no region of this name.
     #[error("there is no region `{name}`; the mesh has {regions:?}")]
     NoSuchRegion {
-        /// The name asked for.
+        /// The requested name.
         name: String,
-        /// The names there are.
+        /// Names of the regions of the mesh.
         regions: Vec<String>,
     },
-    /// A file that is not the mesh it should be.
+    /// The content of a file is invalid.
     #[error("{}: {place}: {message}", path.display())]
     File {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Line, or section and byte.
+        /// Position in the file: line, or section and byte.
         place: String,
-        /// What is wrong, the value, and what helps.
+        /// Description of the fault, the value, and a remedy.
         message: String,
     },
-    /// A program that should have made the mesh.
+    /// The external meshing program failed.
     #[error("{}: {reason}; install Gmsh, or give the path to its program", program.display())]
     Mesher {
-        /// The program.
+        /// Path of the program.
         program: PathBuf,
-        /// What the system or the program says.
+        /// Message of the operating system or the program.
         reason: String,
     },
-    /// A file that cannot be opened, read or written.
+    /// A file cannot be opened, read or written.
     #[error("cannot {action} {}: {source}", path.display())]
     Io {
-        /// `read` or `write`.
+        /// The failed action: `read` or `write`.
         action: &'static str,
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// What the operating system says.
+        /// Error of the operating system.
         source: Arc<io::Error>,
     },
 }

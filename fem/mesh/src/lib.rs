@@ -1,9 +1,10 @@
-//! Tetrahedral meshes of grains in a matrix, and the packings and images that they are made of.
+//! Tetrahedral meshes of grains in a matrix, with packings and images of grains as input.
 //!
-//! A mesh comes from a lattice that is labelled with grains ([`Meshing`]) or from Gmsh ([`gmsh::read`]); it goes to
-//! Gmsh, ParaView ([`vtu`]) and STL ([`stl`]). Grains come from a [`Packing`], a list of them ([`GrainList`]), or a
-//! segmented image ([`VoxelGrains`]). Lengths are in mm; the axis of a cylinder is z, and its bottom is at z = 0.
-//! The crate `fem` passes on all items of this crate.
+//! A mesh is generated from a lattice whose tetrahedra are labelled with grains ([`Meshing`]), or read from a Gmsh
+//! file ([`gmsh::read`]). It can be written for Gmsh, ParaView ([`vtu`]) and as STL ([`stl`]). Grains come from a
+//! [`Packing`], a list ([`GrainList`]), a segmented image ([`VoxelGrains`]), or closed surfaces ([`SurfaceGrains`]).
+//! Lengths are in mm; the axis of a cylinder is z, and its bottom is at z = 0.
+//! The crate `fem` re-exports all items of this crate.
 //!
 //! ```
 //! use fem_mesh::{CylinderLattice, Packing, label};
@@ -22,7 +23,7 @@
 //! The modules in the order of their layers. A module imports from lower layers only, and no two files import each
 //! other.
 //!
-//! 1. `error`: what can be wrong with a mesh
+//! 1. `error`: errors of meshes and mesh files
 //! 2. `mesh`: tetrahedra with named regions and surfaces; Gmsh, ParaView and STL files
 //! 3. `specimen`: grains, packings, the virtual scanner, and meshes of grains
 

@@ -1,5 +1,4 @@
-//! The geometry that a case describes: a cylinder with a packing, an image of a specimen, surfaces of its grains, or a
-//! mesh file.
+//! Geometry of a case: a cylinder with a packing, an image of a specimen, surfaces of its grains, or a mesh file.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -16,67 +15,68 @@ use crate::error::{InputError, absence};
 /// Geometry of a case.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SpecimenGeometry {
-    /// A cylinder, all matrix or with a packing of grains.
+    /// A cylinder of matrix, with or without a packing of grains.
     Cylinder {
         /// Radius in mm.
         radius_mm: f64,
         /// Height in mm.
         height_mm: f64,
-        /// Packing, if there are grains.
+        /// Packing of grains; `None` for a cylinder without grains.
         grains: Option<Packing>,
-        /// How the packing is scanned and found again, if its mesh comes from an image of it.
+        /// Settings of a virtual scan of the packing and of the segmentation of this scan, if the mesh is made from
+        /// the scan.
         scan: Option<(Scanner, Segmentation)>,
-        /// How it is meshed.
+        /// Settings of the mesher.
         meshing: Meshing,
     },
     /// An image of a specimen.
     Image {
-        /// File or folder, its path complete, of grey values or of labels.
+        /// Complete path of a file or folder of grey values or labels.
         stack: PathBuf,
-        /// What labels mean, if the image is of labels.
+        /// Interpretation of labels; `None` for an image of grey values.
         labels: Option<LabelRules>,
-        /// Those of further specimens.
+        /// Complete paths of the images of further specimens.
         further: Vec<PathBuf>,
-        /// Edge of a voxel in mm, if the file's tags are not to be trusted.
+        /// Edge length of a voxel in mm, which overrides the tags of the file.
         voxel_mm: Option<f64>,
-        /// Voxels along the edge of the blocks that are averaged while the file is read.
+        /// Number of voxels along the edge of a block that is averaged while the file is read.
         bin: usize,
-        /// How grains are found.
+        /// Settings of the segmentation.
         segmentation: Segmentation,
-        /// Radius in mm, if not that of the image.
+        /// Radius in mm; `None` for the radius found in the image.
         radius_mm: Option<f64>,
-        /// Height in mm, if not that of the image.
+        /// Height in mm; `None` for the height found in the image.
         height_mm: Option<f64>,
-        /// How it is meshed.
+        /// Settings of the mesher.
         meshing: Meshing,
     },
-    /// Surfaces of grains in STL files.
+    /// Grains given by their surfaces in STL files.
     Surfaces {
-        /// How they are read; the path is complete.
+        /// Settings of the import, with a complete path.
         import: SurfaceImport,
-        /// Radius in mm, if not that of the least cylinder around the grains.
+        /// Radius in mm; `None` for the radius of the smallest cylinder around the grains.
         radius_mm: Option<f64>,
-        /// Height in mm, if not that of the least cylinder around the grains.
+        /// Height in mm; `None` for the height of the smallest cylinder around the grains.
         height_mm: Option<f64>,
-        /// How it is meshed.
+        /// Settings of the mesher.
         meshing: Meshing,
     },
-    /// A Gmsh file.
+    /// A mesh in a Gmsh file.
     Mesh {
-        /// The file, its path complete.
+        /// Complete path of the file.
         file: PathBuf,
         /// Physical volumes of each region.
         regions: BTreeMap<String, PhysicalGroups>,
-        /// Physical surfaces.
+        /// Physical surfaces of each named surface.
         surfaces: BTreeMap<String, PhysicalGroups>,
     },
 }
 
 impl CaseFile {
-    /// The geometry that the case describes.
+    /// Returns the geometry of the specimen.
     ///
     /// # Errors
-    /// When cylinder, image and mesh are mixed, or none is complete.
+    /// If keys of different kinds of geometry are mixed, if required keys are missing, or if a file does not exist.
     pub fn geometry(&self) -> Result<SpecimenGeometry, InputError> {
         let s = &self.case.specimen;
         if let Some(mesh) = &s.mesh {
@@ -152,7 +152,7 @@ impl CaseFile {
         Ok(SpecimenGeometry::Cylinder { radius_mm, height_mm, grains, scan, meshing })
     }
 
-    /// The key and the name of the file of an image, of grey values or of labels.
+    /// Returns the key and the path of the image of grey values or labels, if the case has an image.
     fn image_file<'a>(
         &self,
         image: &'a ImageCase,
@@ -186,7 +186,8 @@ impl CaseFile {
         Ok(Some(("image.labels", labels)))
     }
 
-    /// The places of the images of further specimens, each another one than that of the key `own_key`.
+    /// Returns the paths of the images of further specimens; each must differ from the others and from the image of
+    /// the key `own_key`.
     fn further_stacks(
         &self,
         own_key: &str,
@@ -300,7 +301,7 @@ impl CaseFile {
         Ok(SpecimenGeometry::Mesh { file, regions, surfaces })
     }
 
-    /// The place of a file that a key of `[specimen]` names.
+    /// Returns the path of a file named by a key of `[specimen]`; fails if it does not exist.
     fn existing(
         &self,
         key: &str,
@@ -334,7 +335,7 @@ impl CaseFile {
     }
 }
 
-/// A key that says which grey values are grain or specimen, and that is given.
+/// Returns the first key that is set although it applies to grey values only.
 fn for_grey_values(given: &Segmentation) -> Option<&'static str> {
     let is_set = [
         ("region.mask", given.region.mask.is_some()),
@@ -345,7 +346,8 @@ fn for_grey_values(given: &Segmentation) -> Option<&'static str> {
     is_set.into_iter().find(|(_, is_set)| *is_set).map(|(key, _)| key)
 }
 
-/// Two names of one physical group, and the group; one name that lists a group twice is such a pair too.
+/// Finds a physical group that is listed twice; returns both names (equal if one name lists the group twice) and the
+/// group.
 fn named_twice(
     groups: &BTreeMap<String, PhysicalGroups>,
 ) -> Option<(&String, &String, &PhysicalGroup)> {
@@ -359,7 +361,7 @@ fn named_twice(
     })
 }
 
-/// A name without any group.
+/// Returns a name without a physical group, if there is one.
 fn named_never(groups: &BTreeMap<String, PhysicalGroups>) -> Option<&String> {
     groups.iter().find(|(_, groups)| groups.groups().is_empty()).map(|(name, _)| name)
 }

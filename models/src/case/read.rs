@@ -1,4 +1,4 @@
-//! Reading and writing case files, with errors that name key, value and help.
+//! Reader and writer of case files; errors contain key, value and help.
 
 use std::io::ErrorKind;
 use std::ops::Range;
@@ -9,12 +9,12 @@ use super::image::OWN_KEYS;
 use super::mistakes::ReadCase;
 use crate::error::{InputError, absence, closest};
 
-/// A case together with the file that it came from.
+/// A case with the path of its file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CaseFile {
-    /// The file; what a case names is sought beside it.
+    /// Path of the case file; relative paths in the case refer to the folder of this file.
     pub path: PathBuf,
-    /// What it says.
+    /// Contents of the case file.
     pub case: Case,
 }
 
@@ -22,28 +22,28 @@ impl CaseFile {
     /// Reads and validates a case.
     ///
     /// # Errors
-    /// Names file, key, value and help: a file that cannot be read, an unknown or missing key, a
-    /// wrong type, a value outside its range, a mesh that does not exist.
+    /// If the file cannot be read, a key is unknown or missing, a value has the wrong type or is out of range, or a
+    /// mesh file does not exist. The error contains file, key, value and help.
     pub fn read(path: &Path) -> Result<Self, InputError> {
         Self::parse(&Self::text(path)?, path)
     }
 
-    /// Like [`CaseFile::read`] for a text that is already at hand.
+    /// Parses and validates the text of a case, like [`CaseFile::read`].
     ///
     /// # Errors
-    /// As [`CaseFile::read`].
+    /// Same as [`CaseFile::read`].
     pub fn parse(text: &str, path: &Path) -> Result<Self, InputError> {
         let (file, mistakes) = Self::parse_all(text, path);
         match (file, mistakes.into_iter().next()) {
             (Some(file), None) => Ok(file),
             (_, Some(mistake)) => Err(mistake),
-            // a text that is no case has an error
+            // not reached: if no case is returned, there is at least one mistake
             (None, None) => Err(InputError::new(path, "", "", "is no case", "See breccia init.")),
         }
     }
 
-    /// Like [`CaseFile::parse`] with all mistakes. The case is what could be read of it; nothing where something is
-    /// missing without which there is none.
+    /// Parses a case like [`CaseFile::parse`] and returns all mistakes. The case contains everything that could be
+    /// read; it is `None` if a required part is missing.
     pub(crate) fn parse_all(text: &str, path: &Path) -> (Option<Self>, Vec<InputError>) {
         if Self::is_study(text) {
             let help = format!("Run it with: breccia study {}", path.display());
@@ -62,10 +62,10 @@ impl CaseFile {
         (Some(file), mistakes)
     }
 
-    /// The text of a case.
+    /// Reads the text of a case file.
     ///
     /// # Errors
-    /// A file that cannot be read.
+    /// If the file cannot be read.
     pub(crate) fn text(path: &Path) -> Result<String, InputError> {
         fem::read_regular_text(path).map_err(|e| {
             let help = match e.kind() {
@@ -76,28 +76,28 @@ impl CaseFile {
         })
     }
 
-    /// Whether a text has the keys that every study has and no case has.
+    /// Whether the text is a study: a study has the key `base` and no table `specimen`.
     pub(crate) fn is_study(text: &str) -> bool {
         let table: Option<toml::Table> = text.parse().ok();
         table.is_some_and(|table| table.contains_key("base") && !table.contains_key("specimen"))
     }
 
-    /// The shipped default case.
+    /// Returns the built-in default case.
     pub fn default_case() -> Self {
         Self::parse(Case::TEMPLATE, Path::new("default.toml"))
             .expect("the shipped case is valid: a test reads it")
     }
 
-    /// A file that the case names, relative to the case's own place.
+    /// Returns a path of the case relative to the folder of the case file.
     pub fn beside(&self, path: &Path) -> PathBuf {
         self.path.with_file_name("").join(path)
     }
 
-    /// The specimen table that the case names, if it names one.
+    /// Returns the path of the specimen table, if the case names one.
     ///
     /// # Errors
-    /// When there is no such file. A single simulation does not need it, so [`CaseFile::read`]
-    /// does not ask for it.
+    /// If the file does not exist. [`CaseFile::read`] does not check this, because a single simulation does not need
+    /// the table.
     pub fn table(&self) -> Result<Option<PathBuf>, InputError> {
         let Some(table) = self.case.experiments.as_ref().and_then(|e| e.table.as_ref()) else {
             return Ok(None);
@@ -114,7 +114,7 @@ impl CaseFile {
         ))
     }
 
-    /// An error about a key of this case.
+    /// Creates an error about a key of this case.
     pub(crate) fn error(
         &self,
         key: &str,
@@ -127,13 +127,13 @@ impl CaseFile {
 }
 
 impl Case {
-    /// The case as TOML, every default written out.
+    /// Returns the case as TOML, including all default values.
     pub fn to_toml(&self) -> String {
         toml::to_string_pretty(self).expect("a case holds nothing that TOML cannot say")
     }
 }
 
-/// Turns the parser's error into one that names key, value and help.
+/// Converts an error of the TOML parser into one with key, value and help.
 fn explain(error: &toml::de::Error, text: &str, path: &Path) -> InputError {
     let (place, value) = error.span().map_or_else(Default::default, |span| locate(text, span));
     let message = error.message();
@@ -154,7 +154,7 @@ fn explain(error: &toml::de::Error, text: &str, path: &Path) -> InputError {
         Some((key, known)) if message.starts_with("unknown field") => {
             let mut known = known.to_vec();
             if place.contains("specimen.image") {
-                // the parser lists those of the segmentation
+                // the parser lists only the keys of the segmentation
                 known.extend(OWN_KEYS);
             }
             let help = format!("{}Keys here: {}.", did_you_mean(key, &known), known.join(", "));
@@ -177,7 +177,7 @@ fn explain(error: &toml::de::Error, text: &str, path: &Path) -> InputError {
     InputError::new(path, place, value, problem, help)
 }
 
-/// A name that stands without its value, as `"fixed"`, with one: `rule = { fixed = 3 }`.
+/// Completes a name that needs a value, such as `"fixed"`: `rule = { fixed = 3 }`.
 fn with_value(place: &str, value: &str) -> String {
     let key = place.rsplit('.').next().unwrap_or(place);
     let name = value.trim_matches(['"', '\'']);
@@ -185,8 +185,8 @@ fn with_value(place: &str, value: &str) -> String {
     format!("{key} = {{ {name} = {value} }}")
 }
 
-/// How a value of the type that the parser expected is written, as a sentence; empty for types that
-/// explain themselves.
+/// Returns a sentence on how to write a value of the type that the parser expected; empty for types that need no
+/// explanation.
 fn how_to_write(message: &str) -> &'static str {
     match message.rsplit_once("expected ") {
         _ if !message.starts_with("invalid type") => "",
@@ -200,7 +200,7 @@ fn how_to_write(message: &str) -> &'static str {
     }
 }
 
-/// The parser's message with TOML's words for Rust's types, on one line.
+/// Replaces Rust types in the parser's message by TOML terms, and joins its lines.
 fn in_plain_words(message: &str) -> String {
     let Some((found, expected)) = message.rsplit_once("expected ") else {
         return message.replace('\n', "; ");
@@ -223,7 +223,7 @@ fn did_you_mean(word: &str, known: &[&str]) -> String {
         .unwrap_or_default()
 }
 
-/// Line, table and key, and the text right of the equals sign, at a place of the file.
+/// Returns the position of a span (line, table and key) and the text to the right of the equals sign.
 fn locate(text: &str, span: Range<usize>) -> (String, String) {
     let start = span.start.min(text.len());
     let line_start = text[..start].rfind('\n').map_or(0, |i| i + 1);
@@ -260,7 +260,7 @@ mod tests {
         CaseFile::parse(text, Path::new("case.toml")).unwrap_err().to_string()
     }
 
-    /// The default case with the first `from` replaced.
+    /// Returns the default case with the first occurrence of `from` replaced.
     fn with(from: &str, to: &str) -> String {
         assert!(Case::TEMPLATE.contains(from), "the default case has no {from:?}");
         Case::TEMPLATE.replacen(from, to, 1)

@@ -1,5 +1,5 @@
-//! The folder of the results as a case of its own: what is copied there, whose case it is, and how
-//! messages name a person's files and not our copies of them.
+//! The results folder as an independent case: copies of the input files, the origin of the case, and error messages
+//! that name the user's files instead of the copies.
 
 use std::path::{Path, PathBuf};
 
@@ -15,10 +15,10 @@ use crate::error::InputError;
 use crate::progress::say;
 use crate::specimen_files::{SpecimenFiles, recorded_file};
 
-/// Which case a folder belongs to.
+/// Name of the file that records to which case a results folder belongs.
 const ORIGIN: &str = "origin.toml";
 
-/// The mistake of a folder with results whose case is to be taken from it and is not there.
+/// Returns an error if the case should be read from a results folder that has results but no `case.toml`.
 pub fn missing_case(dir: &Path) -> Option<InputError> {
     let case = dir.join("case.toml");
     if case.is_file() || !dir.join(STAGES_FILE).is_file() {
@@ -37,45 +37,47 @@ pub fn missing_case(dir: &Path) -> Option<InputError> {
     Some(InputError::new(&case, "", "", "is missing, and the folder has results", help))
 }
 
-/// `origin.toml`.
+/// Contents of `origin.toml`.
 #[derive(Serialize, Deserialize)]
 struct Origin {
-    /// The case's file.
+    /// Path of the case file.
     case: PathBuf,
 }
 
-/// The command whose name stands in messages about copies, which every command writes.
+/// Command named in messages about copies; every command writes these copies.
 const COMMAND: &str = "run";
 
-/// A copy of a file that a case names.
+/// A copy of an input file of a case.
 #[derive(Clone, Debug)]
 struct CopiedFile {
-    /// Its name in the folder of the results.
+    /// Name of the copy in the results folder.
     name: String,
     content: Vec<u8>,
-    /// The user's own file.
+    /// Path of the user's original file.
     original: PathBuf,
 }
 
-/// A case whose files lie beside it in the folder of the results.
+/// A case with copies of its input files in the results folder.
 #[derive(Clone, Debug)]
 pub(super) struct Copies {
-    /// The case; what it names is in the folder.
+    /// The case; its paths refer to the results folder.
     pub(super) case: Case,
     files: Vec<CopiedFile>,
-    /// Our copies and the person's own files or folders.
+    /// Pairs of paths: the copy, and the user's original file or folder.
     originals: Vec<(PathBuf, PathBuf)>,
-    /// The table of specimens and how it was read, unless that is commas and decimal points.
+    /// Path of the table of specimens and a description of its format, unless the format is plain (commas and decimal
+    /// points).
     table_understood: Option<(PathBuf, String)>,
-    /// Specimens whose curves are exports of a testing machine, and how these were read.
+    /// Identifiers of specimens whose curves are exports of a testing machine, with a description of how each file
+    /// was read.
     understood: Vec<(String, String)>,
 }
 
 impl Copies {
-    /// What of a case goes to `dir`; nothing is written yet.
+    /// Collects the files of a case that are copied to `dir`; nothing is written yet.
     ///
     /// # Errors
-    /// A file that the case names is wrong.
+    /// If an input file of the case is invalid or cannot be read.
     pub(super) fn of(source: &CaseFile, dir: &Path) -> Result<Self, WorkflowError> {
         let mut copies = Self {
             case: source.case.clone(),
@@ -112,7 +114,7 @@ impl Copies {
             own.chain(image.further_stacks.iter_mut().flatten()).chain(mask)
         });
         for stack in stacks {
-            // too large to be copied
+            // images are too large to be copied: make their paths absolute
             let from = source.beside(stack);
             *stack = std::path::absolute(&from).map_err(|e| WorkflowError::io(&from, e))?;
         }
@@ -126,7 +128,7 @@ impl Copies {
         if let Some((table, read)) = measured {
             let (from, to) = (source.beside(table), dir.join(SPECIMENS));
             if from.is_file() {
-                // the copies are displacement_mm,force_N
+                // the copies have the columns displacement_mm,force_N
                 let options = read.take().unwrap_or_default();
                 let SpecimenFiles { table: mut specimens, table_understood, understood, mistakes } =
                     SpecimenFiles::read(&from, &options);
@@ -134,14 +136,14 @@ impl Copies {
                     return Err(mistake.into());
                 }
                 if !same_file(&from, &to) {
-                    // scans are too large to be copied
+                    // scans are too large to be copied: make their paths absolute
                     for image in specimens.specimens.iter_mut().filter_map(|s| s.image.as_mut()) {
                         let place = from.with_file_name(&*image);
                         *image = std::path::absolute(&place)
                             .map_err(|e| WorkflowError::io(&place, e))?;
                     }
                     let files = specimens.to_files().map_err(|e| WorkflowError::io(&to, e))?;
-                    // the table comes first, then a curve for each specimen
+                    // `files` holds first the table, then one curve per specimen
                     let curves = specimens.specimens.iter().zip(&understood);
                     let curves = curves.map(|(specimen, how)| (Some(specimen), how.as_ref()));
                     for ((place, mut content), (specimen, how)) in files
@@ -172,20 +174,20 @@ impl Copies {
                 }
                 *table = SPECIMENS.into();
             } else {
-                // a mesh can be made before the specimens are tested; the experiments stage asks again
+                // the table may not exist yet, since meshing does not need it; the experiments stage checks again
                 *table = std::path::absolute(&from).map_err(|e| WorkflowError::io(&from, e))?;
             }
         }
         Ok(copies)
     }
 
-    /// Refuses a folder with results of another case.
+    /// Checks that the results in a folder do not belong to another case.
     ///
-    /// A case is known by its file, or else by what it tests and calibrates: specimen, prior and
-    /// experiments, curves and mesh included. Other values in one file are the same case going on.
+    /// A case is identified by its file or, failing that, by its tables `specimen`, `prior` and `experiments` and the
+    /// copied curves and mesh. Other changes in the same file count as the same case.
     ///
     /// # Errors
-    /// [`WorkflowError::OtherFolder`].
+    /// [`WorkflowError::OtherFolder`] if the results belong to another case.
     pub(super) fn check_owner(&self, source: &CaseFile, dir: &Path) -> Result<(), WorkflowError> {
         if !dir.join("stages.toml").is_file() || is_case_of_folder(source, dir) {
             return Ok(());
@@ -201,7 +203,7 @@ impl Copies {
         Err(WorkflowError::OtherFolder { path: dir.to_owned(), owner })
     }
 
-    /// Whether the case in the folder tests and calibrates the same.
+    /// Whether the case in the folder has the same specimen, prior and experiments, including the copied files.
     fn is_alike(&self, dir: &Path) -> bool {
         let there: Option<toml::Table> =
             fem::read_regular_text(&dir.join("case.toml")).ok().and_then(|text| text.parse().ok());
@@ -215,10 +217,11 @@ impl Copies {
             })
     }
 
-    /// Writes the case and what it names, and whose they are. A copy that the user has edited is used as it is.
+    /// Writes the case, the copies of its input files, and the record of its origin. A copy that the user has edited
+    /// is not overwritten.
     ///
     /// # Errors
-    /// A file of the user's in the place of one of these; the folder cannot be written.
+    /// If a file of the user has the path of one of these files, or the folder cannot be written.
     pub(super) fn write(
         &self,
         source: &CaseFile,
@@ -250,11 +253,11 @@ impl Copies {
                 .map_err(|e| WorkflowError::Unusable(format!("{}: {e}", path.display())))?;
             contents.push((ORIGIN, text.into_bytes()));
         }
-        // a case that the user has written there is read as it is
+        // a `case.toml` written by the user in the results folder is not overwritten
         if !is_case_of_folder(source, dir) || folder.owner("case.toml")? == Owner::Program {
             contents.push(("case.toml", self.case.to_toml().into_bytes()));
         }
-        // all or none
+        // claim all files before the first is written
         for (name, content) in &contents {
             if !folder.has_bytes(name, content) {
                 folder.claim(name, COMMAND)?;
@@ -267,7 +270,7 @@ impl Copies {
         contents.try_for_each(|(name, content)| folder.write(name, COMMAND, content).map(drop))
     }
 
-    /// Prints how exports were read, once for all that were read alike.
+    /// Prints how exported files were read, once for all files that were read in the same way.
     fn say_what_was_understood(&self) {
         if let Some((table, how)) = &self.table_understood {
             say("note", &format!("{} read as: {how}", table.display()));
@@ -291,7 +294,7 @@ impl Copies {
         }
     }
 
-    /// The error with the names of a person's own files in place of those of our copies.
+    /// Replaces the paths of copies in an error by the paths of the user's original files.
     pub(super) fn named_by_owner(&self, error: WorkflowError) -> WorkflowError {
         use WorkflowError as E;
         let own = |path: PathBuf| self.original(&path).unwrap_or(path);
@@ -312,7 +315,7 @@ impl Copies {
         }
     }
 
-    /// The person's own file behind a copy.
+    /// Returns the user's original file for the path of a copy.
     fn original(&self, path: &Path) -> Option<PathBuf> {
         self.originals.iter().find_map(|(copy, own)| {
             let rest = path.strip_prefix(copy).ok()?;
@@ -326,7 +329,7 @@ fn copy_of(name: &str, original: &Path) -> Result<CopiedFile, WorkflowError> {
     Ok(CopiedFile { name: name.to_owned(), content, original: original.to_owned() })
 }
 
-/// What a case is known by: the place of its file, if it has one.
+/// Returns the canonical path of the case file, which identifies the case.
 fn name_of(source: &CaseFile) -> PathBuf {
     source.path.canonicalize().unwrap_or_else(|_| source.path.clone())
 }

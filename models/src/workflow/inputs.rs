@@ -210,7 +210,7 @@ impl Inputs<'_> {
             self.reads_file(&copy.to_string_lossy());
         }
         if let SpecimenGeometry::Surfaces { import, .. } = &geometry {
-            // a folder counts with all of its files, so that one more is a change
+            // all files of a folder are recorded, so that an additional file counts as a change
             self.reads_file(&import.surfaces.to_string_lossy());
         }
         Ok(geometry)

@@ -1,4 +1,5 @@
-//! Stage `segment`: an image, real or of a virtual scan, or labels of the user's own, to labelled grains.
+//! Stage `segment`: segments an image (real or from a virtual scan), or reads labels of the user, and writes labelled
+//! grains.
 
 use fem::{Region, StackHeader, VOID, Volume, outlined_slice, tiff};
 
@@ -10,9 +11,9 @@ use super::task::Task;
 use crate::progress::{Bar, say};
 use crate::report::{Raster, grain_picture, grain_sizes, side_by_side};
 
-/// What stands in `solid.tif` for a voxel that is all grain.
+/// Value in `solid.tif` of a voxel that is entirely grain.
 pub(super) const WHOLE: f32 = 65535.0;
-/// The steps that a segmentation tells of, for its bar.
+/// Number of steps that a segmentation reports, for the progress bar.
 const STEPS: f64 = 7.0;
 
 pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
@@ -54,18 +55,18 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     Ok(told)
 }
 
-/// Prints what was read of a stack, and warns of what may make the result wrong.
+/// Prints the description of an image stack and its warnings.
 fn report_reading(task: &Task<'_>, header: Option<&StackHeader>) {
     let Some(header) = header else { return };
     say("image", &header.in_words());
     header.warnings.iter().for_each(|warning| task.warn(warning));
 }
 
-/// What was found, with the fraction of each phase in the cylinder that is meshed.
+/// Summarises the segmentation, with the fraction of each phase in the meshed cylinder.
 fn in_words(found: &Found, fractions: &[(String, f64)]) -> String {
     let (s, part) = (found.statistics(), 100.0 * grain_fraction(fractions));
     let of_image = 100.0 * s.grain_fraction;
-    // of a block, or of a smaller cylinder in the specimen
+    // the fractions differ if the meshed cylinder is only part of the specimen in the image
     let others = match (part - of_image).abs() > 0.1 {
         true => format!(" ({of_image:.1} % of the specimen that the image shows)"),
         false => String::new(),
@@ -80,16 +81,17 @@ fn in_words(found: &Found, fractions: &[(String, f64)]) -> String {
     format!("{} grains, {part:.1} % of the cylinder that is meshed{others}{phases}", s.grains)
 }
 
-/// The part of the cylinder that is of phases of grains, without voids.
+/// Returns the volume fraction of all phases of grains in the cylinder, voids excluded.
 fn grain_fraction(fractions: &[(String, f64)]) -> f64 {
     fractions.iter().filter(|(name, _)| name != VOID).map(|(_, part)| part).sum()
 }
 
-/// Fitted sizes of images differ by less than this part, or they do not show specimens of one size.
+/// Maximum relative difference between the fitted sizes of the images; above it the images do not show specimens of
+/// one size.
 const LARGEST_DIFFERENCE: f64 = 0.05;
 
-/// Segments the image of a further specimen, which is taken to have the radius and height in mm of the first: what
-/// runs differ by shall be the grains.
+/// Segments the image of a further specimen. Its cylinder gets the radius and height (mm) of the first specimen, so
+/// that runs differ only in their grains.
 fn further(
     task: &Task<'_>,
     image: usize,
@@ -105,7 +107,7 @@ fn further(
         segmentation: scanned.segmentation.clone(),
         size_mm: [None; 2],
     };
-    // errors name the image: the case's own specimen is fine
+    // the path in errors is that of the image, since the case's own specimen is valid
     let mut look = |image: &Image| {
         report_reading(task, image.header());
         Ok(())
@@ -117,7 +119,7 @@ fn further(
     drop(bar);
     let fitted = [found.cylinder().radius_mm, found.cylinder().height_mm()];
     let is_given = scanned.size_mm.iter().all(Option::is_some);
-    // a smaller one may be cut out of any
+    // if a size is given, a smaller cylinder can be cut out of any larger specimen
     let differs = |(fitted, own): (&f64, &f64)| match is_given {
         true => fitted / own < 1.0 - LARGEST_DIFFERENCE,
         false => (fitted / own - 1.0).abs() > LARGEST_DIFFERENCE,
@@ -140,7 +142,7 @@ fn further(
     Ok(())
 }
 
-/// Writes what was found in an image.
+/// Writes the result of the segmentation of an image.
 fn write_found(
     task: &Task<'_>,
     image: usize,
@@ -160,7 +162,7 @@ fn write_found(
     write_picture(task, &name("slices.png"), &slices(grey, found)?)
 }
 
-/// Writes values times a factor as whole numbers of 16 bits.
+/// Writes the values, multiplied by a factor and rounded, as a 16-bit image.
 pub(super) fn write_16_bits(
     task: &Task<'_>,
     name: &str,
@@ -183,7 +185,8 @@ pub(super) fn write_picture(
     task.write(name, bytes)
 }
 
-/// The slices through the middle, across the axis and along it twice, with the cylinder that is meshed.
+/// Draws three central slices, one perpendicular to the axis and two along it, with the outline of the meshed
+/// cylinder.
 fn slices(grey: &Volume<f32>, found: &Found) -> Result<Raster, WorkflowError> {
     let mut pictures = Vec::new();
     for axis in [2, 1, 0] {
@@ -237,15 +240,15 @@ fn of_grain(found: &Found, region: &Region) -> [String; 15] {
     ]
 }
 
-/// What is known of the specimen as a whole.
+/// Returns the rows of `segment.csv`: quantities of the whole specimen.
 fn quantities(found: &Found, fractions: &[(String, f64)]) -> Vec<(String, String)> {
     let (cylinder, s, labels) = (found.cylinder(), found.statistics(), found.labels());
     let number = |x: f64| x.to_string();
     let mut rows = vec![
         ("grains", s.grains.to_string()),
-        // of the cylinder that is meshed
+        // grain fraction of the meshed cylinder
         ("grain_fraction", number(grain_fraction(fractions))),
-        // of all that the image shows of the specimen
+        // grain fraction of the whole specimen in the image
         ("image_grain_fraction", number(s.grain_fraction)),
         ("voxel_fraction", number(s.voxel_fraction)),
         ("radius_mm", number(cylinder.radius_mm)),

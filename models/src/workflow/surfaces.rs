@@ -1,4 +1,4 @@
-//! `breccia surfaces`: the surface of each grain as an STL file.
+//! Command `breccia surfaces`: writes the surface of each grain as an STL file.
 
 use std::path::PathBuf;
 
@@ -19,22 +19,22 @@ use crate::case::SpecimenGeometry;
 use crate::progress::say;
 use crate::table::to_csv;
 
-/// The command that writes these files.
+/// Name of the command.
 const COMMAND: &str = "surfaces";
-/// The table of the files.
+/// File name of the table that lists the surfaces.
 const TABLE: &str = "surfaces.csv";
 /// Columns of the table.
 const COLUMNS: [&str; 9] =
     ["grain", "file", "phase", "triangles", "volume_mm3", "x_mm", "y_mm", "z_mm", "factor"];
 
-/// What is done to the surfaces of grains before they are written.
+/// Processing of the grains' surfaces before they are written.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfaceOptions {
-    /// Passes of Taubin's filter.
+    /// Number of passes of Taubin's smoothing filter.
     pub smoothing_passes: usize,
-    /// Divisor of the number of triangles.
+    /// Factor by which the number of triangles is reduced.
     pub decimation: f64,
-    /// Least distance of two grains (mm), to which grains are shrunk; 0 leaves them as they are.
+    /// Minimum distance between grains (mm), reached by shrinking grains; 0 disables shrinking.
     pub least_distance_mm: f64,
 }
 
@@ -44,7 +44,7 @@ impl Default for SurfaceOptions {
     }
 }
 
-/// The surface of a grain with what is known of it.
+/// Surface of a grain, with the grain's number and phase.
 struct GrainSurface {
     number: u32,
     phase: String,
@@ -52,12 +52,13 @@ struct GrainSurface {
 }
 
 impl Workflow<'_> {
-    /// Writes the surface of each grain to `surfaces/grain-NUMBER.stl`, in mm and in the coordinates of the mesh, with a
-    /// table `surfaces.csv`, whose path is returned. Grains of an image are those of the stage `segment`, which is run
-    /// where it has not been; voids are left out.
+    /// Writes the surface of each grain to `surfaces/grain-NUMBER.stl`, in mm and in the coordinates of the mesh, and
+    /// a table `surfaces.csv`; returns the path of the table. The grains of an image are those of the stage
+    /// `segment`, which is run first if necessary. Voids are omitted.
     ///
     /// # Errors
-    /// What ends the stage; a file of the user's in the place of one of these; a mesh file without grains.
+    /// Errors of the stage `segment`; a file of the user at the path of one of these files; a mesh file without
+    /// grains.
     pub fn surfaces(&self, options: &SurfaceOptions) -> Result<PathBuf, WorkflowError> {
         self.folder.claim_all(SURFACES, COMMAND, |_| true)?;
         let inputs = self.inputs();
@@ -72,7 +73,7 @@ impl Workflow<'_> {
         let surfaces = grains.iter().map(|grain| grain.surface.clone()).collect();
         let Separated { surfaces, factors } = match options.least_distance_mm > 0.0 {
             true => separated(surfaces, options.least_distance_mm).map_err(|source| {
-                // numbers of grains and not of surfaces
+                // replace the positions of the surfaces by the numbers of the grains
                 let number = |place: usize| grains[place - 1].number as usize;
                 let (first, second) = (number(source.first), number(source.second));
                 let source = fem::SeparateError { first, second, ..source };
@@ -127,7 +128,7 @@ impl Workflow<'_> {
                 factor.to_string(),
             ]);
         }
-        // of a run with more grains
+        // remove files of an earlier run with more grains
         let is_kept = |file: &str| file == TABLE || rows.iter().any(|row| row[1] == file);
         self.folder.remove_leftovers(&SURFACES, is_kept)?;
         let path = self.folder.path(TABLE);
@@ -136,7 +137,7 @@ impl Workflow<'_> {
     }
 }
 
-/// Smooths and decimates; surfaces that enclose nothing are left out.
+/// Smooths and decimates the surfaces; omits surfaces that are not closed or enclose no volume.
 fn worked(grains: Vec<GrainSurface>, options: &SurfaceOptions) -> Vec<GrainSurface> {
     let work = |mut grain: GrainSurface| {
         if options.smoothing_passes > 0 {
@@ -164,7 +165,7 @@ fn in_words(grains: &[GrainSurface], before: f64, after: f64) -> String {
     format!("{} grains, {triangles} triangles, {after:.4} mm³{loss}{gap}", grains.len())
 }
 
-/// The surfaces of all grains of a case that are no voids.
+/// Returns the surfaces of all grains of a case, voids excluded.
 fn grain_surfaces(inputs: &Inputs<'_>) -> Result<Vec<GrainSurface>, WorkflowError> {
     let case = inputs.case_path();
     let of_one_phase = |(number, surface): (u32, Surface)| {

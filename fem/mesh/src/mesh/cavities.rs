@@ -1,4 +1,4 @@
-//! Cavities: parts of space that a mesh encloses and does not fill.
+//! Cavities: empty volumes that a mesh encloses.
 
 use std::collections::HashMap;
 
@@ -6,18 +6,19 @@ use super::TetMesh;
 use super::tet_mesh::Parts;
 use super::vector::{Point, add, cross, dot, mean, scale};
 
-/// A part of space that a mesh encloses.
+/// An empty volume enclosed by a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cavity {
-    /// Its volume (mm³), between straight edges.
+    /// Volume of the cavity (mm³), computed with straight edges.
     pub volume_mm3: f64,
-    /// The mean of the centres of its faces (mm).
+    /// Mean of the centres of the cavity's boundary faces (mm).
     pub centre_mm: [f64; 3],
 }
 
 impl TetMesh {
-    /// The cavities of a sound mesh, in the order of their first faces: boundary faces that hang together by
-    /// edges and show inward as a whole.
+    /// Returns the cavities of a valid mesh, ordered by their first faces. A cavity is a set of boundary faces
+    /// connected through edges that encloses a negative volume (its faces are oriented towards the inside of the
+    /// cavity).
     pub fn cavities(&self) -> Vec<Cavity> {
         let faces = self.boundary_faces();
         let mut parts = Parts::new(faces.len());

@@ -1,8 +1,8 @@
-//! The geometry of a quadratic tetrahedron: is it folded, and how large is it?
+//! Validity and volume of a quadratic tetrahedron.
 //!
-//! Its Jacobian determinant is a cubic over the reference tetrahedron. In Bernstein form the smallest
-//! coefficient bounds the determinant from below and the mean of the coefficients is its mean. Bisecting the
-//! reference tetrahedron tightens the bound.
+//! The Jacobian determinant of a quadratic tetrahedron is a cubic polynomial over the reference tetrahedron. The
+//! smallest coefficient of its Bernstein form is a lower bound of the determinant, and the mean of the coefficients
+//! is the mean of the determinant. Bisecting the reference tetrahedron tightens the bound.
 //!
 //! # Reference
 //! A. Johnen, J.-F. Remacle, C. Geuzaine, "Geometrical validity of curvilinear finite elements",
@@ -10,28 +10,29 @@
 
 use super::vector::{Point, cross, dot};
 
-/// Local numbers of the point between two corners, in the order of the edges 01, 12, 20, 03, 13,
-/// 23; a corner with itself is not used.
+/// Index of the mid-edge point between two corners, in the order of the edges 01, 12, 20, 03, 13, 23. The diagonal
+/// entries (9) are not used.
 const BETWEEN: [[usize; 4]; 4] = [[9, 0, 2, 3], [0, 9, 1, 4], [2, 1, 9, 5], [3, 4, 5, 9]];
 
-/// Distance of the lower bound from the least Jacobian, relative to the mean of the coefficients' sizes: an element whose Jacobian
-/// falls below this counts as folded, since its stiffness is that of an element without volume.
+/// Tolerance of the lower bound of the Jacobian determinant, relative to the mean absolute Bernstein coefficient. An
+/// element with a determinant below this tolerance may count as folded; its volume is practically zero somewhere.
 const TIGHT: f64 = 1e-3;
-/// Most bisections of the reference tetrahedron, one after the other: four of each edge.
+/// Maximum depth of the bisection of the reference tetrahedron: four bisections of each edge.
 const DEEPEST: usize = 24;
-/// Edges in the order in which they are bisected: opposite ones follow each other, so that parts stay compact.
+/// Edges in the order of bisection. Opposite edges are consecutive, so that the sub-tetrahedra stay compact.
 const BISECTED: [[usize; 2]; 6] = [[0, 1], [2, 3], [0, 2], [1, 3], [0, 3], [1, 2]];
 
-/// Bernstein coefficients of a cubic over a tetrahedron. The place of a coefficient has one digit to the base 4
-/// for each corner, its exponent; most places are not used.
+/// Bernstein coefficients of a cubic polynomial over a tetrahedron. The index of a coefficient in base 4 has one
+/// digit per corner, the exponent of that corner; most of the 256 entries are not used.
 type Cubic = [f64; 256];
 
-/// The places of the coefficients.
+/// Returns the indices of the 20 entries of a [`Cubic`] that are used: those whose exponents add up to 3.
 fn places() -> impl Iterator<Item = usize> {
     (0..256).filter(|place| (0..4).map(|corner| place >> (2 * corner) & 3).sum::<usize>() == 3)
 }
 
-/// The cubic on the half of its tetrahedron in which the corner `moved` stands halfway to `fixed`.
+/// Restricts the cubic to the half of its tetrahedron in which corner `moved` is replaced by the midpoint between
+/// `moved` and `fixed`.
 fn half(cubic: &Cubic, fixed: usize, moved: usize) -> Cubic {
     const BINOMIAL: [[f64; 4]; 4] =
         [[1.0, 0.0, 0.0, 0.0], [1.0, 1.0, 0.0, 0.0], [1.0, 2.0, 1.0, 0.0], [1.0, 3.0, 3.0, 1.0]];
@@ -46,18 +47,18 @@ fn half(cubic: &Cubic, fixed: usize, moved: usize) -> Cubic {
     halved
 }
 
-/// The Jacobian determinant of a quadratic tetrahedron (mm³); a straight one has six times its volume
-/// everywhere.
+/// Bounds and mean of the Jacobian determinant of a quadratic tetrahedron (mm³). For a straight tetrahedron the
+/// determinant is constant, six times the volume.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Jacobian {
-    /// Lower bound; of a sound tetrahedron at most a thousandth of the mean below the least value.
+    /// Lower bound of the determinant; for a valid tetrahedron at most a thousandth of the mean below the minimum.
     pub(crate) lowest: f64,
-    /// Its mean, six times the volume.
+    /// Mean of the determinant, six times the volume.
     pub(crate) mean: f64,
 }
 
 impl Jacobian {
-    /// Of the tetrahedron with these corners and these points on its edges 01, 12, 20, 03, 13, 23.
+    /// Computes the Jacobian determinant from the corners and the points on the edges 01, 12, 20, 03, 13, 23.
     pub(crate) fn of(corners: &[Point; 4], middles: &[Point; 6]) -> Jacobian {
         let cubic = determinant(corners, middles);
         let mean = places().map(|place| cubic[place]).sum::<f64>() / 20.0;
@@ -65,16 +66,17 @@ impl Jacobian {
         Jacobian { lowest: lower_bound(&cubic, TIGHT * size), mean }
     }
 
-    /// Whether the tetrahedron has no positive volume somewhere.
+    /// Whether the lower bound of the determinant is not positive, so that the tetrahedron counts as folded.
     pub(crate) fn is_folded(&self) -> bool {
         self.lowest.is_nan() || self.lowest <= 0.0
     }
 }
 
-/// A lower bound of a cubic that is at most `tight` below its least value.
+/// Returns a lower bound of a cubic, at most `tight` below its minimum (unless the maximum depth is reached); NaN if
+/// `tight` is not finite.
 fn lower_bound(cubic: &Cubic, tight: f64) -> f64 {
     let low = |cubic: &Cubic| places().map(|place| cubic[place]).fold(f64::INFINITY, f64::min);
-    // the value at a corner is the coefficient with the exponent 3 there
+    // the value of the cubic at a corner is the coefficient with exponent 3 for that corner
     let at_corners =
         |cubic: &Cubic| (0..4).map(|corner| cubic[3 << (2 * corner)]).fold(f64::INFINITY, f64::min);
     if !tight.is_finite() {
@@ -96,7 +98,7 @@ fn lower_bound(cubic: &Cubic, tight: f64) -> f64 {
     bound
 }
 
-/// The Jacobian determinant in Bernstein form.
+/// Returns the Bernstein coefficients of the Jacobian determinant.
 fn determinant(corners: &[Point; 4], middles: &[Point; 6]) -> Cubic {
     // control points of the quadratic map
     let control = |i: usize, j: usize| -> Point {
@@ -106,14 +108,14 @@ fn determinant(corners: &[Point; 4], middles: &[Point; 6]) -> Cubic {
         let middle = middles[BETWEEN[i][j]];
         std::array::from_fn(|k| 2.0 * middle[k] - 0.5 * (corners[i][k] + corners[j][k]))
     };
-    // the derivative along edge 0k is linear, with one control vector a corner
+    // the derivative along edge 0k is linear: it has one control vector per corner
     let slopes: [[Point; 4]; 3] = std::array::from_fn(|k| {
         std::array::from_fn(|i| {
             let (to, from) = (control(i, k + 1), control(i, 0));
             std::array::from_fn(|axis| 2.0 * (to[axis] - from[axis]))
         })
     });
-    // a coefficient is the mean over the products that share its exponents
+    // a Bernstein coefficient is the mean of all products of control vectors with the same exponents
     let (mut sums, mut counts) = ([0.0; 256], [0.0; 256]);
     for i in 0..4 {
         for j in 0..4 {
@@ -145,7 +147,7 @@ mod tests {
         })
     }
 
-    /// The determinant at one point, by differences of the map itself.
+    /// The determinant at one point, from differences of the quadratic map.
     fn sampled(middles: &[Point; 6], at: [f64; 3]) -> f64 {
         let map = |[x, y, z]: [f64; 3]| -> Point {
             let l = [1.0 - x - y - z, x, y, z];
@@ -163,7 +165,7 @@ mod tests {
             let (mut plus, mut minus) = (at, at);
             plus[k] += 0.5;
             minus[k] -= 0.5;
-            // exact for a quadratic map, whatever the step
+            // a central difference of a quadratic map is exact for any step
             sub(map(plus), map(minus))
         };
         dot(slope(0), cross(slope(1), slope(2)))
@@ -207,7 +209,7 @@ mod tests {
 
     #[test]
     fn an_element_with_a_negative_coefficient_and_a_positive_determinant_is_not_folded() {
-        // three edges bent by a share of these shifts
+        // three edges bent by a fraction of these shifts
         const SHIFTS: [(usize, Point); 3] =
             [(2, [0.04, 0.09, -0.38]), (3, [0.54, 0.11, 0.07]), (4, [-0.01, 0.6, -0.01])];
         let bent = |share: f64| {

@@ -1,4 +1,4 @@
-//! Fewer triangles for a closed surface: edges collapse in the order of their quadric error.
+//! Decimation of closed triangle surfaces by edge collapse in the order of the quadric error.
 //!
 //! # Reference
 //! M. Garland, P. S. Heckbert, "Surface simplification using quadric error metrics", SIGGRAPH 97, 209–216,
@@ -12,21 +12,22 @@ use nalgebra::{Matrix3, Vector3};
 use super::Surface;
 use super::vector::{Point, add, cross, dot, norm, scale, sub};
 
-/// Fewest triangles that a surface is decimated to: those of an icosahedron.
+/// Minimum number of triangles of a decimated surface: the number of faces of an icosahedron.
 const LEAST_TRIANGLES: usize = 20;
-/// Weight of the squared distance from the middle of an edge over the trace of the quadric. This term places the point
-/// along flats and ridges, where the quadric is singular.
+/// Weight of the squared distance from the midpoint of the edge, relative to the trace of the quadric. This term
+/// determines the new point along flat regions and ridges, where the quadric is singular.
 const MIDDLE: f64 = 1e-3;
-/// Least cosine of the angle by which a collapse turns a triangle.
+/// A collapse is skipped if the cosine of the rotation of a triangle's normal is below this value.
 const LEAST_COSINE: f64 = 0.2;
-/// Least shape of a triangle after a collapse, 1 for an equilateral one, unless it was worse before.
+/// Minimum shape measure of a triangle after a collapse (1 for an equilateral triangle), unless the triangle was
+/// worse before.
 const LEAST_SHAPE: f64 = 0.15;
 
-/// A surface with the number of its triangles divided by `factor`, but not below 20 triangles.
+/// Reduces the number of triangles of a surface by `factor`, but not below 20 triangles.
 ///
-/// Edges collapse in the order of their quadric error. A collapse that would change the topology of the surface, turn a
-/// triangle over or make a sliver is skipped, so a closed surface stays closed and the factor may not be reached. The
-/// surface is scaled about its centroid to the volume that it had. Factors up to 1 change nothing.
+/// Edges collapse in the order of their quadric error. A collapse that would change the topology, flip a triangle or
+/// create a sliver is skipped, so a closed surface stays closed, and `factor` may not be reached. Finally the surface
+/// is scaled about its centroid to its original volume. A factor of at most 1 returns the surface unchanged.
 ///
 /// # Example
 /// ```
@@ -56,7 +57,7 @@ pub fn decimated(surface: &Surface, factor: f64) -> Surface {
     }
 }
 
-/// The sum of squared distances from planes, weighted by the areas of their triangles: xᵀ A x + 2 b·x + c.
+/// Sum of squared distances from the planes of triangles, weighted by the triangles' areas: xᵀ A x + 2 b·x + c.
 #[derive(Clone, Copy, Debug)]
 struct Quadric {
     a: Matrix3<f64>,
@@ -90,7 +91,7 @@ impl Quadric {
         Quadric { a: self.a + other.a, b: self.b + other.b, c: self.c + other.c }
     }
 
-    /// The best place for the point that replaces an edge, and the error there.
+    /// Returns the point that replaces an edge, which minimises the quadric, and the quadric error at this point.
     fn minimum(&self, ends: [Point; 2]) -> (Point, f64) {
         let middle = Vector3::from(scale(add(ends[0], ends[1]), 0.5));
         let weight = MIDDLE * self.a.trace();
@@ -98,13 +99,14 @@ impl Quadric {
         let solved = matrix.cholesky().map(|factor| factor.solve(&(weight * middle - self.b)));
         let x = solved.unwrap_or(middle);
         let error = x.dot(&(self.a * x)) + 2.0 * self.b.dot(&x) + self.c;
-        // of flats, where no collapse has an error, the shortest edges go first
+        // in flat regions, where no collapse has an error, the shortest edges collapse first
         let edge = sub(ends[1], ends[0]);
         (x.into(), error.max(0.0) + 1e-9 * self.a.trace() * dot(edge, edge))
     }
 }
 
-/// An edge that may collapse, with the versions of its ends when its error was computed.
+/// An edge that may collapse. `versions` are the versions of its end points when the error was computed; an entry
+/// with outdated versions is skipped.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Candidate {
     error: f64,
@@ -129,19 +131,19 @@ impl Ord for Candidate {
     }
 }
 
-/// A surface whose edges collapse.
+/// State of the decimation of a surface.
 struct Collapse {
-    /// Coordinates about `origin`: quadrics lose digits far from it.
+    /// Coordinates relative to `origin`, since quadrics lose precision far from the origin.
     points: Vec<Point>,
     origin: Point,
-    /// Nothing for a triangle that has collapsed.
+    /// Triangles; `None` for a triangle that has collapsed.
     triangles: Vec<Option<[u32; 3]>>,
     left: usize,
-    /// Triangles at each point.
+    /// Indices of the triangles at each point.
     around: Vec<Vec<u32>>,
     quadrics: Vec<Quadric>,
     versions: Vec<u32>,
-    /// Points at which the surface is no disc, which stay.
+    /// Points that must not move, because the surface around them is not a disc.
     is_locked: Vec<bool>,
     queue: BinaryHeap<Reverse<Candidate>>,
 }
@@ -235,7 +237,8 @@ impl Collapse {
         }
     }
 
-    /// The link condition: the ends have two common neighbours, and no triangle on both sides joins these.
+    /// The link condition: the ends have exactly two common neighbours, and these two are not joined by triangles at
+    /// both ends.
     fn keeps_topology(&self, [a, b]: [u32; 2]) -> bool {
         let opposite_corners: BTreeSet<u32> = self
             .triangles_at(a)
@@ -253,7 +256,7 @@ impl Collapse {
         !(joins(a) && joins(b))
     }
 
-    /// Whether no triangle turns over or becomes a sliver.
+    /// Whether moving both ends to `place` neither flips a triangle nor creates a sliver.
     fn keeps_shape(&self, [a, b]: [u32; 2], place: Point) -> bool {
         let keeps = |end: u32, other: u32| {
             self.triangles_at(end).filter(|(_, t)| !t.contains(&other)).all(|(_, t)| {
@@ -267,7 +270,7 @@ impl Collapse {
         keeps(a, b) && keeps(b, a)
     }
 
-    /// Replaces both ends of an edge by its first one at another place.
+    /// Merges both ends of an edge into its first end, which moves to `place`.
     fn collapse(&mut self, [a, b]: [u32; 2], place: Point, quadric: Quadric) {
         let moved: Vec<(u32, [u32; 3])> = self.triangles_at(b).collect();
         for (number, triangle) in moved {
@@ -305,7 +308,7 @@ impl Collapse {
     }
 }
 
-/// The edge of a triangle that does not touch a corner, in the order of the triangle.
+/// Returns the edge opposite to a corner, in the orientation of the triangle.
 fn opposite([a, b, c]: [u32; 3], corner: u32) -> [u32; 2] {
     match corner {
         _ if corner == a => [b, c],
@@ -318,7 +321,7 @@ fn double_area([a, b, c]: [Point; 3]) -> Point {
     cross(sub(b, a), sub(c, a))
 }
 
-/// Area over the squared edges, 1 for an equilateral triangle.
+/// Shape measure of a triangle: its area over the sum of the squared edges, scaled to 1 for an equilateral triangle.
 fn shape(corners: [Point; 3]) -> f64 {
     let [a, b, c] = corners;
     let squares: f64 = [sub(b, a), sub(c, b), sub(a, c)].into_iter().map(|e| dot(e, e)).sum();

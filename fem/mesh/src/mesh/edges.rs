@@ -1,31 +1,31 @@
-//! The edges of a mesh and the points that quadratic elements have on them.
+//! The edges of a mesh and their mid-edge points for quadratic elements.
 
 use super::TetMesh;
 use super::tet_mesh::EDGES;
 use super::vector::{Point, add, scale};
 
-/// An edge, the node with the smaller number first, and its point.
+/// An edge, with the smaller node first, and its mid-edge point (mm).
 pub(super) type EdgePoint = ([u32; 2], Point);
 
-/// The middle of a straight edge.
+/// Returns the midpoint of a straight edge.
 pub(super) fn middle(points: &[Point], edge: [u32; 2]) -> Point {
     let [p, q] = edge.map(|node| points[node as usize]);
     scale(add(p, q), 0.5)
 }
 
-/// An edge with its smaller node first.
+/// Returns an edge with its smaller node first.
 pub(super) fn key([a, b]: [u32; 2]) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }
 
-/// The place of an edge among all of the mesh, which are sorted.
+/// Returns the index of an edge in the sorted list of all edges of the mesh.
 pub(super) fn edge_place(edges: &[EdgePoint], ends: [u32; 2]) -> usize {
     let found = edges.binary_search_by_key(&key(ends), |(edge, _)| *edge);
     found.expect("every edge of the mesh is listed")
 }
 
 impl TetMesh {
-    /// All edges with their points, curved or straight, sorted by their nodes.
+    /// Returns all edges with their mid-edge points, curved or straight, sorted by node numbers.
     pub(super) fn all_edges(&self) -> Vec<EdgePoint> {
         let ends = |tet: &[u32; 4]| EDGES.map(|ends| key(ends.map(|end| tet[end])));
         let mut edges: Vec<[u32; 2]> = self.tets.iter().flat_map(ends).collect();

@@ -1,7 +1,8 @@
-//! The surface on which values of a grid are zero, by tetrahedra.
+//! Zero isosurface of values on a regular grid, by the method of tetrahedral cells.
 //!
-//! Each cell of the grid is divided into six tetrahedra about its diagonal, in each of which the surface is one triangle
-//! or two. Unlike marching cubes this has no ambiguous cells: the surface is closed and each edge has two triangles.
+//! Each cell of the grid is divided into six tetrahedra around its diagonal. In each tetrahedron the surface consists
+//! of one or two triangles. Unlike marching cubes, this method has no ambiguous cells: the surface is closed, and
+//! each edge belongs to two triangles.
 //!
 //! # Reference
 //! A. Doi, A. Koide, "An efficient method of triangulating equi-valued surfaces by using tetrahedral cells", IEICE
@@ -11,9 +12,11 @@ use std::collections::HashMap;
 
 use super::Surface;
 
-/// A point lies at least this share of its edge away from both ends: no triangle is degenerate.
+/// Minimum distance of a surface point from both ends of its grid edge, relative to the length of the edge; it
+/// prevents degenerate triangles.
 const LEAST_SHARE: f64 = 0.05;
-/// The orders in which a path along three axes leads through a cell, and whether the tetrahedron has a positive volume.
+/// The six tetrahedra of a cell: the order of the axes along which a path leads from one corner of the cell to the
+/// opposite one, and whether the tetrahedron has a positive volume.
 const PATHS: [([usize; 3], bool); 6] = [
     ([0, 1, 2], true),
     ([1, 2, 0], true),
@@ -22,16 +25,17 @@ const PATHS: [([usize; 3], bool); 6] = [
     ([2, 1, 0], false),
     ([1, 0, 2], false),
 ];
-/// Even permutations of four corners by the corner that comes first.
+/// Even permutations of four corners; entry k has corner k first.
 const FIRST: [[usize; 4]; 4] = [[0, 1, 2, 3], [1, 0, 3, 2], [2, 3, 0, 1], [3, 2, 1, 0]];
-/// Even permutations of four corners, each with another pair first.
+/// Even permutations of four corners; each has a different pair of corners first.
 const PAIRS: [[usize; 4]; 6] =
     [[0, 1, 2, 3], [0, 2, 3, 1], [0, 3, 1, 2], [1, 2, 0, 3], [1, 3, 2, 0], [2, 3, 0, 1]];
 
-/// The surface around all negative values of a grid, in units of its cells from its first value. Where values at the
-/// frame of the grid are negative, the surface is half a cell outside.
+/// Returns the surface that encloses all negative values of a grid, in units of grid cells, relative to the first
+/// grid point. Outside the grid values are positive: where the values on the boundary of the grid are negative, the
+/// surface is half a cell outside.
 pub(crate) fn isosurface(size: [usize; 3], value: &dyn Fn([usize; 3]) -> f64) -> Surface {
-    // one more layer on each side; an empty grid has nothing to copy there
+    // pad the grid by one layer on each side; an empty grid has no value to copy into the padding
     if size.contains(&0) {
         return Surface::default();
     }
@@ -71,7 +75,7 @@ pub(crate) fn isosurface(size: [usize; 3], value: &dyn Fn([usize; 3]) -> f64) ->
     points.surface
 }
 
-/// The points of a surface by the edges of the grid on which they lie.
+/// The surface and its points, indexed by the grid edges on which they lie.
 struct Points {
     found: HashMap<[usize; 2], u32>,
     surface: Surface,
@@ -93,7 +97,7 @@ impl Points {
         })
     }
 
-    /// Adds the triangles in a tetrahedron, given by place and value of its corners.
+    /// Adds the triangles inside a tetrahedron, given the grid index and the value of each corner.
     fn tetrahedron(&mut self, corners: [(usize, f64); 4], is_positive: bool) {
         let is_inside = corners.map(|(_, value)| value < 0.0);
         let inside = is_inside.iter().filter(|&&is| is).count();
@@ -128,7 +132,7 @@ mod tests {
     use super::*;
     use crate::mesh::vector::{dot, norm, sub};
 
-    /// Value at a place of a grid of 24³.
+    /// Signed distance of a grid point from a sphere.
     fn ball(centre: [f64; 3], radius: f64) -> impl Fn([usize; 3]) -> f64 {
         move |at| norm(sub(at.map(|k| k as f64), centre)) - radius
     }
@@ -157,12 +161,13 @@ mod tests {
 
     #[test]
     fn what_the_frame_cuts_and_what_touches_at_an_edge_is_closed() {
-        // a ball about a corner of the grid, half a cell longer on three sides, with chamfered edges
+        // a ball centred at a corner of the grid: the surface is half a cell outside on three sides, with chamfered
+        // edges
         let surface = isosurface([12; 3], &ball([0.0; 3], 8.0));
         assert_eq!(surface.open_edges(), 0);
         let expected = PI / 6.0 * 512.0 + 1.5 * PI / 4.0 * 64.0 + 0.75 * 8.0 + 0.125;
         assert!((surface.volume() / expected - 1.0).abs() < 0.07, "{}", surface.volume());
-        // a board of cubes that meet at edges and corners
+        // a checkerboard of cubes that meet at edges and corners
         let board = |at: [usize; 3]| if at.iter().sum::<usize>() % 2 == 0 { -1.0 } else { 1.0 };
         let surface = isosurface([5; 3], &board);
         assert_eq!(surface.open_edges(), 0);

@@ -1,4 +1,4 @@
-//! A cylinder meshed by an O-grid of hexahedra, each split into tetrahedra.
+//! A cylinder meshed with an O-grid of hexahedra, each split into tetrahedra.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -8,37 +8,37 @@ use rayon::prelude::*;
 use super::TetMesh;
 use super::vector::{Point, mean};
 
-/// Cells across the central block and rings around it, per radius over spacing. With these the
-/// cells of block and rings have about the same size, and as many cover the disc as squares of
-/// the spacing would: `1.2² + 4 · 1.2 · 0.354 ≈ π`.
+/// Number of cells across the central block and number of rings around it, each per radius over spacing. With these
+/// factors the cells of block and rings have about the same size, and the number of cells equals the number of
+/// squares of edge `spacing` with the area of the disc: `1.2² + 4 · 1.2 · 0.354 ≈ π`.
 const BLOCK: f64 = 1.2;
 const RINGS: f64 = 0.354;
-/// Width of the block relative to the width at which its cells are as wide as the rings.
+/// Width of the central block, relative to the width for which its cells are as wide as the rings.
 const WIDTH: f64 = 0.95;
-/// How far the block's sides bulge: 0 a square, 1 a circle. Together with [`WIDTH`] it keeps the
-/// smallest dihedral angle above 30°, or 29° at the coarsest spacings (cubes would have 45°).
+/// Bulge of the block's sides: 0 for a square, 1 for a circle. Together with [`WIDTH`] it keeps the smallest dihedral
+/// angle above 30°, or 29° at the coarsest spacings (cubes would have 45°).
 const BULGE: f64 = 0.6;
-/// Coarsest spacing over the radius; beyond it a block of three cells is too fine for it.
+/// Largest allowed ratio of spacing to radius; above it the minimum block of three cells is finer than the spacing.
 const COARSEST: f64 = 0.6;
-/// More cells than this are taken for a mistake in the units.
+/// Limit of the number of cells; a larger number is reported as a likely error in the units.
 const MAX_CELLS: f64 = 2.0e6;
 
 /// The faces of a hexahedron, counter-clockwise seen from outside: bottom, top, four sides.
 const HEX_FACES: [[usize; 4]; 6] =
     [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
 
-/// A right cylinder standing on z = 0 with its axis on z, meshed with one parameter.
+/// A right circular cylinder with its bottom at z = 0 and its axis on z, meshed with a single parameter, the spacing.
 ///
-/// The cross-section is an O-grid: a block of n × n cells with bulging sides in the middle,
-/// rings of 4 n cells around it, straight spokes to nodes that lie exactly on the circle. Layers
-/// of it make hexahedra, and each face of them, together with the centres of the two hexahedra
-/// that it parts, makes four tetrahedra (twelve a hexahedron); at the boundary the centre of the
-/// face stands in for the missing neighbour. So the mesh conforms whatever the cells' shape.
+/// The cross-section is an O-grid: a central block of n × n cells with bulging sides, surrounded by rings of 4 n
+/// cells with straight spokes that end at nodes exactly on the circle. The cross-section is extruded in layers of
+/// hexahedra. Each inner face and the centres of its two hexahedra form four tetrahedra (twelve per hexahedron). At
+/// the boundary the centre of the face replaces the centre of the missing neighbour. The mesh is therefore conforming
+/// for any shape of the cells.
 ///
 /// The body is a prism: every height has the same regular polygon of 4 n corners, so the area is
 /// `2 n R² sin(π / (2 n))` (below πR² by 2.6 % for n = 4 and by 0.4 % for n = 10).
 ///
-/// Surfaces are `bottom`, `top` and `side`; the one region is `matrix`.
+/// The surfaces are `bottom`, `top` and `side`; the only region is `matrix`.
 ///
 /// # Example
 /// ```
@@ -50,24 +50,24 @@ const HEX_FACES: [[usize; 4]; 6] =
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CylinderLattice {
-    /// Radius R of the circle that the wall nodes lie on (mm).
+    /// Radius R of the circle on which the wall nodes lie (mm).
     pub radius_mm: f64,
     /// Height (mm).
     pub height_mm: f64,
-    /// Wanted edge length of the hexahedra (mm).
+    /// Target edge length of the hexahedra (mm).
     pub spacing_mm: f64,
 }
 
-/// A cylinder that cannot be meshed.
+/// Error of a cylinder that cannot be meshed.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LatticeError {
     /// A length that is not a positive finite number.
     #[error("{field} = {value} mm; give a positive length")]
     NotPositive {
-        /// The field.
+        /// Name of the field.
         field: &'static str,
-        /// Its value (mm).
+        /// Value of the field (mm).
         value: f64,
     },
     /// A spacing too coarse to resolve the circle.
@@ -85,12 +85,12 @@ pub enum LatticeError {
         /// The coarsest spacing allowed (mm).
         most_mm: f64,
     },
-    /// A spacing that would make more cells than any machine holds.
+    /// A spacing that would create more cells than supported.
     #[error("spacing_mm = {spacing_mm} would make {cells:.1e} hexahedra; use a coarser one")]
     TooFine {
         /// The spacing (mm).
         spacing_mm: f64,
-        /// Number of hexahedra it would take.
+        /// Number of hexahedra for this spacing.
         cells: f64,
     },
 }
@@ -118,16 +118,16 @@ impl CylinderLattice {
             return Err(LatticeError::TooFine { spacing_mm, cells });
         }
         let section = Section::new(radius_mm, spacing_mm);
-        // the small allowance keeps 4.4 / 1.1 at four layers
+        // the tolerance of 1e-9 makes 4.4 / 1.1 four layers in spite of rounding
         let layers = (height_mm / spacing_mm - 1e-9).ceil() as usize;
         Ok(split(&section, height_mm, layers))
     }
 
-    /// As [`CylinderLattice::build`], with all nodes of the wall on the circle, those in the middle
-    /// of its faces too: nearer to the cylinder, but no prism.
+    /// Builds the mesh like [`CylinderLattice::build`], but moves all nodes of the wall onto the circle, including
+    /// the centres of its faces. The mesh is closer to the cylinder, but it is not a prism.
     ///
     /// # Errors
-    /// As [`CylinderLattice::build`].
+    /// Same as [`CylinderLattice::build`].
     pub fn build_round(&self) -> Result<TetMesh, LatticeError> {
         let mut mesh = self.build()?;
         for &node in mesh.surfaces["side"].as_flattened() {
@@ -142,7 +142,7 @@ impl CylinderLattice {
 /// Nodes and cells of the cross-section.
 struct Section {
     points: Vec<[f64; 2]>,
-    /// Counter-clockwise.
+    /// Corners of each cell, counter-clockwise.
     quads: Vec<[u32; 4]>,
 }
 
@@ -157,7 +157,7 @@ impl Section {
         let block = |i: usize, j: usize| (i + (n + 1) * j) as u32;
         for j in 0..=n {
             for i in 0..=n {
-                // written so that the mirror images are exact
+                // this form makes mirrored points exactly symmetric
                 let u = (2.0 * i as f64 - n as f64) / n as f64;
                 let v = (2.0 * j as f64 - n as f64) / n as f64;
                 points.push([
@@ -172,7 +172,7 @@ impl Section {
             }
         }
 
-        // once around the block, from its corner at -135 degrees
+        // nodes around the block, starting at its corner at -135 degrees
         let around: Vec<u32> = (0..n)
             .map(|k| block(k, 0))
             .chain((0..n).map(|k| block(n, k)))
@@ -201,7 +201,7 @@ impl Section {
     }
 }
 
-/// Stacks the section to hexahedra and splits them.
+/// Extrudes the cross-section into layers of hexahedra and splits them into tetrahedra.
 fn split(section: &Section, height: f64, layers: usize) -> TetMesh {
     let level = section.points.len() as u32;
     let mut nodes: Vec<Point> = Vec::new();
@@ -257,7 +257,7 @@ fn split(section: &Section, height: f64, layers: usize) -> TetMesh {
     }
 }
 
-/// One face as one hexahedron has it.
+/// A face of one hexahedron; `key` holds its sorted nodes, `side` its index in [`HEX_FACES`].
 struct HexFace {
     key: [u32; 4],
     outward: [u32; 4],

@@ -1,4 +1,4 @@
-//! Tetrahedral meshes: where they come from, whether they are sound, and where they go.
+//! Tetrahedral meshes: generation, checks, quality, and input and output files.
 
 mod cavities;
 pub(crate) mod curved;

@@ -1,4 +1,4 @@
-//! How well shaped the tetrahedra are.
+//! Shape quality of the tetrahedra.
 //!
 //! # Reference
 //! C. J. Stimpson et al., "The Verdict library reference manual", Sandia National Laboratories (2007): the
@@ -13,7 +13,7 @@ use super::curved::Jacobian;
 use super::tet_mesh::{EDGES, FACES};
 use super::vector::{Point, cross, dot, norm, sub};
 
-/// Shape figures of a mesh: dihedral angles, scaled Jacobians, volumes, edge length.
+/// Quality measures of a mesh: dihedral angles, scaled Jacobians, volumes, edge length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quality {
     /// Number of nodes.
@@ -26,9 +26,9 @@ pub struct Quality {
     pub p01_dihedral_deg: f64,
     /// Largest dihedral angle of the mesh (degrees).
     pub max_dihedral_deg: f64,
-    /// Smallest scaled Jacobian of a tetrahedron: √2 times its least Jacobian determinant, curved edges
-    /// included, over the largest product of three edges (chords) that meet at a corner. It is 1 for a regular
-    /// tetrahedron and 0 for one that is flat or folded somewhere.
+    /// Smallest scaled Jacobian of a tetrahedron: √2 times its minimum Jacobian determinant (curved edges included),
+    /// divided by the largest product of the three edges (chords) that meet at a corner. It is 1 for a regular
+    /// tetrahedron and 0 for a flat tetrahedron; it is not positive for a folded one.
     pub min_scaled_jacobian: f64,
     /// Smallest volume of a tetrahedron (mm³), negative if one is inverted.
     pub min_volume_mm3: f64,
@@ -37,7 +37,7 @@ pub struct Quality {
 }
 
 impl Quality {
-    /// Measures a mesh.
+    /// Computes the quality measures of a mesh.
     ///
     /// # Example
     /// ```
@@ -70,7 +70,7 @@ impl Quality {
         }
     }
 
-    /// The smallest dihedral angle of each tetrahedron (degrees).
+    /// Returns the smallest dihedral angle of each tetrahedron (degrees).
     pub fn smallest_dihedrals_deg(mesh: &TetMesh) -> Vec<f64> {
         let smallest = |tet| dihedrals(mesh.corners(tet)).0.to_degrees();
         (0..mesh.tets.len()).into_par_iter().map(smallest).collect()
@@ -87,7 +87,7 @@ impl fmt::Display for Quality {
     }
 }
 
-/// The scaled Jacobian of a tetrahedron.
+/// Returns the scaled Jacobian of a tetrahedron.
 fn scaled_jacobian(mesh: &TetMesh, tet: usize) -> f64 {
     let corners = mesh.corners(tet);
     let lowest = match mesh.middles(tet) {
@@ -102,14 +102,14 @@ fn scaled_jacobian(mesh: &TetMesh, tet: usize) -> f64 {
     std::f64::consts::SQRT_2 * lowest / (0..4).map(product).fold(0.0, f64::max)
 }
 
-/// Smallest and largest of the six angles between the faces (radians).
+/// Returns the smallest and largest of the six dihedral angles (radians).
 fn dihedrals(p: [Point; 4]) -> (f64, f64) {
     let normals = FACES.map(|[a, b, c]| cross(sub(p[b], p[a]), sub(p[c], p[a])));
     let (mut low, mut high) = (f64::INFINITY, 0.0_f64);
     for i in 0..4 {
         for j in 0..i {
             let (m, n) = (normals[i], normals[j]);
-            // atan2 keeps digits where the arc cosine of nearly ±1 would lose them
+            // atan2 is accurate near 0 and π, where the arc cosine loses digits
             let angle = norm(cross(m, n)).atan2(-dot(m, n));
             low = low.min(angle);
             high = high.max(angle);
@@ -141,11 +141,11 @@ mod tests {
             Quality::of(mesh).min_scaled_jacobian
         };
         assert!((value(&regular) - 1.0).abs() < 1e-12);
-        // three unit edges at a right corner, two of length √2 and one of 1 at each other corner
+        // one corner with three unit edges; at each other corner two edges of length √2 and one of length 1
         let corner = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         let mut mesh = tetrahedron(corner);
         assert!((value(&mesh) - std::f64::consts::SQRT_2 / 2.0).abs() < 1e-12);
-        // ∂x/∂ξ of the edge that is bent along itself is linear: 1 + (2 - 4 ξ) s at its ends
+        // the edge's point is shifted along the edge, so ∂x/∂ξ is linear: 1 + (2 - 4 ξ) s, with extremes at the ends
         mesh.edge_points = vec![([0, 1], [0.6, 0.0, 0.0])];
         let bent = value(&mesh);
         assert!((bent - 0.6 * std::f64::consts::SQRT_2 / 2.0).abs() < 2e-3, "{bent}");

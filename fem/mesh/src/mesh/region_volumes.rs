@@ -1,10 +1,10 @@
-//! Volumes of regions where tetrahedra may be mixtures.
+//! Volumes of regions in meshes with mixtures.
 
 use super::TetMesh;
 
 impl TetMesh {
-    /// Volume of each region (mm³), in the order of [`TetMesh::regions`]; a mixture counts for both of its phases, by
-    /// their shares. [`TetMesh::region_volume`] is that of whole tetrahedra.
+    /// Returns the volume of each region (mm³), in the order of [`TetMesh::regions`]. A mixture contributes to both
+    /// of its phases according to their fractions, whereas [`TetMesh::region_volume`] adds up whole tetrahedra.
     pub fn phase_volumes(&self) -> Vec<f64> {
         let mut sums = vec![0.0; self.regions.len()];
         for (tet, volume) in self.volumes().into_iter().enumerate() {

@@ -1,7 +1,7 @@
-//! Surfaces of grains and specimens as triangles, in binary STL; files of other programs are read.
+//! Binary STL files of the surfaces of grains and specimens; reader of STL files of other programs.
 //!
-//! Surfaces are taken from the faces of tetrahedra, so those of a conforming mesh are closed; where edges
-//! are curved, each face becomes four triangles.
+//! Surfaces consist of faces of tetrahedra, so the surfaces of a conforming mesh are closed. In a mesh with curved
+//! edges each face is divided into four triangles.
 //!
 //! # Reference
 //! M. Burns, "Automated Fabrication", Prentice Hall (1993), section 6.5.
@@ -20,13 +20,14 @@ pub use super::stl_read::read;
 /// A triangle (mm), counter-clockwise seen from outside.
 pub type Triangle = [[f64; 3]; 3];
 
-/// The surface of the whole body, outward.
+/// Returns the surface of the whole body, with normals pointing outwards.
 pub fn specimen(mesh: &TetMesh) -> Vec<Triangle> {
     triangulated(mesh, mesh.boundary_faces())
 }
 
-/// The surface of each grain, outward: what parts it from the matrix, from other grains and from the
-/// outside. The matrix, number 0, is not among them; without grain numbers there are none.
+/// Returns the surface of each grain by grain number, with normals pointing outwards: the faces between the grain and
+/// the matrix, other grains, or the outside. The matrix (number 0) is omitted; the map is empty if the mesh has no
+/// grain numbers.
 ///
 /// # Example
 /// ```
@@ -57,12 +58,13 @@ pub fn grains(mesh: &TetMesh) -> BTreeMap<u32, Vec<Triangle>> {
     faces.into_iter().map(|(grain, faces)| (grain, triangulated(mesh, faces))).collect()
 }
 
-/// What a closed surface holds (mm³), positive if it shows outward.
+/// Returns the volume enclosed by a closed surface (mm³), positive if its normals point outwards.
 pub fn enclosed_volume(surface: &[Triangle]) -> f64 {
     surface.iter().map(|&[a, b, c]| super::vector::dot(a, cross(b, c)) / 6.0).sum()
 }
 
-/// Writes triangles as binary STL, in mm and single precision; `title` is cut to 80 bytes.
+/// Writes triangles as binary STL, in mm and single precision; the header, which contains `title`, is truncated to 80
+/// bytes.
 ///
 /// # Errors
 /// [`MeshError::File`] for more than 2³² − 1 triangles, [`MeshError::Io`] if the file cannot be written.
@@ -74,7 +76,7 @@ pub fn write(path: impl AsRef<Path>, title: &str, surface: &[Triangle]) -> Resul
         message: format!("{} triangles are more than the format holds", surface.len()),
     })?;
     let mut bytes = Vec::with_capacity(84 + 50 * surface.len());
-    // a text file begins with `solid`, so the title must not
+    // readers take a file that begins with `solid` for ASCII, so the header must not begin with it
     let title = format!("binary STL: {title}");
     bytes.extend(title.bytes().chain(std::iter::repeat(b' ')).take(80));
     bytes.extend(count.to_le_bytes());

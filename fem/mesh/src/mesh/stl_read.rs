@@ -1,4 +1,4 @@
-//! Reading STL, binary and ASCII.
+//! Reader of STL files, binary and ASCII.
 
 use std::path::Path;
 
@@ -6,17 +6,17 @@ use super::vector::Point;
 use crate::error::MeshError;
 use fem_file::read_regular;
 
-/// Bytes before the triangles of a binary file, and of each triangle.
+/// Size of the header of a binary file, and of one triangle (bytes).
 const HEAD: usize = 84;
 const TRIANGLE: usize = 50;
 
 /// Reads the triangles of an STL file, binary or ASCII, in the unit of the file; several solids are read as one.
 ///
-/// A file whose length is that of its number of triangles is binary, whatever its title is.
+/// A file is binary if its length matches its number of triangles, whatever its title.
 ///
 /// # Errors
-/// [`MeshError::Io`] if the file cannot be read; [`MeshError::File`] with line or triangle if it is no STL, is cut
-/// short, has no triangle or a coordinate that is not finite.
+/// [`MeshError::Io`] if the file cannot be read; [`MeshError::File`], with line or triangle, if it is not an STL
+/// file, is truncated, has no triangle, or has a coordinate that is not finite.
 ///
 /// # Example
 /// ```
@@ -55,17 +55,18 @@ pub fn read(path: impl AsRef<Path>) -> Result<Vec<[[f64; 3]; 3]>, MeshError> {
     }
 }
 
-/// The triangles of a binary file; nothing if its length is another one.
+/// Parses the triangles of a binary file; returns `None` if the length of the file does not match its number of
+/// triangles.
 fn binary(bytes: &[u8]) -> Option<Vec<[Point; 3]>> {
     let count = u32::from_le_bytes(bytes.get(HEAD - 4..HEAD)?.try_into().ok()?) as usize;
     let body = &bytes[HEAD..];
-    // some programs append a line end
+    // some programs append a line break (up to two bytes)
     if body.len() < TRIANGLE * count || body.len() > TRIANGLE * count + 2 {
         return None;
     }
     let real = |b: &[u8]| f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]]));
     let triangle = |record: &[u8]| {
-        // the normal comes first
+        // skip the normal (12 bytes)
         std::array::from_fn(|corner| {
             std::array::from_fn(|k| real(&record[12 + 12 * corner + 4 * k..][..4]))
         })
@@ -73,7 +74,7 @@ fn binary(bytes: &[u8]) -> Option<Vec<[Point; 3]>> {
     Some(body.chunks_exact(TRIANGLE).take(count).map(triangle).collect())
 }
 
-/// The triangles of an ASCII file; the error is a line and a message.
+/// Parses the triangles of an ASCII file; the error is a line number and a message.
 fn ascii(bytes: &[u8]) -> Result<Vec<[Point; 3]>, (usize, String)> {
     let not_stl = "this is no STL file: it is neither as long as its number of triangles says (binary) nor \
                    begins with `solid` (ASCII); it may be cut short, export it again";

@@ -1,4 +1,4 @@
-//! Closed surfaces of triangles: grains as other programs give them.
+//! Closed triangle surfaces, as other programs provide for grains.
 //!
 //! # References
 //! G. Taubin, "A signal processing approach to fair surface design", SIGGRAPH 95, 351–358,
@@ -9,11 +9,11 @@ use std::collections::{BTreeMap, HashMap};
 use super::tet_mesh::Parts;
 use super::vector::{Point, add, cross, dot, scale, sub};
 
-/// The two factors of a pass of Taubin's smoothing: it shrinks, then grows.
+/// Factors of the two steps of a pass of Taubin's smoothing, a shrinking step and an expanding step.
 const SHRINK: f64 = 0.5;
 const GROW: f64 = -0.53;
 
-/// A surface of triangles that share their corners.
+/// A triangle surface with shared corners.
 ///
 /// # Example
 /// ```
@@ -27,20 +27,20 @@ const GROW: f64 = -0.53;
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Surface {
-    /// The corners (mm).
+    /// Coordinates of the points (mm).
     pub points: Vec<[f64; 3]>,
-    /// The corners of each triangle, counter-clockwise seen from outside.
+    /// Point indices of each triangle, counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
 }
 
 impl Surface {
-    /// Joins the corners of triangles that have the same coordinates; triangles with two equal corners are dropped.
+    /// Merges corners with identical coordinates and drops triangles with two equal corners.
     pub fn new(triangles: &[[[f64; 3]; 3]]) -> Surface {
         let mut number: HashMap<[u64; 3], u32> = HashMap::new();
         let mut surface = Surface::default();
         for triangle in triangles {
             let corners = triangle.map(|point| {
-                // −0 and 0 are one place
+                // adding 0 turns −0 into 0, so that both have the same key
                 let key = point.map(|x| (x + 0.0).to_bits());
                 *number.entry(key).or_insert_with(|| {
                     surface.points.push(point);
@@ -55,12 +55,13 @@ impl Surface {
         surface
     }
 
-    /// The corners of a triangle (mm).
+    /// Returns the corners of a triangle (mm).
     pub(crate) fn corners(&self, triangle: usize) -> [Point; 3] {
         self.triangles[triangle].map(|corner| self.points[corner as usize])
     }
 
-    /// Number of edges that triangles do not pass equally often in both directions: 0 for a closed surface.
+    /// Counts the edges that are not traversed equally often in both directions by the triangles: 0 for a closed
+    /// surface.
     pub fn open_edges(&self) -> usize {
         let mut passes: BTreeMap<[u32; 2], i32> = BTreeMap::new();
         for &[a, b, c] in &self.triangles {
@@ -71,7 +72,7 @@ impl Surface {
         passes.values().filter(|&&count| count != 0).count()
     }
 
-    /// The enclosed volume (mm³), positive if the triangles show outward.
+    /// Returns the enclosed volume (mm³), positive if the normals point outwards.
     pub fn volume(&self) -> f64 {
         let cone = |triangle: usize| {
             let [a, b, c] = self.corners(triangle);
@@ -80,7 +81,8 @@ impl Surface {
         (0..self.triangles.len()).map(cone).sum()
     }
 
-    /// The parts that share no corner, in the order of their first triangles: the grains of one file.
+    /// Splits the surface into its connected parts (which share no corner), ordered by their first triangles. In a
+    /// file with several grains each part is a grain.
     pub fn parts(&self) -> Vec<Surface> {
         let mut parts = Parts::new(self.points.len());
         for &[a, b, c] in &self.triangles {
@@ -99,7 +101,8 @@ impl Surface {
         corners.iter().map(|corners| Surface::new(corners)).collect()
     }
 
-    /// The same surface with all triangles turned if it encloses a negative volume.
+    /// Returns the surface with normals pointing outwards: if the enclosed volume is negative, all triangles are
+    /// reversed.
     pub fn outward(mut self) -> Surface {
         if self.volume() < 0.0 {
             self.triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
@@ -107,7 +110,7 @@ impl Surface {
         self
     }
 
-    /// The centre of the enclosed volume (mm).
+    /// Returns the centroid of the enclosed volume (mm).
     pub fn centroid(&self) -> [f64; 3] {
         let mut sum = [0.0; 3];
         for triangle in 0..self.triangles.len() {
@@ -117,8 +120,8 @@ impl Surface {
         scale(sum, 1.0 / self.volume())
     }
 
-    /// Smooths by passes of Taubin's filter, which keeps the volume nearly, then scales about the centroid to the
-    /// volume before.
+    /// Smooths the surface with `passes` passes of Taubin's filter, which nearly preserves the volume, and then
+    /// scales it about its centroid to the original volume.
     pub fn smoothed(&self, passes: usize) -> Surface {
         let mut neighbours: Vec<Vec<u32>> = vec![Vec::new(); self.points.len()];
         for &[a, b, c] in &self.triangles {

@@ -1,4 +1,4 @@
-//! The mesh itself, and the checks that make it safe to simulate on.
+//! The tetrahedral mesh: its data and basic geometric queries.
 
 use std::collections::BTreeMap;
 
@@ -13,20 +13,20 @@ pub(crate) const FACES: [[usize; 3]; 4] = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 
 /// The edges of a tetrahedron.
 pub(crate) const EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]];
 
-/// The second phase of a tetrahedron that is not all of one.
+/// The second phase of a tetrahedron that contains two phases.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mixture {
-    /// Share of its volume that the second phase, the grain, takes, in [0, 1]; 0 where all is of
-    /// the tetrahedron's own region.
+    /// Volume fraction of the second phase (the grain) in the tetrahedron, in [0, 1]; 0 if the tetrahedron consists
+    /// of its own region only.
     pub fraction: f32,
-    /// Unit normal of the interface inside it, towards the matrix; zero where there is none.
+    /// Unit normal of the interface inside the tetrahedron, pointing towards the matrix; zero without interface.
     pub normal: [f32; 3],
     /// Region of the second phase, an index into [`TetMesh::regions`]; 1 in a mesh of matrix and grain.
     pub region: u16,
 }
 
 impl Default for Mixture {
-    /// A tetrahedron of one phase.
+    /// The value for a tetrahedron of one phase.
     fn default() -> Self {
         Self { fraction: 0.0, normal: [0.0; 3], region: 1 }
     }
@@ -34,9 +34,9 @@ impl Default for Mixture {
 
 /// A conforming mesh of tetrahedra with named regions and named boundary surfaces.
 ///
-/// Coordinates are in mm, the specimen's axis is z. Element order is no property of the mesh:
-/// a simulation adds the mid-edge nodes it needs. Where the body is round, `edge_points` says
-/// where these nodes are; linear elements do without.
+/// Coordinates are in mm; the axis of the specimen is z. The element order is not part of the mesh: a simulation adds
+/// the mid-edge nodes it needs. `edge_points` gives the positions of these nodes on curved edges; linear elements
+/// ignore them.
 ///
 /// # Example
 /// ```
@@ -60,27 +60,27 @@ impl Default for Mixture {
 pub struct TetMesh {
     /// Coordinates of the nodes (mm).
     pub nodes: Vec<[f64; 3]>,
-    /// Nodes of each tetrahedron, so ordered that its volume is positive.
+    /// Nodes of each tetrahedron, ordered so that its volume is positive.
     pub tets: Vec<[u32; 4]>,
-    /// For each tetrahedron, an index into `regions`.
+    /// Region of each tetrahedron, an index into `regions`.
     pub region_of: Vec<u16>,
-    /// Names of the regions, as `matrix` and `grain`; in a specimen the matrix first, then the phases of its grains.
+    /// Names of the regions, such as `matrix` and `grain`; in a specimen first the matrix, then the phases of the
+    /// grains.
     pub regions: Vec<String>,
-    /// For each tetrahedron 0 in the matrix, or the grain's number from 1, where grains are known.
+    /// Grain number of each tetrahedron, from 1, or 0 in the matrix; `None` if grains are not known.
     pub grain_of: Option<Vec<u32>>,
-    /// Named parts of the boundary, as `bottom`, `top` and `side`: triangles, counter-clockwise
-    /// seen from outside.
+    /// Named parts of the boundary, such as `bottom`, `top` and `side`: triangles, counter-clockwise seen from
+    /// outside.
     pub surfaces: BTreeMap<String, Vec<[u32; 3]>>,
-    /// Edges that are not straight, for quadratic elements: the two nodes, the smaller first, and
-    /// the point (mm) that the node between them has. Sorted by the nodes; empty for a straight
-    /// mesh.
+    /// Curved edges for quadratic elements: the two nodes (the smaller first) and the coordinates of the mid-edge
+    /// node (mm). Sorted by nodes; empty for a straight mesh.
     pub edge_points: Vec<([u32; 2], [f64; 3])>,
-    /// For each tetrahedron its second phase, where the mesh does not follow all grains: one in the
-    /// region of the matrix with a fraction above 0 is a mixture of matrix and one other phase.
+    /// Second phase of each tetrahedron, if some grains are not resolved by the mesh. A tetrahedron in the matrix
+    /// region with a fraction above 0 is a mixture of matrix and one other phase.
     pub mixture: Option<Vec<Mixture>>,
 }
 
-/// One face as one tetrahedron has it.
+/// A face of one tetrahedron; `key` holds its sorted nodes.
 pub(super) struct Face {
     pub(super) key: [u32; 3],
     pub(super) outward: [u32; 3],
@@ -88,19 +88,19 @@ pub(super) struct Face {
 }
 
 impl TetMesh {
-    /// The corners of a tetrahedron (mm).
+    /// Returns the coordinates of the corners of a tetrahedron (mm).
     ///
     /// # Panics
-    /// If there is no such tetrahedron or a node of it is missing.
+    /// If the tetrahedron or one of its nodes does not exist.
     pub fn corners(&self, tet: usize) -> [[f64; 3]; 4] {
         self.tets[tet].map(|node| self.nodes[node as usize])
     }
 
-    /// The points that quadratic elements have on the edges 01, 12, 20, 03, 13, 23 of a
-    /// tetrahedron (mm), or nothing if all are straight.
+    /// Returns the mid-edge points of the quadratic element (mm), on the edges 01, 12, 20, 03, 13, 23 of a
+    /// tetrahedron, or `None` if all edges are straight.
     ///
     /// # Panics
-    /// As [`TetMesh::corners`].
+    /// Same as [`TetMesh::corners`].
     pub fn middles(&self, tet: usize) -> Option<[[f64; 3]; 6]> {
         if self.edge_points.is_empty() {
             return None;
@@ -120,10 +120,10 @@ impl TetMesh {
         }))
     }
 
-    /// Volume of a tetrahedron with its curved edges (mm³), negative if it is inverted.
+    /// Returns the volume of a tetrahedron (mm³), curved edges included; negative if it is inverted.
     ///
     /// # Panics
-    /// As [`TetMesh::corners`].
+    /// Same as [`TetMesh::corners`].
     pub fn tet_volume(&self, tet: usize) -> f64 {
         match self.middles(tet) {
             Some(middles) => Jacobian::of(&self.corners(tet), &middles).mean / 6.0,
@@ -131,17 +131,17 @@ impl TetMesh {
         }
     }
 
-    /// Volumes of all tetrahedra (mm³).
+    /// Returns the volumes of all tetrahedra (mm³).
     pub fn volumes(&self) -> Vec<f64> {
         (0..self.tets.len()).into_par_iter().map(|tet| self.tet_volume(tet)).collect()
     }
 
-    /// Volume of the whole mesh (mm³).
+    /// Returns the volume of the whole mesh (mm³).
     pub fn volume(&self) -> f64 {
         self.volumes().iter().sum()
     }
 
-    /// Volume of a region (mm³).
+    /// Returns the total volume of the tetrahedra of a region (mm³).
     ///
     /// # Errors
     /// [`MeshError::NoSuchRegion`] if the mesh has no region of that name.
@@ -153,7 +153,8 @@ impl TetMesh {
         Ok(of_region.filter(|&(_, &of)| of as usize == region).map(|(volume, _)| volume).sum())
     }
 
-    /// Length of the edges (mm), averaged over the tetrahedra's edges.
+    /// Returns the mean edge length (mm), averaged over the edges of all tetrahedra; shared edges count once per
+    /// tetrahedron.
     pub fn mean_edge(&self) -> f64 {
         let total: f64 = (0..self.tets.len())
             .map(|tet| {
@@ -164,7 +165,7 @@ impl TetMesh {
         total / (6 * self.tets.len().max(1)) as f64
     }
 
-    /// The faces that belong to one tetrahedron only, counter-clockwise seen from outside.
+    /// Returns the faces that belong to exactly one tetrahedron, counter-clockwise seen from outside.
     pub fn boundary_faces(&self) -> Vec<[u32; 3]> {
         let faces = self.sorted_faces();
         faces
@@ -174,7 +175,7 @@ impl TetMesh {
             .collect()
     }
 
-    /// Pairs of tetrahedra that share a face.
+    /// Returns the pairs of tetrahedra that share a face.
     pub(crate) fn neighbours(&self) -> Vec<[u32; 2]> {
         let faces = self.sorted_faces();
         faces
@@ -184,14 +185,14 @@ impl TetMesh {
             .collect()
     }
 
-    /// For each tetrahedron the lowest index of a tetrahedron that is connected to it through faces.
+    /// Returns, for each tetrahedron, the lowest index among the tetrahedra connected to it through faces.
     pub fn parts_by_faces(&self) -> Vec<u32> {
         let mut parts = Parts::new(self.tets.len());
         self.neighbours().iter().for_each(|&[a, b]| parts.join(a, b));
         (0..self.tets.len() as u32).map(|tet| parts.root(tet)).collect()
     }
 
-    /// Area of the boundary, mm².
+    /// Returns the area of the boundary (mm²).
     pub fn boundary_area(&self) -> f64 {
         let area = |face: &[u32; 3]| {
             let [a, b, c] = face.map(|n| self.nodes[n as usize]);
@@ -200,7 +201,7 @@ impl TetMesh {
         self.boundary_faces().iter().map(area).sum()
     }
 
-    /// Longest side of the bounding box of the nodes, mm.
+    /// Returns the longest side of the bounding box of the nodes (mm).
     pub fn largest_extent(&self) -> f64 {
         let side = |k: usize| {
             let at = self.nodes.iter().map(|x| x[k]);
@@ -221,7 +222,8 @@ impl TetMesh {
         faces
     }
 
-    /// Vertices − edges + faces − tetrahedra: 1 for a body without holes or cavities.
+    /// Returns the Euler characteristic, vertices − edges + faces − tetrahedra: 1 for a body without holes or
+    /// cavities.
     pub fn euler_characteristic(&self) -> i64 {
         let mut edges: Vec<[u32; 2]> = Vec::with_capacity(6 * self.tets.len());
         for tet in &self.tets {
@@ -239,7 +241,7 @@ impl TetMesh {
         nodes as i64 - edges.len() as i64 + faces as i64 - self.tets.len() as i64
     }
 
-    /// The mesh of the nodes that tetrahedra use, in their old order, renumbered.
+    /// Removes the nodes that no tetrahedron uses and renumbers the others in their original order.
     pub(crate) fn without_unused_nodes(mut self) -> TetMesh {
         let mut number = vec![u32::MAX; self.nodes.len()];
         for &node in self.tets.iter().flatten() {
@@ -256,7 +258,7 @@ impl TetMesh {
         for node in self.tets.iter_mut().flatten() {
             *node = number[*node as usize];
         }
-        // a triangle on a dropped node keeps an impossible number, which `validate` names
+        // a surface triangle with a removed node gets the invalid number `u32::MAX`, which `validate` reports
         for node in self.surfaces.values_mut().flatten().flatten() {
             *node = number[*node as usize];
         }
@@ -273,7 +275,7 @@ pub(crate) fn sorted(mut face: [u32; 3]) -> [u32; 3] {
     face
 }
 
-/// Whether two triangles of the same nodes run the same way round.
+/// Whether two triangles with the same nodes have the same orientation.
 pub(crate) fn is_even_turn(a: [u32; 3], b: [u32; 3]) -> bool {
     (0..3).any(|k| b == [a[k], a[(k + 1) % 3], a[(k + 2) % 3]])
 }

@@ -1,4 +1,4 @@
-//! The checks that make a mesh safe to simulate on.
+//! Validity checks of a mesh.
 
 use std::collections::BTreeMap;
 
@@ -10,22 +10,23 @@ use super::vector::{norm, sub, tet_volume};
 use super::{Mixture, TetMesh};
 use crate::error::MeshError;
 
-/// Volume below this times the cube of the longest edge counts as no volume at all.
+/// A tetrahedron is degenerate if its volume is at most this factor times the cube of its longest edge.
 const DEGENERATE: f64 = 1e-10;
-/// Faults that a message lists.
+/// Maximum number of errors that a message lists.
 const LISTED: usize = 5;
 
 impl TetMesh {
-    /// Checks that the mesh is sound: every tetrahedron has volume, the right orientation and a
-    /// region; faces are shared by two at most; all is connected; the surfaces are parts of the
-    /// boundary, outward, each face once; edge points belong to edges and fold no tetrahedron;
-    /// mixtures are fractions with unit normals.
+    /// Checks that the mesh is valid: every tetrahedron has a positive volume and a region; a face is shared by at
+    /// most two tetrahedra; the mesh is connected; surface triangles are boundary faces oriented outwards, each
+    /// listed once; edge points belong to existing edges and fold no tetrahedron; mixtures have fractions in [0, 1]
+    /// and unit normals.
     ///
-    /// A tetrahedron with curved edges has its volume with these: the one of its corners may be negative.
+    /// The volume of a tetrahedron with curved edges includes these edges: the volume spanned by its corners may be
+    /// negative.
     ///
     /// # Errors
-    /// What the first check that fails finds, naming the entities and what helps; several faults are one
-    /// [`MeshError::Several`].
+    /// The error of the first check that fails, with the entity and a remedy; several errors of one check are
+    /// combined in [`MeshError::Several`].
     pub fn validate(&self) -> Result<(), MeshError> {
         if self.tets.is_empty() {
             return Err(MeshError::Empty);
@@ -40,10 +41,10 @@ impl TetMesh {
         self.validate_mixture()
     }
 
-    /// Checks that all tetrahedra have volume with straight edges too, as linear elements have them.
+    /// Checks that all tetrahedra have a positive volume with straight edges, as linear elements require.
     ///
     /// # Errors
-    /// [`MeshError::Inverted`] or [`MeshError::Degenerate`], or several of these.
+    /// [`MeshError::Inverted`] or [`MeshError::Degenerate`], or [`MeshError::Several`] of these.
     pub fn validate_straight(&self) -> Result<(), MeshError> {
         let tets = (0..self.tets.len()).into_par_iter();
         several(tets.filter_map(|tet| self.straight_fault(tet)).collect())
@@ -86,7 +87,7 @@ impl TetMesh {
         several((0..self.tets.len()).into_par_iter().filter_map(fault).collect())
     }
 
-    /// What is wrong with the volume of a tetrahedron with straight edges.
+    /// Returns the error of a tetrahedron that has no positive volume with straight edges, if any.
     fn straight_fault(&self, tet: usize) -> Option<MeshError> {
         let p = self.corners(tet);
         let volume_mm3 = tet_volume(p);
@@ -114,7 +115,7 @@ impl TetMesh {
                 regions: self.regions.clone(),
             })? = true;
         }
-        // a phase may be there in mixtures alone
+        // a phase may occur in mixtures only, without tetrahedra of its own
         let may_be_empty = self.mixture.is_some();
         match used.iter().position(|used| !used).filter(|_| !may_be_empty) {
             Some(k) => Err(MeshError::MissingRegion { name: self.regions[k].clone() }),
@@ -232,7 +233,8 @@ impl TetMesh {
     }
 }
 
-/// Faults as one error: itself if there is one, the first five and their number if there are more.
+/// Combines errors into one: a single error is returned as it is; of several, the first five and their number are
+/// reported.
 fn several(mut faults: Vec<MeshError>) -> Result<(), MeshError> {
     match faults.len() {
         0 => Ok(()),

@@ -1,4 +1,4 @@
-//! The few vector operations that geometry on `[f64; 3]` needs.
+//! Vector operations on `[f64; 3]`.
 
 pub(crate) type Point = [f64; 3];
 
@@ -26,15 +26,14 @@ pub(crate) fn norm(a: Point) -> f64 {
     dot(a, a).sqrt()
 }
 
-/// Mean of some points; the points must not be empty.
+/// Returns the mean of `points`, which must not be empty.
 pub(crate) fn mean(points: impl ExactSizeIterator<Item = Point>) -> Point {
     let count = points.len() as f64;
     scale(points.fold([0.0; 3], add), 1.0 / count)
 }
 
-/// Signed volume of a tetrahedron, positive when the fourth vertex lies on the side of the
-/// first three from which they run counter-clockwise backwards (the usual finite-element
-/// orientation).
+/// Returns the signed volume of a tetrahedron, (p₁ − p₀) · ((p₂ − p₀) × (p₃ − p₀)) / 6; positive in the usual
+/// finite-element orientation, where the first three vertices run counter-clockwise seen from the fourth.
 pub(crate) fn tet_volume(p: [Point; 4]) -> f64 {
     dot(sub(p[1], p[0]), cross(sub(p[2], p[0]), sub(p[3], p[0]))) / 6.0
 }

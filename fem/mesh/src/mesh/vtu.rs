@@ -1,4 +1,4 @@
-//! Files for ParaView: VTK unstructured grids (`.vtu`) and series of them (`.pvd`).
+//! ParaView files: VTK unstructured grids (`.vtu`) and time series of them (`.pvd`).
 //!
 //! Arrays are written inline as base64 of little-endian values, uncompressed.
 //!
@@ -13,63 +13,63 @@ use super::edges::edge_place;
 use super::tet_mesh::EDGES;
 use crate::error::MeshError;
 
-/// VTK's numbers of the linear and the quadratic tetrahedron.
+/// VTK cell types of the linear and the quadratic tetrahedron.
 const TETRA: u8 = 10;
 const QUADRATIC_TETRA: u8 = 24;
 
 /// A named field, one value per point or per cell.
 #[derive(Clone, Copy, Debug)]
 pub struct Field<'a> {
-    /// Name of the field; give the unit in it, as `displacement_mm`.
+    /// Name of the field; include the unit, as in `displacement_mm`.
     pub name: &'a str,
-    /// Its values.
+    /// Values of the field.
     pub values: Values<'a>,
 }
 
 /// Values of a field.
 #[derive(Clone, Copy, Debug)]
 pub enum Values<'a> {
-    /// Numbers.
+    /// Scalars.
     Scalar(&'a [f64]),
     /// Vectors.
     Vector(&'a [[f64; 3]]),
     /// Symmetric tensors: xx, yy, zz, xy, yz, xz.
     Tensor(&'a [[f64; 6]]),
-    /// Labels.
+    /// Integer labels.
     Label(&'a [u32]),
 }
 
 impl<'a> Field<'a> {
-    /// A field of numbers.
+    /// Creates a scalar field.
     pub fn scalar(name: &'a str, values: &'a [f64]) -> Field<'a> {
         Field { name, values: Values::Scalar(values) }
     }
 
-    /// A field of vectors.
+    /// Creates a vector field.
     pub fn vector(name: &'a str, values: &'a [[f64; 3]]) -> Field<'a> {
         Field { name, values: Values::Vector(values) }
     }
 
-    /// A field of symmetric tensors: xx, yy, zz, xy, yz, xz.
+    /// Creates a field of symmetric tensors: xx, yy, zz, xy, yz, xz.
     pub fn tensor(name: &'a str, values: &'a [[f64; 6]]) -> Field<'a> {
         Field { name, values: Values::Tensor(values) }
     }
 
-    /// A field of labels.
+    /// Creates a field of integer labels.
     pub fn label(name: &'a str, values: &'a [u32]) -> Field<'a> {
         Field { name, values: Values::Label(values) }
     }
 }
 
-/// Writes the mesh with its regions, further fields, and what it has of grains, grain fractions and
-/// interface normals.
+/// Writes the mesh with its regions, the given fields and, if present, grain numbers, grain fractions and interface
+/// normals.
 ///
-/// A mesh with curved edges is written with quadratic tetrahedra; point fields, which have one value per
-/// node of the mesh, are there the mean of their ends.
+/// A mesh with curved edges is written with quadratic tetrahedra. Point fields have one value per node of the mesh;
+/// their value at a mid-edge node is the mean of the values at the two ends of the edge.
 ///
 /// # Errors
-/// [`MeshError::File`] if a field has not one value per node or tetrahedron, [`MeshError::Io`] if
-/// the file cannot be written.
+/// [`MeshError::File`] if a field does not have one value per node or tetrahedron, [`MeshError::Io`] if the file
+/// cannot be written.
 ///
 /// # Example
 /// ```
@@ -108,10 +108,10 @@ pub fn write(
     write_grid(path, mesh, &points, QUADRATIC_TETRA, &tets, &fields, cell_fields)
 }
 
-/// Writes a mesh with its corners alone: linear tetrahedra, even where edges are curved.
+/// Writes a mesh as linear tetrahedra, even if it has curved edges.
 ///
 /// # Errors
-/// As [`write()`].
+/// Same as [`write()`].
 pub fn write_straight(
     path: impl AsRef<Path>,
     mesh: &TetMesh,
@@ -121,7 +121,7 @@ pub fn write_straight(
     write_grid(path.as_ref(), mesh, &mesh.nodes, TETRA, &mesh.tets, point_fields, cell_fields)
 }
 
-/// Values of a field with those on edges.
+/// Values of a field at the nodes and at the mid-edge nodes.
 enum Owned {
     Scalar(Vec<f64>),
     Vector(Vec<[f64; 3]>),
@@ -130,7 +130,7 @@ enum Owned {
 }
 
 impl Field<'_> {
-    /// The values at the nodes and, as means of the ends, on edges; a label is that of the first end.
+    /// Extends the nodal values to the mid-edge nodes by the mean of both ends; a label is copied from the first end.
     fn extended(&self, ends: impl Iterator<Item = [usize; 2]>) -> Owned {
         match self.values {
             Values::Scalar(v) => {
@@ -167,14 +167,13 @@ impl Owned {
     }
 }
 
-/// As [`write()`], with quadratic tetrahedra on their own points.
+/// Writes the mesh like [`write()`], with quadratic tetrahedra on given points.
 ///
-/// `points` has a row for every node of the quadratic space (mm), `tets` ten rows of it for every
-/// tetrahedron of the mesh: the four corners, then the middles of the edges 01, 12, 20, 03, 13,
-/// 23.
+/// `points` has one row per node of the quadratic space (mm). `tets` has, for every tetrahedron of the mesh, ten row
+/// indices into `points`: the four corners, then the middles of the edges 01, 12, 20, 03, 13, 23.
 ///
 /// # Errors
-/// As [`write()`]; point fields have one value per row of `points`.
+/// Same as [`write()`]; point fields have one value per row of `points`.
 pub fn write_quadratic(
     path: impl AsRef<Path>,
     mesh: &TetMesh,
@@ -186,7 +185,8 @@ pub fn write_quadratic(
     write_grid(path.as_ref(), mesh, points, QUADRATIC_TETRA, tets, point_fields, cell_fields)
 }
 
-/// Writes a `.pvd` file that lists `.vtu` files by time (s), relative to the directory it is in.
+/// Writes a `.pvd` file that lists `.vtu` files by time (s); the paths are relative to the directory of the `.pvd`
+/// file.
 ///
 /// # Errors
 /// [`MeshError::Io`] if the file cannot be written.
@@ -313,12 +313,12 @@ fn array<const B: usize>(
     values: impl Iterator<Item = [u8; B]>,
 ) -> fmt::Result {
     let data: Vec<u8> = values.flatten().collect();
-    // the length of the data stands before them, in the same stream of base64
+    // the length of the data precedes the data in the same base64 stream
     let mut bytes = (data.len() as u64).to_le_bytes().to_vec();
     bytes.extend(data);
     let name = escape(name);
     write!(out, "<DataArray type=\"{kind}\" Name=\"{name}\"")?;
-    // one is the default, and some readers make a column of it where it is written out
+    // 1 is the default; some readers turn the array into a column if it is written explicitly
     if components > 1 {
         write!(out, " NumberOfComponents=\"{components}\"")?;
     }

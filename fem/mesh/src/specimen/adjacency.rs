@@ -1,28 +1,28 @@
-//! Which tetrahedra touch, and labels that are corrected by their neighbours.
+//! Adjacency of tetrahedra, and correction of labels by those of adjacent tetrahedra.
 
 use rayon::prelude::*;
 
 use crate::mesh::TetMesh;
 
-/// The neighbours of each tetrahedron and the tetrahedra of each node.
+/// Adjacency of a mesh: the neighbours of each tetrahedron, and the tetrahedra of each node.
 pub(super) struct Adjacency<'a> {
     mesh: &'a TetMesh,
-    /// Inner faces, as the two tetrahedra that meet there.
+    /// Inner faces, each as the pair of tetrahedra that share it.
     faces: &'a [[u32; 2]],
-    /// For each tetrahedron its inner faces, by number.
+    /// Inner faces of each tetrahedron, as indices into `faces`; [`NONE`] for a boundary face.
     faces_of: Vec<[u32; 4]>,
-    /// The tetrahedra of node n stand in `tets_of` from `start[n]` to `start[n + 1]`.
+    /// CSR offsets: the tetrahedra of node n are `tets_of[start[n]..start[n + 1]]`.
     start: Vec<u32>,
     tets_of: Vec<u32>,
 }
 
-/// Passes of [`Adjacency::drop_spikes`].
+/// Maximum number of passes of [`Adjacency::drop_spikes`].
 const SPIKE_PASSES: usize = 4;
-/// Stands for a face on the boundary.
+/// Marks a boundary face in `faces_of`.
 const NONE: u32 = u32::MAX;
 
 impl<'a> Adjacency<'a> {
-    /// `faces` are [`TetMesh::neighbours`].
+    /// Builds the adjacency; `faces` is the result of [`TetMesh::neighbours`].
     pub(super) fn new(mesh: &'a TetMesh, faces: &'a [[u32; 2]]) -> Self {
         let mut faces_of = vec![[NONE; 4]; mesh.tets.len()];
         for (face, tets) in faces.iter().enumerate() {
@@ -49,7 +49,7 @@ impl<'a> Adjacency<'a> {
         Self { mesh, faces, faces_of, start, tets_of }
     }
 
-    /// The faces of a tetrahedron, and who is behind them.
+    /// Iterates over the inner faces of a tetrahedron, each with the tetrahedron on its other side.
     fn around(&self, tet: u32) -> impl Iterator<Item = (u32, u32)> + '_ {
         self.faces_of[tet as usize].iter().filter(|&&face| face != NONE).map(move |&face| {
             let [a, b] = self.faces[face as usize];
@@ -57,10 +57,11 @@ impl<'a> Adjacency<'a> {
         })
     }
 
-    /// The tetrahedra of one label around this one, if there are fewer than `smallest`.
+    /// Returns the connected component of equal labels that contains `tet`, if it has fewer than `smallest`
+    /// tetrahedra.
     fn component(&self, labels: &[u32], tet: u32, smallest: usize) -> Option<Vec<u32>> {
         let alike = |other: u32| labels[other as usize] == labels[tet as usize];
-        // most have enough around them
+        // most tetrahedra have enough neighbours of the same label
         if 1 + self.around(tet).filter(|&(_, other)| alike(other)).count() >= smallest {
             return None;
         }
@@ -80,9 +81,9 @@ impl<'a> Adjacency<'a> {
         (members.len() < smallest).then_some(members)
     }
 
-    /// Turns connected components of a grain with fewer than `smallest` tetrahedra into matrix, then
-    /// such components of the matrix into the grain around them. In this order no small component is
-    /// left: one of the matrix joins a grain that is large enough.
+    /// Relabels connected components of a grain with fewer than `smallest` tetrahedra as matrix, and then components
+    /// of matrix with fewer than `smallest` tetrahedra as an adjacent grain. In this order no small component
+    /// remains, since a component of matrix joins a grain that is large enough. Returns the number of changed labels.
     pub(super) fn drop_small_components(&self, labels: &mut [u32], smallest: usize) -> usize {
         let mut changed = 0;
         for of_grain in [true, false] {
@@ -94,7 +95,7 @@ impl<'a> Adjacency<'a> {
                 let members = self.component(labels, tet, smallest)?;
                 let faces = members.iter().flat_map(|&member| self.around(member));
                 let outside = faces.filter(|&(_, other)| labels[other as usize] != own);
-                // of several grains around it, that behind the last of its faces
+                // of several adjacent grains, choose the one behind the face with the largest index
                 let (_, beside) = outside.max()?;
                 Some((tet, if of_grain { 0 } else { labels[beside as usize] }))
             };
@@ -106,9 +107,10 @@ impl<'a> Adjacency<'a> {
         changed
     }
 
-    /// Parts grains at the nodes that they share. At each node the grain with most tetrahedra stays,
-    /// and after it those that are to be parted from none that stays; the tetrahedra of the others
-    /// become matrix.
+    /// Separates grains that share nodes, where `is_parted` requires it. At each node the grain with most tetrahedra
+    /// is kept, then, in order of their number of tetrahedra, each grain that need not be separated from a grain
+    /// already kept. The tetrahedra of the other grains at the node become matrix. Returns the number of changed
+    /// labels.
     pub(super) fn separate_grains(
         &self,
         labels: &mut [u32],
@@ -119,7 +121,7 @@ impl<'a> Adjacency<'a> {
             if claims.len() < 2 {
                 return Vec::new();
             }
-            // of equal claims that of the first grain
+            // ties are resolved in favour of the smaller grain number
             claims.sort_unstable_by_key(|&(grain, count)| (std::cmp::Reverse(count), grain));
             let mut staying: Vec<u32> = Vec::new();
             for &(grain, _) in &claims {
@@ -140,12 +142,12 @@ impl<'a> Adjacency<'a> {
         parted.len()
     }
 
-    /// The tetrahedra around a node.
+    /// Returns the tetrahedra around a node.
     pub(super) fn tets_of(&self, node: usize) -> &[u32] {
         &self.tets_of[self.start[node] as usize..self.start[node + 1] as usize]
     }
 
-    /// The grains at a node and how many of its tetrahedra each has.
+    /// Returns the grains at a node, each with its number of tetrahedra at the node.
     pub(super) fn claims(&self, labels: &[u32], node: usize) -> Vec<(u32, u32)> {
         let mut claims: Vec<(u32, u32)> = Vec::new();
         for &tet in self.tets_of(node) {
@@ -159,8 +161,9 @@ impl<'a> Adjacency<'a> {
         claims
     }
 
-    /// Gives tetrahedra that three of their faces part from one other label to that label: they would
-    /// lie flat on the interface. Repeats while that changes something, up to a few times.
+    /// Relabels each tetrahedron of which at least three faces border on one other label, since it would become flat
+    /// on the interface. Repeats this until nothing changes, at most [`SPIKE_PASSES`] times. Returns the number of
+    /// changed labels.
     pub(super) fn drop_spikes(&self, labels: &mut [u32]) -> usize {
         let mut changed = 0;
         for _ in 0..SPIKE_PASSES {
@@ -195,7 +198,8 @@ mod tests {
     use crate::mesh::CylinderLattice;
     use crate::mesh::tet_mesh::Parts;
 
-    /// The same by the classes of equal labels, found all at once.
+    /// Reference implementation of [`Adjacency::drop_small_components`] that finds all components at once by
+    /// union–find.
     fn drop_small_components(labels: &mut [u32], faces: &[[u32; 2]], smallest: usize) -> usize {
         let mut changed = 0;
         for of_grain in [true, false] {
@@ -244,7 +248,7 @@ mod tests {
                 let changed = drop_small_components(&mut expected, &faces, smallest);
                 assert_eq!(adjacency.drop_small_components(&mut labels, smallest), changed);
                 assert_eq!(labels, expected);
-                // no node belongs to two grains, and nothing changes a second time
+                // after the separation no node belongs to two grains, and a second separation changes nothing
                 adjacency.separate_grains(&mut labels, |_, _| true);
                 let mut grain_of = vec![0; mesh.nodes.len()];
                 for (tet, &label) in mesh.tets.iter().zip(&labels).filter(|(_, label)| **label > 0)

@@ -1,23 +1,24 @@
-//! A grid of cells in which grains near a point are found.
+//! A grid of cells as spatial index of grains.
 
 use crate::mesh::vector::Point;
 
-/// Cells of the grid for each grain, about.
+/// Approximate number of cells per grain.
 const CELLS: f64 = 4.0;
 
-/// A grid whose cells list the grains whose bounding boxes they touch.
+/// A grid of cells; each cell lists the grains whose bounding boxes intersect it.
 #[derive(Clone, Debug)]
 pub(super) struct Cells {
     low: Point,
     width: f64,
     count: [usize; 3],
-    /// The grains of cell c stand in `grains` from `start[c]` to `start[c + 1]`, increasing.
+    /// CSR offsets: the grains of cell c are `grains[start[c]..start[c + 1]]`, in increasing order.
     start: Vec<u32>,
     grains: Vec<u32>,
 }
 
 impl Cells {
-    /// A grid for grains from number 1, by the lowest and highest coordinates of each.
+    /// Builds the grid from the bounding boxes of the grains (minimum and maximum coordinates); grains are numbered
+    /// from 1.
     pub(super) fn new(boxes: &[[Point; 2]]) -> Cells {
         let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
         for bounds in boxes {
@@ -37,7 +38,8 @@ impl Cells {
         }
         let extent: Point = std::array::from_fn(|k| (high[k] - low[k]).max(f64::MIN_POSITIVE));
         let volume: f64 = extent.iter().product();
-        // never finer than the thinnest side would need, so that flat lists stay small
+        // limit the number of cells along the longest side to about 256, so that a flat arrangement of grains does
+        // not need too many cells
         let longest = extent.iter().copied().fold(0.0, f64::max);
         let width = (volume / (CELLS * boxes.len() as f64)).cbrt().max(longest / 256.0);
         let count = extent.map(|x| ((x / width).ceil() as usize).clamp(1, 257));
@@ -59,7 +61,7 @@ impl Cells {
         cells
     }
 
-    /// Calls `each` with the cells that a box touches.
+    /// Calls `each` with the index of every cell that a box intersects.
     fn visit(&self, [from, to]: [Point; 2], mut each: impl FnMut(usize)) {
         if self.count[0] == 0 {
             return;
@@ -83,19 +85,21 @@ impl Cells {
         &self.grains[self.start[cell] as usize..self.start[cell + 1] as usize]
     }
 
-    /// The grains of the cell that a point lies in (of the nearest one for points outside).
+    /// Returns the grains listed by the cell that contains a point, or by the nearest cell if the point is outside
+    /// the grid.
     pub(super) fn at(&self, x: Point) -> &[u32] {
         let mut found: &[u32] = &[];
         self.visit([x, x], |cell| found = self.of(cell));
         found
     }
 
-    /// Appends, in increasing order, the grains of the cells within `reach` of a point.
+    /// Appends, in increasing order, the grains listed by the cells that intersect a cube of half-width `reach`
+    /// around a point.
     pub(super) fn within(&self, x: Point, reach: f64, found: &mut Vec<u32>) {
         self.in_box([x.map(|x| x - reach), x.map(|x| x + reach)], found);
     }
 
-    /// Appends, in increasing order, the grains of the cells that a box touches.
+    /// Appends, in increasing order, the grains listed by the cells that a box intersects.
     pub(super) fn in_box(&self, bounds: [Point; 2], found: &mut Vec<u32>) {
         let first = found.len();
         self.visit(bounds, |cell| found.extend_from_slice(self.of(cell)));

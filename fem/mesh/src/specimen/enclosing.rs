@@ -1,8 +1,9 @@
-//! The least cylinder around a cluster of grains.
+//! Smallest enclosing cylinder of a set of grains.
 //!
 //! # Reference
-//! E. Welzl, "Smallest enclosing disks (balls and ellipsoids)", LNCS 555 (1991) 359–370, doi:10.1007/BFb0038202; here with
-//! three nested loops, as in M. de Berg et al., "Computational geometry", Springer (2008), section 4.7.
+//! E. Welzl, "Smallest enclosing disks (balls and ellipsoids)", LNCS 555 (1991) 359–370, doi:10.1007/BFb0038202;
+//! implemented with three nested loops, as in M. de Berg et al., "Computational geometry", Springer (2008), section
+//! 4.7.
 
 use fem_image::Cylinder;
 use rand::SeedableRng;
@@ -11,11 +12,11 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 use crate::mesh::Surface;
 
-/// Points lie in a circle up to this part of its radius.
+/// Relative tolerance on the radius in the test whether a point lies in a circle.
 const ROUNDING: f64 = 1e-12;
 
-/// The least upright cylinder that holds all points of the surfaces, with `margin_mm` on each side; nothing for surfaces
-/// without points.
+/// Returns the smallest cylinder with axis along z that contains all points of the surfaces, enlarged by `margin_mm`
+/// on each side; `None` if the surfaces have no points.
 ///
 /// # Example
 /// ```
@@ -30,7 +31,7 @@ const ROUNDING: f64 = 1e-12;
 pub fn enclosing_cylinder(surfaces: &[Surface], margin_mm: f64) -> Option<Cylinder> {
     let points = || surfaces.iter().flat_map(|surface| &surface.points);
     let mut plan: Vec<[f64; 2]> = points().map(|&[x, y, _]| [x, y]).collect();
-    // the loops take linear time for points in random order
+    // the nested loops take linear time on average for points in random order
     plan.shuffle(&mut Xoshiro256PlusPlus::seed_from_u64(1));
     let Circle { centre, radius } = least_circle(&plan)?;
     let bottom = points().map(|p| p[2]).fold(f64::INFINITY, f64::min);
@@ -56,7 +57,7 @@ impl Circle {
         Circle { centre, radius: distance(centre, p).max(distance(centre, q)) }
     }
 
-    /// The circle through three points; for three on a line that of the two farthest.
+    /// Returns the circle through three points; for collinear points the circle whose diameter is the longest pair.
     fn through(p: [f64; 2], q: [f64; 2], r: [f64; 2]) -> Circle {
         let ([ax, ay], [bx, by]) = ([q[0] - p[0], q[1] - p[1]], [r[0] - p[0], r[1] - p[1]]);
         let double = 2.0 * (ax * by - ay * bx);
@@ -82,7 +83,7 @@ fn distance(p: [f64; 2], q: [f64; 2]) -> f64 {
     (p[0] - q[0]).hypot(p[1] - q[1])
 }
 
-/// The least circle around points.
+/// Returns the smallest enclosing circle of the points, or `None` without points.
 fn least_circle(points: &[[f64; 2]]) -> Option<Circle> {
     let mut circle = Circle { centre: *points.first()?, radius: 0.0 };
     for (i, &p) in points.iter().enumerate() {

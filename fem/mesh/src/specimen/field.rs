@@ -1,46 +1,47 @@
-//! What a mesher needs to know of grains, wherever they come from.
+//! Interface through which a mesher queries grains, whatever their source.
 
-/// Grains in a cylinder, numbered from 1; the matrix is 0.
+/// Grains in a cylinder, numbered from 1; number 0 is the matrix.
 ///
 /// Points are in the specimen's coordinates (mm): the cylinder stands on z = 0 with its axis on z.
 pub trait GrainField: Sync {
-    /// How many grains there are; they are numbered from 1 to this.
+    /// Returns the number of grains; grains are numbered from 1 to this number.
     fn grains(&self) -> usize;
 
-    /// Names of the phases that grains are of; each becomes a region of the mesh, after the matrix. Grains of the phase
-    /// [`VOID`](fem_image::VOID) are voids: their tetrahedra are no part of the body.
+    /// Returns the names of the grains' phases. Each phase becomes a region of the mesh, after the matrix. Grains of
+    /// the phase [`VOID`](fem_image::VOID) are voids; their tetrahedra are removed from the mesh.
     fn phases(&self) -> Vec<String> {
         vec!["grain".into()]
     }
 
-    /// The phase of a grain, an index into [`phases`](Self::phases).
+    /// Returns the phase of a grain, an index into [`phases`](Self::phases).
     fn phase_of(&self, _grain: u32) -> usize {
         0
     }
 
-    /// The grain that a point lies in, or 0.
+    /// Returns the grain that contains a point, or 0.
     fn grain_at(&self, x: [f64; 3]) -> u32;
 
-    /// Signed distance to a grain's surface (mm), negative inside; exact, or smooth near the
-    /// surface and a bound with the right sign farther away.
+    /// Returns the signed distance to a grain's surface (mm), negative inside. The distance is exact, or smooth near
+    /// the surface and a bound with the correct sign farther away.
     fn distance(&self, grain: u32, x: [f64; 3]) -> f64;
 
-    /// Volume of a grain inside the cylinder (mm³), which a mesh has to keep.
+    /// Returns the volume of a grain inside the cylinder (mm³), which a mesh should reproduce.
     fn volume_mm3(&self, grain: u32) -> f64;
 
-    /// Appends, in increasing order, the grains that may come nearer to a point than `reach` mm.
+    /// Appends, in increasing order, all grains that may be closer than `reach` mm to a point.
     fn near(&self, x: [f64; 3], reach: f64, found: &mut Vec<u32>);
 
-    /// Details smaller than this (mm) are not known: surfaces nearer to each other touch.
+    /// Returns the resolution of the geometry (mm). Surfaces closer to each other than this count as touching.
     fn resolution_mm(&self) -> f64;
 
-    /// The signed distance, or nothing where it cannot be less than `limit`, which may cost less.
+    /// Returns the signed distance if it is less than `limit`, else `None`; may be cheaper than
+    /// [`distance`](Self::distance).
     fn distance_below(&self, grain: u32, x: [f64; 3], limit: f64) -> Option<f64> {
         Some(self.distance(grain, x)).filter(|&distance| distance < limit)
     }
 
-    /// The signed distance and its gradient; unless it is known better, by central differences over
-    /// `step` mm to both sides.
+    /// Returns the signed distance and its gradient. The default implementation computes the gradient by central
+    /// differences over `step` mm to both sides.
     fn distance_and_gradient(&self, grain: u32, x: [f64; 3], step: f64) -> (f64, [f64; 3]) {
         let gradient = std::array::from_fn(|k| {
             let (mut plus, mut minus) = (x, x);

@@ -1,5 +1,5 @@
-//! Grains that the mesh does not follow: how much of each tetrahedron they take, and how their
-//! surface lies in it.
+//! Grains that the mesh does not resolve: their volume fraction in each tetrahedron, and the normal of their surface
+//! in it.
 
 use rayon::prelude::*;
 
@@ -9,43 +9,45 @@ use super::samples::{SAMPLES, Sampled};
 use crate::mesh::vector::{Point, add, norm, scale};
 use crate::mesh::{Mixture, TetMesh};
 
-/// Newton steps for the offsets that keep the grains' volumes.
+/// Number of Newton steps for the offsets that preserve the grains' volumes.
 const CORRECTIONS: usize = 3;
-/// The largest offset, over the width of a sample.
+/// Maximum offset, relative to the width of a sample.
 const LARGEST_OFFSET: f64 = 0.5;
-/// Tetrahedra with more grain than this are grain, with less than its complement matrix.
+/// A tetrahedron with a grain fraction above this value becomes grain; with a fraction below 1 − this value it
+/// becomes matrix.
 const WHOLE: f64 = 0.999;
-/// Distances are differenced over this share of a sample's width.
+/// Step of the finite differences of distances, relative to the width of a sample.
 const STEP: f64 = 0.05;
-/// The mean of the unit normals in a tetrahedron is at least so long where it has a direction.
+/// Minimum length of the mean of the unit normals in a tetrahedron; below it the interface has no direction.
 const DIRECTED: f64 = 0.3;
-/// Rounds in which the factors of several phases are corrected, and the bounds of one correction.
+/// Number of rounds that correct the factors of several phases, and the bounds of one correction.
 const ROUNDS: usize = 6;
 const FACTORS: [f64; 2] = [0.5, 2.0];
 
-/// What the grains do to a mesh that does not follow them.
+/// Mixtures of a mesh that does not resolve the grains.
 pub(super) struct Mixed {
-    /// The mixture of each tetrahedron; its region is the index of a phase.
+    /// Mixture of each tetrahedron; `region` holds the index of a phase here.
     pub(super) mixture: Vec<Mixture>,
-    /// Volume that each grain has in mixtures and in tetrahedra that became wholly its own (mm³).
+    /// Volume of each grain in mixtures and in tetrahedra that became entirely grain (mm³).
     pub(super) volumes_mm3: Vec<f64>,
-    /// Tetrahedra in which grains of several phases lie: each has the largest of these phases alone.
+    /// Number of tetrahedra that contain grains of several phases; only the largest of these phases is kept.
     pub(super) multiphase_tets: usize,
 }
 
-/// The share of a tetrahedron that one grain takes.
+/// Volume fraction of one grain in a tetrahedron.
 struct Share {
     grain: u32,
     fraction: f64,
-    /// Change of the fraction with the offset (1/mm).
+    /// Derivative of the fraction with respect to the offset (1/mm).
     slope: f64,
 }
 
-/// Fills the matrix of a labelled mesh with those grains that it does not follow. Tetrahedra that
-/// lie wholly in one get its label; one in which several phases lie beside the matrix gets the largest of them.
+/// Adds the grains marked in `mixes` to the matrix tetrahedra of a labelled mesh, as mixtures. A tetrahedron entirely
+/// inside a grain gets the grain's label. A tetrahedron that contains several phases besides the matrix gets the
+/// largest of these phases.
 ///
-/// A sample counts with the share of its own width that lies inside; then one offset a grain, and at
-/// last one factor, keep its volume.
+/// Each sample contributes the fraction of its own width that lies inside the grain. One offset per grain, and
+/// finally one factor per grain, preserve the grain's volume.
 pub(super) fn mix(
     mesh: &TetMesh,
     field: &dyn GrainField,
@@ -90,7 +92,7 @@ pub(super) fn mix(
         }
         for grain in (0..grains).filter(|&grain| mixes[grain]) {
             if taken[grain] == 0.0 {
-                // it fell between the samples: let them look farther
+                // the grain lies between the samples: widen the samples
                 spread[grain] = 4.0;
             } else if slopes[grain] > 0.0 {
                 let missing = field.volume_mm3(grain as u32 + 1) - taken[grain];
@@ -140,19 +142,19 @@ pub(super) fn mix(
     mixed
 }
 
-/// What a tetrahedron that is not followed consists of: matrix and one other phase.
+/// Content of a tetrahedron: matrix and one other phase.
 struct Filling {
-    /// Grains of the phase and their shares.
+    /// Grains of the phase and their volume fractions.
     own: Vec<(u32, f64)>,
-    /// Sum of the shares.
+    /// Sum of the volume fractions.
     total: f64,
     phase: usize,
-    /// Whether grains of other phases lie in it as well.
+    /// Whether grains of other phases lie in the tetrahedron as well.
     has_several: bool,
 }
 
 impl Filling {
-    /// The largest phase takes the shares of the others, so that the share of the matrix is right.
+    /// Assigns the fractions of all phases to the largest phase, so that the fraction of the matrix is correct.
     fn new(shares: &[Share], factors: &[f64], phases: &Phases) -> Filling {
         let mut own: Vec<(u32, f64)> = shares
             .iter()
@@ -167,7 +169,7 @@ impl Filling {
         for &(grain, fraction) in &own {
             of_phase[phases.of_grain(grain)] += fraction;
         }
-        // of equal phases the first
+        // of phases with equal fractions, choose the first
         let phases_by_share = (0..of_phase.len()).rev();
         let phase =
             phases_by_share.max_by(|&a, &b| of_phase[a].total_cmp(&of_phase[b])).unwrap_or(0);
@@ -183,8 +185,9 @@ impl Filling {
     }
 }
 
-/// Factors of the shares by which grains keep their volumes although each tetrahedron has one phase beside the
-/// matrix; those of the round in which the volumes of the phases are nearest to the true ones.
+/// Returns one factor per grain for the fractions, so that grains keep their volumes although each tetrahedron has
+/// only one phase besides the matrix. Of all rounds, the factors with the smallest error of the phase volumes are
+/// returned.
 fn corrected(
     field: &dyn GrainField,
     phases: &Phases,
@@ -213,14 +216,14 @@ fn corrected(
         }
         for (k, factor) in factors.iter_mut().enumerate().filter(|(_, factor)| **factor > 0.0) {
             let [least, most] = FACTORS;
-            // a grain that has no tetrahedron becomes larger until it has one
+            // a grain without a tetrahedron grows in each round until it has one
             *factor *= (field.volume_mm3(k as u32 + 1) / achieved[k]).clamp(least, most);
         }
     }
     best.1
 }
 
-/// How much of a tetrahedron each grain takes, by the distances of its samples.
+/// Returns the volume fraction of each grain in a tetrahedron, from the signed distances of the samples.
 fn shares_of(
     field: &dyn GrainField,
     sampled: &Sampled,
@@ -253,8 +256,8 @@ fn shares_of(
     shares
 }
 
-/// Unit normal of the surfaces of some grains that pass the samples, towards the matrix; zero where they have no
-/// common direction.
+/// Returns the mean unit normal, towards the matrix, of the surfaces near the samples, for the grains selected by
+/// `counts`; zero if the normals have no common direction.
 fn normal(
     field: &dyn GrainField,
     sampled: &Sampled,

@@ -1,16 +1,16 @@
-//! One grain: a sphere or a convex polyhedron.
+//! A grain: a sphere or a convex polyhedron.
 
 use std::f64::consts::PI;
 
 use super::ConvexPolyhedron;
 use crate::mesh::vector::{norm, scale, sub};
 
-/// A grain with exact volume and signed distance.
+/// A grain with exact volume and exact signed distance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grain {
-    /// A point inside, from which `bounding_radius_mm` is measured (mm).
+    /// A point inside the grain (mm), the centre of the bounding sphere.
     pub centre: [f64; 3],
-    /// The shape.
+    /// Shape of the grain.
     pub shape: GrainShape,
 }
 
@@ -19,7 +19,7 @@ pub struct Grain {
 pub enum GrainShape {
     /// A sphere about the grain's centre.
     Sphere {
-        /// Its radius (mm).
+        /// Radius of the sphere (mm).
         radius_mm: f64,
     },
     /// A convex polyhedron around the grain's centre.
@@ -27,7 +27,7 @@ pub enum GrainShape {
 }
 
 impl Grain {
-    /// A spherical grain.
+    /// Creates a spherical grain from its centre and radius (mm).
     ///
     /// # Example
     /// ```
@@ -38,7 +38,7 @@ impl Grain {
         Grain { centre, shape: GrainShape::Sphere { radius_mm } }
     }
 
-    /// Exact volume (mm³).
+    /// Returns the exact volume (mm³).
     pub fn volume_mm3(&self) -> f64 {
         match &self.shape {
             GrainShape::Sphere { radius_mm } => 4.0 / 3.0 * PI * radius_mm.powi(3),
@@ -46,7 +46,7 @@ impl Grain {
         }
     }
 
-    /// Exact surface area (mm²).
+    /// Returns the exact surface area (mm²).
     pub fn area_mm2(&self) -> f64 {
         match &self.shape {
             GrainShape::Sphere { radius_mm } => 4.0 * PI * radius_mm.powi(2),
@@ -54,7 +54,7 @@ impl Grain {
         }
     }
 
-    /// Radius of a sphere about the centre that contains the grain (mm).
+    /// Returns the radius of a sphere around `centre` that contains the grain (mm).
     pub fn bounding_radius_mm(&self) -> f64 {
         match &self.shape {
             GrainShape::Sphere { radius_mm } => *radius_mm,
@@ -62,7 +62,7 @@ impl Grain {
         }
     }
 
-    /// Whether all of the grain lies in a cylinder that stands on z = 0 with its axis on z.
+    /// Whether the entire grain lies in a cylinder with its bottom at z = 0 and its axis on z (dimensions in mm).
     pub(crate) fn is_inside(&self, radius: f64, height: f64) -> bool {
         let same = 1e-9 * radius;
         let holds = |[x, y, z]: [f64; 3], reach: f64| {
@@ -74,13 +74,13 @@ impl Grain {
         }
     }
 
-    /// Distance to the grain's surface (mm), negative inside.
+    /// Returns the signed distance to the grain's surface (mm), negative inside.
     pub fn signed_distance_mm(&self, point: [f64; 3]) -> f64 {
         self.nearest_below_mm(point, f64::INFINITY).map_or(f64::INFINITY, |(distance, _)| distance)
     }
 
-    /// The signed distance and its gradient, or nothing where it cannot be less than `limit`, which
-    /// costs less.
+    /// Returns the signed distance (mm) and its gradient. May return `None` if the distance is not less than `limit`,
+    /// which is cheaper.
     pub(crate) fn nearest_below_mm(&self, point: [f64; 3], limit: f64) -> Option<(f64, [f64; 3])> {
         match &self.shape {
             GrainShape::Sphere { radius_mm } => {

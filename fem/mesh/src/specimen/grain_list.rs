@@ -1,4 +1,4 @@
-//! Analytic grains in a cylinder, found by a grid of cells.
+//! Analytic grains in a cylinder, indexed by a grid of cells.
 
 use super::cells::Cells;
 use super::{Grain, GrainField};
@@ -6,9 +6,9 @@ use crate::mesh::Surface;
 use crate::mesh::isosurface::isosurface;
 use crate::mesh::vector::Point;
 
-/// Cells of a grid across a grain, on which its surface is found.
+/// Number of grid cells across a grain for the extraction of its surface.
 const SURFACE_CELLS: usize = 32;
-/// Samples along each axis of a grain's box for the volume of one that is cut by the cylinder.
+/// Number of samples along each axis of a grain's bounding box, for the volume of a grain that the cylinder cuts.
 const CUT_SAMPLES: usize = 64;
 
 /// A list of spheres and polyhedra in a cylinder: a [`GrainField`] with exact distances.
@@ -30,8 +30,8 @@ pub struct GrainList {
 }
 
 impl GrainList {
-    /// Of grains in a cylinder that stands on z = 0 with its axis on z (mm). Of grains that reach
-    /// out of it, the volume inside counts, by samples.
+    /// Creates a list of grains in a cylinder with its bottom at z = 0 and its axis on z (mm). For a grain that
+    /// extends beyond the cylinder, only the volume inside counts, estimated by samples.
     pub fn new(grains: Vec<Grain>, radius_mm: f64, height_mm: f64) -> GrainList {
         let volumes_mm3 =
             grains.iter().map(|grain| volume_inside(grain, radius_mm, height_mm)).collect();
@@ -39,13 +39,14 @@ impl GrainList {
         GrainList { grains, volumes_mm3, cells }
     }
 
-    /// The grains, from number 1.
+    /// Returns the grains; the first has number 1.
     pub fn list(&self) -> &[Grain] {
         &self.grains
     }
 
-    /// The closed surface of a grain (mm) of its exact volume, by a grid of 32 cells across; edges have chamfers of
-    /// a cell. All of the grain is enclosed, also what lies outside the cylinder.
+    /// Returns the closed surface of a grain (mm), extracted on a grid of 32 cells across and scaled to the grain's
+    /// exact volume; sharp edges are chamfered by about one cell. The surface encloses the whole grain, including the
+    /// part outside the cylinder.
     pub fn surface(&self, number: u32) -> Surface {
         let grain = self.grain(number);
         let reach = grain.bounding_radius_mm();
@@ -103,7 +104,7 @@ impl GrainField for GrainList {
     }
 }
 
-/// The cube around the ball that contains a grain.
+/// Returns the bounding cube of the grain's bounding sphere.
 fn bounds(grain: &Grain) -> [Point; 2] {
     let reach = grain.bounding_radius_mm();
     [grain.centre.map(|x| x - reach), grain.centre.map(|x| x + reach)]

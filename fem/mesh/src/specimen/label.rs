@@ -1,4 +1,4 @@
-//! Which tetrahedra belong to which grain.
+//! Labels of tetrahedra: the grain to which each tetrahedron belongs.
 
 use std::fmt;
 
@@ -10,39 +10,38 @@ use super::samples::{SAMPLES, Sampled, majority};
 use super::{Grain, GrainField, GrainList};
 use crate::mesh::TetMesh;
 
-/// What the labelled volume fraction should be.
+/// Target of the labelled volume fraction.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum FractionTarget {
-    /// The exact volume of the grains over the volume of the mesh.
+    /// The exact volume of the grains divided by the volume of the mesh.
     #[default]
     GrainVolume,
-    /// A given fraction of the mesh.
+    /// A given volume fraction of the mesh.
     Fraction(f64),
-    /// Whatever the samples give.
+    /// No target: the fraction is the result of the samples.
     Uncorrected,
 }
 
-/// How tetrahedra are labelled.
+/// Settings of the labelling of tetrahedra.
 ///
-/// A tetrahedron belongs to a grain if at least 8 of its 15 sample points lie in grains; it then
-/// gets the one that most of these points lie in. Connected components of one or two tetrahedra
-/// take the label around them.
+/// A tetrahedron becomes grain if at least 8 of its 15 sample points lie in grains; it gets the label of the grain
+/// that contains most of these points. Connected components of one or two tetrahedra are relabelled like their
+/// neighbours.
 ///
-/// On a coarse mesh the labelled fraction would wander by several percent from one
-/// microstructure to the next, and with it the stiffness. So, unless told otherwise, all signed
-/// distances are shifted by one common offset, found by bisection, that brings the labelled
-/// fraction to the target; it never exceeds half the mean edge length, so that grains far
-/// smaller than the tetrahedra cannot be blown up to them.
+/// On a coarse mesh the labelled fraction would vary by several percent between microstructures, and the stiffness
+/// with it. By default, one common offset, found by bisection, is therefore added to all grain surfaces so that the
+/// labelled fraction meets the target. The offset is at most half the mean edge length, so that grains much smaller
+/// than the tetrahedra are not inflated to the size of a tetrahedron.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Labelling {
-    /// The wanted fraction.
+    /// Target of the labelled volume fraction.
     pub target: FractionTarget,
-    /// Connected components of fewer tetrahedra than this are dropped.
+    /// Connected components with fewer tetrahedra than this are dropped.
     pub smallest_component: usize,
-    /// Whether grains that touch on the mesh are separated: no node belongs to two grains.
+    /// Whether grains that touch on the mesh are separated, so that no node belongs to two grains.
     ///
-    /// A film of matrix thinner than a tetrahedron is lost otherwise, and grains that share nodes
-    /// are welded together: on a coarse mesh they soon form a skeleton that carries the load.
+    /// Without separation, a film of matrix thinner than a tetrahedron is lost, and grains that share nodes are
+    /// rigidly joined. On a coarse mesh these grains form a skeleton that carries the load.
     pub separate: bool,
 }
 
@@ -52,38 +51,38 @@ impl Default for Labelling {
     }
 }
 
-/// What a labelling achieved.
+/// Result of a labelling.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LabelReport {
-    /// The wanted volume fraction of all grains.
+    /// Target volume fraction of all grains.
     pub asked_fraction: f64,
-    /// The labelled fraction without the common offset.
+    /// Labelled volume fraction without the common offset.
     pub uncorrected_fraction: f64,
-    /// The labelled fraction.
+    /// Labelled volume fraction.
     pub achieved_fraction: f64,
-    /// The common offset (mm): grains were grown by it.
+    /// Common offset by which all grains were grown (mm).
     pub offset_mm: f64,
-    /// For each grain, what was asked and achieved.
+    /// Exact and labelled volume of each grain.
     pub grains: Vec<GrainVolume>,
-    /// How many tetrahedra changed their label because they stood alone or joined two grains.
+    /// Number of tetrahedra whose label changed because they belonged to a small component or joined two grains.
     pub relabelled_tets: usize,
-    /// For each tetrahedron the fraction of its samples that lies in grains (without offset).
+    /// For each tetrahedron, the fraction of its samples that lie in grains (without offset).
     pub grain_fraction: Vec<f64>,
 }
 
-/// Volume of one grain, as it is and as it is labelled.
+/// Exact and labelled volume of one grain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GrainVolume {
     /// Exact volume (mm³).
     pub exact_mm3: f64,
-    /// Volume of its tetrahedra (mm³).
+    /// Volume of the grain's tetrahedra (mm³).
     pub labelled_mm3: f64,
-    /// Number of its tetrahedra.
+    /// Number of the grain's tetrahedra.
     pub tets: usize,
 }
 
 impl LabelReport {
-    /// How many grains have no tetrahedron, being too small for the mesh.
+    /// Returns the number of grains without a tetrahedron because they are too small for the mesh.
     pub fn lost_grains(&self) -> usize {
         self.grains.iter().filter(|grain| grain.tets == 0).count()
     }
@@ -110,8 +109,8 @@ impl fmt::Display for LabelReport {
 
 /// Labels the tetrahedra with the default [`Labelling`].
 ///
-/// Sets `regions` to `matrix` and the phases of the grains, here `grain` (only `matrix` if no tetrahedron is
-/// grain), `region_of` and `grain_of`.
+/// Sets `region_of`, `grain_of` and `regions`: `matrix`, then the phases of the grains, here `grain` (only `matrix`
+/// if no tetrahedron is grain).
 ///
 /// # Example
 /// ```
@@ -130,11 +129,11 @@ pub fn label(mesh: &mut TetMesh, grains: &[Grain]) -> LabelReport {
 impl Labelling {
     /// Labels the tetrahedra; see [`label`].
     pub fn apply(&self, mesh: &mut TetMesh, grains: &[Grain]) -> LabelReport {
-        // a cylinder without end: the whole of each grain counts
+        // an infinite cylinder, so that the whole volume of each grain counts
         self.apply_field(mesh, &GrainList::new(grains.to_vec(), f64::INFINITY, f64::INFINITY))
     }
 
-    /// As [`Labelling::apply`], for grains of any kind.
+    /// Labels the tetrahedra like [`Labelling::apply`], for any [`GrainField`].
     pub fn apply_field(&self, mesh: &mut TetMesh, grains: &dyn GrainField) -> LabelReport {
         let largest_offset = 0.5 * mesh.mean_edge();
         let near: Vec<Vec<(f64, u32)>> = (0..mesh.tets.len())
@@ -178,7 +177,7 @@ impl Labelling {
                 } else {
                     high = tried.1;
                 }
-                // dropping components makes the fraction not quite monotonic: keep the best seen
+                // because small components are dropped, the fraction is not exactly monotonic: keep the best result
                 if (tried.0 - asked_fraction).abs() < (best.0 - asked_fraction).abs() {
                     best = tried;
                 }

@@ -1,4 +1,4 @@
-//! What a mesh of a specimen achieved.
+//! Report on the mesh of a specimen: quality, volumes, errors and warnings.
 
 use std::fmt;
 
@@ -6,64 +6,66 @@ use super::GrainMode;
 use crate::mesh::{Quality, TetMesh};
 use fem_image::VOID;
 
-/// Larger relative errors in the volume of the grains or of the mesh are told.
+/// Relative error of the volume of the grains or of the mesh above which a warning is given.
 const LARGEST_ERROR: f64 = 0.005;
-/// The same of the volume of voids, of which the smallest are never resolved.
+/// Relative error of the volume of voids above which a warning is given; the smallest voids are never resolved.
 const LARGEST_VOID_ERROR: f64 = 0.05;
 
-/// How well a mesh follows its specimen.
+/// Accuracy of the mesh of a specimen.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeshReport {
-    /// Shape of the tetrahedra (of their straight edges).
+    /// Quality of the tetrahedra, computed with straight edges.
     pub quality: Quality,
     /// Vertices − edges + faces − tetrahedra; 1 for a body without holes.
     pub euler_characteristic: i64,
-    /// Volume fraction of the grains that the field has.
+    /// Exact volume fraction of the grains, according to the [`GrainField`](crate::GrainField).
     pub asked_fraction: f64,
     /// Volume fraction of the grains in the mesh, mixtures included.
     pub achieved_fraction: f64,
-    /// Volume of the mesh over that of the cylinder, less 1: what straight edges leave out at the wall.
+    /// Relative error of the volume of the mesh with respect to the cylinder, before voids are removed; straight
+    /// edges cut off volume at the wall.
     pub volume_error: f64,
-    /// Grain by grain, from number 1; voids are grains of the phase `void`.
+    /// Results per grain, from number 1; voids are grains of the phase `void`.
     pub grains: Vec<MeshedGrain>,
-    /// Phase by phase.
+    /// Results per phase.
     pub phases: Vec<MeshedPhase>,
-    /// Root mean square distance of followed interfaces from the true ones (mm); 0 without any.
+    /// Root mean square distance of conforming interfaces from the exact ones (mm); 0 without interfaces.
     pub interface_rms_mm: f64,
-    /// Largest distance of a node of the wall from the cylinder (mm).
+    /// Maximum distance of a wall node from the cylinder (mm).
     pub wall_error_mm: f64,
-    /// Edges that stayed straight because a curved one would have folded a tetrahedron.
+    /// Number of edges that stayed straight because a curved one would have folded a tetrahedron.
     pub straightened_edges: usize,
-    /// Tetrahedra of matrix and another phase mixed.
+    /// Number of tetrahedra that are mixtures of matrix and another phase.
     pub mixed_tets: usize,
-    /// Tetrahedra in which several phases lie beside the matrix; each has the largest of these phases alone.
+    /// Number of tetrahedra that contain several phases besides the matrix; each keeps only the largest of these
+    /// phases.
     pub multiphase_tets: usize,
-    /// Tetrahedra that lay in voids and were taken out.
+    /// Number of tetrahedra in voids, which were removed.
     pub void_tets: usize,
-    /// Tetrahedra outside voids that were taken out because no face connects them with the body.
+    /// Number of tetrahedra outside voids that were removed because no face connects them with the body.
     pub loose_tets: usize,
 }
 
 /// A phase of grains in a mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeshedPhase {
-    /// Its name, that of a region.
+    /// Name of the phase, also the name of its region.
     pub name: String,
-    /// How many grains it has.
+    /// Number of grains of the phase.
     pub grains: usize,
-    /// Volume of its grains (mm³).
+    /// Exact volume of the phase's grains (mm³).
     pub asked_mm3: f64,
-    /// Their volume in the mesh (mm³), mixtures included; of voids the volume that was taken out.
+    /// Volume of the phase's grains in the mesh (mm³), mixtures included; for voids the removed volume.
     pub achieved_mm3: f64,
 }
 
 impl MeshedPhase {
-    /// Whether its grains are voids.
+    /// Whether the grains of the phase are voids.
     pub fn is_void(&self) -> bool {
         self.name == VOID
     }
 
-    /// The phases with what their grains have.
+    /// Sums up the grains of each phase.
     pub(super) fn sums(names: Vec<String>, grains: &[MeshedGrain]) -> Vec<MeshedPhase> {
         let empty = |name| MeshedPhase { name, grains: 0, asked_mm3: 0.0, achieved_mm3: 0.0 };
         let mut phases: Vec<MeshedPhase> = names.into_iter().map(empty).collect();
@@ -80,51 +82,51 @@ impl MeshedPhase {
 /// One grain in a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeshedGrain {
-    /// Its volume (mm³).
+    /// Exact volume of the grain (mm³).
     pub asked_mm3: f64,
-    /// Its volume in the mesh (mm³), mixtures included.
+    /// Volume of the grain in the mesh (mm³), mixtures included.
     pub achieved_mm3: f64,
-    /// Diameter of the ball of its volume over the spacing.
+    /// Diameter of the sphere of equal volume, divided by the spacing.
     pub elements_across: f64,
-    /// How it is in the mesh; never [`GrainMode::Auto`].
+    /// Representation of the grain in the mesh; never [`GrainMode::Auto`].
     pub mode: GrainMode,
-    /// Its phase, an index into [`MeshReport::phases`].
+    /// Phase of the grain, an index into [`MeshReport::phases`].
     pub phase: usize,
 }
 
 impl MeshedGrain {
-    /// Relative error of its volume.
+    /// Returns the relative error of the grain's volume in the mesh.
     pub fn volume_error(&self) -> f64 {
         self.achieved_mm3 / self.asked_mm3 - 1.0
     }
 }
 
 impl MeshReport {
-    /// Grains of which nothing is in the mesh, without voids.
+    /// Returns the number of grains, voids excluded, that have no volume in the mesh.
     pub fn lost_grains(&self) -> usize {
         self.solid_grains()
             .filter(|grain| grain.asked_mm3 > 0.0 && grain.achieved_mm3 == 0.0)
             .count()
     }
 
-    /// The grains that are no voids.
+    /// Iterates over the grains that are not voids.
     pub fn solid_grains(&self) -> impl Iterator<Item = &MeshedGrain> {
         self.grains.iter().filter(|grain| !self.phases[grain.phase].is_void())
     }
 
-    /// How many grains, without voids, are meshed in this mode.
+    /// Returns the number of grains, voids excluded, that are meshed in this mode.
     pub fn grains_in(&self, mode: GrainMode) -> usize {
         self.solid_grains().filter(|grain| grain.mode == mode).count()
     }
 
-    /// Volume of voids (mm³) that counts as matrix because the mesh does not resolve it.
+    /// Returns the volume of voids (mm³) that counts as matrix because the mesh does not resolve it.
     pub fn unresolved_voids_mm3(&self) -> f64 {
         let voids = self.phases.iter().filter(|phase| phase.is_void());
         voids.map(|phase| phase.asked_mm3 - phase.achieved_mm3).sum()
     }
 
-    /// Median of the absolute relative errors in volume of grains over so many elements across, or
-    /// nothing if there are none.
+    /// Returns the median absolute relative error of the volumes of grains with more than `elements_across` elements
+    /// across, or `None` if there are none.
     pub fn median_volume_error(&self, elements_across: f64) -> Option<f64> {
         let resolved = self.grains.iter().filter(|grain| grain.elements_across > elements_across);
         let mut errors: Vec<f64> = resolved.map(|grain| grain.volume_error().abs()).collect();
@@ -132,7 +134,7 @@ impl MeshReport {
         errors.get(errors.len() / 2).copied()
     }
 
-    /// What a user should know before trusting the mesh, in words; nothing if all is well.
+    /// Returns warnings about the mesh; empty if there are none.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
         let Quality { min_dihedral_deg, p01_dihedral_deg, .. } = self.quality;
@@ -150,7 +152,8 @@ impl MeshReport {
             warnings
                 .push(format!("the Euler characteristic is {euler}, not 1: the body has holes"));
         }
-        // in mm³: of a mesh that lacks some of the cylinder the same grains are a larger part
+        // compare volumes, not fractions: in a mesh that lacks part of the cylinder the same grains have a larger
+        // fraction
         for phase in self.phases.iter().filter(|phase| !phase.is_void()) {
             let (asked, achieved) = (phase.asked_mm3, phase.achieved_mm3);
             if (achieved - asked).abs() > LARGEST_ERROR * asked {
@@ -182,7 +185,7 @@ impl MeshReport {
         warnings
     }
 
-    /// What a user should know of phases that meet and of voids.
+    /// Returns warnings about tetrahedra with several phases, loose parts and unresolved voids.
     fn of_several_phases(&self) -> impl Iterator<Item = String> {
         let tets = self.quality.tets;
         let multiphase = (self.multiphase_tets > 0).then(|| {
@@ -213,7 +216,7 @@ impl MeshReport {
         multiphase.into_iter().chain(loose).chain(unresolved)
     }
 
-    /// Largest distance of a wall node from the radius (mm).
+    /// Returns the maximum distance of a wall node from the cylinder's surface (mm).
     pub(super) fn wall_error(mesh: &TetMesh, radius: f64) -> f64 {
         let nodes = mesh.surfaces.get("side").into_iter().flat_map(|side| side.as_flattened());
         let off = nodes.map(|&node| {

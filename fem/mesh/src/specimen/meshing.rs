@@ -1,4 +1,4 @@
-//! Meshes of specimens: a cylinder with its grains, from one spacing.
+//! Meshing of specimens: a cylinder with its grains.
 
 use std::f64::consts::PI;
 
@@ -14,15 +14,15 @@ use super::{GrainField, Labelling};
 use crate::error::MeshError;
 use crate::mesh::{CylinderLattice, LatticeError, Quality, TetMesh};
 
-/// How a cylinder with grains is meshed.
+/// Settings for meshing a cylinder with grains.
 ///
-/// The lattice of [`CylinderLattice`] is labelled, and its nodes move onto the interfaces of the
-/// grains that are followed, which keep their contacts and volumes; grains too small for that fill
-/// their share of the tetrahedra.
+/// The lattice of [`CylinderLattice`] is labelled, and its nodes are moved onto the interfaces of the conforming
+/// grains, whose contacts and volumes are preserved. Grains too small for a conforming mesh become volume fractions
+/// of tetrahedra.
 ///
-/// Grains of the phase [`VOID`](fem_image::VOID) are followed whatever the mode, but for [`GrainMode::Whole`]; their
-/// tetrahedra are then taken out of the mesh, and with them parts that no face connects with the body. Voids that are
-/// too small to have a tetrahedron count as matrix.
+/// Grains of the phase [`VOID`](fem_image::VOID) are meshed conformingly in every mode except [`GrainMode::Whole`].
+/// Their tetrahedra are removed from the mesh, together with parts that no face connects with the body. Voids too
+/// small to have a tetrahedron count as matrix.
 ///
 /// # Example
 /// ```
@@ -37,19 +37,19 @@ use crate::mesh::{CylinderLattice, LatticeError, Quality, TetMesh};
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Meshing {
-    /// Edge of the lattice's hexahedra (mm); each makes twelve tetrahedra.
+    /// Edge length of the lattice's hexahedra (mm); each hexahedron is split into twelve tetrahedra.
     pub spacing_mm: f64,
-    /// How grains become part of the mesh.
+    /// Representation of grains in the mesh.
     #[serde(default)]
     pub mode: GrainMode,
-    /// With [`GrainMode::Auto`], grains of more elements across than this are followed.
+    /// With [`GrainMode::Auto`], grains with more elements across than this are meshed conformingly.
     #[serde(default = "default_elements_across")]
     pub elements_across: f64,
-    /// No tetrahedron falls below this dihedral angle by moving nodes, in [1, 25] (degrees).
+    /// Lower limit of the dihedral angles when nodes are moved, in [1, 25] (degrees).
     #[serde(default = "default_min_dihedral")]
     pub min_dihedral_deg: f64,
-    /// Whether edges on interfaces and wall are curved, for quadratic elements. Volumes are then kept
-    /// by the curved mesh, otherwise by the straight one.
+    /// Whether edges on interfaces and wall are curved, for quadratic elements. Grain volumes are preserved by the
+    /// curved mesh if `true`, else by the straight mesh.
     #[serde(default = "default_curved")]
     pub curved: bool,
 }
@@ -66,45 +66,45 @@ fn default_curved() -> bool {
     true
 }
 
-/// A mesh, and what it achieved.
+/// A mesh and the report on it.
 #[derive(Clone, Debug)]
 pub struct Meshed {
     /// The mesh: regions `matrix` and the phases of the grains, surfaces `bottom`, `top` and `side`.
     pub mesh: TetMesh,
-    /// How well it follows the specimen.
+    /// Report on the accuracy of the mesh.
     pub report: MeshReport,
 }
 
-/// A specimen that cannot be meshed.
+/// Error of a specimen that cannot be meshed.
 #[derive(Clone, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum MeshingError {
-    /// A setting out of its range.
+    /// A setting is out of range.
     #[error("{field} = {value}; give {requirement}")]
     Field {
         /// Name of the setting.
         field: &'static str,
-        /// Its value.
+        /// Value of the setting.
         value: f64,
-        /// What it should be.
+        /// Allowed values.
         requirement: &'static str,
     },
-    /// A cylinder and spacing that make no lattice.
+    /// The cylinder cannot be meshed with this spacing.
     #[error(transparent)]
     Lattice(#[from] LatticeError),
-    /// Voids that part the specimen.
+    /// Voids separate the specimen into parts.
     #[error(
         "the voids part the specimen: no connected body reaches from its bottom to its top and its side; label less as \
          \"void\", or cut the specimen out of the image where it is whole (radius_mm, height_mm)"
     )]
     Parted,
-    /// A mesh that is not sound after all.
+    /// The generated mesh is not valid.
     #[error("the mesh made is not sound: {0}")]
     Unsound(#[from] MeshError),
 }
 
 impl Meshing {
-    /// Follows or mixes grains as they are resolved by this spacing (mm); edges are curved.
+    /// Creates settings for a spacing (mm): mode [`GrainMode::Auto`], curved edges, and default values otherwise.
     pub fn new(spacing_mm: f64) -> Meshing {
         Meshing {
             spacing_mm,
@@ -118,7 +118,7 @@ impl Meshing {
     /// Checks the settings.
     ///
     /// # Errors
-    /// [`MeshingError::Field`] for the first that is out of range.
+    /// [`MeshingError::Field`] for the first setting out of range.
     pub fn validate(&self) -> Result<(), MeshingError> {
         let rules = [
             ("spacing_mm", self.spacing_mm, self.spacing_mm > 0.0, "a length above 0 (mm)"),
@@ -143,10 +143,11 @@ impl Meshing {
         }
     }
 
-    /// Meshes a cylinder that stands on z = 0 with its axis on z.
+    /// Meshes a cylinder (mm) with its bottom at z = 0 and its axis on z.
     ///
     /// # Errors
-    /// [`MeshingError`] if a setting is out of range or the spacing does not suit the cylinder.
+    /// [`MeshingError`] if a setting is out of range, the spacing does not suit the cylinder, voids separate the
+    /// specimen, or the generated mesh is not valid.
     pub fn build(
         &self,
         radius_mm: f64,
@@ -173,7 +174,7 @@ impl Meshing {
         };
         let mut labels = conforming.labels(&mesh);
         if self.mode == GrainMode::Auto {
-            // what no tetrahedron was given to is not resolved after all
+            // a grain without any tetrahedron is not resolved after all and becomes a volume fraction
             let mut found = vec![false; modes.len()];
             labels.iter().filter(|&&l| l > 0).for_each(|&l| found[l as usize - 1] = true);
             let lost = numbers().zip(&mut modes).zip(found).filter(|(_, found)| !found);
@@ -253,7 +254,8 @@ impl Meshing {
         Ok(Meshed { mesh, report })
     }
 
-    /// How one grain is meshed. The surface of the body is followed wherever a mesh can, so that of voids, too.
+    /// Returns the mode of one grain. Voids are meshed conformingly wherever possible, since their surface is part of
+    /// the surface of the body.
     fn mode_of(&self, grains: &dyn GrainField, phases: &Phases, grain: u32) -> GrainMode {
         match self.mode {
             GrainMode::Auto | GrainMode::Fraction if phases.is_void(grain) => GrainMode::Conforming,
@@ -265,7 +267,7 @@ impl Meshing {
         }
     }
 
-    /// Elements across the ball of a grain's volume.
+    /// Returns the diameter of the sphere of equal volume, divided by the spacing.
     fn across(&self, grains: &dyn GrainField, grain: u32) -> f64 {
         (6.0 / PI * grains.volume_mm3(grain)).cbrt() / self.spacing_mm
     }

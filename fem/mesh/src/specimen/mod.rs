@@ -1,4 +1,4 @@
-//! Grains in a cylinder: packings whose truth is known, and meshes of them.
+//! Grains in a cylinder: synthetic packings with known ground truth, and meshes of grains.
 
 mod adjacency;
 mod cells;

@@ -1,4 +1,4 @@
-//! Volumes that belong to two grains.
+//! Overlapping volumes of grains.
 
 use rayon::prelude::*;
 
@@ -8,21 +8,21 @@ use super::triangle_tree::TriangleTree;
 use crate::mesh::Surface;
 use crate::mesh::vector::Point;
 
-/// Samples along each axis of the box that two grains share.
+/// Number of samples along each axis of the intersection of two grains' bounding boxes.
 const SAMPLES: usize = 10;
-/// Surfaces that are nearer than this part of a grain's size intersect.
+/// Two surfaces intersect if their distance is below this value, relative to the size of a grain.
 const TOUCHING: f64 = 1e-9;
 
 /// Two grains that overlap.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Overlap {
-    /// Indices of the two.
+    /// Indices of the two grains.
     pub(super) grains: [usize; 2],
-    /// The volume that both hold (mm³), by samples.
+    /// Volume shared by both grains (mm³), estimated by samples.
     pub(super) volume_mm3: f64,
 }
 
-/// All pairs of closed surfaces that overlap.
+/// Returns all pairs of closed surfaces that overlap.
 pub(super) fn overlaps(surfaces: &[Surface]) -> Vec<Overlap> {
     let trees: Vec<TriangleTree> = surfaces.par_iter().map(TriangleTree::new).collect();
     let overlap = |&(a, b): &(usize, usize)| {
@@ -37,7 +37,7 @@ pub(super) fn overlaps(surfaces: &[Surface]) -> Vec<Overlap> {
     near_pairs(&trees, 0.0).par_iter().filter_map(overlap).collect()
 }
 
-/// The volume that two surfaces share, by samples in the box that their boxes share.
+/// Returns the volume shared by two surfaces, estimated by samples in the intersection of their bounding boxes.
 fn shared_volume(one: &TriangleTree, other: &TriangleTree) -> f64 {
     let ([low, high], [other_low, other_high]) = (one.bounds(), other.bounds());
     let from: Point = std::array::from_fn(|k| low[k].max(other_low[k]));

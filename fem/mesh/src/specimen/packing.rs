@@ -1,4 +1,4 @@
-//! Seeded packings of grains in a cylinder.
+//! Random packings of grains in a cylinder, reproducible by a seed.
 
 use std::f64::consts::PI;
 
@@ -11,24 +11,24 @@ use super::Grain;
 use super::relax::Spheres;
 use super::shape::{draw_facets, grow};
 
-/// Radii are drawn within so many spreads of their median.
+/// Radii are drawn within this number of standard deviations of the logarithm around the median.
 const TAIL: f64 = 2.5;
-/// Sweeps of the relaxation before a packing is given up.
+/// Maximum number of relaxation sweeps before a packing fails.
 const SWEEPS: usize = 5000;
-/// Spheres fuller than this are relaxed at this fraction; polyhedra then grow into the rest.
+/// Maximum volume fraction for the relaxation of spheres of a polyhedron packing; the polyhedra then grow to the
+/// requested fraction.
 const RELAXED: f64 = 0.45;
-/// More grains than this are taken for a mistake in the units.
+/// Limit of the number of grains; a larger number is reported as a likely error in the units.
 const MAX_GRAINS: f64 = 1e5;
-/// More facets than this make no difference to a sphere.
+/// Maximum number of facets; with more, a polyhedron hardly differs from a sphere.
 const MAX_FACETS: usize = 200;
 
-/// A microstructure to be drawn: how much grain, of what sizes and shape, from which seed.
+/// Settings of a random microstructure: volume fraction, sizes, shape, and seed.
 ///
-/// Sizes are lognormal in each class, so one class gives a single and two a bimodal
-/// distribution. Spheres are placed at random and pushed apart; polyhedra then take their place,
-/// each bounded by random facets and by the radical planes to its neighbours, pulled back by
-/// half a film. All grains lie wholly inside the cylinder. The volume fraction is reached by
-/// scaling all radii by one factor.
+/// Sizes are lognormal in each class: one class gives a unimodal, two classes a bimodal distribution. Spheres are
+/// placed at random and pushed apart. For polyhedra, each sphere is then replaced by a polyhedron bounded by random
+/// facets and by the radical planes to its neighbours, moved back by half the film thickness. All grains lie entirely
+/// inside the cylinder. All radii are scaled by one factor to reach the volume fraction.
 ///
 /// The same seed gives the same grains (generator: xoshiro256++).
 ///
@@ -49,20 +49,20 @@ const MAX_FACETS: usize = 200;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Packing {
-    /// Volume of the grains over volume of the cylinder, in (0, 1).
+    /// Volume of the grains divided by the volume of the cylinder, in (0, 1).
     pub fraction: f64,
     /// Seed of the random generator.
     pub seed: u64,
     /// Shape of the grains.
     #[serde(default)]
     pub form: GrainForm,
-    /// Number of random facets of a polyhedron, from 6 to 200.
+    /// Number of random facets per polyhedron, from 6 to 200.
     #[serde(default = "default_facets")]
     pub facets: usize,
-    /// Classes of sizes.
+    /// Size classes.
     #[serde(default = "default_sizes")]
     pub sizes: Vec<SizeClass>,
-    /// Least thickness of matrix between two grains; half of it at the cylinder's surface (mm).
+    /// Minimum thickness of matrix between two grains; half of it between grain and cylinder surface (mm).
     #[serde(default = "default_film")]
     pub film_mm: f64,
 }
@@ -82,11 +82,11 @@ pub enum GrainForm {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SizeClass {
-    /// Median radius (mm) of the grains' spheres before they are scaled to the fraction.
+    /// Median radius of the spheres (mm), before they are scaled to the volume fraction.
     pub median_radius_mm: f64,
-    /// Standard deviation of the logarithm of the radius; radii beyond 2.5 of it are redrawn.
+    /// Standard deviation of the logarithm of the radius; radii beyond 2.5 standard deviations are redrawn.
     pub spread: f64,
-    /// Share of the grains' volume, relative to that of the other classes.
+    /// Weight of the class in the total volume of the grains, relative to the weights of the other classes.
     pub share: f64,
 }
 
@@ -102,21 +102,21 @@ fn default_film() -> f64 {
     0.05
 }
 
-/// A packing that cannot be made.
+/// Error of a packing that cannot be generated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PackingError {
-    /// A field out of its range.
+    /// A field is out of range.
     #[error("{field} = {value}; {help}")]
     Field {
         /// Name of the field.
         field: &'static str,
-        /// Its value.
+        /// Value of the field.
         value: f64,
-        /// What it should be.
+        /// Allowed values.
         help: &'static str,
     },
-    /// A grain that does not fit into the cylinder.
+    /// A grain does not fit into the cylinder.
     #[error(
         "a grain of radius {radius_mm:.4} mm does not fit into a cylinder of radius {cylinder_mm} mm \
          and height {height_mm} mm; lower median_radius_mm or spread"
@@ -129,28 +129,28 @@ pub enum PackingError {
         /// Height of the cylinder (mm).
         height_mm: f64,
     },
-    /// Far too many grains.
+    /// The sizes require too many grains.
     #[error("sizes would take about {count:.1e} grains; raise median_radius_mm")]
     TooMany {
-        /// About how many.
+        /// Approximate number of grains.
         count: f64,
     },
-    /// A fraction that no packing of these grains reaches.
+    /// The volume fraction cannot be reached with these grains.
     #[error(
         "a grain fraction of {fraction} cannot be packed, only {reached:.3} was reached; lower \
          fraction or film_mm, or take smaller or more varied grains"
     )]
     CannotPack {
-        /// The fraction asked for.
+        /// The requested volume fraction.
         fraction: f64,
-        /// The fraction reached without overlap.
+        /// The volume fraction reached without overlap.
         reached: f64,
     },
 }
 
 impl Packing {
-    /// A packing of polyhedra with one class of sizes (median radius 0.5 mm, spread 0.15) and
-    /// films of at least 0.05 mm.
+    /// Creates settings for polyhedra with one size class (median radius 0.5 mm, spread 0.15) and films of at least
+    /// 0.05 mm.
     pub fn new(fraction: f64, seed: u64) -> Packing {
         Packing {
             fraction,
@@ -162,7 +162,7 @@ impl Packing {
         }
     }
 
-    /// Draws the grains of a cylinder that stands on z = 0 with its axis on z.
+    /// Draws the grains of a cylinder (mm) with its bottom at z = 0 and its axis on z.
     ///
     /// # Errors
     /// [`PackingError`] if a field is out of range or the fraction cannot be packed.
@@ -217,10 +217,10 @@ impl Packing {
         }
     }
 
-    /// Refuses numbers that describe no packing of a cylinder, before anything is drawn.
+    /// Checks the settings for a cylinder before anything is drawn.
     ///
     /// # Errors
-    /// [`PackingError`] for a field out of range, or for far too many grains.
+    /// [`PackingError`] if a field is out of range or the sizes require too many grains.
     pub fn validate(&self, radius_mm: f64, height_mm: f64) -> Result<(), PackingError> {
         let positive = "give a positive length";
         let mut rules = vec![
@@ -260,13 +260,13 @@ impl Packing {
         if count > MAX_GRAINS { Err(PackingError::TooMany { count }) } else { Ok(()) }
     }
 
-    /// The volume of each class.
+    /// Returns the volume of each class, given the total volume.
     fn volumes(&self, all: f64) -> impl Iterator<Item = f64> {
         let shares: f64 = self.sizes.iter().map(|class| class.share).sum();
         self.sizes.iter().map(move |class| all * (class.share / shares))
     }
 
-    /// Draws radii class by class, then scales them all so that the volume is met exactly.
+    /// Draws radii class by class, then scales all radii by one factor so that the total volume is exact.
     fn draw_radii<R: Rng>(&self, volume: f64, rng: &mut R) -> Result<Vec<f64>, PackingError> {
         let mut radii = Vec::new();
         for (class, wanted) in self.sizes.iter().zip(self.volumes(volume)) {
@@ -283,7 +283,7 @@ impl Packing {
                 if (radius.ln() - logarithm).abs() > TAIL * class.spread + 1e-12 {
                     continue;
                 }
-                // the last one stays if it brings the volume nearer
+                // the last grain is kept only if it reduces the error of the volume
                 if !radii.is_empty() && drawn + 0.5 * ball(radius) > wanted {
                     break;
                 }
@@ -297,7 +297,7 @@ impl Packing {
     }
 }
 
-/// Volume of a sphere.
+/// Returns the volume of a sphere.
 fn ball(radius: f64) -> f64 {
     4.0 / 3.0 * PI * radius.powi(3)
 }

@@ -1,12 +1,12 @@
-//! The phases of grains, and the regions that they become.
+//! The phases of grains and the corresponding regions of a mesh.
 
 use super::GrainField;
 use fem_image::VOID;
 
-/// The phases of a field of grains, and the phase of each grain.
+/// The phases of a [`GrainField`], and the phase of each grain.
 pub(super) struct Phases {
     pub(super) names: Vec<String>,
-    /// Index into `names` for each grain, from grain number 1.
+    /// Phase of each grain as an index into `names`; the first entry belongs to grain number 1.
     of_grain: Vec<usize>,
 }
 
@@ -16,7 +16,7 @@ impl Phases {
         Phases { names: field.phases(), of_grain }
     }
 
-    /// The phase of a grain.
+    /// Returns the phase of a grain.
     pub(super) fn of_grain(&self, grain: u32) -> usize {
         self.of_grain[grain as usize - 1]
     }
@@ -26,14 +26,14 @@ impl Phases {
         self.names[self.of_grain(grain)] == VOID
     }
 
-    /// How many phases have grains that are no voids.
+    /// Returns the number of phases that have grains, voids excluded.
     pub(super) fn solid(&self) -> usize {
         let is_solid = |phase: &usize| self.names[*phase] != VOID && self.of_grain.contains(phase);
         (0..self.names.len()).filter(is_solid).count()
     }
 
-    /// The regions of a mesh with these labels (0: matrix); `mixed` if it has mixtures, in which phases may be
-    /// that no tetrahedron is wholly of.
+    /// Returns the regions of a mesh with these labels (0: matrix). If the mesh has mixtures (`mixed`), phases
+    /// without a tetrahedron of their own also become regions.
     pub(super) fn regions(&self, labels: &[u32], mixed: bool) -> Regions {
         let mut is_there = vec![false; self.names.len()];
         for &label in labels.iter().filter(|label| **label > 0) {
@@ -54,15 +54,15 @@ impl Phases {
         regions
     }
 
-    /// The region of a label.
+    /// Returns the region of a label.
     pub(super) fn region_of(&self, label: u32, regions: &Regions) -> u16 {
         if label == 0 { 0 } else { regions.of_phase[self.of_grain(label)] }
     }
 }
 
-/// Regions of a mesh: the matrix, then the phases that it has.
+/// Regions of a mesh: the matrix, then the phases that occur in the mesh.
 pub(super) struct Regions {
     pub(super) names: Vec<String>,
-    /// The region of each phase; of one without a region the number is not used.
+    /// Region of each phase; the entry of a phase without a region is not used.
     pub(super) of_phase: Vec<u16>,
 }

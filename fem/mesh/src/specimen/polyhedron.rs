@@ -1,14 +1,14 @@
-//! Convex polyhedra made by cutting with planes.
+//! Convex polyhedra constructed by cuts with planes.
 
 use crate::mesh::vector::{Point, add, cross, dot, mean, norm, scale, sub};
 
-/// Points closer than this times the size of the polyhedron are one point.
+/// Points closer than this, relative to the size of the polyhedron, count as identical.
 const SAME: f64 = 1e-10;
 
-/// A bounded convex polyhedron, kept as its faces.
+/// A bounded convex polyhedron, stored as a list of faces.
 ///
-/// It starts as a cube and is cut by half-spaces; volume, area and signed distance are exact up
-/// to rounding.
+/// A polyhedron starts as a cube and is cut by half-spaces. Volume, area and signed distance are exact up to
+/// rounding.
 ///
 /// # Example
 /// ```
@@ -26,15 +26,15 @@ pub struct ConvexPolyhedron {
 
 #[derive(Clone, Debug, PartialEq)]
 struct Facet {
-    /// Outward unit normal n and offset d: the body is where n · x ≤ d.
+    /// Outward unit normal n and offset d of the face: the body satisfies n · x ≤ d.
     normal: Point,
     offset: f64,
-    /// Counter-clockwise seen from outside.
+    /// Corners of the face, counter-clockwise seen from outside.
     corners: Vec<Point>,
 }
 
 impl ConvexPolyhedron {
-    /// The cube of edge `2 * half_edge` with faces along the axes.
+    /// Creates an axis-aligned cube of edge length `2 * half_edge`.
     pub fn cube(centre: [f64; 3], half_edge: f64) -> ConvexPolyhedron {
         let mut faces = Vec::with_capacity(6);
         for axis in 0..3 {
@@ -60,7 +60,8 @@ impl ConvexPolyhedron {
         ConvexPolyhedron { faces }
     }
 
-    /// Keeps the part where `normal · x ≤ offset` (unit normal); tells whether anything was cut.
+    /// Intersects the polyhedron with the half-space `normal · x ≤ offset` (unit normal); returns whether anything
+    /// was cut off.
     pub fn cut(&mut self, normal: [f64; 3], offset: f64) -> bool {
         let height = |p: Point| dot(normal, p) - offset;
         let size = self.size();
@@ -95,12 +96,12 @@ impl ConvexPolyhedron {
         true
     }
 
-    /// The corners, each once for every face that it is on.
+    /// Iterates over the corners of all faces; a corner is repeated for every face that contains it.
     pub(crate) fn corners(&self) -> impl Iterator<Item = Point> + '_ {
         self.faces.iter().flat_map(|face| face.corners.iter().copied())
     }
 
-    /// Largest extent along an axis.
+    /// Returns the largest extent along a coordinate axis.
     fn size(&self) -> f64 {
         let extent = |axis: usize| {
             let range =
@@ -112,49 +113,49 @@ impl ConvexPolyhedron {
         (0..3).map(extent).fold(0.0, f64::max)
     }
 
-    /// Number of faces.
+    /// Returns the number of faces.
     pub fn faces(&self) -> usize {
         self.faces.len()
     }
 
-    /// Largest distance of a corner from a point.
+    /// Returns the largest distance of a corner from a point.
     pub fn reach(&self, from: [f64; 3]) -> f64 {
         self.corners().map(|p| norm(sub(p, from))).fold(0.0, f64::max)
     }
 
-    /// Volume; 0 if everything was cut away.
+    /// Returns the volume; 0 if everything was cut off.
     pub fn volume(&self) -> f64 {
         let Some(apex) = self.faces.first().map(|face| face.corners[0]) else { return 0.0 };
-        // pyramids over the faces
+        // sum of the pyramids from one apex to each face
         self.faces
             .iter()
             .map(|face| (face.offset - dot(face.normal, apex)) * face.area() / 3.0)
             .sum()
     }
 
-    /// Surface area.
+    /// Returns the surface area.
     pub fn area(&self) -> f64 {
         self.faces.iter().map(Facet::area).sum()
     }
 
-    /// Distance to the surface, negative inside.
+    /// Returns the signed distance to the surface, negative inside.
     pub fn signed_distance(&self, point: [f64; 3]) -> f64 {
         self.nearest_below(point, f64::INFINITY).map_or(f64::INFINITY, |(distance, _)| distance)
     }
 
-    /// The signed distance and its gradient, or nothing where it cannot be less than `limit`.
+    /// Returns the signed distance and its gradient. May return `None` if the distance is not less than `limit`.
     pub(crate) fn nearest_below(&self, point: Point, limit: f64) -> Option<(f64, Point)> {
         let heights = self.faces.iter().map(|face| (face.height(point), face));
         let (highest, top) = heights.max_by(|a, b| a.0.total_cmp(&b.0))?;
         if highest <= 0.0 {
             return Some((highest, top.normal));
         }
-        // no plane of a face is farther than the body
+        // the distance to the plane of a face is a lower bound of the distance to the body
         if highest >= limit {
             return None;
         }
-        // the nearest point lies on a face that the point is in front of; most often on the one that
-        // it is farthest in front of
+        // the nearest point lies on a face with the point on its outer side; most often on the face whose plane is
+        // farthest from the point
         let (mut distance, mut foot) = top.nearest(point);
         if distance > highest {
             for face in &self.faces {
@@ -190,7 +191,7 @@ impl Facet {
         0.5 * norm(twice)
     }
 
-    /// Distance of a point to this polygon, and the polygon's nearest point.
+    /// Returns the distance of a point from this polygon, and the nearest point of the polygon.
     fn nearest(&self, point: Point) -> (f64, Point) {
         let beside =
             |(a, b): (Point, Point)| dot(cross(self.normal, sub(b, a)), sub(point, a)) < 0.0;
@@ -209,13 +210,13 @@ impl Facet {
     }
 }
 
-/// The points in counter-clockwise order about a normal, each once.
+/// Sorts points counter-clockwise around a normal and removes duplicates.
 fn around(normal: Point, points: Vec<Point>, same: f64) -> Vec<Point> {
     if points.len() < 3 {
         return Vec::new();
     }
     let centre = mean(points.iter().copied());
-    // any direction that is not along the normal starts a basis of the plane
+    // any direction that is not parallel to the normal defines a basis of the plane
     let smallest = (0..3).min_by(|&a, &b| normal[a].abs().total_cmp(&normal[b].abs()));
     let mut start = [0.0; 3];
     start[smallest.unwrap_or(0)] = 1.0;

@@ -1,14 +1,14 @@
-//! Pushing overlapping spheres apart inside a cylinder.
+//! Relaxation of overlapping spheres inside a cylinder.
 
 use std::collections::HashMap;
 
 use crate::mesh::vector::{Point, add, norm, scale, sub};
 
-/// Pairs are pushed this much further apart than needed, relative to their distance, so that
-/// touching spheres settle after finitely many sweeps.
+/// Excess of the distance to which a pair is pushed apart, relative to the required distance, so that the relaxation
+/// ends after finitely many sweeps.
 const CUSHION: f64 = 1e-4;
 
-/// Spheres that keep a gap from each other and half of it from the cylinder.
+/// Spheres with a minimum gap to each other and half of this gap to the cylinder's surface.
 pub(super) struct Spheres {
     pub(super) centres: Vec<Point>,
     pub(super) radii: Vec<f64>,
@@ -18,8 +18,7 @@ pub(super) struct Spheres {
 }
 
 impl Spheres {
-    /// Pushes overlapping pairs apart until none overlaps; tells whether that succeeded within
-    /// the given number of sweeps.
+    /// Pushes overlapping pairs apart until no pair overlaps; returns whether this succeeded within `sweeps` sweeps.
     pub(super) fn relax(&mut self, sweeps: usize) -> bool {
         for _ in 0..sweeps {
             let mut overlapping = false;
@@ -29,7 +28,7 @@ impl Spheres {
             for i in 0..self.centres.len() {
                 self.hold_inside(i);
             }
-            // the wall may have pushed spheres back into each other: the next sweep will see it
+            // the wall may have pushed spheres into each other again; the next sweep detects this
             if !overlapping {
                 return true;
             }
@@ -37,7 +36,7 @@ impl Spheres {
         false
     }
 
-    /// The factor by which all radii would have to shrink so that nothing overlaps.
+    /// Returns the factor by which all radii have to be scaled so that no spheres overlap.
     pub(super) fn shrinkage(&self) -> f64 {
         self.close_pairs()
             .into_iter()
@@ -60,7 +59,7 @@ impl Spheres {
             false => [0.0, 0.0, 1.0],
         };
         let push = needed * (1.0 + CUSHION) - distance;
-        // the smaller sphere gives way more
+        // the smaller sphere is moved farther
         let fraction = self.radii[j] / (self.radii[i] + self.radii[j]);
         self.centres[i] = add(self.centres[i], scale(direction, -push * fraction));
         self.centres[j] = add(self.centres[j], scale(direction, push * (1.0 - fraction)));
@@ -78,7 +77,7 @@ impl Spheres {
         }
     }
 
-    /// Pairs that may overlap, in a fixed order.
+    /// Returns the pairs that may overlap, in a deterministic order.
     fn close_pairs(&self) -> Vec<(usize, usize)> {
         let largest = self.radii.iter().copied().fold(0.0, f64::max);
         let width = 2.0 * largest + self.gap;

@@ -1,20 +1,22 @@
-//! Sample points of a tetrahedron, and the grains that they lie in.
+//! Sample points of a tetrahedron, and the grains that contain them.
 
 use super::GrainField;
 use crate::mesh::vector::{Point, mean, norm, sub};
 
-/// How many samples a tetrahedron has.
+/// Number of samples per tetrahedron.
 pub(super) const SAMPLES: usize = 15;
-/// Barycentric coordinates of a sample near a corner (once) and those of the other corners.
+/// Barycentric coordinates of a sample near a corner: the coordinate of this corner, and that of each other corner.
 const CORNER: [f64; 2] = [0.747_719_8, 0.084_093_4];
-/// As [`CORNER`], near the middle of the opposite face.
+/// Barycentric coordinates of a sample near the centre of a face: the coordinate of the opposite corner, and that of
+/// each corner of the face.
 const FACE: [f64; 2] = [0.04, 0.32];
-/// Near the middle of an edge: both ends of it, and the two other corners.
+/// Barycentric coordinates of a sample near the middle of an edge: the coordinate of each end of the edge, and that
+/// of each other corner.
 const EDGE: [f64; 2] = [0.42, 0.08];
 
-/// Fifteen interior points of equal weight, as barycentric coordinates: the centroid, four near
-/// the corners, four near the faces, six near the edges. Their first and second moments are
-/// those of the tetrahedron, so that a plane cuts off the right fraction of them on average.
+/// Returns fifteen interior points of equal weight in barycentric coordinates: the centroid, four near the corners,
+/// four near the faces, six near the edges. Their first and second moments are equal to those of the tetrahedron, so
+/// that a plane cuts off the correct fraction of the samples on average.
 pub(super) fn samples() -> [[f64; 4]; SAMPLES] {
     let mut points = [[0.25; 4]; SAMPLES];
     let mut next = 1;
@@ -36,7 +38,7 @@ pub(super) fn samples() -> [[f64; 4]; SAMPLES] {
     points
 }
 
-/// The samples of a tetrahedron, and the grains that may come nearer to it than `band` mm.
+/// The samples of a tetrahedron, and the grains that may come closer to it than `band` mm.
 pub(super) struct Sampled {
     pub(super) points: [Point; SAMPLES],
     pub(super) grains: Vec<u32>,
@@ -54,8 +56,8 @@ impl Sampled {
         Sampled { points, grains }
     }
 
-    /// For each sample that is less than `band` mm from a grain, the distance to the nearest and
-    /// its number; by increasing distance.
+    /// Returns, for each sample closer than `band` mm to a grain, the signed distance to the nearest grain and the
+    /// grain's number, sorted by distance.
     pub(super) fn nearest(&self, field: &dyn GrainField, band: f64) -> Vec<(f64, u32)> {
         let nearest = |&point: &Point| {
             let distances = self
@@ -73,8 +75,8 @@ impl Sampled {
     }
 }
 
-/// The grain that most samples lie in if at least half of all are less than `offset` mm from
-/// grains, or 0; `near` as [`Sampled::nearest`] gives it.
+/// Returns the grain that contains most samples, if at least half of all samples have a distance of less than
+/// `offset` mm to a grain; else 0. `near` is the result of [`Sampled::nearest`].
 pub(super) fn majority(near: &[(f64, u32)], offset: f64) -> u32 {
     let inside = near.partition_point(|&(distance, _)| distance < offset);
     if 2 * inside < SAMPLES {
@@ -83,7 +85,7 @@ pub(super) fn majority(near: &[(f64, u32)], offset: f64) -> u32 {
     let mut grains: Vec<u32> = near[..inside].iter().map(|&(_, grain)| grain).collect();
     grains.sort_unstable();
     let runs = grains.chunk_by(|a, b| a == b);
-    // the longest run; of equal ones the first
+    // the longest run; of equally long runs the first
     runs.rev().max_by_key(|run| run.len()).map_or(0, |run| run[0])
 }
 

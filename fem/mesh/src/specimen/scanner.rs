@@ -1,4 +1,4 @@
-//! A virtual tomograph: grains whose truth is known, as a scanner would show them.
+//! A virtual CT scanner: synthetic images of grains with known ground truth.
 
 use rand::SeedableRng;
 use rand_distr::{Distribution, Poisson, StandardNormal};
@@ -11,22 +11,23 @@ use super::tomography::ScanGeometry;
 use super::voxelize::{Grid, mixed};
 use fem_image::{Cylinder, Volume};
 
-/// The beam: share of each energy, and attenuation there over that at the middle one.
+/// Spectrum of the beam: for each energy its fraction of the photons and its attenuation relative to the middle
+/// energy.
 const BEAM: [(f64, f64); 3] = [(0.3, 1.6), (0.4, 1.0), (0.3, 0.7)];
-/// Attenuation of the matrix along the specimen's diameter.
+/// Attenuation (line integral) of the matrix along the specimen's diameter.
 const MATRIX: f64 = 1.0;
-/// Grey value of air, and that of matrix above it.
+/// Grey value of air, and the difference of the grey values of matrix and air.
 const AIR: f32 = 8000.0;
 const CONTRAST: f32 = 20000.0;
-/// Cells of the texture, in voxels.
+/// Cell size of the texture (voxels).
 const TEXTURE_CELL: f64 = 4.0;
-/// Counts above which a Poisson variable is drawn as a normal one.
+/// Expected count from which the normal approximation of the Poisson distribution is used.
 const MANY: f64 = 1000.0;
-/// More voxels than this are taken for a mistake in the units.
+/// Limit of the number of voxels; a larger number is reported as a likely error in the units.
 const MAX_VOXELS: f64 = 1.0e9;
 
-/// A parallel-beam scanner with a polychromatic source, a blurred and uneven detector that counts
-/// photons, and reconstruction by filtered back-projection.
+/// A parallel-beam scanner with a polychromatic source, a photon-counting detector with blur and non-uniform gain,
+/// and reconstruction by filtered back-projection.
 ///
 /// # Example
 /// ```
@@ -42,36 +43,36 @@ const MAX_VOXELS: f64 = 1.0e9;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Scanner {
-    /// Edge of a voxel (mm).
+    /// Edge length of a voxel (mm).
     pub voxel_mm: f64,
-    /// Seed of noise, rings and texture.
+    /// Random seed of noise, rings and texture.
     #[serde(default)]
     pub seed: u64,
-    /// Voxels of air around the cylinder.
+    /// Width of the air around the cylinder (voxels).
     #[serde(default = "default_margin")]
     pub margin: usize,
-    /// How far the axis of the specimen goes along x and y for each mm along z.
+    /// Inclination of the specimen's axis: displacement along x and y per mm along z.
     #[serde(default)]
     pub lean: [f64; 2],
-    /// Directions over half a turn; 0 takes as many as the slice is wide.
+    /// Number of projection directions over 180°; 0 sets it to the width of a slice in voxels.
     #[serde(default)]
     pub projections: usize,
-    /// Photons that a pixel of the detector counts without specimen.
+    /// Expected photon count of a detector pixel without specimen.
     #[serde(default = "default_photons")]
     pub photons: f64,
-    /// Attenuation of the grains over that of the matrix.
+    /// Ratio of the attenuation of the grains to that of the matrix.
     #[serde(default = "default_attenuation")]
     pub grain_attenuation: f64,
-    /// How much the beam hardens: 0 for one energy, 1 for a broad spectrum.
+    /// Strength of beam hardening: 0 for a monochromatic beam, 1 for a broad spectrum.
     #[serde(default = "default_hardening")]
     pub hardening: f64,
-    /// Standard deviation of the blur (voxels).
+    /// Standard deviation of the Gaussian blur (voxels).
     #[serde(default = "default_blur")]
     pub blur: f64,
-    /// Standard deviation of the detector's relative gains, which make rings.
+    /// Standard deviation of the relative gains of the detector pixels, which cause ring artefacts.
     #[serde(default = "default_rings")]
     pub rings: f64,
-    /// Largest relative deviation of the attenuation by unresolved texture.
+    /// Maximum relative variation of the attenuation by unresolved texture.
     #[serde(default = "default_texture")]
     pub texture: f64,
 }
@@ -104,31 +105,31 @@ fn default_texture() -> f64 {
     0.05
 }
 
-/// What a scanner shows, and the truth beside it.
+/// A simulated scan with its ground truth.
 #[derive(Clone, Debug)]
 pub struct Scan {
-    /// Grey values, whole numbers from 0 to 65535.
+    /// Grey values, integers from 0 to 65535.
     pub grey: Volume<f32>,
-    /// The grain that each voxel's centre lies in, or 0.
+    /// Grain that contains the centre of each voxel, or 0.
     pub labels: Volume<u32>,
-    /// Where the specimen is in the volume.
+    /// Position of the specimen in the volume.
     pub cylinder: Cylinder,
 }
 
-/// A scan that cannot be made.
+/// Error of a scan that cannot be simulated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{field} = {value}; give {requirement}")]
 pub struct ScanError {
     /// Name of the setting.
     pub field: &'static str,
-    /// Its value.
+    /// Value of the setting.
     pub value: f64,
-    /// What it should be.
+    /// Allowed values.
     pub requirement: &'static str,
 }
 
 impl Scanner {
-    /// A scanner of good quality.
+    /// Creates the default settings of a scanner of good quality.
     pub fn new(voxel_mm: f64, seed: u64) -> Scanner {
         Scanner {
             voxel_mm,
@@ -148,7 +149,7 @@ impl Scanner {
     /// Checks the settings.
     ///
     /// # Errors
-    /// [`ScanError`] for the first that is out of range.
+    /// [`ScanError`] for the first setting out of range.
     pub fn validate(&self) -> Result<(), ScanError> {
         let rules = [
             ("voxel_mm", self.voxel_mm, self.voxel_mm > 0.0, "a length above 0 (mm)"),
@@ -189,8 +190,8 @@ impl Scanner {
         }
     }
 
-    /// Scans a cylinder that stands on z = 0 with its axis on z; in the scanner it leans by `lean`. The same seed gives the same volume
-    /// for any number of threads.
+    /// Scans a cylinder (mm) with its bottom at z = 0 and its axis on z; in the image the axis is inclined by `lean`.
+    /// The same seed gives the same volume for any number of threads.
     ///
     /// # Errors
     /// [`ScanError`] if a setting is out of range, or the cylinder has too many or too few voxels.
@@ -209,7 +210,7 @@ impl Scanner {
         }
         let across =
             |length: f64| (length / self.voxel_mm - 1e-9).ceil() + 2.0 * self.margin as f64;
-        // a leaning specimen takes more room, in all directions of a slice, as the detector has one width
+        // an inclined specimen needs a wider volume, in both directions of a slice, since the detector has one width
         let slope = self.lean[0].hypot(self.lean[1]);
         let (sin, cos) = slope.atan().sin_cos();
         let width = across(2.0 * radius_mm + height_mm * sin);
@@ -254,7 +255,7 @@ impl Scanner {
         })
     }
 
-    /// Line integrals of the attenuation as the detector sees them: logarithms of counts.
+    /// Simulates the detector: returns the measured line integrals of the attenuation, logarithms of photon counts.
     fn count(&self, lengths: &[[f32; 2]], width: usize, per_voxel: f64, seed: u64) -> Vec<f32> {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
         let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };

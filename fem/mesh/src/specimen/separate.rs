@@ -1,4 +1,4 @@
-//! Grains that are shrunk about their centroids until all of them are a least distance apart.
+//! Separation of grains: grains are shrunk about their centroids until each pair has a minimum distance.
 
 use rayon::prelude::*;
 
@@ -8,42 +8,43 @@ use super::triangle_tree::TriangleTree;
 use crate::mesh::Surface;
 use crate::mesh::vector::Point;
 
-/// Grains that have to shrink below this factor lie in one another.
+/// Minimum scaling factor; if it does not separate two grains, one lies in the other.
 const LEAST_FACTOR: f64 = 0.2;
-/// Halvings of the interval of a factor.
+/// Number of bisection steps for a scaling factor.
 const HALVINGS: usize = 30;
-/// Least shrinking of a pair that is too near. Convex grains need two rounds, and others come to an end by this.
+/// Minimum shrinking of a pair that is too close, per round. Convex grains need two rounds; the minimum makes the
+/// iteration end for other grains too.
 const LEAST_STEP: f64 = 1e-6;
 
-/// Surfaces that keep a least distance.
+/// Surfaces with a minimum distance.
 #[derive(Clone, Debug)]
 pub struct Separated {
-    /// The surfaces, in the order in which they were given.
+    /// The scaled surfaces, in the original order.
     pub surfaces: Vec<Surface>,
-    /// The factor by which each was scaled; 1 where it was far enough from all others.
+    /// Scaling factor of each surface; 1 if the surface was far enough from all others.
     pub factors: Vec<f64>,
 }
 
-/// Two surfaces that cannot be separated.
+/// Error of two surfaces that cannot be separated.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
     "shrinking to a fifth of their size does not bring grains {first} and {second} {least_mm} mm apart: one lies in the \
      other, or the distance is too large"
 )]
 pub struct SeparateError {
-    /// Number of one, from 1.
+    /// Number of one surface, from 1.
     pub first: usize,
-    /// Number of the other.
+    /// Number of the other surface.
     pub second: usize,
-    /// The distance that was asked for (mm).
+    /// The required minimum distance (mm).
     pub least_mm: f64,
 }
 
-/// Scales closed surfaces about their centroids until each pair is at least `least_mm` apart. Surfaces that are far enough
-/// from all others are not changed, and both of a pair that is too near shrink by the same factor.
+/// Scales closed surfaces about their centroids until each pair is at least `least_mm` apart. A surface that is far
+/// enough from all others is not changed; both surfaces of a pair that is too close are scaled by the same factor.
 ///
 /// # Errors
-/// [`SeparateError`] for the first pair that would have to be smaller than a fifth of its size.
+/// [`SeparateError`] for the first pair that would have to shrink to less than a fifth of its size.
 ///
 /// # Example
 /// ```
@@ -113,8 +114,8 @@ pub fn separated(surfaces: Vec<Surface>, least_mm: f64) -> Result<Separated, Sep
     Ok(Separated { surfaces, factors })
 }
 
-/// The least distance of any two closed surfaces (mm), 0 where two intersect, with the numbers of the two from 1. Nothing
-/// for fewer than two surfaces.
+/// Returns the smallest distance between any two closed surfaces (mm), 0 if two intersect, and the numbers of these
+/// two surfaces, from 1. Returns `None` for fewer than two surfaces.
 pub fn least_gap_mm(surfaces: &[Surface]) -> Option<(f64, [usize; 2])> {
     let trees: Vec<TriangleTree> = surfaces.par_iter().map(TriangleTree::new).collect();
     if trees.len() < 2 {
@@ -142,7 +143,7 @@ pub fn least_gap_mm(surfaces: &[Surface]) -> Option<(f64, [usize; 2])> {
     }
 }
 
-/// The pairs of surfaces whose boxes are less than `reach` apart, by index, in increasing order.
+/// Returns the pairs (by index, in increasing order) of surfaces whose bounding boxes are at most `reach` apart.
 pub(super) fn near_pairs(trees: &[TriangleTree], reach: f64) -> Vec<(usize, usize)> {
     let boxes: Vec<[Point; 2]> = trees.iter().map(TriangleTree::bounds).collect();
     let cells = Cells::new(&boxes);

@@ -1,4 +1,4 @@
-//! Grains as convex polyhedra: random facets, cut by the radical planes to the neighbours.
+//! Grains as convex polyhedra, bounded by random facets and the radical planes to their neighbours.
 
 use std::collections::HashMap;
 use std::f64::consts::PI;
@@ -11,19 +11,19 @@ use super::relax::Spheres;
 use super::{ConvexPolyhedron, Grain, GrainShape};
 use crate::mesh::vector::{Point, add, dot, norm, scale, sub};
 
-/// Each facet is the one of so many random directions that is farthest from those before it.
+/// Number of random directions drawn per facet; the direction farthest from the previous facets is chosen.
 const CANDIDATES: usize = 8;
-/// Distances of the facets from the centre, relative to the sphere's radius.
+/// Range of the facets' distances from the centre, relative to the sphere's radius.
 const FACET: std::ops::Range<f64> = 0.8..1.0;
-/// Sides of the prism, inscribed in the cylinder, that polyhedra are kept in.
+/// Number of sides of the prism inscribed in the cylinder, to which polyhedra are confined.
 const WALL: usize = 64;
-/// Facets are moved out by at most this factor to reach the wanted volume.
+/// Maximum factor by which facets are moved outwards to reach the requested volume.
 const MOST_GROWTH: f64 = 4.0;
 
-/// Facets of one grain: unit normal and distance from the centre.
+/// Facets of one grain: unit normal, and distance from the centre.
 type Facets = Vec<(Point, f64)>;
 
-/// Draws the facets of every sphere.
+/// Draws random facets for every sphere.
 pub(super) fn draw_facets<R: Rng>(radii: &[f64], facets: usize, rng: &mut R) -> Vec<Facets> {
     radii
         .iter()
@@ -45,10 +45,10 @@ pub(super) fn draw_facets<R: Rng>(radii: &[f64], facets: usize, rng: &mut R) -> 
         .collect()
 }
 
-/// Moves all facets out or in by one factor until the polyhedra have the wanted volume together.
+/// Scales the distances of all facets by one factor so that the polyhedra have the requested total volume.
 ///
-/// Neighbours stay on their sides of their radical plane, each half a gap away from it, so
-/// nothing can overlap. The error is the largest volume that can be reached.
+/// Neighbours stay on their sides of their radical plane, each half a gap away from it, so they cannot overlap. The
+/// error is the largest volume that can be reached.
 pub(super) fn grow(spheres: &Spheres, facets: &[Facets], volume: f64) -> Result<Vec<Grain>, f64> {
     let total = |grains: &[Grain]| grains.iter().map(Grain::volume_mm3).sum::<f64>();
     let (mut low, mut high) = (0.0, MOST_GROWTH);
@@ -90,7 +90,7 @@ fn polyhedra(spheres: &Spheres, facets: &[Facets], growth: f64) -> Vec<Grain> {
         .collect()
 }
 
-/// Cuts by the sides of a prism inscribed in the cylinder.
+/// Cuts a polyhedron with the sides of the prism inscribed in the cylinder.
 fn cut_wall(body: &mut ConvexPolyhedron, centre: Point, radius: f64) {
     if centre[0].hypot(centre[1]) + body.reach(centre) < radius * (PI / WALL as f64).cos() {
         return;
@@ -101,7 +101,7 @@ fn cut_wall(body: &mut ConvexPolyhedron, centre: Point, radius: f64) {
     }
 }
 
-/// The spheres by the cells of a grid.
+/// Spatial index of the spheres: a grid of cells.
 struct Near {
     width: f64,
     largest: f64,
@@ -124,12 +124,12 @@ impl Near {
         point.map(|x| (x / self.width).floor() as i64)
     }
 
-    /// Cuts by the radical planes, where the powers to both spheres are equal, pulled back by half
-    /// the gap.
+    /// Cuts the polyhedron of sphere `i` with the radical planes to its neighbours (the planes of equal power with
+    /// respect to both spheres), moved back by half the gap.
     fn cut(&self, body: &mut ConvexPolyhedron, spheres: &Spheres, i: usize) {
         let (centre, radius) = (spheres.centres[i], spheres.radii[i]);
         let mut reach = body.reach(centre);
-        // the plane to a sphere farther away than this misses the body
+        // the radical plane to a sphere farther away than this does not intersect the body
         let edge = reach + 0.5 * spheres.gap;
         let far = edge + (edge * edge + self.largest * self.largest).sqrt();
         let (low, high) = (self.cell(centre.map(|x| x - far)), self.cell(centre.map(|x| x + far)));

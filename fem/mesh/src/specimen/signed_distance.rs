@@ -1,28 +1,29 @@
-//! A smooth signed distance from the solid fractions of voxels.
+//! Smooth signed distances, computed from the solid fractions of voxels.
 //!
-//! The surface is where a fraction, smoothed over its neighbours, passes one half; distances farther away
-//! follow by fast sweeping. Smoothing and the blur of an image draw the surface of a ball in by σ²/R, so at
-//! last all distances of a grain are shifted until its volume is what is negative.
+//! The surface is the set where the solid fraction, smoothed over its neighbours, equals one half. Distances farther
+//! away are computed by fast sweeping. Smoothing and the blur of the image shrink a ball of radius R by σ²/R, where σ
+//! is the standard deviation of the blur; therefore all distances of a grain are finally shifted so that the region
+//! of negative distance has the grain's volume.
 //!
 //! # Reference
 //! H. Zhao, "A fast sweeping method for eikonal equations", Math. Comp. 74 (2005) 603–627,
 //! doi:10.1090/S0025-5718-04-01678-3.
 
-/// Differences over two voxels of a smoothed fraction over its slope at the surface: 0.75 along the
-/// axes, 0.9 along the diagonals.
+/// Ratio of the central difference of a smoothed fraction (over two voxels) to its slope at the surface: 0.75 along
+/// the axes, 0.9 along the diagonals.
 const SLOPE: f32 = 0.85;
-/// Rounds of eight sweeps; convex bodies settle in one.
+/// Number of rounds of eight sweeps; one round is enough for convex bodies.
 const ROUNDS: usize = 2;
-/// Newton steps to a volume, and the farthest that a surface is shifted for it (voxels).
+/// Number of Newton steps to reach a volume, and maximum shift of the surface (voxels).
 const STEPS: usize = 6;
 const FARTHEST: f32 = 1.0;
 
-/// Values of a box of voxels, x fastest.
+/// Values on a box of voxels; x varies fastest.
 #[derive(Clone, Debug)]
 pub(super) struct Patch {
-    /// The first voxel.
+    /// Index of the first voxel in the image.
     pub(super) low: [usize; 3],
-    /// Voxels along each axis.
+    /// Number of voxels along each axis.
     pub(super) size: [usize; 3],
     pub(super) values: Vec<f32>,
 }
@@ -36,13 +37,13 @@ impl Patch {
         [1, self.size[0], self.size[0] * self.size[1]]
     }
 
-    /// The voxels in the order of the values.
+    /// Iterates over the voxels (indices within the box) in the order of `values`.
     pub(super) fn voxels(&self) -> impl Iterator<Item = [usize; 3]> + use<> {
         let [nx, ny, nz] = self.size;
         (0..nx * ny * nz).map(move |c| [c % nx, c / nx % ny, c / nx / ny])
     }
 
-    /// Turns solid fractions into distances in voxels, negative inside.
+    /// Converts solid fractions into signed distances in voxels, negative inside.
     pub(super) fn fractions_to_distances(&mut self) {
         for axis in 0..3 {
             self.smooth(axis);
@@ -51,7 +52,7 @@ impl Patch {
         self.sweep(&known);
     }
 
-    /// Weights ¼, ½, ¼ along an axis; what is outside is like the outermost voxel.
+    /// Smooths along an axis with the weights ¼, ½, ¼; outside the box the outermost value is repeated.
     fn smooth(&mut self, axis: usize) {
         let (stride, count) = (self.strides()[axis], self.size[axis]);
         if count < 2 {
@@ -72,8 +73,8 @@ impl Patch {
         }
     }
 
-    /// Puts the distance to the surface where a neighbour is on its other side, and a large one of
-    /// the right sign elsewhere; tells which are known.
+    /// Initialises the distances: the distance to the surface at each voxel with a neighbour on the other side of the
+    /// surface, and a large value with the correct sign elsewhere. Returns which distances are known.
     fn crossings(&mut self) -> Vec<bool> {
         let far = self.size.iter().sum::<usize>() as f32;
         let strides = self.strides();
@@ -103,9 +104,9 @@ impl Patch {
         known
     }
 
-    /// Shifts all distances so that what is negative takes so many voxels; not by more than one voxel.
+    /// Shifts all distances by at most one voxel so that the region of negative distance has a given volume (voxels).
     pub(super) fn enclose(&mut self, volume: f64) {
-        // of a voxel its share below the surface, if that is flat in it
+        // fraction of a voxel inside the surface, if the surface is flat in the voxel
         let within = |shift: f32| -> f64 {
             let share = |&value: &f32| f64::from((0.5 + shift - value).clamp(0.0, 1.0));
             self.values.iter().map(share).sum()
@@ -170,8 +171,9 @@ impl Patch {
         }
     }
 
-    /// The value between voxel centres, linear along each axis; `x` counts voxels from the centre
-    /// of the first. Outside the box the nearest value inside, and how far away it is.
+    /// Interpolates the value at `x` (in voxels from the centre of the first voxel), linearly along each axis. For a
+    /// point outside the box, returns the value at the nearest point of the box, and the distance to it as second
+    /// result.
     pub(super) fn interpolate(&self, x: [f64; 3]) -> (f64, f64) {
         let strides = self.strides();
         let (mut first, mut step, mut t) = (0, [0; 3], [0.0; 3]);
@@ -202,7 +204,7 @@ impl Patch {
 mod tests {
     use super::*;
 
-    /// Share of a voxel inside a ball, by 8³ samples.
+    /// Returns the fraction of a voxel inside a ball, by 8³ samples.
     fn share(voxel: [usize; 3], centre: [f64; 3], radius: f64) -> f32 {
         let n = 8;
         let inside = (0..n * n * n).filter(|c| {
@@ -226,22 +228,22 @@ mod tests {
         }
         patch.fractions_to_distances();
         let (rms, near, far) = errors(&patch, centre, radius);
-        // the smoothing moves the surface of a ball in by σ² / R with σ² = ½ voxel²: 0.08
+        // the smoothing shrinks a ball of radius R by σ² / R with σ² = ½ voxel²: 0.08 voxels
         assert!(rms < 0.15 && near < 0.3, "{rms} {near}");
         assert!(far < 0.5, "{far}");
-        // which its volume makes up for
+        // the correction of the volume compensates this shift
         let volume = 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
         patch.enclose(volume);
         let shifted = errors(&patch, centre, radius);
         assert!(shifted.0 < 0.6 * rms && shifted.0 < 0.06, "{rms} {shifted:?}");
-        // and whatever else has moved the surface
+        // the correction also compensates any other constant shift
         patch.values.iter_mut().for_each(|value| *value += 0.4);
         patch.enclose(volume);
         assert!((errors(&patch, centre, radius).0 - shifted.0).abs() < 1e-3);
     }
 
-    /// Root mean square of the errors at the surface of a ball, and the largest errors near it and far from
-    /// it (voxels).
+    /// Returns the root mean square error of the distances at the surface of a ball, and the largest errors near the
+    /// surface and far from it (voxels).
     fn errors(patch: &Patch, centre: [f64; 3], radius: f64) -> (f64, f64, f64) {
         let (mut near, mut far, mut squares, mut count) = (0.0_f64, 0.0_f64, 0.0, 0.0);
         for a in 0..20 {

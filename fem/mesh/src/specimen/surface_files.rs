@@ -1,4 +1,4 @@
-//! STL files as named closed surfaces, and what can be wrong with them.
+//! Reader of STL files as named closed surfaces, with checks and errors.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -8,85 +8,85 @@ use rayon::prelude::*;
 use crate::error::MeshError;
 use crate::mesh::{Surface, stl};
 
-/// A grain as it was read.
+/// A grain read from a file.
 pub(super) struct NamedSurface {
-    /// The name of the file, with the number of the part where a file has several.
+    /// Name of the file, with the number of the part if the file has several.
     pub(super) name: String,
-    /// The surface, outward.
+    /// Surface of the grain, with normals pointing outwards.
     pub(super) surface: Surface,
-    /// Whether it showed inward in the file.
+    /// Whether the normals pointed inwards in the file.
     pub(super) is_turned: bool,
 }
 
-/// Why STL files are no grains.
+/// Error of the import of grains from STL files.
 #[derive(Clone, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SurfaceImportError {
-    /// A setting out of its range.
+    /// A setting is out of range.
     #[error("{field} = {value}; give {requirement}")]
     Field {
         /// Name of the setting.
         field: &'static str,
-        /// Its value.
+        /// Value of the setting.
         value: f64,
-        /// What it should be.
+        /// Allowed values.
         requirement: &'static str,
     },
-    /// A folder without STL files.
+    /// A folder contains no STL file.
     #[error("{}: there is no STL file (*.stl); name the folder of the grains, a file each, or one file with all", path.display())]
     NoFile {
-        /// The folder.
+        /// Path of the folder.
         path: PathBuf,
     },
-    /// A file that cannot be read.
+    /// A file cannot be read.
     #[error(transparent)]
     File(#[from] MeshError),
-    /// A surface with holes.
+    /// A surface has holes.
     #[error(
         "{name}: the surface of {triangles} triangles has {open} open edges, so it encloses no grain; close its holes \
          (MeshLab: Close Holes; PyVista: fill_holes) and export it again"
     )]
     Open {
-        /// The file.
+        /// Name of the file.
         name: String,
-        /// Number of its triangles.
+        /// Number of triangles of the surface.
         triangles: usize,
-        /// Number of its open edges.
+        /// Number of open edges of the surface.
         open: usize,
     },
-    /// Triangles of one surface that show to both sides.
+    /// Triangles of one surface have inconsistent orientations.
     #[error(
         "{name}: at {edges} edges one triangle shows inward and its neighbour outward; orient all triangles alike (MeshLab: \
          Re-Orient all faces coherently; PyVista: compute_normals(consistent_normals=True)) and export it again"
     )]
     Normals {
-        /// The file.
+        /// Name of the file.
         name: String,
         /// Number of edges between triangles of opposite orientation.
         edges: usize,
     },
-    /// A part that shows inward where others show outward.
+    /// Some parts of a file have normals pointing inwards, others outwards.
     #[error(
         "{name}: {inward} of {parts} parts show inward and the others outward; turn them, or write each grain to a file of \
          its own where they are cavities"
     )]
     InvertedParts {
-        /// The file.
+        /// Name of the file.
         name: String,
-        /// Number of parts that show inward.
+        /// Number of parts with normals pointing inwards.
         inward: usize,
         /// Number of all parts.
         parts: usize,
     },
-    /// A surface without volume.
+    /// A surface encloses no volume.
     #[error("{name}: the surface of {triangles} triangles encloses no volume; remove the file")]
     Flat {
-        /// The file.
+        /// Name of the file.
         name: String,
-        /// Number of its triangles.
+        /// Number of triangles of the surface.
         triangles: usize,
     },
-    /// Grains that overlap too much.
+    /// Grains overlap too much.
     #[error(
         "{pairs} pairs of grains overlap, by {:.1} % of the volume of all grains; the worst are {first} and {second}, which \
          share {:.0} % of the smaller one: remove grains that are there twice, or set least_distance_mm, to which \
@@ -97,29 +97,29 @@ pub enum SurfaceImportError {
     Overlap {
         /// Number of pairs that overlap.
         pairs: usize,
-        /// Their common volume over the volume of all grains.
+        /// Total overlap volume divided by the volume of all grains.
         share: f64,
-        /// A grain of the worst pair.
+        /// Name of one grain of the pair with the largest overlap.
         first: String,
-        /// The other grain of it.
+        /// Name of the other grain of this pair.
         second: String,
-        /// What they share over the smaller one.
+        /// Overlap volume of this pair divided by the volume of its smaller grain.
         share_of_smaller: f64,
     },
-    /// Two grains that shrinking does not separate.
+    /// Shrinking does not separate two grains.
     #[error(
         "shrinking to a fifth of their size does not bring {first} and {second} {least_mm} mm apart: remove one of the two \
          if it lies in the other, or take a smaller least_distance_mm"
     )]
     Inseparable {
-        /// One grain.
+        /// Name of one grain.
         first: String,
-        /// The other one.
+        /// Name of the other grain.
         second: String,
-        /// The distance that was asked for (mm).
+        /// The required minimum distance (mm).
         least_mm: f64,
     },
-    /// A specimen that is far too large or too small for the spacing of its mesh.
+    /// The specimen is far too large or too small for the spacing of its mesh.
     #[error(
         "the grains extend over {size_mm:.4e} mm at unit_mm = {unit_mm}, where spacing_mm = {spacing_mm}: the unit of the \
          files is probably another one{}",
@@ -130,17 +130,18 @@ pub enum SurfaceImportError {
         size_mm: f64,
         /// Spacing of the mesh (mm).
         spacing_mm: f64,
-        /// The unit that was given (mm).
+        /// The given length of one unit of the files (mm).
         unit_mm: f64,
-        /// A unit that would fit (mm).
+        /// A unit length that would be plausible (mm).
         likely_mm: Option<f64>,
     },
 }
 
-/// The STL files of a folder in the order of the numbers in their names, or the file itself.
+/// Returns the STL files of a folder, sorted by the last number in their names, or the file itself if `path` is a
+/// file.
 ///
 /// # Errors
-/// A folder that cannot be read or has no STL file.
+/// If a folder cannot be read or has no STL file.
 pub(super) fn files(path: &Path) -> Result<Vec<PathBuf>, SurfaceImportError> {
     if !path.is_dir() {
         return Ok(vec![path.to_owned()]);
@@ -166,17 +167,18 @@ pub(super) fn files(path: &Path) -> Result<Vec<PathBuf>, SurfaceImportError> {
     Ok(files)
 }
 
-/// The last number in a name without its ending.
+/// Returns the last number in a file name without extension; 0 if there is none.
 fn last_number(name: &str) -> u64 {
     let stem = name.rsplit_once('.').map_or(name, |(stem, _)| stem);
     let digits = stem.split(|c: char| !c.is_ascii_digit()).rfind(|word| !word.is_empty());
     digits.and_then(|word| word.parse().ok()).unwrap_or(0)
 }
 
-/// Reads grains, each point moved by `place`: a file each in a folder, or each connected part of one file.
+/// Reads grains and transforms each point by `place`. In a folder each file is a grain; in a single file each
+/// connected part is a grain.
 ///
 /// # Errors
-/// [`SurfaceImportError`] for the first file that is no grain.
+/// [`SurfaceImportError`] for the first file that is not a valid grain.
 pub(super) fn read_surfaces(
     path: &Path,
     place: &(dyn Fn([f64; 3]) -> [f64; 3] + Sync),
@@ -214,7 +216,7 @@ pub(super) fn read_surfaces(
     Ok(grains)
 }
 
-/// Whether a surface is thinner than a part in 10⁹ of its extent.
+/// Whether the volume of a surface is at most 10⁻⁹ times the cube of its largest extent.
 fn is_flat(surface: &Surface) -> bool {
     let extent = |k: usize| {
         let along = surface.points.iter().map(|point| point[k]);
@@ -225,7 +227,7 @@ fn is_flat(surface: &Surface) -> bool {
     surface.volume().abs() <= 1e-9 * longest.powi(3)
 }
 
-/// Refuses surfaces with holes and surfaces whose triangles show to both sides.
+/// Checks that a surface has no holes and that its triangles have consistent orientations.
 fn check_edges(surface: &Surface, file: &Path) -> Result<(), SurfaceImportError> {
     let mut passes: BTreeMap<[u32; 2], [u32; 2]> = BTreeMap::new();
     for &[a, b, c] in &surface.triangles {

@@ -1,4 +1,4 @@
-//! The least distance of two closed surfaces, each of which may be scaled about a point.
+//! Smallest distance between two closed surfaces, each of which may be scaled about a point.
 //!
 //! # Reference
 //! C. Ericson, "Real-time collision detection", Morgan Kaufmann (2005), sections 5.1.9 (segments) and 5.3.6 (segment and
@@ -7,7 +7,7 @@
 use super::triangle_tree::{TreePart, Triangle, TriangleTree};
 use crate::mesh::vector::{Point, add, cross, dot, norm, scale, sub};
 
-/// A surface that is scaled about a point.
+/// A surface scaled about a point.
 #[derive(Clone, Copy)]
 pub(super) struct ScaledSurface<'a> {
     pub(super) tree: &'a TriangleTree,
@@ -50,16 +50,17 @@ impl ScaledSurface<'_> {
     }
 }
 
-/// How far the least distance is to be known.
+/// Accuracy of the search for the smallest distance.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Search {
-    /// Exactly.
+    /// Find the exact smallest distance.
     Least,
-    /// Whether it is below the limit; the distance found may not be the least.
+    /// Find out whether the distance is below the limit; the returned distance may not be the smallest.
     Any,
 }
 
-/// The least distance of two surfaces if it is below `limit`. It is 0 where they intersect or one lies in the other.
+/// Returns the smallest distance of two surfaces if it is below `limit`; 0 if they intersect or one lies inside the
+/// other.
 pub(super) fn gap_below(
     a: &ScaledSurface<'_>,
     b: &ScaledSurface<'_>,
@@ -101,7 +102,7 @@ pub(super) fn gap_below(
             (Some((_, own)), Some((_, others))) => box_gap(own, others),
             _ => f64::INFINITY,
         };
-        // the nearer one is looked at first
+        // the closer pair is pushed last and visited first
         let is_sorted = distance(&pairs[0]) >= distance(&pairs[1]);
         open.extend(if is_sorted { pairs } else { [pairs[1], pairs[0]] });
     }
@@ -114,12 +115,12 @@ pub(super) fn gap_below(
     (best < limit).then_some(best)
 }
 
-/// The distance of two boxes.
+/// Returns the distance between two boxes.
 pub(super) fn box_gap([low, high]: [Point; 2], [other_low, other_high]: [Point; 2]) -> f64 {
     norm(std::array::from_fn(|k| (low[k] - other_high[k]).max(other_low[k] - high[k]).max(0.0)))
 }
 
-/// The distance of two triangles, or `limit` if it is not below this.
+/// Returns the distance between two triangles, or `limit` if the distance is not smaller.
 fn triangle_gap(one: [Point; 3], other: [Point; 3], limit: f64) -> f64 {
     let bounds = |[a, b, c]: [Point; 3]| {
         let low = std::array::from_fn(|k| f64::min(a[k], b[k]).min(c[k]));
@@ -148,7 +149,7 @@ fn triangle_gap(one: [Point; 3], other: [Point; 3], limit: f64) -> f64 {
     least
 }
 
-/// Whether a segment passes through the inside of a triangle.
+/// Whether a segment intersects the interior of a triangle.
 fn pierces(p: Point, q: Point, [a, b, c]: [Point; 3]) -> bool {
     let normal = cross(sub(b, a), sub(c, a));
     let (before, behind) = (dot(normal, sub(p, a)), dot(normal, sub(q, a)));
@@ -160,7 +161,7 @@ fn pierces(p: Point, q: Point, [a, b, c]: [Point; 3]) -> bool {
     side(a, b) && side(b, c) && side(c, a)
 }
 
-/// The distance of two segments.
+/// Returns the distance between two segments.
 fn segment_gap([p, p_end]: [Point; 2], [q, q_end]: [Point; 2]) -> f64 {
     let (d, e, r) = (sub(p_end, p), sub(q_end, q), sub(p, q));
     let (dd, ee, er) = (dot(d, d), dot(e, e), dot(e, r));
@@ -186,7 +187,7 @@ mod tests {
 
     use super::*;
 
-    /// Against the least distance of points that are spread over both triangles and their edges.
+    /// Comparison with the smallest distance between sample points on both triangles and their edges.
     #[test]
     fn triangles_are_as_far_apart_as_their_points() {
         let mut random = Xoshiro256PlusPlus::seed_from_u64(7);

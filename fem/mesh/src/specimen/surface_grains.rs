@@ -1,4 +1,4 @@
-//! Grains that are given as closed surfaces, as STL files of other programs have them.
+//! Grains given as closed surfaces, for example from STL files of other programs.
 
 use rayon::prelude::*;
 
@@ -8,7 +8,7 @@ use super::triangle_tree::TriangleTree;
 use crate::mesh::Surface;
 use crate::mesh::vector::Point;
 
-/// Samples along each axis of a grain's box for the volume of one that is cut by the cylinder.
+/// Number of samples along each axis of a grain's bounding box, for the volume of a grain that the cylinder cuts.
 const CUT_SAMPLES: usize = 48;
 
 /// Closed surfaces in a cylinder: a [`GrainField`] with exact distances to their triangles.
@@ -31,11 +31,11 @@ pub struct SurfaceGrains {
     cells: Cells,
 }
 
-/// Why a surface is no grain.
+/// Error of a surface that is not a valid grain.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SurfaceError {
-    /// A surface with open edges.
+    /// A surface has open edges.
     #[error(
         "grain {grain}: the surface of {triangles} triangles has {open} open edges; close its holes and export \
          it again"
@@ -43,24 +43,25 @@ pub enum SurfaceError {
     Open {
         /// Number of the grain, from 1.
         grain: usize,
-        /// Number of its triangles.
+        /// Number of triangles of the surface.
         triangles: usize,
-        /// Number of its open edges.
+        /// Number of open edges of the surface.
         open: usize,
     },
-    /// A surface that encloses nothing.
+    /// A surface encloses no volume.
     #[error("grain {grain}: the surface of {triangles} triangles encloses no volume; leave it out")]
     Flat {
         /// Number of the grain, from 1.
         grain: usize,
-        /// Number of its triangles.
+        /// Number of triangles of the surface.
         triangles: usize,
     },
 }
 
 impl SurfaceGrains {
-    /// Grains by their surfaces, in a cylinder that stands on z = 0 with its axis on z (mm). Surfaces that show
-    /// inward are turned; of grains that reach out of the cylinder the volume inside counts, by samples.
+    /// Creates grains from their surfaces, in a cylinder with its bottom at z = 0 and its axis on z (mm). Surfaces
+    /// with normals pointing inwards are reversed. For a grain that extends beyond the cylinder, only the volume
+    /// inside counts, estimated by samples.
     ///
     /// # Errors
     /// [`SurfaceError`] for the first surface that is not closed or has no volume.
@@ -103,7 +104,7 @@ fn is_inside([x, y, z]: Point, radius: f64, height: f64) -> bool {
     x.hypot(y) <= radius && (0.0..=height).contains(&z)
 }
 
-/// The share of a grain's volume that lies in the cylinder, by samples in its box.
+/// Returns the fraction of a grain's volume inside the cylinder, estimated by samples in the grain's bounding box.
 fn share_inside(tree: &TriangleTree, radius: f64, height: f64) -> f64 {
     let [low, high] = tree.bounds();
     let n = CUT_SAMPLES;
@@ -120,7 +121,7 @@ fn share_inside(tree: &TriangleTree, radius: f64, height: f64) -> f64 {
     if all == 0 { 0.0 } else { inside as f64 / all as f64 }
 }
 
-/// Whether a point is within reach of the box of a grain.
+/// Whether a point lies in a grain's bounding box enlarged by `reach`.
 fn is_near([low, high]: [Point; 2], x: Point, reach: f64) -> bool {
     (0..3).all(|k| x[k] > low[k] - reach && x[k] < high[k] + reach)
 }

@@ -1,8 +1,8 @@
-//! Grains from STL files of other programs: read, checked, smoothed, decimated, separated, with a cylinder around them.
+//! Import of grains from STL files: reading, checks, smoothing, decimation, separation, and an enclosing cylinder.
 //!
 //! # Reference
-//! The steps are those of Segmentflow: marching cubes, smoothing, decimation, isostatic shrinking of grains that are too
-//! near to one another, a cylinder around the cluster.
+//! The processing steps are the same as in Segmentflow: marching cubes, smoothing, decimation, isotropic shrinking of
+//! grains that are too close to each other, and a cylinder around the grains.
 
 use std::path::PathBuf;
 
@@ -17,24 +17,25 @@ use super::surface_files::{NamedSurface, SurfaceImportError, read_surfaces};
 use super::{SurfaceError, SurfaceGrains};
 use crate::mesh::{Surface, decimated};
 
-/// Grains may overlap by this share of their volume: what smoothing and decimation do to grains that touch.
+/// Maximum total overlap, relative to the volume of all grains; smoothing and decimation cause small overlaps of
+/// touching grains.
 const MOST_OVERLAP: f64 = 0.01;
-/// No grain may lie in another by more than this share of its volume.
+/// Maximum overlap of one pair, relative to the volume of its smaller grain.
 const MOST_OVERLAP_OF_ONE: f64 = 0.5;
-/// Grains that lose more than this share of their volume by shrinking are warned of.
+/// Relative loss of total volume by shrinking above which a warning is given.
 const MOST_LOSS: f64 = 0.01;
-/// A cluster of this many spacings across is one whose unit is right.
+/// Plausible range of the specimen's size in spacings; outside it the unit is probably wrong.
 const SPACINGS: [f64; 2] = [1.0, 2000.0];
 
-/// The axis of the files that becomes the axis z of the specimen.
+/// Axis of the files' coordinates that becomes the z axis of the specimen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum SurfaceAxis {
-    /// x; then y becomes x and z becomes y.
+    /// The x axis becomes z; y becomes x, and z becomes y.
     X,
-    /// y; then z becomes x and x becomes y.
+    /// The y axis becomes z; z becomes x, and x becomes y.
     Y,
-    /// z
+    /// The z axis; coordinates keep their order.
     #[default]
     Z,
 }
@@ -49,7 +50,7 @@ impl SurfaceAxis {
     }
 }
 
-/// How grains are taken from STL files.
+/// Settings for importing grains from STL files.
 ///
 /// # Example
 /// ```
@@ -71,24 +72,25 @@ impl SurfaceAxis {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SurfaceImport {
-    /// A folder of STL files, each of which is a grain, or one file, of which each connected part is a grain.
+    /// Path of a folder of STL files, each of which is a grain, or of one file, in which each connected part is a
+    /// grain.
     pub surfaces: PathBuf,
     /// Length of one unit of the files (mm).
     #[serde(default = "one")]
     pub unit_mm: f64,
-    /// The axis of the specimen in the files.
+    /// Axis of the specimen in the coordinates of the files.
     #[serde(default)]
     pub axis: SurfaceAxis,
-    /// Passes of Taubin's filter before decimation.
+    /// Number of passes of Taubin's smoothing filter before decimation.
     #[serde(default)]
     pub smoothing_passes: usize,
-    /// Divisor of the number of triangles.
+    /// Factor by which the number of triangles is reduced.
     #[serde(default = "one")]
     pub decimation: f64,
-    /// Least distance of two grains (mm), to which grains are shrunk; 0 leaves them as they are.
+    /// Minimum distance between grains (mm), reached by shrinking grains; 0 disables shrinking.
     #[serde(default)]
     pub least_distance_mm: f64,
-    /// Distance of the cylinder from the grains (mm).
+    /// Margin between the grains and the enclosing cylinder (mm).
     #[serde(default)]
     pub margin_mm: f64,
 }
@@ -98,7 +100,7 @@ fn one() -> f64 {
 }
 
 impl SurfaceImport {
-    /// Surfaces in mm about the axis z, which are used as they are.
+    /// Creates settings for surfaces in mm with axis z, without any processing.
     pub fn new(surfaces: PathBuf) -> SurfaceImport {
         SurfaceImport {
             surfaces,
@@ -114,7 +116,7 @@ impl SurfaceImport {
     /// Checks the settings; no file is read.
     ///
     /// # Errors
-    /// [`SurfaceImportError::Field`] for the first that is out of range.
+    /// [`SurfaceImportError::Field`] for the first setting out of range.
     pub fn validate(&self) -> Result<(), SurfaceImportError> {
         let rules = [
             ("unit_mm", self.unit_mm, 1e-9, 1e6, "a length above 0 (mm): 0.001 for files in µm"),
@@ -137,11 +139,12 @@ impl SurfaceImport {
         }
     }
 
-    /// Reads the files and does all steps. The cylinder has the radius and the height in mm that are given, about the
-    /// middle of the least one.
+    /// Reads the files and performs all processing steps. `size_mm` overrides radius and height of the cylinder (mm),
+    /// which stays centred at the smallest enclosing cylinder.
     ///
     /// # Errors
-    /// [`SurfaceImportError`] for files that cannot be read, surfaces that are no grains, and grains that overlap.
+    /// [`SurfaceImportError`] if a setting is out of range, a file cannot be read, a surface is not a valid grain, or
+    /// grains overlap too much or cannot be separated.
     pub fn read(&self, size_mm: [Option<f64>; 2]) -> Result<ImportedSurfaces, SurfaceImportError> {
         self.validate()?;
         let place = |p: [f64; 3]| self.axis.turned(p.map(|x| x * self.unit_mm));
@@ -206,10 +209,11 @@ impl SurfaceImport {
     }
 }
 
-/// The volume by which grains overlap (mm³).
+/// Returns the total overlap volume of the grains (mm³).
 ///
 /// # Errors
-/// More than one per cent of all grains, or more than half of one.
+/// If the total overlap exceeds 1 % of the volume of all grains, or the overlap of one pair exceeds half of its
+/// smaller grain.
 fn checked_overlap(surfaces: &[Surface], names: &[String]) -> Result<f64, SurfaceImportError> {
     let found = overlaps(surfaces);
     let all: f64 = surfaces.iter().map(Surface::volume).sum();
@@ -234,49 +238,50 @@ fn checked_overlap(surfaces: &[Surface], names: &[String]) -> Result<f64, Surfac
     })
 }
 
-/// Grains of STL files in a cylinder that stands on z = 0 with its axis on z.
+/// Grains from STL files, in a cylinder with its bottom at z = 0 and its axis on z.
 #[derive(Clone, Debug)]
 pub struct ImportedSurfaces {
-    /// The file of each grain, or the file and the part.
+    /// Name of each grain: its file, with the number of the part if the file has several grains.
     pub names: Vec<String>,
-    /// The grains (mm), in the coordinates of the specimen.
+    /// Surfaces of the grains (mm), in the coordinates of the specimen.
     pub surfaces: Vec<Surface>,
-    /// The specimen in the coordinates of the files (mm), after the axis has been turned.
+    /// Cylinder of the specimen (mm), in the coordinates of the files after the rotation of the axis.
     pub cylinder: Cylinder,
     /// Number of triangles in the files.
     pub triangles_read: usize,
-    /// Volume of the grains as they were read (mm³).
+    /// Volume of the grains before processing (mm³).
     pub volume_read_mm3: f64,
-    /// Number of surfaces that showed inward and were turned.
+    /// Number of surfaces whose normals pointed inwards and were reversed.
     pub turned: usize,
-    /// The factor by which each grain was shrunk.
+    /// Scaling factor of each grain by shrinking.
     pub factors: Vec<f64>,
-    /// Volume that belongs to two grains (mm³), by samples.
+    /// Total overlap volume of the grains (mm³), estimated by samples.
     pub overlap_mm3: f64,
-    /// Least distance of two grains (mm), 0 where two intersect; nothing for one grain.
+    /// Smallest distance between two grains (mm), 0 if two intersect; `None` for a single grain.
     pub least_gap_mm: Option<f64>,
 }
 
 impl ImportedSurfaces {
-    /// Radius and height of the specimen (mm).
+    /// Returns radius and height of the specimen (mm).
     pub fn size_mm(&self) -> [f64; 2] {
         [self.cylinder.radius_mm, self.cylinder.height_mm()]
     }
 
-    /// Volume of all grains (mm³), also of what lies outside the cylinder.
+    /// Returns the total volume of the grains (mm³), including parts outside the cylinder.
     pub fn volume_mm3(&self) -> f64 {
         self.surfaces.iter().map(Surface::volume).sum()
     }
 
-    /// Volume of all grains over that of the cylinder.
+    /// Returns the total volume of the grains divided by the volume of the cylinder.
     pub fn fraction(&self) -> f64 {
         self.volume_mm3() / self.cylinder.volume_mm3()
     }
 
-    /// The grains for a mesher.
+    /// Returns the grains as a [`GrainField`](crate::GrainField) for meshing.
     ///
     /// # Errors
-    /// A surface that is none of a grain; those that were read have been checked.
+    /// [`SurfaceError`] if a surface is not a valid grain; surfaces returned by [`SurfaceImport::read`] have been
+    /// checked.
     pub fn grains(&self) -> Result<SurfaceGrains, SurfaceError> {
         let [radius_mm, height_mm] = self.size_mm();
         SurfaceGrains::new(self.surfaces.clone(), radius_mm, height_mm)
@@ -285,7 +290,7 @@ impl ImportedSurfaces {
     /// Compares the size of the specimen with the spacing of its mesh.
     ///
     /// # Errors
-    /// [`SurfaceImportError::Unit`] for a specimen of less than one spacing or more than two thousand.
+    /// [`SurfaceImportError::Unit`] if the specimen is smaller than one spacing or larger than 2000 spacings.
     pub fn check_unit(&self, spacing_mm: f64, unit_mm: f64) -> Result<(), SurfaceImportError> {
         let [radius_mm, height_mm] = self.size_mm();
         let size_mm = f64::max(2.0 * radius_mm, height_mm);
@@ -302,7 +307,7 @@ impl ImportedSurfaces {
         Err(SurfaceImportError::Unit { size_mm, spacing_mm, unit_mm, likely_mm })
     }
 
-    /// What was read and done, in words.
+    /// Returns a summary of the imported grains.
     pub fn in_words(&self) -> String {
         let [radius_mm, height_mm] = self.size_mm();
         let triangles: usize = self.surfaces.iter().map(|surface| surface.triangles.len()).sum();
@@ -322,7 +327,7 @@ impl ImportedSurfaces {
         )
     }
 
-    /// What a person should look at.
+    /// Returns warnings about the import for the user.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
         if self.turned > 0 {

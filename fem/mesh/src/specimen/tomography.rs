@@ -1,4 +1,4 @@
-//! One slice through a parallel-beam scanner: projections, filter, back-projection.
+//! Simulation of a parallel-beam CT scanner for one slice: projection, filter, back-projection.
 //!
 //! # Reference
 //! A. C. Kak, M. Slaney, "Principles of Computerized Tomographic Imaging", IEEE Press (1988),
@@ -6,14 +6,14 @@
 
 use std::f64::consts::PI;
 
-/// Angles and detector of a scanner for slices of `width` × `width` pixels.
+/// Projection directions and detector of a scanner, for slices of `width` × `width` pixels.
 pub(super) struct ScanGeometry {
     width: usize,
     /// Cosine and sine of each direction.
     directions: Vec<[f32; 2]>,
-    /// First and last pixel of each row within the circle that the slice covers, one past the end.
+    /// For each row, the first pixel within the circle covered by the scanner, and one past the last.
     rows: Vec<[usize; 2]>,
-    /// The ramp filter at distances 0, 1, 2, … of detector pixels.
+    /// Coefficients of the ramp filter at distances of 0, 1, 2, … detector pixels.
     ramp: Vec<f32>,
 }
 
@@ -46,8 +46,8 @@ impl ScanGeometry {
         self.directions.len()
     }
 
-    /// Calls `each` with every pixel in the circle and the place on the detector where it is seen
-    /// from a direction, in pixels from the first.
+    /// Calls `each` for every pixel in the circle, with the pixel's index and its projected position on the detector,
+    /// in detector pixels from the first.
     fn visit(&self, direction: [f32; 2], mut each: impl FnMut(usize, f32)) {
         let middle = 0.5 * (self.width as f32 - 1.0);
         let [cos, sin] = direction;
@@ -60,7 +60,7 @@ impl ScanGeometry {
         }
     }
 
-    /// Line integrals, in pixels, of two maps at once: a row of the detector for each direction.
+    /// Returns the line integrals (in pixels) of two maps at once: one detector row per direction.
     pub(super) fn project(&self, maps: &[[f32; 2]]) -> Vec<[f32; 2]> {
         let mut all = vec![[0.0; 2]; self.projections() * self.width];
         for (row, &direction) in all.chunks_mut(self.width).zip(&self.directions) {
@@ -77,7 +77,7 @@ impl ScanGeometry {
         all
     }
 
-    /// The map whose line integrals these are, per pixel; nothing outside the circle.
+    /// Reconstructs a map (per pixel) from its line integrals by filtered back-projection; zero outside the circle.
     pub(super) fn reconstruct(&self, integrals: &[f32]) -> Vec<f32> {
         let mut map = vec![0.0; self.width * self.width];
         let mut filtered = vec![0.0; self.width];
@@ -107,7 +107,7 @@ impl ScanGeometry {
 mod tests {
     use super::*;
 
-    /// A disc of value 1 with soft edge, off the centre.
+    /// An off-centre disc of value 1 with a soft edge.
     fn disc(width: usize, centre: [f64; 2], radius: f64) -> Vec<f32> {
         let pixel = |c: usize| {
             let [x, y] = [c % width, c / width].map(|k| k as f64 + 0.5 - 0.5 * width as f64);

@@ -1,4 +1,4 @@
-//! The signed distance to a closed surface of triangles, by a tree of boxes.
+//! Signed distance to a closed triangle surface, by a tree of bounding boxes.
 //!
 //! # References
 //! C. Ericson, "Real-time collision detection", Morgan Kaufmann (2005), section 5.1.5: the nearest point of a
@@ -10,46 +10,48 @@ use std::collections::HashMap;
 use crate::mesh::Surface;
 use crate::mesh::vector::{Point, add, cross, dot, norm, scale, sub};
 
-/// Most triangles of a leaf.
+/// Maximum number of triangles per leaf.
 const LEAF: usize = 4;
 
-/// Triangles with the normals that decide on which side of them a point is.
+/// The triangles of a surface with pseudonormals, which determine the sign of the distance, and a tree of bounding
+/// boxes.
 #[derive(Clone, Debug)]
 pub(super) struct TriangleTree {
     triangles: Vec<Triangle>,
-    /// Boxes in the order of a depth-first walk.
+    /// Bounding boxes in depth-first order.
     nodes: Vec<Node>,
 }
 
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Triangle {
     pub(super) corners: [Point; 3],
-    /// Pseudonormals of the face, of its edges 01, 12, 20 and of its corners.
+    /// Pseudonormals of the face, of the edges 01, 12, 20, and of the corners.
     face: Point,
     edges: [Point; 3],
     at_corners: [Point; 3],
 }
 
-/// A box of a tree with what lies in it.
+/// A box of a tree with its contents.
 pub(super) struct TreePart<'a> {
     pub(super) bounds: [Point; 2],
-    /// The boxes within it; nothing for one with triangles.
+    /// Indices of the two child boxes; `None` for a leaf.
     pub(super) children: Option<[usize; 2]>,
     pub(super) triangles: &'a [Triangle],
 }
 
-/// A box: its triangles from `first` on if it is a leaf, or its second child (the first one follows it).
+/// A bounding box. In a leaf, `first` is the index of its first triangle; otherwise `first` is the index of its
+/// second child, and the first child is the next node.
 #[derive(Clone, Copy, Debug)]
 struct Node {
     low: Point,
     high: Point,
     first: u32,
-    /// Triangles of a leaf; 0 for a box with children.
+    /// Number of triangles of a leaf; 0 for a box with children.
     count: u32,
 }
 
 impl TriangleTree {
-    /// The tree of a closed surface whose triangles show outward.
+    /// Builds the tree of a closed surface whose normals point outwards.
     pub(super) fn new(surface: &Surface) -> TriangleTree {
         let unit = |v: Point| {
             let length = norm(v);
@@ -88,12 +90,12 @@ impl TriangleTree {
         tree
     }
 
-    /// The lowest and the highest coordinates.
+    /// Returns the minimum and maximum coordinates of the surface.
     pub(super) fn bounds(&self) -> [Point; 2] {
         self.nodes.first().map_or([[0.0; 3]; 2], |root| [root.low, root.high])
     }
 
-    /// A box of the tree, of which 0 is the whole; nothing for a tree without triangles.
+    /// Returns the box with index `place` (0: the root), or `None` if there is no such box.
     pub(super) fn part(&self, place: usize) -> Option<TreePart<'_>> {
         let node = self.nodes.get(place)?;
         let (first, count) = (node.first as usize, node.count as usize);
@@ -128,7 +130,8 @@ impl TriangleTree {
         self.divide(from + half, to);
     }
 
-    /// The signed distance of a point, negative inside, and its gradient; nothing where it is not below `limit`.
+    /// Returns the signed distance of a point (negative inside) and its gradient, or `None` if the distance is not
+    /// below `limit`.
     pub(super) fn below(&self, x: Point, limit: f64) -> Option<(f64, Point)> {
         let mut best = (f64::INFINITY, x, [0.0; 3]);
         let mut open = vec![0_usize];
@@ -166,7 +169,7 @@ impl TriangleTree {
 }
 
 impl Node {
-    /// The distance of a point from the box.
+    /// Returns the distance of a point from the box; 0 inside.
     fn distance(&self, x: Point) -> f64 {
         let outside: Point =
             std::array::from_fn(|k| (self.low[k] - x[k]).max(x[k] - self.high[k]).max(0.0));
@@ -175,13 +178,13 @@ impl Node {
 }
 
 impl Triangle {
-    /// The nearest point of a triangle.
+    /// Returns the point of a triangle that is nearest to `x`.
     pub(super) fn nearest_point(corners: [Point; 3], x: Point) -> Point {
         let none = [[0.0; 3]; 3];
         Triangle { corners, face: [0.0; 3], edges: none, at_corners: none }.nearest(x).0
     }
 
-    /// The nearest point, and the pseudonormal of the part on which it lies.
+    /// Returns the nearest point of the triangle, and the pseudonormal of the face, edge or corner on which it lies.
     fn nearest(&self, x: Point) -> (Point, Point) {
         let [a, b, c] = self.corners;
         let (ab, ac, ax) = (sub(b, a), sub(c, a), sub(x, a));

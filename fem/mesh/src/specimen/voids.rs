@@ -1,26 +1,26 @@
-//! Voids: the tetrahedra in them are taken out of the mesh.
+//! Removal of the tetrahedra in voids from a mesh.
 
 use std::collections::BTreeSet;
 
 use crate::mesh::TetMesh;
 use crate::mesh::tet_mesh::{EDGES, Parts, sorted};
 
-/// What is left of a mesh without its voids.
+/// Result of the removal of voids from a mesh.
 pub(super) struct Carved {
-    /// For each tetrahedron of the mesh before, whether it is still there.
+    /// For each tetrahedron of the original mesh, whether it remains.
     pub(super) stays: Vec<bool>,
-    /// Tetrahedra that lay in voids.
+    /// Number of tetrahedra in voids.
     pub(super) void_tets: usize,
-    /// Tetrahedra outside voids that no face connects with the body.
+    /// Number of tetrahedra outside voids that no face connects with the body.
     pub(super) loose_tets: usize,
 }
 
-/// Takes tetrahedra out of a mesh that has no regions yet, and with them all that hangs on the body by a node or an
-/// edge alone or not at all: such parts could turn without resistance. The largest part that is connected through
-/// faces stays.
+/// Removes the void tetrahedra from a mesh that has no regions yet. Only the largest part that is connected through
+/// faces remains: a part that is connected with the body only through a node or an edge, or not at all, could rotate
+/// without resistance.
 ///
-/// Surfaces keep the triangles of what is left; the surfaces of voids belong to none. Returns nothing, and leaves the
-/// mesh as it was, if what is left does not reach every surface.
+/// Each surface keeps its triangles on the remaining body; the surfaces of voids belong to no named surface. Returns
+/// `None`, and does not change the mesh, if the remaining body does not reach every surface.
 pub(super) fn carve(mesh: &mut TetMesh, is_void: &[bool]) -> Option<Carved> {
     let stays = largest_part(mesh, is_void);
     let kept = |tet: &usize| stays[*tet];
@@ -58,7 +58,7 @@ pub(super) fn carve(mesh: &mut TetMesh, is_void: &[bool]) -> Option<Carved> {
     Some(Carved { stays, void_tets, loose_tets: loose })
 }
 
-/// The tetrahedra of the largest part outside the voids that is connected through faces.
+/// Marks the tetrahedra of the largest part outside the voids that is connected through faces.
 fn largest_part(mesh: &TetMesh, is_void: &[bool]) -> Vec<bool> {
     let mut parts = Parts::new(mesh.tets.len());
     for [a, b] in mesh.neighbours() {

@@ -1,4 +1,4 @@
-//! Labelled voxels as a field of grains.
+//! Labelled voxels as a [`GrainField`].
 
 use rayon::prelude::*;
 
@@ -8,37 +8,37 @@ use crate::mesh::Surface;
 use crate::mesh::isosurface::isosurface;
 use fem_image::{Cylinder, Volume};
 
-/// Voxels around a grain for which its distance is kept.
+/// Margin around a grain's bounding box within which distances are stored (voxels).
 const MARGIN: usize = 3;
 
-/// Grains of a segmented image: a [`GrainField`] with distances good to a fraction of a voxel.
+/// Grains of a segmented image: a [`GrainField`] with distances accurate to a fraction of a voxel.
 ///
-/// A grain takes the solid fraction of its own voxels and of those of the matrix that touch it
-/// (shared among the grains that they touch). Distances are kept in a box around each grain; they are zero on
-/// a surface that encloses its volume.
+/// The volume of a grain is the solid fraction of its own voxels plus that of adjacent matrix voxels, which is
+/// divided among the grains that they touch. Distances are stored in a box around each grain; their zero set is a
+/// surface that encloses the grain's volume.
 #[derive(Debug)]
 pub struct VoxelGrains<'a> {
     labels: &'a Volume<u32>,
-    /// Where the specimen is in the image.
+    /// Position of the specimen in the image.
     cylinder: Cylinder,
     distances: Vec<Patch>,
     volumes_mm3: Vec<f64>,
-    /// Volume of each grain, also of what lies outside the cylinder.
+    /// Volume of each grain (mm³), including parts outside the cylinder.
     whole_mm3: Vec<f64>,
-    /// How much of each grain is in the cylinder.
+    /// Fraction of each grain's volume inside the cylinder.
     inside: Vec<f64>,
     phases: Vec<String>,
-    /// Index into `phases` for each grain.
+    /// Phase of each grain, an index into `phases`.
     phase_of: Vec<usize>,
 }
 
 impl<'a> VoxelGrains<'a> {
-    /// Of labels (0 the matrix, grains from 1) and the share of each voxel that is solid, in [0, 1];
-    /// without it, labelled voxels are wholly solid. The cylinder tells where the specimen is: the
-    /// centre of its bottom becomes the origin, and grains count as far as they are in it.
+    /// Creates grains from labels (0: matrix; grains from 1) and the solid fraction of each voxel, in [0, 1]. Without
+    /// solid fractions, labelled voxels count as entirely solid. `cylinder` is the position of the specimen in the
+    /// image: the centre of its bottom becomes the origin, and only the part of each grain inside it counts.
     ///
     /// # Panics
-    /// If the volumes have different shapes or values are missing.
+    /// If the two volumes have different shapes or do not have one value per voxel.
     pub fn new(
         labels: &'a Volume<u32>,
         solid: Option<&Volume<f32>>,
@@ -97,11 +97,11 @@ impl<'a> VoxelGrains<'a> {
         }
     }
 
-    /// The same grains, of several phases: the names of the phases, and number and phase (an index into the names)
-    /// of grains. Grains without a number in the list are of the first phase.
+    /// Assigns phases to the grains. `names` are the names of the phases; `phase_of` lists grain numbers with phases
+    /// (indices into `names`). A grain that is not listed belongs to the first phase.
     ///
     /// # Panics
-    /// If there is no phase, or a grain is of a phase that has no name.
+    /// If `names` is empty, or a phase index is out of range.
     pub fn with_phases(
         mut self,
         names: Vec<String>,
@@ -118,11 +118,11 @@ impl<'a> VoxelGrains<'a> {
         self
     }
 
-    /// The same grains, with volumes (mm³) that are known better than by adding up fractions between 0
-    /// and 1, such as those of [`Region`](fem_image::Region): blur carries some of a grain beyond the voxels
-    /// that touch it, and noise that is cut off at 0 and 1 does not cancel. Of a grain that the cylinder
-    /// cuts the same part counts as before; grains without a number in the list keep their volume. Distances
-    /// are those to a surface that encloses it.
+    /// Replaces the volumes of grains (mm³) by more accurate ones, such as the volumes of
+    /// [`Region`](fem_image::Region). Sums of solid fractions in [0, 1] are less accurate, because blur spreads part
+    /// of a grain beyond the adjacent voxels, and noise clipped at 0 and 1 does not average out. The fraction of a
+    /// grain inside the cylinder does not change, and a grain that is not listed keeps its volume. Distances are
+    /// shifted so that the surface of each grain encloses the new volume.
     pub fn with_volumes(mut self, volumes_mm3: impl IntoIterator<Item = (u32, f64)>) -> Self {
         for (grain, volume) in volumes_mm3 {
             let place = (grain as usize).wrapping_sub(1);
@@ -135,8 +135,9 @@ impl<'a> VoxelGrains<'a> {
         self
     }
 
-    /// The closed surface of a grain (mm), in the coordinates of the specimen. All of the grain is enclosed, also what lies
-    /// outside the cylinder, with the volume that is known of it. Nothing for a number without voxels.
+    /// Returns the closed surface of a grain (mm) in the coordinates of the specimen. The surface encloses the whole
+    /// grain, including the part outside the cylinder, and has the grain's known volume. Returns `None` for a number
+    /// without voxels.
     pub fn surface(&self, grain: u32) -> Option<Surface> {
         let place = (grain as usize).checked_sub(1)?;
         let patch = self.distances.get(place)?;
@@ -144,7 +145,8 @@ impl<'a> VoxelGrains<'a> {
         let index = |at: [usize; 3]| at[0] + size[0] * (at[1] + size[1] * at[2]);
         let mut surface = isosurface(size, &|at| f64::from(patch.values[index(at)]));
         if surface.triangles.is_empty() {
-            // of fewer voxels than the smoothing of distances leaves
+            // the smoothing of distances has removed a grain of very few voxels: extract the surface of its labels
+            // instead
             surface = isosurface(size, &|at| {
                 let voxel: [usize; 3] = std::array::from_fn(|k| at[k] + patch.low[k]);
                 let [nx, ny, _] = self.labels.shape;
@@ -164,7 +166,7 @@ impl<'a> VoxelGrains<'a> {
         }
     }
 
-    /// In voxels from the corner of the first.
+    /// Converts a point of the specimen (mm) to voxels from the corner of the first voxel.
     fn voxels(&self, x: [f64; 3]) -> [f64; 3] {
         self.cylinder.to_image(x).map(|x| x / self.labels.voxel_mm)
     }
@@ -209,7 +211,7 @@ impl GrainField for VoxelGrains<'_> {
     }
 
     fn near(&self, x: [f64; 3], reach: f64, found: &mut Vec<u32>) {
-        // the labels themselves are the index: a grain nearer than this has a voxel there
+        // the labels serve as spatial index: a grain closer than `reach` has a voxel in this box
         let at = self.voxels(x);
         let reach = reach / self.labels.voxel_mm + 1.0;
         let first = found.len();
@@ -241,7 +243,7 @@ impl GrainField for VoxelGrains<'_> {
     }
 }
 
-/// First and last voxel of each label, from 1.
+/// Returns the bounding box (first and last voxel) of each label, from 1.
 fn boxes(labels: &Volume<u32>) -> Vec<Option<[[usize; 3]; 2]>> {
     let grains = labels.values.par_iter().copied().max().unwrap_or(0) as usize;
     let mut boxes: Vec<Option<[[usize; 3]; 2]>> = vec![None; grains];
@@ -260,7 +262,7 @@ fn boxes(labels: &Volume<u32>) -> Vec<Option<[[usize; 3]; 2]>> {
     boxes
 }
 
-/// How much of a voxel belongs to a grain.
+/// Returns the solid fraction of a voxel that belongs to a grain.
 fn share(labels: &Volume<u32>, solid: Option<&Volume<f32>>, grain: u32, at: [usize; 3]) -> f32 {
     let [nx, ny, _] = labels.shape;
     let place = at[0] + nx * (at[1] + ny * at[2]);

@@ -1,11 +1,11 @@
-//! Grains on a grid of voxels: labels and shares, blur, texture.
+//! Grains on a voxel grid: labels, phase fractions, blur, texture.
 
 use rayon::prelude::*;
 
 use super::GrainField;
 use fem_image::Cylinder;
 
-/// Voxels along x that look for their grains together.
+/// Number of voxels along x that share one search for nearby grains.
 const RUN: usize = 8;
 
 /// A grid around a cylinder: voxel (i, j, k) has its centre at `(i + ½, j + ½, k + ½) · voxel` in the image.
@@ -16,12 +16,12 @@ pub(super) struct Grid {
 }
 
 impl Grid {
-    /// A point of the image, in voxels, in the specimen's coordinates (mm).
+    /// Converts a point of the image (voxels) to the specimen's coordinates (mm).
     fn point(&self, at: [f64; 3]) -> [f64; 3] {
         self.cylinder.to_specimen(at.map(|x| x * self.voxel_mm))
     }
 
-    /// The grain at the centre of each voxel, or 0, and the shares of matrix and grain in it.
+    /// Returns, for each voxel, the grain at its centre (or 0) and the fractions of matrix and grain.
     pub(super) fn fill(
         &self,
         field: &dyn GrainField,
@@ -77,7 +77,7 @@ impl Grid {
         (if is_inside { label } else { 0 }, [(body - grain) as f32, grain as f32])
     }
 
-    /// Blurs by a Gaussian of so many voxels; beyond the grid there is air.
+    /// Convolves with a Gaussian of standard deviation `sigma` (voxels); outside the grid is air.
     pub(super) fn blur(&self, values: &mut [[f32; 2]], sigma: f64) {
         if sigma <= 0.0 {
             return;
@@ -108,8 +108,7 @@ impl Grid {
         }
     }
 
-    /// Multiplies what is there by 1 + `amplitude` times a smooth noise in [−1, 1] whose cells are so
-    /// many voxels wide.
+    /// Multiplies the values by 1 + `amplitude` times a smooth noise in [−1, 1] with cells of `cell` voxels.
     pub(super) fn texture(&self, values: &mut [[f32; 2]], amplitude: f64, cell: f64, seed: u64) {
         if amplitude <= 0.0 {
             return;
@@ -126,7 +125,7 @@ impl Grid {
     }
 }
 
-/// Random numbers in [−1, 1] at whole points, linear between them.
+/// Returns a random noise in [−1, 1]: random at integer coordinates, linearly interpolated in between.
 fn noise(x: [f64; 3], seed: u64) -> f64 {
     let cell = x.map(|x| x.floor());
     let t: [f64; 3] = std::array::from_fn(|k| x[k] - cell[k]);
@@ -143,7 +142,7 @@ fn noise(x: [f64; 3], seed: u64) -> f64 {
     (0..8).map(|c| weight(c) * corner(c)).sum()
 }
 
-/// A number whose bits depend on all bits of another (splitmix64).
+/// Hashes a number so that each bit of the result depends on all bits of `x` (splitmix64).
 pub(super) fn mixed(x: u64) -> u64 {
     let x = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let x = (x ^ x >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);

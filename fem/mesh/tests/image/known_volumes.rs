@@ -1,4 +1,4 @@
-//! The synthetic specimens show the volumes that they state.
+//! Tests that images of synthetic specimens have the stated volumes.
 
 use std::f64::consts::PI;
 
@@ -21,7 +21,8 @@ fn mean(image: &Volume<f32>, chosen: impl Fn(usize) -> bool) -> f64 {
     sum / count
 }
 
-/// Grey values are linear in the material: air, matrix and grain add up to the mean of the image.
+/// The mean grey value of the image equals the sum of the contributions of air, matrix and grains, since grey values
+/// are linear in the material.
 #[test]
 fn spheres_have_their_volumes_and_their_brightness() {
     for name in ["r3-0.3", "r9-0.02", "lean"] {
@@ -57,7 +58,7 @@ fn walls_chips_and_cracks_take_their_part() {
     }
 }
 
-/// Grains are brighter or darker than the mean of the image inside the specimen, as the scene states.
+/// Grains are brighter or darker than the mean grey value of the specimen, as the specimen states.
 #[test]
 fn the_contrast_is_as_stated() {
     for (name, contrast) in [
@@ -84,7 +85,8 @@ fn the_contrast_is_as_stated() {
 fn grain_volume_is_shared_out_as_counted_by_hand() {
     let truth = [1, 1, 1, 1, 2, 2, 2, 2, 3, 0];
     let found = [5, 5, 5, 0, 7, 7, 8, 8, 8, 0];
-    // 1 matches 5; 7 and 8 have half of their union with 2, and 8 a third with 3
+    // found grain 5 matches true grain 1; the other found grains have at most half of their union in common with a
+    // true grain: 7 and 8 one half with 2, and 8 a third with 3
     let shares = assigned(&truth, &found, 2);
     assert_eq!(shares, Assigned { right: 3.0 / 9.0, missing: 1.0 / 9.0, small: 1.0 / 9.0 });
     assert!(median([]).is_nan());

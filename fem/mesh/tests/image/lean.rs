@@ -1,4 +1,4 @@
-//! A specimen that leans in the virtual scanner, against the same one upright.
+//! Segmentation of a tilted specimen from the virtual scanner, compared with the upright specimen.
 
 use fem_image::{Segmentation, Segmented, score};
 
@@ -7,10 +7,10 @@ use fem_mesh::{GrainField, GrainList, Packing, Scan, Scanner, SizeClass, VoxelGr
 const VOXEL: f64 = 0.02;
 const RADIUS: f64 = 34.0 * VOXEL;
 const HEIGHT: f64 = 72.0 * VOXEL;
-/// 6.8 voxels over the height, 5.4°.
+/// Tilt of the axis along x and y: 6.8 voxels over the height, 5.4°.
 const LEAN: [f64; 2] = [0.08, -0.05];
 
-/// Some forty grains of 13 voxels across.
+/// About forty grains with a diameter of 13 voxels.
 fn grains() -> GrainList {
     let packing = Packing {
         sizes: vec![SizeClass { median_radius_mm: 6.5 * VOXEL, spread: 0.1, share: 1.0 }],
@@ -30,7 +30,8 @@ fn segment(scan: &Scan, follow_lean: bool) -> Segmented {
     settings.run(&scan.grey, &mut |_| {}).unwrap()
 }
 
-/// Of the points of a grid in the specimen that are in a grain, truly or as found: how many both ways.
+/// Dice coefficient of the true and the segmented grains: twice the number of grid points in both, divided by the sum
+/// of the numbers of points in each.
 fn dice(grains: &GrainList, found: &Segmented) -> f64 {
     let seen = VoxelGrains::new(&found.labels, Some(&found.solid), &found.cylinder);
     let (mut both, mut all) = (0, 0);
@@ -79,12 +80,12 @@ fn a_leaning_specimen_is_found_as_the_upright_one() {
     println!("{quality:?}");
     assert!(quality[1] > quality[0] - 0.01, "{quality:?}");
 
-    // in the specimen's own coordinates, in which it is meshed, the grains are where they are
+    // in the coordinates of the specimen, which the mesh uses, the grains are at their true positions
     let places = [&reference, &found].map(|found| dice(&grains, found));
     println!("{places:?}");
     assert!(places[0] > 0.92 && places[1] > places[0] - 0.01, "{places:?}");
 
-    // taken as upright, it is told, and they are not
+    // without correction of the tilt there is a warning, and the grains are not at their true positions
     let told = segment(&leaning, false);
     assert_eq!(told.cylinder.lean, [0.0; 2]);
     let [warning] = &told.warnings[..] else { panic!("{:?}", told.warnings) };

@@ -1,4 +1,4 @@
-//! Grains found in images whose grains are known.
+//! Segmentation of images with known grains.
 
 #[path = "../support/agreement.rs"]
 mod agreement;

@@ -1,4 +1,4 @@
-//! Images that show more, less or something else than a cylinder in air or a block: each is recognised.
+//! Recognition of images that are neither a cylinder in air nor a block, or that show more or less.
 
 use fem_image::{ImageError, Segmentation, Segmented, SpecimenForm, Volume};
 
@@ -12,7 +12,7 @@ fn segment(image: &Volume<f32>) -> Result<Segmented, ImageError> {
     Segmentation::default().run(image, &mut |_| {})
 }
 
-/// The image with the grey value that `change` makes of a voxel and of its own.
+/// Returns an image of a new shape whose grey values are computed by `change` from the voxel index.
 fn changed(
     image: &Volume<f32>,
     shape: [usize; 3],
@@ -23,7 +23,7 @@ fn changed(
     Volume::new(shape, image.voxel_mm, voxels.map(change).collect()).unwrap()
 }
 
-/// A grey value of the air in a corner of the image, with its noise.
+/// Returns a grey value of air, with its noise, from a corner of the image.
 fn air(image: &Volume<f32>, [x, y, z]: [usize; 3]) -> f32 {
     *image.at([x % 6, y % 6, z % image.shape[2]])
 }
@@ -59,7 +59,7 @@ fn inverted_grey_values_are_refused_with_the_mend() {
     refusal(&inverted, &["brighter than the specimen", "invert the image"]);
 }
 
-/// Platens as bright as metal or as the matrix, over all of the slice or as discs.
+/// Platens as bright as metal or as the matrix, which fill the slice or are discs.
 #[test]
 fn platens_in_view_are_named_by_their_slices() {
     let taken = phantom();
@@ -94,7 +94,7 @@ fn a_specimen_beside_the_middle_is_found_and_no_block() {
     assert!((found.cylinder.centre_mm[0] - taken.centre_mm[0]).abs() < 0.2 * image.voxel_mm);
 }
 
-/// Blocks of few and of many grains are taken as such, and a cylinder that a user asks for is warned of.
+/// Blocks with few or many grains are recognised as blocks; if the user requests a cylinder, there is a warning.
 #[test]
 fn blocks_remain_blocks_and_what_is_asked_for_is_warned_of() {
     for (fraction, radius) in [(0.1, 9.0), (0.3, 9.0), (0.35, 5.0)] {

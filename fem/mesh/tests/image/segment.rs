@@ -1,4 +1,4 @@
-//! The whole chain on images whose truth is known.
+//! Complete segmentation of images with known ground truth.
 
 use std::collections::BTreeMap;
 
@@ -83,7 +83,7 @@ fn threads_do_not_show() {
     assert_eq!(one.statistics, three.statistics);
 }
 
-/// The volume in which voxel (i, j, k) is where `from` says in another.
+/// Returns a volume whose voxel (i, j, k) has the value of the voxel `from([i, j, k])` of another volume.
 fn moved<T: Copy>(
     volume: &Volume<T>,
     shape: [usize; 3],
@@ -95,7 +95,7 @@ fn moved<T: Copy>(
     Volume::new(shape, volume.voxel_mm, values).unwrap()
 }
 
-/// Whether labels are the same but for their numbers.
+/// Asserts that two label volumes define the same grains, up to their numbering.
 fn assert_same_partition(a: &Volume<u32>, b: &Volume<u32>) {
     let (mut forth, mut back) = (BTreeMap::new(), BTreeMap::new());
     for (at, (&a, &b)) in a.values.iter().zip(&b.values).enumerate() {
@@ -166,12 +166,12 @@ fn thresholds_can_be_given() {
     assert!(score.panoptic_quality > 0.99, "{score:?}");
     let fraction = again.statistics.grain_fraction;
     assert!((fraction / found.statistics.grain_fraction - 1.0).abs() < 1e-3, "{fraction}");
-    // a brighter threshold leaves less, by voxels and between them
+    // a higher threshold reduces the grain fraction, both by voxels and by subvoxel volumes
     let settings =
         Segmentation { grain_threshold: Some(found.grain_threshold + 2000.0), ..settings };
     let less = settings.run(&taken.image, &mut |_| {}).unwrap();
     assert!(less.statistics.voxel_fraction < 0.95 * found.statistics.voxel_fraction);
-    // and the volume between voxels is that of the voxels
+    // and the subvoxel grain fraction equals the voxel fraction
     let ratio = less.statistics.grain_fraction / less.statistics.voxel_fraction;
     assert!((ratio - 1.0).abs() < 1e-3, "{ratio}");
     let shares = less.solid.values.iter().map(|&share| f64::from(share)).sum::<f64>();
@@ -179,11 +179,11 @@ fn thresholds_can_be_given() {
     assert!((shares * taken.image.voxel_mm.powi(3) / volume - 1.0).abs() < 1e-4);
 }
 
-/// Balls of this radius (voxels), of the grey values of concrete: 34000 in 31000, hardly more than the
-/// texture around them.
+/// Returns an image of balls of this radius (voxels) with grey values as in concrete (34000 in a matrix of 31000,
+/// hardly more than the texture of the matrix), and their volume fraction.
 fn pebbles(radius: f64) -> (Volume<f32>, f64) {
     let side: usize = 54;
-    // nearest of a lattice of balls whose centres fall differently on the voxels
+    // the balls form a lattice; their centres have different positions relative to the voxels
     let centre = |cell: f64, other: f64| 9.0 * (cell + 0.5) + 0.4 * (1.7 * cell + other).sin();
     let share = |voxel: [usize; 3]| {
         let cell = voxel.map(|at| (at / 9) as f64);
@@ -207,8 +207,8 @@ fn pebbles(radius: f64) -> (Volume<f32>, f64) {
 
 #[test]
 fn grains_without_an_inside_have_their_volume() {
-    // five voxels across: none is two voxels away from the surface, so there is no mean grey value of
-    // grains, and the fraction came to 0
+    // the diameter is five voxels: no voxel is two voxels away from the surface, so the mean grey value of grains
+    // cannot be measured there, and the fraction used to be 0
     let (image, fraction) = pebbles(2.7);
     let settings = Segmentation {
         specimen: SpecimenForm::Block,
@@ -220,13 +220,14 @@ fn grains_without_an_inside_have_their_volume() {
     let found = settings.run(&image, &mut |_| {}).unwrap();
     assert_eq!(found.regions.len(), 216);
     let statistics = &found.statistics;
-    // the grey value of a voxel is the mean over it, which moves the surface of a ball in by σ² / R with
-    // σ² = 1/12 voxel²: 0.03 voxels, 3.5 % of this volume; texture makes as much
+    // the grey value of a voxel is its mean over the voxel, which shrinks a ball of radius R by σ² / R with σ² = 1/12
+    // voxel²: 0.03 voxels, or 3.5 % of this volume; the texture has an effect of the same size
     assert!((statistics.grain_fraction / fraction - 1.0).abs() < 0.05, "{statistics:?}");
     let ratio = statistics.grain_fraction / statistics.voxel_fraction;
     assert!((ratio - 1.0).abs() < 0.05, "{ratio}");
     assert!(statistics.d10_mm > 0.0 && found.regions.iter().all(|grain| grain.volume_mm3 > 0.0));
-    // found from the image the fraction is of the grey values, of all grain voxels where none is inside
+    // with a threshold found from the image, the fraction is computed from the grey values of all grain voxels, since
+    // no voxel is in the interior
     let settings = Segmentation { grain_threshold: None, ..settings };
     let found = settings.run(&image, &mut |_| {}).unwrap();
     let ratio = found.statistics.grain_fraction / fraction;
@@ -243,7 +244,7 @@ fn one_grain_that_is_most_of_the_specimen_is_told() {
         (found.regions.len(), found.warnings.iter().find(about).cloned())
     };
     assert_eq!(told(Segmentation::default(), &taken.image).1, None);
-    // matrix counts as grain below this threshold
+    // with this low threshold matrix counts as grain
     let low = 0.7 * found.void_threshold.unwrap() + 0.3 * found.grain_threshold;
     let low = Segmentation { grain_threshold: Some(low), ..Segmentation::default() };
     let (_, warning) = told(low, &taken.image);
@@ -253,7 +254,7 @@ fn one_grain_that_is_most_of_the_specimen_is_told() {
     for part in ["grain 1 is", "% of the specimen", "try another grain_threshold"] {
         assert!(warning.contains(part), "{part:?} is not in {warning:?}");
     }
-    // many grains of which one holds most: balls and a slab, which is a quarter of the block
+    // many grains, one of which has most of the volume: balls, and a slab that is a quarter of the block
     let (mut balls, _) = pebbles(2.7);
     let slab = balls.values.len() / 4;
     balls.values[..slab].fill(34_000.0);
@@ -269,7 +270,7 @@ fn one_grain_that_is_most_of_the_specimen_is_told() {
     for part in ["% of all grains", "give grain_threshold in [specimen.image]; found was 32"] {
         assert!(warning.contains(part), "{part:?} is not in {warning:?}");
     }
-    // one grain alone may be all of the few that there are
+    // no warning for a single grain: it may be the only one in a small image
     let few =
         Volume::new([20; 3], 0.01, (0..8000).map(|n| if n < 3000 { 2.0 } else { 1.0 }).collect());
     assert_eq!(told(block, &few.unwrap()), (1, None));
@@ -304,7 +305,7 @@ fn an_image_of_nothing_is_refused() {
     assert!(matches!(error, ImageError::NoCylinder { .. }), "{error}");
     let error = run(Segmentation { h_voxels: -1.0, ..settings() }, &volume(|n| n as f32));
     assert_eq!(error.unwrap_err().to_string(), "h_voxels = -1 must be from 0 to 100 voxels");
-    // noise alone has two classes too: that is said
+    // pure noise also splits into two classes: there is a warning or an error
     let noise = volume(|n| ((n * 7919) % 1009) as f32);
     match run(settings(), &noise) {
         Ok(found) => assert!(!found.warnings.is_empty()),

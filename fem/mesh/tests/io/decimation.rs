@@ -1,4 +1,4 @@
-//! Decimation: fewer triangles, the same topology and volume, no triangle turned over.
+//! Decimation of surfaces: number of triangles, topology, volume, and no flipped triangle.
 
 use std::f64::consts::PI;
 
@@ -21,7 +21,7 @@ fn normal(surface: &Surface, triangle: [u32; 3]) -> ([f64; 3], [f64; 3]) {
     (normal, std::array::from_fn(|k| (a[k] + b[k] + c[k]) / 3.0))
 }
 
-/// Closed, of one part, without a handle.
+/// Asserts that a surface is closed, connected and without a handle.
 fn assert_is_ball(surface: &Surface) {
     assert_eq!(surface.open_edges(), 0);
     assert_eq!(surface.parts().len(), 1);
@@ -29,8 +29,8 @@ fn assert_is_ball(surface: &Surface) {
     assert_eq!(surface.points.len() + surface.triangles.len(), edges + 2, "Euler");
 }
 
-/// A ball of 8192 triangles: the farther it is decimated, the farther are its points from the sphere, as d⁻¹ of the
-/// number of triangles.
+/// Decimation of a ball of 8192 triangles: the distance of the points from the sphere increases in inverse proportion
+/// to the number of triangles.
 #[test]
 fn a_ball_stays_a_ball() {
     let (centre, radius) = ([3.2, -0.4, 7.1], 1.3);
@@ -67,7 +67,7 @@ fn a_ball_stays_a_ball() {
     }
 }
 
-/// Flats and ridges have no error: a box keeps its corners.
+/// Collapses in flat regions and along ridges have no error, so a box keeps its corners.
 #[test]
 fn a_box_keeps_its_edges() {
     let n = 12;
@@ -104,7 +104,8 @@ fn a_box_keeps_its_edges() {
     }
 }
 
-/// A ring keeps its hole, two balls that share a point keep it, and what has an open edge keeps that.
+/// A torus keeps its hole, two balls that share a point keep this point, and a surface with an open edge keeps the
+/// edge.
 #[test]
 fn topology_is_kept() {
     let (n, m) = (48, 24);
@@ -143,7 +144,7 @@ fn topology_is_kept() {
     assert!(decimated(&open, 4.0).open_edges() > 0);
 }
 
-/// A cylinder of a lattice, whose triangles are of two kinds.
+/// A cylinder from the lattice mesher, which has two kinds of triangles.
 #[test]
 fn a_cylinder_keeps_its_size() {
     let mesh = CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 0.2 }.build().unwrap();

@@ -1,6 +1,6 @@
-//! Damaged MSH files: whatever stands in them, an error or a mesh, in little memory.
+//! Fuzz test of the reader of MSH files: damaged files give an error or a mesh, with limited memory.
 //!
-//! The files are read in a process of their own, so that its peak of memory is that of the reader alone.
+//! The files are read in a separate process, so that its peak memory is that of the reader only.
 
 use std::process::Command;
 
@@ -10,10 +10,10 @@ use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 const CHILD: &str = "BRECCIA_FUZZ_CHILD";
-/// Memory beyond that of the sound files, MB. They have some 100 kB.
+/// Maximum additional memory compared with undamaged files (MB). The files have about 100 kB.
 const MOST_MB: f64 = 64.0;
 
-/// Files of both versions, ASCII and binary, of first and second order.
+/// Returns undamaged files of both versions, ASCII and binary, of first and second order.
 fn sound_files() -> Vec<Vec<u8>> {
     let mut mesh =
         CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.5 }.build().unwrap();
@@ -25,7 +25,7 @@ fn sound_files() -> Vec<Vec<u8>> {
     let mut files = vec![write(&mesh)];
     mesh.regions.push("grain".into());
     mesh.mixture = Some(vec![Mixture { fraction: 0.5, ..Mixture::default() }; mesh.tets.len()]);
-    // an edge that is a little off its middle makes it a file of second order
+    // an edge point slightly off the midpoint makes the file second-order
     let mut edge = [mesh.tets[0][0], mesh.tets[0][1]];
     edge.sort_unstable();
     let [p, q] = edge.map(|node| mesh.nodes[node as usize]);
@@ -83,7 +83,7 @@ fn binary_v4(mesh: &fem_mesh::TetMesh) -> Vec<u8> {
     out
 }
 
-/// One to four faults: cut, flip, huge counts, strange text, lines left out or doubled.
+/// Introduces one to four faults: truncation, flipped bits, huge counts, strange text, missing or repeated lines.
 fn damage(bytes: &mut Vec<u8>, rng: &mut impl Rng) {
     const TEXTS: [&[u8]; 10] = [
         b"18446744073709551615",
@@ -98,7 +98,7 @@ fn damage(bytes: &mut Vec<u8>, rng: &mut impl Rng) {
         b"\xff\xfe",
     ];
     for _ in 0..rng.random_range(1..=4) {
-        // half of the faults stand where the counts are
+        // half of the faults are in the first 600 bytes, where the counts are
         let head = bytes.len().min(600);
         let reach = if rng.random_bool(0.5) { head } else { bytes.len() };
         if reach == 0 {
@@ -135,7 +135,7 @@ fn peak_mb() -> Option<f64> {
     Some(line.split_whitespace().nth(1)?.parse::<f64>().ok()? / 1024.0)
 }
 
-/// The reader's own process: does nothing where it is run as a test.
+/// Reads the files in the separate process; does nothing if it is run as an ordinary test.
 #[test]
 fn fuzz_child() {
     if std::env::var_os(CHILD).is_none() {

@@ -1,4 +1,4 @@
-//! MSH files: all four variants that are read, the one that is written, and what is refused.
+//! MSH files: the four supported variants, the written variant, and rejected files.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use fem_mesh::gmsh::{self, GmshNames};
 use fem_mesh::{CylinderLattice, MeshError, TetMesh};
 
-/// A lattice with two regions, for round trips.
+/// Returns a lattice mesh with two regions, for round trips.
 fn specimen() -> TetMesh {
     let mut mesh =
         CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.5 }.build().unwrap();
@@ -27,7 +27,7 @@ fn file(name: &str, bytes: impl AsRef<[u8]>) -> (tempfile::TempDir, PathBuf) {
     (dir, path)
 }
 
-/// The same mesh whatever the order of its regions and tetrahedra.
+/// Asserts that two meshes are equal up to the order of regions and tetrahedra.
 fn assert_same(read: &TetMesh, mesh: &TetMesh) {
     type Named<'a, const N: usize> = Vec<(&'a str, [u32; N])>;
     fn tets(mesh: &TetMesh) -> Named<'_, 4> {
@@ -61,7 +61,7 @@ fn what_is_written_comes_back_the_same() {
     assert_eq!(numbers, names());
     assert_same(&gmsh::read(&path, &numbers).unwrap(), &mesh);
 
-    // by the names in the file, and by asking for everything
+    // select groups by their names in the file, and read all groups
     let by_name = GmshNames::new([("grain", "grain"), ("soft", "matrix")], [("base", "bottom")]);
     let read = gmsh::read(&path, &by_name).unwrap();
     assert_eq!(read.regions, ["grain", "soft"]);
@@ -74,18 +74,18 @@ fn grain_numbers_survive_as_elementary_tags() {
     let mut mesh = specimen();
     let grain = |tet: usize| if mesh.region_of[tet] == 1 { 1 + (tet as u32) % 7 } else { 0 };
     mesh.grain_of = Some((0..mesh.tets.len()).map(grain).collect());
-    // a grain in two regions
+    // a grain that extends over two regions
     mesh.grain_of.as_mut().unwrap()[50] = 3;
     let (_dir, path) = file("a.msh", "");
     let names = gmsh::write(&path, &mesh).unwrap();
     let read = gmsh::read(&path, &names).unwrap();
     assert_same(&read, &mesh);
     assert!(read.grain_of == mesh.grain_of && read.tets == mesh.tets, "tetrahedron by tetrahedron");
-    // regions by other names and in another order
+    // regions with other names and in another order
     let turned = GmshNames::new([("a grain", "grain"), ("soft", "matrix")], [("base", "bottom")]);
     assert!(gmsh::read(&path, &turned).unwrap().grain_of == mesh.grain_of);
 
-    // without grains the tags are those of the regions
+    // without grains the elementary tags are the region numbers
     mesh.grain_of = None;
     gmsh::write(&path, &mesh).unwrap();
     assert_eq!(gmsh::read(&path, &names).unwrap().grain_of, None);
@@ -94,10 +94,10 @@ fn grain_numbers_survive_as_elementary_tags() {
     assert!(error.to_string().contains("grain number is too large"), "{error}");
 }
 
-/// Gmsh's order of the edges of a tetrahedron; a triangle has the first three.
+/// Edges of a tetrahedron in Gmsh's order; a triangle has the first three.
 const EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [2, 3], [1, 3]];
 
-/// The edges of a mesh in order, with the points of their middle nodes.
+/// Returns the sorted edges of a mesh with the coordinates of their mid-edge nodes.
 fn edges(mesh: &TetMesh) -> Vec<([u32; 2], [f64; 3])> {
     let pairs = |tet: &[u32; 4]| EDGES.map(|ends| sorted(ends.map(|end| tet[end])));
     let mut edges: Vec<[u32; 2]> = mesh.tets.iter().flat_map(pairs).collect();
@@ -117,7 +117,7 @@ fn sorted([a, b]: [u32; 2]) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }
 
-/// Elements as (type, physical group, entity, node tags), triangles first.
+/// Returns the elements as (type, physical group, entity, node tags), triangles first.
 fn elements(mesh: &TetMesh, quadratic: bool) -> Vec<(i32, i32, i32, Vec<u64>)> {
     let edges = if quadratic { edges(mesh) } else { Vec::new() };
     let middle = |nodes: &[u32], ends: [usize; 2]| {
@@ -131,7 +131,7 @@ fn elements(mesh: &TetMesh, quadratic: bool) -> Vec<(i32, i32, i32, Vec<u64>)> {
     };
     let mut all = Vec::new();
     for (name, group) in [("bottom", 11), ("top", 12), ("side", 13)] {
-        // turned inward, to be turned by the reader
+        // oriented inwards, so that the reader has to reverse them
         for &[a, b, c] in &mesh.surfaces[name] {
             all.push((if quadratic { 9 } else { 2 }, group, 30 + group, tags(&[b, a, c], 3)));
         }
@@ -143,7 +143,7 @@ fn elements(mesh: &TetMesh, quadratic: bool) -> Vec<(i32, i32, i32, Vec<u64>)> {
     all
 }
 
-/// Sparse tags, as Gmsh may leave them.
+/// Returns a node tag; tags have gaps, as they may have in Gmsh's files.
 fn tag(node: u32) -> u64 {
     3 * node as u64 + 7
 }
@@ -152,7 +152,7 @@ fn v2(mesh: &TetMesh, binary: bool) -> Vec<u8> {
     v2_with(mesh, binary, false)
 }
 
-/// MSH 2.2, with nodes on entities and their parameters there if it is `parametric`.
+/// Writes MSH 2.2; if `parametric`, nodes have entities and parameters.
 fn v2_with(mesh: &TetMesh, binary: bool, parametric: bool) -> Vec<u8> {
     let mut out = format!("$MeshFormat\n2.2 {} 8\n", binary as i32).into_bytes();
     if binary {
@@ -163,7 +163,7 @@ fn v2_with(mesh: &TetMesh, binary: bool, parametric: bool) -> Vec<u8> {
     let section = if parametric { "ParametricNodes" } else { "Nodes" };
     out.extend(format!("${section}\n{}\n", mesh.nodes.len()).bytes());
     for (node, p) in (0..).zip(&mesh.nodes) {
-        // nodes on points, curves, surfaces and volumes, which have 0, 1, 2 and 0 parameters
+        // nodes on points, curves, surfaces and volumes have 0, 1, 2 and 0 parameters
         let dimension = (node % 4) as i32;
         let parameters = &[0.25, 0.5][..[0, 1, 2, 0][node as usize % 4]];
         if binary {
@@ -203,7 +203,7 @@ fn v2_with(mesh: &TetMesh, binary: bool, parametric: bool) -> Vec<u8> {
     out
 }
 
-/// Writes integers, sizes and reals as MSH 4.1 has them.
+/// Writer of integers, sizes and reals in the format of MSH 4.1.
 struct V4 {
     out: Vec<u8>,
     binary: bool,
@@ -252,7 +252,7 @@ fn v4(mesh: &TetMesh, binary: bool, big_endian: bool, quadratic: bool) -> Vec<u8
         w.int(1);
     }
     w.line("$EndMeshFormat\n$Entities");
-    // one point and one curve without group, which must be passed over
+    // one point and one curve without a group, which the reader must skip
     w.sizes(&[1, 1, 3, 2]);
     w.int(1);
     w.reals(&[0.0; 3]);
@@ -311,7 +311,7 @@ fn v4(mesh: &TetMesh, binary: bool, big_endian: bool, quadratic: bool) -> Vec<u8
     w.out
 }
 
-/// A lattice whose wall is round, with grain numbers and a mixture.
+/// Returns a lattice mesh with a curved wall, grain numbers and mixtures.
 fn curved_specimen() -> TetMesh {
     let mut mesh = specimen();
     let on_wall = |node: u32| {
@@ -344,7 +344,7 @@ fn curved_edges_and_mixtures_come_back_to_the_bit() {
         gmsh::read(&path, &GmshNames::default()).unwrap()
     };
     assert_same(&gmsh::read(&path, &names).unwrap(), &mesh);
-    // regions in the order of their names, as they are read
+    // the reader sorts regions by name
     let in_order = |mesh: &mut TetMesh| {
         mesh.regions = vec!["matrix".into(), "grain".into()];
     };
@@ -363,14 +363,14 @@ fn curved_edges_and_mixtures_come_back_to_the_bit() {
     mesh.mixture = Some((0..mesh.tets.len()).map(mixture).collect());
     assert_eq!(read_back(&mesh), mesh);
 
-    // no tetrahedron is all of grain
+    // no tetrahedron is entirely grain
     mesh.region_of.fill(0);
     mesh.grain_of = Some(vec![0; mesh.tets.len()]);
     assert_eq!(read_back(&mesh), mesh);
     let renamed = GmshNames::new([("a grain", "grain"), ("soft", "matrix")], [("base", "bottom")]);
     let read = gmsh::read(&path, &renamed).unwrap();
     assert_eq!((read.regions.len(), read.region_of[0]), (2, 1));
-    // the second phase is found by its group, whatever the order of the names
+    // the second phase is identified by its group, whatever the order of the names
     let in_order = |mixture: &fem_mesh::Mixture| fem_mesh::Mixture { region: 0, ..*mixture };
     let expected = mesh.mixture.as_ref().map(|all| all.iter().map(in_order).collect::<Vec<_>>());
     assert_eq!(read.mixture, expected);
@@ -391,7 +391,7 @@ fn second_order_files_of_gmsh_keep_their_curved_edges() {
         assert_same(&read, &mesh);
         assert_eq!(read.edge_points, mesh.edge_points);
     }
-    // another middle node in one tetrahedron
+    // a different mid-edge node in one tetrahedron
     let text = String::from_utf8(v4(&mesh, false, false, true)).unwrap();
     let last = text.trim_end().trim_end_matches("$EndElements").trim_end();
     let (rest, _) = last.rsplit_once(' ').unwrap();
@@ -435,7 +435,7 @@ fn gmsh_itself_meshes_a_model() {
         let of = volumes.iter().zip(mesh.grain_of.as_ref().unwrap());
         close(of.filter(|(_, g)| **g == number).map(|(v, _)| v).sum(), ball(radius), 5e-3);
     }
-    // and reads what is written here
+    // Gmsh also reads the files written by this crate
     let (written, again) = (dir.path().join("written.msh"), dir.path().join("again.msh"));
     let names = gmsh::write(&written, &mesh).unwrap();
     assert_eq!(gmsh::read(&written, &names).unwrap().edge_points, mesh.edge_points);
@@ -512,7 +512,7 @@ fn faults_name_place_value_and_mend() {
         &["section $Elements, byte", "ends too early"],
     );
 
-    // a missing group lists those that are there
+    // the error for a missing group lists the existing groups
     let mut wrong = names.clone();
     wrong.regions.insert("grain".into(), 5.into());
     assert_contains(&fault(&text, &wrong), &["region `grain`", "group 5", "has 1, 2"]);
@@ -526,14 +526,14 @@ fn faults_name_place_value_and_mend() {
     let ungrouped = text.replace(" 4 2 2 52 ", " 4 2 0 52 ");
     assert_contains(&fault(&ungrouped, &only_matrix), &["30 of volume 52 (no physical volume)"]);
 
-    // as Gmsh writes 2.2 with Mesh.SaveAll: no group at all
+    // Gmsh writes 2.2 with Mesh.SaveAll without any group
     let lost = text.replace(" 4 2 2 52 ", " 4 2 0 52 ").replace(" 4 2 1 51 ", " 4 2 0 51 ");
     let named = "$PhysicalNames\n1\n3 1 \"matrix\"\n$EndPhysicalNames\n$Nodes\n";
     let lost =
         lost.replacen("$Nodes\n", "$Nodes \n", 1).replacen("\n$Nodes\n", &format!("\n{named}"), 1);
     assert_contains(&fault(&lost, &only_matrix), &["Mesh.SaveAll", "4.1"]);
 
-    // a hexahedron, and a node that is not there
+    // a hexahedron, and a reference to a node that does not exist
     let mut hexahedron = text.clone();
     hexahedron = hexahedron.replacen("1 2 2 11 41 ", "1 5 2 11 41 7 7 7 7 7 ", 1);
     assert_contains(&fault(&hexahedron, &names), &["type 5", "tetrahedra"]);
@@ -554,7 +554,7 @@ fn names_come_from_a_case_file() {
     assert!(serde_json::from_str::<GmshNames>(r#"{"region": {}}"#).is_err());
 }
 
-/// The project's shared data, where this checkout has them.
+/// Returns the folder of the project's shared data, which may not exist.
 fn shared() -> PathBuf {
     match std::env::var_os("BRECCIA_SHARED") {
         Some(path) => path.into(),

@@ -1,4 +1,4 @@
-//! What is mended and noted when a mesh of another program is read.
+//! Repairs and notes when a mesh of another program is imported.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -8,7 +8,7 @@ use fem_mesh::gmsh::{self, GmshNames, ImportNote, Imported};
 use fem_mesh::{CylinderLattice, MeshError, Quality, TetMesh};
 
 type Point = [f64; 3];
-/// Gmsh's order of the edges of a tetrahedron.
+/// Edges of a tetrahedron in Gmsh's order.
 const EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [2, 3], [1, 3]];
 
 fn file(text: &str) -> (tempfile::TempDir, PathBuf) {
@@ -18,7 +18,8 @@ fn file(text: &str) -> (tempfile::TempDir, PathBuf) {
     (dir, path)
 }
 
-/// MSH 4.1 of second-order tetrahedra, one volume with one group; `bent` are middle nodes of edges.
+/// Returns a MSH 4.1 file of second-order tetrahedra in one volume with one group; `bent` holds the mid-edge nodes of
+/// curved edges.
 fn second_order(nodes: &[Point], tets: &[[u32; 4]], bent: &BTreeMap<[u32; 2], Point>) -> String {
     let mut points = nodes.to_vec();
     let mut middles = BTreeMap::new();
@@ -54,7 +55,7 @@ fn second_order(nodes: &[Point], tets: &[[u32; 4]], bent: &BTreeMap<[u32; 2], Po
     out
 }
 
-/// Two tetrahedra on the face 123, with node 4 at a depth below it.
+/// Returns two tetrahedra that share the face 123, with node 4 at a given depth below the face.
 fn pair(depth: f64) -> (Vec<Point>, Vec<[u32; 4]>) {
     let nodes = vec![
         [0.3, 0.3, 1.0],
@@ -73,8 +74,8 @@ fn read(text: &str) -> Result<Imported, MeshError> {
 
 #[test]
 fn a_curved_element_whose_corners_are_inverted_is_read_as_it_is() {
-    // node 4 stands above the plane of the face 123; the face bulges up over it, and so do the edges
-    // that end there, less
+    // node 4 is above the plane of face 123; the edges of the face bulge upwards over it, and the edges that end at
+    // node 4 bulge less
     let (nodes, tets) = pair(-0.02);
     let mut bent: BTreeMap<[u32; 2], Point> =
         [([1, 2], [0.5, 0.0, 0.3]), ([1, 3], [0.0, 0.5, 0.3]), ([2, 3], [0.5, 0.5, 0.3])].into();
@@ -89,11 +90,11 @@ fn a_curved_element_whose_corners_are_inverted_is_read_as_it_is() {
     let straight = mesh.validate_straight().unwrap_err();
     assert!(matches!(straight, MeshError::Inverted { tet: 1, .. }), "{straight}");
     assert!(Quality::of(&mesh).min_scaled_jacobian > 0.0);
-    // the same with one tetrahedron written the other way round
+    // the same mesh with one tetrahedron in reversed orientation
     let turned = second_order(&nodes, &[tets[0], [3, 1, 2, 4]], &bent);
     let volumes = read(&turned).unwrap().mesh.volumes();
     assert!(volumes.iter().zip(mesh.volumes()).all(|(v, w)| (v - w).abs() < 1e-15 && *v > 0.0));
-    // and it comes back from a file of ours
+    // and a file written by this crate gives the same edge points
     let (_dir, path) = file("");
     gmsh::write(&path, &mesh).unwrap();
     assert_eq!(gmsh::read(&path, &GmshNames::default()).unwrap().edge_points, mesh.edge_points);
@@ -102,7 +103,7 @@ fn a_curved_element_whose_corners_are_inverted_is_read_as_it_is() {
 #[test]
 fn folded_elements_are_straightened_and_named() {
     let (nodes, tets) = pair(1.0);
-    // an edge of tetrahedron 0 that goes through its body, and one of tetrahedron 1 that is bent a little
+    // an edge of tetrahedron 0 that passes through its interior, and a slightly bent edge of tetrahedron 1
     let folding = ([0, 1], [0.6, 0.6, 0.5]);
     let bent = BTreeMap::from([folding, ([3, 4], [0.14, 0.66, -0.5])]);
     let Imported { mesh, notes } = read(&second_order(&nodes, &tets, &bent)).unwrap();
@@ -114,7 +115,7 @@ fn folded_elements_are_straightened_and_named() {
         "{message}"
     );
 
-    // many: the message lists five
+    // of many straightened tetrahedra, the message lists five
     let mut mesh =
         CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.5 }.build().unwrap();
     let all: BTreeMap<[u32; 2], Point> = (mesh.tets.iter())
@@ -128,7 +129,7 @@ fn folded_elements_are_straightened_and_named() {
     assert!(tets.len() > 100 && read_back.notes[0].to_string().contains(" and others;"));
     assert!((read_back.mesh.volume() / mesh.volume() - 1.0).abs() < 1e-12);
 
-    // a mesh that is not mended names all its faults
+    // without the repair, the validation reports all faults
     mesh.edge_points = all.into_iter().collect();
     let MeshError::Several { first, count } = mesh.validate().unwrap_err() else {
         panic!("several")
@@ -139,7 +140,7 @@ fn folded_elements_are_straightened_and_named() {
     assert!(message.starts_with(&format!("{count} faults")) && message.ends_with("; and so on"));
 }
 
-/// A lattice of four groups: matrix 1, and parts 10, 11 and 12 along the axis.
+/// Returns a lattice mesh with four groups: matrix 1, and parts 10, 11 and 12 along the axis.
 fn grouped() -> TetMesh {
     let mut mesh =
         CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 0.8 }.build().unwrap();
@@ -185,7 +186,7 @@ fn a_forgotten_volume_is_noted() {
     let (_dir, path) = file("");
     gmsh::write(&path, &mesh).unwrap();
     let text = std::fs::read_to_string(&path).unwrap();
-    // without the elements of the middle part, whose volume has no group
+    // remove the elements of the middle part, whose volume has no group
     let elements = text.find("$Elements").unwrap();
     let block = text[elements..].find("\n3 3 4 ").unwrap() + elements + 1;
     let end = text[block..].find("\n3 4 4 ").unwrap() + block + 1;
@@ -223,7 +224,7 @@ fn a_forgotten_volume_is_noted() {
 #[test]
 fn each_volume_is_one_block_and_the_order_survives() {
     let mut mesh = grouped();
-    // regions that change from one tetrahedron to the next
+    // consecutive tetrahedra belong to different regions
     for (tet, region) in mesh.region_of.iter_mut().enumerate() {
         *region = (tet % 4) as u16;
     }

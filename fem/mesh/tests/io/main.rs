@@ -1,4 +1,4 @@
-//! Meshes and specimens, and their files.
+//! Tests of meshes, specimens and their files.
 
 mod decimation;
 mod fuzz;

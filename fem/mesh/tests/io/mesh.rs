@@ -1,4 +1,4 @@
-//! The cylinder lattice and the checks of a mesh.
+//! Tests of the cylinder lattice and of the validation of meshes.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -9,13 +9,13 @@ fn lattice(spacing_mm: f64) -> TetMesh {
     CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm }.build().unwrap()
 }
 
-/// Corners of the polygon that the wall nodes make.
+/// Returns the number of wall nodes on the bottom edge.
 fn wall_nodes(mesh: &TetMesh) -> usize {
     let on_bottom_rim = |p: &&[f64; 3]| p[2] == 0.0 && (p[0].hypot(p[1]) - 2.5).abs() < 1e-9;
     mesh.nodes.iter().filter(on_bottom_rim).count()
 }
 
-/// Area of a triangle of the mesh, as a vector along its outward normal.
+/// Returns the area vector of a triangle, along its outward normal.
 fn area(mesh: &TetMesh, [a, b, c]: [u32; 3]) -> [f64; 3] {
     let [p, q, r] = [a, b, c].map(|node| nalgebra::Vector3::from(mesh.nodes[node as usize]));
     ((q - p).cross(&(r - p)) / 2.0).into()
@@ -42,7 +42,7 @@ fn volume_is_that_of_the_prism() {
         assert!((volume / (4.4 * polygon) - 1.0).abs() < 1e-13, "{volume} against {polygon}");
         assert_eq!(mesh.region_volume("matrix").unwrap(), volume);
     }
-    // and that of the cylinder in the limit, with the square of the spacing
+    // the volume converges to that of the cylinder with the square of the spacing
     let defect = |spacing| 1.0 - lattice(spacing).volume() / (PI * 2.5 * 2.5 * 4.4);
     assert!(defect(0.25) < 0.005 && defect(0.25) > 0.0);
 }
@@ -103,7 +103,7 @@ fn impossible_lattices_say_what_to_do() {
     assert!(matches!(build(2.5, 4.4, 1e-4), LatticeError::TooFine { .. }));
 }
 
-/// Two tetrahedra that share a face.
+/// Returns a mesh of two tetrahedra that share a face.
 fn pair() -> TetMesh {
     TetMesh {
         nodes: vec![
@@ -158,7 +158,7 @@ fn each_fault_is_named_with_its_entity() {
         }),
         E::NonManifoldFace { face: [1, 2, 3], count: 3, .. }
     ));
-    // both on the same side of it
+    // both tetrahedra on the same side of their common face
     assert!(matches!(
         fault(&|m| {
             m.nodes[4] = [-1.0, -1.0, -1.0];

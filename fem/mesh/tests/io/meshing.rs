@@ -1,4 +1,4 @@
-//! Meshes of specimens: quality, volumes, contacts, mixtures, and the ways that lead to them.
+//! Meshes of specimens: quality, volumes, contacts, mixtures, and different inputs.
 
 use std::collections::BTreeSet;
 use std::f64::consts::PI;
@@ -25,7 +25,7 @@ fn mesh(meshing: Meshing, field: &dyn GrainField) -> Meshed {
     meshing.build(RADIUS, HEIGHT, field).unwrap()
 }
 
-/// What every mesh that follows its grains has to keep.
+/// Asserts the quality criteria of every conforming mesh.
 fn assert_bars(report: &MeshReport) {
     assert!(report.quality.min_dihedral_deg >= 12.0, "{report}");
     assert!(report.quality.p01_dihedral_deg >= 20.0, "{report}");
@@ -46,11 +46,11 @@ fn followed_grains_keep_volume_and_quality() {
             let mode = GrainMode::Conforming;
             let meshed = mesh(Meshing { mode, curved, ..Meshing::new(spacing) }, &field);
             assert_bars(&meshed.report);
-            // three tenths of a voxel at four voxels an edge, and some more for sharp edges
+            // tolerance: 0.3 voxels at a spacing of four voxels, and more for polyhedra because of their sharp edges
             let most = if form == GrainForm::Sphere { 0.075 } else { 0.11 };
             assert!(meshed.report.interface_rms_mm < most * spacing, "{}", meshed.report);
             assert_eq!(meshed.mesh.edge_points.is_empty(), !curved);
-            // every grain is of one piece of labels that the report counts
+            // the region of grains in the mesh has the volume fraction that the report states
             let volume = meshed.mesh.region_volume("grain").unwrap() / meshed.mesh.volume();
             assert!((volume - meshed.report.achieved_fraction).abs() < 1e-12);
         }
@@ -102,8 +102,8 @@ fn touching_grains_touch_and_parted_ones_do_not() {
     assert_eq!(shared(0.04), 0);
 }
 
-/// A film of matrix between a grain and an end is kept where it is thinner than the mesh; a grain that is
-/// cut by the end reaches it.
+/// A film of matrix between a grain and an end is preserved even if it is thinner than the mesh size; a grain that
+/// the end cuts reaches the end.
 #[test]
 fn grains_reach_the_ends_that_they_touch_alone() {
     let reached = |from_axis_mm: f64, height_mm: f64| -> Vec<String> {
@@ -142,7 +142,7 @@ fn grains_finer_than_the_mesh_become_mixtures_of_their_volume() {
     for grain in &report.grains {
         assert!(grain.volume_error().abs() < 0.02, "{grain:?}");
     }
-    // the mixtures say the same
+    // the mixtures give the same volumes
     let mixture = meshed.mesh.mixture.as_ref().unwrap();
     let volumes = meshed.mesh.volumes();
     let labels = meshed.mesh.grain_of.as_ref().unwrap();
@@ -154,7 +154,7 @@ fn grains_finer_than_the_mesh_become_mixtures_of_their_volume() {
         .sum();
     let total: f64 = volumes.iter().sum();
     assert!((grain / total / report.achieved_fraction - 1.0).abs() < 1e-4);
-    // followed instead, they are lost, and the report says so
+    // with a conforming mesh these grains are lost, and the report contains a warning
     let mode = GrainMode::Conforming;
     let lost = mesh(Meshing { mode, ..Meshing::new(0.3) }, &field).report;
     assert!(lost.lost_grains() > 0 && lost.warnings().iter().any(|w| w.contains("lost")), "{lost}");
@@ -165,7 +165,7 @@ fn a_straight_wall_is_told_and_not_laid_to_the_grains() {
     let field = field(&packing(GrainForm::Polyhedron, 0.1, 0.08));
     let report = |curved| mesh(Meshing { curved, ..Meshing::new(0.3) }, &field).report;
     let straight = report(false);
-    // a wall of n flat faces lacks (2 π / n)² / 6 of the section; n is near 2 π / 0.3
+    // a wall of n flat faces reduces the cross-section by the fraction (2 π / n)² / 6; n is about 2 π / 0.3
     assert!((straight.volume_error / -0.015 - 1.0).abs() < 0.4, "{}", straight.volume_error);
     let grains: f64 = straight.grains.iter().map(|grain| grain.achieved_mm3).sum();
     let mesh_mm3 = CYLINDER * (1.0 + straight.volume_error);
@@ -212,8 +212,8 @@ fn whole_tetrahedra_leave_the_lattice_as_it_is() {
     assert_eq!(report.grains_in(GrainMode::Whole), field.grains());
     assert_eq!((report.lost_grains(), report.interface_rms_mm), (0, 0.0));
 
-    // a tetrahedron is of the grain that has its centre, but for those that a surface cuts in half, and
-    // then its centre is near that surface
+    // a tetrahedron belongs to the grain that contains its centroid, except for tetrahedra that a surface cuts in
+    // half; their centroid is near this surface
     let labels = mesh.grain_of.as_ref().unwrap();
     let (mut others, mut volumes) = (0.0, vec![0.0; field.grains() + 1]);
     for (tet, &label) in labels.iter().enumerate() {
@@ -228,7 +228,8 @@ fn whole_tetrahedra_leave_the_lattice_as_it_is() {
         }
     }
     assert!(others < 0.02 * mesh.volume(), "{} of the mesh", others / mesh.volume());
-    // one offset for all: their sum is kept, each within the volume of some tetrahedra
+    // with one common offset the total volume is preserved, and each grain's volume up to the volume of a few
+    // tetrahedra
     assert!((report.achieved_fraction / report.asked_fraction - 1.0).abs() < 0.005, "{report}");
     for (grain, volume) in report.grains.iter().zip(&volumes[1..]) {
         assert!((grain.achieved_mm3 - volume).abs() < 1e-12);
@@ -252,7 +253,7 @@ fn labelled_voxels_are_meshed_as_the_grains_they_show() {
     }
     let meshed = mesh(Meshing::new(4.0 * voxel), &voxels);
     assert_bars(&meshed.report);
-    // against the spheres themselves, not the voxels
+    // compare with the exact spheres, not with the voxels
     let (mut squares, mut count) = (0.0, 0.0);
     let labels = meshed.mesh.grain_of.as_ref().unwrap();
     let matrix: BTreeSet<u32> = nodes_of(&meshed.mesh, 0);

@@ -1,4 +1,4 @@
-//! Meshes of labels with several phases and with voids, against the voxels that they are made of.
+//! Meshes of labelled images with several phases and voids, compared with the voxels.
 
 use std::f64::consts::PI;
 
@@ -11,7 +11,7 @@ const VOXEL: f64 = 0.04;
 const AIR: f64 = 4.0 * VOXEL;
 const OUTSIDE: i64 = 255;
 
-/// A cylinder in which a point of the specimen (mm) has a label.
+/// Returns a labelled cylinder; `label` gives the label of each point of the specimen (mm).
 fn labelled(label: impl Fn([f64; 3]) -> i64) -> LabelledSpecimen {
     let sides = [2.0 * RADIUS, 2.0 * RADIUS, HEIGHT];
     let shape = sides.map(|side| ((side + 2.0 * AIR) / VOXEL).round() as usize);
@@ -41,7 +41,7 @@ fn in_ball(x: [f64; 3], centre: [f64; 3], radius: f64) -> bool {
     (0..3).map(|k| (x[k] - centre[k]).powi(2)).sum::<f64>() < radius * radius
 }
 
-/// Balls of two phases; a pair of them touches.
+/// Label at a point: balls of two phases, two of which touch.
 fn balls(x: [f64; 3]) -> i64 {
     let of = |label: i64, centre, radius| if in_ball(x, centre, radius) { label } else { 0 };
     let all = [
@@ -54,13 +54,13 @@ fn balls(x: [f64; 3]) -> i64 {
     all.into_iter().max().unwrap()
 }
 
-/// Volume (mm³) of a region, mixtures by their shares.
+/// Returns the volume of a region (mm³); mixtures contribute according to their fractions.
 fn volume(mesh: &TetMesh, name: &str) -> f64 {
     let region = mesh.regions.iter().position(|region| region == name);
     region.map_or(0.0, |region| mesh.phase_volumes()[region])
 }
 
-/// The same from voxels.
+/// Returns the volume of a phase according to the voxels (mm³).
 fn voxels(specimen: &LabelledSpecimen, name: &str) -> f64 {
     let phase = specimen.phases.iter().position(|phase| phase == name).unwrap();
     specimen.fraction_of(phase) * specimen.statistics.volume_mm3
@@ -73,8 +73,8 @@ fn tells(report: &MeshReport, part: &str) -> bool {
 #[test]
 fn each_phase_is_a_region_that_keeps_the_volume_of_its_voxels() {
     let specimen = labelled(balls);
-    // at 0.4 mm a tetrahedron is 1.4 % of a phase, and one of several phases is of one of them; whole tetrahedra share
-    // one offset, which keeps the volume of all grains together
+    // at 0.4 mm a tetrahedron has 1.4 % of the volume of a phase, and a tetrahedron with several phases keeps only
+    // one of them; in mode `Whole` one common offset preserves the total volume of all grains
     for (mode, spacing, within) in [
         (GrainMode::Conforming, 0.12, 0.01),
         (GrainMode::Auto, 0.16, 0.01),
@@ -91,13 +91,13 @@ fn each_phase_is_a_region_that_keeps_the_volume_of_its_voxels() {
             println!("{mode:?} {spacing} {name} {off:+.4}");
             assert!(off.abs() < within, "{mode:?} at {spacing}, {name}: {found}, not {exact}");
             let phase = report.phases.iter().find(|phase| phase.name == name).unwrap();
-            // straight edges on the wall make the difference
+            // the difference is due to straight edges on the wall
             assert!((phase.achieved_mm3 - found).abs() < 1e-3 * exact, "{phase:?}, not {found}");
             assert!((phase.asked_mm3 / exact - 1.0).abs() < 1e-3, "{phase:?}, not {exact}");
         }
         let all: f64 = mesh.phase_volumes().iter().sum();
         assert!((all / mesh.volume() - 1.0).abs() < 1e-12);
-        // a tetrahedron of a grain is of its phase
+        // a tetrahedron of a grain belongs to the region of the grain's phase
         for (region, grain) in mesh.region_of.iter().zip(mesh.grain_of.as_ref().unwrap()) {
             let phase = grain.checked_sub(1).map(|grain| specimen.phase_of[grain as usize]);
             assert_eq!(usize::from(*region), phase.map_or(0, |phase| phase + 1));
@@ -118,7 +118,7 @@ fn tetrahedra_of_several_phases_are_counted_and_told() {
         _ => 0,
     }));
     assert_eq!((apart.report.multiphase_tets, tells(&apart.report, part)), (0, false));
-    // two half balls that meet in a plane between planes of the lattice
+    // two half balls that meet in a plane that is not a plane of the lattice
     let (centre, plane) = ([0.0, 0.0, 0.8], 0.08);
     let halves = labelled(|x| match in_ball(x, centre, 0.6) {
         true if x[0] < plane => 1,
@@ -126,7 +126,7 @@ fn tetrahedra_of_several_phases_are_counted_and_told() {
         false => 0,
     });
     let Meshed { mesh, report } = build(&halves);
-    // tetrahedra within the ball that the plane cuts; of some it cuts a corner that no sample sees
+    // tetrahedra inside the ball that the plane cuts; some of these cuts are too small to be detected by a sample
     let is_cut = |tet: &usize| {
         let corners = mesh.corners(*tet);
         let sides = corners.map(|x| x[0] < plane);
@@ -136,7 +136,7 @@ fn tetrahedra_of_several_phases_are_counted_and_told() {
     let cut = (0..mesh.tets.len()).filter(is_cut).count();
     assert!(cut > 20 && report.multiphase_tets >= cut / 2, "{} of {cut}", report.multiphase_tets);
     assert!(tells(&report, part), "{:?}", report.warnings());
-    // each is of the larger phase, so that both halves keep their volumes
+    // each of these tetrahedra keeps the larger phase, so both halves keep their volumes
     for name in ["grain", "inclusion"] {
         let (found, exact) = (volume(&mesh, name), voxels(&halves, name));
         assert!((found / exact - 1.0).abs() < 0.02, "{name}: {found}, not {exact}");
@@ -162,7 +162,7 @@ fn voids_are_no_part_of_the_mesh() {
         let cylinder = specimen.statistics.volume_mm3 * (1.0 + report.volume_error);
         let left = cylinder - taken.achieved_mm3;
         assert!((mesh.volume() / left - 1.0).abs() < 1e-9, "{mode:?}: {} of {left}", mesh.volume());
-        // one cavity
+        // the mesh has one cavity
         assert_eq!((mesh.euler_characteristic(), report.loose_tets), (2, 0), "{mode:?}");
         assert!(!tells(&report, "Euler"), "{:?}", report.warnings());
         assert_eq!(mesh.surfaces.keys().collect::<Vec<_>>(), ["bottom", "side", "top"]);
@@ -173,7 +173,7 @@ fn voids_are_no_part_of_the_mesh() {
 
 #[test]
 fn what_no_face_holds_is_taken_out_and_told() {
-    // a grain that lies loose in a void
+    // a loose grain inside a void
     let loose = labelled(|x| match x {
         x if in_ball(x, [0.0, 0.0, 0.8], 0.3) => 1,
         x if in_ball(x, [0.0, 0.0, 0.8], 0.6) => 3,
@@ -191,7 +191,7 @@ fn what_no_face_holds_is_taken_out_and_told() {
     assert!(
         centre.is_some_and(|grain| within(grain) && report.grains[grain].achieved_mm3.abs() < 1e-9)
     );
-    // nothing is left that a node alone holds: all tetrahedra are connected through faces
+    // no part is connected only through a node: all tetrahedra are connected through faces
     assert!(mesh.parts_by_faces().iter().all(|&part| part == 0));
 
     // a crack through the specimen
@@ -204,7 +204,7 @@ fn what_no_face_holds_is_taken_out_and_told() {
     assert!(matches!(error, MeshingError::Parted), "{error}");
     assert!(error.to_string().contains("the voids part the specimen"), "{error}");
 
-    // pores that are finer than the mesh stay matrix, which is told
+    // pores finer than the mesh count as matrix, with a warning
     let fine = labelled(|x| {
         let is_within = x.map(|c| (c / 0.2).rem_euclid(1.0) < 0.4);
         if is_within == [true; 3] { 3 } else { 0 }

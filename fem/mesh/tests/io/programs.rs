@@ -1,4 +1,4 @@
-//! Mesh files between this crate, Gmsh and meshio, where these are installed for Python.
+//! Exchange of mesh files with Gmsh and meshio, if these are installed for Python.
 
 use std::path::Path;
 use std::process::Command;
@@ -6,7 +6,7 @@ use std::process::Command;
 use fem_mesh::gmsh::{self, GmshNames, ImportNote};
 use fem_mesh::{CylinderLattice, Mixture, TetMesh};
 
-/// Runs `tests/python/mesh_files.py`; nothing where Python lacks the modules.
+/// Runs `tests/python/mesh_files.py`; returns `None` if the Python modules are missing.
 fn python(arguments: &[&Path]) -> Option<String> {
     let python = std::env::var("BRECCIA_PYTHON").unwrap_or_else(|_| "python3".into());
     let mut modules = Command::new(&python);
@@ -91,7 +91,7 @@ fn second_order_meshes_of_gmsh_are_read() {
     let mut straightened = 0;
     let mut read = 0;
     for line in said.lines() {
-        // name, number of tetrahedra, of folded ones, volume of the spheres
+        // name, number of tetrahedra, number of folded ones, volume of the spheres
         let [name, tets, folded, spheres] = line.split_whitespace().collect::<Vec<_>>()[..] else {
             panic!("{line}")
         };
@@ -110,7 +110,7 @@ fn second_order_meshes_of_gmsh_are_read() {
         );
         let spheres: f64 = spheres.parse().unwrap();
         let volume = mesh.region_volume("grain").unwrap();
-        // coarse spheres have few elements, and straightened faces cut them off
+        // coarse spheres have few elements, and straightened faces reduce their volume
         let tolerance = if folded > 0 { 0.3 } else { 0.08 };
         assert!((volume / spheres - 1.0).abs() < tolerance, "{name}: {volume}, not {spheres} mm³");
         straightened += usize::from(count > 0);

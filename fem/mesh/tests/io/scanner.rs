@@ -1,4 +1,4 @@
-//! The virtual scanner: what it shows is what is there.
+//! The virtual scanner: its images agree with the grains.
 
 use std::f64::consts::PI;
 
@@ -18,7 +18,7 @@ fn scan(scanner: Scanner) -> Scan {
     scanner.scan(RADIUS, HEIGHT, &grains()).unwrap()
 }
 
-/// Mean grey value where a point of the specimen satisfies a condition.
+/// Returns the mean grey value of the voxels whose point in the specimen (and label) satisfies `holds`.
 fn mean(scan: &Scan, holds: impl Fn([f64; 3], u32) -> bool) -> f64 {
     let [nx, ny, _] = scan.grey.shape;
     let [cx, cy] = scan.cylinder.centre_mm;

@@ -1,4 +1,4 @@
-//! Grains that are shrunk until they keep a distance, and the cylinder around them.
+//! Separation of grains by shrinking, and the smallest cylinder around them.
 
 use fem_mesh::{
     GrainField, Packing, Surface, SurfaceGrains, enclosing_cylinder, least_gap_mm, separated,
@@ -10,7 +10,7 @@ fn balls(places: &[([f64; 3], f64)], divisions: usize) -> Vec<Surface> {
     places.iter().map(|&(c, r)| Surface::new(&sphere(c, r, divisions))).collect()
 }
 
-/// Corners of the octahedron behind both balls touch: 2 R (1 − s) is the distance.
+/// Two balls made from octahedra touch at corners; after scaling by s their distance is 2 R (1 − s).
 #[test]
 fn two_touching_balls_shrink_as_computed_by_hand() {
     let surfaces = balls(&[([0.0; 3], 1.0), ([2.0, 0.0, 0.0], 1.0), ([0.0, 5.0, 0.0], 1.0)], 3);
@@ -21,7 +21,7 @@ fn two_touching_balls_shrink_as_computed_by_hand() {
         for factor in &found.factors[..2] {
             assert!((factor - expected).abs() < 1e-6, "{factor}, not {expected}");
         }
-        // the third is far from both and stays as it was
+        // the third ball is far from both and does not change
         assert_eq!((found.factors[2], &found.surfaces[2]), (1.0, &surfaces[2]));
         let (gap, pair) = least_gap_mm(&found.surfaces).unwrap();
         assert!(gap >= least_mm * (1.0 - 1e-12) && gap < least_mm * (1.0 + 1e-6), "{gap}");
@@ -29,7 +29,7 @@ fn two_touching_balls_shrink_as_computed_by_hand() {
         let lost = 1.0 - found.surfaces[0].volume() / surfaces[0].volume();
         assert!((lost - (1.0 - expected.powi(3))).abs() < 1e-6);
     }
-    // of two sizes: both have the same factor, R (1 − s) + r (1 − s) is the distance
+    // balls of two sizes get the same factor; their distance is R (1 − s) + r (1 − s)
     let unequal = balls(&[([0.0; 3], 1.0), ([1.4, 0.0, 0.0], 0.4)], 3);
     let found = separated(unequal, 0.07).unwrap();
     assert!((found.factors[0] - 0.95).abs() < 1e-6 && found.factors[0] == found.factors[1]);
@@ -45,7 +45,8 @@ fn grains_in_one_another_are_named() {
     assert!(least_gap_mm(&balls(&[([0.0; 3], 1.0)], 1)).is_none());
 }
 
-/// The balls of a packing, grown until many overlap, and the distances of points of one to all others by brute force.
+/// The balls of a packing are enlarged until many overlap, and then separated. The distances are checked by brute
+/// force, from points of each ball to all other balls.
 #[test]
 fn a_packing_keeps_the_distance_by_another_search() {
     let packing =
@@ -60,7 +61,7 @@ fn a_packing_keeps_the_distance_by_another_search() {
     let shrunk = found.factors.iter().filter(|&&factor| factor < 1.0).count();
     assert!(shrunk > 3 && shrunk < grains.len(), "{shrunk} of {}", grains.len());
 
-    // points on all triangles of each grain against the exact distance of each other grain
+    // compare points on all triangles of each grain with the exact distance to each other grain
     let field = SurfaceGrains::new(found.surfaces.clone(), 1e3, 1e3).unwrap();
     let mut least = f64::INFINITY;
     for (own, surface) in (1..).zip(&found.surfaces) {
@@ -86,7 +87,7 @@ fn a_packing_keeps_the_distance_by_another_search() {
 
 #[test]
 fn the_least_cylinder_is_that_of_closed_forms() {
-    // three balls: the circle around their middles by hand, as they are of one size
+    // three equal balls: the enclosing circle is computed by hand from the circle through their centres
     let (r, h) = (0.4, 1.7);
     let angle = |k: f64| 2.0 * std::f64::consts::PI * k / 3.0;
     let ring = [0.0, 1.0, 2.0]
@@ -98,12 +99,12 @@ fn the_least_cylinder_is_that_of_closed_forms() {
     );
     assert!((cylinder.bottom_mm - (h - r - 0.05)).abs() < 1e-9);
     assert!((cylinder.top_mm - (h + 2.0 + r + 0.05)).abs() < 1e-9);
-    // two balls: half their farthest points
+    // two balls: the radius is half the distance of their farthest points
     let two = balls(&[([0.0; 3], 1.0), ([4.0, 0.0, 0.0], 0.5)], 4);
     let cylinder = enclosing_cylinder(&two, 0.0).unwrap();
     assert!((cylinder.radius_mm - 2.75).abs() < 1e-9, "{cylinder:?}");
     assert!((cylinder.centre_mm[0] - 1.75).abs() < 1e-9 && cylinder.centre_mm[1].abs() < 1e-9);
-    // an obtuse triangle of points: its longest edge, and no circle through all three
+    // an obtuse triangle of points: the longest edge is the diameter, and the circle does not pass through all three
     let flat = Surface {
         points: vec![[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.1, 0.2, 1.0]],
         triangles: vec![[0, 1, 2]],

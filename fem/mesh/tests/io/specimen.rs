@@ -1,4 +1,4 @@
-//! Packings of grains with known truth, and the labels they give to a mesh.
+//! Packings of grains with known ground truth, and labels of meshes with these grains.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -54,7 +54,7 @@ fn grains_keep_apart_and_inside() {
     for packing in [spheres(0.3, 5), Packing::new(0.35, 6), bimodal(0.3, 7)] {
         let grains = packing.fill(RADIUS, HEIGHT).unwrap();
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
-        // a point at depth a in one grain and b in another would need a + b <= -film
+        // a point with signed distances a and b to two grains must satisfy a + b > −film
         for _ in 0..5_000 {
             let p = random_point(&mut rng, [-RADIUS, -RADIUS, 0.0], [RADIUS, RADIUS, HEIGHT]);
             let mut nearest: Vec<f64> = grains.iter().map(|g| g.signed_distance_mm(p)).collect();
@@ -84,7 +84,7 @@ fn volumes_agree_with_the_signed_distance() {
         let fraction = inside as f64 / points as f64;
         let box_volume = (2.0 * reach).powi(3);
         let error = box_volume * (fraction * (1.0 - fraction) / points as f64).sqrt();
-        // five standard errors: a false alarm in 200 000 such tests
+        // five standard errors: fails by chance once in 200 000 such tests or less
         assert!((fraction * box_volume - grain.volume_mm3()).abs() < 5.0 * error);
     }
 }
@@ -114,7 +114,7 @@ fn a_cut_cube_has_the_volume_area_and_distance_of_the_textbook() {
     close(body.signed_distance([3.0, 4.0, 3.0]), 2.0_f64.sqrt());
     close(body.signed_distance([3.0, 4.0, 5.0]), 3.0_f64.sqrt());
 
-    // a corner cut off at half the edges: a right tetrahedron of legs 1
+    // cut off a corner at half the edges: a right tetrahedron with legs of length 1
     let n = 1.0 / 3.0_f64.sqrt();
     assert!(body.cut([n; 3], n * 8.0));
     assert!(!body.cut([n; 3], n * 8.0), "the same cut takes nothing more");
@@ -138,7 +138,7 @@ fn the_stream_of_a_seed_is_fixed() {
     let grains = spheres(0.2, 1).fill(RADIUS, HEIGHT).unwrap();
     let GrainShape::Sphere { radius_mm } = grains[0].shape else { panic!("no sphere") };
     let first = [radius_mm, grains[0].centre[0], grains[0].centre[1], grains[0].centre[2]];
-    // a change here changes every stored microstructure
+    // a change of these values changes every stored microstructure
     let expected = [0.567_615_216, 1.448_837_503, -0.418_029_415, 1.626_185_114];
     for (value, expected) in first.iter().zip(expected) {
         assert!((value - expected).abs() < 1e-6, "{first:?}");
@@ -153,7 +153,7 @@ fn two_classes_share_the_volume() {
         grains.iter().partition(|grain| grain.bounding_radius_mm() > 0.4);
     let volume = |grains: &[&Grain]| grains.iter().map(|g| g.volume_mm3()).sum::<f64>();
     let fraction = volume(&large) / (volume(&large) + volume(&small));
-    // half of it, but for the last grain of each class
+    // one half, up to the last grain of each class
     assert!((fraction - 0.5).abs() < 0.05, "{fraction}");
     assert!(small.len() > 8 * large.len());
 }
@@ -202,7 +202,7 @@ fn lattice(spacing_mm: f64) -> TetMesh {
     CylinderLattice { radius_mm: RADIUS, height_mm: HEIGHT, spacing_mm }.build().unwrap()
 }
 
-/// Sizes of the parts that share one label, found by flooding over faces.
+/// Returns the sizes of the connected parts of equal label, found by flood fill through faces.
 fn parts(mesh: &TetMesh) -> Vec<usize> {
     let labels = mesh.grain_of.as_ref().unwrap();
     let mut faces: BTreeMap<[u32; 3], Vec<usize>> = BTreeMap::new();
@@ -250,7 +250,7 @@ fn the_labelled_fraction_does_not_wander_from_seed_to_seed() {
         assert!(parts(&mesh).into_iter().all(|size| size >= 3), "seed {seed} has stray tetrahedra");
         wandering.push(report.uncorrected_fraction / 0.2 - 1.0);
     }
-    // the correction is worth having: without it some seed is off by far more
+    // the correction is necessary: without it the error of some seed is much larger
     let worst = wandering.iter().fold(0.0_f64, |worst, x| worst.max(x.abs()));
     assert!(worst > 0.03, "{wandering:?}");
 }
@@ -259,7 +259,7 @@ fn the_labelled_fraction_does_not_wander_from_seed_to_seed() {
 fn labels_converge_to_the_grains() {
     let grains = Packing::new(0.25, 9).fill(RADIUS, HEIGHT).unwrap();
     let target = FractionTarget::Uncorrected;
-    // films of 0.05 mm are lost on these meshes: parting the grains would cost volume
+    // films of 0.05 mm are not resolved by these meshes: separating the grains would reduce their volume
     let labelling = Labelling { target, separate: false, ..Labelling::default() };
     let errors = [0.5, 0.25].map(|spacing| {
         let mut mesh = lattice(spacing);
@@ -301,7 +301,7 @@ fn grains_too_small_for_the_mesh_are_reported_lost() {
     assert_eq!(empty.achieved_fraction, 0.0);
 }
 
-/// Grains that shared a node would be welded together; parted ones keep the asked fraction.
+/// Grains that share a node would be rigidly joined; separated grains keep the requested fraction.
 #[test]
 fn parted_grains_share_no_node() {
     for seed in 1..=5 {

@@ -1,4 +1,4 @@
-//! STL surfaces: closed, outward, and as large as the tetrahedra that they enclose.
+//! STL surfaces: they are closed, oriented outwards, and enclose the volume of their tetrahedra.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -14,7 +14,7 @@ fn specimen() -> TetMesh {
     mesh
 }
 
-/// How often each directed edge occurs; corners are the same where their bits are.
+/// Counts each directed edge; corners are identical if their coordinates have the same bits.
 fn edges(surface: &[Triangle]) -> BTreeMap<[[u64; 3]; 2], usize> {
     let mut count = BTreeMap::new();
     for triangle in surface {
@@ -26,8 +26,8 @@ fn edges(surface: &[Triangle]) -> BTreeMap<[[u64; 3]; 2], usize> {
     count
 }
 
-/// Every edge is shared by triangles that run along it in opposite senses; how many edges more than two
-/// triangles share.
+/// Asserts that each edge has as many triangles in one direction as in the other; returns the number of edges shared
+/// by more than two triangles.
 fn assert_closed(surface: &[Triangle]) -> usize {
     let edges = edges(surface);
     for (&[a, b], count) in &edges {
@@ -48,14 +48,14 @@ fn grains_are_closed_outward_and_as_large_as_their_tetrahedra() {
         let (enclosed, expected): (f64, f64) = (stl::enclosed_volume(surface), volumes[grain]);
         assert!((enclosed / expected - 1.0).abs() < 1e-12, "{grain}: {enclosed} {expected} mm³");
     }
-    // tetrahedra of one grain may meet in an edge alone
+    // tetrahedra of one grain may be connected by an edge only
     assert!(4 * pinched < surfaces.len(), "{pinched} of {} grains", surfaces.len());
     let whole = stl::specimen(&mesh);
     assert_eq!(assert_closed(&whole), 0, "two triangles at every edge");
     assert!((stl::enclosed_volume(&whole) / mesh.volume() - 1.0).abs() < 1e-12);
 }
 
-/// Volumes of the grains by their tetrahedra.
+/// Returns the volume of each grain, summed over its tetrahedra.
 fn grain_volumes(mesh: &TetMesh) -> BTreeMap<u32, f64> {
     let mut volumes = BTreeMap::new();
     for (tet, &grain) in mesh.grain_of.iter().flatten().enumerate().filter(|(_, g)| **g > 0) {
@@ -66,7 +66,7 @@ fn grain_volumes(mesh: &TetMesh) -> BTreeMap<u32, f64> {
 
 #[test]
 fn grains_that_a_mesh_follows_are_closed_outward_and_as_large_as_in_the_mesh() {
-    // in contact, so that some faces belong to two grains, in opposite senses
+    // grains in contact: some faces belong to two grains, with opposite orientations
     let sizes = vec![SizeClass { median_radius_mm: 0.3, spread: 0.1, share: 1.0 }];
     let packing = Packing { film_mm: 0.0, sizes, ..Packing::new(0.45, 5) };
     let grains = GrainList::new(packing.fill(1.0, 1.6).unwrap(), 1.0, 1.6);
@@ -104,8 +104,8 @@ fn grains_that_a_mesh_follows_are_closed_outward_and_as_large_as_in_the_mesh() {
         }
     }
     assert!(shared > 20, "{shared} faces between grains");
-    // a quadratic face bulges over the plane of its corners by the mean height of its middles; the four
-    // triangles that it becomes by three quarters of that, but for products of heights
+    // the volume between a quadratic face and its plane is its area times the mean height of its mid-edge nodes; the
+    // four triangles enclose three quarters of this volume, up to products of heights
     assert!((more / bulges - 0.75).abs() < 0.02, "{more} of {bulges} mm³");
 }
 

@@ -1,4 +1,4 @@
-//! STL files of grains as the input of a mesh, and surfaces of packings and of labels as STL files.
+//! STL files of grains as input of a mesh, and surfaces of packings and labels as STL files.
 
 use std::f64::consts::PI;
 use std::path::Path;
@@ -20,8 +20,8 @@ fn write(dir: &Path, name: &str, triangles: &[Triangle]) {
     stl::write(dir.join(name), "grain", triangles).unwrap();
 }
 
-/// The whole way: grains of a packing to files, smoothing, decimation and shrinking, a mesh, and the volume of each grain
-/// in it.
+/// All steps: grains of a packing are written to files, smoothed, decimated, shrunk and meshed; checks the volume of
+/// each grain in the mesh.
 #[test]
 fn a_packing_comes_back_from_its_files() {
     let packing = Packing { film_mm: 0.1, ..Packing::new(0.2, 3) };
@@ -34,7 +34,7 @@ fn a_packing_comes_back_from_its_files() {
         let farthest = surface.points.iter().map(|&p| grain.signed_distance_mm(p).abs());
         let farthest = farthest.fold(0.0, f64::max);
         assert!(farthest < 0.1 * grain.bounding_radius_mm(), "{farthest}");
-        // in µm
+        // coordinates in µm
         let in_um: Vec<Triangle> = triangles(&surface)
             .into_iter()
             .map(|triangle| {
@@ -61,7 +61,7 @@ fn a_packing_comes_back_from_its_files() {
     let gap = found.least_gap_mm.unwrap();
     assert!(gap > 0.11 * (1.0 - 1e-9) && gap < 0.12, "{gap}");
     assert_eq!(found.overlap_mm3, 0.0);
-    // the cluster is narrower than the cylinder of the packing, and stands in the middle
+    // the enclosing cylinder is narrower than the cylinder of the packing; the grains are centred
     let [radius_mm, height_mm] = found.size_mm();
     assert!(radius_mm < 2.55 && radius_mm > 2.2 && height_mm == 4.5, "{radius_mm} {height_mm}");
     let out = found.surfaces.iter().flat_map(|surface| &surface.points);
@@ -113,7 +113,7 @@ fn one_file_of_all_grains_and_other_axes_are_read() {
     assert!(text.contains("2 grains") && text.contains("radius 4.0000 mm"), "{text}");
 }
 
-/// Names of files and their triangles.
+/// File names with their triangles.
 type Files = Vec<(&'static str, Vec<Triangle>)>;
 
 #[test]
@@ -181,7 +181,7 @@ fn what_is_no_grain_is_named_with_its_file() {
             }
         }
     }
-    // overlapping grains are shrunk apart where that is asked for, and twins are not
+    // overlapping grains are separated by shrinking if requested; identical grains cannot be separated
     let dir = tempfile::tempdir().unwrap();
     write(dir.path(), "a.stl", &good);
     write(dir.path(), "b.stl", &ball([1.2, 0.0, 0.0], 1.0));
@@ -210,7 +210,7 @@ fn what_is_no_grain_is_named_with_its_file() {
     }
 }
 
-/// Labels of balls, and of grains of one to eight voxels, to surfaces of the volume of their voxels.
+/// Surfaces of labelled balls, and of grains of one to eight voxels, enclose the volume of their voxels.
 #[test]
 fn labels_have_surfaces_of_their_volume() {
     let n = 40;
@@ -230,7 +230,7 @@ fn labels_have_surfaces_of_their_volume() {
     for at in (0..8).map(|c| [4 + (c & 1), 33 + (c >> 1 & 1), 30 + (c >> 2)]) {
         labels.values[voxel(at)] = 4;
     }
-    // at the frame of the image
+    // a grain at the boundary of the image
     for at in (0..64).map(|c| [c % 4, c / 4 % 4, 36 + c / 16]) {
         labels.values[voxel(at)] = 5;
     }
@@ -255,7 +255,7 @@ fn labels_have_surfaces_of_their_volume() {
         let count = labels.values.iter().filter(|&&own| own == label).count() as f64;
         assert!((surface.volume() / (count * 0.05_f64.powi(3)) - 1.0).abs() < 1e-6);
         assert!((count / (4.0 / 3.0 * PI * radius.powi(3)) - 1.0).abs() < 0.02);
-        // where the specimen leans, as the mesh has it
+        // in the coordinates of the tilted specimen, which the mesh uses
         let middle = cylinder.to_specimen(centre.map(|x| (x + 0.5) * 0.05));
         for point in &surface.points {
             let out = (0..3).map(|k| (point[k] - middle[k]).powi(2)).sum::<f64>().sqrt();

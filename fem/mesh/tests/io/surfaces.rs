@@ -1,4 +1,4 @@
-//! Closed surfaces: STL files of other programs, smoothing, and meshes of grains that surfaces describe.
+//! Closed surfaces: STL files of other programs, smoothing, and meshes of grains given by surfaces.
 
 use fem_mesh::stl::{self, Triangle};
 use fem_mesh::{
@@ -6,7 +6,7 @@ use fem_mesh::{
     SurfaceGrains,
 };
 
-/// A sphere: an octahedron whose triangles are divided several times.
+/// Returns a sphere: an octahedron with repeatedly divided triangles.
 pub(crate) fn sphere(centre: [f64; 3], radius: f64, divisions: usize) -> Vec<Triangle> {
     let unit = |p: [f64; 3]| {
         let length = p.iter().map(|x| x * x).sum::<f64>().sqrt();
@@ -49,7 +49,7 @@ fn files_of_one_and_of_several_grains_are_read() {
         let found = part.centroid();
         assert!((0..3).all(|k| (found[k] - centre[k]).abs() < 1e-6), "{found:?}");
     }
-    // the same as text
+    // the same surface as an ASCII file
     let mut text = String::from("solid grains\n");
     for triangle in &all {
         text += " facet normal 0 0 0\n  outer loop\n";
@@ -107,13 +107,13 @@ fn distances_are_those_of_the_spheres_and_polyhedra() {
             assert_eq!(field.grain_at(x), exact.grain_at(x), "{x:?}");
         }
     }
-    // the third is cut by the wall
+    // the third grain is cut by the wall
     for grain in 1..=3 {
         let ratio = field.volume_mm3(grain) / exact.volume_mm3(grain);
         assert!((ratio - 1.0).abs() < 0.01, "{grain}: {ratio}");
     }
 
-    // sharp edges and corners, at which a nearest triangle alone does not know the side
+    // at sharp edges and corners, the normal of the nearest triangle does not determine the sign of the distance
     let cylinder =
         CylinderLattice { radius_mm: 1.0, height_mm: 2.0, spacing_mm: 0.5 }.build().unwrap();
     let sharp =
@@ -140,7 +140,7 @@ fn surfaces_that_are_no_grains_are_refused_by_number() {
     };
     let error = SurfaceGrains::new(vec![Surface::new(&flat)], 2.5, 4.4).unwrap_err();
     assert!(matches!(error, SurfaceError::Flat { grain: 1, .. }));
-    // turned inside out it is the same grain
+    // a surface with reversed triangles gives the same grain
     let turned: Vec<Triangle> = good.iter().map(|&[a, b, c]| [a, c, b]).collect();
     let field = SurfaceGrains::new(vec![Surface::new(&turned)], 2.5, 4.4).unwrap();
     assert_eq!(field.grain_at([0.0, 0.0, 2.1]), 1);

@@ -1,5 +1,4 @@
-//! Labelled voxels with the share of each that is solid: their volumes, distances and meshes against the
-//! balls that they show.
+//! Labelled voxels with solid fractions: volumes, distances and meshes, compared with the exact balls.
 
 use std::collections::BTreeSet;
 
@@ -10,10 +9,10 @@ use fem_mesh::{Grain, GrainField, GrainList, GrainMode, Meshing, VoxelGrains};
 const RADIUS: f64 = 1.0;
 const HEIGHT: f64 = 1.6;
 const VOXEL: f64 = 0.04;
-/// Voxels of air around the cylinder.
+/// Width of the air around the cylinder (voxels).
 const AIR: usize = 4;
 
-/// Balls that are films of matrix of 0.1 mm and more apart, and two that touch.
+/// Returns balls that are separated by at least 0.1 mm of matrix, except for two that touch.
 fn balls() -> Vec<Grain> {
     let at = [
         ([0.02, 0.41, 0.44], 0.37),
@@ -25,8 +24,8 @@ fn balls() -> Vec<Grain> {
     at.into_iter().map(|(centre, radius)| Grain::sphere(centre, radius)).collect()
 }
 
-/// The voxels of balls in the cylinder: the ball that has the centre of each, or 0, and how much of it is
-/// in any of them, by 10³ samples where a surface passes.
+/// Voxelises balls in the cylinder: returns the ball that contains the centre of each voxel (or 0), and the fraction
+/// of the voxel inside any ball, by 10³ samples at surfaces.
 fn voxels(balls: &[Grain]) -> (Volume<u32>, Volume<f32>, Cylinder) {
     let sides = [2.0 * RADIUS, 2.0 * RADIUS, HEIGHT];
     let shape = sides.map(|side| (side / VOXEL).round() as usize + 2 * AIR);
@@ -65,11 +64,11 @@ fn voxels(balls: &[Grain]) -> (Volume<u32>, Volume<f32>, Cylinder) {
     (labels, Volume::new(shape, VOXEL, solid).unwrap(), cylinder)
 }
 
-/// Root mean square of what a distance is off at points of the surface of a ball.
+/// Returns the root mean square error of the distances at points on the surface of a ball.
 fn surface_error(field: &dyn GrainField, ball: &Grain, number: u32) -> f64 {
     let (mut squares, mut count) = (0.0, 0.0);
     for n in 0..400 {
-        // points of equal area
+        // points that represent equal areas
         let z = (f64::from(n) + 0.5) / 200.0 - 1.0;
         let angle = f64::from(n) * 2.399_963_229_728_653;
         let r = (1.0 - z * z).sqrt();
@@ -93,14 +92,14 @@ fn shares_give_the_volumes_and_surfaces_of_balls() {
     for (ball, number) in balls.iter().zip(1..) {
         let exact = ball.volume_mm3();
         let error = |field: &VoxelGrains<'_>| (field.volume_mm3(number) / exact - 1.0).abs();
-        // 10³ samples in each of the thousand voxels of a surface: 1e-4; where two balls touch, a voxel of
-        // both is shared by how many voxels of each are near
+        // 10³ samples in each of the thousand voxels at a surface give an error of 1e-4; where two balls touch, a
+        // common voxel is divided according to the number of adjacent voxels of each ball
         let most = if number < 4 { 5e-4 } else { 5e-3 };
         assert!(error(&shared) < most, "ball {number}: {}", error(&shared));
         worst[0] = worst[0].max(error(&whole));
         worst[1] = worst[1].max(surface_error(&shared, ball, number));
         if number < 4 {
-            // labels alone know a surface by where they change
+            // without solid fractions the surface is known only from changes of the label
             let without = surface_error(&whole, ball, number);
             assert!(surface_error(&shared, ball, number) < without, "ball {number}");
         }
@@ -109,8 +108,8 @@ fn shares_give_the_volumes_and_surfaces_of_balls() {
     let exact: f64 = balls.iter().map(Grain::volume_mm3).sum();
     assert!((sum(&shared) / exact - 1.0).abs() < 3e-4, "{}", sum(&shared) / exact);
     assert!(worst[0] > 0.01, "the test tells nothing: whole voxels are as good");
-    // the smoothing moves the surface of a ball in by σ² / R with σ² = ½ voxel², 0.06 voxels, which the
-    // volume makes up for; the linear interpolation is left
+    // the smoothing shrinks a ball of radius R by σ² / R with σ² = ½ voxel², 0.06 voxels, which the correction of the
+    // volume compensates; the error of the linear interpolation remains
     println!("{} voxels", worst[1] / VOXEL);
     assert!(worst[1] < 0.08 * VOXEL, "{} voxels", worst[1] / VOXEL);
 }
@@ -119,7 +118,7 @@ fn shares_give_the_volumes_and_surfaces_of_balls() {
 fn volumes_that_are_known_better_are_taken_as_far_as_the_cylinder_reaches() {
     let balls = balls();
     let (labels, solid, cylinder) = voxels(&balls);
-    // through the second ball, between two layers of voxels and half a voxel below its middle
+    // the end cuts the second ball between two layers of voxels, half a voxel below its centre
     let cut = Cylinder { bottom_mm: cylinder.bottom_mm + 10.0 * VOXEL, ..cylinder };
     let known = [(2, 0.2), (7, 1.0), (0, 1.0)];
     let field = VoxelGrains::new(&labels, Some(&solid), &cut).with_volumes(known);
@@ -144,7 +143,7 @@ fn shares_are_meshed_as_the_balls_they_show() {
     assert!(report.quality.min_dihedral_deg >= 12.0, "{report}");
     assert_eq!(report.euler_characteristic, 1);
     for (ball, grain) in balls.iter().zip(&report.grains) {
-        // half a percent for the secant steps, half for shares between balls that touch
+        // tolerance: half a percent for the secant steps, half a percent for voxels divided between touching balls
         let error = grain.achieved_mm3 / ball.volume_mm3() - 1.0;
         assert!(error.abs() < 0.01, "{error}: {grain:?}");
     }
@@ -164,6 +163,6 @@ fn shares_are_meshed_as_the_balls_they_show() {
     }
     let rms = f64::sqrt(squares / count) / VOXEL;
     assert!(count > 1000.0 && rms < 0.3, "{rms} voxels");
-    // the balls that touch share nodes
+    // the two touching balls share nodes
     assert!(!nodes(4).is_disjoint(&nodes(5)), "a contact is lost");
 }

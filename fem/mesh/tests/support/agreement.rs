@@ -1,8 +1,9 @@
-//! Measures of a segmentation beside panoptic quality: volumes, and the share of grain that is in the right grain.
+//! Quality measures of a segmentation besides panoptic quality: volumes, and the fraction of grain assigned to the
+//! correct grain.
 
 use std::collections::HashMap;
 
-/// Median of some volumes; not a number of none.
+/// Returns the median of the volumes; NaN if there are none.
 pub(crate) fn median(volumes: impl IntoIterator<Item = f64>) -> f64 {
     let mut sorted: Vec<f64> = volumes.into_iter().collect();
     sorted.sort_by(f64::total_cmp);
@@ -10,14 +11,14 @@ pub(crate) fn median(volumes: impl IntoIterator<Item = f64>) -> f64 {
     if n == 0 { f64::NAN } else { 0.5 * (sorted[(n - 1) / 2] + sorted[n / 2]) }
 }
 
-/// Shares of the voxels that are grain in truth.
+/// Fractions of the true grain voxels by the result of the segmentation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Assigned {
-    /// In the found grain that matches the true grain: more than half of their union is common.
+    /// Fraction in the segmented grain that matches the true grain (intersection over union above one half).
     pub(crate) right: f64,
-    /// In no found grain.
+    /// Fraction in no segmented grain.
     pub(crate) missing: f64,
-    /// In true grains below the least size.
+    /// Fraction in true grains below the minimum size.
     pub(crate) small: f64,
 }
 

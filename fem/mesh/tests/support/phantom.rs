@@ -1,4 +1,4 @@
-//! Images of packings whose truth is known: matrix and grains in air, cupped, blurred and noisy.
+//! Synthetic images of packings with known ground truth: matrix and grains in air, with cupping, blur and noise.
 
 use std::f64::consts::PI;
 
@@ -9,36 +9,36 @@ use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// Edge of a voxel (mm).
+/// Edge length of a voxel (mm).
 pub(crate) const VOXEL_MM: f64 = 0.01;
-/// Brightness of matrix and grains; that of air is 0.
+/// Brightness of matrix and grains; the brightness of air is 0.
 const MATRIX: f32 = 0.45;
 const GRAIN: f32 = 1.0;
 
-/// A packing in a cylinder in air, and how it is imaged.
+/// Settings of a synthetic image of a packing in a cylinder in air.
 #[derive(Clone, Debug)]
 pub(crate) struct Phantom {
-    /// Voxels along each edge of the image.
+    /// Number of voxels along each edge of the image.
     pub(crate) side: usize,
-    /// Volume of the grains over that of the cylinder.
+    /// Volume fraction of the grains in the cylinder.
     pub(crate) fraction: f64,
-    /// Median radii of the classes of grains (voxels), and their shares of the volume.
+    /// Median radius (voxels) and volume share of each size class.
     pub(crate) radii: Vec<(f64, f64)>,
-    /// Least thickness of matrix between grains (voxels).
+    /// Minimum thickness of matrix between grains (voxels).
     pub(crate) film: f64,
-    /// Share of the matrix that is fine grains, too small to be told apart.
+    /// Fraction of the matrix that consists of grains too fine to be resolved.
     pub(crate) fines: f32,
-    /// Brightness at the wall over that at the axis, less 1.
+    /// Relative increase of brightness from the axis to the wall.
     pub(crate) cupping: f32,
-    /// Standard deviation of blur (voxels) and of noise (brightness).
+    /// Standard deviation of the blur (voxels).
     pub(crate) blur: f64,
-    /// See `blur`.
+    /// Standard deviation of the noise (brightness).
     pub(crate) noise: f32,
     /// Seed of packing and noise.
     pub(crate) seed: u64,
 }
 
-/// What an image shows and what it should be taken for.
+/// A synthetic image with its ground truth.
 #[derive(Clone, Debug)]
 pub(crate) struct Imaged {
     pub(crate) image: Volume<f32>,
@@ -53,7 +53,7 @@ pub(crate) struct Imaged {
 }
 
 impl Phantom {
-    /// Grains of one size, the image with a tenth of contrast as noise.
+    /// Settings for grains of one size, with noise of a tenth of the contrast.
     pub(crate) fn new(side: usize, fraction: f64, radius: f64, film: f64) -> Self {
         Phantom {
             side,
@@ -68,7 +68,7 @@ impl Phantom {
         }
     }
 
-    /// Draws the packing and takes the image.
+    /// Draws the packing and computes the image.
     pub(crate) fn take(&self) -> Imaged {
         let side = self.side as f64;
         let (radius, height) = (0.45 * side, 0.9 * side);
@@ -161,13 +161,13 @@ impl Phantom {
 }
 
 impl Imaged {
-    /// Volume of the grains over that of the specimen.
+    /// Returns the volume fraction of the grains in the specimen.
     pub(crate) fn fraction(&self) -> f64 {
         self.volumes_mm3.iter().sum::<f64>() / self.specimen_mm3
     }
 }
 
-/// A Gaussian along each axis.
+/// Convolves an image of n³ voxels with a Gaussian along each axis.
 pub(crate) fn blur(values: &mut [f32], n: usize, deviation: f64) {
     if deviation <= 0.0 {
         return;

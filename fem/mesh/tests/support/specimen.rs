@@ -1,7 +1,7 @@
-//! Synthetic specimens: spheres of one size in a cylinder, with what images of laboratories show besides.
+//! Synthetic specimens: equal spheres in a cylinder, with typical artefacts of laboratory images.
 //!
-//! Lengths are in voxels. The share of a voxel that is grain is the mean over 5³ points, so that the true
-//! volumes are those of spheres.
+//! Lengths are in voxels. The grain fraction of a voxel is the mean over 5³ points, so that true volumes are those of
+//! spheres.
 
 use std::f64::consts::PI;
 
@@ -13,7 +13,8 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::phantom::{Imaged, VOXEL_MM, blur};
 
-/// Grey values of the virtual scanner: air, and matrix and grain above air. Inverted, air is as bright as `WHITE - AIR`.
+/// Grey values of the virtual scanner: air, and the differences of matrix and grain to air. In an inverted image air
+/// has the grey value `WHITE - AIR`.
 const AIR: f32 = 8_000.0;
 const MATRIX: f32 = 20_000.0;
 const GRAIN: f32 = 36_000.0;
@@ -21,53 +22,53 @@ const WHITE: f32 = 60_000.0;
 /// Standard deviations of the scanner's noise (grey values) and blur (voxels).
 const NOISE: f32 = 1_400.0;
 const BLUR: f64 = 0.7;
-/// Points along each axis over which the grain share of a voxel is averaged.
+/// Number of points along each axis over which the grain fraction of a voxel is averaged.
 const POINTS: usize = 5;
 
 /// Voids in the specimen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Damage {
     None,
-    /// The upper edge is broken off by a plane at 45°.
+    /// The upper edge is broken off along a plane at 45°.
     Chip,
-    /// Three flat cracks of 1.5 voxels and twelve pores of radius 2 to 4.
+    /// Three planar cracks with a width of 1.5 voxels and twelve pores of radius 2 to 4.
     CracksAndPores,
 }
 
-/// What the image shows around the specimen.
+/// Surroundings of the specimen in the image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Surroundings {
     Air,
-    /// A tube with the inner radius 49 and the outer radius 53.
+    /// A tube with an inner radius of 49 and an outer radius of 53.
     Tube,
-    /// A stub of matrix with the radius 36 under the specimen.
+    /// A pedestal of matrix with a radius of 36 below the specimen.
     Pedestal,
-    /// The grey value 0 outside the circle that the slice circumscribes.
+    /// The grey value is 0 outside the circle inscribed in the slice.
     Circle,
 }
 
-/// A cylinder with spheres, and how it is imaged in side³ voxels.
+/// Settings of a cylinder with spheres and of its image of `side`³ voxels.
 #[derive(Clone, Debug)]
 pub(crate) struct Specimen {
     pub(crate) side: usize,
     pub(crate) radius: f64,
     pub(crate) height: f64,
-    /// The axis crosses the middle height here.
+    /// Position (x, y) of the axis at half the height.
     pub(crate) centre: [f64; 2],
     /// Angle between the axis and z (degrees), towards x.
     pub(crate) lean: f64,
     pub(crate) grain_radius: f64,
-    /// Volume of the spheres over that of the cylinder.
+    /// Volume fraction of the spheres in the cylinder.
     pub(crate) fraction: f64,
-    /// Whether spheres stick out of the wall and are cut there.
+    /// Whether spheres may extend beyond the wall, where they are cut.
     pub(crate) cut_by_wall: bool,
     /// Whether only spheres in the lower half are kept.
     pub(crate) only_below: bool,
-    /// Grey values of the matrix and of the grains above air.
+    /// Difference of the grey values of matrix and air.
     pub(crate) matrix: f32,
-    /// See `matrix`.
+    /// Difference of the grey values of grains and air.
     pub(crate) grain: f32,
-    /// Whether the image shows bright for dark.
+    /// Whether the grey values of the image are inverted.
     pub(crate) inverted: bool,
     /// Standard deviation of the noise (grey values).
     pub(crate) noise: f32,
@@ -79,7 +80,7 @@ pub(crate) struct Specimen {
 }
 
 impl Specimen {
-    /// A whole cylinder with R 44 and H 90 in the middle of 112³ voxels.
+    /// Creates settings for an undamaged cylinder of radius 44 and height 90 in the centre of 112³ voxels.
     pub(crate) fn new(grain_radius: f64, fraction: f64) -> Self {
         Specimen {
             side: 112,
@@ -102,19 +103,19 @@ impl Specimen {
         }
     }
 
-    /// The grey value half way between matrix and grain.
+    /// Returns the mean of the grey values of matrix and grain.
     pub(crate) fn middle_grey(&self) -> f64 {
         let middle = AIR + 0.5 * (self.matrix + self.grain);
         f64::from(if self.inverted { WHITE - middle } else { middle })
     }
 
-    /// Whether grains are brighter or darker than the matrix, as a case says it.
+    /// Returns the contrast (bright or dark grains) as it is set in a case.
     pub(crate) fn contrast(&self) -> Contrast {
         let is_dark = (self.grain < self.matrix) != self.inverted;
         if is_dark { Contrast::Dark } else { Contrast::Bright }
     }
 
-    /// Draws the spheres and takes the image.
+    /// Draws the spheres and computes the image.
     pub(crate) fn take(&self) -> Imaged {
         let n = self.side;
         let frame = Frame::new(self);
@@ -181,7 +182,7 @@ impl Specimen {
         }
     }
 
-    /// Centres of the spheres from the middle of the specimen.
+    /// Returns the centres of the spheres relative to the centre of the specimen.
     fn spheres(&self) -> Vec<[f64; 3]> {
         let beyond = if self.cut_by_wall { 2.0 * self.grain_radius } else { 0.0 };
         let (radius, height) = (self.radius + beyond, self.height + 2.0 * beyond);
@@ -197,14 +198,15 @@ impl Specimen {
         centres.filter(|[_, _, z]| !self.only_below || *z < -self.grain_radius).collect()
     }
 
-    /// The fraction next to the one asked for that spheres of exactly this radius make.
+    /// Returns the volume fraction of a whole number of spheres of exactly this radius that is closest to the
+    /// requested one.
     fn whole_spheres(&self, radius: f64, height: f64) -> f64 {
         let cylinder = PI * radius * radius * height;
         let ball = 4.0 / 3.0 * PI * self.grain_radius.powi(3);
         (self.fraction * cylinder / ball).round().max(1.0) * ball / cylinder
     }
 
-    /// Brightness of what surrounds the specimen over that of matrix.
+    /// Returns the brightness of the surroundings at a point, relative to that of the matrix.
     fn around(&self, point: [f64; 3], frame: &Frame) -> f64 {
         let [x, y, z] = frame.to_specimen(point);
         let r = x.hypot(y);
@@ -217,7 +219,7 @@ impl Specimen {
     }
 }
 
-/// Where the specimen stands in the image.
+/// Position and orientation of the specimen in the image.
 struct Frame {
     middle: [f64; 3],
     sine: f64,
@@ -231,7 +233,7 @@ impl Frame {
         Frame { middle: [x, y, 0.5 * specimen.side as f64], sine, cosine }
     }
 
-    /// A point of the image from the middle of the specimen, z along its axis.
+    /// Converts a point of the image to coordinates relative to the centre of the specimen, with z along its axis.
     fn to_specimen(&self, point: [f64; 3]) -> [f64; 3] {
         let [x, y, z] = std::array::from_fn(|a| point[a] - self.middle[a]);
         [self.cosine * x - self.sine * z, y, self.sine * x + self.cosine * z]
@@ -243,7 +245,7 @@ impl Frame {
     }
 }
 
-/// Air within the specimen.
+/// Voids in the specimen, which are filled with air.
 struct Voids {
     chip: bool,
     /// Normal and distance of each crack.
@@ -270,7 +272,7 @@ impl Voids {
         voids
     }
 
-    /// Share of the voxel at a point that is void.
+    /// Returns the void fraction of the voxel at a point.
     fn share(&self, p: [f64; 3]) -> f64 {
         let along = |normal: [f64; 3]| -> f64 { (0..3).map(|a| normal[a] * p[a]).sum() };
         let mut inside = f64::NEG_INFINITY;
@@ -289,7 +291,7 @@ impl Voids {
     }
 }
 
-/// The voxels that a ball may reach.
+/// Returns the indices of the voxels that may intersect a ball.
 fn near(middle: [f64; 3], radius: f64, n: usize) -> impl Iterator<Item = usize> {
     let range = move |a: usize| {
         let first = (middle[a] - radius - 1.0).max(0.0) as usize;
@@ -299,7 +301,7 @@ fn near(middle: [f64; 3], radius: f64, n: usize) -> impl Iterator<Item = usize> 
         .flat_map(move |z| range(1).flat_map(move |y| range(0).map(move |x| x + n * (y + n * z))))
 }
 
-/// Share of the voxel around a point that lies in a ball.
+/// Returns the fraction of the voxel around a point that lies in a ball.
 fn ball_share(point: [f64; 3], middle: [f64; 3], radius: f64) -> f64 {
     let off: [f64; 3] = std::array::from_fn(|a| point[a] - middle[a]);
     let distance = off.iter().map(|x| x * x).sum::<f64>().sqrt();

@@ -1,13 +1,13 @@
-//! The synthetic specimens by their names: sizes and fractions of spheres, and one specimen for each thing that
-//! makes a laboratory's image hard.
+//! List of the synthetic specimens by name: a grid of sphere sizes and volume fractions, and one specimen for each
+//! typical difficulty of laboratory images.
 
 use super::specimen::{Damage, Specimen, Surroundings};
 
-/// Radii of the spheres (voxels) and their fractions.
+/// Radii (voxels) and volume fractions of the spheres.
 const RADII: [f64; 4] = [3.0, 4.0, 6.0, 9.0];
 const FRACTIONS: [f64; 5] = [0.02, 0.05, 0.1, 0.2, 0.3];
 
-/// All specimens with their names.
+/// Returns all specimens with their names.
 pub(crate) fn specimens() -> Vec<(String, Specimen)> {
     let mut all = Vec::new();
     for radius in RADII {
@@ -16,7 +16,7 @@ pub(crate) fn specimens() -> Vec<(String, Specimen)> {
         }
     }
     let plain = Specimen::new(6.0, 0.25);
-    // as bright as the grains of the others, and grains as their matrix
+    // dark grains: the grey values of matrix and grain are exchanged
     let dark = Specimen { matrix: plain.grain, grain: plain.matrix, ..plain.clone() };
     let hard = [
         ("narrow", Specimen { radius: 18.0, ..plain.clone() }),

@@ -1,5 +1,5 @@
-//! The volumes on which segmentation and meshes are scored: three of imaged packings, and two of the
-//! virtual scanner, which adds what a real one does: hardening of the beam, rings, photon noise, texture.
+//! Test volumes for segmentation and meshes: three synthetic images of packings, and two from the virtual scanner,
+//! which also simulates beam hardening, rings, photon noise and texture.
 
 use std::f64::consts::PI;
 
@@ -7,13 +7,13 @@ use fem_mesh::{Grain, GrainList, Packing, Scanner, SizeClass};
 
 use super::phantom::{Imaged, Phantom, VOXEL_MM};
 
-/// Names of the volumes of 256³ voxels: apart, in contact, of two sizes with fines, and scanned well and badly. `many` has
-/// the sizes of the paper.
+/// Names of the volumes of 256³ voxels: separate grains, grains in contact, two sizes with fines, and a good and a
+/// bad scan. The additional volume `many` has the grain sizes of the paper.
 pub(crate) const NAMES: [&str; 5] = ["separate", "touching", "fines", "scanned", "rough"];
-/// Voxels of air around a scanned cylinder.
+/// Width of the air around a scanned cylinder (voxels).
 const MARGIN: usize = 6;
 
-/// The volume of this name with so many voxels along each edge, or nothing.
+/// Returns the volume of this name with `side` voxels along each edge, or `None` if there is no such volume.
 pub(crate) fn volume(name: &str, side: usize) -> Option<Imaged> {
     let scale = side as f64 / 256.0;
     let taken = match name {
@@ -31,14 +31,14 @@ pub(crate) fn volume(name: &str, side: usize) -> Option<Imaged> {
             let rough = Scanner { hardening: 1.0, rings: 0.004, photons: 2e4, ..good };
             scanned(side, &of_one_size(side), rough)
         }
-        // grains keep their size: 5 400 of them at the usual 256
+        // the size of grains in voxels does not scale with `side`: 5 400 grains at the usual 256
         "many" => scanned(side * 5 / 4, &of_the_paper(), Scanner::new(VOXEL_MM, 1)),
         _ => return None,
     };
     Some(taken)
 }
 
-/// Some 300 grains at a fraction of 0.32.
+/// Returns a packing of about 300 grains at a volume fraction of 0.32.
 fn of_one_size(side: usize) -> Packing {
     let voxels = (side - 2 * MARGIN) as f64;
     let median_radius_mm = 13.8 * VOXEL_MM * voxels / 244.0;
@@ -49,8 +49,8 @@ fn of_one_size(side: usize) -> Packing {
     }
 }
 
-/// Grains as in the paper, whose voxel is 12 µm: half of them below 75 µm and half above 150 µm, 13 voxels across on
-/// the mean by volume, at the fraction of its specimen M-50-01.
+/// Returns a packing with the grain sizes of the paper (voxel 12 µm): half of the volume below 75 µm and half above
+/// 150 µm, with a volume-weighted mean diameter of 13 voxels, at the volume fraction of specimen M-50-01.
 fn of_the_paper() -> Packing {
     let [fine, coarse] = [(2.0, 0.3), (7.7, 0.2)];
     let mean_volume = |(median, spread): (f64, f64)| median.powi(3) * (4.5 * spread * spread).exp();
@@ -63,7 +63,7 @@ fn of_the_paper() -> Packing {
     }
 }
 
-/// A packing in the virtual scanner.
+/// Scans a packing with the virtual scanner.
 fn scanned(side: usize, packing: &Packing, scanner: Scanner) -> Imaged {
     let voxels = (side - 2 * MARGIN) as f64;
     let (radius_mm, height_mm) = (0.5 * voxels * VOXEL_MM, voxels * VOXEL_MM);

@@ -1,4 +1,4 @@
-//! `$ElementData`: what a mesh knows of its tetrahedra beside region and grain.
+//! `$ElementData` sections: grain numbers and mixtures of the tetrahedra.
 
 use std::collections::HashMap;
 use std::fmt::{self, Write as _};
@@ -6,15 +6,15 @@ use std::fmt::{self, Write as _};
 use super::source::{Fault, Source};
 use crate::mesh::{Mixture, TetMesh};
 
-/// The data that are read and written: grain numbers where elementary tags cannot tell them, and the
-/// parts of a [`Mixture`].
+/// Names of the data sections that are read and written: grain numbers, if elementary tags cannot encode them, and
+/// the fields of [`Mixture`].
 const GRAIN: &str = "grain";
 const FRACTION: &str = "grain_fraction";
 const NORMAL: &str = "interface_normal";
-/// Physical group of the second phase.
+/// Name of the data section with the physical group of the second phase.
 const SECOND: &str = "second_phase";
 
-/// Up to three numbers of elements, by element tag.
+/// Data of the elements by element tag, up to three components each.
 #[derive(Default)]
 pub(super) struct ElementData {
     grain: HashMap<u64, [f64; 3]>,
@@ -23,7 +23,8 @@ pub(super) struct ElementData {
     second: HashMap<u64, [f64; 3]>,
 }
 
-/// Reads the section if it is one of those that are known; otherwise the rest is to be passed over.
+/// Reads the section if its name is supported; otherwise returns `false`, and the caller has to skip the rest of the
+/// section.
 pub(super) fn read(source: &mut Source, data: &mut ElementData) -> Result<bool, Fault> {
     let strings: usize = source.text("the number of string tags")?;
     source.line_end()?;
@@ -76,18 +77,19 @@ pub(super) fn read(source: &mut Source, data: &mut ElementData) -> Result<bool, 
 }
 
 impl ElementData {
-    /// Whether some elements are mixtures.
+    /// Whether the file contains mixture data.
     pub(super) fn has_mixture(&self) -> bool {
         !self.fraction.is_empty()
     }
 
-    /// Grain numbers of elements, if there are any here.
+    /// Returns the grain numbers of the elements `tags`, or `None` if the file has no grain data.
     pub(super) fn grains(&self, tags: impl Iterator<Item = u64>) -> Option<Vec<u32>> {
         let number = |tag| self.grain.get(&tag).map_or(0, |&[number, ..]| number as u32);
         (!self.grain.is_empty()).then(|| tags.map(number).collect())
     }
 
-    /// Mixtures of elements, if there are any; `region` gives the number of the region of a physical group.
+    /// Returns the mixtures of the elements `tags`, or `None` if the file has no mixture data; `region` maps a
+    /// physical group to the index of its region.
     pub(super) fn mixture(
         &self,
         tags: impl Iterator<Item = u64>,
@@ -107,8 +109,8 @@ impl ElementData {
     }
 }
 
-/// Writes the element data of a mesh for all elements in the order of the file, as meshio expects: first so many
-/// triangles, which have zeros, then the tetrahedra in the order `by_volume`.
+/// Writes the element data of all elements in the order of the file, as meshio expects: first `triangles` triangles,
+/// with zeros, then the tetrahedra in the order `by_volume`.
 pub(super) fn write(
     out: &mut String,
     mesh: &TetMesh,
@@ -116,14 +118,14 @@ pub(super) fn write(
     by_volume: &[usize],
 ) -> fmt::Result {
     let order = Order { triangles, by_volume };
-    // numbers that are all the same cannot be told from the tags of a mesh without grains
+    // if all grain numbers are equal, elementary tags cannot be distinguished from those of a mesh without grains
     if let Some(grains) = mesh.grain_of.as_ref().filter(|all| all.iter().all(|&g| g == all[0])) {
         section(out, GRAIN, &order, |tet| [f64::from(grains[tet])])?;
     }
     if let Some(mixture) = &mesh.mixture {
         section(out, FRACTION, &order, |tet| [f64::from(mixture[tet].fraction)])?;
         section(out, NORMAL, &order, |tet| mixture[tet].normal.map(f64::from))?;
-        // files of matrix and grain do without
+        // a mesh with only matrix and grain does not need this section
         let usual = Mixture::default().region;
         if mixture.iter().any(|m| m.region != usual) {
             section(out, SECOND, &order, |tet| [f64::from(mixture[tet].region) + 1.0])?;
@@ -132,7 +134,7 @@ pub(super) fn write(
     Ok(())
 }
 
-/// Elements in the order of the file.
+/// Order of the elements in the file.
 struct Order<'a> {
     triangles: usize,
     by_volume: &'a [usize],
@@ -145,7 +147,7 @@ fn section<const N: usize>(
     of_tet: impl Fn(usize) -> [f64; N],
 ) -> fmt::Result {
     let count = order.triangles + order.by_volume.len();
-    // one string, one time, three integers: step, components, number of elements
+    // one string, one time, three integers: time step, components, number of elements
     writeln!(out, "$ElementData\n1\n\"{name}\"\n1\n0.0\n3\n0\n{N}\n{count}")?;
     let triangles = (1..=order.triangles).map(|tag| (tag, [0.0; N]));
     let tets = order.by_volume.iter().map(|&tet| (order.triangles + tet + 1, of_tet(tet)));

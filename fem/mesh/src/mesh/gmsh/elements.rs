@@ -1,4 +1,4 @@
-//! What both versions of the format come down to, and how a mesh is made of it.
+//! Common contents of both format versions, and their conversion to a mesh.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
@@ -14,22 +14,22 @@ use crate::mesh::vector::Point;
 /// Nodes and elements of a file, with their physical groups.
 #[derive(Default)]
 pub(super) struct Contents {
-    /// Names of physical groups by (dimension, number).
+    /// Names of the physical groups by (dimension, number).
     pub(super) names: BTreeMap<(i32, i32), String>,
-    /// The set of physical groups of each entity by (dimension, entity), in version 4.
+    /// Physical groups of each entity by (dimension, entity); used in version 4 only.
     pub(super) groups: HashMap<(i32, i32), GroupSet>,
     sets: GroupSets,
     pub(super) points: Vec<Point>,
-    /// Position in `points` of each node tag.
+    /// Index into `points` of each node tag.
     pub(super) position: HashMap<u64, u32>,
     pub(super) triangles: Vec<Simplex<3>>,
     pub(super) tets: Vec<Simplex<4>>,
-    /// The nodes (positions) on the edges of tetrahedra of second order, by number of the tetrahedron.
+    /// Mid-edge nodes (indices into `points`) of each second-order tetrahedron, with the number of the tetrahedron.
     middles: Vec<(u32, [u32; 6])>,
     pub(super) data: ElementData,
 }
 
-/// An element as it is announced: its type, tags and physical groups.
+/// Header of an element: its type, tags and physical groups.
 #[derive(Clone, Copy)]
 pub(super) struct Header {
     pub(super) kind: i32,
@@ -38,17 +38,17 @@ pub(super) struct Header {
     pub(super) groups: GroupSet,
 }
 
-/// Corner nodes (positions) of an element, and how it was announced.
+/// Corner nodes (indices into `points`) and header of an element.
 pub(super) struct Simplex<const N: usize> {
     nodes: [u32; N],
     header: Header,
 }
 
-/// A set of physical groups, by its number: each is kept once, however many elements it has.
+/// Index of a set of physical groups; each distinct set is stored once, whatever the number of its elements.
 #[derive(Clone, Copy, Default)]
 pub(super) struct GroupSet(u32);
 
-/// The sets of a file; the first is empty.
+/// The distinct sets of physical groups of a file; the first set is empty.
 struct GroupSets {
     all: Vec<Vec<i32>>,
     number: HashMap<Vec<i32>, u32>,
@@ -60,7 +60,7 @@ impl Default for GroupSets {
     }
 }
 
-/// Reads `$PhysicalNames`, text in both kinds of files.
+/// Reads `$PhysicalNames`, which is text in both ASCII and binary files.
 pub(super) fn physical_names(source: &mut Source, contents: &mut Contents) -> Result<(), Fault> {
     let count: usize = source.text("the number of physical names")?;
     for _ in 0..count {
@@ -72,7 +72,7 @@ pub(super) fn physical_names(source: &mut Source, contents: &mut Contents) -> Re
     Ok(())
 }
 
-/// Dimension and number of nodes of Gmsh's element types.
+/// Returns dimension and number of nodes of a Gmsh element type, or `None` if the type is not supported.
 pub(super) fn shape(kind: i32) -> Option<(i32, usize)> {
     Some(match kind {
         15 => (0, 1),
@@ -104,7 +104,7 @@ impl Contents {
         Ok(())
     }
 
-    /// The number of a set of physical groups.
+    /// Returns the index of a set of physical groups; adds the set if it is new.
     pub(super) fn group_set(&mut self, mut groups: Vec<i32>) -> GroupSet {
         groups.sort_unstable();
         groups.dedup();
@@ -119,7 +119,7 @@ impl Contents {
         &self.sets.all[element.header.groups.0 as usize]
     }
 
-    /// Reads the nodes of an element and keeps it if it is a triangle or a tetrahedron.
+    /// Reads the nodes of an element and stores the element if it is a triangle or a tetrahedron.
     pub(super) fn element(
         &mut self,
         source: &mut Source,
@@ -161,12 +161,13 @@ impl Contents {
         Ok(())
     }
 
-    /// The elementary tag of each tetrahedron.
+    /// Returns the elementary tag of each tetrahedron.
     pub(super) fn entities(&self) -> impl Iterator<Item = i32> {
         self.tets.iter().map(|tet| tet.header.entity)
     }
 
-    /// The grain number of each tetrahedron as [`write`](super::write()) leaves it.
+    /// Returns the grain number of each tetrahedron, if the file encodes grain numbers as [`write`](super::write())
+    /// does.
     pub(super) fn grains(&self) -> Option<Vec<u32>> {
         let tags = self.tets.iter().map(|tet| tet.header.tag);
         let volumes = self.tets.iter().map(|tet| (tet.header.entity, self.groups_of(tet)));
@@ -174,7 +175,7 @@ impl Contents {
         self.data.grains(tags).or_else(|| grains::numbers(volumes, announced))
     }
 
-    /// Puts the tetrahedra into the order of their tags.
+    /// Sorts the tetrahedra by their tags.
     pub(super) fn sort(&mut self) {
         if self.tets.is_sorted_by_key(|tet| tet.header.tag) {
             return;
@@ -187,7 +188,7 @@ impl Contents {
         self.tets.sort_by_key(|tet| tet.header.tag);
     }
 
-    /// Volumes of the geometry, by their elementary tags, without a physical group and without elements.
+    /// Returns the elementary tags of the volumes of the geometry that have neither a physical group nor elements.
     pub(super) fn unsaved_volumes(&self) -> Vec<i32> {
         let meshed: BTreeSet<i32> = self.entities().collect();
         let without_group = |(entity, groups): (&(i32, i32), &GroupSet)| {
@@ -199,7 +200,7 @@ impl Contents {
         volumes
     }
 
-    /// The mesh of the named groups, and its tetrahedra that had to be straightened; the error is a message.
+    /// Builds the mesh of the named groups and lists the tetrahedra that were straightened; the error is a message.
     pub(super) fn into_mesh(
         self,
         names: &GmshNames,
@@ -216,7 +217,7 @@ impl Contents {
             groups.iter().for_each(|group| number_of.entry(*group).or_default().push(number));
         }
         let mut region_of = Vec::with_capacity(self.tets.len());
-        // tetrahedra without a region: their number by volume and groups
+        // number of tetrahedra without a region, by volume and groups
         let mut unnamed: BTreeMap<(i32, &[i32]), usize> = BTreeMap::new();
         for (number, tet) in self.tets.iter().enumerate() {
             let groups = self.groups_of(tet);
@@ -288,7 +289,7 @@ impl Contents {
         })
     }
 
-    /// Names with the numbers of their groups, each of which must have elements.
+    /// Returns each name with the numbers of its groups, each of which must have elements.
     fn resolve<const N: usize>(
         &self,
         dimension: i32,
@@ -299,7 +300,7 @@ impl Contents {
         let mut present: BTreeSet<i32> =
             elements.iter().flat_map(|element| self.groups_of(element)).copied().collect();
         if self.data.has_mixture() {
-            // a phase may be there in mixtures alone
+            // a phase may occur in mixtures only
             let announced = self.names.keys().filter(|(of, _)| *of == dimension);
             present.extend(announced.map(|(_, number)| number));
         }
@@ -343,7 +344,7 @@ impl Contents {
         Ok(resolved)
     }
 
-    /// Whether the file names physical groups of this dimension, but gives none to any element.
+    /// Whether the file names physical groups of this dimension, but no element belongs to one.
     fn announces_lost_groups<const N: usize>(
         &self,
         dimension: i32,
@@ -354,11 +355,11 @@ impl Contents {
     }
 }
 
-/// What helps where MSH 2.2 has lost the groups.
+/// Remedy if MSH 2.2 has dropped the groups.
 const LOST_GROUPS: &str = "MSH 2.2 with Mesh.SaveAll drops the groups of all elements: save without \
                            Mesh.SaveAll, or as MSH 4.1 (gmsh -format msh41)";
 
-/// Says which tetrahedra belong to no region, the first five volumes by name.
+/// Formats the message on tetrahedra without a region; it lists the first five volumes.
 fn without_region(unnamed: &BTreeMap<(i32, &[i32]), usize>) -> String {
     let count: usize = unnamed.values().sum();
     let volume = |((entity, groups), count): (&(i32, &[i32]), &usize)| match groups {

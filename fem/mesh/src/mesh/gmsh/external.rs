@@ -1,4 +1,4 @@
-//! Gmsh as a mesher: another program that is given a file and gives one back.
+//! Meshing with Gmsh as an external program, through files.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -9,14 +9,14 @@ use super::names::GmshNames;
 use crate::error::MeshError;
 use crate::mesh::TetMesh;
 
-/// Regions and surfaces of the model, by the numbers of their physical groups.
+/// Regions and surfaces of the model, with their physical group numbers.
 const REGIONS: [(&str, i32); 2] = [("matrix", 1), ("grain", 2)];
 const SURFACES: [(&str, i32); 3] = [("bottom", 11), ("top", 12), ("side", 13)];
-/// The volume of the first sphere; the cylinder is volume 1.
+/// Volume number of the first sphere; the cylinder is volume 1.
 const FIRST_SPHERE: usize = 2;
 
-/// A cylinder with spherical grains inside it, which neither overlap nor touch the wall, for Gmsh to mesh
-/// with its own OpenCASCADE geometry.
+/// A cylinder with spherical grains, to be meshed by Gmsh with its OpenCASCADE geometry. The grains must neither
+/// overlap nor touch the wall.
 ///
 /// # Example
 /// ```
@@ -38,20 +38,20 @@ const FIRST_SPHERE: usize = 2;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct SphereModel {
-    /// Radius of the cylinder (mm), whose axis is z and whose bottom is at z = 0.
+    /// Radius of the cylinder (mm); its axis is z and its bottom is at z = 0.
     pub radius_mm: f64,
-    /// Its height (mm).
+    /// Height of the cylinder (mm).
     pub height_mm: f64,
-    /// Centre and radius of each grain (mm); they are numbered from 1.
+    /// Centre and radius of each grain (mm); grains are numbered from 1.
     pub spheres: Vec<([f64; 3], f64)>,
     /// Largest edge length (mm).
     pub spacing_mm: f64,
-    /// Whether the edges follow the sphere's and the cylinder's surfaces.
+    /// Whether edges are curved to follow the surfaces of spheres and cylinder.
     pub curved: bool,
 }
 
 impl SphereModel {
-    /// The model in Gmsh's language.
+    /// Returns the model as a Gmsh script (`.geo`).
     pub fn geo(&self) -> String {
         let Self { radius_mm: r, height_mm: h, spheres, spacing_mm, .. } = self;
         let mut out = format!(
@@ -66,7 +66,7 @@ impl SphereModel {
             out.push_str("v() = {1};\nmatrix() = {1};\n");
         } else {
             let grains = format!("{FIRST_SPHERE}:{}", FIRST_SPHERE + spheres.len() - 1);
-            // spheres keep their numbers
+            // BooleanFragments preserves the volume numbers of the spheres
             out.push_str(&format!(
                 "v() = BooleanFragments{{ Volume{{1}}; Delete; }}{{ Volume{{{grains}}}; Delete; }};\n\
                  matrix() = v();\nmatrix() -= {{{grains}}};\n\
@@ -91,12 +91,12 @@ impl SphereModel {
         out
     }
 
-    /// Has it meshed by the program at `program` (`gmsh` looks on the search path), through the files
-    /// `model.geo` and `model.msh` in `folder`, which is made if it is not there.
+    /// Meshes the model with the program at `program` (`gmsh` is looked up in the search path), through the files
+    /// `model.geo` and `model.msh` in `folder`, which is created if necessary.
     ///
     /// # Errors
-    /// [`MeshError::Mesher`] if the program cannot be started or fails, [`MeshError::Io`] for the
-    /// files, and whatever [`read`](super::read) finds.
+    /// [`MeshError::Mesher`] if the program cannot be started or fails, [`MeshError::Io`] for file errors, and every
+    /// error of [`read`](super::read).
     pub fn mesh(&self, program: &Path, folder: &Path) -> Result<TetMesh, MeshError> {
         let failed = |reason: String| MeshError::Mesher { program: program.into(), reason };
         let (model, mesh) = (folder.join("model.geo"), folder.join("model.msh"));

@@ -1,13 +1,14 @@
-//! Grain numbers as elementary tags of the volumes.
+//! Encoding of grain numbers in the elementary tags of volumes.
 //!
-//! In a mesh of R regions, what belongs to grain g (0: to none) and to region r (1 … R, its physical
-//! group) is one volume with the tag g R + r: without grains the number of its region.
+//! In a mesh of R regions, the tetrahedra of grain g (0: no grain) in region r (1 … R, its physical group) form one
+//! volume with the elementary tag g R + r. Without grains this tag is the number of the region.
 
 use std::collections::BTreeSet;
 
 use crate::mesh::TetMesh;
 
-/// The elementary tag of each tetrahedron; the first that is too large for the format, if one is.
+/// Returns the elementary tag of each tetrahedron. The error is the first tetrahedron whose tag exceeds the range of
+/// the format.
 pub(super) fn tags(mesh: &TetMesh) -> Result<Vec<i32>, usize> {
     let regions = mesh.regions.len() as u64;
     let tag = |(tet, &region): (usize, &u16)| {
@@ -17,9 +18,9 @@ pub(super) fn tags(mesh: &TetMesh) -> Result<Vec<i32>, usize> {
     mesh.region_of.iter().enumerate().map(tag).collect()
 }
 
-/// The grain number of each tetrahedron, from its tag and its physical groups, where all tags are of
-/// that form and tell at least two numbers: those of other programs do not. The file announces so many
-/// names of regions.
+/// Decodes the grain number of each tetrahedron from its elementary tag and physical groups. Returns `None` if a tag
+/// does not follow the scheme of [`tags`], as in files of other programs, or if all grain numbers are equal.
+/// `announced` is the number of region names in the file.
 pub(super) fn numbers<'a>(
     volumes: impl Iterator<Item = (i32, &'a [i32])> + Clone,
     announced: usize,

@@ -1,14 +1,14 @@
-//! What the author of a mesh file should know of how it was read.
+//! Notes on the import of a mesh file, for its author.
 
 use std::fmt;
 
 use crate::mesh::TetMesh;
 use crate::mesh::cavities::Cavity;
 
-/// Most entities that a note lists.
+/// Maximum number of entities that a note lists.
 const LISTED: usize = 5;
 
-/// A mesh that was read, and what was noted.
+/// An imported mesh with notes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Imported {
     /// The mesh.
@@ -21,16 +21,16 @@ pub struct Imported {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum ImportNote {
-    /// Curved tetrahedra that were folded have straight edges now.
+    /// Curved tetrahedra were folded and have been given straight edges.
     Straightened {
-        /// Their numbers, from 0.
+        /// Numbers of the straightened tetrahedra, from 0.
         tets: Vec<u32>,
-        /// Number of tetrahedra of the mesh.
+        /// Total number of tetrahedra in the mesh.
         of: usize,
     },
-    /// Parts of the body without elements.
+    /// Some parts of the body have no elements.
     Missing {
-        /// Volumes of the geometry, by elementary tag, without a physical group and without elements.
+        /// Elementary tags of the volumes of the geometry that have neither a physical group nor elements.
         volumes: Vec<i32>,
         /// Cavities inside the mesh.
         cavities: Vec<Cavity>,
@@ -93,7 +93,7 @@ impl fmt::Display for ImportNote {
     }
 }
 
-/// The first few of a list, and that there are more.
+/// Joins the first [`LISTED`] items of a list; appends "and others" if there are more.
 fn listed(items: impl ExactSizeIterator<Item = String>) -> String {
     let more = items.len() > LISTED;
     let mut text = items.take(LISTED).collect::<Vec<_>>().join(", ");

@@ -1,7 +1,7 @@
-//! Gmsh's MSH files: versions 2.2 and 4.1 are read, ASCII and binary; 4.1 ASCII is written.
+//! Reader and writer of Gmsh's MSH files: reads versions 2.2 and 4.1, ASCII and binary, and writes 4.1 ASCII.
 //!
-//! Gmsh is an external program; nothing of it is linked. Of second-order meshes the corners are read and
-//! the edges that are not straight, since a simulation raises the order itself.
+//! Gmsh is an external program; none of its code is linked. From second-order meshes only the corners and the edges
+//! that are not straight are read, since a simulation raises the order itself.
 //!
 //! # Reference
 //! C. Geuzaine and J.-F. Remacle, Gmsh reference manual, "MSH file format" and "MSH file format
@@ -32,10 +32,10 @@ pub use names::{GmshNames, PhysicalGroup, PhysicalGroups};
 use source::Source;
 pub use write::write;
 
-/// Reads a MSH file and checks the mesh, as [`import`] does, without its notes.
+/// Reads a MSH file and checks the mesh like [`import`], but discards the notes.
 ///
 /// # Errors
-/// As [`import`].
+/// Same as [`import`].
 ///
 /// # Example
 /// ```no_run
@@ -50,24 +50,24 @@ pub fn read(path: impl AsRef<Path>, names: &GmshNames) -> Result<TetMesh, MeshEr
     Ok(import(path, names)?.mesh)
 }
 
-/// Reads a MSH file, mends what can be mended, checks the mesh, and notes what its author should know.
+/// Reads a MSH file, repairs it where possible, checks the mesh, and returns notes for the author of the file.
 ///
-/// It reads tetrahedra of order 1 and 2 (types 4 and 11) in the physical volumes that `names` gives, and
-/// triangles (types 2 and 9) in the physical surfaces that `names` gives; `regions` come in the order of their names.
-/// Nodes keep the file's order; those that no tetrahedron uses are dropped. Tetrahedra come in the order of
-/// their tags. Orientations are corrected: positive volumes, outward triangles. Edges of second-order
-/// tetrahedra that are not straight become [`TetMesh::edge_points`]; tetrahedra that these edges fold are
-/// straightened ([`ImportNote::Straightened`]). Grain numbers are read from elementary tags that are as
-/// [`write()`] gives them, mixtures from element data.
+/// Reads tetrahedra of order 1 and 2 (types 4 and 11) in the physical volumes listed in `names`, and triangles (types
+/// 2 and 9) in the physical surfaces listed in `names`; `regions` are sorted by name. Nodes keep the order of the
+/// file; nodes that no tetrahedron uses are dropped. Tetrahedra are sorted by their tags. Orientations are corrected
+/// to positive volumes and outward triangles. Edges of second-order tetrahedra that are not straight become
+/// [`TetMesh::edge_points`]; tetrahedra folded by these edges are straightened ([`ImportNote::Straightened`]). Grain
+/// numbers are read from elementary tags if these follow the scheme of [`write()`], and mixtures from element data.
 ///
 /// # Errors
-/// [`MeshError::Io`] if the file cannot be read, [`MeshError::File`] with line (ASCII) or section
-/// and byte (binary) if its content is wrong, and whatever [`TetMesh::validate`] finds.
+/// [`MeshError::Io`] if the file cannot be read; [`MeshError::File`], with line (ASCII) or section and byte (binary),
+/// if its content is invalid; and every error of [`TetMesh::validate`].
 pub fn import(path: impl AsRef<Path>, names: &GmshNames) -> Result<Imported, MeshError> {
     import_with(path.as_ref(), names, Contents::grains)
 }
 
-/// As [`import`], with the grain numbers that a function finds in the file.
+/// Imports a file like [`import`], with grain numbers that the function `grains` derives from the contents of the
+/// file.
 fn import_with(
     path: &Path,
     names: &GmshNames,

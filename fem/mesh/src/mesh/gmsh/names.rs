@@ -1,11 +1,11 @@
-//! Which physical groups are which regions and surfaces.
+//! Mapping of physical groups to regions and surfaces.
 
 use std::collections::BTreeMap;
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-/// A physical group of the file, by its number or by its name.
+/// A physical group of the file, identified by number or name.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum PhysicalGroup {
@@ -36,12 +36,12 @@ impl fmt::Display for PhysicalGroup {
     }
 }
 
-/// One or several physical groups that are one region or surface together, as `10` or `[10, "stones"]`.
+/// One or several physical groups that together form one region or surface, such as `10` or `[10, "stones"]`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(from = "OneOrSeveral", into = "OneOrSeveral")]
 pub struct PhysicalGroups(Vec<PhysicalGroup>);
 
-/// A list of groups as case files have it.
+/// Representation in case files: one group or a list of groups.
 #[derive(Clone, Serialize, Deserialize)]
 #[serde(untagged)]
 enum OneOrSeveral {
@@ -68,7 +68,7 @@ impl From<PhysicalGroups> for OneOrSeveral {
 }
 
 impl PhysicalGroups {
-    /// The groups.
+    /// Returns the groups.
     pub fn groups(&self) -> &[PhysicalGroup] {
         &self.0
     }
@@ -86,10 +86,10 @@ impl<G: Into<PhysicalGroup>, const N: usize> From<[G; N]> for PhysicalGroups {
     }
 }
 
-/// Which physical groups of the file are which regions and surfaces of the mesh.
+/// Mapping of the physical groups of a file to the regions and surfaces of the mesh.
 ///
-/// An empty map takes all groups of that dimension, under the names that the file gives them (or
-/// their numbers, where it gives none).
+/// An empty map includes all groups of its dimension, under the names in the file (or their numbers, if they have no
+/// name).
 ///
 /// # Example
 /// ```
@@ -103,14 +103,15 @@ impl<G: Into<PhysicalGroup>, const N: usize> From<[G; N]> for PhysicalGroups {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct GmshNames {
-    /// Region names, with physical volumes.
+    /// Physical volumes of each region, by region name.
     pub regions: BTreeMap<String, PhysicalGroups>,
-    /// Surface names, with physical surfaces.
+    /// Physical surfaces of each surface, by surface name.
     pub surfaces: BTreeMap<String, PhysicalGroups>,
 }
 
 impl GmshNames {
-    /// Names with their groups, each given by number (`1`), by name (`"binder"`) or as an array of these.
+    /// Creates a mapping from names to groups; each group is given by number (`1`), by name (`"binder"`) or as an
+    /// array of these.
     pub fn new<N: Into<String>, G: Into<PhysicalGroups>>(
         regions: impl IntoIterator<Item = (N, G)>,
         surfaces: impl IntoIterator<Item = (N, G)>,

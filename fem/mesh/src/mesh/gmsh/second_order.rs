@@ -1,16 +1,16 @@
-//! The nodes that Gmsh's elements of second order have on their edges.
+//! Mid-edge nodes of Gmsh's second-order elements.
 
 use crate::mesh::edges::{EdgePoint, key, middle};
 use crate::mesh::vector::{Point, norm, sub};
 
 /// The edges of a tetrahedron in Gmsh's order, which differs from VTK's in the last two.
 pub(super) const EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [2, 3], [1, 3]];
-/// An edge is straight if its node is this close to its middle, relative to its length: programs
-/// write 16 digits.
+/// An edge is straight if its mid-edge node is this close to the midpoint, relative to the length of the edge.
+/// Programs write 16 digits.
 const STRAIGHT: f64 = 1e-12;
 
-/// The edges that are not straight, sorted; `tets` are corners and edge nodes. The error is an edge for
-/// which two tetrahedra have different nodes.
+/// Returns the curved edges, sorted by nodes; `tets` yields the corners and mid-edge nodes of each tetrahedron. The
+/// error is an edge that has different mid-edge nodes in two tetrahedra.
 pub(super) fn curved_edges<'a>(
     points: &[Point],
     tets: impl Iterator<Item = (&'a [u32; 4], &'a [u32; 6])>,
@@ -31,7 +31,7 @@ pub(super) fn curved_edges<'a>(
     all.retain(|&(edge, point)| {
         let [p, q] = edge.map(|node| points[node as usize]);
         let deviation = norm(sub(point, middle(points, edge)));
-        // a point that is not finite is kept, so that the mesh is refused for it
+        // a point that is not finite is kept, so that the validation of the mesh rejects it
         deviation.is_nan() || deviation > STRAIGHT * norm(sub(q, p))
     });
     Ok(all)

@@ -1,12 +1,12 @@
-//! A cursor over the bytes of a MSH file that reads ASCII and binary numbers alike.
+//! A cursor over the bytes of a MSH file that reads both ASCII and binary numbers.
 
-/// Something wrong at a place of the file.
+/// An error at a position in the file.
 pub(super) struct Fault {
     pub(super) place: String,
     pub(super) message: String,
 }
 
-/// The two generations of the format that are read.
+/// The supported major versions of the format.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Version {
     V2,
@@ -28,7 +28,7 @@ impl<'a> Source<'a> {
         Source { bytes, at: 0, section: String::new(), binary: false, big_endian: false }
     }
 
-    /// A fault at the present place: a line in ASCII, section and byte in binary files.
+    /// Creates an error at the current position: a line in ASCII files, section and byte in binary files.
     pub(super) fn fault(&self, message: String) -> Fault {
         let place = if self.binary {
             format!("section ${}, byte {}", self.section, self.at)
@@ -85,7 +85,7 @@ impl<'a> Source<'a> {
         Ok(version)
     }
 
-    /// The name of the next section, or nothing at the end of the file.
+    /// Reads the header of the next section and returns its name, or `None` at the end of the file.
     pub(super) fn section(&mut self) -> Result<Option<String>, Fault> {
         self.section.clear();
         loop {
@@ -109,7 +109,7 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// Reads the `$End…` line of the present section.
+    /// Reads the `$End…` line of the current section.
     pub(super) fn end_section(&mut self) -> Result<(), Fault> {
         self.skip_blanks();
         let expected = format!("$End{}", self.section);
@@ -123,7 +123,7 @@ impl<'a> Source<'a> {
         Ok(())
     }
 
-    /// Passes over a section that is not needed.
+    /// Skips a section that is not needed.
     pub(super) fn skip_section(&mut self) -> Result<(), Fault> {
         let end = format!("$End{}", self.section);
         let rest = &self.bytes[self.at..];
@@ -137,7 +137,7 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// The rest of the line, without its end.
+    /// Reads the rest of the line and returns it without the line break.
     fn line(&mut self) -> Option<&'a [u8]> {
         let rest = &self.bytes[self.at..];
         if rest.is_empty() {
@@ -148,7 +148,7 @@ impl<'a> Source<'a> {
         Some(&rest[..length])
     }
 
-    /// The rest of the line as text.
+    /// Reads the rest of the line as text.
     pub(super) fn text_line(&mut self) -> Result<String, Fault> {
         match self.line() {
             Some(line) => Ok(String::from_utf8_lossy(line).trim().to_string()),
@@ -156,7 +156,7 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// Passes the end of a line, after which binary data begin.
+    /// Skips the line break after which binary data begin.
     pub(super) fn line_end(&mut self) -> Result<(), Fault> {
         match self.line() {
             Some(rest) if rest.trim_ascii().is_empty() => Ok(()),
@@ -174,7 +174,7 @@ impl<'a> Source<'a> {
         self.fault("the file ends too early; save it again".into())
     }
 
-    /// The next word of text.
+    /// Reads the next word of text.
     pub(super) fn word(&mut self) -> Result<&'a str, Fault> {
         self.skip_blanks();
         let rest = &self.bytes[self.at..];
@@ -195,16 +195,16 @@ impl<'a> Source<'a> {
         Ok(bytes)
     }
 
-    /// A number that is text in both kinds of files.
+    /// Reads a number that is written as text in both ASCII and binary files.
     pub(super) fn text<T: std::str::FromStr>(&mut self, what: &str) -> Result<T, Fault> {
         let word = self.word()?;
         word.parse().map_err(|_| {
-            // the cursor has passed the word, which ends on the line to be named
+            // the cursor is right after the word, still on the line to be reported
             self.fault(format!("`{word}` is not {what}"))
         })
     }
 
-    /// A signed 32-bit number.
+    /// Reads a signed 32-bit integer.
     pub(super) fn int(&mut self, what: &str) -> Result<i32, Fault> {
         if !self.binary {
             return self.text(what);
@@ -213,7 +213,7 @@ impl<'a> Source<'a> {
         Ok(if self.big_endian { i32::from_be_bytes(bytes) } else { i32::from_le_bytes(bytes) })
     }
 
-    /// An unsigned 64-bit number (the format's `size_t`).
+    /// Reads an unsigned 64-bit integer (`size_t` in the format).
     pub(super) fn size(&mut self, what: &str) -> Result<u64, Fault> {
         if !self.binary {
             return self.text(what);
@@ -222,7 +222,7 @@ impl<'a> Source<'a> {
         Ok(if self.big_endian { u64::from_be_bytes(bytes) } else { u64::from_le_bytes(bytes) })
     }
 
-    /// A floating-point number.
+    /// Reads a floating-point number.
     pub(super) fn real(&mut self, what: &str) -> Result<f64, Fault> {
         if !self.binary {
             return self.text(what);
@@ -231,7 +231,7 @@ impl<'a> Source<'a> {
         Ok(if self.big_endian { f64::from_be_bytes(bytes) } else { f64::from_le_bytes(bytes) })
     }
 
-    /// Three coordinates.
+    /// Reads three coordinates.
     pub(super) fn point(&mut self) -> Result<[f64; 3], Fault> {
         let what = "a coordinate";
         Ok([self.real(what)?, self.real(what)?, self.real(what)?])

@@ -1,5 +1,4 @@
-//! Sound tetrahedra of what another program has curved: orientation, and straight edges in place of those
-//! that fold.
+//! Repair of imported curved tetrahedra: orientation, and straight edges for tetrahedra that are folded.
 
 use rayon::prelude::*;
 
@@ -8,7 +7,7 @@ use crate::mesh::curved::Jacobian;
 use crate::mesh::edges::key;
 use crate::mesh::tet_mesh::EDGES;
 
-/// Orders the nodes of each tetrahedron so that its volume, with its curved edges, is positive.
+/// Orders the nodes of each tetrahedron so that its volume, curved edges included, is positive.
 pub(super) fn orient(mesh: &mut TetMesh) {
     let turned: Vec<bool> =
         (0..mesh.tets.len()).into_par_iter().map(|tet| mesh.tet_volume(tet) < 0.0).collect();
@@ -17,14 +16,14 @@ pub(super) fn orient(mesh: &mut TetMesh) {
     }
 }
 
-/// Orients the tetrahedra and makes all edges of the folded ones straight, and so on with the neighbours that
-/// are folded by that; returns the numbers of the tetrahedra whose edges were made straight.
+/// Orients the tetrahedra and straightens all edges of folded ones. Repeats this, since straightening can fold
+/// neighbours, until no tetrahedron is folded. Returns the sorted numbers of the straightened tetrahedra.
 pub(super) fn straighten(mesh: &mut TetMesh) -> Vec<u32> {
     orient(mesh);
     let mut straightened = Vec::new();
     loop {
         let is_folded = |tet: &usize| match mesh.middles(*tet) {
-            // a Jacobian that is no number is not below 0: the check of the mesh refuses such points later
+            // NaN does not count as folded here: the validation of the mesh rejects such points later
             Some(middles) => Jacobian::of(&mesh.corners(*tet), &middles).lowest <= 0.0,
             None => false,
         };

@@ -1,4 +1,4 @@
-//! Sections of MSH 2.2: every element carries its physical group itself.
+//! Sections of MSH 2.2, in which every element lists its own physical group.
 
 use super::elements::{Contents, Header, shape};
 use super::source::{Fault, Source};
@@ -8,12 +8,12 @@ pub(super) fn nodes(source: &mut Source, contents: &mut Contents) -> Result<(), 
     read_nodes(source, contents, |_| Ok(()))
 }
 
-/// Reads `$ParametricNodes`: nodes with the entity on which they are and their parameters there.
+/// Reads `$ParametricNodes`: nodes with the geometric entity on which they lie and their parameters there.
 pub(super) fn parametric_nodes(source: &mut Source, contents: &mut Contents) -> Result<(), Fault> {
     read_nodes(source, contents, |source| {
         let dimension = source.int("an entity's dimension")?;
         source.int("an entity's tag")?;
-        // nodes on curves have one parameter, those on surfaces two, all others none
+        // a node on a curve has one parameter, a node on a surface two, any other node none
         for _ in 0..if dimension < 3 { dimension } else { 0 } {
             source.real("a parametric coordinate")?;
         }
@@ -46,7 +46,7 @@ pub(super) fn elements(source: &mut Source, contents: &mut Contents) -> Result<(
     }
     let mut read = 0;
     while read < count {
-        // binary files give type and number of tags once for a block of elements
+        // a binary file gives element type and number of tags once per block of elements
         let header = if source.binary { Some(block_header(source)?) } else { None };
         let block = header.map_or(1, |(_, block, _)| block);
         for _ in 0..block {
@@ -60,7 +60,7 @@ pub(super) fn elements(source: &mut Source, contents: &mut Contents) -> Result<(
             let (mut groups, mut entity) = (Vec::new(), 0);
             for k in 0..tags {
                 let value = source.int("an element's tag")?;
-                // the first tag is the physical group, 0 for none, the second the elementary one
+                // the first tag is the physical group (0: no group), the second the elementary entity
                 match k {
                     0 if value != 0 => groups.push(value),
                     1 => entity = value,

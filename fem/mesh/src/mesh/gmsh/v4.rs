@@ -1,4 +1,4 @@
-//! Sections of MSH 4.1: physical groups belong to entities, elements to blocks of an entity.
+//! Sections of MSH 4.1, in which physical groups belong to entities and elements to blocks of one entity.
 
 use super::elements::{Contents, Header, shape};
 use super::source::{Fault, Source};
@@ -11,14 +11,14 @@ pub(super) fn entities(source: &mut Source, contents: &mut Contents) -> Result<(
     for (dimension, &count) in (0..).zip(&counts) {
         for _ in 0..count {
             let entity = source.int("an entity's tag")?;
-            // a point has coordinates, everything else a bounding box
+            // a point has coordinates, any other entity has a bounding box (two points)
             source.point()?;
             if dimension > 0 {
                 source.point()?;
             }
             let groups = source.size("an entity's number of physical groups")?;
             let groups = (0..groups)
-                // the sign tells the orientation of the entity in its group
+                // the sign is the orientation of the entity in its group
                 .map(|_| Ok(source.int("a physical group")?.saturating_abs()))
                 .collect::<Result<Vec<i32>, Fault>>()?;
             let groups = contents.group_set(groups);

@@ -1,4 +1,4 @@
-//! Writing MSH 4.1 ASCII so that Gmsh itself reopens the file.
+//! Writer of MSH 4.1 ASCII files that Gmsh can open.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -11,21 +11,21 @@ use crate::mesh::TetMesh;
 use crate::mesh::edges::edge_place;
 use crate::mesh::vector::Point;
 
-/// Number of the first surface; regions count from 1.
+/// Physical group number of the first surface; regions are numbered from 1.
 const FIRST_SURFACE: i32 = 11;
 
-/// Writes a mesh as MSH 4.1 ASCII and tells the numbers of its physical groups.
+/// Writes a mesh as MSH 4.1 ASCII and returns the numbers of its physical groups.
 ///
-/// Each region becomes one physical group of volumes (1, 2, … in their order), each surface one
-/// surface entity and group (from 11: bottom, top, side, then others by name), with names and
-/// bounding boxes. A region is one volume entity for each of its grains, with the elementary tag
-/// g R + r for grain g (0: none) in region r of R, from which [`read`](super::read) takes the grain
-/// numbers back. Its elements are one block, numbered as the tetrahedra of the mesh. A mesh with curved
-/// edges is written with elements of second order, mixtures as element data of all elements, zero on
-/// triangles; what is read is the same to the bit.
+/// Each region becomes one physical group of volumes (1, 2, … in their order), and each surface becomes one surface
+/// entity and group (from 11: bottom, top, side, then others by name), with names and bounding boxes. Each grain g
+/// (0: no grain) in region r of R regions becomes one volume entity with elementary tag g R + r, from which
+/// [`read`](super::read) recovers the grain numbers. The elements of each volume entity are one block, numbered in
+/// the order of the tetrahedra of the mesh. A mesh with curved edges is written with second-order elements. Mixtures
+/// are written as element data of all elements, zero on triangles. Reading the file returns an identical mesh, to the
+/// last bit.
 ///
 /// # Errors
-/// [`MeshError`] if the mesh is not sound ([`TetMesh::validate`]) or the file cannot be written.
+/// [`MeshError`] if the mesh is not valid ([`TetMesh::validate`]) or the file cannot be written.
 ///
 /// # Example
 /// ```
@@ -62,7 +62,7 @@ fn ordered_surfaces(mesh: &TetMesh) -> Vec<(&str, &[[u32; 3]])> {
     let rank = |name: &str| ["bottom", "top", "side"].iter().position(|&n| n == name).unwrap_or(3);
     let mut surfaces: Vec<_> =
         mesh.surfaces.iter().map(|(name, faces)| (name.as_str(), faces.as_slice())).collect();
-    // stable: others keep the order of their names
+    // the sort is stable: other surfaces stay sorted by name
     surfaces.sort_by_key(|&(name, _)| rank(name));
     surfaces
 }
@@ -101,7 +101,7 @@ fn text(
     }
     out.push_str("$EndEntities\n");
 
-    // one block: Gmsh does not ask that a node lie on the entity that lists it
+    // all nodes are one block: Gmsh does not require that a node lies on the entity that lists it
     let curved = !mesh.edge_points.is_empty();
     let edges = if curved { mesh.all_edges() } else { Vec::new() };
     let corners = mesh.nodes.len();
@@ -118,7 +118,7 @@ fn text(
     let triangles = surfaces.iter().map(|(_, faces)| faces.len()).sum::<usize>();
     let elements = triangles + mesh.tets.len();
     writeln!(out, "$Elements\n{} {elements} 1 {elements}", volumes.len() + faces)?;
-    // tag, corners, and the nodes on the edges of second-order elements
+    // writes the tag, the corners, and the mid-edge nodes of second-order elements
     let element = |out: &mut String, tag: usize, nodes: &[u32], sides: &[[usize; 2]]| {
         write!(out, "{tag}")?;
         nodes.iter().try_for_each(|node| write!(out, " {}", node + 1))?;
@@ -139,7 +139,7 @@ fn text(
             element(&mut out, tag, nodes, &second_order::EDGES[..3])?;
         }
     }
-    // one block for each volume; the numbers of the elements keep the order of the tetrahedra
+    // one block per volume; element numbers follow the order of the tetrahedra
     let mut by_volume: Vec<usize> = (0..mesh.tets.len()).collect();
     by_volume.sort_by_key(|&tet| tags[tet]);
     for block in by_volume.chunk_by(|&a, &b| tags[a] == tags[b]) {
@@ -153,7 +153,7 @@ fn text(
     Ok(out)
 }
 
-/// Lowest and highest coordinates.
+/// Minimum and maximum coordinates.
 type BoundingBox = [Point; 2];
 
 const NOWHERE: BoundingBox = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];

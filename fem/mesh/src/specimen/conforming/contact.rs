@@ -1,4 +1,4 @@
-//! Which grains that meet on the mesh, or reach its ends, touch in truth, and which only come near.
+//! Contacts: whether grains that meet on the mesh, or reach its ends, really touch or are separated by a thin film.
 
 use std::collections::BTreeMap;
 
@@ -10,13 +10,13 @@ use crate::mesh::vector::Point;
 use crate::specimen::GrainField;
 use crate::specimen::adjacency::Adjacency;
 
-/// Halvings of the step in the search for the narrowest place.
+/// Number of step halvings in the search for the narrowest point of a gap.
 const HALVINGS: usize = 12;
 
-/// For pairs of grains that share nodes, whether matrix parts them in truth.
+/// For each pair of grains that share nodes, whether matrix separates them in reality.
 ///
-/// A film thinner than the mesh would be lost and weld the grains together; so they are parted by
-/// tetrahedra of matrix wherever their surfaces are farther apart than what the field resolves.
+/// A film thinner than the mesh would be lost, and the grains would be rigidly joined. Grains are therefore separated
+/// by tetrahedra of matrix if their surfaces are farther apart than the resolution of the field.
 pub(super) struct Gaps(BTreeMap<[u32; 2], bool>);
 
 impl Gaps {
@@ -40,7 +40,7 @@ impl Gaps {
         };
         let nodes = 0..mesh.nodes.len();
         let mut pairs: Vec<_> = nodes.into_par_iter().flat_map_iter(of_node).collect();
-        // the narrowest place of each pair first
+        // sort the node with the smallest gap of each pair first
         pairs.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));
         pairs.dedup_by_key(|&mut (pair, ..)| pair);
         let touching = touching_mm(how);
@@ -52,15 +52,15 @@ impl Gaps {
         Gaps(pairs.par_iter().map(decide).collect::<Vec<_>>().into_iter().collect())
     }
 
-    /// Whether matrix parts two grains; grains that share no node count as parted.
+    /// Whether matrix separates two grains; grains that share no node count as separated.
     pub(super) fn is_open(&self, a: u32, b: u32) -> bool {
         self.0.get(&[a.min(b), a.max(b)]).copied().unwrap_or(true)
     }
 }
 
-/// Makes matrix of tetrahedra by which a grain would reach an end of the cylinder that matrix parts it from
-/// in truth: a film thinner than the mesh would be lost and prop the grain against a platen. The wall is
-/// not loaded; a grain that reaches it carries no more, and keeps its tetrahedra.
+/// Relabels tetrahedra as matrix where a grain reaches an end of the cylinder on the mesh although matrix separates
+/// them in reality: without the film the grain would be supported directly by a platen. The wall is not loaded, so a
+/// grain that reaches the wall carries no additional load and keeps its tetrahedra.
 pub(super) fn part_from_ends(
     how: &Conforming,
     mesh: &TetMesh,
@@ -95,18 +95,19 @@ pub(super) fn part_from_ends(
     }
 }
 
-/// Surfaces that are no farther apart than this (mm) touch.
+/// Returns the distance (mm) up to which surfaces count as touching.
 fn touching_mm(how: &Conforming) -> f64 {
     how.field.resolution_mm().max(1e-6 * how.spacing_mm)
 }
 
-/// The distances to both surfaces together: the length of a way from one to the other.
+/// Returns the sum of the distances of a point to two grains: the length of a path from one to the other via this
+/// point.
 fn gap(field: &dyn GrainField, [a, b]: [u32; 2], x: Point) -> f64 {
     field.distance(a, x) + field.distance(b, x)
 }
 
-/// The least value near a point, by a search along the axes among points that are held where they belong;
-/// stops below `enough`.
+/// Searches for the minimum of `value` near `x` by steps along the axes, with each tried point projected by `hold`;
+/// stops as soon as the value is at most `enough`.
 fn narrowest(
     value: impl Fn(Point) -> f64,
     hold: impl Fn(Point) -> Point,
@@ -116,7 +117,7 @@ fn narrowest(
 ) -> f64 {
     let (mut x, mut least, mut step) = (x, value(x), step);
     for _ in 0..HALVINGS {
-        // a few steps of this length, as long as they help
+        // up to four steps of this length, while the value decreases
         for _ in 0..4 {
             let mut best = (least, x);
             for axis in 0..3 {

@@ -1,4 +1,4 @@
-//! The points of curved edges: on interfaces and on the wall.
+//! Mid-edge points of curved edges on interfaces and on the wall.
 
 use std::collections::BTreeMap;
 
@@ -12,31 +12,33 @@ use crate::mesh::curved::Jacobian;
 use crate::mesh::tet_mesh::EDGES;
 use crate::mesh::vector::{Point, add, mean, norm, scale, sub, tet_volume};
 
-/// A curved tetrahedron keeps at least this share of its straight Jacobian everywhere.
+/// Minimum Jacobian determinant of a curved tetrahedron, relative to that of the straight one.
 const LEAST: f64 = 0.3;
-/// Halvings of the bend of edges that would fold a tetrahedron, before they become straight.
+/// Number of times that the bend of an edge is halved because a tetrahedron would fold, before the edge becomes
+/// straight.
 const HALVINGS: usize = 4;
-/// The farthest that an edge bends, over its length.
+/// Maximum bend of an edge, relative to its length.
 const FARTHEST: f64 = 0.2;
-/// An edge that bends less than this, over the spacing, is straight.
+/// An edge with a bend below this value, relative to the spacing, is straight.
 const STRAIGHT: f64 = 1e-6;
 
-/// An edge that may bend.
+/// An edge that may be curved.
 struct Edge {
     nodes: [u32; 2],
-    /// Labels that meet along it, as at a node of the interface; none on the bare wall.
+    /// Labels that meet along the edge; empty for an edge on the wall without an interface.
     labels: Vec<u32>,
     held: Held,
 }
 
-/// The edges that may bend, and the tetrahedra they belong to.
+/// The edges that may be curved, and the tetrahedra to which they belong.
 pub(super) struct EdgePoints {
     edges: Vec<Edge>,
-    /// Tetrahedra with such edges, and which of these each of its six edges is.
+    /// Tetrahedra with edges that may be curved, each with the indices of its six edges in `edges` ([`STAYS`] for an
+    /// edge that stays straight).
     tets: Vec<(u32, [u32; 6])>,
 }
 
-/// Stands for an edge that stays straight.
+/// Marks an edge that stays straight.
 const STAYS: u32 = u32::MAX;
 
 impl EdgePoints {
@@ -72,7 +74,7 @@ impl EdgePoints {
                 edge.labels.dedup();
             }
         }
-        // edges in the plane of an end that no interface meets stay as they are
+        // edges in an end plane without an interface stay straight
         found.retain(|_, edge| edge.held.wall || !edge.labels.is_empty());
         let number: BTreeMap<[u32; 2], u32> = found.keys().copied().zip(0..).collect();
         let of_tet = |(tet, nodes): (usize, &[u32; 4])| {
@@ -86,8 +88,8 @@ impl EdgePoints {
         EdgePoints { edges: found.into_values().collect(), tets }
     }
 
-    /// How far each edge bends from its middle, such that no tetrahedron folds; and how many had to
-    /// stay straight for that.
+    /// Returns the bend of each edge (displacement of its midpoint), limited so that no tetrahedron folds, and the
+    /// number of edges that had to stay straight for this reason.
     fn bends(&self, at: &Relocation) -> (Vec<Point>, usize) {
         let wanted: Vec<Point> = self.edges.par_iter().map(|edge| bend(at, edge)).collect();
         let mut part = vec![1.0; wanted.len()];
@@ -114,7 +116,7 @@ impl EdgePoints {
         (wanted.iter().zip(&part).map(|(&bend, &part)| scale(bend, part)).collect(), straightened)
     }
 
-    /// Volume of each grain (mm³), curved edges included.
+    /// Returns the volume of each grain (mm³), curved edges included.
     pub(super) fn volumes(&self, at: &Relocation, labels: &[u32]) -> Vec<f64> {
         let mut of_tet: Vec<f64> = at
             .mesh
@@ -139,7 +141,8 @@ impl EdgePoints {
         volumes
     }
 
-    /// The edge points of the mesh, and how many edges stayed straight lest a tetrahedron fold.
+    /// Returns the edge points of the mesh, and the number of edges that stayed straight to avoid a folded
+    /// tetrahedron.
     pub(super) fn place(&self, at: &Relocation) -> (Vec<([u32; 2], Point)>, usize) {
         let (bends, straightened) = self.bends(at);
         let points = self.edges.iter().zip(bends).filter_map(|(edge, bend)| {
@@ -151,7 +154,8 @@ impl EdgePoints {
     }
 }
 
-/// How far the middle of an edge is from where it should be.
+/// Returns the displacement from the midpoint of an edge to the surface on which it should lie, limited to
+/// [`FARTHEST`].
 fn bend(at: &Relocation, edge: &Edge) -> Point {
     let [a, b] = edge.nodes.map(|node| at.nodes[node as usize]);
     let middle = scale(add(a, b), 0.5);

@@ -1,18 +1,18 @@
-//! Nodes around flat tetrahedra look for a better place.
+//! Local search for better positions of the nodes of flat tetrahedra.
 
 use super::interface::Held;
 use super::relocate::{Pull, Relocation, on_tangent};
 use crate::mesh::vector::{Point, add, scale};
 
-/// Lengths of the steps that are tried, over the spacing.
+/// Lengths of the trial steps, relative to the spacing.
 const STEPS: [f64; 4] = [0.16, 0.08, 0.04, 0.02];
-/// The distance of an interface node from the interface changes by no more than this, over the
-/// spacing: else grains would lose volume.
+/// Maximum change of the distance of an interface node from the interface, relative to the spacing; a larger change
+/// would alter the volumes of grains.
 const OFF: f64 = 0.005;
 
 impl Relocation<'_> {
-    /// Moves nodes with a tetrahedron flatter than the angle of cosine `wanted` so that their worst
-    /// one becomes better; interface nodes along the interface.
+    /// Moves each node that has a tetrahedron with an angle below the one of cosine `wanted`, so that the worst angle
+    /// around the node increases. Interface nodes move along the interface.
     pub(super) fn improve(&mut self, wanted: f64) {
         self.move_all(|this, node| this.better_place(node, wanted));
     }
@@ -45,7 +45,7 @@ impl Relocation<'_> {
         (here != from).then_some(here)
     }
 
-    /// A step of a node, back to its distance from the interface if it is on one.
+    /// Moves a node by a step; an interface node is then moved back to its original distance from the interface.
     fn step_along(&self, labels: &[u32], held: Held, here: Point, step: Point) -> Point {
         let step = on_tangent(held, here, step);
         if labels.is_empty() {
@@ -59,7 +59,7 @@ impl Relocation<'_> {
     }
 }
 
-/// Along the axes and the diagonals of a cube.
+/// Iterates over unit vectors along the axes and the diagonals of a cube.
 fn directions() -> impl Iterator<Item = Point> {
     let corner = 1.0 / 3.0_f64.sqrt();
     let along = (0..6).map(|k| {

@@ -1,4 +1,4 @@
-//! Which nodes lie on interfaces, which may move, and what holds them.
+//! Nodes on interfaces, nodes that may move, and their constraints.
 
 use rayon::prelude::*;
 
@@ -7,12 +7,12 @@ use crate::mesh::TetMesh;
 use crate::mesh::tet_mesh::FACES;
 use crate::specimen::adjacency::Adjacency;
 
-/// Rings of free nodes around interfaces that move along.
+/// Number of rings of free nodes around interfaces that are moved as well.
 const RINGS: u8 = 2;
-/// Not on an interface and not near one.
+/// Ring number of a node that is neither on nor near an interface and does not move.
 const RESTS: u8 = u8::MAX;
 
-/// Lists of numbers, one for each node.
+/// One list of numbers per node, in CSR format.
 pub(super) struct Lists {
     start: Vec<u32>,
     items: Vec<u32>,
@@ -36,27 +36,27 @@ impl Lists {
     }
 }
 
-/// Where a node has to stay.
+/// Constraints of a node.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Held {
-    /// On the wall, at the cylinder's radius.
+    /// The node stays on the wall, at the cylinder's radius.
     pub(super) wall: bool,
-    /// In the plane of an end.
+    /// The node stays in the plane of an end.
     pub(super) end: bool,
 }
 
-/// The nodes of a labelled mesh.
+/// The interfaces of a labelled mesh, and the nodes that move.
 pub(super) struct Interface {
-    /// The labels around a node, increasing; one alone is not listed.
+    /// Labels of the tetrahedra around each node, increasing; empty if there is only one label.
     pub(super) labels: Lists,
-    /// Nodes of the interface's triangles around a node, once for each triangle.
+    /// For each node, the other nodes of the interface triangles at the node, repeated for each triangle.
     pub(super) neighbours: Lists,
     pub(super) held: Vec<Held>,
-    /// 0 on an interface, then the distance from one in edges.
+    /// Distance of each node from an interface, in edges; 0 on an interface.
     pub(super) ring: Vec<u8>,
-    /// Triangles between two labels, with both (the smaller first).
+    /// Triangles between two labels, with both labels (the smaller first).
     pub(super) triangles: Vec<([u32; 3], [u32; 2])>,
-    /// Nodes that move, so sorted that those of one group share no tetrahedron.
+    /// Nodes that move, in groups; two nodes of the same group share no tetrahedron.
     pub(super) groups: Vec<Vec<u32>>,
 }
 
@@ -108,7 +108,7 @@ fn triangles(mesh: &TetMesh, faces: &[[u32; 2]], labels: &[u32]) -> Vec<([u32; 3
     faces.par_iter().filter_map(between).collect()
 }
 
-/// The distance of each node from the interface, in edges, up to the last ring.
+/// Returns the distance of each node from the interface, in edges, up to the last ring.
 fn rings(mesh: &TetMesh, labels: &Lists) -> Vec<u8> {
     let mut ring: Vec<u8> = (0..mesh.nodes.len() as u32)
         .map(|node| if labels.of(node).is_empty() { RESTS } else { 0 })
@@ -127,7 +127,7 @@ fn rings(mesh: &TetMesh, labels: &Lists) -> Vec<u8> {
     ring
 }
 
-/// Colours the nodes that move one after another with the first colour free around them.
+/// Greedy graph colouring of the nodes that move: each node gets the first colour that no node around it has.
 fn groups(mesh: &TetMesh, around: &Adjacency, ring: &[u8]) -> Vec<Vec<u32>> {
     let mut colour = vec![u8::MAX; mesh.nodes.len()];
     let mut groups: Vec<Vec<u32>> = Vec::new();
@@ -162,7 +162,7 @@ fn held(how: &Conforming, mesh: &TetMesh) -> Vec<Held> {
             }
         }
     }
-    // a coarse wall of flat faces has nodes inside the circle, which stay where they are
+    // all wall nodes of the lattice must lie on the circle
     for (held, point) in held.iter_mut().zip(&mesh.nodes) {
         let off = point[0].hypot(point[1]) - how.radius_mm;
         debug_assert!(!held.wall || off.abs() < 1e-9 * how.radius_mm, "a node off the wall: {off}");

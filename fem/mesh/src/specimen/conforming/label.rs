@@ -1,4 +1,4 @@
-//! One label for each tetrahedron.
+//! Labels of the tetrahedra of a conforming mesh.
 
 use rayon::prelude::*;
 
@@ -8,11 +8,11 @@ use crate::mesh::TetMesh;
 use crate::specimen::adjacency::Adjacency;
 use crate::specimen::samples::{Sampled, majority};
 
-/// Connected components of fewer tetrahedra than this are dropped.
+/// Connected components with fewer tetrahedra than this are dropped.
 const SMALLEST_COMPONENT: usize = 3;
 
-/// The grain that most samples of a tetrahedron lie in; small components dropped, grains that do not
-/// touch parted from each other and from the ends.
+/// Returns the grain that contains most samples of each tetrahedron, or 0. Small components are dropped; grains that
+/// do not really touch are separated from each other and from the ends.
 pub(super) fn labels(how: &Conforming, mesh: &TetMesh, around: &Adjacency) -> Vec<u32> {
     let mut labels: Vec<u32> = (0..mesh.tets.len())
         .into_par_iter()

@@ -1,8 +1,8 @@
-//! Meshes that follow the grains: label the tetrahedra of a lattice, then move its nodes.
+//! Conforming meshes of grains: the tetrahedra of a lattice are labelled, and its nodes are then moved.
 //!
-//! The connectivity of the lattice never changes, and after the labels are given they do not change
-//! either. Nodes of interfaces move onto the zero of the signed distances, each step only as far as
-//! every tetrahedron around keeps its smallest dihedral angle; so nothing can invert.
+//! The connectivity of the lattice never changes, and the labels do not change after the labelling. Nodes of
+//! interfaces move onto the zero set of the signed distances. Each step is limited so that every adjacent tetrahedron
+//! keeps a minimum dihedral angle; therefore no tetrahedron can be inverted.
 
 mod contact;
 mod curve;
@@ -22,35 +22,35 @@ use interface::Interface;
 use relocate::Relocation;
 pub(super) use settings::Conforming;
 
-/// Sweeps over all nodes that move before volumes are corrected; every second corrects them then.
+/// Number of sweeps over all movable nodes before the first correction of volumes.
 const FIRST_SWEEPS: usize = 8;
-/// Corrections of the volumes, each with two sweeps.
+/// Number of corrections of the volumes, each followed by two sweeps.
 const CORRECTIONS: usize = 8;
-/// The correction from which on flatter tetrahedra are allowed.
+/// Index of the correction from which flatter tetrahedra are allowed.
 const LATE: usize = 3;
-/// The first sweeps keep this angle at least (degrees).
+/// Minimum dihedral angle in the first sweeps (degrees).
 const GENTLE_DEG: f64 = 24.0;
-/// The last sweeps keep this angle, or the floor where it is larger (degrees).
+/// Minimum dihedral angle in the last sweeps (degrees), unless the floor is larger.
 const LATE_DEG: f64 = 20.2;
-/// Late sweeps are followed by a pass that tries to bring tetrahedra above this angle (degrees).
+/// Target angle of the improvement pass after late sweeps (degrees).
 const WANTED_DEG: f64 = 27.0;
 
-/// What came of it, besides the nodes and edge points of the mesh.
+/// Result of a conforming mesh, besides its nodes and edge points.
 pub(super) struct Conformed {
-    /// Root mean square distance of the followed interface from the true one (mm).
+    /// Root mean square distance of the meshed interfaces from the exact ones (mm).
     pub(super) interface_rms_mm: f64,
-    /// Curved edges that were straightened because they would have folded a tetrahedron.
+    /// Number of curved edges that were straightened because they would have folded a tetrahedron.
     pub(super) straightened_edges: usize,
 }
 
 impl Conforming<'_> {
-    /// The grain of each tetrahedron of a lattice, or 0.
+    /// Returns the grain of each tetrahedron of a lattice, or 0.
     pub(super) fn labels(&self, mesh: &TetMesh) -> Vec<u32> {
         let faces = mesh.neighbours();
         label::labels(self, mesh, &Adjacency::new(mesh, &faces))
     }
 
-    /// Moves the nodes of a labelled lattice and gives it edge points.
+    /// Moves the nodes of a labelled lattice onto the interfaces, and computes its edge points.
     pub(super) fn apply(&self, mesh: &mut TetMesh, labels: &[u32]) -> Conformed {
         let faces = mesh.neighbours();
         let around = Adjacency::new(mesh, &faces);
@@ -69,7 +69,7 @@ impl Conforming<'_> {
                 let limit = if round < LATE { gentle } else { floor };
                 relocation.sweep(limit);
                 relocation.sweep(limit);
-                // within the loop, so that what it costs in volume is made up for
+                // within the loop, so that the next correction compensates the change of volume
                 if round >= LATE {
                     relocation.improve(cosine(WANTED_DEG));
                 }

@@ -1,4 +1,5 @@
-//! Moving nodes: interfaces onto the zero of the distances, their surroundings after them.
+//! Movement of nodes: interface nodes move onto the zero set of the signed distances, and the surrounding nodes
+//! follow.
 
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
@@ -10,29 +11,29 @@ use crate::mesh::TetMesh;
 use crate::mesh::vector::{Point, add, dot, norm, scale, sub};
 use crate::specimen::adjacency::Adjacency;
 
-/// Share of the way to the mean of the neighbours that an interface node goes along the interface.
+/// Fraction of the distance to the mean of its neighbours that an interface node moves along the interface.
 const SLIDE: f64 = 0.4;
-/// Normals whose products are below this are taken for one direction.
+/// Tikhonov damping of the normal equations; it treats nearly parallel gradients as one direction.
 const DAMPING: f64 = 0.02;
-/// The farthest step, over the spacing.
+/// Maximum step length, relative to the spacing.
 const FARTHEST: f64 = 0.35;
-/// Distances are differenced over this, over the spacing.
+/// Step of the finite differences of distances, relative to the spacing.
 const STEP: f64 = 0.02;
-/// Free nodes may take tetrahedra down to this angle (degrees).
+/// Minimum dihedral angle when free nodes are moved (degrees).
 const FREE_DEG: f64 = 32.0;
-/// Nodes handed to a thread at a time.
+/// Minimum number of nodes per parallel task.
 const GRAIN: usize = 64;
 
-/// The nodes of a lattice on their way.
+/// State of the node movement.
 pub(super) struct Relocation<'a> {
     pub(super) how: &'a Conforming<'a>,
     pub(super) mesh: &'a TetMesh,
     pub(super) around: &'a Adjacency<'a>,
     pub(super) interface: &'a Interface,
     pub(super) nodes: Vec<Point>,
-    /// The surface of grain k is taken where its distance is `offsets[k - 1]`.
+    /// Offsets of the grains' surfaces (mm): the surface of grain k is the set of distance `offsets[k - 1]`.
     pub(super) offsets: Vec<f64>,
-    /// Offset and volume of the correction before.
+    /// Offset (mm) and volume (mm³) of each grain in the previous correction.
     pub(super) earlier: Vec<Option<(f64, f64)>>,
 }
 
@@ -49,7 +50,8 @@ impl<'a> Relocation<'a> {
         Relocation { how, mesh, around, interface, nodes, offsets, earlier }
     }
 
-    /// Moves every node once; no tetrahedron falls below the angle of cosine `limit`.
+    /// Moves every movable node once; no dihedral angle falls below the angle of cosine `limit`, except where it was
+    /// smaller before.
     pub(super) fn sweep(&mut self, limit: f64) {
         let free = cosine(FREE_DEG);
         self.move_all(|this, node| match this.interface.ring[node as usize] {
@@ -58,7 +60,7 @@ impl<'a> Relocation<'a> {
         });
     }
 
-    /// Moves the nodes group by group; those of one group do not see each other.
+    /// Moves the nodes group by group, and in parallel within a group, since nodes of one group share no tetrahedron.
     pub(super) fn move_all(&mut self, to: impl Fn(&Self, u32) -> Option<Point> + Sync) {
         for group in &self.interface.groups {
             let moved: Vec<Option<Point>> =
@@ -71,7 +73,8 @@ impl<'a> Relocation<'a> {
         }
     }
 
-    /// The worst cosine around a node if it stood at a point; stops above `limit`.
+    /// Returns the worst cosine of the tetrahedra around a node if the node is moved to `at`; stops as soon as it
+    /// exceeds `limit`.
     pub(super) fn worst_around(&self, node: u32, at: Point, limit: f64) -> f64 {
         let mut worst = -1.0_f64;
         for &tet in self.around.tets_of(node as usize) {
@@ -115,8 +118,8 @@ impl<'a> Relocation<'a> {
         self.first_within(node, limit, &steps)
     }
 
-    /// The first of some steps, each taken in part, that leaves no tetrahedron worse than `limit`, or
-    /// than they were if that is worse still.
+    /// Returns the position after the first step, scaled by its factor, for which no tetrahedron becomes worse than
+    /// `limit`, or than the worst one before if that exceeds `limit`.
     fn first_within(&self, node: u32, limit: f64, steps: &[(Point, f64)]) -> Option<Point> {
         let here = self.nodes[node as usize];
         let held = self.interface.held[node as usize];
@@ -149,7 +152,7 @@ impl<'a> Relocation<'a> {
         self.first_within(node, good, &[(step, 1.0), (step, 0.5), (step, 0.2)])
     }
 
-    /// Puts a point back on the wall or the end that its node is held on.
+    /// Projects a point onto the wall or the end plane on which its node is constrained.
     pub(super) fn hold(&self, held: Held, from: Point, point: Point) -> Point {
         let [mut x, mut y, mut z] = point;
         if held.wall {
@@ -162,13 +165,14 @@ impl<'a> Relocation<'a> {
         [x, y, z]
     }
 
-    /// How far a point is from where the labels meet; nothing without labels.
+    /// Returns the residuals of a point: its distances from the surface on which the labels meet; empty without
+    /// labels.
     pub(super) fn residuals(&self, labels: &[u32], held: Held, point: Point) -> Vec<f64> {
         Pull::new(self, labels, held, point).residuals
     }
 }
 
-/// The part of a step that the wall and the ends leave.
+/// Projects a step onto the directions that the constraints of the node allow.
 pub(super) fn on_tangent(held: Held, at: Point, mut step: Point) -> Point {
     if held.wall {
         let radial = scale([at[0], at[1], 0.0], 1.0 / at[0].hypot(at[1]));
@@ -180,10 +184,10 @@ pub(super) fn on_tangent(held: Held, at: Point, mut step: Point) -> Point {
     step
 }
 
-/// What draws a point to the place where its labels meet: distances and their gradients.
+/// Linearised conditions (distances and gradients) for moving a point to the surface on which its labels meet.
 ///
-/// Between matrix and grains all distances to the grains are to vanish, among grains alone they are
-/// to be equal.
+/// At an interface between matrix and grains, the distances to all grains should vanish; at an interface between
+/// grains only, the distances should be equal.
 pub(super) struct Pull {
     residuals: Vec<f64>,
     gradients: Vec<Point>,
@@ -220,12 +224,12 @@ impl Pull {
         Pull { residuals, gradients, inverse }
     }
 
-    /// From now on, where the residuals take these values is where they vanish.
+    /// Subtracts target values from the residuals, so that [`Self::to_surface`] leads to points with these residuals.
     pub(super) fn towards(&mut self, values: &[f64]) {
         self.residuals.iter_mut().zip(values).for_each(|(residual, value)| *residual -= value);
     }
 
-    /// The shortest step to where the residuals vanish, by their gradients, no longer than `most`.
+    /// Returns the shortest step to the point where the linearised residuals vanish, limited to length `most`.
     pub(super) fn to_surface(&self, most: f64) -> Point {
         let mut rhs = Vector3::zeros();
         for (&residual, &gradient) in self.residuals.iter().zip(&self.gradients) {
@@ -236,7 +240,7 @@ impl Pull {
         if length > most { scale(step, most / length) } else { step }
     }
 
-    /// The part of a step that leaves the residuals as they are.
+    /// Returns the component of a step that does not change the residuals.
     pub(super) fn along(&self, step: Point) -> Point {
         (self.inverse * Vector3::from(step) * DAMPING).into()
     }

@@ -1,16 +1,16 @@
-//! How a lattice is made to follow grains.
+//! Settings of a conforming mesh.
 
 use crate::specimen::GrainField;
 
-/// How a lattice is made to follow grains.
+/// Settings for moving a lattice onto the surfaces of grains.
 pub(in crate::specimen) struct Conforming<'a> {
     pub(in crate::specimen) field: &'a dyn GrainField,
-    /// Which grains are followed, from number 1; the others count as matrix.
+    /// For each grain, from number 1, whether the mesh conforms to it; other grains count as matrix.
     pub(in crate::specimen) follows: &'a [bool],
     pub(in crate::specimen) radius_mm: f64,
     pub(in crate::specimen) spacing_mm: f64,
-    /// Dihedral angle that no tetrahedron falls below by moving nodes (degrees).
+    /// Lower limit of the dihedral angles when nodes are moved (degrees).
     pub(in crate::specimen) floor_deg: f64,
-    /// Whether edges of interfaces and wall are curved, and volumes those of curved tetrahedra.
+    /// Whether edges on interfaces and wall are curved, and volumes are computed with curved edges.
     pub(in crate::specimen) curved: bool,
 }

@@ -1,22 +1,22 @@
-//! Grains keep their volumes: each surface is offset until they do.
+//! Preservation of the grains' volumes by offsets of their surfaces.
 
 use rayon::prelude::*;
 
 use super::relocate::Relocation;
 use crate::mesh::vector::{Point, add, cross, norm, scale, sub};
 
-/// The largest offset over the spacing.
+/// Maximum offset, relative to the spacing.
 const LARGEST: f64 = 0.3;
-/// The change of volume with the offset lies between these, over the surface's area.
+/// Bounds of the derivative of a grain's volume with respect to its offset, relative to the area of its surface.
 const SLOPES: [f64; 2] = [0.3, 1.3];
-/// Weights of a triangle's corners, middles of edges, and centre: exact for cubics.
+/// Quadrature weights of a triangle's corners, edge midpoints and centre: exact for cubic polynomials.
 const CORNER: f64 = 0.05;
 const MIDDLE: f64 = 2.0 / 15.0;
 const CENTRE: f64 = 0.45;
 
 impl Relocation<'_> {
-    /// Changes the offset of each grain by a secant step towards its volume; `volumes` are those of
-    /// its tetrahedra now (mm³).
+    /// Updates the offset of each grain by a secant step towards its exact volume; `volumes` are the current volumes
+    /// of its tetrahedra (mm³).
     pub(super) fn correct(&mut self, volumes: &[f64]) {
         let areas = self.areas();
         let largest = LARGEST * self.how.spacing_mm;
@@ -38,7 +38,7 @@ impl Relocation<'_> {
         }
     }
 
-    /// Area of each grain's interface (mm²).
+    /// Returns the area of each grain's interface (mm²).
     fn areas(&self) -> Vec<f64> {
         let mut areas = vec![0.0; self.offsets.len()];
         for &(triangle, labels) in &self.interface.triangles {
@@ -51,8 +51,8 @@ impl Relocation<'_> {
         areas
     }
 
-    /// Root mean square, over the area of the interface, of its triangles' distances from the true
-    /// one at their corners, the middles of their edges and their centres (mm).
+    /// Returns the root mean square distance of the interface from the exact one (mm), weighted by area; evaluated at
+    /// the corners, edge midpoints and centres of the interface triangles.
     pub(super) fn interface_error(&self, edge_points: &[([u32; 2], Point)]) -> f64 {
         let squares_and_area = |&(triangle, labels): &([u32; 3], [u32; 2])| {
             let p = triangle.map(|node| self.nodes[node as usize]);
@@ -78,7 +78,7 @@ impl Relocation<'_> {
         if area > 0.0 { (squares / area).sqrt() } else { 0.0 }
     }
 
-    /// Distance of a point from the true interface of two labels (the smaller first).
+    /// Returns the signed distance of a point from the exact interface between two labels (the smaller first).
     fn true_distance(&self, [a, b]: [u32; 2], point: [f64; 3]) -> f64 {
         let field = self.how.field;
         match a {
