@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use fem_image::{Contrast, Volume};
+use fem_image::{Contrast, Segmentation, Volume, score};
 
 use crate::agreement::{Assigned, assigned, median};
 use crate::phantom::{Imaged, VOXEL_MM};
@@ -78,6 +78,34 @@ fn the_contrast_is_as_stated() {
         let grain = mean(&image.image, |at| image.truth.values[at] > 0);
         let matrix = mean(&image.image, in_matrix);
         assert_eq!(grain < matrix, contrast == Contrast::Dark, "{name}: {grain} in {matrix}");
+    }
+}
+
+/// Panoptic quality, and the fraction over the true one.
+fn quality(specimen: &Specimen) -> [f64; 2] {
+    let taken = specimen.take();
+    let settings = Segmentation { contrast: specimen.contrast(), ..Segmentation::default() };
+    let found = settings.run(&taken.image, &mut |_| {}).unwrap();
+    let fraction = found.statistics.grain_fraction / (1.0 - found.void_fraction);
+    let quality = score(&taken.truth, &found.labels).unwrap().panoptic_quality;
+    [quality, fraction / taken.fraction()]
+}
+
+/// Dark grains and drift are found nearly as well as bright grains without drift.
+#[test]
+fn dark_and_drifting_specimens_are_no_harder() {
+    let (drift, _) = taken("drift");
+    let plain = quality(&Specimen { drift: 0.0, ..drift.clone() });
+    for (name, loss, error) in [
+        ("drift", 0.002, 0.005),
+        ("dark", 0.005, 0.01),
+        ("dark-bright-air", 0.002, 0.01),
+        ("dark-chip", 0.03, 0.02),
+    ] {
+        let (specimen, _) = taken(name);
+        let [found, ratio] = quality(&specimen);
+        assert!(found > plain[0] - loss, "{name}: {found}, plain {plain:?}");
+        assert!((ratio - 1.0).abs() < error, "{name}: {ratio}");
     }
 }
 
