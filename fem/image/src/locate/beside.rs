@@ -43,7 +43,7 @@ pub(crate) fn gap(image: &Volume<u16>, fit: &Fit, edge: f64) -> Option<[f64; 2]>
     let all = |counts: &[[u64; 2]], k: usize| counts.iter().map(|c| c[k]).sum::<u64>() as f64;
     let core = &counts[..inner];
     (inner >= 3 && all(core, 1) > 0.5 * all(core, 0))
-        .then(|| [inner as f64 + 1.0, outer as f64 + 1.0])
+        .then_some([inner as f64 + 1.0, outer as f64 + 1.0])
 }
 
 /// Slices that were left out, from 1, and the radius of their sections (voxels).

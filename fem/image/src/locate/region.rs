@@ -37,7 +37,7 @@ impl SpecimenRegion {
             return refuse("region.radius_px", value, "from 3 to 1000000 voxels");
         }
         let centre = self.centre_px.into_iter().flatten();
-        if let Some(value) = centre.into_iter().find(|c| !(c.abs() <= 1e6)) {
+        if let Some(value) = centre.into_iter().find(|c| !c.is_finite() || c.abs() > 1e6) {
             return refuse("region.centre_px", value, "two places in the image (voxels)");
         }
         if let Some([first, last]) = self.slices
