@@ -168,7 +168,7 @@ fn thresholds_can_be_given() {
     assert!((fraction / found.statistics.grain_fraction - 1.0).abs() < 1e-3, "{fraction}");
     // a higher threshold reduces the grain fraction, both by voxels and by subvoxel volumes
     let settings =
-        Segmentation { grain_threshold: Some(found.grain_threshold + 2000.0), ..settings };
+        Segmentation { grain_threshold: Some(found.grain_threshold + 2000.0), ..by_both };
     let less = settings.run(&taken.image, &mut |_| {}).unwrap();
     assert!(less.statistics.voxel_fraction < 0.95 * found.statistics.voxel_fraction);
     // and the subvoxel grain fraction equals the voxel fraction
