@@ -54,6 +54,7 @@ fn changed(key: &str, value: &Value) -> Value {
         "auto" if key.starts_with("solver") => "direct",
         "auto" if key.ends_with("grain_mode") => "conforming",
         "auto" if key.ends_with("image.specimen") => "cylinder",
+        "bright" => "dark",
         "h-maxima" => "spacing",
         "geometric-mean" => "reuss",
         "auto" => "vertex",

@@ -148,7 +148,7 @@ fn rejections_know_their_place() {
 
     let source = std::fs::read_to_string(concat!(
         env!("CARGO_MANIFEST_DIR"),
-        "/../../ppl/tests/language/models.rs"
+        "/../../../ppl/tests/language/models.rs"
     ));
     let source = source.unwrap();
     let line = source.lines().nth(location.line as usize - 1).unwrap();
