@@ -274,6 +274,8 @@ pub(crate) enum Qualifier {
     OneMicrostructure,
     /// The error of the mesh is larger than the mesh error that the intervals include.
     MeshError,
+    /// Displacements of the measured curves include a toe.
+    Toe,
     /// The model at the posterior mode does not reproduce the specimens.
     PoorFit,
 }
@@ -284,6 +286,7 @@ impl Qualifier {
         match self {
             Self::OneMicrostructure => " for this microstructure",
             Self::MeshError => " on this mesh",
+            Self::Toe => " with the toe",
             Self::PoorFit => ", fit poor",
         }
     }

@@ -82,6 +82,9 @@ fn a_toe_that_is_left_in_is_a_warning() {
         assert!(!told.contains("Nothing wrong was found"), "{told}");
     }
     assert!(!said[3].contains("verdict good") && !said[3].contains(">identified</span>"));
+    for row in table(&dir.path().join("out/verdict.csv")) {
+        assert!(row["verdict"].contains("with the toe"), "{row:?}");
+    }
 
     // corrected, there is nothing to warn of
     edit(&dir.path().join("mine/case.toml"), |text| {

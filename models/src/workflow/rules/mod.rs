@@ -7,9 +7,16 @@ mod fit;
 mod influence;
 mod mesh;
 mod microstructure;
+mod toe;
 
 use super::rule::Rule;
 
 /// All rules, in the order of their warnings.
-pub(super) const RULES: [Rule; 5] =
-    [fit::AT_THE_SURROGATE, fit::SIMULATED, mesh::RULE, microstructure::RULE, influence::RULE];
+pub(super) const RULES: [Rule; 6] = [
+    fit::AT_THE_SURROGATE,
+    fit::SIMULATED,
+    toe::RULE,
+    mesh::RULE,
+    microstructure::RULE,
+    influence::RULE,
+];
