@@ -28,8 +28,8 @@ fn readers(key: &str) -> &'static [&'static str] {
         // the shape of predicted curves has a surrogate of its own
         ["surrogate", ..] => &["surrogate", "calibrate"],
         ["experiments", "virtual", "truth", ..] => &["experiments", "calibrate"],
-        // predicted curves stand over the curves as they were taken
-        ["experiments", "toe"] => &["experiments", "calibrate"],
+        // predicted curves are drawn over the measured curves; a rule of the verdict reads the toes
+        ["experiments", "toe"] => &["experiments", "calibrate", "verdict"],
         ["experiments", ..] => &["experiments"],
         // another likelihood puts other quantities into [qoi]
         ["calibration", "likelihood"] => {
