@@ -89,35 +89,16 @@ impl Evening<'_> {
             .par_iter()
             .map(|&value| u8::from(f64::from(value) < found.void))
             .collect();
-        if self.contrast == Contrast::Bright {
-            return Even {
-                grey,
-                smooth,
-                scale,
-                sample,
-                solid,
-                shown,
-                voids,
-                rim_over_centre,
-                top_over_bottom,
-            };
-        }
         if let (Some(dark), Some([matrix, _])) = (dark_voids, materials) {
             let changed = dark.fill(&mut grey, inside, matrix);
             self.filter_again(&grey, &changed, &mut smooth);
             voids.par_iter_mut().zip(&dark.voxels).for_each(|(voxel, void)| *voxel |= void);
         }
-        Even {
-            grey: inverted(grey),
-            smooth: inverted(smooth),
-            scale: scale.inverted(),
-            sample,
-            solid,
-            shown,
-            voids,
-            rim_over_centre,
-            top_over_bottom,
-        }
+        let (grey, smooth, scale) = match self.contrast {
+            Contrast::Bright => (grey, smooth, scale),
+            Contrast::Dark => (inverted(grey), inverted(smooth), scale.inverted()),
+        };
+        Even { grey, smooth, scale, sample, solid, shown, voids, rim_over_centre, top_over_bottom }
     }
 
     /// Applies the median filter again near the voxels that changed.
