@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use super::cell_stress::CellStress;
+use super::increment::{Increment, Residual};
 use super::layout::LANES;
 use super::pattern::Tangent;
-use super::residual::{Increment, Residual, Shift};
 use crate::device::{Argument, Array, DeviceError};
 use crate::element::Domain;
 use crate::material::Inverted;
@@ -42,25 +42,14 @@ pub trait Operator: std::fmt::Debug + Send + Sync {
     /// Stress and elastic energy of each element.
     fn stresses(&self, increment: &Increment) -> Result<Vec<CellStress>, Inverted>;
 
-    /// Point data of the tangents of the elements `tets`, in the order of
-    /// [`PointData`](super::point_data::PointData). Calls `write` for each batch of [`LANES`] elements with
-    /// the index of the batch and its point data.
+    /// Stored data of the tangents of the elements `tets`, in the order of [`DataLayout`](super::DataLayout). Calls
+    /// `write` for each batch of [`LANES`] elements with the index of the batch and its data.
     fn point_data(
         &self,
         increment: &Increment,
         coupling: Coupling,
         tets: &[u32],
         write: &mut dyn FnMut(usize, &[[f64; LANES]]),
-    ) -> Result<(), Inverted>;
-
-    /// Derivatives of the residual with respect to parameters at fixed fields: ∂R/∂θ + ∂R/∂φ_n ∂φ_n/∂θ at
-    /// every node, prescribed values included. `out` has one vector per shift. Not implemented for damage
-    /// with a history.
-    fn rates(
-        &self,
-        increment: &Increment,
-        shifts: &[Shift],
-        out: &mut [Vec<[f64; 4]>],
     ) -> Result<(), Inverted>;
 
     /// The mesh and its geometry.

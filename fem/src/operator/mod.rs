@@ -1,40 +1,45 @@
 //! The discrete equations on a mesh: element kernels, memory layout, and the unknowns.
 //!
-//! *Physics* is the element kernel (`element.rs`), which calls the point kernel of the module `material`.
-//! Residual, linearisation and the product with the tangent (`backend/apply.rs`) implement the same
-//! equations. *Geometry* is [`Domain`](crate::element::Domain). *Layout* ([`Layout`]) groups the elements
-//! into SIMD lanes and chunks. Solvers use the traits [`Operator`] and [`Product`], which a `backend`
-//! implements for the processor or a device.
+//! The folders in the order of their layers; a file imports from its own folder and from lower layers only:
+//!
+//! - `kernel`: residual, linearisation and contraction with the tangent of one element, over any number type; it calls
+//!   the point law of the module `material`.
+//! - files of this folder: the traits [`Operator`] and [`Product`] that solvers use, the layout of the elements in
+//!   batches and chunks, the assembled tangent.
+//! - `cpu`: the kernel on SIMD registers, and the matrix-free product.
+//! - `device`: the kernel recorded as C source, and its execution on a device.
+//! - `assembly`: the operator of a mesh.
 
-mod backend;
-mod blocks;
+mod assembly;
 mod bounds;
 mod cell_stress;
+mod cpu;
 mod deterministic_reduce;
-mod element;
+mod device;
 mod equations;
 mod graph;
+mod increment;
+mod kernel;
 mod layout;
 mod pattern;
-mod point_data;
-mod rates;
-mod residual;
+mod residual_rate;
 mod unknowns;
 
-#[cfg(test)]
-pub(crate) use backend::dispatch;
-pub use backend::{Assembly, SINGLE_FROM, device_product, linear, product, quadratic};
-pub use backend::{Buffers, Gather, equations_kernels, product_kernels};
-pub use blocks::{Blocks, write_blocks};
+pub use assembly::{Assembly, linear, quadratic};
 pub use bounds::Bounds;
 pub use cell_stress::CellStress;
-pub use element::{Constants, ElementState, MOST_POINTS};
-pub use equations::EquationsOnDevice;
-pub use equations::{AppliedOnDevice, Coupling, Operator, Product};
+#[cfg(test)]
+pub(crate) use cpu::dispatch;
+pub use cpu::{Buffers, Gather, SINGLE_FROM, product};
+pub use device::{device_product, equations_kernels, product_kernels};
+pub use equations::{AppliedOnDevice, Coupling, EquationsOnDevice, Operator, Product};
 pub use graph::Graph;
-pub use layout::LANES;
-pub use layout::Layout;
+pub use increment::{Increment, NodeBlock, Residual, StepContext};
+pub use kernel::{
+    Blocks, Constants, DataLayout, ElementResidual, ElementState, MOST_POINTS, linearise, residual,
+    write_blocks,
+};
+pub use layout::{LANES, Layout};
 pub use pattern::{Pattern, Tangent};
-pub use point_data::PointData;
-pub use residual::{Increment, NodeBlock, Residual, Shift, StepContext};
+pub use residual_rate::{Shift, residual_rate};
 pub use unknowns::{NONE, Unknowns};

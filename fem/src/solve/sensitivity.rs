@@ -23,7 +23,7 @@ use super::linear::{Nodal, add_scaled, mask};
 use super::newton::Solver;
 use crate::error::StepFailure;
 use crate::fields::Fields;
-use crate::operator::{Increment, Shift, StepContext};
+use crate::operator::{Increment, Shift, StepContext, residual_rate};
 
 /// Allowed residual of the linear systems, relative to the residual without a change of the free values: `TOLERANCE`
 /// if the force is computed from the rates alone, `CORRECTED` if the adjoint corrects the force, `ADJOINT` for the
@@ -95,9 +95,9 @@ impl<E: External> Solver<'_, E> {
     ) -> Result<Vec<Rates>, StepFailure> {
         self.linearise_at(fields, context)?;
         let shifts: Vec<Shift> = known.iter().map(|known| known.shift).collect();
-        let mut residuals = vec![vec![[0.0; 4]; fields.damage.len()]; shifts.len()];
         let increment = Increment { materials: self.materials, fields, context };
-        self.operator.rates(&increment, &shifts, &mut residuals)?;
+        let rate = |shift| residual_rate(self.operator, &increment, shift);
+        let residuals = shifts.iter().map(rate).collect::<Result<Vec<_>, _>>()?;
         let mut directions = Directions::new(self.linear.weight().to_vec());
         let tolerance = if measured.of_residual.is_some() { CORRECTED } else { TOLERANCE };
         let mut systems = Vec::with_capacity(known.len() + 1);

@@ -11,11 +11,11 @@ use fem::material::{
     CrackDensity, Degradation, FormulaLaw, Homogenisation, Material, MixedPhases, PhaseField,
     PointMaterial, Split,
 };
-use fem::operator::PointData;
+use fem::operator::DataLayout;
 use fem::operator::{Assembly, Coupling, Increment, LANES, Residual, StepContext};
 use fem::operator::{Blocks, write_blocks};
 use fem::operator::{Buffers, Gather};
-use fem::operator::{Constants, ElementState, MOST_POINTS};
+use fem::operator::{Constants, ElementState, MOST_POINTS, linearise, residual as residual_of};
 use fem::{Mixture, TetMesh};
 
 const RULES: [DamageRule; 4] =
@@ -119,9 +119,9 @@ fn assert_derivatives<const N: usize, T: Tetrahedron<N>>(
     for tet in 0..12 {
         let mut buffers = Buffers::new(());
         let element = gather.elements::<f64>((), [tet; LANES], &mut buffers);
-        let residual = element.residual();
-        let mut numbers = vec![0.0; PointData::of(&space.rule, element.plain).width()];
-        assert_eq!(element.linearise::<false>(true, &mut numbers), 1.0);
+        let residual = residual_of(&element);
+        let mut numbers = vec![0.0; DataLayout::new(&space.rule, element.plain).width()];
+        assert_eq!(linearise::<_, _, false, N>(&element, true, &mut numbers), 1.0);
         let blocks = blocks_of::<N>(&space.rule, element.plain, &numbers);
         let directions: [[[f64; 4]; N]; 2] = std::array::from_fn(|_| {
             std::array::from_fn(|_| std::array::from_fn(|_| rng.random_range(-1.0..1.0)))
@@ -160,7 +160,7 @@ fn assert_derivatives<const N: usize, T: Tetrahedron<N>>(
             plain: element.plain,
             history: None,
         };
-        let [elastic, fracture, viscous] = of_duals.residual().energies;
+        let [elastic, fracture, viscous] = residual_of(&of_duals).energies;
         let potential = elastic + fracture + viscous * 0.5;
         let along = |direction: &[[f64; 4]; N]| -> f64 {
             let pairs = residual.nodal.as_flattened().iter().zip(direction.as_flattened());
@@ -255,7 +255,7 @@ fn assert_as_alone<const N: usize, T: Element<N>>(
             for tet in 0..tets {
                 let mut buffers = Buffers::new(());
                 let alone = gather.elements::<f64>((), [tet; LANES], &mut buffers);
-                let one = alone.residual();
+                let one = residual_of(&alone);
                 for (a, &node) in space.tets[tet].iter().enumerate() {
                     (0..4).for_each(|k| nodal[node as usize][k] += one.nodal[a][k]);
                     drive[node as usize] += one.drive[a];
@@ -288,7 +288,7 @@ fn assert_as_alone<const N: usize, T: Element<N>>(
                     let mut alone = gather.elements::<f64>((), tets, &mut buffers);
                     alone.plain = plain;
                     let mut own = vec![0.0; numbers.len()];
-                    alone.linearise::<false>(true, &mut own);
+                    linearise::<_, _, false, N>(&alone, true, &mut own);
                     // axes may be those of another order of equal strains: compare what they mean
                     let side: Vec<f64> = numbers.iter().map(|number| number[lane]).collect();
                     let [side, own]: [Blocks<f64, N>; 2] =

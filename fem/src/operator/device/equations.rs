@@ -9,16 +9,16 @@ use rayon::prelude::*;
 use super::equations_source::{
     GEOMETRY, ROW, SUMS, Setting, block_sum, geometries, residual_kernel, tangent_kernel,
 };
-use super::lanes::Stored;
-use super::matrix_free::SINGLE_FROM;
 use super::product_source::CNumbers;
-use super::regions::Regions;
 use super::slots::{Kind, Slots, node_sum};
 use crate::device::{Argument, Array, ComputeDevice, DeviceError, Program};
 use crate::element::{Geometry, Space};
 use crate::material::{CrackDensity, Homogenisation, Inverted};
+use crate::operator::cpu::Regions;
+use crate::operator::cpu::SINGLE_FROM;
+use crate::operator::cpu::Stored;
+use crate::operator::increment::{Increment, Residual};
 use crate::operator::layout::Layout;
-use crate::operator::residual::{Increment, Residual};
 
 /// Number of slots per block, whose energies are summed on the device.
 const BLOCK: usize = 256;
@@ -26,7 +26,7 @@ const BLOCK: usize = 256;
 /// Residual and tangent of a mesh on a device. Supported are laws with a formula and without a history, until
 /// the device fails. Methods return `None` if the processor has to compute instead.
 #[derive(Debug)]
-pub(super) struct DeviceEquations {
+pub(crate) struct DeviceEquations {
     device: ComputeDevice,
     /// Device data, created on first use; or the error of the device after it failed.
     elements: Mutex<Result<Option<Box<Elements>>, DeviceError>>,
@@ -65,12 +65,12 @@ struct OfKind {
 }
 
 impl DeviceEquations {
-    pub(super) fn new(device: ComputeDevice) -> Self {
+    pub(crate) fn new(device: ComputeDevice) -> Self {
         Self { device, elements: Mutex::new(Ok(None)) }
     }
 
     /// Computes residual and energies; `rule` is the homogenisation rule of mixtures.
-    pub(super) fn residual<const N: usize>(
+    pub(crate) fn residual<const N: usize>(
         &self,
         space: &Space<N>,
         rule: Homogenisation,
@@ -81,7 +81,7 @@ impl DeviceEquations {
     }
 
     /// Writes the point data of the tangent into the arrays of a product, one array per kind of elements.
-    pub(super) fn linearise<const N: usize>(
+    pub(crate) fn linearise<const N: usize>(
         &self,
         space: &Space<N>,
         rule: Homogenisation,
@@ -92,7 +92,7 @@ impl DeviceEquations {
     }
 
     /// The error of the device, if the device has failed and is no longer used.
-    pub(super) fn lost(&self) -> Option<DeviceError> {
+    pub(crate) fn lost(&self) -> Option<DeviceError> {
         self.state().as_ref().err().cloned()
     }
 

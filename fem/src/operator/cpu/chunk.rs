@@ -5,11 +5,11 @@
 
 use faer::traits::pulp::{Simd, WithSimd};
 
-use super::apply::ElementProduct;
+use super::element_product::ElementProduct;
 use super::kinds::{OfKind, of_kind};
 use super::lanes::{Rows, Stored};
+use crate::operator::kernel::DataLayout;
 use crate::operator::layout::{Aligned, Chunk, LANES, Layout};
-use crate::operator::point_data::PointData;
 
 /// Computes y += A x for the elements of a chunk; x and y are the values of the chunk's nodes.
 pub(super) struct ChunkProduct<'a, T: Stored> {
@@ -67,11 +67,9 @@ impl<T: Stored> ChunkProduct<'_, T> {
         self,
         simd: S,
     ) {
-        let data = PointData::of(&self.layout.rule, PLAIN);
-        debug_assert_eq!(data.locals(), L);
         let zero = T::splat(simd, 0.0);
         let lanes = T::lanes::<S>();
-        let width = data.width();
+        let width = DataLayout::of_kind(self.layout.rule.points.len(), D, L, PLAIN).width();
         // the values of a linear element's nodes fit into registers, those of a quadratic element do not
         let rows_at_once = if N == 4 { lanes } else { LANES };
         for (batch, local) in self.chunk.local.chunks_exact(N).enumerate() {
@@ -81,7 +79,7 @@ impl<T: Stored> ChunkProduct<'_, T> {
                     for row in 0..rows_at_once {
                         let value = &self.x[usize::from(local[a][first + row])].0;
                         for c in 0..4 {
-                            rows[a].0[row][c] = T::of(value[c]);
+                            rows[a].0[row][c] = T::narrow(value[c]);
                         }
                     }
                 }
@@ -111,7 +109,7 @@ impl<T: Stored> ChunkProduct<'_, T> {
                         let value = &mut self.y[usize::from(local[a][first + row])].0;
                         let mut sum = *value;
                         for c in 0..4 {
-                            sum[c] += rows[a].0[row][c].wide();
+                            sum[c] += rows[a].0[row][c].widen();
                         }
                         *value = sum;
                     }

@@ -4,20 +4,20 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::device_equations::DeviceEquations;
-use super::gather::Gather;
-use super::shifts::Shifts;
+use super::cell_stress::CellStress;
+use super::cpu::{
+    DrivingOf, Gather, PointDataOf, ResidualsOf, Selection, StressesOf, TangentsOf, each_register,
+};
+use super::deterministic_reduce::deterministic_reduce;
+use super::device::DeviceEquations;
+use super::equations::{Coupling, EquationsOnDevice, Operator};
+use super::increment::{Increment, Residual};
+use super::kernel::ElementResidual;
+use super::layout::{LANES, VACANT};
+use super::pattern::Tangent;
 use crate::device::{Argument, ComputeDevice, DeviceError};
 use crate::element::{Domain, Space};
 use crate::material::{Homogenisation, Inverted};
-use crate::operator::cell_stress::CellStress;
-use crate::operator::deterministic_reduce::deterministic_reduce;
-use crate::operator::element::ElementResidual;
-use crate::operator::equations::{Coupling, EquationsOnDevice, Operator};
-use crate::operator::layout::LANES;
-use crate::operator::pattern::Tangent;
-use crate::operator::rates::{AT_ONCE, Rates};
-use crate::operator::residual::{Increment, Residual, Shift};
 use crate::parallel::Part;
 
 /// Least number of batches per task of a thread.
@@ -107,7 +107,10 @@ impl<const N: usize> Operator for Assembly<N> {
             energies: [0.0; 3],
             sound: 1.0,
         };
-        let compute = |first: usize, to: &mut [_]| gather.residuals(first, to);
+        let compute = |first: usize, to: &mut [_]| {
+            let selection = Selection::Consecutive { first, count: to.len() };
+            each_register(&gather, selection, ResidualsOf(to))
+        };
         let sound = deterministic_reduce::<N, _>(self.space.tets.len(), blank, compute, add);
         self.agreed(sound)?;
         self.part.halo.complete(&mut out.nodal);
@@ -127,7 +130,11 @@ impl<const N: usize> Operator for Assembly<N> {
         out.clear();
         let gather = self.gather(increment);
         let coupled = coupling == Coupling::Full;
-        let compute = |first: usize, to: &mut [_]| gather.tangents(first, coupled, to);
+        let compute = |first: usize, to: &mut [_]| {
+            let selection = Selection::Consecutive { first, count: to.len() };
+            let work = TangentsOf { rule: &self.space.rule, coupled, out: to };
+            each_register(&gather, selection, work)
+        };
         let add = |first: usize, elements: &[_]| out.add_elements(first, elements);
         let blank = [[[[0.0; 4]; 4]; N]; N];
         let sound = deterministic_reduce::<N, _>(self.space.tets.len(), blank, compute, add);
@@ -140,10 +147,16 @@ impl<const N: usize> Operator for Assembly<N> {
 
     fn driving_energies(&self, increment: &Increment, out: &mut [f64]) -> Result<(), Inverted> {
         let gather = self.gather(increment);
-        let batch = LANES * self.space.rule.points.len();
-        let batches = out.par_chunks_mut(batch).enumerate().with_min_len(LEAST);
-        let sound =
-            batches.try_for_each(|(batch, out)| gather.driving_energies(batch * LANES, out));
+        let points = self.space.rule.points.len();
+        let batches = out.par_chunks_mut(LANES * points).enumerate().with_min_len(LEAST);
+        let sound = batches.try_for_each(|(batch, out)| {
+            let (first, count) = (batch * LANES, out.len() / points);
+            each_register(
+                &gather,
+                Selection::Consecutive { first, count },
+                DrivingOf { points, out },
+            )
+        });
         self.agreed(sound)
     }
 
@@ -151,7 +164,10 @@ impl<const N: usize> Operator for Assembly<N> {
         let gather = self.gather(increment);
         let mut out = vec![CellStress::default(); self.space.tets.len()];
         let batches = out.par_chunks_mut(LANES).enumerate().with_min_len(LEAST);
-        batches.try_for_each(|(batch, out)| gather.stresses(batch * LANES, out))?;
+        batches.try_for_each(|(batch, out)| {
+            let selection = Selection::Consecutive { first: batch * LANES, count: out.len() };
+            each_register(&gather, selection, StressesOf(out))
+        })?;
         Ok(out)
     }
 
@@ -163,33 +179,10 @@ impl<const N: usize> Operator for Assembly<N> {
         write: &mut dyn FnMut(usize, &[[f64; LANES]]),
     ) -> Result<(), Inverted> {
         let coupled = coupling == Coupling::Full;
-        self.gather(increment).point_data(tets, coupled, write)
-    }
-
-    fn rates(
-        &self,
-        increment: &Increment,
-        shifts: &[Shift],
-        out: &mut [Vec<[f64; 4]>],
-    ) -> Result<(), Inverted> {
-        let gather = self.gather(increment);
-        for (shifts, out) in shifts.chunks(AT_ONCE).zip(out.chunks_mut(AT_ONCE)) {
-            let shifts = Shifts::new(&gather, self.rule, increment.context.duration, shifts);
-            out.iter_mut().for_each(|out| out.fill([0.0; 4]));
-            let compute = |first: usize, to: &mut [_]| shifts.rates(first, to);
-            let add = |first: usize, elements: &[Rates<f64, N>]| {
-                for (element, nodes) in elements.iter().zip(&self.space.tets[first..]) {
-                    for (out, element) in out.iter_mut().zip(element) {
-                        for (&node, rate) in nodes.iter().zip(element) {
-                            (0..4).for_each(|k| out[node as usize][k] += rate[k]);
-                        }
-                    }
-                }
-            };
-            let blank = [[[0.0; 4]; N]; AT_ONCE];
-            deterministic_reduce::<N, _>(self.space.tets.len(), blank, compute, add)?;
-        }
-        Ok(())
+        let plain = tets.iter().all(|&tet| tet == VACANT || self.space.is_plain(tet as usize));
+        let rule = &self.space.rule;
+        let work = PointDataOf { rule, plain, coupled, count: tets.len(), write };
+        each_register(&self.gather(increment), Selection::Listed(tets), work)
     }
 
     fn domain(&self) -> &dyn Domain {

@@ -12,11 +12,11 @@ use crate::operator::layout::LANES;
 /// because memory bandwidth is the limit. The alignment keeps a pack within one cache line.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(32))]
-pub(super) struct Pack<T, const W: usize>([T; W]);
+pub(crate) struct Pack<T, const W: usize>([T; W]);
 
 impl<T: Copy, const W: usize> Pack<T, W> {
     /// The same value for all elements.
-    pub(super) const fn of(x: T) -> Self {
+    pub(crate) const fn splat(x: T) -> Self {
         Self([x; W])
     }
 }
@@ -38,12 +38,13 @@ impl<T, const W: usize> AsMut<[T]> for Pack<T, W> {
 /// Four values of each element of a batch, element by element.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(32))]
-pub(super) struct Rows<T>(pub(super) [[T; 4]; LANES]);
+pub(crate) struct Rows<T>(pub [[T; 4]; LANES]);
 
 /// The number type of a product with the tangent.
-pub(super) trait Precision:
+pub(crate) trait Precision:
     Copy + Default + Send + Sync + std::fmt::Debug + 'static
 {
+    /// Values of several elements, side by side.
     type Pack: Copy + Send + Sync + std::fmt::Debug + AsRef<[Self]> + AsMut<[Self]> + 'static;
     /// A SIMD register of numbers.
     type Register<S: Simd>: Number;
@@ -53,19 +54,20 @@ pub(super) trait Precision:
 }
 
 /// The floating-point type in which point data are stored.
-pub(super) trait Stored: Precision + Pod {
+pub(crate) trait Stored: Precision + Pod {
     /// Number of elements in a pack.
     const WIDTH: usize;
     const ZERO: Self::Pack;
 
-    fn of(x: f64) -> Self;
-    fn wide(self) -> f64;
+    /// Rounds a number to this type.
+    fn narrow(x: f64) -> Self;
+    fn widen(self) -> f64;
 
     /// Number of lanes of a register; divides the width of a pack.
     fn lanes<S: Simd>() -> usize;
     fn store<S: Simd>(pack: &mut Self::Pack, register: usize, x: Self::Register<S>);
     /// Transposes rows: loads the four columns of as many rows as a register has lanes. The order of the
-    /// lanes is given by [`places`]; [`Stored::rows`] reverses it.
+    /// lanes is given by [`lane_of_row`]; [`Stored::rows`] reverses it.
     fn columns<S: Simd>(simd: S, rows: &Rows<Self>, register: usize) -> [Self::Register<S>; 4];
     /// Stores four columns as rows, the inverse of [`Stored::columns`].
     fn rows<S: Simd>(
@@ -89,7 +91,7 @@ pub(crate) fn dispatch<W: WithSimd>(work: W) -> W::Output {
 
 /// Prefetches the cache line of a value. The index may be beyond the end of `data`.
 #[inline(always)]
-pub(super) fn prefetch<T>(data: &[T], index: usize) {
+pub(crate) fn prefetch<T>(data: &[T], index: usize) {
     #[cfg(target_arch = "x86_64")]
     if let Some(sse) = pulp::core_arch::x86::Sse::try_new() {
         use std::arch::x86_64::_MM_HINT_T0;
@@ -97,31 +99,32 @@ pub(super) fn prefetch<T>(data: &[T], index: usize) {
     }
 }
 
-/// Position of each element of a batch in its packs, as produced by [`Stored::columns`].
-pub(super) fn places<T: Stored>() -> [usize; LANES] {
-    struct Places<T>(PhantomData<T>);
-    impl<T: Stored> WithSimd for Places<T> {
+/// Position of each row of a batch in its packs, as produced by [`Stored::columns`].
+pub(crate) fn lane_of_row<T: Stored>() -> [usize; LANES] {
+    struct Lanes<T>(PhantomData<T>);
+    impl<T: Stored> WithSimd for Lanes<T> {
         type Output = [usize; LANES];
 
         #[inline(always)]
         fn with_simd<S: Simd>(self, simd: S) -> [usize; LANES] {
             let mut rows = Rows([[T::default(); 4]; LANES]);
             for row in 0..LANES {
-                rows.0[row][0] = T::of(row as f64);
+                rows.0[row][0] = T::narrow(row as f64);
             }
-            let mut places = [0; LANES];
+            let mut lanes = [0; LANES];
             for register in 0..LANES / T::lanes::<S>() {
                 let mut pack = T::ZERO;
                 let [first, ..] = T::columns(simd, &rows, register);
                 T::store::<S>(&mut pack, 0, first);
                 for lane in 0..T::lanes::<S>() {
-                    places[pack.as_ref()[lane].wide() as usize] = register * T::lanes::<S>() + lane;
+                    let row = pack.as_ref()[lane].widen() as usize;
+                    lanes[row] = register * T::lanes::<S>() + lane;
                 }
             }
-            places
+            lanes
         }
     }
-    dispatch(Places(PhantomData::<T>))
+    dispatch(Lanes(PhantomData::<T>))
 }
 
 macro_rules! precision {
@@ -147,15 +150,15 @@ macro_rules! precision {
 
         impl Stored for $t {
             const WIDTH: usize = $width;
-            const ZERO: Self::Pack = Pack::of(0.0);
+            const ZERO: Self::Pack = Pack::splat(0.0);
 
             #[inline(always)]
-            fn of(x: f64) -> Self {
+            fn narrow(x: f64) -> Self {
                 x as $t
             }
 
             #[inline(always)]
-            fn wide(self) -> f64 {
+            fn widen(self) -> f64 {
                 f64::from(self)
             }
 

@@ -13,8 +13,8 @@ use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
 use faer::traits::pulp::Simd;
 
-use super::lanes::{Pack, Precision};
 use crate::material::{Number, Round, Scalar};
+use crate::operator::cpu::{Pack, Precision};
 
 /// An operation or an operand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -50,7 +50,7 @@ struct Loop {
 
 /// Index of a node in the record; node 0 is the constant zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub(super) struct Term(u32);
+pub(crate) struct Term(u32);
 
 const ZERO: Term = Term(0);
 
@@ -90,7 +90,7 @@ fn put(node: Node) -> Term {
 
 impl Term {
     /// Input number `place` of the kernel.
-    pub(super) fn given(place: usize) -> Self {
+    pub(crate) fn given(place: usize) -> Self {
         put(Node::Given(place as u32))
     }
 
@@ -292,13 +292,13 @@ fn function(name: &str, most: usize, len: usize, round: Round<Term>) -> String {
 }
 
 /// The C functions that the statements of the current record call.
-pub(super) fn functions() -> Vec<String> {
+pub(crate) fn functions() -> Vec<String> {
     RECORD.with_borrow(|record| record.functions.iter().map(|f| f.1.clone()).collect())
 }
 
 /// The C statements that compute `results`, and the C expression of each result. `given` returns the C
 /// expression of an input; an input is read just before its first use.
-pub(super) fn statements(
+pub(crate) fn statements(
     results: &[Term],
     given: &dyn Fn(usize) -> String,
 ) -> (String, Vec<String>) {
@@ -385,6 +385,6 @@ fn parts(node: Node) -> [Option<Term>; 3] {
 }
 
 /// Starts a new, empty record on this thread.
-pub(super) fn begin() {
+pub(crate) fn begin() {
     RECORD.replace(Record::new());
 }

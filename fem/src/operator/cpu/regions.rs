@@ -5,10 +5,10 @@ use crate::material::{
     Degradation, Degraded, Formula, Homogenisation, LaneLaw, Lanes, MOST_GRAIN, MixedPhases,
     POINTS, PointMaterial,
 };
-use crate::operator::element::Constants;
+use crate::operator::kernel::Constants;
 
 /// The materials of all regions in an increment.
-pub(super) struct Regions<'a> {
+pub(crate) struct Regions<'a> {
     materials: &'a [PointMaterial],
     degraded: Degraded,
     /// The formula of the elastic law, if all regions have the same one.
@@ -19,13 +19,13 @@ pub(super) struct Regions<'a> {
 }
 
 /// Number of constants of a region.
-pub(super) const CONSTANTS: usize = 6;
+pub(crate) const CONSTANTS: usize = 6;
 
-/// Constants of one element: those of its region, then fraction, bulk and shear modulus of the grain.
-pub(super) type Row = [f64; CONSTANTS + 3];
+/// Constants of one element: constants of its region, then fraction, bulk and shear modulus of the grain.
+pub(crate) type Row = [f64; CONSTANTS + 3];
 
 impl<'a> Regions<'a> {
-    pub(super) fn new(
+    pub(crate) fn new(
         materials: &'a [PointMaterial],
         rule: Homogenisation,
         duration: f64,
@@ -53,14 +53,14 @@ impl<'a> Regions<'a> {
     }
 
     /// The formula that all regions share, if there is one, and the part of the energy that damage degrades.
-    pub(super) fn law(&self) -> (Option<Formula>, Degraded) {
+    pub(crate) fn law(&self) -> (Option<Formula>, Degraded) {
         (self.formula, self.degraded)
     }
 
     /// The constants of an element: K, μ, 1 − η, Gc/(c₀ ℓ₀), Gc ℓ₀/c₀ and ξ/Δt, then fraction, K and μ of the
     /// grain. For a mixture the first six are those of the matrix; the constants of damage are reduced by the
     /// grain fraction. The grain is the phase of the region `second`.
-    pub(super) fn row(&self, region: usize, second: usize, fraction: f64) -> Row {
+    pub(crate) fn row(&self, region: usize, second: usize, fraction: f64) -> Row {
         let mut row = [0.0; CONSTANTS + 3];
         row[..CONSTANTS].copy_from_slice(&self.constants[region]);
         // a pure element stores its own moduli as the grain's
@@ -79,7 +79,7 @@ impl<'a> Regions<'a> {
 
     /// The constants of the elements in all lanes, and whether any element is a mixture.
     #[inline(always)]
-    pub(super) fn of<T: Lanes, const N: usize>(
+    pub(crate) fn constants<T: Lanes, const N: usize>(
         &self,
         token: T::Token,
         space: &Space<N>,

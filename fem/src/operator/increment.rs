@@ -43,19 +43,6 @@ impl<'a> StepContext<'a> {
     }
 }
 
-/// A material parameter, given by the materials below and above its value.
-#[derive(Clone, Copy)]
-pub struct Shift<'a> {
-    /// Materials by region, with the parameter below its value.
-    pub below: &'a [PointMaterial],
-    pub above: &'a [PointMaterial],
-    /// Difference of the parameter between `above` and `below`.
-    pub width: f64,
-    /// Derivatives of the nodal values u_x, u_y, u_z, φ at the start of the increment with respect to the
-    /// parameter.
-    pub before: &'a [[f64; 4]],
-}
-
 /// Residual and energies at the current fields.
 #[derive(Clone, Debug, Default)]
 pub struct Residual {

@@ -1,18 +1,18 @@
 //! The product with the matrix-free tangent for one register of elements.
 
+use std::marker::PhantomData;
+
 use faer::traits::pulp::Simd;
 
 use super::lanes::{Precision, prefetch};
-use crate::material::{Number, dot, packed};
+use crate::material::Number;
+use crate::operator::kernel::{Contraction, DataLayout, Load, first_or_add};
 use crate::operator::layout::{Layout, MIDDLE};
-use crate::operator::point_data::{
-    GRADIENT, NORMAL, PUSH, PointData, ROTATION, SHEAR, SLOPES, SOFTENING, SOURCE, STRESS,
-    principal_axes,
-};
 
-/// The product for one register of elements with `C` fields, `D` damage points and `L` entries of the local
-/// part. `PLAIN` elements are straight and not mixtures.
-pub(super) struct ElementProduct<
+/// The product for one register of elements with `C` fields, `D` damage points and `L` entries of the local part.
+/// `PLAIN` elements are straight and not mixtures.
+#[derive(Debug)]
+pub(crate) struct ElementProduct<
     'a,
     T: Precision,
     S,
@@ -21,54 +21,72 @@ pub(super) struct ElementProduct<
     const D: usize,
     const L: usize,
 > {
-    pub(super) layout: &'a Layout,
-    pub(super) simd: S,
+    pub layout: &'a Layout,
+    pub simd: S,
     /// Index of the register within a pack.
-    pub(super) register: usize,
-    /// Point data, beginning with those of these elements.
-    pub(super) data: &'a [T::Pack],
+    pub register: usize,
+    /// Stored data, beginning with those of these elements.
+    pub data: &'a [T::Pack],
+}
+
+/// Loads one register of a pack of precision `T`.
+#[derive(Clone, Copy)]
+struct PackLoader<T, S> {
+    simd: S,
+    register: usize,
+    precision: PhantomData<T>,
+}
+
+impl<T: Precision, S: Simd> Load<T::Pack> for PackLoader<T, S> {
+    type Number = T::Register<S>;
+
+    #[inline(always)]
+    fn load(self, pack: &T::Pack) -> T::Register<S> {
+        T::load(self.simd, pack, self.register)
+    }
+
+    #[inline(always)]
+    fn constant(self, x: f64) -> T::Register<S> {
+        T::splat(self.simd, x)
+    }
 }
 
 /// Prefetch distance, in packs.
 const AHEAD: usize = 128;
+/// Number of packs in a cache line.
+const PER_LINE: usize = 2;
 
 /// Values at the damage points: φ, g′ φ, and the sum of the contributions of the elastic points.
 struct DamagePoints<V, const D: usize> {
     phi: [V; D],
-    soft: [V; D],
+    change_of_g: [V; D],
     drive: [V; D],
-}
-
-/// a b in the first step of a sum, a b + c in later steps.
-#[inline(always)]
-fn first_or_add<V: Number>(step: usize, a: V, b: V, c: V) -> V {
-    if step == 0 { a * b } else { a.mul_add(b, c) }
 }
 
 impl<T: Precision, S: Simd, const PLAIN: bool, const C: usize, const D: usize, const L: usize>
     ElementProduct<'_, T, S, PLAIN, C, D, L>
 {
-    const WIDTH: usize = PointData::each(D, PLAIN);
-    const HEAD: usize = PointData::head(D, PLAIN);
-
-    /// `M` packs beginning at index `place`. Also prefetches packs farther on.
     #[inline(always)]
-    fn read<const M: usize>(&self, place: usize) -> &[T::Pack; M] {
-        const PER_LINE: usize = 2;
-        for k in (0..M).step_by(PER_LINE) {
-            prefetch(self.data, place + AHEAD + k);
-        }
-        self.data[place..].first_chunk().expect("as many numbers as the rule says")
+    fn data_layout(&self) -> DataLayout {
+        DataLayout::of_kind(self.layout.rule.points.len(), D, L, PLAIN)
     }
 
     #[inline(always)]
-    fn load(&self, pack: &T::Pack) -> T::Register<S> {
-        T::load(self.simd, pack, self.register)
+    fn loader(&self) -> PackLoader<T, S> {
+        PackLoader { simd: self.simd, register: self.register, precision: PhantomData }
     }
 
     #[inline(always)]
     fn constant(&self, x: f64) -> T::Register<S> {
-        T::splat(self.simd, x)
+        self.loader().constant(x)
+    }
+
+    /// Prefetches the data that follow the data of `count` packs from `offset` at some distance.
+    #[inline(always)]
+    fn prefetch_after(&self, offset: usize, count: usize) {
+        for k in (0..count).step_by(PER_LINE) {
+            prefetch(self.data, offset + AHEAD + k);
+        }
     }
 
     #[inline(always)]
@@ -77,11 +95,12 @@ impl<T: Precision, S: Simd, const PLAIN: bool, const C: usize, const D: usize, c
         u: &[[T::Register<S>; C]; N],
     ) -> DamagePoints<T::Register<S>, D> {
         let zero = self.constant(0.0);
-        let mut points = DamagePoints { phi: [zero; D], soft: [zero; D], drive: [zero; D] };
+        let mut points = DamagePoints { phi: [zero; D], change_of_g: [zero; D], drive: [zero; D] };
         if D == 0 {
             return points;
         }
-        let softening = self.read::<D>(0);
+        self.prefetch_after(0, D);
+        let slopes = self.data_layout().degradation_slopes(self.data);
         for p in 0..D {
             if self.layout.nodal {
                 points.phi[p] = u[p % N][C - 1];
@@ -91,7 +110,7 @@ impl<T: Precision, S: Simd, const PLAIN: bool, const C: usize, const D: usize, c
                     points.phi[p] = self.constant(shape[b]).mul_add(u[b][C - 1], points.phi[p]);
                 }
             }
-            points.soft[p] = self.load(&softening[p]) * points.phi[p];
+            points.change_of_g[p] = self.loader().load(&slopes[p]) * points.phi[p];
         }
         points
     }
@@ -105,78 +124,38 @@ impl<T: Precision, S: Simd, const PLAIN: bool, const C: usize, const D: usize, c
         points: &mut DamagePoints<T::Register<S>, D>,
     ) -> [[T::Register<S>; C]; 3] {
         let zero = self.constant(0.0);
-        let place = Self::HEAD + q * Self::WIDTH;
-        let point = self.read::<SOURCE>(place);
-        let mut rotation = [zero; 4];
-        for k in 0..4 {
-            rotation[k] = self.load(&point[ROTATION + k]);
-        }
-        let axes = principal_axes(rotation);
-        let mut h = [[zero; 3]; 3];
-        for k in 0..3 {
-            for i in 0..3 {
-                let turned = dot(&axes[i], &[du[k][0], du[k][1], du[k][2]]);
-                for l in 0..3 {
-                    let push = self.load(&point[PUSH + 3 * k + l]);
-                    h[i][l] = first_or_add(k, turned, push, h[i][l]);
-                }
-            }
-        }
-        let mut f = [[zero; 3]; 3];
-        for i in 0..3 {
-            for j in 0..3 {
-                let normal = self.load(&point[NORMAL + packed(i.max(j), i.min(j))]);
-                f[i][i] = first_or_add(j, normal, h[j][j], f[i][i]);
-                if i != j {
-                    let shear = self.load(&point[SHEAR + 3 - i - j]);
-                    let stress = self.load(&point[STRESS + j]) * h[i][j];
-                    f[i][j] = shear.mul_add(h[i][j] + h[j][i], stress);
-                }
-            }
-        }
+        let layout = self.data_layout();
+        self.prefetch_after(layout.point_offset(q), layout.per_point());
+        let tangent = Contraction::new(layout.point(q, self.data), self.loader());
+        let h = tangent.gradient(du);
+        let mut f = tangent.stress(&h);
         let mut flux = [[zero; C]; 3];
         if D > 0 {
             let rule = &self.layout.rule;
             let mixing = rule.mixing[q].first_chunk::<D>().expect("a share of each point");
-            let mut seen = zero;
-            for p in 0..D {
-                seen = first_or_add(p, self.constant(mixing[p]), points.soft[p], seen);
-            }
-            let source = self.read::<3>(place + SOURCE);
-            let mut work = zero;
-            for i in 0..3 {
-                let source = self.load(&source[i]);
-                f[i][i] = source.mul_add(seen, f[i][i]);
-                work = first_or_add(i, source, h[i][i], work);
-            }
-            if !PLAIN {
-                let [softening] = self.read::<1>(place + SOFTENING);
-                work = self.load(softening).mul_add(seen, work);
-            }
+            let mut change_of_g = zero;
             for p in 0..D {
                 let share = self.constant(mixing[p]);
-                points.drive[p] = first_or_add(q, share, work, points.drive[p]);
+                change_of_g = first_or_add(p, share, points.change_of_g[p], change_of_g);
             }
-            let gradient = self.read::<SLOPES>(if PLAIN { D } else { place + GRADIENT });
-            let weight = self.constant(if PLAIN { rule.points[q].weight } else { 1.0 });
+            let driving = tangent.couple(change_of_g, &h, &mut f);
+            for p in 0..D {
+                let share = self.constant(mixing[p]);
+                points.drive[p] = first_or_add(q, share, driving, points.drive[p]);
+            }
+            let mut shared = None;
+            if PLAIN {
+                shared = Some((layout.shared_gradient(self.data), rule.points[q].weight));
+            }
+            let change = [du[0][C - 1], du[1][C - 1], du[2][C - 1]];
             for k in 0..3 {
-                let mut sum = zero;
-                for l in 0..3 {
-                    let a = self.load(&gradient[packed(k.max(l), k.min(l))]);
-                    sum = first_or_add(l, a, du[l][C - 1], sum);
-                }
-                flux[k][C - 1] = weight * sum;
+                flux[k][C - 1] = tangent.damage_flux(k, &change, shared);
             }
         }
         for k in 0..3 {
-            for i in 0..3 {
-                let mut back = zero;
-                for l in 0..3 {
-                    back = first_or_add(l, self.load(&point[PUSH + 3 * k + l]), f[i][l], back);
-                }
-                for m in 0..3 {
-                    flux[k][m] = first_or_add(i, axes[i][m], back, flux[k][m]);
-                }
+            let of_displacement = tangent.flux(k, &f);
+            for m in 0..3 {
+                flux[k][m] = of_displacement[m];
             }
         }
         flux
@@ -192,11 +171,12 @@ impl<T: Precision, S: Simd, const PLAIN: bool, const C: usize, const D: usize, c
         if D == 0 {
             return;
         }
-        let softening = self.read::<D>(0);
-        let local = self.read::<L>(Self::HEAD + self.layout.rule.points.len() * Self::WIDTH);
+        let (layout, loader) = (self.data_layout(), self.loader());
+        self.prefetch_after(layout.point_offset(self.layout.rule.points.len()), L);
+        let slopes = layout.degradation_slopes(self.data);
         for p in 0..D {
-            let drive = self.load(&softening[p]) * points.drive[p];
-            let value = self.load(&local[p % L]).mul_add(points.phi[p], drive);
+            let drive = loader.load(&slopes[p]) * points.drive[p];
+            let value = loader.load(layout.local(p, self.data)).mul_add(points.phi[p], drive);
             if self.layout.nodal {
                 r[p % N][C - 1] += value;
             } else {
@@ -208,8 +188,9 @@ impl<T: Precision, S: Simd, const PLAIN: bool, const C: usize, const D: usize, c
         }
     }
 
+    /// The product for linear elements, by node.
     #[inline(always)]
-    pub(super) fn linear<const N: usize>(
+    pub(crate) fn linear<const N: usize>(
         &self,
         u: &[[T::Register<S>; C]; N],
     ) -> [[T::Register<S>; C]; N] {
@@ -237,7 +218,7 @@ impl<T: Precision, S: Simd, const PLAIN: bool, const C: usize, const D: usize, c
     /// and j, ∂u/∂λ_k = Σ_j λ_j M_kj − u_k. At each elastic point λ_j is split into the smallest λ and an
     /// excess; the sum with the smallest λ is computed once for all points.
     #[inline(always)]
-    pub(super) fn quadratic<const N: usize>(
+    pub(crate) fn quadratic<const N: usize>(
         &self,
         u: &[[T::Register<S>; C]; N],
     ) -> [[T::Register<S>; C]; N] {
@@ -254,7 +235,7 @@ impl<T: Precision, S: Simd, const PLAIN: bool, const C: usize, const D: usize, c
         }
         let mut points = self.damage_points(u);
         let (mut total, mut common) = ([[zero; C]; 4], [[zero; C]; 4]);
-        let mut own = [[zero; C]; N];
+        let mut nodal = [[zero; C]; N];
         for (q, (least, above)) in self.layout.excess.iter().enumerate() {
             let least = self.constant(*least);
             let mut d = [[zero; C]; 4];
@@ -295,7 +276,7 @@ impl<T: Precision, S: Simd, const PLAIN: bool, const C: usize, const D: usize, c
                 for k in 0..4 {
                     let node = MIDDLE[k][j];
                     for c in 0..C {
-                        own[node][c] = excess.mul_add(d[k][c], own[node][c]);
+                        nodal[node][c] = excess.mul_add(d[k][c], nodal[node][c]);
                     }
                 }
             }
@@ -303,19 +284,19 @@ impl<T: Precision, S: Simd, const PLAIN: bool, const C: usize, const D: usize, c
         for k in 0..4 {
             for j in 0..4 {
                 for c in 0..C {
-                    own[MIDDLE[k][j]][c] += common[k][c];
+                    nodal[MIDDLE[k][j]][c] += common[k][c];
                 }
             }
         }
-        for (a, own) in own.iter_mut().enumerate() {
+        for a in 0..N {
             for c in 0..C {
-                own[c] = four * own[c];
+                nodal[a][c] = four * nodal[a][c];
                 if a < 4 {
-                    own[c] = own[c] - total[a][c];
+                    nodal[a][c] = nodal[a][c] - total[a][c];
                 }
             }
         }
-        self.add_local(&points, &mut own);
-        own
+        self.add_local(&points, &mut nodal);
+        nodal
     }
 }

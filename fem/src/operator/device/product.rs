@@ -5,17 +5,17 @@
 use std::sync::Arc;
 
 use super::equations_source::diagonal_kernel;
-use super::lanes::Stored;
-use super::matrix_free::{MatrixFree, SINGLE_FROM};
 use super::product_source::{CNumbers, product_kernel};
 use super::slots::{Kind, Slots, node_sum};
 use crate::device::{Argument, Array, ComputeDevice, DeviceError, Program};
 use crate::material::Inverted;
+use crate::operator::cpu::Stored;
+use crate::operator::cpu::{MatrixFree, SINGLE_FROM};
 use crate::operator::equations::{AppliedOnDevice, Coupling, Operator, Product};
+use crate::operator::increment::Increment;
+use crate::operator::kernel::DataLayout;
 use crate::operator::layout::Layout;
 use crate::operator::pattern::Tangent;
-use crate::operator::point_data::PointData;
-use crate::operator::residual::Increment;
 
 /// A matrix-free product on a device, with the precision that [`product`](super::product) would choose.
 pub fn device_product(
@@ -40,7 +40,7 @@ enum Numbers {
 
 /// A [`MatrixFree`] with a copy of its point data on a device.
 #[derive(Debug)]
-pub(super) struct DeviceProduct<T: Stored> {
+pub(crate) struct DeviceProduct<T: Stored> {
     host: MatrixFree<T>,
     numbers: Numbers,
     program: Arc<dyn Program>,
@@ -54,10 +54,10 @@ pub(super) struct DeviceProduct<T: Stored> {
 }
 
 impl<T: Stored> DeviceProduct<T> {
-    pub(super) fn new(layout: Arc<Layout>, device: &ComputeDevice) -> Result<Self, DeviceError> {
+    pub(crate) fn new(layout: Arc<Layout>, device: &ComputeDevice) -> Result<Self, DeviceError> {
         let slots = Slots::new::<T>(&layout, device)?;
         let rule = &layout.rule;
-        let width = |plain: bool| PointData::of(rule, plain).width();
+        let width = |plain: bool| DataLayout::new(rule, plain).width();
         let data = slots.kinds.iter().map(|k| Array::zeros(device, k.count * width(k.plain)));
         let data = data.collect::<Result<Vec<_>, _>>()?;
         let vacant = |kind: &Kind| {

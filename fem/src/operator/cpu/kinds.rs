@@ -3,7 +3,7 @@
 use crate::element::Rule;
 
 /// A computation that is compiled for each kind of element.
-pub(super) trait OfKind {
+pub(crate) trait OfKind {
     type Output;
 
     /// Runs the computation for elements with `N` nodes, `C` fields, `D` damage points and `L` entries of the
@@ -15,7 +15,7 @@ pub(super) trait OfKind {
 
 /// Runs the computation for the kind of element that a rule describes.
 #[inline(always)]
-pub(super) fn of_kind<W: OfKind>(rule: &Rule, plain: bool, work: W) -> W::Output {
+pub(crate) fn of_kind<W: OfKind>(rule: &Rule, plain: bool, work: W) -> W::Output {
     let damage = rule.damage.len();
     // without damage, point data of curved elements and mixtures are the same as those of plain elements
     if plain || damage == 0 {

@@ -4,22 +4,22 @@ use std::fmt::Write;
 
 use faer::traits::pulp::Scalar;
 
-use super::apply::ElementProduct;
-use super::kinds::{OfKind, of_kind};
-use super::lanes::{Pack, Stored};
 use super::recording::{Term, begin, statements};
 use crate::device::Kernel;
+use crate::operator::cpu::ElementProduct;
+use crate::operator::cpu::{OfKind, of_kind};
+use crate::operator::cpu::{Pack, Stored};
+use crate::operator::kernel::DataLayout;
 use crate::operator::layout::Layout;
-use crate::operator::point_data::PointData;
 
 /// The kernel for plain or other elements, one element per item; `first` is the first slot of the kind. It
 /// reads the nodes of slot s at `nodes[a slots + s]`, and the point data in packs as the processor stores
 /// them. It writes the contribution to node a of slot s to the four values with index `a slots + s` of
 /// `copies`.
-pub(super) fn product_kernel(layout: &Layout, plain: bool, stored: CNumbers) -> Kernel {
+pub(crate) fn product_kernel(layout: &Layout, plain: bool, stored: CNumbers) -> Kernel {
     begin();
     let nodes = layout.rule.nodes;
-    let width = PointData::of(&layout.rule, plain).width();
+    let width = DataLayout::new(&layout.rule, plain).width();
     let product = of_kind(&layout.rule, plain, Recorded { layout });
     let fields = product.len() / nodes;
     let (lines, results) = statements(&product, &|place| match place.checked_sub(4 * nodes) {
@@ -78,7 +78,7 @@ impl OfKind for Recorded<'_> {
     >(
         self,
     ) -> Vec<Term> {
-        let width = PointData::of(&self.layout.rule, PLAIN).width();
+        let width = DataLayout::new(&self.layout.rule, PLAIN).width();
         let mut u = [[Term::default(); C]; N];
         for a in 0..N {
             for c in 0..C {
@@ -86,7 +86,7 @@ impl OfKind for Recorded<'_> {
             }
         }
         let data: Vec<Pack<Term, 1>> =
-            (0..width).map(|k| Pack::of(Term::given(4 * N + k))).collect();
+            (0..width).map(|k| Pack::splat(Term::given(4 * N + k))).collect();
         let product = ElementProduct::<Term, Scalar, PLAIN, C, D, L> {
             layout: self.layout,
             simd: Scalar::new(),
@@ -100,18 +100,18 @@ impl OfKind for Recorded<'_> {
 
 /// C declarations for the stored point data of an element.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct CNumbers {
+pub(crate) struct CNumbers {
     /// Pointer type for reading.
-    pub(super) read: &'static str,
+    pub read: &'static str,
     /// Pointer type for writing.
-    pub(super) write: &'static str,
+    pub write: &'static str,
     /// Number of elements per pack.
-    pub(super) lanes: usize,
+    pub lanes: usize,
 }
 
 impl CNumbers {
     /// The declarations for point data of type `T`.
-    pub(super) fn of<T: Stored>() -> Self {
+    pub(crate) fn of<T: Stored>() -> Self {
         let [read, write] = if size_of::<T>() == 4 {
             ["const float *", "float *"]
         } else {
@@ -121,7 +121,7 @@ impl CNumbers {
     }
 
     /// The C statement that declares `own`, a pointer to the point data of the kernel's element.
-    pub(super) fn own(&self, pointer: &str, width: usize) -> String {
+    pub(crate) fn own(&self, pointer: &str, width: usize) -> String {
         let lanes = self.lanes;
         format!("    {pointer}own = data + (at / {lanes} * {width} * {lanes} + at % {lanes});\n")
     }

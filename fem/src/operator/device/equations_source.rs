@@ -4,33 +4,32 @@ use std::fmt::Write;
 
 use super::product_source::CNumbers;
 use super::recording::{Term, begin, functions, statements};
-use super::regions::Row;
 use crate::device::Kernel;
 use crate::element::{Geometry, Rule};
 use crate::material::{
     CrackDensity, Degradation, Degraded, Formula, FormulaLaw, Homogenisation, MixedPhases,
 };
-use crate::operator::blocks::diagonal;
-use crate::operator::element::{Constants, ElementState};
-use crate::operator::point_data::PointData;
+use crate::operator::cpu::Row;
+use crate::operator::kernel::DataLayout;
+use crate::operator::kernel::{Constants, ElementState, diagonal, linearise, residual};
 
 /// Model choices that all elements share.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Setting {
-    pub(super) formula: Formula,
-    pub(super) degraded: Degraded,
-    pub(super) density: CrackDensity,
+pub(crate) struct Setting {
+    pub formula: Formula,
+    pub degraded: Degraded,
+    pub density: CrackDensity,
     /// Homogenisation rule of mixtures; `None` if there are no mixtures.
-    pub(super) mixed: Option<Homogenisation>,
+    pub mixed: Option<Homogenisation>,
 }
 
 /// Number of geometry values per elastic point: ∇λ_k and the volume.
-pub(super) const GEOMETRY: usize = 10;
+pub(crate) const GEOMETRY: usize = 10;
 /// Number of constants per element.
-pub(super) const ROW: usize = size_of::<Row>() / size_of::<f64>();
+pub(crate) const ROW: usize = size_of::<Row>() / size_of::<f64>();
 
 /// Number of geometries stored per element: 1 if it is straight, else one per elastic point.
-pub(super) fn geometries(rule: &Rule, plain: bool) -> usize {
+pub(crate) fn geometries(rule: &Rule, plain: bool) -> usize {
     if plain { 1 } else { rule.points.len() }
 }
 
@@ -132,17 +131,17 @@ impl Inputs {
 
 /// Values that the kernels write per slot in addition to nodal values: three energies, and whether the
 /// element is sound (not inverted).
-pub(super) const SUMS: usize = 4;
+pub(crate) const SUMS: usize = 4;
 
 /// The kernel for residual and energies, one element per slot. It writes the contributions of slot s to its
 /// node a at index a · slots + s of `copies` (four values) and `drive` (one value).
-pub(super) fn residual_kernel<const N: usize>(
+pub(crate) fn residual_kernel<const N: usize>(
     rule: &Rule,
     setting: &Setting,
     plain: bool,
 ) -> Kernel {
     let inputs = Inputs::new(rule, plain);
-    let residual = record::<N, _>(rule, setting, plain, |element| element.residual());
+    let residual = record::<N, _>(rule, setting, plain, residual);
     let mut results = residual.nodal.as_flattened().to_vec();
     results.extend(residual.drive);
     results.extend(residual.energies);
@@ -164,17 +163,17 @@ pub(super) fn residual_kernel<const N: usize>(
 
 /// The kernel for the point data of an element's fully coupled tangent, written to the packs that the product
 /// reads.
-pub(super) fn tangent_kernel<const N: usize>(
+pub(crate) fn tangent_kernel<const N: usize>(
     rule: &Rule,
     setting: &Setting,
     plain: bool,
     stored: CNumbers,
 ) -> Kernel {
     let inputs = Inputs::new(rule, plain);
-    let width = PointData::of(rule, plain).width();
+    let width = DataLayout::new(rule, plain).width();
     let mut results = vec![Term::default(); width];
     let sound = record::<N, _>(rule, setting, plain, |element| {
-        element.linearise::<false>(true, &mut results)
+        linearise::<_, _, false, N>(element, true, &mut results)
     });
     results.push(sound);
     let (lines, results) = statements(&results, &|place| inputs.given(place));
@@ -191,9 +190,9 @@ pub(super) fn tangent_kernel<const N: usize>(
 
 /// The kernel for the diagonal of an element's tangent. It reads point data and writes copies as the kernel
 /// of the product does.
-pub(super) fn diagonal_kernel(rule: &Rule, plain: bool, stored: CNumbers) -> Kernel {
+pub(crate) fn diagonal_kernel(rule: &Rule, plain: bool, stored: CNumbers) -> Kernel {
     begin();
-    let width = PointData::of(rule, plain).width();
+    let width = DataLayout::new(rule, plain).width();
     let numbers: Vec<Term> = (0..width).map(Term::given).collect();
     let of_nodes = match rule.nodes {
         4 => diagonal::<Term, 4>(rule, plain, &numbers).to_vec(),
@@ -212,7 +211,7 @@ pub(super) fn diagonal_kernel(rule: &Rule, plain: bool, stored: CNumbers) -> Ker
 }
 
 /// The kernel that sums the energies, and counts the inverted elements, of each block of `block` slots.
-pub(super) fn block_sum(block: usize) -> Kernel {
+pub(crate) fn block_sum(block: usize) -> Kernel {
     let body = format!(
         "    double sum[{SUMS}] = {{0.0}};\n    \
          for (index s = {block} * at; s < {block} * (at + 1) && s < slots; s++) {{\n        \

@@ -9,15 +9,14 @@ use faer::traits::pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 
 use super::chunk::ChunkProduct;
-use super::lanes::{Stored, dispatch, places};
+use super::lanes::{Stored, dispatch, lane_of_row};
 use crate::element::Rule;
 use crate::material::{Inverted, Lanes, POINTS, SimdF64};
-use crate::operator::blocks::{diagonal, write_blocks};
 use crate::operator::equations::{Coupling, Operator, Product};
+use crate::operator::increment::Increment;
+use crate::operator::kernel::{DataLayout, diagonal, write_blocks};
 use crate::operator::layout::{Aligned, Chunk, LANES, Layout, VACANT};
 use crate::operator::pattern::{Block, Tangent};
-use crate::operator::point_data::PointData;
-use crate::operator::residual::Increment;
 
 /// Number of chunks of quadratic elements whose linear tangents are computed before they are added: 16 MB.
 const AT_ONCE: usize = 16;
@@ -35,32 +34,32 @@ pub fn product(layout: Arc<Layout>, tets: usize) -> Box<dyn Product> {
 
 /// The tangent at some fields, as point data.
 #[derive(Debug)]
-pub(super) struct MatrixFree<T: Stored> {
+pub(crate) struct MatrixFree<T: Stored> {
     layout: Arc<Layout>,
     /// Point data by chunk; within a chunk by batch, then by pack of the batch, then by index within the
     /// point data.
     data: Vec<Vec<T::Pack>>,
     /// Position of each element of a batch in its packs.
-    places: [usize; LANES],
+    lane_of_row: [usize; LANES],
     copies: Vec<Aligned>,
 }
 
 impl<T: Stored> MatrixFree<T> {
-    pub(super) fn new(layout: Arc<Layout>) -> Self {
+    pub(crate) fn new(layout: Arc<Layout>) -> Self {
         let zeros = |chunk: &Chunk| {
-            let width = PointData::of(&layout.rule, chunk.plain).width();
+            let width = DataLayout::new(&layout.rule, chunk.plain).width();
             vec![T::ZERO; chunk.tets.len() / T::WIDTH * width]
         };
         let data = layout.batches.chunks.iter().map(zeros).collect();
-        Self { layout, data, places: places::<T>(), copies: Vec::new() }
+        Self { layout, data, lane_of_row: lane_of_row::<T>(), copies: Vec::new() }
     }
 
     /// The point data by chunk.
-    pub(super) fn data(&self) -> &[Vec<T::Pack>] {
+    pub(crate) fn data(&self) -> &[Vec<T::Pack>] {
         &self.data
     }
 
-    pub(super) fn data_mut(&mut self) -> &mut [Vec<T::Pack>] {
+    pub(crate) fn data_mut(&mut self) -> &mut [Vec<T::Pack>] {
         &mut self.data
     }
 }
@@ -72,19 +71,19 @@ impl<T: Stored> Product for MatrixFree<T> {
         increment: &Increment,
         coupling: Coupling,
     ) -> Result<(), Inverted> {
-        let Self { layout, data, places, .. } = self;
+        let Self { layout, data, lane_of_row, .. } = self;
         data.par_iter_mut().zip(&layout.batches.chunks).try_for_each(|(data, chunk)| {
-            let width = PointData::of(&layout.rule, chunk.plain).width();
+            let width = DataLayout::new(&layout.rule, chunk.plain).width();
             let mut write = |batch: usize, numbers: &[[f64; LANES]]| {
                 let data = &mut data[batch * (LANES / T::WIDTH) * width..];
                 let tets = &chunk.tets[batch * LANES..];
-                for (lane, (&place, &tet)) in places.iter().zip(tets).enumerate() {
+                for (row, (&lane, &tet)) in lane_of_row.iter().zip(tets).enumerate() {
                     if tet == VACANT {
                         continue;
                     }
-                    let packs = &mut data[place / T::WIDTH * width..][..width];
-                    for (pack, lanes) in packs.iter_mut().zip(numbers) {
-                        pack.as_mut()[place % T::WIDTH] = T::of(lanes[lane]);
+                    let packs = &mut data[lane / T::WIDTH * width..][..width];
+                    for (pack, rows) in packs.iter_mut().zip(numbers) {
+                        pack.as_mut()[lane % T::WIDTH] = T::narrow(rows[row]);
                     }
                 }
             };
@@ -103,15 +102,15 @@ impl<T: Stored> Product for MatrixFree<T> {
     }
 
     fn diagonal(&mut self) -> Vec<[f64; 4]> {
-        let Self { layout, data, places, copies } = self;
+        let Self { layout, data, lane_of_row, copies } = self;
         let mut out = vec![[0.0; 4]; layout.batches.node_count()];
         layout.batches.gather(copies, &mut out, |index, _, part| {
             let (chunk, data) = (&layout.batches.chunks[index], &data[index]);
-            let mut add = |tet: Slot, a: usize, values: &[f64; 4]| {
-                let node = chunk.local[tet.batch * layout.rule.nodes + a][tet.lane];
+            let mut add = |element: Position, a: usize, values: &[f64; 4]| {
+                let node = chunk.local[element.batch * layout.rule.nodes + a][element.row];
                 (0..4).for_each(|k| part[usize::from(node)].0[k] += values[k]);
             };
-            let stored = StoredNumbers { rule: &layout.rule, chunk, data, places };
+            let stored = ChunkData { rule: &layout.rule, chunk, data, lane_of_row };
             match layout.rule.nodes {
                 4 => dispatch(Diagonal::<T, 4> { stored, add: &mut add }),
                 _ => dispatch(Diagonal::<T, 10> { stored, add: &mut add }),
@@ -124,7 +123,7 @@ impl<T: Stored> Product for MatrixFree<T> {
         let rule = &self.layout.rule.linear();
         let of_chunk = |(chunk, data): (&Chunk, &Vec<T::Pack>)| {
             let mut elements: Vec<(u32, [[Block; 4]; 4])> = Vec::with_capacity(chunk.tets.len());
-            let stored = StoredNumbers { rule, chunk, data, places: &self.places };
+            let stored = ChunkData { rule, chunk, data, lane_of_row: &self.lane_of_row };
             dispatch(LinearTangents::<T> { stored, elements: &mut elements });
             elements
         };
@@ -143,23 +142,23 @@ impl<T: Stored> Product for MatrixFree<T> {
     }
 }
 
-/// The point data of a chunk, and the rule with which they are read.
+/// The stored data of a chunk, and the rule with which they are read.
 #[derive(Clone, Copy)]
-struct StoredNumbers<'a, T: Stored> {
+struct ChunkData<'a, T: Stored> {
     rule: &'a Rule,
     chunk: &'a Chunk,
     data: &'a [T::Pack],
-    places: &'a [usize; LANES],
+    lane_of_row: &'a [usize; LANES],
 }
 
 /// Position of an element in a chunk.
 #[derive(Clone, Copy)]
-struct Slot {
+struct Position {
     batch: usize,
-    lane: usize,
+    row: usize,
 }
 
-impl<T: Stored> StoredNumbers<'_, T> {
+impl<T: Stored> ChunkData<'_, T> {
     /// Number of parts: a part is the number of elements that one SIMD number holds.
     fn parts<S: Simd>(&self) -> usize {
         self.chunk.tets.len() / SimdF64::<S>::COUNT
@@ -174,30 +173,30 @@ impl<T: Stored> StoredNumbers<'_, T> {
         for (number, out) in numbers.iter_mut().enumerate() {
             let mut column = [0.0; POINTS];
             for lane in 0..SimdF64::<S>::COUNT {
-                let place = first % LANES + lane;
-                let pack = &data[place / T::WIDTH * width + number];
-                column[lane] = pack.as_ref()[place % T::WIDTH].wide();
+                let lane_of_batch = first % LANES + lane;
+                let pack = &data[lane_of_batch / T::WIDTH * width + number];
+                column[lane] = pack.as_ref()[lane_of_batch % T::WIDTH].widen();
             }
             *out = SimdF64::load(simd, &column);
         }
     }
 
     /// The elements of a part and their lanes, in the order of the chunk.
-    fn elements<S: Simd>(&self, part: usize) -> impl Iterator<Item = (Slot, usize)> {
+    fn elements<S: Simd>(&self, part: usize) -> impl Iterator<Item = (Position, usize)> {
         let first = part * SimdF64::<S>::COUNT;
         let (batch, begin) = (first / LANES, first % LANES);
-        let lanes = self.places.iter().map(move |place| place.wrapping_sub(begin)).enumerate();
+        let lanes = self.lane_of_row.iter().map(move |lane| lane.wrapping_sub(begin)).enumerate();
         lanes
             .filter(|&(_, lane)| lane < SimdF64::<S>::COUNT)
-            .map(move |(row, lane)| (Slot { batch, lane: row }, lane))
-            .filter(move |(place, _)| self.chunk.tets[batch * LANES + place.lane] != VACANT)
+            .map(move |(row, lane)| (Position { batch, row }, lane))
+            .filter(move |(element, _)| self.chunk.tets[batch * LANES + element.row] != VACANT)
     }
 }
 
 /// Computes the diagonal of each element and calls `add` for each of its nodes.
 struct Diagonal<'a, T: Stored, const N: usize> {
-    stored: StoredNumbers<'a, T>,
-    add: &'a mut dyn FnMut(Slot, usize, &[f64; 4]),
+    stored: ChunkData<'a, T>,
+    add: &'a mut dyn FnMut(Position, usize, &[f64; 4]),
 }
 
 impl<T: Stored, const N: usize> WithSimd for Diagonal<'_, T, N> {
@@ -207,7 +206,7 @@ impl<T: Stored, const N: usize> WithSimd for Diagonal<'_, T, N> {
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { stored, add } = self;
         let plain = stored.chunk.plain;
-        let width = PointData::of(stored.rule, plain).width();
+        let width = DataLayout::new(stored.rule, plain).width();
         let mut numbers = vec![SimdF64::<S>::splat(simd, 0.0); width];
         for part in 0..stored.parts::<S>() {
             stored.load(simd, part, &mut numbers);
@@ -217,8 +216,8 @@ impl<T: Stored, const N: usize> WithSimd for Diagonal<'_, T, N> {
                 for k in 0..4 {
                     diagonal[a][k].store(&mut columns[k]);
                 }
-                for (place, lane) in stored.elements::<S>(part) {
-                    add(place, a, &[0, 1, 2, 3].map(|k| columns[k][lane]));
+                for (element, lane) in stored.elements::<S>(part) {
+                    add(element, a, &[0, 1, 2, 3].map(|k| columns[k][lane]));
                 }
             }
         }
@@ -227,7 +226,7 @@ impl<T: Stored, const N: usize> WithSimd for Diagonal<'_, T, N> {
 
 /// Computes the tangents of linear shape functions on the elements of a chunk.
 struct LinearTangents<'a, T: Stored> {
-    stored: StoredNumbers<'a, T>,
+    stored: ChunkData<'a, T>,
     elements: &'a mut Vec<(u32, [[Block; 4]; 4])>,
 }
 
@@ -238,7 +237,7 @@ impl<T: Stored> WithSimd for LinearTangents<'_, T> {
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { stored, elements } = self;
         let plain = stored.chunk.plain;
-        let width = PointData::of(stored.rule, plain).width();
+        let width = DataLayout::new(stored.rule, plain).width();
         let mut numbers = vec![SimdF64::<S>::splat(simd, 0.0); width];
         for part in 0..stored.parts::<S>() {
             stored.load(simd, part, &mut numbers);
@@ -247,7 +246,7 @@ impl<T: Stored> WithSimd for LinearTangents<'_, T> {
             let first = elements.len();
             let tets = stored
                 .elements::<S>(part)
-                .map(|(place, lane)| (stored.chunk.tets[place.batch * LANES + place.lane], lane));
+                .map(|(at, lane)| (stored.chunk.tets[at.batch * LANES + at.row], lane));
             let tets: Vec<(u32, usize)> = tets.collect();
             elements.extend(tets.iter().map(|(tet, _)| (*tet, [[[[0.0; 4]; 4]; 4]; 4])));
             for a in 0..4 {

@@ -2,19 +2,19 @@
 
 use std::ops::Range;
 
-use super::lanes::{Stored, places};
 use crate::device::{Argument, Array, ComputeDevice, DeviceError, Kernel};
+use crate::operator::cpu::{Stored, lane_of_row};
 use crate::operator::layout::{Layout, VACANT};
 
 /// Slots of the elements on a device, in the order of the processor's batches. Vacant lanes have slots too.
 #[derive(Debug)]
-pub(super) struct Slots {
+pub(crate) struct Slots {
     /// Plain elements, then other elements; the chunks of a kind are consecutive.
-    pub(super) kinds: Vec<Kind>,
+    pub kinds: Vec<Kind>,
     /// Total number of slots.
-    pub(super) count: usize,
+    pub count: usize,
     /// Nodes of the elements: node a of slot s is at index a · count + s.
-    pub(super) nodes: Array<u32>,
+    pub nodes: Array<u32>,
     /// Copies of each node in CSR format: offsets by node, and indices a · count + s of the copies.
     start: Array<u32>,
     place: Array<u32>,
@@ -22,16 +22,16 @@ pub(super) struct Slots {
 
 /// Consecutive slots whose elements share a compiled kernel.
 #[derive(Clone, Debug)]
-pub(super) struct Kind {
-    pub(super) plain: bool,
-    pub(super) chunks: Range<usize>,
-    pub(super) first: usize,
-    pub(super) count: usize,
+pub(crate) struct Kind {
+    pub plain: bool,
+    pub chunks: Range<usize>,
+    pub first: usize,
+    pub count: usize,
 }
 
 impl Slots {
     /// Assigns slots to the elements; `T` is the precision of the stored point data.
-    pub(super) fn new<T: Stored>(
+    pub(crate) fn new<T: Stored>(
         layout: &Layout,
         device: &ComputeDevice,
     ) -> Result<Self, DeviceError> {
@@ -51,7 +51,7 @@ impl Slots {
         let mut of_node = vec![Vec::new(); batches.node_count()];
         let mut first = 0;
         // the slot within a batch is the element's position in the packs of point data
-        let places = places::<T>();
+        let places = lane_of_row::<T>();
         for chunk in &batches.chunks {
             let lanes = places.len();
             for (batch, local) in chunk.local.chunks_exact(per_element).enumerate() {
@@ -85,8 +85,8 @@ impl Slots {
 
     /// The element of each slot of a kind, and whether the slot has an element of its own. A vacant slot gets
     /// the first element of its batch.
-    pub(super) fn elements<T: Stored>(layout: &Layout, kind: &Kind) -> Vec<(usize, bool)> {
-        let places = places::<T>();
+    pub(crate) fn elements<T: Stored>(layout: &Layout, kind: &Kind) -> Vec<(usize, bool)> {
+        let places = lane_of_row::<T>();
         let mut elements = vec![(0, false); kind.count];
         let batches = layout.batches.chunks[kind.chunks.clone()].iter();
         let batches = batches.flat_map(|chunk| chunk.tets.chunks_exact(places.len()));
@@ -100,7 +100,7 @@ impl Slots {
     }
 
     /// The arguments of the kernel [`node_sum`].
-    pub(super) fn sum<'a>(
+    pub(crate) fn sum<'a>(
         &'a self,
         copies: &'a Array<f64>,
         y: &'a Array<f64>,
@@ -111,7 +111,7 @@ impl Slots {
 
 /// The kernel that computes y_n as the sum of the copies of node n, in the order of the elements. `values` is
 /// the number of values per node.
-pub(super) fn node_sum(values: usize) -> Kernel {
+pub(crate) fn node_sum(values: usize) -> Kernel {
     let parameters = [
         ("const unsigned *", "start"),
         ("const unsigned *", "place"),

@@ -1,0 +1,184 @@
+//! Gathers the state of elements into SIMD lanes, and stores values of lanes by element.
+
+use faer::traits::pulp::Simd;
+
+use super::lanes::{Rows, Stored, lane_of_row};
+use super::regions::Regions;
+use crate::element::{Geometry, Space};
+use crate::material::{
+    CrackDensity, Homogenisation, Inverted, LaneLaw, Lanes, POINTS, REGISTERS, SimdF64,
+};
+use crate::operator::increment::Increment;
+use crate::operator::kernel::{ElementState, MOST_POINTS};
+use crate::operator::layout::LANES;
+
+/// Data of an increment that all elements share.
+pub struct Gather<'a, const N: usize> {
+    space: &'a Space<N>,
+    increment: &'a Increment<'a>,
+    density: CrackDensity,
+    regions: Regions<'a>,
+    /// Lane of each row of a batch.
+    pub lane_of_row: [usize; LANES],
+}
+
+/// Storage for the values to which [`ElementState`] refers.
+pub struct Buffers<T> {
+    /// Geometry if all elements are straight.
+    straight: [Geometry<T>; 1],
+    /// Geometry by elastic point, if at least one element is curved.
+    curved: Vec<Geometry<T>>,
+    history: Option<[T; MOST_POINTS]>,
+}
+
+impl<T: Lanes> Buffers<T> {
+    #[inline(always)]
+    pub fn new(token: T::Token) -> Self {
+        let zero = T::load(token, &[0.0; POINTS]);
+        let straight = [Geometry { barycentric: [[zero; 3]; 3], volume: zero }];
+        Self { straight, curved: Vec::new(), history: None }
+    }
+}
+
+impl<'a, const N: usize> Gather<'a, N> {
+    pub fn new(space: &'a Space<N>, rule: Homogenisation, increment: &'a Increment<'a>) -> Self {
+        let Increment { materials, context, .. } = increment;
+        // all regions have the same damage model, so the first one is used
+        let damage = materials.iter().find_map(|m| m.damage.as_ref());
+        Self {
+            space,
+            increment,
+            density: damage.map_or(CrackDensity::At2, |d| d.density),
+            regions: Regions::new(materials, rule, context.duration, context.damping),
+            lane_of_row: lane_of_row::<f64>(),
+        }
+    }
+
+    /// The state of the elements in all lanes.
+    #[inline(always)]
+    pub fn elements<'b, T: Lanes>(
+        &'b self,
+        token: T::Token,
+        tets: [usize; POINTS],
+        buffers: &'b mut Buffers<T>,
+    ) -> ElementState<'b, T, LaneLaw<'b, T>, N>
+    where
+        'a: 'b,
+    {
+        let Self { space, increment, .. } = self;
+        let zero = T::load(token, &[0.0; POINTS]);
+        let (fields, context) = (increment.fields, &increment.context);
+        let (mut displacement, mut damage, mut before) = ([[zero; 3]; N], [zero; N], [zero; N]);
+        for a in 0..N {
+            let mut columns = [[0.0; POINTS]; 5];
+            for lane in 0..T::COUNT {
+                let node = space.tets[tets[lane]][a] as usize;
+                let u = &fields.displacement[node];
+                for k in 0..3 {
+                    columns[k][lane] = u[k];
+                }
+                columns[3][lane] = fields.damage[node];
+                columns[4][lane] = context.damage_before[node];
+            }
+            for k in 0..3 {
+                displacement[a][k] = T::load(token, &columns[k]);
+            }
+            damage[a] = T::load(token, &columns[3]);
+            before[a] = T::load(token, &columns[4]);
+        }
+        let (constants, mixed) = self.regions.constants(token, space, &tets);
+        let mut curved = false;
+        for lane in 0..T::COUNT {
+            curved |= space.is_curved(tets[lane]);
+        }
+        self.fill(token, tets, curved, buffers);
+        ElementState {
+            rule: &space.rule,
+            constants,
+            density: self.density,
+            displacement,
+            damage,
+            before,
+            geometry: if curved { &buffers.curved[..] } else { &buffers.straight[..] },
+            plain: !curved && !mixed,
+            history: buffers.history.as_ref(),
+        }
+    }
+
+    /// Fills the buffers: the geometry, and the largest previous ψ⁺ at the elastic points if there is a
+    /// history.
+    #[inline(always)]
+    fn fill<T: Lanes>(
+        &self,
+        token: T::Token,
+        tets: [usize; POINTS],
+        curved: bool,
+        buffers: &mut Buffers<T>,
+    ) {
+        let (history, points) = (self.increment.context.history, self.space.rule.points.len());
+        if curved {
+            buffers.curved.resize(points, buffers.straight[0]);
+            for q in 0..points {
+                buffers.curved[q] = self.geometry(token, tets, q);
+            }
+        } else {
+            buffers.straight[0] = self.geometry(token, tets, 0);
+        }
+        if history.is_empty() {
+            return;
+        }
+        let mut so_far = [T::load(token, &[0.0; POINTS]); MOST_POINTS];
+        for q in 0..points {
+            let mut column = [0.0; POINTS];
+            for lane in 0..T::COUNT {
+                column[lane] = history[tets[lane] * points + q];
+            }
+            so_far[q] = T::load(token, &column);
+        }
+        buffers.history = Some(so_far);
+    }
+
+    /// The geometry of the elements in all lanes at elastic point q.
+    #[inline(always)]
+    fn geometry<T: Lanes>(&self, token: T::Token, tets: [usize; POINTS], q: usize) -> Geometry<T> {
+        let mut columns = [[0.0; POINTS]; 10];
+        for lane in 0..T::COUNT {
+            let points = self.space.geometry(tets[lane]);
+            let Geometry { barycentric, volume } = &points[if points.len() == 1 { 0 } else { q }];
+            for k in 0..3 {
+                for x in 0..3 {
+                    columns[3 * k + x][lane] = barycentric[k][x];
+                }
+            }
+            columns[9][lane] = *volume;
+        }
+        let zero = T::load(token, &[0.0; POINTS]);
+        let mut barycentric = [[zero; 3]; 3];
+        for k in 0..3 {
+            for x in 0..3 {
+                barycentric[k][x] = T::load(token, &columns[3 * k + x]);
+            }
+        }
+        Geometry { barycentric, volume: T::load(token, &columns[9]) }
+    }
+}
+
+/// Returns an error if the element of any lane is inverted.
+#[inline(always)]
+pub(crate) fn check<T: Lanes>(sound: T) -> Result<(), Inverted> {
+    let mut lanes = [1.0; POINTS];
+    sound.store(&mut lanes);
+    if lanes == [1.0; POINTS] { Ok(()) } else { Err(Inverted) }
+}
+
+/// Stores four values of each element as rows, in the order of the elements.
+#[inline(always)]
+pub(crate) fn store_rows<S: Simd>(simd: S, columns: &[SimdF64<S>; 4], rows: &mut Rows<f64>) {
+    for r in 0..REGISTERS {
+        let mut parts = [SimdF64::<S, 1>::splat(simd, 0.0); 4];
+        for c in 0..4 {
+            parts[c].registers[0] = columns[c].registers[r];
+        }
+        f64::rows(simd, &parts, rows, r);
+    }
+}

@@ -1,0 +1,23 @@
+//! The element equations on the processor: several elements per SIMD register, chunks of elements on threads.
+
+mod chunk;
+mod element_product;
+mod evaluate;
+mod gather;
+mod kinds;
+mod lanes;
+mod matrix_free;
+mod regions;
+mod registers;
+
+pub(super) use element_product::ElementProduct;
+pub(super) use evaluate::{DrivingOf, PointDataOf, ResidualsOf, StressesOf, TangentsOf};
+pub use gather::{Buffers, Gather};
+pub(super) use kinds::{OfKind, of_kind};
+#[cfg(test)]
+pub(crate) use lanes::dispatch;
+pub(super) use lanes::{Pack, Precision, Stored, lane_of_row};
+pub(super) use matrix_free::MatrixFree;
+pub use matrix_free::{SINGLE_FROM, product};
+pub(super) use regions::{Regions, Row};
+pub(super) use registers::{Selection, each_register};

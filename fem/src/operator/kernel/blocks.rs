@@ -1,0 +1,297 @@
+//! Node blocks and diagonal of an element's tangent, from its stored data.
+//!
+//! At each elastic point the tangent is contracted with unit differences; the slopes of the shape functions then
+//! distribute the result to pairs of nodes.
+
+use super::contract::{Contraction, Loaded};
+use super::point_data::DataLayout;
+use crate::element::Rule;
+use crate::material::{Scalar, packed};
+
+/// The 4 × 4 blocks of node pairs (a, b): rows u_x, u_y, u_z, φ of a, columns u_x, u_y, u_z, φ of b.
+pub type Blocks<T, const N: usize> = [[[[T; 4]; 4]; N]; N];
+
+/// An element's tangent as its stored data.
+struct Stored<'a, T, const N: usize> {
+    rule: &'a Rule,
+    layout: DataLayout,
+    plain: bool,
+    data: &'a [T],
+}
+
+impl<'a, T: Scalar, const N: usize> Stored<'a, T, N> {
+    #[inline(always)]
+    fn new(rule: &'a Rule, plain: bool, data: &'a [T]) -> Self {
+        Self { rule, layout: DataLayout::new(rule, plain), plain, data }
+    }
+
+    #[inline(always)]
+    fn constant(&self, x: f64) -> T {
+        self.data[0].constant(x)
+    }
+
+    #[inline(always)]
+    fn tangent<const AXES: bool>(&self, q: usize) -> Contraction<'a, T, Loaded<T>> {
+        let (stored, loader) = (self.layout.point(q, self.data), Loaded(self.data[0]));
+        if AXES {
+            Contraction::with_axes(stored, loader, self.layout.axes(q, self.data))
+        } else {
+            Contraction::new(stored, loader)
+        }
+    }
+
+    #[inline(always)]
+    fn slopes(&self, q: usize) -> &'a [[f64; 3]; N] {
+        self.rule.points[q].slopes.first_chunk().expect("a slope of each node")
+    }
+
+    #[inline(always)]
+    fn has_damage(&self) -> bool {
+        !self.rule.damage.is_empty()
+    }
+
+    /// The gradient term at elastic point q for unit differences of φ, packed.
+    #[inline(always)]
+    fn gradient_term(&self, q: usize) -> [T; 6] {
+        let mut term = [self.constant(0.0); 6];
+        if self.plain {
+            let weight = self.constant(self.rule.points[q].weight);
+            let shared = self.layout.shared_gradient(self.data);
+            for entry in 0..6 {
+                term[entry] = weight * shared[entry];
+            }
+        } else if let Some(gradient) = self.layout.point(q, self.data).gradient {
+            term = *gradient;
+        }
+        term
+    }
+
+    /// Derivatives of g at elastic point q with respect to φ of each node: Σ_p C_qp g′_p N_a(p).
+    #[inline(always)]
+    fn degradation_of_nodes(&self, q: usize) -> [T; N] {
+        let slopes = self.layout.degradation_slopes(self.data);
+        let mut of_nodes = [self.constant(0.0); N];
+        for (p, &c) in self.rule.mixing[q].iter().enumerate() {
+            let slope = self.constant(c) * slopes[p];
+            let shape = self.rule.damage[p].shape.first_chunk::<N>().expect("a value of each node");
+            for a in 0..N {
+                of_nodes[a] = slope.mul_add(self.constant(shape[a]), of_nodes[a]);
+            }
+        }
+        of_nodes
+    }
+}
+
+/// Σ_k `slopes[k]` `values[k]`.
+#[inline(always)]
+fn combine<T: Scalar>(slopes: &[f64; 3], values: &[[T; 3]; 3]) -> [T; 3] {
+    let mut sum = [values[0][0].constant(0.0); 3];
+    for k in 0..3 {
+        let slope = sum[0].constant(slopes[k]);
+        for i in 0..3 {
+            sum[i] = slope.mul_add(values[k][i], sum[i]);
+        }
+    }
+    sum
+}
+
+/// Computes the blocks (a, b ≤ a) of the symmetric matrix of an element from its stored data. `blocks` must be zero on
+/// entry. `AXES` and `plain` must be the values with which the data were written.
+#[inline(always)]
+pub fn write_blocks<T: Scalar, const AXES: bool, const N: usize>(
+    rule: &Rule,
+    plain: bool,
+    data: &[T],
+    blocks: &mut Blocks<T, N>,
+) {
+    let stored = Stored::<T, N>::new(rule, plain, data);
+    for q in 0..rule.points.len() {
+        let tangent = stored.tangent::<AXES>(q);
+        add_stiffness(stored.slopes(q), &tangent.unit_blocks(), blocks);
+        if stored.has_damage() {
+            add_gradient(stored.slopes(q), &stored.gradient_term(q), blocks);
+        }
+    }
+    complete_first(blocks);
+    if !stored.has_damage() {
+        return;
+    }
+    for q in 0..rule.points.len() {
+        let tangent = stored.tangent::<AXES>(q);
+        let (source, slopes) = (tangent.unit_source(), stored.slopes(q));
+        let degradation = stored.degradation_of_nodes(q);
+        let mut forces = [[stored.constant(0.0); 3]; N];
+        for a in 0..N {
+            forces[a] = combine(&slopes[a], &source);
+        }
+        for a in 0..N {
+            for b in 0..=a {
+                let block = &mut blocks[a][b];
+                for i in 0..3 {
+                    block[i][3] = forces[a][i].mul_add(degradation[b], block[i][3]);
+                    block[3][i] = forces[b][i].mul_add(degradation[a], block[3][i]);
+                }
+                if let Some(softening) = tangent.softening() {
+                    block[3][3] = (softening * degradation[a]).mul_add(degradation[b], block[3][3]);
+                }
+            }
+        }
+    }
+    for (p, point) in rule.damage.iter().enumerate() {
+        let local = *stored.layout.local(p, data);
+        for a in 0..N {
+            for b in 0..=a {
+                let product = point.shape[a] * point.shape[b];
+                if product != 0.0 {
+                    let block = &mut blocks[a][b][3][3];
+                    *block = stored.constant(product).mul_add(local, *block);
+                }
+            }
+        }
+    }
+}
+
+/// Adds the displacement blocks of nodes 1, 2, … at a point.
+#[inline(always)]
+fn add_stiffness<T: Scalar, const N: usize>(
+    slopes: &[[f64; 3]; N],
+    unit: &[[[[T; 3]; 3]; 3]; 3],
+    blocks: &mut Blocks<T, N>,
+) {
+    let zero = unit[0][0][0][0].constant(0.0);
+    for b in 1..N {
+        if N == 4 {
+            // node l + 1 of a linear element changes only U_l
+            for a in b..N {
+                add_block(&mut blocks[a][b], zero.constant(1.0), &unit[a - 1][b - 1]);
+            }
+            continue;
+        }
+        // from the displacement of node b to the flux of U_k
+        let mut of_node = [[[zero; 3]; 3]; 3];
+        for k in 0..3 {
+            for l in 0..3 {
+                let slope = zero.constant(slopes[b][l]);
+                for i in 0..3 {
+                    for j in 0..3 {
+                        let entry = if l <= k { unit[k][l][i][j] } else { unit[l][k][j][i] };
+                        of_node[k][i][j] = slope.mul_add(entry, of_node[k][i][j]);
+                    }
+                }
+            }
+        }
+        for a in b..N {
+            for k in 0..3 {
+                add_block(&mut blocks[a][b], zero.constant(slopes[a][k]), &of_node[k]);
+            }
+        }
+    }
+}
+
+/// Adds `factor` times a displacement block.
+#[inline(always)]
+fn add_block<T: Scalar>(block: &mut [[T; 4]; 4], factor: T, term: &[[T; 3]; 3]) {
+    for i in 0..3 {
+        for j in 0..3 {
+            block[i][j] = factor.mul_add(term[i][j], block[i][j]);
+        }
+    }
+}
+
+/// Adds the gradient term of nodes 1, 2, … at a point.
+#[inline(always)]
+fn add_gradient<T: Scalar, const N: usize>(
+    slopes: &[[f64; 3]; N],
+    term: &[T; 6],
+    blocks: &mut Blocks<T, N>,
+) {
+    for a in 1..N {
+        for b in 1..=a {
+            let block = &mut blocks[a][b][3][3];
+            if N == 4 {
+                *block += term[packed(a - 1, b - 1)];
+                continue;
+            }
+            for k in 0..3 {
+                for l in 0..3 {
+                    let product = block.constant(slopes[a][k] * slopes[b][l]);
+                    *block = product.mul_add(term[packed(k.max(l), k.min(l))], *block);
+                }
+            }
+        }
+    }
+}
+
+/// Computes the blocks of node 0 from the other blocks of the terms with gradients: the shape functions sum to one.
+#[inline(always)]
+fn complete_first<T: Scalar, const N: usize>(blocks: &mut Blocks<T, N>) {
+    for i in 0..4 {
+        for j in 0..4 {
+            if (i == 3) != (j == 3) {
+                continue;
+            }
+            for a in 1..N {
+                for b in 1..N {
+                    let entry = if b <= a { blocks[a][b][i][j] } else { blocks[b][a][j][i] };
+                    blocks[a][0][i][j] = blocks[a][0][i][j] - entry;
+                }
+            }
+            for a in 1..N {
+                blocks[0][0][i][j] = blocks[0][0][i][j] - blocks[a][0][i][j];
+            }
+        }
+    }
+}
+
+/// The diagonal of the element's matrix, four values per node.
+#[inline(always)]
+pub(crate) fn diagonal<T: Scalar, const N: usize>(
+    rule: &Rule,
+    plain: bool,
+    data: &[T],
+) -> [[T; 4]; N] {
+    let stored = Stored::<T, N>::new(rule, plain, data);
+    let mut out = [[stored.constant(0.0); 4]; N];
+    for q in 0..rule.points.len() {
+        let tangent = stored.tangent::<false>(q);
+        let (unit, slopes) = (tangent.unit_blocks(), stored.slopes(q));
+        for a in 0..N {
+            for k in 0..3 {
+                for l in 0..=k {
+                    let twice = if l < k { 2.0 } else { 1.0 };
+                    let product = stored.constant(twice * slopes[a][k] * slopes[a][l]);
+                    for i in 0..3 {
+                        out[a][i] = product.mul_add(unit[k][l][i][i], out[a][i]);
+                    }
+                }
+            }
+        }
+        if !stored.has_damage() {
+            continue;
+        }
+        let term = stored.gradient_term(q);
+        for a in 0..N {
+            for k in 0..3 {
+                for l in 0..=k {
+                    let twice = if l < k { 2.0 } else { 1.0 };
+                    let product = stored.constant(twice * slopes[a][k] * slopes[a][l]);
+                    out[a][3] = product.mul_add(term[packed(k, l)], out[a][3]);
+                }
+            }
+        }
+        if let Some(softening) = tangent.softening() {
+            let degradation = stored.degradation_of_nodes(q);
+            for a in 0..N {
+                out[a][3] = (softening * degradation[a]).mul_add(degradation[a], out[a][3]);
+            }
+        }
+    }
+    for (p, point) in rule.damage.iter().enumerate() {
+        let local = *stored.layout.local(p, data);
+        for a in 0..N {
+            let square = stored.constant(point.shape[a] * point.shape[a]);
+            out[a][3] = square.mul_add(local, out[a][3]);
+        }
+    }
+    out
+}

@@ -1,0 +1,204 @@
+//! The tangent at an elastic point, applied to gradients of displacement and damage.
+//!
+//! With the gradient h of δu in the principal axes and the change δg of the degradation, the stress increment is
+//! f_ii = Σ_j D_ij h_jj − τ_i h_ii + τ⁺_i δg and f_ij = G_ij (h_ij + h_ji) + τ_j h_ij. The flux Q Σ_l f_il s_kl is
+//! conjugate to the difference U_k of δu. The product with the tangent contracts a vector, the blocks and the diagonal
+//! contract unit differences.
+
+use super::point_data::{StoredPoint, principal_axes};
+use crate::material::{Number, dot, packed};
+
+/// Loads stored entries of type `P` into numbers.
+pub(crate) trait Load<P>: Copy {
+    type Number: Number;
+
+    fn load(self, entry: &P) -> Self::Number;
+
+    fn constant(self, x: f64) -> Self::Number;
+}
+
+/// Loads entries that are numbers; the field is any number.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Loaded<T>(pub T);
+
+impl<T: Number> Load<T> for Loaded<T> {
+    type Number = T;
+
+    #[inline(always)]
+    fn load(self, entry: &T) -> T {
+        *entry
+    }
+
+    #[inline(always)]
+    fn constant(self, x: f64) -> T {
+        self.0.constant(x)
+    }
+}
+
+/// a b in the first step of a sum, a b + c in later steps.
+#[inline(always)]
+pub(crate) fn first_or_add<V: Number>(step: usize, a: V, b: V, c: V) -> V {
+    if step == 0 { a * b } else { a.mul_add(b, c) }
+}
+
+/// The tangent at an elastic point, as a linear map of gradients.
+#[derive(Debug)]
+pub(crate) struct Contraction<'a, P, L: Load<P>> {
+    stored: StoredPoint<'a, P>,
+    loader: L,
+    /// Principal axes, one per row.
+    axes: [[L::Number; 3]; 3],
+}
+
+impl<'a, P, V: Number, L: Load<P, Number = V>> Contraction<'a, P, L> {
+    /// The tangent with the stored principal axes.
+    #[inline(always)]
+    pub(crate) fn new(stored: StoredPoint<'a, P>, loader: L) -> Self {
+        let [x, y, z, w] = stored.rotation;
+        let rotation = [loader.load(x), loader.load(y), loader.load(z), loader.load(w)];
+        Self { axes: principal_axes(rotation), stored, loader }
+    }
+
+    /// The tangent with these principal axes, one per row.
+    #[inline(always)]
+    pub(crate) fn with_axes(stored: StoredPoint<'a, P>, loader: L, axes: [[V; 3]; 3]) -> Self {
+        Self { stored, loader, axes }
+    }
+
+    /// Entry `component` of s_k.
+    #[inline(always)]
+    fn push(&self, k: usize, component: usize) -> V {
+        self.loader.load(&self.stored.push[3 * k + component])
+    }
+
+    /// The gradient h for the differences U_k, the first three fields of `du`.
+    #[inline(always)]
+    pub(crate) fn gradient<const C: usize>(&self, du: &[[V; C]; 3]) -> [[V; 3]; 3] {
+        let mut h = [[self.loader.constant(0.0); 3]; 3];
+        for k in 0..3 {
+            for i in 0..3 {
+                let turned = dot(&self.axes[i], &[du[k][0], du[k][1], du[k][2]]);
+                for l in 0..3 {
+                    h[i][l] = first_or_add(k, turned, self.push(k, l), h[i][l]);
+                }
+            }
+        }
+        h
+    }
+
+    /// The gradient h if U_k is the unit vector of the coordinate `axis`, and the other differences are zero.
+    #[inline(always)]
+    fn unit_gradient(&self, k: usize, axis: usize) -> [[V; 3]; 3] {
+        let mut h = self.axes;
+        for i in 0..3 {
+            for l in 0..3 {
+                h[i][l] = self.axes[i][axis] * self.push(k, l);
+            }
+        }
+        h
+    }
+
+    /// The stress increment f of the gradient h at constant degradation.
+    #[inline(always)]
+    pub(crate) fn stress(&self, h: &[[V; 3]; 3]) -> [[V; 3]; 3] {
+        let mut f = *h;
+        for i in 0..3 {
+            for j in 0..3 {
+                let normal = self.loader.load(&self.stored.normal[packed(i.max(j), i.min(j))]);
+                f[i][i] = first_or_add(j, normal, h[j][j], f[i][i]);
+                if i != j {
+                    let shear = self.loader.load(&self.stored.shear[3 - i - j]);
+                    let stress = self.loader.load(&self.stored.stress[j]) * h[i][j];
+                    f[i][j] = shear.mul_add(h[i][j] + h[j][i], stress);
+                }
+            }
+        }
+        f
+    }
+
+    /// Adds the stress increment of δg to f. Returns the increment of the driving energy ∂ψ/∂g of h and δg.
+    #[inline(always)]
+    pub(crate) fn couple(&self, change_of_g: V, h: &[[V; 3]; 3], f: &mut [[V; 3]; 3]) -> V {
+        let mut driving = self.loader.constant(0.0);
+        let Some(source) = self.stored.source else { return driving };
+        for i in 0..3 {
+            let source = self.loader.load(&source[i]);
+            f[i][i] = source.mul_add(change_of_g, f[i][i]);
+            driving = first_or_add(i, source, h[i][i], driving);
+        }
+        if let Some([softening]) = self.stored.softening {
+            driving = self.loader.load(softening).mul_add(change_of_g, driving);
+        }
+        driving
+    }
+
+    /// The flux that is conjugate to U_k.
+    #[inline(always)]
+    pub(crate) fn flux(&self, k: usize, f: &[[V; 3]; 3]) -> [V; 3] {
+        let mut flux = [self.loader.constant(0.0); 3];
+        for i in 0..3 {
+            let mut back = flux[0];
+            for l in 0..3 {
+                back = first_or_add(l, self.push(k, l), f[i][l], back);
+            }
+            for m in 0..3 {
+                flux[m] = first_or_add(i, self.axes[i][m], back, flux[m]);
+            }
+        }
+        flux
+    }
+
+    /// The flux of the damage gradient, conjugate to the difference k of δφ, for the differences `change`.
+    /// `shared` is the gradient term of a plain element with the weight of the point.
+    #[inline(always)]
+    pub(crate) fn damage_flux(
+        &self,
+        k: usize,
+        change: &[V; 3],
+        shared: Option<(&[P; 6], f64)>,
+    ) -> V {
+        let gradient = self.stored.gradient.or(shared.map(|(gradient, _)| gradient));
+        let mut sum = self.loader.constant(0.0);
+        let Some(gradient) = gradient else { return sum };
+        for l in 0..3 {
+            let entry = self.loader.load(&gradient[packed(k.max(l), k.min(l))]);
+            sum = first_or_add(l, entry, change[l], sum);
+        }
+        let weight = shared.map_or(1.0, |(_, weight)| weight);
+        self.loader.constant(weight) * sum
+    }
+
+    /// The tangent for unit differences: entry (k, l ≤ k) is the 3 × 3 matrix from U_l to the flux of U_k.
+    #[inline(always)]
+    pub(crate) fn unit_blocks(&self) -> [[[[V; 3]; 3]; 3]; 3] {
+        let zero = self.loader.constant(0.0);
+        let mut blocks = [[[[zero; 3]; 3]; 3]; 3];
+        for l in 0..3 {
+            for j in 0..3 {
+                let f = self.stress(&self.unit_gradient(l, j));
+                for k in l..3 {
+                    let flux = self.flux(k, &f);
+                    for i in 0..3 {
+                        blocks[k][l][i][j] = flux[i];
+                    }
+                }
+            }
+        }
+        blocks
+    }
+
+    /// The flux of each difference for δg = 1.
+    #[inline(always)]
+    pub(crate) fn unit_source(&self) -> [[V; 3]; 3] {
+        let zero = self.loader.constant(0.0);
+        let mut f = [[zero; 3]; 3];
+        self.couple(self.loader.constant(1.0), &[[zero; 3]; 3], &mut f);
+        [self.flux(0, &f), self.flux(1, &f), self.flux(2, &f)]
+    }
+
+    /// Second derivative of the energy in g; `None` in plain elements.
+    #[inline(always)]
+    pub(crate) fn softening(&self) -> Option<V> {
+        self.stored.softening.map(|[softening]| self.loader.load(softening))
+    }
+}

@@ -1,0 +1,246 @@
+//! Stored data of an element's tangent, and their order in memory.
+//!
+//! With s_k = Qᵀ F⁻ᵀ ∇λ_k, the gradient of u in the principal axes Q of the strain is h = Σ_k (Qᵀ U_k) ⊗ s_k, and
+//! the tangent maps h to a stress increment (`contract.rs`). Instead of the element matrix, the data of each elastic
+//! point are stored: 25 numbers, 3 more with damage, and 7 more in elements that are not plain.
+//!
+//! The order is the order in which a product reads the data: with damage, first g′ of the damage points and, in plain
+//! elements, one gradient term; then the elastic points; last the local part of the φ block. Curved elements and
+//! mixtures store a gradient term per point instead. The assembly appends the principal axes of each point.
+
+use crate::element::Rule;
+use crate::material::{Number, Scalar};
+
+/// Number of entries of a rotation, of s_1 to s_3, and of D − τ, G, τ of an elastic point.
+const ELASTIC: usize = 4 + 9 + 6 + 3 + 3;
+/// Number of entries of τ⁺.
+const SOURCE: usize = 3;
+/// Number of entries of a gradient term.
+const GRADIENT: usize = 6;
+/// Number of entries of principal axes.
+const AXES: usize = 9;
+
+/// Splits the first `M` entries off a slice that may be at its end.
+macro_rules! split_optional {
+    ($data:expr, $split:ident) => {
+        match $data.len() {
+            0 => (None, $data),
+            _ => {
+                let (first, rest) = $data.$split().expect("a length of the layout");
+                (Some(first), rest)
+            }
+        }
+    };
+}
+
+/// Defines a view of the stored data of an elastic point; the second view can be written to.
+macro_rules! stored_point {
+    ($(#[$doc:meta])* $name:ident, $split:ident $(, $mutable:tt)?) => {
+        $(#[$doc])*
+        #[derive(Debug)]
+        pub struct $name<'a, P> {
+            /// √2 (x, y, z, w) of the quaternion of Q.
+            pub rotation: &'a $($mutable)? [P; 4],
+            /// s_1, s_2, s_3.
+            pub push: &'a $($mutable)? [P; 9],
+            /// D_ij − δ_ij τ_i, packed, times the weight of the point.
+            pub normal: &'a $($mutable)? [P; 6],
+            /// G_ij times the weight; the index is that of the third axis.
+            pub shear: &'a $($mutable)? [P; 3],
+            /// τ_i times the weight.
+            pub stress: &'a $($mutable)? [P; 3],
+            /// τ⁺_i times the weight; `None` without damage.
+            pub source: Option<&'a $($mutable)? [P; SOURCE]>,
+            /// Second derivative of the energy in g, times the weight; `None` in plain elements.
+            pub softening: Option<&'a $($mutable)? [P; 1]>,
+            /// Gradient term 2 Gc ℓ₀/c₀ ∇λ_k·∇λ_l, packed, times the weight; `None` in plain elements, which store
+            /// the term once.
+            pub gradient: Option<&'a $($mutable)? [P; GRADIENT]>,
+        }
+
+        impl<'a, P> $name<'a, P> {
+            /// Divides the data of one elastic point.
+            #[inline(always)]
+            fn new(data: &'a $($mutable)? [P]) -> Self {
+                const FITS: &str = "a length of the layout";
+                let (rotation, data) = data.$split().expect(FITS);
+                let (push, data) = data.$split().expect(FITS);
+                let (normal, data) = data.$split().expect(FITS);
+                let (shear, data) = data.$split().expect(FITS);
+                let (stress, data) = data.$split().expect(FITS);
+                let (source, data) = split_optional!(data, $split);
+                let (softening, data) = split_optional!(data, $split);
+                let (gradient, _) = split_optional!(data, $split);
+                Self { rotation, push, normal, shear, stress, source, softening, gradient }
+            }
+        }
+    };
+}
+
+stored_point!(
+    /// Stored data of an elastic point.
+    StoredPoint,
+    split_first_chunk
+);
+stored_point!(
+    /// Stored data of an elastic point, for writing.
+    StoredPointMut,
+    split_first_chunk_mut,
+    mut
+);
+
+/// Order of the stored data of an element's tangent.
+#[derive(Clone, Copy, Debug)]
+pub struct DataLayout {
+    /// Number of elastic points.
+    points: usize,
+    /// Number of damage points.
+    damage: usize,
+    /// Number of entries of the local part of the φ block: one if it is the same at all damage points.
+    locals: usize,
+    plain: bool,
+}
+
+impl DataLayout {
+    /// The layout for a rule; `plain` is true for straight elements that are not mixtures.
+    #[inline(always)]
+    pub fn new(rule: &Rule, plain: bool) -> Self {
+        let damage = rule.damage.len();
+        let locals = if rule.alike { damage.min(1) } else { damage };
+        Self::of_kind(rule.points.len(), damage, locals, plain)
+    }
+
+    /// The layout for numbers of elastic points, damage points and local entries that are known.
+    #[inline(always)]
+    pub const fn of_kind(points: usize, damage: usize, locals: usize, plain: bool) -> Self {
+        Self { points, damage, locals, plain }
+    }
+
+    /// Number of entries per elastic point.
+    #[inline(always)]
+    pub const fn per_point(self) -> usize {
+        match (self.damage, self.plain) {
+            (0, _) => ELASTIC,
+            (_, true) => ELASTIC + SOURCE,
+            (_, false) => ELASTIC + SOURCE + 1 + GRADIENT,
+        }
+    }
+
+    /// Offset of elastic point q; `points` for the entries after the elastic points.
+    #[inline(always)]
+    pub const fn point_offset(self, q: usize) -> usize {
+        let shared = if self.damage > 0 && self.plain { GRADIENT } else { 0 };
+        self.damage + shared + q * self.per_point()
+    }
+
+    /// Number of entries of an element.
+    #[inline(always)]
+    pub fn width(self) -> usize {
+        self.point_offset(self.points) + self.locals
+    }
+
+    /// Number of entries of an element if the principal axes are appended.
+    pub fn width_with_axes(self) -> usize {
+        self.width() + AXES * self.points
+    }
+
+    /// g′ of the damage points.
+    #[inline(always)]
+    pub fn degradation_slopes<P>(self, data: &[P]) -> &[P] {
+        &data[..self.damage]
+    }
+
+    #[inline(always)]
+    pub fn degradation_slopes_mut<P>(self, data: &mut [P]) -> &mut [P] {
+        &mut data[..self.damage]
+    }
+
+    /// Stored data of elastic point q.
+    #[inline(always)]
+    pub fn point<P>(self, q: usize, data: &[P]) -> StoredPoint<'_, P> {
+        StoredPoint::new(&data[self.point_offset(q)..][..self.per_point()])
+    }
+
+    #[inline(always)]
+    pub fn point_mut<P>(self, q: usize, data: &mut [P]) -> StoredPointMut<'_, P> {
+        StoredPointMut::new(&mut data[self.point_offset(q)..][..self.per_point()])
+    }
+
+    /// The gradient term of all points of a plain element, integrated over the element.
+    #[inline(always)]
+    pub fn shared_gradient<P>(self, data: &[P]) -> &[P; GRADIENT] {
+        data[self.damage..].first_chunk().expect("plain elements store it")
+    }
+
+    #[inline(always)]
+    pub fn shared_gradient_mut<P>(self, data: &mut [P]) -> &mut [P; GRADIENT] {
+        data[self.damage..].first_chunk_mut().expect("plain elements store it")
+    }
+
+    /// Local part of the φ block at damage point p.
+    #[inline(always)]
+    pub fn local<P>(self, p: usize, data: &[P]) -> &P {
+        &data[self.point_offset(self.points)..][..self.locals][p % self.locals]
+    }
+
+    #[inline(always)]
+    pub fn local_mut<P>(self, p: usize, data: &mut [P]) -> &mut P {
+        &mut data[self.point_offset(self.points)..][..self.locals][p % self.locals]
+    }
+
+    /// Appended principal axes of elastic point q, one per row.
+    #[inline(always)]
+    pub fn axes<P: Copy>(self, q: usize, data: &[P]) -> [[P; 3]; 3] {
+        let axes: &[P; AXES] =
+            data[self.width() + AXES * q..].first_chunk().expect("the axes are appended");
+        let [a, b, c, d, e, f, g, h, i] = *axes;
+        [[a, b, c], [d, e, f], [g, h, i]]
+    }
+
+    #[inline(always)]
+    pub fn axes_mut<P>(self, q: usize, data: &mut [P]) -> &mut [P; AXES] {
+        data[self.width() + AXES * q..].first_chunk_mut().expect("the axes are appended")
+    }
+}
+
+/// The principal axes, one per row, from √2 (x, y, z, w).
+#[inline(always)]
+pub(super) fn principal_axes<T: Number>([x, y, z, w]: [T; 4]) -> [[T; 3]; 3] {
+    let one = x.constant(1.0);
+    [
+        [one - y * y - z * z, x * y + w * z, x * z - w * y],
+        [x * y - w * z, one - x * x - z * z, y * z + w * x],
+        [x * z + w * y, y * z - w * x, one - x * x - y * y],
+    ]
+}
+
+/// √2 (x, y, z, w) of the rotation from the coordinate axes to the given axes.
+///
+/// The entries of the matrix 4 q qᵀ are sums of entries of the rotation matrix. Each of its rows is a multiple of q.
+/// The row with the largest diagonal entry is used, because it loses no digits to cancellation.
+#[inline(always)]
+pub(super) fn rotation<T: Scalar>(m: &[[T; 3]; 3]) -> [T; 4] {
+    let one = m[0][0].constant(1.0);
+    let turn = [m[1][2] - m[2][1], m[2][0] - m[0][2], m[0][1] - m[1][0]];
+    let pair = [m[2][1] + m[1][2], m[2][0] + m[0][2], m[1][0] + m[0][1]];
+    let mut largest = one + m[0][0] + m[1][1] + m[2][2];
+    let mut best = [turn[0], turn[1], turn[2], largest];
+    for k in 0..3 {
+        let (i, j) = ((k + 1) % 3, (k + 2) % 3);
+        let diagonal = one + m[k][k] - m[i][i] - m[j][j];
+        let mut row = [diagonal; 4];
+        row[i] = pair[j];
+        row[j] = pair[i];
+        row[3] = turn[k];
+        let larger = largest.less_than(diagonal);
+        largest = T::select(larger, diagonal, largest);
+        for c in 0..4 {
+            best[c] = T::select(larger, row[c], best[c]);
+        }
+    }
+    let scale = one / (largest + largest).sqrt();
+    for c in 0..4 {
+        best[c] = best[c] * scale;
+    }
+    best
+}

@@ -1,0 +1,243 @@
+//! The state of an element, and strains and stresses at its points.
+
+use crate::element::{Geometry, Rule};
+use crate::material::{CrackDensity, Degradation, Law, Principal, Response, Scalar};
+
+/// Largest number of elastic points or of damage points of any rule.
+pub const MOST_POINTS: usize = 14;
+
+/// The state of an element, or of one element per SIMD lane.
+#[derive(Clone, Copy, Debug)]
+pub struct ElementState<'a, T, L, const N: usize> {
+    pub rule: &'a Rule,
+    pub constants: Constants<T, L>,
+    pub density: CrackDensity,
+    /// Nodal displacement u, mm.
+    pub displacement: [[T; 3]; N],
+    /// Nodal damage φ.
+    pub damage: [T; N],
+    /// Nodal damage φ at the start of the increment.
+    pub before: [T; N],
+    /// Geometry factors by elastic point; a straight element has a single entry.
+    pub geometry: &'a [Geometry<T>],
+    /// Whether the elements of all lanes are straight and none is a mixture.
+    pub plain: bool,
+    /// Largest previous ψ⁺ by elastic point. `None` if damage is driven by the current ψ⁺.
+    pub history: Option<&'a [T; MOST_POINTS]>,
+}
+
+/// Material constants of an element.
+#[derive(Clone, Copy, Debug)]
+pub struct Constants<T, L> {
+    pub law: L,
+    pub degradation: Degradation<T>,
+    /// Coefficient of the local crack density: Gc/(c₀ ℓ₀), MPa.
+    pub local: T,
+    /// Coefficient of the gradient of the crack density: Gc ℓ₀/c₀, N.
+    pub gradient: T,
+    /// Coefficient of the viscous term: ξ/Δt, MPa.
+    pub viscous: T,
+}
+
+/// Strains and stresses at an elastic point.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PointState<T> {
+    /// Volume of the point.
+    pub weight: T,
+    pub principal: Principal<T>,
+    pub response: Response<T>,
+}
+
+impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
+    #[inline(always)]
+    pub(super) fn constant(&self, x: f64) -> T {
+        self.constants.local.constant(x)
+    }
+
+    /// Geometry factors at elastic point q.
+    #[inline(always)]
+    pub(super) fn geometry(&self, q: usize) -> &Geometry<T> {
+        &self.geometry[if self.geometry.len() == 1 { 0 } else { q }]
+    }
+
+    /// Volume of elastic point q.
+    #[inline(always)]
+    pub(super) fn weight(&self, q: usize) -> T {
+        self.geometry(q).volume * self.constant(self.rule.points[q].weight)
+    }
+
+    /// Volume of damage point p: the sum of the volumes of the elastic points, weighted by the mixing matrix.
+    #[inline(always)]
+    pub(super) fn damage_weight(&self, p: usize) -> T {
+        if self.geometry.len() == 1 {
+            return self.geometry[0].volume * self.constant(self.rule.damage[p].weight);
+        }
+        let mut sum = self.constant(0.0);
+        for q in 0..self.rule.points.len() {
+            sum = self.constant(self.rule.mixing[q][p]).mul_add(self.weight(q), sum);
+        }
+        sum
+    }
+
+    /// ∂U_k/∂u_a at elastic point q, by node a.
+    #[inline(always)]
+    pub(super) fn slopes(&self, q: usize) -> &[[f64; 3]; N] {
+        self.rule.points[q].slopes.first_chunk().expect("a slope of each node")
+    }
+
+    #[inline(always)]
+    pub(super) fn shape(&self, p: usize) -> &[f64; N] {
+        self.rule.damage[p].shape.first_chunk().expect("a value of each node")
+    }
+
+    /// Strains and stresses at elastic point q, for the values `phi` of φ at the damage points.
+    #[inline(always)]
+    pub(super) fn at<const TANGENT: bool>(
+        &self,
+        q: usize,
+        phi: &[T; MOST_POINTS],
+    ) -> PointState<T> {
+        let principal = self.principal(q);
+        let Constants { law, degradation, .. } = &self.constants;
+        let g = self.stiffness_at(q, phi, degradation);
+        let response = law.respond::<TANGENT>(&principal.strains, g);
+        PointState { weight: self.weight(q), principal, response }
+    }
+
+    /// Principal strains at elastic point q.
+    #[inline(always)]
+    pub(super) fn principal(&self, q: usize) -> Principal<T> {
+        let du = self.differences(q, &self.displacement);
+        let barycentric = &self.geometry(q).barycentric;
+        let mut h = [[self.constant(0.0); 3]; 3];
+        for k in 0..3 {
+            for i in 0..3 {
+                for j in 0..3 {
+                    h[i][j] = du[k][i].mul_add(barycentric[k][j], h[i][j]);
+                }
+            }
+        }
+        Principal::new(&h)
+    }
+
+    /// ∂u/∂λ_k − ∂u/∂λ₀ at elastic point q, for k = 1 … 3.
+    #[inline(always)]
+    pub(super) fn differences<const C: usize>(&self, q: usize, u: &[[T; C]; N]) -> [[T; C]; 3] {
+        let slopes = self.slopes(q);
+        let mut du = [[self.constant(0.0); C]; 3];
+        for k in 0..3 {
+            for c in 0..C {
+                if N == 4 {
+                    du[k][c] = u[k + 1][c] - u[0][c];
+                    continue;
+                }
+                for a in 0..N {
+                    du[k][c] = u[a][c].mul_add(self.constant(slopes[a][k]), du[k][c]);
+                }
+            }
+        }
+        du
+    }
+
+    /// Distributes forces that are conjugate to the differences ∂u/∂λ_k − ∂u/∂λ₀ to the nodes.
+    #[inline(always)]
+    pub(super) fn add_flux(
+        &self,
+        q: usize,
+        flux: &[[T; 4]; 3],
+        fields: usize,
+        nodal: &mut [[T; 4]; N],
+    ) {
+        let slopes = self.slopes(q);
+        for c in 0..fields {
+            for k in 0..3 {
+                if N == 4 {
+                    nodal[k + 1][c] += flux[k][c];
+                    nodal[0][c] = nodal[0][c] - flux[k][c];
+                    continue;
+                }
+                for a in 0..N {
+                    let slope = self.constant(slopes[a][k]);
+                    nodal[a][c] = slope.mul_add(flux[k][c], nodal[a][c]);
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn interpolate(&self, field: &[T; N], shape: &[f64; N]) -> T {
+        let mut sum = self.constant(0.0);
+        for a in 0..N {
+            sum = field[a].mul_add(self.constant(shape[a]), sum);
+        }
+        sum
+    }
+
+    /// φ at the damage points.
+    #[inline(always)]
+    pub(super) fn damage_at_points(&self) -> [T; MOST_POINTS] {
+        let mut phi = [self.constant(0.0); MOST_POINTS];
+        for p in 0..self.rule.damage.len() {
+            phi[p] = self.interpolate(&self.damage, self.shape(p));
+        }
+        phi
+    }
+
+    /// g_q = Σ_p C_qp g(φ_p); 1 if the element cannot be damaged.
+    #[inline(always)]
+    pub(super) fn stiffness_at(
+        &self,
+        q: usize,
+        phi: &[T; MOST_POINTS],
+        degradation: &Degradation<T>,
+    ) -> T {
+        let row = &self.rule.mixing[q];
+        if row.is_empty() {
+            return self.constant(1.0);
+        }
+        let mut sum = self.constant(0.0);
+        for (&c, &phi) in row.iter().zip(phi) {
+            sum = self.constant(c).mul_add(degradation.value(phi), sum);
+        }
+        sum
+    }
+
+    /// Driving energy of damage at elastic point q: ψ⁺, or the largest ψ⁺ so far.
+    #[inline(always)]
+    pub(super) fn driving(&self, q: usize, at: &PointState<T>) -> T {
+        match self.history {
+            Some(so_far) => at.response.driving.max(so_far[q]),
+            None => at.response.driving,
+        }
+    }
+
+    /// Derivative of the driving energy at elastic point q with respect to g.
+    #[inline(always)]
+    pub(super) fn softening(&self, q: usize, at: &PointState<T>) -> T {
+        let Some(so_far) = self.history else { return at.response.softening };
+        let held = at.response.driving.less_than(so_far[q]);
+        T::select(held, self.constant(0.0), at.response.softening)
+    }
+
+    /// Distributes the driving energy of elastic point q to the damage points.
+    #[inline(always)]
+    pub(super) fn add_driving(&self, q: usize, at: &PointState<T>, to: &mut [T; MOST_POINTS]) {
+        let energy = at.weight * self.driving(q, at);
+        for (to, &c) in to.iter_mut().zip(&self.rule.mixing[q]) {
+            *to = energy.mul_add(self.constant(c), *to);
+        }
+    }
+
+    /// Writes the driving energy of each elastic point. Returns 1, or 0 if the element is inverted.
+    #[inline(always)]
+    pub fn driving_energies(&self, out: &mut [T; MOST_POINTS]) -> T {
+        let phi = self.damage_at_points();
+        let mut sound = self.constant(1.0);
+        for q in 0..self.rule.points.len() {
+            let at = self.at::<false>(q, &phi);
+            sound = sound.min(at.principal.sound);
+            out[q] = self.driving(q, &at);
+        }
+        sound
+    }
+}
