@@ -1,7 +1,7 @@
 //! Mean stress and energy density of each element, for output files.
 
 use super::element::{ElementState, MOST_POINTS};
-use crate::material::{Law, Scalar};
+use crate::material::{PointLaw, Scalar};
 
 /// Number of entries of [`ElementState::stress_sums`].
 pub(super) const SUMS: usize = 9;
@@ -34,7 +34,7 @@ impl CellStress {
     }
 }
 
-impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
+impl<T: Scalar, L: PointLaw<T>, const N: usize> ElementState<'_, T, L, N> {
     /// ∫ψ dV, ∫dV, ∫J dV and the entries of ∫τ dV, with τ = J σ. The second value is 1, or 0 if the element
     /// is inverted.
     #[inline(always)]

@@ -13,7 +13,7 @@
 use super::point_data::{self, PointData};
 use crate::element::{Geometry, Rule};
 use crate::material::{
-    CrackDensity, Degradation, Law, PointTangent, Principal, Response, Scalar, dot, packed,
+    CrackDensity, Degradation, PointLaw, PointTangent, Principal, Response, Scalar, dot, packed,
 };
 
 /// Largest number of elastic points or of damage points of any rule.
@@ -73,7 +73,7 @@ pub(super) struct At<T> {
     pub(super) response: Response<T>,
 }
 
-impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
+impl<T: Scalar, L: PointLaw<T>, const N: usize> ElementState<'_, T, L, N> {
     #[inline(always)]
     pub(super) fn constant(&self, x: f64) -> T {
         self.constants.local.constant(x)
@@ -121,7 +121,8 @@ impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
         let principal = self.principal(q);
         let Constants { law, degradation, .. } = &self.constants;
         let g = self.stiffness_at(q, phi, degradation);
-        let response = law.respond::<TANGENT>(&principal.strains, g);
+        // no law depends on the duration or has a state yet
+        let response = law.respond::<TANGENT>(&principal, g, self.constant(0.0), &[], &mut []);
         At { weight: self.weight(q), principal, response }
     }
 

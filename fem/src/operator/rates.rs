@@ -6,7 +6,7 @@
 //! ξ and η of a single phase. Otherwise the error is of second order in the difference of the parameter.
 
 use super::element::{Constants, ElementState, MOST_POINTS};
-use crate::material::{Law, Principal, Scalar, dot};
+use crate::material::{PointLaw, Principal, Scalar, dot};
 
 /// Number of parameters whose rates are computed together, using the same strains.
 pub(super) const AT_ONCE: usize = 4;
@@ -27,7 +27,7 @@ pub struct Moved<T, L, const N: usize> {
 /// Four rates per node for each parameter.
 pub(super) type Rates<T, const N: usize> = [[[T; 4]; N]; AT_ONCE];
 
-impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
+impl<T: Scalar, L: PointLaw<T>, const N: usize> ElementState<'_, T, L, N> {
     /// Adds ∂R/∂θ + ∂R/∂φ_n ∂φ_n/∂θ of the nodes for each parameter. Assumes that the current ψ⁺ drives
     /// damage, without a history. Returns 1, or 0 if the element is inverted.
     #[inline(always)]
@@ -124,7 +124,8 @@ impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
         phi: &[T; MOST_POINTS],
     ) -> ([T; 3], T) {
         let g = self.stiffness_at(q, phi, &constants.degradation);
-        let response = constants.law.respond::<false>(&principal.strains, g);
+        let response =
+            constants.law.respond::<false>(principal, g, self.constant(0.0), &[], &mut []);
         (response.stress, response.driving)
     }
 }
