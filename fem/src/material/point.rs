@@ -1,14 +1,13 @@
 //! Material constants of one region for quadrature points, and laws of several elements in SIMD lanes.
 
 use super::crack_density::CrackDensity;
-use super::law::{Elasticity, Moduli};
+use super::law::{Elasticity, Moduli, hencky, neo_hookean};
 use super::mixture::{MixedPhases, Modulus};
+use super::number::{Lanes, POINTS, Scalar};
 use super::phase_field::Split;
 use super::point_law::PointLaw;
 use super::principal::{Principal, Strains};
 use super::response::Response;
-use super::scalar::{Lanes, POINTS, Scalar};
-use super::{hencky, neo_hookean};
 
 /// Material constants of one region, in the form used at quadrature points.
 #[derive(Clone, Debug)]

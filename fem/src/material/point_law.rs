@@ -1,8 +1,8 @@
 //! The law at an integration point, and a law that keeps the largest driving energy of damage.
 
+use super::number::Scalar;
 use super::principal::Principal;
 use super::response::Response;
-use super::scalar::Scalar;
 
 /// Law with the material constants of the current points.
 ///

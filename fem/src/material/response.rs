@@ -1,6 +1,6 @@
 //! Response of a law at a point, in the basis of the principal strains.
 
-use super::scalar::Scalar;
+use super::number::Scalar;
 
 /// Energies, stress and tangent for a given degradation g.
 #[derive(Clone, Copy, Debug)]

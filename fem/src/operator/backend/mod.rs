@@ -12,7 +12,6 @@ mod kinds;
 mod lanes;
 mod matrix_free;
 mod product_source;
-mod recording;
 mod regions;
 mod shifts;
 mod slots;

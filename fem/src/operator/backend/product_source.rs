@@ -7,8 +7,8 @@ use faer::traits::pulp::Scalar;
 use super::apply::ElementProduct;
 use super::kinds::{OfKind, of_kind};
 use super::lanes::{Pack, Stored};
-use super::recording::{Term, begin, statements};
 use crate::device::Kernel;
+use crate::material::{Term, begin, statements};
 use crate::operator::layout::Layout;
 use crate::operator::point_data::PointData;
 
