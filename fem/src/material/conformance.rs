@@ -6,7 +6,7 @@ use super::parameters::Material;
 use super::phase_field::{PhaseField, Split};
 use super::point::PointMaterial;
 use super::principal::{Inverted, Principal};
-use super::response::{Law, Response};
+use super::response::Response;
 use super::tangent::PointTangent;
 
 /// State of a material for a given displacement gradient and degradation g.
@@ -27,7 +27,7 @@ impl Deformed {
         if principal.sound < 1.0 {
             return Err(Inverted);
         }
-        let response = material.respond::<true>(&principal.strains, g);
+        let response = material.response::<true>(&principal.strains, g);
         Ok(Self { principal, response })
     }
 

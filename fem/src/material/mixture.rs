@@ -9,7 +9,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::scalar::Scalar;
+use super::number::Scalar;
 
 /// Rule for the moduli of tetrahedra that are partly grain.
 ///

@@ -11,46 +11,40 @@ mod closed_forms;
 mod conformance;
 mod crack_density;
 mod degradation;
-mod elastic_law;
-mod hencky;
 mod law;
 mod mixture;
-mod mooney_rivlin;
-mod neo_hookean;
-mod ogden;
+mod number;
 mod parameters;
 mod phase_field;
 mod point;
+mod point_law;
 mod principal;
 mod response;
-mod saint_venant_kirchhoff;
-mod scalar;
-mod simd;
 mod strain;
 mod tangent;
 #[cfg(test)]
 #[path = "../../tests/unit/laws.rs"]
 mod tests;
-mod user_law;
 
 pub use conformance::assert_material;
 pub use crack_density::CrackDensity;
-pub use elastic_law::ElasticLaw;
-pub use law::Elasticity;
+pub use law::{
+    ElasticLaw, Elasticity, HyperelasticLaw, MooneyRivlin, Ogden, OgdenTerm, SaintVenantKirchhoff,
+    UserLaw,
+};
 pub use mixture::Homogenisation;
-pub use mooney_rivlin::MooneyRivlin;
-pub use ogden::{Ogden, OgdenTerm};
 pub use parameters::{Fracture, Material};
 pub use phase_field::{DamageQuadrature, Irreversibility, PhaseField, Split};
-pub use saint_venant_kirchhoff::SaintVenantKirchhoff;
 pub use strain::PrincipalStrain;
-pub use user_law::{HyperelasticLaw, UserLaw};
 
 pub use degradation::Degradation;
 pub use mixture::{MOST_GRAIN, MixedPhases};
+pub use number::{
+    Lanes, Number, POINTS, REGISTERS, Round, Scalar, SimdF32, SimdF64, Term, begin, dispatch, dot,
+    functions, statements,
+};
 pub use point::{Degraded, Formula, FormulaLaw, LaneLaw, PointMaterial};
+pub use point_law::{DrivingHistory, PointLaw};
 pub use principal::{Inverted, Principal};
-pub use response::{Law, Response, packed};
-pub use scalar::{Lanes, Number, POINTS, Round, Scalar, dot};
-pub use simd::{REGISTERS, SimdF32, SimdF64};
+pub use response::{Response, packed};
 pub use tangent::PointTangent;

@@ -1,9 +1,8 @@
 //! Parameters of the material of one region, with their units.
 
-use super::law::{Elasticity, Moduli, check_moduli};
+use super::law::{Elasticity, HyperelasticLaw, Moduli, UserLaw, check_moduli};
 use super::phase_field::{PhaseField, Split};
 use super::point::{Damage, Degraded, PointMaterial};
-use super::user_law::{HyperelasticLaw, UserLaw};
 use crate::error::FemError;
 
 /// The material of one region of the mesh.

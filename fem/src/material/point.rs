@@ -1,13 +1,13 @@
 //! Material constants of one region for quadrature points, and laws of several elements in SIMD lanes.
 
 use super::crack_density::CrackDensity;
-use super::law::{Elasticity, Moduli};
+use super::law::{Elasticity, Moduli, hencky, neo_hookean};
 use super::mixture::{MixedPhases, Modulus};
+use super::number::{Lanes, POINTS, Scalar};
 use super::phase_field::Split;
-use super::principal::Strains;
-use super::response::{Law, Response};
-use super::scalar::{Lanes, POINTS, Scalar};
-use super::{hencky, neo_hookean};
+use super::point_law::PointLaw;
+use super::principal::{Principal, Strains};
+use super::response::Response;
 
 /// Material constants of one region, in the form used at quadrature points.
 #[derive(Clone, Debug)]
@@ -75,9 +75,29 @@ impl<T: Scalar> FormulaLaw<T> {
     }
 }
 
-impl<T: Scalar> Law<T> for FormulaLaw<T> {
+impl<T: Scalar> PointLaw<T> for FormulaLaw<T> {
     #[inline(always)]
-    fn respond<const TANGENT: bool>(&self, strains: &Strains<T>, g: T) -> Response<T> {
+    fn state_len(&self) -> usize {
+        0
+    }
+
+    #[inline(always)]
+    fn respond<const TANGENT: bool>(
+        &self,
+        Principal { strains, .. }: &Principal<T>,
+        g: T,
+        _dt: T,
+        _old: &[T],
+        _new: &mut [T],
+    ) -> Response<T> {
+        self.response::<TANGENT>(strains, g)
+    }
+}
+
+impl<T: Scalar> FormulaLaw<T> {
+    /// Returns the response at the given strains.
+    #[inline(always)]
+    pub(super) fn response<const TANGENT: bool>(&self, strains: &Strains<T>, g: T) -> Response<T> {
         let Self { degraded: Degraded { split, hybrid }, moduli, .. } = *self;
         match self.formula {
             Formula::Hencky => {
@@ -108,8 +128,13 @@ impl PointMaterial {
     }
 }
 
-impl Law<f64> for PointMaterial {
-    fn respond<const TANGENT: bool>(&self, strains: &Strains<f64>, g: f64) -> Response<f64> {
+impl PointMaterial {
+    /// Returns the response at the given strains.
+    pub(super) fn response<const TANGENT: bool>(
+        &self,
+        strains: &Strains<f64>,
+        g: f64,
+    ) -> Response<f64> {
         let degraded = self.damage.map_or(Degraded::ALL, |d| d.degraded);
         let (formula, trace) = (self.formula(), strains.trace());
         match (&self.elasticity, formula) {
@@ -122,7 +147,7 @@ impl Law<f64> for PointMaterial {
                 let moduli = [self.moduli.bulk, self.moduli.shear];
                 let formula = formula.unwrap_or(Formula::Hencky);
                 FormulaLaw { formula, degraded, moduli, phases: None }
-                    .respond::<TANGENT>(strains, g)
+                    .response::<TANGENT>(strains, g)
             }
         }
     }
@@ -170,11 +195,23 @@ impl<'a, T: Lanes> LaneLaw<'a, T> {
     }
 }
 
-impl<T: Lanes> Law<T> for LaneLaw<'_, T> {
+impl<T: Lanes> PointLaw<T> for LaneLaw<'_, T> {
     #[inline(always)]
-    fn respond<const TANGENT: bool>(&self, strains: &Strains<T>, g: T) -> Response<T> {
+    fn state_len(&self) -> usize {
+        0
+    }
+
+    #[inline(always)]
+    fn respond<const TANGENT: bool>(
+        &self,
+        Principal { strains, .. }: &Principal<T>,
+        g: T,
+        _dt: T,
+        _old: &[T],
+        _new: &mut [T],
+    ) -> Response<T> {
         if let Some(formula) = &self.formula {
-            return formula.respond::<TANGENT>(strains, g);
+            return formula.response::<TANGENT>(strains, g);
         }
         let inputs = [strains.log, strains.excess, strains.coth];
         let mut lanes = [[[0.0; POINTS]; 3]; 3];
@@ -206,7 +243,7 @@ fn each_lane<const TANGENT: bool>(
     for (lane, material) in materials.iter().enumerate() {
         let of = |part: &[[f64; POINTS]; 3]| part.map(|numbers| numbers[lane]);
         let [log, excess, coth] = strains.each_ref().map(of);
-        let response = material.respond::<TANGENT>(&Strains { log, excess, coth }, g[lane]);
+        let response = material.response::<TANGENT>(&Strains { log, excess, coth }, g[lane]);
         for (lanes, number) in out.iter_mut().zip(response.numbers()) {
             lanes[lane] = number;
         }

@@ -4,7 +4,7 @@
 //! coth x with x = ε_i − ε_j also follows from the eigenvalues w: with y = (w_i − w_j)/(2 + w_i + w_j) = tanh(ε_i −
 //! ε_j) it is artanh(y)/y, which is smooth at equal stretches.
 
-use super::scalar::{Scalar, dot};
+use super::number::{Scalar, dot};
 
 /// Deformation at a point, in the basis of the eigenvectors of b = F Fᵀ.
 #[derive(Clone, Copy, Debug)]

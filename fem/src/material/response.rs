@@ -1,13 +1,6 @@
 //! Response of a law at a point, in the basis of the principal strains.
 
-use super::principal::Strains;
-use super::scalar::Scalar;
-
-/// Elastic law with the material constants of the current points.
-pub trait Law<T> {
-    /// Returns energies and stress for a degradation g, and `normal` and `shear` if `TANGENT` is true.
-    fn respond<const TANGENT: bool>(&self, strains: &Strains<T>, g: T) -> Response<T>;
-}
+use super::number::Scalar;
 
 /// Energies, stress and tangent for a given degradation g.
 #[derive(Clone, Copy, Debug)]

@@ -4,9 +4,9 @@
 //! With h = ∇δu F⁻¹ the stress increment is d_ii = Σ_j D_ij h_jj − τ_i h_ii and d_ij = G_ij (h_ij + h_ji) + h_ij τ_j,
 //! where G_ij = ½ (τ_i − τ_j) coth(ε_i − ε_j) − ½ (τ_i + τ_j).
 
+use super::number::{Scalar, dot};
 use super::principal::Principal;
 use super::response::{Response, packed};
-use super::scalar::{Scalar, dot};
 
 /// Tangent at a point, multiplied by the weight of the point.
 #[derive(Clone, Copy, Debug)]

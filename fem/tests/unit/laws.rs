@@ -134,7 +134,7 @@ fn laws_are_the_derivatives_of_their_printed_energies() {
         let material = material.at_point(Some(&PhaseField { hybrid, ..split_field(split) }));
         for _ in 0..20 {
             let e: [f64; 3] = std::array::from_fn(|_| rng.random_range(-0.4..0.3));
-            let own = material.respond::<true>(&strains(e), 0.3);
+            let own = material.response::<true>(&strains(e), 0.3);
             let (energy, stress, tangent): (f64, SVector<f64, 3>, SMatrix<f64, 3, 3>) =
                 hessian(|e| printed_energy(form, [e[0], e[1], e[2]], 0.3), &SVector::from(e));
             close(own.energy, energy, 1e-12, &e);
@@ -160,12 +160,12 @@ fn the_kernel_differentiates_itself() {
         FormulaLaw { formula: Formula::Hencky, degraded: Degraded::ALL, moduli, phases: None }
     }
     let e = [0.1, -0.2, 0.05];
-    let of_one = law([150.0, 110.0]).respond::<true>(&strains(e), 0.3);
+    let of_one = law([150.0, 110.0]).response::<true>(&strains(e), 0.3);
     for k in 0..3 {
         let mut along = e.map(num_dual::Dual64::from);
         along[k] = along[k].derivative();
         let moduli = [150.0, 110.0].map(num_dual::Dual64::from);
-        let dual = law(moduli).respond::<false>(&strains(along), 0.3.into());
+        let dual = law(moduli).response::<false>(&strains(along), 0.3.into());
         assert!((dual.energy.eps - of_one.stress[k]).abs() < 1e-13 * YOUNG);
         for i in 0..3 {
             let own = of_one.normal[packed(i.max(k), i.min(k))];
@@ -192,7 +192,7 @@ fn laws_given_by_their_energy_equal_those_written_out_at_any_distance_of_strains
                 let e = [middle + gap, middle, rng.random_range(-0.3..0.3)];
                 for g in [1.0, 0.3, 0.0] {
                     let [own, written_out] =
-                        [&own, &written_out].map(|m| m.respond::<true>(&strains(e), g));
+                        [&own, &written_out].map(|m| m.response::<true>(&strains(e), g));
                     assert_same(&own, &written_out, 1e-12, &e);
                 }
             }
@@ -241,8 +241,9 @@ fn examples() -> [Material; 3] {
 
 #[test]
 fn the_parts_of_every_split_add_up_and_are_continuous_at_equal_and_at_zero_strains() {
-    let respond =
-        |split, e, g| damaged(Printed::Hencky.written_out(), split).respond::<true>(&strains(e), g);
+    let respond = |split, e, g| {
+        damaged(Printed::Hencky.written_out(), split).response::<true>(&strains(e), g)
+    };
     let all = [
         [0.1, -0.2, 0.05],
         [-0.1, -0.1, 0.3],
@@ -349,7 +350,13 @@ impl WithSimd for Responses<'_> {
             let moduli = moduli.each_ref().map(|x| SimdF64::load(simd, x));
             let law = LaneLaw::new(None, self.degraded, moduli, None, materials);
             let principal = Principal::new(&h);
-            let response = law.respond::<true>(&principal.strains, SimdF64::splat(simd, 0.3));
+            let response = law.respond::<true>(
+                &principal,
+                SimdF64::splat(simd, 0.3),
+                SimdF64::splat(simd, 0.0),
+                &[],
+                &mut [],
+            );
             let lane = |x: SimdF64<S>, lane: usize| {
                 let mut column = [0.0; POINTS];
                 x.store(&mut column);

@@ -5,7 +5,8 @@ use std::marker::PhantomData;
 use bytemuck::Pod;
 use faer::traits::pulp::{self, Simd, WithSimd};
 
-use crate::material::{Number, SimdF32, SimdF64};
+pub(crate) use crate::material::dispatch;
+use crate::material::{Number, SimdF32, SimdF64, Term};
 use crate::operator::layout::LANES;
 
 /// One value of as many elements as fit into 32 bytes, an AVX2 register. Wider registers bring no gain,
@@ -78,17 +79,6 @@ pub(crate) trait Stored: Precision + Pod {
     );
 }
 
-/// Runs `work` with AVX2 if the processor supports it.
-pub(crate) fn dispatch<W: WithSimd>(work: W) -> W::Output {
-    #[cfg(target_arch = "x86_64")]
-    return match pulp::x86::V3::try_new() {
-        Some(simd) => Simd::vectorize(simd, work),
-        None => pulp::Scalar::new().vectorize(work),
-    };
-    #[cfg(not(target_arch = "x86_64"))]
-    pulp::Arch::new().dispatch(work)
-}
-
 /// Prefetches the cache line of a value. The index may be beyond the end of `data`.
 #[inline(always)]
 pub(crate) fn prefetch<T>(data: &[T], index: usize) {
@@ -125,6 +115,20 @@ pub(crate) fn lane_of_row<T: Stored>() -> [usize; LANES] {
         }
     }
     dispatch(Lanes(PhantomData::<T>))
+}
+
+/// Records one element at a time: a register and a pack are a single number.
+impl Precision for Term {
+    type Pack = Pack<Self, 1>;
+    type Register<S: Simd> = Self;
+
+    fn splat<S: Simd>(_: S, x: f64) -> Self {
+        Term::default().constant(x)
+    }
+
+    fn load<S: Simd>(_: S, pack: &Self::Pack, _: usize) -> Self {
+        pack.as_ref()[0]
+    }
 }
 
 macro_rules! precision {

@@ -16,7 +16,7 @@ pub use gather::{Buffers, Gather};
 pub(super) use kinds::{OfKind, of_kind};
 #[cfg(test)]
 pub(crate) use lanes::dispatch;
-pub(super) use lanes::{Pack, Precision, Stored, lane_of_row};
+pub(super) use lanes::{Pack, Stored, lane_of_row};
 pub(super) use matrix_free::MatrixFree;
 pub use matrix_free::{SINGLE_FROM, product};
 pub(super) use regions::{Regions, Row};

@@ -3,11 +3,11 @@
 use std::fmt::Write;
 
 use super::product_source::CNumbers;
-use super::recording::{Term, begin, functions, statements};
 use crate::device::Kernel;
 use crate::element::{Geometry, Rule};
 use crate::material::{
-    CrackDensity, Degradation, Degraded, Formula, FormulaLaw, Homogenisation, MixedPhases,
+    CrackDensity, Degradation, Degraded, Formula, FormulaLaw, Homogenisation, MixedPhases, Term,
+    begin, functions, statements,
 };
 use crate::operator::cpu::Row;
 use crate::operator::kernel::DataLayout;

@@ -4,7 +4,6 @@ mod equations;
 mod equations_source;
 mod product;
 mod product_source;
-mod recording;
 mod slots;
 
 pub(super) use equations::DeviceEquations;

@@ -4,11 +4,9 @@ use std::fmt::Write;
 
 use faer::traits::pulp::Scalar;
 
-use super::recording::{Term, begin, statements};
 use crate::device::Kernel;
-use crate::operator::cpu::ElementProduct;
-use crate::operator::cpu::{OfKind, of_kind};
-use crate::operator::cpu::{Pack, Stored};
+use crate::material::{Term, begin, statements};
+use crate::operator::cpu::{ElementProduct, OfKind, Pack, Stored, of_kind};
 use crate::operator::kernel::DataLayout;
 use crate::operator::layout::Layout;
 

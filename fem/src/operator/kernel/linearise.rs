@@ -2,13 +2,13 @@
 
 use super::point_data::{DataLayout, rotation};
 use super::state::{ElementState, MOST_POINTS};
-use crate::material::{Law, PointTangent, Scalar, dot, packed};
+use crate::material::{PointLaw, PointTangent, Scalar, dot, packed};
 
 /// Writes the stored data of the element's tangent in the order of [`DataLayout`]. `coupled` keeps the coupling terms
 /// between u and φ. With `AXES` the principal axes are appended, and the quaternions are not written. Returns 1, or 0
 /// if the element is inverted.
 #[inline(always)]
-pub fn linearise<T: Scalar, L: Law<T>, const AXES: bool, const N: usize>(
+pub fn linearise<T: Scalar, L: PointLaw<T>, const AXES: bool, const N: usize>(
     element: &ElementState<'_, T, L, N>,
     coupled: bool,
     data: &mut [T],

@@ -1,7 +1,7 @@
 //! Residual and energies of an element.
 
 use super::state::{ElementState, MOST_POINTS};
-use crate::material::{Law, Scalar, dot};
+use crate::material::{PointLaw, Scalar, dot};
 
 /// Contributions of an element to residual and energies.
 #[derive(Clone, Copy, Debug)]
@@ -18,7 +18,7 @@ pub struct ElementResidual<T, const N: usize> {
 
 /// Residuals R_u and R_φ of the element's nodes, and energies.
 #[inline(always)]
-pub fn residual<T: Scalar, L: Law<T>, const N: usize>(
+pub fn residual<T: Scalar, L: PointLaw<T>, const N: usize>(
     element: &ElementState<'_, T, L, N>,
 ) -> ElementResidual<T, N> {
     let zero = element.constant(0.0);

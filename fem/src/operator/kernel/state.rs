@@ -1,7 +1,7 @@
 //! The state of an element, and strains and stresses at its points.
 
 use crate::element::{Geometry, Rule};
-use crate::material::{CrackDensity, Degradation, Law, Principal, Response, Scalar};
+use crate::material::{CrackDensity, Degradation, PointLaw, Principal, Response, Scalar};
 
 /// Largest number of elastic points or of damage points of any rule.
 pub const MOST_POINTS: usize = 14;
@@ -48,7 +48,7 @@ pub(crate) struct PointState<T> {
     pub response: Response<T>,
 }
 
-impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
+impl<T: Scalar, L: PointLaw<T>, const N: usize> ElementState<'_, T, L, N> {
     #[inline(always)]
     pub(super) fn constant(&self, x: f64) -> T {
         self.constants.local.constant(x)
@@ -100,7 +100,7 @@ impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
         let principal = self.principal(q);
         let Constants { law, degradation, .. } = &self.constants;
         let g = self.stiffness_at(q, phi, degradation);
-        let response = law.respond::<TANGENT>(&principal.strains, g);
+        let response = law.respond::<TANGENT>(&principal, g, self.constant(0.0), &[], &mut []);
         PointState { weight: self.weight(q), principal, response }
     }
 

@@ -1,7 +1,7 @@
 //! Integrals of stress and energy over an element.
 
 use super::state::{ElementState, MOST_POINTS};
-use crate::material::{Law, Scalar};
+use crate::material::{PointLaw, Scalar};
 
 /// Number of values that [`stress_sums`] returns.
 pub(crate) const STRESS_SUMS: usize = 9;
@@ -11,7 +11,7 @@ const ENTRIES: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0
 /// Integrals over the reference volume: ∫ψ dV, ∫dV, ∫J dV and the entries of ∫τ dV, with τ = J σ. The second value is
 /// 1, or 0 if the element is inverted.
 #[inline(always)]
-pub(crate) fn stress_sums<T: Scalar, L: Law<T>, const N: usize>(
+pub(crate) fn stress_sums<T: Scalar, L: PointLaw<T>, const N: usize>(
     element: &ElementState<'_, T, L, N>,
 ) -> ([T; STRESS_SUMS], T) {
     let one = element.constant(1.0);

@@ -1,6 +1,6 @@
 //! Degradation of the elastic energy by damage.
 
-use super::scalar::Scalar;
+use super::number::Scalar;
 
 /// g(φ) = (1 − η)(1 − φ)² + η, with the residual stiffness η.
 #[derive(Clone, Copy, Debug)]

@@ -6,10 +6,10 @@ use std::sync::Arc;
 use nalgebra::{SMatrix, SVector};
 use num_dual::{DualNum, gradient, hessian, second_derivative};
 
-use super::principal::Strains;
-use super::response::{Whole, packed};
-use super::strain::PrincipalStrain;
 use crate::error::FemError;
+use crate::material::principal::Strains;
+use crate::material::response::{Whole, packed};
+use crate::material::strain::PrincipalStrain;
 
 /// Isotropic hyperelastic law, given by its energy alone.
 ///
@@ -18,7 +18,7 @@ use crate::error::FemError;
 /// ∂ψ/∂ε_i and the consistent tangent are its derivatives by dual numbers, which are exact also at equal stretches.
 /// The law is never evaluated for det F ≤ 0: the solver reduces the step instead.
 ///
-/// With [`Split::VolumetricDeviatoric`](super::Split), damage does not degrade U(J) = ψ(J^(1/3) I) in compression; U
+/// With [`Split::VolumetricDeviatoric`](crate::Split), damage does not degrade U(J) = ψ(J^(1/3) I) in compression; U
 /// needs no definition by the user. ψ⁺ = ψ − U must not be negative: at a given volume, the energy must be smallest
 /// for the pure change of volume. This holds if the larger stretch always has the larger stress (Baker & Ericksen, J.
 /// Wash. Acad. Sci. 44 (1954) 33).
@@ -53,9 +53,9 @@ pub trait HyperelasticLaw: Debug + Send + Sync + 'static {
     fn energy<T: DualNum<f64> + Copy>(&self, strain: &PrincipalStrain<T>) -> T;
 }
 
-/// User-defined law, as stored in [`Elasticity::User`](super::Elasticity::User).
+/// User-defined law, as stored in [`Elasticity::User`](crate::Elasticity::User).
 ///
-/// Created by [`Material::hyperelastic`](super::Material::hyperelastic). Clones share the law; two values are equal
+/// Created by [`Material::hyperelastic`](crate::Material::hyperelastic). Clones share the law; two values are equal
 /// if they share the same law.
 #[derive(Clone, Debug)]
 pub struct UserLaw {
@@ -119,19 +119,19 @@ impl UserLaw {
     /// Checks a law and computes its moduli at small strain.
     ///
     /// # Errors
-    /// As [`Material::hyperelastic`](super::Material::hyperelastic).
-    pub(super) fn new(law: impl HyperelasticLaw) -> Result<Self, FemError> {
+    /// As [`Material::hyperelastic`](crate::Material::hyperelastic).
+    pub(in crate::material) fn new(law: impl HyperelasticLaw) -> Result<Self, FemError> {
         let [young_mpa, poisson] = small_strain(&law)?;
         Ok(Self { law: Arc::new(law), young_mpa, poisson })
     }
 
     /// Young's modulus at small strain, MPa.
-    pub(super) fn young_mpa(&self) -> f64 {
+    pub(in crate::material) fn young_mpa(&self) -> f64 {
         self.young_mpa
     }
 
     /// Poisson's ratio at small strain.
-    pub(super) fn poisson(&self) -> f64 {
+    pub(in crate::material) fn poisson(&self) -> f64 {
         self.poisson
     }
 
@@ -140,7 +140,7 @@ impl UserLaw {
     /// For x = ε_i − ε_j → 0, the difference in ½ (τ_i − τ_j) coth x loses its digits, and replacing the term by its
     /// limit has a second-order error. But τ_i − τ_j is the derivative of ψ(m + δ, m − δ) at δ = x/2, an odd function
     /// of δ. The term is therefore ¼ x coth x times the mean of d²ψ/dδ² over (0, δ).
-    pub(super) fn whole(&self, strains: &Strains<f64>, tangent: bool) -> Whole<f64> {
+    pub(in crate::material) fn whole(&self, strains: &Strains<f64>, tangent: bool) -> Whole<f64> {
         let strain = strains.log;
         if !tangent {
             let (energy, stress) = self.law.first(strain);
@@ -170,7 +170,7 @@ impl UserLaw {
     }
 
     /// Returns U, U′ and U″ for a pure change of volume with t = ln J, in which each strain is t/3.
-    pub(super) fn of_volume(&self, t: f64) -> [f64; 3] {
+    pub(in crate::material) fn of_volume(&self, t: f64) -> [f64; 3] {
         let (energy, stress, second) = self.law.second([t / 3.0; 3]);
         [energy, stress.mean(), second.mean()]
     }

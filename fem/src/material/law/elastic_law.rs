@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::law::check_moduli;
-use super::{Material, MooneyRivlin, Ogden, SaintVenantKirchhoff};
+use super::{MooneyRivlin, Ogden, SaintVenantKirchhoff, check_moduli};
 use crate::error::FemError;
+use crate::material::Material;
 
 /// Elastic law as written in a file: `"hencky"`, or a name with the constants of the law, such as `{ mooney-rivlin =
 /// { c10_mpa = 0.16, c01_mpa = 0.01, bulk_mpa = 20.0 } }`.
@@ -21,10 +21,10 @@ use crate::error::FemError;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ElasticLaw {
-    /// [`Elasticity::Hencky`](super::Elasticity::Hencky).
+    /// [`Elasticity::Hencky`](crate::Elasticity::Hencky).
     #[default]
     Hencky,
-    /// [`Elasticity::NeoHookean`](super::Elasticity::NeoHookean).
+    /// [`Elasticity::NeoHookean`](crate::Elasticity::NeoHookean).
     NeoHookean,
     /// [`SaintVenantKirchhoff`] with the given Young's modulus and Poisson's ratio.
     SaintVenantKirchhoff,

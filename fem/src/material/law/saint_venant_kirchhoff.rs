@@ -2,7 +2,8 @@
 
 use num_dual::DualNum;
 
-use super::{HyperelasticLaw, PrincipalStrain};
+use super::HyperelasticLaw;
+use crate::material::PrincipalStrain;
 
 /// Saint-Venant–Kirchhoff solid: ψ = λ/2 (tr E)² + μ E : E in Green's strain E = ½ (FᵀF − I).
 ///

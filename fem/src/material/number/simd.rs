@@ -6,13 +6,24 @@
 use std::f64::consts::{FRAC_1_SQRT_2, LN_2};
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
-use faer::traits::pulp::Simd;
+use faer::traits::pulp::{self, Simd, WithSimd};
 
 use super::scalar::{Lanes, Number, POINTS, Scalar};
 
 /// Number of registers per value when laws are evaluated: one register computes while the other waits for a square
 /// root or a quotient.
 pub const REGISTERS: usize = 2;
+
+/// Runs `work` with AVX2 if the processor supports it.
+pub fn dispatch<W: WithSimd>(work: W) -> W::Output {
+    #[cfg(target_arch = "x86_64")]
+    return match pulp::x86::V3::try_new() {
+        Some(simd) => Simd::vectorize(simd, work),
+        None => pulp::Scalar::new().vectorize(work),
+    };
+    #[cfg(not(target_arch = "x86_64"))]
+    pulp::Arch::new().dispatch(work)
+}
 
 macro_rules! each_register {
     ($name:ident, $intrinsic:ident $(, $other:ident)*) => {

@@ -3,7 +3,8 @@
 use num_dual::DualNum;
 use serde::{Deserialize, Serialize};
 
-use super::{HyperelasticLaw, PrincipalStrain};
+use super::HyperelasticLaw;
+use crate::material::PrincipalStrain;
 
 /// Compressible Mooney–Rivlin rubber:
 /// ψ = C₁₀ (Ī₁ − 3) + C₀₁ (Ī₂ − 3) + K/4 (J² − 1 − 2 ln J).

@@ -3,7 +3,8 @@
 use num_dual::DualNum;
 use serde::{Deserialize, Serialize};
 
-use super::{HyperelasticLaw, PrincipalStrain};
+use super::HyperelasticLaw;
+use crate::material::PrincipalStrain;
 
 /// Compressible Ogden rubber: ψ = Σ_p μ_p/α_p Σ_i (λ̄_i^α_p − 1) + K/4 (J² − 1 − 2 ln J).
 ///

@@ -7,15 +7,15 @@
 //! ε_j. If μ_i = μ_j, the quotient (μ_i ε_i − μ_j ε_j)/x is this modulus, so that nothing is singular at equal
 //! strains. M(g) is g M, or the result of a homogenisation rule for a mixture.
 
-use super::mixture::Modulus;
-use super::phase_field::Split;
-use super::principal::Strains;
-use super::response::{Response, packed};
-use super::scalar::Scalar;
+use crate::material::mixture::Modulus;
+use crate::material::number::Scalar;
+use crate::material::phase_field::Split;
+use crate::material::principal::Strains;
+use crate::material::response::{Response, packed};
 
 /// Returns the response for the bulk and shear modulus as functions of g.
 #[inline(always)]
-pub(super) fn respond<T: Scalar, const TANGENT: bool>(
+pub(in crate::material) fn respond<T: Scalar, const TANGENT: bool>(
     split: Split,
     hybrid: bool,
     [bulk, shear]: &[Modulus<T>; 2],

@@ -11,10 +11,7 @@ use std::collections::HashMap;
 use std::fmt::Write;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
-use faer::traits::pulp::Simd;
-
-use crate::material::{Number, Round, Scalar};
-use crate::operator::cpu::{Pack, Precision};
+use super::scalar::{Number, Round, Scalar};
 
 /// An operation or an operand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -50,7 +47,7 @@ struct Loop {
 
 /// Index of a node in the record; node 0 is the constant zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub(crate) struct Term(u32);
+pub struct Term(u32);
 
 const ZERO: Term = Term(0);
 
@@ -90,7 +87,7 @@ fn put(node: Node) -> Term {
 
 impl Term {
     /// Input number `place` of the kernel.
-    pub(crate) fn given(place: usize) -> Self {
+    pub fn given(place: usize) -> Self {
         put(Node::Given(place as u32))
     }
 
@@ -258,20 +255,6 @@ impl Scalar for Term {
     }
 }
 
-/// Records one element at a time: a register and a pack are a single number.
-impl Precision for Term {
-    type Pack = Pack<Self, 1>;
-    type Register<S: Simd> = Self;
-
-    fn splat<S: Simd>(_: S, x: f64) -> Self {
-        Self::fixed(x)
-    }
-
-    fn load<S: Simd>(_: S, pack: &Self::Pack, _: usize) -> Self {
-        pack.as_ref()[0]
-    }
-}
-
 /// Writes a loop as a C function, which updates the state in place.
 fn function(name: &str, most: usize, len: usize, round: Round<Term>) -> String {
     let outer = RECORD.replace(Record::new());
@@ -292,16 +275,13 @@ fn function(name: &str, most: usize, len: usize, round: Round<Term>) -> String {
 }
 
 /// The C functions that the statements of the current record call.
-pub(crate) fn functions() -> Vec<String> {
+pub fn functions() -> Vec<String> {
     RECORD.with_borrow(|record| record.functions.iter().map(|f| f.1.clone()).collect())
 }
 
 /// The C statements that compute `results`, and the C expression of each result. `given` returns the C
 /// expression of an input; an input is read just before its first use.
-pub(crate) fn statements(
-    results: &[Term],
-    given: &dyn Fn(usize) -> String,
-) -> (String, Vec<String>) {
+pub fn statements(results: &[Term], given: &dyn Fn(usize) -> String) -> (String, Vec<String>) {
     RECORD.with_borrow(|record| {
         let nodes = &record.nodes;
         let mut needed = vec![false; nodes.len()];
@@ -385,6 +365,6 @@ fn parts(node: Node) -> [Option<Term>; 3] {
 }
 
 /// Starts a new, empty record on this thread.
-pub(crate) fn begin() {
+pub fn begin() {
     RECORD.replace(Record::new());
 }

@@ -1,6 +1,19 @@
 //! Elastic laws as functions of the principal logarithmic strains.
 
-use super::user_law::UserLaw;
+mod elastic_law;
+pub(in crate::material) mod hencky;
+mod hyperelastic;
+mod mooney_rivlin;
+pub(in crate::material) mod neo_hookean;
+mod ogden;
+mod saint_venant_kirchhoff;
+
+pub use elastic_law::ElasticLaw;
+pub use hyperelastic::{HyperelasticLaw, UserLaw};
+pub use mooney_rivlin::MooneyRivlin;
+pub use ogden::{Ogden, OgdenTerm};
+pub use saint_venant_kirchhoff::SaintVenantKirchhoff;
+
 use crate::error::FemError;
 
 /// Elastic law of a region, with its moduli at small strain.
@@ -8,7 +21,7 @@ use crate::error::FemError;
 /// All laws are functions of the principal logarithmic strains ε_i (tr ε = ln J):
 /// - Hencky: ψ = K/2 (tr ε)² + μ dev ε : dev ε;
 /// - neo-Hookean: ψ = μ/2 (I₁ − 3 − 2 ln J) + λ/2 (ln J)²;
-/// - a user-defined [`HyperelasticLaw`](super::HyperelasticLaw), whose moduli follow from its energy.
+/// - a user-defined [`HyperelasticLaw`](crate::HyperelasticLaw), whose moduli follow from its energy.
 ///
 /// ψ is an energy per reference volume, MPa = N mm/mm³. References: Hencky, Z. Techn. Phys. 9
 /// (1928) 215; Simo & Pister, Comput. Methods Appl. Mech. Engrg. 46 (1984) 201,
@@ -29,7 +42,7 @@ pub enum Elasticity {
         /// Poisson's ratio, in (−1, ½).
         poisson: f64,
     },
-    /// User-defined law, given by its energy; created by [`Material::hyperelastic`](super::Material::hyperelastic).
+    /// User-defined law, given by its energy; created by [`Material::hyperelastic`](crate::Material::hyperelastic).
     User(UserLaw),
 }
 
@@ -52,7 +65,11 @@ impl Elasticity {
 }
 
 /// Checks Young's modulus (MPa) and Poisson's ratio; rejects values that are invalid or probably have another unit.
-pub(super) fn check_moduli(entity: &str, young: f64, poisson: f64) -> Result<(), FemError> {
+pub(in crate::material) fn check_moduli(
+    entity: &str,
+    young: f64,
+    poisson: f64,
+) -> Result<(), FemError> {
     let refuse =
         |field, value, requirement| Err(FemError::parameter(entity, field, value, requirement));
     if !(1e-3..=1e7).contains(&young) {

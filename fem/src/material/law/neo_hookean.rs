@@ -3,13 +3,16 @@
 //! With w_i = λ_i² − 1, τ_i = μ w_i + λ tr ε and ½ (τ_i − τ_j) coth(ε_i − ε_j) = μ (1 + ½ (w_i + w_j)), which is
 //! smooth without a series expansion.
 
-use super::principal::Strains;
-use super::response::{Whole, packed};
-use super::scalar::Scalar;
+use crate::material::number::Scalar;
+use crate::material::principal::Strains;
+use crate::material::response::{Whole, packed};
 
 /// Returns ψ and its derivatives for the constants λ and μ.
 #[inline(always)]
-pub(super) fn whole<T: Scalar>([lame, shear]: [T; 2], strains: &Strains<T>) -> Whole<T> {
+pub(in crate::material) fn whole<T: Scalar>(
+    [lame, shear]: [T; 2],
+    strains: &Strains<T>,
+) -> Whole<T> {
     let (one, half) = (lame.constant(1.0), lame.constant(0.5));
     let (trace, w) = (strains.trace(), strains.excess);
     let first = w[0] + w[1] + w[2] - (trace + trace);
@@ -26,7 +29,7 @@ pub(super) fn whole<T: Scalar>([lame, shear]: [T; 2], strains: &Strains<T>) -> W
 /// Returns U, U′ and U″ for a pure change of volume with t = ln J, in which each stretch is J^(1/3): U = 3μ/2
 /// (e^(2t/3) − 1 − 2t/3) + λ/2 t².
 #[inline(always)]
-pub(super) fn of_volume<T: Scalar>([lame, shear]: [T; 2], t: T) -> [T; 3] {
+pub(in crate::material) fn of_volume<T: Scalar>([lame, shear]: [T; 2], t: T) -> [T; 3] {
     let (half, two_thirds) = (t.constant(0.5), t.constant(2.0 / 3.0));
     let (linear, one) = (two_thirds * t, t.constant(1.0));
     let w = linear.exp_m1();

@@ -1,0 +1,66 @@
+//! The law at an integration point, and a law that keeps the largest driving energy of damage.
+
+use super::number::Scalar;
+use super::principal::Principal;
+use super::response::Response;
+
+/// Law with the material constants of the current points.
+///
+/// The state of a point is a slice of [`state_len`](Self::state_len) numbers. It is zero before the first increment.
+/// The law reads the state at the start of the increment, `old`, and writes the state at its end, `new`. A law may be
+/// evaluated several times in an increment, and `old` does not change until the increment is accepted.
+pub trait PointLaw<T: Scalar> {
+    /// Returns the number of state values of a point; zero for an elastic law.
+    fn state_len(&self) -> usize;
+
+    /// Returns energies and stress for a degradation g, and `normal` and `shear` if `TANGENT` is true. `trial` is the
+    /// deformation at the end of the increment, `dt` the duration of the increment in seconds.
+    fn respond<const TANGENT: bool>(
+        &self,
+        trial: &Principal<T>,
+        g: T,
+        dt: T,
+        old: &[T],
+        new: &mut [T],
+    ) -> Response<T>;
+}
+
+/// Law whose damage is driven by the largest driving energy so far, which is the last state value of the point.
+///
+/// Reference: Miehe, Hofacker & Welschinger, Comput. Methods Appl. Mech. Engrg. 199 (2010) 2765,
+/// doi:10.1016/j.cma.2010.04.011.
+#[derive(Clone, Copy, Debug)]
+pub struct DrivingHistory<L> {
+    pub law: L,
+    /// Whether the largest driving energy is kept. If not, this law is the inner law.
+    pub active: bool,
+}
+
+impl<T: Scalar, L: PointLaw<T>> PointLaw<T> for DrivingHistory<L> {
+    #[inline(always)]
+    fn state_len(&self) -> usize {
+        self.law.state_len() + usize::from(self.active)
+    }
+
+    #[inline(always)]
+    fn respond<const TANGENT: bool>(
+        &self,
+        trial: &Principal<T>,
+        g: T,
+        dt: T,
+        old: &[T],
+        new: &mut [T],
+    ) -> Response<T> {
+        if !self.active {
+            return self.law.respond::<TANGENT>(trial, g, dt, old, new);
+        }
+        let last = self.law.state_len();
+        let mut out = self.law.respond::<TANGENT>(trial, g, dt, &old[..last], &mut new[..last]);
+        // a driving energy below the largest one so far has no influence, so that its derivative is zero
+        let below = out.driving.less_than(old[last]);
+        out.softening = T::select(below, g.constant(0.0), out.softening);
+        out.driving = out.driving.max(old[last]);
+        new[last] = out.driving;
+        out
+    }
+}
