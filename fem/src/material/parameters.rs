@@ -1,7 +1,7 @@
 //! Parameters of the material of one region, with their units.
 
 use super::law::{Elasticity, HyperelasticLaw, Moduli, UserLaw, check_moduli};
-use super::phase_field::{PhaseField, Split};
+use super::phase_field::{Irreversibility, PhaseField, Split};
 use super::point::{Damage, Degraded, PointMaterial};
 use crate::error::FemError;
 
@@ -124,6 +124,7 @@ impl Material {
             Damage {
                 degraded: Degraded { split: field.split, hybrid: field.hybrid },
                 density: field.model,
+                history: field.irreversibility == Irreversibility::History,
                 residual: fracture.residual_stiffness,
                 local: fracture.toughness_n_per_mm / (c0 * field.length_mm),
                 gradient: fracture.toughness_n_per_mm * field.length_mm / c0,

@@ -23,6 +23,8 @@ pub struct PointMaterial {
 pub struct Damage {
     pub degraded: Degraded,
     pub density: CrackDensity,
+    /// Whether the largest driving energy so far drives damage.
+    pub history: bool,
     /// Residual stiffness η.
     pub residual: f64,
     /// Gc/(c₀ ℓ₀), MPa.
@@ -118,6 +120,11 @@ impl<T: Scalar> FormulaLaw<T> {
 }
 
 impl PointMaterial {
+    /// Returns the number of state values of the law at a point, without the largest driving energy.
+    pub fn state_len(&self) -> usize {
+        0
+    }
+
     /// Returns the formula of the law; `None` for a user-defined law.
     pub fn formula(&self) -> Option<Formula> {
         match self.elasticity {

@@ -51,11 +51,11 @@ impl<T: Scalar, L: PointLaw<T>> PointLaw<T> for DrivingHistory<L> {
         old: &[T],
         new: &mut [T],
     ) -> Response<T> {
-        if !self.active {
-            return self.law.respond::<TANGENT>(trial, g, dt, old, new);
-        }
         let last = self.law.state_len();
         let mut out = self.law.respond::<TANGENT>(trial, g, dt, &old[..last], &mut new[..last]);
+        if !self.active {
+            return out;
+        }
         // a driving energy below the largest one so far has no influence, so that its derivative is zero
         let below = out.driving.less_than(old[last]);
         out.softening = T::select(below, g.constant(0.0), out.softening);

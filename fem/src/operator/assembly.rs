@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::cell_stress::CellStress;
 use super::cpu::{
-    DrivingOf, Gather, PointDataOf, ResidualsOf, Selection, StressesOf, TangentsOf, each_register,
+    Gather, PointDataOf, ResidualsOf, Selection, StatesOf, StressesOf, TangentsOf, each_register,
 };
 use super::deterministic_reduce::deterministic_reduce;
 use super::device::DeviceEquations;
@@ -145,17 +145,16 @@ impl<const N: usize> Operator for Assembly<N> {
         Ok(())
     }
 
-    fn driving_energies(&self, increment: &Increment, out: &mut [f64]) -> Result<(), Inverted> {
+    fn state(&self, increment: &Increment, out: &mut [f64]) -> Result<(), Inverted> {
         let gather = self.gather(increment);
-        let points = self.space.rule.points.len();
-        let batches = out.par_chunks_mut(LANES * points).enumerate().with_min_len(LEAST);
+        let width = gather.element_state_len();
+        if width == 0 {
+            return Ok(());
+        }
+        let batches = out.par_chunks_mut(LANES * width).enumerate().with_min_len(LEAST);
         let sound = batches.try_for_each(|(batch, out)| {
-            let (first, count) = (batch * LANES, out.len() / points);
-            each_register(
-                &gather,
-                Selection::Consecutive { first, count },
-                DrivingOf { points, out },
-            )
+            let (first, count) = (batch * LANES, out.len() / width);
+            each_register(&gather, Selection::Consecutive { first, count }, StatesOf(out))
         });
         self.agreed(sound)
     }

@@ -36,8 +36,9 @@ pub trait Operator: std::fmt::Debug + Send + Sync {
         out: &mut Tangent,
     ) -> Result<(), Inverted>;
 
-    /// Driving energy at each elastic point, element after element: ψ⁺, or the largest ψ⁺ so far.
-    fn driving_energies(&self, increment: &Increment, out: &mut [f64]) -> Result<(), Inverted>;
+    /// State of the laws at the end of the increment: element after element, elastic point after elastic point,
+    /// [`state_len`](super::state_len) values each.
+    fn state(&self, increment: &Increment, out: &mut [f64]) -> Result<(), Inverted>;
 
     /// Stress and elastic energy of each element.
     fn stresses(&self, increment: &Increment) -> Result<Vec<CellStress>, Inverted>;

@@ -1,4 +1,4 @@
-//! The residual of an increment, and its energies.
+//! A time increment, and the residual at its end.
 
 use super::bounds::Bounds;
 use crate::fields::Fields;
@@ -27,9 +27,9 @@ pub struct StepContext<'a> {
     pub duration: f64,
     /// Resistance to the growth of damage in addition to ξ/Δt, MPa.
     pub damping: f64,
-    /// Largest previous ψ⁺ at each elastic point, element after element. Empty if damage is driven by the
-    /// current ψ⁺.
-    pub history: &'a [f64],
+    /// State of the laws at the start of the increment, in the order of [`Operator::state`](super::Operator::state).
+    /// Empty: zero at all points.
+    pub state: &'a [f64],
     /// Bounds of nodal values; `None` if there are none.
     pub bounds: Option<&'a Bounds>,
     /// Contributions of contact to the tangent; the residual does not use them.
@@ -37,9 +37,9 @@ pub struct StepContext<'a> {
 }
 
 impl<'a> StepContext<'a> {
-    /// An increment without history, bounds and contact.
+    /// An increment without state, bounds and contact.
     pub fn new(damage_before: &'a [f64], duration: f64) -> Self {
-        Self { damage_before, duration, damping: 0.0, history: &[], bounds: None, contact: &[] }
+        Self { damage_before, duration, damping: 0.0, state: &[], bounds: None, contact: &[] }
     }
 }
 

@@ -22,7 +22,7 @@ mod increment;
 mod kernel;
 mod layout;
 mod pattern;
-mod residual_rate;
+mod sensitivity;
 mod unknowns;
 
 pub use assembly::{Assembly, linear, quadratic};
@@ -30,7 +30,7 @@ pub use bounds::Bounds;
 pub use cell_stress::CellStress;
 #[cfg(test)]
 pub(crate) use cpu::dispatch;
-pub use cpu::{Buffers, Gather, SINGLE_FROM, product};
+pub use cpu::{Buffers, Gather, RegionLaw, SINGLE_FROM, product, state_len};
 pub use device::{device_product, equations_kernels, product_kernels};
 pub use equations::{AppliedOnDevice, Coupling, EquationsOnDevice, Operator, Product};
 pub use graph::Graph;
@@ -41,5 +41,5 @@ pub use kernel::{
 };
 pub use layout::{LANES, Layout};
 pub use pattern::{Pattern, Tangent};
-pub use residual_rate::{Shift, residual_rate};
+pub use sensitivity::{Shift, residual_rate, state_rate};
 pub use unknowns::{NONE, Unknowns};

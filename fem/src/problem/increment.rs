@@ -104,7 +104,9 @@ impl LoadStepper<'_> {
         if !displacement_mm.is_finite() {
             return Err(StepFailure::Condition);
         }
-        state.memory.record(domain.operator.as_ref(), &problem.points, &fields)?;
+        let duration = step * problem.parts.schedule.duration_s;
+        let operator = domain.operator.as_ref();
+        state.memory.record(operator, &problem.points, &fields, duration)?;
         let mut change = fields.clone();
         change.add_scaled(-1.0, &state.fields);
         // external forces balance the stress forces at each node; energy that friction takes from the platens does not

@@ -1,33 +1,41 @@
-//! State of irreversible damage, carried from one increment to the next.
+//! State of the material, carried from one increment to the next: state of the laws at the integration points, and
+//! bounds of irreversible damage.
 
 use serde::{Deserialize, Serialize};
 
 use crate::error::StepFailure;
 use crate::fields::Fields;
 use crate::material::{CrackDensity, Irreversibility, PhaseField, PointMaterial};
-use crate::operator::{Bounds, Increment, Operator, StepContext};
+use crate::operator::{Bounds, Increment, Operator, StepContext, state_len};
 use crate::parallel::Part;
 
-/// State of irreversible damage.
+/// State of the material at the last equilibrium.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(from = "Saved", into = "Saved")]
 pub(crate) struct Memory {
-    /// Largest ψ⁺ so far at each elastic quadrature point; empty unless `Irreversibility::History` is used.
-    history: Vec<f64>,
+    /// State of the laws: element after element, point after point.
+    points: Vec<f64>,
+    /// Number of state values per point.
+    per_point: usize,
     bounds: Option<Bounds>,
     /// Whether the lower bound of damage is updated to the damage of each equilibrium.
-    ratchet: bool,
+    bound_follows_damage: bool,
 }
 
 impl Memory {
-    /// Creates the state of an undamaged specimen.
-    pub(crate) fn new(field: Option<&PhaseField>, operator: &dyn Operator, nodes: usize) -> Self {
-        let kept = field.is_some_and(|f| f.irreversibility == Irreversibility::History);
-        let ratchet = field.is_some_and(|f| f.irreversibility == Irreversibility::ActiveSet);
-        let bounded = ratchet || field.is_some_and(|f| f.model == CrackDensity::At1);
-        let bounds = bounded.then(|| damage_from(&vec![0.0; nodes]));
-        let points = if kept { operator.domain().points() } else { 0 };
-        Self { history: vec![0.0; points], bounds, ratchet }
+    /// Creates the state of an unloaded and undamaged specimen.
+    pub(crate) fn new(
+        field: Option<&PhaseField>,
+        materials: &[PointMaterial],
+        operator: &dyn Operator,
+    ) -> Self {
+        let domain = operator.domain();
+        let follows = field.is_some_and(|f| f.irreversibility == Irreversibility::ActiveSet);
+        let bounded = follows || field.is_some_and(|f| f.model == CrackDensity::At1);
+        let bounds = bounded.then(|| damage_from(&vec![0.0; domain.nodes().len()]));
+        let per_point = state_len(materials);
+        let points = vec![0.0; domain.points() * per_point];
+        Self { points, per_point, bounds, bound_follows_damage: follows }
     }
 
     /// Returns the context of an increment that starts from this state.
@@ -36,44 +44,50 @@ impl Memory {
         damage_before: &'a [f64],
         duration: f64,
     ) -> StepContext<'a> {
-        let (history, bounds) = (&self.history[..], self.bounds.as_ref());
-        StepContext { history, bounds, ..StepContext::new(damage_before, duration) }
+        let (state, bounds) = (&self.points[..], self.bounds.as_ref());
+        StepContext { state, bounds, ..StepContext::new(damage_before, duration) }
     }
 
     /// Gathers the state of the whole mesh from all ranks.
     pub(crate) fn gathered(&self, part: &Part) -> Self {
-        let Saved { history, lower, ratchet } = self.clone().into();
-        let lower = lower.map(|lower| part.gather_nodes(&lower));
-        Saved { history: part.gather_tets(&history), lower, ratchet }.into()
+        let saved = Saved::from(self.clone());
+        let lower = saved.lower.map(|lower| part.gather_nodes(&lower));
+        Saved { points: part.gather_tets(&saved.points), lower, ..saved }.into()
     }
 
     /// Returns the part of the state on this rank. `points` is the number of elastic quadrature points per element.
     pub(crate) fn of_part(self, part: &Part, points: usize) -> Self {
-        let Saved { history, lower, ratchet } = self.into();
-        let lower = lower.map(|lower| part.pick_nodes(&lower));
-        Saved { history: part.pick_tets(&history, points), lower, ratchet }.into()
+        let saved = Saved::from(self);
+        let lower = saved.lower.map(|lower| part.pick_nodes(&lower));
+        let width = points * saved.per_point;
+        Saved { points: part.pick_tets(&saved.points, width), lower, ..saved }.into()
+    }
+
+    /// Number of state values of the laws.
+    pub(crate) fn len(&self) -> usize {
+        self.points.len()
     }
 
     /// Whether the lower bounds of an increment are the damage at its start.
-    pub(crate) fn follows(&self) -> bool {
-        self.ratchet
+    pub(crate) fn bound_follows_damage(&self) -> bool {
+        self.bound_follows_damage
     }
 
-    /// Updates the state with an equilibrium.
+    /// Updates the state with the equilibrium `fields` of an increment that lasted `duration` seconds.
     pub(crate) fn record(
         &mut self,
         operator: &dyn Operator,
         materials: &[PointMaterial],
         fields: &Fields,
+        duration: f64,
     ) -> Result<(), StepFailure> {
-        if !self.history.is_empty() {
-            let context =
-                StepContext { history: &self.history, ..StepContext::new(&fields.damage, 1.0) };
-            let mut driving = vec![0.0; self.history.len()];
-            operator.driving_energies(&Increment { materials, fields, context }, &mut driving)?;
-            self.history = driving;
+        if !self.points.is_empty() {
+            let context = self.context(&fields.damage, duration);
+            let mut points = vec![0.0; self.points.len()];
+            operator.state(&Increment { materials, fields, context }, &mut points)?;
+            self.points = points;
         }
-        if let (true, Some(bounds)) = (self.ratchet, &mut self.bounds) {
+        if let (true, Some(bounds)) = (self.bound_follows_damage, &mut self.bounds) {
             bounds.lower.iter_mut().zip(&fields.damage).for_each(|(b, &phi)| b[3] = phi);
         }
         Ok(())
@@ -91,21 +105,23 @@ fn damage_from(lower: &[f64]) -> Bounds {
 /// Serialised form of [`Memory`], without data that can be recomputed.
 #[derive(Serialize, Deserialize)]
 struct Saved {
-    history: Vec<f64>,
+    points: Vec<f64>,
+    per_point: usize,
     /// Lower bounds of φ.
     lower: Option<Vec<f64>>,
-    ratchet: bool,
+    bound_follows_damage: bool,
 }
 
 impl From<Memory> for Saved {
-    fn from(Memory { history, bounds, ratchet }: Memory) -> Self {
+    fn from(Memory { points, per_point, bounds, bound_follows_damage }: Memory) -> Self {
         let lower = bounds.map(|bounds| bounds.lower.iter().map(|b| b[3]).collect());
-        Self { history, lower, ratchet }
+        Self { points, per_point, lower, bound_follows_damage }
     }
 }
 
 impl From<Saved> for Memory {
-    fn from(Saved { history, lower, ratchet }: Saved) -> Self {
-        Self { history, bounds: lower.map(|lower| damage_from(&lower)), ratchet }
+    fn from(Saved { points, per_point, lower, bound_follows_damage }: Saved) -> Self {
+        let bounds = lower.map(|lower| damage_from(&lower));
+        Self { points, per_point, bounds, bound_follows_damage }
     }
 }

@@ -3,7 +3,7 @@
 use super::state::Derivatives;
 use super::stepper::LoadStepper;
 use crate::fields::Fields;
-use crate::operator::Shift;
+use crate::operator::{Increment, Shift, state_rate};
 use crate::solve::{Known, Measured, Rates};
 
 /// Number of earlier equilibria whose rates are stored; together with the last one they allow a parabola in time.
@@ -21,22 +21,35 @@ impl LoadStepper<'_> {
         let Derivatives { values, earlier, .. } = &state.derivatives;
         let duration = (target - state.clock) * problem.parts.schedule.duration_s;
         let context = state.memory.context(&state.fields.damage, duration);
+        let starts = values.iter().zip(earlier).zip(&state.derivatives.state);
         let known: Vec<Known> = problem
             .shifts
             .iter()
-            .zip(values.iter().zip(earlier))
-            .map(|(shift, (before, earlier))| {
+            .zip(starts)
+            .map(|(shift, ((before, earlier), state))| {
                 let (below, above) = (&shift.below[..], &shift.above[..]);
-                Known { shift: Shift { below, above, width: shift.width, before }, earlier }
+                Known { shift: Shift { below, above, width: shift.width, before, state }, earlier }
             })
             .collect();
         let boundary = &problem.discretisation.boundary;
         let functional = boundary.measured(fields.damage.len());
         let measured = Measured { of_residual: functional.as_deref(), adjoint: &mut adjoint };
-        let follows = state.memory.follows();
+        let follows = state.memory.bound_follows_damage();
         let rates = self.solver.differentiate(fields, context, &known, measured, follows);
+        let operator = problem.discretisation.operator.as_ref();
+        let increment = Increment { materials: &problem.points, fields, context };
+        let rates = rates.and_then(|rates| {
+            let states = known.iter().zip(&rates).map(|(known, rates)| {
+                if context.state.is_empty() {
+                    return Ok(Vec::new());
+                }
+                state_rate(operator, &increment, &known.shift, &rates.values)
+            });
+            let states = states.collect::<Result<Vec<_>, _>>()?;
+            Ok((rates, states))
+        });
         let derivatives = &mut state.derivatives;
-        let rates = match rates {
+        let (rates, states) = match rates {
             Ok(rates) => rates,
             Err(reason) => {
                 let curve = std::mem::take(&mut derivatives.curve);
@@ -48,6 +61,7 @@ impl LoadStepper<'_> {
         let force = |r: &Rates| boundary.force_rate(&r.residual, &r.contact) + r.correction;
         derivatives.force_n = rates.iter().map(force).collect();
         derivatives.adjoint = adjoint;
+        derivatives.state = states;
         let before = std::mem::take(&mut derivatives.values);
         for (earlier, before) in derivatives.earlier.iter_mut().zip(before) {
             earlier.insert(0, before);

@@ -11,7 +11,7 @@ use super::memory::Memory;
 use super::past::Past;
 use crate::boundary::Contact;
 use crate::fields::Fields;
-use crate::material::PhaseField;
+use crate::material::{PhaseField, PointMaterial};
 use crate::parallel::Part;
 use crate::solve::{Effort, Scales};
 
@@ -48,6 +48,8 @@ pub(crate) struct RunState {
 pub(crate) struct Derivatives {
     /// Rates of u_x, u_y, u_z, φ at the nodes.
     pub(crate) values: Vec<Vec<[f64; 4]>>,
+    /// Rates of the state of the laws; empty for laws without state.
+    pub(crate) state: Vec<Vec<f64>>,
     /// Rates at earlier equilibria, newest first, as initial search directions of the next solution.
     pub(crate) earlier: Vec<Vec<Vec<[f64; 4]>>>,
     /// Rates of the force, N.
@@ -66,15 +68,22 @@ impl RunState {
     pub(crate) fn new(
         domain: &Discretisation,
         phase_field: Option<&PhaseField>,
+        materials: &[PointMaterial],
         parameters: usize,
     ) -> Self {
         let nodes = domain.nodes().len();
         let values = vec![vec![[0.0; 4]; nodes]; parameters];
         let earlier = vec![Vec::new(); parameters];
+        let memory = Memory::new(phase_field, materials, domain.operator.as_ref());
         Self {
-            derivatives: Derivatives { values, earlier, ..Derivatives::default() },
+            derivatives: Derivatives {
+                state: vec![vec![0.0; memory.len()]; parameters],
+                values,
+                earlier,
+                ..Derivatives::default()
+            },
             fields: Fields::zero(nodes),
-            memory: Memory::new(phase_field, domain.operator.as_ref(), nodes),
+            memory,
             forces: vec![[0.0; 4]; nodes],
             reactions: domain.boundary.surfaces.keys().map(|k| (k.clone(), vec![])).collect(),
             ..Self::default()

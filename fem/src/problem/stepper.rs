@@ -66,7 +66,8 @@ impl<'a> LoadStepper<'a> {
     /// Creates a run from the unloaded body.
     pub(super) fn new(problem: &'a Problem) -> Self {
         let field = problem.parts.phase_field.as_ref();
-        let state = RunState::new(&problem.discretisation, field, problem.shifts.len());
+        let parameters = problem.shifts.len();
+        let state = RunState::new(&problem.discretisation, field, &problem.points, parameters);
         let part = problem.discretisation.operator.part();
         let whole = (!part.is_whole()).then(|| Fields::zero(part.all_nodes));
         Self { problem, solver: problem.solver(), state, whole, checkpoint: None, end: None }

@@ -8,14 +8,16 @@ use super::{Element, Law, cube, materials, mixed};
 use fem::Fields;
 use fem::element::{DamageRule, Domain, Geometry, Linear, Quadratic, Rule, Space, Tetrahedron};
 use fem::material::{
-    CrackDensity, Degradation, FormulaLaw, Homogenisation, Material, MixedPhases, PhaseField,
-    PointMaterial, Split,
+    CrackDensity, Degradation, DrivingHistory, FormulaLaw, Homogenisation, Irreversibility,
+    Material, MixedPhases, PhaseField, PointMaterial, Split,
 };
 use fem::operator::DataLayout;
 use fem::operator::{Assembly, Coupling, Increment, LANES, Residual, StepContext};
 use fem::operator::{Blocks, write_blocks};
 use fem::operator::{Buffers, Gather};
-use fem::operator::{Constants, ElementState, MOST_POINTS, linearise, residual as residual_of};
+use fem::operator::{
+    Constants, ElementState, MOST_POINTS, linearise, residual as residual_of, state_len,
+};
 use fem::{Mixture, TetMesh};
 
 const RULES: [DamageRule; 4] =
@@ -119,16 +121,16 @@ fn assert_derivatives<const N: usize, T: Tetrahedron<N>>(
     for tet in 0..12 {
         let mut buffers = Buffers::new(());
         let element = gather.elements::<f64>((), [tet; LANES], &mut buffers);
-        let residual = residual_of(&element);
+        let residual = residual_of(&element, &mut []);
         let mut numbers = vec![0.0; DataLayout::new(&space.rule, element.plain).width()];
-        assert_eq!(linearise::<_, _, false, N>(&element, true, &mut numbers), 1.0);
+        assert_eq!(linearise::<_, _, false, N>(&element, true, &mut numbers, &mut []), 1.0);
         let blocks = blocks_of::<N>(&space.rule, element.plain, &numbers);
         let directions: [[[f64; 4]; N]; 2] = std::array::from_fn(|_| {
             std::array::from_fn(|_| std::array::from_fn(|_| rng.random_range(-1.0..1.0)))
         });
         let [d, e] = &directions;
         let dual = |x: f64, a: usize, k: usize| HyperDual64::new(x, d[a][k], e[a][k], 0.0);
-        let law = element.constants.law.formula().expect("a law that is written out");
+        let law = element.constants.law.law.formula().expect("a law that is written out");
         let phases = law.phases.map(|phases| MixedPhases {
             rule: phases.rule,
             matrix: phases.matrix.map(HyperDual64::from),
@@ -144,7 +146,15 @@ fn assert_derivatives<const N: usize, T: Tetrahedron<N>>(
         let of_duals = ElementState::<_, _, N> {
             rule: element.rule,
             constants: Constants {
-                law: FormulaLaw { formula: law.formula, degraded: law.degraded, moduli, phases },
+                law: DrivingHistory {
+                    law: FormulaLaw {
+                        formula: law.formula,
+                        degraded: law.degraded,
+                        moduli,
+                        phases,
+                    },
+                    active: false,
+                },
                 degradation: Degradation { soft: element.constants.degradation.soft.into() },
                 local: element.constants.local.into(),
                 gradient: element.constants.gradient.into(),
@@ -158,9 +168,10 @@ fn assert_derivatives<const N: usize, T: Tetrahedron<N>>(
             before: element.before.map(HyperDual64::from),
             geometry: &geometry,
             plain: element.plain,
-            history: None,
+            state: &[],
+            duration: element.duration.into(),
         };
-        let [elastic, fracture, viscous] = residual_of(&of_duals).energies;
+        let [elastic, fracture, viscous] = residual_of(&of_duals, &mut []).energies;
         let potential = elastic + fracture + viscous * 0.5;
         let along = |direction: &[[f64; 4]; N]| -> f64 {
             let pairs = residual.nodal.as_flattened().iter().zip(direction.as_flattened());
@@ -232,7 +243,6 @@ fn assert_as_alone<const N: usize, T: Element<N>>(
 ) {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(32);
     let space = Space::new::<T>(&form.shape(cube(2, &mut rng), &mut rng), rule);
-    let materials = materials_for(rule, law, field);
     let points = space.rule.points.len();
     let (tets, nodes) = (space.tets.len(), space.nodes.len());
     let operator = T::operator(Assembly::new(space.clone()).homogenised(form.rule()));
@@ -242,29 +252,43 @@ fn assert_as_alone<const N: usize, T: Element<N>>(
         let stress = 2000.0 * 0.1 * size;
         let history: Vec<f64> =
             (0..tets * points).map(|_| 3.0 * size * size * rng.random::<f64>()).collect();
-        for history in [&[][..], &history] {
-            let context = StepContext { history, ..StepContext::new(&fields.damage, 0.1) };
+        for irreversibility in [Irreversibility::None, Irreversibility::History] {
+            let materials = materials_for(rule, law, PhaseField { irreversibility, ..field });
+            let kept = state_len(&materials) == 1;
+            assert_eq!(
+                kept,
+                irreversibility == Irreversibility::History && rule != DamageRule::Absent
+            );
+            let state = if kept { &history[..] } else { &[] };
+            let context = StepContext { state, ..StepContext::new(&fields.damage, 0.1) };
             let increment = Increment { materials: &materials, fields: &fields, context };
             let gather = Gather::new(&space, form.rule(), &increment);
             let mut residual = Residual::new(nodes);
             operator.residual(&increment, &mut residual).expect("no element is inverted");
-            let mut driving = vec![0.0; tets * points];
-            operator.driving_energies(&increment, &mut driving).expect("as before");
+            let mut driving = vec![0.0; state.len()];
+            operator.state(&increment, &mut driving).expect("as before");
+            let mut scratch = [0.0];
             let (mut nodal, mut drive) = (vec![[0.0; 4]; nodes], vec![0.0; nodes]);
             let mut energies = [0.0; 3];
             for tet in 0..tets {
                 let mut buffers = Buffers::new(());
                 let alone = gather.elements::<f64>((), [tet; LANES], &mut buffers);
-                let one = residual_of(&alone);
+                let one = residual_of(&alone, &mut scratch);
                 for (a, &node) in space.tets[tet].iter().enumerate() {
                     (0..4).for_each(|k| nodal[node as usize][k] += one.nodal[a][k]);
                     drive[node as usize] += one.drive[a];
                 }
                 (0..3).for_each(|k| energies[k] += one.energies[k]);
-                let mut own = [0.0; MOST_POINTS];
-                assert_eq!(alone.driving_energies(&mut own), 1.0);
-                let many = driving[tet * points..].iter().zip(&own[..points]);
-                assert_near(many.map(|(x, y)| (*x, *y)), "driving energies", stress);
+                if kept {
+                    let mut own = [0.0; MOST_POINTS];
+                    assert_eq!(alone.update(&mut own), 1.0);
+                    let range = tet * points..(tet + 1) * points;
+                    let many = driving[range.clone()].iter().zip(&own[..points]);
+                    assert_near(many.map(|(x, y)| (*x, *y)), "driving energies", stress);
+                    assert!(
+                        driving[range.clone()].iter().zip(&history[range]).all(|(x, y)| x >= y)
+                    );
+                }
             }
             for fields in [0..3, 3..4] {
                 let pairs = residual
@@ -288,7 +312,7 @@ fn assert_as_alone<const N: usize, T: Element<N>>(
                     let mut alone = gather.elements::<f64>((), tets, &mut buffers);
                     alone.plain = plain;
                     let mut own = vec![0.0; numbers.len()];
-                    linearise::<_, _, false, N>(&alone, true, &mut own);
+                    linearise::<_, _, false, N>(&alone, true, &mut own, &mut [0.0]);
                     // axes may be those of another order of equal strains: compare what they mean
                     let side: Vec<f64> = numbers.iter().map(|number| number[lane]).collect();
                     let [side, own]: [Blocks<f64, N>; 2] =

@@ -20,7 +20,8 @@ use fem::Fields;
 use fem::TetMesh;
 use fem::element::{DamageRule, Domain, Linear, Quadratic, Space, Tetrahedron};
 use fem::material::{
-    CrackDensity, Fracture, Material, PhaseField, PointMaterial, SaintVenantKirchhoff, Split,
+    CrackDensity, Fracture, Irreversibility, Material, PhaseField, PointMaterial,
+    SaintVenantKirchhoff, Split,
 };
 use fem::operator::*;
 
@@ -232,7 +233,7 @@ fn residual_and_tangent_are_derivatives_of_the_energy() {
     }
 }
 
-/// Residual, energies, tangent and driving energies of a mesh that is large enough for threads.
+/// Residual, energies, tangent and state of a mesh that is large enough for threads.
 fn assert_threads_change_nothing<const N: usize, T: Element<N>>(n: usize) {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(11);
     let mesh = cube(n, &mut rng);
@@ -240,7 +241,8 @@ fn assert_threads_change_nothing<const N: usize, T: Element<N>>(n: usize) {
     let (nodes, points) = (space.nodes.len(), space.points());
     let pattern = Arc::new(Pattern::new(&space.tets, nodes));
     let operator = T::operator(Assembly::new(space));
-    let materials = materials(Material::hencky as Law, PhaseField::new(0.3), true);
+    let field = PhaseField { irreversibility: Irreversibility::History, ..PhaseField::new(0.3) };
+    let materials = materials(Material::hencky as Law, field, true);
     let size = 0.003 / n as f64;
     let mut random = || rng.random_range(-1.0..1.0);
     let fields = Fields {
@@ -254,13 +256,13 @@ fn assert_threads_change_nothing<const N: usize, T: Element<N>>(n: usize) {
         pool.install(|| {
             let mut residual = Residual::new(nodes);
             let mut tangent = Tangent::new(Arc::clone(&pattern));
-            let mut driving = vec![0.0; points];
+            let mut state = vec![0.0; points];
             operator.residual(&increment, &mut residual).expect("no element is inverted");
             operator.tangent(&increment, Coupling::Full, &mut tangent).expect("as before");
-            operator.driving_energies(&increment, &mut driving).expect("as before");
+            operator.state(&increment, &mut state).expect("as before");
             assert!(tangent.symmetric && residual.elastic > 0.0);
             let energies = [residual.elastic, residual.fracture, residual.viscous];
-            (residual.nodal, residual.drive, energies, tangent.blocks, driving)
+            (residual.nodal, residual.drive, energies, tangent.blocks, state)
         })
     };
     let (alone, together) = (evaluate(1), evaluate(3));

@@ -1,4 +1,4 @@
-//! The computations on elements: residual, tangent, stored data, driving energies, stresses.
+//! The computations on elements: residual, tangent, stored data, stresses, state.
 
 use faer::traits::pulp::Simd;
 
@@ -9,8 +9,7 @@ use crate::element::Rule;
 use crate::material::{Inverted, Lanes, POINTS, SimdF64};
 use crate::operator::cell_stress::CellStress;
 use crate::operator::kernel::{
-    DataLayout, ElementResidual, MOST_POINTS, STRESS_SUMS, linearise, residual, stress_sums,
-    write_blocks,
+    DataLayout, ElementResidual, STRESS_SUMS, linearise, residual, stress_sums, write_blocks,
 };
 use crate::operator::layout::LANES;
 use crate::operator::pattern::Block;
@@ -29,10 +28,11 @@ impl<const N: usize> Evaluate<N> for ResidualsOf<'_, N> {
         &mut self,
         simd: S,
         elements: Elements<'_, S, N>,
+        state: &mut [SimdF64<S>],
         (): &mut (),
         rows: Rows<'_>,
     ) -> Result<(), Inverted> {
-        let residual = residual(&elements);
+        let residual = residual(&elements, state);
         check(residual.sound)?;
         let mut batch = Batch([[0.0; 4]; LANES]);
         let out = &mut self.0[rows.first..][..rows.lanes.len()];
@@ -106,11 +106,12 @@ impl<const N: usize> Evaluate<N> for TangentsOf<'_, N> {
         &mut self,
         simd: S,
         elements: Elements<'_, S, N>,
+        state: &mut [SimdF64<S>],
         scratch: &mut DataBuffers<S>,
         rows: Rows<'_>,
     ) -> Result<(), Inverted> {
         let data = scratch.data();
-        check(linearise::<_, _, true, N>(&elements, self.coupled, data))?;
+        check(linearise::<_, _, true, N>(&elements, self.coupled, data, state))?;
         let mut blocks = [[[[SimdF64::splat(simd, 0.0); 4]; 4]; N]; N];
         write_blocks::<SimdF64<S>, true, N>(self.rule, elements.plain, data, &mut blocks);
         let mut batch = Batch([[0.0; 4]; LANES]);
@@ -158,11 +159,12 @@ impl<const N: usize> Evaluate<N> for PointDataOf<'_> {
         &mut self,
         _: S,
         mut elements: Elements<'_, S, N>,
+        state: &mut [SimdF64<S>],
         (data, columns): &mut Self::Scratch<S>,
         rows: Rows<'_>,
     ) -> Result<(), Inverted> {
         elements.plain = self.plain;
-        check(linearise::<_, _, false, N>(&elements, self.coupled, data))?;
+        check(linearise::<_, _, false, N>(&elements, self.coupled, data, state))?;
         let count = SimdF64::<S>::COUNT;
         let begin = rows.first % LANES;
         for (out, value) in columns.iter_mut().zip(data.iter()) {
@@ -192,10 +194,11 @@ impl<const N: usize> Evaluate<N> for StressesOf<'_> {
         &mut self,
         _: S,
         elements: Elements<'_, S, N>,
+        state: &mut [SimdF64<S>],
         (): &mut (),
         rows: Rows<'_>,
     ) -> Result<(), Inverted> {
-        let (sums, sound) = stress_sums(&elements);
+        let (sums, sound) = stress_sums(&elements, state);
         check(sound)?;
         let mut columns = [[0.0; POINTS]; STRESS_SUMS];
         for (sum, column) in sums.iter().zip(&mut columns) {
@@ -208,15 +211,11 @@ impl<const N: usize> Evaluate<N> for StressesOf<'_> {
     }
 }
 
-/// Driving energies of the elements, point by point.
+/// State of the elements at the end of the increment, element after element, point after point.
 #[derive(Debug)]
-pub(crate) struct DrivingOf<'a> {
-    /// Number of elastic points per element.
-    pub points: usize,
-    pub out: &'a mut [f64],
-}
+pub(crate) struct StatesOf<'a>(pub &'a mut [f64]);
 
-impl<const N: usize> Evaluate<N> for DrivingOf<'_> {
+impl<const N: usize> Evaluate<N> for StatesOf<'_> {
     type Scratch<S: Simd> = ();
 
     fn scratch<S: Simd>(&self, _: S) {}
@@ -224,19 +223,20 @@ impl<const N: usize> Evaluate<N> for DrivingOf<'_> {
     #[inline(always)]
     fn evaluate<S: Simd>(
         &mut self,
-        simd: S,
+        _: S,
         elements: Elements<'_, S, N>,
+        state: &mut [SimdF64<S>],
         (): &mut (),
         rows: Rows<'_>,
     ) -> Result<(), Inverted> {
-        let mut energies = [SimdF64::splat(simd, 0.0); MOST_POINTS];
-        check(elements.driving_energies(&mut energies))?;
-        for q in 0..self.points {
+        check(elements.update(state))?;
+        let width = state.len();
+        for k in 0..width {
             let mut column = [0.0; POINTS];
-            energies[q].store(&mut column);
-            let out = self.out[rows.first * self.points..].chunks_exact_mut(self.points);
+            state[k].store(&mut column);
+            let out = self.0[rows.first * width..].chunks_exact_mut(width);
             for (out, &lane) in out.zip(rows.lanes) {
-                out[q] = column[lane];
+                out[k] = column[lane];
             }
         }
         Ok(())

@@ -3,13 +3,11 @@
 use faer::traits::pulp::Simd;
 
 use super::lanes::{Rows, Stored, lane_of_row};
-use super::regions::Regions;
+use super::regions::{RegionLaw, Regions};
 use crate::element::{Geometry, Space};
-use crate::material::{
-    CrackDensity, Homogenisation, Inverted, LaneLaw, Lanes, POINTS, REGISTERS, SimdF64,
-};
+use crate::material::{CrackDensity, Homogenisation, Inverted, Lanes, POINTS, REGISTERS, SimdF64};
 use crate::operator::increment::Increment;
-use crate::operator::kernel::{ElementState, MOST_POINTS};
+use crate::operator::kernel::ElementState;
 use crate::operator::layout::LANES;
 
 /// Data of an increment that all elements share.
@@ -28,7 +26,8 @@ pub struct Buffers<T> {
     straight: [Geometry<T>; 1],
     /// Geometry by elastic point, if at least one element is curved.
     curved: Vec<Geometry<T>>,
-    history: Option<[T; MOST_POINTS]>,
+    /// State of the law at the start of the increment, point after point.
+    state: Vec<T>,
 }
 
 impl<T: Lanes> Buffers<T> {
@@ -36,7 +35,7 @@ impl<T: Lanes> Buffers<T> {
     pub fn new(token: T::Token) -> Self {
         let zero = T::load(token, &[0.0; POINTS]);
         let straight = [Geometry { barycentric: [[zero; 3]; 3], volume: zero }];
-        Self { straight, curved: Vec::new(), history: None }
+        Self { straight, curved: Vec::new(), state: Vec::new() }
     }
 }
 
@@ -61,7 +60,7 @@ impl<'a, const N: usize> Gather<'a, N> {
         token: T::Token,
         tets: [usize; POINTS],
         buffers: &'b mut Buffers<T>,
-    ) -> ElementState<'b, T, LaneLaw<'b, T>, N>
+    ) -> ElementState<'b, T, RegionLaw<'b, T>, N>
     where
         'a: 'b,
     {
@@ -91,7 +90,8 @@ impl<'a, const N: usize> Gather<'a, N> {
         for lane in 0..T::COUNT {
             curved |= space.is_curved(tets[lane]);
         }
-        self.fill(token, tets, curved, buffers);
+        self.fill_geometry(token, tets, curved, buffers);
+        self.fill_state(token, tets, &mut buffers.state);
         ElementState {
             rule: &space.rule,
             constants,
@@ -101,22 +101,21 @@ impl<'a, const N: usize> Gather<'a, N> {
             before,
             geometry: if curved { &buffers.curved[..] } else { &buffers.straight[..] },
             plain: !curved && !mixed,
-            history: buffers.history.as_ref(),
+            state: &buffers.state,
+            duration: zero.constant(context.duration),
         }
     }
 
-    /// Fills the buffers: the geometry, and the largest previous ψ⁺ at the elastic points if there is a
-    /// history.
     #[inline(always)]
-    fn fill<T: Lanes>(
+    fn fill_geometry<T: Lanes>(
         &self,
         token: T::Token,
         tets: [usize; POINTS],
         curved: bool,
         buffers: &mut Buffers<T>,
     ) {
-        let (history, points) = (self.increment.context.history, self.space.rule.points.len());
         if curved {
+            let points = self.space.rule.points.len();
             buffers.curved.resize(points, buffers.straight[0]);
             for q in 0..points {
                 buffers.curved[q] = self.geometry(token, tets, q);
@@ -124,18 +123,31 @@ impl<'a, const N: usize> Gather<'a, N> {
         } else {
             buffers.straight[0] = self.geometry(token, tets, 0);
         }
-        if history.is_empty() {
+    }
+
+    /// Loads the state at the start of the increment; zero if the increment has none.
+    #[inline(always)]
+    fn fill_state<T: Lanes>(&self, token: T::Token, tets: [usize; POINTS], state: &mut Vec<T>) {
+        let width = self.element_state_len();
+        if width == 0 {
             return;
         }
-        let mut so_far = [T::load(token, &[0.0; POINTS]); MOST_POINTS];
-        for q in 0..points {
+        state.resize(width, T::load(token, &[0.0; POINTS]));
+        let values = self.increment.context.state;
+        for k in 0..width {
             let mut column = [0.0; POINTS];
-            for lane in 0..T::COUNT {
-                column[lane] = history[tets[lane] * points + q];
+            if !values.is_empty() {
+                for lane in 0..T::COUNT {
+                    column[lane] = values[tets[lane] * width + k];
+                }
             }
-            so_far[q] = T::load(token, &column);
+            state[k] = T::load(token, &column);
         }
-        buffers.history = Some(so_far);
+    }
+
+    /// Number of state values per element.
+    pub fn element_state_len(&self) -> usize {
+        self.regions.state_len() * self.space.rule.points.len()
     }
 
     /// The geometry of the elements in all lanes at elastic point q.

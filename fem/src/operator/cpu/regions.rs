@@ -2,8 +2,8 @@
 
 use crate::element::Space;
 use crate::material::{
-    Degradation, Degraded, Formula, Homogenisation, LaneLaw, Lanes, MOST_GRAIN, MixedPhases,
-    POINTS, PointMaterial,
+    Degradation, Degraded, DrivingHistory, Formula, Homogenisation, LaneLaw, Lanes, MOST_GRAIN,
+    MixedPhases, POINTS, PointMaterial,
 };
 use crate::operator::kernel::Constants;
 
@@ -11,12 +11,30 @@ use crate::operator::kernel::Constants;
 pub(crate) struct Regions<'a> {
     materials: &'a [PointMaterial],
     degraded: Degraded,
+    /// Whether the largest driving energy so far drives damage.
+    history: bool,
+    /// Number of state values per point.
+    state_len: usize,
     /// The formula of the elastic law, if all regions have the same one.
     formula: Option<Formula>,
     rule: Homogenisation,
     /// Constants by region: K, μ, 1 − η, Gc/(c₀ ℓ₀), Gc ℓ₀/c₀ and ξ/Δt.
     constants: Vec<[f64; CONSTANTS]>,
 }
+
+/// Number of state values per elastic point: the largest number of the laws of all regions, and one if the largest
+/// driving energy so far drives damage.
+pub fn state_len(materials: &[PointMaterial]) -> usize {
+    let law = materials.iter().map(PointMaterial::state_len).max().unwrap_or(0);
+    law + usize::from(keeps_history(materials))
+}
+
+fn keeps_history(materials: &[PointMaterial]) -> bool {
+    materials.iter().any(|m| m.damage.is_some_and(|damage| damage.history))
+}
+
+/// The law of elements in lanes.
+pub type RegionLaw<'a, T> = DrivingHistory<LaneLaw<'a, T>>;
 
 /// Number of constants of a region.
 pub(crate) const CONSTANTS: usize = 6;
@@ -46,6 +64,8 @@ impl<'a> Regions<'a> {
         Self {
             materials,
             degraded: damage.map_or(Degraded::ALL, |d| d.degraded),
+            history: keeps_history(materials),
+            state_len: state_len(materials),
             formula: first.filter(|_| materials.iter().all(|m| m.formula() == first)),
             rule,
             constants: constants.collect(),
@@ -55,6 +75,16 @@ impl<'a> Regions<'a> {
     /// The formula that all regions share, if there is one, and the part of the energy that damage degrades.
     pub(crate) fn law(&self) -> (Option<Formula>, Degraded) {
         (self.formula, self.degraded)
+    }
+
+    /// Number of state values per elastic point.
+    pub(crate) fn state_len(&self) -> usize {
+        self.state_len
+    }
+
+    /// Whether the largest driving energy so far drives damage.
+    pub(crate) fn keeps_history(&self) -> bool {
+        self.history
     }
 
     /// The constants of an element: K, μ, 1 − η, Gc/(c₀ ℓ₀), Gc ℓ₀/c₀ and ξ/Δt, then fraction, K and μ of the
@@ -84,7 +114,7 @@ impl<'a> Regions<'a> {
         token: T::Token,
         space: &Space<N>,
         tets: &[usize; POINTS],
-    ) -> (Constants<T, LaneLaw<'_, T>>, bool) {
+    ) -> (Constants<T, RegionLaw<'_, T>>, bool) {
         let mut columns = [[0.0; POINTS]; CONSTANTS + 3];
         let mut materials = [&self.materials[0]; POINTS];
         let mut mixed = false;
@@ -110,6 +140,7 @@ impl<'a> Regions<'a> {
             phases = Some(MixedPhases { rule: self.rule, matrix, grain, fraction });
         }
         let law = LaneLaw::new(self.formula, self.degraded, [bulk, shear], phases, materials);
+        let law = DrivingHistory { law, active: self.history };
         let degradation = Degradation { soft };
         (Constants { law, degradation, local, gradient, viscous }, mixed)
     }

@@ -4,7 +4,8 @@ use faer::traits::pulp::{Simd, WithSimd};
 
 use super::gather::{Buffers, Gather};
 use super::lanes::dispatch;
-use crate::material::{Inverted, LaneLaw, Lanes, SimdF64};
+use super::regions::RegionLaw;
+use crate::material::{Inverted, Lanes, SimdF64};
 use crate::operator::kernel::ElementState;
 use crate::operator::layout::{LANES, VACANT};
 
@@ -29,7 +30,7 @@ pub(crate) struct Rows<'a> {
 
 /// State of the elements of a register.
 pub(crate) type Elements<'a, S, const N: usize> =
-    ElementState<'a, SimdF64<S>, LaneLaw<'a, SimdF64<S>>, N>;
+    ElementState<'a, SimdF64<S>, RegionLaw<'a, SimdF64<S>>, N>;
 
 /// A computation on the elements of one register, which writes a result for each element.
 pub(crate) trait Evaluate<const N: usize> {
@@ -38,11 +39,13 @@ pub(crate) trait Evaluate<const N: usize> {
 
     fn scratch<S: Simd>(&self, simd: S) -> Self::Scratch<S>;
 
-    /// Evaluates the elements of a register.
+    /// Evaluates the elements of a register. `state` is storage for the state at the end of the increment, point after
+    /// point.
     fn evaluate<S: Simd>(
         &mut self,
         simd: S,
         elements: Elements<'_, S, N>,
+        state: &mut [SimdF64<S>],
         scratch: &mut Self::Scratch<S>,
         rows: Rows<'_>,
     ) -> Result<(), Inverted>;
@@ -70,6 +73,7 @@ impl<const N: usize, W: Evaluate<N>> WithSimd for EachRegister<'_, '_, N, W> {
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
         let Self { gather, selection, mut work } = self;
         let mut buffers = Buffers::<SimdF64<S>>::new(simd);
+        let mut state = vec![SimdF64::<S>::splat(simd, 0.0); gather.element_state_len()];
         let mut scratch = work.scratch(simd);
         let (total, mut lane_of_row) = match selection {
             Selection::Consecutive { count, .. } => (count, gather.lane_of_row),
@@ -98,7 +102,7 @@ impl<const N: usize, W: Evaluate<N>> WithSimd for EachRegister<'_, '_, N, W> {
             }
             let elements = gather.elements(simd, tets, &mut buffers);
             let rows = Rows { first, lanes: &lane_of_row[..count] };
-            work.evaluate(simd, elements, &mut scratch, rows)?;
+            work.evaluate(simd, elements, &mut state, &mut scratch, rows)?;
         }
         Ok(())
     }

@@ -23,8 +23,7 @@ use crate::operator::layout::Layout;
 /// Number of slots per block, whose energies are summed on the device.
 const BLOCK: usize = 256;
 
-/// Residual and tangent of a mesh on a device. Supported are laws with a formula and without a history, until
-/// the device fails. Methods return `None` if the processor has to compute instead.
+/// Residual and tangent of a mesh on a device. Supported are laws with a formula, until the device fails. Methods return `None` if the processor has to compute instead.
 #[derive(Debug)]
 pub(crate) struct DeviceEquations {
     device: ComputeDevice,
@@ -43,6 +42,10 @@ struct Elements {
     live: Array<u8>,
     fields: Array<f64>,
     before: Array<f64>,
+    /// Duration of the increment, s.
+    duration: f64,
+    /// State at the start of the increment, as it was sent; empty: zero.
+    state: Vec<f64>,
     copies: Array<f64>,
     drive_copies: Array<f64>,
     nodal: Array<f64>,
@@ -58,7 +61,11 @@ struct OfKind {
     /// Index into `table` for each slot.
     rows: Array<u32>,
     table: Array<f64>,
-    /// Region, region of the second phase and fraction of that of each row of `table`.
+    /// State of the elements: value k of slot s at k · slots + s.
+    state: Array<f64>,
+    /// Element of each slot.
+    tets: Vec<usize>,
+    /// Region, region of the second phase and its fraction for each row of `table`.
     constants: Vec<(usize, usize, f64)>,
     /// The current content of `table` on the device.
     sent: Vec<f64>,
@@ -115,9 +122,10 @@ impl DeviceEquations {
         let (formula, degraded) = regions.law();
         let damage = materials.iter().find_map(|m| m.damage.as_ref());
         let setting = Setting {
-            formula: formula.filter(|_| context.history.is_empty())?,
+            formula: formula?,
             degraded,
             density: damage.map_or(CrackDensity::At2, |d| d.density),
+            history: regions.keeps_history(),
             mixed: space.has_mixtures().then_some(rule),
         };
         let device = &self.device;
@@ -167,7 +175,7 @@ impl Elements {
             for (at, (_, is_one)) in elements.iter().enumerate() {
                 live[kind.first + at] = u8::from(*is_one);
             }
-            kinds.push(OfKind::new(space, kind, &elements, device)?);
+            kinds.push(OfKind::new(space, &setting, kind, &elements, device)?);
         }
         let zeros = |len: usize| Array::zeros(device, len);
         let nodes = space.nodes.len();
@@ -178,6 +186,8 @@ impl Elements {
             live: Array::of(device, &live)?,
             fields: zeros(4 * nodes)?,
             before: zeros(nodes)?,
+            duration: 0.0,
+            state: Vec::new(),
             copies: zeros(4 * N * slots.count)?,
             drive_copies: zeros(N * slots.count)?,
             nodal: zeros(4 * nodes)?,
@@ -195,6 +205,11 @@ impl Elements {
         let nodal: Vec<[f64; 4]> = nodal.map(|(u, phi)| [u[0], u[1], u[2], *phi]).collect();
         self.fields.write(0, nodal.as_flattened())?;
         self.before.write(0, increment.context.damage_before)?;
+        self.duration = increment.context.duration;
+        if self.state != increment.context.state {
+            self.state = increment.context.state.to_vec();
+            self.kinds.iter_mut().try_for_each(|kind| kind.send_state(&self.state))?;
+        }
         self.kinds.iter_mut().try_for_each(|kind| kind.send(regions))
     }
 
@@ -206,6 +221,7 @@ impl Elements {
         inputs.extend([self.slots.nodes.argument(), own.geometry.argument()]);
         inputs.extend([own.rows.argument(), own.table.argument()]);
         inputs.extend([self.fields.argument(), self.before.argument()]);
+        inputs.extend([own.state.argument(), Argument::Real(self.duration)]);
         inputs
     }
 
@@ -259,6 +275,7 @@ impl Elements {
 impl OfKind {
     fn new<const N: usize>(
         space: &Space<N>,
+        setting: &Setting,
         kind: &Kind,
         elements: &[(usize, bool)],
         device: &ComputeDevice,
@@ -284,13 +301,31 @@ impl OfKind {
             });
             rows.push(row);
         }
+        // a device may refuse an empty array
+        let state = (setting.state_len() * space.rule.points.len() * kind.count).max(1);
         Ok(Self {
             geometry: Array::of(device, &geometry)?,
+            state: Array::zeros(device, state)?,
+            tets: elements.iter().map(|(tet, _)| *tet).collect(),
             rows: Array::of(device, &rows)?,
             table: Array::zeros(device, ROW * constants.len())?,
             constants,
             sent: Vec::new(),
         })
+    }
+
+    /// Sends the state of all elements; an empty state is zero.
+    fn send_state(&mut self, all: &[f64]) -> Result<(), DeviceError> {
+        let mut state = vec![0.0; self.state.len()];
+        let width = self.state.len() / self.tets.len();
+        if !all.is_empty() {
+            for (slot, tet) in self.tets.iter().enumerate() {
+                for k in 0..width {
+                    state[k * self.tets.len() + slot] = all[tet * width + k];
+                }
+            }
+        }
+        self.state.write(0, &state)
     }
 
     /// Sends the material constants to the device if they have changed.

@@ -6,8 +6,8 @@ use super::product_source::CNumbers;
 use crate::device::Kernel;
 use crate::element::{Geometry, Rule};
 use crate::material::{
-    CrackDensity, Degradation, Degraded, Formula, FormulaLaw, Homogenisation, MixedPhases, Term,
-    begin, functions, statements,
+    CrackDensity, Degradation, Degraded, DrivingHistory, Formula, FormulaLaw, Homogenisation,
+    MixedPhases, Term, begin, functions, statements,
 };
 use crate::operator::cpu::Row;
 use crate::operator::kernel::DataLayout;
@@ -19,8 +19,17 @@ pub(crate) struct Setting {
     pub formula: Formula,
     pub degraded: Degraded,
     pub density: CrackDensity,
+    /// Whether the largest driving energy so far drives damage.
+    pub history: bool,
     /// Homogenisation rule of mixtures; `None` if there are no mixtures.
     pub mixed: Option<Homogenisation>,
+}
+
+impl Setting {
+    /// Number of state values per elastic point.
+    pub(super) fn state_len(&self) -> usize {
+        usize::from(self.history)
+    }
 }
 
 /// Number of geometry values per elastic point: ∇λ_k and the volume.
@@ -34,12 +43,12 @@ pub(crate) fn geometries(rule: &Rule, plain: bool) -> usize {
 }
 
 /// Records a computation on an element. The inputs are, in this order, the values u_x, u_y, u_z, φ of its
-/// nodes, φ_n of its nodes, its geometry, and its constants.
+/// nodes, φ_n of its nodes, its geometry, its constants, its state, and the duration of the increment.
 fn record<const N: usize, R>(
     rule: &Rule,
     setting: &Setting,
     plain: bool,
-    work: impl FnOnce(&ElementState<Term, FormulaLaw<Term>, N>) -> R,
+    work: impl FnOnce(&ElementState<Term, DrivingHistory<FormulaLaw<Term>>, N>, &mut [Term]) -> R,
 ) -> R {
     begin();
     let mut places = 0..;
@@ -69,8 +78,10 @@ fn record<const N: usize, R>(
     }
     let Setting { formula, degraded, density, .. } = *setting;
     let law = FormulaLaw { formula, degraded, moduli: [bulk, shear], phases };
+    let law = DrivingHistory { law, active: setting.history };
     let degradation = Degradation { soft };
-    work(&ElementState {
+    let state: Vec<Term> = (0..setting.state_len() * rule.points.len()).map(|_| given()).collect();
+    let element = ElementState {
         rule,
         constants: Constants { law, degradation, local, gradient, viscous },
         density,
@@ -79,8 +90,10 @@ fn record<const N: usize, R>(
         before,
         geometry: &geometry,
         plain,
-        history: None,
-    })
+        state: &state,
+        duration: given(),
+    };
+    work(&element, &mut vec![Term::default(); setting.state_len()])
 }
 
 /// C code with which a kernel reads the inputs of an element.
@@ -89,10 +102,12 @@ struct Inputs {
     begin: String,
     nodes: usize,
     geometry: usize,
+    /// Number of state values of an element.
+    state: usize,
 }
 
 impl Inputs {
-    const PARAMETERS: [(&'static str, &'static str); 9] = [
+    const PARAMETERS: [(&'static str, &'static str); 11] = [
         ("index", "slots"),
         ("index", "first"),
         ("index", "count"),
@@ -102,9 +117,11 @@ impl Inputs {
         ("const double *", "table"),
         ("const double *", "fields"),
         ("const double *", "before"),
+        ("const double *", "state"),
+        ("double", "duration"),
     ];
 
-    fn new(rule: &Rule, plain: bool) -> Self {
+    fn new(rule: &Rule, setting: &Setting, plain: bool) -> Self {
         let mut begin = String::new();
         for a in 0..rule.nodes {
             writeln!(begin, "    index i{a} = nodes[{a} * slots + first + at];")
@@ -112,19 +129,24 @@ impl Inputs {
         }
         writeln!(begin, "    const double *row = table + {ROW} * (index)rows[at];")
             .expect("a string takes all");
-        Self { begin, nodes: rule.nodes, geometry: GEOMETRY * geometries(rule, plain) }
+        let (nodes, geometry) = (rule.nodes, GEOMETRY * geometries(rule, plain));
+        Self { begin, nodes, geometry, state: setting.state_len() * rule.points.len() }
     }
 
     /// The C expression of the input with index `place`.
     fn given(&self, place: usize) -> String {
-        let Self { nodes, geometry, .. } = *self;
+        let Self { nodes, geometry, state, .. } = *self;
         if place < 4 * nodes {
             return format!("fields[4 * i{} + {}]", place / 4, place % 4);
         }
         match place - 4 * nodes {
             a if a < nodes => format!("before[i{a}]"),
             k if k < nodes + geometry => format!("geometry[{} * count + at]", k - nodes),
-            k => format!("row[{}]", k - nodes - geometry),
+            k => match k - nodes - geometry {
+                k if k < ROW => format!("row[{k}]"),
+                k if k < ROW + state => format!("state[{} * count + at]", k - ROW),
+                _ => "duration".into(),
+            },
         }
     }
 }
@@ -140,8 +162,9 @@ pub(crate) fn residual_kernel<const N: usize>(
     setting: &Setting,
     plain: bool,
 ) -> Kernel {
-    let inputs = Inputs::new(rule, plain);
-    let residual = record::<N, _>(rule, setting, plain, residual);
+    let inputs = Inputs::new(rule, setting, plain);
+    let residual =
+        record::<N, _>(rule, setting, plain, |element, scratch| residual(element, scratch));
     let mut results = residual.nodal.as_flattened().to_vec();
     results.extend(residual.drive);
     results.extend(residual.energies);
@@ -169,11 +192,11 @@ pub(crate) fn tangent_kernel<const N: usize>(
     plain: bool,
     stored: CNumbers,
 ) -> Kernel {
-    let inputs = Inputs::new(rule, plain);
+    let inputs = Inputs::new(rule, setting, plain);
     let width = DataLayout::new(rule, plain).width();
     let mut results = vec![Term::default(); width];
-    let sound = record::<N, _>(rule, setting, plain, |element| {
-        linearise::<_, _, false, N>(element, true, &mut results)
+    let sound = record::<N, _>(rule, setting, plain, |element, scratch| {
+        linearise::<_, _, false, N>(element, true, &mut results, scratch)
     });
     results.push(sound);
     let (lines, results) = statements(&results, &|place| inputs.given(place));
@@ -236,6 +259,7 @@ pub fn equations_kernels(rule: &Rule) -> Vec<Kernel> {
         formula: Formula::Hencky,
         degraded: Degraded { split, hybrid: false },
         density: CrackDensity::At2,
+        history: true,
         mixed: Some(Homogenisation::GeometricMean),
     };
     let of = |plain| {

@@ -5,13 +5,14 @@ use super::state::{ElementState, MOST_POINTS};
 use crate::material::{PointLaw, PointTangent, Scalar, dot, packed};
 
 /// Writes the stored data of the element's tangent in the order of [`DataLayout`]. `coupled` keeps the coupling terms
-/// between u and φ. With `AXES` the principal axes are appended, and the quaternions are not written. Returns 1, or 0
-/// if the element is inverted.
+/// between u and φ. With `AXES` the principal axes are appended, and the quaternions are not written. `scratch` is
+/// storage for the state of one point. Returns 1, or 0 if the element is inverted.
 #[inline(always)]
 pub fn linearise<T: Scalar, L: PointLaw<T>, const AXES: bool, const N: usize>(
     element: &ElementState<'_, T, L, N>,
     coupled: bool,
     data: &mut [T],
+    scratch: &mut [T],
 ) -> T {
     let zero = element.constant(0.0);
     let layout = DataLayout::new(element.rule, element.plain);
@@ -20,7 +21,7 @@ pub fn linearise<T: Scalar, L: PointLaw<T>, const AXES: bool, const N: usize>(
     let mut sound = element.constant(1.0);
     let mut driving = [zero; MOST_POINTS];
     for q in 0..element.rule.points.len() {
-        let at = element.at::<true>(q, &phi);
+        let at = element.at::<true>(q, &phi, scratch);
         let barycentric = &element.geometry(q).barycentric;
         sound = sound.min(at.principal.sound);
         let tangent = PointTangent::new(&at.principal, &at.response, at.weight);
@@ -45,7 +46,7 @@ pub fn linearise<T: Scalar, L: PointLaw<T>, const AXES: bool, const N: usize>(
             }
         }
         if let Some([softening]) = point.softening {
-            *softening = at.weight * element.softening(q, &at);
+            *softening = at.weight * at.response.softening;
         }
         let mut gradient = point.gradient;
         let mut volume = at.weight;

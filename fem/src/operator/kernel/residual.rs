@@ -16,10 +16,11 @@ pub struct ElementResidual<T, const N: usize> {
     pub sound: T,
 }
 
-/// Residuals R_u and R_φ of the element's nodes, and energies.
+/// Residuals R_u and R_φ of the element's nodes, and energies. `scratch` is storage for the state of one point.
 #[inline(always)]
 pub fn residual<T: Scalar, L: PointLaw<T>, const N: usize>(
     element: &ElementState<'_, T, L, N>,
+    scratch: &mut [T],
 ) -> ElementResidual<T, N> {
     let zero = element.constant(0.0);
     let (mut nodal, mut drive) = ([[zero; 4]; N], [zero; N]);
@@ -32,7 +33,7 @@ pub fn residual<T: Scalar, L: PointLaw<T>, const N: usize>(
         damage[a] = [element.damage[a]];
     }
     for q in 0..element.rule.points.len() {
-        let at = element.at::<false>(q, &phi);
+        let at = element.at::<false>(q, &phi, scratch);
         let barycentric = &element.geometry(q).barycentric;
         sound = sound.min(at.principal.sound);
         elastic = at.weight.mul_add(at.response.energy, elastic);

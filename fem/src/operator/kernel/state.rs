@@ -22,8 +22,10 @@ pub struct ElementState<'a, T, L, const N: usize> {
     pub geometry: &'a [Geometry<T>],
     /// Whether the elements of all lanes are straight and none is a mixture.
     pub plain: bool,
-    /// Largest previous ψ⁺ by elastic point. `None` if damage is driven by the current ψ⁺.
-    pub history: Option<&'a [T; MOST_POINTS]>,
+    /// State of the law at the start of the increment, point after point.
+    pub state: &'a [T],
+    /// Duration of the increment, s.
+    pub duration: T,
 }
 
 /// Material constants of an element.
@@ -39,7 +41,7 @@ pub struct Constants<T, L> {
     pub viscous: T,
 }
 
-/// Strains and stresses at an elastic point.
+/// Deformation and response at an elastic point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PointState<T> {
     /// Volume of the point.
@@ -90,17 +92,21 @@ impl<T: Scalar, L: PointLaw<T>, const N: usize> ElementState<'_, T, L, N> {
         self.rule.damage[p].shape.first_chunk().expect("a value of each node")
     }
 
-    /// Strains and stresses at elastic point q, for the values `phi` of φ at the damage points.
+    /// Strains and stresses at elastic point q, for the values `phi` of φ at the damage points. Writes the state of the
+    /// point at the end of the increment to the beginning of `state`.
     #[inline(always)]
     pub(super) fn at<const TANGENT: bool>(
         &self,
         q: usize,
         phi: &[T; MOST_POINTS],
+        state: &mut [T],
     ) -> PointState<T> {
         let principal = self.principal(q);
         let Constants { law, degradation, .. } = &self.constants;
-        let g = self.stiffness_at(q, phi, degradation);
-        let response = law.respond::<TANGENT>(&principal, g, self.constant(0.0), &[], &mut []);
+        let g = self.degradation_at(q, phi, degradation);
+        let len = law.state_len();
+        let (old, new) = (&self.state[q * len..][..len], &mut state[..len]);
+        let response = law.respond::<TANGENT>(&principal, g, self.duration, old, new);
         PointState { weight: self.weight(q), principal, response }
     }
 
@@ -185,7 +191,7 @@ impl<T: Scalar, L: PointLaw<T>, const N: usize> ElementState<'_, T, L, N> {
 
     /// g_q = Σ_p C_qp g(φ_p); 1 if the element cannot be damaged.
     #[inline(always)]
-    pub(super) fn stiffness_at(
+    pub(super) fn degradation_at(
         &self,
         q: usize,
         phi: &[T; MOST_POINTS],
@@ -202,41 +208,24 @@ impl<T: Scalar, L: PointLaw<T>, const N: usize> ElementState<'_, T, L, N> {
         sum
     }
 
-    /// Driving energy of damage at elastic point q: ψ⁺, or the largest ψ⁺ so far.
-    #[inline(always)]
-    pub(super) fn driving(&self, q: usize, at: &PointState<T>) -> T {
-        match self.history {
-            Some(so_far) => at.response.driving.max(so_far[q]),
-            None => at.response.driving,
-        }
-    }
-
-    /// Derivative of the driving energy at elastic point q with respect to g.
-    #[inline(always)]
-    pub(super) fn softening(&self, q: usize, at: &PointState<T>) -> T {
-        let Some(so_far) = self.history else { return at.response.softening };
-        let held = at.response.driving.less_than(so_far[q]);
-        T::select(held, self.constant(0.0), at.response.softening)
-    }
-
     /// Distributes the driving energy of elastic point q to the damage points.
     #[inline(always)]
     pub(super) fn add_driving(&self, q: usize, at: &PointState<T>, to: &mut [T; MOST_POINTS]) {
-        let energy = at.weight * self.driving(q, at);
+        let energy = at.weight * at.response.driving;
         for (to, &c) in to.iter_mut().zip(&self.rule.mixing[q]) {
             *to = energy.mul_add(self.constant(c), *to);
         }
     }
 
-    /// Writes the driving energy of each elastic point. Returns 1, or 0 if the element is inverted.
+    /// Writes the state at the end of the increment, point after point. Returns 1, or 0 if the element is inverted.
     #[inline(always)]
-    pub fn driving_energies(&self, out: &mut [T; MOST_POINTS]) -> T {
+    pub fn update(&self, state: &mut [T]) -> T {
         let phi = self.damage_at_points();
         let mut sound = self.constant(1.0);
+        let len = self.constants.law.state_len();
         for q in 0..self.rule.points.len() {
-            let at = self.at::<false>(q, &phi);
+            let at = self.at::<false>(q, &phi, &mut state[q * len..][..len]);
             sound = sound.min(at.principal.sound);
-            out[q] = self.driving(q, &at);
         }
         sound
     }

@@ -9,16 +9,17 @@ pub(crate) const STRESS_SUMS: usize = 9;
 const ENTRIES: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)];
 
 /// Integrals over the reference volume: ∫ψ dV, ∫dV, ∫J dV and the entries of ∫τ dV, with τ = J σ. The second value is
-/// 1, or 0 if the element is inverted.
+/// 1, or 0 if the element is inverted. `scratch` is storage for the state of one point.
 #[inline(always)]
 pub(crate) fn stress_sums<T: Scalar, L: PointLaw<T>, const N: usize>(
     element: &ElementState<'_, T, L, N>,
+    scratch: &mut [T],
 ) -> ([T; STRESS_SUMS], T) {
     let one = element.constant(1.0);
     let (mut sums, mut sound) = ([element.constant(0.0); STRESS_SUMS], one);
     let phi: [T; MOST_POINTS] = element.damage_at_points();
     for q in 0..element.rule.points.len() {
-        let at = element.at::<false>(q, &phi);
+        let at = element.at::<false>(q, &phi, scratch);
         sound = sound.min(at.principal.sound);
         let [a, b, c] = at.principal.strains.excess;
         let change = ((one + a) * (one + b) * (one + c)).sqrt();

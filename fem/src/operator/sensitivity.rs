@@ -1,0 +1,122 @@
+//! Derivatives of residual and state with respect to a material parameter, as differences between two evaluations.
+
+use super::equations::Operator;
+use super::increment::{Increment, Residual, StepContext};
+use crate::fields::Fields;
+use crate::material::{Inverted, PointMaterial};
+
+/// A material parameter, given by the materials below and above its value.
+#[derive(Clone, Copy)]
+pub struct Shift<'a> {
+    /// Materials by region, with the parameter below its value.
+    pub below: &'a [PointMaterial],
+    pub above: &'a [PointMaterial],
+    /// Difference of the parameter between `above` and `below`.
+    pub width: f64,
+    /// Derivatives of the nodal values u_x, u_y, u_z, φ at the start of the increment with respect to the parameter.
+    pub before: &'a [[f64; 4]],
+    /// Derivatives of the state at the start of the increment; empty: zero.
+    pub state: &'a [f64],
+}
+
+/// One side of a shift.
+struct Side<'a> {
+    materials: &'a [PointMaterial],
+    /// Factor of the derivatives of the fields and of the state.
+    change: f64,
+    damage_before: Vec<f64>,
+    state: Vec<f64>,
+}
+
+/// Derivative of the residual at fixed fields, ∂R/∂θ + ∂R/∂φ_n ∂φ_n/∂θ + ∂R/∂s_n ∂s_n/∂θ with the state s_n, at every
+/// node, prescribed values included.
+///
+/// It is the difference of the residuals for the materials above and below, each with the start of the increment for
+/// its parameter. The residual is affine in E, Gc and ξ of a phase and in ξ φ_n, so that the difference is exact in
+/// these; in other parameters its error is of second order in the width.
+pub fn residual_rate(
+    operator: &dyn Operator,
+    increment: &Increment,
+    shift: &Shift,
+) -> Result<Vec<[f64; 4]>, Inverted> {
+    let [mut rate, below] = shift.sides(increment).map(|side| {
+        let mut residual = Residual::new(shift.before.len());
+        operator.residual(&side.increment(increment), &mut residual).map(|()| residual.nodal)
+    });
+    if let (Ok(rate), Ok(below)) = (&mut rate, &below) {
+        difference(rate.as_flattened_mut(), below.as_flattened(), shift.width);
+    }
+    below.and(rate)
+}
+
+/// Derivative of the state at the end of the increment along `rates`, the derivatives of the nodal values u_x, u_y,
+/// u_z, φ. Its error is of second order in the width of the shift.
+pub fn state_rate(
+    operator: &dyn Operator,
+    increment: &Increment,
+    shift: &Shift,
+    rates: &[[f64; 4]],
+) -> Result<Vec<f64>, Inverted> {
+    let [mut rate, below] = shift.sides(increment).map(|side| {
+        let mut fields: Fields = increment.fields.clone();
+        let values = fields.displacement.iter_mut().zip(&mut fields.damage);
+        for ((u, phi), rate) in values.zip(rates) {
+            (0..3).for_each(|k| u[k] += side.change * rate[k]);
+            *phi += side.change * rate[3];
+        }
+        let mut state = vec![0.0; increment.context.state.len()];
+        let at = Increment { fields: &fields, ..side.increment(increment) };
+        operator.state(&at, &mut state).map(|()| state)
+    });
+    if let (Ok(rate), Ok(below)) = (&mut rate, &below) {
+        difference(rate, below, shift.width);
+    }
+    below.and(rate)
+}
+
+/// Replaces `above` by the difference quotient.
+fn difference(above: &mut [f64], below: &[f64], width: f64) {
+    above.iter_mut().zip(below).for_each(|(above, below)| *above = (*above - below) / width);
+}
+
+impl<'a> Shift<'a> {
+    /// The sides above and below. With these changes of φ_n, the difference of a product ξ φ_n is exact also if the
+    /// value of the parameter is not in the middle.
+    fn sides(&self, increment: &Increment) -> [Side<'a>; 2] {
+        let fraction = self.fraction_below(increment.materials);
+        [(self.above, fraction * self.width), (self.below, (fraction - 1.0) * self.width)].map(
+            |(materials, change)| {
+                let damage = increment.context.damage_before.iter().zip(self.before);
+                let state = increment.context.state.iter().zip(self.state);
+                Side {
+                    materials,
+                    change,
+                    damage_before: damage.map(|(phi, rate)| phi + change * rate[3]).collect(),
+                    state: state.map(|(value, rate)| value + change * rate).collect(),
+                }
+            },
+        )
+    }
+
+    /// Fraction of the width that lies below the value, from the viscosity if it differs between the sides; else one
+    /// half.
+    fn fraction_below(&self, materials: &[PointMaterial]) -> f64 {
+        let viscosity = |m: &PointMaterial| m.damage.map_or(0.0, |damage| damage.viscosity);
+        let sides = self.below.iter().zip(self.above).zip(materials);
+        let fractions = sides.map(|((below, above), at)| {
+            let [below, above, at] = [below, above, at].map(viscosity);
+            (above != below).then(|| (at - below) / (above - below))
+        });
+        fractions.flatten().next().unwrap_or(0.5)
+    }
+}
+
+impl Side<'_> {
+    /// The increment with the materials of this side and its own start.
+    fn increment<'b>(&'b self, increment: &Increment<'b>) -> Increment<'b> {
+        let state = if self.state.is_empty() { increment.context.state } else { &self.state };
+        let damage_before = &self.damage_before;
+        let context = StepContext { damage_before, state, ..increment.context };
+        Increment { materials: self.materials, context, ..*increment }
+    }
+}
