@@ -1,27 +1,18 @@
 //! Linear solvers for the tangent, behind one trait.
 
 mod adaptive;
-mod aggregation;
-mod amg;
-mod block_csr;
-mod chebyshev;
-mod coarse_nodes;
-mod cover;
 mod direct;
-mod factor;
-mod field_split;
+mod in_memory;
 mod iterative;
 mod krylov;
+mod multigrid;
 mod on_device;
-mod ordering;
 mod plan;
-mod quadratic;
-mod rows;
-mod vector;
+mod vectors;
 
+pub(crate) use in_memory::Nodal;
+pub(super) use in_memory::{CHUNK, add_scaled, mask, weighted_dot};
 pub(crate) use plan::LinearPlan;
-pub(crate) use vector::Nodal;
-pub(super) use vector::{CHUNK, add_scaled, mask, weighted_dot};
 
 use crate::material::Inverted;
 use crate::operator::{Coupling, Increment};

@@ -4,12 +4,10 @@ use std::sync::Arc;
 
 use super::LinearSolver;
 use super::adaptive::Adaptive;
-use super::direct::Direct;
-use super::factor::Symbolic;
+use super::direct::{Direct, Symbolic, nested_dissection};
 use super::iterative::Iterative;
+use super::multigrid::ElementTangent;
 use super::on_device::OnDevice;
-use super::ordering::nested_dissection;
-use super::quadratic::QuadraticLevel;
 use crate::device::ComputeDevice;
 use crate::error::FemError;
 use crate::operator::{
@@ -177,10 +175,10 @@ impl LinearPlan {
                 let domain = operator.domain();
                 let tangent = Tangent::new(Arc::clone(pattern));
                 let solver = |product: Option<Box<dyn Product>>| {
-                    let level = product.map(|p| {
-                        QuadraticLevel::new(p, Arc::clone(parents), Arc::clone(operator.part()))
+                    let elements = product.map(|p| {
+                        ElementTangent::new(p, Arc::clone(parents), Arc::clone(operator.part()))
                     });
-                    Iterative::new(operator, Arc::clone(vertices), tangent, level)
+                    Iterative::new(operator, Arc::clone(vertices), tangent, elements)
                 };
                 let here = || {
                     let layout = || Arc::new(Layout::new(domain));

@@ -4,18 +4,18 @@ use rayon::prelude::*;
 
 /// A sparse matrix of R × C blocks.
 #[derive(Clone, Debug)]
-pub(super) struct BlockCsr<T, const R: usize, const C: usize> {
-    pub(super) columns: usize,
-    pub(super) start: Vec<u32>,
-    pub(super) column: Vec<u32>,
-    pub(super) block: Vec<[[T; C]; R]>,
+pub(crate) struct BlockCsr<T, const R: usize, const C: usize> {
+    pub(crate) columns: usize,
+    pub(crate) start: Vec<u32>,
+    pub(crate) column: Vec<u32>,
+    pub(crate) block: Vec<[[T; C]; R]>,
 }
 
 /// Number of block rows per task.
 const ROWS: usize = 512;
 
 impl<T: Copy, const R: usize, const C: usize> BlockCsr<T, R, C> {
-    pub(super) fn rows(&self) -> usize {
+    pub(crate) fn rows(&self) -> usize {
         self.start.len() - 1
     }
 
@@ -219,5 +219,5 @@ pub(super) fn inverse<const R: usize>(block: &[[f64; R]; R]) -> [[f64; R]; R] {
 }
 
 #[cfg(test)]
-#[path = "../../../tests/unit/block_csr.rs"]
+#[path = "../../../../tests/unit/block_csr.rs"]
 mod tests;
