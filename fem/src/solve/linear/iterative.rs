@@ -20,6 +20,9 @@ const WORN: f64 = 1.6;
 /// Largest relative residual of a solution that is accepted at the limit of iterations.
 const USELESS: f64 = 0.1;
 
+/// The current tangent was on a device that has failed. The next tangent is computed on the processor.
+struct TangentLost;
+
 type MultigridInMemory = Multigrid<NodalVectors, FieldSplitInMemory>;
 
 pub(crate) struct Iterative<'a> {
@@ -92,6 +95,19 @@ impl<'a> Iterative<'a> {
         result.map_err(|error| (self.device, self.lost) = (None, Some(error))).ok()
     }
 
+    /// Discards the device if it had the tangent and failed.
+    fn check_tangent(&mut self) -> Result<(), TangentLost> {
+        match self.elements.as_mut().and_then(ElementTangent::take_lost) {
+            None => Ok(()),
+            Some(error) => {
+                self.device = None;
+                self.lost.get_or_insert(error);
+                self.discard_hierarchy();
+                Err(TangentLost)
+            }
+        }
+    }
+
     fn has_hierarchy(&self) -> bool {
         self.device.as_ref().map_or(self.multigrid.is_some(), OnDevice::has_hierarchy)
     }
@@ -103,12 +119,13 @@ impl<'a> Iterative<'a> {
         }
     }
 
-    fn renew(&mut self) {
+    fn renew(&mut self) -> Result<(), TangentLost> {
         // discard the old hierarchy first, so that two hierarchies are never in memory
         self.discard_hierarchy();
         if let Some(elements) = &mut self.elements {
             elements.add_linear(&mut self.tangent);
         }
+        self.check_tangent()?;
         let free = &self.free[..self.points.len()];
         let halo = &self.operator.part().vertices;
         let below = FieldSplitInMemory::new(&self.tangent, &self.points, free, halo);
@@ -119,8 +136,8 @@ impl<'a> Iterative<'a> {
             self.multigrid = Some(Multigrid { quadratic, below });
         }
         self.weight = weight;
-        self.fresh = true;
-        self.first = None;
+        (self.fresh, self.first) = (true, None);
+        self.check_tangent()
     }
 
     fn krylov(&mut self, right: &[Nodal], step: &mut [Nodal], tolerance: f64) -> Ending {
@@ -145,6 +162,29 @@ impl<'a> Iterative<'a> {
         drop(matrix);
         (self.weight, self.definite) = (weight, definite);
         ending
+    }
+
+    /// z ≈ A⁻¹ r for several right-hand sides.
+    fn precondition_all(
+        &mut self,
+        right: &[&[Nodal]],
+        out: &mut [&mut [Nodal]],
+    ) -> Result<(), TangentLost> {
+        if !self.has_hierarchy() {
+            self.renew()?;
+        }
+        let done = self.attempt(|device, elements| {
+            let mut pairs = right.iter().zip(out.iter_mut());
+            pairs.try_for_each(|(r, z)| device.precondition(elements, r, z))
+        });
+        if done.is_none() {
+            if !self.has_hierarchy() {
+                self.renew()?;
+            }
+            let mut matrix = self.matrix();
+            right.iter().zip(out).for_each(|(r, z)| matrix.precondition(r, z));
+        }
+        self.check_tangent()
     }
 
     /// Returns the tangent with its preconditioner on the processor. The hierarchy must exist.
@@ -198,8 +238,8 @@ impl LinearSolver for Iterative<'_> {
     ) -> Result<(), Inverted> {
         let (diagonal, symmetric) = match &mut self.elements {
             Some(elements) => {
-                elements.linearise(self.operator, increment, coupling, free)?;
-                (elements.diagonal(), elements.symmetric())
+                let diagonal = elements.linearise(self.operator, increment, coupling, free)?;
+                (diagonal, elements.symmetric())
             }
             None => {
                 self.operator.tangent(increment, coupling, &mut self.tangent)?;
@@ -237,12 +277,13 @@ impl LinearSolver for Iterative<'_> {
         let mut effort = LinearEffort::default();
         loop {
             if !self.has_hierarchy() {
-                self.renew();
+                self.renew().map_err(|TangentLost| Singular(effort))?;
                 effort.renewals += 1;
             }
             let ending = self.krylov(&masked, step, tolerance);
             effort.iterations += ending.iterations;
             effort.residual = ending.residual;
+            self.check_tangent().map_err(|TangentLost| Singular(effort))?;
             if ending.stop == Stop::Converged {
                 let first = *self.first.get_or_insert(ending.iterations);
                 if !self.fresh && f64::from(ending.iterations) > WORN * f64::from(first) + 3.0 {
@@ -260,19 +301,8 @@ impl LinearSolver for Iterative<'_> {
 
     fn precondition(&mut self, right: &[&[Nodal]], out: &mut [&mut [Nodal]]) -> u32 {
         let renewals = u32::from(!self.has_hierarchy());
-        if renewals > 0 {
-            self.renew();
-        }
-        let done = self.attempt(|device, elements| {
-            let mut pairs = right.iter().zip(out.iter_mut());
-            pairs.try_for_each(|(r, z)| device.precondition(elements, r, z))
-        });
-        if done.is_none() {
-            if !self.has_hierarchy() {
-                self.renew();
-            }
-            let mut matrix = self.matrix();
-            right.iter().zip(out).for_each(|(r, z)| matrix.precondition(r, z));
+        if self.precondition_all(right, out).is_err() {
+            out.iter_mut().for_each(|out| out.fill([f64::NAN; 4]));
         }
         renewals
     }

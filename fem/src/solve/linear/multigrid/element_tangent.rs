@@ -10,6 +10,7 @@ use super::assembled::relax;
 use super::chebyshev::Smoother;
 use super::cycle::{FreeTangent, Level};
 use super::matrix::{Grid, Matrix, Relaxation};
+use crate::device::DeviceError;
 use crate::material::Inverted;
 use crate::operator::{Coupling, Increment, NodeBlock, Operator, Product, Tangent};
 use crate::parallel::Part;
@@ -35,6 +36,8 @@ pub(crate) struct ElementTangent {
     weight: Vec<Nodal>,
     /// Work vector for A x.
     product_of_x: Vec<Nodal>,
+    /// Error of the device that had the current tangent.
+    lost: Option<DeviceError>,
 }
 
 impl ElementTangent {
@@ -55,20 +58,42 @@ impl ElementTangent {
             children,
             weight: Vec::new(),
             product_of_x: Vec::new(),
+            lost: None,
         }
     }
 
+    /// Linearises the equations and returns the diagonal of the tangent. If a device fails, the processor linearises.
     pub(crate) fn linearise(
         &mut self,
         operator: &dyn Operator,
         increment: &Increment,
         coupling: Coupling,
         free: &[[bool; 4]],
-    ) -> Result<(), Inverted> {
+    ) -> Result<Vec<Nodal>, Inverted> {
         self.contact = increment.context.contact.to_vec();
         self.free = free.to_vec();
-        let sound = self.product.linearise(operator, increment, coupling);
-        if self.part.ranks().any(sound.is_err()) { Err(Inverted) } else { Ok(()) }
+        loop {
+            let sound = self.product.linearise(operator, increment, coupling);
+            if self.part.ranks().any(sound.is_err()) {
+                return Err(Inverted);
+            }
+            match self.product.diagonal() {
+                Ok(diagonal) => return Ok(self.whole_diagonal(diagonal)),
+                Err(error) => self.lose(error),
+            }
+        }
+    }
+
+    /// Discards the device that had the tangent.
+    fn lose(&mut self, error: DeviceError) {
+        self.product.leave_device();
+        self.lost = Some(error);
+    }
+
+    /// Returns the error of the device that had the current tangent, if the device has failed. The tangent is lost
+    /// then, and products with it are NaN, until the processor linearises.
+    pub(crate) fn take_lost(&mut self) -> Option<DeviceError> {
+        self.lost.take()
     }
 
     /// Returns the product of the elements, without contact.
@@ -87,7 +112,10 @@ impl ElementTangent {
 
     /// y = A x for all values, including constrained ones.
     pub(crate) fn multiply_whole(&mut self, x: &[Nodal], y: &mut [Nodal]) {
-        self.product.apply(x, y);
+        if let Err(error) = self.product.apply(x, y) {
+            self.lose(error);
+            y.fill([f64::NAN; 4]);
+        }
         self.part.halo.complete(y);
         for (node, block) in &self.contact {
             let (x, y) = (&x[*node as usize], &mut y[*node as usize]);
@@ -97,8 +125,8 @@ impl ElementTangent {
         }
     }
 
-    pub(crate) fn diagonal(&mut self) -> Vec<Nodal> {
-        let mut diagonal = self.product.diagonal();
+    /// Adds other ranks and contact to the diagonal of this rank's elements.
+    fn whole_diagonal(&self, mut diagonal: Vec<Nodal>) -> Vec<Nodal> {
         self.part.halo.complete(&mut diagonal);
         for (node, block) in &self.contact {
             (0..3).for_each(|k| diagonal[*node as usize][k] += block[k][k]);
@@ -109,7 +137,9 @@ impl ElementTangent {
     /// Computes the tangent of the linear level, or this rank's part of it.
     pub(crate) fn add_linear(&mut self, out: &mut Tangent) {
         out.clear();
-        self.product.add_linear(out);
+        if let Err(error) = self.product.add_linear(out) {
+            return self.lose(error);
+        }
         // the values of a midpoint are the mean of the values of its two vertices
         let vertices = out.pattern.graph.nodes();
         let halo = &self.part.halo;
