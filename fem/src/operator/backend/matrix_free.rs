@@ -10,8 +10,8 @@ use rayon::prelude::*;
 
 use super::chunk::ChunkProduct;
 use super::lanes::{Stored, dispatch, places};
-use crate::element::Rule;
 use crate::device::DeviceError;
+use crate::element::Rule;
 use crate::material::{Inverted, Lanes, POINTS, SimdF64};
 use crate::operator::blocks::{diagonal, write_blocks};
 use crate::operator::equations::{Coupling, Operator, Product};

@@ -9,6 +9,7 @@ use super::iterative::Iterative;
 use super::multigrid::ElementTangent;
 use super::on_device::OnDevice;
 use crate::device::ComputeDevice;
+use crate::element::{Quadratic, Tetrahedron};
 use crate::error::FemError;
 use crate::operator::{
     Layout, Operator, Pattern, Product, Tangent, Unknowns, device_product, product,
@@ -24,8 +25,6 @@ const DIRECT_ELASTIC_UP_TO: usize = 30_000;
 /// multigrid on one thread. Measured on cylinders with grains, where it corresponds to 5 000 unknowns; a plate has
 /// fewer entries.
 const FILL: usize = 350;
-/// Vertices at the ends of the six edges of a quadratic tetrahedron.
-const ENDS: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]];
 
 /// Linear solver of a discretisation, with its structure.
 #[derive(Clone, Debug)]
@@ -137,7 +136,7 @@ impl LinearPlan {
         let vertices = corners.iter().flatten().max().map_or(0, |&n| n as usize + 1);
         let mut parents = vec![[0; 2]; points.len() - vertices];
         for tet in tets.iter().filter(|_| N == 10) {
-            for (edge, ends) in ENDS.iter().enumerate() {
+            for (edge, ends) in Quadratic::EDGES.iter().enumerate() {
                 parents[tet[4 + edge] as usize - vertices] = ends.map(|v| tet[v]);
             }
         }

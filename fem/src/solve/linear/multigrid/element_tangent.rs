@@ -3,6 +3,7 @@
 
 use std::sync::Arc;
 
+use fem_mesh::Groups;
 use rayon::prelude::*;
 
 use super::super::in_memory::{CHUNK, Nodal, NodalVectors, mask};
@@ -28,10 +29,8 @@ pub(crate) struct ElementTangent {
     part: Arc<Part>,
     /// The two vertices of the edge of each midpoint. Midpoints are numbered after the vertices.
     parents: Arc<Vec<[u32; 2]>>,
-    /// Inverse of `parents`: offsets of each vertex into `children`, and the midpoints of each vertex in increasing
-    /// order.
-    first_child: Vec<u32>,
-    children: Vec<u32>,
+    /// Midpoints of each vertex, in increasing order; midpoint 0 is the first node after the vertices.
+    children: Groups,
     /// 1/|A_ii| when the smoother was measured, zero in constrained values.
     weight: Vec<Nodal>,
     /// Work vector for A x.
@@ -47,15 +46,14 @@ impl ElementTangent {
         parents: Arc<Vec<[u32; 2]>>,
         part: Arc<Part>,
     ) -> Self {
-        let (first_child, children) = children(&parents);
+        let vertices = parents.iter().flatten().max().map_or(0, |&v| v as usize + 1);
         Self {
+            children: midpoints_of_vertices(&parents, vertices),
             product,
             contact: Vec::new(),
             free: Vec::new(),
             part,
             parents,
-            first_child,
-            children,
             weight: Vec::new(),
             product_of_x: Vec::new(),
             lost: None,
@@ -229,10 +227,10 @@ impl Grid for ElementTangent {
             part.vertices.complete(right);
             return mask(&self.free[..vertices], right);
         }
-        let (free, first, children) = (&self.free, &self.first_child, &self.children);
+        let (free, children) = (&self.free, &self.children);
         right.par_iter_mut().with_min_len(CHUNK).enumerate().for_each(|(vertex, sum)| {
             *sum = residual[vertex];
-            for &midpoint in &children[first[vertex] as usize..first[vertex + 1] as usize] {
+            for &midpoint in children.of(vertex) {
                 let r = &residual[vertices + midpoint as usize];
                 (0..4).for_each(|k| sum[k] += 0.5 * r[k]);
             }
@@ -268,19 +266,8 @@ impl FreeTangent for ElementTangent {
     }
 }
 
-/// Returns the offsets of each vertex into the list of midpoints, and this list.
-fn children(parents: &[[u32; 2]]) -> (Vec<u32>, Vec<u32>) {
-    let vertices = parents.iter().flatten().max().map_or(0, |&v| v as usize + 1);
-    let mut first = vec![0u32; vertices + 1];
-    parents.iter().flatten().for_each(|&v| first[v as usize + 1] += 1);
-    (0..vertices).for_each(|v| first[v + 1] += first[v]);
-    let mut next = first.clone();
-    let mut children = vec![0u32; 2 * parents.len()];
-    for (midpoint, ends) in parents.iter().enumerate() {
-        for &v in ends {
-            children[next[v as usize] as usize] = midpoint as u32;
-            next[v as usize] += 1;
-        }
-    }
-    (first, children)
+/// Returns the midpoints on the edges of each vertex, in increasing order; `parents` lists the ends of each edge.
+pub(crate) fn midpoints_of_vertices(parents: &[[u32; 2]], vertices: usize) -> Groups {
+    let pairs = (0..).zip(parents).flat_map(|(midpoint, ends)| ends.map(|end| (end, midpoint)));
+    Groups::new(vertices, pairs)
 }

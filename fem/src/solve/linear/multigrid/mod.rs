@@ -21,6 +21,6 @@ pub(crate) use assembled::Assembled;
 pub(crate) use block_csr::BlockCsr;
 pub(crate) use chebyshev::{Smoother, Smoothing};
 pub(crate) use cycle::{Amg, AmgLevel, FreeTangent, Level, MatrixFree, Multigrid};
-pub(crate) use element_tangent::{DEGREE, ElementTangent};
+pub(crate) use element_tangent::{DEGREE, ElementTangent, midpoints_of_vertices};
 pub(crate) use field_split::{Block, FieldSplit, FieldSplitInMemory, Fields};
 pub(crate) use matrix::{Grid, Matrix, NodalPreconditioner, Preconditioner, Relaxation};

@@ -171,6 +171,7 @@ const NODAL: [(&str, Parameters, &str); 14] = [
     (
         "restrict_to_vertices",
         &[
+            ("index", "vertices"),
             ("const unsigned *", "start"),
             ("const unsigned *", "midpoint"),
             ("const unsigned char *", "free"),
@@ -179,7 +180,7 @@ const NODAL: [(&str, Parameters, &str); 14] = [
         ],
         "index vertex = at / 4, c = at % 4;\n    double sum = r[at];\n    \
          for (index k = start[vertex]; k < start[vertex + 1]; k++) \
-         sum += 0.5 * r[4 * (index)midpoint[k] + c];\n    out[at] = free[at] ? sum : 0.0;",
+         sum += 0.5 * r[4 * (vertices + midpoint[k]) + c];\n    out[at] = free[at] ? sum : 0.0;",
     ),
     (
         "add_from_vertices",

@@ -7,7 +7,9 @@ use super::vectors::{DeviceVectors, Session};
 use crate::device::{Argument, Array};
 use crate::operator::{AppliedOnDevice, NodeBlock};
 use crate::solve::linear::in_memory::Nodal;
-use crate::solve::linear::multigrid::{FreeTangent, Grid, Matrix, Relaxation};
+use crate::solve::linear::multigrid::{
+    FreeTangent, Grid, Matrix, Relaxation, midpoints_of_vertices,
+};
 
 /// Data at the nodes for the products with the current tangent and for its multigrid levels.
 #[derive(Debug)]
@@ -16,7 +18,7 @@ pub(super) struct NodalData {
     pub(super) vertices: usize,
     /// Vertices at the ends of the edge of each midpoint.
     parents: Array<u32>,
-    /// Midpoints of each vertex: offsets by vertex, and node numbers.
+    /// Midpoints of each vertex in CSR format; midpoint 0 is the first node after the vertices.
     start: Array<u32>,
     midpoint: Array<u32>,
     free: Array<u8>,
@@ -31,23 +33,15 @@ pub(super) struct NodalData {
 
 impl NodalData {
     pub(super) fn new(session: &Arc<Session>, vertices: usize, parents: &[[u32; 2]]) -> Self {
-        let mut midpoints = vec![Vec::new(); vertices];
-        for (midpoint, ends) in (vertices as u32..).zip(parents) {
-            ends.iter().for_each(|&vertex| midpoints[vertex as usize].push(midpoint));
-        }
-        let ends = midpoints.iter().scan(0, |end, midpoints| {
-            *end += midpoints.len() as u32;
-            Some(*end)
-        });
-        let start: Vec<u32> = std::iter::once(0).chain(ends).collect();
+        let midpoints = midpoints_of_vertices(parents, vertices);
         let values = 4 * (vertices + parents.len());
         // linear elements have no smoother on this level
         let smoothed = if parents.is_empty() { 0 } else { values };
         Self {
             vertices,
             parents: session.array(parents.as_flattened()),
-            start: session.array(&start),
-            midpoint: session.array(&midpoints.concat()),
+            start: session.array(&midpoints.start),
+            midpoint: session.array(&midpoints.members),
             free: session.zeros(values),
             smoother_weight: session.zeros(smoothed),
             contact_node: session.zeros(0),
@@ -118,9 +112,10 @@ impl Grid for DeviceTangent<'_> {
     type Coarse = DeviceVectors<f64>;
 
     fn restrict(&mut self, r: &Array<f64>, b: &mut Array<f64>) {
-        let NodalData { start, midpoint, free, .. } = &*self.nodal;
+        let NodalData { vertices, start, midpoint, free, .. } = &*self.nodal;
+        let vertices = Argument::Index(*vertices as u64);
         let [start, midpoint] = [start, midpoint].map(Array::argument);
-        let arguments = [start, midpoint, free.argument(), r.argument(), b.argument()];
+        let arguments = [vertices, start, midpoint, free.argument(), r.argument(), b.argument()];
         self.launch("restrict_to_vertices", b.len(), &arguments);
     }
 
