@@ -121,7 +121,8 @@ impl<'a> NewtonParts<'a> {
 
     /// Computes a product with the matrix-free tangent.
     pub fn apply(&mut self) {
-        self.product.apply(&self.residual.nodal, &mut self.step);
+        let applied = self.product.apply(&self.residual.nodal, &mut self.step);
+        applied.expect("the processor has the tangent");
     }
 
     /// Number of bytes of point data, which a product reads once.

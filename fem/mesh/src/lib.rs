@@ -32,6 +32,8 @@ mod mesh;
 mod specimen;
 
 pub use error::MeshError;
+#[doc(hidden)] // the operator and the solvers of `fem` use the same storage
+pub use mesh::Groups;
 pub use mesh::{
     Cavity, CylinderLattice, LatticeError, Mixture, Quality, Surface, TetMesh, decimated, gmsh,
     stl, vtu,

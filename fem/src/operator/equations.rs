@@ -91,15 +91,18 @@ pub trait Product: std::fmt::Debug + Send {
         coupling: Coupling,
     ) -> Result<(), Inverted>;
 
-    /// y = A x, for nodal values u_x, u_y, u_z, φ.
-    fn apply(&mut self, x: &[[f64; 4]], y: &mut [[f64; 4]]);
+    /// y = A x, for nodal values u_x, u_y, u_z, φ. Fails if a device that has the tangent has failed.
+    fn apply(&mut self, x: &[[f64; 4]], y: &mut [[f64; 4]]) -> Result<(), DeviceError>;
 
-    /// The diagonal, four values per node.
-    fn diagonal(&mut self) -> Vec<[f64; 4]>;
+    /// The diagonal, four values per node. Fails as [`Self::apply`] does.
+    fn diagonal(&mut self) -> Result<Vec<[f64; 4]>, DeviceError>;
 
     /// Adds the tangent of linear shape functions on the same elements to `out`. It is the next coarser level
-    /// for quadratic elements; its nodes are the first four nodes of each element.
-    fn add_linear(&mut self, out: &mut Tangent);
+    /// for quadratic elements; its nodes are the first four nodes of each element. Fails as [`Self::apply`] does.
+    fn add_linear(&mut self, out: &mut Tangent) -> Result<(), DeviceError>;
+
+    /// Computes all later tangents on the processor, because the device has failed.
+    fn leave_device(&mut self) {}
 
     /// The implementation of the product on a device, if there is one.
     fn on_device(&mut self) -> Option<&mut dyn AppliedOnDevice> {

@@ -1,5 +1,7 @@
 //! The graph of a mesh: pairs of nodes that share an element.
 
+use fem_mesh::Groups;
+
 /// For each node the nodes of its elements, including itself, in increasing order (CSR format).
 #[derive(Clone, Debug)]
 pub struct Graph {
@@ -9,14 +11,15 @@ pub struct Graph {
 
 impl Graph {
     pub fn new<const N: usize>(tets: &[[u32; N]], nodes: usize) -> Self {
-        let (first, of_node) = tets_of_nodes(tets, nodes);
+        let pairs = (0..).zip(tets).flat_map(|(tet, nodes)| nodes.map(|node| (node, tet)));
+        let tets_of_nodes = Groups::new(nodes, pairs);
         let mut start = Vec::with_capacity(nodes + 1);
         start.push(0);
         let mut near = Vec::new();
         let mut row: Vec<u32> = Vec::new();
         for node in 0..nodes {
             row.clear();
-            for &tet in &of_node[first[node] as usize..first[node + 1] as usize] {
+            for &tet in tets_of_nodes.of(node) {
                 row.extend(tets[tet as usize]);
             }
             row.sort_unstable();
@@ -39,24 +42,4 @@ impl Graph {
     pub fn place(&self, node: usize, other: u32) -> usize {
         self.start[node] as usize + self.of(node).partition_point(|&m| m < other)
     }
-}
-
-/// The elements of each node in CSR format: (offsets by node, elements).
-fn tets_of_nodes<const N: usize>(tets: &[[u32; N]], nodes: usize) -> (Vec<u32>, Vec<u32>) {
-    let mut start = vec![0u32; nodes + 1];
-    for &node in tets.iter().flatten() {
-        start[node as usize + 1] += 1;
-    }
-    for node in 0..nodes {
-        start[node + 1] += start[node];
-    }
-    let mut next = start.clone();
-    let mut of_node = vec![0u32; N * tets.len()];
-    for (tet, corners) in tets.iter().enumerate() {
-        for &node in corners {
-            of_node[next[node as usize] as usize] = tet as u32;
-            next[node as usize] += 1;
-        }
-    }
-    (start, of_node)
 }

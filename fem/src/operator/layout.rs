@@ -4,6 +4,7 @@
 //! A chunk works on copies of its nodes' values, which are summed in a fixed order afterwards. Results
 //! therefore do not depend on the number of threads, and the values of a chunk stay in the cache.
 
+use fem_mesh::Groups;
 use rayon::prelude::*;
 
 use crate::element::{Domain, Rule};
@@ -52,11 +53,8 @@ impl Layout {
 #[derive(Debug)]
 pub(super) struct Batches {
     pub chunks: Vec<Chunk>,
-    /// Copies of each node in CSR format: offsets by node, and indices of the copies.
-    copy_start: Vec<u32>,
-    copy: Vec<u32>,
-    /// Total number of copies.
-    copies: usize,
+    /// Indices of the copies of each node.
+    copies: Groups,
 }
 
 /// Neighbouring elements that are processed together.
@@ -120,13 +118,14 @@ impl Batches {
             }
             chunks.push(Chunk { tets, global, local, plain: !part[0].0 });
         }
-        let (copy_start, copy, copies) = copies(&chunks, points.len());
-        Self { chunks, copy_start, copy, copies }
+        let nodes = chunks.iter().flat_map(|chunk| &chunk.global).copied();
+        let copies = Groups::new(points.len(), nodes.zip(0..));
+        Self { chunks, copies }
     }
 
     /// Number of nodes of the mesh.
     pub(super) fn node_count(&self) -> usize {
-        self.copy_start.len() - 1
+        self.copies.start.len() - 1
     }
 
     /// Computes y_n as the sum of the copies of node n, in the order of the chunks.
@@ -139,7 +138,7 @@ impl Batches {
         y: &mut [[f64; 4]],
         work: impl Fn(usize, &mut Vec<Aligned>, &mut [Aligned]) + Sync,
     ) {
-        copies.resize(self.copies, Aligned([0.0; 4]));
+        copies.resize(self.copies.members.len(), Aligned([0.0; 4]));
         let mut parts = Vec::with_capacity(self.chunks.len());
         let mut rest = copies.as_mut_slice();
         for chunk in &self.chunks {
@@ -156,8 +155,7 @@ impl Batches {
             for (i, y) in y.iter_mut().enumerate() {
                 let node = block * NODES + i;
                 let mut sum = [0.0; 4];
-                let range = self.copy_start[node] as usize..self.copy_start[node + 1] as usize;
-                for &place in &self.copy[range] {
+                for &place in self.copies.of(node) {
                     for k in 0..4 {
                         sum[k] += copies[place as usize].0[k];
                     }
@@ -166,25 +164,6 @@ impl Batches {
             }
         });
     }
-}
-
-/// The copies of each node: (offsets by node, indices of the copies, number of copies).
-fn copies(chunks: &[Chunk], nodes: usize) -> (Vec<u32>, Vec<u32>, usize) {
-    let mut start = vec![0u32; nodes + 1];
-    for &n in chunks.iter().flat_map(|c| &c.global) {
-        start[n as usize + 1] += 1;
-    }
-    for n in 0..nodes {
-        start[n + 1] += start[n];
-    }
-    let total = start[nodes] as usize;
-    let mut next = start.clone();
-    let mut copy = vec![0u32; total];
-    for (place, &n) in chunks.iter().flat_map(|c| &c.global).enumerate() {
-        copy[next[n as usize] as usize] = place as u32;
-        next[n as usize] += 1;
-    }
-    (start, copy, total)
 }
 
 /// A space-filling curve through a box, in Morton order (Morton, IBM 1966).

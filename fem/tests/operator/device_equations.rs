@@ -66,15 +66,15 @@ fn compare<const N: usize, T: Element<N>>(
         let mut product = product(operator);
         let from = Array::of(device, x.as_flattened()).expect("memory");
         let mut to = Array::zeros(device, 4 * nodes).expect("memory");
-        let diagonal = product.diagonal();
+        let diagonal = product.diagonal().expect("it is read");
         let mut y = vec![0.0; 4 * nodes];
         product.on_device().expect("a device").apply(&from, &mut to).expect("it runs");
         to.read(&mut y).expect("it is read");
         let mut back = vec![[0.0; 4]; nodes];
-        product.apply(&x, &mut back);
+        product.apply(&x, &mut back).expect("it is read");
         let mut linear = Tangent::new(Arc::clone(&pattern));
         linear.clear();
-        product.add_linear(&mut linear);
+        product.add_linear(&mut linear).expect("it is read");
         (y, back, diagonal, linear.blocks)
     };
     let (y, back, diagonal, linear) = of(there.as_ref());

@@ -190,8 +190,8 @@ fn assert_matrix_free(operator: &dyn Operator, increment: &Increment, tangent: &
             let mut free = product(Arc::clone(&layout), 1);
             free.linearise(operator, increment, Coupling::Full).expect("no element is inverted");
             let mut y = vec![[0.0; 4]; nodes.len()];
-            free.apply(&x, &mut y);
-            (y, free.diagonal())
+            free.apply(&x, &mut y).expect("no device");
+            (y, free.diagonal().expect("no device"))
         })
     };
     let (y, diagonal) = by_threads(1);
@@ -203,7 +203,7 @@ fn assert_matrix_free(operator: &dyn Operator, increment: &Increment, tangent: &
     let mut single = product(layout, SINGLE_FROM);
     single.linearise(operator, increment, Coupling::Full).expect("no element is inverted");
     let mut y = vec![[0.0; 4]; nodes.len()];
-    single.apply(&x, &mut y);
+    single.apply(&x, &mut y).expect("no device");
     assert!(difference(&y, &expected) < 3e-6 * largest(&expected));
 }
 

@@ -1,19 +1,60 @@
 //! The bound of the eigenvalues that the smoother acts on.
 
 use super::*;
+use crate::solve::linear::in_memory::InMemory;
 
-/// The bound of a diagonal matrix on 30 000 nodes whose eigenvalues fill (0, 1] but for one.
+/// Diagonal matrix on 30 000 nodes whose eigenvalues fill (0, 1], except one. D is 4.
+struct Diagonal {
+    apart: f64,
+}
+
+impl Diagonal {
+    fn value(&self, node: usize) -> f64 {
+        4.0 * if node == 4321 { self.apart } else { ((node as f64) * 0.618).fract() }
+    }
+}
+
+impl Matrix for Diagonal {
+    type Space = InMemory<f64, 1>;
+
+    fn subtract(&mut self, x: &[[f64; 1]], y: &mut [[f64; 1]]) {
+        y.iter_mut().zip(x).enumerate().for_each(|(n, (y, x))| y[0] -= self.value(n) * x[0]);
+    }
+
+    fn relax(
+        &self,
+        Relaxation { momentum, weight }: Relaxation,
+        r: &[[f64; 1]],
+        step: &mut [[f64; 1]],
+        x: &mut [[f64; 1]],
+    ) {
+        for ((r, step), x) in r.iter().zip(step).zip(x) {
+            step[0] = momentum * step[0] + weight * 0.25 * r[0];
+            x[0] += step[0];
+        }
+    }
+}
+
+/// Bound of the eigenvalues of D⁻¹ A with one eigenvalue apart from the others.
 fn bound(apart: f64) -> f64 {
-    let nodes = 30_000;
-    let value = |node: usize| match node {
-        4321 => apart,
-        _ => ((node as f64) * 0.618).fract(),
-    };
-    // D is 4, so that A is four times as large
-    let subtract = |x: &[[f64; 1]], y: &mut [[f64; 1]]| {
-        y.iter_mut().zip(x).enumerate().for_each(|(n, (y, x))| y[0] -= 4.0 * value(n) * x[0]);
-    };
-    largest_eigenvalue(&Halo::default(), nodes, subtract, |_, r| [0.25 * r[0]])
+    largest_eigenvalue(&InMemory::default(), &mut Diagonal { apart }, &vec![[0.0]; 30_000])
+}
+
+#[test]
+fn smoothing_reduces_the_residual_by_the_chebyshev_polynomial() {
+    // eigenvalues from a tenth of the largest one on: the residual is at most 1 / T_3(11/9) of the first one
+    let (mut matrix, vectors) = (Diagonal { apart: 1.0 }, InMemory::default());
+    let right: Vec<[f64; 1]> =
+        (0..30_000).map(|n| [f64::from(u8::from(matrix.value(n) >= 0.4))]).collect();
+    let [mut x, mut residual] = [vec![[0.0]; right.len()], right.clone()];
+    let mut smoother = Smoother::new(3, 1.0, vectors.zero(&right));
+    smoother.smooth(&mut matrix, &mut residual, &mut x);
+    residual.clone_from(&right);
+    matrix.subtract(&x, &mut residual);
+    let chebyshev = |x: f64| 4.0 * x * x * x - 3.0 * x;
+    let reached = residual.iter().fold(0.0f64, |m, r| m.max(r[0].abs()));
+    let expected = 1.0 / chebyshev(11.0 / 9.0);
+    assert!((reached / expected - 1.0).abs() < 1e-3, "{reached} {expected}");
 }
 
 #[test]

@@ -4,12 +4,12 @@ use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::*;
-use crate::solve::linear::vector::{InMemory, Nodal};
+use crate::solve::linear::in_memory::{Nodal, NodalVectors};
 
-type Method = fn(&mut System<InMemory>, &[Nodal], &mut [Nodal], f64, u32) -> Ending;
+type Method = fn(&mut System<NodalVectors>, &[Nodal], &mut [Nodal], f64, u32) -> Ending;
 
 fn from_zero(
-    system: &mut System<InMemory>,
+    system: &mut System<NodalVectors>,
     right: &[Nodal],
     x: &mut [Nodal],
     tolerance: f64,
@@ -38,31 +38,41 @@ fn solve(method: Method, a: &[Vec<f64>], limit: u32) -> (Ending, f64) {
     solve_to(method, a, 1e-11, limit)
 }
 
+/// Dense matrix with its diagonal as preconditioner.
+struct Dense<'a> {
+    a: &'a [Vec<f64>],
+    weight: &'a [Nodal],
+}
+
+impl Dense<'_> {
+    fn product(&self, x: &[f64]) -> Vec<f64> {
+        self.a.iter().map(|row| row.iter().zip(x).map(|(a, x)| a * x).sum()).collect()
+    }
+}
+
+impl Preconditioned<NodalVectors> for Dense<'_> {
+    fn apply(&mut self, x: &[Nodal], y: &mut [Nodal]) {
+        y.as_flattened_mut().copy_from_slice(&self.product(x.as_flattened()));
+    }
+
+    fn precondition(&mut self, r: &[Nodal], z: &mut [Nodal]) {
+        for ((z, r), w) in z.iter_mut().zip(r).zip(self.weight) {
+            *z = std::array::from_fn(|k| w[k] * r[k]);
+        }
+    }
+}
+
 fn solve_to(method: Method, a: &[Vec<f64>], tolerance: f64, limit: u32) -> (Ending, f64) {
     let n = a.len() / 4;
     let exact: Vec<f64> = (0..4 * n).map(|i| (0.3 * i as f64).cos()).collect();
-    let product = |x: &[f64]| -> Vec<f64> {
-        a.iter().map(|row| row.iter().zip(x).map(|(a, x)| a * x).sum()).collect()
-    };
-    let right: Vec<Nodal> = product(&exact).as_chunks().0.to_vec();
     let weight: Vec<Nodal> = (0..n)
         .map(|node| std::array::from_fn(|k| 1.0 / a[4 * node + k][4 * node + k].abs()))
         .collect();
+    let mut matrix = Dense { a, weight: &weight };
+    let right: Vec<Nodal> = matrix.product(&exact).as_chunks().0.to_vec();
     let mut x = vec![[0.0; 4]; n];
-    let mut apply = |x: &[Nodal], y: &mut [Nodal]| {
-        y.as_flattened_mut().copy_from_slice(&product(x.as_flattened()))
-    };
-    let mut precondition = |x: &[Nodal], y: &mut [Nodal]| {
-        for ((y, x), w) in y.iter_mut().zip(x).zip(&weight) {
-            *y = std::array::from_fn(|k| w[k] * x[k]);
-        }
-    };
-    let mut system = System {
-        vectors: &InMemory::default(),
-        apply: &mut apply,
-        precondition: &mut precondition,
-        weight: &weight,
-    };
+    let mut system =
+        System { vectors: &NodalVectors::default(), matrix: &mut matrix, weight: &weight };
     let ending = method(&mut system, &right, &mut x, tolerance, limit);
     let error = x.as_flattened().iter().zip(&exact).map(|(x, e)| (x - e).abs());
     (ending, error.fold(0.0, f64::max))

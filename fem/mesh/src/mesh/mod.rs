@@ -5,6 +5,7 @@ pub(crate) mod curved;
 mod decimate;
 mod edges;
 pub mod gmsh;
+pub(crate) mod groups;
 pub(crate) mod isosurface;
 mod lattice;
 mod quality;
@@ -19,6 +20,7 @@ pub mod vtu;
 
 pub use cavities::Cavity;
 pub use decimate::decimated;
+pub use groups::Groups;
 pub use lattice::{CylinderLattice, LatticeError};
 pub use quality::Quality;
 pub use surface::Surface;

@@ -10,6 +10,7 @@ use rayon::prelude::*;
 
 use super::chunk::ChunkProduct;
 use super::lanes::{Stored, dispatch, lane_of_row};
+use crate::device::DeviceError;
 use crate::element::Rule;
 use crate::material::{Inverted, Lanes, POINTS, SimdF64};
 use crate::operator::equations::{Coupling, Operator, Product};
@@ -91,7 +92,7 @@ impl<T: Stored> Product for MatrixFree<T> {
         })
     }
 
-    fn apply(&mut self, x: &[[f64; 4]], y: &mut [[f64; 4]]) {
+    fn apply(&mut self, x: &[[f64; 4]], y: &mut [[f64; 4]]) -> Result<(), DeviceError> {
         let Self { layout, data, copies, .. } = self;
         layout.batches.gather(copies, y, |index, values, part| {
             let chunk = &layout.batches.chunks[index];
@@ -99,9 +100,10 @@ impl<T: Stored> Product for MatrixFree<T> {
             values.extend(chunk.global.iter().map(|&n| Aligned(x[n as usize])));
             dispatch(ChunkProduct::<T> { layout, chunk, data: &data[index], x: values, y: part });
         });
+        Ok(())
     }
 
-    fn diagonal(&mut self) -> Vec<[f64; 4]> {
+    fn diagonal(&mut self) -> Result<Vec<[f64; 4]>, DeviceError> {
         let Self { layout, data, lane_of_row, copies } = self;
         let mut out = vec![[0.0; 4]; layout.batches.node_count()];
         layout.batches.gather(copies, &mut out, |index, _, part| {
@@ -116,10 +118,10 @@ impl<T: Stored> Product for MatrixFree<T> {
                 _ => dispatch(Diagonal::<T, 10> { stored, add: &mut add }),
             }
         });
-        out
+        Ok(out)
     }
 
-    fn add_linear(&mut self, out: &mut Tangent) {
+    fn add_linear(&mut self, out: &mut Tangent) -> Result<(), DeviceError> {
         let rule = &self.layout.rule.linear();
         let of_chunk = |(chunk, data): (&Chunk, &Vec<T::Pack>)| {
             let mut elements: Vec<(u32, [[Block; 4]; 4])> = Vec::with_capacity(chunk.tets.len());
@@ -134,6 +136,7 @@ impl<T: Stored> Product for MatrixFree<T> {
                 out.add_elements(*tet as usize, std::slice::from_ref(blocks));
             }
         }
+        Ok(())
     }
 
     #[cfg(feature = "bench-internals")]

@@ -43,6 +43,8 @@ enum Numbers {
 pub(crate) struct DeviceProduct<T: Stored> {
     host: MatrixFree<T>,
     numbers: Numbers,
+    /// Whether the processor linearises because the device has failed.
+    left: bool,
     program: Arc<dyn Program>,
     slots: Slots,
     /// Point data by kind of slots.
@@ -78,6 +80,7 @@ impl<T: Stored> DeviceProduct<T> {
         kernels.push(node_sum(4));
         Ok(Self {
             numbers: Numbers::Here,
+            left: false,
             program: device.compile(&kernels)?,
             copies: Array::zeros(device, 4 * rule.nodes * slots.count)?,
             diagonal: Array::zeros(device, 4 * layout.batches.node_count())?,
@@ -101,18 +104,14 @@ impl<T: Stored> DeviceProduct<T> {
         Ok(())
     }
 
-    /// Copies the point data from the device to the processor. If the device has failed, the point data of an
-    /// earlier tangent remain. No iteration of the linear solver converges with them, so that Newton's method
-    /// asks for a new tangent.
-    fn bring(&mut self) {
+    /// Copies the point data from the device to the processor, unless the processor has them.
+    fn read_back(&mut self) -> Result<(), DeviceError> {
         if self.numbers != Numbers::OnDevice {
-            return;
+            return Ok(());
         }
         for ((kind, data), vacant) in self.slots.kinds.iter().zip(&self.data).zip(&self.vacant) {
             let mut numbers = vec![T::default(); data.len()];
-            if data.read(&mut numbers).is_err() {
-                return;
-            }
+            data.read(&mut numbers)?;
             vacant.iter().for_each(|&place| numbers[place] = T::default());
             let mut rest = numbers.as_slice();
             for packs in &mut self.host.data_mut()[kind.chunks.clone()] {
@@ -124,6 +123,7 @@ impl<T: Stored> DeviceProduct<T> {
             }
         }
         self.numbers = Numbers::Both;
+        Ok(())
     }
 
     /// Sums the copies of each node.
@@ -178,10 +178,8 @@ impl<T: Stored> Product for DeviceProduct<T> {
         coupling: Coupling,
     ) -> Result<(), Inverted> {
         let data: Vec<Argument> = self.data.iter().map(Array::argument).collect();
-        let there = operator.on_device().and_then(|equations| match coupling {
-            Coupling::Full => equations.linearise(increment, &data),
-            Coupling::Separate => None,
-        });
+        let there = operator.on_device().filter(|_| !self.left && coupling == Coupling::Full);
+        let there = there.and_then(|equations| equations.linearise(increment, &data));
         if let Some(result) = there {
             self.numbers = Numbers::OnDevice;
             return result;
@@ -190,24 +188,25 @@ impl<T: Stored> Product for DeviceProduct<T> {
         self.host.linearise(operator, increment, coupling)
     }
 
-    fn apply(&mut self, x: &[[f64; 4]], y: &mut [[f64; 4]]) {
-        self.bring();
-        self.host.apply(x, y);
+    fn apply(&mut self, x: &[[f64; 4]], y: &mut [[f64; 4]]) -> Result<(), DeviceError> {
+        self.read_back()?;
+        self.host.apply(x, y)
     }
 
-    fn diagonal(&mut self) -> Vec<[f64; 4]> {
-        if self.numbers == Numbers::OnDevice
-            && let Ok(diagonal) = self.diagonal_on_device()
-        {
-            return diagonal;
+    fn diagonal(&mut self) -> Result<Vec<[f64; 4]>, DeviceError> {
+        match self.numbers {
+            Numbers::OnDevice => self.diagonal_on_device(),
+            Numbers::Here | Numbers::Both => self.host.diagonal(),
         }
-        self.bring();
-        self.host.diagonal()
     }
 
-    fn add_linear(&mut self, out: &mut Tangent) {
-        self.bring();
-        self.host.add_linear(out);
+    fn add_linear(&mut self, out: &mut Tangent) -> Result<(), DeviceError> {
+        self.read_back()?;
+        self.host.add_linear(out)
+    }
+
+    fn leave_device(&mut self) {
+        self.left = true;
     }
 
     fn on_device(&mut self) -> Option<&mut dyn AppliedOnDevice> {

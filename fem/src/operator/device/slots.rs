@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use fem_mesh::Groups;
+
 use crate::device::{Argument, Array, ComputeDevice, DeviceError, Kernel};
 use crate::operator::cpu::{Stored, lane_of_row};
 use crate::operator::layout::{Layout, VACANT};
@@ -48,7 +50,7 @@ impl Slots {
             return Err(DeviceError(format!("{count} elements are too many for one device")));
         }
         let mut nodes = vec![0u32; per_element * count];
-        let mut of_node = vec![Vec::new(); batches.node_count()];
+        let mut copies = Vec::new();
         let mut first = 0;
         // the slot within a batch is the element's position in the packs of point data
         let places = lane_of_row::<T>();
@@ -62,24 +64,20 @@ impl Slots {
                         let node = chunk.global[usize::from(local[a][lane])];
                         nodes[a * count + slot] = node;
                         if !vacant {
-                            of_node[node as usize].push((a * count + slot) as u32);
+                            copies.push((node, (a * count + slot) as u32));
                         }
                     }
                 }
             }
             first += chunk.tets.len();
         }
-        let ends = of_node.iter().scan(0, |end, copies| {
-            *end += copies.len() as u32;
-            Some(*end)
-        });
-        let start: Vec<u32> = std::iter::once(0).chain(ends).collect();
+        let copies = Groups::new(batches.node_count(), copies.iter().copied());
         Ok(Self {
             kinds,
             count,
             nodes: Array::of(device, &nodes)?,
-            start: Array::of(device, &start)?,
-            place: Array::of(device, &of_node.concat())?,
+            start: Array::of(device, &copies.start)?,
+            place: Array::of(device, &copies.members)?,
         })
     }
 

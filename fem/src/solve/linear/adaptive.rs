@@ -5,10 +5,9 @@
 
 use std::sync::Arc;
 
-use super::direct::Direct;
-use super::factor::Symbolic;
+use super::direct::{Direct, Symbolic};
+use super::in_memory::Nodal;
 use super::iterative::Iterative;
-use super::vector::Nodal;
 use super::{LinearEffort, LinearSolver, Singular};
 use crate::material::Inverted;
 use crate::operator::{Coupling, Increment, Operator, Pattern};

@@ -1,15 +1,13 @@
 //! Krylov methods with multigrid, for systems whose factor would be too large.
-//!
-//! Linear elements use the assembled tangent, preconditioned field by field. Quadratic elements use the matrix-free
-//! tangent; the assembled tangent of the linear shape functions is the next coarser level.
 
 use std::sync::Arc;
 
-use super::field_split::FieldSplit;
-use super::krylov::{Ending, Stop, System, solve};
+use super::in_memory::{Nodal, NodalVectors, mask, weights};
+use super::krylov::{Ending, Preconditioned, Stop, System, solve};
+use super::multigrid::{
+    ElementTangent, FieldSplitInMemory, MatrixFree, Multigrid, NodalPreconditioner,
+};
 use super::on_device::OnDevice;
-use super::quadratic::QuadraticLevel;
-use super::vector::{InMemory, Nodal, mask, weights};
 use super::{LinearEffort, LinearSolver, Singular};
 use crate::device::DeviceError;
 use crate::material::Inverted;
@@ -22,18 +20,25 @@ const WORN: f64 = 1.6;
 /// Largest relative residual of a solution that is accepted at the limit of iterations.
 const USELESS: f64 = 0.1;
 
+/// The current tangent was on a device that has failed. The next tangent is computed on the processor.
+struct TangentLost;
+
+type MultigridInMemory = Multigrid<NodalVectors, FieldSplitInMemory>;
+
 pub(crate) struct Iterative<'a> {
     operator: &'a dyn Operator,
     /// Vertices of the mesh.
     points: Arc<Vec<[f64; 3]>>,
     /// Tangent of the linear shape functions.
     tangent: Tangent,
-    quadratic: Option<QuadraticLevel>,
+    /// Matrix-free tangent, if the elements are quadratic or a device runs the iterations.
+    elements: Option<ElementTangent>,
     /// Device that runs the iterations; `None`: the processor.
     device: Option<OnDevice>,
     /// Error because of which the device is no longer used.
     lost: Option<DeviceError>,
-    split: Option<FieldSplit>,
+    /// Hierarchy of the processor; the device has its own.
+    multigrid: Option<MultigridInMemory>,
     /// Whether the hierarchy belongs to the current tangent.
     fresh: bool,
     /// Number of iterations of the first solution with the hierarchy.
@@ -50,16 +55,16 @@ impl<'a> Iterative<'a> {
         operator: &'a dyn Operator,
         points: Arc<Vec<[f64; 3]>>,
         tangent: Tangent,
-        quadratic: Option<QuadraticLevel>,
+        elements: Option<ElementTangent>,
     ) -> Self {
         Self {
             operator,
             points,
             tangent,
-            quadratic,
+            elements,
             device: None,
             lost: None,
-            split: None,
+            multigrid: None,
             fresh: false,
             first: None,
             free: Vec::new(),
@@ -83,73 +88,138 @@ impl<'a> Iterative<'a> {
     /// the processor continues.
     fn attempt<T>(
         &mut self,
-        work: impl FnOnce(&mut OnDevice, &mut QuadraticLevel) -> Result<T, DeviceError>,
+        work: impl FnOnce(&mut OnDevice, &mut ElementTangent) -> Result<T, DeviceError>,
     ) -> Option<T> {
-        let (device, level) = (self.device.as_mut()?, self.quadratic.as_mut()?);
-        match work(device, level) {
-            Ok(value) => Some(value),
-            Err(error) => {
-                (self.device, self.split) = (None, None);
-                self.lost = Some(error);
-                None
+        let (device, elements) = (self.device.as_mut()?, self.elements.as_mut()?);
+        let result = work(device, elements);
+        result.map_err(|error| (self.device, self.lost) = (None, Some(error))).ok()
+    }
+
+    /// Discards the device if it had the tangent and failed.
+    fn check_tangent(&mut self) -> Result<(), TangentLost> {
+        match self.elements.as_mut().and_then(ElementTangent::take_lost) {
+            None => Ok(()),
+            Some(error) => {
+                self.device = None;
+                self.lost.get_or_insert(error);
+                self.discard_hierarchy();
+                Err(TangentLost)
             }
         }
     }
 
-    fn renew(&mut self) {
-        // drop the old hierarchy first, so that two hierarchies are never in memory
-        self.split = None;
-        if let Some(quadratic) = &mut self.quadratic {
-            quadratic.add_linear(&mut self.tangent);
+    fn has_hierarchy(&self) -> bool {
+        self.device.as_ref().map_or(self.multigrid.is_some(), OnDevice::has_hierarchy)
+    }
+
+    fn discard_hierarchy(&mut self) {
+        self.multigrid = None;
+        if let Some(device) = &mut self.device {
+            device.discard_hierarchy();
         }
-        let vertices = self.points.len();
-        let vertex_halo = &self.operator.part().vertices;
-        let free = &self.free[..vertices];
-        let split = FieldSplit::new(&self.tangent, &self.points, free, vertex_halo);
+    }
+
+    fn renew(&mut self) -> Result<(), TangentLost> {
+        // discard the old hierarchy first, so that two hierarchies are never in memory
+        self.discard_hierarchy();
+        if let Some(elements) = &mut self.elements {
+            elements.add_linear(&mut self.tangent);
+        }
+        self.check_tangent()?;
+        let free = &self.free[..self.points.len()];
+        let halo = &self.operator.part().vertices;
+        let below = FieldSplitInMemory::new(&self.tangent, &self.points, free, halo);
         let weight = std::mem::take(&mut self.weight);
-        let sent = self.attempt(|device, level| device.renew(level, &weight, &split));
-        self.weight = weight;
-        if let (None, Some(quadratic)) = (sent, &mut self.quadratic) {
-            quadratic.renew(&self.weight);
+        let sent = self.attempt(|device, elements| device.renew(elements, &weight, &below));
+        if sent.is_none() {
+            let quadratic = self.elements.as_mut().and_then(|elements| elements.level(&weight));
+            self.multigrid = Some(Multigrid { quadratic, below });
         }
-        self.split = Some(split);
-        self.fresh = true;
-        self.first = None;
+        self.weight = weight;
+        (self.fresh, self.first) = (true, None);
+        self.check_tangent()
     }
 
     fn krylov(&mut self, right: &[Nodal], step: &mut [Nodal], tolerance: f64) -> Ending {
         if self.device.is_some() {
             let mut definite = self.definite;
             let limits = (tolerance, LIMIT);
-            let ending = self
-                .attempt(|device, level| device.krylov(level, &mut definite, right, step, limits));
+            let ending = self.attempt(|device, elements| {
+                device.krylov(elements, &mut definite, right, step, limits)
+            });
             self.definite = definite;
             // after a failure of the device, the processor computes its own hierarchy
             self.fresh &= ending.is_some();
             let failed = Ending { stop: Stop::Broken, iterations: 0, residual: 1.0 };
             return ending.unwrap_or(failed);
         }
-        let Self { operator, tangent, quadratic, split, free, weight, definite, .. } = self;
-        let part = operator.part();
-        let split = split.as_ref().expect("the hierarchy is made before it is used");
-        let quadratic = std::cell::RefCell::new(quadratic.as_mut());
-        let mut apply = |x: &[Nodal], y: &mut [Nodal]| match quadratic.borrow_mut().as_mut() {
-            Some(quadratic) => quadratic.multiply(x, y),
-            None => {
-                multiply(tangent, &part.halo, x, y);
-                mask(free, y);
+        let mut definite = self.definite;
+        let vectors = NodalVectors::new(&self.operator.part().halo);
+        let weight = std::mem::take(&mut self.weight);
+        let mut matrix = self.matrix();
+        let mut system = System { vectors: &vectors, matrix: matrix.as_mut(), weight: &weight };
+        let ending = solve(&mut system, &mut definite, right, step, tolerance, LIMIT);
+        drop(matrix);
+        (self.weight, self.definite) = (weight, definite);
+        ending
+    }
+
+    /// z ≈ A⁻¹ r for several right-hand sides.
+    fn precondition_all(
+        &mut self,
+        right: &[&[Nodal]],
+        out: &mut [&mut [Nodal]],
+    ) -> Result<(), TangentLost> {
+        if !self.has_hierarchy() {
+            self.renew()?;
+        }
+        let done = self.attempt(|device, elements| {
+            let mut pairs = right.iter().zip(out.iter_mut());
+            pairs.try_for_each(|(r, z)| device.precondition(elements, r, z))
+        });
+        if done.is_none() {
+            if !self.has_hierarchy() {
+                self.renew()?;
             }
-        };
-        let mut precondition = |r: &[Nodal], z: &mut [Nodal]| {
-            cycle(quadratic.borrow_mut().as_deref_mut(), split, free, r, z);
-        };
-        let mut system = System {
-            vectors: &InMemory { halo: Arc::clone(&part.halo) },
-            apply: &mut apply,
-            precondition: &mut precondition,
-            weight,
-        };
-        solve(&mut system, definite, right, step, tolerance, LIMIT)
+            let mut matrix = self.matrix();
+            right.iter().zip(out).for_each(|(r, z)| matrix.precondition(r, z));
+        }
+        self.check_tangent()
+    }
+
+    /// Returns the tangent with its preconditioner on the processor. The hierarchy must exist.
+    fn matrix(&mut self) -> Box<dyn Preconditioned<NodalVectors> + '_> {
+        let multigrid = self.multigrid.as_mut().expect("the hierarchy is created before its use");
+        let halo = &self.operator.part().halo;
+        match &mut self.elements {
+            Some(tangent) => Box::new(MatrixFree { tangent, multigrid }),
+            None => Box::new(AssembledTangent {
+                tangent: &self.tangent,
+                halo,
+                free: &self.free,
+                preconditioner: &mut multigrid.below,
+            }),
+        }
+    }
+}
+
+/// Assembled tangent on the free values, distributed over the ranks, with its preconditioner.
+struct AssembledTangent<'a> {
+    tangent: &'a Tangent,
+    halo: &'a Halo,
+    free: &'a [[bool; 4]],
+    preconditioner: &'a mut FieldSplitInMemory,
+}
+
+impl Preconditioned<NodalVectors> for AssembledTangent<'_> {
+    fn apply(&mut self, x: &[Nodal], y: &mut [Nodal]) {
+        multiply(self.tangent, self.halo, x, y);
+        mask(self.free, y);
+    }
+
+    fn precondition(&mut self, r: &[Nodal], z: &mut [Nodal]) {
+        self.preconditioner.apply(r, z);
+        mask(self.free, z);
     }
 }
 
@@ -159,21 +229,6 @@ fn multiply(tangent: &Tangent, halo: &Halo, x: &[Nodal], y: &mut [Nodal]) {
     halo.complete(y);
 }
 
-/// z ≈ A⁻¹ r by one cycle through all levels.
-fn cycle(
-    quadratic: Option<&mut QuadraticLevel>,
-    split: &FieldSplit,
-    free: &[[bool; 4]],
-    r: &[Nodal],
-    z: &mut [Nodal],
-) {
-    match quadratic {
-        Some(quadratic) => quadratic.precondition(r, z, |r, z| split.apply(r, z)),
-        None => split.apply(r, z),
-    }
-    mask(free, z);
-}
-
 impl LinearSolver for Iterative<'_> {
     fn linearise(
         &mut self,
@@ -181,10 +236,10 @@ impl LinearSolver for Iterative<'_> {
         coupling: Coupling,
         free: &[[bool; 4]],
     ) -> Result<(), Inverted> {
-        let (diagonal, symmetric) = match &mut self.quadratic {
-            Some(quadratic) => {
-                quadratic.linearise(self.operator, increment, coupling, free)?;
-                (quadratic.diagonal(), quadratic.symmetric())
+        let (diagonal, symmetric) = match &mut self.elements {
+            Some(elements) => {
+                let diagonal = elements.linearise(self.operator, increment, coupling, free)?;
+                (diagonal, elements.symmetric())
             }
             None => {
                 self.operator.tangent(increment, coupling, &mut self.tangent)?;
@@ -195,7 +250,7 @@ impl LinearSolver for Iterative<'_> {
         };
         let ranks = self.operator.part().ranks();
         if coupling != self.coupling || ranks.any(self.free != free) {
-            self.split = None;
+            self.discard_hierarchy();
         }
         self.coupling = coupling;
         self.free = free.to_vec();
@@ -203,8 +258,8 @@ impl LinearSolver for Iterative<'_> {
         self.fresh = false;
         self.definite = !ranks.any(!symmetric);
         let weight = std::mem::take(&mut self.weight);
-        self.attempt(|device, level| {
-            device.constrain(free, &weight, level.contact());
+        self.attempt(|device, elements| {
+            device.constrain(free, &weight, elements.contact());
             Ok(())
         });
         self.weight = weight;
@@ -221,17 +276,18 @@ impl LinearSolver for Iterative<'_> {
         mask(&self.free, &mut masked);
         let mut effort = LinearEffort::default();
         loop {
-            if self.split.is_none() {
-                self.renew();
+            if !self.has_hierarchy() {
+                self.renew().map_err(|TangentLost| Singular(effort))?;
                 effort.renewals += 1;
             }
             let ending = self.krylov(&masked, step, tolerance);
             effort.iterations += ending.iterations;
             effort.residual = ending.residual;
+            self.check_tangent().map_err(|TangentLost| Singular(effort))?;
             if ending.stop == Stop::Converged {
                 let first = *self.first.get_or_insert(ending.iterations);
                 if !self.fresh && f64::from(ending.iterations) > WORN * f64::from(first) + 3.0 {
-                    self.split = None;
+                    self.discard_hierarchy();
                 }
                 return Ok(effort);
             }
@@ -239,36 +295,21 @@ impl LinearSolver for Iterative<'_> {
                 let accepted = ending.residual <= USELESS;
                 return if accepted { Ok(effort) } else { Err(Singular(effort)) };
             }
-            self.split = None;
+            self.discard_hierarchy();
         }
     }
 
     fn precondition(&mut self, right: &[&[Nodal]], out: &mut [&mut [Nodal]]) -> u32 {
-        let renewals = u32::from(self.split.is_none());
-        if self.split.is_none() {
-            self.renew();
-        }
-        if self.device.is_some() {
-            let done = self.attempt(|device, level| {
-                let mut pairs = right.iter().zip(out.iter_mut());
-                pairs.try_for_each(|(r, z)| device.precondition(level, r, z))
-            });
-            match done {
-                Some(()) => return renewals,
-                None => self.renew(),
-            }
-        }
-        let Self { quadratic, split, free, .. } = self;
-        let split = split.as_ref().expect("the hierarchy is made before it is used");
-        for (r, z) in right.iter().zip(out) {
-            cycle(quadratic.as_mut(), split, free, r, z);
+        let renewals = u32::from(!self.has_hierarchy());
+        if self.precondition_all(right, out).is_err() {
+            out.iter_mut().for_each(|out| out.fill([f64::NAN; 4]));
         }
         renewals
     }
 
     fn multiply(&mut self, x: &[Nodal], y: &mut [Nodal]) {
-        match &mut self.quadratic {
-            Some(quadratic) => quadratic.multiply_whole(x, y),
+        match &mut self.elements {
+            Some(elements) => elements.multiply_whole(x, y),
             None => multiply(&self.tangent, &self.operator.part().halo, x, y),
         }
     }

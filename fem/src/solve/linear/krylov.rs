@@ -6,21 +6,26 @@
 
 use std::borrow::BorrowMut;
 
-use super::vector::Vectors;
+use super::vectors::{KrylovVectors, Precision, Vectors};
 
-/// y = f(x).
-pub(super) type Map<'a, V> = dyn FnMut(&<V as Vectors>::Vector, &mut <V as Vectors>::Vector) + 'a;
+/// Matrix with a preconditioner. Vectors are zero in constrained values.
+pub(crate) trait Preconditioned<V: Vectors> {
+    /// y = A x.
+    fn apply(&mut self, x: &V::Vector, y: &mut V::Vector);
 
-/// Linear system without its right-hand side. Vectors are zero in constrained values.
+    /// z ≈ A⁻¹ r. The old z is not read.
+    fn precondition(&mut self, r: &V::Vector, z: &mut V::Vector);
+}
+
+/// Linear system without its right-hand side.
 pub(super) struct System<'a, V: Vectors> {
     pub(super) vectors: &'a V,
-    pub(super) apply: &'a mut Map<'a, V>,
-    pub(super) precondition: &'a mut Map<'a, V>,
+    pub(super) matrix: &'a mut dyn Preconditioned<V>,
     /// 1/|A_ii|, the weight of the residual norm, which makes forces and damage comparable.
     pub(super) weight: &'a V::Vector,
 }
 
-impl<V: Vectors> System<'_, V> {
+impl<V: KrylovVectors> System<'_, V> {
     /// Returns the weighted norm of a residual.
     fn norm(&self, r: &V::Vector) -> f64 {
         self.vectors.weighted_dot(self.weight, r, r).sqrt()
@@ -56,7 +61,7 @@ const COARSE: f64 = 1e-4;
 
 /// Solves by conjugate gradients while the tangent is `definite`. If negative curvature occurs, sets `definite` to
 /// false and continues with GMRES from the current solution.
-pub(super) fn solve<V: Vectors>(
+pub(super) fn solve<V: KrylovVectors>(
     system: &mut System<V>,
     definite: &mut bool,
     right: &V::Vector,
@@ -78,7 +83,7 @@ pub(super) fn solve<V: Vectors>(
     Ending { iterations: spent + ending.iterations, ..ending }
 }
 
-fn conjugate_gradients<V: Vectors>(
+fn conjugate_gradients<V: KrylovVectors>(
     system: &mut System<V>,
     right: &V::Vector,
     x: &mut V::Vector,
@@ -88,8 +93,9 @@ fn conjugate_gradients<V: Vectors>(
     let vectors = system.vectors;
     let [mut z, mut p, mut q] = [(); 3].map(|()| vectors.zero(right));
     let [z, p, q] = [&mut z, &mut p, &mut q].map(BorrowMut::borrow_mut);
-    let mut r = vectors.scaled(right, 1.0);
+    let mut r = vectors.zero(right);
     let r: &mut V::Vector = r.borrow_mut();
+    vectors.copy(right, r);
     vectors.clear(x);
     let size = system.norm(r);
     let ending = |stop, iterations, residual| Ending { stop, iterations, residual };
@@ -98,7 +104,7 @@ fn conjugate_gradients<V: Vectors>(
     }
     let (mut before, mut step, mut residual) = (0.0, 0.0, 1.0);
     for iteration in 0..limit {
-        (system.precondition)(r, z);
+        system.matrix.precondition(r, z);
         let product = vectors.dot(r, z);
         if !product.is_finite() {
             return ending(Stop::Broken, iteration, residual);
@@ -110,7 +116,7 @@ fn conjugate_gradients<V: Vectors>(
         // preconditioner that rounds to single precision
         let share = if iteration == 0 { 0.0 } else { -step * vectors.dot(q, z) / before };
         vectors.scale_and_add(p, share, z);
-        (system.apply)(p, q);
+        system.matrix.apply(p, q);
         let curvature = vectors.dot(p, q);
         if curvature <= 0.0 {
             return ending(Stop::Indefinite, iteration, residual);
@@ -138,7 +144,7 @@ enum Start {
     Given,
 }
 
-fn gmres<V: Vectors>(
+fn gmres<V: KrylovVectors>(
     system: &mut System<V>,
     right: &V::Vector,
     x: &mut V::Vector,
@@ -157,26 +163,25 @@ fn gmres<V: Vectors>(
     let r: &mut V::Vector = r.borrow_mut();
     let mut norm = f64::NAN;
     if start == Start::Given {
-        (system.apply)(x, r);
+        system.matrix.apply(x, r);
         vectors.scale_and_add(r, -1.0, right);
         norm = system.norm(r);
     }
     if norm.is_nan() || norm >= size {
         vectors.clear(x);
-        vectors.clear(r);
-        vectors.add_scaled(r, 1.0, right);
+        vectors.copy(right, r);
         norm = size;
     }
     // the true residual decides convergence, so that a basis in single precision costs no accuracy
-    let coarse = tolerance >= COARSE;
+    let precision = if tolerance >= COARSE { Precision::Single } else { Precision::Double };
     let mut done = 0;
     while done < limit {
         let rounds = RESTART.min((limit - done) as usize);
-        match arnoldi(system, r, norm, x, rounds, tolerance * size, coarse) {
+        match arnoldi(system, r, norm, x, rounds, tolerance * size, precision) {
             Ok(iterations) => done += iterations,
             Err(iterations) => return ending(Stop::Broken, done + iterations, norm / size),
         }
-        (system.apply)(x, r);
+        system.matrix.apply(x, r);
         vectors.scale_and_add(r, -1.0, right);
         let reached = system.norm(r);
         if !reached.is_finite() {
@@ -195,32 +200,32 @@ fn gmres<V: Vectors>(
 
 /// Adds to x the correction of at most `rounds` GMRES steps for a residual of the given norm; stops early if the
 /// residual falls below `target`. Returns the number of steps; as an error if a value is not finite.
-fn arnoldi<V: Vectors>(
+fn arnoldi<V: KrylovVectors>(
     system: &mut System<V>,
     residual: &V::Vector,
     norm: f64,
     x: &mut V::Vector,
     rounds: usize,
     target: f64,
-    coarse: bool,
+    precision: Precision,
 ) -> Result<u32, u32> {
     let vectors = system.vectors;
     let [mut v, mut z, mut w] = [(); 3].map(|()| vectors.zero(residual));
     let [v, z, w]: [&mut V::Vector; 3] = [&mut v, &mut z, &mut w].map(BorrowMut::borrow_mut);
-    let (mut basis, mut directions): (Vec<V::Kept>, Vec<V::Kept>) = (Vec::new(), Vec::new());
+    let (mut basis, mut directions): (Vec<V::Stored>, Vec<V::Stored>) = (Vec::new(), Vec::new());
     let mut hessenberg: Vec<Vec<f64>> = Vec::new();
     let mut rotations: Vec<(f64, f64)> = Vec::new();
     let mut g = vec![norm];
     vectors.add_scaled(v, 1.0 / norm, residual);
     for j in 0..rounds {
-        basis.push(vectors.keep(v, 1.0, coarse));
-        (system.precondition)(v, z);
-        (system.apply)(z, w);
-        directions.push(vectors.keep(z, 1.0, coarse));
+        basis.push(vectors.store(v, precision));
+        system.matrix.precondition(v, z);
+        system.matrix.apply(z, w);
+        directions.push(vectors.store(z, precision));
         let mut column = Vec::with_capacity(j + 2);
         for v in &basis {
-            let h = vectors.weighted_dot_kept(system.weight, v, w);
-            vectors.add_kept(w, -h, v);
+            let h = vectors.weighted_dot_stored(system.weight, v, w);
+            vectors.add_stored(w, -h, v);
             column.push(h);
         }
         let next = system.norm(w);
@@ -245,7 +250,7 @@ fn arnoldi<V: Vectors>(
         vectors.add_scaled(v, 1.0 / next, w);
     }
     for (y, z) in back_substitution(&hessenberg, &g).into_iter().zip(&directions) {
-        vectors.add_kept(x, y, z);
+        vectors.add_stored(x, y, z);
     }
     Ok(hessenberg.len() as u32)
 }

@@ -1,27 +1,18 @@
 //! Linear solvers for the tangent, behind one trait.
 
 mod adaptive;
-mod aggregation;
-mod amg;
-mod block_csr;
-mod chebyshev;
-mod coarse_nodes;
-mod cover;
 mod direct;
-mod factor;
-mod field_split;
+mod in_memory;
 mod iterative;
 mod krylov;
+mod multigrid;
 mod on_device;
-mod ordering;
 mod plan;
-mod quadratic;
-mod rows;
-mod vector;
+mod vectors;
 
+pub(crate) use in_memory::Nodal;
+pub(super) use in_memory::{CHUNK, add_scaled, mask, weighted_dot};
 pub(crate) use plan::LinearPlan;
-pub(crate) use vector::Nodal;
-pub(super) use vector::{CHUNK, add_scaled, mask, weighted_dot};
 
 use crate::material::Inverted;
 use crate::operator::{Coupling, Increment};
@@ -50,10 +41,12 @@ pub(crate) trait LinearSolver: Send {
     ) -> Result<LinearEffort, Singular>;
 
     /// z ≈ A⁻¹ r for several right-hand sides, zero in constrained values, by the current factor or hierarchy.
-    /// Returns the number of factors or hierarchies that had to be computed.
+    /// Returns the number of factors or hierarchies that had to be computed. z is NaN if a device that had the tangent
+    /// has failed; the next tangent is computed on the processor.
     fn precondition(&mut self, right: &[&[Nodal]], out: &mut [&mut [Nodal]]) -> u32;
 
-    /// y = A x with the rows and columns of all values, including constrained ones.
+    /// y = A x with the rows and columns of all values, including constrained ones; NaN as in
+    /// [`Self::precondition`].
     fn multiply(&mut self, x: &[Nodal], y: &mut [Nodal]);
 
     /// Returns 1/|A_ii| for the values that are solved for, zero for all others: the weight of the norm.
@@ -91,6 +84,6 @@ pub(crate) struct LinearEffort {
     pub(crate) residual: f64,
 }
 
-/// Error of a system without solution, with the work of the attempt.
+/// Error of a system without solution, or whose tangent was on a device that has failed, with the work of the attempt.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Singular(pub(crate) LinearEffort);

@@ -4,13 +4,12 @@ use std::sync::Arc;
 
 use super::LinearSolver;
 use super::adaptive::Adaptive;
-use super::direct::Direct;
-use super::factor::Symbolic;
+use super::direct::{Direct, Symbolic, nested_dissection};
 use super::iterative::Iterative;
+use super::multigrid::ElementTangent;
 use super::on_device::OnDevice;
-use super::ordering::nested_dissection;
-use super::quadratic::QuadraticLevel;
 use crate::device::ComputeDevice;
+use crate::element::{Quadratic, Tetrahedron};
 use crate::error::FemError;
 use crate::operator::{
     Layout, Operator, Pattern, Product, Tangent, Unknowns, device_product, product,
@@ -26,8 +25,6 @@ const DIRECT_ELASTIC_UP_TO: usize = 30_000;
 /// multigrid on one thread. Measured on cylinders with grains, where it corresponds to 5 000 unknowns; a plate has
 /// fewer entries.
 const FILL: usize = 350;
-/// Vertices at the ends of the six edges of a quadratic tetrahedron.
-const ENDS: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]];
 
 /// Linear solver of a discretisation, with its structure.
 #[derive(Clone, Debug)]
@@ -139,7 +136,7 @@ impl LinearPlan {
         let vertices = corners.iter().flatten().max().map_or(0, |&n| n as usize + 1);
         let mut parents = vec![[0; 2]; points.len() - vertices];
         for tet in tets.iter().filter(|_| N == 10) {
-            for (edge, ends) in ENDS.iter().enumerate() {
+            for (edge, ends) in Quadratic::EDGES.iter().enumerate() {
                 parents[tet[4 + edge] as usize - vertices] = ends.map(|v| tet[v]);
             }
         }
@@ -177,10 +174,10 @@ impl LinearPlan {
                 let domain = operator.domain();
                 let tangent = Tangent::new(Arc::clone(pattern));
                 let solver = |product: Option<Box<dyn Product>>| {
-                    let level = product.map(|p| {
-                        QuadraticLevel::new(p, Arc::clone(parents), Arc::clone(operator.part()))
+                    let elements = product.map(|p| {
+                        ElementTangent::new(p, Arc::clone(parents), Arc::clone(operator.part()))
                     });
-                    Iterative::new(operator, Arc::clone(vertices), tangent, level)
+                    Iterative::new(operator, Arc::clone(vertices), tangent, elements)
                 };
                 let here = || {
                     let layout = || Arc::new(Layout::new(domain));

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use bytemuck::Pod;
+
 use crate::device::{Argument, ComputeDevice, DeviceError, Kernel, Program};
 
 /// Number of partial sums of a sum on the device, and number of sums that the host adds.
@@ -13,16 +15,55 @@ const BLOCKS: [[usize; 2]; 5] = [[3, 3], [3, 6], [6, 3], [6, 6], [1, 1]];
 
 type Parameters = &'static [(&'static str, &'static str)];
 
-/// Name, parameters and body.
-const VECTORS: [(&str, Parameters, &str); 19] = [
-    ("clear", &[("double *", "x")], "x[at] = 0.0;"),
-    ("clear_single", &[("float *", "x")], "x[at] = 0.0f;"),
-    ("copy_single", &[("const float *", "x"), ("float *", "y")], "y[at] = x[at];"),
+/// Number of vector entries on a device, with its name in C.
+pub(super) trait DeviceReal: Pod + std::fmt::Debug {
+    const NAME: &'static str;
+
+    fn of(value: f64) -> Self;
+}
+
+impl DeviceReal for f32 {
+    const NAME: &'static str = "float";
+
+    fn of(value: f64) -> Self {
+        value as f32
+    }
+}
+
+impl DeviceReal for f64 {
+    const NAME: &'static str = "double";
+
+    fn of(value: f64) -> Self {
+        value
+    }
+}
+
+/// Kernels of vectors of type `real`, compiled for `float` and `double`: name, parameters and body.
+const VECTORS: [(&str, Parameters, &str); 5] = [
+    ("clear", &[("real *", "x")], "x[at] = 0;"),
+    ("copy", &[("const real *", "x"), ("real *", "y")], "y[at] = x[at];"),
+    ("scale", &[("double", "a"), ("real *", "x")], "x[at] = (real)a * x[at];"),
     (
-        "scaled",
-        &[("double", "a"), ("const double *", "x"), ("double *", "y")],
-        "y[at] = a * x[at];",
+        "dot",
+        &[("index", "n"), ("const real *", "a"), ("const real *", "b"), ("double *", "parts")],
+        "double sum = 0.0;\n    \
+         for (index i = at; i < n; i += PARTS) sum += (double)a[i] * (double)b[i];\n    parts[at] = sum;",
     ),
+    (
+        "recur",
+        &[
+            ("double", "a"),
+            ("double", "b"),
+            ("const real *", "w"),
+            ("const real *", "d"),
+            ("real *", "y"),
+        ],
+        "y[at] = -w[at] - (real)a * d[at] - (real)b * y[at];",
+    ),
+];
+
+/// Kernels of nodal vectors: name, parameters and body.
+const NODAL: [(&str, Parameters, &str); 14] = [
     (
         "add_scaled",
         &[("double", "a"), ("const double *", "x"), ("double *", "y")],
@@ -32,12 +73,6 @@ const VECTORS: [(&str, Parameters, &str); 19] = [
         "scale_and_add",
         &[("double", "a"), ("const double *", "x"), ("double *", "y")],
         "y[at] = x[at] + a * y[at];",
-    ),
-    (
-        "dot",
-        &[("index", "n"), ("const double *", "a"), ("const double *", "b"), ("double *", "parts")],
-        "double sum = 0.0;\n    \
-         for (index i = at; i < n; i += PARTS) sum += a[i] * b[i];\n    parts[at] = sum;",
     ),
     (
         "weighted_dot",
@@ -98,7 +133,8 @@ const VECTORS: [(&str, Parameters, &str); 19] = [
             ("const double *", "scale"),
             ("double *", "z"),
         ],
-        "z[4 * (at / fields) + first + at % fields] = scale[0] * (double)x[at];",
+        "index later = 4 - first, node = at / later, k = at % later;\n    \
+         z[4 * node + first + k] = k < fields ? scale[0] * (double)x[fields * node + k] : 0.0;",
     ),
     (
         "mask",
@@ -110,13 +146,14 @@ const VECTORS: [(&str, Parameters, &str); 19] = [
         "smooth",
         &[
             ("double", "momentum"),
-            ("double", "share"),
+            ("double", "weight"),
             ("const double *", "w"),
             ("const double *", "r"),
             ("double *", "step"),
             ("double *", "x"),
         ],
-        "step[at] = momentum * step[at] + share * (w[at] * r[at]);\n    x[at] += step[at];",
+        "double before = momentum == 0.0 ? 0.0 : momentum * step[at];\n    \
+         step[at] = before + weight * (w[at] * r[at]);\n    x[at] += step[at];",
     ),
     (
         "contact",
@@ -134,6 +171,7 @@ const VECTORS: [(&str, Parameters, &str); 19] = [
     (
         "restrict_to_vertices",
         &[
+            ("index", "vertices"),
             ("const unsigned *", "start"),
             ("const unsigned *", "midpoint"),
             ("const unsigned char *", "free"),
@@ -142,7 +180,7 @@ const VECTORS: [(&str, Parameters, &str); 19] = [
         ],
         "index vertex = at / 4, c = at % 4;\n    double sum = r[at];\n    \
          for (index k = start[vertex]; k < start[vertex + 1]; k++) \
-         sum += 0.5 * r[4 * (index)midpoint[k] + c];\n    out[at] = free[at] ? sum : 0.0;",
+         sum += 0.5 * r[4 * (vertices + midpoint[k]) + c];\n    out[at] = free[at] ? sum : 0.0;",
     ),
     (
         "add_from_vertices",
@@ -195,13 +233,14 @@ fn matrices() -> Vec<Kernel> {
                 "    index row = at / {r}, i = at % {r};\n    float scaled = 0.0f;\n    \
                  for (int j = 0; j < {r}; j++) \
                  scaled += inverse[{size} * row + {r} * i + j] * r[{r} * row + j];\n    \
-                 step[at] = (float)momentum * step[at] + (float)share * scaled;\n    \
+                 float before = momentum == 0.0 ? 0.0f : (float)momentum * step[at];\n    \
+                 step[at] = before + (float)weight * scaled;\n    \
                  x[at] += step[at];\n",
                 size = r * r,
             );
             let parameters = [
                 ("double", "momentum"),
-                ("double", "share"),
+                ("double", "weight"),
                 ("const float *", "inverse"),
                 ("const float *", "r"),
                 ("float *", "step"),
@@ -219,10 +258,24 @@ pub(super) fn kernels() -> Vec<Kernel> {
         let body = body.replace("LAST_PARTS", &LAST_PARTS.to_string());
         format!("    {}\n", body.replace("PARTS", &PARTS.to_string()))
     };
-    let vectors = VECTORS
-        .iter()
-        .map(|(name, parameters, body)| Kernel::new(*name, parameters, numbers(body)));
-    vectors.chain(matrices()).collect()
+    let of_type = |real: &'static str| {
+        VECTORS.iter().map(move |(name, parameters, body)| {
+            let kind = |kind: &'static str| match (kind, real) {
+                ("real *", "float") => "float *",
+                ("real *", _) => "double *",
+                ("const real *", "float") => "const float *",
+                ("const real *", _) => "const double *",
+                _ => kind,
+            };
+            let parameters: Vec<_> = parameters.iter().map(|&(k, name)| (kind(k), name)).collect();
+            let body = numbers(&body.replace("real", real));
+            Kernel::new(format!("{name}_{real}"), &parameters, body)
+        })
+    };
+    let nodal = NODAL.iter();
+    let nodal = nodal.map(|(name, parameters, body)| Kernel::new(*name, parameters, numbers(body)));
+    let vectors = [f32::NAME, f64::NAME].into_iter().flat_map(of_type);
+    vectors.chain(nodal).chain(matrices()).collect()
 }
 
 #[cfg(test)]

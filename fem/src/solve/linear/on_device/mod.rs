@@ -1,21 +1,21 @@
 //! Iterations on a device: the processor creates the hierarchy; a solution sends one right-hand side to the device
 //! and receives one step.
 
-mod free_tangent;
-mod hierarchy;
 mod kernels;
-mod levels;
+mod matrices;
+mod tangent;
 mod vectors;
 
-use std::cell::RefCell;
+use std::sync::Arc;
 
-use self::free_tangent::{Constraints, FreeTangent};
-use self::levels::Levels;
-use self::vectors::DeviceVectors;
-use super::field_split::FieldSplit;
-use super::krylov::{Ending, System, solve};
-use super::quadratic::QuadraticLevel;
-use super::vector::Nodal;
+use self::matrices::{FieldSplitOnDevice, copy_of};
+use self::tangent::{DeviceTangent, NodalData};
+use self::vectors::{DeviceVectors, Session};
+use super::in_memory::Nodal;
+use super::krylov::{Ending, Preconditioned, System, solve};
+use super::multigrid::{
+    DEGREE, ElementTangent, FieldSplitInMemory, Level, MatrixFree, Multigrid, Smoother,
+};
 use crate::device::{Array, ComputeDevice, DeviceError};
 use crate::operator::{AppliedOnDevice, NodeBlock};
 
@@ -23,10 +23,14 @@ use crate::operator::{AppliedOnDevice, NodeBlock};
 #[derive(Debug)]
 pub(super) struct OnDevice {
     name: String,
-    vectors: DeviceVectors,
-    constraints: Constraints,
-    levels: Levels,
+    session: Arc<Session>,
+    nodal: NodalData,
+    /// 1/|A_ii|, zero in constrained values.
+    weight: Array<f64>,
+    multigrid: Option<MultigridOnDevice>,
 }
+
+type MultigridOnDevice = Multigrid<DeviceVectors<f64>, FieldSplitOnDevice>;
 
 impl OnDevice {
     pub(super) fn new(
@@ -34,14 +38,11 @@ impl OnDevice {
         vertices: usize,
         parents: &[[u32; 2]],
     ) -> Result<Self, DeviceError> {
-        let vectors = DeviceVectors::new(device.clone())?;
-        let values = 4 * (vertices + parents.len());
-        let constraints = Constraints::new(&vectors, values);
-        let levels = Levels::new(&vectors, vertices, parents);
-        match vectors.take_failure() {
-            None => Ok(Self { name: device.name(), vectors, constraints, levels }),
-            Some(error) => Err(error),
-        }
+        let session = Arc::new(Session::new(device.clone())?);
+        let nodal = NodalData::new(&session, vertices, parents);
+        let weight = session.zeros(4 * (vertices + parents.len()));
+        session.check()?;
+        Ok(Self { name: device.name(), session, nodal, weight, multigrid: None })
     }
 
     pub(super) fn name(&self) -> &str {
@@ -55,66 +56,93 @@ impl OnDevice {
         weight: &[Nodal],
         contact: &[NodeBlock],
     ) {
-        self.constraints.take(&self.vectors, free, weight, contact);
+        self.nodal.constrain(free, contact);
+        self.session.attempt(|_| self.weight.write(0, weight.as_flattened()));
     }
 
-    /// Copies a new hierarchy to the device, and computes the largest eigenvalue of the quadratic level.
+    pub(super) fn has_hierarchy(&self) -> bool {
+        self.multigrid.is_some()
+    }
+
+    pub(super) fn discard_hierarchy(&mut self) {
+        self.multigrid = None;
+    }
+
+    /// Copies a new hierarchy to the device, and measures the smoother of the quadratic level.
     pub(super) fn renew(
         &mut self,
-        level: &mut QuadraticLevel,
+        tangent: &mut ElementTangent,
         weight: &[Nodal],
-        split: &FieldSplit,
+        split: &FieldSplitInMemory,
     ) -> Result<(), DeviceError> {
-        let Self { vectors, constraints, levels, .. } = self;
-        let product = RefCell::new(product_of(level)?);
-        let matrix = FreeTangent { vectors, constraints, product };
-        levels.renew(&matrix, weight, split);
-        vectors.take_failure().map_or(Ok(()), Err)
+        let below = copy_of(&self.session, split);
+        let quadratic = match tangent.is_quadratic() {
+            true => Some(self.quadratic_level(tangent, weight)?),
+            false => None,
+        };
+        self.multigrid = Some(Multigrid { quadratic, below });
+        self.session.check()
+    }
+
+    fn quadratic_level(
+        &mut self,
+        tangent: &mut ElementTangent,
+        weight: &[Nodal],
+    ) -> Result<Level<DeviceVectors<f64>, DeviceVectors<f64>>, DeviceError> {
+        self.nodal.set_smoother_weight(weight);
+        let vectors = DeviceVectors::new(&self.session);
+        let residual = self.session.zeros(4 * weight.len());
+        let right = self.session.zeros(4 * self.nodal.vertices);
+        let mut matrix = DeviceTangent { product: product_of(tangent)?, nodal: &mut self.nodal };
+        let smoother = Smoother::measured(&vectors, &mut matrix, DEGREE, &residual);
+        Ok(Level::new(vectors.clone(), &vectors, smoother, residual, right))
     }
 
     /// Solves as [`solve`] does.
     pub(super) fn krylov(
         &mut self,
-        level: &mut QuadraticLevel,
+        tangent: &mut ElementTangent,
         definite: &mut bool,
         right: &[Nodal],
         step: &mut [Nodal],
         (tolerance, limit): (f64, u32),
     ) -> Result<Ending, DeviceError> {
-        let Self { vectors, constraints, levels, .. } = self;
-        let vectors = &*vectors;
-        let (b, mut x) = (vectors.array(right.as_flattened()), vectors.zeros(4 * right.len()));
-        let product = RefCell::new(product_of(level)?);
-        let matrix = FreeTangent { vectors, constraints, product };
-        let mut apply = |x: &Array<f64>, y: &mut Array<f64>| matrix.multiply(x, y);
-        let mut precondition =
-            |r: &Array<f64>, z: &mut Array<f64>| levels.precondition(&matrix, r, z);
-        let weight = constraints.weight();
-        let mut system =
-            System { vectors, apply: &mut apply, precondition: &mut precondition, weight };
+        let Self { session, nodal, weight, multigrid, .. } = self;
+        let (b, mut x) = (session.array(right.as_flattened()), session.zeros(4 * right.len()));
+        let mut tangent = DeviceTangent { product: product_of(tangent)?, nodal };
+        let mut matrix = MatrixFree { tangent: &mut tangent, multigrid: current(multigrid)? };
+        let vectors = DeviceVectors::new(session);
+        let mut system = System { vectors: &vectors, matrix: &mut matrix, weight };
         let ending = solve(&mut system, definite, &b, &mut x, tolerance, limit);
-        vectors.attempt(|_| x.read(step.as_flattened_mut()));
-        vectors.take_failure().map_or(Ok(ending), Err)
+        session.attempt(|_| x.read(step.as_flattened_mut()));
+        session.check()?;
+        Ok(ending)
     }
 
     /// z ≈ A⁻¹ r by one cycle through the levels.
     pub(super) fn precondition(
         &mut self,
-        level: &mut QuadraticLevel,
+        tangent: &mut ElementTangent,
         right: &[Nodal],
         out: &mut [Nodal],
     ) -> Result<(), DeviceError> {
-        let Self { vectors, constraints, levels, .. } = self;
-        let vectors = &*vectors;
-        let (r, mut z) = (vectors.array(right.as_flattened()), vectors.zeros(4 * right.len()));
-        let product = RefCell::new(product_of(level)?);
-        let matrix = FreeTangent { vectors, constraints, product };
-        levels.precondition(&matrix, &r, &mut z);
-        vectors.attempt(|_| z.read(out.as_flattened_mut()));
-        vectors.take_failure().map_or(Ok(()), Err)
+        let Self { session, nodal, multigrid, .. } = self;
+        let (r, mut z) = (session.array(right.as_flattened()), session.zeros(4 * right.len()));
+        let mut tangent = DeviceTangent { product: product_of(tangent)?, nodal };
+        let mut matrix = MatrixFree { tangent: &mut tangent, multigrid: current(multigrid)? };
+        matrix.precondition(&r, &mut z);
+        session.attempt(|_| z.read(out.as_flattened_mut()));
+        session.check()
     }
 }
 
-fn product_of(level: &mut QuadraticLevel) -> Result<&mut dyn AppliedOnDevice, DeviceError> {
-    level.product().on_device().ok_or_else(|| DeviceError("the tangent is not on a device".into()))
+fn product_of(tangent: &mut ElementTangent) -> Result<&mut dyn AppliedOnDevice, DeviceError> {
+    let product = tangent.product().on_device();
+    product.ok_or_else(|| DeviceError("the tangent is not on a device".into()))
+}
+
+fn current(
+    multigrid: &mut Option<MultigridOnDevice>,
+) -> Result<&mut MultigridOnDevice, DeviceError> {
+    multigrid.as_mut().ok_or_else(|| DeviceError("the hierarchy is not on the device".into()))
 }

@@ -1,38 +1,46 @@
-//! Nodal vectors in the memory of a device, four numbers per node.
+//! Vectors in the memory of a device.
 
-use std::cell::RefCell;
+use std::marker::PhantomData;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use bytemuck::{Pod, Zeroable};
 
-use super::kernels::{Kernels, LAST_PARTS, PARTS};
+use super::kernels::{DeviceReal, Kernels, LAST_PARTS, PARTS};
 use crate::device::{Argument, Array, ComputeDevice, DeviceError};
-use crate::solve::linear::vector::Vectors;
+use crate::solve::linear::vectors::{KrylovVectors, Precision, Vectors};
 
-/// Vector operations on a device. After the first error, which is stored, no further operation runs; sums are then
-/// NaN, so that a Krylov method ends.
+/// Device with the compiled kernels of this folder. After the first error, which is stored, no further operation
+/// runs; sums are then NaN, so that a Krylov method ends.
 #[derive(Debug)]
-pub(super) struct DeviceVectors {
+pub(super) struct Session {
     device: ComputeDevice,
     kernels: Kernels,
-    parts: Array<f64>,
-    last: Array<f64>,
-    failed: RefCell<Option<DeviceError>>,
+    sums: Mutex<Sums>,
+    failed: Mutex<Option<DeviceError>>,
 }
 
-impl DeviceVectors {
+/// Partial sums of a sum, and the sums of these that the host adds.
+#[derive(Debug)]
+struct Sums {
+    parts: Array<f64>,
+    last: Array<f64>,
+}
+
+impl Session {
     pub(super) fn new(device: ComputeDevice) -> Result<Self, DeviceError> {
+        let sums =
+            Sums { parts: Array::zeros(&device, PARTS)?, last: Array::zeros(&device, LAST_PARTS)? };
         Ok(Self {
             kernels: Kernels::new(&device)?,
-            parts: Array::zeros(&device, PARTS)?,
-            last: Array::zeros(&device, LAST_PARTS)?,
-            failed: RefCell::new(None),
+            sums: Mutex::new(sums),
+            failed: Mutex::default(),
             device,
         })
     }
 
-    /// Returns and clears the first error, if there was one.
-    pub(super) fn take_failure(&self) -> Option<DeviceError> {
-        self.failed.take()
+    /// Returns the first error, if there was one, and clears it.
+    pub(super) fn check(&self) -> Result<(), DeviceError> {
+        lock(&self.failed).take().map_or(Ok(()), Err)
     }
 
     /// Runs `work` unless an operation has failed before.
@@ -40,10 +48,11 @@ impl DeviceVectors {
         &self,
         work: impl FnOnce(&ComputeDevice) -> Result<T, DeviceError>,
     ) -> Option<T> {
-        if self.failed.borrow().is_some() {
+        let mut failed = lock(&self.failed);
+        if failed.is_some() {
             return None;
         }
-        work(&self.device).map_err(|error| self.failed.replace(Some(error))).ok()
+        work(&self.device).map_err(|error| *failed = Some(error)).ok()
     }
 
     pub(super) fn launch(&self, name: &str, items: usize, arguments: &[Argument]) {
@@ -60,81 +69,126 @@ impl DeviceVectors {
         sent.unwrap_or_else(|| Array::lost(numbers.len()))
     }
 
-    /// Computes the scale of some components of a vector: their largest absolute value, or 1 if all are zero.
+    /// Computes the scale of the fields from `first` to `first + fields − 1` of a nodal vector: their largest absolute
+    /// value, or 1 if all are zero.
     pub(super) fn scale(
         &self,
         r: &Array<f64>,
-        first: usize,
-        fields: usize,
+        [first, fields]: [usize; 2],
         scale: &mut Array<f64>,
     ) {
-        let parts = self.parts.argument();
-        let fields = [Argument::Index(first as u64), Argument::Index(fields as u64)];
-        let nodes = Argument::Index(r.len() as u64 / 4);
-        self.launch("largest", PARTS, &[nodes, fields[0], fields[1], r.argument(), parts]);
+        let sums = lock(&self.sums);
+        let [nodes, first, fields] =
+            [r.len() / 4, first, fields].map(|n| Argument::Index(n as u64));
+        let parts = sums.parts.argument();
+        self.launch("largest", PARTS, &[nodes, first, fields, r.argument(), parts]);
         self.launch("scale_of_parts", 1, &[parts, scale.argument()]);
     }
 
-    /// Returns the sum of the partial sums.
-    fn sum(&self) -> f64 {
-        self.launch("sum_of_parts", LAST_PARTS, &[self.parts.argument(), self.last.argument()]);
+    /// Returns the sum over `len` values by a kernel that takes the vectors `x`.
+    fn sum(&self, kernel: &str, len: usize, x: &[Argument]) -> f64 {
+        let sums = lock(&self.sums);
+        let (parts, count) = (sums.parts.argument(), Argument::Index(len as u64));
+        self.launch(kernel, PARTS, &[&[count], x, &[parts]].concat());
+        self.launch("sum_of_parts", LAST_PARTS, &[parts, sums.last.argument()]);
         let mut last = [0.0; LAST_PARTS];
-        match self.attempt(|_| self.last.read(&mut last)) {
+        match self.attempt(|_| sums.last.read(&mut last)) {
             Some(()) => last.iter().sum(),
             None => f64::NAN,
         }
     }
 }
 
-impl Vectors for DeviceVectors {
-    type Vector = Array<f64>;
-    type Owned = Array<f64>;
-    type Kept = Array<f64>;
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
 
-    fn zero(&self, like: &Array<f64>) -> Array<f64> {
-        self.zeros(like.len())
+/// Vectors of numbers of type `T` on a device.
+#[derive(Clone, Debug)]
+pub(super) struct DeviceVectors<T> {
+    session: Arc<Session>,
+    number: PhantomData<T>,
+}
+
+impl<T: DeviceReal> DeviceVectors<T> {
+    pub(super) fn new(session: &Arc<Session>) -> Self {
+        Self { session: Arc::clone(session), number: PhantomData }
     }
 
-    fn clear(&self, x: &mut Array<f64>) {
+    pub(super) fn session(&self) -> &Arc<Session> {
+        &self.session
+    }
+
+    fn launch(&self, name: &str, items: usize, arguments: &[Argument]) {
+        self.session.launch(&format!("{name}_{}", T::NAME), items, arguments);
+    }
+}
+
+impl<T: DeviceReal> Vectors for DeviceVectors<T> {
+    type Vector = Array<T>;
+    type Owned = Array<T>;
+
+    fn zero(&self, like: &Array<T>) -> Array<T> {
+        self.session.zeros(like.len())
+    }
+
+    fn clear(&self, x: &mut Array<T>) {
         self.launch("clear", x.len(), &[x.argument()]);
     }
 
-    fn scaled(&self, x: &Array<f64>, a: f64) -> Array<f64> {
-        let y = self.zeros(x.len());
-        self.launch("scaled", x.len(), &[Argument::Real(a), x.argument(), y.argument()]);
-        y
+    fn copy(&self, x: &Array<T>, y: &mut Array<T>) {
+        self.launch("copy", x.len(), &[x.argument(), y.argument()]);
     }
 
-    fn dot(&self, a: &Array<f64>, b: &Array<f64>) -> f64 {
-        let n = Argument::Index(a.len() as u64);
-        self.launch("dot", PARTS, &[n, a.argument(), b.argument(), self.parts.argument()]);
-        self.sum()
+    fn fill(&self, x: &mut Array<T>, value: impl Fn(usize) -> f64 + Sync) {
+        let values: Vec<T> = (0..x.len()).map(|i| T::of(value(i))).collect();
+        self.session.attempt(|_| x.write(0, &values));
     }
+
+    fn scale(&self, x: &mut Array<T>, a: f64) {
+        self.launch("scale", x.len(), &[Argument::Real(a), x.argument()]);
+    }
+
+    fn dot(&self, a: &Array<T>, b: &Array<T>) -> f64 {
+        let kernel = format!("dot_{}", T::NAME);
+        self.session.sum(&kernel, a.len(), &[a.argument(), b.argument()])
+    }
+
+    fn recur(&self, y: &mut Array<T>, w: &Array<T>, a: f64, d: &Array<T>, b: f64) {
+        let [a, b] = [a, b].map(Argument::Real);
+        self.launch("recur", y.len(), &[a, b, w.argument(), d.argument(), y.argument()]);
+    }
+}
+
+impl KrylovVectors for DeviceVectors<f64> {
+    type Stored = Array<f64>;
 
     fn weighted_dot(&self, w: &Array<f64>, a: &Array<f64>, b: &Array<f64>) -> f64 {
-        let n = Argument::Index(a.len() as u64);
-        let arguments = [n, w.argument(), a.argument(), b.argument(), self.parts.argument()];
-        self.launch("weighted_dot", PARTS, &arguments);
-        self.sum()
+        let vectors = [w, a, b].map(Array::argument);
+        self.session.sum("weighted_dot", a.len(), &vectors)
     }
 
     fn add_scaled(&self, y: &mut Array<f64>, a: f64, x: &Array<f64>) {
-        self.launch("add_scaled", x.len(), &[Argument::Real(a), x.argument(), y.argument()]);
+        let arguments = [Argument::Real(a), x.argument(), y.argument()];
+        self.session.launch("add_scaled", x.len(), &arguments);
     }
 
     fn scale_and_add(&self, y: &mut Array<f64>, a: f64, x: &Array<f64>) {
-        self.launch("scale_and_add", x.len(), &[Argument::Real(a), x.argument(), y.argument()]);
+        let arguments = [Argument::Real(a), x.argument(), y.argument()];
+        self.session.launch("scale_and_add", x.len(), &arguments);
     }
 
-    fn keep(&self, x: &Array<f64>, a: f64, _: bool) -> Array<f64> {
-        self.scaled(x, a)
+    fn store(&self, x: &Array<f64>, _: Precision) -> Array<f64> {
+        let mut stored = self.zero(x);
+        self.copy(x, &mut stored);
+        stored
     }
 
-    fn weighted_dot_kept(&self, w: &Array<f64>, a: &Array<f64>, b: &Array<f64>) -> f64 {
+    fn weighted_dot_stored(&self, w: &Array<f64>, a: &Array<f64>, b: &Array<f64>) -> f64 {
         self.weighted_dot(w, a, b)
     }
 
-    fn add_kept(&self, y: &mut Array<f64>, a: f64, x: &Array<f64>) {
+    fn add_stored(&self, y: &mut Array<f64>, a: f64, x: &Array<f64>) {
         self.add_scaled(y, a, x);
     }
 }

@@ -1,21 +1,22 @@
 //! Block-sparse matrices in compressed row storage.
 
+use fem_mesh::Groups;
 use rayon::prelude::*;
 
 /// A sparse matrix of R × C blocks.
 #[derive(Clone, Debug)]
-pub(super) struct BlockCsr<T, const R: usize, const C: usize> {
-    pub(super) columns: usize,
-    pub(super) start: Vec<u32>,
-    pub(super) column: Vec<u32>,
-    pub(super) block: Vec<[[T; C]; R]>,
+pub(crate) struct BlockCsr<T, const R: usize, const C: usize> {
+    pub(crate) columns: usize,
+    pub(crate) start: Vec<u32>,
+    pub(crate) column: Vec<u32>,
+    pub(crate) block: Vec<[[T; C]; R]>,
 }
 
 /// Number of block rows per task.
 const ROWS: usize = 512;
 
 impl<T: Copy, const R: usize, const C: usize> BlockCsr<T, R, C> {
-    pub(super) fn rows(&self) -> usize {
+    pub(crate) fn rows(&self) -> usize {
         self.start.len() - 1
     }
 
@@ -28,21 +29,18 @@ impl<T: Copy, const R: usize, const C: usize> BlockCsr<T, R, C> {
 
 impl<const R: usize, const C: usize> BlockCsr<f64, R, C> {
     pub(super) fn transpose(&self) -> BlockCsr<f64, C, R> {
-        let mut start = vec![0u32; self.columns + 1];
-        self.column.iter().for_each(|&c| start[c as usize + 1] += 1);
-        (0..self.columns).for_each(|c| start[c + 1] += start[c]);
-        let mut next = start.clone();
-        let mut column = vec![0u32; self.column.len()];
-        let mut block = vec![[[0.0; R]; C]; self.column.len()];
-        for row in 0..self.rows() {
-            for (c, b) in self.row(row) {
-                let place = next[c] as usize;
-                next[c] += 1;
-                column[place] = row as u32;
-                block[place] = std::array::from_fn(|j| std::array::from_fn(|i| b[i][j]));
-            }
+        let rows = (0..self.rows()).flat_map(|row| self.row(row).map(move |_| row as u32));
+        let rows: Vec<u32> = rows.collect();
+        let Groups { start, members } =
+            Groups::new(self.columns, self.column.iter().copied().zip(0..));
+        let transposed =
+            |b: &[[f64; C]; R]| std::array::from_fn(|j| std::array::from_fn(|i| b[i][j]));
+        BlockCsr {
+            columns: self.rows(),
+            start,
+            column: members.iter().map(|&entry| rows[entry as usize]).collect(),
+            block: members.iter().map(|&entry| transposed(&self.block[entry as usize])).collect(),
         }
-        BlockCsr { columns: self.rows(), start, column, block }
     }
 
     pub(super) fn multiply<const K: usize>(
@@ -219,5 +217,5 @@ pub(super) fn inverse<const R: usize>(block: &[[f64; R]; R]) -> [[f64; R]; R] {
 }
 
 #[cfg(test)]
-#[path = "../../../tests/unit/block_csr.rs"]
+#[path = "../../../../tests/unit/block_csr.rs"]
 mod tests;

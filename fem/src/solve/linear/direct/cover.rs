@@ -78,5 +78,5 @@ fn augment(
 }
 
 #[cfg(test)]
-#[path = "../../../tests/unit/vertex_cover.rs"]
+#[path = "../../../../tests/unit/vertex_cover.rs"]
 mod tests;

@@ -10,7 +10,7 @@ use faer::sparse::linalg::cholesky::{
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par, Side};
 
-use super::vector::Nodal;
+use super::super::in_memory::Nodal;
 use crate::error::FemError;
 use crate::operator::{Graph, NONE, Tangent, Unknowns};
 

@@ -5,11 +5,19 @@
 //! used if the tangent is not positive definite. If a fresh factor is not accurate enough, a new one is computed in
 //! double precision, with Bunch–Kaufman pivoting inside the supernodes.
 
+mod cover;
+mod factor;
+mod ordering;
+
 use std::sync::Arc;
 
-use super::factor::{Factor, Symbolic};
-use super::krylov::{Ending, Stop, System, solve};
-use super::vector::{InMemory, Nodal, mask, weights};
+use faer::dyn_stack::MemBuffer;
+
+use self::factor::Factor;
+pub(crate) use self::factor::Symbolic;
+pub(crate) use self::ordering::nested_dissection;
+use super::in_memory::{Nodal, NodalVectors, mask, weights};
+use super::krylov::{Ending, Preconditioned, Stop, System, solve};
 use super::{LinearEffort, LinearSolver, Singular};
 use crate::material::Inverted;
 use crate::operator::{Coupling, Increment, Operator, Pattern, Tangent};
@@ -101,23 +109,33 @@ impl<'a> Direct<'a> {
         limit: u32,
     ) -> Ending {
         let Self { operator, symbolic, tangent, free, weight, factor, definite, .. } = self;
-        let mut apply = |x: &[Nodal], y: &mut [Nodal]| {
-            tangent.multiply(x, y);
-            mask(free, y);
-        };
-        let mut memory = factor.memory(symbolic, 1);
-        // the factor may belong to a tangent with another active set
-        let mut precondition = |x: &[Nodal], y: &mut [Nodal]| {
-            factor.apply(symbolic, &mut memory, &[x], &mut [&mut *y]);
-            mask(free, y);
-        };
-        let mut system = System {
-            vectors: &InMemory { halo: Arc::clone(&operator.part().halo) },
-            apply: &mut apply,
-            precondition: &mut precondition,
-            weight,
-        };
+        let memory = factor.memory(symbolic, 1);
+        let mut matrix = Factored { symbolic, tangent, free, factor, memory };
+        let vectors = &NodalVectors::new(&operator.part().halo);
+        let mut system = System { vectors, matrix: &mut matrix, weight };
         solve(&mut system, definite, right, step, tolerance, limit)
+    }
+}
+
+/// Tangent on the free values, with a factor as preconditioner.
+struct Factored<'a> {
+    symbolic: &'a Symbolic,
+    tangent: &'a Tangent,
+    free: &'a [[bool; 4]],
+    factor: &'a Factor,
+    memory: MemBuffer,
+}
+
+impl Preconditioned<NodalVectors> for Factored<'_> {
+    fn apply(&mut self, x: &[Nodal], y: &mut [Nodal]) {
+        self.tangent.multiply(x, y);
+        mask(self.free, y);
+    }
+
+    fn precondition(&mut self, r: &[Nodal], z: &mut [Nodal]) {
+        self.factor.apply(self.symbolic, &mut self.memory, &[r], &mut [&mut *z]);
+        // the factor may belong to a tangent with another active set
+        mask(self.free, z);
     }
 }
 

@@ -10,10 +10,14 @@ use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector, Dyn};
 
+use super::super::in_memory::InMemory;
 use super::aggregation::{MODES, Modes, aggregates, tentative};
+use super::assembled::{Assembled, diagonal_blocks};
 use super::block_csr::{BlockCsr, inverse};
-use super::chebyshev::{Chebyshev, diagonal_blocks};
+use super::chebyshev::Smoother;
 use super::coarse_nodes::{CoarseNodes, first_numbers};
+use super::cycle::{Amg, AmgLevel, Level};
+use super::matrix::{Grid, Matrix, Preconditioner, Relaxation};
 use super::rows::{completed, with_ghosts};
 use crate::parallel::Halo;
 
@@ -21,26 +25,72 @@ use crate::parallel::Halo;
 const COARSEST: usize = 900;
 const MOST_LEVELS: usize = 12;
 /// Degree of the smoother, which is applied before and after the coarse correction.
-pub(super) const DEGREE: usize = 3;
+const DEGREE: usize = 3;
 
-/// One level, with the transfer to the next coarser level.
+/// Matrix of one level, with the transfer to the aggregates of its nodes.
 #[derive(Debug)]
-pub(super) struct Level<const R: usize> {
-    pub(super) smoother: Chebyshev<R>,
-    pub(super) prolong: BlockCsr<f32, R, MODES>,
-    pub(super) restrict: BlockCsr<f32, MODES, R>,
-    /// Halo of the nodes of the next coarser level.
-    below: Arc<Halo>,
+pub(crate) struct Aggregation<const R: usize> {
+    pub(crate) matrix: Assembled<R>,
+    pub(crate) prolong: BlockCsr<f32, R, MODES>,
+    pub(crate) restrict: BlockCsr<f32, MODES, R>,
+    /// Halo of the aggregates.
+    coarse: Arc<Halo>,
 }
 
-/// Multigrid hierarchy of the displacement.
-#[derive(Debug)]
-pub(super) struct Amg {
-    pub(super) fine: Level<3>,
-    pub(super) coarse: Vec<Level<MODES>>,
-    pub(super) last: nalgebra::Cholesky<f64, Dyn>,
-    last_nodes: CoarseNodes,
+impl<const R: usize> Matrix for Aggregation<R> {
+    type Space = InMemory<f32, R>;
+
+    fn subtract(&mut self, x: &[[f32; R]], y: &mut [[f32; R]]) {
+        self.matrix.subtract(x, y);
+    }
+
+    fn relax(
+        &self,
+        coefficients: Relaxation,
+        r: &[[f32; R]],
+        step: &mut [[f32; R]],
+        x: &mut [[f32; R]],
+    ) {
+        self.matrix.relax(coefficients, r, step, x);
+    }
 }
+
+impl<const R: usize> Grid for Aggregation<R> {
+    type Coarse = InMemory<f32, MODES>;
+
+    fn restrict(&mut self, r: &[[f32; R]], b: &mut [[f32; MODES]]) {
+        self.restrict.apply(r, b, |b, sum| *b = sum);
+        self.coarse.complete(b);
+    }
+
+    fn add_prolonged(&mut self, c: &[[f32; MODES]], x: &mut [[f32; R]]) {
+        self.prolong.apply(c, x, |x, sum| (0..R).for_each(|i| x[i] += sum[i]));
+    }
+}
+
+/// Dense factor of the coarsest matrix; every rank has the whole factor.
+#[derive(Debug)]
+pub(crate) struct DenseFactor {
+    pub(crate) factor: nalgebra::Cholesky<f64, Dyn>,
+    nodes: CoarseNodes,
+}
+
+impl Preconditioner for DenseFactor {
+    type Space = InMemory<f32, MODES>;
+
+    fn apply(&mut self, b: &mut [[f32; MODES]], x: &mut [[f32; MODES]]) {
+        let own: Vec<f32> = self.nodes.halo.own_of(b).flatten().copied().collect();
+        let all = self.nodes.halo.ranks().gather(&own).into_iter().flatten();
+        let right = DVector::from_iterator(self.factor.l_dirty().nrows(), all.map(f64::from));
+        let solution = self.factor.solve(&right);
+        for (x, number) in x.iter_mut().zip(self.nodes.numbers()) {
+            *x = std::array::from_fn(|k| solution[MODES * number as usize + k] as f32);
+        }
+    }
+}
+
+/// Hierarchy in the memory of this process.
+pub(crate) type AmgInMemory = Amg<Aggregation<3>, Aggregation<MODES>, DenseFactor>;
 
 /// Data of a coarser level, created from the next finer level.
 struct Coarser {
@@ -49,71 +99,25 @@ struct Coarser {
     nodes: CoarseNodes,
 }
 
-impl Amg {
-    /// Creates the hierarchy of a symmetric positive definite matrix on nodes at `points`. Constrained values must
-    /// have unit rows and columns. Each rank passes its part of the matrix.
-    pub(super) fn new(
-        matrix: &BlockCsr<f64, 3, 3>,
-        points: &[[f64; 3]],
-        free: &[[bool; 4]],
-        halo: &Arc<Halo>,
-    ) -> Self {
-        let (fine, mut next) = coarsen(matrix, &rigid_body_modes(points, free, halo), halo);
-        let mut coarse = Vec::new();
-        while MODES * next.nodes.all() > COARSEST && coarse.len() < MOST_LEVELS {
-            let (level, below) = coarsen(&next.matrix, &next.modes, &next.nodes.halo);
-            if 10 * below.nodes.all() > 9 * next.nodes.all() {
-                break;
-            }
-            coarse.push(level);
-            next = below;
+/// Creates the hierarchy of a symmetric positive definite matrix on nodes at `points`. Constrained values must have
+/// unit rows and columns. Each rank passes its part of the matrix.
+pub(super) fn amg(
+    matrix: &BlockCsr<f64, 3, 3>,
+    points: &[[f64; 3]],
+    free: &[[bool; 4]],
+    halo: &Arc<Halo>,
+) -> AmgInMemory {
+    let (fine, mut next) = coarsen(matrix, &rigid_body_modes(points, free, halo), halo);
+    let mut coarse = Vec::new();
+    while MODES * next.nodes.all() > COARSEST && coarse.len() < MOST_LEVELS {
+        let (level, below) = coarsen(&next.matrix, &next.modes, &next.nodes.halo);
+        if 10 * below.nodes.all() > 9 * next.nodes.all() {
+            break;
         }
-        Self { fine, coarse, last: factorise(&next), last_nodes: next.nodes }
+        coarse.push(level);
+        next = below;
     }
-
-    /// x ≈ A⁻¹ b.
-    pub(super) fn cycle(&self, b: &[[f32; 3]], x: &mut [[f32; 3]]) {
-        self.fine.cycle(b, x, |b, x| self.below(0, b, x));
-    }
-
-    fn below(&self, level: usize, b: &[[f32; MODES]], x: &mut [[f32; MODES]]) {
-        match self.coarse.get(level) {
-            Some(this) => this.cycle(b, x, |b, x| self.below(level + 1, b, x)),
-            None => {
-                let own: Vec<f32> = self.last_nodes.halo.own_of(b).flatten().copied().collect();
-                let all = self.last_nodes.halo.ranks().gather(&own).into_iter().flatten();
-                let right = DVector::from_iterator(self.last.l_dirty().nrows(), all.map(f64::from));
-                let solution = self.last.solve(&right);
-                for (x, number) in x.iter_mut().zip(self.last_nodes.numbers()) {
-                    *x = std::array::from_fn(|k| solution[MODES * number as usize + k] as f32);
-                }
-            }
-        }
-    }
-}
-
-impl<const R: usize> Level<R> {
-    fn cycle(
-        &self,
-        b: &[[f32; R]],
-        x: &mut [[f32; R]],
-        below: impl FnOnce(&[[f32; MODES]], &mut [[f32; MODES]]),
-    ) {
-        let coarse = self.prolong.columns;
-        x.fill([0.0; R]);
-        let mut residual = b.to_vec();
-        self.smoother.smooth(DEGREE, &mut residual, x);
-        residual.copy_from_slice(b);
-        self.smoother.subtract(x, &mut residual);
-        let (mut right, mut correction) = (vec![[0.0; MODES]; coarse], vec![[0.0; MODES]; coarse]);
-        self.restrict.apply(&residual, &mut right, |y, a| *y = a);
-        self.below.complete(&mut right);
-        below(&right, &mut correction);
-        self.prolong.apply(&correction, x, |x, a| (0..R).for_each(|i| x[i] += a[i]));
-        residual.copy_from_slice(b);
-        self.smoother.subtract(x, &mut residual);
-        self.smoother.smooth(DEGREE, &mut residual, x);
-    }
+    Amg { fine, coarse, last: DenseFactor { factor: factorise(&next), nodes: next.nodes } }
 }
 
 /// Creates one level, and the data of the next coarser one. `modes` are those of the nodes that belong to this rank.
@@ -121,7 +125,7 @@ fn coarsen<const R: usize>(
     matrix: &BlockCsr<f64, R, R>,
     modes: &Modes<R>,
     halo: &Arc<Halo>,
-) -> (Level<R>, Coarser) {
+) -> (AmgLevel<Aggregation<R>>, Coarser) {
     let (ranks, own) = (halo.ranks(), modes.len());
     let diagonal = diagonal_blocks(matrix, halo);
     let (mut of, count) = aggregates(matrix, &diagonal[..own]);
@@ -129,7 +133,9 @@ fn coarsen<const R: usize>(
     let first = first_numbers(ranks, count);
     let offset = first[ranks.rank()] as u32;
     of.iter_mut().chain(&mut plain.column).for_each(|aggregate| *aggregate += offset);
-    let smoother = Chebyshev::new(matrix, halo);
+    let mut assembled = Assembled::new(matrix, &diagonal, halo);
+    let (vectors, residual) = (InMemory::new(halo), vec![[0.0; R]; matrix.rows()]);
+    let smoother = Smoother::measured(&vectors, &mut assembled, DEGREE, &residual);
     // P = (I − ω D⁻¹ A) T
     let omega = 4.0 / (3.0 * smoother.largest);
     let mut prolong = product(matrix, &plain, &first, halo);
@@ -169,9 +175,12 @@ fn coarsen<const R: usize>(
         true => transposed.narrow(),
         false => prolong.first_rows(own).transpose().narrow(),
     };
+    let right = vec![[0.0; MODES]; prolong.columns];
+    let level = Level::new(vectors, &InMemory::new(&nodes.halo), smoother, residual, right);
     let below = Arc::clone(&nodes.halo);
-    let level = Level { smoother, prolong: prolong.narrow(), restrict, below };
-    (level, Coarser { matrix: coarse, modes: coarse_modes, nodes })
+    let grid =
+        Aggregation { matrix: assembled, prolong: prolong.narrow(), restrict, coarse: below };
+    (AmgLevel { grid, level }, Coarser { matrix: coarse, modes: coarse_modes, nodes })
 }
 
 /// Returns the rows of A T that belong to this rank, from the rows of T. Column numbers count over all ranks.

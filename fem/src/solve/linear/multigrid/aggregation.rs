@@ -5,7 +5,7 @@
 use super::block_csr::BlockCsr;
 
 /// Number of coarse unknowns per aggregate: one for each rigid-body mode.
-pub(super) const MODES: usize = 6;
+pub(crate) const MODES: usize = 6;
 /// Threshold of strong coupling between nodes of the mesh: i and j are coupled strongly if ‖A_ij‖² > `STRONG`² ‖A_ii‖
 /// ‖A_jj‖.
 const STRONG: f64 = 0.08;

@@ -152,5 +152,5 @@ fn amd_order(nodes: usize, start: &[u32], row: &[u32]) -> Result<Vec<u32>, FemEr
 }
 
 #[cfg(test)]
-#[path = "../../../tests/unit/nested_dissection.rs"]
+#[path = "../../../../tests/unit/nested_dissection.rs"]
 mod tests;

@@ -1,0 +1,169 @@
+//! Chebyshev smoother for a matrix A, with residuals scaled by D⁻¹, the inverse of its (block) diagonal.
+//!
+//! Reference: Adams, Brezina, Hu & Tuminaro, J. Comput. Phys. 188 (2003) 593,
+//! doi:10.1016/S0021-9991(03)00194-3.
+
+use std::borrow::{Borrow, BorrowMut};
+
+use nalgebra::DMatrix;
+
+use super::super::vectors::Vectors;
+use super::matrix::{Matrix, Preconditioner, Relaxation, Vector};
+
+/// The smoother reduces error components whose eigenvalues exceed this fraction of the largest eigenvalue.
+const SHARE: f64 = 0.1;
+const LANCZOS_STEPS: usize = 12;
+/// Safety factor of the largest eigenvalue, because Lanczos' iteration underestimates it.
+const MARGIN: f64 = 1.1;
+
+/// Chebyshev polynomial for the matrix of one level.
+#[derive(Debug)]
+pub(crate) struct Smoother<S: Vectors> {
+    pub(crate) degree: usize,
+    /// Upper bound of the eigenvalues of D⁻¹ A.
+    pub(crate) largest: f64,
+    /// Work vector.
+    step: S::Owned,
+}
+
+impl<S: Vectors> Smoother<S> {
+    /// Returns the smoother for a matrix on vectors with the length of `like`.
+    pub(crate) fn measured<M: Matrix<Space = S>>(
+        vectors: &S,
+        matrix: &mut M,
+        degree: usize,
+        like: &S::Vector,
+    ) -> Self {
+        let largest = largest_eigenvalue(vectors, matrix, like);
+        Self { degree, largest, step: vectors.zero(like) }
+    }
+
+    /// Returns the smoother for a known bound of the eigenvalues; `step` is a work vector.
+    pub(crate) fn new(degree: usize, largest: f64, step: S::Owned) -> Self {
+        Self { degree, largest, step }
+    }
+
+    /// Improves the approximate solution x of A x = b. On input, `residual` is b − A x; its content is destroyed.
+    pub(crate) fn smooth<M: Matrix<Space = S>>(
+        &mut self,
+        matrix: &mut M,
+        residual: &mut S::Vector,
+        x: &mut S::Vector,
+    ) {
+        let step = self.step.borrow_mut();
+        for (k, relaxation) in relaxations(self.largest, self.degree).enumerate() {
+            if k > 0 {
+                matrix.subtract(step, residual);
+            }
+            matrix.relax(relaxation, residual, step, x);
+        }
+    }
+}
+
+/// Coefficients of the steps of a Chebyshev polynomial.
+fn relaxations(largest: f64, degree: usize) -> impl Iterator<Item = Relaxation> {
+    let (low, high) = (SHARE * largest, largest);
+    let (centre, half) = (0.5 * (high + low), 0.5 * (high - low));
+    let sigma = centre / half;
+    let mut rho = 1.0 / sigma;
+    let later = (1..degree).map(move |_| {
+        let next = 1.0 / (2.0 * sigma - rho);
+        let step = Relaxation { momentum: next * rho, weight: 2.0 * next / half };
+        rho = next;
+        step
+    });
+    std::iter::once(Relaxation { momentum: 0.0, weight: 1.0 / centre }).chain(later)
+}
+
+/// Returns an upper bound of the eigenvalues of D⁻¹ A, by Lanczos' iteration in the inner product of D, on vectors
+/// with the length of `like`.
+///
+/// Damage causes a few large, isolated eigenvalues. Lanczos' iteration finds them in these few steps; a power
+/// iteration would need a number of steps that grows with the number of nodes, and a Chebyshev polynomial amplifies
+/// components above the bound.
+fn largest_eigenvalue<M: Matrix>(vectors: &M::Space, matrix: &mut M, like: &Vector<M>) -> f64 {
+    let [mut d, mut before, mut v, mut w] = [(); 4].map(|()| vectors.zero(like));
+    let (v, w) = (v.borrow_mut(), w.borrow_mut());
+    // the start vector must not be orthogonal to the rough eigenvectors; it is deterministic
+    vectors.fill(d.borrow_mut(), |i| ((i as f64) * 1.7 + 0.3).sin());
+    let mut lanczos = Lanczos::default();
+    loop {
+        // v = D⁻¹ d; the sum in w is not used
+        matrix.relax(Relaxation { momentum: 0.0, weight: 1.0 }, d.borrow(), v, w);
+        let size = vectors.dot(d.borrow(), v).sqrt();
+        if lanczos.is_done(size) {
+            return lanczos.bound();
+        }
+        vectors.scale(d.borrow_mut(), 1.0 / size);
+        vectors.scale(v, 1.0 / size);
+        vectors.clear(w);
+        matrix.subtract(v, w);
+        let product = -vectors.dot(w, v);
+        let off_diagonal = lanczos.push(size, product);
+        vectors.recur(before.borrow_mut(), w, product, d.borrow(), off_diagonal);
+        std::mem::swap(&mut before, &mut d);
+    }
+}
+
+/// Tridiagonal matrix of Lanczos' iteration; its largest eigenvalue converges to that of D⁻¹ A.
+#[derive(Debug, Default)]
+struct Lanczos {
+    diagonal: Vec<f64>,
+    off_diagonal: Vec<f64>,
+}
+
+impl Lanczos {
+    /// Whether the iteration is complete, given the norm `size` of the next vector.
+    fn is_done(&self, size: f64) -> bool {
+        size.is_nan() || size == 0.0 || self.diagonal.len() == LANCZOS_STEPS
+    }
+
+    /// Adds a vector with norm `size` before normalisation, and its product vᵀ A v. Returns the coefficient of the
+    /// previous vector in the next one.
+    fn push(&mut self, size: f64, product: f64) -> f64 {
+        let first = self.diagonal.is_empty();
+        self.diagonal.push(product);
+        if first {
+            return 0.0;
+        }
+        self.off_diagonal.push(size);
+        size
+    }
+
+    /// Returns the upper bound of the eigenvalues.
+    fn bound(&self) -> f64 {
+        if self.diagonal.is_empty() {
+            return MARGIN;
+        }
+        let matrix = DMatrix::from_fn(self.diagonal.len(), self.diagonal.len(), |i, j| {
+            match i.abs_diff(j) {
+                0 => self.diagonal[i],
+                1 => self.off_diagonal[i.min(j)],
+                _ => 0.0,
+            }
+        });
+        let largest = matrix.symmetric_eigenvalues().iter().fold(0.0f64, |m, &v| m.max(v));
+        MARGIN * if largest > 0.0 { largest } else { 1.0 }
+    }
+}
+
+/// Preconditioner that consists of smoothing steps only.
+#[derive(Debug)]
+pub(crate) struct Smoothing<M: Matrix> {
+    pub(crate) vectors: M::Space,
+    pub(crate) matrix: M,
+    pub(crate) smoother: Smoother<M::Space>,
+}
+
+impl<M: Matrix> Preconditioner for Smoothing<M> {
+    type Space = M::Space;
+
+    fn apply(&mut self, b: &mut Vector<M>, x: &mut Vector<M>) {
+        self.vectors.clear(x);
+        self.smoother.smooth(&mut self.matrix, b, x);
+    }
+}
+
+#[cfg(test)]
+#[path = "../../../../tests/unit/chebyshev.rs"]
+mod tests;

@@ -1,0 +1,142 @@
+//! Multigrid V-cycles, in any memory.
+
+use std::borrow::{Borrow, BorrowMut};
+
+use super::super::krylov::Preconditioned;
+use super::super::vectors::{KrylovVectors, Vectors};
+use super::chebyshev::Smoother;
+use super::matrix::{CoarseVector, Grid, Matrix, NodalPreconditioner, Preconditioner, Vector};
+
+/// Smoother and work vectors of one level.
+#[derive(Debug)]
+pub(crate) struct Level<S: Vectors, C: Vectors> {
+    vectors: S,
+    pub(crate) smoother: Smoother<S>,
+    residual: S::Owned,
+    /// Right-hand side and solution of the next coarser level.
+    right: C::Owned,
+    correction: C::Owned,
+}
+
+impl<S: Vectors, C: Vectors> Level<S, C> {
+    /// Creates a level; `residual` and `right` are work vectors of this level and of the next coarser one.
+    pub(crate) fn new(
+        vectors: S,
+        coarse: &C,
+        smoother: Smoother<S>,
+        residual: S::Owned,
+        right: C::Owned,
+    ) -> Self {
+        let correction = coarse.zero(right.borrow());
+        Self { vectors, smoother, residual, right, correction }
+    }
+
+    /// Computes x ≈ A⁻¹ b: smoothing, correction by the coarser level `below`, smoothing. `below(b, x)` may overwrite
+    /// its b.
+    pub(crate) fn cycle<G: Grid<Space = S, Coarse = C>>(
+        &mut self,
+        grid: &mut G,
+        b: &Vector<G>,
+        x: &mut Vector<G>,
+        below: impl FnOnce(&mut CoarseVector<G>, &mut CoarseVector<G>),
+    ) {
+        let Self { vectors, smoother, .. } = self;
+        let residual = self.residual.borrow_mut();
+        let (right, correction) = (self.right.borrow_mut(), self.correction.borrow_mut());
+        vectors.clear(x);
+        vectors.copy(b, residual);
+        smoother.smooth(grid, residual, x);
+        vectors.copy(b, residual);
+        grid.subtract(x, residual);
+        grid.restrict(residual, right);
+        below(right, correction);
+        grid.add_prolonged(correction, x);
+        vectors.copy(b, residual);
+        grid.subtract(x, residual);
+        smoother.smooth(grid, residual, x);
+    }
+}
+
+/// One level of an algebraic hierarchy: its matrix with the transfer to the next coarser level, and its smoother.
+#[derive(Debug)]
+pub(crate) struct AmgLevel<G: Grid> {
+    pub(crate) grid: G,
+    pub(crate) level: Level<G::Space, G::Coarse>,
+}
+
+/// Hierarchy of the displacement: finest level, coarser levels, and the solver of the coarsest level.
+#[derive(Debug)]
+pub(crate) struct Amg<F: Grid, C: Grid, L> {
+    pub(crate) fine: AmgLevel<F>,
+    pub(crate) coarse: Vec<AmgLevel<C>>,
+    pub(crate) last: L,
+}
+
+impl<F, C, L> Preconditioner for Amg<F, C, L>
+where
+    C: Grid<Coarse = <C as Matrix>::Space>,
+    F: Grid<Coarse = <C as Matrix>::Space>,
+    L: Preconditioner<Space = <C as Matrix>::Space>,
+{
+    type Space = F::Space;
+
+    fn apply(&mut self, b: &mut Vector<F>, x: &mut Vector<F>) {
+        let Self { fine: AmgLevel { grid, level }, coarse, last } = self;
+        level.cycle(grid, b, x, |b, x| coarser(coarse, last, b, x));
+    }
+}
+
+fn coarser<C, L>(levels: &mut [AmgLevel<C>], last: &mut L, b: &mut Vector<C>, x: &mut Vector<C>)
+where
+    C: Grid<Coarse = <C as Matrix>::Space>,
+    L: Preconditioner<Space = <C as Matrix>::Space>,
+{
+    match levels.split_first_mut() {
+        Some((AmgLevel { grid, level }, levels)) => {
+            level.cycle(grid, b, x, |b, x| coarser(levels, last, b, x));
+        }
+        None => last.apply(b, x),
+    }
+}
+
+/// Preconditioner of the tangent: the level of quadratic elements, if the elements are quadratic, and `below`, the
+/// preconditioner on the vertices.
+#[derive(Debug)]
+pub(crate) struct Multigrid<S: Vectors, P> {
+    pub(crate) quadratic: Option<Level<S, S>>,
+    pub(crate) below: P,
+}
+
+/// Matrix-free tangent on the free values; rows and columns of constrained values are zero.
+pub(crate) trait FreeTangent: Grid<Space = <Self as Grid>::Coarse> {
+    /// y = A x.
+    fn multiply(&mut self, x: &Vector<Self>, y: &mut Vector<Self>);
+
+    /// Sets the constrained values to zero.
+    fn mask(&self, x: &mut Vector<Self>);
+}
+
+/// Matrix-free tangent with its preconditioner.
+pub(crate) struct MatrixFree<'a, T: FreeTangent, P> {
+    pub(crate) tangent: &'a mut T,
+    pub(crate) multigrid: &'a mut Multigrid<T::Space, P>,
+}
+
+impl<T, P> Preconditioned<T::Space> for MatrixFree<'_, T, P>
+where
+    T: FreeTangent<Space: KrylovVectors>,
+    P: NodalPreconditioner<T::Space>,
+{
+    fn apply(&mut self, x: &Vector<T>, y: &mut Vector<T>) {
+        self.tangent.multiply(x, y);
+    }
+
+    fn precondition(&mut self, r: &Vector<T>, z: &mut Vector<T>) {
+        let Multigrid { quadratic, below } = self.multigrid;
+        match quadratic {
+            Some(level) => level.cycle(self.tangent, r, z, |r, z| below.apply(r, z)),
+            None => below.apply(r, z),
+        }
+        self.tangent.mask(z);
+    }
+}

@@ -1,0 +1,273 @@
+//! Matrix-free tangent of this rank's elements and of contact, in the memory of this process, with the transfer from
+//! quadratic elements to their vertices.
+
+use std::sync::Arc;
+
+use fem_mesh::Groups;
+use rayon::prelude::*;
+
+use super::super::in_memory::{CHUNK, Nodal, NodalVectors, mask};
+use super::assembled::relax;
+use super::chebyshev::Smoother;
+use super::cycle::{FreeTangent, Level};
+use super::matrix::{Grid, Matrix, Relaxation};
+use crate::device::DeviceError;
+use crate::material::Inverted;
+use crate::operator::{Coupling, Increment, NodeBlock, Operator, Product, Tangent};
+use crate::parallel::Part;
+
+/// Degree of the smoother of quadratic elements, on every device.
+pub(crate) const DEGREE: usize = 3;
+
+/// Tangent on the values that are not constrained.
+#[derive(Debug)]
+pub(crate) struct ElementTangent {
+    product: Box<dyn Product>,
+    /// Contributions of contact at nodes.
+    contact: Vec<NodeBlock>,
+    free: Vec<[bool; 4]>,
+    part: Arc<Part>,
+    /// The two vertices of the edge of each midpoint. Midpoints are numbered after the vertices.
+    parents: Arc<Vec<[u32; 2]>>,
+    /// Midpoints of each vertex, in increasing order; midpoint 0 is the first node after the vertices.
+    children: Groups,
+    /// 1/|A_ii| when the smoother was measured, zero in constrained values.
+    weight: Vec<Nodal>,
+    /// Work vector for A x.
+    product_of_x: Vec<Nodal>,
+    /// Error of the device that had the current tangent.
+    lost: Option<DeviceError>,
+}
+
+impl ElementTangent {
+    /// `product` applies the tangent of the elements of this part of the mesh.
+    pub(crate) fn new(
+        product: Box<dyn Product>,
+        parents: Arc<Vec<[u32; 2]>>,
+        part: Arc<Part>,
+    ) -> Self {
+        let vertices = parents.iter().flatten().max().map_or(0, |&v| v as usize + 1);
+        Self {
+            children: midpoints_of_vertices(&parents, vertices),
+            product,
+            contact: Vec::new(),
+            free: Vec::new(),
+            part,
+            parents,
+            weight: Vec::new(),
+            product_of_x: Vec::new(),
+            lost: None,
+        }
+    }
+
+    /// Linearises the equations and returns the diagonal of the tangent. If a device fails, the processor linearises.
+    pub(crate) fn linearise(
+        &mut self,
+        operator: &dyn Operator,
+        increment: &Increment,
+        coupling: Coupling,
+        free: &[[bool; 4]],
+    ) -> Result<Vec<Nodal>, Inverted> {
+        self.contact = increment.context.contact.to_vec();
+        self.free = free.to_vec();
+        loop {
+            let sound = self.product.linearise(operator, increment, coupling);
+            if self.part.ranks().any(sound.is_err()) {
+                return Err(Inverted);
+            }
+            match self.product.diagonal() {
+                Ok(diagonal) => return Ok(self.whole_diagonal(diagonal)),
+                Err(error) => self.lose(error),
+            }
+        }
+    }
+
+    /// Discards the device that had the tangent.
+    fn lose(&mut self, error: DeviceError) {
+        self.product.leave_device();
+        self.lost = Some(error);
+    }
+
+    /// Returns the error of the device that had the current tangent, if the device has failed. The tangent is lost
+    /// then, and products with it are NaN, until the processor linearises.
+    pub(crate) fn take_lost(&mut self) -> Option<DeviceError> {
+        self.lost.take()
+    }
+
+    /// Returns the product of the elements, without contact.
+    pub(crate) fn product(&mut self) -> &mut dyn Product {
+        self.product.as_mut()
+    }
+
+    pub(crate) fn contact(&self) -> &[NodeBlock] {
+        &self.contact
+    }
+
+    /// Whether the elements are quadratic.
+    pub(crate) fn is_quadratic(&self) -> bool {
+        !self.parents.is_empty()
+    }
+
+    /// y = A x for all values, including constrained ones.
+    pub(crate) fn multiply_whole(&mut self, x: &[Nodal], y: &mut [Nodal]) {
+        if let Err(error) = self.product.apply(x, y) {
+            self.lose(error);
+            y.fill([f64::NAN; 4]);
+        }
+        self.part.halo.complete(y);
+        for (node, block) in &self.contact {
+            let (x, y) = (&x[*node as usize], &mut y[*node as usize]);
+            for i in 0..3 {
+                y[i] += (0..3).map(|j| block[i][j] * x[j]).sum::<f64>();
+            }
+        }
+    }
+
+    /// Adds other ranks and contact to the diagonal of this rank's elements.
+    fn whole_diagonal(&self, mut diagonal: Vec<Nodal>) -> Vec<Nodal> {
+        self.part.halo.complete(&mut diagonal);
+        for (node, block) in &self.contact {
+            (0..3).for_each(|k| diagonal[*node as usize][k] += block[k][k]);
+        }
+        diagonal
+    }
+
+    /// Computes the tangent of the linear level, or this rank's part of it.
+    pub(crate) fn add_linear(&mut self, out: &mut Tangent) {
+        out.clear();
+        if let Err(error) = self.product.add_linear(out) {
+            return self.lose(error);
+        }
+        // the values of a midpoint are the mean of the values of its two vertices
+        let vertices = out.pattern.graph.nodes();
+        let halo = &self.part.halo;
+        for (node, block) in self.contact.iter().filter(|(node, _)| halo.owns(*node)) {
+            let ends = match (*node as usize).checked_sub(vertices) {
+                None => vec![(*node, 1.0)],
+                Some(midpoint) => self.parents[midpoint].map(|p| (p, 0.5)).to_vec(),
+            };
+            for &(a, share) in &ends {
+                for &(b, other) in &ends {
+                    let place = out.pattern.graph.place(a as usize, b);
+                    for i in 0..3 {
+                        for j in 0..3 {
+                            out.blocks[place][i][j] += share * other * block[i][j];
+                        }
+                    }
+                }
+            }
+        }
+        out.symmetric = self.symmetric();
+    }
+
+    /// Whether the contributions of contact on this rank are symmetric.
+    pub(crate) fn symmetric(&self) -> bool {
+        let even = |b: &[[f64; 3]; 3]| (0..3).all(|i| (0..i).all(|j| b[i][j] == b[j][i]));
+        self.contact.iter().all(|(_, block)| even(block))
+    }
+
+    /// Returns the level of quadratic elements for the current tangent with the given weights 1/|A_ii|, or `None` for
+    /// linear elements.
+    pub(crate) fn level(&mut self, weight: &[Nodal]) -> Option<Level<NodalVectors, NodalVectors>> {
+        if !self.is_quadratic() {
+            return None;
+        }
+        self.weight = weight.to_vec();
+        let (vectors, coarse) =
+            (NodalVectors::new(&self.part.halo), NodalVectors::new(&self.part.vertices));
+        let residual = vec![[0.0; 4]; weight.len()];
+        let smoother = Smoother::measured(&vectors, self, DEGREE, &residual);
+        let right = vec![[0.0; 4]; weight.len() - self.parents.len()];
+        Some(Level::new(vectors, &coarse, smoother, residual, right))
+    }
+}
+
+impl Matrix for ElementTangent {
+    type Space = NodalVectors;
+
+    fn subtract(&mut self, x: &[Nodal], y: &mut [Nodal]) {
+        let mut product = std::mem::take(&mut self.product_of_x);
+        product.resize(x.len(), [0.0; 4]);
+        self.multiply_whole(x, &mut product);
+        let chunks = y.par_chunks_mut(CHUNK).zip(product.par_chunks(CHUNK));
+        chunks.zip(self.free.par_chunks(CHUNK)).for_each(|((y, product), free)| {
+            for ((y, product), free) in y.iter_mut().zip(product).zip(free) {
+                for k in 0..4 {
+                    y[k] -= if free[k] { product[k] } else { 0.0 };
+                }
+            }
+        });
+        self.product_of_x = product;
+    }
+
+    fn relax(&self, coefficients: Relaxation, r: &[Nodal], step: &mut [Nodal], x: &mut [Nodal]) {
+        let weight = self.weight.as_slice();
+        let scale = |node: usize, r: &Nodal| std::array::from_fn(|k| weight[node][k] * r[k]);
+        relax(coefficients, scale, r, step, x);
+    }
+}
+
+impl Grid for ElementTangent {
+    type Coarse = NodalVectors;
+
+    /// Each vertex of an edge receives half of the midpoint's value.
+    fn restrict(&mut self, residual: &[Nodal], right: &mut [Nodal]) {
+        let (part, vertices) = (&self.part, right.len());
+        if !part.is_whole() {
+            // each node contributes on the rank that owns it
+            let [own_vertices, own_midpoints] = part.halo.own(residual.len());
+            right.fill([0.0; 4]);
+            right[own_vertices.clone()].copy_from_slice(&residual[own_vertices]);
+            let first = own_midpoints.start - vertices;
+            for (parents, r) in self.parents[first..].iter().zip(&residual[own_midpoints]) {
+                for &p in parents {
+                    (0..4).for_each(|k| right[p as usize][k] += 0.5 * r[k]);
+                }
+            }
+            part.vertices.complete(right);
+            return mask(&self.free[..vertices], right);
+        }
+        let (free, children) = (&self.free, &self.children);
+        right.par_iter_mut().with_min_len(CHUNK).enumerate().for_each(|(vertex, sum)| {
+            *sum = residual[vertex];
+            for &midpoint in children.of(vertex) {
+                let r = &residual[vertices + midpoint as usize];
+                (0..4).for_each(|k| sum[k] += 0.5 * r[k]);
+            }
+            (0..4).for_each(|k| sum[k] = if free[vertex][k] { sum[k] } else { 0.0 });
+        });
+    }
+
+    /// The value at a midpoint is the mean of its two vertices.
+    fn add_prolonged(&mut self, x: &[Nodal], z: &mut [Nodal]) {
+        let add = |z: &mut Nodal, free: &[bool; 4], x: Nodal| {
+            (0..4).for_each(|k| z[k] += if free[k] { x[k] } else { 0.0 });
+        };
+        let (on_vertices, on_midpoints) = z.split_at_mut(x.len());
+        let (free_vertices, free_midpoints) = self.free.split_at(x.len());
+        let vertices = on_vertices.par_iter_mut().with_min_len(CHUNK).zip(free_vertices);
+        vertices.zip(x).for_each(|((z, free), x)| add(z, free, *x));
+        let midpoints = on_midpoints.par_iter_mut().with_min_len(CHUNK).zip(free_midpoints);
+        midpoints.zip(&*self.parents).for_each(|((z, free), parents)| {
+            let [a, b] = parents.map(|p| &x[p as usize]);
+            add(z, free, std::array::from_fn(|k| 0.5 * (a[k] + b[k])));
+        });
+    }
+}
+
+impl FreeTangent for ElementTangent {
+    fn multiply(&mut self, x: &[Nodal], y: &mut [Nodal]) {
+        self.multiply_whole(x, y);
+        mask(&self.free, y);
+    }
+
+    fn mask(&self, x: &mut [Nodal]) {
+        mask(&self.free, x);
+    }
+}
+
+/// Returns the midpoints on the edges of each vertex, in increasing order; `parents` lists the ends of each edge.
+pub(crate) fn midpoints_of_vertices(parents: &[[u32; 2]], vertices: usize) -> Groups {
+    let pairs = (0..).zip(parents).flat_map(|(midpoint, ends)| ends.map(|end| (end, midpoint)));
+    Groups::new(vertices, pairs)
+}

@@ -1,0 +1,65 @@
+//! Vector operations of the linear solvers, for vectors in the memory of this process or of a device.
+
+use std::borrow::BorrowMut;
+use std::fmt::Debug;
+
+/// Vectors of one level: local nodes, with a fixed number of values per node.
+pub(crate) trait Vectors: Clone + Debug {
+    /// Borrowed vector.
+    type Vector: ?Sized;
+    /// Owned vector.
+    type Owned: BorrowMut<Self::Vector> + Debug;
+
+    /// Returns a vector of zeros with the length of `like`.
+    fn zero(&self, like: &Self::Vector) -> Self::Owned;
+
+    /// x ← 0.
+    fn clear(&self, x: &mut Self::Vector);
+
+    /// y ← x.
+    fn copy(&self, x: &Self::Vector, y: &mut Self::Vector);
+
+    /// x_i ← value(i), where i counts the values of the local nodes. Ghosts get the values of their owners.
+    fn fill(&self, x: &mut Self::Vector, value: impl Fn(usize) -> f64 + Sync);
+
+    /// x ← a x.
+    fn scale(&self, x: &mut Self::Vector, a: f64);
+
+    /// Σ a b.
+    fn dot(&self, a: &Self::Vector, b: &Self::Vector) -> f64;
+
+    /// y ← −w − a d − b y, the next vector of Lanczos' iteration.
+    fn recur(&self, y: &mut Self::Vector, w: &Self::Vector, a: f64, d: &Self::Vector, b: f64);
+}
+
+/// Additional operations of Krylov methods.
+pub(crate) trait KrylovVectors: Vectors {
+    /// Σ w a b, the inner product with a diagonal weight.
+    fn weighted_dot(&self, w: &Self::Vector, a: &Self::Vector, b: &Self::Vector) -> f64;
+
+    /// y ← y + a x.
+    fn add_scaled(&self, y: &mut Self::Vector, a: f64, x: &Self::Vector);
+
+    /// y ← x + a y.
+    fn scale_and_add(&self, y: &mut Self::Vector, a: f64, x: &Self::Vector);
+
+    /// Stored vector for later sums; may have less precision than [`Vectors::Vector`].
+    type Stored;
+
+    /// Stores x.
+    fn store(&self, x: &Self::Vector, precision: Precision) -> Self::Stored;
+
+    /// Σ w a b with a stored vector a.
+    fn weighted_dot_stored(&self, w: &Self::Vector, a: &Self::Stored, b: &Self::Vector) -> f64;
+
+    /// y ← y + a x with a stored vector x.
+    fn add_stored(&self, y: &mut Self::Vector, a: f64, x: &Self::Stored);
+}
+
+/// Least precision of a stored vector.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Precision {
+    /// Seven digits.
+    Single,
+    Double,
+}
