@@ -80,9 +80,11 @@ pub fn quadratic(assembly: Assembly<10>) -> Arc<dyn Operator> {
 
 impl<const N: usize> Operator for Assembly<N> {
     fn residual(&self, increment: &Increment, out: &mut Residual) -> Result<(), Inverted> {
-        let there = self.device.as_ref();
-        if let Some(done) = there.and_then(|d| d.residual(&self.space, self.rule, increment, out)) {
-            return done;
+        let device = self.device.as_ref();
+        if let Some(result) =
+            device.and_then(|device| device.residual(&self.space, self.rule, increment, out))
+        {
+            return result;
         }
         out.clear();
         let gather = self.gather(increment);
@@ -140,8 +142,9 @@ impl<const N: usize> Operator for Assembly<N> {
         let sound = deterministic_reduce::<N, _>(self.space.tets.len(), blank, compute, add);
         self.agreed(sound)?;
         // contact at a node is added by the rank that owns the node
-        let own = increment.context.contact.iter().filter(|(node, _)| self.part.halo.owns(*node));
-        own.for_each(|(node, block)| out.add_node(*node, block));
+        let contact = increment.context.contact.iter();
+        let owned = contact.filter(|(node, _)| self.part.halo.owns(*node));
+        owned.for_each(|(node, block)| out.add_node(*node, block));
         Ok(())
     }
 

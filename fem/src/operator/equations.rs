@@ -67,8 +67,8 @@ pub trait Operator: std::fmt::Debug + Send + Sync {
 
 /// Equations that are evaluated on the same device as the product with their tangent.
 pub trait EquationsOnDevice {
-    /// Writes the point data of the fully coupled tangent into the arrays of the product, one array per kind
-    /// of elements. `None` if the device cannot linearise, and the processor has to linearise.
+    /// Writes the stored data of the fully coupled tangent into the arrays of the product, one array per kind of
+    /// elements. `None` if the device cannot linearise, and the processor has to linearise.
     fn linearise(&self, increment: &Increment, data: &[Argument]) -> Option<Result<(), Inverted>>;
 
     /// The error of the device, if the device has failed and is no longer used.

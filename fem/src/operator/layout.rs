@@ -90,19 +90,19 @@ impl Batches {
                 let centre = std::array::from_fn(|k| {
                     corners.iter().map(|&n| 0.25 * points[n as usize][k]).sum()
                 });
-                (!domain.is_plain(tet), curve.place(centre), tet as u32)
+                (!domain.is_plain(tet), curve.position(centre), tet as u32)
             })
             .collect();
         order.sort_unstable();
         let nodes = domain.rule().nodes;
-        let of = |part: &(bool, u64, u32)| domain.nodes_of(part.2 as usize);
+        let nodes_of_tet = |part: &(bool, u64, u32)| domain.nodes_of(part.2 as usize);
         let mut local_of = vec![u32::MAX; points.len()];
         let mut chunks = Vec::new();
         let kinds = order.chunk_by(|a, b| a.0 == b.0);
         for part in kinds.flat_map(|kind| kind.chunks(per_chunk)) {
             let mut tets: Vec<u32> = part.iter().map(|p| p.2).collect();
             tets.resize(part.len().next_multiple_of(LANES), VACANT);
-            let mut global: Vec<u32> = part.iter().flat_map(of).copied().collect();
+            let mut global: Vec<u32> = part.iter().flat_map(nodes_of_tet).copied().collect();
             global.sort_unstable();
             global.dedup();
             global.iter().enumerate().for_each(|(i, &n)| local_of[n as usize] = i as u32);
@@ -186,7 +186,8 @@ impl Curve {
         Self { corner, scale: f64::from((1 << Self::BITS) - 1) / longest }
     }
 
-    fn place(&self, point: [f64; 3]) -> u64 {
+    /// Position of a point along the curve.
+    fn position(&self, point: [f64; 3]) -> u64 {
         (0..3)
             .map(|k| {
                 let cell = ((point[k] - self.corner[k]) * self.scale) as u64;

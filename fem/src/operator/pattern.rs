@@ -15,14 +15,14 @@ pub(super) type Block = [[f64; 4]; 4];
 pub struct Pattern {
     pub graph: Graph,
     /// Positions of the N × N blocks of each element in the tangent, element after element, row by row.
-    place: Vec<u32>,
+    positions: Vec<u32>,
 }
 
 impl Pattern {
     /// Finds the pattern of a mesh. An element couples all its nodes.
     pub fn new<const N: usize>(tets: &[[u32; N]], nodes: usize) -> Self {
         let graph = Graph::new(tets, nodes);
-        let place = tets
+        let positions = tets
             .iter()
             .flat_map(|tet| {
                 let graph = &graph;
@@ -30,7 +30,7 @@ impl Pattern {
                     .flat_map(move |&a| tet.iter().map(move |&b| graph.place(a as usize, b) as u32))
             })
             .collect();
-        Self { graph, place }
+        Self { graph, positions }
     }
 }
 
@@ -62,25 +62,25 @@ impl Tangent {
     /// Each thread owns a range of the blocks of the tangent and adds in the order of the elements, so that
     /// the sums do not depend on the number of threads.
     pub fn add_elements<const N: usize>(&mut self, first: usize, elements: &[[[Block; N]; N]]) {
-        let places = &self.pattern.place[first * N * N..(first + elements.len()) * N * N];
+        let positions = &self.pattern.positions[first * N * N..(first + elements.len()) * N * N];
         if elements.len() <= LANES {
-            return add_in_range(&mut self.blocks, 0, places, elements);
+            return add_in_range(&mut self.blocks, 0, positions, elements);
         }
-        let low = places.iter().copied().min().unwrap_or(0) as usize;
-        let high = places.iter().copied().max().map_or(0, |p| p as usize + 1);
+        let low = positions.iter().copied().min().unwrap_or(0) as usize;
+        let high = positions.iter().copied().max().map_or(0, |p| p as usize + 1);
         let range = (high - low).div_ceil(rayon::current_num_threads()).max(1);
         self.blocks[low..high].par_chunks_mut(range).enumerate().for_each(|(part, blocks)| {
-            add_in_range(blocks, low + part * range, places, elements);
+            add_in_range(blocks, low + part * range, positions, elements);
         });
     }
 
     /// Adds a block to the displacement part of the diagonal block of a node.
     pub fn add_node(&mut self, node: u32, block: &[[f64; 3]; 3]) {
-        let place = self.pattern.graph.place(node as usize, node);
+        let position = self.pattern.graph.place(node as usize, node);
         self.symmetric &= (0..3).all(|i| (0..i).all(|j| block[i][j] == block[j][i]));
         for i in 0..3 {
             for j in 0..3 {
-                self.blocks[place][i][j] += block[i][j];
+                self.blocks[position][i][j] += block[i][j];
             }
         }
     }
@@ -122,21 +122,21 @@ impl Tangent {
 fn add_in_range<const N: usize>(
     blocks: &mut [Block],
     from: usize,
-    places: &[u32],
+    positions: &[u32],
     elements: &[[[Block; N]; N]],
 ) {
-    for (element, places) in elements.iter().zip(places.chunks_exact(N * N)) {
+    for (element, positions) in elements.iter().zip(positions.chunks_exact(N * N)) {
         for a in 0..N {
             for b in 0..=a {
                 let block = &element[a][b];
-                let at = |place: u32| (place as usize).wrapping_sub(from);
-                if let Some(to) = blocks.get_mut(at(places[a * N + b])) {
+                let index = |position: u32| (position as usize).wrapping_sub(from);
+                if let Some(to) = blocks.get_mut(index(positions[a * N + b])) {
                     add(to, block);
                 }
                 if a == b {
                     continue;
                 }
-                if let Some(to) = blocks.get_mut(at(places[b * N + a])) {
+                if let Some(to) = blocks.get_mut(index(positions[b * N + a])) {
                     for i in 0..4 {
                         for j in 0..4 {
                             to[i][j] += block[j][i];

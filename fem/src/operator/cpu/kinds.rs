@@ -17,7 +17,7 @@ pub(crate) trait OfKind {
 #[inline(always)]
 pub(crate) fn of_kind<W: OfKind>(rule: &Rule, plain: bool, work: W) -> W::Output {
     let damage = rule.damage.len();
-    // without damage, point data of curved elements and mixtures are the same as those of plain elements
+    // without damage, elements that are not plain store the same data as plain elements
     if plain || damage == 0 {
         match (rule.nodes, damage) {
             (4, 0) => work.of_kind::<true, 4, 3, 0, 0>(),

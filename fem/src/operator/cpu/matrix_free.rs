@@ -1,6 +1,6 @@
-//! The tangent applied element by element from stored point data, without assembly of a matrix.
+//! The tangent applied element by element from stored data, without assembly of a matrix.
 //!
-//! The point data of [`LANES`] elements are interleaved, so that one SIMD instruction processes several
+//! The stored data of [`LANES`] elements are interleaved, so that one SIMD instruction processes several
 //! elements. The instruction set is chosen at run time.
 
 use std::sync::Arc;
@@ -21,10 +21,10 @@ use crate::operator::pattern::{Block, Tangent};
 
 /// Number of chunks of quadratic elements whose linear tangents are computed before they are added: 16 MB.
 const AT_ONCE: usize = 16;
-/// Number of elements from which point data are stored in single precision, to save memory.
+/// Number of elements from which the tangent is stored in single precision, to save memory.
 pub const SINGLE_FROM: usize = 400_000;
 
-/// A matrix-free product for a mesh; the number of elements decides the precision of the point data.
+/// A matrix-free product for a mesh; the number of elements decides the precision of the stored data.
 pub fn product(layout: Arc<Layout>, tets: usize) -> Box<dyn Product> {
     if tets < SINGLE_FROM {
         Box::new(MatrixFree::<f64>::new(layout))
@@ -33,12 +33,11 @@ pub fn product(layout: Arc<Layout>, tets: usize) -> Box<dyn Product> {
     }
 }
 
-/// The tangent at some fields, as point data.
+/// The tangent at some fields, as stored data.
 #[derive(Debug)]
 pub(crate) struct MatrixFree<T: Stored> {
     layout: Arc<Layout>,
-    /// Point data by chunk; within a chunk by batch, then by pack of the batch, then by index within the
-    /// point data.
+    /// Stored data by chunk; within a chunk by batch, then by pack of the batch, then by entry.
     data: Vec<Vec<T::Pack>>,
     /// Position of each element of a batch in its packs.
     lane_of_row: [usize; LANES],
@@ -55,7 +54,7 @@ impl<T: Stored> MatrixFree<T> {
         Self { layout, data, lane_of_row: lane_of_row::<T>(), copies: Vec::new() }
     }
 
-    /// The point data by chunk.
+    /// The stored data by chunk.
     pub(crate) fn data(&self) -> &[Vec<T::Pack>] {
         &self.data
     }
@@ -167,7 +166,7 @@ impl<T: Stored> ChunkData<'_, T> {
         self.chunk.tets.len() / SimdF64::<S>::COUNT
     }
 
-    /// Loads the point data of the elements of a part.
+    /// Loads the stored data of the elements of a part.
     #[inline(always)]
     fn load<S: Simd>(&self, simd: S, part: usize, numbers: &mut [SimdF64<S>]) {
         let first = part * SimdF64::<S>::COUNT;

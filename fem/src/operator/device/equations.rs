@@ -1,5 +1,5 @@
-//! The equations of a mesh on a device. Fields are sent to the device, residual and energies are read back,
-//! and the point data of the tangent stay on the device, where the product reads them.
+//! The equations of a mesh on a device. Fields and state are sent to the device, residual and energies are read back,
+//! and the stored data of the tangent stay on the device, where the product reads them.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -9,14 +9,13 @@ use rayon::prelude::*;
 use super::equations_source::{
     GEOMETRY, ROW, SUMS, Setting, block_sum, geometries, residual_kernel, tangent_kernel,
 };
-use super::product_source::CNumbers;
+use super::product_source::StoredType;
 use super::slots::{Kind, Slots, node_sum};
 use crate::device::{Argument, Array, ComputeDevice, DeviceError, Program};
 use crate::element::{Geometry, Space};
 use crate::material::{CrackDensity, Homogenisation, Inverted};
-use crate::operator::cpu::Regions;
-use crate::operator::cpu::SINGLE_FROM;
-use crate::operator::cpu::Stored;
+
+use crate::operator::cpu::{Regions, SINGLE_FROM, Stored};
 use crate::operator::increment::{Increment, Residual};
 use crate::operator::layout::Layout;
 
@@ -37,8 +36,8 @@ struct Elements {
     setting: Setting,
     program: Arc<dyn Program>,
     slots: Slots,
-    kinds: Vec<OfKind>,
-    /// Whether a slot has an element of its own, by slot.
+    kinds: Vec<KindInputs>,
+    /// Whether a slot has an element, by slot.
     live: Array<u8>,
     fields: Array<f64>,
     before: Array<f64>,
@@ -56,7 +55,7 @@ struct Elements {
 
 /// Kernel inputs for one kind of slots.
 #[derive(Debug)]
-struct OfKind {
+struct KindInputs {
     geometry: Array<f64>,
     /// Index into `table` for each slot.
     rows: Array<u32>,
@@ -87,7 +86,7 @@ impl DeviceEquations {
         self.attempt(space, rule, increment, |elements| elements.residual(out))
     }
 
-    /// Writes the point data of the tangent into the arrays of a product, one array per kind of elements.
+    /// Writes the stored data of the tangent into the arrays of a product, one array per kind of elements.
     pub(crate) fn linearise<const N: usize>(
         &self,
         space: &Space<N>,
@@ -117,7 +116,7 @@ impl DeviceEquations {
     ) -> Option<R> {
         let Increment { materials, context, .. } = increment;
         let mut state = self.state();
-        let kept = state.as_mut().ok()?;
+        let elements = state.as_mut().ok()?;
         let regions = Regions::new(materials, rule, context.duration, context.damping);
         let (formula, degraded) = regions.law();
         let damage = materials.iter().find_map(|m| m.damage.as_ref());
@@ -129,7 +128,7 @@ impl DeviceEquations {
             mixed: space.has_mixtures().then_some(rule),
         };
         let device = &self.device;
-        let made = match kept.take() {
+        let made = match elements.take() {
             Some(elements) if elements.setting == setting => Ok(elements),
             _ if space.tets.len() < SINGLE_FROM => {
                 Elements::new::<N, f64>(space, setting, device).map(Box::new)
@@ -166,16 +165,16 @@ impl Elements {
         let mut kernels: Vec<_> =
             plain().map(|plain| residual_kernel::<N>(rule, &setting, plain)).collect();
         kernels.extend(
-            plain().map(|plain| tangent_kernel::<N>(rule, &setting, plain, CNumbers::of::<T>())),
+            plain().map(|plain| tangent_kernel::<N>(rule, &setting, plain, StoredType::new::<T>())),
         );
         kernels.extend([node_sum(4), node_sum(1), block_sum(BLOCK)]);
         let (mut kinds, mut live) = (Vec::new(), vec![0; slots.count]);
         for kind in &slots.kinds {
             let elements = Slots::elements::<T>(&layout, kind);
-            for (at, (_, is_one)) in elements.iter().enumerate() {
-                live[kind.first + at] = u8::from(*is_one);
+            for (at, (_, has_element)) in elements.iter().enumerate() {
+                live[kind.first + at] = u8::from(*has_element);
             }
-            kinds.push(OfKind::new(space, &setting, kind, &elements, device)?);
+            kinds.push(KindInputs::new(space, &setting, kind, &elements, device)?);
         }
         let zeros = |len: usize| Array::zeros(device, len);
         let nodes = space.nodes.len();
@@ -215,13 +214,13 @@ impl Elements {
 
     /// The inputs of the kernels for a kind of slots.
     fn inputs(&self, kind: usize) -> Vec<Argument<'_>> {
-        let (slots, own) = (&self.slots.kinds[kind], &self.kinds[kind]);
+        let (slots, kind) = (&self.slots.kinds[kind], &self.kinds[kind]);
         let numbers = [self.slots.count, slots.first, slots.count];
         let mut inputs: Vec<_> = numbers.map(|n| Argument::Index(n as u64)).into();
-        inputs.extend([self.slots.nodes.argument(), own.geometry.argument()]);
-        inputs.extend([own.rows.argument(), own.table.argument()]);
+        inputs.extend([self.slots.nodes.argument(), kind.geometry.argument()]);
+        inputs.extend([kind.rows.argument(), kind.table.argument()]);
         inputs.extend([self.fields.argument(), self.before.argument()]);
-        inputs.extend([own.state.argument(), Argument::Real(self.duration)]);
+        inputs.extend([kind.state.argument(), Argument::Real(self.duration)]);
         inputs
     }
 
@@ -234,7 +233,11 @@ impl Elements {
         }
         let sums = [(&self.copies, &self.nodal), (&self.drive_copies, &self.drive)];
         for (kernel, (copies, y)) in sums.into_iter().enumerate() {
-            self.program.launch(2 * kinds + kernel, y.len(), &self.slots.sum(copies, y))?;
+            self.program.launch(
+                2 * kinds + kernel,
+                y.len(),
+                &self.slots.sum_arguments(copies, y),
+            )?;
         }
         let [elastic, fracture, viscous, inverted] = self.totals()?;
         if inverted > 0.0 {
@@ -268,11 +271,11 @@ impl Elements {
         self.program.launch(2 * self.kinds.len() + 2, blocks, &arguments)?;
         let mut sums = vec![[0.0; SUMS]; blocks];
         self.blocks.read(sums.as_flattened_mut())?;
-        Ok(sums.iter().fold([0.0; SUMS], |all, own| std::array::from_fn(|k| all[k] + own[k])))
+        Ok(sums.iter().fold([0.0; SUMS], |all, block| std::array::from_fn(|k| all[k] + block[k])))
     }
 }
 
-impl OfKind {
+impl KindInputs {
     fn new<const N: usize>(
         space: &Space<N>,
         setting: &Setting,
@@ -282,12 +285,13 @@ impl OfKind {
     ) -> Result<Self, DeviceError> {
         let points = geometries(&space.rule, kind.plain);
         let mut geometry = vec![0.0; GEOMETRY * points * kind.count];
-        let mut known = HashMap::new();
+        let mut row_of_constants = HashMap::new();
         let (mut rows, mut constants) = (Vec::with_capacity(kind.count), Vec::new());
         for (at, &(tet, _)) in elements.iter().enumerate() {
-            let own = space.geometry(tet);
+            let of_points = space.geometry(tet);
             for q in 0..points {
-                let Geometry { barycentric, volume } = &own[if own.len() == 1 { 0 } else { q }];
+                let Geometry { barycentric, volume } =
+                    &of_points[if of_points.len() == 1 { 0 } else { q }];
                 let numbers = barycentric.as_flattened().iter().chain([volume]);
                 for (k, number) in numbers.enumerate() {
                     geometry[(GEOMETRY * q + k) * kind.count + at] = *number;
@@ -295,10 +299,12 @@ impl OfKind {
             }
             let (region, fraction) = (usize::from(space.region[tet]), space.fraction(tet));
             let second = space.second_region(tet);
-            let row = *known.entry((region, second, fraction.to_bits())).or_insert_with(|| {
-                constants.push((region, second, fraction));
-                constants.len() as u32 - 1
-            });
+            let row = *row_of_constants.entry((region, second, fraction.to_bits())).or_insert_with(
+                || {
+                    constants.push((region, second, fraction));
+                    constants.len() as u32 - 1
+                },
+            );
             rows.push(row);
         }
         // a device may refuse an empty array

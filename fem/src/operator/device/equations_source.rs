@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::product_source::CNumbers;
+use super::product_source::StoredType;
 use crate::device::Kernel;
 use crate::element::{Geometry, Rule};
 use crate::material::{
@@ -51,8 +51,8 @@ fn record<const N: usize, R>(
     work: impl FnOnce(&ElementState<Term, DrivingHistory<FormulaLaw<Term>>, N>, &mut [Term]) -> R,
 ) -> R {
     begin();
-    let mut places = 0..;
-    let mut given = || Term::given(places.next().expect("places do not end"));
+    let mut indices = 0..;
+    let mut given = || Term::given(indices.next().expect("an endless range"));
     let (mut displacement, mut damage) = ([[Term::default(); 3]; N], [Term::default(); N]);
     for a in 0..N {
         displacement[a] = std::array::from_fn(|_| given());
@@ -133,13 +133,13 @@ impl Inputs {
         Self { begin, nodes, geometry, state: setting.state_len() * rule.points.len() }
     }
 
-    /// The C expression of the input with index `place`.
-    fn given(&self, place: usize) -> String {
+    /// The C expression of an input.
+    fn given(&self, index: usize) -> String {
         let Self { nodes, geometry, state, .. } = *self;
-        if place < 4 * nodes {
-            return format!("fields[4 * i{} + {}]", place / 4, place % 4);
+        if index < 4 * nodes {
+            return format!("fields[4 * i{} + {}]", index / 4, index % 4);
         }
-        match place - 4 * nodes {
+        match index - 4 * nodes {
             a if a < nodes => format!("before[i{a}]"),
             k if k < nodes + geometry => format!("geometry[{} * count + at]", k - nodes),
             k => match k - nodes - geometry {
@@ -169,7 +169,7 @@ pub(crate) fn residual_kernel<const N: usize>(
     results.extend(residual.drive);
     results.extend(residual.energies);
     results.push(residual.sound);
-    let (lines, results) = statements(&results, &|place| inputs.given(place));
+    let (lines, results) = statements(&results, &|index| inputs.given(index));
     let mut body = inputs.begin + &lines;
     for (k, value) in results.iter().enumerate() {
         let to = match k {
@@ -184,13 +184,12 @@ pub(crate) fn residual_kernel<const N: usize>(
     Kernel::new(name, &[&Inputs::PARAMETERS[..], &outputs].concat(), body).calling(functions())
 }
 
-/// The kernel for the point data of an element's fully coupled tangent, written to the packs that the product
-/// reads.
+/// The kernel for the stored data of an element's fully coupled tangent, written to the packs that the product reads.
 pub(crate) fn tangent_kernel<const N: usize>(
     rule: &Rule,
     setting: &Setting,
     plain: bool,
-    stored: CNumbers,
+    stored: StoredType,
 ) -> Kernel {
     let inputs = Inputs::new(rule, setting, plain);
     let width = DataLayout::new(rule, plain).width();
@@ -199,10 +198,10 @@ pub(crate) fn tangent_kernel<const N: usize>(
         linearise::<_, _, false, N>(element, true, &mut results, scratch)
     });
     results.push(sound);
-    let (lines, results) = statements(&results, &|place| inputs.given(place));
-    let mut body = inputs.begin + &lines + &stored.own(stored.write, width);
+    let (lines, results) = statements(&results, &|index| inputs.given(index));
+    let mut body = inputs.begin + &lines + &stored.declare(stored.write, width);
     for (k, value) in results[..width].iter().enumerate() {
-        writeln!(body, "    own[{}] = {value};", stored.lanes * k).expect("a string takes all");
+        writeln!(body, "    {} = {value};", stored.entry(k)).expect("a string takes all");
     }
     writeln!(body, "    sums[{SUMS} * (first + at) + 3] = {};", results[width])
         .expect("a string takes all");
@@ -211,9 +210,9 @@ pub(crate) fn tangent_kernel<const N: usize>(
     Kernel::new(name, &[&Inputs::PARAMETERS[..], &outputs].concat(), body).calling(functions())
 }
 
-/// The kernel for the diagonal of an element's tangent. It reads point data and writes copies as the kernel
-/// of the product does.
-pub(crate) fn diagonal_kernel(rule: &Rule, plain: bool, stored: CNumbers) -> Kernel {
+/// The kernel for the diagonal of an element's tangent. It reads stored data and writes copies as the kernel of the
+/// product does.
+pub(crate) fn diagonal_kernel(rule: &Rule, plain: bool, stored: StoredType) -> Kernel {
     begin();
     let width = DataLayout::new(rule, plain).width();
     let numbers: Vec<Term> = (0..width).map(Term::given).collect();
@@ -221,9 +220,8 @@ pub(crate) fn diagonal_kernel(rule: &Rule, plain: bool, stored: CNumbers) -> Ker
         4 => diagonal::<Term, 4>(rule, plain, &numbers).to_vec(),
         _ => diagonal::<Term, 10>(rule, plain, &numbers).to_vec(),
     };
-    let (lines, results) =
-        statements(of_nodes.as_flattened(), &|place| format!("own[{}]", stored.lanes * place));
-    let mut body = stored.own(stored.read, width) + &lines;
+    let (lines, results) = statements(of_nodes.as_flattened(), &|index| stored.entry(index));
+    let mut body = stored.declare(stored.read, width) + &lines;
     for (k, value) in results.iter().enumerate() {
         writeln!(body, "    copies[4 * ({} * slots + first + at) + {}] = {value};", k / 4, k % 4)
             .expect("a string takes all");
@@ -262,12 +260,12 @@ pub fn equations_kernels(rule: &Rule) -> Vec<Kernel> {
         history: true,
         mixed: Some(Homogenisation::GeometricMean),
     };
-    let of = |plain| {
+    let kernels_of_kind = |plain| {
         [
             residual_kernel::<10>(rule, &setting, plain),
-            tangent_kernel::<10>(rule, &setting, plain, CNumbers::of::<f32>()),
-            diagonal_kernel(rule, plain, CNumbers::of::<f32>()),
+            tangent_kernel::<10>(rule, &setting, plain, StoredType::new::<f32>()),
+            diagonal_kernel(rule, plain, StoredType::new::<f32>()),
         ]
     };
-    [true, false].into_iter().flat_map(of).chain([block_sum(256)]).collect()
+    [true, false].into_iter().flat_map(kernels_of_kind).chain([block_sum(256)]).collect()
 }

@@ -1,11 +1,10 @@
-//! The product with the tangent on a device. If the equations are on the same device, they write the point
-//! data there. Otherwise the processor linearises, and the point data are sent to the device when they are
-//! needed.
+//! The product with the tangent on a device. If the equations are on the same device, they write the stored data of
+//! the tangent there. Otherwise the processor linearises, and the data are sent to the device before a product.
 
 use std::sync::Arc;
 
 use super::equations_source::diagonal_kernel;
-use super::product_source::{CNumbers, product_kernel};
+use super::product_source::{StoredType, product_kernel};
 use super::slots::{Kind, Slots, node_sum};
 use crate::device::{Argument, Array, ComputeDevice, DeviceError, Program};
 use crate::material::Inverted;
@@ -30,26 +29,26 @@ pub fn device_product(
     })
 }
 
-/// Location of the point data of the current tangent.
+/// Location of the stored data of the current tangent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Numbers {
-    Here,
-    OnDevice,
+enum Location {
+    Processor,
+    Device,
     Both,
 }
 
-/// A [`MatrixFree`] with a copy of its point data on a device.
+/// A [`MatrixFree`] with a copy of its stored data on a device.
 #[derive(Debug)]
 pub(crate) struct DeviceProduct<T: Stored> {
     host: MatrixFree<T>,
-    numbers: Numbers,
+    location: Location,
     /// Whether the processor linearises because the device has failed.
     left: bool,
     program: Arc<dyn Program>,
     slots: Slots,
-    /// Point data by kind of slots.
+    /// Stored data by kind of slots.
     data: Vec<Array<T>>,
-    /// Indices into the point data of a kind that belong to vacant slots; they are zero on the processor.
+    /// Indices into the stored data of a kind that belong to vacant slots; the processor stores zeros there.
     vacant: Vec<Vec<usize>>,
     copies: Array<f64>,
     diagonal: Array<f64>,
@@ -64,22 +63,22 @@ impl<T: Stored> DeviceProduct<T> {
         let data = data.collect::<Result<Vec<_>, _>>()?;
         let vacant = |kind: &Kind| {
             let (width, elements) = (width(kind.plain), Slots::elements::<T>(&layout, kind));
-            let slots = elements.iter().enumerate().filter(|(_, (_, is_one))| !is_one);
-            let places = |slot: usize| {
+            let slots = elements.iter().enumerate().filter(|(_, (_, has_element))| !has_element);
+            let indices = |slot: usize| {
                 let first = slot / T::WIDTH * width * T::WIDTH + slot % T::WIDTH;
                 (0..width).map(move |k| first + k * T::WIDTH)
             };
-            slots.flat_map(|(slot, _)| places(slot)).collect()
+            slots.flat_map(|(slot, _)| indices(slot)).collect()
         };
         let vacant = slots.kinds.iter().map(vacant).collect();
         let kinds = slots.kinds.iter().map(|kind| kind.plain);
-        let stored = CNumbers::of::<T>();
+        let stored = StoredType::new::<T>();
         let mut kernels: Vec<_> =
             kinds.clone().map(|plain| product_kernel(&layout, plain, stored)).collect();
         kernels.extend(kinds.map(|plain| diagonal_kernel(rule, plain, stored)));
         kernels.push(node_sum(4));
         Ok(Self {
-            numbers: Numbers::Here,
+            location: Location::Processor,
             left: false,
             program: device.compile(&kernels)?,
             copies: Array::zeros(device, 4 * rule.nodes * slots.count)?,
@@ -91,45 +90,46 @@ impl<T: Stored> DeviceProduct<T> {
         })
     }
 
+    /// Sends the stored data to the device.
     fn send(&mut self) -> Result<(), DeviceError> {
         for (kind, data) in self.slots.kinds.iter().zip(&mut self.data) {
             let mut at = 0;
             for packs in &self.host.data()[kind.chunks.clone()] {
-                let numbers: Vec<T> = packs.iter().flat_map(AsRef::as_ref).copied().collect();
-                data.write(at, &numbers)?;
-                at += numbers.len();
+                let entries: Vec<T> = packs.iter().flat_map(AsRef::as_ref).copied().collect();
+                data.write(at, &entries)?;
+                at += entries.len();
             }
         }
-        self.numbers = Numbers::Both;
+        self.location = Location::Both;
         Ok(())
     }
 
-    /// Copies the point data from the device to the processor, unless the processor has them.
+    /// Copies the stored data from the device to the processor, unless the processor has the data.
     fn read_back(&mut self) -> Result<(), DeviceError> {
-        if self.numbers != Numbers::OnDevice {
+        if self.location != Location::Device {
             return Ok(());
         }
         for ((kind, data), vacant) in self.slots.kinds.iter().zip(&self.data).zip(&self.vacant) {
-            let mut numbers = vec![T::default(); data.len()];
-            data.read(&mut numbers)?;
-            vacant.iter().for_each(|&place| numbers[place] = T::default());
-            let mut rest = numbers.as_slice();
+            let mut entries = vec![T::default(); data.len()];
+            data.read(&mut entries)?;
+            vacant.iter().for_each(|&index| entries[index] = T::default());
+            let mut rest = entries.as_slice();
             for packs in &mut self.host.data_mut()[kind.chunks.clone()] {
                 for pack in packs {
-                    let (own, others) = rest.split_at(T::WIDTH);
-                    pack.as_mut().copy_from_slice(own);
+                    let (first, others) = rest.split_at(T::WIDTH);
+                    pack.as_mut().copy_from_slice(first);
                     rest = others;
                 }
             }
         }
-        self.numbers = Numbers::Both;
+        self.location = Location::Both;
         Ok(())
     }
 
     /// Sums the copies of each node.
     fn sum(&self, y: &Array<f64>) -> Result<(), DeviceError> {
         let kernel = 2 * self.slots.kinds.len();
-        self.program.launch(kernel, y.len(), &self.slots.sum(&self.copies, y))
+        self.program.launch(kernel, y.len(), &self.slots.sum_arguments(&self.copies, y))
     }
 
     fn diagonal_on_device(&self) -> Result<Vec<[f64; 4]>, DeviceError> {
@@ -152,7 +152,7 @@ impl<T: Stored> DeviceProduct<T> {
 
 impl<T: Stored> AppliedOnDevice for DeviceProduct<T> {
     fn apply(&mut self, x: &Array<f64>, y: &mut Array<f64>) -> Result<(), DeviceError> {
-        if self.numbers == Numbers::Here {
+        if self.location == Location::Processor {
             self.send()?;
         }
         for (kernel, (kind, data)) in self.slots.kinds.iter().zip(&self.data).enumerate() {
@@ -178,13 +178,13 @@ impl<T: Stored> Product for DeviceProduct<T> {
         coupling: Coupling,
     ) -> Result<(), Inverted> {
         let data: Vec<Argument> = self.data.iter().map(Array::argument).collect();
-        let there = operator.on_device().filter(|_| !self.left && coupling == Coupling::Full);
-        let there = there.and_then(|equations| equations.linearise(increment, &data));
-        if let Some(result) = there {
-            self.numbers = Numbers::OnDevice;
+        let on_device = operator.on_device().filter(|_| !self.left && coupling == Coupling::Full);
+        let linearised = on_device.and_then(|equations| equations.linearise(increment, &data));
+        if let Some(result) = linearised {
+            self.location = Location::Device;
             return result;
         }
-        self.numbers = Numbers::Here;
+        self.location = Location::Processor;
         self.host.linearise(operator, increment, coupling)
     }
 
@@ -194,9 +194,9 @@ impl<T: Stored> Product for DeviceProduct<T> {
     }
 
     fn diagonal(&mut self) -> Result<Vec<[f64; 4]>, DeviceError> {
-        match self.numbers {
-            Numbers::OnDevice => self.diagonal_on_device(),
-            Numbers::Here | Numbers::Both => self.host.diagonal(),
+        match self.location {
+            Location::Device => self.diagonal_on_device(),
+            Location::Processor | Location::Both => self.host.diagonal(),
         }
     }
 

@@ -10,11 +10,10 @@ use crate::operator::cpu::{ElementProduct, OfKind, Pack, Stored, of_kind};
 use crate::operator::kernel::DataLayout;
 use crate::operator::layout::Layout;
 
-/// The kernel for plain or other elements, one element per item; `first` is the first slot of the kind. It
-/// reads the nodes of slot s at `nodes[a slots + s]`, and the point data in packs as the processor stores
-/// them. It writes the contribution to node a of slot s to the four values with index `a slots + s` of
-/// `copies`.
-pub(crate) fn product_kernel(layout: &Layout, plain: bool, stored: CNumbers) -> Kernel {
+/// The kernel of the product for plain or for other elements, one element per item; `first` is the first slot of the
+/// kind. It reads the nodes of slot s at `nodes[a slots + s]`, and the stored data in packs as the processor stores
+/// them. It writes the contribution to node a of slot s to the four values with index `a slots + s` of `copies`.
+pub(crate) fn product_kernel(layout: &Layout, plain: bool, stored: StoredType) -> Kernel {
     begin();
     let nodes = layout.rule.nodes;
     let width = DataLayout::new(&layout.rule, plain).width();
@@ -22,9 +21,9 @@ pub(crate) fn product_kernel(layout: &Layout, plain: bool, stored: CNumbers) -> 
     let fields = product.len() / nodes;
     let (lines, results) = statements(&product, &|place| match place.checked_sub(4 * nodes) {
         None => format!("n{}[{}]", place / 4, place % 4),
-        Some(k) => format!("own[{}]", stored.lanes * k),
+        Some(k) => stored.entry(k),
     });
-    let mut body = stored.own(stored.read, width);
+    let mut body = stored.declare(stored.read, width);
     for a in 0..nodes {
         let node =
             format!("    const double *n{a} = x + 4 * (index)nodes[{a} * slots + first + at];");
@@ -52,14 +51,13 @@ pub(crate) fn product_kernel(layout: &Layout, plain: bool, stored: CNumbers) -> 
 
 /// The kernels of both kinds and precisions, for a test.
 pub fn product_kernels(layout: &Layout) -> Vec<Kernel> {
-    let single = [true, false].map(|plain| product_kernel(layout, plain, CNumbers::of::<f32>()));
-    let double = [true, false].map(|plain| product_kernel(layout, plain, CNumbers::of::<f64>()));
+    let single = [true, false].map(|plain| product_kernel(layout, plain, StoredType::new::<f32>()));
+    let double = [true, false].map(|plain| product_kernel(layout, plain, StoredType::new::<f64>()));
     let double = double.map(|k| Kernel { name: format!("double_{}", k.name), ..k });
     single.into_iter().chain(double).collect()
 }
 
-/// Records the product for one element; the result lists the fields of node 0, then those of node 1, and so
-/// on.
+/// Records the product for one element; the result lists the fields node by node.
 struct Recorded<'a> {
     layout: &'a Layout,
 }
@@ -96,9 +94,9 @@ impl OfKind for Recorded<'_> {
     }
 }
 
-/// C declarations for the stored point data of an element.
+/// C declarations for the stored data of an element.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct CNumbers {
+pub(crate) struct StoredType {
     /// Pointer type for reading.
     pub read: &'static str,
     /// Pointer type for writing.
@@ -107,9 +105,9 @@ pub(crate) struct CNumbers {
     pub lanes: usize,
 }
 
-impl CNumbers {
-    /// The declarations for point data of type `T`.
-    pub(crate) fn of<T: Stored>() -> Self {
+impl StoredType {
+    /// The declarations for data of type `T`.
+    pub(crate) fn new<T: Stored>() -> Self {
         let [read, write] = if size_of::<T>() == 4 {
             ["const float *", "float *"]
         } else {
@@ -118,9 +116,16 @@ impl CNumbers {
         Self { read, write, lanes: T::WIDTH }
     }
 
-    /// The C statement that declares `own`, a pointer to the point data of the kernel's element.
-    pub(crate) fn own(&self, pointer: &str, width: usize) -> String {
+    /// The C statement that declares `entries`, a pointer to the stored data of the kernel's element.
+    pub(crate) fn declare(&self, pointer: &str, width: usize) -> String {
         let lanes = self.lanes;
-        format!("    {pointer}own = data + (at / {lanes} * {width} * {lanes} + at % {lanes});\n")
+        format!(
+            "    {pointer}entries = data + (at / {lanes} * {width} * {lanes} + at % {lanes});\n"
+        )
+    }
+
+    /// The C expression of entry k of the stored data.
+    pub(crate) fn entry(&self, k: usize) -> String {
+        format!("entries[{}]", self.lanes * k)
     }
 }
