@@ -73,13 +73,13 @@ impl<'a> NewtonParts<'a> {
         for (u, &[x, y, z]) in fields.displacement.iter_mut().zip(nodes) {
             *u = [1e-3 * x + 2e-4 * y * z, 1e-3 * y, -4e-3 * z + 3e-4 * x * z];
         }
-        let operator = problem.discretisation.operator.as_ref();
+        let operator = problem.setup.discretisation.operator.as_ref();
         let domain = operator.domain();
         Self {
             problem,
             fields,
             residual: Residual::new(nodes.len()),
-            linear: problem.discretisation.linear.solver(operator),
+            linear: problem.setup.discretisation.linear.solver(operator),
             step: vec![[0.0; 4]; nodes.len()],
             product: product(Arc::new(Layout::new(domain)), domain.tets()),
         }
@@ -91,13 +91,13 @@ impl<'a> NewtonParts<'a> {
     /// [`StepFailure::Inverted`] if an element is inverted; also for the methods below.
     pub fn residual(&mut self) -> Result<(), StepFailure> {
         let increment = increment(self.problem, &self.fields);
-        let operator = &self.problem.discretisation.operator;
+        let operator = &self.problem.setup.discretisation.operator;
         Ok(operator.residual(&increment, &mut self.residual)?)
     }
 
     /// Linearises: assembles the tangent, or computes its point data for quadratic elements with multigrid.
     pub fn linearise(&mut self) -> Result<(), StepFailure> {
-        let equations = &self.problem.discretisation.unknowns.equation;
+        let equations = &self.problem.setup.discretisation.unknowns.equation;
         let free: Vec<_> = equations.iter().map(|e| e.map(|e| e != NONE)).collect();
         let increment = increment(self.problem, &self.fields);
         Ok(self.linear.linearise(&increment, Coupling::Full, &free)?)
@@ -115,7 +115,7 @@ impl<'a> NewtonParts<'a> {
     /// Stores the point data of the matrix-free tangent.
     pub fn store(&mut self) -> Result<(), StepFailure> {
         let increment = increment(self.problem, &self.fields);
-        let operator = self.problem.discretisation.operator.as_ref();
+        let operator = self.problem.setup.discretisation.operator.as_ref();
         Ok(self.product.linearise(operator, &increment, Coupling::Full)?)
     }
 
@@ -133,5 +133,5 @@ impl<'a> NewtonParts<'a> {
 
 fn increment<'a>(problem: &'a Problem, fields: &'a Fields) -> Increment<'a> {
     let context = StepContext::new(&fields.damage, 0.01);
-    Increment { materials: &problem.points, fields, context }
+    Increment { materials: &problem.setup.points, fields, context }
 }

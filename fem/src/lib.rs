@@ -5,7 +5,7 @@
 //! statistics: the crates `surrogate` and `models` use its curves for a calibration.
 //!
 //! ```
-//! use fem::{CompressionTest, CylinderLattice, Fracture, Material, PhaseField, Schedule};
+//! use fem::{CompressionTest, CylinderLattice, End, Fracture, Material, PhaseField, Schedule};
 //!
 //! let mesh = CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.5 }.build()?;
 //! let matrix = Material::hencky(275.0, 0.25).with_fracture(Fracture {
@@ -21,10 +21,11 @@
 //!
 //! let mut peak: f64 = 0.0;
 //! let mut run = problem.start();
-//! while let Some(point) = run.step()? {
+//! while let Some(point) = run.step() {
 //!     peak = peak.max(point.force_n);
 //! }
 //! assert!((100.0..125.0).contains(&peak), "{peak} N");
+//! assert!(matches!(run.finish().end, End::BelowPeak));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
@@ -64,9 +65,9 @@
 //! 5. `element`: linear and quadratic tetrahedra, quadrature, the space on a mesh
 //! 6. `material`: laws, damage, and the equations at a quadrature point
 //! 7. `operator`: residual and tangent of a whole mesh, bounds of the unknowns
-//! 8. `solve`: Newton, alternate minimisation, arc length, contact passes, derivatives with respect to parameters,
+//! 8. `boundary`: conditions, loads, platens and contact
+//! 9. `solve`: Newton, alternate minimisation, arc length, contact passes, derivatives with respect to parameters,
 //!    linear solvers
-//! 9. `boundary`: conditions, loads, platens and contact
 //! 10. `problem`: a problem, its load steps, curves and checkpoints
 //! 11. `ensemble`: many runs in a directory
 //! 12. `bench`: functions for the benchmark of the solver (feature `bench-internals`)
@@ -97,14 +98,14 @@ mod solve;
 #[doc = include_str!("equations.md")]
 pub mod equations {}
 
-pub use boundary::{Axis, Conditions, ContactPoint, Platen};
+pub use boundary::{Axis, Conditions, ContactPoint, NodeSet, Platen};
 pub use device::{ComputeDevice, DeviceError};
 pub use element::{Order, PointValues};
 pub use ensemble::{
     Ensemble, EnsembleError, EnsembleProgress, EnsembleState, RunEnd, RunInput, RunRecord,
     RunStatus,
 };
-pub use error::{CheckpointError, CurveFileError, FemError, StepFailure};
+pub use error::{CheckpointError, CurveFileError, FemError, StepFailure, Unsupported};
 #[doc(inline)]
 pub use fem_file::{open_regular, read_regular, read_regular_text, write_atomically};
 #[doc(inline)]
@@ -131,11 +132,12 @@ pub use material::{
     PrincipalStrain, SaintVenantKirchhoff, Split, UserLaw, assert_material,
 };
 pub use num_dual::DualNum;
+pub use operator::CellStress;
 pub use parallel::{Communicator, Ranks};
 pub use problem::{
     AdaptiveSteps, ArcLength, Checkpoint, CompressionTest, CurvePoint, CurveWriter, End,
-    FixedSteps, Friction, LoadStepper, MaterialParameter, Observer, Outcome, Platens, Problem,
-    ProblemBuilder, ProblemWarning, Progress, Schedule, Sensitivities, Step, StepController,
-    read_curve, write_curve,
+    Evaluation, FixedSteps, Friction, LoadStepper, MaterialParameter, Observer, Outcome, Platens,
+    Problem, ProblemBuilder, ProblemWarning, Progress, Schedule, Sensitivities, Step,
+    StepController, read_curve, write_curve,
 };
 pub use solve::{Effort, LinearScheme, Scheme, SolverOptions};

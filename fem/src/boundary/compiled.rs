@@ -10,10 +10,11 @@ use super::constraint::{ConstrainedDof, Constraints, Value};
 use super::contact::Contact;
 use super::function::Function;
 use super::loads::{self, Loads, Traction};
+use super::node_set::triangles;
 use super::reaction::{self, Claims, Support};
 use super::rigid::RigidMotions;
 use crate::element::Domain;
-use crate::error::FemError;
+use crate::error::{FemError, Unsupported};
 use crate::fields::Fields;
 use crate::parallel::Part;
 use fem_mesh::TetMesh;
@@ -32,6 +33,8 @@ pub(crate) struct Boundary {
     damaged: Vec<bool>,
     pub(crate) contacts: Vec<Contact>,
     probe: Option<Probe>,
+    /// Nodes of the extensometer with their weights; empty if there is none.
+    gauge: Vec<(u32, f64)>,
     first_guess: Option<Function<[f64; 3]>>,
     part: Arc<Part>,
 }
@@ -48,12 +51,13 @@ impl Boundary {
         damaged: Vec<bool>,
         duration_s: f64,
     ) -> Result<Self, FemError> {
-        let triangles = |name: &str, role| surface(mesh, name, role);
+        let triangles = |name: &str, role| triangles(mesh, name, role);
+        let nodes_of = |name: &str, role| conditions.nodes_of(name, role, mesh, domain);
         let mut surfaces = BTreeMap::new();
         let (mut constraints, mut claims) =
             (Constraints::new(domain.nodes(), duration_s), Claims::default());
         for Prescribed { surface: name, axes, displacement } in &conditions.prescribed {
-            let nodes = domain.nodes_on(triangles(name, "displacement is prescribed")?);
+            let nodes = nodes_of(name, "displacement is prescribed")?;
             let value = displacement.clone().map_or(Value::Zero, Value::Displacement);
             for &axis in axes {
                 constraints.add(name, &nodes, axis as usize, value.clone())?;
@@ -70,10 +74,10 @@ impl Boundary {
             surfaces.insert(name.clone(), nodes);
         }
         for (name, function) in &conditions.damage {
-            let nodes = domain.nodes_on(triangles(name, "damage is prescribed")?);
+            let nodes = nodes_of(name, "damage is prescribed")?;
             constraints.add(name, &nodes, 3, Value::Damage(function.clone()))?;
         }
-        let mut contacts = Vec::new();
+        let (mut contacts, mut gauge) = (Vec::new(), Vec::new());
         for (name, platen) in &conditions.platens {
             platen.validate(name)?;
             let on = triangles(name, "a platen acts")?;
@@ -81,14 +85,20 @@ impl Boundary {
             surfaces.insert(name.clone(), domain.nodes_on(on));
         }
         if let Some(probe) = &conditions.probe {
-            let nodes = domain.nodes_on(triangles(&probe.surface, "the curve is measured")?);
+            let nodes = nodes_of(&probe.surface, "the curve is measured")?;
             surfaces.insert(probe.surface.clone(), nodes);
             if Vector3::from(probe.direction).norm() == 0.0 {
-                return Err(FemError::Unsupported {
-                    entity: format!("surface '{}'", probe.surface),
-                    message: "the direction in which it is measured has no length".into(),
-                    help: "give a direction such as [0, 0, 1]".into(),
-                });
+                let entity = format!("surface '{}'", probe.surface);
+                let requirement = "positive: the measured direction is a vector such as [0, 0, 1]";
+                return Err(FemError::parameter(
+                    &entity,
+                    "length of the direction",
+                    0.0,
+                    requirement,
+                ));
+            }
+            if let Travel::Gauge(points) = probe.travel {
+                gauge = gauge_of(domain, points)?;
             }
         }
         let mut tractions = Vec::new();
@@ -117,6 +127,7 @@ impl Boundary {
                 direction: Vector3::from(probe.direction).normalize().into(),
                 ..probe
             }),
+            gauge,
             first_guess: conditions.first_guess.clone(),
             part: Arc::default(),
         })
@@ -135,12 +146,14 @@ impl Boundary {
             nodes.into_iter().filter_map(&local).filter(|&n| part.halo.owns(n)).collect()
         };
         let supports = self.supports.into_iter();
+        let gauge = self.gauge.iter().filter_map(|&(n, weight)| Some((local(n)?, weight)));
         Self {
             supports: supports.map(|(name, of)| (name, reaction::of_part(of, &part))).collect(),
             constrained: constrained.collect(),
             surfaces: self.surfaces.into_iter().map(|(name, nodes)| (name, own(nodes))).collect(),
             tractions,
             contacts: self.contacts.iter().map(|contact| contact.of_part(&part)).collect(),
+            gauge: gauge.filter(|&(n, _)| part.halo.owns(n)).collect(),
             part,
             ..self
         }
@@ -242,6 +255,12 @@ impl Boundary {
         let Some(probe) = &self.probe else { return [0.0; 2] };
         let along = |v: [f64; 3]| (0..3).map(|k| v[k] * probe.direction[k]).sum::<f64>();
         let travel = match &probe.travel {
+            Travel::Gauge(_) => {
+                let moved = |&(n, weight): &(u32, f64)| weight * along(displacement[n as usize]);
+                let mut sum = [self.gauge.iter().map(moved).sum()];
+                self.part.ranks().sum(&mut sum);
+                sum[0]
+            }
             Travel::Known(f) => f.at([0.0; 3], time_s),
             Travel::Mean => {
                 let nodes = &self.surfaces[&probe.surface];
@@ -284,25 +303,16 @@ impl Boundary {
     }
 }
 
-/// Returns the triangles of a surface, or an error if the surface is missing or empty.
-fn surface<'a>(
-    mesh: &'a TetMesh,
-    name: &str,
-    role: &'static str,
-) -> Result<&'a [[u32; 3]], FemError> {
-    match mesh.surfaces.get(name) {
-        Some(triangles) if !triangles.is_empty() => Ok(triangles),
-        _ => {
-            let names: Vec<_> = mesh
-                .surfaces
-                .iter()
-                .filter(|(_, t)| !t.is_empty())
-                .map(|(n, _)| format!("'{n}'"))
-                .collect();
-            let present = if names.is_empty() { "none".into() } else { names.join(", ") };
-            Err(FemError::MissingSurface { name: name.into(), role, present })
-        }
+/// Returns the nodes and weights whose weighted displacements sum to that of the second point relative to the first.
+fn gauge_of(domain: &dyn Domain, points: [[f64; 3]; 2]) -> Result<Vec<(u32, f64)>, FemError> {
+    let mut gauge = Vec::new();
+    for (x, sign) in points.into_iter().zip([-1.0, 1.0]) {
+        let reason = Unsupported::GaugeOutside(x);
+        let at = domain.interpolation(x);
+        let at = at.ok_or_else(|| FemError::unsupported("extensometer", reason))?;
+        gauge.extend(at.into_iter().map(|(node, value)| (node, sign * value)));
     }
+    Ok(gauge)
 }
 
 /// Returns the axis that is normal to a plane surface.
@@ -314,12 +324,7 @@ fn normal_axis(mesh: &TetMesh, name: &str, triangles: &[[u32; 3]]) -> Result<Axi
     Axis::ALL
         .into_iter()
         .find(|&axis| triangles.iter().all(|t| normal(t)[axis as usize].abs() > 1.0 - 1e-8))
-        .ok_or_else(|| FemError::Unsupported {
-            entity: format!("surface '{name}'"),
-            message: "it is no plane normal to one of the axes and cannot be one of symmetry"
-                .into(),
-            help: "turn the mesh, or split the surface into planes".into(),
-        })
+        .ok_or_else(|| FemError::unsupported(format!("surface '{name}'"), Unsupported::NotAPlane))
 }
 
 /// Checks that no rigid motion is left free, or returns the constraints (node, component) that remove the free
@@ -344,15 +349,6 @@ fn supports(
     if remove {
         return Ok(motions.supports(nodes));
     }
-    Err(FemError::Unsupported {
-        entity: "boundary conditions".into(),
-        message: format!(
-            "the body can still move {} ({} rigid motions are free)",
-            motions.describe(),
-            motions.count()
-        ),
-        help: "prescribe more components, or have the rigid motions removed \
-               (remove_rigid_motions)"
-            .into(),
-    })
+    let reason = Unsupported::FreeMotions { motion: motions.describe(), count: motions.count() };
+    Err(FemError::unsupported("boundary conditions", reason))
 }

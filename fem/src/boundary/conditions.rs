@@ -1,7 +1,13 @@
 //! Boundary conditions and loads, with the names of the surfaces of the mesh.
 
+use std::collections::BTreeMap;
+
 use super::contact::Platen;
 use super::function::Function;
+use super::node_set::{NodeSet, triangles};
+use crate::element::Domain;
+use crate::error::{FemError, Unsupported};
+use fem_mesh::TetMesh;
 
 /// A direction of the global axes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -24,6 +30,9 @@ impl Axis {
 pub(crate) enum Travel {
     /// Mean displacement of the surface's nodes along the direction.
     Mean,
+    /// Displacement of the second gauge point relative to the first, along the direction. The points are reference
+    /// positions, mm.
+    Gauge([[f64; 3]; 2]),
     /// Given function of time, mm.
     Known(Function<f64>),
 }
@@ -65,6 +74,7 @@ pub(super) struct Prescribed {
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct Conditions {
+    node_sets: BTreeMap<String, NodeSet>,
     pub(super) prescribed: Vec<Prescribed>,
     pub(super) damage: Vec<(String, Function<f64>)>,
     pub(super) symmetric: Vec<String>,
@@ -75,13 +85,34 @@ pub struct Conditions {
     pub(super) remove_rigid_motions: bool,
     pub(super) probe: Option<Probe>,
     pub(super) first_guess: Option<Function<[f64; 3]>>,
-    pub(super) description: String,
+    description: String,
 }
 
 impl Conditions {
     /// Creates an empty list of conditions.
     pub fn new() -> Self {
         Self::default()
+    }
+
+    /// Gives a selection of nodes a name. The name can be used in place of that of a surface, except for tractions,
+    /// platens and symmetry, which need an area. If several conditions prescribe a component of a node and one of them
+    /// belongs to a node set, the force is divided equally among them.
+    ///
+    /// # Example
+    /// A plate on a line support and a pin:
+    /// ```
+    /// use fem::{Axis, Conditions, NodeSet};
+    ///
+    /// let conditions = Conditions::new()
+    ///     .node_set("line", NodeSet::segment([0.0, 0.0, 0.0], [0.0, 5.0, 0.0]))
+    ///     .node_set("pin", NodeSet::nearest([10.0, 2.5, 0.0]))
+    ///     .fix("line", [Axis::Z])
+    ///     .fix("pin", Axis::ALL);
+    /// # let _ = conditions;
+    /// ```
+    pub fn node_set(mut self, name: &str, nodes: NodeSet) -> Self {
+        self.node_sets.insert(name.into(), nodes);
+        self
     }
 
     /// Prescribes components of the displacement of a surface, mm. Components that are not in `axes` stay free; the
@@ -199,6 +230,50 @@ impl Conditions {
         let travel = Travel::Known(Function::new(move |_, time_s| travel_mm(time_s)));
         self.probe = Some(Probe { surface: surface.into(), direction, travel });
         self
+    }
+
+    /// Measures the force on a surface, as [`measure`](Self::measure), and as displacement that of an extensometer: the
+    /// displacement of `gauge_mm[1]` relative to `gauge_mm[0]` along `direction`. The gauge points are reference
+    /// positions within the body, mm; they need not be nodes.
+    ///
+    /// # Example
+    /// ```
+    /// use fem::{Axis, Conditions};
+    ///
+    /// let conditions = Conditions::new()
+    ///     .fix("bottom", [Axis::Z])
+    ///     .prescribe("top", [Axis::Z], |_, time_s| [0.0, 0.0, 0.1 * time_s])
+    ///     .measure_between("top", [0.0, 0.0, 1.0], [[2.5, 0.0, 1.2], [2.5, 0.0, 3.2]]);
+    /// # let _ = conditions;
+    /// ```
+    pub fn measure_between(
+        mut self,
+        surface: &str,
+        direction: [f64; 3],
+        gauge_mm: [[f64; 3]; 2],
+    ) -> Self {
+        let travel = Travel::Gauge(gauge_mm);
+        self.probe = Some(Probe { surface: surface.into(), direction, travel });
+        self
+    }
+
+    /// Returns the nodes of a surface or a node set. `role` says what happens there.
+    pub(crate) fn nodes_of(
+        &self,
+        name: &str,
+        role: &'static str,
+        mesh: &TetMesh,
+        domain: &dyn Domain,
+    ) -> Result<Vec<u32>, FemError> {
+        let Some(set) = self.node_sets.get(name) else {
+            return Ok(domain.nodes_on(triangles(mesh, name, role)?));
+        };
+        let refused = |reason| Err(FemError::unsupported(format!("node set '{name}'"), reason));
+        if mesh.surfaces.contains_key(name) {
+            return refused(Unsupported::NameOfSurface);
+        }
+        let nodes = set.nodes(mesh, domain)?;
+        if nodes.is_empty() { refused(Unsupported::EmptyNodeSet) } else { Ok(nodes) }
     }
 
     /// Describes the functions as text. A run resumes from a saved state only if the state has the same description,

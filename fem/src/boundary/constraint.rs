@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::function::Function;
-use crate::error::FemError;
+use crate::error::{FemError, Unsupported};
 
 /// One degree of freedom whose value is prescribed; component 3 is the damage.
 #[derive(Clone, Debug)]
@@ -83,15 +83,15 @@ impl<'a> Constraints<'a> {
         for fraction in [0.5, 1.0] {
             let [a, b] = [first, second].map(|dof| dof.at(x, fraction * self.duration_s));
             if (a - b).abs() > 1e-9 * (a.abs() + b.abs()) + 1e-12 {
-                let (node, value) = (first.node, NAMES[first.component]);
-                return Err(FemError::unsupported(
-                    format!("surfaces '{first_surface}' and '{second_surface}'"),
-                    format!(
-                        "at their common node {node} (at {x:?} mm) they prescribe {a} and {b} for \
-                         {value}"
-                    ),
-                    "prescribe the same there, or take the component out of one",
-                ));
+                let reason = Unsupported::Conflict {
+                    node: first.node,
+                    position_mm: x,
+                    component: NAMES[first.component],
+                    first: a,
+                    second: b,
+                };
+                let entity = format!("surfaces '{first_surface}' and '{second_surface}'");
+                return Err(FemError::unsupported(entity, reason));
             }
         }
         Ok(())

@@ -10,7 +10,6 @@ use crate::element::Domain;
 use crate::fields::Fields;
 use crate::operator::{NodeBlock, Residual, StepContext};
 use crate::parallel::Part;
-use crate::solve::External;
 
 /// Rounding error of a gap in units of `f64::EPSILON`.
 const ROUNDED: f64 = 4.0;
@@ -21,65 +20,6 @@ pub(crate) struct ExternalForces {
     loads: Option<Loads>,
     contacts: Vec<ContactStep>,
     part: Arc<Part>,
-}
-
-impl External for ExternalForces {
-    fn subtract(&self, fields: &Fields, residual: &mut Residual) {
-        residual.external = [0.0; 2];
-        let halo = &self.part.halo;
-        for (node, load) in self.nodal_loads().enumerate() {
-            let counts = f64::from(halo.owns(node as u32));
-            for k in 0..4 {
-                residual.nodal[node][k] -= load[k];
-                residual.external[k / 3] += counts * load[k] * load[k];
-            }
-        }
-        for (node, force) in self.contacts.iter().flat_map(|c| c.forces(fields)) {
-            let counts = f64::from(halo.owns(node));
-            for k in 0..3 {
-                residual.nodal[node as usize][k] -= force[k];
-                residual.external[0] += counts * force[k] * force[k];
-            }
-        }
-    }
-
-    fn tangent(&self, fields: &Fields) -> Vec<NodeBlock> {
-        self.contacts.iter().flat_map(|c| c.blocks(fields)).collect()
-    }
-
-    fn has_contact(&self) -> bool {
-        !self.contacts.is_empty()
-    }
-
-    fn has_friction(&self) -> bool {
-        self.contacts.iter().any(ContactStep::has_friction)
-    }
-
-    fn augment(&mut self, fields: &Fields) -> f64 {
-        let mut square = [self.contacts.iter_mut().map(|contact| contact.update(fields)).sum()];
-        self.part.ranks().sum(&mut square);
-        square[0]
-    }
-
-    fn follow(&self, fields: &Fields, rates: &[[f64; 4]]) -> Vec<(u32, [f64; 3])> {
-        self.contacts.iter().flat_map(|c| c.follow(fields, rates)).collect()
-    }
-
-    fn rounding(&self) -> [f64; 2] {
-        let mut squares = [0.0; 2];
-        for (square, length) in self.contacts.iter().map(ContactStep::stiffness) {
-            squares[0] += square;
-            squares[1] += square * length * length;
-        }
-        if self.has_contact() {
-            self.part.ranks().sum(&mut squares);
-        }
-        squares.map(|square| ROUNDED * f64::EPSILON * square.sqrt())
-    }
-
-    fn blunt(&mut self, factor: f64) {
-        self.contacts.iter_mut().for_each(|c| c.bluntness = factor);
-    }
 }
 
 impl ExternalForces {
@@ -106,6 +46,74 @@ impl ExternalForces {
         });
         let (contacts, part) = (contacts.collect(), Arc::clone(boundary.part()));
         Self { loads: boundary.loads(domain, time_s), contacts, part }
+    }
+
+    /// Subtracts the external forces from a residual that contains only forces of the stress.
+    pub(crate) fn subtract(&self, fields: &Fields, residual: &mut Residual) {
+        residual.external = [0.0; 2];
+        let halo = &self.part.halo;
+        for (node, load) in self.nodal_loads().enumerate() {
+            let counts = f64::from(halo.owns(node as u32));
+            for k in 0..4 {
+                residual.nodal[node][k] -= load[k];
+                residual.external[k / 3] += counts * load[k] * load[k];
+            }
+        }
+        for (node, force) in self.contacts.iter().flat_map(|c| c.forces(fields)) {
+            let counts = f64::from(halo.owns(node));
+            for k in 0..3 {
+                residual.nodal[node as usize][k] -= force[k];
+                residual.external[0] += counts * force[k] * force[k];
+            }
+        }
+    }
+
+    /// Returns the contributions of contact to the tangent.
+    pub(crate) fn tangent(&self, fields: &Fields) -> Vec<NodeBlock> {
+        self.contacts.iter().flat_map(|c| c.blocks(fields)).collect()
+    }
+
+    /// Whether there are contact pressures, which are determined by passes.
+    pub(crate) fn has_contact(&self) -> bool {
+        !self.contacts.is_empty()
+    }
+
+    /// Whether there is a contact with friction.
+    pub(crate) fn has_friction(&self) -> bool {
+        self.contacts.iter().any(ContactStep::has_friction)
+    }
+
+    /// Makes one pass of augmentation: updates the contact pressures from the gaps. Returns the square of the change
+    /// of the contact forces, N².
+    pub(crate) fn augment(&mut self, fields: &Fields) -> f64 {
+        let mut square = [self.contacts.iter_mut().map(|contact| contact.update(fields)).sum()];
+        self.part.ranks().sum(&mut square);
+        square[0]
+    }
+
+    /// Returns the change of the contact forces that keeps the gaps of contact without friction closed for the
+    /// displacement rates du/dθ in `rates`: −γ A (n·du/dθ) n, N, for each node.
+    pub(crate) fn follow(&self, fields: &Fields, rates: &[[f64; 4]]) -> Vec<(u32, [f64; 3])> {
+        self.contacts.iter().flat_map(|c| c.follow(fields, rates)).collect()
+    }
+
+    /// Returns the rounding error of contact forces: per mm of displacement, N/mm, and independent of displacement,
+    /// N.
+    pub(crate) fn rounding(&self) -> [f64; 2] {
+        let mut squares = [0.0; 2];
+        for (square, length) in self.contacts.iter().map(ContactStep::stiffness) {
+            squares[0] += square;
+            squares[1] += square * length * length;
+        }
+        if self.has_contact() {
+            self.part.ranks().sum(&mut squares);
+        }
+        squares.map(|square| ROUNDED * f64::EPSILON * square.sqrt())
+    }
+
+    /// Multiplies the slip velocity below which friction fades out by `factor`.
+    pub(crate) fn blunt(&mut self, factor: f64) {
+        self.contacts.iter_mut().for_each(|c| c.bluntness = factor);
     }
 
     fn nodal_loads(&self) -> impl Iterator<Item = &[f64; 4]> {

@@ -7,11 +7,13 @@ mod contact;
 mod external;
 mod function;
 mod loads;
+mod node_set;
 mod reaction;
 mod rigid;
 
 pub use conditions::{Axis, Conditions};
 pub use contact::{ContactPoint, Platen};
+pub use node_set::NodeSet;
 
 pub(crate) use compiled::Boundary;
 pub(crate) use contact::Contact;

@@ -3,7 +3,8 @@
 //! A condition on a surface exerts forces only in the components that it prescribes, e.g. a plane of symmetry only
 //! along its normal. Where surfaces meet, several may prescribe the same component of a node. Its force is then
 //! distributed in proportion to the area of their triangles at the node, so that the forces of all surfaces add up to
-//! the force on the body.
+//! the force on the body. Node sets have no area: where one of the conditions belongs to a node set, the force is divided
+//! equally.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -44,13 +45,18 @@ impl Claims {
         mesh: &TetMesh,
     ) -> BTreeMap<String, Vec<Support>> {
         let mut areas: BTreeMap<&str, BTreeMap<u32, f64>> = BTreeMap::new();
-        for surface in self.0.values().filter(|s| s.len() > 1).flatten() {
+        let have_areas =
+            |names: &BTreeSet<String>| names.iter().all(|name| mesh.surfaces.contains_key(name));
+        for surface in self.0.values().filter(|s| s.len() > 1 && have_areas(s)).flatten() {
             let on_surface = || areas_at_nodes(domain, mesh, &mesh.surfaces[surface]);
             areas.entry(surface).or_insert_with(on_surface);
         }
         let mut supports: BTreeMap<String, Vec<Support>> = BTreeMap::new();
         for (&(node, component), surfaces) in &self.0 {
-            let area = |surface: &String| areas.get(surface.as_str()).map_or(1.0, |a| a[&node]);
+            let weighted = have_areas(surfaces);
+            let area = |surface: &String| {
+                areas.get(surface.as_str()).filter(|_| weighted).map_or(1.0, |a| a[&node])
+            };
             let sum: f64 = surfaces.iter().map(area).sum();
             for surface in surfaces {
                 let support = Support { node, component, share: area(surface) / sum };

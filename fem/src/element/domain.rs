@@ -2,12 +2,19 @@
 
 use std::collections::BTreeMap;
 
+use nalgebra::{Matrix3, Vector3};
+
 use super::geometry::Geometry;
 use super::quadrature::{QuadraturePoint, fourteen};
 use super::rule::Rule;
 use super::space::Space;
 use super::triangle::seven;
 use crate::fields::Fields;
+
+/// Smallest barycentric coordinate, with its sign changed, of a point that counts as inside the body.
+const OUTSIDE: f64 = 1e-6;
+/// Iterations that find a point in a curved element.
+const CURVED_ITERATIONS: u32 = 20;
 
 /// Values of the fields at a point inside the body.
 #[derive(Clone, Copy, Debug)]
@@ -82,6 +89,9 @@ pub trait Domain {
     /// are omitted.
     fn nodal_areas(&self, triangles: &[[u32; 3]]) -> Vec<(u32, f64)>;
 
+    /// Returns nodes and values of their shape functions at a reference position, mm; `None` outside the body.
+    fn interpolation(&self, position: [f64; 3]) -> Option<Vec<(u32, f64)>>;
+
     /// Calls `each` with the field values and the volume (mm³) of each point of a quadrature rule of degree 5.
     fn visit(&self, fields: &Fields, each: &mut dyn FnMut(&PointValues, f64));
 }
@@ -111,13 +121,13 @@ impl<const N: usize> Space<N> {
             let at = [at[0], at[1], at[2], 0.0];
             let (all, slopes) = ((self.values)(at), (self.slopes)(at));
             let (mut position, mut values) = ([0.0; 3], [0.0; 6]);
-            let mut along = [nalgebra::Vector3::zeros(); 2];
+            let mut along = [Vector3::zeros(); 2];
             for (a, &node) in nodes.iter().enumerate() {
                 let (x, s) = (self.nodes[node as usize], slopes[of_tet(a)]);
                 values[a] = all[of_tet(a)];
                 (0..3).for_each(|k| position[k] += values[a] * x[k]);
                 for k in 0..2 {
-                    along[k] += nalgebra::Vector3::from(x) * (s[k + 1] - s[0]);
+                    along[k] += Vector3::from(x) * (s[k + 1] - s[0]);
                 }
             }
             let area = weight * 0.5 * along[0].cross(&along[1]).norm();
@@ -133,6 +143,22 @@ impl<const N: usize> Space<N> {
 
     fn positions(&self, tet: usize) -> [[f64; 3]; N] {
         self.tets[tet].map(|node| self.nodes[node as usize])
+    }
+
+    /// Returns the barycentric coordinates of a reference position in an element.
+    fn barycentric(&self, tet: usize, position: [f64; 3]) -> Option<[f64; 4]> {
+        let x = self.positions(tet);
+        let edge = |k: usize| Vector3::from(x[k]) - Vector3::from(x[0]);
+        let inverse = Matrix3::from_columns(&[edge(1), edge(2), edge(3)]).try_inverse()?;
+        let mut at = [1.0, 0.0, 0.0, 0.0];
+        // the inverse of the straight element is exact for straight elements; curved ones need a few iterations
+        for _ in 0..if self.is_curved(tet) { CURVED_ITERATIONS } else { 1 } {
+            let off = Vector3::from(position) - Vector3::from(mix(&x, &(self.values)(at)));
+            let step = inverse * off;
+            at[0] -= step.sum();
+            (0..3).for_each(|k| at[k + 1] += step[k]);
+        }
+        Some(at)
     }
 }
 
@@ -244,6 +270,15 @@ impl<const N: usize> Domain for Space<N> {
             }
         }
         areas.into_iter().collect()
+    }
+
+    fn interpolation(&self, position: [f64; 3]) -> Option<Vec<(u32, f64)>> {
+        let least = |at: &[f64; 4]| at.iter().copied().fold(f64::INFINITY, f64::min);
+        let (tet, at) = (0..self.tets.len())
+            .filter_map(|tet| Some((tet, self.barycentric(tet, position)?)))
+            .max_by(|(_, a), (_, b)| least(a).total_cmp(&least(b)))
+            .filter(|(_, at)| least(at) >= -OUTSIDE)?;
+        Some(self.tets[tet].iter().copied().zip((self.values)(at)).collect())
     }
 
     fn visit(&self, fields: &Fields, each: &mut dyn FnMut(&PointValues, f64)) {

@@ -12,7 +12,7 @@ use super::record_file::StoredRun;
 use super::store::Store;
 use super::{EnsembleError, EnsembleProgress, RunEnd, RunInput, RunRecord, RunStatus};
 use crate::error::FemError;
-use crate::problem::{End, Outcome};
+use crate::problem::{End, Outcome, Sensitivities};
 
 /// Delay before checking again a run that another process has locked.
 const WAIT: Duration = Duration::from_millis(200);
@@ -360,35 +360,38 @@ impl Shift<'_> {
         let start = Instant::now();
         let outcome = catch_unwind(AssertUnwindSafe(|| (self.job)(run, &done)));
         let seconds = start.elapsed().as_secs_f64();
-        let nothing = Default::default;
-        let (end, yields) = match outcome {
-            Ok(Ok(Outcome { end, curve, sensitivities, .. })) => match end {
-                End::Displacement => (Ok(RunEnd::Displacement), (curve, sensitivities)),
-                End::BelowPeak => (Ok(RunEnd::BelowPeak), (curve, sensitivities)),
-                End::Failed(error) => (Err(error.to_string()), (curve, sensitivities)),
-                End::Interrupted if self.interrupt.load(Ordering::Relaxed) => return None,
-                End::Interrupted => (Err("the run was stopped by its observer".into()), nothing()),
-            },
-            Ok(Err(error)) => (Err(error.to_string()), nothing()),
+        let (mut end, mut curve, mut sensitivities) = match outcome {
+            Ok(Ok(Outcome { end, curve, sensitivities, .. })) => {
+                let end = match end {
+                    End::Displacement => Ok(RunEnd::Displacement),
+                    End::BelowPeak => Ok(RunEnd::BelowPeak),
+                    End::Failed(error) => Err(error.to_string()),
+                    End::Interrupted if self.interrupt.load(Ordering::Relaxed) => return None,
+                    End::Interrupted => Err("the run was stopped by its observer".into()),
+                };
+                (end, curve, sensitivities)
+            }
+            Ok(Err(error)) => (Err(error.to_string()), Vec::new(), Sensitivities::default()),
             Err(panic) => {
                 let text = panic
                     .downcast_ref::<String>()
                     .map(String::as_str)
                     .or_else(|| panic.downcast_ref::<&str>().copied())
                     .unwrap_or("no message");
-                (Err(format!("the simulation panicked: {text}")), nothing())
+                let reason = format!("the simulation panicked: {text}");
+                (Err(reason), Vec::new(), Sensitivities::default())
             }
         };
-        let record = RunRecord::new(run, self.names, end, yields, seconds);
         // JSON cannot represent infinite values: a record with such a curve could be written but not read
-        let is_readable = serde_json::to_vec(&record)
-            .and_then(|bytes| serde_json::from_slice::<RunRecord>(&bytes))
-            .is_ok();
-        if is_readable {
-            return Some(record);
+        let finite = curve.iter().take_while(|point| point.is_finite()).count();
+        let rows = &sensitivities.force_n;
+        let rows = rows.iter().take_while(|row| row.iter().all(|x| x.is_finite())).count();
+        if finite < curve.len() || rows < sensitivities.force_n.len() {
+            curve.truncate(finite);
+            sensitivities.force_n.truncate(rows.min(finite));
+            end = Err("the curve has values that are not finite".into());
         }
-        let reason = "the curve has values that are not finite".into();
-        Some(RunRecord::new(run, self.names, Err(reason), nothing(), seconds))
+        Some(RunRecord::new(run, self.names, end, (curve, sensitivities), seconds))
     }
 
     fn tell(&self) {

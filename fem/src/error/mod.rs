@@ -2,6 +2,7 @@
 
 mod file;
 mod step;
+mod unsupported;
 
 use std::error::Error;
 use std::io;
@@ -12,6 +13,7 @@ use fem_mesh::MeshError;
 
 pub use file::{CheckpointError, CurveFileError};
 pub use step::StepFailure;
+pub use unsupported::Unsupported;
 
 /// Error that prevents the creation of a problem or stops its run.
 #[derive(Clone, Debug, thiserror::Error)]
@@ -49,7 +51,7 @@ pub enum FemError {
     },
     /// A parameter is out of its range.
     #[error("{entity}: {field} = {value} must be {requirement}")]
-    Parameter {
+    OutOfRange {
         /// Object to which the parameter belongs, such as "material.matrix".
         entity: String,
         /// Name of the parameter.
@@ -60,15 +62,28 @@ pub enum FemError {
         requirement: &'static str,
     },
     /// A combination of settings is not supported.
-    #[error("{entity}: {message}; {help}")]
+    #[error("{entity}: {reason}; {}", reason.help())]
     Unsupported {
         /// Object that the error concerns.
         entity: String,
-        /// Description of the error.
-        message: String,
-        /// How to fix the error.
-        help: String,
+        /// Reason, with its remedy.
+        reason: Unsupported,
     },
+    /// Fields of another problem.
+    #[error(
+        "the fields have {nodes} nodes and the problem has {expected}: use fields of this problem"
+    )]
+    OtherFields {
+        /// Number of nodes of the fields.
+        nodes: usize,
+        /// Number of nodes of the problem.
+        expected: usize,
+    },
+    /// Fields at which stress and energy do not exist.
+    #[error(
+        "the fields turn an element inside out, so that it has no stress: use fields of an equilibrium"
+    )]
+    InvertedFields,
     /// No equilibrium was found, even with the smallest load step.
     #[error(
         "no equilibrium after {displacement_mm} mm ({time_s} s) with steps down to {step_s} s ({source}); {help}"
@@ -122,7 +137,7 @@ pub enum FemError {
         message: String,
     },
     /// Another rank has ended unexpectedly.
-    #[error("rank {rank} is gone, and the run with it; {}", go_on(checkpoint.as_deref()))]
+    #[error("rank {rank} has ended, and the run with it; {}", resumption(checkpoint.as_deref()))]
     RankLost {
         /// Number of the rank.
         rank: usize,
@@ -139,10 +154,10 @@ pub enum FemError {
     },
 }
 
-fn go_on(checkpoint: Option<&Path>) -> String {
+fn resumption(checkpoint: Option<&Path>) -> String {
     match checkpoint {
-        Some(path) => format!("the same run goes on from {}", path.display()),
-        None => "no state was saved from which it could go on".into(),
+        Some(path) => format!("the same run resumes from {}", path.display()),
+        None => "no state was saved from which it could resume".into(),
     }
 }
 
@@ -153,15 +168,11 @@ impl FemError {
         value: f64,
         requirement: &'static str,
     ) -> Self {
-        FemError::Parameter { entity: entity.into(), field, value, requirement }
+        FemError::OutOfRange { entity: entity.into(), field, value, requirement }
     }
 
-    pub(crate) fn unsupported(
-        entity: impl Into<String>,
-        message: impl Into<String>,
-        help: impl Into<String>,
-    ) -> Self {
-        FemError::Unsupported { entity: entity.into(), message: message.into(), help: help.into() }
+    pub(crate) fn unsupported(entity: impl Into<String>, reason: Unsupported) -> Self {
+        FemError::Unsupported { entity: entity.into(), reason }
     }
 
     pub(crate) fn factorisation(

@@ -1,7 +1,8 @@
 //! Reasons for the failure of a load step.
 
-/// Reason why an increment found no equilibrium.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+/// Reason why an increment found no equilibrium. Residuals are relative, as `tolerance` of
+/// [`SolverOptions`](crate::SolverOptions).
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum StepFailure {
     /// The initial guess or an intermediate state inverts an element.
@@ -14,21 +15,47 @@ pub enum StepFailure {
     #[error("a function of the boundary conditions returns a value that is not finite")]
     Condition,
     /// No step along Newton's direction reduces the residual.
-    #[error("the line search found no smaller residual")]
-    Stalled,
+    #[error(
+        "the line search found no smaller residual than {residual:.1e} after {iterations} iterations"
+    )]
+    Stalled {
+        /// Newton iterations of the attempt.
+        iterations: u32,
+        /// Relative residual at the end of the attempt.
+        residual: f64,
+    },
     /// The limit of iterations was reached.
-    #[error("too many iterations")]
-    TooManyIterations,
+    #[error("too many iterations: the residual is {residual:.1e} after {iterations}")]
+    TooManyIterations {
+        /// Iterations of the attempt: of Newton's method, alternations, or steps of a flow.
+        iterations: u32,
+        /// Relative residual at the end of the attempt.
+        residual: f64,
+    },
     /// The linear solver found no solution.
     #[error("the tangent is singular")]
     Singular,
     /// The limit of passes over the contact pressures was reached.
-    #[error("the contact pressures did not settle")]
-    Contact,
+    #[error(
+        "the contact pressures still change by {change:.1e} of the forces after {passes} passes"
+    )]
+    Contact {
+        /// Passes over the contact pressures.
+        passes: u32,
+        /// Change of the contact forces in the last pass, relative to the forces on the body.
+        change: f64,
+    },
     /// The step controller ended the run, although every step so far found an equilibrium.
     #[error("the step controller gave up")]
     GivenUp,
-    /// The step released more crack energy than an arc-length step may release.
-    #[error("the step released more energy than asked for")]
-    Release,
+    /// The step released more crack energy than a step of crack energy may release.
+    #[error(
+        "the step released {released_n_mm:.3e} N mm, and at most {allowed_n_mm:.3e} N mm is allowed"
+    )]
+    Release {
+        /// Increase of the crack energy in the step, N mm.
+        released_n_mm: f64,
+        /// Largest allowed increase, N mm.
+        allowed_n_mm: f64,
+    },
 }

@@ -3,7 +3,7 @@
 use super::law::{Elasticity, HyperelasticLaw, Moduli, UserLaw, check_moduli};
 use super::phase_field::{Irreversibility, PhaseField, Split};
 use super::point::{Damage, Degraded, PointMaterial};
-use crate::error::FemError;
+use crate::error::{FemError, Unsupported};
 
 /// The material of one region of the mesh.
 ///
@@ -73,7 +73,7 @@ impl Material {
     /// Checks that the parameters are valid and in plausible units, and that the law supports the split.
     ///
     /// # Errors
-    /// [`FemError::Parameter`] with the name of the parameter; [`FemError::Unsupported`] for an unsupported split.
+    /// [`FemError::OutOfRange`] with the name of the parameter; [`FemError::Unsupported`] for an unsupported split.
     pub fn validate(&self, region: &str, phase_field: Option<&PhaseField>) -> Result<(), FemError> {
         let entity = format!("material.{region}");
         let check = |holds: bool, field: &'static str, value: f64, requirement: &'static str| {
@@ -106,13 +106,7 @@ impl Material {
         if phase_field.is_some_and(|p| p.split == Split::Spectral)
             && !matches!(self.elasticity, Elasticity::Hencky { .. })
         {
-            return Err(FemError::Unsupported {
-                entity,
-                message: "the energy of this law has no spectral split".into(),
-                help: "take law = \"hencky\", split = \"volumetric-deviatoric\" or \"none\", or leave \
-                       the toughness out"
-                    .into(),
-            });
+            return Err(FemError::unsupported(entity, Unsupported::SpectralSplit));
         }
         Ok(())
     }

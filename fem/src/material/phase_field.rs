@@ -131,7 +131,7 @@ impl PhaseField {
     /// Checks that the length is positive and finite.
     ///
     /// # Errors
-    /// [`FemError::Parameter`].
+    /// [`FemError::OutOfRange`].
     pub fn validate(&self) -> Result<(), FemError> {
         if self.length_mm > 0.0 && self.length_mm.is_finite() {
             return Ok(());

@@ -5,6 +5,7 @@
 //! ε_j) it is artanh(y)/y, which is smooth at equal stretches.
 
 use super::number::{Scalar, dot};
+use crate::error::StepFailure;
 
 /// Deformation at a point, in the basis of the eigenvectors of b = F Fᵀ.
 #[derive(Clone, Copy, Debug)]
@@ -32,6 +33,12 @@ pub struct Strains<T> {
 /// Error of a deformation gradient with det F ≤ 0 or NaN.
 #[derive(Clone, Copy, Debug)]
 pub struct Inverted;
+
+impl From<Inverted> for StepFailure {
+    fn from(_: Inverted) -> Self {
+        StepFailure::Inverted
+    }
+}
 
 impl<T: Scalar> Strains<T> {
     /// Computes the strains from the eigenvalues of b − I.

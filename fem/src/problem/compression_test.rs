@@ -2,9 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::builder::ProblemBuilder;
-use super::problem::Problem;
-use super::schedule::Schedule;
+use super::control::Schedule;
+use super::problem::{Problem, ProblemBuilder};
 use crate::boundary::{Axis, Conditions, Platen};
 use crate::error::FemError;
 use fem_mesh::TetMesh;

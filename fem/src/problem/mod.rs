@@ -1,43 +1,41 @@
 //! Boundary-value problems in time: from conditions and parameters to the curve and the fields. The unconfined
 //! compression test is one of them.
+//!
+//! The modules, in the order of their layers:
+//!
+//! 1. `curve`: points of a curve, its file, the end of a run
+//! 2. `control`: schedules and step controllers
+//! 3. `parameter`: material parameters of sensitivities
+//! 4. `definition`: input data, discretisation, warnings
+//! 5. `memory`: state of irreversible damage
+//! 6. `state`: state of a run, checkpoints
+//! 7. `sensitivity`: derivatives of the force from increment to increment
+//! 8. `stepping`: increments, and the loop over load steps
+//! 9. `evaluation`: stress, energy and forces of fields
+//! 10. `problem`: builder, problem, runs
+//! 11. `compression_test`: the unconfined compression test
 
-mod advice;
-mod builder;
-mod checkpoint;
 mod compression_test;
-mod controller;
+mod control;
 mod curve;
-mod curve_file;
 mod definition;
-mod discretisation;
-mod fingerprint;
-mod increment;
+mod evaluation;
 mod memory;
 mod parameter;
-mod past;
-#[expect(clippy::module_inception, reason = "the room is named after what it is for")]
+#[expect(clippy::module_inception, reason = "the module is named after its main type")]
 mod problem;
-mod rounding;
-mod run;
-mod schedule;
 mod sensitivity;
 mod state;
-mod stepper;
-mod steps;
-mod warning;
+mod stepping;
 
-pub(crate) use fingerprint::Fingerprint;
+pub(crate) use definition::Fingerprint;
 
-pub use builder::ProblemBuilder;
-pub use checkpoint::Checkpoint;
 pub use compression_test::{CompressionTest, Friction, Platens};
-pub use controller::{Progress, Step, StepController};
-pub use curve::{CurvePoint, End, Outcome, Sensitivities};
-pub use curve_file::{CurveWriter, read_curve, write_curve};
+pub use control::{AdaptiveSteps, ArcLength, FixedSteps, Progress, Schedule, Step, StepController};
+pub use curve::{CurvePoint, CurveWriter, End, Outcome, Sensitivities, read_curve, write_curve};
+pub use definition::ProblemWarning;
+pub use evaluation::Evaluation;
 pub use parameter::MaterialParameter;
-pub use problem::Problem;
-pub use run::Observer;
-pub use schedule::Schedule;
-pub use stepper::LoadStepper;
-pub use steps::{AdaptiveSteps, ArcLength, FixedSteps};
-pub use warning::ProblemWarning;
+pub use problem::{Problem, ProblemBuilder};
+pub use state::Checkpoint;
+pub use stepping::{LoadStepper, Observer};

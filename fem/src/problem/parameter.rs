@@ -2,7 +2,7 @@
 
 use std::convert::Infallible;
 
-use crate::error::FemError;
+use crate::error::{FemError, Unsupported};
 use crate::material::{Material, PhaseField};
 
 /// Material parameter for sensitivities of the force, defined by the materials below and above its value.
@@ -65,16 +65,15 @@ impl MaterialParameter {
         field: Option<&PhaseField>,
     ) -> Result<(), FemError> {
         let entity = || format!("sensitivities: parameter '{}'", self.name);
-        let refused =
-            |message: String, help: &str| Err(FemError::unsupported(entity(), message, help));
+        let refused = |reason| Err(FemError::unsupported(entity(), reason));
         if !(self.width > 0.0 && self.width.is_finite()) {
             let requirement = "positive: what the parameter has more above than below";
             return Err(FemError::parameter(&entity(), "width", self.width, requirement));
         }
         for side in [&self.below, &self.above] {
             if side.len() != materials.len() {
-                let message = format!("{} materials for {} regions", side.len(), materials.len());
-                return refused(message, "give one material to each region, in their order");
+                let (materials, regions) = (side.len(), materials.len());
+                return refused(Unsupported::ParameterRegions { materials, regions });
             }
             for (region, material) in regions.iter().zip(side) {
                 material.validate(region, field)?;
@@ -85,22 +84,15 @@ impl MaterialParameter {
             let kinds = [below, above, at].map(|m| std::mem::discriminant(&m.elasticity));
             let broken = [below, above, at].map(|m| m.fracture.is_some());
             if kinds != [kinds[2]; 3] || broken != [broken[2]; 3] {
-                let message =
-                    format!("region '{region}' has another law on one side, or a toughness");
-                return refused(message, "move a number of the materials, and nothing else");
+                return refused(Unsupported::ParameterKind(region.clone()));
             }
             for ((below, above), at) in
                 numbers(below).into_iter().zip(numbers(above)).zip(numbers(at))
             {
                 let slack = 1e-9 * at.abs();
                 if at < below.min(above) - slack || at > below.max(above) + slack {
-                    let message = format!(
-                        "region '{region}' has {below} and {above} on its two sides, the problem {at}"
-                    );
-                    return refused(
-                        message,
-                        "build the parameter around the materials of the problem",
-                    );
+                    let (region, value) = (region.clone(), at);
+                    return refused(Unsupported::ParameterSides { region, below, above, value });
                 }
             }
         }

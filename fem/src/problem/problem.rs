@@ -1,23 +1,114 @@
-//! A boundary-value problem, ready to run.
+//! A boundary-value problem in time: its builder and its runs.
 
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
-use super::definition::Definition;
-use super::discretisation::Discretisation;
+use super::control::Schedule;
+use super::curve::Outcome;
+use super::definition::{Definition, ProblemWarning, Setup, warnings};
+use super::evaluation::{self, Evaluation};
 use super::parameter::MaterialParameter;
-use super::rounding::rounding;
-use super::schedule::Schedule;
-use crate::boundary::{Conditions, ExternalForces};
+use super::state::Checkpoint;
+use super::stepping::{LoadStepper, Observer, follow};
+use crate::boundary::Conditions;
+use crate::device::ComputeDevice;
 use crate::element::{Order, PointValues};
-use fem_mesh::MeshError;
-
-use crate::error::FemError;
+use crate::error::{FemError, Unsupported};
 use crate::fields::Fields;
-use crate::material::{Material, PointMaterial};
-use crate::operator::{CellStress, Increment, Operator, StepContext};
-use crate::solve::{Rounding, Solver};
-use fem_mesh::{TetMesh, vtu};
+use crate::material::{Homogenisation, Material, PhaseField};
+use crate::operator::Operator;
+use crate::parallel::Ranks;
+use crate::solve::{Scheme, SolverOptions};
+use fem_mesh::TetMesh;
+
+/// Parts of a [`Problem`] before they are checked.
+///
+/// Materials and a schedule are required. Defaults: linear elements on the vertices of the mesh, no damage, no
+/// boundary conditions, and the default settings of the solver.
+#[derive(Clone, Debug)]
+pub struct ProblemBuilder {
+    parts: Definition,
+    scheduled: bool,
+}
+
+impl ProblemBuilder {
+    /// Sets the order of the elements.
+    pub fn order(mut self, order: Order) -> Self {
+        self.parts.order = order;
+        self
+    }
+
+    /// Sets one material for each of `mesh.regions`, in the same order.
+    pub fn materials(mut self, materials: impl Into<Vec<Material>>) -> Self {
+        self.parts.materials = materials.into();
+        self
+    }
+
+    /// Sets the rule that computes the moduli of tetrahedra that are partly grain from the moduli of matrix and
+    /// grain.
+    pub fn homogenisation(mut self, rule: Homogenisation) -> Self {
+        self.parts.homogenisation = rule;
+        self
+    }
+
+    /// Sets the phase field of damage. Without a phase field the body is elastic and toughnesses are not used; with a
+    /// phase field, regions without toughness are elastic.
+    pub fn phase_field(mut self, field: impl Into<Option<PhaseField>>) -> Self {
+        self.parts.phase_field = field.into();
+        self
+    }
+
+    /// Sets boundary conditions and loads.
+    pub fn conditions(mut self, conditions: Conditions) -> Self {
+        self.parts.conditions = Arc::new(conditions);
+        self
+    }
+
+    /// Sets the duration and the steps.
+    pub fn schedule(mut self, schedule: Schedule) -> Self {
+        (self.parts.schedule, self.scheduled) = (schedule, true);
+        self
+    }
+
+    /// Sets the options of the solver.
+    pub fn options(mut self, options: SolverOptions) -> Self {
+        self.parts.options = options;
+        self
+    }
+
+    /// Solves linear systems on a device if they are solved by multigrid. A sparse factor, which
+    /// [`LinearScheme::Auto`](crate::LinearScheme) selects for small systems, always runs on the processor. The
+    /// result is the same up to the solver's tolerance. If a device fails, the processor continues, and
+    /// [`LoadStepper::machine`](crate::LoadStepper::machine) reports the failure.
+    pub fn device(mut self, device: impl Into<Option<ComputeDevice>>) -> Self {
+        self.parts.device = device.into();
+        self
+    }
+
+    /// Distributes the work over ranks. Each rank must create the same problem and call the same methods. Curve and
+    /// fields are those of the whole body on every rank, and do not depend on the number of ranks up to the solver's
+    /// tolerance. The first rank writes checkpoints; a run can be resumed with any number of ranks. Systems are
+    /// solved by multigrid; a sparse factor, devices and sensitivities are rejected.
+    pub fn ranks(mut self, ranks: Ranks) -> Self {
+        self.parts.ranks = ranks;
+        self
+    }
+
+    /// Checks the parts and prepares the unknowns and the structure of the factor.
+    ///
+    /// # Errors
+    /// A [`FemError`] with the cause and a fix, before any step is taken.
+    pub fn build(mut self) -> Result<Problem, FemError> {
+        if !self.scheduled {
+            return Err(FemError::unsupported("problem", Unsupported::NoSchedule));
+        }
+        if self.parts.phase_field.as_ref().is_some_and(|field| !field.is_variational()) {
+            // without a common energy, Newton's method on both fields has no stationary point to find
+            self.parts.options.scheme = Scheme::Alternate;
+        }
+        Setup::new(self.parts).map(Problem::of)
+    }
+}
 
 /// Body with materials, boundary conditions and loads, simulated over time.
 ///
@@ -52,60 +143,43 @@ use fem_mesh::{TetMesh, vtu};
 /// ```
 #[derive(Clone, Debug)]
 pub struct Problem {
-    pub(super) parts: Definition,
-    pub(crate) discretisation: Arc<Discretisation>,
-    /// Materials by region, in their form for quadrature points.
-    pub(crate) points: Arc<[PointMaterial]>,
-    /// Materials below and above the value of each parameter.
-    pub(super) shifts: Arc<[PointShift]>,
-    /// Residuals caused by rounding errors.
-    rounding: Rounding,
+    pub(crate) setup: Setup,
     /// Operator of the whole mesh if this rank has only a part; created on first use.
     whole: OnceLock<Arc<dyn Operator>>,
 }
 
-/// Materials below and above the value of a parameter, in their form for quadrature points.
-#[derive(Debug)]
-pub(super) struct PointShift {
-    pub(super) below: Arc<[PointMaterial]>,
-    pub(super) above: Arc<[PointMaterial]>,
-    pub(super) width: f64,
-}
-
 impl Problem {
-    /// Checks the input data and prepares the unknowns and the structure of the factor.
-    pub(super) fn new(parts: Definition) -> Result<Self, FemError> {
-        parts.validate()?;
-        let discretisation = Arc::new(Discretisation::new(&parts)?);
-        Ok(Self::with(parts, discretisation))
+    /// Creates a builder for a problem on a mesh.
+    pub fn builder(mesh: TetMesh) -> ProblemBuilder {
+        let parts = Definition {
+            mesh: Arc::new(mesh),
+            order: Order::Linear,
+            materials: Vec::new(),
+            homogenisation: Homogenisation::default(),
+            phase_field: None,
+            conditions: Arc::default(),
+            schedule: Schedule::adaptive(1.0),
+            options: SolverOptions::default(),
+            device: None,
+            ranks: Ranks::default(),
+            parameters: Arc::default(),
+        };
+        ProblemBuilder { parts, scheduled: false }
     }
 
-    fn with(parts: Definition, discretisation: Arc<Discretisation>) -> Self {
-        let shift = |parameter: &MaterialParameter| PointShift {
-            below: parts.points(&parameter.below),
-            above: parts.points(&parameter.above),
-            width: parameter.width,
-        };
-        let shifts = parts.parameters.iter().map(shift).collect();
-        let points = parts.points(&parts.materials);
-        let rounding = rounding(&parts, &points);
-        Self { points, shifts, rounding, parts, discretisation, whole: OnceLock::new() }
+    fn of(setup: Setup) -> Self {
+        Self { setup, whole: OnceLock::new() }
     }
 
     /// Returns the same problem with other materials and without sensitivities. Mesh, unknowns and the structure of
     /// the factor are shared unless a region gains or loses its toughness.
     ///
     /// # Errors
-    /// As [`ProblemBuilder::build`](crate::ProblemBuilder::build).
+    /// As [`ProblemBuilder::build`].
     pub fn with_materials(&self, materials: Vec<Material>) -> Result<Self, FemError> {
-        let parts = Definition { materials, parameters: Arc::default(), ..self.parts.clone() };
-        parts.validate()?;
-        let discretisation = if parts.damaged() == self.discretisation.damaged {
-            Arc::clone(&self.discretisation)
-        } else {
-            Arc::new(Discretisation::new(&parts)?)
-        };
-        Ok(Self::with(parts, discretisation))
+        let parameters = Arc::default();
+        let parts = Definition { materials, parameters, ..self.setup.parts.clone() };
+        self.setup.with_parts(parts).map(Self::of)
     }
 
     /// Returns the same problem with sensitivities: its runs also compute the derivatives of the force with respect
@@ -119,7 +193,7 @@ impl Problem {
     ///
     /// # Errors
     /// [`FemError::Unsupported`] for damage that has no energy (a history, a hybrid split), arc-length steps, and
-    /// platens with friction or drag; [`FemError::Parameter`] and others as
+    /// platens with friction or drag; [`FemError::OutOfRange`] and others as
     /// [`ProblemBuilder::build`](crate::ProblemBuilder::build) for parameters whose two sides do not enclose the
     /// materials of the problem.
     ///
@@ -141,66 +215,120 @@ impl Problem {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn with_sensitivities(&self, parameters: Vec<MaterialParameter>) -> Result<Self, FemError> {
-        let parts = Definition { parameters: parameters.into(), ..self.parts.clone() };
-        parts.validate()?;
-        Ok(Self::with(parts, Arc::clone(&self.discretisation)))
+        let parts = Definition { parameters: parameters.into(), ..self.setup.parts.clone() };
+        self.setup.with_parts(parts).map(Self::of)
     }
 
     /// Returns the same problem with other conditions. Mesh, space and the order of elimination are shared.
     ///
     /// # Errors
-    /// As [`ProblemBuilder::build`](crate::ProblemBuilder::build).
+    /// As [`ProblemBuilder::build`].
     pub fn with_conditions(&self, conditions: Conditions) -> Result<Self, FemError> {
-        let parts = Definition { conditions: Arc::new(conditions), ..self.parts.clone() };
-        parts.validate()?;
-        let discretisation = Arc::new(self.discretisation.with_conditions(&parts)?);
-        Ok(Self::with(parts, discretisation))
+        let parts = Definition { conditions: Arc::new(conditions), ..self.setup.parts.clone() };
+        self.setup.with_conditions(parts).map(Self::of)
     }
 
-    /// Creates a solver without data from earlier steps.
-    pub(super) fn solver(&self) -> Solver<'_, ExternalForces> {
-        let Discretisation { operator, unknowns, linear, boundary, .. } =
-            self.discretisation.as_ref();
-        let (operator, options) = (operator.as_ref(), self.parts.options);
-        let mut solver = Solver::new(
-            operator,
-            unknowns,
-            &self.points,
-            options,
-            linear.solver(operator),
-            self.rounding,
-        );
-        solver.external = ExternalForces::none(boundary);
-        solver
+    /// Returns the properties that make the result of this problem wrong without an error: locking elements, and
+    /// parts of the body that are joined only by an edge or a node.
+    ///
+    /// # Example
+    /// ```
+    /// use fem::{CompressionTest, CylinderLattice, Material, Order, ProblemWarning, Schedule};
+    ///
+    /// let mesh = CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.5 }.build()?;
+    /// let rubber = |order| {
+    ///     CompressionTest::new(0.22, Schedule::fixed(1.0, 1))
+    ///         .builder(mesh.clone())?
+    ///         .order(order)
+    ///         .materials([Material::hencky(1.0, 0.4999)])
+    ///         .build()
+    /// };
+    /// let warnings = rubber(Order::Linear)?.warnings();
+    /// assert!(matches!(warnings[..], [ProblemWarning::VolumetricLocking { .. }]));
+    /// assert!(rubber(Order::Quadratic)?.warnings().is_empty());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn warnings(&self) -> Vec<ProblemWarning> {
+        warnings(&self.setup.parts)
     }
 
-    /// Imposes the prescribed values at a fraction of the duration.
-    pub(super) fn place(&self, fields: &mut Fields, clock: f64) {
-        let time_s = clock * self.parts.schedule.duration_s;
-        self.discretisation.boundary.impose(self.discretisation.nodes(), time_s, fields);
+    /// Starts a run that the caller advances step by step on the calling thread.
+    pub fn start(&self) -> LoadStepper<'_> {
+        LoadStepper::new(&self.setup)
+    }
+
+    /// Like [`start`](Self::start), but saves the state every `checkpoint.every` load steps. If a saved state exists,
+    /// the run resumes from it, with bitwise the same result as an uninterrupted run.
+    ///
+    /// The curve depends on `checkpoint.every` within the solver's tolerance, but not on where the run was
+    /// interrupted. The file is kept when the run ends.
+    ///
+    /// # Errors
+    /// [`FemError::Checkpoint`] for a file that is damaged or belongs to another problem (the functions of the
+    /// [`Conditions`](crate::Conditions) are compared by their description only); [`FemError::Io`] for a file that
+    /// cannot be read.
+    pub fn resume(&self, checkpoint: &Checkpoint) -> Result<LoadStepper<'_>, FemError> {
+        LoadStepper::resume(&self.setup, checkpoint)
+    }
+
+    /// Runs to the end, or until the observer returns `Break`.
+    pub fn run(&self, observer: &mut dyn Observer) -> Outcome {
+        follow(self.start(), observer)
+    }
+
+    /// Runs like [`run`](Self::run), with the state saved as by [`resume`](Self::resume).
+    ///
+    /// # Errors
+    /// As [`resume`](Self::resume).
+    pub fn run_resumable(
+        &self,
+        checkpoint: &Checkpoint,
+        observer: &mut dyn Observer,
+    ) -> Result<Outcome, FemError> {
+        Ok(follow(self.resume(checkpoint)?, observer))
+    }
+
+    /// Returns the stresses, energies and forces of fields, such as those of an [`Outcome`].
+    ///
+    /// # Errors
+    /// [`FemError::OtherFields`] if the fields belong to another problem.
+    pub fn evaluate<'a>(&'a self, fields: &'a Fields) -> Result<Evaluation<'a>, FemError> {
+        Evaluation::new(&self.setup, self.whole(), fields)
     }
 
     /// Returns ∫ f dV of a function of the fields at each quadrature point, by a rule of degree 5.
-    pub fn integrate(&self, fields: &Fields, mut f: impl FnMut(&PointValues) -> f64) -> f64 {
-        let mut sum = 0.0;
-        let domain = self.whole().domain();
-        domain.visit(fields, &mut |point, volume| sum += volume * f(point));
-        sum
+    ///
+    /// # Errors
+    /// As [`evaluate`](Self::evaluate).
+    pub fn integrate(
+        &self,
+        fields: &Fields,
+        f: impl FnMut(&PointValues) -> f64,
+    ) -> Result<f64, FemError> {
+        Ok(self.evaluate(fields)?.integral(f))
+    }
+
+    /// Writes the mesh for ParaView (`.vtu`), see [`Evaluation::write_vtu`].
+    ///
+    /// # Errors
+    /// As [`evaluate`](Self::evaluate) and [`Evaluation::write_vtu`].
+    pub fn write_vtu(&self, path: impl AsRef<Path>, fields: &Fields) -> Result<(), FemError> {
+        self.evaluate(fields)?.write_vtu(path)
     }
 
     /// The mesh.
     pub fn mesh(&self) -> &TetMesh {
-        &self.parts.mesh
+        &self.setup.parts.mesh
     }
 
     /// The duration and the steps.
     pub fn schedule(&self) -> &Schedule {
-        &self.parts.schedule
+        &self.setup.parts.schedule
     }
 
     /// The materials, by region.
     pub fn materials(&self) -> &[Material] {
-        &self.parts.materials
+        &self.setup.parts.materials
     }
 
     /// Reference positions of the nodes that [`Fields`] refer to, mm.
@@ -208,105 +336,29 @@ impl Problem {
         self.whole().domain().nodes()
     }
 
-    /// Returns the operator of the whole mesh.
-    fn whole(&self) -> &dyn Operator {
-        let own = &self.discretisation.operator;
-        if own.part().is_whole() {
-            return own.as_ref();
-        }
-        let make = || Discretisation::whole(&self.parts).expect("the parts were checked before");
-        self.whole.get_or_init(make).as_ref()
-    }
-
-    /// Writes the mesh for ParaView (`.vtu`), with quadratic cells for quadratic elements. Fields at nodes:
-    /// `displacement_mm` and `damage`. Fields of elements: the region, the elastic energy per reference volume
-    /// `energy_density_mpa` (N mm/mm³), the mean Cauchy stress `stress_mpa` and its von Mises equivalent
-    /// `von_mises_mpa`.
-    ///
-    /// # Errors
-    /// [`FemError::Mesh`] if the fields belong to another problem or invert an element, or if the file cannot be
-    /// written.
-    pub fn write_vtu(&self, path: impl AsRef<Path>, fields: &Fields) -> Result<(), FemError> {
-        let points = [
-            vtu::Field::vector("displacement_mm", &fields.displacement),
-            vtu::Field::scalar("damage", &fields.damage),
-        ];
-        let path = path.as_ref();
-        let stresses = self.stresses(path, fields)?;
-        let energy: Vec<f64> = stresses.iter().map(|s| s.energy_density_mpa).collect();
-        let stress: Vec<[f64; 6]> = stresses.iter().map(|s| s.stress_mpa).collect();
-        let von_mises: Vec<f64> = stresses.iter().map(CellStress::von_mises_mpa).collect();
-        let cells = [
-            vtu::Field::scalar("energy_density_mpa", &energy),
-            vtu::Field::tensor("stress_mpa", &stress),
-            vtu::Field::scalar("von_mises_mpa", &von_mises),
-        ];
-        match self.parts.order {
-            Order::Linear => vtu::write_straight(path, self.mesh(), &points, &cells)?,
-            Order::Quadratic => {
-                let tets = self.quadratic_tets();
-                vtu::write_quadratic(path, self.mesh(), self.nodes(), &tets, &points, &cells)?;
-            }
-        }
-        Ok(())
-    }
-
-    /// Computes stress and energy of each element for a file.
-    fn stresses(&self, path: &Path, fields: &Fields) -> Result<Vec<CellStress>, MeshError> {
-        let unfit = |message: &str| MeshError::File {
-            path: path.into(),
-            place: "fields".into(),
-            message: message.into(),
-        };
-        let nodes = self.nodes().len();
-        if fields.displacement.len() != nodes || fields.damage.len() != nodes {
-            return Err(unfit(&format!("are not those of this problem, which has {nodes} nodes")));
-        }
-        let context = StepContext::new(&fields.damage, 1.0);
-        let increment = Increment { materials: &self.points, fields, context };
-        let stresses = self.whole().stresses(&increment);
-        stresses.map_err(|_| unfit("turn an element inside out; a state that was solved does not"))
-    }
-
-    fn quadratic_tets(&self) -> Vec<[u32; 10]> {
-        let nodes_of = |tet| {
-            let nodes = self.whole().domain().nodes_of(tet);
-            nodes.try_into().expect("a quadratic tetrahedron has ten nodes")
-        };
-        (0..self.mesh().tets.len()).map(nodes_of).collect()
-    }
-
     /// Linear tetrahedra on [`nodes`](Self::nodes) that fill the body, for visualisation: those of the mesh, or eight
     /// consecutive ones for each quadratic tetrahedron.
     pub fn linear_tets(&self) -> Vec<[u32; 4]> {
-        // corners 0–3, then the midpoints of the edges 01, 12, 20, 03, 13, 23; the inner octahedron is cut along the
-        // midpoints of 20 and 13
-        const PARTS: [[usize; 4]; 8] = [
-            [0, 4, 6, 7],
-            [4, 1, 5, 8],
-            [6, 5, 2, 9],
-            [7, 8, 9, 3],
-            [4, 5, 6, 8],
-            [5, 9, 6, 8],
-            [9, 7, 6, 8],
-            [7, 4, 6, 8],
-        ];
-        match self.parts.order {
-            Order::Linear => self.mesh().tets.clone(),
-            Order::Quadratic => {
-                let parts = |tet: &[u32; 10]| PARTS.map(|part| part.map(|k| tet[k]));
-                self.quadratic_tets().iter().flat_map(parts).collect()
-            }
-        }
+        evaluation::linear_tets(self.whole().domain())
     }
 
     /// Number of equations, of all ranks together.
     pub fn unknowns(&self) -> usize {
-        self.discretisation.equations
+        self.setup.discretisation.equations
     }
 
     /// Number of entries of the sparse factor; zero for an iterative linear solver.
     pub fn factor_entries(&self) -> usize {
-        self.discretisation.linear.fill()
+        self.setup.discretisation.linear.fill()
+    }
+
+    /// Returns the operator of the whole mesh.
+    fn whole(&self) -> &dyn Operator {
+        let own = &self.setup.discretisation.operator;
+        if own.part().is_whole() {
+            return own.as_ref();
+        }
+        let make = || self.setup.discretisation.whole(&self.setup.parts);
+        self.whole.get_or_init(make).as_ref()
     }
 }

@@ -1,72 +1,75 @@
 //! Derivatives of the force from increment to increment.
 
-use super::state::Derivatives;
-use super::stepper::LoadStepper;
+use super::definition::Setup;
+use super::state::{Derivatives, RunState};
 use crate::fields::Fields;
 use crate::operator::{Increment, Shift, state_rate};
-use crate::solve::{Known, Measured, Rates};
+use crate::solve::{Known, Measured, Rates, Solver, differentiate};
 
 /// Number of earlier equilibria whose rates are stored; together with the last one they allow a parabola in time.
 const EARLIER: usize = 2;
 
-impl LoadStepper<'_> {
-    /// Computes the rates of `fields`, the equilibrium at `target`, from the rates of the current state. If the
-    /// linear systems have no solution, the derivatives end here, and the reason is stored.
-    pub(super) fn differentiate(&mut self, fields: &Fields, target: f64) {
-        let (problem, state) = (self.problem, &mut self.state);
-        if state.derivatives.values.is_empty() {
+/// Computes the rates of `fields`, the equilibrium at `target`, from the rates of the current state. If the
+/// linear systems have no solution, the derivatives end here, and the reason is stored.
+pub(super) fn carry_rates(
+    setup: &Setup,
+    solver: &mut Solver,
+    state: &mut RunState,
+    fields: &Fields,
+    target: f64,
+) {
+    if state.derivatives.values.is_empty() {
+        return;
+    }
+    let mut adjoint = std::mem::take(&mut state.derivatives.adjoint);
+    let Derivatives { values, earlier, .. } = &state.derivatives;
+    let duration = (target - state.clock) * setup.parts.schedule.duration_s;
+    let context = state.memory.context(&state.fields.damage, duration);
+    let starts = values.iter().zip(earlier).zip(&state.derivatives.state);
+    let known: Vec<Known> = setup
+        .shifts
+        .iter()
+        .zip(starts)
+        .map(|(shift, ((before, earlier), state))| {
+            let (below, above) = (&shift.below[..], &shift.above[..]);
+            Known { shift: Shift { below, above, width: shift.width, before, state }, earlier }
+        })
+        .collect();
+    let boundary = &setup.discretisation.boundary;
+    let functional = boundary.measured(fields.damage.len());
+    let measured = Measured { of_residual: functional.as_deref(), adjoint: &mut adjoint };
+    let follows = state.memory.bound_follows_damage();
+    let rates = differentiate(&mut solver.newton, fields, context, &known, measured, follows);
+    let operator = setup.discretisation.operator.as_ref();
+    let increment = Increment { materials: &setup.points, fields, context };
+    let rates = rates.and_then(|rates| {
+        let states = known.iter().zip(&rates).map(|(known, rates)| {
+            if context.state.is_empty() {
+                return Ok(Vec::new());
+            }
+            state_rate(operator, &increment, &known.shift, &rates.values)
+        });
+        let states = states.collect::<Result<Vec<_>, _>>()?;
+        Ok((rates, states))
+    });
+    let derivatives = &mut state.derivatives;
+    let (rates, states) = match rates {
+        Ok(rates) => rates,
+        Err(reason) => {
+            let curve = std::mem::take(&mut derivatives.curve);
+            let lost = Some(reason.to_string());
+            *derivatives = Derivatives { lost, curve, ..Derivatives::default() };
             return;
         }
-        let mut adjoint = std::mem::take(&mut state.derivatives.adjoint);
-        let Derivatives { values, earlier, .. } = &state.derivatives;
-        let duration = (target - state.clock) * problem.parts.schedule.duration_s;
-        let context = state.memory.context(&state.fields.damage, duration);
-        let starts = values.iter().zip(earlier).zip(&state.derivatives.state);
-        let known: Vec<Known> = problem
-            .shifts
-            .iter()
-            .zip(starts)
-            .map(|(shift, ((before, earlier), state))| {
-                let (below, above) = (&shift.below[..], &shift.above[..]);
-                Known { shift: Shift { below, above, width: shift.width, before, state }, earlier }
-            })
-            .collect();
-        let boundary = &problem.discretisation.boundary;
-        let functional = boundary.measured(fields.damage.len());
-        let measured = Measured { of_residual: functional.as_deref(), adjoint: &mut adjoint };
-        let follows = state.memory.bound_follows_damage();
-        let rates = self.solver.differentiate(fields, context, &known, measured, follows);
-        let operator = problem.discretisation.operator.as_ref();
-        let increment = Increment { materials: &problem.points, fields, context };
-        let rates = rates.and_then(|rates| {
-            let states = known.iter().zip(&rates).map(|(known, rates)| {
-                if context.state.is_empty() {
-                    return Ok(Vec::new());
-                }
-                state_rate(operator, &increment, &known.shift, &rates.values)
-            });
-            let states = states.collect::<Result<Vec<_>, _>>()?;
-            Ok((rates, states))
-        });
-        let derivatives = &mut state.derivatives;
-        let (rates, states) = match rates {
-            Ok(rates) => rates,
-            Err(reason) => {
-                let curve = std::mem::take(&mut derivatives.curve);
-                let lost = Some(reason.to_string());
-                *derivatives = Derivatives { lost, curve, ..Derivatives::default() };
-                return;
-            }
-        };
-        let force = |r: &Rates| boundary.force_rate(&r.residual, &r.contact) + r.correction;
-        derivatives.force_n = rates.iter().map(force).collect();
-        derivatives.adjoint = adjoint;
-        derivatives.state = states;
-        let before = std::mem::take(&mut derivatives.values);
-        for (earlier, before) in derivatives.earlier.iter_mut().zip(before) {
-            earlier.insert(0, before);
-            earlier.truncate(EARLIER);
-        }
-        derivatives.values = rates.into_iter().map(|rates| rates.values).collect();
+    };
+    let force = |r: &Rates| boundary.force_rate(&r.residual, &r.contact) + r.correction;
+    derivatives.force_n = rates.iter().map(force).collect();
+    derivatives.adjoint = adjoint;
+    derivatives.state = states;
+    let before = std::mem::take(&mut derivatives.values);
+    for (earlier, before) in derivatives.earlier.iter_mut().zip(before) {
+        earlier.insert(0, before);
+        earlier.truncate(EARLIER);
     }
+    derivatives.values = rates.into_iter().map(|rates| rates.values).collect();
 }

@@ -9,10 +9,8 @@
 //!
 //! Reference: Farrell & Maurini, Int. J. Numer. Meth. Engng 109 (2017) 648, doi:10.1002/nme.5300.
 
-use super::external::External;
-use super::newton::Solver;
+use super::newton::Newton;
 use super::norms::Equations;
-use super::options::Scheme;
 use crate::error::StepFailure;
 use crate::fields::Fields;
 use crate::operator::StepContext;
@@ -30,38 +28,51 @@ const ENOUGH: f64 = 0.3;
 const PATIENCE: u32 = 4;
 const RELAXATION: f64 = 1.8;
 
-impl<E: External> Solver<'_, E> {
-    pub(super) fn alternate(
-        &mut self,
+/// Settings of the alternation.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Alternation {
+    /// Limit of alternations.
+    pub(super) limit: u32,
+    /// Whether Newton's method on both fields is tried at intervals, to finish faster.
+    pub(super) finishes_together: bool,
+}
+
+impl Alternation {
+    /// Solves for both fields from the guess in `fields`.
+    pub(super) fn solve(
+        self,
+        newton: &mut Newton,
         fields: &mut Fields,
         context: StepContext,
     ) -> Result<(), StepFailure> {
-        let tolerance = self.options.tolerance;
+        let tolerance = newton.settings.tolerance;
         let mut inner = MARGIN * tolerance;
-        let mut norms = self.begin(fields, context)?;
-        for pass in 1..=self.options.alternations {
+        let mut norms = newton.begin(fields, context)?;
+        for pass in 1..=self.limit {
             let before = fields.damage.clone();
-            norms = self.newton(Equations::Displacement, fields, context, norms, inner)?;
-            norms = self.newton(Equations::Damage, fields, context, norms, inner)?;
+            norms = newton.iterate(Equations::Displacement, fields, context, norms, inner)?;
+            norms = newton.iterate(Equations::Damage, fields, context, norms, inner)?;
             if norms.converged(Equations::Both, tolerance) {
                 return Ok(());
             }
             inner = (ENOUGH * norms.largest()).max(MARGIN * tolerance);
-            if self.options.scheme == Scheme::Monolithic && pass % BETWEEN_FINISHES == 0 {
+            if self.finishes_together && pass % BETWEEN_FINISHES == 0 {
                 let mut finish = fields.clone();
-                if self.newton(Equations::Both, &mut finish, context, norms, tolerance).is_ok() {
+                let both = Equations::Both;
+                if newton.iterate(both, &mut finish, context, norms, tolerance).is_ok() {
                     *fields = finish;
                     return Ok(());
                 }
-                norms = self.evaluate(fields, context)?;
+                norms = newton.evaluate(fields, context)?;
             }
             if pass >= PATIENCE {
                 for (phi, before) in fields.damage.iter_mut().zip(&before) {
                     *phi = before + RELAXATION * (*phi - before);
                 }
-                norms = self.begin(fields, context)?;
+                norms = newton.begin(fields, context)?;
             }
         }
-        Err(StepFailure::TooManyIterations)
+        let (iterations, residual) = (self.limit, norms.largest());
+        Err(StepFailure::TooManyIterations { iterations, residual })
     }
 }

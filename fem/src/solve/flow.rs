@@ -10,8 +10,7 @@
 //! continuation); Knees, Rossi & Zanini, Math. Models Methods Appl. Sci. 23 (2013) 565,
 //! doi:10.1142/S021820251250056X (vanishing viscosity).
 
-use super::external::External;
-use super::newton::Solver;
+use super::newton::Newton;
 use crate::error::StepFailure;
 use crate::fields::Fields;
 use crate::operator::StepContext;
@@ -29,55 +28,59 @@ const NEAR: f64 = 0.02;
 const FASTER: f64 = 1.0 / 3.0;
 const SLOWER: f64 = 4.0;
 
-impl<E: External> Solver<'_, E> {
-    /// Whether there is damage and no material has viscosity.
-    pub(super) fn is_rate_independent(&self) -> bool {
-        let mut damaged = self.materials.iter().filter_map(|m| m.damage.as_ref()).peekable();
-        damaged.peek().is_some() && damaged.all(|d| d.viscosity == 0.0)
-    }
+/// Solves for the fields from a guess.
+pub(super) type SolveFields<'s> =
+    dyn Fn(&mut Newton, &mut Fields, StepContext) -> Result<(), StepFailure> + 's;
 
-    /// Follows the flow from the damage at the start of the increment to an equilibrium without resistance.
-    pub(super) fn flow(
-        &mut self,
-        fields: &mut Fields,
-        context: StepContext,
-    ) -> Result<(), StepFailure> {
-        let damaged = self.materials.iter().filter_map(|m| m.damage.as_ref());
-        let scale = damaged.map(|d| d.local).fold(0.0, f64::max);
-        let (mut damping, mut last) = (FIRST * scale, f64::INFINITY);
-        fields.damage.copy_from_slice(context.damage_before);
-        let mut before = fields.clone();
-        for _ in 0..STEPS {
-            let damped = StepContext { damping, damage_before: &before.damage, ..context };
-            if let Err(failure) = self.solve_at_once(fields, damped) {
-                fields.copy_from(&before);
-                damping *= SLOWER;
-                if damping > LARGEST * scale {
-                    return Err(failure);
-                }
-                continue;
+/// Whether there is damage and no material has viscosity.
+pub(super) fn is_rate_independent(newton: &Newton) -> bool {
+    let mut damaged = newton.materials.iter().filter_map(|m| m.damage.as_ref()).peekable();
+    damaged.peek().is_some() && damaged.all(|d| d.viscosity == 0.0)
+}
+
+/// Follows the flow from the damage at the start of the increment to an equilibrium without resistance. `solve` is
+/// the solution of one step of the flow.
+pub(super) fn flow(
+    newton: &mut Newton,
+    fields: &mut Fields,
+    context: StepContext,
+    solve: &SolveFields,
+) -> Result<(), StepFailure> {
+    let damaged = newton.materials.iter().filter_map(|m| m.damage.as_ref());
+    let scale = damaged.map(|d| d.local).fold(0.0, f64::max);
+    let (mut damping, mut last) = (FIRST * scale, f64::INFINITY);
+    fields.damage.copy_from_slice(context.damage_before);
+    let mut before = fields.clone();
+    for _ in 0..STEPS {
+        let damped = StepContext { damping, damage_before: &before.damage, ..context };
+        if let Err(failure) = solve(newton, fields, damped) {
+            fields.copy_from(&before);
+            damping *= SLOWER;
+            if damping > LARGEST * scale {
+                return Err(failure);
             }
-            let moved = self.distance(&fields.damage, &before.damage);
-            if moved < NEAR && moved < last {
-                let mut rest = fields.clone();
-                if self.solve_at_once(&mut rest, context).is_ok() {
-                    *fields = rest;
-                    return Ok(());
-                }
-            }
-            if moved < SLOW {
-                damping *= FASTER;
-            }
-            last = moved;
-            before.copy_from(fields);
+            continue;
         }
-        Err(StepFailure::TooManyIterations)
+        let moved = distance(newton, &fields.damage, &before.damage);
+        if moved < NEAR && moved < last {
+            let mut rest = fields.clone();
+            if solve(newton, &mut rest, context).is_ok() {
+                *fields = rest;
+                return Ok(());
+            }
+        }
+        if moved < SLOW {
+            damping *= FASTER;
+        }
+        last = moved;
+        before.copy_from(fields);
     }
+    Err(StepFailure::TooManyIterations { iterations: STEPS, residual: newton.relative })
+}
 
-    /// Returns the largest difference between two damage fields, over all ranks.
-    fn distance(&self, a: &[f64], b: &[f64]) -> f64 {
-        let mut largest = [a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)];
-        self.operator.part().ranks().max(&mut largest);
-        largest[0]
-    }
+/// Returns the largest difference between two damage fields, over all ranks.
+fn distance(newton: &Newton, a: &[f64], b: &[f64]) -> f64 {
+    let mut largest = [a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)];
+    newton.operator.part().ranks().max(&mut largest);
+    largest[0]
 }

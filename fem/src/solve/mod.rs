@@ -1,28 +1,36 @@
-//! Nonlinear and linear solvers: Newton, alternate minimisation, arc length, bounds, and derivatives with respect to
-//! parameters.
+//! Nonlinear and linear solvers.
+//!
+//! The modules, in the order of their layers:
+//!
+//! 1. `options`, `effort`: settings and counters
+//! 2. `linear`: linear systems
+//! 3. `norms`: norms of residuals
+//! 4. `newton`: Newton's method with line search and bounds
+//! 5. `alternate`, `flow`, `arc_length`, `predict`, `contact_passes`: methods over Newton's method
+//! 6. `directions`, `sensitivity`: derivatives of an equilibrium with respect to parameters
+//! 7. `scheme`: solution of an increment by the selected scheme
 
 mod alternate;
 mod arc_length;
-mod augment;
+mod contact_passes;
 mod directions;
-mod external;
-mod fallback;
+mod effort;
 mod flow;
 mod linear;
 mod newton;
 mod norms;
 mod options;
 mod predict;
+mod scheme;
 mod sensitivity;
 
-pub use newton::Effort;
+pub use effort::Effort;
 pub use options::{LinearScheme, Scheme, SolverOptions};
 
-pub(crate) use arc_length::Control;
-pub(crate) use external::External;
+pub(crate) use arc_length::ArcLengthControl;
 pub(crate) use linear::LinearPlan;
 #[cfg(feature = "bench-internals")]
 pub(crate) use linear::{LinearSolver, Nodal};
-pub(crate) use newton::Solver;
 pub(crate) use norms::{Rounding, Scales};
-pub(crate) use sensitivity::{Known, Measured, Rates};
+pub(crate) use scheme::Solver;
+pub(crate) use sensitivity::{Known, Measured, Rates, differentiate};

@@ -4,39 +4,25 @@
 //! assembling and factorising a new one costs more than an additional solve.
 
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
-use super::external::External;
+use super::effort::Effort;
 use super::linear::{CHUNK, LinearSolver, Nodal, Singular};
 use super::norms::{Equations, Norms, Rounding, Scales};
-use super::options::SolverOptions;
+use crate::boundary::ExternalForces;
 use crate::error::StepFailure;
 use crate::fields::Fields;
-use crate::material::{Inverted, PointMaterial};
+use crate::material::PointMaterial;
 use crate::operator::{Coupling, Increment, NONE, Operator, Residual, StepContext, Unknowns};
 
-impl From<Inverted> for StepFailure {
-    fn from(_: Inverted) -> Self {
-        StepFailure::Inverted
-    }
-}
-
-/// Work done by the solver in a run.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Effort {
-    /// Newton iterations (linear solves).
-    pub iterations: u32,
-    /// Iterations of the linear solver.
-    pub linear: u32,
-    /// Factorisations, or hierarchies of the iterative solver.
-    pub factorisations: u32,
-    /// Increments that were solved by alternate minimisation, by a flow of damage, or with friction that is applied
-    /// gradually.
-    pub fallbacks: u32,
-    /// Load steps that were reduced.
-    pub cuts: u32,
-    /// Iterations of the solution after which a sparse factor replaced multigrid; 0 if multigrid was not replaced.
-    pub slow_solution: u32,
+/// Settings of Newton's method.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct NewtonSettings {
+    /// Largest relative residual of an equilibrium.
+    pub(crate) tolerance: f64,
+    /// Relative residual of a linear solution.
+    pub(crate) linear_tolerance: f64,
+    /// Limit of iterations.
+    pub(crate) iterations: u32,
 }
 
 /// Validity of the current factor: none, factor of an earlier iterate, or factor of the current iterate.
@@ -47,11 +33,11 @@ enum Linearisation {
     Fresh,
 }
 
-/// The solver of one run.
-pub(crate) struct Solver<'a, E> {
+/// Newton's method with the data that it reuses from increment to increment of a run.
+pub(crate) struct Newton<'a> {
     pub(super) operator: &'a dyn Operator,
     pub(super) materials: &'a [PointMaterial],
-    pub(super) options: SolverOptions,
+    pub(super) settings: NewtonSettings,
     pub(crate) effort: Effort,
     /// Most recent relative residual.
     pub(crate) relative: f64,
@@ -64,7 +50,7 @@ pub(crate) struct Solver<'a, E> {
     /// Residuals caused by rounding errors.
     rounding: Rounding,
     /// Loads and contact of the current increment.
-    pub(crate) external: E,
+    pub(crate) external: ExternalForces,
     /// Residual and energies at the last fields that were accepted.
     pub(crate) residual: Residual,
     pub(super) linear: Box<dyn LinearSolver + 'a>,
@@ -80,13 +66,16 @@ pub(crate) struct Solver<'a, E> {
     trial: Fields,
 }
 
+/// Result of a line search that found no smaller residual.
+struct Stalled;
+
 /// A linearisation is reused while each solve reduces the residual to at most this fraction.
 const KEEP: f64 = 0.1;
 const BACKTRACKS: u32 = 8;
 /// Limit of iterations that change the active set; they do not count towards `iterations`.
 const MOST_CHANGES: u32 = 300;
 
-impl<'a, E: External> Solver<'a, E> {
+impl<'a> Newton<'a> {
     /// Describes the hardware that solves linear systems, as text.
     pub(crate) fn machine(&self) -> String {
         let lost = self.operator.on_device().and_then(|equations| equations.lost());
@@ -113,23 +102,24 @@ impl<'a, E: External> Solver<'a, E> {
         operator: &'a dyn Operator,
         unknowns: &Unknowns,
         materials: &'a [PointMaterial],
-        options: SolverOptions,
+        settings: NewtonSettings,
         linear: Box<dyn LinearSolver + 'a>,
         rounding: Rounding,
+        external: ExternalForces,
     ) -> Self {
         let nodes = unknowns.equation.len();
         let unknown: Vec<_> = unknowns.equation.iter().map(|e| e.map(|e| e != NONE)).collect();
         Self {
             operator,
             materials,
-            options,
+            settings,
             effort: Effort::default(),
             relative: 0.0,
             scales: Scales::default(),
             reached: Scales::default(),
             beside: Scales::default(),
             rounding,
-            external: E::default(),
+            external,
             residual: Residual::new(nodes),
             linear,
             free: unknown.clone(),
@@ -183,7 +173,7 @@ impl<'a, E: External> Solver<'a, E> {
             return Err(StepFailure::NotFinite);
         }
         self.reached = norms.scales();
-        let norms = norms.beside(&self.scales, self.options.tolerance);
+        let norms = norms.beside(&self.scales, self.settings.tolerance);
         self.beside = norms.scales();
         self.relative = norms.largest();
         Ok(norms)
@@ -206,7 +196,7 @@ impl<'a, E: External> Solver<'a, E> {
     ///
     /// `norms` are the norms at `fields`, from [`begin`](Self::begin) or from the previous call. Returns the norms at
     /// the solution.
-    pub(super) fn newton(
+    pub(super) fn iterate(
         &mut self,
         field: Equations,
         fields: &mut Fields,
@@ -220,7 +210,7 @@ impl<'a, E: External> Solver<'a, E> {
             self.coupling = coupling;
         }
         let (mut spent, mut changes) = (0, 0);
-        while spent < self.options.iterations && changes < MOST_CHANGES {
+        while spent < self.settings.iterations && changes < MOST_CHANGES {
             if norms.converged(field, tolerance) {
                 return Ok(norms);
             }
@@ -243,12 +233,16 @@ impl<'a, E: External> Solver<'a, E> {
                         if ratio <= KEEP { Linearisation::Kept } else { Linearisation::Absent };
                     next
                 }
-                Err(failure) if self.factor == Linearisation::Fresh => {
+                Err(Stalled) if self.factor == Linearisation::Fresh => {
                     self.factor = Linearisation::Kept;
-                    let close = norms.converged(field, self.options.tolerance);
-                    return if close { self.evaluate(fields, context) } else { Err(failure) };
+                    let close = norms.converged(field, self.settings.tolerance);
+                    if close {
+                        return self.evaluate(fields, context);
+                    }
+                    let (iterations, residual) = (spent + changes, norms.largest());
+                    return Err(StepFailure::Stalled { iterations, residual });
                 }
-                Err(_) => {
+                Err(Stalled) => {
                     // the old factor gave no descent direction: retry from the current iterate with a fresh factor
                     self.factor = Linearisation::Absent;
                     self.evaluate(fields, context)?
@@ -258,7 +252,8 @@ impl<'a, E: External> Solver<'a, E> {
         if norms.converged(field, tolerance) {
             Ok(norms)
         } else {
-            Err(StepFailure::TooManyIterations)
+            let (iterations, residual) = (spent + changes, norms.largest());
+            Err(StepFailure::TooManyIterations { iterations, residual })
         }
     }
 
@@ -272,14 +267,14 @@ impl<'a, E: External> Solver<'a, E> {
         Ok(())
     }
 
-    /// Solves for both fields by Newton's method, without a fallback.
-    pub(crate) fn solve_monolithic(
+    /// Solves for both fields together.
+    pub(crate) fn solve_both(
         &mut self,
         fields: &mut Fields,
         context: StepContext,
     ) -> Result<(), StepFailure> {
         let norms = self.begin(fields, context)?;
-        self.newton(Equations::Both, fields, context, norms, self.options.tolerance).map(drop)
+        self.iterate(Equations::Both, fields, context, norms, self.settings.tolerance).map(drop)
     }
 
     /// Assembles and stores the tangent of both fields at the fields evaluated last. Counts as an iteration.
@@ -291,15 +286,6 @@ impl<'a, E: External> Solver<'a, E> {
         self.coupling = Coupling::Full;
         self.effort.iterations += 1;
         self.factorise(fields, context)
-    }
-
-    /// Stores the tangent of both fields at an equilibrium; the next increment starts with this tangent.
-    pub(super) fn linearise_at(
-        &mut self,
-        fields: &Fields,
-        context: StepContext,
-    ) -> Result<(), StepFailure> {
-        self.linearise_as(Coupling::Full, fields, context)
     }
 
     /// Stores a tangent at the fields evaluated last, for the iterations that follow.
@@ -347,7 +333,7 @@ impl<'a, E: External> Solver<'a, E> {
                 }
             }
         }
-        self.step = self.solve_nodal(&right, self.options.linear_tolerance)?;
+        self.step = self.solve_nodal(&right, self.settings.linear_tolerance)?;
         Ok(())
     }
 
@@ -359,7 +345,7 @@ impl<'a, E: External> Solver<'a, E> {
         fields: &mut Fields,
         context: StepContext,
         norms: &Norms,
-    ) -> Result<(Norms, f64), StepFailure> {
+    ) -> Result<(Norms, f64), Stalled> {
         let before = norms.merit(field, norms);
         let tries = if self.factor == Linearisation::Fresh { BACKTRACKS } else { 1 };
         let mut fraction = 1.0;
@@ -373,14 +359,15 @@ impl<'a, E: External> Solver<'a, E> {
             self.trial = trial;
             if let Ok(next) = reached {
                 let ratio = next.merit(field, norms) / before;
-                if ratio <= 1.0 - 1e-4 * fraction || next.converged(field, self.options.tolerance) {
+                if ratio <= 1.0 - 1e-4 * fraction || next.converged(field, self.settings.tolerance)
+                {
                     std::mem::swap(fields, &mut self.trial);
                     return Ok((next, ratio));
                 }
             }
             fraction *= 0.5;
         }
-        Err(StepFailure::Stalled)
+        Err(Stalled)
     }
 
     fn move_by(&self, field: Equations, from: &Fields, fraction: f64, to: &mut Fields) {

@@ -66,7 +66,7 @@ impl SolverOptions {
     /// Checks that all settings are in their ranges.
     ///
     /// # Errors
-    /// [`FemError::Parameter`].
+    /// [`FemError::OutOfRange`].
     pub fn validate(&self) -> Result<(), FemError> {
         if !(1e-14..=1e-2).contains(&self.tolerance) {
             return Err(FemError::parameter(

@@ -4,10 +4,8 @@
 //! invert, or distort so much that Newton's method needs many iterations. The linear response of the last equilibrium
 //! moves the whole body instead, and its tangent is reused in the first iterations.
 
-use super::external::External;
 use super::linear::Nodal;
-use super::newton::Solver;
-use super::options::Scheme;
+use super::newton::Newton;
 use crate::error::StepFailure;
 use crate::fields::Fields;
 use crate::operator::{Coupling, StepContext};
@@ -18,57 +16,52 @@ const LINEAR_TOLERANCE: f64 = 1e-4;
 /// Finite-difference step of the residual, as a fraction of the increment.
 const NUDGE: f64 = 1e-6;
 
-impl<E: External> Solver<'_, E> {
-    /// Returns the equilibrium `before` plus its linear response to the loads of this increment and to the prescribed
-    /// values, which are taken from `placed`.
-    ///
-    /// The tangent is kept for the next iteration.
-    pub(crate) fn predict(
-        &mut self,
-        before: &Fields,
-        placed: &Fields,
-        context: StepContext,
-    ) -> Result<Fields, StepFailure> {
-        let coupling = match self.options.scheme {
-            Scheme::Monolithic => Coupling::Full,
-            Scheme::Alternate => Coupling::Separate,
-        };
-        // fields with the prescribed values moved from `before` towards `placed`, and all other values of `before`
-        let moved_by = |fraction: f64| {
-            let mut moved = before.clone();
-            for (n, unknown) in self.unknown.iter().enumerate() {
-                for k in (0..3).filter(|&k| !unknown[k]) {
-                    let step = placed.displacement[n][k] - before.displacement[n][k];
-                    moved.displacement[n][k] += fraction * step;
-                }
-                if !unknown[3] {
-                    moved.damage[n] += fraction * (placed.damage[n] - before.damage[n]);
-                }
+/// Returns the equilibrium `before` plus its linear response to the loads of this increment and to the prescribed
+/// values, which are taken from `placed`.
+///
+/// The tangent is kept for the next iteration.
+pub(super) fn predict(
+    newton: &mut Newton,
+    coupling: Coupling,
+    before: &Fields,
+    placed: &Fields,
+    context: StepContext,
+) -> Result<Fields, StepFailure> {
+    // fields with the prescribed values moved from `before` towards `placed`, and all other values of `before`
+    let moved_by = |fraction: f64| {
+        let mut moved = before.clone();
+        for (n, unknown) in newton.unknown.iter().enumerate() {
+            for k in (0..3).filter(|&k| !unknown[k]) {
+                let step = placed.displacement[n][k] - before.displacement[n][k];
+                moved.displacement[n][k] += fraction * step;
             }
-            moved
-        };
-        let (nudged, mut predicted) = (moved_by(NUDGE), moved_by(1.0));
-        self.evaluate(&nudged, context)?;
-        let nudged = self.residual.nodal.clone();
-        self.begin(&mut before.clone(), context)?;
-        self.linearise_as(coupling, before, context)?;
-        let border = nudged.iter().zip(&self.residual.nodal);
-        let right: Vec<Nodal> = border
-            .map(|(nudged, at)| std::array::from_fn(|k| at[k] + (nudged[k] - at[k]) / NUDGE))
-            .collect();
-        self.effort.iterations += 1;
-        let tolerance = LINEAR_TOLERANCE.min(self.options.linear_tolerance);
-        let step = self.solve_nodal(&right, tolerance)?;
-        for (n, step) in step.iter().enumerate() {
-            for k in (0..3).filter(|&k| self.free[n][k]) {
-                predicted.displacement[n][k] -= step[k];
-            }
-            if self.free[n][3] {
-                predicted.damage[n] -= step[3];
+            if !unknown[3] {
+                moved.damage[n] += fraction * (placed.damage[n] - before.damage[n]);
             }
         }
-        // fail if the residual cannot be evaluated at the prediction
-        self.begin(&mut predicted, context)?;
-        Ok(predicted)
+        moved
+    };
+    let (nudged, mut predicted) = (moved_by(NUDGE), moved_by(1.0));
+    newton.evaluate(&nudged, context)?;
+    let nudged = newton.residual.nodal.clone();
+    newton.begin(&mut before.clone(), context)?;
+    newton.linearise_as(coupling, before, context)?;
+    let border = nudged.iter().zip(&newton.residual.nodal);
+    let right: Vec<Nodal> = border
+        .map(|(nudged, at)| std::array::from_fn(|k| at[k] + (nudged[k] - at[k]) / NUDGE))
+        .collect();
+    newton.effort.iterations += 1;
+    let tolerance = LINEAR_TOLERANCE.min(newton.settings.linear_tolerance);
+    let step = newton.solve_nodal(&right, tolerance)?;
+    for (n, step) in step.iter().enumerate() {
+        for k in (0..3).filter(|&k| newton.free[n][k]) {
+            predicted.displacement[n][k] -= step[k];
+        }
+        if newton.free[n][3] {
+            predicted.damage[n] -= step[3];
+        }
     }
+    // fail if the residual cannot be evaluated at the prediction
+    newton.begin(&mut predicted, context)?;
+    Ok(predicted)
 }

@@ -18,12 +18,11 @@
 //! multiplied by ρ; and ρ need only be small enough for the rates themselves.
 
 use super::directions::{Directions, System};
-use super::external::External;
 use super::linear::{Nodal, add_scaled, mask};
-use super::newton::Solver;
+use super::newton::Newton;
 use crate::error::StepFailure;
 use crate::fields::Fields;
-use crate::operator::{Increment, Shift, StepContext, residual_rate};
+use crate::operator::{Coupling, Increment, Shift, StepContext, residual_rate};
 
 /// Allowed residual of the linear systems, relative to the residual without a change of the free values: `TOLERANCE`
 /// if the force is computed from the rates alone, `CORRECTED` if the adjoint corrects the force, `ADJOINT` for the
@@ -80,12 +79,28 @@ fn negate(x: &mut [Nodal]) {
     x.as_flattened_mut().iter_mut().for_each(|x| *x = -*x);
 }
 
-impl<E: External> Solver<'_, E> {
-    /// Returns the rates of `fields`, the most recent equilibrium, with respect to every parameter. `follows`:
-    /// whether the lower bounds of damage are the damage at the start of the increment.
-    ///
-    /// The tangent at `fields` is kept for the next increment.
-    pub(crate) fn differentiate(
+/// Returns the rates of `fields`, the most recent equilibrium of `newton`, with respect to every parameter.
+/// `follows`: whether the lower bounds of damage are the damage at the start of the increment.
+///
+/// The tangent at `fields` is kept for the next increment.
+pub(crate) fn differentiate(
+    newton: &mut Newton,
+    fields: &Fields,
+    context: StepContext,
+    known: &[Known],
+    measured: Measured,
+    follows: bool,
+) -> Result<Vec<Rates>, StepFailure> {
+    Systems { newton }.differentiate(fields, context, known, measured, follows)
+}
+
+/// Linear systems with the tangent of Newton's method.
+struct Systems<'s, 'a> {
+    newton: &'s mut Newton<'a>,
+}
+
+impl Systems<'_, '_> {
+    fn differentiate(
         &mut self,
         fields: &Fields,
         context: StepContext,
@@ -93,12 +108,12 @@ impl<E: External> Solver<'_, E> {
         measured: Measured,
         follows: bool,
     ) -> Result<Vec<Rates>, StepFailure> {
-        self.linearise_at(fields, context)?;
+        self.newton.linearise_as(Coupling::Full, fields, context)?;
         let shifts: Vec<Shift> = known.iter().map(|known| known.shift).collect();
-        let increment = Increment { materials: self.materials, fields, context };
-        let rate = |shift| residual_rate(self.operator, &increment, shift);
+        let increment = Increment { materials: self.newton.materials, fields, context };
+        let rate = |shift| residual_rate(self.newton.operator, &increment, shift);
         let residuals = shifts.iter().map(rate).collect::<Result<Vec<_>, _>>()?;
-        let mut directions = Directions::new(self.linear.weight().to_vec());
+        let mut directions = Directions::new(self.newton.linear.weight().to_vec());
         let tolerance = if measured.of_residual.is_some() { CORRECTED } else { TOLERANCE };
         let mut systems = Vec::with_capacity(known.len() + 1);
         for (shift, mut right) in shifts.iter().zip(residuals) {
@@ -108,8 +123,8 @@ impl<E: External> Solver<'_, E> {
         }
         if let Some(functional) = measured.of_residual {
             let mut right = vec![[0.0; 4]; functional.len()];
-            self.linear.multiply(functional, &mut right);
-            mask(&self.free, &mut right);
+            self.newton.linear.multiply(functional, &mut right);
+            mask(&self.newton.free, &mut right);
             let none = vec![[0.0; 4]; right.len()];
             systems.push(self.system(none, right, ADJOINT, &directions));
         }
@@ -120,7 +135,7 @@ impl<E: External> Solver<'_, E> {
         // the constrained values of the guesses are not used
         let guesses = guesses.filter(|guess| guess.iter().any(|g| *g != [0.0; 4])).map(|guess| {
             let mut direction = guess.to_vec();
-            mask(&self.free, &mut direction);
+            mask(&self.newton.free, &mut direction);
             direction
         });
         self.take_up(guesses.collect(), &mut directions);
@@ -134,7 +149,8 @@ impl<E: External> Solver<'_, E> {
                 return Ok(self.rates(fields, systems, contacts, measured));
             }
         }
-        Err(StepFailure::Contact)
+        let largest = systems.iter().map(|system| directions.excess(system)).fold(0.0, f64::max);
+        Err(StepFailure::Contact { passes: PASSES as u32, change: tolerance * largest })
     }
 
     /// Creates a system whose constrained values are those of `x`. `right` is the right-hand side without the
@@ -148,7 +164,7 @@ impl<E: External> Solver<'_, E> {
     ) -> System {
         if x.iter().any(|x| x[3] != 0.0) {
             let mut product = vec![[0.0; 4]; x.len()];
-            self.linear.multiply(&x, &mut product);
+            self.newton.linear.multiply(&x, &mut product);
             add_scaled(&mut right, -1.0, &product);
         }
         directions.system(x, right, tolerance)
@@ -158,7 +174,7 @@ impl<E: External> Solver<'_, E> {
     fn take_up(&mut self, of: Vec<Vec<Nodal>>, directions: &mut Directions) {
         let product = |direction: &Vec<Nodal>| {
             let mut product = vec![[0.0; 4]; direction.len()];
-            self.linear.multiply(direction, &mut product);
+            self.newton.linear.multiply(direction, &mut product);
             product
         };
         let products = of.iter().map(product).collect();
@@ -170,7 +186,7 @@ impl<E: External> Solver<'_, E> {
         if system.vanishes() {
             return;
         }
-        let lacking = self.external.follow(fields, &system.x);
+        let lacking = self.newton.external.follow(fields, &system.x);
         if contact.is_empty() {
             *contact = lacking.iter().map(|(node, _)| (*node, [0.0; 3])).collect();
         }
@@ -217,7 +233,7 @@ impl<E: External> Solver<'_, E> {
         let mut held = vec![[0.0; 4]; before.len()];
         let Some(bounds) = context.bounds.filter(|_| follows) else { return held };
         for (n, held) in held.iter_mut().enumerate() {
-            let constrained = self.unknown[n][3] && !self.free[n][3];
+            let constrained = self.newton.unknown[n][3] && !self.newton.free[n][3];
             if constrained && fields.damage[n] <= bounds.lower[n][3] {
                 held[3] = before[n][3];
             }
@@ -259,7 +275,7 @@ impl<E: External> Solver<'_, E> {
                     break;
                 }
                 let tolerance = 1.0 / directions.excess(&systems[k]);
-                let correction = self.solve_nodal(&systems[k].residual, tolerance)?;
+                let correction = self.newton.solve_nodal(&systems[k].residual, tolerance)?;
                 let known = directions.count();
                 self.take_up(vec![correction], directions);
                 directions.reduce(known, systems);
@@ -275,18 +291,20 @@ impl<E: External> Solver<'_, E> {
 
     /// Applies the current factor or hierarchy as a preconditioner to several residuals.
     fn precondition(&mut self, mut right: Vec<Vec<Nodal>>) -> Vec<Vec<Nodal>> {
-        right.iter_mut().for_each(|right| mask(&self.free, right));
+        right.iter_mut().for_each(|right| mask(&self.newton.free, right));
         let right: Vec<&[Nodal]> = right.iter().map(Vec::as_slice).collect();
-        let mut out = vec![vec![[0.0; 4]; self.free.len()]; right.len()];
+        let mut out = vec![vec![[0.0; 4]; self.newton.free.len()]; right.len()];
         let mut slices: Vec<&mut [Nodal]> = out.iter_mut().map(Vec::as_mut_slice).collect();
-        self.effort.factorisations += self.linear.precondition(&right, &mut slices);
-        self.effort.linear += right.len() as u32;
+        self.newton.effort.factorisations += self.newton.linear.precondition(&right, &mut slices);
+        self.newton.effort.linear += right.len() as u32;
         out
     }
 
     /// Adds to the rates of contact forces the contribution of the rotating normal of a curved platen.
     fn turn(&self, fields: &Fields, x: &[Nodal], contact: &mut [(u32, [f64; 3])]) {
-        for ((_, force), (node, block)) in contact.iter_mut().zip(self.external.tangent(fields)) {
+        for ((_, force), (node, block)) in
+            contact.iter_mut().zip(self.newton.external.tangent(fields))
+        {
             let x = &x[node as usize];
             for i in 0..3 {
                 force[i] -= (0..3).map(|j| block[i][j] * x[j]).sum::<f64>();

@@ -46,7 +46,7 @@ fn a_device_takes_the_steps_of_the_processor_past_the_peak() {
         let run = |device: Option<ComputeDevice>| {
             let problem = problem(prism(3, true), order, loading.clone(), device);
             let mut run = problem.start();
-            while run.step().expect("it converges").is_some() {}
+            while run.step().is_some() {}
             (run.machine(), run.effort(), run.finish())
         };
         let (_, here_effort, here) = run(None);
@@ -83,7 +83,7 @@ fn a_run_goes_on_elsewhere_from_its_checkpoint() {
     let here = problem(prism(2, true), Order::Quadratic, loading, None);
     let mut run = here.resume(&checkpoint).expect("a state of the same problem");
     assert_eq!((run.curve().len(), run.machine().as_str()), (10, "the processor"));
-    while run.step().expect("it converges").is_some() {}
+    while run.step().is_some() {}
     assert_same(&here.run(&mut ()), &run.finish());
 }
 

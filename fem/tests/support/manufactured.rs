@@ -147,7 +147,9 @@ pub(crate) fn errors_on(mesh: TetMesh, order: Order, damaged: bool) -> Errors {
         .expect("valid input");
     let outcome = problem.run(&mut ());
     assert!(outcome.curve.len() == 1, "{:?}", outcome.end);
-    let norm = |f: &dyn Fn(&fem::PointValues) -> f64| problem.integrate(&outcome.fields, f).sqrt();
+    let norm = |f: &dyn Fn(&fem::PointValues) -> f64| {
+        problem.integrate(&outcome.fields, f).expect("the fields of the problem").sqrt()
+    };
     let value = |p: &fem::PointValues, i: usize| fields(p.position_mm, 1.0, damaged)[i];
     let slope = |p: &fem::PointValues| gradients(p.position_mm, 1.0, damaged);
     Errors {

@@ -1,6 +1,6 @@
 //! Packings of grains on which runs are made.
 
-use fem::{FemError, GrainList, Meshing, MeshingError, Packing, TetMesh};
+use fem::{FemError, GrainList, Meshing, MeshingError, Packing, TetMesh, Unsupported};
 
 use super::WorkflowError;
 use super::inputs::Inputs;
@@ -104,9 +104,7 @@ impl Packings {
 }
 
 fn unsupported(message: &str) -> FemError {
-    FemError::Unsupported {
-        entity: "a packing of the design".to_owned(),
-        message: message.to_owned(),
-        help: "take another seed of the design, or a finer spacing".to_owned(),
-    }
+    let help = "take another seed of the design, or a finer spacing";
+    let reason = Unsupported::ByCaller { message: message.to_owned(), help };
+    FemError::Unsupported { entity: "a packing of the design".to_owned(), reason }
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use fem::{CompressionTest, FemError, FixedSteps, Schedule, TetMesh};
+use fem::{CompressionTest, FemError, FixedSteps, Schedule, TetMesh, Unsupported};
 
 use super::simulator::{Setup, height_mm};
 use crate::case::MaterialCase;
@@ -55,8 +55,10 @@ fn elastic(
     let material = |name: &&str| {
         let material = materials.get(*name).ok_or_else(|| FemError::Unsupported {
             entity: format!("the region {name}"),
-            message: format!("has no [material.{name}] in the case"),
-            help: "its stiffness ratio is over that of the material `matrix`".to_owned(),
+            reason: Unsupported::ByCaller {
+                message: format!("has no [material.{name}] in the case"),
+                help: "its stiffness ratio is over that of the material `matrix`",
+            },
         })?;
         MaterialCase { toughness_n_per_mm: None, viscosity_mpa_s: 0.0, ..material.clone() }.in_fem()
     };

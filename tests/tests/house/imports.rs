@@ -2,7 +2,11 @@
 //!
 //! A path that begins with `crate`, `self`, `super` or a child module is followed through modules
 //! and re-exports to the file that defines what it names. Tests do not count: what is behind
-//! `#[cfg(test)]` may look at everything. A re-export (`pub use`) is a sign on a door, no import.
+//! `#[cfg(test)]` may look at everything. A re-export (`pub use`) is no import.
+//!
+//! An `impl` of a type of another file counts as an import in both directions: who calls a method of the type may
+//! call code of either file. Exceptions are traits that the file itself defines, and traits with a type argument that
+//! the file defines, such as `impl From<Own> for Other`.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -23,6 +27,15 @@ struct Module {
     globs: Vec<Vec<String>>,
     /// Paths that the module's own code names.
     uses: Vec<Vec<String>>,
+    impls: Vec<Implementation>,
+}
+
+/// The types and traits of one `impl`, as paths.
+#[derive(Debug)]
+struct Implementation {
+    of: Vec<String>,
+    /// The trait and its type arguments.
+    trait_and_arguments: Vec<Vec<String>>,
 }
 
 /// The modules of a crate.
@@ -79,7 +92,74 @@ impl Crate {
                 }
             }
         }
+        imports.extend(self.foreign_impls().into_iter().flat_map(|import| {
+            let Import { from, to, name } = import.clone();
+            [import, Import { from: to, to: from, name }]
+        }));
         imports
+    }
+
+    /// The `impl`s of types of other files, as imports from the file of the `impl` to that of the type.
+    pub(crate) fn foreign_impls(&self) -> BTreeSet<Import> {
+        let mut foreign = BTreeSet::new();
+        for (path, module) in &self.modules {
+            for Implementation { of, trait_and_arguments } in &module.impls {
+                let file = |named: &Vec<String>| match named.as_slice() {
+                    [_] => self.defined(path, named, 0),
+                    _ => self.file_of(path, named, 0),
+                };
+                let Some(to) = file(of).filter(|to| *to != module.file) else { continue };
+                if trait_and_arguments.iter().any(|named| self.is_defined_in(module, named)) {
+                    continue;
+                }
+                let name = format!("impl {}", of.join("::"));
+                foreign.insert(Import { from: module.file.clone(), to, name });
+            }
+        }
+        foreign
+    }
+
+    fn is_defined_in(&self, module: &Module, named: &[String]) -> bool {
+        matches!(named, [name] if self.defines(&module.file, name))
+    }
+
+    /// Modules below the root that have more than `most` files, with their children: path, files of all levels.
+    pub(crate) fn large_modules(&self, most: usize) -> Vec<ModulePath> {
+        let is_file = |path: &ModulePath| {
+            let parent = self.modules.get(&path[..path.len().saturating_sub(1)]);
+            parent.is_none_or(|parent| parent.file != self.modules[path].file)
+        };
+        let files_below = |path: &ModulePath| {
+            let below = self.modules.keys().filter(|other| other.starts_with(path));
+            below.filter(|other| is_file(other)).count()
+        };
+        let large = self.modules.keys().filter(|path| !path.is_empty() && is_file(path));
+        large.filter(|path| files_below(path) > most).cloned().collect()
+    }
+
+    /// The file of a module.
+    pub(crate) fn file(&self, path: &[String]) -> &Path {
+        &self.modules[path].file
+    }
+
+    /// The child of a module to which a file belongs; `None` for the module's own file and files outside it.
+    pub(crate) fn child_of(&self, path: &[String], file: &Path) -> Option<&str> {
+        let below = self
+            .modules
+            .iter()
+            .filter(|(other, _)| other.len() > path.len() && other.starts_with(path));
+        let mut children = below.filter(|(_, module)| module.file == file);
+        let own = self.file(path);
+        children.find(|(_, module)| module.file != own).map(|(other, _)| other[path.len()].as_str())
+    }
+
+    /// The children of a module that have files of their own.
+    pub(crate) fn children(&self, path: &[String]) -> BTreeSet<String> {
+        let own = self.file(path);
+        let children = self.modules.iter().filter(|(other, module)| {
+            other.len() == path.len() + 1 && other.starts_with(path) && module.file != own
+        });
+        children.map(|(other, _)| other[path.len()].clone()).collect()
     }
 
     fn read_file(&mut self, path: ModulePath, file: PathBuf) {
@@ -123,6 +203,10 @@ impl Crate {
                             self.read_file(child, file);
                         }
                     }
+                }
+                syn::Item::Impl(item) => {
+                    module.impls.extend(implementation(item));
+                    paths.visit_item_impl(item);
                 }
                 other => paths.visit_item(other),
             }
@@ -287,6 +371,30 @@ fn flatten(
         }
         syn::UseTree::Glob(_) => found.push((None, before.clone())),
     }
+}
+
+/// The paths of an `impl`; `None` for types without a name, such as tuples.
+fn implementation(item: &syn::ItemImpl) -> Option<Implementation> {
+    let segments =
+        |path: &syn::Path| path.segments.iter().map(|s| s.ident.to_string()).collect::<Vec<_>>();
+    let named = |of: &syn::Type| match of {
+        syn::Type::Path(path) => Some(segments(&path.path)),
+        _ => None,
+    };
+    let of = named(&item.self_ty)?;
+    let mut trait_and_arguments = Vec::new();
+    if let Some((path, _)) = &item.trait_ {
+        trait_and_arguments.push(segments(path));
+        for segment in &path.segments {
+            if let syn::PathArguments::AngleBracketed(arguments) = &segment.arguments {
+                trait_and_arguments.extend(arguments.args.iter().filter_map(|of| match of {
+                    syn::GenericArgument::Type(of) => named(of),
+                    _ => None,
+                }));
+            }
+        }
+    }
+    Some(Implementation { of, trait_and_arguments })
 }
 
 fn joined(before: &[String], name: &str) -> Vec<String> {

@@ -2,5 +2,6 @@
 
 mod dependencies;
 mod documents;
+mod exceptions;
 mod imports;
 mod rooms;

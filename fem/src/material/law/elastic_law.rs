@@ -44,7 +44,7 @@ impl ElasticLaw {
     /// constants ignores both.
     ///
     /// # Errors
-    /// [`FemError::Parameter`] for a modulus, a Poisson's ratio or an exponent out of range,
+    /// [`FemError::OutOfRange`] for a modulus, a Poisson's ratio or an exponent out of range,
     /// [`FemError::Unsupported`] for constants that do not define an elastic solid.
     pub fn material(&self, young_mpa: f64, poisson: f64) -> Result<Material, FemError> {
         if !self.has_constants() {

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use nalgebra::{SMatrix, SVector};
 use num_dual::{DualNum, gradient, hessian, second_derivative};
 
-use crate::error::FemError;
+use crate::error::{FemError, Unsupported};
 use crate::material::principal::Strains;
 use crate::material::response::{Whole, packed};
 use crate::material::strain::PrincipalStrain;
@@ -189,26 +189,14 @@ fn small_strain(law: &dyn Derived) -> Result<[f64; 2], FemError> {
     let (energy, stress, tangent) = law.second([0.0; 3]);
     let (lame, shear) = (tangent[(0, 1)], 0.5 * (tangent[(0, 0)] - tangent[(0, 1)]));
     let bulk = lame + 2.0 / 3.0 * shear;
-    let refuse = |message: &str, help: &str| {
-        Err(FemError::Unsupported {
-            entity: format!("law {:?}", law),
-            message: message.into(),
-            help: help.into(),
-        })
-    };
+    let refuse = |reason| Err(FemError::unsupported(format!("law {law:?}"), reason));
     if !(shear > 0.0 && bulk > 0.0 && shear.is_finite() && bulk.is_finite()) {
-        let message = format!(
-            "its moduli at rest, K = {bulk} MPa and μ = {shear} MPa, are not both positive"
-        );
-        return refuse(&message, "check the signs of its parameters");
+        return refuse(Unsupported::ModuliAtRest { bulk_mpa: bulk, shear_mpa: shear });
     }
     let round_off = 1e-10 * (bulk + shear);
     let vanishes = |x: f64| x.abs() <= round_off;
     if !(vanishes(energy) && stress.iter().all(|&x| vanishes(x))) {
-        return refuse(
-            "its energy or its stress at rest is not zero",
-            "subtract the constant, and the term that makes rest stationary",
-        );
+        return refuse(Unsupported::StressAtRest);
     }
     // scale the strains into the domain of the law, which may be limited to small strains
     let inside =
@@ -217,10 +205,7 @@ fn small_strain(law: &dyn Derived) -> Result<[f64; 2], FemError> {
     let first = law.value([a, b, c]);
     let turned = [[a, c, b], [b, a, c], [b, c, a], [c, a, b], [c, b, a]];
     if !turned.iter().all(|&e| vanishes(law.value(e) - first)) {
-        return refuse(
-            "its energy changes when the principal strains are exchanged",
-            "write an isotropic energy, symmetric in the three strains",
-        );
+        return refuse(Unsupported::NotSymmetric);
     }
     let young = 9.0 * bulk * shear / (3.0 * bulk + shear);
     Ok([young, 0.5 * lame / (lame + shear)])

@@ -87,7 +87,7 @@ impl CaseFile {
         material.set(parameter.property, value);
         match self.in_fem(&parameter.region, &material) {
             Ok(_) => Ok(()),
-            Err(FemError::Parameter { requirement, .. }) => Err(self.error(
+            Err(FemError::OutOfRange { requirement, .. }) => Err(self.error(
                 key,
                 shown,
                 format!("must be {requirement}"),

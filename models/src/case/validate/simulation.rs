@@ -174,15 +174,16 @@ impl CaseFile {
     fn check_in_fem(&self, region: &str, material: &MaterialCase) -> Result<(), InputError> {
         let Err(error) = self.in_fem(region, material) else { return Ok(()) };
         match error {
-            FemError::Parameter { field, value, requirement, .. } => {
+            FemError::OutOfRange { field, value, requirement, .. } => {
                 let property = Property::ALL.into_iter().find(|p| p.key() == field);
                 let table = if property.is_some() { "" } else { "law.ogden.terms." };
                 let help = property.map_or("Leave the term out.", Property::help);
                 let key = format!("material.{region}.{table}{field}");
                 Err(self.error(&key, value.to_string(), format!("must be {requirement}"), help))
             }
-            FemError::Unsupported { message, help, .. } => {
-                Err(self.error(&format!("material.{region}.law"), "", message, sentence(&help)))
+            FemError::Unsupported { reason, .. } => {
+                let key = format!("material.{region}.law");
+                Err(self.error(&key, "", reason.to_string(), sentence(reason.help())))
             }
             other => Err(self.error(
                 &format!("material.{region}"),
@@ -207,7 +208,7 @@ impl CaseFile {
     /// Converts an error of `fem` to an error at a key of the case.
     fn accepted(&self, checked: Result<(), FemError>) -> Result<(), InputError> {
         let Err(error) = checked else { return Ok(()) };
-        let FemError::Parameter { entity, field, value, requirement } = error else {
+        let FemError::OutOfRange { entity, field, value, requirement } = error else {
             let help = "breccia init writes a case that explains every key.";
             return Err(self.error("test", "", error.to_string(), help));
         };

@@ -7,10 +7,10 @@
 use std::io::{self, ErrorKind};
 use std::path::PathBuf;
 
-use super::fingerprint::Fingerprint;
 use super::state::RunState;
 use crate::error::{CheckpointError, FemError};
 use crate::parallel::Ranks;
+use crate::problem::definition::Fingerprint;
 use fem_file::{read_regular, write_atomically};
 
 /// File in which a run saves its state, and the interval of saving.

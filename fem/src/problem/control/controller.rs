@@ -4,8 +4,8 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use super::curve::CurvePoint;
-use crate::error::FemError;
+use crate::error::{FemError, Unsupported};
+use crate::problem::curve::CurvePoint;
 
 /// A step from one equilibrium to the next.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -41,7 +41,7 @@ impl Step {
     }
 
     /// Returns the step with its fraction of the duration replaced by `end`. A `Release` is unchanged.
-    pub(super) fn to(self, end: f64) -> Self {
+    pub(crate) fn to(self, end: f64) -> Self {
         match self {
             Step::Advance(_) => Step::Advance(end),
             Step::AdvanceWithin { most_n_mm, .. } => {
@@ -52,22 +52,19 @@ impl Step {
     }
 
     /// Checks that the step is valid. `by_energy`: whether steps by crack energy are allowed.
-    pub(super) fn validate(self, by_energy: bool) -> Result<(), FemError> {
+    pub(crate) fn validate(self, by_energy: bool) -> Result<(), FemError> {
         let (field, value) = match self {
             Step::Advance(fraction) => ("step", fraction),
             Step::AdvanceWithin { fraction, .. } => ("step", fraction),
             Step::Release { n_mm, .. } => ("release_n_mm", n_mm),
         };
         if !(value > 0.0 && value.is_finite() && self.fraction().is_finite()) {
-            let requirement = "positive and finite, whatever the run has come to";
+            let requirement = "positive and finite at every state of the run";
             return Err(FemError::parameter("step controller", field, value, requirement));
         }
         if !(by_energy || matches!(self, Step::Advance(_))) {
-            return Err(FemError::unsupported(
-                "step controller",
-                "it asks for a step by crack energy and does not say so beforehand",
-                "let its controls_crack_energy return true, or take Step::Advance",
-            ));
+            let reason = Unsupported::UnannouncedRelease;
+            return Err(FemError::unsupported("step controller", reason));
         }
         Ok(())
     }
@@ -167,7 +164,7 @@ pub trait StepController: fmt::Debug + Send + Sync {
     /// Checks that the settings are valid.
     ///
     /// # Errors
-    /// [`FemError::Parameter`] with the allowed values.
+    /// [`FemError::OutOfRange`] with the allowed values.
     fn validate(&self) -> Result<(), FemError> {
         Ok(())
     }

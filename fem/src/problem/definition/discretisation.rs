@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::definition::Definition;
 use crate::boundary::Boundary;
 use crate::element::{DamageRule, Domain, Linear, Order, Quadratic, Space, Tetrahedron};
-use crate::error::FemError;
+use crate::error::{FemError, Unsupported};
 use crate::material::{CrackDensity, DamageQuadrature, MOST_GRAIN, PhaseField};
 use crate::operator::{Assembly, Operator, Unknowns, linear, quadratic};
 use crate::parallel::{Part, bisect};
@@ -26,11 +26,12 @@ pub(crate) struct Discretisation {
     carries_damage: Vec<bool>,
     /// Whether each region has damage.
     pub(crate) damaged: Vec<bool>,
+    damage_rule: DamageRule,
 }
 
 impl Discretisation {
     /// Creates the discretisation with elements of the problem's order.
-    pub(super) fn new(parts: &Definition) -> Result<Self, FemError> {
+    pub(crate) fn new(parts: &Definition) -> Result<Self, FemError> {
         parts.mesh.validate()?;
         match parts.order {
             Order::Linear => {
@@ -43,26 +44,27 @@ impl Discretisation {
     }
 
     /// Creates the operator of the whole mesh.
-    pub(super) fn whole(parts: &Definition) -> Result<Arc<dyn Operator>, FemError> {
-        Ok(match parts.order {
+    pub(crate) fn whole(&self, parts: &Definition) -> Arc<dyn Operator> {
+        let (mesh, rule) = (&parts.mesh, self.damage_rule);
+        match parts.order {
             Order::Linear => {
-                let space = Space::new::<Linear>(&parts.mesh, rule_of(parts)?);
+                let space = Space::new::<Linear>(mesh, rule);
                 linear(Assembly::new(space).homogenised(parts.homogenisation))
             }
             Order::Quadratic => {
-                let space = Space::new::<Quadratic>(&parts.mesh, rule_of(parts)?);
+                let space = Space::new::<Quadratic>(mesh, rule);
                 quadratic(Assembly::new(space).homogenised(parts.homogenisation))
             }
-        })
+        }
     }
 
     fn with<const N: usize, T: Tetrahedron<N>>(parts: &Definition) -> Result<Self, FemError> {
         let damaged = parts.damaged();
-        let rule = rule_of(parts)?;
-        let mut space = Space::new::<T>(&parts.mesh, rule);
+        let damage_rule = rule_of(parts)?;
+        let mut space = Space::new::<T>(&parts.mesh, damage_rule);
         let mut boundary = boundary(&space, parts, damaged.clone())?;
         let mut carries_damage = vec![false; space.nodes.len()];
-        if rule != DamageRule::Absent {
+        if damage_rule != DamageRule::Absent {
             for (tet, nodes) in space.tets.iter().enumerate() {
                 if damaged[usize::from(space.region[tet])] && space.fraction(tet) <= MOST_GRAIN {
                     nodes.iter().for_each(|&n| carries_damage[n as usize] = true);
@@ -93,11 +95,20 @@ impl Discretisation {
         let device = parts.device.clone().filter(|_| linear.is_on_device());
         let assembly = Assembly::new(space).homogenised(parts.homogenisation);
         let operator = Arc::new(assembly.of_part(part).on_device(device));
-        Ok(Self { operator, unknowns, equations, linear, boundary, carries_damage, damaged })
+        Ok(Self {
+            operator,
+            unknowns,
+            equations,
+            linear,
+            boundary,
+            carries_damage,
+            damaged,
+            damage_rule,
+        })
     }
 
     /// Returns the discretisation with other conditions. Space and linear solver structure are reused.
-    pub(super) fn with_conditions(&self, parts: &Definition) -> Result<Self, FemError> {
+    pub(crate) fn with_conditions(&self, parts: &Definition) -> Result<Self, FemError> {
         if parts.ranks.size() > 1 {
             // needs the boundary of the whole mesh; this rank has only a part of it
             return Self::new(parts);
@@ -113,6 +124,7 @@ impl Discretisation {
             boundary,
             carries_damage: self.carries_damage.clone(),
             damaged: self.damaged.clone(),
+            damage_rule: self.damage_rule,
         })
     }
 
@@ -135,7 +147,7 @@ fn parts_of<const N: usize>(space: &Space<N>, ranks: usize) -> Vec<u32> {
 fn rule_of(parts: &Definition) -> Result<DamageRule, FemError> {
     match &parts.phase_field {
         Some(field) if parts.damaged().contains(&true) => {
-            damage_rule(field, parts.order, &parts.mesh)
+            selected_rule(field, parts.order, &parts.mesh)
         }
         _ => Ok(DamageRule::Absent),
     }
@@ -149,17 +161,12 @@ fn boundary(
     Boundary::new(domain, &parts.mesh, &parts.conditions, damaged, parts.schedule.duration_s)
 }
 
-fn damage_rule(field: &PhaseField, order: Order, mesh: &TetMesh) -> Result<DamageRule, FemError> {
+fn selected_rule(field: &PhaseField, order: Order, mesh: &TetMesh) -> Result<DamageRule, FemError> {
     // ∫ N_a dV at the vertices of a quadratic element is negative: damage with α = φ would then decrease the energy
     let lumped = order == Order::Quadratic && field.model == CrackDensity::At1;
     let gauss = matches!(field.quadrature, DamageQuadrature::Consistent | DamageQuadrature::Eleven);
     if lumped && gauss {
-        return Err(FemError::Unsupported {
-            entity: "phase_field".into(),
-            message: "with Gauss points, AT1 damages the vertices of quadratic elements unloaded"
-                .into(),
-            help: "take quadrature = \"vertex\", which \"auto\" does, or linear elements".into(),
-        });
+        return Err(FemError::unsupported("phase_field", Unsupported::At1AtGaussPoints));
     }
     Ok(match field.quadrature {
         DamageQuadrature::Vertex => DamageRule::Vertex,

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::controller::StepController;
 use super::steps::{AdaptiveSteps, FixedSteps, check};
 use crate::boundary::Conditions;
-use crate::error::FemError;
+use crate::error::{FemError, Unsupported};
 use crate::material::{Material, PhaseField};
 
 /// Duration of a problem, and its steps.
@@ -43,7 +43,7 @@ impl Schedule {
     /// Checks that duration and steps are valid.
     ///
     /// # Errors
-    /// [`FemError::Parameter`].
+    /// [`FemError::OutOfRange`].
     pub fn validate(&self) -> Result<(), FemError> {
         check(
             self.duration_s > 0.0 && self.duration_s.is_finite(),
@@ -70,7 +70,7 @@ impl Schedule {
 }
 
 /// Rejects problems that steps by crack energy do not support.
-pub(super) fn check_crack_energy(
+pub(crate) fn check_crack_energy(
     schedule: &Schedule,
     materials: &[Material],
     field: Option<&PhaseField>,
@@ -79,30 +79,19 @@ pub(super) fn check_crack_energy(
     if !schedule.steps.controls_crack_energy() {
         return Ok(());
     }
-    let refuse = |message: &str, help: &str| {
-        Err(FemError::unsupported("test", format!("arc-length steps {message}"), help))
-    };
+    let refuse = |reason| Err(FemError::unsupported("test", reason));
     let damaged = || materials.iter().filter_map(|m| m.fracture);
     if !conditions.only_prescribe() {
-        return refuse(
-            "move prescribed displacements back and forth, which loads and platens do not follow",
-            "prescribe the displacement of the ends, or take adaptive steps",
-        );
+        return refuse(Unsupported::ArcLengthWithLoads);
     }
     if field.is_none() || damaged().next().is_none() {
-        return refuse("control the crack energy, and nothing can break", "take adaptive steps");
+        return refuse(Unsupported::ArcLengthWithoutDamage);
     }
     if field.is_some_and(|f| !f.is_variational()) {
-        return refuse(
-            "need damage that makes an energy stationary",
-            "take irreversibility = \"active-set\" or \"none\", and no hybrid split",
-        );
+        return refuse(Unsupported::ArcLengthWithoutEnergy);
     }
     if damaged().any(|m| m.viscosity_mpa_s > 0.0) {
-        return refuse(
-            "are for rate-independent damage",
-            "set viscosity_mpa_s = 0, or take adaptive steps: viscous damage does not snap back",
-        );
+        return refuse(Unsupported::ArcLengthWithViscosity);
     }
     Ok(())
 }

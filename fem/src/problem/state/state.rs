@@ -4,15 +4,15 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::controller::Step;
-use super::curve::CurvePoint;
-use super::discretisation::Discretisation;
-use super::memory::Memory;
 use super::past::Past;
 use crate::boundary::Contact;
 use crate::fields::Fields;
 use crate::material::{PhaseField, PointMaterial};
 use crate::parallel::Part;
+use crate::problem::control::Step;
+use crate::problem::curve::CurvePoint;
+use crate::problem::definition::Discretisation;
+use crate::problem::memory::Memory;
 use crate::solve::{Effort, Scales};
 
 /// Last equilibrium, history and counters of a run. The clock is the fraction of the total duration.

@@ -23,7 +23,7 @@ pub(crate) struct Past {
 
 impl Past {
     /// Adds the change of the fields over an increment of the clock.
-    pub(super) fn add(&mut self, change: Fields, step: f64) {
+    pub(crate) fn add(&mut self, change: Fields, step: f64) {
         self.changes.insert(0, change);
         self.steps.insert(0, step);
         self.changes.truncate(MOST);
@@ -31,18 +31,18 @@ impl Past {
     }
 
     /// Returns the last increment of the clock; `None` before the first.
-    pub(super) fn step(&self) -> Option<f64> {
+    pub(crate) fn step(&self) -> Option<f64> {
         self.steps.first().copied()
     }
 
     /// Applies a function to all changes, e.g. to select or gather nodes.
-    pub(super) fn map(&self, of: impl Fn(&Fields) -> Fields) -> Self {
+    pub(crate) fn map(&self, of: impl Fn(&Fields) -> Fields) -> Self {
         Self { changes: self.changes.iter().map(of).collect(), steps: self.steps.clone() }
     }
 
     /// Extrapolates `fields`, the last equilibrium, by `ahead` on the clock. `size` returns the norms of displacement
     /// and damage in a term.
-    pub(super) fn continue_by(
+    pub(crate) fn continue_by(
         &self,
         ahead: f64,
         fields: &mut Fields,
@@ -86,5 +86,5 @@ fn terms(steps: &[f64], ahead: f64) -> Vec<Vec<f64>> {
 }
 
 #[cfg(test)]
-#[path = "../../tests/unit/past.rs"]
+#[path = "../../../tests/unit/past.rs"]
 mod tests;

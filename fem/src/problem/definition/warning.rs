@@ -1,7 +1,6 @@
 //! Properties of a problem that do not stop a run but make its result inaccurate.
 
 use super::definition::Definition;
-use super::problem::Problem;
 use crate::element::Order;
 
 /// Property of a problem that makes its result wrong without an error.
@@ -56,36 +55,15 @@ const SLENDER: f64 = 15.0;
 /// too little.
 const ACROSS: f64 = 3.5;
 
-impl Problem {
-    /// Returns the properties that make the result of this problem wrong without an error: locking elements, and
-    /// parts of the body that are joined only by an edge or a node.
-    ///
-    /// # Example
-    /// ```
-    /// use fem::{CompressionTest, CylinderLattice, Material, Order, ProblemWarning, Schedule};
-    ///
-    /// let mesh = CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.5 }.build()?;
-    /// let rubber = |order| {
-    ///     CompressionTest::new(0.22, Schedule::fixed(1.0, 1))
-    ///         .builder(mesh.clone())?
-    ///         .order(order)
-    ///         .materials([Material::hencky(1.0, 0.4999)])
-    ///         .build()
-    /// };
-    /// let warnings = rubber(Order::Linear)?.warnings();
-    /// assert!(matches!(warnings[..], [ProblemWarning::VolumetricLocking { .. }]));
-    /// assert!(rubber(Order::Quadratic)?.warnings().is_empty());
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
-    pub fn warnings(&self) -> Vec<ProblemWarning> {
-        let mut warnings = Vec::new();
-        if self.parts.order == Order::Linear {
-            warnings.extend(volumetric_locking(&self.parts));
-            warnings.extend(bending_locking(&self.parts));
-        }
-        warnings.extend(hinges(&self.parts));
-        warnings
+/// Returns the properties that make the result of a problem wrong without an error.
+pub(crate) fn warnings(parts: &Definition) -> Vec<ProblemWarning> {
+    let mut warnings = Vec::new();
+    if parts.order == Order::Linear {
+        warnings.extend(volumetric_locking(parts));
+        warnings.extend(bending_locking(parts));
     }
+    warnings.extend(hinges(parts));
+    warnings
 }
 
 /// Warns about the region with the largest Poisson's ratio, if it is nearly incompressible.

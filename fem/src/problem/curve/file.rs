@@ -4,7 +4,7 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::curve::CurvePoint;
+use super::point::CurvePoint;
 use crate::error::{CurveFileError, FemError};
 use fem_file::open_regular;
 

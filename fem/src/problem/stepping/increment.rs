@@ -1,12 +1,15 @@
 //! One increment, from one equilibrium to the next.
 
-use super::controller::Step;
-use super::curve::CurvePoint;
-use super::stepper::LoadStepper;
 use crate::boundary::ExternalForces;
 use crate::error::StepFailure;
 use crate::fields::Fields;
-use crate::solve::{Control, Effort};
+use crate::parallel::Ranks;
+use crate::problem::control::Step;
+use crate::problem::curve::CurvePoint;
+use crate::problem::definition::Setup;
+use crate::problem::sensitivity::carry_rates;
+use crate::problem::state::RunState;
+use crate::solve::{ArcLengthControl, Effort, Solver};
 
 /// Finite-difference step for the derivative of the residual with respect to the position of the ends, as a fraction of
 /// the duration.
@@ -18,7 +21,43 @@ const JUMP: f64 = 0.1;
 /// error, not a jump.
 const ROUNDED: f64 = 1e-9;
 
-impl LoadStepper<'_> {
+/// State and solver of a run, advanced by increments.
+pub(super) struct Increments<'a> {
+    pub(super) setup: &'a Setup,
+    pub(super) solver: Solver<'a>,
+    /// The last equilibrium; with several ranks, the part of this rank.
+    pub(super) state: RunState,
+}
+
+impl<'a> Increments<'a> {
+    /// Creates the increments of a run from the unloaded body.
+    pub(super) fn new(setup: &'a Setup) -> Self {
+        let field = setup.parts.phase_field.as_ref();
+        let state = RunState::new(&setup.discretisation, field, &setup.points, setup.shifts.len());
+        Self { setup, solver: setup.solver(), state }
+    }
+
+    /// Replaces the solver by one without data from earlier steps, which continues the counters of the state.
+    pub(super) fn renew_solver(&mut self) {
+        self.solver = self.setup.solver();
+        self.solver.newton.resume(self.state.effort);
+        self.solver.newton.scales = self.state.scales;
+    }
+
+    pub(super) fn ranks(&self) -> &'a Ranks {
+        &self.setup.parts.ranks
+    }
+
+    /// Work done by the solver so far.
+    pub(super) fn effort(&self) -> Effort {
+        self.solver.newton.effort
+    }
+
+    /// Counts a load step that is reduced.
+    pub(super) fn count_cut(&mut self) {
+        self.solver.newton.effort.cuts += 1;
+    }
+
     /// Takes one step. Steps that prescribe the position of the ends go to the fraction `target` of the duration.
     pub(super) fn take(&mut self, step: Step, target: f64) -> Result<(), StepFailure> {
         match step {
@@ -29,15 +68,15 @@ impl LoadStepper<'_> {
     }
 
     fn advance(&mut self, target: f64) -> Result<(), StepFailure> {
-        let (problem, state) = (self.problem, &self.state);
-        let domain = problem.discretisation.as_ref();
-        let time_s = target * problem.parts.schedule.duration_s;
-        let duration = (target - state.clock) * problem.parts.schedule.duration_s;
+        let (setup, state) = (self.setup, &self.state);
+        let domain = setup.discretisation.as_ref();
+        let time_s = target * setup.parts.schedule.duration_s;
+        let duration = (target - state.clock) * setup.parts.schedule.duration_s;
         let context = state.memory.context(&state.fields.damage, duration);
-        let modulus = problem.points.iter().map(|m| m.moduli.longitudinal()).fold(0.0, f64::max);
+        let modulus = setup.points.iter().map(|m| m.moduli.longitudinal()).fold(0.0, f64::max);
         let (space, pressures) = (domain.operator.domain(), &state.pressures);
         let fields = &state.fields;
-        self.solver.external = ExternalForces::new(
+        self.solver.newton.external = ExternalForces::new(
             &domain.boundary,
             space,
             time_s,
@@ -48,10 +87,10 @@ impl LoadStepper<'_> {
         );
         let (mut fields, jumps) = self.guess(target);
         let finite = fields.is_finite();
-        if self.ranks().any(!finite) || !self.solver.external.is_finite() {
+        if self.ranks().any(!finite) || !self.solver.newton.external.is_finite() {
             return Err(StepFailure::Condition);
         }
-        let before = self.solver.effort;
+        let before = self.effort();
         if jumps && let Ok(predicted) = self.solver.predict(&self.state.fields, &fields, context) {
             fields = predicted;
         }
@@ -62,11 +101,12 @@ impl LoadStepper<'_> {
     /// Takes a step that may add at most `most_n_mm` to the crack energy; fails if it adds more.
     fn advance_within(&mut self, target: f64, most_n_mm: f64) -> Result<(), StepFailure> {
         let (mut fields, _) = self.guess(target);
-        let before = self.solver.effort;
+        let before = self.effort();
         let context = self.state.memory.context(&self.state.fields.damage, 1.0);
-        self.solver.solve_monolithic(&mut fields, context)?;
-        if self.solver.residual.fracture - self.state.point.fracture_n_mm > most_n_mm {
-            return Err(StepFailure::Release);
+        self.solver.newton.solve_both(&mut fields, context)?;
+        let released_n_mm = self.solver.newton.residual.fracture - self.state.point.fracture_n_mm;
+        if released_n_mm > most_n_mm {
+            return Err(StepFailure::Release { released_n_mm, allowed_n_mm: most_n_mm });
         }
         self.accept(before, fields, target)
     }
@@ -75,27 +115,27 @@ impl LoadStepper<'_> {
     /// value `guess`.
     fn release(&mut self, n_mm: f64, guess: f64) -> Result<(), StepFailure> {
         let (mut fields, _) = self.guess(guess);
-        let before = self.solver.effort;
-        let problem = self.problem;
-        let control = Control {
-            place: &|fields: &mut Fields, position| problem.place(fields, position),
+        let before = self.effort();
+        let setup = self.setup;
+        let control = ArcLengthControl {
+            place: &|fields: &mut Fields, position| setup.impose(fields, position),
             nudge: NUDGE,
             fracture: self.state.point.fracture_n_mm + n_mm,
             release: n_mm,
         };
         let context = self.state.memory.context(&self.state.fields.damage, 1.0);
-        let position = self.solver.solve_release(&mut fields, guess, &control, context)?;
+        let position = self.solver.release(&mut fields, guess, &control, context)?;
         self.accept(before, fields, position)
     }
 
     /// Stores the equilibrium that the solver found at `target` as the new state.
     fn accept(&mut self, before: Effort, fields: Fields, target: f64) -> Result<(), StepFailure> {
-        self.differentiate(&fields, target);
-        let (problem, solver, state) = (self.problem, &self.solver, &mut self.state);
-        let domain = problem.discretisation.as_ref();
+        carry_rates(self.setup, &mut self.solver, &mut self.state, &fields, target);
+        let (setup, newton, state) = (self.setup, &self.solver.newton, &mut self.state);
+        let domain = setup.discretisation.as_ref();
         let step = target - state.clock;
-        let time_s = target * problem.parts.schedule.duration_s;
-        let (external, residual) = (&solver.external, &solver.residual);
+        let time_s = target * setup.parts.schedule.duration_s;
+        let (external, residual) = (&newton.external, &newton.residual);
         let reactions = external.reactions(&domain.boundary, &fields, residual);
         let forces = external.outer_forces(&domain.boundary, &fields, residual);
         let friction = external.dissipated(&fields);
@@ -104,9 +144,9 @@ impl LoadStepper<'_> {
         if !displacement_mm.is_finite() {
             return Err(StepFailure::Condition);
         }
-        let duration = step * problem.parts.schedule.duration_s;
+        let duration = step * setup.parts.schedule.duration_s;
         let operator = domain.operator.as_ref();
-        state.memory.record(operator, &problem.points, &fields, duration)?;
+        state.memory.record(operator, &setup.points, &fields, duration)?;
         let mut change = fields.clone();
         change.add_scaled(-1.0, &state.fields);
         // external forces balance the stress forces at each node; energy that friction takes from the platens does not
@@ -138,9 +178,9 @@ impl LoadStepper<'_> {
             work_n_mm: last.work_n_mm + work + friction,
             phi_mean: if volume > 0.0 { integral / volume } else { 0.0 },
             phi_max: phi_max[0],
-            newton: last.newton + solver.effort.iterations - before.iterations,
-            linear: last.linear + solver.effort.linear - before.linear,
-            residual: solver.relative,
+            newton: last.newton + newton.effort.iterations - before.iterations,
+            linear: last.linear + newton.effort.linear - before.linear,
+            residual: newton.relative,
         };
         state.reaction = reactions;
         state.pressures = external.pressures();
@@ -148,18 +188,18 @@ impl LoadStepper<'_> {
         state.past.add(change, step);
         state.fields = fields;
         state.clock = target;
-        self.state.scales = self.solver.keep_scales();
+        self.state.scales = self.solver.newton.keep_scales();
         Ok(())
     }
 
     /// Initial guess for the next increment: the extrapolated fields with the prescribed values imposed. The flag is
     /// true if prescribed displacements jump, i.e. are far from the extrapolation.
     fn guess(&self, target: f64) -> (Fields, bool) {
-        let (problem, state) = (self.problem, &self.state);
-        let boundary = &problem.discretisation.boundary;
+        let (setup, state) = (self.setup, &self.state);
+        let boundary = &setup.discretisation.boundary;
         let mut fields = state.fields.clone();
         if state.past.step().is_some() {
-            let part = problem.discretisation.operator.part();
+            let part = setup.discretisation.operator.part();
             let size = |term: &Fields| {
                 let moved = part.halo.own_of(&term.displacement).flatten().map(|u| u * u).sum();
                 let mut size = [moved, part.halo.own_of(&term.damage).map(|d| d * d).sum()];
@@ -168,11 +208,11 @@ impl LoadStepper<'_> {
             };
             state.past.continue_by(target - state.clock, &mut fields, size);
         } else {
-            let time_s = target * problem.parts.schedule.duration_s;
-            boundary.start(problem.discretisation.nodes(), time_s, &mut fields);
+            let time_s = target * setup.parts.schedule.duration_s;
+            boundary.start(setup.discretisation.nodes(), time_s, &mut fields);
         }
         let continued = fields.clone();
-        problem.place(&mut fields, target);
+        setup.impose(&mut fields, target);
         let [off, step, largest] = boundary.jump(&continued, &state.fields, &fields);
         (fields, off > JUMP * step && off > ROUNDED * largest)
     }

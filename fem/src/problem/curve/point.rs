@@ -1,13 +1,6 @@
-//! Results of a test.
-
-use std::collections::BTreeMap;
+//! Points of a curve, and derivatives of the force.
 
 use serde::{Deserialize, Serialize};
-
-use crate::boundary::ContactPoint;
-use crate::error::FemError;
-use crate::fields::Fields;
-use crate::solve::Effort;
 
 /// One converged load step. Compression is positive.
 ///
@@ -53,6 +46,17 @@ pub struct CurvePoint {
 }
 
 impl CurvePoint {
+    /// Whether all values are finite.
+    pub(crate) fn is_finite(&self) -> bool {
+        let Self { time_s, displacement_mm, force_n, elastic_n_mm, fracture_n_mm, .. } = *self;
+        let Self { viscous_n_mm, friction_n_mm, work_n_mm, phi_mean, phi_max, residual, .. } =
+            *self;
+        [time_s, displacement_mm, force_n, elastic_n_mm, fracture_n_mm, viscous_n_mm]
+            .into_iter()
+            .chain([friction_n_mm, work_n_mm, phi_mean, phi_max, residual])
+            .all(f64::is_finite)
+    }
+
     /// Returns work minus stored and dissipated energy, N mm.
     ///
     /// Zero for the exact solution; O(Δt) and of constant sign with the backward Euler rule.
@@ -83,42 +87,4 @@ impl Sensitivities {
     pub fn is_empty(&self) -> bool {
         self.names.is_empty()
     }
-}
-
-/// Reason for the end of a test.
-#[derive(Clone, Debug, Default)]
-pub enum End {
-    /// The full displacement, or the end of the schedule, was reached.
-    #[default]
-    Displacement,
-    /// The force fell below its peak by the requested fraction.
-    BelowPeak,
-    /// The run was stopped before its end, e.g. by the observer.
-    Interrupted,
-    /// No equilibrium was found; the curve contains the points before the failure.
-    Failed(FemError),
-}
-
-/// The result of a test.
-#[derive(Clone, Debug, Default)]
-pub struct Outcome {
-    /// One point per load step, without the unloaded start.
-    pub curve: Vec<CurvePoint>,
-    /// Derivatives of the force along the curve, if requested.
-    pub sensitivities: Sensitivities,
-    /// Reason for the end of the test.
-    pub end: End,
-    /// Fields at the last point.
-    pub fields: Fields,
-    /// Force on the body through each surface with a condition, N, one entry per load step: from the components that
-    /// are prescribed there, from a platen and from tractions. The sum of these forces and the body force is zero. If
-    /// several surfaces prescribe the same component at a common node, its force is distributed in proportion to the
-    /// area of their triangles at the node.
-    pub reactions: BTreeMap<String, Vec<[f64; 3]>>,
-    /// Contact points at the last point of the curve, for each surface with a unilateral platen.
-    pub contact: BTreeMap<String, Vec<ContactPoint>>,
-    /// Work done by the solver.
-    pub effort: Effort,
-    /// Hardware that solved the linear systems, as text: name of a device, or the processor.
-    pub machine: String,
 }

@@ -3,40 +3,40 @@
 use std::sync::Arc;
 
 use super::fingerprint::Fingerprint;
-use super::parameter::MaterialParameter;
-use super::schedule::{Schedule, check_crack_energy};
 use crate::boundary::Conditions;
 use crate::device::ComputeDevice;
 use crate::element::Order;
-use crate::error::FemError;
+use crate::error::{FemError, Unsupported};
 use crate::material::{Elasticity, Homogenisation, Material, PhaseField, PointMaterial};
 use crate::parallel::Ranks;
+use crate::problem::control::{Schedule, check_crack_energy};
+use crate::problem::parameter::MaterialParameter;
 use crate::solve::{LinearScheme, SolverOptions};
 use fem_mesh::TetMesh;
 
 /// Input data of a problem, shared by problems that differ in some of the data.
 #[derive(Clone, Debug)]
-pub(super) struct Definition {
-    pub(super) mesh: Arc<TetMesh>,
-    pub(super) order: Order,
-    pub(super) materials: Vec<Material>,
-    pub(super) homogenisation: Homogenisation,
-    pub(super) phase_field: Option<PhaseField>,
-    pub(super) conditions: Arc<Conditions>,
-    pub(super) schedule: Schedule,
-    pub(super) options: SolverOptions,
+pub(crate) struct Definition {
+    pub(crate) mesh: Arc<TetMesh>,
+    pub(crate) order: Order,
+    pub(crate) materials: Vec<Material>,
+    pub(crate) homogenisation: Homogenisation,
+    pub(crate) phase_field: Option<PhaseField>,
+    pub(crate) conditions: Arc<Conditions>,
+    pub(crate) schedule: Schedule,
+    pub(crate) options: SolverOptions,
     /// Device for the linear systems, if any. Not part of the fingerprint, so that a run can resume on other
     /// hardware.
-    pub(super) device: Option<ComputeDevice>,
+    pub(crate) device: Option<ComputeDevice>,
     /// Ranks that share the work. Not part of the fingerprint.
-    pub(super) ranks: Ranks,
+    pub(crate) ranks: Ranks,
     /// Parameters of the sensitivities.
-    pub(super) parameters: Arc<[MaterialParameter]>,
+    pub(crate) parameters: Arc<[MaterialParameter]>,
 }
 
 impl Definition {
     /// Checks everything except the mesh and the surfaces named by the conditions.
-    pub(super) fn validate(&self) -> Result<(), FemError> {
+    pub(crate) fn validate(&self) -> Result<(), FemError> {
         let (mesh, field) = (&self.mesh, self.phase_field.as_ref());
         if self.materials.len() != mesh.regions.len() {
             return Err(FemError::MaterialCount {
@@ -54,11 +54,7 @@ impl Definition {
         field.map_or(Ok(()), PhaseField::validate)?;
         self.options.validate()?;
         if self.device.is_some() && self.options.linear == LinearScheme::Direct {
-            return Err(FemError::unsupported(
-                "device",
-                "a sparse factor is made by the processor alone",
-                "take linear = \"multigrid\" or \"auto\", or no device",
-            ));
+            return Err(FemError::unsupported("device", Unsupported::FactorOnDevice));
         }
         if self.ranks.size() > 1 {
             self.validate_ranks()?;
@@ -71,62 +67,38 @@ impl Definition {
     /// Rejects options that several ranks do not support.
     fn validate_ranks(&self) -> Result<(), FemError> {
         let ranks = self.ranks.size();
-        let refused = |message: &str, help: &str| {
-            Err(FemError::unsupported(format!("{ranks} ranks"), message, help))
-        };
+        let refused = |reason| Err(FemError::unsupported(format!("{ranks} ranks"), reason));
         if self.options.linear == LinearScheme::Direct {
-            return refused(
-                "a sparse factor is made by one process",
-                "take linear = \"multigrid\" or \"auto\", or one process",
-            );
+            return refused(Unsupported::FactorOnRanks);
         }
         if self.device.is_some() {
-            return refused(
-                "each would need a device of its own",
-                "take no device, or one process",
-            );
+            return refused(Unsupported::DeviceOnRanks);
         }
         if !self.parameters.is_empty() {
-            return refused(
-                "derivatives of the force are those of one process",
-                "take one process",
-            );
+            return refused(Unsupported::SensitivitiesOnRanks);
         }
         if ranks > self.mesh.tets.len() {
-            return refused("the mesh has fewer elements", "take fewer processes");
+            return refused(Unsupported::FewElements);
         }
         Ok(())
     }
 
     /// Checks that the requested derivatives exist and are implemented.
     fn validate_parameters(&self) -> Result<(), FemError> {
-        let refused =
-            |message: &str, help: &str| Err(FemError::unsupported("sensitivities", message, help));
+        let refused = |reason| Err(FemError::unsupported("sensitivities", reason));
         if self.phase_field.as_ref().is_some_and(|field| !field.is_variational()) {
-            return refused(
-                "with a history or a hybrid split the tangent at hand is not the derivative of the \
-                 residual",
-                "take irreversibility = \"active-set\" or \"none\" and no hybrid split, or differences \
-                 of runs",
-            );
+            return refused(Unsupported::NotVariational);
         }
         if self.schedule.steps.controls_crack_energy() {
-            return refused(
-                "with arc-length steps the displacement of a point moves with the parameters",
-                "take fixed or adaptive steps",
-            );
+            return refused(Unsupported::SensitivitiesOfArcLength);
         }
         if self.conditions.has_friction() {
-            return refused(
-                "the friction and the drag of platens are not differentiated",
-                "take platens without them, or differences of runs",
-            );
+            return refused(Unsupported::SensitivitiesOfFriction);
         }
         for (k, parameter) in self.parameters.iter().enumerate() {
             parameter.validate(&self.mesh.regions, &self.materials, self.phase_field.as_ref())?;
             if self.parameters[..k].iter().any(|other| other.name == parameter.name) {
-                let message = format!("two parameters have the name '{}'", parameter.name);
-                return refused(&message, "give each a name of its own");
+                return refused(Unsupported::NameTwice(parameter.name.clone()));
             }
         }
         Ok(())
@@ -134,38 +106,31 @@ impl Definition {
 
     /// Checks that there are at least two phases, and that their law can be homogenised.
     fn validate_mixtures(&self) -> Result<(), FemError> {
-        let refused = |message: &str, help: &str| {
-            Err(FemError::unsupported("mesh with mixtures of matrix and grain", message, help))
-        };
+        let refused =
+            |reason| Err(FemError::unsupported("mesh with mixtures of matrix and grain", reason));
         if self.materials.len() < 2 {
-            return refused(
-                "a mixture is of two regions, the mesh has one",
-                "name the matrix first, then the phases of grains",
-            );
+            return refused(Unsupported::MixtureOfOne);
         }
         let hencky = |m: &Material| matches!(m.elasticity, Elasticity::Hencky { .. });
         if !self.materials.iter().all(hencky) {
-            return refused(
-                "only moduli of Hencky's law can be homogenised",
-                "take law = \"hencky\" for all phases, or a mesh that follows the grains",
-            );
+            return refused(Unsupported::MixtureLaw);
         }
         Ok(())
     }
 
     /// Marks the regions that can be damaged.
-    pub(super) fn damaged(&self) -> Vec<bool> {
+    pub(crate) fn damaged(&self) -> Vec<bool> {
         let breaks = |m: &Material| self.phase_field.is_some() && m.fracture.is_some();
         self.materials.iter().map(breaks).collect()
     }
 
     /// Converts materials, by region, to their form for quadrature points.
-    pub(super) fn points(&self, materials: &[Material]) -> Arc<[PointMaterial]> {
+    pub(crate) fn points(&self, materials: &[Material]) -> Arc<[PointMaterial]> {
         materials.iter().map(|m| m.at_point(self.phase_field.as_ref())).collect()
     }
 
     /// Returns a hash that identifies the problem. Functions contribute only their description.
-    pub(super) fn fingerprint(&self) -> u64 {
+    pub(crate) fn fingerprint(&self) -> u64 {
         let Self { mesh, order, materials, homogenisation, phase_field, .. } = self;
         let Self { conditions, schedule, options, parameters, .. } = self;
         let words = format!(

@@ -1,0 +1,47 @@
+//! The result of a run.
+
+use std::collections::BTreeMap;
+
+use super::point::{CurvePoint, Sensitivities};
+use crate::boundary::ContactPoint;
+use crate::error::FemError;
+use crate::fields::Fields;
+use crate::solve::Effort;
+
+/// Reason for the end of a test.
+#[derive(Clone, Debug, Default)]
+pub enum End {
+    /// The full displacement, or the end of the schedule, was reached.
+    #[default]
+    Displacement,
+    /// The force fell below its peak by the requested fraction.
+    BelowPeak,
+    /// The run was stopped before its end, e.g. by the observer.
+    Interrupted,
+    /// No equilibrium was found; the curve contains the points before the failure.
+    Failed(FemError),
+}
+
+/// The result of a test.
+#[derive(Clone, Debug, Default)]
+pub struct Outcome {
+    /// One point per load step, without the unloaded start.
+    pub curve: Vec<CurvePoint>,
+    /// Derivatives of the force along the curve, if requested.
+    pub sensitivities: Sensitivities,
+    /// Reason for the end of the test.
+    pub end: End,
+    /// Fields at the last point.
+    pub fields: Fields,
+    /// Force on the body through each surface with a condition, N, one entry per load step: from the components that
+    /// are prescribed there, from a platen and from tractions. The sum of these forces and the body force is zero. If
+    /// several surfaces prescribe the same component at a common node, its force is distributed in proportion to the
+    /// area of their triangles at the node.
+    pub reactions: BTreeMap<String, Vec<[f64; 3]>>,
+    /// Contact points at the last point of the curve, for each surface with a unilateral platen.
+    pub contact: BTreeMap<String, Vec<ContactPoint>>,
+    /// Work done by the solver.
+    pub effort: Effort,
+    /// Hardware that solved the linear systems, as text: name of a device, or the processor.
+    pub machine: String,
+}

@@ -1,0 +1,97 @@
+//! A checked problem, prepared for runs.
+
+use std::sync::Arc;
+
+use super::definition::Definition;
+use super::discretisation::Discretisation;
+use super::rounding::rounding;
+use crate::boundary::ExternalForces;
+use crate::error::FemError;
+use crate::fields::Fields;
+use crate::material::PointMaterial;
+use crate::problem::parameter::MaterialParameter;
+use crate::solve::{Rounding, Solver};
+
+/// A checked problem with everything that its runs share.
+#[derive(Clone, Debug)]
+pub(crate) struct Setup {
+    pub(crate) parts: Definition,
+    pub(crate) discretisation: Arc<Discretisation>,
+    /// Materials by region, in their form for quadrature points.
+    pub(crate) points: Arc<[PointMaterial]>,
+    /// Materials below and above the value of each parameter.
+    pub(crate) shifts: Arc<[PointShift]>,
+    /// Residuals caused by rounding errors.
+    rounding: Rounding,
+}
+
+/// Materials below and above the value of a parameter, in their form for quadrature points.
+#[derive(Debug)]
+pub(crate) struct PointShift {
+    pub(crate) below: Arc<[PointMaterial]>,
+    pub(crate) above: Arc<[PointMaterial]>,
+    pub(crate) width: f64,
+}
+
+impl Setup {
+    /// Checks the input data and prepares the unknowns and the structure of the factor.
+    pub(crate) fn new(parts: Definition) -> Result<Self, FemError> {
+        parts.validate()?;
+        let discretisation = Arc::new(Discretisation::new(&parts)?);
+        Ok(Self::with(parts, discretisation))
+    }
+
+    /// Creates the setup of input data with a discretisation that fits them.
+    fn with(parts: Definition, discretisation: Arc<Discretisation>) -> Self {
+        let shift = |parameter: &MaterialParameter| PointShift {
+            below: parts.points(&parameter.below),
+            above: parts.points(&parameter.above),
+            width: parameter.width,
+        };
+        let shifts = parts.parameters.iter().map(shift).collect();
+        let points = parts.points(&parts.materials);
+        let rounding = rounding(&parts, &points);
+        Self { points, shifts, rounding, parts, discretisation }
+    }
+
+    /// Returns the setup for other materials or parameters. The discretisation is shared unless a region gains or loses
+    /// its toughness.
+    pub(crate) fn with_parts(&self, parts: Definition) -> Result<Self, FemError> {
+        parts.validate()?;
+        let discretisation = if parts.damaged() == self.discretisation.damaged {
+            Arc::clone(&self.discretisation)
+        } else {
+            Arc::new(Discretisation::new(&parts)?)
+        };
+        Ok(Self::with(parts, discretisation))
+    }
+
+    /// Returns the setup for other conditions. Space and linear solver structure are shared.
+    pub(crate) fn with_conditions(&self, parts: Definition) -> Result<Self, FemError> {
+        parts.validate()?;
+        let discretisation = Arc::new(self.discretisation.with_conditions(&parts)?);
+        Ok(Self::with(parts, discretisation))
+    }
+
+    /// Creates a solver without data from earlier steps.
+    pub(crate) fn solver(&self) -> Solver<'_> {
+        let Discretisation { operator, unknowns, linear, boundary, .. } =
+            self.discretisation.as_ref();
+        let operator = operator.as_ref();
+        Solver::new(
+            operator,
+            unknowns,
+            &self.points,
+            self.parts.options,
+            linear.solver(operator),
+            self.rounding,
+            ExternalForces::none(boundary),
+        )
+    }
+
+    /// Imposes the prescribed values at a fraction of the duration.
+    pub(crate) fn impose(&self, fields: &mut Fields, clock: f64) {
+        let time_s = clock * self.parts.schedule.duration_s;
+        self.discretisation.boundary.impose(self.discretisation.nodes(), time_s, fields);
+    }
+}

@@ -1,0 +1,228 @@
+//! Stress, energy and forces of given fields.
+
+use std::path::Path;
+
+use nalgebra::Vector3;
+
+use super::definition::Setup;
+use crate::element::{Domain, PointValues};
+use crate::error::FemError;
+use crate::fields::Fields;
+use crate::operator::{CellStress, Increment, Operator, Residual, StepContext};
+use fem_mesh::vtu;
+
+/// Fields of a problem, from which stresses, energies and forces are computed; created by
+/// [`Problem::evaluate`](crate::Problem::evaluate).
+///
+/// # Example
+/// A block that is pulled by 1 %: its stress, its energy, and the force on its upper end.
+/// ```
+/// use fem::{Axis, Conditions, CylinderLattice, Material, Problem, Schedule};
+///
+/// let mesh = CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.5 }.build()?;
+/// let (volume, area) = (mesh.volume(), mesh.volume() / 4.4);
+/// let problem = Problem::builder(mesh)
+///     .materials([Material::hencky(10.0, 0.4)])
+///     .conditions(
+///         Conditions::new()
+///             .fix("bottom", [Axis::Z])
+///             .prescribe("top", [Axis::Z], |_, time_s| [0.0, 0.0, 0.044 * time_s])
+///             .remove_rigid_motions(),
+///     )
+///     .schedule(Schedule::fixed(1.0, 1))
+///     .build()?;
+/// let outcome = problem.run(&mut ());
+/// let state = problem.evaluate(&outcome.fields)?;
+///
+/// // with the logarithmic strain ε = ln 1.01: ψ = E ε²/2 and σ = E ε λ^(2ν − 1)
+/// let strain = 1.01f64.ln();
+/// let stress = 10.0 * strain * 1.01f64.powf(2.0 * 0.4 - 1.0);
+/// let element = &state.elements()?[0];
+/// assert!((element.stress_mpa[2] - stress).abs() < 1e-6 * stress);
+/// assert!((state.energy_n_mm()? - 5.0 * strain.powi(2) * volume).abs() < 1e-6 * volume);
+/// let force = state.force_n("top")?[2];
+/// assert!((force - 10.0 * strain / 1.01 * area).abs() < 1e-6 * force);
+/// assert!(state.torque_n_mm("top", [0.0; 3], [0.0, 0.0, 1.0])?.abs() < 1e-6 * force);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Evaluation<'a> {
+    setup: &'a Setup,
+    /// Operator of the whole mesh.
+    operator: &'a dyn Operator,
+    fields: &'a Fields,
+}
+
+impl<'a> Evaluation<'a> {
+    /// Checks that the fields belong to the problem.
+    pub(super) fn new(
+        setup: &'a Setup,
+        operator: &'a dyn Operator,
+        fields: &'a Fields,
+    ) -> Result<Self, FemError> {
+        let expected = operator.domain().nodes().len();
+        for nodes in [fields.displacement.len(), fields.damage.len()] {
+            if nodes != expected {
+                return Err(FemError::OtherFields { nodes, expected });
+            }
+        }
+        Ok(Self { setup, operator, fields })
+    }
+
+    fn increment(&self) -> Increment<'a> {
+        let context = StepContext::new(&self.fields.damage, 1.0);
+        Increment { materials: &self.setup.points, fields: self.fields, context }
+    }
+
+    /// Returns stress and energy density of every element, in the order of the mesh.
+    ///
+    /// # Errors
+    /// [`FemError::InvertedFields`] if an element is inverted.
+    pub fn elements(&self) -> Result<Vec<CellStress>, FemError> {
+        self.operator.stresses(&self.increment()).map_err(|_| FemError::InvertedFields)
+    }
+
+    /// Returns the elastic energy ∫ g ψ⁺ + ψ⁻ dV, N mm.
+    ///
+    /// # Errors
+    /// As [`elements`](Self::elements).
+    pub fn energy_n_mm(&self) -> Result<f64, FemError> {
+        Ok(self.residual()?.elastic)
+    }
+
+    fn residual(&self) -> Result<Residual, FemError> {
+        let mut residual = Residual::new(self.fields.damage.len());
+        self.operator
+            .residual(&self.increment(), &mut residual)
+            .map_err(|_| FemError::InvertedFields)?;
+        Ok(residual)
+    }
+
+    /// Returns the external force at every node that balances the stress, N: the reaction where the displacement is
+    /// prescribed, the contact force under a platen, the consistent force of loads, and zero elsewhere.
+    ///
+    /// # Errors
+    /// As [`elements`](Self::elements).
+    pub fn nodal_forces_n(&self) -> Result<Vec<[f64; 3]>, FemError> {
+        Ok(self.residual()?.nodal.iter().map(|&[x, y, z, _]| [x, y, z]).collect())
+    }
+
+    /// Returns the sum of the nodal forces on a surface or a node set of the conditions, N.
+    ///
+    /// # Errors
+    /// [`FemError::MissingSurface`] if there is no such surface or node set; otherwise as
+    /// [`elements`](Self::elements).
+    pub fn force_n(&self, surface: &str) -> Result<[f64; 3], FemError> {
+        let (nodes, forces) = (self.nodes_of(surface)?, self.nodal_forces_n()?);
+        let force = |&n: &u32| Vector3::from(forces[n as usize]);
+        Ok(nodes.iter().map(force).sum::<Vector3<f64>>().into())
+    }
+
+    /// Returns the torque of the nodal forces on a surface or a node set about an axis in the deformed body, N mm:
+    /// Σ (x − p) × f · a. The axis passes through the point p, `point_mm`, along a, `axis` (any length).
+    ///
+    /// # Errors
+    /// [`FemError::OutOfRange`] if the axis has no length; otherwise as [`force_n`](Self::force_n).
+    pub fn torque_n_mm(
+        &self,
+        surface: &str,
+        point_mm: [f64; 3],
+        axis: [f64; 3],
+    ) -> Result<f64, FemError> {
+        let (point, axis) = (Vector3::from(point_mm), Vector3::from(axis));
+        let length = axis.norm();
+        if !(length > 0.0 && length.is_finite()) {
+            let requirement = "positive: the axis is a vector such as [0, 0, 1]";
+            return Err(FemError::parameter("torque", "length of the axis", length, requirement));
+        }
+        let (nodes, forces) = (self.nodes_of(surface)?, self.nodal_forces_n()?);
+        let reference = self.operator.domain().nodes();
+        let moment = |&n: &u32| {
+            let n = n as usize;
+            let x = Vector3::from(reference[n]) + Vector3::from(self.fields.displacement[n]);
+            (x - point).cross(&Vector3::from(forces[n]))
+        };
+        Ok(nodes.iter().map(moment).sum::<Vector3<f64>>().dot(&axis) / length)
+    }
+
+    fn nodes_of(&self, surface: &str) -> Result<Vec<u32>, FemError> {
+        let parts = &self.setup.parts;
+        parts.conditions.nodes_of(
+            surface,
+            "a force is requested",
+            &parts.mesh,
+            self.operator.domain(),
+        )
+    }
+
+    /// Returns ∫ f dV of a function of the fields at each quadrature point, by a rule of degree 5.
+    pub fn integral(&self, mut f: impl FnMut(&PointValues) -> f64) -> f64 {
+        let mut sum = 0.0;
+        self.operator.domain().visit(self.fields, &mut |point, volume| sum += volume * f(point));
+        sum
+    }
+
+    /// Writes the mesh for ParaView (`.vtu`), with quadratic cells for quadratic elements. Fields at nodes:
+    /// `displacement_mm` and `damage`. Fields of elements: the region, the elastic energy per reference volume
+    /// `energy_density_mpa` (N mm/mm³), the mean Cauchy stress `stress_mpa` and its von Mises equivalent
+    /// `von_mises_mpa`.
+    ///
+    /// # Errors
+    /// [`FemError::Mesh`] if the file cannot be written; otherwise as [`elements`](Self::elements).
+    pub fn write_vtu(&self, path: impl AsRef<Path>) -> Result<(), FemError> {
+        let points = [
+            vtu::Field::vector("displacement_mm", &self.fields.displacement),
+            vtu::Field::scalar("damage", &self.fields.damage),
+        ];
+        let elements = self.elements()?;
+        let energy: Vec<f64> = elements.iter().map(|s| s.energy_density_mpa).collect();
+        let stress: Vec<[f64; 6]> = elements.iter().map(|s| s.stress_mpa).collect();
+        let von_mises: Vec<f64> = elements.iter().map(CellStress::von_mises_mpa).collect();
+        let cells = [
+            vtu::Field::scalar("energy_density_mpa", &energy),
+            vtu::Field::tensor("stress_mpa", &stress),
+            vtu::Field::scalar("von_mises_mpa", &von_mises),
+        ];
+        let (path, mesh, domain) =
+            (path.as_ref(), self.setup.parts.mesh.as_ref(), self.operator.domain());
+        match quadratic_tets(domain) {
+            None => vtu::write_straight(path, mesh, &points, &cells)?,
+            Some(tets) => {
+                vtu::write_quadratic(path, mesh, domain.nodes(), &tets, &points, &cells)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Returns the nodes of quadratic elements; `None` for linear elements.
+fn quadratic_tets(domain: &dyn Domain) -> Option<Vec<[u32; 10]>> {
+    (0..domain.tets()).map(|tet| domain.nodes_of(tet).try_into().ok()).collect()
+}
+
+/// Returns linear tetrahedra that fill the body: the elements, or eight for each quadratic element.
+pub(super) fn linear_tets(domain: &dyn Domain) -> Vec<[u32; 4]> {
+    // corners 0–3, then the midpoints of the edges 01, 12, 20, 03, 13, 23; the inner octahedron is cut along the
+    // midpoints of 20 and 13
+    const PARTS: [[usize; 4]; 8] = [
+        [0, 4, 6, 7],
+        [4, 1, 5, 8],
+        [6, 5, 2, 9],
+        [7, 8, 9, 3],
+        [4, 5, 6, 8],
+        [5, 9, 6, 8],
+        [9, 7, 6, 8],
+        [7, 4, 6, 8],
+    ];
+    let corners = |tet| {
+        let nodes = domain.nodes_of(tet);
+        [0, 1, 2, 3].map(|k| nodes[k])
+    };
+    match quadratic_tets(domain) {
+        None => (0..domain.tets()).map(corners).collect(),
+        Some(tets) => {
+            let parts = |tet: &[u32; 10]| PARTS.map(|part| part.map(|k| tet[k]));
+            tets.iter().flat_map(parts).collect()
+        }
+    }
+}

@@ -1,0 +1,11 @@
+//! Runs: increments, the loop over load steps, observers.
+
+mod advice;
+mod increment;
+mod observer;
+mod stepper;
+
+pub use observer::Observer;
+pub use stepper::LoadStepper;
+
+pub(crate) use observer::follow;

@@ -1,0 +1,89 @@
+//! Passes over the contact pressures of an increment.
+//!
+//! A pass solves for the fields at given pressures and then updates the pressures from the gaps. The change of the
+//! contact forces measures the distance to an equilibrium with consistent pressures, so it has the same tolerance as
+//! the residual. The change cannot fall below the error of the previous solution: the tolerance of each solution is a
+//! tenth of the previous change, and that of the last solution is a tenth of the final tolerance.
+
+use super::newton::Newton;
+use crate::error::StepFailure;
+use crate::fields::Fields;
+use crate::operator::StepContext;
+
+const PASSES: u32 = 60;
+/// Tolerance of a solution, as a fraction of the previous change of the contact forces; for the last solution, as a
+/// fraction of the final tolerance.
+const MARGIN: f64 = 0.1;
+/// Residual of the first solution, relative to the reactions.
+const FIRST: f64 = 1e-3;
+/// Slip velocities, as multiples of the specified one, that are used sequentially if the increment fails with the
+/// specified one. The sharper the transition from stick to slip, the closer to the solution must Newton's method
+/// start.
+const ONSET: [f64; 3] = [100.0, 10.0, 1.0];
+
+/// Solves for the fields at fixed contact pressures, from a guess, and returns the number of iterations.
+pub(super) type SolveFields<'s> =
+    dyn FnMut(&mut Newton, &mut Fields, StepContext) -> Result<u32, StepFailure> + 's;
+
+/// Solves one increment with contact; `solve` is the solution at fixed pressures. Returns the number of iterations.
+pub(super) fn equilibrium(
+    newton: &mut Newton,
+    fields: &mut Fields,
+    context: StepContext,
+    solve: &mut SolveFields,
+) -> Result<u32, StepFailure> {
+    if !newton.external.has_friction() {
+        return settle(newton, fields, context, solve);
+    }
+    let start = (fields.clone(), newton.external.clone());
+    let settled = settle(newton, fields, context, solve);
+    if settled.is_ok() {
+        return settled;
+    }
+    newton.effort.fallbacks += 1;
+    (*fields, newton.external) = start;
+    let mut iterations = 0;
+    for bluntness in ONSET {
+        newton.external.blunt(bluntness);
+        iterations += settle(newton, fields, context, solve)?;
+    }
+    Ok(iterations)
+}
+
+/// Repeats passes over the pressures until the pressures are consistent with the gaps.
+fn settle(
+    newton: &mut Newton,
+    fields: &mut Fields,
+    context: StepContext,
+    solve: &mut SolveFields,
+) -> Result<u32, StepFailure> {
+    if !newton.external.has_contact() {
+        return solve(newton, fields, context);
+    }
+    let tolerance = newton.settings.tolerance;
+    let settled = passes(newton, fields, context, solve);
+    newton.settings.tolerance = tolerance;
+    settled
+}
+
+/// Makes the passes; changes the tolerance of Newton's method.
+fn passes(
+    newton: &mut Newton,
+    fields: &mut Fields,
+    context: StepContext,
+    solve: &mut SolveFields,
+) -> Result<u32, StepFailure> {
+    let tolerance = newton.settings.tolerance;
+    let least = MARGIN * tolerance;
+    let (mut iterations, mut exact, mut change) = (0, FIRST.max(least), f64::INFINITY);
+    for _ in 0..PASSES {
+        newton.settings.tolerance = exact;
+        iterations += solve(newton, fields, context)?;
+        change = newton.external.augment(fields).sqrt() / newton.scale_of_forces();
+        if change <= tolerance && exact <= least {
+            return Ok(iterations);
+        }
+        exact = (MARGIN * change).clamp(least, exact);
+    }
+    Err(StepFailure::Contact { passes: PASSES, change })
+}
