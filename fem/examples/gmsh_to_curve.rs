@@ -21,10 +21,7 @@
 use std::path::PathBuf;
 
 use fem::gmsh::{self, GmshNames};
-use fem::{
-    CompressionTest, CylinderLattice, Grain, GrainList, Material, Order, Schedule, label,
-    write_curve,
-};
+use fem::{CompressionTest, CylinderLattice, Grain, Material, Order, Schedule, label, write_curve};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let folder = std::env::temp_dir();
@@ -68,7 +65,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// Writes a cylinder with one ball as a MSH file; returns its path and the names of its groups.
 fn example_model(path: PathBuf) -> Result<(PathBuf, GmshNames), Box<dyn std::error::Error>> {
     let mut mesh = CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 0.8 }.build()?;
-    label(&mut mesh, &GrainList::new(vec![Grain::sphere([0.0, 0.0, 2.2], 1.2)], 2.5, 4.4));
+    label(&mut mesh, &[Grain::sphere([0.0, 0.0, 2.2], 1.2)]);
     let names = gmsh::write(&path, &mesh)?;
     Ok((path, names))
 }

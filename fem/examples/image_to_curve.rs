@@ -20,8 +20,8 @@
 //! ```
 
 use fem::{
-    CompressionTest, Fracture, Material, Meshing, Packing, PhaseField, ReadOptions, Scanner,
-    Schedule, Segmentation, Volume, VoxelGrains, read_image,
+    CompressionTest, Fracture, GrainList, Material, Meshing, Packing, PhaseField, ReadOptions,
+    Scanner, Schedule, Segmentation, Volume, VoxelGrains, read_image,
 };
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -33,6 +33,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
         _ => {
             let grains = Packing::new(0.2, 1).fill(RADIUS_MM, HEIGHT_MM)?;
+            let grains = GrainList::new(grains, RADIUS_MM, HEIGHT_MM);
             Scanner::new(0.08, 1).scan(RADIUS_MM, HEIGHT_MM, &grains)?.grey
         }
     };
