@@ -1,7 +1,7 @@
 """The single-edge notched shear test by other means than `fem`: triangles, small strain, plane strain,
 consistent damage terms, the fields solved in turn until they stand still. AT2, spectral split of the
 stress, history of the driving energy. The figures stand in `fem/tests/notched_plate.rs` and, beside
-those of `cargo run --release -p fem --example notched_plate -- shear`, in `fem/src/equations.md`.
+those of `cargo bench -p fem --bench notched_plate -- shear`, in `fem/src/equations.md`.
 
     python3 notched_shear.py SIZE_MM
 

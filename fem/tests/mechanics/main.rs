@@ -27,5 +27,6 @@ mod reference_cylinder;
 mod refusals;
 mod sensitivity;
 mod solution;
+mod supports;
 mod unloading;
 mod warnings;

@@ -1,6 +1,6 @@
 //! The single-edge notched plate (Miehe, Hofacker & Welschinger 2010; definitions 3.6, case 7) in
 //! tension and in shear on coarse meshes; the converged figures are those of `cargo run --release -p
-//! fem --example notched_plate`.
+//! fem --bench notched_plate`.
 
 use crate::support::notched_plate::{Mode, NotchedPlate, kilonewton};
 

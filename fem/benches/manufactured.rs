@@ -1,6 +1,6 @@
 //! Errors against manufactured solutions on a series of meshes.
 //!
-//! `cargo run --release -p fem --example manufactured [-- CELLS…]` solves on n³ cells of six
+//! `cargo bench -p fem --bench manufactured [-- CELLS…]` solves on n³ cells of six
 //! tetrahedra (default 2 4 8 12) for finite-strain elasticity and for elasticity with damage, with both
 //! elements, and prints L² and H¹ errors with the order between neighbouring lines.
 
@@ -13,7 +13,11 @@ use fem::Order;
 use manufactured::{errors, order};
 
 fn main() {
-    let asked: Vec<usize> = std::env::args().skip(1).filter_map(|a| a.parse().ok()).collect();
+    let asked: Vec<usize> = std::env::args()
+        .skip(1)
+        .filter(|a| a != "--bench")
+        .filter_map(|a| a.parse().ok())
+        .collect();
     let cells = if asked.is_empty() { vec![2, 4, 8, 12] } else { asked };
     for damaged in [false, true] {
         for element in [Order::Linear, Order::Quadratic] {

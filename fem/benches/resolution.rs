@@ -2,8 +2,8 @@
 //! spacing, by how grains become part of the mesh, and by the order of the elements.
 //!
 //! ```text
-//! cargo run --release -p fem --example resolution -- [ROW ...]
-//! cargo run --release -p fem --example resolution -- fine=ROW [ROW ...]
+//! cargo bench -p fem --bench resolution -- [ROW ...]
+//! cargo bench -p fem --bench resolution -- fine=ROW [ROW ...]
 //! ```
 //!
 //! A row is spacing, mode, order and rule, as
@@ -56,8 +56,10 @@ fn main() -> Result<(), Failure> {
     let spheres = packing.centres_mm.iter().zip(&packing.radii_mm);
     let spheres = spheres.map(|(&centre, &radius)| Grain::sphere(centre, radius)).collect();
     let grains = GrainList::new(spheres, RADIUS_MM, HEIGHT_MM);
-    let (fine, mut rows): (Vec<String>, Vec<String>) =
-        std::env::args().skip(1).partition(|argument| argument.starts_with("fine="));
+    let (fine, mut rows): (Vec<String>, Vec<String>) = std::env::args()
+        .skip(1)
+        .filter(|a| a != "--bench")
+        .partition(|argument| argument.starts_with("fine="));
     let fine = fine.last().map(|argument| argument["fine=".len()..].to_owned());
     if rows.is_empty() {
         rows = ROWS.map(String::from).to_vec();

@@ -2,7 +2,7 @@
 //! ξ of the matrix.
 //!
 //! ```text
-//! cargo run --release -p fem --example sensitivity [REPETITIONS]
+//! cargo bench -p fem --bench sensitivity [REPETITIONS]
 //! ```
 //!
 //! Linear elements of 0.7 mm with a factor, and quadratic ones of 0.9 mm with multigrid, 44 steps past

@@ -1,6 +1,6 @@
 //! A rigid ball on an elastic block, refined towards Hertz's theory.
 //!
-//! `cargo run --release -p fem --example contact [-- ELEMENTS…]` presses the ball with the given
+//! `cargo bench -p fem --bench contact [-- ELEMENTS…]` presses the ball with the given
 //! numbers of elements over the contact radius (default 4 6 8) and prints a line each: contact radius
 //! and largest pressure from the nodal pressures, against a = (3FR/(4E*))^(1/3) and p₀ = 3F/(2πa²)
 //! for the force found.
@@ -15,7 +15,11 @@ use std::time::Instant;
 use fem::Order;
 
 fn main() {
-    let asked: Vec<usize> = std::env::args().skip(1).filter_map(|a| a.parse().ok()).collect();
+    let asked: Vec<usize> = std::env::args()
+        .skip(1)
+        .filter(|a| a != "--bench")
+        .filter_map(|a| a.parse().ok())
+        .collect();
     let across = if asked.is_empty() { vec![4, 6, 8] } else { asked };
     println!("order      over a    tets   a (mm)  off (%)  p0 (MPa)  off (%)   F (N)  seconds");
     for order in [Order::Linear, Order::Quadratic] {

@@ -1,7 +1,7 @@
 //! What sharing a run among ranks costs: iterations by number of ranks, and what crosses between them.
 //!
 //! ```text
-//! cargo run --release -p fem --features bench-internals --example ranks -- 0.4 1 2 4 8
+//! cargo bench -p fem --features bench-internals --bench ranks -- 0.4 1 2 4 8
 //! ```
 //! The first argument is the spacing of the mesh in mm, the others are numbers of ranks, threads of this
 //! process here. A fifth of the specimen is grains; the run goes 10 % past the peak.
@@ -57,7 +57,7 @@ fn run(mesh: TetMesh, ranks: Ranks) -> Result<(), fem::FemError> {
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let mut arguments = std::env::args().skip(1);
+    let mut arguments = std::env::args().skip(1).filter(|a| a != "--bench");
     let spacing_mm = arguments.next().map_or(Ok(0.5), |x| x.parse())?;
     let mesh = specimen(spacing_mm)?;
     println!("{} quadratic tetrahedra", mesh.tets.len());

@@ -1,0 +1,81 @@
+//! Adds an elastic law from outside the crate: Hencky's law whose shear part stiffens with strain.
+//!
+//! ψ = K/2 (tr ε)² + μ |dev ε|² (1 + β |dev ε|²), in the principal logarithmic strains ε_i. Only this energy is
+//! written; stress and tangent are derived from it.
+//!
+//! ```text
+//!   force        ╱ own law
+//!     │        ╱ ╱ Hencky         ┌───┐ ↑ top moves up to a stretch of 1.3
+//!     │     ╱ ╱                   │   │
+//!     │  ╱╱                       │   │
+//!     └────────────── stretch     └───┘ bottom slides on a plane
+//! ```
+//!
+//! ```text
+//! cargo run --release -p fem --example own_law
+//! ```
+//!
+//! Expected output:
+//! ```text
+//! EXPECTED
+//! ```
+
+use fem::{
+    Axis, Conditions, CylinderLattice, DualNum, HyperelasticLaw, Material, PrincipalStrain,
+    Problem, Schedule, assert_material,
+};
+
+#[derive(Debug)]
+struct Stiffening {
+    bulk_mpa: f64,
+    shear_mpa: f64,
+    /// β, without unit.
+    stiffening: f64,
+}
+
+impl HyperelasticLaw for Stiffening {
+    fn energy<T: DualNum<f64> + Copy>(&self, strain: &PrincipalStrain<T>) -> T {
+        let volumetric = strain.log_volume();
+        let [a, b, c] = strain.isochoric_log();
+        let deviatoric = a * a + b * b + c * c;
+        let shear = deviatoric * (deviatoric * self.stiffening + 1.0) * self.shear_mpa;
+        volumetric * volumetric * (0.5 * self.bulk_mpa) + shear
+    }
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let law = |stiffening| Stiffening { bulk_mpa: 20.0, shear_mpa: 4.0, stiffening };
+    let own = Material::hyperelastic(law(3.0))?;
+    // checks stress and tangent against differences of the energy
+    assert_material(&own, None);
+    println!(
+        "small strain: E = {:.4} MPa, Poisson's ratio {:.4}",
+        own.elasticity.young_mpa(),
+        own.elasticity.poisson()
+    );
+    println!("stretch,force_own_N,force_hencky_N");
+    let curves = [curve(own)?, curve(Material::hyperelastic(law(0.0))?)?];
+    for (own, hencky) in curves[0].iter().zip(&curves[1]) {
+        println!("{:.3},{:.3},{:.3}", 1.0 + own[0] / HEIGHT_MM, own[1], hencky[1]);
+    }
+    Ok(())
+}
+
+const HEIGHT_MM: f64 = 4.4;
+
+/// Returns displacement (mm) and force (N) of a cylinder of this material in tension.
+fn curve(material: Material) -> Result<Vec<[f64; 2]>, Box<dyn std::error::Error>> {
+    let mesh = CylinderLattice { radius_mm: 2.5, height_mm: HEIGHT_MM, spacing_mm: 1.5 }.build()?;
+    let conditions = Conditions::new()
+        .fix("bottom", [Axis::Z])
+        .prescribe("top", [Axis::Z], |_, time_s| [0.0, 0.0, 0.3 * HEIGHT_MM * time_s])
+        .remove_rigid_motions()
+        .measure("top", [0.0, 0.0, 1.0]);
+    let outcome = Problem::builder(mesh)
+        .materials([material])
+        .conditions(conditions)
+        .schedule(Schedule::fixed(1.0, 6))
+        .build()?
+        .run(&mut ());
+    Ok(outcome.curve.iter().map(|point| [point.displacement_mm, point.force_n]).collect())
+}
