@@ -131,7 +131,7 @@ pub use material::{
     PrincipalStrain, SaintVenantKirchhoff, Split, UserLaw, assert_material,
 };
 pub use num_dual::DualNum;
-pub use parallel::{Communicator, Ranks};
+pub use parallel::{Communicator, RankLost, Ranks};
 pub use problem::{
     AdaptiveSteps, ArcLength, Checkpoint, CompressionTest, CurvePoint, CurveWriter, End,
     FixedSteps, Friction, LoadStepper, MaterialParameter, Observer, Outcome, Platens, Problem,
