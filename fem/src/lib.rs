@@ -133,7 +133,7 @@ pub use material::{
 };
 pub use num_dual::DualNum;
 pub use operator::CellStress;
-pub use parallel::{Communicator, Ranks};
+pub use parallel::{Communicator, RankLost, Ranks};
 pub use problem::{
     AdaptiveSteps, ArcLength, Checkpoint, CompressionTest, CurvePoint, CurveWriter, End,
     Evaluation, FixedSteps, Friction, LoadStepper, MaterialParameter, Observer, Outcome, Platens,
