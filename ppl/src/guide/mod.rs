@@ -1,7 +1,7 @@
 //! Guide to the modelling language in ten short pages, from coin flips to a calibrated surrogate.
 //!
 //! Every page builds a model, runs it and explains the results. Read the pages in order. The page of
-//! [`model!`](crate::model::context!) is the reference.
+//! [`model!`](crate::model!) is the reference.
 //!
 //! 1. [`coin`]: unknowns, data, a first posterior
 //! 2. [`measurements`]: several unknowns, plates over data

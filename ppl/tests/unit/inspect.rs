@@ -1,7 +1,7 @@
 use crate::Model;
 use crate::prelude::*;
 
-crate::model::context! {
+crate::model! {
     fn line(x: &[[f64; 2]], y: &[f64]) {
         let level ~ Normal(0.0, 1.0);
         let slope ~ Normal(0.0, 1.0).array::<2>();
