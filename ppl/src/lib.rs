@@ -46,126 +46,94 @@
 //!
 //! # The order of the modules
 //! A module imports only modules that precede it in this list.
-//! 1. `density`, `site`, `group`, `coordinates`, `words`: common definitions
-//! 2. `datum`, `record`, `layout`: values of a model, and their description for a posterior
-//! 3. `special`, `arithmetic`, `partials`, `scalar`, `ln_sum_exp`: scalar types and functions
-//! 4. `dual`, `tape`, `real`, `accumulator`: scalars with derivatives, and sums of log density terms
-//! 5. `differentiable`, `finite_difference`, `parameter`, `literal`, `backend`, `transform`: user-defined functions,
-//!    and maps from unconstrained to constrained values
-//! 6. `distribution`: distributions, one family per file
-//! 7. `expression`, `dot`, `plate_adjoint`, `operand`: types of the expressions in a model
-//! 8. `model`, `submodel`, `evaluation`, `value_reader`, `trace`: traits behind `model!`, and the contexts that
-//!    evaluate it
-//! 9. `inspect`, `bound`, `erased`, `start`: a model with its data; type-erased models; starting points
+//! 1. `density`: log densities, rejected points, the statements that reject them
+//! 2. `quantity`: named quantities: data, records, layouts, draws
+//! 3. `special`: special functions
+//! 4. `number`: scalar types, with derivatives by dual numbers and by a tape
+//! 5. `term`: terms of a log density: parameters, formulas, accumulators
+//! 6. `forward`: user-defined functions with derivatives
+//! 7. `transform`: maps from unconstrained to constrained values
+//! 8. `distribution`: distributions, one family per file
+//! 9. `model`: the traits behind `model!`, the contexts that evaluate a model, models with their data
 //! 10. `optimize`, `sampler`: MAP and Laplace; NUTS and Metropolis
 //! 11. `diagnostics`: convergence diagnostics
-//! 12. `posterior`, `warnings`, `summary`: named draws, and their description
-//! 13. `predictive`, `power_scaling`, `export`: replicated data, prior sensitivity, files
-//! 14. `check`: assertions
+//! 12. `posterior`: named draws
+//! 13. `judgement`: summary, warnings, predictive checks, prior sensitivity
+//! 14. `export`, `check`: files; assertions
 //! 15. `guide`: ten pages
 
 extern crate self as ppl;
 
-mod accumulator;
-mod arithmetic;
-mod backend;
-mod bound;
 pub mod check;
-mod coordinates;
-mod datum;
 mod density;
 pub mod diagnostics;
-mod differentiable;
 mod distribution;
-mod dot;
-mod dual;
-mod erased;
-mod evaluation;
 mod export;
-mod expression;
-mod finite_difference;
-mod group;
+mod forward;
 pub mod guide;
-mod inspect;
-mod layout;
-mod literal;
-mod ln_sum_exp;
+mod judgement;
 mod model;
-mod operand;
+mod number;
 mod optimize;
-mod parameter;
-mod partials;
-mod plate_adjoint;
 mod posterior;
-mod power_scaling;
-mod predictive;
-mod real;
-mod record;
+mod quantity;
 mod sampler;
-mod scalar;
-mod site;
 pub mod special;
-mod start;
-mod submodel;
-mod summary;
-pub mod tape;
-mod trace;
+mod term;
 pub mod transform;
-mod value_reader;
-mod warnings;
-mod words;
 
-pub use accumulator::{Accumulator, Joined};
-pub use bound::{Bound, Workspace};
-pub use coordinates::Coordinates;
-pub use datum::{Datum, Incomplete, Recordable};
+pub use density::site::{Failure, Site};
 pub use density::{DomainError, FatalError, Location, LogDensity, OtherError, Rejection};
-pub use differentiable::{Differentiable, DynDifferentiable};
 pub use distribution::*;
-pub use dot::dot;
-pub use dual::Dual;
-pub use expression::Expression;
-pub use finite_difference::FiniteDifference;
-pub use group::{Group, Values};
-pub use inspect::ModelError;
-pub use layout::{LabelError, Layout};
-pub use ln_sum_exp::ln_sum_exp;
-pub use model::{Context, Model};
+pub use forward::differentiable::{Differentiable, DynDifferentiable};
+pub use forward::finite_difference::FiniteDifference;
+pub use judgement::power_scaling::{PowerScaling, PowerScalingError, Sensitivity, SensitivityRow};
+pub use judgement::predictive::{PredictiveCheck, PredictiveError, PredictiveTable};
+pub use judgement::summary::Summary;
+pub use judgement::warnings::{Warning, WarningKind};
+pub use model::bound::{Bound, Workspace};
+pub use model::context::{Context, Model};
+pub use model::inspect::ModelError;
+pub use model::start::StartKind;
+pub use model::submodel::{Declaration, Part, Prediction, Submodel};
+pub use number::dual::Dual;
+pub use number::ln_sum_exp::ln_sum_exp;
+pub use number::partials::Partials;
+pub use number::real::Real;
+pub use number::scalar::{Arithmetic, Scalar};
+pub use number::tape;
 pub use optimize::{Laplace, Map, Mode, OptimizeError};
-pub use parameter::Parameter;
-pub use partials::Partials;
 pub use posterior::{DivergentPoint, Posterior, PosteriorError, SampleError, SummaryRow};
-pub use power_scaling::{PowerScaling, PowerScalingError, Sensitivity, SensitivityRow};
 #[doc(inline)]
 #[doc = include_str!("../docs/language.md")]
 pub use ppl_macros::model;
-pub use predictive::{PredictiveCheck, PredictiveError, PredictiveTable};
+pub use quantity::coordinates::Coordinates;
+pub use quantity::datum::{Datum, Incomplete, Recordable};
+pub use quantity::draws::{Group, Values};
+pub use quantity::layout::{LabelError, Layout};
+pub use quantity::record::{Entry, Record, Role, Variable};
 pub use rand;
 pub use rand_xoshiro;
-pub use real::Real;
-pub use record::{Entry, Record, Role, Variable};
 pub use sampler::{
     Chain, ChainStatus, Chains, ChainsFileError, DelayedAcceptance, Divergence, DrawStats,
     InverseMassMatrix, MapKind, MapSwitch, Mcmc, Metropolis, NoUTurn, Nuts, Progress, RandomWalk,
     RunError, Screened, StopReason, WarmupReport,
 };
-pub use scalar::{Arithmetic, Scalar};
-pub use site::{Failure, Site};
-pub use start::StartKind;
-pub use submodel::{Declaration, Part, Prediction, Submodel};
-pub use summary::Summary;
-pub use warnings::{Warning, WarningKind};
+pub use term::accumulator::{Accumulator, Joined};
+pub use term::dot::dot;
+pub use term::formula::Expression;
+pub use term::parameter::Parameter;
 
 /// The modelling language: distributions, their variations, and functions for expressions.
 pub mod prelude {
-    pub use crate::differentiable::{Differentiable, DynDifferentiable};
     pub use crate::distribution::*;
-    pub use crate::dot::dot;
-    pub use crate::ln_sum_exp::ln_sum_exp;
+    pub use crate::forward::differentiable::{Differentiable, DynDifferentiable};
+    pub use crate::number::ln_sum_exp::ln_sum_exp;
+    pub use crate::number::scalar::Scalar;
     pub use crate::optimize::Map;
-    pub use crate::parameter::Parameter;
     pub use crate::sampler::{DelayedAcceptance, Metropolis, Nuts};
-    pub use crate::scalar::Scalar;
+    pub use crate::term::dot::dot;
+    pub use crate::term::parameter::Parameter;
     pub use crate::{LogDensity, Real, model};
 }
 
@@ -173,10 +141,10 @@ pub mod prelude {
 /// hidden, so that the traits are sealed.
 #[doc(hidden)]
 pub mod __private {
-    pub use crate::accumulator::Settled;
     pub use crate::distribution::{add_terms, constrain};
-    pub use crate::literal::literal;
-    pub use crate::model::ContextHooks;
-    pub use crate::operand::{Apart, Number, Of, Other, Together};
-    pub use crate::plate_adjoint::At;
+    pub use crate::model::context::ContextHooks;
+    pub use crate::term::accumulator::Settled;
+    pub use crate::term::literal::literal;
+    pub use crate::term::operand::{Apart, Number, Of, Other, Together};
+    pub use crate::term::plate::At;
 }

@@ -34,10 +34,10 @@
 use faer::{Mat, Side};
 use serde::{Deserialize, Serialize};
 
-use crate::coefficients::CoefficientPosterior;
+use crate::coefficients::posterior::CoefficientPosterior;
 use crate::dataset::{Dataset, check_count};
 use crate::error::SurrogateError;
-use crate::fit::PceFit;
+use crate::fit::options::PceFit;
 
 /// Relative squared norm below which a column is linearly dependent: orthogonalisation against the columns before it
 /// reduces its squared norm to less than this fraction.

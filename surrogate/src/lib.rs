@@ -43,57 +43,44 @@
 //! 4. `dyn_pce`, `kernel`, `pce`: the expansion, with sizes known at run time and at compile time
 //! 5. `pce_file`, `quadrature`, `sobol`, `differentiable`: file format, moments and Sobol indices, use in a
 //!    `ppl` model
-//! 6. `leave_out`, `regression`, `select`, `report`, `design_matrix`, `weights`, `scale_choice`: least
-//!    squares and its errors
-//! 7. `coefficients`, `intervals`, `placement`: posterior of the coefficients, and where further runs reduce
-//!    its variance
-//! 8. `orders`, `sparse`, `fit`: the fit of an expansion to a dataset
-//! 9. `groups`: variance components for runs in groups, such as several runs on one specimen
+//! 6. `coefficients`: posterior of the coefficients, intervals of Sobol indices, and where further runs reduce
+//!    the variance
+//! 7. `fit`: least squares and its errors, the choice of order, scale and terms
+//! 8. `groups`: variance components for runs in groups, such as several runs on one specimen
 
 mod coefficients;
 mod dataset;
 mod dataset_csv;
 mod design;
-mod design_matrix;
 mod differentiable;
 mod dyn_pce;
 mod error;
 mod fit;
 mod groups;
-mod intervals;
 mod kernel;
-mod leave_out;
 mod legendre;
 mod multi_index;
-mod orders;
 mod pce;
 mod pce_file;
-mod placement;
 mod quadrature;
-mod regression;
-mod report;
 mod scale;
-mod scale_choice;
-mod select;
 mod sobol;
 mod sobol_sequence;
-mod sparse;
-mod weights;
 
-pub use coefficients::CoefficientPosterior;
+pub use coefficients::intervals::SobolIntervals;
+pub use coefficients::posterior::CoefficientPosterior;
 pub use dataset::{Dataset, Input};
 pub use design::DesignMethod;
 pub use dyn_pce::{BoxPosition, DynPce};
 pub use error::SurrogateError;
-pub use fit::{FitOptions, PceFit, Terms};
+pub use fit::options::{FitOptions, PceFit, Terms};
+pub use fit::report::FitReport;
+pub use fit::scale_choice::Scales;
+pub use fit::select::{Holdout, LeaveOneOutError, OrderReport, OrderRule, SplitError};
 pub use groups::GroupedRuns;
-pub use intervals::SobolIntervals;
 pub use legendre::MAX_ORDER;
 pub use multi_index::Truncation;
 pub use pce::Pce;
 pub use rand;
-pub use report::FitReport;
 pub use scale::Scale;
-pub use scale_choice::Scales;
-pub use select::{Holdout, LeaveOneOutError, OrderReport, OrderRule, SplitError};
 pub use sobol::SobolIndices;

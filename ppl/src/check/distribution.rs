@@ -4,11 +4,11 @@ use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::gradient::derivative;
-use crate::accumulator::Joined;
 use crate::distribution::{Distribution, UnivariateDensity, Unknown};
-use crate::dual::Dual;
-use crate::scalar::Scalar;
+use crate::number::dual::Dual;
+use crate::number::scalar::Scalar;
 use crate::special::integral_from_zero;
+use crate::term::accumulator::Joined;
 
 /// Dual number with derivatives in x and in up to seven parameters.
 #[doc(hidden)]

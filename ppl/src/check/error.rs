@@ -1,7 +1,7 @@
 //! Errors that prevent a check.
 
 use crate::density::Rejection;
-use crate::inspect::ModelError;
+use crate::model::inspect::ModelError;
 use crate::sampler::{RunError, StopReason};
 
 /// Error that ended a trial of a check.

@@ -4,7 +4,7 @@ use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use crate::density::{LogDensity, Rejection};
-use crate::words::further;
+use crate::quantity::format::further;
 
 /// Allowed difference between a component ∂ of the gradient and its finite difference, relative to max(1, |∂|).
 const TOLERANCE: f64 = 1e-8;

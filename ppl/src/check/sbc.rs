@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::{CheckError, Sampler};
 use crate::density::LogDensity;
-use crate::group::element_names;
+use crate::quantity::draws::element_names;
 use crate::sampler::Nuts;
 use crate::special::regularised_gamma;
 use crate::{Bound, Entry, Model, Record, Role};

@@ -4,7 +4,7 @@ use std::fmt;
 
 use super::order::quantile_of_sorted;
 use super::{mean, mean_and_variance};
-use crate::words::cell;
+use crate::quantity::format::cell;
 
 /// Largest relative standard error of the variance of the prior draws at which the variance is used; above it,
 /// interquartile ranges are used. The limits between the labels of [`Identification`] differ by more than this error.

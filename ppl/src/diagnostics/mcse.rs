@@ -1,7 +1,7 @@
 //! Monte Carlo standard errors: the part of an estimate's error that is due to the finite number of draws.
 
 use super::{ess_mean, ess_quantile, ess_sd, mean, mean_and_variance, usable};
-use crate::scalar::logistic;
+use crate::number::scalar::logistic;
 use crate::special::{Tail, beta_logit_quantile};
 
 /// Monte Carlo standard error of the posterior mean, sd/√ESS, in the unit of the draws.

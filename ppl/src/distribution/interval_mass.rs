@@ -2,7 +2,7 @@
 
 use super::interval::Interval;
 use super::univariate::{Univariate, ln_inside, quantile_within};
-use crate::scalar::Scalar;
+use crate::number::scalar::Scalar;
 use crate::special::{Node, density_nodes};
 use crate::transform::Support;
 

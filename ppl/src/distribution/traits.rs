@@ -3,11 +3,11 @@
 use rand::Rng;
 
 use super::family::Family;
-use crate::accumulator::{Accumulator, Joined, Settled};
-use crate::datum::{Datum, Recordable};
 use crate::density::DomainError;
-use crate::parameter::Parameter;
-use crate::scalar::Scalar;
+use crate::number::scalar::Scalar;
+use crate::quantity::datum::{Datum, Recordable};
+use crate::term::accumulator::{Accumulator, Joined, Settled};
+use crate::term::parameter::Parameter;
 
 /// A distribution of values of type `Value`, with density and draws.
 #[diagnostic::on_unimplemented(

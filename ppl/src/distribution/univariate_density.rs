@@ -3,8 +3,8 @@
 use super::interval::Interval;
 use super::interval_mass::ln_mass_by_quadrature;
 use super::univariate::Univariate;
-use crate::accumulator::{Accumulator, Joined};
-use crate::scalar::Scalar;
+use crate::number::scalar::Scalar;
+use crate::term::accumulator::{Accumulator, Joined};
 use crate::transform::Support;
 
 /// Density of a [`Univariate`] distribution over any [`Scalar`] type.

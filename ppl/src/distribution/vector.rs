@@ -1,8 +1,8 @@
 //! Sequences of values, with a length known at compile time or at run time.
 
 use super::family::{Array, Family, Iid};
-use crate::datum::{Datum, Recordable};
-use crate::scalar::Scalar;
+use crate::number::scalar::Scalar;
+use crate::quantity::datum::{Datum, Recordable};
 
 /// Independent values of one distribution, `.array::<N>()` or `.iid(n)`, to which [`ordered`](Family::ordered) applies.
 #[diagnostic::on_unimplemented(

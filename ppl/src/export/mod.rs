@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
-use crate::group::{Group, Values};
+use crate::judgement::summary::Summary;
 use crate::posterior::Posterior;
-use crate::summary::Summary;
+use crate::quantity::draws::{Group, Values};
 use zarr::{ZarrArray, ZarrStore};
 
 impl Posterior {

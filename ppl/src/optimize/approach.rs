@@ -9,7 +9,8 @@ use super::{
     line_search::WeakWolfe,
     map::{Descent, MEMORY},
 };
-use crate::{density::FatalError, erased::ErasedDensity};
+use crate::density::FatalError;
+use crate::model::erased::ErasedDensity;
 
 /// Magnitude of the log density above which the search compares relative instead of absolute gains.
 const SCALE: f64 = 1e4;

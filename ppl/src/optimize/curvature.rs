@@ -2,7 +2,8 @@
 
 use nalgebra::DMatrix;
 
-use crate::{density::Rejection, erased::Evaluator};
+use crate::density::Rejection;
+use crate::model::erased::Evaluator;
 
 /// Difference step relative to the width 1/√curvature of the density along a coordinate. Truncation and rounding errors
 /// are then of order 10⁻⁸.

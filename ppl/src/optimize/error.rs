@@ -2,11 +2,9 @@
 
 use thiserror::Error;
 
-use crate::{
-    density::Rejection,
-    inspect::ModelError,
-    words::{further, points_tried},
-};
+use crate::density::Rejection;
+use crate::model::inspect::ModelError;
+use crate::quantity::format::{further, points_tried};
 
 /// Error of a mode search.
 #[derive(Debug, Error)]

@@ -9,7 +9,8 @@ use super::{
     error::OptimizeError,
     map::{Map, Mode},
 };
-use crate::{density::LogDensity, erased::ErasedDensity};
+use crate::density::LogDensity;
+use crate::model::erased::ErasedDensity;
 
 /// Normal approximation of a density at its mode in unconstrained space (Laplace approximation).
 ///

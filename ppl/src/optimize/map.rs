@@ -12,14 +12,12 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use super::{
     curvature::negative_hessian, error::OptimizeError, line_search::WeakWolfe, rescaled::Rescaled,
 };
-use crate::{
-    bound::{Bound, Workspace},
-    datum::Recordable,
-    density::{FatalError, LogDensity, Rejection},
-    erased::{ErasedDensity, Evaluator},
-    model::Model,
-    start::{NamedValues, NoStart, StartKind, find_start},
-};
+use crate::density::{FatalError, LogDensity, Rejection};
+use crate::model::bound::{Bound, Workspace};
+use crate::model::context::Model;
+use crate::model::erased::{ErasedDensity, Evaluator};
+use crate::model::start::{NamedValues, NoStart, StartKind, find_start};
+use crate::quantity::datum::Recordable;
 
 /// Number of pairs of steps and gradient differences in the memory of L-BFGS.
 pub(super) const MEMORY: usize = 10;

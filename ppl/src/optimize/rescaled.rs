@@ -3,7 +3,7 @@
 use rand::RngCore;
 
 use crate::density::Rejection;
-use crate::erased::{ErasedDensity, Evaluator};
+use crate::model::erased::{ErasedDensity, Evaluator};
 
 /// A log density as a function of rescaled coordinates z, with y = origin + scale · z. The scales are the widths of
 /// the density, so that the tolerances of a search are appropriate in all coordinates.

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use super::error::PosteriorError;
 use crate::density::{Location, Rejection};
-use crate::group::{Group, Values};
-use crate::record::{Entry, Record, Role};
+use crate::quantity::draws::{Group, Values};
+use crate::quantity::record::{Entry, Record, Role};
 
 /// The part of a record entry whose numbers form a column.
 #[derive(Clone, Copy)]

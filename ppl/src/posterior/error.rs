@@ -1,7 +1,7 @@
 //! Errors because of which no posterior can be computed.
 
 use crate::density::Rejection;
-use crate::inspect::ModelError;
+use crate::model::inspect::ModelError;
 use crate::sampler::{RunError, StopReason};
 
 /// Error when a model is sampled.

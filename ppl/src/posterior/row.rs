@@ -9,7 +9,7 @@ use super::Posterior;
 use crate::diagnostics::{
     Identifiability, ess_bulk, ess_tail, mcse_mean, mean_and_variance, quantile, rhat,
 };
-use crate::group::{Group, Values};
+use crate::quantity::draws::{Group, Values};
 
 /// Summary of one number of the posterior, in the unit of the quantity.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -1,10 +1,10 @@
 //! Sampling of a model and construction of its posterior.
 
 use super::{Posterior, SampleError};
-use crate::bound::Bound;
-use crate::layout::Layout;
-use crate::model::Model;
-use crate::record::Role;
+use crate::model::bound::Bound;
+use crate::model::context::Model;
+use crate::quantity::layout::Layout;
+use crate::quantity::record::Role;
 use crate::sampler::{DelayedAcceptance, Mcmc, OneDensity};
 
 #[expect(private_bounds, reason = "sealed: how chains move is no matter of the interface")]

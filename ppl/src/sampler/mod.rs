@@ -1,40 +1,21 @@
 //! Markov chain Monte Carlo: [`Nuts`], which uses gradients, and the gradient-free samplers [`Metropolis`] and
 //! [`DelayedAcceptance`].
 
-mod chains;
-mod delayed;
-mod dot;
-mod encoding;
-mod error;
+mod draws;
 mod hamiltonian;
-mod mcmc;
-mod metric;
-mod metropolis;
-mod nuts;
-mod progress;
-mod proposal;
-mod rejections;
-mod report;
-mod resume;
 mod run;
-mod screening;
-mod settings;
-mod step_size;
-mod stop;
-mod store;
-mod stream;
-mod trajectory;
-mod tuning;
-mod warmup;
+mod walk;
 
-pub use chains::{Chain, Chains};
-pub use delayed::{DelayedAcceptance, Screened};
-pub use error::RunError;
-pub use mcmc::Mcmc;
-pub(crate) use mcmc::OneDensity;
-pub use metropolis::{Metropolis, RandomWalk};
-pub use nuts::{NoUTurn, Nuts};
-pub use progress::{ChainStatus, Progress};
-pub use report::{Divergence, DrawStats, InverseMassMatrix, MapKind, MapSwitch, WarmupReport};
-pub use stop::StopReason;
-pub use store::ChainsFileError;
+pub use draws::chains::{Chain, Chains};
+pub use draws::report::{
+    Divergence, DrawStats, InverseMassMatrix, MapKind, MapSwitch, WarmupReport,
+};
+pub use draws::store::ChainsFileError;
+pub use hamiltonian::nuts::{NoUTurn, Nuts};
+pub use run::error::RunError;
+pub use run::mcmc::Mcmc;
+pub(crate) use run::mcmc::OneDensity;
+pub use run::progress::{ChainStatus, Progress};
+pub use run::stop::StopReason;
+pub use walk::delayed::{DelayedAcceptance, Screened};
+pub use walk::metropolis::{Metropolis, RandomWalk};

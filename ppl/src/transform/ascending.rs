@@ -1,8 +1,8 @@
 //! Map of ordered values.
 
 use super::Support;
-use crate::accumulator::{Accumulator, Joined};
-use crate::scalar::Scalar;
+use crate::number::scalar::Scalar;
+use crate::term::accumulator::{Accumulator, Joined};
 
 /// Ordered values x₁ < x₂ < … < xₙ inside a support.
 ///

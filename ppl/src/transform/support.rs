@@ -1,8 +1,8 @@
 //! Supports of univariate distributions: intervals of the real line.
 
-use crate::accumulator::{Accumulator, Joined};
-use crate::scalar::Scalar;
+use crate::number::scalar::Scalar;
 use crate::special::logistic;
+use crate::term::accumulator::{Accumulator, Joined};
 
 /// Support of a univariate density, with the smooth map of ℝ onto it.
 ///

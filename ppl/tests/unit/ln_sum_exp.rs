@@ -1,7 +1,7 @@
 //! Logarithms of sums against their closed form, and where terms vanish.
 
 use super::*;
-use crate::dual::Dual;
+use crate::number::dual::Dual;
 
 /// ln(2 + 3 + 5) and its weights, however large the terms.
 #[test]

@@ -9,10 +9,8 @@ use super::{
     super::metric::{Diagonal, Metric},
     *,
 };
-use crate::{
-    density::{LogDensity, Rejection},
-    erased::ErasedDensity,
-};
+use crate::density::{LogDensity, Rejection};
+use crate::model::erased::ErasedDensity;
 
 /// u ~ Normal(0, 1), v | u ~ Normal(0, eᵘ): curved, and drawn exactly.
 struct Funnel;

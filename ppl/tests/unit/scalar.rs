@@ -3,7 +3,7 @@
 use std::f64::consts::FRAC_2_SQRT_PI;
 
 use super::*;
-use crate::dual::Dual;
+use crate::number::dual::Dual;
 
 /// Every elementary function against a central difference.
 #[test]

@@ -1,8 +1,8 @@
 //! The tape against dual numbers, also where it is too short.
 
 use super::*;
-use crate::accumulator::{Accumulator, Settled};
-use crate::dual::Dual;
+use crate::number::dual::Dual;
+use crate::term::accumulator::{Accumulator, Settled};
 
 fn expression<S: Scalar>([x, y, z]: [S; 3]) -> S {
     let mut total = S::from(0.0);

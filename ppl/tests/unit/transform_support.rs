@@ -1,7 +1,7 @@
 //! Maps of intervals: derivative, inverse, and what truncation leaves.
 
 use super::*;
-use crate::dual::Dual;
+use crate::number::dual::Dual;
 
 fn cases() -> [Support<f64>; 4] {
     [Support::Real, Support::Above(-1.5), Support::Below(2.0), Support::Between(-1.0, 3.0)]

@@ -2,11 +2,11 @@
 
 use rand::Rng;
 
-use crate::accumulator::Accumulator;
 use crate::density::DomainError;
 use crate::distribution::family::{Array, Family};
 use crate::distribution::traits::{Distribution, Unknown};
-use crate::scalar::Scalar;
+use crate::number::scalar::Scalar;
+use crate::term::accumulator::Accumulator;
 
 impl<D: Family, const N: usize> Family for Array<D, N> {}
 

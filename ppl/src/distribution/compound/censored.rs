@@ -2,13 +2,13 @@
 
 use rand::Rng;
 
-use crate::accumulator::Accumulator;
 use crate::density::DomainError;
 use crate::distribution::family::{Censored, Family};
 use crate::distribution::interval::Interval;
 use crate::distribution::traits::Distribution;
 use crate::distribution::univariate_density::{UnivariateDensity, ln_probability};
-use crate::scalar::Scalar;
+use crate::number::scalar::Scalar;
+use crate::term::accumulator::Accumulator;
 
 impl<D: Family> Family for Censored<D> {}
 

@@ -2,11 +2,11 @@
 
 use rand::Rng;
 
-use crate::accumulator::Accumulator;
 use crate::density::DomainError;
 use crate::distribution::family::{Family, Iid};
 use crate::distribution::traits::{Distribution, Unknown};
-use crate::scalar::Scalar;
+use crate::number::scalar::Scalar;
+use crate::term::accumulator::Accumulator;
 
 impl<D: Family> Family for Iid<D> {}
 

@@ -2,14 +2,14 @@
 
 use rand::Rng;
 
-use crate::accumulator::Accumulator;
-use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::family::Family;
 use crate::distribution::traits::{Distribution, lift};
 use crate::distribution::vector::Sequence;
-use crate::parameter::Parameter;
-use crate::scalar::Scalar;
+use crate::number::scalar::Scalar;
+use crate::quantity::datum::Datum;
+use crate::term::accumulator::Accumulator;
+use crate::term::parameter::Parameter;
 
 /// Mixture of distributions with given weights; the component of each value is marginalised out. A mixture can be
 /// observed, but it cannot be the prior of an unknown.

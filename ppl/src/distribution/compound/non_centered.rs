@@ -2,15 +2,15 @@
 
 use rand::Rng;
 
-use crate::accumulator::{Accumulator, Joined};
-use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::continuous::{LogNormal, Normal, StudentT};
 use crate::distribution::family::{Array, Family, NonCentered};
 use crate::distribution::multivariate::{CholeskyFactor, MatrixEntry, MvNormalCholesky};
 use crate::distribution::traits::{Distribution, Unknown, lift};
-use crate::parameter::Parameter;
-use crate::scalar::Scalar;
+use crate::number::scalar::Scalar;
+use crate::quantity::datum::Datum;
+use crate::term::accumulator::{Accumulator, Joined};
+use crate::term::parameter::Parameter;
 
 /// Location-scale family: x = T(z), where the distribution of z has no unknown location or scale.
 ///

@@ -2,15 +2,15 @@
 
 use rand::Rng;
 
-use crate::accumulator::Accumulator;
 use crate::density::DomainError;
 use crate::distribution::family::{Family, Ordered};
 use crate::distribution::traits::{Distribution, Unknown};
 use crate::distribution::univariate::Univariate;
 use crate::distribution::univariate_density::{UnivariateDensity, add_terms};
 use crate::distribution::vector::Repeated;
-use crate::scalar::Scalar;
+use crate::number::scalar::Scalar;
 use crate::special::ln_gamma;
+use crate::term::accumulator::Accumulator;
 use crate::transform::Ascending;
 
 impl<A: Family> Family for Ordered<A> {}

@@ -2,7 +2,6 @@
 
 use rand::Rng;
 
-use crate::accumulator::Accumulator;
 use crate::density::DomainError;
 use crate::distribution::family::Truncated;
 use crate::distribution::interval::Interval;
@@ -10,8 +9,9 @@ use crate::distribution::univariate::{
     NEAR_UNDERFLOW, Univariate, ln_inside, masses, quantile_within,
 };
 use crate::distribution::univariate_density::{UnivariateDensity, ln_probability};
-use crate::scalar::Scalar;
+use crate::number::scalar::Scalar;
 use crate::special::{Tail, integral_from_zero};
+use crate::term::accumulator::Accumulator;
 use crate::transform::Support;
 
 crate::univariate!([D: Univariate] Truncated<D>);

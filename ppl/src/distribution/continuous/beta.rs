@@ -2,19 +2,19 @@
 
 use rand::Rng;
 
-use crate::accumulator::Accumulator;
-use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::interval_mass::CANCELLED;
 use crate::distribution::traits::lift;
 use crate::distribution::univariate::Univariate;
 use crate::distribution::univariate_density::UnivariateDensity;
-use crate::parameter::Parameter;
-use crate::scalar::Scalar;
+use crate::number::scalar::Scalar;
+use crate::quantity::datum::Datum;
 use crate::special::{
     LnTails, Share, Tail, beta_logit_quantile, ln_beta_power, ln_beta_tails, ln_minus_digamma,
     logistic, regularised_beta,
 };
+use crate::term::accumulator::Accumulator;
+use crate::term::parameter::Parameter;
 use crate::transform::Support;
 
 /// Beta distribution on (0, 1).

@@ -2,19 +2,19 @@
 
 use rand::Rng;
 
-use crate::accumulator::Accumulator;
-use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::interval_mass::CANCELLED;
 use crate::distribution::traits::lift;
 use crate::distribution::univariate::Univariate;
 use crate::distribution::univariate_density::UnivariateDensity;
-use crate::parameter::Parameter;
-use crate::scalar::Scalar;
+use crate::number::scalar::Scalar;
+use crate::quantity::datum::Datum;
 use crate::special::{
     HALF_LN_2PI, LnTails, Tail, deviance, gamma_ln_quantile, ln_gamma_tails, ln_minus_digamma,
     memoised, regularised_gamma, stirling_error,
 };
+use crate::term::accumulator::Accumulator;
+use crate::term::parameter::Parameter;
 use crate::transform::Support;
 
 /// Gamma distribution with shape α and rate β (mean α/β).

@@ -4,15 +4,15 @@ use std::f64::consts::{FRAC_1_PI, FRAC_PI_2};
 
 use rand::Rng;
 
-use crate::accumulator::Accumulator;
-use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::traits::normaliser;
 use crate::distribution::univariate::Univariate;
 use crate::distribution::univariate_density::UnivariateDensity;
-use crate::parameter::Parameter;
-use crate::scalar::Scalar;
+use crate::number::scalar::Scalar;
+use crate::quantity::datum::Datum;
 use crate::special::{Tail, ln_1p_square, ln_ratio, logistic, softplus};
+use crate::term::accumulator::Accumulator;
+use crate::term::parameter::Parameter;
 use crate::transform::Support;
 
 /// Half-Cauchy distribution with scale (and median) σ. The mean of the distribution is infinite.

@@ -5,18 +5,18 @@ use std::f64::consts::{LN_2, PI};
 use rand::Rng;
 
 use super::normal::standard_normal;
-use crate::accumulator::Accumulator;
-use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::traits::normaliser;
 use crate::distribution::univariate::Univariate;
 use crate::distribution::univariate_density::UnivariateDensity;
-use crate::parameter::Parameter;
-use crate::scalar::Scalar;
+use crate::number::scalar::Scalar;
+use crate::quantity::datum::Datum;
 use crate::special::{
     HALF_LN_2PI, NormalInterval, Tail, half_normal_quantile, ln_normal_cdf, normal_cdf,
     normal_from_zero, normal_upper_quantile,
 };
+use crate::term::accumulator::Accumulator;
+use crate::term::parameter::Parameter;
 use crate::transform::Support;
 
 /// Half-normal distribution: distribution of σ |Z| for a standard normal Z.

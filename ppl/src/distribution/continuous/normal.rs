@@ -3,17 +3,17 @@
 use rand::{Rng, RngCore};
 use rand_distr::StandardNormal;
 
-use crate::accumulator::Accumulator;
-use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::traits::normaliser;
 use crate::distribution::univariate::Univariate;
 use crate::distribution::univariate_density::UnivariateDensity;
-use crate::parameter::Parameter;
-use crate::scalar::Scalar;
+use crate::number::scalar::Scalar;
+use crate::quantity::datum::Datum;
 use crate::special::{
     HALF_LN_2PI, NormalInterval, Tail, ln_normal_cdf, normal_cdf, normal_upper_quantile,
 };
+use crate::term::accumulator::Accumulator;
+use crate::term::parameter::Parameter;
 use crate::transform::Support;
 
 /// Normal distribution with mean μ and standard deviation σ.

@@ -4,20 +4,20 @@ use std::f64::consts::LN_2;
 
 use rand::Rng;
 
-use crate::accumulator::Accumulator;
-use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::interval_mass::CANCELLED;
 use crate::distribution::traits::{lift, normaliser};
 use crate::distribution::univariate::Univariate;
 use crate::distribution::univariate_density::UnivariateDensity;
-use crate::parameter::Parameter;
-use crate::scalar::Scalar;
+use crate::number::scalar::Scalar;
+use crate::quantity::datum::Datum;
 use crate::special::{
     HALF_LN_2PI, LnProbability, LnTails, Share, Tail, beta_logit_quantile, ln_1p_minus,
     ln_1p_square, ln_beta_tails, ln_minus_digamma, ln_ratio, memoised, regularised_beta,
     stirling_error,
 };
+use crate::term::accumulator::Accumulator;
+use crate::term::parameter::Parameter;
 use crate::transform::Support;
 
 /// Student's t distribution with ν degrees of freedom, location μ and scale σ.

@@ -2,15 +2,15 @@
 
 use rand::Rng;
 
-use crate::accumulator::Accumulator;
-use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::traits::lift;
 use crate::distribution::univariate::Univariate;
 use crate::distribution::univariate_density::UnivariateDensity;
-use crate::parameter::Parameter;
-use crate::scalar::Scalar;
+use crate::number::scalar::Scalar;
+use crate::quantity::datum::Datum;
 use crate::special::ln_ratio;
+use crate::term::accumulator::Accumulator;
+use crate::term::parameter::Parameter;
 use crate::transform::Support;
 use crate::transform::log_logistic_density;
 

@@ -2,14 +2,14 @@
 
 use rand::Rng;
 
-use crate::accumulator::Accumulator;
-use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::univariate::Univariate;
 use crate::distribution::univariate_density::UnivariateDensity;
-use crate::parameter::Parameter;
-use crate::scalar::Scalar;
+use crate::number::scalar::Scalar;
+use crate::quantity::datum::Datum;
 use crate::special::{Tail, ln_gamma, ln_one_minus_exp, ln_ratio};
+use crate::term::accumulator::Accumulator;
+use crate::term::parameter::Parameter;
 use crate::transform::Support;
 
 /// Weibull distribution with shape α and scale σ: distribution of the strength of the weakest of many links.

@@ -2,14 +2,14 @@
 
 use rand::Rng;
 
-use crate::accumulator::Accumulator;
-use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::family::Family;
 use crate::distribution::traits::Distribution;
-use crate::parameter::Parameter;
-use crate::scalar::Scalar;
+use crate::number::scalar::Scalar;
+use crate::quantity::datum::Datum;
 use crate::special::{logistic, softplus};
+use crate::term::accumulator::Accumulator;
+use crate::term::parameter::Parameter;
 
 /// Bernoulli distribution of a flag that is true with probability 1/(1 + e⁻ˣ), for logistic regression. The
 /// distribution is for observed data; it cannot be the prior of an unknown.

@@ -3,14 +3,14 @@
 use rand::Rng;
 
 use super::count_parameter::CountParameter;
-use crate::accumulator::Accumulator;
-use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::family::Family;
 use crate::distribution::traits::Distribution;
-use crate::parameter::Parameter;
-use crate::scalar::Scalar;
+use crate::number::scalar::Scalar;
+use crate::quantity::datum::Datum;
 use crate::special::{HALF_LN_2PI, deviance, ln_beta, logistic, stirling_error};
+use crate::term::accumulator::Accumulator;
+use crate::term::parameter::Parameter;
 
 /// Binomial distribution of the number of successes among n trials with success probability p. The distribution is
 /// for observed data; it cannot be the prior of an unknown.

@@ -1,6 +1,6 @@
 //! Parameters of distributions that are counts.
 
-use crate::datum::Datum;
+use crate::quantity::datum::Datum;
 
 /// A distribution parameter that is a count: `u64`, `u32`, `usize` or a reference to one of these types.
 pub trait CountParameter: Copy {

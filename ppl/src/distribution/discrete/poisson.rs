@@ -2,14 +2,14 @@
 
 use rand::Rng;
 
-use crate::accumulator::Accumulator;
-use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::family::Family;
 use crate::distribution::traits::Distribution;
-use crate::parameter::Parameter;
-use crate::scalar::Scalar;
+use crate::number::scalar::Scalar;
+use crate::quantity::datum::Datum;
 use crate::special::{HALF_LN_2PI, deviance, ln_gamma, stirling_error};
+use crate::term::accumulator::Accumulator;
+use crate::term::parameter::Parameter;
 
 /// Poisson distribution of a count with rate λ. The distribution is for observed data; it cannot be the prior of an
 /// unknown.

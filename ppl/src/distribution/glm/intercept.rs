@@ -1,10 +1,10 @@
 //! Intercepts of regressions: one for all data, or one per group.
 
-use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::Sequence;
-use crate::parameter::Parameter;
-use crate::scalar::Scalar;
+use crate::number::scalar::Scalar;
+use crate::quantity::datum::Datum;
+use crate::term::parameter::Parameter;
 
 /// Intercept of a linear predictor: a number, an unknown, or [`ByGroup`].
 #[diagnostic::on_unimplemented(

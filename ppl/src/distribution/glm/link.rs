@@ -5,11 +5,11 @@ use rand::Rng;
 use super::design::Design;
 use super::intercept::Intercept;
 use super::regression::{self, Eta, Regression};
-use crate::accumulator::Accumulator;
-use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::{BernoulliLogit, Distribution, Family, PoissonLog, Sequence};
-use crate::scalar::Scalar;
+use crate::number::scalar::Scalar;
+use crate::quantity::datum::Datum;
+use crate::term::accumulator::Accumulator;
 
 /// Poisson regression with log link, `PoissonLogGlm(x, intercept, slopes)`: kᵢ ~ PoissonLog(ηᵢ) with ηᵢ = aᵢ + Σₖ xᵢₖ
 /// bₖ, for all data in one statement. The distribution is for observed data; it cannot be the prior of an unknown.

@@ -6,14 +6,14 @@ use super::design::Design;
 use super::intercept::Intercept;
 use super::regression::{self, Eta, Regression};
 use super::statistics::{Fit, Statistics};
-use crate::accumulator::Accumulator;
-use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::traits::normaliser;
 use crate::distribution::{Distribution, Family, Normal, Sequence};
-use crate::parameter::Parameter;
-use crate::scalar::Scalar;
+use crate::number::scalar::Scalar;
+use crate::quantity::datum::Datum;
 use crate::special::HALF_LN_2PI;
+use crate::term::accumulator::Accumulator;
+use crate::term::parameter::Parameter;
 
 /// Linear regression, `NormalGlm(x, intercept, slopes, sd)`: yᵢ ~ Normal(ηᵢ, σ) with ηᵢ = aᵢ + Σₖ xᵢₖ bₖ, for all data
 /// in one statement.

@@ -1,11 +1,11 @@
 //! Common parts of the generalised linear models: the linear predictor of a datum, and loops over all data.
 
-use crate::accumulator::{Accumulator, Joined};
-use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::{Distribution, Sequence};
-use crate::parameter::Parameter;
-use crate::scalar::Scalar;
+use crate::number::scalar::Scalar;
+use crate::quantity::datum::Datum;
+use crate::term::accumulator::{Accumulator, Joined};
+use crate::term::parameter::Parameter;
 use rand::Rng;
 
 use super::design::Design;

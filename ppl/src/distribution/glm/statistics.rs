@@ -8,11 +8,11 @@ use nalgebra::DMatrix;
 
 use super::design::Design;
 use super::intercept::Intercept;
-use crate::datum::Datum;
 use crate::distribution::Sequence;
-use crate::parameter::Parameter;
-use crate::partials::Partials;
-use crate::scalar::Scalar;
+use crate::number::partials::Partials;
+use crate::number::scalar::Scalar;
+use crate::quantity::datum::Datum;
+use crate::term::parameter::Parameter;
 
 /// View of the stored statistics: n, ρ², the rows of the triangular factor, and the rows of the groups.
 #[derive(Clone, Copy, Debug)]

@@ -6,9 +6,9 @@ use rand::Rng;
 
 use super::factor::{Angles, Factor, Whole};
 use super::size::Size;
-use crate::accumulator::Accumulator;
-use crate::scalar::Scalar;
+use crate::number::scalar::Scalar;
 use crate::special::{Hyperbolic, ln_beta, ln_gamma};
+use crate::term::accumulator::Accumulator;
 
 /// Largest accepted deviation from 1 of the squared length of a row of an observed correlation factor.
 const UNIT_TOLERANCE: f64 = 1e-8;

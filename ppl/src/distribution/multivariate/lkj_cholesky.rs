@@ -5,11 +5,11 @@ use rand::Rng;
 use super::factor::Factor;
 use super::lkj::Lkj;
 use super::size::{Fixed, Free};
-use crate::accumulator::Accumulator;
 use crate::density::DomainError;
 use crate::distribution::family::Family;
 use crate::distribution::traits::{Distribution, Unknown};
-use crate::scalar::Scalar;
+use crate::number::scalar::Scalar;
+use crate::term::accumulator::Accumulator;
 
 /// LKJ distribution of the Cholesky factor L of a K×K correlation matrix R = L Lᵀ, with p(R) ∝ det(R)^(η − 1).
 ///

@@ -6,12 +6,12 @@ use rand_distr::StandardNormal;
 use super::factor::Factor;
 use super::mv_normal_terms::{add_statistics_terms, add_terms, sufficient_statistics};
 use super::size::{MatrixEntry, Size};
-use crate::accumulator::Accumulator;
-use crate::datum::{Datum, Recordable};
 use crate::density::DomainError;
 use crate::distribution::family::Family;
 use crate::distribution::traits::{Distribution, Unknown};
-use crate::scalar::Scalar;
+use crate::number::scalar::Scalar;
+use crate::quantity::datum::{Datum, Recordable};
+use crate::term::accumulator::Accumulator;
 
 /// Multivariate normal distribution with mean μ ∈ ℝᴷ and covariance L Lᵀ.
 ///

@@ -3,10 +3,10 @@
 
 use super::factor::{Factor, Whole};
 use super::size::Size;
-use crate::accumulator::Accumulator;
-use crate::partials::Partials;
-use crate::scalar::Scalar;
+use crate::number::partials::Partials;
+use crate::number::scalar::Scalar;
 use crate::special::HALF_LN_2PI;
+use crate::term::accumulator::Accumulator;
 
 /// Partial derivatives of the log density of one datum: −w with respect to x, w with respect to μ, and wᵢ zⱼ −
 /// δᵢⱼ/Lᵢᵢ with respect to Lᵢⱼ.

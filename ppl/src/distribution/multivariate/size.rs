@@ -3,7 +3,7 @@
 use std::fmt::Debug;
 use std::ops::IndexMut;
 
-use crate::datum::Recordable;
+use crate::quantity::datum::Recordable;
 
 /// An entry of a vector or a matrix.
 pub trait MatrixEntry: Copy + Debug + Recordable {}

@@ -3,10 +3,10 @@
 
 use super::partials::Row;
 use super::{CholeskyFactor, DynCholeskyFactor, Factor};
-use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::multivariate::size::{Fixed, Free, Size};
-use crate::scalar::Scalar;
+use crate::number::scalar::Scalar;
+use crate::quantity::datum::Datum;
 
 impl<R: Scalar, S: Size> Factor<R, S> {
     /// Covariance matrix L Lᵀ.

@@ -7,9 +7,9 @@ mod partials;
 use std::fmt::Debug;
 
 use super::size::{Fixed, Free, MatrixEntry, Size};
-use crate::datum::{Datum, Recordable};
 use crate::density::DomainError;
-use crate::scalar::Scalar;
+use crate::number::scalar::Scalar;
+use crate::quantity::datum::{Datum, Recordable};
 
 pub(super) use angles::Angles;
 pub(super) use partials::Whole;

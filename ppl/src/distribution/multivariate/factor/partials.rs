@@ -4,8 +4,8 @@
 use super::Factor;
 use super::angles::Angles;
 use crate::distribution::multivariate::size::Size;
-use crate::partials::Partials;
-use crate::scalar::Scalar;
+use crate::number::partials::Partials;
+use crate::number::scalar::Scalar;
 
 impl<R: Scalar, S: Size> Factor<R, S> {
     /// Propagates the partial derivatives `weights` of a function with respect to the entries of row `i`: calls

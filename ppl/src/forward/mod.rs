@@ -1,0 +1,4 @@
+//! User-defined functions with derivatives.
+
+pub(crate) mod differentiable;
+pub(crate) mod finite_difference;

@@ -1,0 +1,101 @@
+//! Summary table of a posterior.
+
+use std::fmt;
+
+use crate::judgement::warnings::{Warning, warnings};
+use crate::model::start::StartKind;
+use crate::posterior::{Posterior, SummaryRow};
+use crate::quantity::format::{cell, list};
+
+/// Moments, quantiles and diagnostics of every parameter and tracked quantity, with warnings.
+///
+/// `println!("{}", posterior.summary())` prints the table and the warnings. The diagnostics of a constant quantity are
+/// NaN, printed as `–`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Summary {
+    /// One row per number, in the order of the model. Constant numbers of a quantity whose other numbers vary are
+    /// omitted, such as the zeros of a Cholesky factor.
+    pub rows: Vec<SummaryRow>,
+    /// Warnings with advice; empty if no problem was found.
+    pub warnings: Vec<Warning>,
+    /// Number of chains.
+    pub chains: usize,
+    /// Number of draws per chain.
+    pub draws: usize,
+    /// Indices of the chains that started at a draw from the prior, because every uniform starting point was rejected.
+    pub prior_starts: Vec<usize>,
+}
+
+impl Posterior {
+    /// Computes the table of moments, quantiles and diagnostics, with warnings.
+    pub fn summary(&self) -> Summary {
+        let identifiability = self.identifiability();
+        let rows = self.rows(&identifiability);
+        let warnings = warnings(self, &rows, &identifiability);
+        let chains = self.chains.chains.iter().enumerate();
+        let started = chains.filter(|(_, chain)| chain.warmup.start_kind == StartKind::PriorDraw);
+        Summary {
+            rows,
+            warnings,
+            chains: self.posterior.chains,
+            draws: self.posterior.draws,
+            prior_starts: started.map(|(number, _)| number).collect(),
+        }
+    }
+}
+
+impl Summary {
+    /// Returns the row of the named number, such as `young` or `sd[0]`. A row can also be named by a label, as in
+    /// `sd[north]`; if the text is also a valid index, the index has precedence.
+    pub fn row(&self, name: &str) -> Option<&SummaryRow> {
+        let by_place = self.rows.iter().find(|row| row.place == name);
+        by_place.or_else(|| self.rows.iter().find(|row| row.name == name))
+    }
+}
+
+impl fmt::Display for Summary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let count = |x: f64| if x.is_nan() { "–".into() } else { format!("{x:.0}") };
+        let ratio = |x: f64| if x.is_nan() { "–".into() } else { format!("{x:.3}") };
+        let mut table: Vec<Vec<String>> = vec![
+            ["", "mean", "sd", "q05", "q50", "q95", "mcse", "rhat", "ess_bulk", "ess_tail"]
+                .map(str::to_owned)
+                .to_vec(),
+        ];
+        table.extend(self.rows.iter().map(|r| {
+            let mut cells = vec![r.name.clone()];
+            cells.extend([r.mean, r.sd, r.q05, r.q50, r.q95].map(cell));
+            cells.push(if r.mcse_mean.is_nan() {
+                "–".into()
+            } else {
+                format!("{:.1e}", r.mcse_mean)
+            });
+            cells.extend([ratio(r.rhat), count(r.ess_bulk), count(r.ess_tail)]);
+            cells
+        }));
+        let width = |k: usize| table.iter().map(|row| row[k].chars().count()).max().unwrap_or(0);
+        let widths: Vec<usize> = (0..table[0].len()).map(width).collect();
+        for row in &table {
+            write!(f, "{:<1$}", row[0], widths[0])?;
+            for (cell, width) in row.iter().zip(&widths).skip(1) {
+                write!(f, "  {cell:>width$}")?;
+            }
+            writeln!(f)?;
+        }
+        writeln!(f, "{} chains of {} draws", self.chains, self.draws)?;
+        if !self.prior_starts.is_empty() {
+            let numbers = list(self.prior_starts.iter().map(usize::to_string));
+            writeln!(
+                f,
+                "Started at draws from the prior, since every uniform point was rejected: chain {numbers}"
+            )?;
+        }
+        if self.warnings.is_empty() {
+            writeln!(f, "Nothing wrong was found.")?;
+        }
+        for warning in &self.warnings {
+            writeln!(f, "! {warning}.")?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,140 @@
+//! Warnings about convergence: stopped chains, R-hat, modes and effective sample size.
+
+use rayon::prelude::*;
+
+use crate::diagnostics::Modes;
+use crate::judgement::warnings::list::{ShownNames, WarningKind, Warnings};
+use crate::posterior::Posterior;
+use crate::posterior::SummaryRow;
+use crate::quantity::draws::Values;
+use crate::quantity::format::{cell, list};
+use crate::quantity::record::Role;
+
+/// Posterior modes between which the chains do not mix, with the element name of the parameter.
+pub(super) type Separate = Vec<(String, Modes)>;
+
+/// Adds warnings about single chains and single draws.
+pub(super) fn find(posterior: &Posterior, rows: &[SummaryRow], warnings: &mut Warnings) {
+    let runs = &posterior.chains.chains;
+    for (chain, run) in runs.iter().enumerate() {
+        if let Some(reason) = &run.stopped {
+            warnings.add(
+                WarningKind::Stopped,
+                &format!("Chain {chain} ended after {} draws: ", run.len()),
+                &reason.to_string(),
+                "All chains were cut to the shortest; remove the cause and run again before \
+                 trusting the result",
+            );
+        }
+    }
+
+    if posterior.is_foreign {
+        warnings.add(
+            WarningKind::OtherDensity,
+            "The draws are of another density",
+            " than this model's",
+            "Right for held-out data; otherwise give the model and the data that they were drawn \
+             with",
+        );
+    }
+
+    let not_finite = rows.iter().filter(|r| !r.mean.is_finite()).map(|r| r.name.clone());
+    warnings.add(
+        WarningKind::NotFinite,
+        "Some draws are NaN or infinite: ",
+        &list(not_finite),
+        "Look for a logarithm, root or division at the edge of its domain",
+    );
+}
+
+/// Adds warnings from the comparison of chains. Called only if no chain is stuck.
+pub(super) fn compare(
+    posterior: &Posterior,
+    rows: &[SummaryRow],
+    modes: &Separate,
+    names: &ShownNames,
+    warnings: &mut Warnings,
+) {
+    let runs = &posterior.chains.chains;
+    let mut split: Vec<&SummaryRow> = rows.iter().filter(|r| r.rhat > 1.01).collect();
+    split.sort_by(|a, b| b.rhat.total_cmp(&a.rhat));
+    warnings.add(
+        WarningKind::Disagreement,
+        "The chains do not agree yet (R-hat above 1.01): ",
+        &list(split.iter().map(|r| format!("{} ({:.3})", r.name, r.rhat))),
+        "Run longer; if that does not help, look for several modes or parameters that only act \
+         together, and reparametrise or give stronger priors",
+    );
+
+    warnings.add(
+        WarningKind::Modes,
+        "The posterior seems to have several modes: ",
+        &list(modes.iter().map(|(place, modes)| in_words(names.shown(place), modes))),
+        "The fraction of draws in a mode is where the chains began, not its probability: take the \
+         modes apart by a stronger prior, or by an order if they only exchange labels, or report \
+         each by itself; if only one counts, begin there (`Map`, then `init_points`)",
+    );
+
+    // the sd of a single draw is NaN, so that the quantity may vary
+    let moves = |r: &&SummaryRow| r.q05 != r.q95 || r.sd.is_nan();
+    let unknown =
+        rows.iter().filter(|r| r.mean.is_finite() && (r.rhat.is_nan() || r.ess().is_nan()));
+    warnings.add(
+        WarningKind::FewEffectiveDraws,
+        &format!(
+            "{} draws a chain are too few to tell whether these can be relied on: ",
+            posterior.posterior.draws
+        ),
+        &list(unknown.filter(moves).map(|r| r.name.clone())),
+        "Draw more, a thousand a chain if nothing speaks against it",
+    );
+
+    let enough = 100.0 * runs.len() as f64;
+    let mut few: Vec<&SummaryRow> = rows.iter().filter(|r| r.ess() < enough).collect();
+    few.sort_by(|a, b| a.ess().total_cmp(&b.ess()));
+    warnings.add(
+        WarningKind::FewEffectiveDraws,
+        &format!("Effective sample size below {enough:.0} (100 per chain): "),
+        &list(few.iter().map(|r| format!("{} ({:.0})", r.name, r.ess()))),
+        "Draw more; means, intervals and R-hat of these are not reliable",
+    );
+}
+
+/// Finds the parameters whose posterior has separate modes between which the chains do not mix.
+pub(super) fn separate_modes(posterior: &Posterior) -> Separate {
+    let group = &posterior.posterior;
+    let parameters: Vec<_> = posterior
+        .layout
+        .with_role(Role::Parameter)
+        .filter_map(|variable| group.get(&variable.name))
+        .flat_map(|values| {
+            values.elements().into_iter().enumerate().map(move |(k, place)| (values, k, place))
+        })
+        .collect();
+    let modes = |(values, index, place): (&Values, usize, String)| {
+        let draws = group.column(values, index);
+        let chains: Vec<&[f64]> = draws.chunks(group.draws).collect();
+        let modes = Modes::find(&chains).filter(|modes| !modes.mixed())?;
+        Some((place, modes))
+    };
+    parameters.into_par_iter().filter_map(modes).collect()
+}
+
+fn in_words(name: &str, modes: &Modes) -> String {
+    let places = modes.centres.iter().enumerate().map(|(mode, centre)| {
+        let sitting = modes.sitting_in(mode);
+        let centre = cell(*centre);
+        match sitting.as_slice() {
+            [] => format!("{centre} (no chain stays)"),
+            [one] => format!("{centre} (chain {one})"),
+            all => {
+                let all: Vec<String> = all.iter().map(usize::to_string).collect();
+                format!("{centre} (chains {})", all.join(", "))
+            }
+        }
+    });
+    let places = places.collect::<Vec<_>>().join(" and ");
+    let changes: usize = modes.changes.iter().sum();
+    let count = modes.centres.len();
+    format!("{name} has {count}, near {places}, with {changes} changes between them")
+}

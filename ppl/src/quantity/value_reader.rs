@@ -1,0 +1,54 @@
+//! Reader of named values, in the order of the model's statements.
+
+use crate::quantity::datum::Recordable;
+
+/// Named values, each with the count of its numbers that have been read.
+pub(crate) struct ValueReader<'y> {
+    values: Vec<(&'y str, &'y [f64], usize)>,
+    /// Description of the first named value that does not fit the model; `None` if all values fit so far.
+    pub(crate) problem: Option<String>,
+}
+
+impl<'y> ValueReader<'y> {
+    pub(crate) fn new(values: &'y [(String, Vec<f64>)]) -> Self {
+        let values = values.iter().map(|(name, numbers)| (name.as_str(), numbers.as_slice(), 0));
+        Self { values: values.collect(), problem: None }
+    }
+
+    /// Overwrites `value` by the next numbers of the named quantity; no effect if the name has no values.
+    pub(crate) fn overwrite<V: Recordable>(&mut self, name: &str, value: &mut V) {
+        let Some((_, numbers, read)) = self.values.iter_mut().rev().find(|(own, ..)| *own == name)
+        else {
+            return;
+        };
+        let count: usize = value.shape().iter().product();
+        let own = numbers.get(*read..*read + count);
+        *read += count;
+        if !own.is_some_and(|own| value.overwrite(&mut own.iter().copied())) {
+            self.problem.get_or_insert_with(|| {
+                format!("`{name}`: {} number(s) are given, and more are needed", numbers.len())
+            });
+        }
+    }
+
+    /// Checks that all values were read completely.
+    pub(crate) fn check(self, names: &str) -> Result<(), String> {
+        if let Some(problem) = self.problem {
+            return Err(problem);
+        }
+        for (name, numbers, read) in self.values {
+            if read == 0 {
+                return Err(format!(
+                    "`{name}`: no unknown has this name; the unknowns are {names}"
+                ));
+            }
+            if read != numbers.len() {
+                let given = numbers.len();
+                return Err(format!(
+                    "`{name}`: {given} number(s) are given, and {read} are needed"
+                ));
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,6 @@
+//! Draws of the chains, what the warmup reports, and the file of the chains.
+
+pub(crate) mod chains;
+pub(crate) mod encoding;
+pub(crate) mod report;
+pub(crate) mod store;

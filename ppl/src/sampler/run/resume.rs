@@ -1,0 +1,89 @@
+//! Resumption of earlier runs.
+
+use crate::sampler::draws::chains::{Chain, Chains};
+use crate::sampler::run::error::RunError;
+use crate::sampler::run::run::MarkovChain;
+use crate::sampler::run::settings::{Settings, Starts};
+use crate::sampler::run::stream::Stream;
+
+/// Largest difference between the stored and the recomputed log density of a point at which both count as the same
+/// density, relative to max(1, |log density|). A different compiler or processor causes far smaller differences.
+const SAME_DENSITY: f64 = 1e-6;
+
+impl Settings<'_> {
+    /// Continues the chains of an earlier run. `make` builds the tuned transition kernel of a chain.
+    pub(crate) fn resume<K: MarkovChain>(
+        &self,
+        dim: usize,
+        earlier: Chains,
+        make: impl Fn(&Chain) -> Result<K, RunError> + Sync,
+    ) -> Result<Chains, RunError> {
+        if earlier.dim != dim {
+            let reason = format!("they have {} coordinates, the density {dim}", earlier.dim);
+            return Err(misfit(reason, "give the density they were drawn from"));
+        }
+        if earlier.chains.len() != self.chains {
+            let (got, set) = (earlier.chains.len(), self.chains);
+            let reason = format!("there are {got} of them, but {set} are to be run");
+            return Err(misfit(reason, "set `chains` to their number"));
+        }
+        if earlier.thin != self.thin {
+            let (got, set) = (earlier.thin, self.thin);
+            let reason = format!("they keep one transition in {got}, not one in {set}");
+            return Err(misfit(reason, "set `thin` as it was"));
+        }
+        if let Err(problem) = earlier.check() {
+            return Err(misfit(problem, "give chains as `run`, `resume` or `load` returned them"));
+        }
+        let is_lost = |chain: &Chain| chain.stream.is_none() && chain.paused.is_none();
+        if let Some(number) = earlier.chains.iter().position(is_lost) {
+            let reason = format!("chain {number} failed in its warmup");
+            return Err(misfit(reason, "begin anew with `run`"));
+        }
+        Settings { init: Starts::Uniform(0.0), ..self.clone() }.validate(dim)?;
+        let max_depth = earlier.max_depth;
+        let chains = self.go_on(earlier.chains, |chain| take_up(make(chain)?, chain, dim))?;
+        Ok(Chains { max_depth, ..Chains::new(dim, chains, self.thin) })
+    }
+}
+
+/// Moves the transition kernel to the last position of the chain. Returns the kernel and the state of the random
+/// stream at this position.
+fn take_up<K: MarkovChain>(
+    mut kernel: K,
+    chain: &Chain,
+    dim: usize,
+) -> Result<(K, Stream), RunError> {
+    let paused = chain.paused.as_deref().map(|paused| &paused.stream);
+    let stream = paused
+        .or(chain.stream.as_ref())
+        .ok_or_else(|| misfit("a chain has no random stream", "begin anew with `run`"))?;
+    let other = |reason| misfit(reason, "give the model and the data that they were drawn with");
+    kernel
+        .begin(last_position(chain, dim))
+        .map_err(|rejection| other(format!("a last draw is rejected now: {rejection}")))?;
+    // a chain without transitions has no log density to compare with
+    let last = chain.stats.last().or(chain.warmup.stats.last());
+    let now = kernel.log_density();
+    let then = last.map_or(now, |stats| stats.log_density);
+    if (now - then).abs() > SAME_DENSITY * then.abs().max(1.0) {
+        return Err(other(format!("the log density at a last draw was {then} and is {now}")));
+    }
+    Ok((kernel, stream.clone()))
+}
+
+pub(crate) fn last_position(chain: &Chain, dim: usize) -> &[f64] {
+    match chain.draws.len().checked_sub(dim) {
+        Some(start) if !chain.is_empty() => &chain.draws[start..],
+        _ => chain.paused.as_deref().map_or(&chain.warmup.end, |paused| &paused.position),
+    }
+}
+
+/// Creates the error for chains that were tuned by a different kind of sampler.
+pub(crate) fn another_sampler() -> RunError {
+    misfit("they are of another sampler", "give chains of this one")
+}
+
+pub(crate) fn misfit(reason: impl Into<String>, help: &'static str) -> RunError {
+    RunError::Resume { reason: reason.into(), help }
+}

@@ -1,0 +1,448 @@
+//! Delayed-acceptance Metropolis.
+
+use rand::Rng;
+
+use crate::density::{LogDensity, Rejection};
+use crate::model::erased::{ErasedDensity, Evaluator};
+use crate::sampler::draws::chains::Chains;
+use crate::sampler::draws::report::{DrawStats, WarmupReport};
+use crate::sampler::run::error::RunError;
+use crate::sampler::run::mcmc::{Mcmc, Method};
+use crate::sampler::run::rejections::{Rejections, accepting, finite};
+use crate::sampler::run::resume::{another_sampler, misfit};
+use crate::sampler::run::run::MarkovChain;
+use crate::sampler::run::settings::Settings;
+use crate::sampler::run::stop::StopReason;
+use crate::sampler::run::stream::Stream;
+use crate::sampler::walk::proposal::{Proposal, ProposalShape};
+use crate::sampler::walk::screening::Screening;
+use crate::sampler::walk::tuning::Tuning;
+
+/// Metropolis sampler in which a cheap density screens the proposals and an expensive density accepts or rejects them.
+///
+/// From the current point y, n = `screening_steps` random-walk Metropolis steps on the cheap density q lead to a point
+/// y′. If y′ differs from y, the expensive density p is evaluated at y′, and y′ is accepted with probability `min(1,
+/// p(y′) q(y) / (p(y) q(y′)))`. The draws follow **p for every q** that is positive wherever p is positive; a poor q
+/// lowers the acceptance rate but does not bias the draws. With n = 1 this is delayed acceptance, with n > 1 the
+/// surrogate-transition method: a larger n makes the draws less correlated if q is close to p, and lowers the
+/// acceptance rate if q is poor. With probability [`plain_share`](Self::plain_share), independent of the point, a
+/// transition is instead one random-walk Metropolis step on p. The proposal is the proposal of
+/// [`Metropolis`](crate::Metropolis). The warmup tunes it to the acceptance rate under q; after the warmup nothing is
+/// adapted. Since the tuning depends on q only, most of the warmup can run without p: see
+/// [`screened_warmup`](Self::screened_warmup).
+///
+/// Statistics of a draw: `leapfrogs` is the number of evaluations of the *expensive* density in a transition: 0 or 1,
+/// and one more in the first transition after a screened warmup. [`Chains::evaluations`] is the sum of these numbers.
+/// `acceptance` is the acceptance probability under p; it is 0 if the screening did not move the chain. `step_size`,
+/// `depth` and `energy` are defined as for Metropolis, with p.
+///
+/// # Example
+/// ```
+/// use ppl::prelude::*;
+///
+/// ppl::model! {
+///     /// Stiffness from forces; `factor` stands for what the cheap model gets wrong.
+///     fn spring(factor: f64, force_n: &[f64]) {
+///         let stiffness ~ Uniform(0.0, 10.0); // N/mm
+///         for force in force_n {
+///             force ~ Normal(factor * stiffness, 0.5);
+///         }
+///     }
+/// }
+///
+/// let force_n = [4.1, 5.2, 4.6];
+/// let (cheap, expensive) = (spring(0.95, &force_n), spring(1.0, &force_n));
+/// let sampler = DelayedAcceptance::default().screening_steps(4).seed(7);
+/// let posterior = sampler.sample(&cheap, &expensive)?;
+/// ppl::check::mean(&posterior, "stiffness", 13.9 / 3.0).within_mcse(4.0);
+/// println!("{} expensive evaluations", posterior.chains.evaluations());
+/// # Ok::<(), ppl::SampleError>(())
+/// ```
+///
+/// # References
+/// Christen & Fox, J. Comput. Graph. Stat. 14 (2005) 795, doi:10.1198/106186005X76983; Liu, *Monte
+/// Carlo Strategies in Scientific Computing* (2001), doi:10.1007/978-0-387-76371-2, section 9.4.3.
+pub type DelayedAcceptance<'a> = Mcmc<'a, Screened>;
+
+/// Transition kernel of [`DelayedAcceptance`].
+#[derive(Clone, Copy, Debug)]
+pub struct Screened {
+    screening: Screening,
+    /// Number of warmup transitions that use the cheap density only.
+    alone: usize,
+}
+
+impl Default for DelayedAcceptance<'_> {
+    fn default() -> Self {
+        let screening = Screening { steps: 1, power: 1.0, plain_share: 0.0 };
+        Self { settings: Settings::new(2000, 5000), method: Screened { screening, alone: 0 } }
+    }
+}
+
+impl DelayedAcceptance<'_> {
+    /// Sets the number of steps on the cheap density per evaluation of the expensive density, at least 1. The default
+    /// is 1.
+    pub fn screening_steps(mut self, steps: u32) -> Self {
+        self.method.screening.steps = steps;
+        self
+    }
+
+    /// Sets the exponent of the cheap density, in (0, 1]. The default is 1.
+    ///
+    /// Where the cheap density decreases faster than the expensive density, a chain can stay at one point for many
+    /// transitions, because the correction factor rejects almost every move away from it. R-hat is then large even if
+    /// the cheap density is accurate elsewhere. An exponent below 1 widens the cheap density; in exchange, more
+    /// proposals are rejected. For a posterior with ten unknowns and a good surrogate, try 0.8 first. The draws follow
+    /// the expensive density for every exponent.
+    pub fn screening_power(mut self, power: f64) -> Self {
+        self.method.screening.power = power;
+        self
+    }
+
+    /// Sets the probability that a transition is one random-walk Metropolis step on the expensive density without
+    /// screening, from 0 to below 1. The default is 0.
+    ///
+    /// Where the cheap density is far too small, the screening moves away from a point, and the correction factor
+    /// rejects the points that the screening reaches, so that the chain does not move. Steps that ignore the cheap
+    /// density move the chain away from such a point. The choice between the two kinds of transition does not depend on
+    /// the point, so that the draws follow the expensive density for every share. Such a step costs one expensive
+    /// evaluation, as a screened transition does.
+    pub fn plain_share(mut self, share: f64) -> Self {
+        self.method.screening.plain_share = share;
+        self
+    }
+
+    /// Sets the number of warmup transitions, at the beginning of the warmup, that use the cheap density only; at
+    /// most the length of the warmup. The default is 0.
+    ///
+    /// These transitions tune the proposal and move the chain to the typical set of the cheap density. The rest of
+    /// the warmup, which needs some tens of transitions, moves the chain to the typical set of the expensive density.
+    ///
+    /// # Example
+    /// ```
+    /// use ppl::prelude::*;
+    /// use ppl::Rejection;
+    ///
+    /// /// A normal density about a place.
+    /// struct About(f64);
+    /// impl LogDensity for About {
+    ///     type Workspace = ();
+    ///     fn dim(&self) -> usize { 1 }
+    ///     fn log_density(&self, y: &[f64], _: &mut ()) -> Result<f64, Rejection> {
+    ///         Ok(-0.5 * (y[0] - self.0).powi(2))
+    ///     }
+    ///     fn gradient(&self, y: &[f64], g: &mut [f64], w: &mut ()) -> Result<f64, Rejection> {
+    ///         g[0] = self.0 - y[0];
+    ///         self.log_density(y, w)
+    ///     }
+    /// }
+    /// let sampler = DelayedAcceptance::default().warmup(1020).screened_warmup(1000).draws(100);
+    /// let chains = sampler.screening_steps(10).run(&About(0.3), &About(0.0))?;
+    /// // for each chain its start, 20 transitions and 100 draws
+    /// assert!(chains.evaluations() <= 4 * 121);
+    /// # Ok::<(), ppl::RunError>(())
+    /// ```
+    pub fn screened_warmup(mut self, transitions: usize) -> Self {
+        self.method.alone = transitions;
+        self
+    }
+
+    /// Samples the density `expensive` with screening by the density `cheap`.
+    ///
+    /// The two densities must have the same coordinates. Their gradients are not used, and the normalising constant of
+    /// `cheap` is arbitrary.
+    ///
+    /// # Errors
+    /// [`RunError`] if a setting is out of range, if the two densities have different unknowns, or if a chain finds no
+    /// starting point that both densities accept.
+    pub fn run<C: LogDensity, D: LogDensity>(
+        &self,
+        cheap: &C,
+        expensive: &D,
+    ) -> Result<Chains, RunError> {
+        self.method.run(&self.settings, [cheap, expensive])
+    }
+
+    /// Continues chains of this sampler, finished or interrupted, as [`Nuts::resume`](Mcmc::resume) does. The draws are
+    /// identical to the draws of one longer run.
+    ///
+    /// # Errors
+    /// [`RunError::Resume`] if the chains come from another sampler, from other densities or from another number of
+    /// screening steps, or if a chain failed in its warmup.
+    pub fn resume<C: LogDensity, D: LogDensity>(
+        &self,
+        cheap: &C,
+        expensive: &D,
+        earlier: Chains,
+    ) -> Result<Chains, RunError> {
+        self.method.resume(&self.settings, [cheap, expensive], earlier)
+    }
+}
+
+impl Method for Screened {
+    /// The pair of the cheap density and the expensive density.
+    type Target<'d> = [&'d dyn ErasedDensity; 2];
+
+    fn run(
+        &self,
+        settings: &Settings<'_>,
+        [cheap, expensive]: [&dyn ErasedDensity; 2],
+    ) -> Result<Chains, RunError> {
+        self.screening.check()?;
+        common_dim(cheap, expensive)?;
+        let alone = self.alone.min(settings.warmup);
+        // use the cheap density, whose prior draws cost less
+        let shape = ProposalShape::new(cheap, settings);
+        let kernel = || Delayed {
+            alone,
+            is_unasked: alone > 0,
+            ..Delayed::new(cheap, expensive, shape.clone(), self.screening)
+        };
+        settings.execute(expensive, kernel)
+    }
+
+    fn resume(
+        &self,
+        settings: &Settings<'_>,
+        [cheap, expensive]: [&dyn ErasedDensity; 2],
+        earlier: Chains,
+    ) -> Result<Chains, RunError> {
+        let dim = common_dim(cheap, expensive)?;
+        settings.resume(dim, earlier, |chain| match chain.tuning.as_deref() {
+            Some(Tuning::Screened(shape, screening)) if *screening == self.screening => {
+                let passed = chain.warmup.stats.len();
+                let length = chain.paused.as_ref().map_or(0, |paused| paused.length);
+                let left = length.saturating_sub(passed);
+                Ok(Delayed {
+                    alone: self.alone.saturating_sub(passed).min(left),
+                    // the first transition with the expensive density also evaluates this density at the current
+                    // point
+                    is_unasked: self.alone > 0 && passed <= self.alone && chain.is_empty(),
+                    ..Delayed::new(cheap, expensive, shape.clone(), *screening)
+                })
+            }
+            Some(Tuning::Screened(_, Screening { steps, power, plain_share })) => {
+                let reason = format!(
+                    "they took {steps} screening steps on a density to the power {power}, and a share {plain_share} of \
+                     steps without screening"
+                );
+                let help =
+                    "set `screening_steps`, `screening_power` and `plain_share` as they were";
+                Err(misfit(reason, help))
+            }
+            _ => Err(another_sampler()),
+        })
+    }
+}
+
+/// Returns the common number of coordinates of the two densities, or an error if the numbers differ.
+fn common_dim(cheap: &dyn ErasedDensity, expensive: &dyn ErasedDensity) -> Result<usize, RunError> {
+    let (screening, deciding) = (cheap.dim(), expensive.dim());
+    if screening == deciding {
+        return Ok(deciding);
+    }
+    let unknowns = |dim: usize| format!("{dim} unconstrained coordinates");
+    Err(RunError::Screening { screening: unknowns(screening), deciding: unknowns(deciding) })
+}
+
+/// A density raised to a power, with the current point of the chain.
+struct Evaluated<'a> {
+    density: Box<dyn Evaluator + 'a>,
+    power: f64,
+    y: Vec<f64>,
+    log_density: f64,
+}
+
+impl<'a> Evaluated<'a> {
+    fn new(density: &'a dyn ErasedDensity, power: f64, dim: usize) -> Self {
+        let density = density.evaluator();
+        Self { density, power, y: vec![0.0; dim], log_density: f64::NEG_INFINITY }
+    }
+
+    fn begin(&mut self, y: &[f64]) -> Result<(), Rejection> {
+        self.y.copy_from_slice(y);
+        self.log_density = self.power * finite(&mut *self.density, y)?;
+        Ok(())
+    }
+
+    /// Returns the log density at the point `y`. If the density rejects the point, counts the rejection and returns
+    /// −∞.
+    fn value(&mut self, y: &[f64], rejections: &mut Rejections) -> Result<f64, StopReason> {
+        Ok(self.power * rejections.value(&mut *self.density, y)?)
+    }
+}
+
+struct Delayed<'a> {
+    cheap: Evaluated<'a>,
+    expensive: Evaluated<'a>,
+    next: Vec<f64>,
+    walk: Proposal,
+    screening: Screening,
+    /// Number of remaining transitions that use the cheap density only.
+    alone: usize,
+    /// Whether the expensive density has not yet been evaluated at the current point.
+    is_unasked: bool,
+    /// Acceptance probability by which the proposal is tuned: the mean over the most recent screening, or the
+    /// probability of the most recent step without screening.
+    walked: f64,
+    rejections: Rejections,
+}
+
+impl<'a> Delayed<'a> {
+    fn new(
+        cheap: &'a dyn ErasedDensity,
+        expensive: &'a dyn ErasedDensity,
+        shape: ProposalShape,
+        screening: Screening,
+    ) -> Self {
+        let dim = expensive.dim();
+        Self {
+            cheap: Evaluated::new(cheap, screening.power, dim),
+            expensive: Evaluated::new(expensive, 1.0, dim),
+            next: vec![0.0; dim],
+            walk: Proposal::new(shape),
+            screening,
+            alone: 0,
+            is_unasked: false,
+            walked: 0.0,
+            rejections: Rejections::default(),
+        }
+    }
+
+    /// Runs the screening, that is, the random-walk steps on the cheap density. Returns whether the point changed.
+    fn screen(&mut self, rng: &mut Stream) -> Result<bool, StopReason> {
+        let (mut moved, mut sum) = (false, 0.0);
+        for _ in 0..self.screening.steps {
+            let level = &mut self.cheap;
+            self.walk.propose(&level.y, &mut self.next, rng);
+            let value = level.value(&self.next, &mut self.rejections)?;
+            let acceptance = accepting(value - level.log_density);
+            sum += acceptance;
+            if rng.random::<f64>() < acceptance {
+                std::mem::swap(&mut level.y, &mut self.next);
+                level.log_density = value;
+                moved = true;
+            }
+        }
+        self.walked = sum / f64::from(self.screening.steps);
+        Ok(moved)
+    }
+
+    /// Performs one random-walk Metropolis step on the expensive density. Returns the acceptance probability of the
+    /// step.
+    fn plain_step(&mut self, rng: &mut Stream) -> Result<f64, StopReason> {
+        let level = &mut self.expensive;
+        self.walk.propose(&level.y, &mut self.next, rng);
+        let value = level.value(&self.next, &mut self.rejections)?;
+        let acceptance = match level.log_density == f64::NEG_INFINITY {
+            true => f64::from(u8::from(value > f64::NEG_INFINITY)),
+            false => accepting(value - level.log_density),
+        };
+        self.walked = acceptance;
+        if rng.random::<f64>() < acceptance {
+            self.cheap.log_density = self.cheap.value(&self.next, &mut self.rejections)?;
+            self.cheap.y.copy_from_slice(&self.next);
+            level.y.copy_from_slice(&self.next);
+            level.log_density = value;
+        }
+        Ok(acceptance)
+    }
+
+    /// Runs the screening from the current point, and accepts or rejects its end point with the expensive density.
+    /// Returns the acceptance probability, and whether the expensive density was evaluated.
+    fn screened_step(&mut self, rng: &mut Stream) -> Result<(f64, bool), StopReason> {
+        let before = self.cheap.log_density;
+        if !self.screen(rng)? {
+            return Ok((0.0, false));
+        }
+        let (cheap, level) = (&mut self.cheap, &mut self.expensive);
+        let value = self.rejections.value(&mut *level.density, &cheap.y)?;
+        let correction = before - cheap.log_density;
+        let acceptance = match level.log_density == f64::NEG_INFINITY {
+            // the current point has zero expensive density: accept every point with a positive expensive density
+            true => f64::from(u8::from(value > f64::NEG_INFINITY)),
+            false => accepting(value - level.log_density + correction),
+        };
+        if rng.random::<f64>() < acceptance {
+            level.y.copy_from_slice(&cheap.y);
+            level.log_density = value;
+        } else {
+            cheap.y.copy_from_slice(&level.y);
+            cheap.log_density = before;
+        }
+        Ok((acceptance, true))
+    }
+}
+
+impl MarkovChain for Delayed<'_> {
+    fn begin(&mut self, y: &[f64]) -> Result<(), Rejection> {
+        self.cheap.begin(y)?;
+        if self.is_unasked {
+            self.expensive.y.copy_from_slice(y);
+            return Ok(());
+        }
+        self.expensive.begin(y)
+    }
+
+    fn prepare(&mut self, _: &mut Stream) -> Result<(), StopReason> {
+        Ok(())
+    }
+
+    fn transition(&mut self, rng: &mut Stream) -> Result<DrawStats, StopReason> {
+        if self.alone > 0 {
+            self.alone -= 1;
+            self.screen(rng)?;
+            self.expensive.y.copy_from_slice(&self.cheap.y);
+            let (log_density, scale) = (self.cheap.log_density, self.walk.shape.scale);
+            return Ok(DrawStats::walk(log_density, self.walked, scale, 0));
+        }
+        let asked = std::mem::replace(&mut self.is_unasked, false);
+        if asked {
+            let level = &mut self.expensive;
+            level.log_density = self.rejections.value(&mut *level.density, &level.y)?;
+        }
+        let share = self.screening.plain_share;
+        // with a share of 0, no random number is drawn, so that the draws are the same as before this setting existed
+        let is_plain = share > 0.0 && rng.random::<f64>() < share;
+        let (acceptance, decided) = match is_plain {
+            true => (self.plain_step(rng)?, true),
+            false => self.screened_step(rng)?,
+        };
+        let (log_density, scale) = (self.expensive.log_density, self.walk.shape.scale);
+        Ok(DrawStats::walk(log_density, acceptance, scale, u32::from(decided) + u32::from(asked)))
+    }
+
+    fn adapt(&mut self, _: &DrawStats, _: &mut Stream) -> Result<(), StopReason> {
+        self.walk.shape.learn(self.walked, &self.expensive.y);
+        Ok(())
+    }
+
+    fn freeze(&mut self, report: &mut WarmupReport) {
+        self.alone = 0;
+        self.walk.shape.report(report);
+    }
+
+    fn tuning(&self) -> Tuning {
+        Tuning::Screened(self.walk.shape.clone(), self.screening)
+    }
+
+    fn position(&self) -> &[f64] {
+        &self.expensive.y
+    }
+
+    fn log_density(&self) -> f64 {
+        if self.is_unasked { self.cheap.log_density } else { self.expensive.log_density }
+    }
+
+    fn divergence(&self) -> (&[f64], f64) {
+        (&self.expensive.y, 0.0)
+    }
+
+    fn rejections(&mut self) -> &mut Rejections {
+        &mut self.rejections
+    }
+
+    fn explain(&self, y: &[f64]) -> Option<String> {
+        self.expensive.density.explain(y)
+    }
+}
