@@ -59,7 +59,7 @@ pub(crate) fn continue_beyond(
     let ring: Vec<u8> = wide.par_iter().zip(&deep).map(|(&wide, &deep)| wide & !deep).collect();
     drop(deep);
     let bare = bare(shape, &ring, grains);
-    let Some(share) = share_at(grey, inside, &bare, &ring) else {
+    let Some(share) = share_at(grey, inside, bare.as_ref().unwrap_or(&ring), &ring) else {
         let changed = vec![0; inside.len()];
         return Continued { shown: inside.to_vec(), solid: inside.to_vec(), changed };
     };
@@ -74,7 +74,7 @@ pub(crate) fn continue_beyond(
         f64::from(raw[at]) + (matrix - air) * missing
     };
     let errors = Errors::measure(fit, shape, |at| {
-        let is_shown = bare[at] != 0 && is_in_air(at);
+        let is_shown = bare.as_ref().is_some_and(|bare| bare[at] != 0) && is_in_air(at);
         is_shown.then(|| with_matrix(at) - matrix)
     });
     let continued: Vec<(usize, u16, u8)> = (0..wide.len())
@@ -101,13 +101,13 @@ pub(crate) fn continue_beyond(
     Continued { shown, solid, changed }
 }
 
-/// Voxels of a ring that the blur of grains does not reach; the whole ring if these are fewer than [`FEW`]. The wall of
-/// a packing is a layer of matrix; with the grains behind it, the fitted blur of the wall would be too large.
-fn bare(shape: [usize; 3], ring: &[u8], grains: &[u8]) -> Vec<u8> {
+/// Voxels of a ring that the blur of grains does not reach; `None` if these are fewer than [`FEW`]. The wall of a packing
+/// is a layer of matrix; with the grains behind it, the fitted blur of the wall would be too large.
+fn bare(shape: [usize; 3], ring: &[u8], grains: &[u8]) -> Option<Vec<u8>> {
     let near = (1..BLUR).fold(dilate(shape, grains), |near, _| dilate(shape, &near));
     let bare: Vec<u8> = ring.par_iter().zip(&near).map(|(&ring, &near)| ring & !near).collect();
     let count = |set: &[u8]| set.par_iter().map(|&voxel| usize::from(voxel)).sum::<usize>();
-    if count(&bare) < FEW { ring.to_vec() } else { bare }
+    (count(&bare) >= FEW).then_some(bare)
 }
 
 /// Error of the correction at the wall, the bottom and the top: median grey value minus that of the matrix, at each
