@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use fem::gmsh::{PhysicalGroup, PhysicalGroups};
 use fem::{
-    Contrast, LabelRules, Meshing, Order, Packing, Scanner, Segmentation, SpecimenRegion,
-    SurfaceImport,
+    Contrast, LabelRules, Meshing, Order, Packing, ReadOptions, Scanner, Segmentation,
+    SpecimenRegion, SurfaceImport,
 };
 
 use super::{CaseFile, ImageCase, SpecimenCase};
@@ -37,10 +37,8 @@ pub enum SpecimenGeometry {
         labels: Option<LabelRules>,
         /// Complete paths of the images of further specimens.
         further: Vec<PathBuf>,
-        /// Edge length of a voxel in mm, which overrides the tags of the file.
-        voxel_mm: Option<f64>,
-        /// Number of voxels along the edge of a block that is averaged while the file is read.
-        bin: usize,
+        /// Voxel size, averaging and dataset, for reading the images.
+        options: ReadOptions,
         /// Settings of the segmentation.
         segmentation: Segmentation,
         /// Radius in mm; `None` for the radius found in the image.
@@ -118,8 +116,7 @@ impl CaseFile {
                 stack,
                 labels,
                 further,
-                voxel_mm: image.voxel_mm,
-                bin: image.bin,
+                options: image.read_options(),
                 segmentation: image.segmentation,
                 radius_mm: s.radius_mm,
                 height_mm: s.height_mm,

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::path::PathBuf;
 
-use fem::Segmentation;
+use fem::{ReadOptions, Segmentation};
 use serde::de::value::{MapAccessDeserializer, StringDeserializer};
 use serde::de::{DeserializeSeed, IntoDeserializer, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
@@ -13,7 +13,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 /// user.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ImageCase {
-    /// Grey values: a file (multi-page TIFF, MetaImage, NRRD) or a folder of slices (TIFF, PNG, BMP). Without `stack`,
+    /// Grey values: a file (multi-page TIFF, MetaImage, NRRD, HDF5) or a folder of slices (TIFF, PNG, BMP). Without `stack`,
     /// `[specimen.scan]` computes the image.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stack: Option<PathBuf>,
@@ -35,6 +35,9 @@ pub struct ImageCase {
     pub voxel_mm: Option<f64>,
     /// Number of voxels along the edge of the blocks that are averaged while the file is read.
     pub bin: usize,
+    /// Path of the dataset in HDF5 files.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dataset: Option<String>,
     /// Settings of the segmentation.
     #[serde(flatten)]
     pub segmentation: Segmentation,
@@ -47,8 +50,22 @@ impl Default for ImageCase {
 }
 
 impl ImageCase {
+    /// Options for reading the image and further images of the case.
+    pub(crate) fn read_options(&self) -> ReadOptions {
+        ReadOptions { voxel_mm: self.voxel_mm, bin: self.bin, dataset: self.dataset.clone() }
+    }
+
     fn of(own: Own, segmentation: Segmentation) -> Self {
-        let Own { stack, labels, label_phases, background, further_stacks, voxel_mm, bin } = own;
+        let Own {
+            stack,
+            labels,
+            label_phases,
+            background,
+            further_stacks,
+            voxel_mm,
+            bin,
+            dataset,
+        } = own;
         let bin = bin.unwrap_or(1);
         ImageCase {
             stack,
@@ -58,14 +75,15 @@ impl ImageCase {
             further_stacks,
             voxel_mm,
             bin,
+            dataset,
             segmentation,
         }
     }
 }
 
 /// Keys of `[specimen.image]` that do not belong to [`Segmentation`].
-pub(super) const OWN_KEYS: [&str; 7] =
-    ["stack", "labels", "label_phases", "background", "further_stacks", "voxel_mm", "bin"];
+pub(super) const OWN_KEYS: [&str; 8] =
+    ["stack", "labels", "label_phases", "background", "further_stacks", "voxel_mm", "bin", "dataset"];
 
 /// Values of the [`OWN_KEYS`] that are given in the table.
 #[derive(Default)]
@@ -77,6 +95,7 @@ struct Own {
     further_stacks: Option<Vec<PathBuf>>,
     voxel_mm: Option<f64>,
     bin: Option<usize>,
+    dataset: Option<String>,
 }
 
 /// Implemented by hand, because the derived code for `flatten` collects the whole table before it reads any value.
@@ -149,6 +168,10 @@ impl<'de, M: MapAccess<'de>> MapAccess<'de> for Others<'_, M> {
                     self.own.bin = Some(self.map.next_value()?);
                     seed = again;
                 }
+                Some(Key::Dataset(again)) => {
+                    self.own.dataset = Some(self.map.next_value()?);
+                    seed = again;
+                }
             }
         }
     }
@@ -167,6 +190,7 @@ enum Key<K, V> {
     Further(K),
     Voxel(K),
     Bin(K),
+    Dataset(K),
     Other(V),
 }
 
@@ -186,6 +210,7 @@ impl<'de, K: DeserializeSeed<'de>> DeserializeSeed<'de> for KeySeed<K> {
             "further_stacks" => Ok(Key::Further(self.0)),
             "voxel_mm" => Ok(Key::Voxel(self.0)),
             "bin" => Ok(Key::Bin(self.0)),
+            "dataset" => Ok(Key::Dataset(self.0)),
             _ => {
                 let name: StringDeserializer<D::Error> = name.into_deserializer();
                 self.0.deserialize(name).map(Key::Other)

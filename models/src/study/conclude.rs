@@ -200,7 +200,7 @@ fn coverage(cases: &[ComparedCase]) -> Option<Shown> {
     let than = if often == "as" { "as" } else { "than" };
     Some(Shown {
         claim: format!(
-            "90 % intervals of what is identified hold the truth {often} often {than} they say"
+            "90 % intervals of what is identified include the truth {often} often {than} they promise"
         ),
         found: format!("{hits} of {}", known.len()),
     })
@@ -292,7 +292,7 @@ mod tests {
             ("E (MPa) of C is larger than of B", vec![true, true, true]),
             ("Simulations at the MAP reproduce all quantities within 10 %", vec![true, true, true]),
             (
-                "90 % intervals of what is identified hold the truth less often than they say",
+                "90 % intervals of what is identified include the truth less often than they promise",
                 vec![true, false, false],
             ),
         ];

@@ -171,10 +171,10 @@ impl CaseCheck {
                 }
             }
             SpecimenGeometry::Image {
-                stack, further, voxel_mm, bin, radius_mm, height_mm, ..
+                stack, further, options, radius_mm, height_mm, ..
             } => {
                 for stack in [stack].into_iter().chain(further) {
-                    self.image(stack, *voxel_mm, *bin);
+                    self.image(stack, options);
                 }
                 Some(MeshSize::of_cylinder([(*height_mm)?, (*radius_mm)?]))
             }
@@ -202,8 +202,8 @@ impl CaseCheck {
         size
     }
 
-    fn image(&mut self, stack: &Path, voxel_mm: Option<f64>, bin: usize) {
-        match StackHeader::read(stack, &ReadOptions { voxel_mm, bin }) {
+    fn image(&mut self, stack: &Path, options: &ReadOptions) {
+        match StackHeader::read(stack, options) {
             Ok(header) => {
                 self.say("image", format!("{}: {}", stack.display(), header.in_words()));
                 self.notes.extend(header.warnings);
@@ -231,8 +231,9 @@ impl CaseCheck {
         self.table(&path, &table, table_understood.as_deref());
         self.curves(&table, &understood);
         let image = file.case.specimen.image.clone().unwrap_or_default();
+        let image_options = image.read_options();
         for stack in table.specimens.iter().filter_map(|specimen| specimen.image.as_ref()) {
-            self.image(&path.with_file_name(stack), image.voxel_mm, image.bin);
+            self.image(&path.with_file_name(stack), &image_options);
         }
         self.look_at(file, &path, table, size);
     }

@@ -235,7 +235,7 @@ impl Inputs<'_> {
     pub(super) fn further_scanned(&self) -> Result<Vec<Scanned>, WorkflowError> {
         let Some(own) = self.scanned()? else { return Ok(Vec::new()) };
         let geometry = self.file.geometry()?;
-        let SpecimenGeometry::Image { labels, further, voxel_mm, bin, .. } = geometry else {
+        let SpecimenGeometry::Image { labels, further, options, .. } = geometry else {
             return Ok(Vec::new());
         };
         if further.is_empty() || *self.microstructure() == Microstructure::One {
@@ -243,7 +243,7 @@ impl Inputs<'_> {
         }
         let scanned = |path: PathBuf| {
             self.reads_image(&path);
-            let source = Source::in_file(path, voxel_mm, bin, labels.clone());
+            let source = Source::in_file(path, options.clone(), labels.clone());
             Scanned { source, segmentation: own.segmentation.clone(), size_mm: own.size_mm }
         };
         Ok(further.into_iter().map(scanned).collect())

@@ -77,8 +77,8 @@ impl MadeOn {
         };
         (count < FEW).then(|| {
             format!(
-                "The runs are on {count} {what}: how specimens scatter is poorly known from so few. Intervals hold \
-                 what that leaves open, by Student's distribution; {mend} would make them narrower."
+                "The runs are on {count} {what}: how specimens scatter is poorly known from so few. The intervals \
+                 include this uncertainty by Student's distribution; {mend} would make them narrower."
             )
         })
     }

@@ -124,8 +124,9 @@ pub(super) fn compare_quadratures(
         say(
             "note",
             &format!(
-                "where damage is integrated matters on the cheapest mesh: \"{other_name}\" in place of \
-                 \"{own_name}\" moves {}, which no interval holds; a finer mesh makes it less",
+                "the intervals do not include the choice of phase_field.quadrature, which matters on the \
+                 cheapest mesh: \"{other_name}\" in place of \"{own_name}\" changes {}; a finer mesh \
+                 reduces the difference",
                 parts.join(", ")
             ),
         );

@@ -129,7 +129,7 @@ fn further(
             "shows a specimen of {:.3} mm radius and {:.3} mm height, to be compared with one of {:.3} and {:.3} mm",
             fitted[0], fitted[1], size_mm[0], size_mm[1]
         );
-        let help = "Give specimen.radius_mm and height_mm of a cylinder that all images hold, or leave this one out.";
+        let help = "Give specimen.radius_mm and height_mm of a cylinder that fits into all images, or remove this image.";
         return Err(inputs.refused_image(path, &problem, help));
     }
     resize(found.cylinder_mut(), size_mm.map(Some));

@@ -17,11 +17,10 @@ use crate::progress::say;
 /// Origin of grey values or labels.
 #[derive(Clone)]
 pub(super) enum Source {
-    /// Grey values in a file or a folder. `voxel_mm` is the edge of a voxel if the file has no tag for it; `bin` is the
-    /// number of voxels along the edge of an averaged block.
-    Stack { path: PathBuf, voxel_mm: Option<f64>, bin: usize },
+    /// Grey values in a file or a folder.
+    Stack { path: PathBuf, options: ReadOptions },
     /// Labels in a file or a folder, and the rules for their interpretation.
-    Labels { path: PathBuf, voxel_mm: Option<f64>, rules: LabelRules },
+    Labels { path: PathBuf, options: ReadOptions, rules: LabelRules },
     /// A virtual scan of a packing in a cylinder of this radius and height (mm).
     Scan(Scanner, Packing, [f64; 2]),
 }
@@ -30,13 +29,12 @@ impl Source {
     /// Image in a file or a folder: of labels if `labels` contains rules for them, otherwise of grey values.
     pub(super) fn in_file(
         path: PathBuf,
-        voxel_mm: Option<f64>,
-        bin: usize,
+        options: ReadOptions,
         labels: Option<LabelRules>,
     ) -> Self {
         match labels {
-            Some(rules) => Self::Labels { path, voxel_mm, rules },
-            None => Self::Stack { path, voxel_mm, bin },
+            Some(rules) => Self::Labels { path, options, rules },
+            None => Self::Stack { path, options },
         }
     }
 
@@ -65,15 +63,14 @@ impl Scanned {
                 stack,
                 labels,
                 further: _,
-                voxel_mm,
-                bin,
+                options,
                 segmentation,
                 radius_mm,
                 height_mm,
                 meshing,
             } => {
                 let scanned = Self {
-                    source: Source::in_file(stack.clone(), *voxel_mm, *bin, labels.clone()),
+                    source: Source::in_file(stack.clone(), options.clone(), labels.clone()),
                     segmentation: segmentation.clone(),
                     size_mm: [*radius_mm, *height_mm],
                 };
@@ -136,11 +133,12 @@ impl Scanned {
     /// ignored.
     fn mask(&self, image_voxel_mm: f64) -> Result<Option<Volume<f32>>, WorkflowError> {
         let Some(path) = &self.segmentation.region.mask else { return Ok(None) };
-        let bin = match self.source {
-            Source::Stack { bin, .. } => bin,
+        let bin = match &self.source {
+            Source::Stack { options, .. } => options.bin,
             Source::Labels { .. } | Source::Scan(..) => 1,
         };
-        let options = ReadOptions { voxel_mm: Some(image_voxel_mm / bin as f64), bin };
+        let voxel_mm = Some(image_voxel_mm / bin as f64);
+        let options = ReadOptions { voxel_mm, bin, dataset: None };
         Ok(Some(read_image(path, &options)?.volume))
     }
 
@@ -154,12 +152,9 @@ impl Scanned {
 
     fn image(&self, case: &Path) -> Result<Image, WorkflowError> {
         match &self.source {
-            Source::Stack { path, voxel_mm, bin } => {
-                let options = ReadOptions { voxel_mm: *voxel_mm, bin: *bin };
-                Ok(Image::Stack(read_image(path, &options)?))
-            }
-            Source::Labels { path, voxel_mm, .. } => {
-                Ok(Image::Labels(read_label_values(path, *voxel_mm)?))
+            Source::Stack { path, options } => Ok(Image::Stack(read_image(path, options)?)),
+            Source::Labels { path, options, .. } => {
+                Ok(Image::Labels(read_label_values(path, options)?))
             }
             Source::Scan(scanner, packing, [radius_mm, height_mm]) => {
                 let grains = packed(case, Some(packing), *radius_mm, *height_mm)?;

@@ -12,7 +12,7 @@ use super::segment::write_16_bits;
 use super::specimen::{Scanned, Source, found_mesh};
 use super::stiffness::stiffness_ratio;
 use super::task::Task;
-use crate::case::{ImageCase, SpecimenGeometry};
+use crate::case::SpecimenGeometry;
 use crate::experiment::{Specimen, SpecimenTable};
 use crate::progress::Bar;
 use crate::virtual_specimen::VirtualSpecimen;
@@ -74,7 +74,8 @@ pub(super) fn stiffness_ratios(
     };
     let level = Level::all(inputs, 0)?.swap_remove(0);
     let meshing = level.meshing(&meshing);
-    let ImageCase { segmentation, voxel_mm, bin, .. } = inputs.image();
+    let image_case = inputs.image();
+    let (segmentation, options) = (&image_case.segmentation, image_case.read_options());
     let (setup, table_file) = (level.setup, task.path(SPECIMENS));
     let bar = Bar::new(task.stage());
     let ratio = |specimen: &Specimen| -> Result<Option<f64>, WorkflowError> {
@@ -88,7 +89,7 @@ pub(super) fn stiffness_ratios(
             return Ok(Some(stiffness_ratio(&level.setup, mesh)?));
         }
         let scanned = Scanned {
-            source: Source::in_file(image.clone(), voxel_mm, bin, labels.clone()),
+            source: Source::in_file(image.clone(), options.clone(), labels.clone()),
             segmentation: segmentation.clone(),
             size_mm: [None; 2],
         };

@@ -321,8 +321,8 @@ impl Budget {
         worst.filter(|(ratio, _)| *ratio > 0.1).map(|(ratio, name)| {
             format!(
                 "The error of the forward model is not small against the scatter of the specimens: n S/Σ = \
-                 {ratio:.2} for {name}. The intervals hold it: more runs in the design, a table [sequential], \
-                 or more repeats in [fidelity], would make them narrower."
+                 {ratio:.2} for {name}. The intervals include it: more runs in the design, a table \
+                 [sequential], or more repeats in [fidelity] make them narrower."
             )
         })
     }

@@ -12,7 +12,7 @@ use crate::slices::voxel_size::VoxelSize;
 use crate::volume::MAX_VOXELS;
 
 /// Upper bound of the compression ratio of deflate.
-const DENSEST: u64 = 1100;
+pub(super) const DENSEST: u64 = 1100;
 
 /// Position of the first value in its file.
 #[derive(Clone, Copy, Debug, PartialEq)]

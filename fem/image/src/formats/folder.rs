@@ -12,8 +12,8 @@ pub(super) enum Contents {
     Tiff(Vec<PathBuf>),
     Png(Vec<PathBuf>),
     Bmp(Vec<PathBuf>),
-    /// A header of raw values, and the kind of the header.
-    Header(PathBuf, Kind),
+    /// A file that describes a whole volume, and its kind.
+    Volume(PathBuf, Kind),
 }
 
 /// Selects the slices of a folder; also returns a warning about other images that are ignored.
@@ -38,7 +38,7 @@ pub(super) fn contents(folder: &Path) -> Result<(Contents, Option<String>), Imag
         );
         return Err(ImageError::Format { path: folder.into(), format: "a Zarr array", help });
     }
-    let (mut tiff, mut png, mut bmp, mut headers) =
+    let (mut tiff, mut png, mut bmp, mut volumes) =
         (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let (mut foreign, mut folders) = (None, Vec::new());
     for path in paths {
@@ -59,7 +59,7 @@ pub(super) fn contents(folder: &Path) -> Result<(Contents, Option<String>), Imag
                 Kind::Tiff => tiff.push(path),
                 Kind::Png => png.push(path),
                 Kind::Bmp => bmp.push(path),
-                kind @ (Kind::MetaImage | Kind::Nrrd) => headers.push((path, kind)),
+                kind @ (Kind::MetaImage | Kind::Nrrd | Kind::Hdf5) => volumes.push((path, kind)),
                 Kind::Foreign(format, help) => {
                     foreign.get_or_insert((path, format, help));
                 }
@@ -89,10 +89,10 @@ pub(super) fn contents(folder: &Path) -> Result<(Contents, Option<String>), Imag
         return Ok((Contents::Bmp(bmp), None));
     }
     let path = folder.to_owned();
-    match (headers.len(), foreign) {
+    match (volumes.len(), foreign) {
         (1, _) => {
-            let (header, kind) = headers.swap_remove(0);
-            Ok((Contents::Header(header, kind), None))
+            let (volume, kind) = volumes.swap_remove(0);
+            Ok((Contents::Volume(volume, kind), None))
         }
         (0, Some((path, format, help))) => Err(ImageError::Format { path, format, help }),
         (0, None) if !folders.is_empty() => {
@@ -108,8 +108,8 @@ pub(super) fn contents(folder: &Path) -> Result<(Contents, Option<String>), Imag
             Err(ImageError::Empty { path, what: "slice", help })
         }
         (many, _) => {
-            let message = format!("{many} headers of volumes");
-            Err(ImageError::Series { path, message, help: "name one of the headers" })
+            let message = format!("{many} files of volumes");
+            Err(ImageError::Series { path, message, help: "name one of them" })
         }
     }
 }

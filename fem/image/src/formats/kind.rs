@@ -21,6 +21,7 @@ pub(super) enum Kind {
     Bmp,
     MetaImage,
     Nrrd,
+    Hdf5,
     /// A format that is not supported: its name, and advice on how to convert it.
     Foreign(&'static str, String),
     /// None of the known formats.
@@ -66,10 +67,7 @@ fn of_bytes(head: &[u8], file: &str) -> Kind {
         return Kind::MetaImage;
     }
     if [0, 512, 1024, 2048].into_iter().any(|offset| at(offset, b"\x89HDF\r\n\x1a\n")) {
-        let help = format!(
-            "{ARRAY} import h5py; tifffile.imwrite(\"scan.tif\", h5py.File(\"{file}\")[\"path/of/the/dataset\"][...]), and give voxel_mm"
-        );
-        return foreign("an HDF5 file (NeXus, ilastik, Dream3D, MATLAB 7.3)", help);
+        return Kind::Hdf5;
     }
     if at(128, b"DICM") {
         let help = "import the folder in Fiji/ImageJ by File > Import > Image Sequence and save it by File > Save As > Tiff";

@@ -1,11 +1,12 @@
 //! Formats other than TIFF, and the choice of the reader by content.
 //!
-//! Supported formats: MetaImage (`.mhd`, `.mha`) and NRRD (`.nrrd`, `.nhdr`), plain and compressed by gzip, and folders
-//! of PNG and BMP slices. Other formats are recognised, and the error explains how to convert them.
+//! Supported formats: MetaImage (`.mhd`, `.mha`) and NRRD (`.nrrd`, `.nhdr`), plain and compressed by gzip, HDF5, and
+//! folders of PNG and BMP slices. Other formats are recognised, and the error explains how to convert them.
 
 mod bmp;
 mod detached;
 mod folder;
+mod hdf5;
 mod kind;
 mod metaimage;
 mod nrrd;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::folder::{Contents, contents};
 use super::kind::{Kind, header_lines, kind_of};
 use super::picture_stack::{self, PictureFormat};
-use super::{metaimage, nrrd};
+use super::{hdf5, metaimage, nrrd};
 use crate::ImageError;
 use crate::slices::continuity::doubts;
 use crate::slices::header::{ReadOptions, StackHeader};
@@ -16,8 +16,8 @@ use crate::tiff::stack as tiff;
 
 /// Reads a stack of grey values from a file or a folder; the format is detected from the content.
 ///
-/// Supported formats: TIFF (see [`tiff::read`](crate::tiff::read)), MetaImage, NRRD, and folders of TIFF, PNG and BMP
-/// slices. The returned header describes the stack: files and their order, type, voxel size and its origin. Its
+/// Supported formats: TIFF (see [`tiff::read`](crate::tiff::read)), MetaImage, NRRD, HDF5, and folders of TIFF, PNG and
+/// BMP slices. The returned header describes the stack: files and their order, type, voxel size and its origin. Its
 /// warnings report jumps of grey values between neighbouring slices and other possible causes of a wrong result.
 ///
 /// With `bin` above 1 each block of voxels is averaged, see [`tiff::read_binned`](crate::tiff::read_binned).
@@ -43,7 +43,7 @@ use crate::tiff::stack as tiff;
 /// # Ok::<(), fem_image::ImageError>(())
 /// ```
 pub fn read(path: &Path, options: &ReadOptions) -> Result<Reading<f32>, ImageError> {
-    let mut reading = values::grey(&scan(path)?, options)?;
+    let mut reading = values::grey(&scan(path, options)?, options)?;
     reading.header.warnings.extend(doubts(&reading.volume));
     Ok(reading)
 }
@@ -52,8 +52,8 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<Reading<f32>, ImageErr
 ///
 /// # Errors
 /// The errors of [`read`], and an error for values that are not integers from 0 to 2³² − 1.
-pub fn read_labels(path: &Path, voxel_mm: Option<f64>) -> Result<Reading<u32>, ImageError> {
-    values::labels(&scan(path)?, voxel_mm)
+pub fn read_labels(path: &Path, options: &ReadOptions) -> Result<Reading<u32>, ImageError> {
+    values::labels(&scan(path, options)?, options)
 }
 
 /// Reads a stack of labels of any signed or unsigned integer type, in any format that [`read`] supports. Floating-point
@@ -61,8 +61,8 @@ pub fn read_labels(path: &Path, voxel_mm: Option<f64>) -> Result<Reading<u32>, I
 ///
 /// # Errors
 /// The errors of [`read`], and an error for values that are not integers between −2⁵³ and 2⁵³.
-pub fn read_label_values(path: &Path, voxel_mm: Option<f64>) -> Result<Reading<i64>, ImageError> {
-    values::label_values(&scan(path)?, voxel_mm)
+pub fn read_label_values(path: &Path, options: &ReadOptions) -> Result<Reading<i64>, ImageError> {
+    values::label_values(&scan(path, options)?, options)
 }
 
 /// Files and folders on which the result of [`read`] depends: a folder of slices as a whole; a header and its file of
@@ -89,15 +89,18 @@ impl StackHeader {
     /// # Errors
     /// The errors of [`read`] that can be detected from headers.
     pub fn read(path: &Path, options: &ReadOptions) -> Result<Self, ImageError> {
-        Self::of(&scan(path)?, options)
+        Self::of(&scan(path, options)?, options)
     }
 }
 
-fn scan(path: &Path) -> Result<Stack, ImageError> {
+fn scan(path: &Path, options: &ReadOptions) -> Result<Stack, ImageError> {
     if !path.is_dir() {
-        return file(path, kind_of(path)?);
+        return file(path, kind_of(path)?, options);
     }
     let (found, note) = contents(path)?;
+    if !matches!(found, Contents::Volume(..)) {
+        check_no_dataset(path, options)?;
+    }
     let mut stack = match found {
         Contents::Tiff(paths) => {
             let ordered = order(path, paths)?;
@@ -105,21 +108,35 @@ fn scan(path: &Path) -> Result<Stack, ImageError> {
         }
         Contents::Png(paths) => picture_stack::scan(path, PictureFormat::Png, order(path, paths)?)?,
         Contents::Bmp(paths) => picture_stack::scan(path, PictureFormat::Bmp, order(path, paths)?)?,
-        Contents::Header(header, kind) => file(&header, kind)?,
+        Contents::Volume(volume, kind) => file(&volume, kind, options)?,
     };
     stack.notes.extend(note);
     Ok(stack)
 }
 
-fn file(path: &Path, kind: Kind) -> Result<Stack, ImageError> {
+/// Returns an error if the options name a dataset, which only HDF5 files have.
+fn check_no_dataset(path: &Path, options: &ReadOptions) -> Result<(), ImageError> {
+    let Some(dataset) = &options.dataset else { return Ok(()) };
+    Err(ImageError::Series {
+        path: path.into(),
+        message: format!("no HDF5 file, but dataset = \"{dataset}\" is given"),
+        help: "remove dataset from [specimen.image], or name the HDF5 file",
+    })
+}
+
+fn file(path: &Path, kind: Kind, options: &ReadOptions) -> Result<Stack, ImageError> {
     let one = || order(path, vec![path.to_owned()]);
     let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+    if kind != Kind::Hdf5 {
+        check_no_dataset(path, options)?;
+    }
     match kind {
         Kind::Tiff => tiff::scan(path, vec![path.to_owned()], None),
         Kind::Png => picture_stack::scan(path, PictureFormat::Png, one()?),
         Kind::Bmp => picture_stack::scan(path, PictureFormat::Bmp, one()?),
         Kind::MetaImage => metaimage::scan(path),
         Kind::Nrrd => nrrd::scan(path),
+        Kind::Hdf5 => hdf5::scan(path, options.dataset.as_deref()),
         Kind::Foreign(format, help) => Err(ImageError::Format { path: path.into(), format, help }),
         // the decoder reports the fault
         Kind::Unknown if matches!(extension.as_str(), "tif" | "tiff") => {

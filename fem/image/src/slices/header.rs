@@ -8,17 +8,20 @@ use crate::ImageError;
 use crate::volume::check_count;
 
 /// Options for reading a stack.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ReadOptions {
     /// Edge of a voxel of the stack (mm). It replaces the size stated in the file.
     pub voxel_mm: Option<f64>,
     /// Edge, in voxels, of a block that is averaged to one voxel; 1 reads the stack without averaging.
     pub bin: usize,
+    /// Path of a dataset in an HDF5 file; required if the file has several volumes, and not
+    /// allowed for other formats.
+    pub dataset: Option<String>,
 }
 
 impl Default for ReadOptions {
     fn default() -> Self {
-        Self { voxel_mm: None, bin: 1 }
+        Self { voxel_mm: None, bin: 1, dataset: None }
     }
 }
 

@@ -33,8 +33,8 @@ pub(crate) fn grey(stack: &Stack, options: &ReadOptions) -> Result<Reading<f32>,
 ///
 /// # Errors
 /// The errors of [`grey`], and an error for values that are not integers from 0 to 2³² − 1.
-pub(crate) fn labels(stack: &Stack, voxel_mm: Option<f64>) -> Result<Reading<u32>, ImageError> {
-    let header = StackHeader::of(stack, &ReadOptions { voxel_mm, bin: 1 })?;
+pub(crate) fn labels(stack: &Stack, options: &ReadOptions) -> Result<Reading<u32>, ImageError> {
+    let header = unaveraged(stack, options)?;
     let label = |value: f64| Some(value as u32).filter(|label| f64::from(*label) == value);
     Ok(Reading { volume: whole(stack, &header, &label)?, header })
 }
@@ -45,16 +45,21 @@ pub(crate) fn labels(stack: &Stack, voxel_mm: Option<f64>) -> Result<Reading<u32
 /// The errors of [`grey`], and an error for values that are not integers between −2⁵³ and 2⁵³.
 pub(crate) fn label_values(
     stack: &Stack,
-    voxel_mm: Option<f64>,
+    options: &ReadOptions,
 ) -> Result<Reading<i64>, ImageError> {
     /// 2⁵³: all integers below it are exact in 64-bit floating point.
     const LARGEST: f64 = 9_007_199_254_740_992.0;
-    let header = StackHeader::of(stack, &ReadOptions { voxel_mm, bin: 1 })?;
+    let header = unaveraged(stack, options)?;
     let label = |value: f64| {
         let is_label = value.fract() == 0.0 && value.abs() < LARGEST;
         is_label.then_some(value as i64)
     };
     Ok(Reading { volume: whole(stack, &header, &label)?, header })
+}
+
+/// Header of a stack of labels, which have no mean: `bin` is ignored.
+fn unaveraged(stack: &Stack, options: &ReadOptions) -> Result<StackHeader, ImageError> {
+    StackHeader::of(stack, &ReadOptions { bin: 1, ..options.clone() })
 }
 
 /// Conversion of a stored number to the value of a voxel; `None` if the value is not allowed.

@@ -45,7 +45,7 @@ pub fn read_binned(
     voxel_mm: Option<f64>,
     bin: usize,
 ) -> Result<Volume<f32>, ImageError> {
-    Ok(values::grey(&stack(path)?, &ReadOptions { voxel_mm, bin })?.volume)
+    Ok(values::grey(&stack(path)?, &ReadOptions { voxel_mm, bin, dataset: None })?.volume)
 }
 
 /// Reads a stack of labels; see [`read`].
@@ -53,7 +53,8 @@ pub fn read_binned(
 /// # Errors
 /// The errors of [`read`], and an error for values that are not integers from 0 to 2³² − 1.
 pub fn read_labels(path: &Path, voxel_mm: Option<f64>) -> Result<Volume<u32>, ImageError> {
-    Ok(values::labels(&stack(path)?, voxel_mm)?.volume)
+    let options = ReadOptions { voxel_mm, ..ReadOptions::default() };
+    Ok(values::labels(&stack(path)?, &options)?.volume)
 }
 
 fn stack(path: &Path) -> Result<Stack, ImageError> {

@@ -10,8 +10,8 @@ use ::tiff::encoder::colortype::{
     ColorType, Gray8, Gray16, Gray32, Gray32Float, GrayI8, GrayI16, GrayI32,
 };
 use fem_image::{
-    ImageError, LabelPhase, LabelRules, LabelledSpecimen, SpecimenForm, SpecimenRegion, Volume,
-    read_label_values,
+    ImageError, LabelPhase, LabelRules, LabelledSpecimen, ReadOptions, SpecimenForm,
+    SpecimenRegion, Volume, read_label_values,
 };
 
 const SHAPE: [usize; 3] = [5, 4, 3];
@@ -32,7 +32,8 @@ where
 fn labels_of_every_integer_type_are_read() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("labels.tif");
-    let read = || read_label_values(&path, Some(0.1)).unwrap().volume;
+    let options = ReadOptions { voxel_mm: Some(0.1), ..ReadOptions::default() };
+    let read = || read_label_values(&path, &options).unwrap().volume;
     let expected = |value: &dyn Fn(i64) -> i64| -> Vec<i64> { (0..60).map(value).collect() };
     write::<Gray8>(&path, |n| 4 * n as u8);
     assert_eq!(read().values, expected(&|n| 4 * n));
@@ -50,7 +51,7 @@ fn labels_of_every_integer_type_are_read() {
     write::<Gray32Float>(&path, |n| n as f32 - 1.0);
     assert_eq!(read().values, expected(&|n| n - 1));
     write::<Gray32Float>(&path, |n| n as f32 + 0.5);
-    let error = read_label_values(&path, Some(0.1)).unwrap_err().to_string();
+    let error = read_label_values(&path, &options).unwrap_err().to_string();
     assert!(error.contains("page 1") && error.contains("0.5"), "{error}");
 }
 

@@ -2,6 +2,7 @@
 
 mod binning;
 mod formats;
+mod hdf5;
 mod labels;
 mod stacks;
 mod tiff;

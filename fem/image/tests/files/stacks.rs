@@ -9,7 +9,7 @@ use ::tiff::encoder::colortype::{Gray8, Gray16};
 use ::tiff::tags::{ResolutionUnit, Tag};
 use fem_image::{ImageError, ReadOptions, StackHeader, read, read_labels};
 
-const GIVEN: ReadOptions = ReadOptions { voxel_mm: Some(0.02), bin: 1 };
+const GIVEN: ReadOptions = ReadOptions { voxel_mm: Some(0.02), bin: 1, dataset: None };
 
 /// Writes pages of 3 × 2 voxels, whose value is the page number, with 400 pixels per centimetre and a description in
 /// the first page.
@@ -159,7 +159,7 @@ fn folders_are_one_series_of_one_type() {
         assert!(words.contains(part), "{words}");
     }
     assert_eq!(reading.header.files.len(), 7);
-    assert_eq!(read_labels(folder.path(), Some(0.02)).unwrap().volume.values[6], 98);
+    assert_eq!(read_labels(folder.path(), &GIVEN).unwrap().volume.values[6], 98);
 
     let refused = || read(folder.path(), &GIVEN).unwrap_err().to_string();
     let copy = folder.path().join("z+2 (1).tif");

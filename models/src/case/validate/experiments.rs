@@ -61,7 +61,8 @@ impl CaseFile {
                 "experiments.virtual",
                 "",
                 "virtual specimens need a cylinder to put their own grains in",
-                "Give specimen.radius_mm, height_mm and spacing_mm instead of a mesh or an image.",
+                "Give specimen.radius_mm, height_mm and spacing_mm instead of an image, STL files or a mesh, or test \
+                 real specimens (experiments.table).",
             ));
         };
         let Some(prior) = &self.case.prior else {

@@ -29,22 +29,21 @@ impl CaseFile {
                 (size, meshing)
             }
             SpecimenGeometry::Image {
-                voxel_mm,
-                bin,
+                options,
                 segmentation,
                 radius_mm,
                 height_mm,
                 meshing,
                 ..
             } => {
-                if let Some(voxel_mm) = *voxel_mm {
+                if let Some(voxel_mm) = options.voxel_mm {
                     let help =
                         "It is the edge of a voxel; leave it out where the file's tags say it.";
                     let key = "specimen.image.voxel_mm";
                     mistakes.note(self.within(key, voxel_mm, 1e-9, 1e2, "mm", help));
                 }
                 let help = "It averages blocks of so many voxels along each edge; 1 leaves them as they are.";
-                let bin = *bin as f64;
+                let bin = options.bin as f64;
                 mistakes.note(self.within("specimen.image.bin", bin, 1.0, 1000.0, "voxels", help));
                 mistakes.note(self.check_segmentation(segmentation));
                 let size = [*radius_mm, *height_mm];

@@ -99,12 +99,12 @@ pub(super) fn budget(results: &Results) -> Markup {
                  mean. Specimens: scatter between them, which more of them average away. Geometry: \
                  packings that differ. Surrogate: its error, which more runs make smaller."
                 @if sources.contains(&"discrepancy") {
-                    " Discrepancy: what the case says the model itself may be off by, which data do \
-                     not tell."
+                    " Discrepancy: the error of the model that the case states; it does not come from \
+                     the data."
                 }
                 @if !sources.contains(&"mesh") {
-                    " No interval holds the error of the mesh; what is known of it stands at the \
-                     confirming simulation."
+                    " The intervals do not include the error of the mesh; the section on the confirming \
+                     simulation has its estimate."
                 }
             }
         }

@@ -52,8 +52,8 @@ pub(super) fn conclusions(results: &StudyResults) -> Markup {
             p.caption {
                 "Each conclusion is what the first setting shows; it survives where the other setting shows \
                  the same. Cases of one laboratory agree on a parameter where the 90 % interval of the ratio \
-                 of no two of them leaves out 1. Intervals hold the truth as often as they say where so few \
-                 hits as were counted, or fewer, have a chance of at least 5 %."
+                 of every two of them includes 1. Intervals include the truth as often as they promise if a count \
+                 as low as this one has a probability of at least 5 %."
                 @if !missing.is_empty() {
                     " " (missing.join(", ")) " could not be calibrated under all settings, and is left out of all."
                 }

@@ -83,8 +83,9 @@ fn check(inputs: &Inputs<'_>) -> Result<Vec<Warning>, WorkflowError> {
 fn warned(source: Source) -> Vec<Warning> {
     let [what, mend] = source.words();
     let text = format!(
-        "{what}: the posterior does not know how specimens scatter about this microstructure. The intervals leave out \
-         by how much it differs from those tested, and the calibrated values take that difference up: {mend}."
+        "{what}: the posterior does not know how specimens scatter about this microstructure. The intervals do \
+         not include this scatter, and the calibrated values include the difference between this microstructure and \
+         those tested: {mend}."
     );
     qualified(Qualifier::OneMicrostructure, text)
 }

@@ -72,7 +72,7 @@ pub(super) fn quadrature(
     }
     Ok(Some(format!(
         "Where damage is integrated is a choice on a mesh that is coarse for a crack. On the cheapest mesh the \
-         other one would change: {}. No interval holds it.",
+         other one would change: {}. The intervals do not include this difference.",
         parts.join(", ")
     )))
 }

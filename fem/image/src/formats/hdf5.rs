@@ -1,0 +1,349 @@
+//! HDF5 files (NeXus, ilastik, netCDF-4, MATLAB 7.3): one dataset of three dimensions.
+//!
+//! The axes of a dataset are z, y, x, from the slowest to the fastest. Chunks of a dataset usually contain parts of
+//! many slices, so slices are read in slabs as thick as a chunk: each chunk is then unpacked once.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use fem_file::open_regular;
+use hdf5_reader::group::Group;
+use hdf5_reader::{
+    Dataset, Datatype, FileStorage, H5Type, Hdf5File, OpenOptions, SliceInfo, SliceInfoElem,
+};
+
+use super::detached::DENSEST;
+use crate::ImageError;
+use crate::slices::names::file_name;
+use crate::slices::sample::{NumberKind, SampleType};
+use crate::slices::stack::{SliceReader, SliceSource, Stack};
+use crate::slices::voxel_size::VoxelSize;
+
+/// Largest size of a slab (bytes); every thread holds one.
+const SLAB_BYTES: usize = 128 << 20;
+/// Limit of the number of groups and datasets that are examined.
+const MOST_OBJECTS: usize = 10_000;
+/// Number of datasets that a message lists.
+const LISTED: usize = 5;
+
+/// Reads the header of a dataset and creates its stack. Without a name, the only volume of the file is taken.
+///
+/// # Errors
+/// [`ImageError`]: a damaged file, no volume or several volumes without a name, a name that is not a volume.
+pub(super) fn scan(path: &Path, name: Option<&str>) -> Result<Stack, ImageError> {
+    let file = open(path)?;
+    let (name, dataset) = match name {
+        Some(name) => (rooted(name), named(path, &file, name)?),
+        None => only_volume(path, &file)?,
+    };
+    let Some(Layout { shape, before, sample }) = Layout::of(&dataset) else {
+        return Err(ImageError::Series {
+            path: path.into(),
+            message: format!("{name} is {}", in_words(&dataset)),
+            help: "name a dataset of three dimensions with integers or floating-point numbers",
+        });
+    };
+    let file_bytes = std::fs::metadata(path).map_or(0, |meta| meta.len());
+    let voxels =
+        shape.iter().try_fold(sample.bytes() as u64, |n, &side| n.checked_mul(side as u64));
+    let declared_bytes = voxels.unwrap_or(u64::MAX);
+    if declared_bytes > file_bytes.saturating_mul(DENSEST) {
+        return Err(ImageError::Implausible { path: path.into(), declared_bytes, file_bytes });
+    }
+    let chunk = dataset.chunks().and_then(|chunks| chunks.get(before).copied());
+    let slice_bytes = shape[0] * shape[1] * sample.bytes();
+    let thickest = (SLAB_BYTES / slice_bytes.max(1)).max(1);
+    let stored = if chunk.is_some() { " in chunks" } else { "" };
+    Ok(Stack {
+        path: path.into(),
+        files: vec![path.to_owned()],
+        shape,
+        sample,
+        size: voxel_size(&dataset),
+        contents: format!("one HDF5 file, {}, dataset {name}{stored}", file_name(path)),
+        notes: Vec::new(),
+        source: Box::new(Hdf5Slices {
+            path: path.into(),
+            name,
+            shape,
+            before,
+            dimensions: dataset.ndim(),
+            sample,
+            slab: (chunk.unwrap_or(1) as usize).clamp(1, thickest),
+        }),
+    })
+}
+
+/// Opens a file. It is read, not mapped into memory: a mapped file that another program truncates would stop this one.
+fn open(path: &Path) -> Result<Hdf5File, ImageError> {
+    let failed = |source| ImageError::io("read", path, source);
+    let file = open_regular(path).map_err(failed)?;
+    let storage = FileStorage::from_file(file).map_err(|error| damaged(path, &error))?;
+    // a chunk is unpacked once, so that chunks need not be kept
+    let options = OpenOptions::default().with_chunk_cache_bytes(0);
+    Hdf5File::from_storage_with_options(Arc::new(storage), options)
+        .map_err(|error| damaged(path, &error))
+}
+
+fn damaged(path: &Path, error: &hdf5_reader::error::Error) -> ImageError {
+    ImageError::Series {
+        path: path.into(),
+        message: format!("the HDF5 file cannot be read: {error}"),
+        help: "if it opens elsewhere, write the dataset again without filters other than gzip and shuffle, for example by h5repack or h5py",
+    }
+}
+
+/// A name that begins at the root of the file.
+fn rooted(name: &str) -> String {
+    format!("/{}", name.trim_matches('/'))
+}
+
+fn named(path: &Path, file: &Hdf5File, name: &str) -> Result<Dataset, ImageError> {
+    file.dataset(name).map_err(|_| {
+        let all = datasets(file);
+        ImageError::Series {
+            path: path.into(),
+            message: format!("no dataset {name} that can be read; {}", listed(&all)),
+            help: "correct dataset in [specimen.image]",
+        }
+    })
+}
+
+fn only_volume(path: &Path, file: &Hdf5File) -> Result<(String, Dataset), ImageError> {
+    let all = datasets(file);
+    let is_volume = |(_, dataset): &(String, Dataset)| Layout::of(dataset).is_some();
+    let (mut volumes, others): (Vec<_>, Vec<_>) = all.into_iter().partition(is_volume);
+    let (message, help) = match volumes.len() {
+        1 => return Ok(volumes.swap_remove(0)),
+        0 => (
+            format!("no dataset of three dimensions; {}", listed(&others)),
+            "write the volume as one dataset with the axes z, y, x",
+        ),
+        _ => (
+            format!("several volumes; {}", listed(&volumes)),
+            "name one of them by dataset in [specimen.image]",
+        ),
+    };
+    Err(ImageError::Series { path: path.into(), message, help })
+}
+
+/// Datasets and their sizes as a list, for messages.
+fn listed(datasets: &[(String, Dataset)]) -> String {
+    if datasets.is_empty() {
+        return "the file has no datasets".into();
+    }
+    let first: Vec<String> = datasets
+        .iter()
+        .take(LISTED)
+        .map(|(name, dataset)| format!("{name} ({})", in_words(dataset)))
+        .collect();
+    let more = match datasets.len().saturating_sub(LISTED) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    format!("the file has {}{more}", first.join(", "))
+}
+
+/// Shape and type of a dataset, for messages.
+fn in_words(dataset: &Dataset) -> String {
+    let shape: Vec<String> = dataset.shape().iter().map(u64::to_string).collect();
+    let shape = if shape.is_empty() { "one value".into() } else { shape.join(" × ") };
+    match sample(dataset.dtype()) {
+        Some(sample) => format!("{shape}, {sample}"),
+        None => format!("{shape}, of another type than numbers"),
+    }
+}
+
+/// All datasets of a file that can be opened, in the order of their paths. A dataset with several paths is listed once,
+/// with the shortest path.
+fn datasets(file: &Hdf5File) -> Vec<(String, Dataset)> {
+    let mut found: Vec<(String, Dataset)> = Vec::new();
+    let mut waiting: Vec<(String, Group)> =
+        file.root_group().map(|group| (String::new(), group)).into_iter().collect();
+    let mut groups = BTreeSet::new();
+    while let Some((path, group)) = waiting.pop() {
+        // links may lead back to a group
+        if !groups.insert(group.address()) || groups.len() + found.len() > MOST_OBJECTS {
+            continue;
+        }
+        let Ok((subgroups, own)) = group.member_names() else { continue };
+        for name in own {
+            if let Ok(dataset) = group.dataset(&name) {
+                found.push((format!("{path}/{name}"), dataset));
+            }
+        }
+        for name in subgroups {
+            if let Ok(subgroup) = group.group(&name) {
+                waiting.push((format!("{path}/{name}"), subgroup));
+            }
+        }
+    }
+    found.sort_by(|(a, _), (b, _)| (a.len(), a).cmp(&(b.len(), b)));
+    let mut addresses = BTreeSet::new();
+    found.retain(|(_, dataset)| addresses.insert(dataset.address()));
+    found.sort_by(|(a, _), (b, _)| a.cmp(b));
+    found
+}
+
+/// How the voxels of a volume are stored in a dataset.
+struct Layout {
+    /// Voxels along x, y, z.
+    shape: [usize; 3],
+    /// Number of axes of length 1 before z.
+    before: usize,
+    sample: SampleType,
+}
+
+impl Layout {
+    /// Layout of a dataset with three axes, and further axes of length 1 before or after them. `None` for other
+    /// datasets.
+    fn of(dataset: &Dataset) -> Option<Self> {
+        let (mut sides, mut before) = (dataset.shape(), 0);
+        while sides.len() > 3 {
+            match sides {
+                [1, rest @ ..] => (sides, before) = (rest, before + 1),
+                [rest @ .., 1] => sides = rest,
+                _ => return None,
+            }
+        }
+        let &[z, y, x] = sides else { return None };
+        let side = |side: u64| usize::try_from(side).ok().filter(|&side| side > 0);
+        Some(Layout {
+            shape: [side(x)?, side(y)?, side(z)?],
+            before,
+            sample: sample(dataset.dtype())?,
+        })
+    }
+}
+
+/// Number type of a dataset's values; `None` for types that are not supported, such as strings and half precision.
+fn sample(datatype: &Datatype) -> Option<SampleType> {
+    let (kind, bytes) = match *datatype {
+        Datatype::FixedPoint { size, signed: true, .. } => (NumberKind::Signed, size),
+        Datatype::FixedPoint { size, signed: false, .. } => (NumberKind::Unsigned, size),
+        Datatype::FloatingPoint { size: size @ (4 | 8), .. } => (NumberKind::Float, size),
+        _ => return None,
+    };
+    matches!(bytes, 1 | 2 | 4 | 8).then_some(SampleType { kind, bits: 8 * bytes as u8 })
+}
+
+/// Voxel size from the attribute `element_size_um` (z, y, x) that Fiji and ilastik write.
+fn voxel_size(dataset: &Dataset) -> VoxelSize {
+    const NAME: &str = "element_size_um";
+    let unknown = || VoxelSize::Unknown(format!("the dataset has no attribute {NAME}"));
+    let Ok(attribute) = dataset.attribute(NAME) else { return unknown() };
+    let single = || attribute.read_1d::<f32>().map(|all| all.into_iter().map(f64::from).collect());
+    match attribute.read_1d::<f64>().or_else(|_| single()).as_deref() {
+        Ok(&[z, y, x]) => {
+            VoxelSize::stated([x, y, z].map(|edge: f64| edge * 1e-3), format!("attribute {NAME}"))
+        }
+        _ => unknown(),
+    }
+}
+
+/// Slices of a dataset.
+#[derive(Debug)]
+struct Hdf5Slices {
+    path: PathBuf,
+    /// Path of the dataset in the file.
+    name: String,
+    /// Voxels along x, y, z.
+    shape: [usize; 3],
+    /// Number of axes of length 1 before z.
+    before: usize,
+    /// Number of axes of the dataset.
+    dimensions: usize,
+    sample: SampleType,
+    /// Number of slices that are read at once.
+    slab: usize,
+}
+
+impl Hdf5Slices {
+    fn reader_of<T: H5Type + Copy + 'static>(
+        &self,
+        number: fn(T) -> f64,
+    ) -> Box<dyn SliceReader + '_> {
+        Box::new(Reader { slices: self, dataset: None, first: 0, values: Vec::new(), number })
+    }
+
+    /// Slices `first` to `last` (excluded) of the dataset.
+    fn selection(&self, first: usize, last: usize) -> SliceInfo {
+        let all = SliceInfoElem::Slice { start: 0, end: u64::MAX, step: 1 };
+        let mut selections = vec![all; self.dimensions];
+        selections[self.before] =
+            SliceInfoElem::Slice { start: first as u64, end: last as u64, step: 1 };
+        SliceInfo { selections }
+    }
+}
+
+impl SliceSource for Hdf5Slices {
+    fn reader(&self) -> Box<dyn SliceReader + '_> {
+        use NumberKind::{Float, Signed, Unsigned};
+        match (self.sample.kind, self.sample.bits) {
+            (Unsigned, 8) => self.reader_of::<u8>(f64::from),
+            (Unsigned, 16) => self.reader_of::<u16>(f64::from),
+            (Unsigned, 32) => self.reader_of::<u32>(f64::from),
+            (Unsigned, _) => self.reader_of::<u64>(|value| value as f64),
+            (Signed, 8) => self.reader_of::<i8>(f64::from),
+            (Signed, 16) => self.reader_of::<i16>(f64::from),
+            (Signed, 32) => self.reader_of::<i32>(f64::from),
+            (Signed, _) => self.reader_of::<i64>(|value| value as f64),
+            (Float, 32) => self.reader_of::<f32>(f64::from),
+            (Float, _) => self.reader_of::<f64>(|value| value),
+        }
+    }
+
+    fn place(&self, slice: usize) -> (PathBuf, usize) {
+        (self.path.clone(), slice + 1)
+    }
+}
+
+/// Reader that keeps the slab of the last slice.
+struct Reader<'a, T> {
+    slices: &'a Hdf5Slices,
+    dataset: Option<Dataset>,
+    /// Number of the first slice in `values`.
+    first: usize,
+    values: Vec<T>,
+    number: fn(T) -> f64,
+}
+
+impl<T: H5Type + Copy> Reader<'_, T> {
+    fn load(&mut self, slice: usize) -> Result<(), ImageError> {
+        let Hdf5Slices { path, name, shape: [nx, ny, nz], slab, .. } = self.slices;
+        let failed = |error| damaged(path, &error);
+        let dataset = match &self.dataset {
+            Some(dataset) => dataset,
+            None => self.dataset.insert(open(path)?.dataset(name).map_err(failed)?),
+        };
+        self.first = slice - slice % slab;
+        let last = (self.first + slab).min(*nz);
+        self.values.clear();
+        let read = dataset.read_slice::<T>(&self.slices.selection(self.first, last));
+        self.values.extend(read.map_err(failed)?.iter().copied());
+        if self.values.len() != nx * ny * (last - self.first) {
+            return Err(ImageError::Series {
+                path: path.clone(),
+                message: format!("{name} has changed while it was read"),
+                help: "wait until the program that writes it has ended",
+            });
+        }
+        Ok(())
+    }
+}
+
+impl<T: H5Type + Copy> SliceReader for Reader<'_, T> {
+    fn read(&mut self, slice: usize, into: &mut [f64]) -> Result<(), ImageError> {
+        let area = into.len();
+        let is_loaded =
+            |first: usize, values: usize| slice >= first && (slice + 1 - first) * area <= values;
+        if !is_loaded(self.first, self.values.len()) {
+            self.load(slice)?;
+        }
+        let from = (slice - self.first) * area;
+        let own = &self.values[from..from + area];
+        into.iter_mut().zip(own).for_each(|(into, &value)| *into = (self.number)(value));
+        Ok(())
+    }
+}
