@@ -82,6 +82,8 @@ if __name__ == "__main__":
     if task == "check":
         check(place)
     else:
-        for name, spheres, spacing_mm in (("one", ONE, 1.5), ("close", CLOSE, 0.8), ("fine", ONE, 0.6)):
-            for optimise in (0, 1):
-                make(place / f"{name}-{optimise}.msh", spheres, spacing_mm, optimise)
+        make(place / "one.msh", ONE, 1.5, 0)
+        make(place / "close.msh", CLOSE, 0.8, 0)
+        make(place / "fine.msh", ONE, 0.6, 0)
+        # the optimiser takes seconds: the smallest mesh suffices for elements that it unfolded
+        make(place / "optimised.msh", ONE, 1.5, 1)

@@ -68,3 +68,5 @@ pub use slices::values::Reading;
 pub use volume::Volume;
 pub use volume::contrast::Contrast;
 pub use volume::cylinder::Cylinder;
+#[doc(hidden)] // `fem-mesh` uses the same union–find
+pub use volume::disjoint_sets::DisjointSets;

@@ -1,7 +1,7 @@
 //! Tetrahedral meshes of grains in a matrix, with packings and images of grains as input.
 //!
-//! A mesh is generated from a lattice whose tetrahedra are labelled with grains ([`Meshing`]), or read from a Gmsh
-//! file ([`gmsh::read`]). It can be written for Gmsh, ParaView ([`vtu`]) and as STL ([`stl`]). Grains come from a
+//! A mesh is generated from a lattice whose tetrahedra are labelled with grains ([`Meshing`]), built as a [`Block`] or
+//! a cylinder ([`CylinderLattice`]), or read from a Gmsh file ([`gmsh::read`]). It can be written for Gmsh, ParaView ([`vtu`]) and as STL ([`stl`]). Grains come from a
 //! [`Packing`], a list ([`GrainList`]), a segmented image ([`VoxelGrains`]), or closed surfaces ([`SurfaceGrains`]).
 //! Lengths are in mm; the axis of a cylinder is z, and its bottom is at z = 0.
 //! The crate `fem` re-exports all items of this crate.
@@ -35,8 +35,8 @@ pub use error::MeshError;
 #[doc(hidden)] // the operator and the solvers of `fem` use the same storage
 pub use mesh::Groups;
 pub use mesh::{
-    Cavity, CylinderLattice, LatticeError, Mixture, Quality, Surface, TetMesh, decimated, gmsh,
-    stl, vtu,
+    Block, BlockError, Cavity, CylinderLattice, HexSplit, LatticeError, Mixture, Quality, Surface,
+    TetMesh, Wall, decimated, gmsh, stl, vtu,
 };
 pub use specimen::{
     ConvexPolyhedron, FractionTarget, Grain, GrainField, GrainForm, GrainList, GrainMode,

@@ -12,7 +12,7 @@ mod study;
 mod style;
 mod ticks;
 
-pub use breccia_pictures::{
+pub use fem_pictures::{
     DamagedBody, Raster, damage_picture, grain_picture, mesh_picture, side_by_side,
 };
 pub use chart::{Chart, Ink};

@@ -8,6 +8,7 @@ use std::collections::HashMap;
 
 use rayon::prelude::*;
 
+use crate::volume::disjoint_sets::DisjointSets;
 use crate::volume::filter::highest;
 use crate::volume::neighbour_steps;
 
@@ -111,12 +112,12 @@ impl Landscape {
         let passes = self.passes(&summit_of);
         drop(summit_of);
         let height = |place: u32| self.heights[summits[place as usize] as usize];
-        let mut parent: Vec<u32> = (0..summits.len() as u32).collect();
+        let mut hills = DisjointSets::new(summits.len());
         let mut tops = Vec::new();
         for (level, ends) in passes {
             let [a, b] = ends
                 .map(|end| summits.partition_point(|&summit| summit < end) as u32)
-                .map(|place| root(&mut parent, place));
+                .map(|place| hills.root(place));
             if a == b {
                 continue;
             }
@@ -124,9 +125,9 @@ impl Landscape {
             if height(low) - level > h {
                 tops.push(summits[low as usize]);
             }
-            parent[low as usize] = high;
+            hills.attach(low, high);
         }
-        let islands = (0..summits.len() as u32).filter(|&n| parent[n as usize] == n);
+        let islands = (0..summits.len() as u32).filter(|&n| hills.root(n) == n);
         tops.extend(islands.filter(|&n| height(n) > h).map(|n| summits[n as usize]));
         tops.sort_unstable();
         self.seeds_around(&tops, Some(h))
@@ -369,14 +370,6 @@ impl Landscape {
 pub(crate) struct Seeds {
     labels: Vec<u32>,
     voxels: Vec<u32>,
-}
-
-fn root(parent: &mut [u32], mut at: u32) -> u32 {
-    while parent[at as usize] != at {
-        parent[at as usize] = parent[parent[at as usize] as usize];
-        at = parent[at as usize];
-    }
-    at
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Connected parts of voxels with equal values.
 
-use crate::volume::components::DisjointSets;
+use crate::volume::disjoint_sets::DisjointSets;
 
 /// A run of voxels of one value along x: the value, the first index, and one past the last index.
 struct Run {
@@ -44,7 +44,7 @@ pub(crate) fn numbered_parts(
             while a < of_row(row).end && b < of_row(other).end {
                 let touch = runs[a].from < runs[b].to && runs[b].from < runs[a].to;
                 if touch && runs[a].value == runs[b].value {
-                    sets.join(a, b);
+                    sets.join(a as u32, b as u32);
                 }
                 if runs[a].to < runs[b].to { a += 1 } else { b += 1 }
             }
@@ -52,7 +52,7 @@ pub(crate) fn numbered_parts(
     }
     let mut first_of_value = std::collections::BTreeMap::new();
     for (n, run) in runs.iter().enumerate().filter(|(_, run)| is_one(run.value)) {
-        sets.join(*first_of_value.entry(run.value).or_insert(n), n);
+        sets.join(*first_of_value.entry(run.value).or_insert(n as u32), n as u32);
     }
 
     let mut numbers = vec![0_u32; values.len()];
@@ -60,7 +60,7 @@ pub(crate) fn numbered_parts(
     let (mut of_root, mut part_values) = (vec![0_u32; runs.len()], Vec::new());
     for row in 0..ny * nz {
         for n in of_row(row) {
-            let root = sets.root(n);
+            let root = sets.root(n as u32) as usize;
             if of_root[root] == 0 {
                 part_values.push(runs[n].value);
                 of_root[root] = part_values.len() as u32;

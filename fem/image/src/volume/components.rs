@@ -1,5 +1,7 @@
 //! Connected components of voxels and the filling of holes.
 
+use super::disjoint_sets::DisjointSets;
+
 /// A run of voxels along x: its first index and one past its last index.
 type Run = (u32, u32);
 
@@ -39,7 +41,7 @@ pub(crate) fn fill_holes(shape: [usize; 3], set: &mut [u8], most: usize) {
             let (mut a, mut b) = (of_row(row).start, of_row(other).start);
             while a < of_row(row).end && b < of_row(other).end {
                 if runs[a].0 < runs[b].1 && runs[b].0 < runs[a].1 {
-                    sets.join(a, b);
+                    sets.join(a as u32, b as u32);
                 }
                 if runs[a].1 < runs[b].1 { a += 1 } else { b += 1 }
             }
@@ -54,41 +56,17 @@ pub(crate) fn fill_holes(shape: [usize; 3], set: &mut [u8], most: usize) {
         for run in of_row(row) {
             let (from, to) = (runs[run].0 as usize, runs[run].1 as usize);
             let own = if edge || from == 0 || to == nx { usize::MAX } else { to - from };
-            let root = sets.root(run);
+            let root = sets.root(run as u32) as usize;
             size[root] = size[root].saturating_add(own);
         }
     }
     for row in 0..rows {
         for run in of_row(row) {
-            if size[sets.root(run)] <= most {
+            if size[sets.root(run as u32) as usize] <= most {
                 let (from, to) = (runs[run].0 as usize, runs[run].1 as usize);
                 set[nx * row..][from..to].fill(1);
             }
         }
-    }
-}
-
-/// Disjoint-set forest (union–find): sets can be joined but not split.
-pub(crate) struct DisjointSets {
-    parent: Vec<u32>,
-}
-
-impl DisjointSets {
-    pub(crate) fn new(count: usize) -> Self {
-        DisjointSets { parent: (0..count as u32).collect() }
-    }
-
-    pub(crate) fn root(&mut self, mut n: usize) -> usize {
-        while self.parent[n] as usize != n {
-            self.parent[n] = self.parent[self.parent[n] as usize];
-            n = self.parent[n] as usize;
-        }
-        n
-    }
-
-    pub(crate) fn join(&mut self, a: usize, b: usize) {
-        let (a, b) = (self.root(a), self.root(b));
-        self.parent[a.max(b)] = a.min(b) as u32;
     }
 }
 

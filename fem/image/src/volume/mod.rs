@@ -4,6 +4,7 @@
 pub(crate) mod components;
 pub(crate) mod contrast;
 pub(crate) mod cylinder;
+pub(crate) mod disjoint_sets;
 pub(crate) mod distance;
 pub(crate) mod filter;
 pub(crate) mod frame;

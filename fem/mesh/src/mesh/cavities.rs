@@ -3,8 +3,8 @@
 use std::collections::HashMap;
 
 use super::TetMesh;
-use super::tet_mesh::Parts;
 use super::vector::{Point, add, cross, dot, mean, scale};
+use fem_image::DisjointSets;
 
 /// An empty volume enclosed by a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,7 +21,7 @@ impl TetMesh {
     /// cavity).
     pub fn cavities(&self) -> Vec<Cavity> {
         let faces = self.boundary_faces();
-        let mut parts = Parts::new(faces.len());
+        let mut parts = DisjointSets::new(faces.len());
         let mut first_face: HashMap<[u32; 2], u32> = HashMap::with_capacity(3 * faces.len() / 2);
         for (number, &[a, b, c]) in (0..).zip(&faces) {
             for [p, q] in [[a, b], [b, c], [c, a]] {

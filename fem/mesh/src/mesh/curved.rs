@@ -134,7 +134,7 @@ fn determinant(corners: &[Point; 4], middles: &[Point; 6]) -> Cubic {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::tet_mesh::EDGES;
+    use crate::mesh::topology::EDGES;
     use crate::mesh::vector::{add, norm, scale, sub, tet_volume};
 
     const CORNERS: [Point; 4] =

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::TetMesh;
 use super::curved::Jacobian;
-use super::tet_mesh::{EDGES, FACES};
+use super::topology::{EDGES, FACES};
 use super::vector::{Point, cross, dot, norm, sub};
 
 /// Quality measures of a mesh: dihedral angles, scaled Jacobians, volumes, edge length.

@@ -5,13 +5,13 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use super::curved::Jacobian;
-use super::vector::{Point, cross, mean, norm, sub, tet_volume};
+use super::topology::{EDGES, EdgePoint, FACES, edges_of, middle, sorted};
+use super::vector::{Point, cross, mean, norm, scale, sub, tet_volume};
 use crate::error::MeshError;
+use fem_image::DisjointSets;
 
-/// The faces of a tetrahedron, counter-clockwise seen from outside.
-pub(crate) const FACES: [[usize; 3]; 4] = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]];
-/// The edges of a tetrahedron.
-pub(crate) const EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]];
+/// An edge is straight if its mid-edge point is this close to its midpoint, relative to the extent of the mesh.
+const STRAIGHT: f64 = 1e-12;
 
 /// The second phase of a tetrahedron that contains two phases.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -105,11 +105,8 @@ impl TetMesh {
         if self.edge_points.is_empty() {
             return None;
         }
-        let found = EDGES.map(|edge| {
-            let [a, b] = edge.map(|corner| self.tets[tet][corner]);
-            let key = [a.min(b), a.max(b)];
-            self.edge_points.binary_search_by_key(&key, |&(edge, _)| edge).ok()
-        });
+        let found = edges_of(&self.tets[tet])
+            .map(|key| self.edge_points.binary_search_by_key(&key, |&(edge, _)| edge).ok());
         if found == [None; 6] {
             return None;
         }
@@ -153,6 +150,22 @@ impl TetMesh {
         Ok(of_region.filter(|&(_, &of)| of as usize == region).map(|(volume, _)| volume).sum())
     }
 
+    /// Returns the volume of each region (mm³), in the order of [`TetMesh::regions`]. A mixture contributes to both
+    /// of its phases according to their fractions, whereas [`TetMesh::region_volume`] adds up whole tetrahedra.
+    pub fn phase_volumes(&self) -> Vec<f64> {
+        let mut sums = vec![0.0; self.regions.len()];
+        for (tet, volume) in self.volumes().into_iter().enumerate() {
+            let own = usize::from(self.region_of[tet]);
+            let mixture = self.mixture.as_ref().map(|all| all[tet]).unwrap_or_default();
+            let share = f64::from(mixture.fraction);
+            sums[own] += (1.0 - share) * volume;
+            if share > 0.0 {
+                sums[usize::from(mixture.region)] += share * volume;
+            }
+        }
+        sums
+    }
+
     /// Returns the mean edge length (mm), averaged over the edges of all tetrahedra; shared edges count once per
     /// tetrahedron.
     pub fn mean_edge(&self) -> f64 {
@@ -163,6 +176,24 @@ impl TetMesh {
             })
             .sum();
         total / (6 * self.tets.len().max(1)) as f64
+    }
+
+    /// Returns all edges once, each with its smaller node first, sorted.
+    pub fn edges(&self) -> Vec<[u32; 2]> {
+        let mut edges: Vec<[u32; 2]> = self.tets.iter().flat_map(edges_of).collect();
+        edges.par_sort_unstable();
+        edges.dedup();
+        edges
+    }
+
+    /// Returns all edges with their mid-edge points, curved or straight, sorted by node numbers.
+    pub(crate) fn all_edges(&self) -> Vec<EdgePoint> {
+        let mut curved = self.edge_points.iter().peekable();
+        let point = |edge: [u32; 2]| match curved.next_if(|(of, _)| *of == edge) {
+            Some(&curved) => curved,
+            None => (edge, middle(&self.nodes, edge)),
+        };
+        self.edges().into_iter().map(point).collect()
     }
 
     /// Returns the faces that belong to exactly one tetrahedron, counter-clockwise seen from outside.
@@ -187,7 +218,7 @@ impl TetMesh {
 
     /// Returns, for each tetrahedron, the lowest index among the tetrahedra connected to it through faces.
     pub fn parts_by_faces(&self) -> Vec<u32> {
-        let mut parts = Parts::new(self.tets.len());
+        let mut parts = DisjointSets::new(self.tets.len());
         self.neighbours().iter().for_each(|&[a, b]| parts.join(a, b));
         (0..self.tets.len() as u32).map(|tet| parts.root(tet)).collect()
     }
@@ -225,20 +256,82 @@ impl TetMesh {
     /// Returns the Euler characteristic, vertices − edges + faces − tetrahedra: 1 for a body without holes or
     /// cavities.
     pub fn euler_characteristic(&self) -> i64 {
-        let mut edges: Vec<[u32; 2]> = Vec::with_capacity(6 * self.tets.len());
-        for tet in &self.tets {
-            edges.extend(EDGES.map(|edge| {
-                let [a, b] = edge.map(|corner| tet[corner]);
-                [a.min(b), a.max(b)]
-            }));
-        }
-        edges.par_sort_unstable();
-        edges.dedup();
         let faces = self.sorted_faces().chunk_by(|a, b| a.key == b.key).count();
         let mut nodes = vec![false; self.nodes.len()];
         self.tets.as_flattened().iter().for_each(|&node| nodes[node as usize] = true);
         let nodes = nodes.into_iter().filter(|&used| used).count();
-        nodes as i64 - edges.len() as i64 + faces as i64 - self.tets.len() as i64
+        nodes as i64 - self.edges().len() as i64 + faces as i64 - self.tets.len() as i64
+    }
+
+    /// Replaces the regions: `region_of` returns the index in `names` of the region that contains a point (mm), which is
+    /// the centroid of a tetrahedron. [`TetMesh::validate`] reports a region without a tetrahedron and an index without
+    /// a name.
+    pub fn with_regions(mut self, names: &[&str], region_of: impl Fn([f64; 3]) -> u16) -> TetMesh {
+        let centroid = |tet: usize| mean(self.corners(tet).into_iter());
+        self.region_of = (0..self.tets.len()).map(|tet| region_of(centroid(tet))).collect();
+        self.regions = names.iter().map(|&name| name.into()).collect();
+        self
+    }
+
+    /// Replaces the surfaces: `name_of` gets the centroid (mm) and the outward unit normal of each boundary face and
+    /// returns the name of its surface, or `None` for a face that belongs to no surface.
+    ///
+    /// # Example
+    /// The top of a block in two parts:
+    /// ```
+    /// use fem_mesh::Block;
+    ///
+    /// let mesh = Block::new([2.0, 1.0, 1.0], [4, 2, 2]).build()?.with_surfaces(|[x, ..], normal| {
+    ///     let top = if x < 1.0 { "loaded" } else { "free" };
+    ///     (normal[2] > 0.5).then_some(top)
+    /// });
+    /// assert_eq!(mesh.surfaces["loaded"].len(), mesh.surfaces["free"].len());
+    /// # Ok::<(), fem_mesh::BlockError>(())
+    /// ```
+    pub fn with_surfaces<'a>(
+        mut self,
+        name_of: impl Fn([f64; 3], [f64; 3]) -> Option<&'a str>,
+    ) -> TetMesh {
+        let mut surfaces: BTreeMap<String, Vec<[u32; 3]>> = BTreeMap::new();
+        for face in self.boundary_faces() {
+            let [a, b, c] = face.map(|node| self.nodes[node as usize]);
+            let area = cross(sub(b, a), sub(c, a));
+            let normal = scale(area, 1.0 / norm(area));
+            if let Some(name) = name_of(mean([a, b, c].into_iter()), normal) {
+                surfaces.entry(name.into()).or_default().push(face);
+            }
+        }
+        self.surfaces = surfaces;
+        self
+    }
+
+    /// Moves every node and every mid-edge point by a map (mm to mm). An edge that the map bends becomes curved, for
+    /// quadratic elements. [`TetMesh::validate`] reports tetrahedra that the map folds.
+    ///
+    /// # Example
+    /// A quarter of a ring with radii of 1 and 2 mm:
+    /// ```
+    /// use fem_mesh::Block;
+    ///
+    /// let mesh = Block::new([1.0, 1.0, 0.5], [2, 6, 1]).build()?.mapped(|[x, y, z]| {
+    ///     let (radius, angle) = (1.0 + x, std::f64::consts::FRAC_PI_2 * y);
+    ///     [radius * angle.cos(), radius * angle.sin(), z]
+    /// });
+    /// mesh.validate()?;
+    /// let exact = 0.25 * std::f64::consts::PI * (4.0 - 1.0) * 0.5;
+    /// assert!((mesh.volume() / exact - 1.0).abs() < 1e-4);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn mapped(mut self, map: impl Fn([f64; 3]) -> [f64; 3]) -> TetMesh {
+        let edges = self.all_edges();
+        self.nodes.iter_mut().for_each(|node| *node = map(*node));
+        let size = self.largest_extent();
+        let moved = edges.into_iter().map(|(edge, point)| (edge, map(point)));
+        let is_bent = |&(edge, point): &EdgePoint| {
+            norm(sub(point, middle(&self.nodes, edge))) > STRAIGHT * size
+        };
+        self.edge_points = moved.filter(is_bent).collect();
+        self
     }
 
     /// Removes the nodes that no tetrahedron uses and renumbers the others in their original order.
@@ -267,38 +360,5 @@ impl TetMesh {
             *node = number[*node as usize];
         }
         self
-    }
-}
-
-pub(crate) fn sorted(mut face: [u32; 3]) -> [u32; 3] {
-    face.sort_unstable();
-    face
-}
-
-/// Whether two triangles with the same nodes have the same orientation.
-pub(crate) fn is_even_turn(a: [u32; 3], b: [u32; 3]) -> bool {
-    (0..3).any(|k| b == [a[k], a[(k + 1) % 3], a[(k + 2) % 3]])
-}
-
-/// Union–find over nodes or tetrahedra.
-pub(crate) struct Parts(Vec<u32>);
-
-impl Parts {
-    pub(crate) fn new(count: usize) -> Parts {
-        Parts((0..count as u32).collect())
-    }
-
-    pub(crate) fn root(&mut self, mut k: u32) -> u32 {
-        while self.0[k as usize] != k {
-            self.0[k as usize] = self.0[self.0[k as usize] as usize];
-            k = self.0[k as usize];
-        }
-        k
-    }
-
-    pub(crate) fn join(&mut self, a: u32, b: u32) {
-        let (a, b) = (self.root(a), self.root(b));
-        // the smaller number is the root, so that the result does not depend on the order
-        self.0[a.max(b) as usize] = a.min(b);
     }
 }

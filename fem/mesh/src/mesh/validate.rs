@@ -5,10 +5,12 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use super::curved::Jacobian;
-use super::tet_mesh::{EDGES, Face, Parts, is_even_turn, sorted};
+use super::tet_mesh::Face;
+use super::topology::{EDGES, edges_of, is_even_turn, sorted};
 use super::vector::{norm, sub, tet_volume};
 use super::{Mixture, TetMesh};
 use crate::error::MeshError;
+use fem_image::DisjointSets;
 
 /// A tetrahedron is degenerate if its volume is at most this factor times the cube of its longest edge.
 const DEGENERATE: f64 = 1e-10;
@@ -140,7 +142,7 @@ impl TetMesh {
     }
 
     fn validate_connection(&self) -> Result<(), MeshError> {
-        let mut parts = Parts::new(self.nodes.len());
+        let mut parts = DisjointSets::new(self.nodes.len());
         for tet in &self.tets {
             for &node in &tet[1..] {
                 parts.join(tet[0], node);
@@ -196,9 +198,7 @@ impl TetMesh {
         }
         let mut used = vec![false; self.edge_points.len()];
         for tet in &self.tets {
-            for edge in EDGES {
-                let [a, b] = edge.map(|corner| tet[corner]);
-                let key = [a.min(b), a.max(b)];
+            for key in edges_of(tet) {
                 if let Ok(place) = self.edge_points.binary_search_by_key(&key, |&(edge, _)| edge) {
                     used[place] = true;
                 }

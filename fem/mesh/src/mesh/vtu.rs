@@ -9,8 +9,7 @@ use std::fmt::{self, Write as _};
 use std::path::Path;
 
 use super::TetMesh;
-use super::edges::edge_place;
-use super::tet_mesh::EDGES;
+use super::topology::{EDGES, edge_place};
 use crate::error::MeshError;
 
 /// VTK cell types of the linear and the quadratic tetrahedron.

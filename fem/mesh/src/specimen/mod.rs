@@ -1,50 +1,25 @@
-//! Grains in a cylinder: synthetic packings with known ground truth, and meshes of grains.
+//! Grains in a cylinder: their geometry and sources, and meshes of them.
+//!
+//! - `grains`: the interface of a mesher to grains; analytic grains and labelled voxels
+//! - `packing`: random packings
+//! - `scanner`: synthetic images with known ground truth
+//! - `surfaces`: grains as closed surfaces, and their import from STL files
+//! - `meshing`: meshes of grains, by labels, volume fractions or conforming interfaces
 
-mod adjacency;
-mod cells;
-mod conforming;
-mod enclosing;
-mod field;
-mod fraction;
-mod grain;
-mod grain_list;
-mod grain_mode;
-mod label;
-mod mesh_report;
+mod grains;
 mod meshing;
-mod overlap;
 mod packing;
-mod phases;
-mod polyhedron;
-mod relax;
-mod samples;
 mod scanner;
-mod separate;
-mod shape;
-mod signed_distance;
-mod surface_files;
-mod surface_gap;
-mod surface_grains;
-mod surface_import;
-mod tomography;
-mod triangle_tree;
-mod voids;
-mod voxel_grains;
-mod voxelize;
+mod surfaces;
 
-pub use enclosing::enclosing_cylinder;
-pub use field::GrainField;
-pub use grain::{Grain, GrainShape};
-pub use grain_list::GrainList;
-pub use grain_mode::GrainMode;
-pub use label::{FractionTarget, GrainVolume, LabelReport, Labelling, label};
-pub use mesh_report::{MeshReport, MeshedGrain, MeshedPhase};
-pub use meshing::{Meshed, Meshing, MeshingError};
+pub use grains::{ConvexPolyhedron, Grain, GrainField, GrainList, GrainShape, VoxelGrains};
+pub use meshing::{
+    FractionTarget, GrainMode, GrainVolume, LabelReport, Labelling, MeshReport, Meshed,
+    MeshedGrain, MeshedPhase, Meshing, MeshingError, label,
+};
 pub use packing::{GrainForm, Packing, PackingError, SizeClass};
-pub use polyhedron::ConvexPolyhedron;
 pub use scanner::{Scan, ScanError, Scanner};
-pub use separate::{SeparateError, Separated, least_gap_mm, separated};
-pub use surface_files::SurfaceImportError;
-pub use surface_grains::{SurfaceError, SurfaceGrains};
-pub use surface_import::{ImportedSurfaces, SurfaceAxis, SurfaceImport};
-pub use voxel_grains::VoxelGrains;
+pub use surfaces::{
+    ImportedSurfaces, SeparateError, Separated, SurfaceAxis, SurfaceError, SurfaceGrains,
+    SurfaceImport, SurfaceImportError, enclosing_cylinder, least_gap_mm, separated,
+};

@@ -1,5 +1,6 @@
 //! Tests of meshes, specimens and their files.
 
+mod builders;
 mod decimation;
 mod fuzz;
 mod gmsh;

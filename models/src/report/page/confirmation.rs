@@ -6,7 +6,7 @@ use super::parts::{figure, image, panels, table};
 use crate::report::digits::number;
 use crate::report::figures;
 use crate::report::results::{Results, mean};
-use breccia_pictures::LEGEND;
+use fem_pictures::LEGEND;
 
 pub(super) fn confirmation(results: &Results) -> Markup {
     let with_mesh = results.qois.iter().any(|qoi| qoi.mesh_error_percent.is_some());

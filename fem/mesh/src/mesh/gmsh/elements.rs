@@ -8,7 +8,7 @@ use super::source::{Fault, Source};
 use super::straighten::straighten;
 use super::{grains, second_order};
 use crate::mesh::TetMesh;
-use crate::mesh::tet_mesh::{is_even_turn, sorted};
+use crate::mesh::topology::{is_even_turn, sorted};
 use crate::mesh::vector::Point;
 
 /// Nodes and elements of a file, with their physical groups.

@@ -1,6 +1,6 @@
 //! Mid-edge nodes of Gmsh's second-order elements.
 
-use crate::mesh::edges::{EdgePoint, key, middle};
+use crate::mesh::topology::{EdgePoint, key, middle};
 use crate::mesh::vector::{Point, norm, sub};
 
 /// The edges of a tetrahedron in Gmsh's order, which differs from VTK's in the last two.

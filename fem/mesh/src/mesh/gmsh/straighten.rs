@@ -4,8 +4,7 @@ use rayon::prelude::*;
 
 use crate::mesh::TetMesh;
 use crate::mesh::curved::Jacobian;
-use crate::mesh::edges::key;
-use crate::mesh::tet_mesh::EDGES;
+use crate::mesh::topology::edges_of;
 
 /// Orders the nodes of each tetrahedron so that its volume, curved edges included, is positive.
 pub(super) fn orient(mesh: &mut TetMesh) {
@@ -32,8 +31,8 @@ pub(super) fn straighten(mesh: &mut TetMesh) -> Vec<u32> {
             straightened.sort_unstable();
             return straightened;
         }
-        let edges = |&tet: &usize| EDGES.map(|ends| key(ends.map(|end| mesh.tets[tet][end])));
-        let mut edges: Vec<[u32; 2]> = folded.iter().flat_map(edges).collect();
+        let mut edges: Vec<[u32; 2]> =
+            folded.iter().flat_map(|&tet| edges_of(&mesh.tets[tet])).collect();
         edges.sort_unstable();
         mesh.edge_points.retain(|(edge, _)| edges.binary_search(edge).is_err());
         straightened.extend(folded.iter().map(|&tet| tet as u32));

@@ -8,7 +8,7 @@ use super::names::GmshNames;
 use super::{data, grains, second_order};
 use crate::error::MeshError;
 use crate::mesh::TetMesh;
-use crate::mesh::edges::edge_place;
+use crate::mesh::topology::edge_place;
 use crate::mesh::vector::Point;
 
 /// Physical group number of the first surface; regions are numbered from 1.

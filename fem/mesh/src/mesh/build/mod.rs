@@ -1,0 +1,8 @@
+//! Builders of meshes of simple bodies: hexahedra divided into tetrahedra.
+
+mod block;
+mod cylinder;
+mod hexahedra;
+
+pub use block::{Block, BlockError, HexSplit};
+pub use cylinder::{CylinderLattice, LatticeError, Wall};

@@ -1,0 +1,149 @@
+//! Nodes on interfaces, nodes that may move, and their constraints.
+
+use rayon::prelude::*;
+
+use super::Conforming;
+use crate::mesh::TetMesh;
+use crate::mesh::groups::Groups;
+use crate::mesh::topology::FACES;
+use crate::specimen::meshing::adjacency::Adjacency;
+
+/// Number of rings of free nodes around interfaces that are moved as well.
+const RINGS: u8 = 2;
+/// Ring number of a node that is neither on nor near an interface and does not move.
+const RESTS: u8 = u8::MAX;
+
+/// Constraints of a node.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Held {
+    /// The node stays on the wall, at the cylinder's radius.
+    pub(super) wall: bool,
+    /// The node stays in the plane of an end.
+    pub(super) end: bool,
+}
+
+/// The interfaces of a labelled mesh, and the nodes that move.
+pub(super) struct Interface {
+    /// Labels of the tetrahedra around each node, increasing; empty if there is only one label.
+    pub(super) labels: Groups,
+    /// For each node, the other nodes of the interface triangles at the node, repeated for each triangle.
+    pub(super) neighbours: Groups,
+    pub(super) held: Vec<Held>,
+    /// Distance of each node from an interface, in edges; 0 on an interface.
+    pub(super) ring: Vec<u8>,
+    /// Triangles between two labels, with both labels (the smaller first).
+    pub(super) triangles: Vec<([u32; 3], [u32; 2])>,
+    /// Nodes that move, in groups; two nodes of the same group share no tetrahedron.
+    pub(super) groups: Vec<Vec<u32>>,
+}
+
+impl Interface {
+    pub(super) fn new(
+        how: &Conforming,
+        mesh: &TetMesh,
+        around: &Adjacency,
+        faces: &[[u32; 2]],
+        labels: &[u32],
+    ) -> Interface {
+        let triangles = triangles(mesh, faces, labels);
+        let nodes = mesh.nodes.len();
+        let labels_of = |node: usize| {
+            let tets = around.tets_of(node).iter();
+            let mut found: Vec<u32> = tets.map(|&tet| labels[tet as usize]).collect();
+            found.sort_unstable();
+            found.dedup();
+            if found.len() > 1 { found } else { Vec::new() }
+        };
+        let labels =
+            Groups::from_lists(&(0..nodes).into_par_iter().map(labels_of).collect::<Vec<_>>());
+        let mut neighbours = vec![Vec::new(); nodes];
+        for &(triangle, _) in &triangles {
+            for k in 0..3 {
+                let [a, b, c] = [0, 1, 2].map(|i| triangle[(k + i) % 3]);
+                neighbours[a as usize].extend([b, c]);
+            }
+        }
+        let neighbours = Groups::from_lists(&neighbours);
+        let ring = rings(mesh, &labels);
+        let groups = groups(mesh, around, &ring);
+        Interface { labels, neighbours, held: held(how, mesh), ring, triangles, groups }
+    }
+}
+
+fn triangles(mesh: &TetMesh, faces: &[[u32; 2]], labels: &[u32]) -> Vec<([u32; 3], [u32; 2])> {
+    let between = |&[a, b]: &[u32; 2]| {
+        let [one, other] = [a, b].map(|tet| labels[tet as usize]);
+        if one == other {
+            return None;
+        }
+        let (mine, theirs) = (mesh.tets[a as usize], mesh.tets[b as usize]);
+        let face = FACES
+            .map(|face| face.map(|corner| mine[corner]))
+            .into_iter()
+            .find(|face| face.iter().all(|node| theirs.contains(node)))?;
+        Some((face, [one.min(other), one.max(other)]))
+    };
+    faces.par_iter().filter_map(between).collect()
+}
+
+/// Returns the distance of each node from the interface, in edges, up to the last ring.
+fn rings(mesh: &TetMesh, labels: &Groups) -> Vec<u8> {
+    let mut ring: Vec<u8> = (0..mesh.nodes.len())
+        .map(|node| if labels.of(node).is_empty() { RESTS } else { 0 })
+        .collect();
+    for distance in 1..=RINGS {
+        let mut next = ring.clone();
+        for tet in &mesh.tets {
+            if tet.iter().any(|&node| ring[node as usize] == distance - 1) {
+                for &node in tet.iter().filter(|&&node| ring[node as usize] == RESTS) {
+                    next[node as usize] = distance;
+                }
+            }
+        }
+        ring = next;
+    }
+    ring
+}
+
+/// Greedy graph colouring of the nodes that move: each node gets the first colour that no node around it has.
+fn groups(mesh: &TetMesh, around: &Adjacency, ring: &[u8]) -> Vec<Vec<u32>> {
+    let mut colour = vec![u8::MAX; mesh.nodes.len()];
+    let mut groups: Vec<Vec<u32>> = Vec::new();
+    for node in (0..mesh.nodes.len()).filter(|&node| ring[node] != RESTS) {
+        let mut taken = 0_u128;
+        for &tet in around.tets_of(node) {
+            for &other in &mesh.tets[tet as usize] {
+                let colour = colour[other as usize];
+                if colour != u8::MAX {
+                    taken |= 1 << colour;
+                }
+            }
+        }
+        let free = taken.trailing_ones() as usize;
+        colour[node] = free as u8;
+        if groups.len() <= free {
+            groups.push(Vec::new());
+        }
+        groups[free].push(node as u32);
+    }
+    groups
+}
+
+fn held(how: &Conforming, mesh: &TetMesh) -> Vec<Held> {
+    let mut held = vec![Held::default(); mesh.nodes.len()];
+    for (name, triangles) in &mesh.surfaces {
+        for &node in triangles.as_flattened() {
+            let held = &mut held[node as usize];
+            match name == "side" {
+                true => held.wall = true,
+                false => held.end = true,
+            }
+        }
+    }
+    // all wall nodes of the lattice must lie on the circle
+    for (held, point) in held.iter_mut().zip(&mesh.nodes) {
+        let off = point[0].hypot(point[1]) - how.radius_mm;
+        debug_assert!(!held.wall || off.abs() < 1e-9 * how.radius_mm, "a node off the wall: {off}");
+    }
+    held
+}

@@ -1,0 +1,281 @@
+//! Grains that the mesh does not resolve: their volume fraction in each tetrahedron, and the normal of their surface
+//! in it.
+
+use rayon::prelude::*;
+
+use super::samples::{SAMPLES, Sampled};
+use crate::mesh::vector::{Point, add, norm, scale};
+use crate::mesh::{Mixture, TetMesh};
+use crate::specimen::grains::{GrainField, Phases};
+
+/// Number of Newton steps for the offsets that preserve the grains' volumes.
+const CORRECTIONS: usize = 3;
+/// Maximum offset, relative to the width of a sample.
+const LARGEST_OFFSET: f64 = 0.5;
+/// A tetrahedron with a grain fraction above this value becomes grain; with a fraction below 1 − this value it
+/// becomes matrix.
+const WHOLE: f64 = 0.999;
+/// Step of the finite differences of distances, relative to the width of a sample.
+const STEP: f64 = 0.05;
+/// Minimum length of the mean of the unit normals in a tetrahedron; below it the interface has no direction.
+const DIRECTED: f64 = 0.3;
+/// Number of rounds that correct the factors of several phases, and the bounds of one correction.
+const ROUNDS: usize = 6;
+const FACTORS: [f64; 2] = [0.5, 2.0];
+
+/// Mixtures of a mesh that does not resolve the grains.
+pub(super) struct Mixed {
+    /// Mixture of each tetrahedron; `region` holds the index of a phase here.
+    pub(super) mixture: Vec<Mixture>,
+    /// Volume of each grain in mixtures and in tetrahedra that became entirely grain (mm³).
+    pub(super) volumes_mm3: Vec<f64>,
+    /// Number of tetrahedra that contain grains of several phases; only the largest of these phases is kept.
+    pub(super) multiphase_tets: usize,
+}
+
+/// Volume fraction of one grain in a tetrahedron.
+struct Share {
+    grain: u32,
+    fraction: f64,
+    /// Derivative of the fraction with respect to the offset (1/mm).
+    slope: f64,
+}
+
+/// Adds the grains marked in `mixes` to the matrix tetrahedra of a labelled mesh, as mixtures. A tetrahedron entirely
+/// inside a grain gets the grain's label. A tetrahedron that contains several phases besides the matrix gets the
+/// largest of these phases.
+///
+/// Each sample contributes the fraction of its own width that lies inside the grain. One offset per grain, and
+/// finally one factor per grain, preserve the grain's volume.
+pub(super) fn mix(
+    mesh: &TetMesh,
+    field: &dyn GrainField,
+    phases: &Phases,
+    mixes: &[bool],
+    labels: &mut [u32],
+) -> Mixed {
+    let volumes = mesh.volumes();
+    let width = |tet: usize| (volumes[tet] / SAMPLES as f64).cbrt();
+    let sampled: Vec<(usize, Sampled)> = (0..mesh.tets.len())
+        .into_par_iter()
+        .filter(|&tet| labels[tet] == 0)
+        .filter_map(|tet| {
+            let mut sampled = Sampled::new(field, &mesh.corners(tet), 2.0 * width(tet));
+            sampled.grains.retain(|&grain| mixes[grain as usize - 1]);
+            (!sampled.grains.is_empty()).then_some((tet, sampled))
+        })
+        .collect();
+
+    let grains = field.grains();
+    let mut offsets = vec![0.0; grains];
+    let mut spread = vec![1.0; grains];
+    let mut shares = Vec::new();
+    let mut taken = Vec::new();
+    for round in 0..=CORRECTIONS {
+        let of_tet = |(tet, sampled): &(usize, Sampled)| {
+            shares_of(field, sampled, width(*tet), &offsets, &spread)
+        };
+        shares = sampled.par_iter().map(of_tet).collect::<Vec<_>>();
+        taken = vec![0.0; grains];
+        let (mut slopes, mut widest) = (vec![0.0; grains], vec![0.0_f64; grains]);
+        for ((tet, _), shares) in sampled.iter().zip(&shares) {
+            for share in shares {
+                let grain = share.grain as usize - 1;
+                taken[grain] += share.fraction * volumes[*tet];
+                slopes[grain] += share.slope * volumes[*tet];
+                widest[grain] = widest[grain].max(width(*tet));
+            }
+        }
+        if round == CORRECTIONS {
+            break;
+        }
+        for grain in (0..grains).filter(|&grain| mixes[grain]) {
+            if taken[grain] == 0.0 {
+                // the grain lies between the samples: widen the samples
+                spread[grain] = 4.0;
+            } else if slopes[grain] > 0.0 {
+                let missing = field.volume_mm3(grain as u32 + 1) - taken[grain];
+                let most = LARGEST_OFFSET * widest[grain];
+                offsets[grain] = (offsets[grain] + missing / slopes[grain]).clamp(-most, most);
+            }
+        }
+    }
+
+    let factor = |grain: usize| {
+        let taken: f64 = taken[grain];
+        if taken > 0.0 { field.volume_mm3(grain as u32 + 1) / taken } else { 0.0 }
+    };
+    let mut factors: Vec<f64> = (0..grains).map(factor).collect();
+    if phases.solid() > 1 {
+        factors = corrected(field, phases, &shares, factors, |n| volumes[sampled[n].0]);
+    }
+    let of_tet = |((tet, sampled), shares): (&(usize, Sampled), &Vec<Share>)| {
+        let filling = Filling::new(shares, &factors, phases);
+        let is_of_phase = |grain: u32| phases.of_grain(grain) == filling.phase;
+        let normal = normal(field, sampled, width(*tet), &offsets, is_of_phase);
+        (filling, normal)
+    };
+    let filled: Vec<_> = sampled.par_iter().zip(&shares).map(of_tet).collect();
+    let mut mixed = Mixed {
+        mixture: vec![Mixture::default(); mesh.tets.len()],
+        volumes_mm3: vec![0.0; grains],
+        multiphase_tets: 0,
+    };
+    for ((tet, _), (filling, normal)) in sampled.iter().zip(filled) {
+        let Filling { own, total, phase, has_several } = filling;
+        if total < 1.0 - WHOLE {
+            continue;
+        }
+        if total > WHOLE {
+            let largest = own.iter().max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
+            labels[*tet] = largest.map_or(0, |&(grain, _)| grain);
+        } else {
+            let normal = normal.map(|x| x as f32);
+            mixed.mixture[*tet] = Mixture { fraction: total as f32, normal, region: phase as u16 };
+        }
+        mixed.multiphase_tets += usize::from(has_several);
+        for (grain, fraction) in own {
+            mixed.volumes_mm3[grain as usize - 1] += fraction * volumes[*tet];
+        }
+    }
+    mixed
+}
+
+/// Content of a tetrahedron: matrix and one other phase.
+struct Filling {
+    /// Grains of the phase and their volume fractions.
+    own: Vec<(u32, f64)>,
+    /// Sum of the volume fractions.
+    total: f64,
+    phase: usize,
+    /// Whether grains of other phases lie in the tetrahedron as well.
+    has_several: bool,
+}
+
+impl Filling {
+    /// Assigns the fractions of all phases to the largest phase, so that the fraction of the matrix is correct.
+    fn new(shares: &[Share], factors: &[f64], phases: &Phases) -> Filling {
+        let mut own: Vec<(u32, f64)> = shares
+            .iter()
+            .map(|share| (share.grain, share.fraction * factors[share.grain as usize - 1]))
+            .collect();
+        let total: f64 = own.iter().map(|(_, fraction)| fraction).sum();
+        if total > 1.0 {
+            own.iter_mut().for_each(|(_, fraction)| *fraction /= total);
+        }
+        let total = total.min(1.0);
+        let mut of_phase = vec![0.0; phases.names.len()];
+        for &(grain, fraction) in &own {
+            of_phase[phases.of_grain(grain)] += fraction;
+        }
+        // of phases with equal fractions, choose the first
+        let phases_by_share = (0..of_phase.len()).rev();
+        let phase =
+            phases_by_share.max_by(|&a, &b| of_phase[a].total_cmp(&of_phase[b])).unwrap_or(0);
+        let has_several = of_phase.iter().filter(|share| **share > 1.0 - WHOLE).count() > 1;
+        if of_phase[phase] < total {
+            let stretch = total / of_phase[phase];
+            own.retain(|&(grain, _)| phases.of_grain(grain) == phase);
+            if own.len() < shares.len() {
+                own.iter_mut().for_each(|(_, fraction)| *fraction *= stretch);
+            }
+        }
+        Filling { own, total, phase, has_several }
+    }
+}
+
+/// Returns one factor per grain for the fractions, so that grains keep their volumes although each tetrahedron has
+/// only one phase besides the matrix. Of all rounds, the factors with the smallest error of the phase volumes are
+/// returned.
+fn corrected(
+    field: &dyn GrainField,
+    phases: &Phases,
+    shares: &[Vec<Share>],
+    mut factors: Vec<f64>,
+    volume_of: impl Fn(usize) -> f64,
+) -> Vec<f64> {
+    let mut best = (f64::INFINITY, factors.clone());
+    for _ in 0..ROUNDS {
+        let fillings: Vec<Filling> =
+            shares.par_iter().map(|shares| Filling::new(shares, &factors, phases)).collect();
+        let mut achieved = vec![0.0; factors.len()];
+        for (n, filling) in fillings.iter().enumerate() {
+            for &(grain, fraction) in &filling.own {
+                achieved[grain as usize - 1] += fraction * volume_of(n);
+            }
+        }
+        let mut missing = vec![0.0; phases.names.len()];
+        for (k, &achieved) in achieved.iter().enumerate().filter(|&(k, _)| factors[k] > 0.0) {
+            let grain = k as u32 + 1;
+            missing[phases.of_grain(grain)] += field.volume_mm3(grain) - achieved;
+        }
+        let error: f64 = missing.iter().map(|missing| missing.abs()).sum();
+        if error < best.0 {
+            best = (error, factors.clone());
+        }
+        for (k, factor) in factors.iter_mut().enumerate().filter(|(_, factor)| **factor > 0.0) {
+            let [least, most] = FACTORS;
+            // a grain without a tetrahedron grows in each round until it has one
+            *factor *= (field.volume_mm3(k as u32 + 1) / achieved[k]).clamp(least, most);
+        }
+    }
+    best.1
+}
+
+/// Returns the volume fraction of each grain in a tetrahedron, from the signed distances of the samples.
+fn shares_of(
+    field: &dyn GrainField,
+    sampled: &Sampled,
+    width: f64,
+    offsets: &[f64],
+    spread: &[f64],
+) -> Vec<Share> {
+    let mut shares = Vec::new();
+    for &grain in &sampled.grains {
+        let width = width * spread[grain as usize - 1];
+        let offset = offsets[grain as usize - 1];
+        let (mut inside, mut cut) = (0.0, 0.0);
+        for &point in &sampled.points {
+            let limit = offset + 0.5 * width;
+            if let Some(distance) = field.distance_below(grain, point, limit) {
+                let share = 0.5 - (distance - offset) / width;
+                inside += share.min(1.0);
+                cut += f64::from(share < 1.0);
+            }
+        }
+        if inside > 0.0 {
+            let samples = SAMPLES as f64;
+            shares.push(Share {
+                grain,
+                fraction: inside / samples,
+                slope: cut / (samples * width),
+            });
+        }
+    }
+    shares
+}
+
+/// Returns the mean unit normal, towards the matrix, of the surfaces near the samples, for the grains selected by
+/// `counts`; zero if the normals have no common direction.
+fn normal(
+    field: &dyn GrainField,
+    sampled: &Sampled,
+    width: f64,
+    offsets: &[f64],
+    counts: impl Fn(u32) -> bool,
+) -> Point {
+    let (mut sum, mut count) = ([0.0; 3], 0.0);
+    for &grain in sampled.grains.iter().filter(|grain| counts(**grain)) {
+        let offset = offsets[grain as usize - 1];
+        for &point in &sampled.points {
+            let limit = offset + 0.5 * width;
+            let distance = field.distance_below(grain, point, limit);
+            if distance.is_some_and(|distance| distance > offset - 0.5 * width) {
+                sum = add(sum, field.distance_and_gradient(grain, point, STEP * width).1);
+                count += 1.0;
+            }
+        }
+    }
+    let length = norm(sum);
+    if length > DIRECTED * count && count > 0.0 { scale(sum, 1.0 / length) } else { [0.0; 3] }
+}

@@ -1,0 +1,284 @@
+//! Meshing of specimens: a cylinder with its grains.
+
+mod adjacency;
+mod conforming;
+mod fraction;
+mod label;
+mod mode;
+mod report;
+mod samples;
+mod voids;
+
+use std::f64::consts::PI;
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::MeshError;
+use crate::mesh::{CylinderLattice, LatticeError, Quality, TetMesh};
+use crate::specimen::grains::{GrainField, Phases};
+use conforming::Conforming;
+use fraction::mix;
+use voids::carve;
+
+pub use label::{FractionTarget, GrainVolume, LabelReport, Labelling, label};
+pub use mode::GrainMode;
+pub use report::{MeshReport, MeshedGrain, MeshedPhase};
+
+/// Settings for meshing a cylinder with grains.
+///
+/// The lattice of [`CylinderLattice`] is labelled, and its nodes are moved onto the interfaces of the conforming
+/// grains, whose contacts and volumes are preserved. Grains too small for a conforming mesh become volume fractions
+/// of tetrahedra.
+///
+/// Grains of the phase [`VOID`](fem_image::VOID) are meshed conformingly in every mode except [`GrainMode::Whole`].
+/// Their tetrahedra are removed from the mesh, together with parts that no face connects with the body. Voids too
+/// small to have a tetrahedron count as matrix.
+///
+/// # Example
+/// ```
+/// use fem_mesh::{Grain, GrainList, Meshing};
+///
+/// let grains = GrainList::new(vec![Grain::sphere([0.0, 0.0, 2.2], 1.2)], 2.5, 4.4);
+/// let meshed = Meshing::new(0.4).build(2.5, 4.4, &grains)?;
+/// assert!(meshed.report.warnings().is_empty(), "{:?}", meshed.report.warnings());
+/// assert!(meshed.report.grains[0].volume_error().abs() < 0.005);
+/// meshed.mesh.validate()?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Meshing {
+    /// Edge length of the lattice's hexahedra (mm); each hexahedron is split into twelve tetrahedra.
+    pub spacing_mm: f64,
+    /// Representation of grains in the mesh.
+    #[serde(default)]
+    pub mode: GrainMode,
+    /// With [`GrainMode::Auto`], grains with more elements across than this are meshed conformingly.
+    #[serde(default = "default_elements_across")]
+    pub elements_across: f64,
+    /// Lower limit of the dihedral angles when nodes are moved, in [1, 25] (degrees).
+    #[serde(default = "default_min_dihedral")]
+    pub min_dihedral_deg: f64,
+    /// Whether edges on interfaces and wall are curved, for quadratic elements. Grain volumes are preserved by the
+    /// curved mesh if `true`, else by the straight mesh.
+    #[serde(default = "default_curved")]
+    pub curved: bool,
+}
+
+fn default_elements_across() -> f64 {
+    3.0
+}
+
+fn default_min_dihedral() -> f64 {
+    12.0
+}
+
+fn default_curved() -> bool {
+    true
+}
+
+/// A mesh and the report on it.
+#[derive(Clone, Debug)]
+pub struct Meshed {
+    /// The mesh: regions `matrix` and the phases of the grains, surfaces `bottom`, `top` and `side`.
+    pub mesh: TetMesh,
+    /// Report on the accuracy of the mesh.
+    pub report: MeshReport,
+}
+
+/// Error of a specimen that cannot be meshed.
+#[derive(Clone, Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum MeshingError {
+    /// A setting is out of range.
+    #[error("{field} = {value}; give {requirement}")]
+    Field {
+        /// Name of the setting.
+        field: &'static str,
+        /// Value of the setting.
+        value: f64,
+        /// Allowed values.
+        requirement: &'static str,
+    },
+    /// The cylinder cannot be meshed with this spacing.
+    #[error(transparent)]
+    Lattice(#[from] LatticeError),
+    /// Voids separate the specimen into parts.
+    #[error(
+        "the voids part the specimen: no connected body reaches from its bottom to its top and its side; label less as \
+         \"void\", or cut the specimen out of the image where it is whole (radius_mm, height_mm)"
+    )]
+    Parted,
+    /// The generated mesh is not valid.
+    #[error("the mesh made is not sound: {0}")]
+    Unsound(#[from] MeshError),
+}
+
+impl Meshing {
+    /// Creates settings for a spacing (mm): mode [`GrainMode::Auto`], curved edges, and default values otherwise.
+    pub fn new(spacing_mm: f64) -> Meshing {
+        Meshing {
+            spacing_mm,
+            mode: GrainMode::Auto,
+            elements_across: default_elements_across(),
+            min_dihedral_deg: default_min_dihedral(),
+            curved: default_curved(),
+        }
+    }
+
+    /// Checks the settings.
+    ///
+    /// # Errors
+    /// [`MeshingError::Field`] for the first setting out of range.
+    pub fn validate(&self) -> Result<(), MeshingError> {
+        let rules = [
+            ("spacing_mm", self.spacing_mm, self.spacing_mm > 0.0, "a length above 0 (mm)"),
+            (
+                "elements_across",
+                self.elements_across,
+                (0.0..=100.0).contains(&self.elements_across),
+                "a number from 0 to 100",
+            ),
+            (
+                "min_dihedral_deg",
+                self.min_dihedral_deg,
+                (1.0..=25.0).contains(&self.min_dihedral_deg),
+                "an angle from 1 to 25 degrees",
+            ),
+        ];
+        match rules.into_iter().find(|&(_, value, holds, _)| !(holds && value.is_finite())) {
+            Some((field, value, _, requirement)) => {
+                Err(MeshingError::Field { field, value, requirement })
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// Meshes a cylinder (mm) with its bottom at z = 0 and its axis on z.
+    ///
+    /// # Errors
+    /// [`MeshingError`] if a setting is out of range, the spacing does not suit the cylinder, voids separate the
+    /// specimen, or the generated mesh is not valid.
+    pub fn build(
+        &self,
+        radius_mm: f64,
+        height_mm: f64,
+        grains: &dyn GrainField,
+    ) -> Result<Meshed, MeshingError> {
+        self.validate()?;
+        let lattice = CylinderLattice { radius_mm, height_mm, spacing_mm: self.spacing_mm };
+        let mut mesh = lattice.build_round()?;
+        let phases = Phases::of(grains);
+        let numbers = || 1..=grains.grains() as u32;
+        let mut modes: Vec<GrainMode> =
+            numbers().map(|grain| self.mode_of(grains, &phases, grain)).collect();
+        let is = |modes: &[GrainMode], mode| modes.iter().map(|&m| m == mode).collect::<Vec<_>>();
+
+        let follows = is(&modes, GrainMode::Conforming);
+        let conforming = Conforming {
+            field: grains,
+            follows: &follows,
+            radius_mm,
+            spacing_mm: self.spacing_mm,
+            floor_deg: self.min_dihedral_deg,
+            curved: self.curved,
+        };
+        let mut labels = conforming.labels(&mesh);
+        if self.mode == GrainMode::Auto {
+            // a grain without any tetrahedron is not resolved after all and becomes a volume fraction
+            let mut found = vec![false; modes.len()];
+            labels.iter().filter(|&&l| l > 0).for_each(|&l| found[l as usize - 1] = true);
+            let lost = numbers().zip(&mut modes).zip(found).filter(|(_, found)| !found);
+            lost.filter(|((grain, _), _)| !phases.is_void(*grain))
+                .for_each(|((_, mode), _)| *mode = GrainMode::Fraction);
+        }
+        let conformed = conforming.apply(&mut mesh, &labels);
+        if self.mode == GrainMode::Whole {
+            Labelling { separate: false, ..Labelling::default() }.apply_field(&mut mesh, grains);
+            labels = mesh.grain_of.take().unwrap_or_default();
+        }
+        let volumes = mesh.volumes();
+        let mut achieved = vec![0.0; modes.len()];
+        for (&label, volume) in labels.iter().zip(&volumes).filter(|(label, _)| **label > 0) {
+            achieved[label as usize - 1] += volume;
+        }
+        let mixes = is(&modes, GrainMode::Fraction);
+        let (mut mixed_tets, mut multiphase_tets) = (0, 0);
+        mesh.mixture = None;
+        if mixes.contains(&true) {
+            let mixed = mix(&mesh, grains, &phases, &mixes, &mut labels);
+            achieved.iter_mut().zip(&mixed.volumes_mm3).for_each(|(sum, more)| *sum += more);
+            mixed_tets = mixed.mixture.iter().filter(|mixture| mixture.fraction > 0.0).count();
+            multiphase_tets = mixed.multiphase_tets;
+            mesh.mixture = Some(mixed.mixture);
+        }
+        let is_void: Vec<bool> =
+            labels.iter().map(|&label| label > 0 && phases.is_void(label)).collect();
+        let (mut void_tets, mut loose_tets) = (0, 0);
+        if is_void.contains(&true) {
+            let carved = carve(&mut mesh, &is_void).ok_or(MeshingError::Parted)?;
+            (void_tets, loose_tets) = (carved.void_tets, carved.loose_tets);
+            let loose = (0..labels.len()).filter(|&tet| !carved.stays[tet] && !is_void[tet]);
+            for tet in loose.filter(|&tet| labels[tet] > 0) {
+                achieved[labels[tet] as usize - 1] -= volumes[tet];
+            }
+            labels =
+                labels.iter().zip(&carved.stays).filter(|(_, s)| **s).map(|(&l, _)| l).collect();
+        }
+        let regions = phases.regions(&labels, mesh.mixture.is_some());
+        mesh.region_of = labels.iter().map(|&label| phases.region_of(label, &regions)).collect();
+        for mixture in mesh.mixture.iter_mut().flatten().filter(|mixture| mixture.fraction > 0.0) {
+            mixture.region = regions.of_phase[usize::from(mixture.region)];
+        }
+        mesh.regions = regions.names;
+        mesh.grain_of = Some(labels);
+        mesh.validate()?;
+
+        let cylinder = PI * radius_mm * radius_mm * height_mm;
+        let total: f64 = volumes.iter().sum();
+        let of_grain = |(grain, mode): (u32, &GrainMode)| MeshedGrain {
+            asked_mm3: grains.volume_mm3(grain),
+            achieved_mm3: achieved[grain as usize - 1],
+            elements_across: self.across(grains, grain),
+            mode: *mode,
+            phase: phases.of_grain(grain),
+        };
+        let of_grains: Vec<MeshedGrain> = numbers().zip(&modes).map(of_grain).collect();
+        let of_phases = MeshedPhase::sums(phases.names, &of_grains);
+        let solid = || of_phases.iter().filter(|phase| !phase.is_void());
+        let report = MeshReport {
+            quality: Quality::of(&mesh),
+            euler_characteristic: mesh.euler_characteristic(),
+            asked_fraction: solid().map(|phase| phase.asked_mm3).sum::<f64>() / cylinder,
+            achieved_fraction: solid().map(|phase| phase.achieved_mm3).sum::<f64>() / total,
+            volume_error: total / cylinder - 1.0,
+            grains: of_grains,
+            phases: of_phases,
+            interface_rms_mm: conformed.interface_rms_mm,
+            wall_error_mm: MeshReport::wall_error(&mesh, radius_mm),
+            straightened_edges: conformed.straightened_edges,
+            mixed_tets,
+            multiphase_tets,
+            void_tets,
+            loose_tets,
+        };
+        Ok(Meshed { mesh, report })
+    }
+
+    /// Returns the mode of one grain. Voids are meshed conformingly wherever possible, since their surface is part of
+    /// the surface of the body.
+    fn mode_of(&self, grains: &dyn GrainField, phases: &Phases, grain: u32) -> GrainMode {
+        match self.mode {
+            GrainMode::Auto | GrainMode::Fraction if phases.is_void(grain) => GrainMode::Conforming,
+            GrainMode::Auto if self.across(grains, grain) > self.elements_across => {
+                GrainMode::Conforming
+            }
+            GrainMode::Auto => GrainMode::Fraction,
+            mode => mode,
+        }
+    }
+
+    /// Returns the diameter of the sphere of equal volume, divided by the spacing.
+    fn across(&self, grains: &dyn GrainField, grain: u32) -> f64 {
+        (6.0 / PI * grains.volume_mm3(grain)).cbrt() / self.spacing_mm
+    }
+}
