@@ -13,13 +13,13 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use crate::{
+    CaseFile, FolderAccess, InputError, PartStatus, Registry, STAGES, Stage, StageStatus, Study,
+    StudyFile, SurfaceOptions, Workflow, WorkflowError, missing_case,
+};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 use fem::Ranks;
-use models::{
-    CaseFile, FolderAccess, InputError, PartStatus, STAGES, Stage, StageStatus, Study, StudyFile,
-    SurfaceOptions, Workflow, WorkflowError, missing_case,
-};
 
 use check::check;
 use cluster::{Jobs, Sharing, slurm, slurm_study};
@@ -99,7 +99,7 @@ enum Command {
 
         /// Device that solves the linear systems
         #[arg(long, value_enum, default_value_t)]
-        device: models::DeviceChoice,
+        device: crate::DeviceChoice,
     },
     /// Write the surface of each grain as STL: surfaces/grain-001.stl, surfaces.csv
     #[command(
@@ -216,7 +216,10 @@ static INTERRUPT: AtomicBool = AtomicBool::new(false);
 
 /// Runs the program. Exit codes: 0 if everything is complete, 1 after an error, 2 for an invalid command line, 3 if
 /// `status` finds unfinished work, 130 after Ctrl-C or another signal to end.
-pub(crate) fn main() -> ExitCode {
+///
+/// `registry` has what cases can name: [`Registry::standard`], and what the user's own program adds.
+pub fn program(registry: Registry) -> ExitCode {
+    registry.install();
     let (threads, request) = request();
     let handler = ctrlc::set_handler(|| {
         if INTERRUPT.swap(true, Ordering::Relaxed) {
@@ -354,7 +357,7 @@ fn run(request: Request, threads: usize, ranks: &Ranks) -> Result<ExitCode, Fail
             }
             ranks::remember(ranks, &target.out);
             let access = target.access()?;
-            let path = models::simulate(&file, &target.out, device, ranks, &INTERRUPT, &access)?;
+            let path = crate::simulate(&file, &target.out, device, ranks, &INTERRUPT, &access)?;
             if ranks.is_first() {
                 print_line(path.display())?;
             }
@@ -427,9 +430,9 @@ fn stage_named(name: &str) -> Result<&'static Stage, WorkflowError> {
 
 /// Prints the state of a results folder; exit code 3 if there is unfinished work.
 fn status(dir: &Path) -> Result<ExitCode, Failure> {
-    let parts = match models::study_status(dir)? {
+    let parts = match crate::study_status(dir)? {
         Some(parts) => parts,
-        None => vec![PartStatus { name: String::new(), stages: models::status(dir)? }],
+        None => vec![PartStatus { name: String::new(), stages: crate::status(dir)? }],
     };
     for PartStatus { name, stages } in &parts {
         if !name.is_empty() {

@@ -27,23 +27,28 @@
 //! 5. `report`: figures and the page; depends on results, but not on the workflow
 //! 6. `workflow`: the stages, each one row of a table; the inputs of a stage are the keys and files that it reads
 //! 7. `study`: several calibrations, and jobs of a cluster
+//! 8. `registry`, `cli`: what a user's own program adds, and the command line
 //!
 //! The modules depend on the crate [`breccia_calibration`]: curves, quantities of interest and calibration models.
 
 mod case;
+mod cli;
 mod coverage;
 mod progress;
+mod registry;
 pub mod report;
 mod study;
 mod virtual_specimen;
 mod workflow;
 
 pub use breccia_calibration::{
-    Belief, Calibration, CalibrationError, Compression, Decimal, Encoding, Evidence, Expected,
-    FurtherTest, FurtherTestError, Goal, Groups, InputError, MaterialParameter, Needed, Pooling,
-    Population, Property, QoiError, Qois, Quantity, ReadOptions, Separator, Specimen,
-    SpecimenTable, Specimens, TestAtDraw, TestCurve, TestGroup, Trend, calibrate, calibrate_after,
-    calibrate_groups, calibration, calibration_on, calibration_over_groups, hyperelastic, tension,
+    Belief, Calibration, CalibrationError, Compression, CurveRates, Decimal, DisplacementAtPeak,
+    Encoding, EnergyToPeak, Evidence, Expected, Extent, ForceAt, FurtherTest, FurtherTestError,
+    Goal, Groups, HomogeneousCylinder, InputError, MaterialParameter, Needed, PeakForce,
+    PeakedCurve, Pooling, Population, PostPeakSlope, Property, Qoi, QoiError, QoiRegistry, Qois,
+    Quantity, ReadOptions, RelativeForce, Separator, Slope, Specimen, SpecimenTable, Specimens,
+    TestAtDraw, TestCurve, TestGroup, Trend, Unit, calibrate, calibrate_after, calibrate_groups,
+    calibration, calibration_on, calibration_over_groups, hyperelastic, tension,
 };
 use breccia_calibration::{
     budget, curve_check, error, experiment, fracture, further_test, parameter, predicted_curve,
@@ -57,7 +62,9 @@ pub use case::{
     SequentialCase, SpecimenCase, SpecimenGeometry, SurrogateCase, TestCase, Toe, TractionCase,
     VirtualCase,
 };
+pub use cli::program;
 pub use coverage::{CoverageRow, CoverageStudy, Emulated, KnownStiffness, Laboratory, Setting};
+pub use registry::Registry;
 pub use study::{
     PartCheck, PartStatus, Reference, SlurmError, SlurmJobs, Study, StudyCase, StudyCheck,
     StudyFile, StudyJob, StudyLaboratory, StudyPart, StudySetting, Submitted, study_status,

@@ -1,9 +1,7 @@
 //! The `breccia` program.
 
-mod cli;
-
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    cli::main()
+    models::program(models::Registry::standard())
 }

@@ -1,10 +1,9 @@
 //! Errors in files that the user wrote.
 
+use std::fmt;
 use std::path::Path;
 
 /// Error in a file that the user wrote: location, value, problem, and how to fix it.
-///
-/// Example of a message: `case.toml: specimen.radius_mm = -2.5: must lie between 0.001 and 1000 mm. Give …`.
 ///
 /// # Example
 /// ```
@@ -12,8 +11,7 @@ use std::path::Path;
 /// let error = InputError::new("case.toml".as_ref(), "test.steps", "0", "must be at least 1", "Write steps = 44.");
 /// assert_eq!(error.to_string(), "case.toml: test.steps = 0: must be at least 1. Write steps = 44.");
 /// ```
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{file}: {}{problem}. {help}", located(place, value))]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct InputError {
     /// Path of the file as given by the user.
     pub file: String,
@@ -26,7 +24,34 @@ pub struct InputError {
     pub problem: String,
     /// How to fix the problem: one or more whole sentences.
     pub help: String,
+    /// The line of the file; `None` if the value is not in the file, or the error names the line in `place`.
+    pub excerpt: Option<Box<Excerpt>>,
 }
+
+/// One line of a file with marks below the value that has the error.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Excerpt {
+    /// Number of the line, from 1.
+    pub line: usize,
+    /// The line and the marks below it, ready to print.
+    pub picture: String,
+}
+
+impl fmt::Display for InputError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { file, place, value, problem, help, excerpt } = self;
+        let located = located(place, value);
+        match excerpt {
+            None => write!(f, "{file}: {located}{problem}. {help}"),
+            Some(excerpt) => {
+                let Excerpt { line, picture } = &**excerpt;
+                write!(f, "{file}:{line}: {located}{problem}.\n{picture}\nhelp: {help}")
+            }
+        }
+    }
+}
+
+impl std::error::Error for InputError {}
 
 impl InputError {
     /// Creates an error at `place` of `file`; `place` and `value` may be empty. Long texts are shortened.
@@ -43,6 +68,7 @@ impl InputError {
             value: shortened(value.into(), 100),
             problem: shortened(problem.into(), 500),
             help: shortened(help.into(), 2000),
+            excerpt: None,
         }
     }
 

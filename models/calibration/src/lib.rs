@@ -67,5 +67,9 @@ pub use fracture::{
 };
 pub use further_test::{Belief, Expected, FurtherTest, FurtherTestError, Goal, Needed, TestAtDraw};
 pub use parameter::{MaterialParameter, Property};
-pub use qoi::{QoiError, Qois, Quantity};
+pub use qoi::{
+    CurveRates, DisplacementAtPeak, EnergyToPeak, Extent, ForceAt, HomogeneousCylinder, PeakForce,
+    PeakedCurve, PostPeakSlope, Qoi, QoiError, QoiRegistry, Qois, Quantity, RelativeForce, Slope,
+    Unit,
+};
 pub use record::{Compression, Decimal, Encoding, ReadOptions, Separator};

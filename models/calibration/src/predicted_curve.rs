@@ -14,7 +14,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 use crate::budget::matrix;
 use crate::experiment::TestCurve;
-use crate::qoi::{QoiError, Qois, Quantity};
+use crate::qoi::{PeakedCurve, Qoi, QoiError, RelativeForce};
 
 /// Distance between the points of a shape, in % of the displacement at peak.
 const STEP: u8 = 5;
@@ -28,8 +28,7 @@ pub const QUANTILES: [f64; 5] = [0.05, 0.25, 0.5, 0.75, 0.95];
 
 /// Returns the largest displacement of a curve, in % of its displacement at peak.
 pub fn largest_percentage(curve: &TestCurve) -> Result<f64, QoiError> {
-    let quantities = [Quantity::DisplacementAtPeak];
-    let peak_mm = Qois::values_of(curve, SLOPE_FRACTION, &quantities)?[0];
+    let peak_mm = PeakedCurve::new(curve, SLOPE_FRACTION)?.peak_mm();
     let end = curve.displacement_mm.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     Ok(100.0 * end / peak_mm)
 }
@@ -37,15 +36,16 @@ pub fn largest_percentage(curve: &TestCurve) -> Result<f64, QoiError> {
 /// Percentages of the displacement at peak at which shapes are read. They end at `reach`, the smallest
 /// [`largest_percentage`] of all curves.
 pub fn percentages(reach: f64) -> Vec<u8> {
-    let last = reach.min(f64::from(Quantity::LARGEST_PERCENT)) / f64::from(STEP);
+    let last = reach.min(f64::from(RelativeForce::LARGEST_PERCENT)) / f64::from(STEP);
     (1..=last as u8).map(|i| i * STEP).collect()
 }
 
 /// Computes the shape of a curve: the forces at the given percentages of the displacement at peak, divided by the peak
 /// force.
 pub fn shape(curve: &TestCurve, percent: &[u8]) -> Result<Vec<f64>, QoiError> {
-    let places: Vec<Quantity> = percent.iter().map(|&p| Quantity::RelativeForce(p)).collect();
-    Qois::values_of(curve, SLOPE_FRACTION, &places)
+    let curve = PeakedCurve::new(curve, SLOPE_FRACTION)?;
+    let quantities = percent.iter().filter_map(|&percent| RelativeForce::new(percent));
+    quantities.map(|quantity| quantity.value(&curve)).collect()
 }
 
 /// Slope fraction, which is required to compute quantities but does not affect the shape.

@@ -249,7 +249,7 @@ impl Default for QoiCase {
     fn default() -> Self {
         Self {
             slope_fraction: 0.3,
-            quantities: Quantity::OF_THE_PAPER.to_vec(),
+            quantities: Quantity::of_the_paper().to_vec(),
             curve_percent: vec![25, 50, 75],
         }
     }

@@ -88,9 +88,11 @@ impl CandidateCase {
             true if !self.quantities.is_empty() => Vec::new(),
             _ => present.to_vec(),
         };
-        let further = self.quantities.iter().filter(|quantity| !measured.contains(quantity));
-        let further: Vec<Quantity> = further.copied().collect();
-        measured.extend(further);
+        for quantity in &self.quantities {
+            if !measured.contains(quantity) {
+                measured.push(quantity.clone());
+            }
+        }
         measured
     }
 }
@@ -151,13 +153,8 @@ impl CaseFile {
         }
         merge(&mut table, &candidate.set);
         Self::parse(&table.to_string(), &self.path).map_err(|error| {
-            // line numbers of the merged text do not belong to the user's file
-            let key = match error.place.strip_prefix("line ").and_then(|rest| rest.split_once(", "))
-            {
-                Some((_, key)) => key.to_owned(),
-                None => error.place,
-            };
-            InputError { place: place(&key), ..error }
+            // lines of the merged text are not lines of the user's file
+            InputError { place: place(&error.place), excerpt: None, ..error }
         })
     }
 

@@ -4,6 +4,7 @@
 
 mod calibration;
 mod conditions;
+mod excerpt;
 mod experiments;
 mod fidelity;
 mod further;

@@ -5,6 +5,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use super::Case;
+use super::excerpt::{excerpt, with_excerpt};
 use super::image::OWN_KEYS;
 use super::mistakes::ReadCase;
 use crate::error::{InputError, absence, closest};
@@ -51,13 +52,14 @@ impl CaseFile {
         }
         let mut read = ReadCase::of(text);
         let mut mistakes: Vec<InputError> =
-            read.errors.iter().map(|e| explain(e, text, path)).collect();
+            read.errors.iter().map(|error| explain(error, text, path)).collect();
         let Some(mut case) = read.case.take() else { return (None, mistakes) };
         if let Some(v) = case.experiments.as_mut().and_then(|e| e.virtual_specimens.as_mut()) {
             v.complete();
         }
         let mut file = Self { path: path.to_owned(), case };
-        mistakes.extend(file.validate().into_iter().filter(|found| !read.explains(found)));
+        let found = file.validate().into_iter().filter(|mistake| !read.explains(mistake));
+        mistakes.extend(found.map(|mistake| with_excerpt(mistake, text, path)));
         file.case.qoi.quantities = file.case.compared();
         (Some(file), mistakes)
     }
@@ -135,7 +137,14 @@ impl Case {
 
 /// Converts an error of the TOML parser into one with key, value and help.
 fn explain(error: &toml::de::Error, text: &str, path: &Path) -> InputError {
-    let (place, value) = error.span().map_or_else(Default::default, |span| locate(text, span));
+    let span = error.span();
+    let (place, value) = span.clone().map_or_else(Default::default, |span| locate(text, span));
+    let excerpt = span.map(|span| Box::new(excerpt(text, span)));
+    InputError { excerpt, ..explain_at(error, place, value, path) }
+}
+
+/// Converts an error of the TOML parser at a key with its value.
+fn explain_at(error: &toml::de::Error, place: String, value: String, path: &Path) -> InputError {
     let message = error.message();
     if message.contains("such as matrix.young_mpa") {
         let problem = "a parameter is named with its region";
@@ -223,12 +232,11 @@ fn did_you_mean(word: &str, known: &[&str]) -> String {
         .unwrap_or_default()
 }
 
-/// Returns the position of a span (line, table and key) and the text to the right of the equals sign.
+/// Returns the key at a span, with its table, and the text to the right of the equals sign.
 fn locate(text: &str, span: Range<usize>) -> (String, String) {
     let start = span.start.min(text.len());
     let line_start = text[..start].rfind('\n').map_or(0, |i| i + 1);
     let line = text[line_start..].lines().next().unwrap_or("");
-    let number = text[..line_start].matches('\n').count() + 1;
     let is_header = |line: &str| line.trim_start().starts_with('[');
     let table = text[..line_start + line.len()]
         .lines()
@@ -240,10 +248,10 @@ fn locate(text: &str, span: Range<usize>) -> (String, String) {
         Some((key, value)) if !is_header(line) => {
             let dot = if table.is_empty() { "" } else { "." };
             let value = value.split(" #").next().unwrap_or(value);
-            (format!("line {number}, {table}{dot}{}", key.trim()), value.trim().to_owned())
+            (format!("{table}{dot}{}", key.trim()), value.trim().to_owned())
         }
-        _ if table.is_empty() => (format!("line {number}"), String::new()),
-        _ => (format!("line {number}, [{table}]"), String::new()),
+        _ if table.is_empty() => Default::default(),
+        _ => (format!("[{table}]"), String::new()),
     }
 }
 
@@ -367,7 +375,9 @@ mod tests {
     fn misspelt_keys_and_names_are_recognised() {
         let slip = message(&with("radius_mm", "radus_mm"));
         for part in [
-            "case.toml: line ",
+            "case.toml:10: specimen.radus_mm",
+            "10 | radus_mm = 2.5",
+            "\nhelp: ",
             "specimen.radus_mm = 2.5",
             "unknown key \"radus_mm\"",
             "mean \"radius_mm\"?",
@@ -453,7 +463,7 @@ mod tests {
         assert!(part.contains("expected a whole number"), "{part}");
         let three = message(&with("[250.0, 300.0]", "[250.0, 300.0, 1.0]"));
         assert!(three.contains("young_mpa") && three.contains("[lower, upper]"), "{three}");
-        assert!(message("").starts_with("case.toml: line 1: "), "{}", message(""));
+        assert!(message("").starts_with("case.toml:1: "), "{}", message(""));
         let broken = message(&with("radius_mm = 2.5", "radius_mm = 2,5"));
         assert!(broken.contains("specimen.radius_mm"), "{broken}");
     }

@@ -4,7 +4,7 @@ use std::io::Write as _;
 use std::path::Path;
 use std::process::ExitCode;
 
-use models::{CaseCheck, PartCheck, StudyCheck};
+use crate::{CaseCheck, PartCheck, StudyCheck};
 
 use super::failure::Failure;
 use super::output::print_line;

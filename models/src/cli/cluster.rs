@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::{SlurmJobs, Stage, Study, Workflow};
 use clap::Args;
-use models::{SlurmJobs, Stage, Study, Workflow};
 
 use super::failure::{Failure, file_error};
 use super::output::print_line;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use models::{SlurmError, WorkflowError};
+use crate::{SlurmError, WorkflowError};
 
 /// Error that ends the program.
 #[derive(Debug, thiserror::Error)]

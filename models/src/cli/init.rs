@@ -3,7 +3,7 @@
 use std::io::ErrorKind;
 use std::path::Path;
 
-use models::{Case, WorkflowError};
+use crate::{Case, WorkflowError};
 
 use super::failure::Failure;
 use super::output::print_line;
@@ -40,6 +40,6 @@ pub(super) fn init(file: &Path) -> Result<(), Failure> {
 
 /// Creates a file that must not exist yet. The file is written completely or not at all.
 fn create(file: &Path, text: &str) -> Result<(), WorkflowError> {
-    models::create_file(file, text.as_bytes())
+    crate::create_file(file, text.as_bytes())
         .map_err(|source| WorkflowError::Init { path: file.to_owned(), source })
 }

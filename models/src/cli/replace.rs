@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use models::{InputError, WorkflowError};
+use crate::{InputError, WorkflowError};
 
 /// Returns the absolute paths of the files given with `--replace`. Each name is relative to the results folder or to
 /// the current folder.

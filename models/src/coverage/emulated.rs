@@ -198,7 +198,7 @@ mod tests {
     fn viscous_limit(prior: &PriorCase, stiffness: Option<Input>) -> DynPce {
         let inputs: Vec<Input> = prior.inputs().unwrap().into_iter().chain(stiffness).collect();
         let points = DesignMethod::Sobol.sample(&inputs, 256, 1).unwrap();
-        let outputs = Quantity::OF_THE_PAPER.map(|q| q.column().into_owned()).to_vec();
+        let outputs = Quantity::of_the_paper().map(|q| q.column().into_owned()).to_vec();
         let mut data = Dataset::new(inputs, outputs, "closed form").unwrap();
         for x in points {
             let (young, viscosity) = (x[0], x[2]);

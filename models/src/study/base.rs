@@ -69,19 +69,10 @@ impl Base {
         }
         sets.into_iter().for_each(|set| merge(&mut table, set));
         let (file, of_case) = CaseFile::parse_all(&table.to_string(), study);
-        mistakes.extend(of_case.into_iter().map(|error| {
-            // line numbers of the merged text do not belong to the user's file
-            let place = key_of(&error.place).to_owned();
-            InputError { place, ..error }
-        }));
+        // lines of the merged text are not lines of the user's file
+        mistakes.extend(of_case.into_iter().map(|error| InputError { excerpt: None, ..error }));
         (file, mistakes)
     }
-}
-
-/// Removes the line number from the place of an error, so that only the key remains.
-pub(super) fn key_of(place: &str) -> &str {
-    let key = place.strip_prefix("line ").and_then(|rest| rest.split_once(", "));
-    key.map_or(place, |(_, key)| key)
 }
 
 /// Makes a path absolute that is relative to the folder of the case.

@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use super::base::key_of;
 use super::file::{ReadStudy, StudyFile, StudyMistake, StudySetting};
 use crate::case::{CaseFile, ExperimentsCase};
 use crate::error::InputError;
@@ -127,9 +126,8 @@ impl Concerning {
 fn without_repetitions(mistakes: Vec<StudyMistake>) -> impl Iterator<Item = StudyMistake> {
     // the merged text may contain the same value with different spaces and quotes
     let bare = |value: &str| value.replace([' ', '"', '\''], "");
-    let identity = move |error: &InputError| {
-        (key_of(&error.place).to_owned(), bare(&error.value), error.problem.clone())
-    };
+    let identity =
+        move |error: &InputError| (error.place.clone(), bare(&error.value), error.problem.clone());
     let of_base: Vec<_> = mistakes
         .iter()
         .filter(|mistake| mistake.part.is_empty())

@@ -8,14 +8,14 @@ use fem::{RunInput, RunRecord};
 use super::WorkflowError;
 use super::closed_form::ClosedForm;
 use super::files::SPECIMENS;
-use super::gate::telling;
+use super::gate::unit_rank;
 use super::simulator::{Setup, quantities};
 use super::task::Task;
 use crate::case::{PriorBounds, PriorCase, QoiCase};
 use crate::error::InputError;
 use crate::fracture::column_means;
 use crate::progress::say;
-use crate::qoi::Quantity;
+use crate::qoi::{Quantity, Unit};
 use crate::table::{CsvTable, TableRow};
 
 /// Tolerance factor on the range that is expected over the prior box.
@@ -52,13 +52,13 @@ pub(super) fn check_first_runs(
     let usable = records.iter().find_map(|run| Some((run, quantities(run, qoi).ok()?)));
     let Some((run, simulated)) = usable else { return Ok(()) };
     let expected = Expected { setup, prior: &prior, size, run_inputs: &run.inputs };
-    let mut compared: Vec<(Quantity, f64, f64)> = qoi
+    let mut compared: Vec<(&Quantity, f64, f64)> = qoi
         .quantities
         .iter()
         .zip(means.iter().zip(simulated))
-        .map(|(&quantity, (&mean, simulated))| (quantity, mean, simulated))
+        .map(|(quantity, (&mean, simulated))| (quantity, mean, simulated))
         .collect();
-    compared.sort_by_key(|(quantity, ..)| telling(*quantity));
+    compared.sort_by_key(|(quantity, ..)| unit_rank(quantity.unit()));
     for (quantity, mean, simulated) in compared {
         let Some([low, high]) = expected.range(quantity, simulated) else { continue };
         if (low / FACTOR..=high * FACTOR).contains(&mean) {
@@ -69,7 +69,7 @@ pub(super) fn check_first_runs(
             "is far from what runs can give: the first one has {simulated:.4}, and over the box of [prior] {low:.4} to \
              {high:.4} are expected"
         );
-        let cause = cause(quantity, mean / (low * high).sqrt(), size)
+        let cause = cause(quantity.unit(), mean / (low * high).sqrt(), size)
             .unwrap_or("Check the units of curves, sizes and [material], and the box of [prior].");
         if task.accept_out_of_range {
             say("note", &format!("the mean of {column}, {mean:.4}, {problem}. {cause}"));
@@ -106,7 +106,7 @@ struct Expected<'a> {
 }
 
 impl Expected<'_> {
-    fn range(&self, quantity: Quantity, simulated: f64) -> Option<[f64; 2]> {
+    fn range(&self, quantity: &Quantity, simulated: f64) -> Option<[f64; 2]> {
         let SpecimenSize { height_mm, radius_mm } = self.size;
         let at_run: PriorCase = self
             .prior
@@ -115,7 +115,7 @@ impl Expected<'_> {
             .zip(self.run_inputs.iter().map(|&value| PriorBounds([value; 2])))
             .collect();
         let range = |prior: &PriorCase| {
-            ClosedForm::of(self.setup, Some(prior))?.range(quantity, height_mm, radius_mm)
+            ClosedForm::of(self.setup, Some(prior))?.range(&**quantity, height_mm, radius_mm)
         };
         let ([low, high], [at_run, _]) = (range(self.prior)?, range(&at_run)?);
         let scaled = [low, high].map(|end| simulated * end / at_run);
@@ -124,7 +124,7 @@ impl Expected<'_> {
 }
 
 /// Question about the unit whose ratio explains measured/expected; none if no unit does.
-fn cause(quantity: Quantity, ratio: f64, size: SpecimenSize) -> Option<&'static str> {
+fn cause(unit: Unit, ratio: f64, size: SpecimenSize) -> Option<&'static str> {
     let area_mm2 = std::f64::consts::PI * size.radius_mm.powi(2);
     let of_force = [
         (1e-3, "Is the force in kN? Write force_unit = \"kN\" under [experiments.read]."),
@@ -164,9 +164,9 @@ fn cause(quantity: Quantity, ratio: f64, size: SpecimenSize) -> Option<&'static 
             "Is the displacement in inches? Write displacement_unit = \"in\" under [experiments.read].",
         ),
     ];
-    let units: &[(f64, &'static str)] = match quantity {
-        Quantity::PeakForce | Quantity::ForceAt(_) => &of_force,
-        Quantity::DisplacementAtPeak => &of_displacement,
+    let units: &[(f64, &'static str)] = match unit {
+        Unit::N => &of_force,
+        Unit::MM => &of_displacement,
         _ => return None,
     };
     let distance = |unit: f64| (ratio / unit).ln().abs();
@@ -186,17 +186,17 @@ mod tests {
     #[test]
     fn units_are_recognised_by_their_ratio() {
         let size = SpecimenSize { height_mm: 4.4, radius_mm: 2.5 };
-        let force = |ratio: f64| cause(Quantity::PeakForce, ratio, size);
+        let force = |ratio: f64| cause(Unit::N, ratio, size);
         for (ratio, unit) in [(0.0011, "kN"), (0.1, "kgf"), (0.22, "lbf"), (0.052, "MPa")] {
             let named = force(ratio).unwrap();
             assert!(named.contains(&format!("\"{unit}\"")), "{ratio}: {named}");
         }
         assert_eq!(force(0.45), None);
-        let displacement = |ratio: f64| cause(Quantity::DisplacementAtPeak, ratio, size);
+        let displacement = |ratio: f64| cause(Unit::MM, ratio, size);
         for (ratio, unit) in [(0.23, "\"1\""), (22.0, "%"), (0.04, "in"), (950.0, "µm")] {
             let named = displacement(ratio).unwrap();
             assert!(named.contains(unit), "{ratio}: {named}");
         }
-        assert_eq!(cause(Quantity::Slope, 0.1, size), None);
+        assert_eq!(cause(Unit::N_PER_MM, 0.1, size), None);
     }
 }

@@ -154,8 +154,7 @@ pub(super) fn read_experiments(
     let columns: Vec<&str> = columns.iter().map(AsRef::as_ref).collect();
     let table = CsvTable::read(&path, &columns)?;
     let cell = |row: &TableRow, column: &str| match Quantity::of_column(column) {
-        // the post-peak slope is negative if the force decreases
-        Some(Quantity::PostPeakSlope) => row.number(column),
+        Some(quantity) if !quantity.is_positive() => row.number(column),
         _ => row.positive(column),
     };
     let row = |row: TableRow| columns.iter().map(|column| cell(&row, column)).collect();

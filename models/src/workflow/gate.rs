@@ -7,7 +7,7 @@ use super::files::SPECIMENS;
 use super::task::Task;
 use crate::error::InputError;
 use crate::fracture::column_means;
-use crate::qoi::Quantity;
+use crate::qoi::{Quantity, Unit};
 
 /// Stops a calibration if the mean of a quantity over the specimens is outside the range of the ensemble.
 ///
@@ -39,7 +39,7 @@ pub(super) fn check_range(
     });
     task.write_csv("range.csv", ["qoi", "experiment_mean", "low", "high", "inside"], rows)?;
     let mut outside: Vec<&Range> = ranges.iter().filter(|range| !range.is_inside()).collect();
-    outside.sort_by_key(|range| Quantity::of_column(&range.name).map(telling));
+    outside.sort_by_key(|range| Quantity::of_column(&range.name).map(|q| unit_rank(q.unit())));
     if let ([first, rest @ ..], false) = (&outside[..], task.accept_out_of_range) {
         let others: Vec<String> = rest.iter().map(|range| format!("; {}", range.words())).collect();
         let cause = outside.iter().find_map(|range| range.cause()).unwrap_or(
@@ -71,17 +71,14 @@ pub(super) fn is_in_range(runs: &Dataset, means: &[f64]) -> bool {
     })
 }
 
-/// Rank of a quantity by how well it identifies a wrong unit, best first. The slope ranks low because it depends on two
-/// units.
-pub(super) fn telling(quantity: Quantity) -> usize {
-    match quantity {
-        Quantity::PeakForce => 0,
-        Quantity::DisplacementAtPeak => 1,
-        Quantity::ForceAt(_) => 2,
-        Quantity::EnergyToPeak => 3,
-        Quantity::Slope => 4,
-        Quantity::PostPeakSlope => 5,
-        Quantity::RelativeForce(_) => 6,
+/// Rank of a quantity by how well it identifies a wrong unit of a table, best first. The slope ranks low because it
+/// depends on two units.
+pub(super) fn unit_rank(unit: Unit) -> usize {
+    match (unit.newton != 0, unit.millimetre != 0) {
+        (true, false) => 0,
+        (false, true) => 1,
+        (true, true) => 2,
+        (false, false) => 3,
     }
 }
 
@@ -117,30 +114,27 @@ impl Range {
         let ratio = self.value.abs() / (self.reached[0] * self.reached[1]).sqrt();
         let thousands = ratio.log10() / 3.0;
         let sign = [-1.0, 1.0].into_iter().find(|sign| (thousands - sign).abs() < 0.25)?;
-        Some(match (Quantity::of_column(&self.name)?, sign < 0.0) {
-            (Quantity::PeakForce | Quantity::ForceAt(_), true) => {
+        let is_small = sign < 0.0;
+        let unit = Quantity::of_column(&self.name)?.unit();
+        Some(match (unit.newton != 0, unit.millimetre != 0) {
+            (true, _) if is_small => {
                 "Is the force in kN? It is read as N: write force_unit = \"kN\" under [experiments.read], or name the \
                  column force_kN."
             }
-            (Quantity::PeakForce | Quantity::ForceAt(_), false) => {
+            (true, false) => {
                 "Is the force in mN? It is read as N: write force_unit = \"mN\" under [experiments.read]."
             }
-            (Quantity::DisplacementAtPeak, true) => {
+            (false, true) if is_small => {
                 "Is displacement in m? It is read as mm: write displacement_unit = \"m\" under [experiments.read]."
             }
-            (Quantity::DisplacementAtPeak, false) => {
+            (false, true) => {
                 "Is displacement in µm? It is read as mm: write displacement_unit = \"µm\" under [experiments.read]."
             }
-            (Quantity::Slope | Quantity::PostPeakSlope | Quantity::EnergyToPeak, true) => {
-                "Is the force in kN? It is read as N: write force_unit = \"kN\" under [experiments.read], or name the \
-                 column force_kN."
-            }
-            (Quantity::Slope | Quantity::PostPeakSlope | Quantity::EnergyToPeak, false) => {
+            (true, true) => {
                 "Is displacement in m, or force in mN? They are read as mm and N: write displacement_unit or \
                  force_unit under [experiments.read]."
             }
-            // units do not change the shape
-            (Quantity::RelativeForce(_), _) => return None,
+            (false, false) => return None,
         })
     }
 }
@@ -151,14 +145,14 @@ mod tests {
 
     #[test]
     fn a_slip_of_a_thousand_is_recognised_and_another_distance_is_not() {
-        let cause = |quantity: Quantity, value: f64| {
-            let name = quantity.column().into_owned();
+        let cause = |column: &str, value: f64| {
+            let name = column.to_owned();
             Range { name, value, reached: [120.0, 180.0] }.cause()
         };
-        assert!(cause(Quantity::PeakForce, 0.147).unwrap().contains("force_unit = \"kN\""));
-        assert!(cause(Quantity::DisplacementAtPeak, 0.147).unwrap().contains("in m?"));
-        assert!(cause(Quantity::DisplacementAtPeak, 147e3).unwrap().contains("µm"));
-        assert_eq!(cause(Quantity::PeakForce, 250.0), None);
-        assert_eq!(cause(Quantity::PeakForce, 14.7), None);
+        assert!(cause("peak_force_N", 0.147).unwrap().contains("force_unit = \"kN\""));
+        assert!(cause("displacement_at_peak_mm", 0.147).unwrap().contains("in m?"));
+        assert!(cause("displacement_at_peak_mm", 147e3).unwrap().contains("µm"));
+        assert_eq!(cause("peak_force_N", 250.0), None);
+        assert_eq!(cause("peak_force_N", 14.7), None);
     }
 }

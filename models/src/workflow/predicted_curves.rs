@@ -25,7 +25,7 @@ use crate::fracture::{Evidence, column_means};
 use crate::predicted_curve::{
     PredictedCurves, PredictedSpecimen, QUANTILES, largest_percentage, percentages, shape,
 };
-use crate::qoi::{QoiError, Quantity};
+use crate::qoi::{DisplacementAtPeak, PeakForce, Qoi, QoiError, Quantity, RelativeForce};
 use crate::table::CsvTable;
 
 /// Maximum number of draws; more draws do not make the quantiles visibly smoother.
@@ -82,7 +82,7 @@ fn predicted(
         let found = pce.outputs().iter().position(|output| *output == quantity.column());
         found.ok_or(Reason::Quantity(quantity))
     };
-    let size = [place(Quantity::PeakForce)?, place(Quantity::DisplacementAtPeak)?];
+    let size = [place(Quantity::new(PeakForce))?, place(Quantity::new(DisplacementAtPeak))?];
     let curves = Curves::read(inputs)?;
     let percent = curves.percentages()?;
     let model = ShapeModel::of(inputs, pce, &curves, evidence, &percent)?;
@@ -213,8 +213,11 @@ impl ShapeModel {
         percent: &[u8],
     ) -> Result<Self, Reason> {
         let Curves { runs, of_runs, better, .. } = curves;
-        let outputs: Vec<String> =
-            percent.iter().map(|&p| Quantity::RelativeForce(p).column().into_owned()).collect();
+        let outputs: Vec<String> = percent
+            .iter()
+            .filter_map(|&percent| RelativeForce::new(percent))
+            .map(|quantity| quantity.column().into_owned())
+            .collect();
         let mut shapes =
             of_runs.iter().map(|run| run.shape(percent)).collect::<Result<Vec<_>, _>>()?;
         // shapes of the runs as simulated on the previous level

@@ -61,10 +61,11 @@ fn set_units(
     forward: &DynPce,
     columns: &[&str],
 ) -> Result<(), ppl::LabelError> {
-    let quantity = |name: &&str| Quantity::of_column(name).map(Quantity::unit);
-    if let Some(units) = columns.iter().map(quantity).collect::<Option<Vec<&str>>>() {
+    let quantity =
+        |name: &&str| Quantity::of_column(name).map(|quantity| quantity.unit().to_string());
+    if let Some(units) = columns.iter().map(quantity).collect::<Option<Vec<String>>>() {
         for name in ["mean", "new_specimen", "qois"] {
-            posterior.set_units(name, &units)?;
+            posterior.set_units(name, &units.iter().map(String::as_str).collect::<Vec<_>>())?;
         }
     }
     let parameter = |input: &Input| {

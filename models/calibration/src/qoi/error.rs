@@ -1,6 +1,6 @@
 //! Error of the computation of quantities of interest.
 
-use super::quantity::Quantity;
+use super::extent::Extent;
 
 /// Reason why quantities of interest of a curve cannot be computed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -45,35 +45,37 @@ pub enum QoiError {
     },
     /// The curve does not include the displacement at which a quantity is taken.
     #[error(
-        "the curve goes from {from_mm:.4} to {to_mm:.4} mm and does not reach {place_mm:.4} mm{}; go farther \
-         (test.stop_below_peak, test.displacement_mm), or change {}",
-        of_the_peak(*.quantity),
-        key(*.quantity)
+        "the curve goes from {from_mm:.4} to {to_mm:.4} mm and does not reach {needed_mm:.4} mm{} for {quantity}; \
+         go farther (test.stop_below_peak, test.displacement_mm), or change qoi.quantities (with likelihood = \
+         \"curve\": qoi.curve_percent)",
+        of_the_peak(*.extent)
     )]
     NotReached {
         /// Name of the quantity.
-        quantity: Quantity,
-        /// Displacement at which the quantity is taken, in mm.
-        place_mm: f64,
+        quantity: String,
+        /// Part of the curve that the quantity is computed from.
+        extent: Extent,
+        /// Displacement at which the curve has no readings, in mm.
+        needed_mm: f64,
         /// Smallest displacement of the curve in mm.
         from_mm: f64,
         /// Largest displacement of the curve in mm.
         to_mm: f64,
     },
+    /// A quantity that a user defined cannot be computed, for a reason that the user gives.
+    #[error("{quantity}: {reason}")]
+    Undefined {
+        /// Name of the quantity.
+        quantity: String,
+        reason: String,
+    },
 }
 
-fn of_the_peak(quantity: Quantity) -> String {
-    let part = match quantity {
-        Quantity::RelativeForce(percent) => Some(percent.into()),
-        other => other.reach().map(|reach| 100.0 * reach),
-    };
-    let words = |part: f64| format!(", {part:.0} % of its displacement at peak, for {quantity}");
-    part.map_or_else(|| format!(" for {quantity}"), words)
-}
-
-fn key(quantity: Quantity) -> &'static str {
-    match quantity {
-        Quantity::RelativeForce(_) => "qoi.quantities or qoi.curve_percent",
-        _ => "qoi.quantities",
+fn of_the_peak(extent: Extent) -> String {
+    match extent {
+        Extent::Fraction(fraction) => {
+            format!(", {:.0} % of its displacement at peak,", 100.0 * fraction)
+        }
+        Extent::ToPeak | Extent::Displacement(_) => String::new(),
     }
 }

@@ -1,5 +1,8 @@
 //! Least-squares line through a curve within a window, where the curve is linear between its readings.
 
+use super::error::QoiError;
+use crate::experiment::TestCurve;
+
 /// Half width of a window in units of the displacement at peak.
 const HALF_WIDTH: f64 = 0.1;
 
@@ -84,6 +87,20 @@ impl Line {
             slope_by_ends: [factor * by_start, factor * by_end],
         })
     }
+}
+
+/// Fits the least-squares line to the curve within `window`.
+///
+/// # Errors
+/// If the window contains no reading, so that the line would be the chord between two readings outside, or if the
+/// readings cover less than half of the window.
+pub fn slope_line(curve: &TestCurve, window: Window) -> Result<Line, QoiError> {
+    let line = Line::of(&curve.displacement_mm, &curve.force_n, window);
+    line.filter(|_| window.readings(&curve.displacement_mm) > 0).ok_or(QoiError::NoSlope {
+        readings: window.readings(&curve.displacement_mm),
+        from_mm: window.from_mm,
+        to_mm: window.to_mm,
+    })
 }
 
 /// Sorts the readings by displacement and averages readings at the same displacement.

@@ -11,6 +11,7 @@ const TOP: f64 = 0.97;
 const NOISE_FREE: f64 = 2e-4;
 
 /// A peak and the fit that locates it.
+#[derive(Debug)]
 pub(super) struct Peak {
     /// Displacement in mm.
     pub(super) at_mm: f64,

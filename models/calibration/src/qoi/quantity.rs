@@ -1,170 +1,101 @@
-//! Quantities of interest of a curve, and their names in cases, tables and figures.
+//! A chosen quantity of interest, and the registry that finds it by its name in a case or its column in a table.
 
-use std::borrow::Cow;
 use std::fmt;
+use std::ops::Deref;
+use std::sync::{Arc, OnceLock};
 
 use serde::de::{Deserializer, Error};
 use serde::{Deserialize, Serialize, Serializer};
 
-/// Quantity of interest of a curve, which a calibration can compare.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Quantity {
-    /// Slope of the rising branch in N/mm.
-    Slope,
-    /// Peak force in N.
-    PeakForce,
-    /// Displacement at the peak force in mm.
-    DisplacementAtPeak,
-    /// Work of the force up to the peak in N mm.
-    EnergyToPeak,
-    /// Slope of the falling branch in N/mm, negative if the force falls. It is the slope of the least-squares line
-    /// through the curve from 1.1 to 1.3 times the displacement at peak.
-    PostPeakSlope,
-    /// Shape of the curve: force at a percentage of the displacement at peak, from 1 to 199, divided by the peak force.
-    RelativeForce(u8),
-    /// Force in N at a displacement in µm. Names and tables state this displacement in mm.
-    ForceAt(u32),
+use super::definition::Qoi;
+use super::displacement_at_peak::DisplacementAtPeak;
+use super::energy_to_peak::EnergyToPeak;
+use super::force_at::ForceAt;
+use super::peak_force::PeakForce;
+use super::post_peak_slope::PostPeakSlope;
+use super::relative_force::RelativeForce;
+use super::slope::Slope;
+use super::unit::Unit;
+
+/// A quantity of interest that a calibration compares. Clones share the quantity; two values are equal if their names
+/// are equal.
+#[derive(Clone)]
+pub struct Quantity {
+    name: Arc<str>,
+    qoi: Arc<dyn Qoi>,
 }
 
-/// Names of the quantities in a case. The last two represent any percentage and any whole number of µm.
-const NAMES: [&str; 7] = [
-    "slope",
-    "peak-force",
-    "displacement-at-peak",
-    "energy-to-peak",
-    "post-peak-slope",
-    "force-at-50-percent",
-    "force-at-0.05-mm",
-];
-
 impl Quantity {
-    /// Quantities without a percentage or a displacement.
-    pub const SCALARS: [Self; 5] = [
-        Self::Slope,
-        Self::PeakForce,
-        Self::DisplacementAtPeak,
-        Self::EnergyToPeak,
-        Self::PostPeakSlope,
-    ];
+    pub fn new(qoi: impl Qoi) -> Self {
+        Self { name: qoi.name().into(), qoi: Arc::new(qoi) }
+    }
 
     /// Quantities that the paper calibrates against.
-    pub const OF_THE_PAPER: [Self; 3] = [Self::Slope, Self::PeakForce, Self::DisplacementAtPeak];
-
-    /// Largest percentage of [`Self::RelativeForce`].
-    pub const LARGEST_PERCENT: u8 = 199;
-
-    /// Middle of the window of the slope past the peak, divided by the displacement at peak.
-    pub const POST_PEAK: f64 = 1.2;
+    pub fn of_the_paper() -> [Self; 3] {
+        [Self::new(Slope), Self::new(PeakForce), Self::new(DisplacementAtPeak)]
+    }
 
     /// Quantities that describe a whole curve: peak force, displacement at peak, and the shape at these percentages of
-    /// the displacement at peak.
+    /// the displacement at peak. Percentages outside 1 to 199 are omitted.
     pub fn of_curve(percent: &[u8]) -> Vec<Self> {
-        let shape = percent.iter().map(|&percent| Self::RelativeForce(percent));
-        [Self::PeakForce, Self::DisplacementAtPeak].into_iter().chain(shape).collect()
+        let shape = percent.iter().filter_map(|&percent| RelativeForce::new(percent));
+        let size = [Self::new(PeakForce), Self::new(DisplacementAtPeak)];
+        size.into_iter().chain(shape.map(Self::new)).collect()
     }
 
-    /// Name with unit, used for the columns of tables and the outputs of surrogates.
-    pub fn column(self) -> Cow<'static, str> {
-        match self {
-            Self::Slope => "slope_N_per_mm".into(),
-            Self::PeakForce => "peak_force_N".into(),
-            Self::DisplacementAtPeak => "displacement_at_peak_mm".into(),
-            Self::EnergyToPeak => "energy_to_peak_N_mm".into(),
-            Self::PostPeakSlope => "post_peak_slope_N_per_mm".into(),
-            Self::RelativeForce(percent) => format!("relative_force_at_{percent}_percent").into(),
-            Self::ForceAt(place_um) => format!("force_at_{}_mm_N", mm(place_um)).into(),
-        }
-    }
-
-    /// Returns the quantity with this column name.
+    /// Returns the quantity with this column, from the registry of the process.
     pub fn of_column(column: &str) -> Option<Self> {
-        let shape = || of_percentage(column.strip_prefix("relative_force_at_")?);
-        let force = || of_displacement(column.strip_prefix("force_at_")?.strip_suffix("_N")?);
-        let scalar = Self::SCALARS.into_iter().find(|quantity| quantity.column() == column);
-        scalar.or_else(shape).or_else(force)
-    }
-
-    /// Unit of the quantity; `1` if it is dimensionless.
-    pub fn unit(self) -> &'static str {
-        match self {
-            Self::Slope | Self::PostPeakSlope => "N/mm",
-            Self::PeakForce | Self::ForceAt(_) => "N",
-            Self::DisplacementAtPeak => "mm",
-            Self::EnergyToPeak => "N mm",
-            Self::RelativeForce(_) => "1",
-        }
-    }
-
-    /// Displacement that a curve must reach, divided by the displacement at peak. `None` if the quantity is taken up to
-    /// the peak or at a fixed displacement.
-    pub fn reach(self) -> Option<f64> {
-        match self {
-            Self::PostPeakSlope => Some(1.3),
-            Self::RelativeForce(percent) => {
-                Some(0.01 * f64::from(percent)).filter(|&reach| reach > 1.0)
-            }
-            _ => None,
-        }
-    }
-
-    /// Returns the quantity with this name in a case. Words may also be joined by `_`.
-    fn named(name: &str) -> Option<Self> {
-        let name = &name.replace('_', "-");
-        let at = || {
-            let place = name.strip_prefix("force-at-")?.replace('-', "_");
-            of_percentage(&place).or_else(|| of_displacement(&place))
-        };
-        let scalar = NAMES.iter().zip(Self::SCALARS).find(|(own, _)| *own == name);
-        scalar.map(|(_, quantity)| quantity).or_else(at)
+        let mut entries = QoiRegistry::current().entries.iter();
+        entries.find_map(|entry| (entry.of_column)(column))
     }
 
     /// Name and unit for figures.
-    pub fn label(self) -> Cow<'static, str> {
-        match self {
-            Self::Slope => "initial slope (N/mm)".into(),
-            Self::PeakForce => "peak force (N)".into(),
-            Self::DisplacementAtPeak => "displacement at peak (mm)".into(),
-            Self::EnergyToPeak => "energy to the peak (N mm)".into(),
-            Self::PostPeakSlope => "slope past the peak (N/mm)".into(),
-            Self::RelativeForce(percent) => {
-                format!("force at {percent} % of the displacement at peak / peak force").into()
-            }
-            Self::ForceAt(place_um) => format!("force at {} mm (N)", mm(place_um)).into(),
+    pub fn label(&self) -> String {
+        match self.unit() {
+            Unit::ONE => self.description().into_owned(),
+            unit => format!("{} ({unit})", self.description()),
         }
     }
 }
 
-/// Converts a displacement from µm to mm.
-fn mm(place_um: u32) -> f64 {
-    f64::from(place_um) / 1000.0
+impl Deref for Quantity {
+    type Target = dyn Qoi;
+
+    fn deref(&self) -> &Self::Target {
+        self.qoi.as_ref()
+    }
 }
 
-/// Parses a percentage such as `50_percent` as a relative force.
-fn of_percentage(words: &str) -> Option<Quantity> {
-    let percent: u8 = words.strip_suffix("_percent")?.parse().ok()?;
-    (1..=Quantity::LARGEST_PERCENT).contains(&percent).then_some(Quantity::RelativeForce(percent))
+impl PartialEq for Quantity {
+    fn eq(&self, other: &Self) -> bool {
+        self.name == other.name
+    }
 }
 
-/// Parses a displacement such as `0.05_mm`, a whole number of µm, as a force at this displacement.
-fn of_displacement(words: &str) -> Option<Quantity> {
-    let place_um = 1000.0 * words.strip_suffix("_mm")?.parse::<f64>().ok()?;
-    let whole = place_um.round();
-    let is_whole = (1.0..=f64::from(u32::MAX)).contains(&whole) && (place_um - whole).abs() < 1e-6;
-    is_whole.then_some(Quantity::ForceAt(whole as u32))
+impl Eq for Quantity {}
+
+impl PartialOrd for Quantity {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Quantity {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.name.cmp(&other.name)
+    }
+}
+
+impl fmt::Debug for Quantity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.name)
+    }
 }
 
 impl fmt::Display for Quantity {
     /// Writes the name of the quantity in a case.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Slope => f.write_str(NAMES[0]),
-            Self::PeakForce => f.write_str(NAMES[1]),
-            Self::DisplacementAtPeak => f.write_str(NAMES[2]),
-            Self::EnergyToPeak => f.write_str(NAMES[3]),
-            Self::PostPeakSlope => f.write_str(NAMES[4]),
-            Self::RelativeForce(percent) => write!(f, "force-at-{percent}-percent"),
-            Self::ForceAt(place_um) => write!(f, "force-at-{}-mm", mm(*place_um)),
-        }
+        f.write_str(&self.name)
     }
 }
 
@@ -177,7 +108,97 @@ impl Serialize for Quantity {
 impl<'de> Deserialize<'de> for Quantity {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let name = String::deserialize(deserializer)?;
-        Self::named(&name).ok_or_else(|| D::Error::unknown_variant(&name, &NAMES))
+        let registry = QoiRegistry::current();
+        registry.named(&name).ok_or_else(|| {
+            let known: Vec<String> =
+                registry.entries.iter().map(|entry| format!("`{}`", entry.example)).collect();
+            D::Error::custom(format!(
+                "unknown variant `{name}`, expected one of {}",
+                known.join(", ")
+            ))
+        })
+    }
+}
+
+/// The quantities that can be named in a case.
+///
+/// The registry of the process is the standard one unless a program installs its own before it reads the first case.
+#[derive(Debug)]
+pub struct QoiRegistry {
+    entries: Vec<Entry>,
+}
+
+/// One quantity, or several whose names differ by a number.
+struct Entry {
+    /// Name of the quantity, or of one of the quantities.
+    example: String,
+    named: Box<dyn Fn(&str) -> Option<Quantity> + Send + Sync>,
+    of_column: Box<dyn Fn(&str) -> Option<Quantity> + Send + Sync>,
+}
+
+impl fmt::Debug for Entry {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.example)
+    }
+}
+
+static REGISTRY: OnceLock<QoiRegistry> = OnceLock::new();
+
+impl QoiRegistry {
+    /// The quantities of this crate.
+    pub fn standard() -> Self {
+        Self { entries: Vec::new() }
+            .with_qoi(Slope)
+            .with_qoi(PeakForce)
+            .with_qoi(DisplacementAtPeak)
+            .with_qoi(EnergyToPeak)
+            .with_qoi(PostPeakSlope)
+            .with_family("force-at-50-percent", RelativeForce::of_name, RelativeForce::of_column)
+            .with_family("force-at-0.05-mm", ForceAt::of_name, ForceAt::of_column)
+    }
+
+    /// Adds a quantity. If its name is taken, the earlier quantity keeps the name.
+    pub fn with_qoi(mut self, qoi: impl Qoi) -> Self {
+        let column = qoi.column().into_owned();
+        let quantity = Quantity::new(qoi);
+        let by_name = quantity.clone();
+        self.entries.push(Entry {
+            example: quantity.to_string(),
+            named: Box::new(move |name| (*by_name.name == *name).then(|| by_name.clone())),
+            of_column: Box::new(move |text| (column == text).then(|| quantity.clone())),
+        });
+        self
+    }
+
+    /// Adds quantities whose names differ by a number. `of_name` and `of_column` parse the name in a case and the
+    /// column of a table; `example` is the name of one of the quantities.
+    pub fn with_family<Q: Qoi>(
+        mut self,
+        example: &str,
+        of_name: impl Fn(&str) -> Option<Q> + Send + Sync + 'static,
+        of_column: impl Fn(&str) -> Option<Q> + Send + Sync + 'static,
+    ) -> Self {
+        self.entries.push(Entry {
+            example: example.to_owned(),
+            named: Box::new(move |name| of_name(name).map(Quantity::new)),
+            of_column: Box::new(move |column| of_column(column).map(Quantity::new)),
+        });
+        self
+    }
+
+    /// Returns the quantity with this name in a case. Words may also be joined by `_`.
+    pub fn named(&self, name: &str) -> Option<Quantity> {
+        let name = name.replace('_', "-");
+        self.entries.iter().find_map(|entry| (entry.named)(&name))
+    }
+
+    /// Makes this the registry of the process. Returns `false` if the process has one already.
+    pub fn install(self) -> bool {
+        REGISTRY.set(self).is_ok()
+    }
+
+    fn current() -> &'static Self {
+        REGISTRY.get_or_init(Self::standard)
     }
 }
 
@@ -186,21 +207,22 @@ mod tests {
     use super::*;
 
     #[test]
-    fn quantities_are_known_by_their_columns_and_by_their_names_in_a_case() {
-        let shape = [1, 50, 199].map(Quantity::RelativeForce);
-        let forces = [1, 50, 1234, 12_000, u32::MAX].map(Quantity::ForceAt);
-        for quantity in Quantity::SCALARS.into_iter().chain(shape).chain(forces) {
-            assert_eq!(Quantity::of_column(&quantity.column()), Some(quantity));
-            let name = toml::Value::try_from(quantity).unwrap();
-            assert_eq!(name.as_str(), Some(quantity.to_string().as_str()));
-            assert_eq!(name.try_into::<Quantity>().unwrap(), quantity);
+    fn quantities_are_found_by_their_columns_and_by_their_names_in_a_case() {
+        let scalars = ["slope", "peak-force", "displacement-at-peak", "energy-to-peak"];
+        let shape = ["force-at-1-percent", "force-at-50-percent", "force-at-199-percent"];
+        let forces = ["force-at-0.001-mm", "force-at-1.234-mm", "force-at-4294967.295-mm"];
+        for name in scalars.into_iter().chain(["post-peak-slope"]).chain(shape).chain(forces) {
+            let quantity: Quantity = toml::Value::from(name).try_into().unwrap();
+            assert_eq!(quantity.to_string(), name);
+            assert_eq!(Quantity::of_column(&quantity.column()), Some(quantity.clone()));
+            assert_eq!(toml::Value::try_from(&quantity).unwrap().as_str(), Some(name));
+            let unit = quantity.unit().to_string();
             let label = quantity.label();
-            let unit = label.split_once(" (").map_or("1", |(_, unit)| unit.trim_end_matches(')'));
-            assert_eq!(quantity.unit(), unit);
+            assert!(unit == "1" || label.ends_with(&format!("({unit})")), "{label}");
         }
         let named = |name: &str| toml::Value::from(name).try_into::<Quantity>();
-        assert_eq!(named("energy_to_peak").unwrap(), Quantity::EnergyToPeak);
-        assert_eq!(named("force-at-0.050-mm").unwrap(), Quantity::ForceAt(50));
+        assert_eq!(named("energy_to_peak").unwrap(), Quantity::new(EnergyToPeak));
+        assert_eq!(named("force-at-0.050-mm").unwrap().to_string(), "force-at-0.05-mm");
         for column in [
             "colour",
             "relative_force_at_0_percent",

@@ -4,7 +4,7 @@ use ::surrogate::OrderRule;
 
 use super::super::{CaseFile, DiscrepancyCase, Likelihood, Mistakes, SequentialCase};
 use crate::error::InputError;
-use crate::qoi::Quantity;
+use crate::qoi::{Extent, Quantity, RelativeForce};
 
 /// Smallest number of load steps of a run. The window of a slope is a fifth of the displacement at peak and should
 /// contain two points of the curve.
@@ -130,7 +130,11 @@ impl CaseFile {
     /// damage.
     fn check_reach(&self) -> Result<(), InputError> {
         let (test, compared) = (&self.case.test, self.case.compared());
-        let farthest = compared.iter().filter_map(|q| Some((q.reach()?, *q)));
+        let reach = |quantity: &Quantity| match quantity.extent() {
+            Extent::Fraction(fraction) if fraction > 1.0 => Some(fraction),
+            _ => None,
+        };
+        let farthest = compared.iter().filter_map(|quantity| Some((reach(quantity)?, quantity)));
         let farthest = farthest.max_by(|a, b| a.0.total_cmp(&b.0));
         if let (Some((reach, quantity)), Some(stop)) = (farthest, test.stop_below_peak) {
             let fall = 1.0 - reach * ((1.0 - reach.powi(3)) / 3.0).exp();
@@ -153,8 +157,8 @@ impl CaseFile {
             }
         }
         let Some(end) = test.displacement_mm else { return Ok(()) };
-        let is_beyond = |q: &&Quantity| match **q {
-            Quantity::ForceAt(place_um) => f64::from(place_um) > 1000.0 * end.abs(),
+        let is_beyond = |quantity: &&Quantity| match quantity.extent() {
+            Extent::Displacement(displacement_mm) => displacement_mm > end.abs(),
             _ => false,
         };
         compared.iter().find(is_beyond).map_or(Ok(()), |quantity| {
@@ -169,7 +173,7 @@ impl CaseFile {
         let help = "Write them in order, as in curve_percent = [25, 50, 75]; the peak itself is \
                     compared besides.";
         for &one in percent {
-            let most = f64::from(Quantity::LARGEST_PERCENT);
+            let most = f64::from(RelativeForce::LARGEST_PERCENT);
             self.within(key, f64::from(one), 1.0, most, "% of the displacement at peak", help)?;
         }
         let ascends = percent.windows(2).all(|pair| pair[0] < pair[1]);

@@ -6,7 +6,7 @@ use surrogate::Dataset;
 
 use super::super::WorkflowError;
 use super::super::inputs::Inputs;
-use crate::qoi::Quantity;
+use crate::qoi::{DisplacementAtPeak, PeakForce, Quantity};
 use crate::report::Results;
 use crate::table::CsvTable;
 
@@ -24,8 +24,8 @@ pub(super) fn corrected(
         return Ok(());
     };
     let runs = CsvTable::read(&runs, &["level", "run", "seconds"])?;
-    let place = |quantity: Quantity| quantities.iter().position(|&q| q == quantity);
-    let axes = [place(Quantity::DisplacementAtPeak), place(Quantity::PeakForce)];
+    let index = |quantity| quantities.iter().position(|other| *other == quantity);
+    let axes = [index(Quantity::new(DisplacementAtPeak)), index(Quantity::new(PeakForce))];
     let mut simulated: BTreeMap<String, [Option<f64>; 2]> = BTreeMap::new();
     for row in runs.rows() {
         if row.text("level") != "1" {
@@ -48,7 +48,7 @@ pub(super) fn corrected(
     let ratios = CsvTable::read(&ratios, &columns)?;
     for row in ratios.rows() {
         let name = Quantity::of_column(row.text("qoi"))
-            .map_or_else(|| row.text("qoi").to_owned(), |quantity| quantity.label().into_owned());
+            .map_or_else(|| row.text("qoi").to_owned(), |quantity| quantity.label());
         results.notes.push(format!(
             "Level {} of the meshes: {name} on the next level is {:.3} times as large, from {} runs on \
              both, known to {:.1} % (runs scatter by {:.1} %). Runs are corrected by it, and the ensemble's \

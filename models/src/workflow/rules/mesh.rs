@@ -76,9 +76,10 @@ fn warned(errors: &[MeshError]) -> Vec<Warning> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::qoi::Slope;
 
     fn error(percent: f64, sd_percent: f64, stated_percent: f64) -> MeshError {
-        MeshError { quantity: Quantity::Slope, percent, sd_percent, stated_percent }
+        MeshError { quantity: Quantity::new(Slope), percent, sd_percent, stated_percent }
     }
 
     #[test]

@@ -37,7 +37,7 @@ pub(in crate::workflow) fn load_done(
 ) -> Result<Results, WorkflowError> {
     let case = inputs.case();
     let quantities = &case.qoi.quantities;
-    let qoi = |quantity: &Quantity| Qoi { label: quantity.label().into_owned(), ..Qoi::default() };
+    let qoi = |quantity: &Quantity| Qoi { label: quantity.label(), ..Qoi::default() };
     let mut results = Results {
         title: title(case),
         case_toml: case.to_toml(),

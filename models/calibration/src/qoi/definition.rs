@@ -1,0 +1,136 @@
+//! The interface of a quantity of interest.
+
+use std::borrow::Cow;
+use std::fmt::Debug;
+
+use super::curve::{CurveRates, PeakedCurve};
+use super::error::QoiError;
+use super::extent::Extent;
+use super::unit::Unit;
+use crate::experiment::TestCurve;
+
+/// Step of the numerical derivative, as a fraction of the largest force.
+const STEP: f64 = 1e-5;
+
+/// A quantity of interest of a force–displacement curve, which a calibration can compare.
+///
+/// # Example
+/// Displacement at which the force has fallen to 90 % of the peak:
+/// ```
+/// use std::borrow::Cow;
+/// use breccia_calibration::{PeakedCurve, Qoi, QoiError, Qois, Quantity, TestCurve, Unit};
+///
+/// #[derive(Debug)]
+/// struct DisplacementAtFall;
+///
+/// impl Qoi for DisplacementAtFall {
+///     fn name(&self) -> Cow<'static, str> {
+///         "displacement-at-fall".into()
+///     }
+///     fn column(&self) -> Cow<'static, str> {
+///         "displacement_at_fall_mm".into()
+///     }
+///     fn description(&self) -> Cow<'static, str> {
+///         "displacement at 10 % fall".into()
+///     }
+///     fn unit(&self) -> Unit {
+///         Unit::MM
+///     }
+///     fn value(&self, curve: &PeakedCurve<'_>) -> Result<f64, QoiError> {
+///         let TestCurve { displacement_mm: u, force_n: f } = curve.curve();
+///         let level = 0.9 * curve.peak_force_n();
+///         let fallen = (1..u.len()).find(|&i| u[i] > curve.peak_mm() && f[i] < level);
+///         let i = fallen.ok_or_else(|| self.not_reached(curve, 1.5 * curve.peak_mm()))?;
+///         Ok(u[i - 1] + (u[i] - u[i - 1]) * (f[i - 1] - level) / (f[i - 1] - f[i]))
+///     }
+/// }
+///
+/// let displacement_mm: Vec<f64> = (0..=40).map(|i| 0.005 * i as f64).collect();
+/// let force_n = displacement_mm.iter().map(|u| 2000.0 * u - 10_000.0 * u * u).collect();
+/// let curve = TestCurve { displacement_mm, force_n };
+/// let values = Qois::values_of(&curve, 0.3, &[Quantity::new(DisplacementAtFall)])?;
+/// assert!((values[0] - 0.1 * (1.0 + 0.1_f64.sqrt())).abs() < 2e-4);
+/// # Ok::<(), QoiError>(())
+/// ```
+pub trait Qoi: Debug + Send + Sync + 'static {
+    /// Name in a case file: words in lower case, joined by hyphens, as in `peak-force`.
+    fn name(&self) -> Cow<'static, str>;
+
+    /// Name with unit for the columns of tables and the outputs of surrogates, as in `peak_force_N`.
+    fn column(&self) -> Cow<'static, str>;
+
+    /// Name in figures and tables of the report, without unit, as in `peak force`.
+    fn description(&self) -> Cow<'static, str>;
+
+    fn unit(&self) -> Unit;
+
+    /// Whether the quantity is positive for every curve with a peak. A table with a value that is not positive is
+    /// then refused.
+    fn is_positive(&self) -> bool {
+        true
+    }
+
+    /// Part of the curve that the quantity is computed from.
+    fn extent(&self) -> Extent {
+        Extent::ToPeak
+    }
+
+    /// Computes the quantity of a curve, in the unit [`Qoi::unit`].
+    ///
+    /// # Errors
+    /// If the quantity cannot be computed from the curve, see [`QoiError`].
+    fn value(&self, curve: &PeakedCurve<'_>) -> Result<f64, QoiError>;
+
+    /// Computes the derivative of the quantity with respect to a parameter from the derivatives of the curve.
+    ///
+    /// The default is a central difference of [`Qoi::value`]; its error is of second order in a step of 1e-5 times the
+    /// largest force.
+    ///
+    /// # Errors
+    /// As [`Qoi::value`].
+    fn rate(&self, curve: &PeakedCurve<'_>, rates: &CurveRates<'_>) -> Result<f64, QoiError> {
+        let TestCurve { displacement_mm, force_n } = curve.curve();
+        let largest = |values: &[f64]| values.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+        let largest_rate = largest(rates.force_n);
+        if largest_rate == 0.0 {
+            return Ok(0.0);
+        }
+        let step = STEP * largest(force_n) / largest_rate;
+        let shifted = |side: f64| {
+            let forces = force_n.iter().zip(rates.force_n);
+            let force_n = forces.map(|(force, rate)| force + side * step * rate).collect();
+            let shifted = TestCurve { displacement_mm: displacement_mm.clone(), force_n };
+            self.value(&PeakedCurve::new(&shifted, curve.slope_fraction())?)
+        };
+        Ok((shifted(1.0)? - shifted(-1.0)?) / (2.0 * step))
+    }
+
+    /// Estimates the quantity of a homogeneous cylinder; `None` if there is no closed form. The estimate reveals wrong
+    /// units before any simulation.
+    fn of_cylinder(&self, cylinder: &HomogeneousCylinder) -> Option<f64> {
+        let _ = cylinder;
+        None
+    }
+
+    /// Creates the error of a curve that has no readings at the displacement `needed_mm`.
+    fn not_reached(&self, curve: &PeakedCurve<'_>, needed_mm: f64) -> QoiError {
+        let displacements = curve.curve().displacement_mm.iter().copied();
+        QoiError::NotReached {
+            quantity: self.name().into_owned(),
+            extent: self.extent(),
+            needed_mm,
+            from_mm: displacements.clone().fold(f64::INFINITY, f64::min),
+            to_mm: displacements.fold(f64::NEG_INFINITY, f64::max),
+        }
+    }
+}
+
+/// A homogeneous cylinder between sliding platens.
+#[derive(Clone, Copy, Debug)]
+pub struct HomogeneousCylinder {
+    pub height_mm: f64,
+    pub area_mm2: f64,
+    pub young_mpa: f64,
+    /// Strain and stress (MPa) at the peak; `None` for an elastic cylinder.
+    pub peak: Option<[f64; 2]>,
+}

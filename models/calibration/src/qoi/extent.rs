@@ -1,0 +1,12 @@
+//! Part of a curve that a quantity of interest is computed from.
+
+/// Part of a curve that a quantity is computed from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Extent {
+    /// The curve up to and around its peak.
+    ToPeak,
+    /// The curve up to this multiple of the displacement at peak.
+    Fraction(f64),
+    /// The curve up to this displacement in mm.
+    Displacement(f64),
+}

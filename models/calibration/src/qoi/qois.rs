@@ -1,0 +1,117 @@
+//! Quantities of interest of one curve.
+
+use super::curve::PeakedCurve;
+use super::definition::Qoi;
+use super::displacement_at_peak::DisplacementAtPeak;
+use super::energy_to_peak::EnergyToPeak;
+use super::error::QoiError;
+use super::peak_force::PeakForce;
+use super::quantity::Quantity;
+use super::slope::Slope;
+use crate::experiment::TestCurve;
+
+/// Peak, slope of the rising branch, and work up to the peak of one curve.
+///
+/// # Example
+/// ```
+/// use breccia_calibration::{TestCurve, Qois};
+/// let displacement_mm: Vec<f64> = (0..=20).map(|i| 0.01 * i as f64).collect();
+/// let force_n = displacement_mm.iter().map(|u| 2000.0 * u - 10_000.0 * u * u).collect();
+/// let qois = Qois::of(&TestCurve { displacement_mm, force_n }, 0.3)?;
+/// assert!((qois.peak_force_n - 100.0).abs() < 1e-9);
+/// assert!((qois.displacement_at_peak_mm - 0.1).abs() < 1e-9);
+/// assert!((qois.slope_n_per_mm - 1400.0).abs() < 1e-6);      // derivative at 0.03 mm
+/// # Ok::<(), breccia_calibration::QoiError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Qois {
+    /// Slope of the rising branch in N/mm, see [`Slope`].
+    pub slope_n_per_mm: f64,
+    /// Peak force in N.
+    pub peak_force_n: f64,
+    /// Displacement at the peak force in mm.
+    pub displacement_at_peak_mm: f64,
+    /// Work of the force up to the peak in N mm.
+    pub energy_to_peak_n_mm: f64,
+}
+
+impl Qois {
+    /// Computes the quantities of a curve. The slope is taken around the displacement `slope_fraction` · d_F.
+    ///
+    /// # Errors
+    /// If the curve is too short, has no peak, or has no reading in the window of the slope.
+    pub fn of(curve: &TestCurve, slope_fraction: f64) -> Result<Self, QoiError> {
+        let curve = PeakedCurve::new(curve, slope_fraction)?;
+        Ok(Self {
+            slope_n_per_mm: Slope.value(&curve)?,
+            peak_force_n: PeakForce.value(&curve)?,
+            displacement_at_peak_mm: DisplacementAtPeak.value(&curve)?,
+            energy_to_peak_n_mm: EnergyToPeak.value(&curve)?,
+        })
+    }
+
+    /// Computes the given quantities of a curve, in the given order.
+    ///
+    /// # Errors
+    /// As [`PeakedCurve::new`] and [`Qoi::value`].
+    ///
+    /// # Example
+    /// F = 2000 u − 10 000 u² falls by 2 · 10 000 · (1.2 − 1) · 0.1 mm = 400 N/mm past its peak at 0.1 mm:
+    /// ```
+    /// use breccia_calibration::{ForceAt, PostPeakSlope, Qois, Quantity, TestCurve};
+    /// let displacement_mm: Vec<f64> = (0..=20).map(|i| 0.01 * i as f64).collect();
+    /// let force_n = displacement_mm.iter().map(|u| 2000.0 * u - 10_000.0 * u * u).collect();
+    /// let curve = TestCurve { displacement_mm, force_n };
+    /// let force = ForceAt::micrometres(50).expect("a positive displacement");
+    /// let quantities = [Quantity::new(PostPeakSlope), Quantity::new(force)];
+    /// let values = Qois::values_of(&curve, 0.3, &quantities)?;
+    /// assert!((values[0] + 400.0).abs() < 1e-6);
+    /// assert!((values[1] - 75.0).abs() < 1e-6);
+    /// # Ok::<(), breccia_calibration::QoiError>(())
+    /// ```
+    pub fn values_of(
+        curve: &TestCurve,
+        slope_fraction: f64,
+        quantities: &[Quantity],
+    ) -> Result<Vec<f64>, QoiError> {
+        let curve = PeakedCurve::new(curve, slope_fraction)?;
+        quantities.iter().map(|quantity| quantity.value(&curve)).collect()
+    }
+
+    /// Computes the derivatives of the given quantities with respect to a parameter, by the chain rule from the
+    /// derivatives of the force at each point, N per unit of the parameter.
+    ///
+    /// If the curve begins unloaded, the derivative of its first force is zero. The displacements of the points and the
+    /// set of readings to which the peak is fitted are kept. Windows that are centred at a fraction of the displacement
+    /// at peak move with it.
+    ///
+    /// # Errors
+    /// As [`Qois::values_of`], and [`QoiError::TooShort`] if the numbers of derivatives and forces differ.
+    ///
+    /// # Example
+    /// The peak force of F = θ (u − u²/0.2) is proportional to θ, and the displacement at peak does not depend on θ:
+    /// ```
+    /// use breccia_calibration::{Qois, Quantity, TestCurve};
+    /// let displacement_mm: Vec<f64> = (0..=20).map(|i| 0.01 * i as f64).collect();
+    /// let rates: Vec<f64> = displacement_mm.iter().map(|u| u - u * u / 0.2).collect();
+    /// let force_n = rates.iter().map(|rate| 2000.0 * rate).collect();
+    /// let curve = TestCurve { displacement_mm, force_n };
+    /// let rates = Qois::rates_of(&curve, 0.3, &Quantity::of_the_paper(), &rates)?;
+    /// assert!((rates[1] - 100.0 / 2000.0).abs() < 1e-12);
+    /// assert!(rates[2].abs() < 1e-12);
+    /// # Ok::<(), breccia_calibration::QoiError>(())
+    /// ```
+    pub fn rates_of(
+        curve: &TestCurve,
+        slope_fraction: f64,
+        quantities: &[Quantity],
+        force_rates: &[f64],
+    ) -> Result<Vec<f64>, QoiError> {
+        let curve = PeakedCurve::new(curve, slope_fraction)?;
+        let rates = curve.rates(force_rates)?;
+        quantities.iter().map(|quantity| quantity.rate(&curve, &rates)).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,53 @@
+//! The extensions of a user's own program.
+
+use breccia_calibration::{Qoi, QoiRegistry};
+
+/// Everything that a case can name and that a user's own program can extend.
+///
+/// # Example
+/// A program that is `breccia` with one more quantity of interest:
+/// ```no_run
+/// use std::borrow::Cow;
+/// use std::process::ExitCode;
+/// use models::{PeakedCurve, Qoi, QoiError, Registry, Unit};
+///
+/// /// Peak force divided by the displacement at peak.
+/// #[derive(Debug)]
+/// struct SecantStiffness;
+///
+/// impl Qoi for SecantStiffness {
+///     fn name(&self) -> Cow<'static, str> { "secant-stiffness".into() }
+///     fn column(&self) -> Cow<'static, str> { "secant_stiffness_N_per_mm".into() }
+///     fn description(&self) -> Cow<'static, str> { "secant stiffness".into() }
+///     fn unit(&self) -> Unit { Unit::N_PER_MM }
+///     fn value(&self, curve: &PeakedCurve<'_>) -> Result<f64, QoiError> {
+///         Ok(curve.peak_force_n() / curve.peak_mm())
+///     }
+/// }
+///
+/// fn main() -> ExitCode {
+///     models::program(Registry::standard().with_qoi(SecantStiffness))
+/// }
+/// ```
+#[derive(Debug)]
+pub struct Registry {
+    qois: QoiRegistry,
+}
+
+impl Registry {
+    /// Everything that is built in.
+    pub fn standard() -> Self {
+        Self { qois: QoiRegistry::standard() }
+    }
+
+    /// Adds a quantity of interest. If its name is taken, the earlier quantity keeps the name.
+    pub fn with_qoi(self, qoi: impl Qoi) -> Self {
+        Self { qois: self.qois.with_qoi(qoi) }
+    }
+
+    /// Makes this the registry of the process, before the first case is read. Returns `false` if the process has one
+    /// already. [`program`](crate::program) calls it.
+    pub fn install(self) -> bool {
+        self.qois.install()
+    }
+}
