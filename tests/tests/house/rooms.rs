@@ -158,9 +158,8 @@ fn faults_of_order(house: &Crate, imports: &BTreeSet<Import>, module: &str) -> O
         let child = house.child_of(&path, file)?;
         order.iter().position(|name| name == child)
     };
-    let upward: Vec<Import> = house
-        .imports()
-        .into_iter()
+    let upward: Vec<Import> = imports
+        .iter()
         .filter(|import| matches!((layer(&import.from), layer(&import.to)), (Some(a), Some(b)) if a < b))
         .cloned()
         .collect();
