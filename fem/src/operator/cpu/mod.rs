@@ -13,7 +13,7 @@ mod registers;
 pub(super) use element_product::ElementProduct;
 pub(super) use evaluate::{PointDataOf, ResidualsOf, StatesOf, StressesOf, TangentsOf};
 pub use gather::{Buffers, Gather};
-pub(super) use kinds::{OfKind, of_kind};
+pub(super) use kinds::{PerKind, for_kind};
 #[cfg(test)]
 pub(crate) use lanes::dispatch;
 pub(super) use lanes::{Pack, Stored, lane_of_row};
