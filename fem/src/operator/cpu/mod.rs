@@ -19,6 +19,6 @@ pub(crate) use lanes::dispatch;
 pub(super) use lanes::{Pack, Stored, lane_of_row};
 pub(super) use matrix_free::MatrixFree;
 pub use matrix_free::{SINGLE_FROM, product};
-pub use regions::{RegionLaw, state_len};
+pub use regions::{ElementLaw, state_len};
 pub(super) use regions::{Regions, Row};
 pub(super) use registers::{Selection, each_register};

@@ -6,7 +6,7 @@ use faer::traits::pulp::Scalar;
 
 use crate::device::Kernel;
 use crate::material::{Term, begin, statements};
-use crate::operator::cpu::{ElementProduct, PerKind, Pack, Stored, for_kind};
+use crate::operator::cpu::{ElementProduct, Pack, PerKind, Stored, for_kind};
 use crate::operator::kernel::DataLayout;
 use crate::operator::layout::Layout;
 
