@@ -116,6 +116,28 @@ pub enum Unsupported {
     /// A spectral split of a law other than Hencky's.
     #[error("the energy of this law has no spectral split")]
     SpectralSplit,
+    /// A hybrid model with a split of the user's.
+    #[error("a hybrid model with a user-defined split is not implemented")]
+    HybridUserSplit,
+    /// A split for a law that has its own.
+    #[error("this law states itself which part of its energy damage degrades")]
+    SplitOfOwnLaw,
+    /// A degradation function that does not decrease from 1 to 0.
+    #[error("it does not decrease from 1 to 0: its ends are {start} and {end}")]
+    Degradation {
+        /// Value without damage.
+        start: f64,
+        /// Value at full damage.
+        end: f64,
+    },
+    /// A law with too many state values.
+    #[error("it has {state_len} state values, at most {most} are stored")]
+    StateValues {
+        /// Number of state values of the law.
+        state_len: usize,
+        /// Largest number of state values.
+        most: usize,
+    },
     /// A law whose moduli at rest are not positive.
     #[error(
         "its moduli at rest, K = {bulk_mpa} MPa and μ = {shear_mpa} MPa, are not both positive"
@@ -200,6 +222,12 @@ impl Unsupported {
             Self::SpectralSplit => {
                 "take law = \"hencky\", split = \"volumetric-deviatoric\" or \"none\", or leave the toughness out"
             }
+            Self::HybridUserSplit => "take hybrid = false, or a split of the phase field",
+            Self::SplitOfOwnLaw => "take split = \"none\", or leave the toughness out",
+            Self::Degradation { .. } => {
+                "write g with g(0) = 1, g(1) = 0 and a slope that is not positive"
+            }
+            Self::StateValues { .. } => "reduce the number of terms of the law",
             Self::ModuliAtRest { .. } => "check the signs of its parameters",
             Self::StressAtRest => "subtract the constant, and the term that makes rest stationary",
             Self::NotSymmetric => "write an isotropic energy, symmetric in the three strains",

@@ -30,7 +30,7 @@ pub use bounds::Bounds;
 pub use cell_stress::CellStress;
 #[cfg(test)]
 pub(crate) use cpu::dispatch;
-pub use cpu::{Buffers, Gather, RegionLaw, SINGLE_FROM, product, state_len};
+pub use cpu::{Buffers, ElementLaw, Gather, SINGLE_FROM, product, state_len};
 pub use device::{device_product, equations_kernels, product_kernels};
 pub use equations::{AppliedOnDevice, Coupling, EquationsOnDevice, Operator, Product};
 pub use graph::Graph;

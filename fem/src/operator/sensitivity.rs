@@ -101,7 +101,8 @@ impl<'a> Shift<'a> {
     /// Fraction of the width that lies below the value, from the viscosity if it differs between the sides; else one
     /// half.
     fn fraction_below(&self, materials: &[PointMaterial]) -> f64 {
-        let viscosity = |m: &PointMaterial| m.damage.map_or(0.0, |damage| damage.viscosity);
+        let viscosity =
+            |m: &PointMaterial| m.damage.as_ref().map_or(0.0, |damage| damage.viscosity);
         let sides = self.below.iter().zip(self.above).zip(materials);
         let fractions = sides.map(|((below, above), at)| {
             let [below, above, at] = [below, above, at].map(viscosity);

@@ -8,8 +8,8 @@ use super::{Element, Law, cube, materials, mixed};
 use fem::Fields;
 use fem::element::{DamageRule, Domain, Geometry, Linear, Quadratic, Rule, Space, Tetrahedron};
 use fem::material::{
-    CrackDensity, Degradation, DrivingHistory, FormulaLaw, Homogenisation, Irreversibility,
-    Material, MixedPhases, PhaseField, PointMaterial, Split,
+    CrackDensity, Degradation, DrivingHistory, Homogenisation, Irreversibility, LaneLaw, Material,
+    MixedPhases, PhaseField, PointMaterial, Split,
 };
 use fem::operator::DataLayout;
 use fem::operator::{Assembly, Coupling, Increment, LANES, Residual, StepContext};
@@ -130,7 +130,7 @@ fn assert_derivatives<const N: usize, T: Tetrahedron<N>>(
         });
         let [d, e] = &directions;
         let dual = |x: f64, a: usize, k: usize| HyperDual64::new(x, d[a][k], e[a][k], 0.0);
-        let law = element.constants.law.law.formula().expect("a law that is written out");
+        let Constants { law: DrivingHistory { law, .. }, degradation, .. } = &element.constants;
         let phases = law.phases.map(|phases| MixedPhases {
             rule: phases.rule,
             matrix: phases.matrix.map(HyperDual64::from),
@@ -147,15 +147,14 @@ fn assert_derivatives<const N: usize, T: Tetrahedron<N>>(
             rule: element.rule,
             constants: Constants {
                 law: DrivingHistory {
-                    law: FormulaLaw {
-                        formula: law.formula,
-                        degraded: law.degraded,
-                        moduli,
-                        phases,
-                    },
+                    law: LaneLaw { laws: law.laws, law: law.law.into(), moduli, phases },
                     active: false,
                 },
-                degradation: Degradation { soft: element.constants.degradation.soft.into() },
+                degradation: Degradation {
+                    soft: degradation.soft.into(),
+                    laws: degradation.laws,
+                    law: degradation.law.into(),
+                },
                 local: element.constants.local.into(),
                 gradient: element.constants.gradient.into(),
                 viscous: element.constants.viscous.into(),

@@ -6,7 +6,7 @@
 use faer::traits::pulp::{Simd, WithSimd};
 
 use super::element_product::ElementProduct;
-use super::kinds::{OfKind, of_kind};
+use super::kinds::{PerKind, for_kind};
 use super::lanes::{Rows, Stored};
 use crate::operator::kernel::DataLayout;
 use crate::operator::layout::{Aligned, Chunk, LANES, Layout};
@@ -25,7 +25,7 @@ impl<T: Stored> WithSimd for ChunkProduct<'_, T> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        of_kind(&self.layout.rule, self.chunk.plain, Elements { chunk: self, simd });
+        for_kind(&self.layout.rule, self.chunk.plain, Elements { chunk: self, simd });
     }
 }
 
@@ -35,11 +35,11 @@ struct Elements<'a, T: Stored, S> {
     simd: S,
 }
 
-impl<T: Stored, S: Simd> OfKind for Elements<'_, T, S> {
+impl<T: Stored, S: Simd> PerKind for Elements<'_, T, S> {
     type Output = ();
 
     #[inline(always)]
-    fn of_kind<
+    fn for_kind<
         const PLAIN: bool,
         const N: usize,
         const C: usize,
@@ -69,7 +69,7 @@ impl<T: Stored> ChunkProduct<'_, T> {
     ) {
         let zero = T::splat(simd, 0.0);
         let lanes = T::lanes::<S>();
-        let width = DataLayout::of_kind(self.layout.rule.points.len(), D, L, PLAIN).width();
+        let width = DataLayout::for_kind(self.layout.rule.points.len(), D, L, PLAIN).width();
         // the values of a linear element's nodes fit into registers, those of a quadratic element do not
         let rows_at_once = if N == 4 { lanes } else { LANES };
         for (batch, local) in self.chunk.local.chunks_exact(N).enumerate() {

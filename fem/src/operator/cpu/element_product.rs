@@ -68,7 +68,7 @@ impl<T: Precision, S: Simd, const PLAIN: bool, const C: usize, const D: usize, c
 {
     #[inline(always)]
     fn data_layout(&self) -> DataLayout {
-        DataLayout::of_kind(self.layout.rule.points.len(), D, L, PLAIN)
+        DataLayout::for_kind(self.layout.rule.points.len(), D, L, PLAIN)
     }
 
     #[inline(always)]

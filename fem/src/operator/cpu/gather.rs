@@ -3,7 +3,7 @@
 use faer::traits::pulp::Simd;
 
 use super::lanes::{Rows, Stored, lane_of_row};
-use super::regions::{RegionLaw, Regions};
+use super::regions::{ElementLaw, Regions};
 use crate::element::{Geometry, Space};
 use crate::material::{CrackDensity, Homogenisation, Inverted, Lanes, POINTS, REGISTERS, SimdF64};
 use crate::operator::increment::Increment;
@@ -15,7 +15,7 @@ pub struct Gather<'a, const N: usize> {
     space: &'a Space<N>,
     increment: &'a Increment<'a>,
     density: CrackDensity,
-    regions: Regions<'a>,
+    regions: Regions,
     /// Lane of each row of a batch.
     pub lane_of_row: [usize; LANES],
 }
@@ -60,7 +60,7 @@ impl<'a, const N: usize> Gather<'a, N> {
         token: T::Token,
         tets: [usize; POINTS],
         buffers: &'b mut Buffers<T>,
-    ) -> ElementState<'b, T, RegionLaw<'b, T>, N>
+    ) -> ElementState<'b, T, ElementLaw<'b, T>, N>
     where
         'a: 'b,
     {

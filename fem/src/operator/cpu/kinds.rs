@@ -3,36 +3,36 @@
 use crate::element::Rule;
 
 /// A computation that is compiled for each kind of element.
-pub(crate) trait OfKind {
+pub(crate) trait PerKind {
     type Output;
 
     /// Runs the computation for elements with `N` nodes, `C` fields, `D` damage points and `L` entries of the
     /// local part. `PLAIN` elements are straight and not mixtures.
-    fn of_kind<const PLAIN: bool, const N: usize, const C: usize, const D: usize, const L: usize>(
+    fn for_kind<const PLAIN: bool, const N: usize, const C: usize, const D: usize, const L: usize>(
         self,
     ) -> Self::Output;
 }
 
 /// Runs the computation for the kind of element that a rule describes.
 #[inline(always)]
-pub(crate) fn of_kind<W: OfKind>(rule: &Rule, plain: bool, work: W) -> W::Output {
+pub(crate) fn for_kind<W: PerKind>(rule: &Rule, plain: bool, work: W) -> W::Output {
     let damage = rule.damage.len();
     // without damage, elements that are not plain store the same data as plain elements
     if plain || damage == 0 {
         match (rule.nodes, damage) {
-            (4, 0) => work.of_kind::<true, 4, 3, 0, 0>(),
-            (4, _) => work.of_kind::<true, 4, 4, 4, 1>(),
-            (_, 0) => work.of_kind::<true, 10, 3, 0, 0>(),
-            (_, 10) => work.of_kind::<true, 10, 4, 10, 10>(),
-            (_, 11) => work.of_kind::<true, 10, 4, 11, 11>(),
-            _ => work.of_kind::<true, 10, 4, 14, 14>(),
+            (4, 0) => work.for_kind::<true, 4, 3, 0, 0>(),
+            (4, _) => work.for_kind::<true, 4, 4, 4, 1>(),
+            (_, 0) => work.for_kind::<true, 10, 3, 0, 0>(),
+            (_, 10) => work.for_kind::<true, 10, 4, 10, 10>(),
+            (_, 11) => work.for_kind::<true, 10, 4, 11, 11>(),
+            _ => work.for_kind::<true, 10, 4, 14, 14>(),
         }
     } else {
         match (rule.nodes, damage) {
-            (4, _) => work.of_kind::<false, 4, 4, 4, 1>(),
-            (_, 10) => work.of_kind::<false, 10, 4, 10, 10>(),
-            (_, 11) => work.of_kind::<false, 10, 4, 11, 11>(),
-            _ => work.of_kind::<false, 10, 4, 14, 14>(),
+            (4, _) => work.for_kind::<false, 4, 4, 4, 1>(),
+            (_, 10) => work.for_kind::<false, 10, 4, 10, 10>(),
+            (_, 11) => work.for_kind::<false, 10, 4, 11, 11>(),
+            _ => work.for_kind::<false, 10, 4, 14, 14>(),
         }
     }
 }

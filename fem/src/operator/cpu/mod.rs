@@ -13,12 +13,12 @@ mod registers;
 pub(super) use element_product::ElementProduct;
 pub(super) use evaluate::{PointDataOf, ResidualsOf, StatesOf, StressesOf, TangentsOf};
 pub use gather::{Buffers, Gather};
-pub(super) use kinds::{OfKind, of_kind};
+pub(super) use kinds::{PerKind, for_kind};
 #[cfg(test)]
 pub(crate) use lanes::dispatch;
 pub(super) use lanes::{Pack, Stored, lane_of_row};
 pub(super) use matrix_free::MatrixFree;
 pub use matrix_free::{SINGLE_FROM, product};
-pub use regions::{RegionLaw, state_len};
+pub use regions::{ElementLaw, state_len};
 pub(super) use regions::{Regions, Row};
 pub(super) use registers::{Selection, each_register};

@@ -4,7 +4,7 @@ use faer::traits::pulp::{Simd, WithSimd};
 
 use super::gather::{Buffers, Gather};
 use super::lanes::dispatch;
-use super::regions::RegionLaw;
+use super::regions::ElementLaw;
 use crate::material::{Inverted, Lanes, SimdF64};
 use crate::operator::kernel::ElementState;
 use crate::operator::layout::{LANES, VACANT};
@@ -30,7 +30,7 @@ pub(crate) struct Rows<'a> {
 
 /// State of the elements of a register.
 pub(crate) type Elements<'a, S, const N: usize> =
-    ElementState<'a, SimdF64<S>, RegionLaw<'a, SimdF64<S>>, N>;
+    ElementState<'a, SimdF64<S>, ElementLaw<'a, SimdF64<S>>, N>;
 
 /// A computation on the elements of one register, which writes a result for each element.
 pub(crate) trait Evaluate<const N: usize> {

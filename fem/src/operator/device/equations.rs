@@ -22,7 +22,8 @@ use crate::operator::layout::Layout;
 /// Number of slots per block, whose energies are summed on the device.
 const BLOCK: usize = 256;
 
-/// Residual and tangent of a mesh on a device. Supported are laws with a formula, until the device fails. Methods return `None` if the processor has to compute instead.
+/// Residual and tangent of a mesh on a device, until the device fails. Methods return `None` if the processor has to
+/// compute instead.
 #[derive(Debug)]
 pub(crate) struct DeviceEquations {
     device: ComputeDevice,
@@ -118,11 +119,11 @@ impl DeviceEquations {
         let mut state = self.state();
         let elements = state.as_mut().ok()?;
         let regions = Regions::new(materials, rule, context.duration, context.damping);
-        let (formula, degraded) = regions.law();
+        let (laws, degradations) = regions.laws();
         let damage = materials.iter().find_map(|m| m.damage.as_ref());
         let setting = Setting {
-            formula: formula?,
-            degraded,
+            laws: laws.to_vec(),
+            degradations: degradations.to_vec(),
             density: damage.map_or(CrackDensity::At2, |d| d.density),
             history: regions.keeps_history(),
             mixed: space.has_mixtures().then_some(rule),

@@ -6,18 +6,19 @@ use super::product_source::StoredType;
 use crate::device::Kernel;
 use crate::element::{Geometry, Rule};
 use crate::material::{
-    CrackDensity, Degradation, Degraded, DrivingHistory, Formula, FormulaLaw, Homogenisation,
-    MixedPhases, Term, begin, functions, statements,
+    CrackDensity, Degradation, DegradationLaw, Degraded, DrivingHistory, Homogenisation, LaneLaw,
+    LawForm, MixedPhases, PointSplit, RegionLaw, Split, Term, begin, functions, statements,
 };
 use crate::operator::cpu::Row;
 use crate::operator::kernel::DataLayout;
 use crate::operator::kernel::{Constants, ElementState, diagonal, linearise, residual};
 
 /// Model choices that all elements share.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Setting {
-    pub formula: Formula,
-    pub degraded: Degraded,
+    /// The laws and degradation functions of the regions.
+    pub laws: Vec<RegionLaw>,
+    pub degradations: Vec<DegradationLaw>,
     pub density: CrackDensity,
     /// Whether the largest driving energy so far drives damage.
     pub history: bool,
@@ -28,7 +29,8 @@ pub(crate) struct Setting {
 impl Setting {
     /// Number of state values per elastic point.
     pub(super) fn state_len(&self) -> usize {
-        usize::from(self.history)
+        let law = self.laws.iter().map(RegionLaw::state_len).max().unwrap_or(0);
+        law + usize::from(self.history)
     }
 }
 
@@ -48,7 +50,7 @@ fn record<const N: usize, R>(
     rule: &Rule,
     setting: &Setting,
     plain: bool,
-    work: impl FnOnce(&ElementState<Term, DrivingHistory<FormulaLaw<Term>>, N>, &mut [Term]) -> R,
+    work: impl FnOnce(&ElementState<Term, DrivingHistory<LaneLaw<Term>>, N>, &mut [Term]) -> R,
 ) -> R {
     begin();
     let mut indices = 0..;
@@ -66,25 +68,21 @@ fn record<const N: usize, R>(
         })
         .collect();
     let row: [Term; ROW] = std::array::from_fn(|_| given());
-    let [mut bulk, mut shear, soft, local, gradient, viscous, fraction, grain @ ..] = row;
+    let [bulk, shear, soft, local, gradient, viscous, law, degradation, fraction, grain @ ..] = row;
     let phases = setting.mixed.filter(|_| !plain).map(|rule| MixedPhases {
         rule,
         matrix: [bulk, shear],
         grain,
         fraction,
     });
-    if let Some(phases) = &phases {
-        [bulk, shear] = phases.whole();
-    }
-    let Setting { formula, degraded, density, .. } = *setting;
-    let law = FormulaLaw { formula, degraded, moduli: [bulk, shear], phases };
+    let law = LaneLaw::new(&setting.laws, law, [bulk, shear], phases);
     let law = DrivingHistory { law, active: setting.history };
-    let degradation = Degradation { soft };
+    let degradation = Degradation { soft, laws: &setting.degradations, law: degradation };
     let state: Vec<Term> = (0..setting.state_len() * rule.points.len()).map(|_| given()).collect();
     let element = ElementState {
         rule,
         constants: Constants { law, degradation, local, gradient, viscous },
-        density,
+        density: setting.density,
         displacement,
         damage,
         before,
@@ -252,10 +250,13 @@ pub(crate) fn block_sum(block: usize) -> Kernel {
 
 /// The kernels for a test: quadratic elements, a law with a split, and mixtures.
 pub fn equations_kernels(rule: &Rule) -> Vec<Kernel> {
-    let split = crate::material::Split::Spectral;
+    let split = PointSplit::Standard(Split::Spectral);
     let setting = Setting {
-        formula: Formula::Hencky,
-        degraded: Degraded { split, hybrid: false },
+        laws: vec![RegionLaw {
+            form: LawForm::Hencky,
+            degraded: Degraded { split, hybrid: false },
+        }],
+        degradations: vec![DegradationLaw::Quadratic],
         density: CrackDensity::At2,
         history: true,
         mixed: Some(Homogenisation::GeometricMean),

@@ -6,7 +6,7 @@ use faer::traits::pulp::Scalar;
 
 use crate::device::Kernel;
 use crate::material::{Term, begin, statements};
-use crate::operator::cpu::{ElementProduct, OfKind, Pack, Stored, of_kind};
+use crate::operator::cpu::{ElementProduct, Pack, PerKind, Stored, for_kind};
 use crate::operator::kernel::DataLayout;
 use crate::operator::layout::Layout;
 
@@ -17,7 +17,7 @@ pub(crate) fn product_kernel(layout: &Layout, plain: bool, stored: StoredType) -
     begin();
     let nodes = layout.rule.nodes;
     let width = DataLayout::new(&layout.rule, plain).width();
-    let product = of_kind(&layout.rule, plain, Recorded { layout });
+    let product = for_kind(&layout.rule, plain, Recorded { layout });
     let fields = product.len() / nodes;
     let (lines, results) = statements(&product, &|place| match place.checked_sub(4 * nodes) {
         None => format!("n{}[{}]", place / 4, place % 4),
@@ -62,10 +62,10 @@ struct Recorded<'a> {
     layout: &'a Layout,
 }
 
-impl OfKind for Recorded<'_> {
+impl PerKind for Recorded<'_> {
     type Output = Vec<Term>;
 
-    fn of_kind<
+    fn for_kind<
         const PLAIN: bool,
         const N: usize,
         const C: usize,

@@ -71,7 +71,7 @@ pub fn linearise<T: Scalar, L: PointLaw<T>, const AXES: bool, const N: usize>(
         // g″ Σ w ψ⁺ + w (Gc/(c₀ ℓ₀) α″ + ξ/Δt)
         let [.., curvature] = element.density.local(phi[p]);
         let stiffness = element.constants.local.mul_add(curvature, element.constants.viscous);
-        let curvature = element.constants.degradation.curvature();
+        let curvature = element.constants.degradation.curvature(phi[p]);
         let weight = element.damage_weight(p);
         *layout.local_mut(p, data) = curvature.mul_add(driving[p], weight * stiffness);
     }

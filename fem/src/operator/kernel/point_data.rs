@@ -107,12 +107,12 @@ impl DataLayout {
     pub fn new(rule: &Rule, plain: bool) -> Self {
         let damage = rule.damage.len();
         let locals = if rule.alike { damage.min(1) } else { damage };
-        Self::of_kind(rule.points.len(), damage, locals, plain)
+        Self::for_kind(rule.points.len(), damage, locals, plain)
     }
 
     /// The layout for numbers of elastic points, damage points and local entries that are known.
     #[inline(always)]
-    pub const fn of_kind(points: usize, damage: usize, locals: usize, plain: bool) -> Self {
+    pub const fn for_kind(points: usize, damage: usize, locals: usize, plain: bool) -> Self {
         Self { points, damage, locals, plain }
     }
 
