@@ -22,9 +22,6 @@ pub enum FemError {
     /// The mesh is invalid.
     #[error(transparent)]
     Mesh(#[from] MeshError),
-    /// The platens cannot be placed.
-    #[error("{0}: check the surface names")]
-    Platens(&'static str),
     /// A surface named by a condition is missing or empty.
     #[error(
         "the mesh has no triangles on surface '{name}', where {role}; it has {present}: name the surfaces when the mesh is made or read (a compression test needs 'bottom' and 'top')"

@@ -34,6 +34,12 @@ pub enum Unsupported {
         /// Value of the second condition.
         second: f64,
     },
+    /// A compression test whose upper surface is not above the lower surface.
+    #[error("surface 'top' does not lie above 'bottom' (the axis is z)")]
+    TopBelowBottom,
+    /// A compression test whose surfaces have common nodes.
+    #[error("surfaces 'bottom' and 'top' have nodes in common, which cannot stand still and move")]
+    CommonNodesOfPlatens,
     /// A node set and a surface of the mesh have the same name.
     #[error("a surface of the mesh has the same name")]
     NameOfSurface,
@@ -191,6 +197,7 @@ impl Unsupported {
                 "prescribe more components, or have the rigid motions removed (remove_rigid_motions)"
             }
             Self::Conflict { .. } => "prescribe the same there, or take the component out of one",
+            Self::TopBelowBottom | Self::CommonNodesOfPlatens => "check the surface names",
             Self::NameOfSurface => "give the node set another name",
             Self::EmptyNodeSet => "select nodes by their reference position in mm",
             Self::GaugeOutside(_) => "give a reference position within the body, in mm",

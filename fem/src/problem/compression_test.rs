@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::control::Schedule;
 use super::problem::{Problem, ProblemBuilder};
 use crate::boundary::{Axis, Conditions, Platen};
-use crate::error::FemError;
+use crate::error::{FemError, Unsupported};
 use fem_mesh::TetMesh;
 
 /// Contact between the platens of a compression test and the specimen. Files contain the name of the variant; the
@@ -161,13 +161,12 @@ fn levels(mesh: &TetMesh) -> Result<[f64; 2], FemError> {
     };
     let [bottom, top] = ["bottom", "top"].map(nodes_of);
     let levels = [level(&bottom), level(&top)];
+    let refused = |reason| Err(FemError::unsupported("platens", reason));
     if levels[1] - levels[0] <= 0.0 {
-        return Err(FemError::Platens("surface 'top' does not lie above 'bottom' (the axis is z)"));
+        return refused(Unsupported::TopBelowBottom);
     }
     if top.iter().any(|n| bottom.binary_search(n).is_ok()) {
-        return Err(FemError::Platens(
-            "surfaces 'bottom' and 'top' have nodes in common, which cannot stand still and move",
-        ));
+        return refused(Unsupported::CommonNodesOfPlatens);
     }
     Ok(levels)
 }

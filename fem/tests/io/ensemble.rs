@@ -102,7 +102,7 @@ fn derivatives_are_kept_with_their_curve() {
 #[test]
 fn failures_are_recorded_with_their_reason_and_the_ensemble_goes_on() {
     let dir = tempfile::tempdir().unwrap();
-    let failure = || FemError::Platens("no platen");
+    let failure = || FemError::OtherFields { nodes: 3, expected: 4 };
     let job = |run: &RunInput, _: &dyn Fn(f64)| match run.id {
         2 => Err(failure()),
         3 => Ok(outcome(run, End::Failed(failure()))),
@@ -121,7 +121,7 @@ fn failures_are_recorded_with_their_reason_and_the_ensemble_goes_on() {
         RunStatus::Failed(reason) => reason.as_str(),
         RunStatus::Finished => "",
     };
-    assert!(reason(2).contains("no platen") && reason(3).contains("no platen"));
+    assert!(reason(2).contains("have 3 nodes") && reason(3).contains("have 3 nodes"));
     assert_eq!((records[1].curve.len(), records[2].curve.len()), (0, 20), "as far as it came");
     assert!(reason(4).contains("panicked: index out of bounds"));
     assert!(reason(5).contains("not finite"));

@@ -17,7 +17,8 @@ enum Shape {
 /// With the gap g (mm) between platen and specimen, the contact pressure p (MPa) satisfies p ≥ 0, g ≥ 0, p g = 0.
 /// Sliding with the velocity v_t (mm/s) causes the traction −(μ p s_ε(|v_t|) + F_v) v_t on the specimen, with s_ε =
 /// 1/√(|v_t|² + ε²): Coulomb friction, with creep below the slip velocity ε instead of sticking, and a viscous drag.
-/// Pressures and tractions are per reference area.
+/// Pressures and tractions are per reference area. Without friction and drag, the default, a platen is a roller: it
+/// presses along its normal, and the surface slides freely.
 ///
 /// # Example
 /// ```
