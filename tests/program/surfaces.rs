@@ -101,6 +101,50 @@ fn grains_of_a_packing_come_back_from_their_files() {
     assert!(files < table.len());
 }
 
+/// Surfaces of a packing, measured curves of other packings: every stage from the mesh to the report.
+#[test]
+fn a_case_of_files_is_calibrated_up_to_its_report() {
+    let dir = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(dir.path().join(name), text).unwrap();
+    let run = |arguments: &[&str]| {
+        let (code, out, err) = said(&breccia(dir.path(), arguments));
+        assert_eq!(code, Some(0), "{arguments:?}: {err}");
+        (out, err)
+    };
+    write("packing.toml", &format!("{PACKING}{REST}"));
+    run(&["surfaces", "packing.toml", "--out", "out", "--decimation", "60"]);
+    run(&["init", "--own-data", "own"]);
+    let case = "[specimen]\nradius_mm = 2.5\nheight_mm = 4.4\nspacing_mm = 1.2\norder = 1\n\
+        [specimen.stl]\nsurfaces = \"out/surfaces\"\n\
+        [material.matrix]\nyoung_mpa = 275.0\npoisson = 0.25\ntoughness_n_per_mm = 0.0025\n\
+        viscosity_mpa_s = 0.3\n[material.grain]\nyoung_mpa = 22000.0\npoisson = 0.25\n\
+        [phase_field]\nlength_mm = 0.06\n[test]\ndisplacement_mm = 0.22\nsteps = 22\n\
+        stop_below_peak = 0.05\n[prior]\nmatrix.young_mpa = [180.0, 380.0]\n\
+        matrix.viscosity_mpa_s = [0.1, 0.6]\n[design]\nruns = 8\n[surrogate]\nmax_order = 2\n\
+        [experiments]\ntable = \"own/specimens.csv\"\n[calibration]\nchains = 2\nwarmup = 200\n\
+        draws = 200\n[confirm]\ndraws = 1\n";
+    write("stl.toml", case);
+    let (out, _) = run(&["run", "stl.toml", "--out", "results"]);
+    let results = dir.path().join("results");
+    let grains = rows(&dir.path().join("out/surfaces.csv")).len();
+    assert_eq!(quantity(&results.join("mesh.csv"), "grains") as usize, grains);
+    assert!(out.contains("matrix.young_mpa"), "{out}");
+    let page = std::fs::read_to_string(results.join("report.html")).unwrap();
+    for part in ["Calibrated parameters", "grains of one specimen (specimen.stl)", "Damage at the MAP"] {
+        assert!(page.contains(part), "{part:?} is not in the report");
+    }
+    assert!(std::fs::metadata(results.join("mesh.png")).unwrap().len() > 1000);
+
+    // virtual specimens need a packing
+    let measured = "[experiments]\ntable = \"own/specimens.csv\"\n";
+    let made = "[experiments.virtual]\nspecimens = 3\nseed = 1\n\
+        truth = { matrix.young_mpa = 280.0, matrix.viscosity_mpa_s = 0.3 }\n";
+    write("virtual.toml", &case.replace(measured, made));
+    let (code, _, err) = said(&breccia(dir.path(), &["check", "virtual.toml"]));
+    assert_eq!(code, Some(1), "{err}");
+    assert!(err.contains("experiments.virtual") && err.contains("STL files"), "{err}");
+}
+
 /// Labels found in a virtual scan have surfaces of the volumes that are in `grains.csv`.
 #[test]
 fn grains_of_a_scan_have_surfaces() {

@@ -32,6 +32,8 @@ const FEW: usize = 2000;
 const DEPTHS: usize = 16;
 /// Smallest number of voxels from which an error is measured.
 const ENOUGH: usize = 200;
+/// Largest error of a voxel, as a share of the difference between matrix and air. Darker voxels are voids.
+const LARGEST_ERROR: f64 = 0.25;
 
 /// Sets of voxels that result from continuing the specimen's image beyond its wall.
 pub(crate) struct Continued {
@@ -75,7 +77,9 @@ pub(crate) fn continue_beyond(
     };
     let errors = Errors::measure(fit, shape, |at| {
         let is_shown = bare.as_ref().is_some_and(|bare| bare[at] != 0) && is_in_air(at);
-        is_shown.then(|| with_matrix(at) - matrix)
+        let excess = is_shown.then(|| with_matrix(at) - matrix);
+        // a chipped edge is much darker than any error of the wall
+        excess.filter(|excess| excess.abs() <= LARGEST_ERROR * (matrix - air))
     });
     let continued: Vec<(usize, u16, u8)> = (0..wide.len())
         .into_par_iter()
@@ -111,16 +115,15 @@ fn bare(shape: [usize; 3], ring: &[u8], grains: &[u8]) -> Option<Vec<u8>> {
 }
 
 /// Error of the correction at the wall, the bottom and the top: median grey value minus that of the matrix, at each
-/// depth. A median is not affected by a chipped edge.
+/// depth.
 struct Errors([[f64; DEPTHS]; 3]);
 
 impl Errors {
     /// `excess` is the grey value above the matrix in a voxel that shows the wall alone, otherwise `None`.
     fn measure(fit: &Fit, shape: [usize; 3], excess: impl Fn(usize) -> Option<f64> + Sync) -> Self {
         let voxels = (0..shape.iter().product()).into_par_iter();
-        let shown: Vec<([usize; 2], f64)> = voxels
-            .filter_map(|at| Some((place(fit, voxel_at(shape, at)), excess(at)?)))
-            .collect();
+        let shown: Vec<([usize; 2], f64)> =
+            voxels.filter_map(|at| Some((place(fit, voxel_at(shape, at)), excess(at)?))).collect();
         let mut groups = [const { [const { Vec::new() }; DEPTHS] }; 3];
         for ([side, depth], excess) in shown {
             groups[side][depth].push(excess);

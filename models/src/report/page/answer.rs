@@ -33,11 +33,10 @@ pub(super) fn parameters(results: &Results) -> Markup {
             h2 { "Calibrated parameters" }
             div.cards { (table(header, rows)) }
             p.caption {
-                "As many digits as the Monte Carlo error allows. Contraction is 1 − posterior variance / \
-                 prior variance: 0 where the data taught \
-                 nothing, 1 where they fixed the parameter. MAP is the joint mode over the \
-                 constrained parameters; for a parameter that is not identified it is as good as \
-                 any other point of its posterior."
+                "Digits that the Monte Carlo error allows. Contraction is 1 − posterior variance / \
+                 prior variance: 0 if the data have no information on the parameter, 1 if they determine \
+                 it. MAP is the joint mode over the constrained parameters; for a parameter that is not \
+                 identified it is as good as any other point of its posterior."
             }
         }
     }
@@ -95,9 +94,9 @@ pub(super) fn budget(results: &Results) -> Markup {
             h2 { "Where the uncertainty comes from" }
             (table(header, rows))
             p.caption {
-                "Shares of the posterior variance beside that of the prior, linearised at the posterior \
-                 mean. Specimens: scatter between them, which more of them average away. Geometry: \
-                 packings that differ. Surrogate: its error, which more runs make smaller."
+                "Shares of the posterior variance without that of the prior, linearised at the posterior \
+                 mean. Specimens: scatter between specimens, which more specimens reduce. Geometry: scatter \
+                 between packings. Surrogate: its error, which more runs reduce."
                 @if sources.contains(&"discrepancy") {
                     " Discrepancy: the error of the model that the case states; it does not come from \
                      the data."

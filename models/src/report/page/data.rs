@@ -13,8 +13,8 @@ pub(super) fn curves(results: &Results) -> Markup {
             (figure(&figures::curves(results), html! {
                 (results.ensemble.len()) " simulated tests over the prior box ("
                 (format!("{:.0}", results.ensemble_seconds)) " s of processor time), "
-                (results.experiments.len()) " measured ones. The ensemble has to bound the \
-                experiments."
+                (results.experiments.len()) " measured ones. The range of the ensemble must include \
+                the experiments."
             }))
             @if !results.failures.is_empty() {
                 p { "Runs that failed and are left out:" }
@@ -79,7 +79,7 @@ pub(super) fn surrogate(results: &Results) -> Markup {
             @if results.parameters.iter().any(|p| !p.design.is_empty()) {
                 (pairs(&figures::design(&results.parameters), html! {
                     "The simulations of the ensemble in the prior box, which the axes span. Diagonal: \
-                     where they lie, and the prior (dashed). Below: contours that enclose 10, 50 and \
+                     their distribution, and the prior (dashed). Below: contours that enclose 10, 50 and \
                      90 % of them. Above: the points."
                 }))
             }

@@ -16,16 +16,16 @@ pub(super) fn further(results: &Results) -> Markup {
         section {
             h2 { "What further tests would tell" }
             p {
-                "Expected contraction, 1 − posterior variance / prior variance, after so many further \
-                 specimens, and the number of them from which on a parameter is expected to be identified \
-                 (contraction " (IDENTIFIED) ") or its 90 % interval to be as narrow as stated. A test whose \
-                 curves are there already tells something with no further specimen."
+                "Expected contraction, 1 − posterior variance / prior variance, for each number of further \
+                 specimens, and the smallest number with which a parameter is expected to be identified \
+                 (contraction " (IDENTIFIED) ") or its 90 % interval to be as narrow as stated. A further \
+                 quantity of the present curves may contract without any further specimen."
             }
             @for parameter in &results.further { (of(parameter)) }
             p.caption {
-                "Linear and Gaussian at draws of the posterior, averaged over them. Specimens of another test \
-                 scatter, relative to their means, as the present ones do or as the case says; what they share, \
-                 the error of the surrogate, the mesh and the model, no number of them averages away."
+                "Linear and Gaussian at draws of the posterior, averaged over them. Specimens of another test have \
+                 the relative scatter of the present ones, or the scatter that the case states. More specimens \
+                 do not reduce the error that they share: that of the surrogate, the mesh and the model."
             }
         }
     }

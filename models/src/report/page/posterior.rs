@@ -32,7 +32,7 @@ pub(super) fn posterior(results: &Results) -> Markup {
                 } } },
             ))
             p.caption {
-                "As many digits as the Monte Carlo error allows. Scatter between specimens (sd) is relative \
+                "Digits that the Monte Carlo error allows. Scatter between specimens (sd) is relative \
                  to their means."
             }
         }
@@ -58,12 +58,12 @@ pub(super) fn sampling(results: &Results) -> Markup {
                 }
             }
             (panels(&figures::ranks(&results.parameters), html! {
-                "Ranks of each chain's draws among those of all, one colour a chain: even where chains \
-                 found the same posterior."
+                "Ranks of each chain's draws among the draws of all chains, one colour for each chain: uniform \
+                 if the chains agree."
             }))
             figure {
                 @for trace in figures::traces(&results.parameters) { (PreEscaped(trace)) }
-                figcaption { "Draws in order, one colour a chain." }
+                figcaption { "Draws in order, one colour for each chain." }
             }
         }
     }
@@ -80,16 +80,16 @@ pub(super) fn predictions(results: &Results) -> Markup {
             h2 { "Prediction against experiment" }
             @if let Some(svg) = &curves {
                 (figure(svg, html! {
-                    "What the posterior predicts of the curve of a new specimen: at each displacement 50 and 90 % of \
-                     them lie in the bands. Height and width are drawn from the posterior, with the scatter between \
+                    "Predicted curve of a new specimen: at each displacement the bands contain 50 and 90 % of the \
+                     predictions. Height and width are drawn from the posterior, with the scatter between \
                      specimens and the error that all share; the shape is that of the runs at the same parameters, with \
                      the scatter of the experiments' shapes. Dashed: the experiments."
                 }))
             }
             @if !predicted.is_empty() {
                 (panels(&predicted, html! {
-                    "Bars: what the posterior predicts of a new specimen, 99 % of the draws. Outline and dots: \
-                     the experiments; dashed: their mean."
+                    "Bars: predictions for a new specimen, 99 % of the draws. Outline and dots: the \
+                     experiments; dashed: their mean."
                 }))
             }
             (left_out(&results.loo))
@@ -126,13 +126,13 @@ fn left_out(loo: &[LeftOut]) -> Markup {
             },
         ))
         p.caption {
-            "A specimen whose density is far below the others' is not like them. The shift is that of a \
-             parameter's posterior mean without the specimen, in posterior standard deviations. "
+            "A specimen with a density far below that of the others differs from them. The shift is that of a \
+             parameter's posterior mean if the specimen is removed, in posterior standard deviations. "
             @if sampled == 0 {
-                "All by Pareto-smoothed importance weights (PSIS-LOO)."
+                "Computed by Pareto-smoothed importance weights (PSIS-LOO)."
             } @else {
-                "By Pareto-smoothed importance weights (PSIS-LOO), and by a calibration without the specimen where \
-                 k̂ is too large for them (" (sampled) " of " (loo.len()) ")."
+                "Computed by Pareto-smoothed importance weights (PSIS-LOO), or by a calibration without the specimen \
+                 if k̂ is too large for them (" (sampled) " of " (loo.len()) ")."
             }
         }
     }

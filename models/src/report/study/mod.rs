@@ -156,7 +156,7 @@ fn agreement(pairs: &[Pair]) -> Markup {
             ))
             p.caption {
                 "Overlap: the mass that the two posteriors have in common. Ratio: of the second case to the \
-                 first; they are said to differ where its 90 % interval leaves out 1. Posteriors from the \
+                 first; the cases differ if its 90 % interval excludes 1. Posteriors from the \
                  same specimens are compared as if they were independent."
             }
         }

@@ -49,6 +49,8 @@ def several(file):
     file.create_dataset("entry/exact", data=VALUES / 8, chunks=(4, 3, 5), compression="gzip")
     file.create_dataset("entry/wide", data=VALUES.astype("<i8") - 2**40)
     file.create_dataset("entry/lzf", data=np.full((4, 3, 5), 7, "<u2"), compression="lzf")
+    file.create_dataset("entry/offset", data=VALUES.astype("<u2"), chunks=(2, 3, 5), scaleoffset=0)
+    file.create_dataset("entry/szip", data=VALUES.astype("<u2"), chunks=(2, 3, 5), compression="szip")
     file.create_dataset("entry/half", data=VALUES.astype("<f2"))
 
 

@@ -89,7 +89,7 @@ fn bias(inputs: &Inputs<'_>, quantities: &[Quantity]) -> Result<Vec<String>, Wor
     }
     Ok(vec![format!(
         "The virtual specimens were meshed at {} mm, the surrogate's at {} mm. At the true \
-         parameters the coarser mesh changes: {}. The calibrated parameters make up for that.",
+         parameters the coarser mesh changes: {}. The calibrated parameters compensate this.",
         mesh.text("experiments_mesh"),
         mesh.text("surrogate_mesh"),
         parts.join(", ")
