@@ -21,8 +21,8 @@
 //! ```
 
 use fem::{
-    Axis, Conditions, CylinderLattice, DualNum, HyperelasticLaw, Material, PrincipalStrain,
-    Problem, Schedule, assert_material,
+    Axis, Conditions, CylinderLattice, HyperelasticLaw, Material, PrincipalStrain,
+    Problem, Scalar, Schedule, assert_material,
 };
 
 #[derive(Debug)]
@@ -34,7 +34,8 @@ struct Stiffening {
 }
 
 impl HyperelasticLaw for Stiffening {
-    fn energy<T: DualNum<f64> + Copy>(&self, strain: &PrincipalStrain<T>) -> T {
+    #[inline(always)]
+    fn energy<T: Scalar>(&self, strain: &PrincipalStrain<T>) -> T {
         let volumetric = strain.log_volume();
         let [a, b, c] = strain.isochoric_log();
         let deviatoric = a * a + b * b + c * c;
