@@ -33,7 +33,7 @@
 //! # Contents
 //! - **Models**: declare them with [`model!`], or implement the trait [`Model`]; [`Bound`] is a model with its data.
 //! - **Distributions**: one type per distribution, with the variations of [`Family`]: `.iid(n)`, `.array::<N>()`,
-//!   `.truncate(a..b)`, `.ordered()`. User-defined distributions implement [`Distribution`].
+//!   `.truncate(a..b)`, `.ordered()`. User-defined distributions implement [`Density`].
 //! - **Derivatives**: exact, by reverse mode. User-defined functions implement [`Differentiable`]; [`FiniteDifference`]
 //!   differentiates black boxes.
 //! - **Samplers**: [`Nuts`] uses gradients. [`Metropolis`] and [`DelayedAcceptance`] need no gradients;
@@ -84,6 +84,7 @@ pub mod transform;
 
 pub use density::site::{Failure, Site};
 pub use density::{DomainError, FatalError, Location, LogDensity, OtherError, Rejection};
+pub use distribution::user_defined::{Density, ValueOf};
 pub use distribution::*;
 pub use forward::differentiable::{Differentiable, DynDifferentiable};
 pub use forward::finite_difference::FiniteDifference;
@@ -141,6 +142,7 @@ pub mod prelude {
 /// hidden, so that the traits are sealed.
 #[doc(hidden)]
 pub mod __private {
+    pub use crate::distribution::user_defined::{add_density, constrain_density};
     pub use crate::distribution::{add_terms, constrain};
     pub use crate::model::context::ContextHooks;
     pub use crate::term::accumulator::Settled;

@@ -21,6 +21,8 @@ mod univariate_density;
 
 mod vector;
 
+pub(crate) mod user_defined;
+
 mod continuous;
 
 mod discrete;

@@ -5,7 +5,7 @@ use rand::Rng;
 use super::family::Family;
 use super::interval::Interval;
 use crate::density::DomainError;
-use crate::special::{LnProbability, LnTails, Tail};
+use crate::special::{LnProbability, LnTails, Tail, integral_from_zero};
 
 /// A univariate distribution: methods that need only the values of its parameters.
 pub trait Univariate: Family {
@@ -15,14 +15,24 @@ pub trait Univariate: Family {
     /// [`DomainError`] with distribution, parameter, requirement and value.
     fn validate(&self) -> Result<(), DomainError>;
 
-    /// Draws exactly from the distribution.
-    fn sample<G: Rng + ?Sized>(&self, rng: &mut G) -> f64;
+    /// Draws exactly from the distribution. The default is the quantile of a uniform number.
+    fn sample<G: Rng + ?Sized>(&self, rng: &mut G) -> f64 {
+        self.quantile(rng.random())
+    }
 
-    /// Mean; NaN or infinite if the mean does not exist.
-    fn mean(&self) -> f64;
+    /// Mean; NaN or infinite if the mean does not exist. The default integrates the distribution functions; override
+    /// this method if the mean does not exist.
+    fn mean(&self) -> f64 {
+        let (up, down) = sides(self, 1);
+        self.quantile(0.5) + (up - down)
+    }
 
-    /// Variance; NaN or infinite if the variance does not exist.
-    fn variance(&self) -> f64;
+    /// Variance; NaN or infinite if the variance does not exist. The default integrates the distribution functions;
+    /// override this method if the variance does not exist.
+    fn variance(&self) -> f64 {
+        let ((up, down), (up_square, down_square)) = (sides(self, 1), sides(self, 2));
+        up_square + down_square - (up - down).powi(2)
+    }
 
     /// Distribution function P(X ≤ x), accurate in the lower tail. The result has no derivatives with respect to
     /// unknown parameters; for derivatives, use [`ln_cdf`](super::UnivariateDensity::ln_cdf).
@@ -51,6 +61,19 @@ pub trait Univariate: Family {
     fn upper_quantile(&self, q: f64) -> f64 {
         self.quantile(1.0 - q)
     }
+}
+
+/// Contributions of X > c and of X < c to the moment E|X − c|ⁿ about the median c: n ∫ tⁿ⁻¹ P(X > c + t) dt and n ∫ tⁿ⁻¹
+/// P(X < c − t) dt. These integrals follow from integration by parts and need only distribution functions.
+pub(super) fn sides(distribution: &(impl Univariate + ?Sized), n: i32) -> (f64, f64) {
+    let centre = distribution.quantile(0.5);
+    let scale = distribution.quantile(0.75) - distribution.quantile(0.25);
+    let weight = |d: f64| f64::from(n) * d.powi(n - 1);
+    let length = distribution.upper_quantile(0.0) - centre;
+    let up = integral_from_zero(|d| weight(d) * distribution.sf(centre + d), length, scale);
+    let length = centre - distribution.quantile(0.0);
+    let down = integral_from_zero(|d| weight(d) * distribution.cdf(centre - d), length, scale);
+    (up, down)
 }
 
 /// Probabilities below, inside and above an interval: P(X ≤ lower), P(lower < X < upper) and P(X ≥ upper).

@@ -4,6 +4,10 @@
 //! |---|---|---|
 //! | [`Support`] | an interval of ℝ, open or bounded | exponential, logistic |
 //! | [`Ascending`] | ordered values in an interval | ordered coordinates of the interval, by exponential gaps |
+//! | [`Simplex`] | shares whose sum is 1 | stick-breaking |
+//!
+//! [`Domain`] and [`SmoothDomain`] are the traits of these sets of values; a user-defined distribution names its
+//! domain.
 //!
 //! [`LkjCholesky`](crate::LkjCholesky) documents the map of the Cholesky factors of correlation matrices.
 //!
@@ -11,8 +15,12 @@
 //! that the point is rejected.
 
 mod ascending;
+mod domain;
+mod simplex;
 mod support;
 
 pub use ascending::Ascending;
+pub use domain::{Domain, SmoothDomain};
+pub use simplex::Simplex;
 pub use support::Support;
 pub(crate) use support::log_logistic_density;

@@ -12,6 +12,7 @@ mod numerics;
 mod own_tails;
 mod reference;
 mod scalar_models;
+mod scipy_families;
 mod sizes;
 mod stability;
 mod tails;

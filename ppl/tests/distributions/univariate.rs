@@ -59,6 +59,30 @@ fn uniform() {
 }
 
 #[test]
+fn inverse_gamma() {
+    assert_distribution!([a, b] InverseGamma(a, b), [3.5, 4.0], [0.4, 1.5, 9.0]);
+    assert_distribution!([a, b] InverseGamma(a, b), [0.8, 0.3], [0.1, 0.4, 20.0]);
+}
+
+#[test]
+fn gumbel() {
+    assert_distribution!([m, s] Gumbel(m, s), [10.0, 2.0], [7.0, 10.0, 25.0]);
+}
+
+#[test]
+fn cauchy() {
+    assert_distribution!([m, s] Cauchy(m, s), [1.0, 2.5], [-300.0, 1.2, 9.0]);
+}
+
+#[test]
+fn triangular() {
+    assert_distribution!(
+        [a, c, b] Triangular(a, c, b), [250.0, 270.0, 300.0], [255.0, 265.0, 290.0], corner 270.0);
+    assert_distribution!(
+        [a, c, b] Triangular(a, c, b), [-1.0, 2.0, 3.5], [-0.5, 1.0, 3.0], corner 2.0);
+}
+
+#[test]
 fn truncated_normal() {
     assert_distribution!([m, s] Normal(m, s).truncate(0.0..), [0.15, 0.25], [0.01, 0.2, 1.1]);
     assert_distribution!([m, s] Normal(m, s).truncate(..1.0), [0.5, 0.8], [-2.0, 0.1, 0.9]);

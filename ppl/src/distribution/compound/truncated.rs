@@ -6,31 +6,17 @@ use crate::density::DomainError;
 use crate::distribution::family::Truncated;
 use crate::distribution::interval::Interval;
 use crate::distribution::univariate::{
-    NEAR_UNDERFLOW, Univariate, ln_inside, masses, quantile_within,
+    NEAR_UNDERFLOW, Univariate, ln_inside, masses, quantile_within, sides,
 };
 use crate::distribution::univariate_density::{UnivariateDensity, ln_probability};
 use crate::number::scalar::Scalar;
-use crate::special::{Tail, integral_from_zero};
+use crate::special::Tail;
 use crate::term::accumulator::Accumulator;
 use crate::transform::Support;
 
 crate::univariate!([D: Univariate] Truncated<D>);
 
 impl<D: Univariate> Truncated<D> {
-    /// Returns the contributions of X > c and of X < c to the moment E|X − c|ⁿ about the median c: n ∫ tⁿ⁻¹ P(X > c +
-    /// t) dt and n ∫ tⁿ⁻¹ P(X < c − t) dt. These integrals follow from integration by parts and need only
-    /// distribution functions.
-    fn sides(&self, n: i32) -> (f64, f64) {
-        let centre = self.quantile(0.5);
-        let scale = self.quantile(0.75) - self.quantile(0.25);
-        let weight = |d: f64| f64::from(n) * d.powi(n - 1);
-        let length = self.upper_quantile(0.0) - centre;
-        let up = integral_from_zero(|d| weight(d) * self.sf(centre + d), length, scale);
-        let length = centre - self.quantile(0.0);
-        let down = integral_from_zero(|d| weight(d) * self.cdf(centre - d), length, scale);
-        (up, down)
-    }
-
     /// Whether the support is bounded. All moments of the truncated distribution then exist, even if the moments of
     /// the inner distribution do not.
     fn is_bounded(&self) -> bool {
@@ -75,7 +61,7 @@ impl<D: Univariate> Univariate for Truncated<D> {
         if !own.is_finite() && !self.is_bounded() {
             return own;
         }
-        let (up, down) = self.sides(1);
+        let (up, down) = sides(self, 1);
         self.quantile(0.5) + (up - down)
     }
 
@@ -84,7 +70,7 @@ impl<D: Univariate> Univariate for Truncated<D> {
         if !own.is_finite() && !self.is_bounded() {
             return own;
         }
-        let ((up, down), (up_square, down_square)) = (self.sides(1), self.sides(2));
+        let ((up, down), (up_square, down_square)) = (sides(self, 1), sides(self, 2));
         up_square + down_square - (up - down).powi(2)
     }
 

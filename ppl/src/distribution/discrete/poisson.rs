@@ -71,7 +71,7 @@ fn ln_pmf(k: f64, rate: f64, ln_rate: impl Fn() -> f64, lean: bool) -> f64 {
 }
 
 /// Draws a count; 0 if the rate is 0 or too large for `u64`.
-fn draw_count<G: Rng + ?Sized>(rate: f64, rng: &mut G) -> u64 {
+pub(super) fn draw_count<G: Rng + ?Sized>(rate: f64, rng: &mut G) -> u64 {
     // f64 represents counts below 2⁵³ exactly, and `as` saturates for counts that are too large for `u64`
     rand_distr::Poisson::new(rate).map_or(0, |poisson| rng.sample(poisson) as u64)
 }

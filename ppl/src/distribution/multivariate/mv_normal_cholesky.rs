@@ -71,13 +71,30 @@ impl<R: Scalar, L: Scale<R>> Scale<R> for &L {
 }
 
 /// Type of the means and values of a normal distribution with the scale `L`.
-type Vector<R, L> = <<L as Scale<R>>::Size as Size>::Vector<R>;
+pub(super) type Vector<R, L> = <<L as Scale<R>>::Size as Size>::Vector<R>;
 
 const NAME: &str = "MvNormalCholesky";
 
-fn require_length(what: &'static str, length: usize, rows: usize) -> Result<(), DomainError> {
+/// Checks that a vector is as long as the factor has rows.
+pub(super) fn require_length(
+    name: &'static str,
+    what: &'static str,
+    length: usize,
+    rows: usize,
+) -> Result<(), DomainError> {
     let requirement = format_args!("that of the factor's rows, {rows}");
-    DomainError::require(length == rows, NAME, what, requirement, length as f64)
+    DomainError::require(length == rows, name, what, requirement, length as f64)
+}
+
+/// Checks that all entries of the mean are finite.
+pub(super) fn require_finite_mean<R: Scalar>(
+    name: &'static str,
+    mean: &[R],
+) -> Result<(), DomainError> {
+    for (i, mean) in mean.iter().enumerate() {
+        DomainError::require_finite(name, format_args!("mean[{i}]"), mean.value())?;
+    }
+    Ok(())
 }
 
 impl<R, M, L> Distribution<R> for MvNormalCholesky<M, L>
@@ -112,15 +129,13 @@ where
 
     fn validate(&self) -> Result<(), DomainError> {
         let (factor, mean) = (self.1.factor(), self.0.lift());
-        require_length("length of the mean", mean.as_ref().len(), factor.size())?;
-        for (i, mean) in mean.as_ref().iter().enumerate() {
-            DomainError::require_finite(NAME, format_args!("mean[{i}]"), mean.value())?;
-        }
+        require_length(NAME, "length of the mean", mean.as_ref().len(), factor.size())?;
+        require_finite_mean(NAME, mean.as_ref())?;
         factor.validate(NAME)
     }
 
     fn fits(&self, x: &Self::Value) -> Result<(), DomainError> {
-        require_length("length of x", x.as_ref().len(), self.1.factor().size())
+        require_length(NAME, "length of x", x.as_ref().len(), self.1.factor().size())
     }
 
     fn draw<G: Rng + ?Sized>(&self, rng: &mut G) -> Self::Value {

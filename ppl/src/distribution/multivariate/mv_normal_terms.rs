@@ -10,16 +10,16 @@ use crate::term::accumulator::Accumulator;
 
 /// Partial derivatives of the log density of one datum: −w with respect to x, w with respect to μ, and wᵢ zⱼ −
 /// δᵢⱼ/Lᵢᵢ with respect to Lᵢⱼ.
-struct Gradient<R: Scalar, S: Size> {
-    x: S::Vector<R>,
-    mean: S::Vector<R>,
-    factor: Factor<R, S>,
+pub(super) struct Gradient<R: Scalar, S: Size> {
+    pub(super) x: S::Vector<R>,
+    pub(super) mean: S::Vector<R>,
+    pub(super) factor: Factor<R, S>,
     /// z = L⁻¹(x − μ).
-    z: S::Vector<f64>,
+    pub(super) z: S::Vector<f64>,
     /// w = L⁻ᵀ z.
-    w: S::Vector<f64>,
+    pub(super) w: S::Vector<f64>,
     /// Reciprocal diagonal 1/Lᵢᵢ.
-    inverse: S::Vector<f64>,
+    pub(super) inverse: S::Vector<f64>,
 }
 
 impl<R: Scalar, S: Size> Partials<R> for Gradient<R, S> {
@@ -60,7 +60,7 @@ impl<R: Scalar, S: Size> Partials<R> for Sum<R, S> {
 /// Log determinant Σ ln Lᵢᵢ; NaN if a diagonal entry is negative. The product is computed by a loop: with a call of
 /// `Iterator::product`, the compiler does not move the logarithm out of the loop over the data.
 #[inline]
-fn ln_determinant<S: Size>(size: S, l: &S::Matrix<f64>) -> f64 {
+pub(super) fn ln_determinant<S: Size>(size: S, l: &S::Matrix<f64>) -> f64 {
     let (mut product, mut positive) = (1.0, true);
     for i in 0..size.get() {
         product *= l[i][i];
@@ -78,7 +78,7 @@ fn ln_determinant<S: Size>(size: S, l: &S::Matrix<f64>) -> f64 {
 
 /// Solves L x = b in place; `inverse` contains the reciprocals of the diagonal.
 #[inline]
-fn solve_lower<S: Size>(
+pub(super) fn solve_lower<S: Size>(
     size: S,
     l: &S::Matrix<f64>,
     inverse: &S::Vector<f64>,
@@ -94,7 +94,7 @@ fn solve_lower<S: Size>(
 
 /// Solves Lᵀ x = b in place; `inverse` contains the reciprocals of the diagonal.
 #[inline]
-fn solve_upper<S: Size>(
+pub(super) fn solve_upper<S: Size>(
     size: S,
     l: &S::Matrix<f64>,
     inverse: &S::Vector<f64>,
