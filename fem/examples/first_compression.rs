@@ -16,7 +16,18 @@
 //!
 //! Expected output (the last digits depend on the processor):
 //! ```text
-//! EXPECTED
+//! 3040 elements, grain fraction 0.205
+//! displacement_mm,force_N,largest_damage
+//! 0.0022,6.10,0.000
+//! 0.0055,15.27,0.000
+//! 0.0105,29.08,0.002
+//! …
+//! 0.1095,234.19,0.822
+//! 0.1150,235.62,0.877
+//! 0.1205,235.17,0.922
+//! …
+//! 0.1700,211.03,0.999
+//! peak 235.6 N; the run ended with BelowPeak
 //! ```
 //! `first_compression.vtu`, in the folder for temporary files, shows displacement, damage and stress in ParaView.
 

@@ -15,7 +15,13 @@
 //!
 //! Expected output without an argument:
 //! ```text
-//! EXPECTED
+//! 2624 elements in the regions grain, matrix
+//! displacement_mm,force_N
+//! 0.0110,16.592
+//! 0.0220,33.335
+//! 0.0330,50.231
+//! 0.0440,67.281
+//! all columns are in …/gmsh_to_curve.csv
 //! ```
 
 use std::path::PathBuf;

@@ -16,7 +16,19 @@
 //!
 //! Expected output without arguments:
 //! ```text
-//! EXPECTED
+//! 31 grains in a cylinder of radius 2.50 mm and height 4.40 mm
+//! 4820 elements
+//! displacement_mm,force_N
+//! 0.0100,21.56
+//! 0.0200,43.13
+//! 0.0300,64.43
+//! …
+//! 0.0900,155.97
+//! 0.1000,158.47
+//! 0.1100,155.13
+//! …
+//! 0.1301,125.83
+//! the run ended with BelowPeak
 //! ```
 
 use fem::{

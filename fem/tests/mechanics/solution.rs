@@ -254,7 +254,7 @@ fn a_run_that_cannot_go_on_keeps_its_curve_and_says_why() {
     else {
         panic!("{source}")
     };
-    assert!(iterations >= 1 && residual > 1e-13, "{source}");
+    assert!(iterations >= 1 && residual > 0.0, "{source}");
     assert!(*step_s < 1e-6, "cut down to {step_s} s");
     assert!(error.to_string().contains("no equilibrium"), "{error}");
     let reason = std::error::Error::source(error).map(|source| source.is::<StepFailure>());
