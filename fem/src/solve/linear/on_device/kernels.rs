@@ -6,7 +6,7 @@ use bytemuck::Pod;
 
 use crate::device::{Argument, ComputeDevice, DeviceError, Kernel, Program};
 
-/// Number of partial sums of a sum on the device, and number of sums that the host adds.
+/// Largest number of partial sums of a sum on the device, and number of sums that the host adds.
 pub(super) const PARTS: usize = 1 << 16;
 pub(super) const LAST_PARTS: usize = 256;
 
@@ -63,7 +63,7 @@ const VECTORS: [(&str, Parameters, &str); 5] = [
 ];
 
 /// Kernels of nodal vectors: name, parameters and body.
-const NODAL: [(&str, Parameters, &str); 14] = [
+const NODAL: [(&str, Parameters, &str); 15] = [
     (
         "add_scaled",
         &[("double", "a"), ("const double *", "x"), ("double *", "y")],
@@ -88,9 +88,9 @@ const NODAL: [(&str, Parameters, &str); 14] = [
     ),
     (
         "sum_of_parts",
-        &[("const double *", "parts"), ("double *", "last")],
+        &[("index", "count"), ("const double *", "parts"), ("double *", "last")],
         "double sum = 0.0;\n    \
-         for (index i = at; i < PARTS; i += LAST_PARTS) sum += parts[i];\n    last[at] = sum;",
+         for (index i = at; i < count; i += LAST_PARTS) sum += parts[i];\n    last[at] = sum;",
     ),
     (
         "largest",
@@ -105,12 +105,19 @@ const NODAL: [(&str, Parameters, &str); 14] = [
          for (index k = first; k < first + fields; k++) most = fmax(most, fabs(r[4 * n + k]));\n    \
          parts[at] = most;",
     ),
-    // computes the scale of a vector from its parts, with one item; 1 for a zero vector
     (
-        "scale_of_parts",
-        &[("const double *", "parts"), ("double *", "scale")],
+        "largest_of_parts",
+        &[("index", "count"), ("const double *", "parts"), ("double *", "last")],
         "double most = 0.0;\n    \
-         for (index i = 0; i < PARTS; i++) most = fmax(most, parts[i]);\n    \
+         for (index i = at; i < count; i += LAST_PARTS) most = fmax(most, parts[i]);\n    \
+         last[at] = most;",
+    ),
+    // scale of a vector, with one item; 1 for a zero vector
+    (
+        "scale_of_last_parts",
+        &[("const double *", "last"), ("double *", "scale")],
+        "double most = 0.0;\n    \
+         for (index i = 0; i < LAST_PARTS; i++) most = fmax(most, last[i]);\n    \
          scale[at] = most > 0.0 ? most : 1.0;",
     ),
     (

@@ -78,19 +78,24 @@ impl Session {
         scale: &mut Array<f64>,
     ) {
         let sums = lock(&self.sums);
-        let [nodes, first, fields] =
-            [r.len() / 4, first, fields].map(|n| Argument::Index(n as u64));
-        let parts = sums.parts.argument();
-        self.launch("largest", PARTS, &[nodes, first, fields, r.argument(), parts]);
-        self.launch("scale_of_parts", 1, &[parts, scale.argument()]);
+        let [parts, last] = [&sums.parts, &sums.last].map(Array::argument);
+        let used = PARTS.min(r.len() / 4);
+        let [nodes, first, fields, count] =
+            [r.len() / 4, first, fields, used].map(|n| Argument::Index(n as u64));
+        self.launch("largest", used, &[nodes, first, fields, r.argument(), parts]);
+        self.launch("largest_of_parts", LAST_PARTS, &[count, parts, last]);
+        self.launch("scale_of_last_parts", 1, &[last, scale.argument()]);
     }
 
     /// Returns the sum over `len` values by a kernel that takes the vectors `x`.
     fn sum(&self, kernel: &str, len: usize, x: &[Argument]) -> f64 {
         let sums = lock(&self.sums);
-        let (parts, count) = (sums.parts.argument(), Argument::Index(len as u64));
-        self.launch(kernel, PARTS, &[&[count], x, &[parts]].concat());
-        self.launch("sum_of_parts", LAST_PARTS, &[parts, sums.last.argument()]);
+        let [parts, last] = [&sums.parts, &sums.last].map(Array::argument);
+        // a vector with few values has one value per part
+        let used = PARTS.min(len);
+        let [len, count] = [len, used].map(|n| Argument::Index(n as u64));
+        self.launch(kernel, used, &[&[len], x, &[parts]].concat());
+        self.launch("sum_of_parts", LAST_PARTS, &[count, parts, last]);
         let mut last = [0.0; LAST_PARTS];
         match self.attempt(|_| sums.last.read(&mut last)) {
             Some(()) => last.iter().sum(),
