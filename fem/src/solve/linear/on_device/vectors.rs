@@ -7,7 +7,7 @@ use bytemuck::{Pod, Zeroable};
 
 use super::kernels::{DeviceReal, Kernels, LAST_PARTS, PARTS};
 use crate::device::{Argument, Array, ComputeDevice, DeviceError};
-use crate::solve::linear::vectors::{KrylovVectors, Precision, Vectors};
+use crate::solve::linear::vectors::{KrylovVectors, LanczosVectors, Precision, Vectors};
 
 /// Device with the compiled kernels of this folder. After the first error, which is stored, no further operation
 /// runs; sums are then NaN, so that a Krylov method ends.
@@ -123,10 +123,6 @@ impl<T: DeviceReal> DeviceVectors<T> {
     pub(super) fn session(&self) -> &Arc<Session> {
         &self.session
     }
-
-    fn launch(&self, name: &str, items: usize, arguments: &[Argument]) {
-        self.session.launch(&format!("{name}_{}", T::NAME), items, arguments);
-    }
 }
 
 impl<T: DeviceReal> Vectors for DeviceVectors<T> {
@@ -138,30 +134,32 @@ impl<T: DeviceReal> Vectors for DeviceVectors<T> {
     }
 
     fn clear(&self, x: &mut Array<T>) {
-        self.launch("clear", x.len(), &[x.argument()]);
+        self.session.launch(T::CLEAR, x.len(), &[x.argument()]);
     }
 
     fn copy(&self, x: &Array<T>, y: &mut Array<T>) {
-        self.launch("copy", x.len(), &[x.argument(), y.argument()]);
+        self.session.launch(T::COPY, x.len(), &[x.argument(), y.argument()]);
     }
+}
 
-    fn fill(&self, x: &mut Array<T>, value: impl Fn(usize) -> f64 + Sync) {
-        let values: Vec<T> = (0..x.len()).map(|i| T::of(value(i))).collect();
+impl LanczosVectors for DeviceVectors<f64> {
+    fn fill(&self, x: &mut Array<f64>, value: impl Fn(usize) -> f64 + Sync) {
+        let values: Vec<f64> = (0..x.len()).map(value).collect();
         self.session.attempt(|_| x.write(0, &values));
     }
 
-    fn scale(&self, x: &mut Array<T>, a: f64) {
-        self.launch("scale", x.len(), &[Argument::Real(a), x.argument()]);
+    fn scale(&self, x: &mut Array<f64>, a: f64) {
+        self.session.launch("scale", x.len(), &[Argument::Real(a), x.argument()]);
     }
 
-    fn dot(&self, a: &Array<T>, b: &Array<T>) -> f64 {
-        let kernel = format!("dot_{}", T::NAME);
-        self.session.sum(&kernel, a.len(), &[a.argument(), b.argument()])
+    fn dot(&self, a: &Array<f64>, b: &Array<f64>) -> f64 {
+        self.session.sum("dot", a.len(), &[a.argument(), b.argument()])
     }
 
-    fn recur(&self, y: &mut Array<T>, w: &Array<T>, a: f64, d: &Array<T>, b: f64) {
+    fn recur(&self, y: &mut Array<f64>, w: &Array<f64>, a: f64, d: &Array<f64>, b: f64) {
         let [a, b] = [a, b].map(Argument::Real);
-        self.launch("recur", y.len(), &[a, b, w.argument(), d.argument(), y.argument()]);
+        let arguments = [a, b, w.argument(), d.argument(), y.argument()];
+        self.session.launch("recur", y.len(), &arguments);
     }
 }
 
