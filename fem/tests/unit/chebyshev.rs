@@ -37,7 +37,7 @@ impl Matrix for Diagonal {
 
 /// Bound of the eigenvalues of D⁻¹ A with one eigenvalue apart from the others.
 fn bound(apart: f64) -> f64 {
-    largest_eigenvalue(&InMemory::default(), &mut Diagonal { apart }, &vec![[0.0]; 30_000])
+    largest_eigenvalue(&InMemory::default(), &mut Diagonal { apart }, &[[0.0]; 30_000])
 }
 
 #[test]

@@ -9,7 +9,7 @@ use bytemuck::Pod;
 use nalgebra::{RealField, convert};
 use rayon::prelude::*;
 
-use super::vectors::{KrylovVectors, Precision, Vectors};
+use super::vectors::{KrylovVectors, LanczosVectors, Precision, Vectors};
 use crate::parallel::Halo;
 
 /// Number of vector entries: `f32` or `f64`.
@@ -59,7 +59,9 @@ impl<T: Real, const R: usize> Vectors for InMemory<T, R> {
     fn copy(&self, x: &[[T; R]], y: &mut [[T; R]]) {
         y.par_chunks_mut(CHUNK).zip(x.par_chunks(CHUNK)).for_each(|(y, x)| y.copy_from_slice(x));
     }
+}
 
+impl<T: Real, const R: usize> LanczosVectors for InMemory<T, R> {
     fn fill(&self, x: &mut [[T; R]], value: impl Fn(usize) -> f64 + Sync) {
         x.par_iter_mut().with_min_len(CHUNK).enumerate().for_each(|(node, x)| {
             *x = std::array::from_fn(|k| convert(value(node * R + k)));

@@ -18,7 +18,10 @@ pub(crate) trait Vectors: Clone + Debug {
 
     /// y ← x.
     fn copy(&self, x: &Self::Vector, y: &mut Self::Vector);
+}
 
+/// Additional operations of Lanczos' iteration.
+pub(crate) trait LanczosVectors: Vectors {
     /// x_i ← value(i), where i counts the values of the local nodes. Ghosts get the values of their owners.
     fn fill(&self, x: &mut Self::Vector, value: impl Fn(usize) -> f64 + Sync);
 
@@ -33,7 +36,7 @@ pub(crate) trait Vectors: Clone + Debug {
 }
 
 /// Additional operations of Krylov methods.
-pub(crate) trait KrylovVectors: Vectors {
+pub(crate) trait KrylovVectors: LanczosVectors {
     /// Σ w a b, the inner product with a diagonal weight.
     fn weighted_dot(&self, w: &Self::Vector, a: &Self::Vector, b: &Self::Vector) -> f64;
 

@@ -17,7 +17,7 @@ use super::block_csr::{BlockCsr, inverse};
 use super::chebyshev::Smoother;
 use super::coarse_nodes::{CoarseNodes, first_numbers};
 use super::cycle::{Amg, AmgLevel, Level};
-use super::matrix::{Grid, Matrix, Preconditioner, Relaxation};
+use super::matrix::{Grid, Preconditioner};
 use super::rows::{completed, with_ghosts};
 use crate::parallel::Halo;
 
@@ -37,26 +37,13 @@ pub(crate) struct Aggregation<const R: usize> {
     coarse: Arc<Halo>,
 }
 
-impl<const R: usize> Matrix for Aggregation<R> {
-    type Space = InMemory<f32, R>;
-
-    fn subtract(&mut self, x: &[[f32; R]], y: &mut [[f32; R]]) {
-        self.matrix.subtract(x, y);
-    }
-
-    fn relax(
-        &self,
-        coefficients: Relaxation,
-        r: &[[f32; R]],
-        step: &mut [[f32; R]],
-        x: &mut [[f32; R]],
-    ) {
-        self.matrix.relax(coefficients, r, step, x);
-    }
-}
-
 impl<const R: usize> Grid for Aggregation<R> {
+    type Matrix = Assembled<R>;
     type Coarse = InMemory<f32, MODES>;
+
+    fn matrix(&mut self) -> &mut Assembled<R> {
+        &mut self.matrix
+    }
 
     fn restrict(&mut self, r: &[[f32; R]], b: &mut [[f32; MODES]]) {
         self.restrict.apply(r, b, |b, sum| *b = sum);

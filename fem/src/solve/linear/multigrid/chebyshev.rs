@@ -7,7 +7,7 @@ use std::borrow::{Borrow, BorrowMut};
 
 use nalgebra::DMatrix;
 
-use super::super::vectors::Vectors;
+use super::super::vectors::{LanczosVectors, Vectors};
 use super::matrix::{Matrix, Preconditioner, Relaxation, Vector};
 
 /// The smoother reduces error components whose eigenvalues exceed this fraction of the largest eigenvalue.
@@ -33,7 +33,10 @@ impl<S: Vectors> Smoother<S> {
         matrix: &mut M,
         degree: usize,
         like: &S::Vector,
-    ) -> Self {
+    ) -> Self
+    where
+        S: LanczosVectors,
+    {
         let largest = largest_eigenvalue(vectors, matrix, like);
         Self { degree, largest, step: vectors.zero(like) }
     }
@@ -81,7 +84,11 @@ fn relaxations(largest: f64, degree: usize) -> impl Iterator<Item = Relaxation> 
 /// Damage causes a few large, isolated eigenvalues. Lanczos' iteration finds them in these few steps; a power
 /// iteration would need a number of steps that grows with the number of nodes, and a Chebyshev polynomial amplifies
 /// components above the bound.
-fn largest_eigenvalue<M: Matrix>(vectors: &M::Space, matrix: &mut M, like: &Vector<M>) -> f64 {
+fn largest_eigenvalue<M: Matrix<Space: LanczosVectors>>(
+    vectors: &M::Space,
+    matrix: &mut M,
+    like: &Vector<M>,
+) -> f64 {
     let [mut d, mut before, mut v, mut w] = [(); 4].map(|()| vectors.zero(like));
     let (v, w) = (v.borrow_mut(), w.borrow_mut());
     // the start vector must not be orthogonal to the rough eigenvectors; it is deterministic

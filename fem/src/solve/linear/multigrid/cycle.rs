@@ -5,7 +5,9 @@ use std::borrow::{Borrow, BorrowMut};
 use super::super::krylov::Preconditioned;
 use super::super::vectors::{KrylovVectors, Vectors};
 use super::chebyshev::Smoother;
-use super::matrix::{CoarseVector, Grid, Matrix, NodalPreconditioner, Preconditioner, Vector};
+use super::matrix::{
+    CoarseVector, Grid, Matrix, NodalPreconditioner, Preconditioner, Space, Vector,
+};
 
 /// Smoother and work vectors of one level.
 #[derive(Debug)]
@@ -33,11 +35,11 @@ impl<S: Vectors, C: Vectors> Level<S, C> {
 
     /// Computes x ≈ A⁻¹ b: smoothing, correction by the coarser level `below`, smoothing. `below(b, x)` may overwrite
     /// its b.
-    pub(crate) fn cycle<G: Grid<Space = S, Coarse = C>>(
+    pub(crate) fn cycle<G: Grid<Matrix: Matrix<Space = S>, Coarse = C>>(
         &mut self,
         grid: &mut G,
-        b: &Vector<G>,
-        x: &mut Vector<G>,
+        b: &S::Vector,
+        x: &mut S::Vector,
         below: impl FnOnce(&mut CoarseVector<G>, &mut CoarseVector<G>),
     ) {
         let Self { vectors, smoother, .. } = self;
@@ -45,15 +47,15 @@ impl<S: Vectors, C: Vectors> Level<S, C> {
         let (right, correction) = (self.right.borrow_mut(), self.correction.borrow_mut());
         vectors.clear(x);
         vectors.copy(b, residual);
-        smoother.smooth(grid, residual, x);
+        smoother.smooth(grid.matrix(), residual, x);
         vectors.copy(b, residual);
-        grid.subtract(x, residual);
+        grid.matrix().subtract(x, residual);
         grid.restrict(residual, right);
         below(right, correction);
         grid.add_prolonged(correction, x);
         vectors.copy(b, residual);
-        grid.subtract(x, residual);
-        smoother.smooth(grid, residual, x);
+        grid.matrix().subtract(x, residual);
+        smoother.smooth(grid.matrix(), residual, x);
     }
 }
 
@@ -61,7 +63,7 @@ impl<S: Vectors, C: Vectors> Level<S, C> {
 #[derive(Debug)]
 pub(crate) struct AmgLevel<G: Grid> {
     pub(crate) grid: G,
-    pub(crate) level: Level<G::Space, G::Coarse>,
+    pub(crate) level: Level<Space<G>, G::Coarse>,
 }
 
 /// Hierarchy of the displacement: finest level, coarser levels, and the solver of the coarsest level.
@@ -72,24 +74,29 @@ pub(crate) struct Amg<F: Grid, C: Grid, L> {
     pub(crate) last: L,
 }
 
-impl<F, C, L> Preconditioner for Amg<F, C, L>
+impl<V, F, C, L> Preconditioner for Amg<F, C, L>
 where
-    C: Grid<Coarse = <C as Matrix>::Space>,
-    F: Grid<Coarse = <C as Matrix>::Space>,
-    L: Preconditioner<Space = <C as Matrix>::Space>,
+    V: Vectors,
+    F: Grid<Coarse = V>,
+    C: Grid<Matrix: Matrix<Space = V>, Coarse = V>,
+    L: Preconditioner<Space = V>,
 {
-    type Space = F::Space;
+    type Space = Space<F>;
 
-    fn apply(&mut self, b: &mut Vector<F>, x: &mut Vector<F>) {
+    fn apply(&mut self, b: &mut Vector<F::Matrix>, x: &mut Vector<F::Matrix>) {
         let Self { fine: AmgLevel { grid, level }, coarse, last } = self;
         level.cycle(grid, b, x, |b, x| coarser(coarse, last, b, x));
     }
 }
 
-fn coarser<C, L>(levels: &mut [AmgLevel<C>], last: &mut L, b: &mut Vector<C>, x: &mut Vector<C>)
-where
-    C: Grid<Coarse = <C as Matrix>::Space>,
-    L: Preconditioner<Space = <C as Matrix>::Space>,
+fn coarser<V: Vectors, C, L>(
+    levels: &mut [AmgLevel<C>],
+    last: &mut L,
+    b: &mut V::Vector,
+    x: &mut V::Vector,
+) where
+    C: Grid<Matrix: Matrix<Space = V>, Coarse = V>,
+    L: Preconditioner<Space = V>,
 {
     match levels.split_first_mut() {
         Some((AmgLevel { grid, level }, levels)) => {
@@ -108,7 +115,9 @@ pub(crate) struct Multigrid<S: Vectors, P> {
 }
 
 /// Matrix-free tangent on the free values; rows and columns of constrained values are zero.
-pub(crate) trait FreeTangent: Grid<Space = <Self as Grid>::Coarse> {
+pub(crate) trait FreeTangent:
+    Matrix + Grid<Matrix = Self, Coarse = <Self as Matrix>::Space>
+{
     /// y = A x.
     fn multiply(&mut self, x: &Vector<Self>, y: &mut Vector<Self>);
 

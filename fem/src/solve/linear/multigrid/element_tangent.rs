@@ -208,7 +208,12 @@ impl Matrix for ElementTangent {
 }
 
 impl Grid for ElementTangent {
+    type Matrix = Self;
     type Coarse = NodalVectors;
+
+    fn matrix(&mut self) -> &mut Self {
+        self
+    }
 
     /// Each vertex of an edge receives half of the midpoint's value.
     fn restrict(&mut self, residual: &[Nodal], right: &mut [Nodal]) {

@@ -20,21 +20,27 @@ pub(crate) trait Matrix {
     );
 }
 
-/// Matrix of a level that has a coarser level below it.
-pub(crate) trait Grid: Matrix {
+/// Level with a matrix and a prolongation P from the next coarser level.
+pub(crate) trait Grid {
+    /// Matrix of the level.
+    type Matrix: Matrix;
     /// Vectors of the coarser level.
     type Coarse: Vectors;
 
-    /// b ← Pᵀ r, with the prolongation P.
-    fn restrict(&mut self, r: &Vector<Self>, b: &mut CoarseVector<Self>);
+    fn matrix(&mut self) -> &mut Self::Matrix;
+
+    /// b ← Pᵀ r.
+    fn restrict(&mut self, r: &Vector<Self::Matrix>, b: &mut CoarseVector<Self>);
 
     /// x ← x + P c.
-    fn add_prolonged(&mut self, c: &CoarseVector<Self>, x: &mut Vector<Self>);
+    fn add_prolonged(&mut self, c: &CoarseVector<Self>, x: &mut Vector<Self::Matrix>);
 }
 
 /// Vector of the level of a matrix.
 pub(crate) type Vector<M> = <<M as Matrix>::Space as Vectors>::Vector;
-/// Vector of the level below a matrix.
+/// Vectors of the level of a grid.
+pub(crate) type Space<G> = <<G as Grid>::Matrix as Matrix>::Space;
+/// Vector of the level below a grid.
 pub(crate) type CoarseVector<G> = <<G as Grid>::Coarse as Vectors>::Vector;
 
 /// Coefficients of one smoothing step.

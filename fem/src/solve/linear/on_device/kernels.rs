@@ -6,7 +6,7 @@ use bytemuck::Pod;
 
 use crate::device::{Argument, ComputeDevice, DeviceError, Kernel, Program};
 
-/// Number of partial sums of a sum on the device, and number of sums that the host adds.
+/// Largest number of partial sums of a sum on the device, and number of sums that the host adds.
 pub(super) const PARTS: usize = 1 << 16;
 pub(super) const LAST_PARTS: usize = 256;
 
@@ -15,55 +15,46 @@ const BLOCKS: [[usize; 2]; 5] = [[3, 3], [3, 6], [6, 3], [6, 6], [1, 1]];
 
 type Parameters = &'static [(&'static str, &'static str)];
 
-/// Number of vector entries on a device, with its name in C.
+/// Type of the entries of a vector, with the names of its kernels.
 pub(super) trait DeviceReal: Pod + std::fmt::Debug {
-    const NAME: &'static str;
-
-    fn of(value: f64) -> Self;
+    const CLEAR: &'static str;
+    const COPY: &'static str;
 }
 
 impl DeviceReal for f32 {
-    const NAME: &'static str = "float";
-
-    fn of(value: f64) -> Self {
-        value as f32
-    }
+    const CLEAR: &'static str = "clear_single";
+    const COPY: &'static str = "copy_single";
 }
 
 impl DeviceReal for f64 {
-    const NAME: &'static str = "double";
-
-    fn of(value: f64) -> Self {
-        value
-    }
+    const CLEAR: &'static str = "clear";
+    const COPY: &'static str = "copy";
 }
 
-/// Kernels of vectors of type `real`, compiled for `float` and `double`: name, parameters and body.
-const VECTORS: [(&str, Parameters, &str); 5] = [
-    ("clear", &[("real *", "x")], "x[at] = 0;"),
-    ("copy", &[("const real *", "x"), ("real *", "y")], "y[at] = x[at];"),
-    ("scale", &[("double", "a"), ("real *", "x")], "x[at] = (real)a * x[at];"),
+/// Name, parameters and body.
+const VECTORS: [(&str, Parameters, &str); 22] = [
+    ("clear", &[("double *", "x")], "x[at] = 0.0;"),
+    ("clear_single", &[("float *", "x")], "x[at] = 0.0f;"),
+    ("copy", &[("const double *", "x"), ("double *", "y")], "y[at] = x[at];"),
+    ("copy_single", &[("const float *", "x"), ("float *", "y")], "y[at] = x[at];"),
+    ("scale", &[("double", "a"), ("double *", "x")], "x[at] = a * x[at];"),
     (
         "dot",
-        &[("index", "n"), ("const real *", "a"), ("const real *", "b"), ("double *", "parts")],
+        &[("index", "n"), ("const double *", "a"), ("const double *", "b"), ("double *", "parts")],
         "double sum = 0.0;\n    \
-         for (index i = at; i < n; i += PARTS) sum += (double)a[i] * (double)b[i];\n    parts[at] = sum;",
+         for (index i = at; i < n; i += PARTS) sum += a[i] * b[i];\n    parts[at] = sum;",
     ),
     (
         "recur",
         &[
             ("double", "a"),
             ("double", "b"),
-            ("const real *", "w"),
-            ("const real *", "d"),
-            ("real *", "y"),
+            ("const double *", "w"),
+            ("const double *", "d"),
+            ("double *", "y"),
         ],
-        "y[at] = -w[at] - (real)a * d[at] - (real)b * y[at];",
+        "y[at] = -w[at] - a * d[at] - b * y[at];",
     ),
-];
-
-/// Kernels of nodal vectors: name, parameters and body.
-const NODAL: [(&str, Parameters, &str); 14] = [
     (
         "add_scaled",
         &[("double", "a"), ("const double *", "x"), ("double *", "y")],
@@ -88,9 +79,9 @@ const NODAL: [(&str, Parameters, &str); 14] = [
     ),
     (
         "sum_of_parts",
-        &[("const double *", "parts"), ("double *", "last")],
+        &[("index", "count"), ("const double *", "parts"), ("double *", "last")],
         "double sum = 0.0;\n    \
-         for (index i = at; i < PARTS; i += LAST_PARTS) sum += parts[i];\n    last[at] = sum;",
+         for (index i = at; i < count; i += LAST_PARTS) sum += parts[i];\n    last[at] = sum;",
     ),
     (
         "largest",
@@ -105,12 +96,19 @@ const NODAL: [(&str, Parameters, &str); 14] = [
          for (index k = first; k < first + fields; k++) most = fmax(most, fabs(r[4 * n + k]));\n    \
          parts[at] = most;",
     ),
-    // computes the scale of a vector from its parts, with one item; 1 for a zero vector
     (
-        "scale_of_parts",
-        &[("const double *", "parts"), ("double *", "scale")],
+        "largest_of_parts",
+        &[("index", "count"), ("const double *", "parts"), ("double *", "last")],
         "double most = 0.0;\n    \
-         for (index i = 0; i < PARTS; i++) most = fmax(most, parts[i]);\n    \
+         for (index i = at; i < count; i += LAST_PARTS) most = fmax(most, parts[i]);\n    \
+         last[at] = most;",
+    ),
+    // scale of a vector, with one item; 1 for a zero vector
+    (
+        "scale_of_last_parts",
+        &[("const double *", "last"), ("double *", "scale")],
+        "double most = 0.0;\n    \
+         for (index i = 0; i < LAST_PARTS; i++) most = fmax(most, last[i]);\n    \
          scale[at] = most > 0.0 ? most : 1.0;",
     ),
     (
@@ -258,24 +256,10 @@ pub(super) fn kernels() -> Vec<Kernel> {
         let body = body.replace("LAST_PARTS", &LAST_PARTS.to_string());
         format!("    {}\n", body.replace("PARTS", &PARTS.to_string()))
     };
-    let of_type = |real: &'static str| {
-        VECTORS.iter().map(move |(name, parameters, body)| {
-            let kind = |kind: &'static str| match (kind, real) {
-                ("real *", "float") => "float *",
-                ("real *", _) => "double *",
-                ("const real *", "float") => "const float *",
-                ("const real *", _) => "const double *",
-                _ => kind,
-            };
-            let parameters: Vec<_> = parameters.iter().map(|&(k, name)| (kind(k), name)).collect();
-            let body = numbers(&body.replace("real", real));
-            Kernel::new(format!("{name}_{real}"), &parameters, body)
-        })
-    };
-    let nodal = NODAL.iter();
-    let nodal = nodal.map(|(name, parameters, body)| Kernel::new(*name, parameters, numbers(body)));
-    let vectors = [f32::NAME, f64::NAME].into_iter().flat_map(of_type);
-    vectors.chain(nodal).chain(matrices()).collect()
+    let vectors = VECTORS
+        .iter()
+        .map(|(name, parameters, body)| Kernel::new(*name, parameters, numbers(body)));
+    vectors.chain(matrices()).collect()
 }
 
 #[cfg(test)]

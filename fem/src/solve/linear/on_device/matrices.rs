@@ -97,26 +97,13 @@ pub(super) struct DeviceGrid {
     restrict: Blocks,
 }
 
-impl Matrix for DeviceGrid {
-    type Space = DeviceVectors<f32>;
-
-    fn subtract(&mut self, x: &Array<f32>, y: &mut Array<f32>) {
-        self.matrix.subtract(x, y);
-    }
-
-    fn relax(
-        &self,
-        coefficients: Relaxation,
-        r: &Array<f32>,
-        step: &mut Array<f32>,
-        x: &mut Array<f32>,
-    ) {
-        self.matrix.relax(coefficients, r, step, x);
-    }
-}
-
 impl Grid for DeviceGrid {
+    type Matrix = DeviceMatrix;
     type Coarse = DeviceVectors<f32>;
+
+    fn matrix(&mut self) -> &mut DeviceMatrix {
+        &mut self.matrix
+    }
 
     fn restrict(&mut self, r: &Array<f32>, b: &mut Array<f32>) {
         self.restrict.apply(self.matrix.vectors.session(), "set", r, b);

@@ -109,7 +109,12 @@ impl Matrix for DeviceTangent<'_> {
 }
 
 impl Grid for DeviceTangent<'_> {
+    type Matrix = Self;
     type Coarse = DeviceVectors<f64>;
+
+    fn matrix(&mut self) -> &mut Self {
+        self
+    }
 
     fn restrict(&mut self, r: &Array<f64>, b: &mut Array<f64>) {
         let NodalData { vertices, start, midpoint, free, .. } = &*self.nodal;

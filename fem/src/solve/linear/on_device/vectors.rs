@@ -7,7 +7,7 @@ use bytemuck::{Pod, Zeroable};
 
 use super::kernels::{DeviceReal, Kernels, LAST_PARTS, PARTS};
 use crate::device::{Argument, Array, ComputeDevice, DeviceError};
-use crate::solve::linear::vectors::{KrylovVectors, Precision, Vectors};
+use crate::solve::linear::vectors::{KrylovVectors, LanczosVectors, Precision, Vectors};
 
 /// Device with the compiled kernels of this folder. After the first error, which is stored, no further operation
 /// runs; sums are then NaN, so that a Krylov method ends.
@@ -78,19 +78,24 @@ impl Session {
         scale: &mut Array<f64>,
     ) {
         let sums = lock(&self.sums);
-        let [nodes, first, fields] =
-            [r.len() / 4, first, fields].map(|n| Argument::Index(n as u64));
-        let parts = sums.parts.argument();
-        self.launch("largest", PARTS, &[nodes, first, fields, r.argument(), parts]);
-        self.launch("scale_of_parts", 1, &[parts, scale.argument()]);
+        let [parts, last] = [&sums.parts, &sums.last].map(Array::argument);
+        let used = PARTS.min(r.len() / 4);
+        let [nodes, first, fields, count] =
+            [r.len() / 4, first, fields, used].map(|n| Argument::Index(n as u64));
+        self.launch("largest", used, &[nodes, first, fields, r.argument(), parts]);
+        self.launch("largest_of_parts", LAST_PARTS, &[count, parts, last]);
+        self.launch("scale_of_last_parts", 1, &[last, scale.argument()]);
     }
 
     /// Returns the sum over `len` values by a kernel that takes the vectors `x`.
     fn sum(&self, kernel: &str, len: usize, x: &[Argument]) -> f64 {
         let sums = lock(&self.sums);
-        let (parts, count) = (sums.parts.argument(), Argument::Index(len as u64));
-        self.launch(kernel, PARTS, &[&[count], x, &[parts]].concat());
-        self.launch("sum_of_parts", LAST_PARTS, &[parts, sums.last.argument()]);
+        let [parts, last] = [&sums.parts, &sums.last].map(Array::argument);
+        // a vector with few values has one value per part
+        let used = PARTS.min(len);
+        let [len, count] = [len, used].map(|n| Argument::Index(n as u64));
+        self.launch(kernel, used, &[&[len], x, &[parts]].concat());
+        self.launch("sum_of_parts", LAST_PARTS, &[count, parts, last]);
         let mut last = [0.0; LAST_PARTS];
         match self.attempt(|_| sums.last.read(&mut last)) {
             Some(()) => last.iter().sum(),
@@ -118,10 +123,6 @@ impl<T: DeviceReal> DeviceVectors<T> {
     pub(super) fn session(&self) -> &Arc<Session> {
         &self.session
     }
-
-    fn launch(&self, name: &str, items: usize, arguments: &[Argument]) {
-        self.session.launch(&format!("{name}_{}", T::NAME), items, arguments);
-    }
 }
 
 impl<T: DeviceReal> Vectors for DeviceVectors<T> {
@@ -133,30 +134,32 @@ impl<T: DeviceReal> Vectors for DeviceVectors<T> {
     }
 
     fn clear(&self, x: &mut Array<T>) {
-        self.launch("clear", x.len(), &[x.argument()]);
+        self.session.launch(T::CLEAR, x.len(), &[x.argument()]);
     }
 
     fn copy(&self, x: &Array<T>, y: &mut Array<T>) {
-        self.launch("copy", x.len(), &[x.argument(), y.argument()]);
+        self.session.launch(T::COPY, x.len(), &[x.argument(), y.argument()]);
     }
+}
 
-    fn fill(&self, x: &mut Array<T>, value: impl Fn(usize) -> f64 + Sync) {
-        let values: Vec<T> = (0..x.len()).map(|i| T::of(value(i))).collect();
+impl LanczosVectors for DeviceVectors<f64> {
+    fn fill(&self, x: &mut Array<f64>, value: impl Fn(usize) -> f64 + Sync) {
+        let values: Vec<f64> = (0..x.len()).map(value).collect();
         self.session.attempt(|_| x.write(0, &values));
     }
 
-    fn scale(&self, x: &mut Array<T>, a: f64) {
-        self.launch("scale", x.len(), &[Argument::Real(a), x.argument()]);
+    fn scale(&self, x: &mut Array<f64>, a: f64) {
+        self.session.launch("scale", x.len(), &[Argument::Real(a), x.argument()]);
     }
 
-    fn dot(&self, a: &Array<T>, b: &Array<T>) -> f64 {
-        let kernel = format!("dot_{}", T::NAME);
-        self.session.sum(&kernel, a.len(), &[a.argument(), b.argument()])
+    fn dot(&self, a: &Array<f64>, b: &Array<f64>) -> f64 {
+        self.session.sum("dot", a.len(), &[a.argument(), b.argument()])
     }
 
-    fn recur(&self, y: &mut Array<T>, w: &Array<T>, a: f64, d: &Array<T>, b: f64) {
+    fn recur(&self, y: &mut Array<f64>, w: &Array<f64>, a: f64, d: &Array<f64>, b: f64) {
         let [a, b] = [a, b].map(Argument::Real);
-        self.launch("recur", y.len(), &[a, b, w.argument(), d.argument(), y.argument()]);
+        let arguments = [a, b, w.argument(), d.argument(), y.argument()];
+        self.session.launch("recur", y.len(), &arguments);
     }
 }
 
