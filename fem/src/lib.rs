@@ -117,13 +117,13 @@ pub use fem_image::{
 };
 #[doc(inline)]
 pub use fem_mesh::{
-    Cavity, ConvexPolyhedron, CylinderLattice, FractionTarget, Grain, GrainField, GrainForm,
-    GrainList, GrainMode, GrainShape, GrainVolume, ImportedSurfaces, LabelReport, Labelling,
-    LatticeError, MeshError, MeshReport, Meshed, MeshedGrain, MeshedPhase, Meshing, MeshingError,
-    Mixture, Packing, PackingError, Quality, Scan, ScanError, Scanner, SeparateError, Separated,
-    SizeClass, Surface, SurfaceAxis, SurfaceError, SurfaceGrains, SurfaceImport,
-    SurfaceImportError, TetMesh, VoxelGrains, decimated, enclosing_cylinder, gmsh, label,
-    least_gap_mm, separated, stl, vtu,
+    Block, BlockError, Cavity, ConvexPolyhedron, CylinderLattice, FractionTarget, Grain,
+    GrainField, GrainForm, GrainList, GrainMode, GrainShape, GrainVolume, HexSplit,
+    ImportedSurfaces, LabelReport, Labelling, LatticeError, MeshError, MeshReport, Meshed,
+    MeshedGrain, MeshedPhase, Meshing, MeshingError, Mixture, Packing, PackingError, Quality, Scan,
+    ScanError, Scanner, SeparateError, Separated, SizeClass, Surface, SurfaceAxis, SurfaceError,
+    SurfaceGrains, SurfaceImport, SurfaceImportError, TetMesh, VoxelGrains, Wall, decimated,
+    enclosing_cylinder, gmsh, label, least_gap_mm, separated, stl, vtu,
 };
 pub use fields::Fields;
 pub use material::{

@@ -4,46 +4,15 @@ use crate::support::block::{block, even};
 use crate::support::manufactured::{errors_on, order};
 use fem::{
     Axis, Conditions, CylinderLattice, DamageQuadrature, Fields, Fracture, Material, Order,
-    PhaseField, Problem, Schedule, SolverOptions, TetMesh,
+    PhaseField, Problem, Schedule, SolverOptions, TetMesh, Wall,
 };
 
 const FACES: [&str; 6] = ["left", "right", "front", "back", "bottom", "top"];
 
-fn edges(mesh: &TetMesh) -> Vec<[u32; 2]> {
-    let mut edges = Vec::new();
-    for tet in &mesh.tets {
-        for (a, b) in [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)] {
-            edges.push([tet[a].min(tet[b]), tet[a].max(tet[b])]);
-        }
-    }
-    edges.sort_unstable();
-    edges.dedup();
-    edges
-}
-
-/// The points that a map gives the edges which it bends.
-fn bend(mesh: &mut TetMesh, map: impl Fn([f64; 3]) -> [f64; 3]) {
-    for [a, b] in edges(mesh) {
-        let [p, q] = [a, b].map(|n| mesh.nodes[n as usize]);
-        let point = map(std::array::from_fn(|k| 0.5 * (p[k] + q[k])));
-        let straight: [f64; 3] = {
-            let [p, q] = [map(p), map(q)];
-            std::array::from_fn(|k| 0.5 * (p[k] + q[k]))
-        };
-        if (0..3).any(|k| (point[k] - straight[k]).abs() > 1e-12) {
-            mesh.edge_points.push(([a, b], point));
-        }
-    }
-    for node in &mut mesh.nodes {
-        *node = map(*node);
-    }
-}
-
 /// A cube whose inside is bent and whose faces are not.
 fn bent_cube(n: usize) -> TetMesh {
     let cells = even(0.0, 1.0, n);
-    let mut mesh = block([&cells, &cells, &cells]);
-    bend(&mut mesh, |x| {
+    let mesh = block([&cells, &cells, &cells]).mapped(|x| {
         let bubble: f64 = x.iter().map(|x| (std::f64::consts::PI * x).sin()).product();
         [x[0] + 0.08 * bubble, x[1] - 0.06 * bubble, x[2] + 0.05 * bubble]
     });
@@ -107,22 +76,7 @@ fn the_volume_of_a_round_cylinder_converges_at_fourth_order() {
     let exact = std::f64::consts::PI * radius * radius * height;
     let error = |spacing_mm: f64| {
         let lattice = CylinderLattice { radius_mm: radius, height_mm: height, spacing_mm };
-        let mut mesh = lattice.build_round().expect("a lattice");
-        let wall = mesh.surfaces["side"].clone();
-        let mut on_wall: Vec<[u32; 2]> = Vec::new();
-        for [a, b, c] in wall {
-            on_wall.extend([[a, b], [b, c], [c, a]].map(|[a, b]| [a.min(b), a.max(b)]));
-        }
-        on_wall.sort_unstable();
-        on_wall.dedup();
-        for [a, b] in on_wall {
-            let [p, q] = [a, b].map(|n| mesh.nodes[n as usize]);
-            let middle: [f64; 3] = std::array::from_fn(|k| 0.5 * (p[k] + q[k]));
-            let scale = radius / middle[0].hypot(middle[1]);
-            if scale > 1.0 + 1e-9 {
-                mesh.edge_points.push(([a, b], [scale * middle[0], scale * middle[1], middle[2]]));
-            }
-        }
+        let mesh = lattice.build_with(Wall::Curved).expect("a lattice");
         let stated = mesh.volume();
         let problem = Problem::builder(mesh)
             .order(Order::Quadratic)

@@ -1,43 +1,12 @@
 //! Blocks on a graded grid, with every face a named surface.
 #![allow(dead_code)] // each user takes a part
 
-use fem::TetMesh;
+use fem::{Block, HexSplit, TetMesh};
 
-/// The block between the first and the last coordinates, six tetrahedra a cell. Its faces are `left`,
-/// `right` (x), `front`, `back` (y), `bottom` and `top` (z).
+/// The block between the first and the last coordinates, six tetrahedra a cell.
 pub(crate) fn block(grid: [&[f64]; 3]) -> TetMesh {
-    let n = grid.map(<[f64]>::len);
-    let at = |i: usize, j: usize, k: usize| (i + n[0] * (j + n[1] * k)) as u32;
-    let mut mesh = TetMesh { regions: vec!["matrix".into()], ..TetMesh::default() };
-    for k in 0..n[2] {
-        for j in 0..n[1] {
-            for i in 0..n[0] {
-                mesh.nodes.push([grid[0][i], grid[1][j], grid[2][k]]);
-            }
-        }
-    }
-    for k in 0..n[2] - 1 {
-        for j in 0..n[1] - 1 {
-            for i in 0..n[0] - 1 {
-                let corner = |c: usize| at(i + (c & 1), j + (c >> 1 & 1), k + (c >> 2));
-                for [a, b] in [[1, 3], [3, 2], [2, 6], [6, 4], [4, 5], [5, 1]] {
-                    mesh.tets.push([corner(0), corner(a), corner(b), corner(7)]);
-                    mesh.region_of.push(0);
-                }
-            }
-        }
-    }
-    const NAMES: [[&str; 2]; 3] = [["left", "right"], ["front", "back"], ["bottom", "top"]];
-    for face in mesh.boundary_faces() {
-        let on =
-            |axis: usize, value: f64| face.iter().all(|&v| mesh.nodes[v as usize][axis] == value);
-        let name = (0..3).find_map(|axis| {
-            let ends = [grid[axis][0], grid[axis][n[axis] - 1]];
-            (0..2).find(|&end| on(axis, ends[end])).map(|end| NAMES[axis][end])
-        });
-        mesh.surfaces.entry(name.expect("a plane").into()).or_default().push(face);
-    }
-    mesh
+    let block = Block { planes_mm: grid.map(<[f64]>::to_vec), split: HexSplit::Six };
+    block.build().expect("increasing coordinates")
 }
 
 /// n equal cells between two ends.

@@ -26,7 +26,7 @@ const MAX_CELLS: f64 = 2.0e6;
 ///
 /// A wall of straight edges between nodes on a circle encloses less than the cylinder. At a spacing of 0.6 mm and a
 /// radius of 2.5 mm the end faces of [`Wall::Inscribed`] and [`Wall::Round`] are 1.6 % too small, and forces, stiffness
-/// and energies with them.
+/// and energies with them. The smallest scaled Jacobian of this lattice is 0.324, with [`Wall::EqualArea`] 0.322.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Wall {
     /// A prism with the corners of its cross-section on the circle.
