@@ -1,6 +1,6 @@
 //! Curves as a whole instead of three quantities, with runs on two meshes, through all stages.
 
-use super::{TINY, breccia, number, table};
+use super::{breccia, number, table, without_image};
 
 const COLUMNS: [&str; 5] = [
     "peak_force_N",
@@ -11,7 +11,8 @@ const COLUMNS: [&str; 5] = [
 ];
 
 fn case(percent: &str) -> String {
-    TINY.replace("spacing_mm = 1.25\n", "")
+    without_image()
+        .replace("spacing_mm = 1.25\n", "")
         .replace("spacing_mm = 1.5\n", "spacing_mm = 1.2\n")
         .replace(
             "[surrogate]",

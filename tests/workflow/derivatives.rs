@@ -1,6 +1,6 @@
 //! Runs that give the derivatives of their quantities.
 
-use super::{TINY, breccia, number, table};
+use super::{TINY, breccia, number, table, without_image};
 
 const PARAMETERS: [&str; 3] =
     ["matrix.young_mpa", "matrix.toughness_n_per_mm", "matrix.viscosity_mpa_s"];
@@ -10,9 +10,8 @@ const PARAMETERS: [&str; 3] =
 #[test]
 fn derivatives_of_a_uniform_specimen_add_up() {
     let dir = tempfile::tempdir().unwrap();
-    let uniform = TINY
-        .replace("grains = { fraction = 0.05, seed = 1, film_mm = 0.5 }\n", "")
-        .replace("[specimen.scan]\nvoxel_mm = 0.1\n[specimen.image]\n", "")
+    let uniform = without_image()
+        .replace("grains = { fraction = 0.05, seed = 1, film_mm = 0.5, form = \"sphere\" }\n", "")
         .replace("runs = 12", "runs = 12\nderivatives = true");
     std::fs::write(dir.path().join("tiny.toml"), uniform).unwrap();
     let (code, _, err) = breccia(dir.path(), &["run", "tiny.toml", "--out", "results"]);
@@ -64,7 +63,7 @@ fn derivatives_of_corrected_runs_reach_the_posterior() {
 #[test]
 fn histories_are_refused() {
     let dir = tempfile::tempdir().unwrap();
-    let case = TINY
+    let case = without_image()
         .replace("runs = 12", "runs = 12\nderivatives = true")
         .replace("length_mm = 0.06", "length_mm = 0.06\nirreversibility = \"history\"");
     std::fs::write(dir.path().join("tiny.toml"), case).unwrap();

@@ -3,13 +3,14 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::{TINY, breccia, number, table};
+use super::{breccia, number, table, without_image};
 
 const QUANTITIES: [&str; 3] = ["slope_N_per_mm", "peak_force_N", "displacement_at_peak_mm"];
 
 /// The tiny case on a finer mesh, most runs on the coarse one.
 fn case(repeats: usize) -> String {
-    TINY.replace("spacing_mm = 1.25\n", "")
+    without_image()
+        .replace("spacing_mm = 1.25\n", "")
         .replace("spacing_mm = 1.5\n", "spacing_mm = 1.2\n")
         .replace(
             "[surrogate]",

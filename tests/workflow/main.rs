@@ -28,9 +28,9 @@ radius_mm = 2.5
 height_mm = 4.4
 spacing_mm = 1.5
 order = 1
-grains = { fraction = 0.05, seed = 1, film_mm = 0.5 }
+grains = { fraction = 0.05, seed = 1, film_mm = 0.5, form = "sphere" }
 [specimen.scan]
-voxel_mm = 0.1
+voxel_mm = 0.125
 [specimen.image]
 [material.matrix]
 young_mpa = 275.0
@@ -108,6 +108,13 @@ fn finished_tiny() -> &'static Finished {
         assert_eq!(code, Some(0), "{err}");
         Finished { dir, printed }
     })
+}
+
+/// The tiny case without a scan: its grains are meshed as they are packed.
+fn without_image() -> String {
+    let text = TINY.replace("[specimen.scan]\nvoxel_mm = 0.125\n[specimen.image]\n", "");
+    assert_ne!(text, TINY);
+    text
 }
 
 /// A copy of the finished tiny case, for a test that goes on from there.

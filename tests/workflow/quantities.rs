@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{TINY, breccia, number, table};
+use super::{breccia, number, table, without_image};
 
 const COLUMNS: [&str; 3] =
     ["energy_to_peak_N_mm", "post_peak_slope_N_per_mm", "force_at_0.05_mm_N"];
@@ -11,7 +11,8 @@ const COLUMNS: [&str; 3] =
 fn case() -> String {
     let qoi =
         "[qoi]\nquantities = [\"energy-to-peak\", \"post-peak-slope\", \"force-at-0.05-mm\"]\n";
-    TINY.replace("stop_below_peak = 0.1\n", "stop_below_peak = 0.25\n")
+    without_image()
+        .replace("stop_below_peak = 0.1\n", "stop_below_peak = 0.25\n")
         .replace("[surrogate]", &format!("{qoi}[surrogate]"))
 }
 

@@ -3,13 +3,14 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use super::{TINY, breccia, finished, number, start, table, without_seconds};
+use super::{breccia, finished, number, start, table, without_image, without_seconds};
 
 const BATCHES: &str = "[sequential]\nshare = 0.001\nbatch = 4\nmost = 8\n[surrogate]";
 
 /// The tiny case with few runs of the design, and batches.
 fn case() -> String {
-    TINY.replace("runs = 12", "runs = 8")
+    without_image()
+        .replace("runs = 12", "runs = 8")
         .replace("max_order = 2", "max_order = 1")
         .replace("[surrogate]", BATCHES)
 }

@@ -63,7 +63,7 @@ fn changed(key: &str, value: &Value) -> Value {
         "per-run" => "one",
         "all" => "sparse",
         "corrected-loo" => "split",
-        "polyhedron" => "sphere",
+        "sphere" => "polyhedron",
         "slope" => "energy-to-peak",
         "report" => "correct",
         "quantities" => "curve",

@@ -61,7 +61,10 @@ fn readings(text: &str, change: impl Fn(f64, f64) -> (f64, f64)) -> String {
 #[test]
 fn a_folder_of_curves_becomes_a_posterior() {
     let dir = tempfile::tempdir().unwrap();
-    coarse_example(dir.path());
+    let case = coarse_example(dir.path()).join("case.toml");
+    edit(&case, |text| {
+        text.replace("runs = 24", "runs = 16").replace("draws = 1000", "draws = 400")
+    });
     // a person's four curves take the place of the five
     for k in 1..=5 {
         let path = dir.path().join(format!("mine/curves/S-0{k}.csv"));
@@ -166,12 +169,16 @@ fn what_is_deleted_is_made_again_and_what_a_person_changed_or_added_stays() {
     }
     edit(&dir.path().join("mine/case.toml"), |text| text.replace("runs = 12", "runs = 11"));
     std::fs::write(out.join("curves/run-012.csv"), "of a person\n").unwrap();
-    let (code, _, err) = run_with(&["--replace", "curves/run-012.csv"]);
+    let ensemble = || {
+        let own = ["--replace", "curves/run-012.csv"];
+        breccia(dir.path(), &[&["ensemble", "mine/case.toml", "--out", "out"], &own[..]].concat())
+    };
+    let (code, _, err) = ensemble();
     assert_eq!(code, Some(0), "{err}");
     assert!(out.join("curves/run-011.csv").exists());
     assert_eq!(read("curves/run-012.csv"), b"of a person\n");
     edit(&dir.path().join("mine/case.toml"), |text| text.replace("runs = 11", "runs = 10"));
-    let (code, _, err) = run_with(&["--replace", "curves/run-012.csv"]);
+    let (code, _, err) = ensemble();
     assert_eq!(code, Some(0), "{err}");
     assert!(!out.join("curves/run-011.csv").exists(), "{err}");
 }
@@ -279,7 +286,7 @@ fn a_folder_belongs_to_one_case_and_a_report_to_one_state_of_it() {
     let (code, _, err) =
         breccia(dir.path(), &["experiments", "mine/other.toml", "--out", "out", "--reuse"]);
     assert_eq!(code, Some(0), "{err}");
-    let (code, _, err) = breccia(dir.path(), &["run", "mine/other.toml", "--out", "out"]);
+    let (code, _, err) = breccia(dir.path(), &["ensemble", "mine/other.toml", "--out", "out"]);
     assert_eq!(code, Some(0), "{err}");
     let runs = std::fs::read_to_string(dir.path().join("out/runs.csv")).unwrap();
     assert!(runs.contains("# input,matrix.young_mpa,200.0,340.0"), "{runs}");
