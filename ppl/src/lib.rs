@@ -22,10 +22,10 @@
 //! let posterior = Nuts::default().chains(2).warmup(300).draws(300).seed(7).sample(&model)?;
 //! println!("{}", posterior.summary());
 //!
-//! let stiffness = posterior.values("stiffness").expect("named in the model");
-//! let mean = stiffness.data.iter().sum::<f64>() / stiffness.data.len() as f64;
-//! assert!((mean - 2.0).abs() < 0.1);
-//! # Ok::<(), ppl::SampleError>(())
+//! assert!((posterior.mean("stiffness")? - 2.0).abs() < 0.1);
+//! let [low, high] = posterior.interval("stiffness", 0.9)?;
+//! assert!(low < 2.0 && 2.0 < high);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
 //! The [`guide`] teaches the language in ten short pages.
@@ -38,7 +38,7 @@
 //!   differentiates black boxes.
 //! - **Samplers**: [`Nuts`] uses gradients. [`Metropolis`] and [`DelayedAcceptance`] need no gradients;
 //!   [`DelayedAcceptance`] screens proposals with a cheap density. All samplers accept models and other log
-//!   densities. Chains run in parallel, with the same draws for any number of threads. [`Map`] finds joint modes,
+//!   densities. A user-defined sampler implements [`Kernel`]. Chains run in parallel, with the same draws for any number of threads. [`Map`] finds joint modes,
 //!   [`Laplace`] the normal approximation at a mode.
 //! - **Results**: [`Posterior`] contains named draws with shapes. A posterior provides a summary, diagnostics with
 //!   explanations, predictive checks, cross-validation, prior sensitivity, and export for ArviZ.
@@ -104,7 +104,9 @@ pub use number::real::Real;
 pub use number::scalar::{Arithmetic, Scalar};
 pub use number::tape;
 pub use optimize::{Laplace, Map, Mode, OptimizeError};
-pub use posterior::{DivergentPoint, Posterior, PosteriorError, SampleError, SummaryRow};
+pub use posterior::{
+    DivergentPoint, EstimateError, Posterior, PosteriorError, SampleError, SummaryRow,
+};
 #[doc(inline)]
 #[doc = include_str!("../docs/language.md")]
 pub use ppl_macros::model;
@@ -116,9 +118,9 @@ pub use quantity::record::{Entry, Record, Role, Variable};
 pub use rand;
 pub use rand_xoshiro;
 pub use sampler::{
-    Chain, ChainStatus, Chains, ChainsFileError, DelayedAcceptance, Divergence, DrawStats,
-    InverseMassMatrix, MapKind, MapSwitch, Mcmc, Metropolis, NoUTurn, Nuts, Progress, RandomWalk,
-    RunError, Screened, StopReason, WarmupReport,
+    Chain, ChainState, ChainStatus, Chains, ChainsFileError, DelayedAcceptance, Divergence,
+    DrawStats, InverseMassMatrix, Kernel, MapKind, MapSwitch, Mcmc, Metropolis, NoUTurn, Nuts,
+    Progress, RandomWalk, RunError, Screened, Step, StopReason, UserKernel, WarmupReport,
 };
 pub use term::accumulator::{Accumulator, Joined};
 pub use term::dot::dot;

@@ -327,13 +327,18 @@ pub trait ContextHooks {
 
     /// Begins a submodel. In the results, the names of the submodel's statements are preceded by the name of `site`
     /// and a dot.
-    #[inline]
+    #[inline(always)]
     fn enter(&mut self, site: &'static Site) {
         let _ = site;
     }
 
+    /// Registers that the statements which follow, or their data, can differ between points of the parameter space, so
+    /// that nothing can be precomputed when the data are bound.
+    #[inline(always)]
+    fn varies(&mut self) {}
+
     /// Ends the most recently entered submodel.
-    #[inline]
+    #[inline(always)]
     fn leave(&mut self) {}
 }
 

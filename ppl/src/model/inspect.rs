@@ -86,7 +86,7 @@ impl Inspection {
 }
 
 /// Determines the names and shapes of the quantities of a model. With `is_static`, also determines the constant terms
-/// and the sufficient statistics.
+/// and the sufficient statistics, if all submodels are static too.
 pub(crate) fn inspect(model: &dyn Statements, is_static: bool) -> Inspection {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(0);
     let (record, statistics) = match run(model, &mut rng, is_static.then(Vec::new), &mut |_| ()) {
@@ -94,7 +94,7 @@ pub(crate) fn inspect(model: &dyn Statements, is_static: bool) -> Inspection {
         Err(error) => return Inspection { layout: Err(error), constant: None, statistics: None },
     };
     let mut found = Inspection { layout: Ok(layout(record)), constant: None, statistics };
-    if is_static {
+    if found.statistics.is_some() {
         match constant(model, &mut rng, &found) {
             Ok(constant) => found.constant = constant,
             Err(Moving) => found.statistics = None,
@@ -118,7 +118,7 @@ pub(crate) fn draw_counting(
 }
 
 /// Draws one record from the prior. If `statistics` is given, the sufficient statistics of the observations are added
-/// to it, and it is returned too.
+/// to it, and it is returned too, unless a submodel can execute other statements at another point.
 fn run(
     model: &dyn Statements,
     rng: &mut dyn RngCore,
@@ -132,7 +132,8 @@ fn run(
         let mut trace = Trace::new(UnknownsFrom::Prior, &mut *rng);
         trace.statistics.clone_from(&statistics);
         let outcome = traced(model, &mut trace);
-        let (statistics, failing) = (trace.statistics.take(), trace.failing.take());
+        let statistics = trace.statistics.take().filter(|_| !trace.varies);
+        let failing = trace.failing.take();
         match outcome.and_then(|()| trace.finish()) {
             Ok(record) => return Ok((record, statistics)),
             Err(Rejection::Fatal(error)) => return Err(ModelError::Invalid(error)),

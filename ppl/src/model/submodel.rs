@@ -43,6 +43,10 @@ pub trait Submodel<S: Scalar> {
     /// Type of the result.
     type Value;
 
+    /// Whether the submodel executes the same statements with the same data at every point of the parameter space, see
+    /// [`Model::STATIC`](crate::Model::STATIC).
+    const STATIC: bool = false;
+
     /// Executes every statement in order in the context `cx`.
     ///
     /// # Errors
@@ -82,6 +86,9 @@ impl<C: Context, M: Submodel<C::Number>> Declaration<C> for Part<M> {
     #[inline]
     fn declare(self, site: &'static Site, cx: &mut C) -> Result<M::Value, Rejection> {
         cx.enter(site);
+        if !M::STATIC {
+            cx.varies();
+        }
         let value = self.0.run(cx)?;
         cx.leave();
         Ok(value)

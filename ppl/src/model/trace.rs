@@ -57,6 +57,8 @@ pub(crate) struct Trace<'y> {
     around: Vec<&'static Site>,
     /// Sufficient statistics of the observations; `None` if they are not requested.
     pub(crate) statistics: Option<Vec<SufficientStatistics>>,
+    /// Whether a submodel can execute other statements, or use other data, at another point.
+    pub(crate) varies: bool,
     /// Description of the datum at which the distribution of an observation was invalid; `None` if there was no such
     /// datum.
     pub(crate) failing: Option<String>,
@@ -73,7 +75,8 @@ impl<'y> Trace<'y> {
         let record = Record::default();
         let (around, statistics, failing, last) = (Vec::new(), None, None, None);
         let (ran, begun) = (0, Vec::new());
-        Self { source, rng, record, around, statistics, failing, last, ran, begun }
+        let varies = false;
+        Self { source, rng, record, around, statistics, varies, failing, last, ran, begun }
     }
 
     /// Returns the record, or an error if the named dimensions are inconsistent.
@@ -412,6 +415,10 @@ impl ContextHooks for Trace<'_> {
 
     fn enter(&mut self, site: &'static Site) {
         self.around.push(site);
+    }
+
+    fn varies(&mut self) {
+        self.varies = true;
     }
 
     fn leave(&mut self) {

@@ -46,6 +46,12 @@ pub enum PosteriorError {
     /// The lengths of the vectors in the chains are inconsistent.
     #[error("the chains do not fit together: {0}; give chains as a sampler returned them")]
     Damaged(String),
+    /// Draws by name do not fit the model.
+    #[error("the draws do not fit the model: {problem}")]
+    Draws {
+        /// Description of the problem, with the names of the model.
+        problem: String,
+    },
     /// At least one chain has no draw.
     #[error(
         "chain {chain} has no draw: {}. The sampler's `run` returns the chains as they are, for its \

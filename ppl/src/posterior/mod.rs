@@ -2,6 +2,8 @@
 
 mod collect;
 mod error;
+mod estimates;
+mod from_draws;
 mod row;
 mod sample;
 
@@ -23,6 +25,7 @@ use crate::quantity::record::{Role, Variable};
 use crate::sampler::Chains;
 use collect::{Collected, Columns};
 pub use error::{PosteriorError, SampleError};
+pub use estimates::EstimateError;
 pub use row::SummaryRow;
 
 /// Number of prior draws stored with every posterior. With this number, the relative standard error of the prior
@@ -59,9 +62,8 @@ pub struct DivergentPoint {
 /// let forces = [147.0, 139.5, 151.2, 144.8];
 /// let posterior = Nuts::default().seed(7).sample(&strength(&forces))?;
 /// println!("{}", posterior.summary());
-/// let next = posterior.trace("next").expect("a prediction of the model").concat();
-/// println!("95 % of specimens bear {:.0} N", ppl::diagnostics::quantile(&next, 0.05));
-/// # Ok::<(), ppl::SampleError>(())
+/// println!("95 % of specimens bear {:.0} N", posterior.quantile("next", 0.05)?);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
 /// Tracked quantities, predictions, replicates of the data and pointwise log-likelihoods are computed once, when the

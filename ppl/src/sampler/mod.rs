@@ -13,6 +13,7 @@ pub use draws::report::{
 pub use draws::store::ChainsFileError;
 pub use hamiltonian::nuts::{NoUTurn, Nuts};
 pub use run::error::RunError;
+pub use run::kernel::{ChainState, Kernel, Step, UserKernel};
 pub use run::mcmc::Mcmc;
 pub(crate) use run::mcmc::OneDensity;
 pub use run::progress::{ChainStatus, Progress};

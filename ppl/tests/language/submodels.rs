@@ -229,3 +229,87 @@ fn rejections_in_a_submodel_have_their_place() {
     assert_eq!(message, "2 is above 1");
     assert_eq!(location.statement, r#"reject!("{x} is above {limit}")"#);
 }
+
+ppl::model! {
+    fn measured(level: Real, scale: Real, ys: &[f64]) -> Real {
+        let sd ~ HalfNormal(1.0);
+        for y in ys {
+            y ~ Normal(level * 2.0 + 0.5, sd * scale + 0.1);
+        }
+        level + sd
+    }
+
+    fn with_a_submodel(ys: &[f64], zs: &[f64]) {
+        let level ~ Normal(0.0, 2.0);
+        let first ~ measured(level, 1.0, ys);
+        for z in zs {
+            z ~ Normal(first, 1.0);
+        }
+    }
+
+    fn in_place(ys: &[f64], zs: &[f64]) {
+        let level ~ Normal(0.0, 2.0);
+        let sd ~ HalfNormal(1.0);
+        for y in ys {
+            y ~ Normal(level * 2.0 + 0.5, sd * 1.0 + 0.1);
+        }
+        for z in zs {
+            z ~ Normal(level + sd, 1.0);
+        }
+    }
+
+    /// The statements depend on the value of an unknown.
+    fn one_of_two(x: Real, ys: &[f64], zs: &[f64]) -> Real {
+        if x > 0.0 {
+            for y in ys {
+                y ~ Normal(x, 1.0);
+            }
+        } else {
+            for z in zs {
+                z ~ Normal(2.0 * x, 0.5);
+            }
+        }
+        x
+    }
+
+    fn with_a_varying_submodel(ys: &[f64], zs: &[f64]) {
+        let x ~ Normal(0.0, 1.0);
+        let same ~ one_of_two(x, ys, zs);
+        factor(-0.1 * same.square());
+    }
+}
+
+fn is_static<M: Model>(_: &Bound<M>) -> bool {
+    M::STATIC
+}
+
+/// Constants and sufficient statistics are computed once with a submodel as without.
+#[test]
+fn a_static_submodel_has_the_density_of_its_body() {
+    let (ys, zs) = ([0.3, 1.2, -0.4, 2.0], [0.1, 0.9]);
+    let (part, whole) = (with_a_submodel(&ys, &zs), in_place(&ys, &zs));
+    assert!(is_static(&part) && is_static(&whole));
+    check::gradient(&part, 3);
+    for y in [[0.2, -0.5], [-1.0, 0.7], [1.5, 0.1]] {
+        let ((a, da), (b, db)) = (gradient(&part, &y), gradient(&whole, &y));
+        assert!((a - b).abs() < 1e-12, "{a} and {b}");
+        assert!(da.iter().zip(&db).all(|(a, b)| (a - b).abs() < 1e-12), "{da:?} and {db:?}");
+    }
+}
+
+/// A submodel that runs other statements at other points is not precomputed, whatever the model around it does.
+#[test]
+fn a_varying_submodel_is_evaluated_at_every_point() {
+    let (ys, zs) = ([0.3, 1.2], [0.1, 0.9, -0.4]);
+    let model = with_a_varying_submodel(&ys, &zs);
+    let ln_normal = |x: f64, mean: f64, sd: f64| -> f64 { Normal(mean, sd).ln_density(&x) };
+    for x in [0.8, -0.8, 1.7, -0.1] {
+        let data: f64 = match x > 0.0 {
+            true => ys.iter().map(|y| ln_normal(*y, x, 1.0)).sum(),
+            false => zs.iter().map(|z| ln_normal(*z, 2.0 * x, 0.5)).sum(),
+        };
+        let expected = ln_normal(x, 0.0, 1.0) + data - 0.1 * x * x;
+        let found = gradient(&model, &[x]).0;
+        assert!((found - expected).abs() < 1e-12, "{found} instead of {expected} at {x}");
+    }
+}

@@ -353,3 +353,47 @@ fn calibration_passes_a_right_model_and_fails_a_wrong_one() {
     let wrong = calibrate(0.4);
     assert!(wrong.p_value() < 1e-6, "{wrong}");
 }
+
+/// A posterior of its own draws by name is the same posterior.
+#[test]
+fn draws_by_name_give_the_posterior() {
+    let model = means(&[0.4, 1.0, 0.2], 1.1, -2.0);
+    let posterior = Nuts::default().chains(2).warmup(200).draws(100).seed(4).sample(&model).unwrap();
+    let again = Posterior::from_draws(&model, &posterior.posterior).unwrap();
+    assert_eq!((again.posterior.chains, again.posterior.draws), (2, 100));
+    for (a, b) in again.posterior.variables.iter().zip(&posterior.posterior.variables) {
+        assert_eq!((&a.name, &a.shape), (&b.name, &b.shape));
+        let close = |(a, b): (&f64, &f64)| (a - b).abs() < 1e-10;
+        assert!(a.data.iter().zip(&b.data).all(close), "{}", a.name);
+    }
+    assert_eq!(again.log_likelihood.variables.len(), posterior.log_likelihood.variables.len());
+
+    let mut partial = posterior.posterior.clone();
+    partial.variables.retain(|values| values.name != "idle");
+    let error = Posterior::from_draws(&model, &partial).unwrap_err().to_string();
+    assert!(error.contains("`idle` is missing") && error.contains("`mu`"), "{error}");
+    let mut outside = posterior.posterior.clone();
+    let idle = outside.variables.iter_mut().find(|values| values.name == "idle").unwrap();
+    idle.data[3] = 7.0;
+    let error = Posterior::from_draws(&model, &outside).unwrap_err().to_string();
+    assert!(error.contains("draw 3 of chain 0") && error.contains("idle"), "{error}");
+}
+
+/// Estimates by name against the summary, and the names that an error lists.
+#[test]
+fn estimates_have_names() {
+    let model = means(&[0.4, 1.0, 0.2], 1.1, -2.0);
+    let posterior = Nuts::default().chains(2).warmup(200).draws(200).seed(4).sample(&model).unwrap();
+    let summary = posterior.summary();
+    let row = summary.row("mu[1]").unwrap();
+    assert_eq!(posterior.mean("mu[1]").unwrap(), row.mean);
+    assert_eq!(posterior.sd("mu[1]").unwrap(), row.sd);
+    assert_eq!(posterior.interval("mu[1]", 0.9).unwrap(), [row.q05, row.q95]);
+    assert_eq!(posterior.quantile("mu[1]", 0.5).unwrap(), row.q50);
+    assert!(posterior.mean("next").is_ok());
+    let error = posterior.mean("nu").unwrap_err();
+    let ppl::EstimateError::NoNumber { known, .. } = &error else { panic!("{error}") };
+    assert!(known.contains(&"mu[0]".to_owned()) && known.contains(&"next".to_owned()));
+    let error = posterior.interval("mu[1]", 95.0).unwrap_err();
+    assert_eq!(error.to_string(), "a probability must lie between 0 and 1, got 95");
+}

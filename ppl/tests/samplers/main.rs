@@ -7,6 +7,7 @@ mod delayed;
 mod kinds;
 mod moments;
 mod optimize;
+mod own_kernel;
 mod prior_starts;
 mod resume;
 mod starts;

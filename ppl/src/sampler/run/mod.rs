@@ -1,6 +1,7 @@
 //! Runs of a sampler: settings, starting points, chains in parallel, progress, resumption, errors.
 
 pub(crate) mod error;
+pub(crate) mod kernel;
 pub(crate) mod mcmc;
 pub(crate) mod progress;
 pub(crate) mod rejections;

@@ -16,6 +16,8 @@ pub(crate) enum Tuning {
     Walk(ProposalShape),
     /// State of [`DelayedAcceptance`](crate::DelayedAcceptance).
     Screened(ProposalShape, Screening),
+    /// State of a user-defined kernel, which is not stored.
+    UserDefined,
 }
 
 impl Tuning {
@@ -24,6 +26,7 @@ impl Tuning {
         match self {
             Self::Hamiltonian { warmup, .. } => warmup.fits(dim, transitions),
             Self::Walk(shape) | Self::Screened(shape, _) => shape.fits(dim, transitions),
+            Self::UserDefined => true,
         }
     }
 }
