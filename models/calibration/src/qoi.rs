@@ -1,5 +1,13 @@
 //! Quantities of interest of a force–displacement curve. Each is a type that implements [`Qoi`], in a file of its own, and
 //! a line in [`QoiRegistry::standard`].
+//!
+//! In layers, lowest first:
+//! 1. `unit`, `extent`, `error`: unit of a quantity, part of the curve that it needs, errors
+//! 2. `fits`, `noise`, `line`, `reading`, `peak_window`, `peak`: fits to readings
+//! 3. `curve`, `definition`: a curve with its peak, and the interface of a quantity
+//! 4. `slope`, `peak_force`, `displacement_at_peak`, `energy_to_peak`: quantities up to the peak
+//! 5. `post_peak_slope`, `relative_force`, `force_at`: quantities of the branch past the peak and of the shape
+//! 6. `quantity`, `qois`: the registry, and quantities of one curve
 
 mod curve;
 mod definition;

@@ -1,4 +1,10 @@
 //! Meshing of specimens: a cylinder with its grains.
+//!
+//! In layers, lowest first:
+//! 1. `adjacency`, `samples`, `mode`: neighbours of tetrahedra, sample points in tetrahedra, the choice of the representation
+//! 2. `label`, `fraction`, `voids`: tetrahedra of grains, volume fractions, voids
+//! 3. `conforming`: nodes on the surfaces of grains
+//! 4. `report`: what was meshed
 
 mod adjacency;
 mod conforming;
