@@ -13,8 +13,9 @@ use crate::fields::Fields;
 
 /// Smallest barycentric coordinate, with its sign changed, of a point that counts as inside the body.
 const OUTSIDE: f64 = 1e-6;
-/// Iterations that find a point in a curved element.
-const CURVED_ITERATIONS: u32 = 20;
+/// Iterations that find a point in a curved element, and the distance at which they end, relative to the element.
+const POINT_ITERATIONS: u32 = 50;
+const POINT_TOLERANCE: f64 = 1e-11;
 
 /// Values of the fields at a point inside the body.
 #[derive(Clone, Copy, Debug)]
@@ -145,20 +146,25 @@ impl<const N: usize> Space<N> {
         self.tets[tet].map(|node| self.nodes[node as usize])
     }
 
-    /// Returns the barycentric coordinates of a reference position in an element.
+    /// Returns the barycentric coordinates of a reference position in an element. `None` if they are not found, because
+    /// the position is far outside a curved element.
     fn barycentric(&self, tet: usize, position: [f64; 3]) -> Option<[f64; 4]> {
         let x = self.positions(tet);
         let edge = |k: usize| Vector3::from(x[k]) - Vector3::from(x[0]);
-        let inverse = Matrix3::from_columns(&[edge(1), edge(2), edge(3)]).try_inverse()?;
+        let edges = Matrix3::from_columns(&[edge(1), edge(2), edge(3)]);
+        let (inverse, size) = (edges.try_inverse()?, edges.norm());
         let mut at = [1.0, 0.0, 0.0, 0.0];
         // the inverse of the straight element is exact for straight elements; curved ones need a few iterations
-        for _ in 0..if self.is_curved(tet) { CURVED_ITERATIONS } else { 1 } {
+        for _ in 0..POINT_ITERATIONS {
             let off = Vector3::from(position) - Vector3::from(mix(&x, &(self.values)(at)));
+            if off.norm() <= POINT_TOLERANCE * size {
+                return Some(at);
+            }
             let step = inverse * off;
             at[0] -= step.sum();
             (0..3).for_each(|k| at[k + 1] += step[k]);
         }
-        Some(at)
+        None
     }
 }
 
