@@ -35,7 +35,7 @@
 //! - **Distributions**: one type per distribution, with the variations of [`Family`]: `.iid(n)`, `.array::<N>()`,
 //!   `.truncate(a..b)`, `.ordered()`. User-defined distributions implement [`Density`].
 //! - **Derivatives**: exact, by reverse mode. User-defined functions implement [`Differentiable`]; [`FiniteDifference`]
-//!   differentiates black boxes.
+//!   differentiates black boxes, and [`OdeSolution`] solves differential equations.
 //! - **Samplers**: [`Nuts`] uses gradients. [`Metropolis`] and [`DelayedAcceptance`] need no gradients;
 //!   [`DelayedAcceptance`] screens proposals with a cheap density. All samplers accept models and other log
 //!   densities. A user-defined sampler implements [`Kernel`]. Chains run in parallel, with the same draws for any number of threads. [`Map`] finds joint modes,
@@ -88,9 +88,10 @@ pub use distribution::user_defined::{Density, ValueOf};
 pub use distribution::*;
 pub use forward::differentiable::{Differentiable, DynDifferentiable};
 pub use forward::finite_difference::FiniteDifference;
+pub use forward::ode::{Ode, OdeSolution};
 pub use judgement::power_scaling::{PowerScaling, PowerScalingError, Sensitivity, SensitivityRow};
 pub use judgement::predictive::{PredictiveCheck, PredictiveError, PredictiveTable};
-pub use judgement::summary::Summary;
+pub use judgement::summary::{PredictionRow, Summary};
 pub use judgement::warnings::{Warning, WarningKind};
 pub use model::bound::{Bound, Workspace};
 pub use model::context::{Context, Model};

@@ -2,3 +2,4 @@
 
 pub(crate) mod differentiable;
 pub(crate) mod finite_difference;
+pub(crate) mod ode;

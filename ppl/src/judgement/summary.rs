@@ -2,12 +2,15 @@
 
 use std::fmt;
 
+use crate::diagnostics::{mean_and_variance, quantile};
 use crate::judgement::warnings::{Warning, warnings};
 use crate::model::start::StartKind;
 use crate::posterior::{Posterior, SummaryRow};
 use crate::quantity::format::{cell, list};
+use crate::quantity::record::Role;
 
-/// Moments, quantiles and diagnostics of every parameter and tracked quantity, with warnings.
+/// Moments, quantiles and diagnostics of every parameter and tracked quantity, quantiles of the predictions, and
+/// warnings.
 ///
 /// `println!("{}", posterior.summary())` prints the table and the warnings. The diagnostics of a constant quantity are
 /// NaN, printed as `–`.
@@ -16,6 +19,9 @@ pub struct Summary {
     /// One row per number, in the order of the model. Constant numbers of a quantity whose other numbers vary are
     /// omitted, such as the zeros of a Cholesky factor.
     pub rows: Vec<SummaryRow>,
+    /// One row per number of the `#[predict]` quantities, in the order of the model. Draws at which a prediction was
+    /// rejected are left out.
+    pub predictions: Vec<PredictionRow>,
     /// Warnings with advice; empty if no problem was found.
     pub warnings: Vec<Warning>,
     /// Number of chains.
@@ -26,7 +32,40 @@ pub struct Summary {
     pub prior_starts: Vec<usize>,
 }
 
+/// Quantiles of one predicted number.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PredictionRow {
+    /// Name with indices, or with labels if the dimension has labels.
+    pub name: String,
+    /// Mean of the predictive distribution.
+    pub mean: f64,
+    /// Standard deviation of the predictive distribution.
+    pub sd: f64,
+    /// 5 % quantile.
+    pub q05: f64,
+    /// Median.
+    pub q50: f64,
+    /// 95 % quantile.
+    pub q95: f64,
+}
+
 impl Posterior {
+    /// Rows of the `#[predict]` quantities.
+    fn prediction_rows(&self) -> Vec<PredictionRow> {
+        let mut rows = Vec::new();
+        for variable in self.layout.with_role(Role::Predicted) {
+            let Some(values) = self.predictive.get(&variable.name) else { continue };
+            for (index, name) in self.layout.labelled(variable).into_iter().enumerate() {
+                let mut draws = self.predictive.column(values, index);
+                draws.retain(|x| !x.is_nan());
+                let (mean, variance) = mean_and_variance(draws.iter().copied());
+                let [q05, q50, q95] = [0.05, 0.5, 0.95].map(|p| quantile(&draws, p));
+                rows.push(PredictionRow { name, mean, sd: variance.sqrt(), q05, q50, q95 });
+            }
+        }
+        rows
+    }
+
     /// Computes the table of moments, quantiles and diagnostics, with warnings.
     pub fn summary(&self) -> Summary {
         let identifiability = self.identifiability();
@@ -36,6 +75,7 @@ impl Posterior {
         let started = chains.filter(|(_, chain)| chain.warmup.start_kind == StartKind::PriorDraw);
         Summary {
             rows,
+            predictions: self.prediction_rows(),
             warnings,
             chains: self.posterior.chains,
             draws: self.posterior.draws,
@@ -73,14 +113,14 @@ impl fmt::Display for Summary {
             cells.extend([ratio(r.rhat), count(r.ess_bulk), count(r.ess_tail)]);
             cells
         }));
-        let width = |k: usize| table.iter().map(|row| row[k].chars().count()).max().unwrap_or(0);
-        let widths: Vec<usize> = (0..table[0].len()).map(width).collect();
-        for row in &table {
-            write!(f, "{:<1$}", row[0], widths[0])?;
-            for (cell, width) in row.iter().zip(&widths).skip(1) {
-                write!(f, "  {cell:>width$}")?;
-            }
-            writeln!(f)?;
+        write_table(f, &table)?;
+        if !self.predictions.is_empty() {
+            let head = ["predicted", "mean", "sd", "q05", "q50", "q95"].map(str::to_owned).to_vec();
+            let rows = self.predictions.iter().map(|r| {
+                let numbers = [r.mean, r.sd, r.q05, r.q50, r.q95].map(cell);
+                std::iter::once(r.name.clone()).chain(numbers).collect()
+            });
+            write_table(f, &std::iter::once(head).chain(rows).collect::<Vec<_>>())?;
         }
         writeln!(f, "{} chains of {} draws", self.chains, self.draws)?;
         if !self.prior_starts.is_empty() {
@@ -98,4 +138,18 @@ impl fmt::Display for Summary {
         }
         Ok(())
     }
+}
+
+/// Writes a table: the first column is aligned to the left, the others to the right.
+fn write_table(f: &mut fmt::Formatter<'_>, table: &[Vec<String>]) -> fmt::Result {
+    let width = |k: usize| table.iter().map(|row| row[k].chars().count()).max().unwrap_or(0);
+    let widths: Vec<usize> = (0..table[0].len()).map(width).collect();
+    for row in table {
+        write!(f, "{:<1$}", row[0], widths[0])?;
+        for (cell, width) in row.iter().zip(&widths).skip(1) {
+            write!(f, "  {cell:>width$}")?;
+        }
+        writeln!(f)?;
+    }
+    Ok(())
 }

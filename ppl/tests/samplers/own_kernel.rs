@@ -71,8 +71,8 @@ fn a_kernel_samples_a_density() {
         .seed(8);
     let run = sampler.run(&Exponent).unwrap();
     let draws = run.traces(0);
-    let traces: Vec<&[f64]> = draws.iter().map(Vec::as_slice).collect();
-    let ess = ppl::diagnostics::ess_bulk(&traces);
+    let chains: Vec<&[f64]> = draws.iter().map(Vec::as_slice).collect();
+    let ess = ppl::diagnostics::ess_bulk(&chains);
     let mean = draws.concat().iter().sum::<f64>() / 10_000.0;
     // mean and standard deviation 1
     assert!((mean - 1.0).abs() < 4.0 / ess.sqrt(), "{mean}, effective draws {ess}");

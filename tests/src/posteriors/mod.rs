@@ -4,7 +4,6 @@
 //! original is a normal (half-normal for scales) so wide that no moment moves by a thousandth of
 //! its standard deviation.
 
-pub mod equation;
 pub mod exact;
 pub mod hierarchy;
 pub mod process;

@@ -4,7 +4,7 @@ use ppl::DomainError;
 use ppl::prelude::*;
 
 use super::Data;
-use super::equation::{Ode, Solution};
+use ppl::{Ode, OdeSolution};
 
 ppl::model! {
     /// Gaussian process with noise of variance sigma, its values integrated out.
@@ -30,7 +30,7 @@ ppl::model! {
 
     /// Hares and lynx: log-normal errors about the solution of the Lotka–Volterra equations.
     pub fn lotka_volterra(
-        solution: &Solution<PredatorPrey, 2>,
+        solution: &OdeSolution<PredatorPrey, 2>,
         hare: &[f64; 21],
         lynx: &[f64; 21],
     ) {
@@ -71,10 +71,10 @@ pub struct PredatorPrey;
 
 impl PredatorPrey {
     /// After 0, 1, … 20 years.
-    pub fn years() -> Solution<Self, 2> {
+    pub fn years() -> OdeSolution<Self, 2> {
         let years: [f64; 21] = std::array::from_fn(|year| year as f64);
         // counts far below any data are compared by their logarithms
-        Solution::new(Self, 0.0, &years, [1e-6, 0.0])
+        OdeSolution::new(Self, 0.0, &years, [1e-6, 0.0])
     }
 }
 

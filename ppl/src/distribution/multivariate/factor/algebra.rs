@@ -60,6 +60,30 @@ impl<R: Scalar, S: Size> Factor<R, S> {
         x
     }
 
+    /// Computes the factor of the covariance matrix with the given entries on and below the diagonal.
+    fn factorised(
+        name: &'static str,
+        size: S,
+        entry: impl Fn(usize, usize) -> R,
+    ) -> Result<Self, DomainError> {
+        let mut rows = size.filled(R::from(0.0));
+        for i in 0..size.get() {
+            for j in 0..=i {
+                let pairs = || (0..j).map(|k| (rows[i][k], rows[j][k]));
+                let inner: f64 = pairs().map(|(a, b)| a.value() * b.value()).sum();
+                let partials = pairs().flat_map(|(a, b)| [(a, -b.value()), (b, -a.value())]);
+                let value = entry(i, j).value() - inner;
+                if i == j {
+                    require_pivot(name, i, value)?;
+                }
+                let rest = R::fuse_iter(value, partials.chain([(entry(i, j), 1.0)]));
+                let reduced = if j < i { rest / rows[j][j] } else { rest.sqrt() };
+                rows[i][j] = reduced;
+            }
+        }
+        Ok(Self::from_rows(size, rows))
+    }
+
     /// Product L x + b.
     #[inline]
     fn product(&self, x: &S::Vector<R>, b: &S::Vector<R>) -> S::Vector<R> {
@@ -83,6 +107,25 @@ impl<R: Scalar, const K: usize> CholeskyFactor<R, K> {
         let factor = Self::from_rows(Fixed, rows);
         factor.validate("CholeskyFactor")?;
         Ok(factor)
+    }
+
+    /// Computes the Cholesky factor of a covariance matrix, whose entries can depend on unknowns. The entries above the
+    /// diagonal are not read.
+    ///
+    /// # Errors
+    /// [`DomainError`] if the matrix is not positive definite.
+    ///
+    /// # Example
+    /// ```
+    /// use ppl::CholeskyFactor;
+    ///
+    /// let factor = CholeskyFactor::of_covariance([[4.0, 6.0], [6.0, 25.0]])?;
+    /// assert_eq!(factor.rows(), [[2.0, 0.0], [3.0, 4.0]]);
+    /// assert!(CholeskyFactor::of_covariance([[1.0, 2.0], [2.0, 1.0]]).is_err());
+    /// # Ok::<(), ppl::DomainError>(())
+    /// ```
+    pub fn of_covariance(matrix: [[R; K]; K]) -> Result<Self, DomainError> {
+        Self::factorised("CholeskyFactor", Fixed, |i, j| matrix[i][j])
     }
 
     /// Product diag(scale) · L.
@@ -164,33 +207,12 @@ impl<R: Scalar> DynCholeskyFactor<R> {
     /// Golub & Van Loan (2013), *Matrix Computations*, 4th ed., algorithm 4.2.1; Kennedy & O'Hagan
     /// (2001), *Bayesian Calibration of Computer Models*, doi:10.1111/1467-9868.00294.
     pub fn of_covariance(matrix: &[Vec<R>]) -> Result<Self, DomainError> {
-        let mut rows: Vec<Vec<R>> = Vec::with_capacity(matrix.len());
         for (i, entries) in matrix.iter().enumerate() {
-            let holds = entries.len() > i;
-            DomainError::require(
-                holds,
-                NAME,
-                format_args!("length of row {i}"),
-                format_args!("at least {}", i + 1),
-                entries.len() as f64,
-            )?;
-            let mut row: Vec<R> = Vec::with_capacity(i + 1);
-            let mut pivot = f64::NAN;
-            for j in 0..=i {
-                let above = rows.get(j).unwrap_or(&row);
-                let pairs = || row.iter().zip(&above[..j]).map(|(&a, &b)| (a, b));
-                let inner: f64 = pairs().map(|(a, b)| a.value() * b.value()).sum();
-                let partials = pairs().flat_map(|(a, b)| [(a, -b.value()), (b, -a.value())]);
-                let rest = entries[j].value() - inner;
-                pivot = rest;
-                let rest = R::fuse_iter(rest, partials.chain([(entries[j], 1.0)]));
-                let entry = if j < i { rest / rows[j][j] } else { rest.sqrt() };
-                row.push(entry);
-            }
-            require_pivot(i, pivot)?;
-            rows.push(row);
+            let (name, required) =
+                (format_args!("length of row {i}"), format_args!("at least {}", i + 1));
+            DomainError::require(entries.len() > i, NAME, name, required, entries.len() as f64)?;
         }
-        Ok(Self::from_fn(Free(matrix.len()), |i, j| rows[i][j]))
+        Self::factorised(NAME, Free(matrix.len()), |i, j| matrix[i][j])
     }
 
     fn collected(&self, what: &'static str, x: &[impl Datum<R>]) -> Result<Vec<R>, DomainError> {
@@ -229,9 +251,9 @@ impl<R: Scalar> DynCholeskyFactor<R> {
 const NAME: &str = "DynCholeskyFactor";
 
 /// Checks that a pivot, the square of a diagonal entry of the factor, is positive and finite.
-fn require_pivot(i: usize, pivot: f64) -> Result<(), DomainError> {
+fn require_pivot(name: &'static str, i: usize, pivot: f64) -> Result<(), DomainError> {
     let holds = pivot > 0.0 && pivot.is_finite();
-    let name = format_args!("pivot {i} of the covariance matrix");
+    let parameter = format_args!("pivot {i} of the covariance matrix");
     let requirement = match pivot.is_nan() {
         true => "positive and finite",
         false => {
@@ -239,7 +261,7 @@ fn require_pivot(i: usize, pivot: f64) -> Result<(), DomainError> {
              nugget to the diagonal, of about 1e-10 of the variance)"
         }
     };
-    DomainError::require(holds, NAME, name, requirement, pivot)
+    DomainError::require(holds, name, parameter, requirement, pivot)
 }
 
 /// Checks that all entries above the diagonal are zero.

@@ -1,35 +1,65 @@
-//! Solutions of ordinary differential equations with their sensitivities, for the posteriors that need one:
-//! what a user's own solver looks like to a model.
+//! Ordinary differential equations whose parameters are unknowns.
 
-use ppl::{DomainError, Dual, Scalar};
+use crate::density::DomainError;
+use crate::number::dual::Dual;
+use crate::number::scalar::Scalar;
 
-/// An initial value problem dy/dt = f(t, y, θ), y(t₀) = y₀(θ), with N states and D parameters,
-/// written once over any [`Scalar`].
+/// An initial value problem dy/dt = f(t, y, θ), y(t₀) = y₀(θ), with N states and D parameters, written once over any
+/// [`Scalar`].
 pub trait Ode<const N: usize, const D: usize>: Sync {
-    /// y₀(θ).
+    /// Initial states y₀(θ).
     fn initial<S: Scalar>(&self, theta: &[S; D]) -> [S; N];
 
-    /// f(t, y, θ).
+    /// Rates f(t, y, θ).
     fn rate<S: Scalar>(&self, t: f64, y: &[S; N], theta: &[S; D]) -> [S; N];
 }
 
-/// The solution of an [`Ode`] at given times, as a function of its D parameters.
+/// The solution of an [`Ode`] at given times, as a function of its D parameters; for problems that are not stiff.
 ///
-/// Dormand and Prince's explicit method of order 5 with an embedded error estimate of order 4
-/// chooses steps for errors below `absolute + relative · |y|` a step, and lands on every output
-/// time. Derivatives in θ are carried forward through the same steps (steps are chosen by the
-/// values alone, so that a value does not depend on whether derivatives come with it). For non-stiff
-/// problems.
+/// The explicit method of Dormand and Prince has order 5 and an error estimate of order 4. It chooses steps with errors
+/// below `absolute + relative · |y|` per step, and ends a step at every output time. Derivatives with respect to θ are
+/// computed with dual numbers through the same steps. The steps depend on the values only, so that a value does not
+/// depend on whether derivatives are computed. If data are compared with the logarithm of a state, the absolute
+/// tolerance must be 0, because a state below the absolute tolerance has no correct digit.
 ///
-/// Where data are compared with the logarithm of a state, the absolute tolerance has to be 0: of a
-/// state below it only error remains, and from random starts states do become that small.
+/// # Example
+/// ```
+/// use ppl::prelude::*;
+/// use ppl::{Ode, OdeSolution};
+///
+/// /// First-order decay from 10 at the rate k.
+/// struct Decay;
+///
+/// impl Ode<1, 1> for Decay {
+///     fn initial<S: Scalar>(&self, _: &[S; 1]) -> [S; 1] {
+///         [S::from(10.0)]
+///     }
+///     fn rate<S: Scalar>(&self, _: f64, y: &[S; 1], k: &[S; 1]) -> [S; 1] {
+///         [-k[0] * y[0]]
+///     }
+/// }
+///
+/// ppl::model! {
+///     fn decay(solution: &OdeSolution<Decay, 1>, measured: &[f64]) {
+///         let k ~ LogNormal(0.0, 1.0);
+///         let states = solution.states([k])?;
+///         for (state, y) in states.iter().zip(measured) {
+///             y ~ Normal(state[0], 0.1);
+///         }
+///     }
+/// }
+/// let solution = OdeSolution::new(Decay, 0.0, &[1.0, 2.0], [1e-8, 1e-8]);
+/// let states = solution.states([0.5])?;
+/// assert!((states[1][0] - 10.0 * (-1.0f64).exp()).abs() < 1e-6);
+/// ppl::check::gradient(&decay(&solution, &[6.1, 3.6]), 1);
+/// # Ok::<(), ppl::DomainError>(())
+/// ```
 ///
 /// # References
-/// Dormand & Prince (1980), *A Family of Embedded Runge–Kutta Formulae*,
-/// doi:10.1016/0771-050X(80)90013-3; Hairer, Nørsett & Wanner (1993), *Solving Ordinary
-/// Differential Equations I*, II.4 (step size control).
+/// Dormand & Prince (1980), *A Family of Embedded Runge–Kutta Formulae*, doi:10.1016/0771-050X(80)90013-3; Hairer,
+/// Nørsett & Wanner (1993), *Solving Ordinary Differential Equations I*, II.4 (step size control).
 #[derive(Clone, Debug)]
-pub struct Solution<F, const N: usize> {
+pub struct OdeSolution<F, const N: usize> {
     system: F,
     start: f64,
     times: Vec<f64>,
@@ -37,16 +67,16 @@ pub struct Solution<F, const N: usize> {
     absolute: f64,
 }
 
-impl<F, const N: usize> Solution<F, N> {
-    /// At `times`, which ascend from `start` on, with these tolerances.
+impl<F, const N: usize> OdeSolution<F, N> {
+    /// Creates the solution from the time `start` at the ascending `times`, with a relative and an absolute tolerance.
     pub fn new(system: F, start: f64, times: &[f64], [relative, absolute]: [f64; 2]) -> Self {
         Self { system, start, times: times.to_vec(), relative, absolute }
     }
 
-    /// The states at every output time, as numbers of the model: each state is one operation.
+    /// States at every output time. In a model, each state is one operation on the tape.
     ///
     /// # Errors
-    /// [`DomainError`] where the problem cannot be solved.
+    /// [`DomainError`] if the steps become too small or too many.
     pub fn states<S: Scalar, const D: usize>(
         &self,
         theta: [S; D],
@@ -87,11 +117,11 @@ impl<F, const N: usize> Solution<F, N> {
                     return Err(failure(&format!("needs more than {steps} steps"), t));
                 }
                 steps += 1;
-                // a step that would leave a sliver before the output time is taken whole
+                // a step that would end just before the output time is extended to it
                 let lands = t + step * (1.0 + 1e-10) >= time;
                 let length = if lands { time - t } else { step };
                 let (next, last, error) = self.attempt(&rate, t, length, &y, &first);
-                // a state that is not a number counts as an error too large for any step
+                // a NaN state counts as an error that is too large
                 let accepted = error <= 1.0;
                 if accepted {
                     t = if lands { time } else { t + length };
@@ -99,7 +129,7 @@ impl<F, const N: usize> Solution<F, N> {
                 }
                 let factor = if error.is_nan() { 0.2 } else { 0.9 * error.powf(-0.2) };
                 let proposed = length * factor.clamp(0.2, if accepted { 5.0 } else { 1.0 });
-                // a step cut short to land says nothing against the longer one
+                // a step that the output time shortened does not limit the next step
                 step = if accepted && lands { proposed.max(step) } else { proposed };
                 if t + step * 1e-3 <= t && t < time {
                     return Err(failure("fails even for the smallest step", t));
@@ -110,19 +140,19 @@ impl<F, const N: usize> Solution<F, N> {
         Ok(())
     }
 
-    /// |y| in units of the tolerance, root mean square.
+    /// Root mean square of the errors, in units of the tolerance.
     fn norm<S: Scalar>(&self, error: &[f64; N], y: &[S; N], other: &[S; N]) -> f64 {
         let scaled = |i: usize| {
             let size = y[i].value().abs().max(other[i].value().abs());
             let tolerance = self.absolute + self.relative * size;
-            // a state that is and stays 0 has no error
+            // a state that remains 0 has no error, also if its tolerance is 0
             if error[i] == 0.0 { 0.0 } else { (error[i] / tolerance).powi(2) }
         };
         ((0..N).map(scaled).sum::<f64>() / N as f64).sqrt()
     }
 
-    /// One step whose explicit Euler error would be a hundredth of the states (Hairer et al.); a state
-    /// that begins at 0 has no unit yet if the tolerance is relative alone.
+    /// Length of the first step: the error of an explicit Euler step of this length is about a hundredth of the states
+    /// (Hairer et al.). A state that begins at 0 is ignored if the absolute tolerance is 0.
     fn first_step<S: Scalar>(
         &self,
         y: &[S; N],
@@ -145,7 +175,7 @@ impl<F, const N: usize> Solution<F, N> {
         step.min(100.0 * trial)
     }
 
-    /// The states after a step, the rate there, and the error in units of the tolerance.
+    /// States after a step, rates at the end of the step, and the error in units of the tolerance.
     fn attempt<S: Scalar>(
         &self,
         rate: &impl Fn(f64, &[S; N]) -> [S; N],
@@ -174,17 +204,17 @@ impl<F, const N: usize> Solution<F, N> {
 
 fn failure(what: &str, t: f64) -> DomainError {
     DomainError::new(format!(
-        "Solution: the differential equation {what} at t = {t}; it may be stiff or singular there"
+        "OdeSolution: the solver {what} at t = {t}: the equation may be stiff or singular there"
     ))
 }
 
-/// Steps after which the problem is taken for a stiff one.
+/// Limit of the number of steps, beyond which the problem is assumed to be stiff.
 const MOST_STEPS: usize = 100_000;
 
-/// Times of the stages after the first, as shares of the step.
+/// Times of the stages after the first, as fractions of the step.
 const TIMES: [f64; 6] = [1.0 / 5.0, 3.0 / 10.0, 4.0 / 5.0, 8.0 / 9.0, 1.0, 1.0];
 
-/// What each stage adds of the rates before it; the last one is the solution of order 5.
+/// Weights of the earlier rates in each stage; the last stage is the solution of order 5.
 const STAGES: [[f64; 6]; 6] = [
     [1.0 / 5.0, 0.0, 0.0, 0.0, 0.0, 0.0],
     [3.0 / 40.0, 9.0 / 40.0, 0.0, 0.0, 0.0, 0.0],
@@ -252,7 +282,7 @@ mod tests {
     #[test]
     fn rates_that_depend_on_time_have_their_closed_form() {
         let (start, a) = (1.5, 0.8);
-        let solution = Solution::new(Fading, 0.4, &[0.9, 2.0], [1e-11, 1e-13]);
+        let solution = OdeSolution::new(Fading, 0.4, &[0.9, 2.0], [1e-11, 1e-13]);
         let states = solution.states(Dual::variables([start, a])).expect("solvable");
         for ([state], t) in states.into_iter().zip([0.9f64, 2.0]) {
             let elapsed = t * t - 0.16;
@@ -269,7 +299,7 @@ mod tests {
     fn order_of_convergence() {
         let exact = 1.5 * (-0.8f64 * (4.0 - 0.16)).exp();
         let error = |tolerance: f64| {
-            let solution = Solution::new(Fading, 0.4, &[2.0], [tolerance; 2]);
+            let solution = OdeSolution::new(Fading, 0.4, &[2.0], [tolerance; 2]);
             (solution.states([1.5, 0.8]).expect("solvable")[0][0] - exact).abs()
         };
         let decades = (error(1e-5) / error(1e-9)).log10();
@@ -279,7 +309,7 @@ mod tests {
     /// The largest change of u − 0.9 ln u + v − 1.1 ln v, which is conserved, and the least prey.
     fn drift(start: [f64; 2], tolerances: [f64; 2]) -> (f64, f64) {
         let conserved = |[u, v]: [f64; 2]| u - 0.9 * u.ln() + v - 1.1 * v.ln();
-        let solution = Solution::new(Predation, 0.0, &[2.0, 10.0], tolerances);
+        let solution = OdeSolution::new(Predation, 0.0, &[2.0, 10.0], tolerances);
         let states = solution.states(start).expect("solvable");
         let change = |state: &[f64; 2]| (conserved(*state) - conserved(start)).abs();
         let least = states.iter().map(|[u, _]| *u).fold(f64::INFINITY, f64::min);
@@ -302,7 +332,7 @@ mod tests {
 
     #[test]
     fn an_explosion_is_an_error() {
-        let solution = Solution::new(Explosive, 0.0, &[0.5, 2.0], [1e-8; 2]);
+        let solution = OdeSolution::new(Explosive, 0.0, &[0.5, 2.0], [1e-8; 2]);
         let error = solution.states([1.0]).expect_err("infinite at 1").to_string();
         assert!(error.contains("at t = 0.99") || error.contains("at t = 1"), "{error}");
     }
