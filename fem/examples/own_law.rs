@@ -28,8 +28,8 @@
 //! ```
 
 use fem::{
-    Axis, Conditions, CylinderLattice, HyperelasticLaw, Material, PrincipalStrain,
-    Problem, Scalar, Schedule, assert_material,
+    Axis, Conditions, CylinderLattice, HyperelasticLaw, Material, PrincipalStrain, Problem, Scalar,
+    Schedule, assert_material,
 };
 
 #[derive(Debug)]

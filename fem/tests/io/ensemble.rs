@@ -126,7 +126,11 @@ fn failures_are_recorded_with_their_reason_and_the_ensemble_goes_on() {
     assert!(reason(4).contains("panicked: index out of bounds"));
     assert!(reason(5).contains("not finite"));
     assert!(reason(6).contains("stopped by its observer"));
-    assert_eq!((records[4].curve.len(), records[5].curve.len()), (3, 20), "a failure keeps the curve");
+    assert_eq!(
+        (records[4].curve.len(), records[5].curve.len()),
+        (3, 20),
+        "a failure keeps the curve"
+    );
     assert_eq!((records[6].end, &records[6].status), (RunEnd::BelowPeak, &RunStatus::Finished));
 
     // failed runs are left alone unless asked for

@@ -12,11 +12,11 @@ mod study;
 mod style;
 mod ticks;
 
+pub use chart::{Chart, Ink};
+pub(crate) use digits::number;
 pub use fem_pictures::{
     DamagedBody, Raster, damage_picture, grain_picture, mesh_picture, side_by_side,
 };
-pub use chart::{Chart, Ink};
-pub(crate) use digits::number;
 pub(crate) use page::page;
 pub(crate) use results::{
     CalibratedParameter, DamageState, Finding, FurtherExpected, FurtherNeeded, FurtherParameter,

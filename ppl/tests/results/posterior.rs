@@ -358,7 +358,8 @@ fn calibration_passes_a_right_model_and_fails_a_wrong_one() {
 #[test]
 fn draws_by_name_give_the_posterior() {
     let model = means(&[0.4, 1.0, 0.2], 1.1, -2.0);
-    let posterior = Nuts::default().chains(2).warmup(200).draws(100).seed(4).sample(&model).unwrap();
+    let posterior =
+        Nuts::default().chains(2).warmup(200).draws(100).seed(4).sample(&model).unwrap();
     let again = Posterior::from_draws(&model, &posterior.posterior).unwrap();
     assert_eq!((again.posterior.chains, again.posterior.draws), (2, 100));
     for (a, b) in again.posterior.variables.iter().zip(&posterior.posterior.variables) {
@@ -383,7 +384,8 @@ fn draws_by_name_give_the_posterior() {
 #[test]
 fn estimates_have_names() {
     let model = means(&[0.4, 1.0, 0.2], 1.1, -2.0);
-    let posterior = Nuts::default().chains(2).warmup(200).draws(200).seed(4).sample(&model).unwrap();
+    let posterior =
+        Nuts::default().chains(2).warmup(200).draws(200).seed(4).sample(&model).unwrap();
     let summary = posterior.summary();
     let row = summary.row("mu[1]").unwrap();
     assert_eq!(posterior.mean("mu[1]").unwrap(), row.mean);

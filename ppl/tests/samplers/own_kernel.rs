@@ -17,8 +17,7 @@ impl Kernel for Walk {
         mut rng: &mut dyn RngCore,
     ) -> Result<Step, StopReason> {
         let noise = Normal(0.0, self.scale);
-        let there: Vec<f64> =
-            state.position().iter().map(|y| y + noise.sample(&mut rng)).collect();
+        let there: Vec<f64> = state.position().iter().map(|y| y + noise.sample(&mut rng)).collect();
         let after = state.evaluate(&there)?;
         let acceptance = (after - state.log_density()).exp().min(1.0);
         if rng.random::<f64>() < acceptance {

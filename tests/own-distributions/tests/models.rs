@@ -52,7 +52,8 @@ fn laplace_in_a_model() {
 
 #[test]
 fn probabilities_of_counts_sum_to_one() {
-    let sum: f64 = (0..400u64).map(|k| Distribution::<f64>::ln_density(&Geometric(0.1), &k).exp()).sum();
+    let sum: f64 =
+        (0..400u64).map(|k| Distribution::<f64>::ln_density(&Geometric(0.1), &k).exp()).sum();
     assert!((sum - 1.0).abs() < 1e-12, "{sum}");
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
     let draw = |_| -> u64 { Distribution::<f64>::draw(&Geometric(0.1), &mut rng) };

@@ -159,7 +159,11 @@ mod tests {
         assert_eq!(html.matches("look at it").count(), 1, "{html}");
         assert!(html.contains("8.50"), "the sum: {html}");
         assert!(html.contains("(2 of 2)"), "{html}");
-        assert!(left_out(&[left(0.3, false)]).into_string().contains("All by Pareto-smoothed"));
+        assert!(
+            left_out(&[left(0.3, false)])
+                .into_string()
+                .contains("Computed by Pareto-smoothed importance weights (PSIS-LOO).")
+        );
         assert_eq!(left_out(&[]).into_string(), "");
     }
 
