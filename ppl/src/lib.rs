@@ -28,7 +28,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! The [`guide`] teaches the language in ten short pages.
+//! The [`guide`] begins with [a crate of your own](guide::first_crate) and teaches the language in
+//! ten short pages.
 //!
 //! # Contents
 //! - **Models**: declare them with [`model!`], or implement the trait [`Model`]; [`Bound`] is a model with its data.
@@ -60,7 +61,7 @@
 //! 12. `posterior`: named draws
 //! 13. `judgement`: summary, warnings, predictive checks, prior sensitivity
 //! 14. `export`, `check`: files; assertions
-//! 15. `guide`: ten pages
+//! 15. `guide`: the pages of the guide
 
 extern crate self as ppl;
 

@@ -113,7 +113,7 @@ where
     R: Scalar,
     D: Density<R, Domain: SmoothDomain<R>>,
 {
-    let (x, log_jacobian) = distribution.domain().from_coordinates(next);
+    let (x, log_jacobian) = distribution.domain().value_at(next);
     terms.add_number(distribution.ln_density(&x));
     if jacobian {
         terms.add_number(log_jacobian);
@@ -197,7 +197,7 @@ macro_rules! density {
             }
 
             fn unconstrain(&self, x: &Self::Value, out: &mut Vec<f64>) {
-                $crate::transform::SmoothDomain::<R>::to_coordinates(
+                $crate::transform::SmoothDomain::<R>::coordinates_of(
                     &$crate::Density::<R>::domain(self), x, out,
                 );
             }

@@ -1,8 +1,9 @@
-//! Guide to the modelling language in ten short pages, from coin flips to a calibrated surrogate.
+//! Guide to the modelling language in short pages, from coin flips to a calibrated surrogate.
 //!
 //! Every page builds a model, runs it and explains the results. Read the pages in order. The page of
 //! [`model!`](crate::model!) is the reference.
 //!
+//! 0. [`first_crate`]: a crate of your own, from `cargo new` to a first posterior
 //! 1. [`coin`]: unknowns, data, a first posterior
 //! 2. [`measurements`]: several unknowns, plates over data
 //! 3. [`regression`]: predictors, generic models, predictions
@@ -13,6 +14,9 @@
 //! 8. [`extending`]: user-defined functions and distributions
 //! 9. [`testing`]: tests of models under `cargo test`
 //! 10. [`surrogates`]: calibration of a simulation with a cheap surrogate
+
+#[doc = include_str!("../../docs/guide/first_crate.md")]
+pub mod first_crate {}
 
 #[doc = include_str!("../../docs/guide/coin.md")]
 pub mod coin {}

@@ -29,11 +29,11 @@ pub trait SmoothDomain<R: Scalar>: Domain<R> {
     fn dim(&self) -> usize;
 
     /// Maps the next coordinates to a value. Returns the value and the log-Jacobian.
-    fn from_coordinates(&self, next: &mut impl FnMut() -> R) -> (Self::Value, R);
+    fn value_at(&self, next: &mut impl FnMut() -> R) -> (Self::Value, R);
 
     /// Appends the unconstrained coordinates of `x`, the inverse of
-    /// [`from_coordinates`](SmoothDomain::from_coordinates).
-    fn to_coordinates(&self, x: &Self::Value, out: &mut Vec<f64>);
+    /// [`value_at`](SmoothDomain::value_at).
+    fn coordinates_of(&self, x: &Self::Value, out: &mut Vec<f64>);
 
     /// Ends of the intervals of all entries, if they are finite and the same for all entries; otherwise `None`. A
     /// warning is issued if a posterior reaches such an end.
@@ -55,11 +55,11 @@ impl<R: Scalar> SmoothDomain<R> for Support<R> {
         1
     }
 
-    fn from_coordinates(&self, next: &mut impl FnMut() -> R) -> (R, R) {
+    fn value_at(&self, next: &mut impl FnMut() -> R) -> (R, R) {
         self.constrain(next())
     }
 
-    fn to_coordinates(&self, x: &R, out: &mut Vec<f64>) {
+    fn coordinates_of(&self, x: &R, out: &mut Vec<f64>) {
         out.push(self.unconstrain(x.value()));
     }
 
@@ -82,13 +82,13 @@ impl<R: Scalar, const N: usize> SmoothDomain<R> for [Support<R>; N] {
         N
     }
 
-    fn from_coordinates(&self, next: &mut impl FnMut() -> R) -> ([R; N], R) {
+    fn value_at(&self, next: &mut impl FnMut() -> R) -> ([R; N], R) {
         let mut log_jacobian = R::from(0.0);
         let values = std::array::from_fn(|i| mapped(&self[i], next, &mut log_jacobian));
         (values, log_jacobian)
     }
 
-    fn to_coordinates(&self, x: &[R; N], out: &mut Vec<f64>) {
+    fn coordinates_of(&self, x: &[R; N], out: &mut Vec<f64>) {
         unmapped(self, x, out);
     }
 
@@ -110,13 +110,13 @@ impl<R: Scalar> SmoothDomain<R> for Vec<Support<R>> {
         self.len()
     }
 
-    fn from_coordinates(&self, next: &mut impl FnMut() -> R) -> (Vec<R>, R) {
+    fn value_at(&self, next: &mut impl FnMut() -> R) -> (Vec<R>, R) {
         let mut log_jacobian = R::from(0.0);
         let values = self.iter().map(|support| mapped(support, next, &mut log_jacobian)).collect();
         (values, log_jacobian)
     }
 
-    fn to_coordinates(&self, x: &Vec<R>, out: &mut Vec<f64>) {
+    fn coordinates_of(&self, x: &Vec<R>, out: &mut Vec<f64>) {
         unmapped(self, x, out);
     }
 

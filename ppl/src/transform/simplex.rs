@@ -51,12 +51,12 @@ impl<R: Scalar, const K: usize> SmoothDomain<R> for Simplex<K> {
         K.saturating_sub(1)
     }
 
-    fn from_coordinates(&self, next: &mut impl FnMut() -> R) -> ([R; K], R) {
+    fn value_at(&self, next: &mut impl FnMut() -> R) -> ([R; K], R) {
         let (ln_shares, log_jacobian) = Self::ln_shares(next);
         (ln_shares.map(Scalar::exp), log_jacobian)
     }
 
-    fn to_coordinates(&self, x: &[R; K], out: &mut Vec<f64>) {
+    fn coordinates_of(&self, x: &[R; K], out: &mut Vec<f64>) {
         // sums from the end, because 1 − x₀ − x₁ − … loses the digits of small shares
         let mut rest: [f64; K] = x.map(|x| x.value());
         for k in (1..K).rev() {

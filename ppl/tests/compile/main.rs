@@ -1,6 +1,7 @@
 //! Models that are compiled by these tests: the messages of the compiler, and models written at random.
 //! They are compiled against the `ppl` that this test was built with, so that nothing is built again.
 
+mod first_crate;
 mod random_models;
 mod ui;
 
@@ -23,7 +24,7 @@ fn rustc_with_ppl() -> Command {
     let files = std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path());
     let newest = files.filter(is_ppl).max_by_key(age).expect("this test is linked with it");
     let mut rustc = rustc();
-    rustc.args(["--edition=2024", "--crate-type=bin", "--extern"]);
+    rustc.args(["--edition=2024", "--extern"]);
     rustc.arg(format!("ppl={}", newest.display()));
     rustc.arg("-L").arg(format!("dependency={}", folder.display()));
     rustc

@@ -143,6 +143,6 @@ impl<R: Scalar, A: Parameter + Datum<R>, const K: usize> Unknown<R> for Dirichle
     }
 
     fn unconstrain(&self, x: &[R; K], out: &mut Vec<f64>) {
-        Simplex::<K>.to_coordinates(x, out);
+        Simplex::<K>.coordinates_of(x, out);
     }
 }
