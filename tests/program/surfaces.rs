@@ -130,7 +130,9 @@ fn a_case_of_files_is_calibrated_up_to_its_report() {
     assert_eq!(quantity(&results.join("mesh.csv"), "grains") as usize, grains);
     assert!(out.contains("matrix.young_mpa"), "{out}");
     let page = std::fs::read_to_string(results.join("report.html")).unwrap();
-    for part in ["Calibrated parameters", "grains of one specimen (specimen.stl)", "Damage at the MAP"] {
+    for part in
+        ["Calibrated parameters", "grains of one specimen (specimen.stl)", "Damage at the MAP"]
+    {
         assert!(page.contains(part), "{part:?} is not in the report");
     }
     assert!(std::fs::metadata(results.join("mesh.png")).unwrap().len() > 1000);

@@ -56,16 +56,8 @@ impl ImageCase {
     }
 
     fn of(own: Own, segmentation: Segmentation) -> Self {
-        let Own {
-            stack,
-            labels,
-            label_phases,
-            background,
-            further_stacks,
-            voxel_mm,
-            bin,
-            dataset,
-        } = own;
+        let Own { stack, labels, label_phases, background, further_stacks, voxel_mm, bin, dataset } =
+            own;
         let bin = bin.unwrap_or(1);
         ImageCase {
             stack,
@@ -82,8 +74,16 @@ impl ImageCase {
 }
 
 /// Keys of `[specimen.image]` that do not belong to [`Segmentation`].
-pub(super) const OWN_KEYS: [&str; 8] =
-    ["stack", "labels", "label_phases", "background", "further_stacks", "voxel_mm", "bin", "dataset"];
+pub(super) const OWN_KEYS: [&str; 8] = [
+    "stack",
+    "labels",
+    "label_phases",
+    "background",
+    "further_stacks",
+    "voxel_mm",
+    "bin",
+    "dataset",
+];
 
 /// Values of the [`OWN_KEYS`] that are given in the table.
 #[derive(Default)]

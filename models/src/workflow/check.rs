@@ -170,9 +170,7 @@ impl CaseCheck {
                     }
                 }
             }
-            SpecimenGeometry::Image {
-                stack, further, options, radius_mm, height_mm, ..
-            } => {
+            SpecimenGeometry::Image { stack, further, options, radius_mm, height_mm, .. } => {
                 for stack in [stack].into_iter().chain(further) {
                     self.image(stack, options);
                 }

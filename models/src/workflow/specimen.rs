@@ -27,11 +27,7 @@ pub(super) enum Source {
 
 impl Source {
     /// Image in a file or a folder: of labels if `labels` contains rules for them, otherwise of grey values.
-    pub(super) fn in_file(
-        path: PathBuf,
-        options: ReadOptions,
-        labels: Option<LabelRules>,
-    ) -> Self {
+    pub(super) fn in_file(path: PathBuf, options: ReadOptions, labels: Option<LabelRules>) -> Self {
         match labels {
             Some(rules) => Self::Labels { path, options, rules },
             None => Self::Stack { path, options },
