@@ -5,10 +5,6 @@
 //! the blur k, the grey value m of the matrix above air and the contrast c. The blur of the wall determines k ∗ C, and
 //! the correction adds m (1 − k ∗ C). The result is the image of grains in an unbounded matrix, in which each grain is
 //! complete.
-//!
-//! The cylinder is known to some hundredths of a voxel. This error times m is added to the image at the wall, where it
-//! looks like grain or matrix if the contrast is much smaller than m. The wall's parts without grains show the error as
-//! a function of the depth, and it is subtracted everywhere.
 
 use rayon::prelude::*;
 
@@ -28,12 +24,6 @@ const DEPTH: f64 = 0.75;
 const BLUR: usize = 3;
 /// Smallest number of voxels from which the blur of the wall is fitted.
 const FEW: usize = 2000;
-/// Number of depths, from −`REACH` to `REACH`, at which the error of the correction is measured.
-const DEPTHS: usize = 16;
-/// Smallest number of voxels from which an error is measured.
-const ENOUGH: usize = 200;
-/// Largest error of a voxel, as a share of the difference between matrix and air. Darker voxels are voids.
-const LARGEST_ERROR: f64 = 0.25;
 
 /// Sets of voxels that result from continuing the specimen's image beyond its wall.
 pub(crate) struct Continued {
@@ -60,8 +50,7 @@ pub(crate) fn continue_beyond(
     let deep = fit.inside(shape, REACH);
     let ring: Vec<u8> = wide.par_iter().zip(&deep).map(|(&wide, &deep)| wide & !deep).collect();
     drop(deep);
-    let bare = bare(shape, &ring, grains);
-    let Some(share) = share_at(grey, inside, bare.as_ref().unwrap_or(&ring), &ring) else {
+    let Some(share) = share_at(grey, inside, &bare(shape, &ring, grains), &ring) else {
         let changed = vec![0; inside.len()];
         return Continued { shown: inside.to_vec(), solid: inside.to_vec(), changed };
     };
@@ -71,22 +60,13 @@ pub(crate) fn continue_beyond(
         beyond(fit, voxel_at(shape, at), shape)
             .is_some_and(|[x, y, z]| f64::from(raw[x + nx * (y + ny * z)]) < void)
     };
-    let with_matrix = |at: usize| {
-        let missing = 1.0 - f64::from(share[at]) / full;
-        f64::from(raw[at]) + (matrix - air) * missing
-    };
-    let errors = Errors::measure(fit, shape, |at| {
-        let is_shown = bare.as_ref().is_some_and(|bare| bare[at] != 0) && is_in_air(at);
-        let excess = is_shown.then(|| with_matrix(at) - matrix);
-        // a chipped edge is much darker than any error of the wall
-        excess.filter(|excess| excess.abs() <= LARGEST_ERROR * (matrix - air))
-    });
     let continued: Vec<(usize, u16, u8)> = (0..wide.len())
         .into_par_iter()
         .filter(|&at| ring[at] != 0)
         .filter_map(|at| {
             if is_in_air(at) {
-                let value = with_matrix(at) - errors.at(fit, voxel_at(shape, at));
+                let missing = 1.0 - f64::from(share[at]) / full;
+                let value = f64::from(raw[at]) + (matrix - air) * missing;
                 return Some((at, value.round().clamp(0.0, 65535.0) as u16, inside[at]));
             }
             let [x, y, z] = nearest(fit, voxel_at(shape, at), shape)?;
@@ -105,57 +85,13 @@ pub(crate) fn continue_beyond(
     Continued { shown, solid, changed }
 }
 
-/// Voxels of a ring that the blur of grains does not reach; `None` if these are fewer than [`FEW`]. The wall of a packing
-/// is a layer of matrix; with the grains behind it, the fitted blur of the wall would be too large.
-fn bare(shape: [usize; 3], ring: &[u8], grains: &[u8]) -> Option<Vec<u8>> {
+/// Voxels of a ring that the blur of grains does not reach; the whole ring if these are fewer than [`FEW`]. The wall of
+/// a packing is a layer of matrix; with the grains behind it, the fitted blur of the wall would be too large.
+fn bare(shape: [usize; 3], ring: &[u8], grains: &[u8]) -> Vec<u8> {
     let near = (1..BLUR).fold(dilate(shape, grains), |near, _| dilate(shape, &near));
     let bare: Vec<u8> = ring.par_iter().zip(&near).map(|(&ring, &near)| ring & !near).collect();
     let count = |set: &[u8]| set.par_iter().map(|&voxel| usize::from(voxel)).sum::<usize>();
-    (count(&bare) >= FEW).then_some(bare)
-}
-
-/// Error of the correction at the wall, the bottom and the top: median grey value minus that of the matrix, at each
-/// depth.
-struct Errors([[f64; DEPTHS]; 3]);
-
-impl Errors {
-    /// `excess` is the grey value above the matrix in a voxel that shows the wall alone, otherwise `None`.
-    fn measure(fit: &Fit, shape: [usize; 3], excess: impl Fn(usize) -> Option<f64> + Sync) -> Self {
-        let voxels = (0..shape.iter().product()).into_par_iter();
-        let shown: Vec<([usize; 2], f64)> =
-            voxels.filter_map(|at| Some((place(fit, voxel_at(shape, at)), excess(at)?))).collect();
-        let mut groups = [const { [const { Vec::new() }; DEPTHS] }; 3];
-        for ([side, depth], excess) in shown {
-            groups[side][depth].push(excess);
-        }
-        Errors(groups.map(|side| side.map(median)))
-    }
-
-    fn at(&self, fit: &Fit, voxel: [usize; 3]) -> f64 {
-        let [side, depth] = place(fit, voxel);
-        self.0[side][depth]
-    }
-}
-
-/// Median of at least [`ENOUGH`] values, otherwise 0.
-fn median(mut values: Vec<f64>) -> f64 {
-    if values.len() < ENOUGH {
-        return 0.0;
-    }
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
-}
-
-/// Nearest surface of the cylinder (0 wall, 1 bottom, 2 top), and the number of the depth below it.
-fn place(fit: &Fit, voxel: [usize; 3]) -> [usize; 2] {
-    let [square, height] = fit.place(voxel);
-    let depths = [fit.radius - square.sqrt(), height - fit.bottom, fit.top - height];
-    let side = (1..3).fold(0, |nearest, side| match depths[side] < depths[nearest] {
-        true => side,
-        false => nearest,
-    });
-    let depth = (depths[side] + REACH) / (2.0 * REACH) * DEPTHS as f64;
-    [side, (depth.max(0.0) as usize).min(DEPTHS - 1)]
+    if count(&bare) < FEW { ring.to_vec() } else { bare }
 }
 
 /// Voxel in the air that belongs to a given voxel: its mirror image at the nearer of wall and end, moved outward by

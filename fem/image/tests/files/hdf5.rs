@@ -55,8 +55,6 @@ fn one_of_several_volumes_is_named() {
     let values = |name: &str| read(&path, &dataset(name)).unwrap().volume.values;
     assert_eq!(values("/entry/labels"), expected(|value| value));
     assert_eq!(values("entry/image"), expected(|value| value));
-    assert_eq!(values("/entry/offset"), expected(|value| value));
-    assert_eq!(values("/entry/szip"), expected(|value| value));
     assert_eq!(values("/entry/exact"), expected(|value| value / 8.0));
     let labels = read_label_values(&path, &dataset("/entry/wide")).unwrap().volume.values;
     assert_eq!(labels[20], 110 - (1 << 40));

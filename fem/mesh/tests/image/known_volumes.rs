@@ -120,13 +120,3 @@ fn grain_volume_is_shared_out_as_counted_by_hand() {
     assert!(median([]).is_nan());
     assert_eq!(median([3.0, 1.0, 2.0, 4.0]), 2.5);
 }
-
-/// The contrast is an eighth of that to air, so that an error of the wall's place by some hundredths of a voxel looks
-/// like grain.
-#[test]
-fn faint_grains_at_the_wall_have_their_volume() {
-    let (faint, _) = taken("faint");
-    let [found, ratio] = quality(&faint);
-    assert!(found > 0.88, "{found}");
-    assert!((ratio - 1.0).abs() < 0.03, "{ratio}");
-}
