@@ -89,7 +89,9 @@ fn every_mistake_of_every_file_is_named_at_once() {
     let (code, out, err) = said(&breccia(dir.path(), &["check", "mine/case.toml"]));
     assert_eq!(code, Some(1), "{out}{err}");
     let expected = [
-        "surrogate.max_ordr = 3: unknown key \"max_ordr\". Did you mean \"max_order\"?".to_owned(),
+        "surrogate.max_ordr = 3: unknown key \"max_ordr\".".to_owned(),
+        " | max_ordr = 3\n".to_owned(),
+        "help: Did you mean \"max_order\"?".to_owned(),
         "design.runs = 1: must lie between 4".to_owned(),
         "fidelity.levels[0].repeats = 5".to_owned(),
         "prior.matrix.young_mpa = [340.0, 220.0]".to_owned(),
@@ -196,7 +198,7 @@ set.prior.matrix.young_mpa = [220.0, 300.0]
     let (code, out, err) = said(&breccia(dir.path(), &["check", "study.toml"]));
     assert_eq!(code, Some(1), "{out}{err}");
     for part in [
-        "error: mine/case.toml: ",
+        "error: mine/case.toml:",
         "surrogate.max_ordr = 3",
         "error: stiff: study.toml: prior.matrix.young_mpa = [340.0, 300.0]",
         "error: soft: study.toml: design.runs = 1",

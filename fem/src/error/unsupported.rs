@@ -122,6 +122,9 @@ pub enum Unsupported {
     /// A spectral split of a law other than Hencky's.
     #[error("the energy of this law has no spectral split")]
     SpectralSplit,
+    /// A mixture with a split of the user's.
+    #[error("a user-defined split does not divide the energy of a mixture")]
+    UserSplitOfMixture,
     /// A hybrid model with a split of the user's.
     #[error("a hybrid model with a user-defined split is not implemented")]
     HybridUserSplit,
@@ -228,6 +231,9 @@ impl Unsupported {
             }
             Self::SpectralSplit => {
                 "take law = \"hencky\", split = \"volumetric-deviatoric\" or \"none\", or leave the toughness out"
+            }
+            Self::UserSplitOfMixture => {
+                "take a split of the phase field, or a mesh that follows the grains"
             }
             Self::HybridUserSplit => "take hybrid = false, or a split of the phase field",
             Self::SplitOfOwnLaw => "take split = \"none\", or leave the toughness out",

@@ -188,7 +188,7 @@ fn conditions_that_cannot_hold_are_refused() {
     );
     refused(Conditions::new().symmetry("bottom"), &["(3 rigid motions are free)"]);
     refused(Conditions::new(), &["(6 rigid motions are free)"]);
-    refused(held().measure("top", [0.0; 3]), &["'top'", "no length"]);
+    refused(held().measure("top", [0.0; 3]), &["'top'", "length of the direction = 0"]);
     let mut oblique = block(2);
     let all: Vec<_> = oblique.surfaces.values().flatten().copied().collect();
     oblique.surfaces.clear();

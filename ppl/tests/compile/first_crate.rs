@@ -17,7 +17,8 @@ fn block(language: &str) -> &'static str {
 
 fn succeed(command: &mut Command) -> String {
     let output = command.output().expect("the program starts");
-    let text = [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned());
+    let text =
+        [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned());
     assert!(output.status.success(), "{command:?}\n{}{}", text[0], text[1]);
     text[0].clone()
 }

@@ -273,24 +273,29 @@ impl<S: Simd> Scalar for SimdF64<S> {
     comparison!(less_than, less_than_f64s);
     comparison!(equals, equal_f64s);
 
-    /// With 1 + x = 2^k (1 + f), the result is k ln 2 + 2 artanh(f / (2 + f)), where |f / (2 + f)| < 0.172.
+    /// With 1 + x = 2^k (1 + f), the result is k ln 2 + 2 artanh(f / (2 + f)), where |f / (2 + f)| < 0.172. NaN for x ≤ −1.
     #[inline(always)]
     fn ln_1p(self) -> Self {
         let one = self.constant(1.0);
-        let [exponent, mantissa] = (self + one).binary_parts();
-        let f = Self::select(exponent.equals(self.constant(0.0)), self, mantissa - one);
+        let zero = self.constant(0.0);
+        let argument = self + one;
+        let [exponent, mantissa] = argument.binary_parts();
+        let f = Self::select(exponent.equals(zero), self, mantissa - one);
         let z = f / (f + self.constant(2.0));
         let whole = exponent * self.constant(LN_2);
-        (z + z).mul_add(z.artanh_ratio(), whole)
+        let logarithm = (z + z).mul_add(z.artanh_ratio(), whole);
+        Self::select(zero.less_than(argument), logarithm, self.constant(f64::NAN))
     }
 
-    /// With x = 2^k (1 + f), the result is k ln 2 + 2 artanh(f / (2 + f)).
+    /// With x = 2^k (1 + f), the result is k ln 2 + 2 artanh(f / (2 + f)). NaN for x ≤ 0.
     #[inline(always)]
     fn ln(self) -> Self {
         let [exponent, mantissa] = self.binary_parts();
         let f = mantissa - 1.0;
         let z = f / (f + 2.0);
-        (z + z).mul_add(z.artanh_ratio(), exponent * LN_2)
+        let logarithm = (z + z).mul_add(z.artanh_ratio(), exponent * LN_2);
+        let is_positive = self.constant(0.0).less_than(self);
+        Self::select(is_positive, logarithm, self.constant(f64::NAN))
     }
 
     #[inline(always)]
