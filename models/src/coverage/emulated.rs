@@ -230,7 +230,7 @@ mod tests {
 
     fn study() -> CoverageStudy {
         CoverageStudy {
-            sampler: ppl::Nuts::default().chains(1).warmup(150).draws(200),
+            sampler: ppl::Nuts::default().chains(1).warmup(200).draws(300),
             ..CoverageStudy::default()
         }
     }
@@ -252,7 +252,7 @@ mod tests {
     #[test]
     fn a_packing_for_each_run_covers_and_one_packing_does_not() {
         let prior = CaseFile::default_case().case.prior.unwrap();
-        let (world, n) = (world(&prior), 24);
+        let (world, n) = (world(&prior), 32);
         let rows = study().run(n, |k| world.laboratory(k as u64), |_| ()).unwrap();
         assert_eq!(rows.len(), 3 * 3 * 3);
         // 90 % minus two binomial standard errors: intervals with the correct coverage pass in 97 or 98 of 100 studies
@@ -285,7 +285,7 @@ mod tests {
                 .collect(),
             ..world(&prior)
         };
-        let n = 24;
+        let n = 32;
         let rows = study().run(n, |k| world.laboratory(k as u64), |_| ()).unwrap();
         assert_eq!(rows.len(), 6 * 3 * 3);
         // three binomial standard errors, because ten fractions are tested

@@ -169,16 +169,12 @@ fn what_is_deleted_is_made_again_and_what_a_person_changed_or_added_stays() {
     }
     edit(&dir.path().join("mine/case.toml"), |text| text.replace("runs = 12", "runs = 11"));
     std::fs::write(out.join("curves/run-012.csv"), "of a person\n").unwrap();
-    let ensemble = || {
-        let own = ["--replace", "curves/run-012.csv"];
-        breccia(dir.path(), &[&["ensemble", "mine/case.toml", "--out", "out"], &own[..]].concat())
-    };
-    let (code, _, err) = ensemble();
+    let (code, _, err) = run_with(&["--replace", "curves/run-012.csv"]);
     assert_eq!(code, Some(0), "{err}");
     assert!(out.join("curves/run-011.csv").exists());
     assert_eq!(read("curves/run-012.csv"), b"of a person\n");
     edit(&dir.path().join("mine/case.toml"), |text| text.replace("runs = 11", "runs = 10"));
-    let (code, _, err) = ensemble();
+    let (code, _, err) = run_with(&["--replace", "curves/run-012.csv"]);
     assert_eq!(code, Some(0), "{err}");
     assert!(!out.join("curves/run-011.csv").exists(), "{err}");
 }

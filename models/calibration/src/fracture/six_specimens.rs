@@ -26,7 +26,7 @@ pub(super) fn shared() -> Vec<Vec<f64>> {
 
 /// 16 000 draws, so that the Pareto shape k̂ is known to some 0.05.
 pub(super) fn sampler() -> Nuts<'static> {
-    Nuts::default().chains(2).draws(4000).seed(3)
+    Nuts::default().chains(2).draws(8000).seed(3)
 }
 
 /// The calibration to all specimens.

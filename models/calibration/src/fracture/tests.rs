@@ -299,7 +299,7 @@ fn inputs_that_are_integrated_out_do_what_sampled_ones_do() {
         shared: shared.clone(),
         ..Evidence::default()
     };
-    let sampler = Nuts::default().chains(4).draws(800).seed(5).target_accept(0.95);
+    let sampler = Nuts::default().chains(4).draws(1500).seed(5).target_accept(0.95);
     let marginal = calibrate(&pce, &evidence, &sampler, 5).unwrap().posterior;
     let (relative, _) = relative_to_means(&pce, &evidence).unwrap();
     let shared = DynCholeskyFactor::of_covariance(&shared).unwrap();
