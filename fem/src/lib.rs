@@ -132,7 +132,7 @@ pub use material::{
     PrincipalStrain, Response, SaintVenantKirchhoff, Scalar, Split, Strains, UserConstitutiveLaw,
     UserDegradation, UserLaw, UserSplit, assert_material,
 };
-pub use parallel::{Communicator, Ranks};
+pub use parallel::{Communicator, RankLost, Ranks};
 pub use problem::{
     AdaptiveSteps, ArcLength, Checkpoint, CompressionTest, CurvePoint, CurveWriter, End,
     FixedSteps, Friction, LoadStepper, MaterialParameter, Observer, Outcome, Platens, Problem,

@@ -347,7 +347,7 @@ fn run(request: Request, threads: usize, ranks: &Ranks) -> Result<ExitCode, Fail
         Request::Command(Command::Simulate { target, device }) => {
             let file = target.case_file();
             let error = file.as_ref().err().map(ToString::to_string);
-            let of_all = ranks.first_text(error.as_deref());
+            let of_all = ranks.first_text(error.as_deref()).map_err(WorkflowError::from)?;
             let file = file.map_err(WorkflowError::from)?;
             if let Some((rank, message)) = of_all {
                 return Err(WorkflowError::Rank { rank, message }.into());

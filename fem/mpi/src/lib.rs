@@ -13,7 +13,7 @@
 
 use std::fmt;
 
-use fem::{Communicator, Ranks};
+use fem::{Communicator, RankLost, Ranks};
 use mpi::Threading;
 use mpi::datatype::PartitionMut;
 use mpi::environment::Universe;
@@ -91,10 +91,10 @@ impl Communicator for Mpi {
         self.size
     }
 
-    fn exchange(&self, messages: Vec<(usize, Vec<u8>)>) -> Vec<Vec<u8>> {
+    fn exchange(&self, messages: Vec<(usize, Vec<u8>)>) -> Result<Vec<Vec<u8>>, RankLost> {
         let world = SimpleCommunicator::world();
         let process = |rank: usize| world.process_at_rank(rank as i32);
-        mpi::request::scope(|scope| {
+        Ok(mpi::request::scope(|scope| {
             let mut sends = Vec::with_capacity(messages.len());
             for (rank, message) in &messages {
                 let send = process(*rank).immediate_send(scope, placed(message));
@@ -105,10 +105,10 @@ impl Communicator for Mpi {
                 messages.iter().map(|(rank, _)| process(*rank).receive_vec::<u8>().0).collect();
             drop(sends);
             received
-        })
+        }))
     }
 
-    fn gather(&self, own: &[u8]) -> Vec<Vec<u8>> {
+    fn gather(&self, own: &[u8]) -> Result<Vec<Vec<u8>>, RankLost> {
         let world = SimpleCommunicator::world();
         let mut counts = vec![0i32; self.size];
         world.all_gather_into(&count(own.len()), &mut counts[..]);
@@ -119,19 +119,19 @@ impl Communicator for Mpi {
             total += each as usize;
         }
         if total == 0 {
-            return vec![Vec::new(); self.size];
+            return Ok(vec![Vec::new(); self.size]);
         }
         let mut all = vec![0u8; total];
         let mut partition = PartitionMut::new(&mut all[..], &counts[..], &places[..]);
         world.all_gather_varcount_into(placed(own), &mut partition);
         let of = |(&place, &each): (&i32, &i32)| all[place as usize..][..each as usize].to_vec();
-        places.iter().zip(&counts).map(of).collect()
+        Ok(places.iter().zip(&counts).map(of).collect())
     }
 
-    fn gather_even(&self, own: &[u8]) -> Vec<u8> {
+    fn gather_even(&self, own: &[u8]) -> Result<Vec<u8>, RankLost> {
         let mut all = vec![0u8; own.len() * self.size];
         SimpleCommunicator::world().all_gather_into(own, &mut all[..]);
-        all
+        Ok(all)
     }
 }
 

@@ -4,8 +4,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 
 /// Messages between the ranks of a run. All ranks call the same methods in the same order.
 ///
-/// If a rank ends, a call that waits for its message must not wait for ever. Either the implementation ends
-/// the whole run, or the call unwinds; the current step of the run then returns
+/// If a rank ends, a call that waits for its message must not wait for ever: either the implementation ends the whole
+/// run, or the call returns [`RankLost`]. The current step of the run then returns
 /// [`FemError::RankLost`](crate::FemError::RankLost).
 pub trait Communicator: std::fmt::Debug + Send + Sync {
     /// The number of this rank, from 0.
@@ -14,25 +14,40 @@ pub trait Communicator: std::fmt::Debug + Send + Sync {
     /// The number of ranks.
     fn size(&self) -> usize;
 
-    /// Sends a message to each of the given ranks and receives a message from each of them. Each of these
-    /// ranks must call `exchange` with this rank at the same time. The received messages are in the order of
-    /// the given ranks.
-    fn exchange(&self, messages: Vec<(usize, Vec<u8>)>) -> Vec<Vec<u8>>;
+    /// Sends a message to each of the given ranks and receives a message from each of them. Each of these ranks must
+    /// call `exchange` with this rank at the same time. The received messages are in the order of the given ranks.
+    ///
+    /// # Errors
+    /// [`RankLost`] if one of these ranks has ended.
+    fn exchange(&self, messages: Vec<(usize, Vec<u8>)>) -> Result<Vec<Vec<u8>>, RankLost>;
 
     /// Sends `own` to all ranks. Returns the messages of all ranks, in the order of the ranks, on every rank.
-    fn gather(&self, own: &[u8]) -> Vec<Vec<u8>>;
+    ///
+    /// # Errors
+    /// [`RankLost`] if another rank has ended.
+    fn gather(&self, own: &[u8]) -> Result<Vec<Vec<u8>>, RankLost>;
 
-    /// Concatenated messages of all ranks, as [`Self::gather`]; all messages must have the same length.
-    fn gather_even(&self, own: &[u8]) -> Vec<u8> {
-        self.gather(own).concat()
+    /// Returns the concatenated messages of all ranks, as [`Self::gather`]; all messages must have the same length.
+    ///
+    /// # Errors
+    /// [`RankLost`] if another rank has ended.
+    fn gather_even(&self, own: &[u8]) -> Result<Vec<u8>, RankLost> {
+        Ok(self.gather(own)?.concat())
     }
 }
 
-/// Payload of the unwinding of a call that waits for a rank that has ended: the number of that rank.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct RankLost(pub(crate) usize);
+/// Another rank, given by its number, has ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("rank {0} has ended")]
+pub struct RankLost(pub usize);
 
-/// Runs `work`, which may call a communicator. Returns an error if another rank has ended.
+/// Returns a message, or unwinds to [`guarded`] if another rank has ended. The solver calls communicators in its
+/// innermost loops, and a run without all its ranks cannot continue.
+pub(super) fn received<T>(message: Result<T, RankLost>) -> T {
+    message.unwrap_or_else(|lost| resume_unwind(Box::new(lost)))
+}
+
+/// Runs `work`, which may exchange messages with other ranks. Returns an error if another rank has ended.
 pub(crate) fn guarded<T>(work: impl FnOnce() -> T) -> Result<T, RankLost> {
     // unwind safe: the run ends, so partially changed data are not used again
     catch_unwind(AssertUnwindSafe(work)).map_err(|cause| match cause.downcast::<RankLost>() {

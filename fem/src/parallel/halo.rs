@@ -4,6 +4,7 @@ use std::ops::{AddAssign, Range};
 
 use bytemuck::Pod;
 
+use super::communicator::received;
 use super::ranks::{Ranks, numbers};
 
 /// A rank that shares nodes with this rank.
@@ -101,8 +102,8 @@ impl Halo {
         let Some(others) = self.ranks.others() else { return Vec::new() };
         let messages = self.neighbours.iter().zip(lists);
         let messages = messages.map(|(n, list)| (n.rank, bytemuck::cast_slice(&list).to_vec()));
-        let received = others.exchange(messages.collect());
-        received.iter().map(|bytes| numbers(bytes)).collect()
+        let messages = received(others.exchange(messages.collect()));
+        messages.iter().map(|bytes| numbers(bytes)).collect()
     }
 
     /// Copies the values of the owners to the ghosts.

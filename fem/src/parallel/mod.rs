@@ -12,11 +12,11 @@ mod part;
 mod ranks;
 mod threads;
 
-pub use communicator::Communicator;
+pub use communicator::{Communicator, RankLost};
 pub use ranks::Ranks;
 
 pub(crate) use bisection::bisect;
-pub(crate) use communicator::{RankLost, guarded};
+pub(crate) use communicator::guarded;
 pub(crate) use halo::Halo;
 pub(crate) use part::Part;
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use bytemuck::Pod;
 
-use super::communicator::Communicator;
+use super::communicator::{Communicator, RankLost, received};
 use super::threads::threads;
 use crate::error::FemError;
 
@@ -76,24 +76,27 @@ impl Ranks {
     }
 
     /// Whether `own` is true on any rank.
-    pub fn any(&self, own: bool) -> bool {
+    pub(crate) fn any(&self, own: bool) -> bool {
         self.gather_even(&[u8::from(own)]).is_some_and(|all| all.contains(&1)) || own
     }
 
-    /// The text of the lowest rank that has a text, with the number of the rank.
-    pub fn first_text(&self, own: Option<&str>) -> Option<(usize, String)> {
-        let Some(others) = &self.others else { return own.map(|text| (0, text.into())) };
+    /// Returns the text of the lowest rank that has a text, with the number of the rank.
+    ///
+    /// # Errors
+    /// [`RankLost`] if another rank has ended.
+    pub fn first_text(&self, own: Option<&str>) -> Result<Option<(usize, String)>, RankLost> {
+        let Some(others) = &self.others else { return Ok(own.map(|text| (0, text.into()))) };
         // a leading byte distinguishes an empty text from no text
         let message = own.map_or_else(Vec::new, |text| [b" ", text.as_bytes()].concat());
-        let all = others.gather(&message);
-        let (rank, text) = all.iter().enumerate().find(|(_, text)| !text.is_empty())?;
-        Some((rank, String::from_utf8_lossy(&text[1..]).into_owned()))
+        let all = others.gather(&message)?;
+        let first = all.iter().enumerate().find(|(_, text)| !text.is_empty());
+        Ok(first.map(|(rank, text)| (rank, String::from_utf8_lossy(&text[1..]).into_owned())))
     }
 
     /// Returns success only if all ranks succeeded; otherwise the error of the lowest failing rank.
     pub(crate) fn agreed<T>(&self, result: Result<T, FemError>) -> Result<T, FemError> {
         let own = result.as_ref().err().map(ToString::to_string);
-        match self.first_text(own.as_deref()) {
+        match received(self.first_text(own.as_deref())) {
             None => result,
             Some((rank, message)) => result.and(Err(FemError::Rank { rank, message })),
         }
@@ -108,7 +111,7 @@ impl Ranks {
     }
 
     fn gather_even(&self, own: &[u8]) -> Option<Vec<u8>> {
-        self.others.as_ref().map(|c| c.gather_even(own))
+        self.others.as_ref().map(|c| received(c.gather_even(own)))
     }
 
     /// Sums each value over the ranks, in the order of the ranks, so that all ranks get the same bits.
@@ -136,7 +139,7 @@ impl Ranks {
         match &self.others {
             None => vec![own.to_vec()],
             Some(others) => {
-                let all = others.gather(bytemuck::cast_slice(own));
+                let all = received(others.gather(bytemuck::cast_slice(own)));
                 all.iter().map(|message| numbers(message)).collect()
             }
         }

@@ -1,7 +1,6 @@
 //! Ranks that are threads of one process; ranks that are processes use MPI.
 
 use std::collections::{HashMap, VecDeque};
-use std::panic::resume_unwind;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
 use super::communicator::{Communicator, RankLost};
@@ -44,16 +43,15 @@ impl ThreadRank {
         self.post.changed.notify_all();
     }
 
-    fn receive(&self, from: usize) -> Vec<u8> {
+    fn receive(&self, from: usize) -> Result<Vec<u8>, RankLost> {
         let mut open = self.post.open();
         loop {
             if let Some(message) = open.0.get_mut(&(from, self.rank)).and_then(VecDeque::pop_front)
             {
-                return message;
+                return Ok(message);
             }
             if open.1[from] {
-                drop(open);
-                resume_unwind(Box::new(RankLost(from)));
+                return Err(RankLost(from));
             }
             open = self.post.changed.wait(open).unwrap_or_else(PoisonError::into_inner);
         }
@@ -69,17 +67,17 @@ impl Communicator for ThreadRank {
         self.size
     }
 
-    fn exchange(&self, messages: Vec<(usize, Vec<u8>)>) -> Vec<Vec<u8>> {
+    fn exchange(&self, messages: Vec<(usize, Vec<u8>)>) -> Result<Vec<Vec<u8>>, RankLost> {
         let ranks: Vec<usize> = messages.iter().map(|(rank, _)| *rank).collect();
         messages.into_iter().for_each(|(rank, message)| self.send(rank, message));
         ranks.into_iter().map(|rank| self.receive(rank)).collect()
     }
 
-    fn gather(&self, own: &[u8]) -> Vec<Vec<u8>> {
+    fn gather(&self, own: &[u8]) -> Result<Vec<Vec<u8>>, RankLost> {
         let others = (0..self.size).filter(|&rank| rank != self.rank);
         others.for_each(|rank| self.send(rank, own.to_vec()));
-        let of = |rank| if rank == self.rank { own.to_vec() } else { self.receive(rank) };
-        (0..self.size).map(of).collect()
+        let message = |rank| if rank == self.rank { Ok(own.to_vec()) } else { self.receive(rank) };
+        (0..self.size).map(message).collect()
     }
 }
 

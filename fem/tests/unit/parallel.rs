@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::{Part, Ranks, bisect};
+use super::{Part, RankLost, Ranks, bisect, guarded};
 use crate::element::{DamageRule, Quadratic, Space};
 use fem_mesh::CylinderLattice;
 
@@ -138,4 +138,23 @@ fn every_local_node_has_one_owner_among_the_ranks_that_have_it() {
         let own = (0..part.nodes.len() as u32).filter(|&n| part.halo.owns(n));
         assert_eq!(own.count() + ghosts.len(), part.nodes.len());
     }
+}
+
+#[test]
+fn a_rank_that_waits_for_one_that_has_ended_gets_an_error() {
+    let errors = on_ranks(3, |ranks| match ranks.rank() {
+        1 => None,
+        _ => Some(ranks.first_text(Some("here"))),
+    });
+    // rank 1 drops its ranks before the others get its message
+    assert_eq!(errors, [Some(Err(RankLost(1))), None, Some(Err(RankLost(1)))]);
+    let guarded = on_ranks(2, |ranks| match ranks.rank() {
+        1 => Ok(0.0),
+        _ => guarded(|| {
+            let mut sum = [1.0];
+            ranks.sum(&mut sum);
+            sum[0]
+        }),
+    });
+    assert_eq!(guarded, [Err(RankLost(1)), Ok(0.0)]);
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use fem::{
     DeviceError, EnsembleError, FemError, ImageError, MeshError, MeshingError, PackingError,
-    ScanError, SeparateError, SurfaceImportError,
+    RankLost, ScanError, SeparateError, SurfaceImportError,
 };
 use surrogate::SurrogateError;
 
@@ -51,6 +51,9 @@ pub enum WorkflowError {
         /// Error message of the rank.
         message: String,
     },
+    /// Another rank of a parallel simulation has ended.
+    #[error(transparent)]
+    RankLost(#[from] RankLost),
     /// A file cannot be read or written.
     #[error("{}: {source}", path.display())]
     Io {

@@ -174,7 +174,7 @@ fn run(
 /// Returns `own` if it is a success on all ranks; otherwise the error of the first failing rank.
 fn agreed<T>(ranks: &Ranks, own: Result<T, WorkflowError>) -> Result<T, WorkflowError> {
     let error = own.as_ref().err().map(ToString::to_string);
-    match ranks.first_text(error.as_deref()) {
+    match ranks.first_text(error.as_deref())? {
         None => own,
         Some((rank, message)) => own.and(Err(WorkflowError::Rank { rank, message })),
     }
