@@ -126,11 +126,12 @@ pub use fem_mesh::{
 };
 pub use fields::Fields;
 pub use material::{
-    CrackDensity, DamageQuadrature, ElasticLaw, Elasticity, Fracture, Homogenisation,
-    HyperelasticLaw, Irreversibility, Material, MooneyRivlin, Ogden, OgdenTerm, PhaseField,
-    PrincipalStrain, SaintVenantKirchhoff, Split, UserLaw, assert_material,
+    ConstitutiveLaw, CrackDensity, DamageQuadrature, DegradationFunction, ElasticLaw, ElasticPoint,
+    ElasticResponse, Elasticity, EnergySplit, Fracture, Homogenisation, HyperelasticLaw,
+    Irreversibility, Material, MooneyRivlin, Number, Ogden, OgdenTerm, PhaseField, Principal,
+    PrincipalStrain, Response, SaintVenantKirchhoff, Scalar, Split, Strains, UserConstitutiveLaw,
+    UserDegradation, UserLaw, UserSplit, assert_material,
 };
-pub use num_dual::DualNum;
 pub use parallel::{Communicator, Ranks};
 pub use problem::{
     AdaptiveSteps, ArcLength, Checkpoint, CompressionTest, CurvePoint, CurveWriter, End,

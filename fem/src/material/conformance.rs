@@ -1,19 +1,23 @@
 //! Requirements for every material, as an assertion for tests.
 
+use faer::traits::pulp::{Simd, WithSimd};
 use nalgebra::{Matrix3, Rotation3, SMatrix, SVector};
 
+use super::number::{Lanes, Number, POINTS, SimdF64, dispatch};
 use super::parameters::Material;
-use super::phase_field::{PhaseField, Split};
+use super::phase_field::PhaseField;
 use super::point::PointMaterial;
 use super::principal::{Inverted, Principal};
 use super::response::Response;
+use super::split::Split;
 use super::tangent::PointTangent;
 
 /// State of a material for a given displacement gradient and degradation g.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Deformed {
     pub(super) principal: Principal<f64>,
     pub(super) response: Response<f64>,
+    pub(super) state: Vec<f64>,
 }
 
 impl Deformed {
@@ -22,13 +26,12 @@ impl Deformed {
         gradient: &Matrix3<f64>,
         g: f64,
     ) -> Result<Self, Inverted> {
-        let rows = std::array::from_fn(|i| std::array::from_fn(|j| gradient[(i, j)]));
-        let principal = Principal::new(&rows);
+        let principal = Principal::new(&rows(gradient));
         if principal.sound < 1.0 {
             return Err(Inverted);
         }
-        let response = material.response::<true>(&principal.strains, g);
-        Ok(Self { principal, response })
+        let (response, state) = material.increment(&principal, g);
+        Ok(Self { principal, response, state })
     }
 
     /// Returns the nominal stress P = ∂ψ/∂F.
@@ -45,13 +48,20 @@ impl Deformed {
     }
 }
 
+fn rows(gradient: &Matrix3<f64>) -> [[f64; 3]; 3] {
+    std::array::from_fn(|i| std::array::from_fn(|j| gradient[(i, j)]))
+}
+
 /// Asserts the properties of a material that the solver relies on. For tests, also of user-defined laws.
 ///
 /// The states are random, in tension and compression, with two and three equal stretches, at rest and close to it,
 /// and with and without damage. Checks: the stress is the derivative of the energy and the tangent that of the stress
 /// (the remainders of Taylor's formula decrease with the second and third power); the tangent is symmetric; energy
 /// and stress are objective and isotropic; energy and stress vanish at rest; a deformation with det F ≤ 0 is
-/// rejected.
+/// rejected; several points in SIMD lanes have the values of single points.
+///
+/// A law with a state is tested for one increment from the state zero: rest, inversion, SIMD lanes, and the tangent
+/// against differences of the stress.
 ///
 /// # Panics
 /// If a property is violated; the message contains the property and the state.
@@ -87,7 +97,8 @@ pub fn assert_material(material: &Material, phase_field: Option<&PhaseField>) {
         assert!(refused, "det F ≤ 0 is not refused at {gradient}");
     }
     let spectral = phase_field.is_some_and(|f| f.split == Split::Spectral);
-    let mut tried = 0;
+    let stateful = point.law().state_len() > 0;
+    let mut tried = Vec::new();
     for (state, direction) in states() {
         let strains = Deformed::new(&point, &state, 1.0).expect("det F > 0").principal.strains;
         // the steps of the Taylor test must not cross a kink
@@ -95,13 +106,18 @@ pub fn assert_material(material: &Material, phase_field: Option<&PhaseField>) {
         if spectral && kinks.into_iter().any(|e| e.abs() < 0.03) {
             continue;
         }
-        tried += 1;
+        tried.push(state);
         for g in [1.0, 0.3] {
-            assert_derivatives(&point, &state, &direction, g);
-            assert_objective(&point, &state, g);
+            if stateful {
+                assert_consistent(&point, &state, &direction, g);
+            } else {
+                assert_derivatives(&point, &state, &direction, g);
+                assert_objective(&point, &state, g);
+            }
         }
     }
-    assert!(tried >= 4, "{tried} states are away from the kinks of the split");
+    assert!(tried.len() >= 4, "{} states are away from the kinks of the split", tried.len());
+    dispatch(InLanes { material: &point, states: &tried });
 }
 
 fn assert_derivatives(
@@ -127,6 +143,71 @@ fn assert_derivatives(
         let slopes = [8e-3, 4e-3, 1e-3].map(|t| (remainders(t)[k] / remainders(t / 4.0)[k]).log2());
         let slope = slopes.into_iter().fold(0.0, f64::max) / 2.0;
         assert!(slope > least, "remainder {} falls with slope {slope} at {state}", k + 1);
+    }
+}
+
+/// Asserts that the tangent is the derivative of the stress, by central differences.
+fn assert_consistent(
+    material: &PointMaterial,
+    state: &Matrix3<f64>,
+    direction: &Matrix3<f64>,
+    g: f64,
+) {
+    let step = 1e-5;
+    let at = |t: f64| Deformed::new(material, &(state + t * direction), g).expect("det F > 0");
+    let difference = (at(step).piola() - at(-step).piola()) / (2.0 * step);
+    let flat = SVector::<f64, 9>::from_fn(|p, _| direction[(p / 3, p % 3)]);
+    let moduli = at(0.0).moduli();
+    let exact = moduli * flat;
+    let exact = Matrix3::from_fn(|i, j| exact[3 * i + j]);
+    let error = (difference - exact).norm();
+    assert!(error < 1e-7 * moduli.norm(), "tangent differs by {error:e} MPa at {state}");
+}
+
+/// Asserts that points in SIMD lanes have the values of single points.
+struct InLanes<'a> {
+    material: &'a PointMaterial,
+    /// At most [`POINTS`] displacement gradients.
+    states: &'a [Matrix3<f64>],
+}
+
+impl WithSimd for InLanes<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        for g in [1.0, 0.3] {
+            for states in self.states.chunks(SimdF64::<S>::COUNT) {
+                let mut h = [[SimdF64::splat(simd, 0.0); 3]; 3];
+                for (i, row) in h.iter_mut().enumerate() {
+                    for (j, number) in row.iter_mut().enumerate() {
+                        let mut column = [0.0; POINTS];
+                        column.iter_mut().zip(states).for_each(|(x, state)| *x = state[(i, j)]);
+                        *number = SimdF64::load(simd, &column);
+                    }
+                }
+                let (lanes, state) =
+                    self.material.increment(&Principal::new(&h), h[0][0].constant(g));
+                let values: Vec<_> = lanes.numbers().into_iter().chain(state).collect();
+                let mut numbers = vec![[0.0; POINTS]; values.len()];
+                for (value, column) in values.iter().zip(&mut numbers) {
+                    value.store(column);
+                }
+                for (lane, state) in states.iter().enumerate() {
+                    let single = Deformed::new(self.material, state, g).expect("det F > 0");
+                    let single = [&single.response.numbers()[..], &single.state].concat();
+                    let largest = single.iter().fold(0.0f64, |most, x| most.max(x.abs()));
+                    let round_off = 1e-11 * (self.material.moduli.longitudinal() + largest);
+                    for (k, (column, x)) in numbers.iter().zip(single).enumerate() {
+                        let y = column[lane];
+                        assert!(
+                            (x - y).abs() <= round_off,
+                            "value {k} is {y} in SIMD lanes and {x} alone, at {state}"
+                        );
+                    }
+                }
+            }
+        }
     }
 }
 

@@ -1,9 +1,11 @@
-//! Elastic laws, degradation, crack density, and the equations at a quadrature point.
+//! Elastic laws, splits, degradation functions, crack density, and the equations at an integration point.
 //!
 //! The equations at a point are written once over a [`Scalar`]: strains ([`Principal`]), stresses and energies of a
-//! law ([`Response`]) and its tangent ([`PointTangent`]). A new law is one file that contains its energy
-//! ([`HyperelasticLaw`]). If that is not fast enough, the file contains the derivatives of the energy, as in
-//! `hencky.rs`, and `law.rs` and `point.rs` get one line each. [`assert_material`] tests both kinds of laws.
+//! law ([`Response`]) and its tangent ([`PointTangent`]). A law of a region is a [`RegionLaw`]; a [`LaneLaw`] selects
+//! among the laws of a mesh. A new law is one file in `law/` with its energy ([`HyperelasticLaw`]), or with stress and
+//! tangent as in `hencky.rs` and a variant in `region_law.rs`. A new split is one file in `split/`, a new degradation
+//! function one file in `degradation/`. [`assert_material`] tests all of them. Users write the same three traits outside
+//! the crate.
 
 #[cfg(test)]
 #[path = "../../tests/unit/closed_forms.rs"]
@@ -19,7 +21,9 @@ mod phase_field;
 mod point;
 mod point_law;
 mod principal;
+mod region_law;
 mod response;
+mod split;
 mod strain;
 mod tangent;
 #[cfg(test)]
@@ -28,23 +32,30 @@ mod tests;
 
 pub use conformance::assert_material;
 pub use crack_density::CrackDensity;
+pub use degradation::{DegradationFunction, UserDegradation};
 pub use law::{
-    ElasticLaw, Elasticity, HyperelasticLaw, MooneyRivlin, Ogden, OgdenTerm, SaintVenantKirchhoff,
-    UserLaw,
+    ConstitutiveLaw, ElasticLaw, Elasticity, HyperelasticLaw, MooneyRivlin, Ogden, OgdenTerm,
+    SaintVenantKirchhoff, UserConstitutiveLaw, UserLaw,
 };
 pub use mixture::Homogenisation;
+pub use number::{Number, Scalar};
 pub use parameters::{Fracture, Material};
-pub use phase_field::{DamageQuadrature, Irreversibility, PhaseField, Split};
+pub use phase_field::{DamageQuadrature, Irreversibility, PhaseField};
+pub use principal::{Principal, Strains};
+pub use response::{ElasticResponse, Response};
+pub use split::{ElasticPoint, EnergySplit, Split, UserSplit};
 pub use strain::PrincipalStrain;
 
-pub use degradation::Degradation;
+pub use degradation::{Degradation, DegradationLaw};
 pub use mixture::{MOST_GRAIN, MixedPhases};
 pub use number::{
-    Lanes, Number, POINTS, REGISTERS, Round, Scalar, SimdF32, SimdF64, Term, begin, dispatch, dot,
-    functions, statements,
+    Computation, Jet, Lanes, POINTS, REGISTERS, Round, SimdF32, SimdF64, Term, begin, dispatch,
+    dot, functions, statements,
 };
-pub use point::{Degraded, Formula, FormulaLaw, LaneLaw, PointMaterial};
+pub use point::PointMaterial;
 pub use point_law::{DrivingHistory, PointLaw};
-pub use principal::{Inverted, Principal};
-pub use response::{Response, packed};
+pub use principal::Inverted;
+pub use region_law::{LaneLaw, LawForm, RegionLaw};
+pub use response::packed;
+pub use split::{Degraded, PointSplit};
 pub use tangent::PointTangent;

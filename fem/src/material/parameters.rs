@@ -1,8 +1,15 @@
 //! Parameters of the material of one region, with their units.
 
-use super::law::{Elasticity, HyperelasticLaw, Moduli, UserLaw, check_moduli};
-use super::phase_field::{PhaseField, Split};
-use super::point::{Damage, Degraded, PointMaterial};
+use std::fmt;
+
+use super::degradation::{DegradationFunction, DegradationLaw, UserDegradation};
+use super::law::{
+    ConstitutiveLaw, Elasticity, HyperelasticLaw, Moduli, UserConstitutiveLaw, UserLaw,
+    check_moduli,
+};
+use super::phase_field::PhaseField;
+use super::point::{Damage, PointMaterial};
+use super::split::{Degraded, EnergySplit, PointSplit, Split, UserSplit};
 use crate::error::FemError;
 
 /// The material of one region of the mesh.
@@ -19,12 +26,32 @@ use crate::error::FemError;
 /// let steel = Material::hencky(210_000.0, 0.3);
 /// assert!(matrix.fracture.is_some() && steel.fracture.is_none());
 /// ```
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, PartialEq)]
 pub struct Material {
     /// Elastic law and moduli.
     pub elasticity: Elasticity,
     /// Resistance to damage; `None`: the region stays elastic.
     pub fracture: Option<Fracture>,
+    /// Split of the user; `None`: [`PhaseField::split`].
+    pub split: Option<UserSplit>,
+    /// Degradation function of the user; `None`: (1 − φ)².
+    pub degradation: Option<UserDegradation>,
+}
+
+/// Omits split and degradation function if they are not the user's. The text identifies the material in checkpoints.
+impl fmt::Debug for Material {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let Self { elasticity, fracture, split, degradation } = self;
+        let mut text = f.debug_struct("Material");
+        text.field("elasticity", elasticity).field("fracture", fracture);
+        if let Some(split) = split {
+            text.field("split", split);
+        }
+        if let Some(degradation) = degradation {
+            text.field("degradation", degradation);
+        }
+        text.finish()
+    }
 }
 
 /// Resistance of a region to damage.
@@ -48,12 +75,12 @@ impl Fracture {
 impl Material {
     /// Creates an elastic material with Hencky's law.
     pub fn hencky(young_mpa: f64, poisson: f64) -> Self {
-        Self { elasticity: Elasticity::Hencky { young_mpa, poisson }, fracture: None }
+        Self::elastic(Elasticity::Hencky { young_mpa, poisson })
     }
 
     /// Creates an elastic neo-Hookean material.
     pub fn neo_hookean(young_mpa: f64, poisson: f64) -> Self {
-        Self { elasticity: Elasticity::NeoHookean { young_mpa, poisson }, fracture: None }
+        Self::elastic(Elasticity::NeoHookean { young_mpa, poisson })
     }
 
     /// Creates an elastic material with a user-defined law. Its moduli at small strain follow from the law.
@@ -62,7 +89,40 @@ impl Material {
     /// [`FemError::Unsupported`] if the energy is not symmetric in the strains, energy or stress is not zero at rest,
     /// or a modulus is not positive.
     pub fn hyperelastic(law: impl HyperelasticLaw) -> Result<Self, FemError> {
-        Ok(Self { elasticity: Elasticity::User(UserLaw::new(law)?), fracture: None })
+        Ok(Self::elastic(Elasticity::User(UserLaw::new(law)?)))
+    }
+
+    /// Creates a material with a user-defined law that may have a state.
+    ///
+    /// # Errors
+    /// [`FemError::Unsupported`] if energy or stress at rest is not zero, or the law has too many state values.
+    pub fn with_law(law: impl ConstitutiveLaw) -> Result<Self, FemError> {
+        Ok(Self::elastic(Elasticity::Constitutive(UserConstitutiveLaw::new(law)?)))
+    }
+
+    fn elastic(elasticity: Elasticity) -> Self {
+        Self { elasticity, fracture: None, split: None, degradation: None }
+    }
+
+    /// Returns the material with a user-defined split, which replaces [`PhaseField::split`] in its regions.
+    pub fn with_split(self, split: impl EnergySplit) -> Self {
+        Self { split: Some(UserSplit::new(split)), ..self }
+    }
+
+    /// Returns the material with a user-defined degradation function.
+    ///
+    /// # Errors
+    /// [`FemError::Unsupported`] if the function does not decrease from one to zero.
+    pub fn with_degradation(self, function: impl DegradationFunction) -> Result<Self, FemError> {
+        Ok(Self { degradation: Some(UserDegradation::new(function)?), ..self })
+    }
+
+    /// Returns the number of state values of the law at an integration point.
+    pub fn state_len(&self) -> usize {
+        match &self.elasticity {
+            Elasticity::Constitutive(law) => law.state_len(),
+            Elasticity::Hencky { .. } | Elasticity::NeoHookean { .. } | Elasticity::User(_) => 0,
+        }
     }
 
     /// Returns the material with a resistance to damage.
@@ -103,26 +163,50 @@ impl Material {
             fracture.residual_stiffness,
             "in [0, 1), usually 0.01",
         )?;
-        if phase_field.is_some_and(|p| p.split == Split::Spectral)
-            && !matches!(self.elasticity, Elasticity::Hencky { .. })
-        {
-            return Err(FemError::Unsupported {
-                entity,
-                message: "the energy of this law has no spectral split".into(),
-                help: "take law = \"hencky\", split = \"volumetric-deviatoric\" or \"none\", or leave \
-                       the toughness out"
-                    .into(),
-            });
+        phase_field.map_or(Ok(()), |field| self.validate_split(entity, field))
+    }
+
+    /// Checks that the law has the split.
+    fn validate_split(&self, entity: String, field: &PhaseField) -> Result<(), FemError> {
+        let refuse = |message: &str, help: &str| Err(FemError::unsupported(entity, message, help));
+        if self.split.is_some() && field.hybrid {
+            return refuse(
+                "a hybrid model with a user-defined split is not implemented",
+                "take hybrid = false, or a split of the phase field",
+            );
         }
-        Ok(())
+        match (&self.elasticity, &self.split, field.split) {
+            (Elasticity::Constitutive(_), Some(_), _)
+            | (Elasticity::Constitutive(_), None, Split::VolumetricDeviatoric | Split::Spectral) => {
+                refuse(
+                    "this law states itself which part of its energy damage degrades",
+                    "take split = \"none\", or leave the toughness out",
+                )
+            }
+            (Elasticity::NeoHookean { .. } | Elasticity::User(_), None, Split::Spectral) => refuse(
+                "the energy of this law has no spectral split",
+                "take law = \"hencky\", split = \"volumetric-deviatoric\" or \"none\", or leave the toughness \
+                 out",
+            ),
+            _ => Ok(()),
+        }
     }
 
     /// Returns the material in the form used at quadrature points.
     pub fn at_point(&self, phase_field: Option<&PhaseField>) -> PointMaterial {
         let damage = phase_field.zip(self.fracture).map(|(field, fracture)| {
             let c0 = field.model.normaliser();
+            let split = match &self.split {
+                Some(split) => PointSplit::User(split.clone()),
+                None => PointSplit::Standard(field.split),
+            };
+            let degradation = match &self.degradation {
+                Some(function) => DegradationLaw::User(function.clone()),
+                None => DegradationLaw::Quadratic,
+            };
             Damage {
-                degraded: Degraded { split: field.split, hybrid: field.hybrid },
+                degraded: Degraded { split, hybrid: field.hybrid },
+                degradation,
                 density: field.model,
                 residual: fracture.residual_stiffness,
                 local: fracture.toughness_n_per_mm / (c0 * field.length_mm),

@@ -3,29 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::crack_density::CrackDensity;
+use super::split::Split;
 use crate::error::FemError;
-
-/// Part ψ⁺ of the elastic energy that damage degrades and that drives damage.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Split {
-    /// The whole energy: damage grows in tension and in compression alike.
-    #[default]
-    None,
-    /// ψ⁺ = K/2 ⟨tr ε⟩₊² + μ dev ε : dev ε. Cracks still transmit pressure.
-    ///
-    /// For laws other than Hencky's, ψ⁻ = U(J) for J < 1, where U is the energy of the pure change of volume F =
-    /// J^(1/3) I. U is the volumetric term of ψ if there is one, as for Mooney–Rivlin and Ogden. For the neo-Hookean
-    /// solid, U = 3μ/2 (J^(2/3) − 1 − ⅔ ln J) + λ/2 (ln J)².
-    ///
-    /// Reference: Amor, Marigo & Maurini, J. Mech. Phys. Solids 57 (2009) 1209, doi:10.1016/j.jmps.2009.04.011.
-    VolumetricDeviatoric,
-    /// ψ⁺ = λ/2 ⟨tr ε⟩₊² + μ Σ ⟨ε_i⟩₊²: only extension drives damage.
-    ///
-    /// Reference: Miehe, Hofacker & Welschinger, Comput. Methods Appl. Mech. Engrg. 199 (2010) 2765,
-    /// doi:10.1016/j.cma.2010.04.011, here in logarithmic strains. For Hencky's law only.
-    Spectral,
-}
 
 /// Condition that prevents cracks from healing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

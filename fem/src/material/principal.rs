@@ -46,7 +46,7 @@ impl<T: Scalar> Strains<T> {
     }
 
     #[inline(always)]
-    pub(super) fn new(log: [T; 3], excess: [T; 3]) -> Self {
+    pub(crate) fn new(log: [T; 3], excess: [T; 3]) -> Self {
         let mut coth = log;
         for k in 0..3 {
             let (i, j) = ((k + 1) % 3, (k + 2) % 3);
@@ -61,7 +61,7 @@ impl<T: Scalar> Strains<T> {
 
     /// Returns tr ε = ln J.
     #[inline(always)]
-    pub(super) fn trace(&self) -> T {
+    pub fn trace(&self) -> T {
         self.log[0] + self.log[1] + self.log[2]
     }
 }

@@ -2,7 +2,7 @@
 
 use super::number::Scalar;
 
-/// Energies, stress and tangent for a given degradation g.
+/// Energies, stress and tangent of a point for a given degradation g, in the basis of the principal strains.
 #[derive(Clone, Copy, Debug)]
 pub struct Response<T> {
     /// Elastic energy g ψ⁺ + ψ⁻, MPa.
@@ -15,7 +15,7 @@ pub struct Response<T> {
     pub stress: [T; 3],
     /// Principal values τ⁺_i.
     pub stress_plus: [T; 3],
-    /// D_ij = ∂τ_i/∂ε_j, with indices by [`packed`].
+    /// D_ij = ∂τ_i/∂ε_j in the order D_00, D_10, D_11, D_20, D_21, D_22.
     pub normal: [T; 6],
     /// ½ (τ_i − τ_j) coth(ε_i − ε_j); the index is that of the third strain.
     pub shear: [T; 3],
@@ -27,60 +27,126 @@ pub const fn packed(r: usize, s: usize) -> usize {
     r * (r + 1) / 2 + s
 }
 
-/// Undamaged response of a law, from which a split separates the volumetric part.
+/// Response of a law without damage, or a part of it, in the basis of the principal strains.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Whole<T> {
-    pub(super) energy: T,
-    pub(super) stress: [T; 3],
-    pub(super) normal: [T; 6],
-    pub(super) shear: [T; 3],
+pub struct ElasticResponse<T> {
+    /// Energy per reference volume, MPa.
+    pub energy: T,
+    /// Principal Kirchhoff stresses τ_i, MPa.
+    pub stress: [T; 3],
+    /// D_ij = ∂τ_i/∂ε_j in the order D_00, D_10, D_11, D_20, D_21, D_22, MPa.
+    pub normal: [T; 6],
+    /// ½ (τ_i − τ_j) coth(ε_i − ε_j), MPa; the index is that of the third strain.
+    pub shear: [T; 3],
 }
 
-impl<T: Scalar> Whole<T> {
-    /// Returns the response with the split of `spared`: U(t) and its first two derivatives with respect to t = tr ε.
-    /// If t < 0, this part is not degraded.
-    ///
-    /// U is the energy of a pure change of volume. All its principal stresses are U′, so that their differences
-    /// vanish. With `hybrid`, the split applies to the driving energy only.
+impl<T: Scalar> ElasticResponse<T> {
+    /// Returns the response of zero energy.
     #[inline(always)]
-    pub(super) fn split(self, mut spared: [T; 3], trace: T, hybrid: bool, g: T) -> Response<T> {
-        let zero = g.constant(0.0);
-        for k in 0..3 {
-            spared[k] = T::select(trace.less_than(zero), spared[k], zero);
+    pub fn zero(number: T) -> Self {
+        let zero = number.constant(0.0);
+        Self { energy: zero, stress: [zero; 3], normal: [zero; 6], shear: [zero; 3] }
+    }
+
+    /// Returns the response of an energy of the volume change t = tr ε alone, from the energy and its first two
+    /// derivatives with respect to t. All principal stresses are equal.
+    #[inline(always)]
+    pub fn volumetric([energy, stress, curvature]: [T; 3]) -> Self {
+        let zero = energy.constant(0.0);
+        Self { energy, stress: [stress; 3], normal: [curvature; 6], shear: [zero; 3] }
+    }
+
+    /// Returns the response multiplied by a factor.
+    #[inline(always)]
+    pub fn times(mut self, factor: T) -> Self {
+        self.energy = factor * self.energy;
+        for i in 0..3 {
+            self.stress[i] = factor * self.stress[i];
+            self.shear[i] = factor * self.shear[i];
         }
-        let driving = self.energy - spared[0];
-        if hybrid {
-            spared = [zero; 3];
+        for entry in 0..6 {
+            self.normal[entry] = factor * self.normal[entry];
         }
-        let [energy, stress, curvature] = spared;
+        self
+    }
+
+    /// Returns this response where the mask is true, zero elsewhere.
+    #[inline(always)]
+    pub fn only(mut self, mask: T::Mask) -> Self {
+        let zero = self.energy.constant(0.0);
+        self.energy = T::select(mask, self.energy, zero);
+        for i in 0..3 {
+            self.stress[i] = T::select(mask, self.stress[i], zero);
+            self.shear[i] = T::select(mask, self.shear[i], zero);
+        }
+        for entry in 0..6 {
+            self.normal[entry] = T::select(mask, self.normal[entry], zero);
+        }
+        self
+    }
+
+    /// Returns the response of a body whose whole energy is degraded and drives damage.
+    #[inline(always)]
+    pub fn degraded(self, g: T) -> Response<T> {
+        let zero = Self::zero(g);
+        self.degraded_without(zero, zero, g)
+    }
+
+    /// Returns the response for which the part `spared` is not degraded, and the part `passive` does not drive damage.
+    #[inline(always)]
+    pub(super) fn degraded_without(self, spared: Self, passive: Self, g: T) -> Response<T> {
         let mut out = Response {
-            energy: g.mul_add(self.energy - energy, energy),
-            driving,
-            softening: zero,
+            energy: g.mul_add(self.energy - spared.energy, spared.energy),
+            driving: self.energy - passive.energy,
+            softening: g.constant(0.0),
             stress: self.stress,
             stress_plus: self.stress,
             normal: self.normal,
             shear: self.shear,
         };
         for i in 0..3 {
-            out.stress_plus[i] = self.stress[i] - stress;
-            out.stress[i] = g.mul_add(out.stress_plus[i], stress);
-            out.shear[i] = g * self.shear[i];
+            out.stress_plus[i] = self.stress[i] - spared.stress[i];
+            out.stress[i] = g.mul_add(out.stress_plus[i], spared.stress[i]);
+            out.shear[i] = g.mul_add(self.shear[i] - spared.shear[i], spared.shear[i]);
         }
         for entry in 0..6 {
-            out.normal[entry] = g.mul_add(self.normal[entry] - curvature, curvature);
+            out.normal[entry] =
+                g.mul_add(self.normal[entry] - spared.normal[entry], spared.normal[entry]);
         }
         out
     }
 }
 
-impl Response<f64> {
-    /// Number of values in a response.
-    pub(super) const NUMBERS: usize = 18;
+impl<T: Scalar> Response<T> {
+    /// Returns energy, stress and tangent.
+    #[inline(always)]
+    pub(super) fn elastic(&self) -> ElasticResponse<T> {
+        let Self { energy, stress, normal, shear, .. } = *self;
+        ElasticResponse { energy, stress, normal, shear }
+    }
 
-    pub(super) fn numbers(&self) -> [f64; Self::NUMBERS] {
-        let mut all = [0.0; Self::NUMBERS];
-        all[0] = self.energy;
+    /// Returns `yes` where the mask is true, `no` elsewhere.
+    #[inline(always)]
+    pub(super) fn select(mask: T::Mask, yes: Self, mut no: Self) -> Self {
+        no.energy = T::select(mask, yes.energy, no.energy);
+        no.driving = T::select(mask, yes.driving, no.driving);
+        no.softening = T::select(mask, yes.softening, no.softening);
+        for i in 0..3 {
+            no.stress[i] = T::select(mask, yes.stress[i], no.stress[i]);
+            no.stress_plus[i] = T::select(mask, yes.stress_plus[i], no.stress_plus[i]);
+            no.shear[i] = T::select(mask, yes.shear[i], no.shear[i]);
+        }
+        for entry in 0..6 {
+            no.normal[entry] = T::select(mask, yes.normal[entry], no.normal[entry]);
+        }
+        no
+    }
+}
+
+impl<T: Copy> Response<T> {
+    /// Returns all values, for comparisons.
+    pub(super) fn numbers(&self) -> [T; 18] {
+        let mut all = [self.energy; 18];
         all[1] = self.driving;
         all[2..5].copy_from_slice(&self.stress);
         all[5..8].copy_from_slice(&self.stress_plus);
@@ -88,21 +154,5 @@ impl Response<f64> {
         all[14..17].copy_from_slice(&self.shear);
         all[17] = self.softening;
         all
-    }
-}
-
-impl<T: Copy> Response<T> {
-    /// Creates the response from the values that [`numbers`](Response::numbers) returns.
-    #[inline(always)]
-    pub(super) fn from_numbers(all: &[T; Response::<f64>::NUMBERS]) -> Self {
-        Self {
-            energy: all[0],
-            driving: all[1],
-            stress: [all[2], all[3], all[4]],
-            stress_plus: [all[5], all[6], all[7]],
-            normal: [all[8], all[9], all[10], all[11], all[12], all[13]],
-            shear: [all[14], all[15], all[16]],
-            softening: all[17],
-        }
     }
 }

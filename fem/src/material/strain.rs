@@ -1,6 +1,6 @@
 //! Strain measures for the energy of a law.
 
-use num_dual::DualNum;
+use super::number::Scalar;
 
 /// The principal logarithmic strains ε_i = ln λ_i of a deformation, over any scalar.
 ///
@@ -9,43 +9,70 @@ use num_dual::DualNum;
 #[derive(Clone, Copy, Debug)]
 pub struct PrincipalStrain<T> {
     log: [T; 3],
+    /// λ_i² − 1.
+    excess: [T; 3],
 }
 
-impl<T: DualNum<f64> + Copy> PrincipalStrain<T> {
+impl<T: Scalar> PrincipalStrain<T> {
     /// Creates the state with the given logarithmic strains.
+    #[inline(always)]
     pub fn new(log: [T; 3]) -> Self {
-        Self { log }
+        let mut excess = log;
+        for i in 0..3 {
+            excess[i] = (log[i] * 2.0).exp_m1();
+        }
+        Self { log, excess }
+    }
+
+    /// Creates the state with the given logarithmic strains, and λ_i² − 1.
+    #[inline(always)]
+    pub(super) fn with_excess(log: [T; 3], excess: [T; 3]) -> Self {
+        Self { log, excess }
     }
 
     /// Returns ε_i = ln λ_i.
+    #[inline(always)]
     pub fn log(&self) -> [T; 3] {
         self.log
     }
 
     /// Returns ln J = Σ ε_i, with J = det F.
+    #[inline(always)]
     pub fn log_volume(&self) -> T {
-        self.log[0] + self.log[1] + self.log[2]
+        sum(self.log)
     }
 
     /// Returns ln λ̄_i = ε_i − ⅓ ln J: the strains of the isochoric part of F.
+    #[inline(always)]
     pub fn isochoric_log(&self) -> [T; 3] {
         let third = self.log_volume() / 3.0;
-        self.log.map(|e| e - third)
+        let mut out = self.log;
+        for i in 0..3 {
+            out[i] = out[i] - third;
+        }
+        out
     }
 
     /// Returns Green's strains E_i = ½ (λ_i² − 1).
+    #[inline(always)]
     pub fn green(&self) -> [T; 3] {
-        self.log.map(|e| (e * 2.0).exp_m1() * 0.5)
+        let mut out = self.excess;
+        for i in 0..3 {
+            out[i] = out[i] * 0.5;
+        }
+        out
     }
 
     /// Returns Σ (λ_i^α − 1); α = 2 gives I₁ − 3.
+    #[inline(always)]
     pub fn power_sum(&self, alpha: f64) -> T {
-        sum(self.log.map(|e| (e * alpha).exp_m1()))
+        if alpha == 2.0 { sum(self.excess) } else { power_sum(self.log, alpha) }
     }
 
     /// Returns Σ (λ̄_i^α − 1); α = 2 gives Ī₁ − 3 and α = −2 gives Ī₂ − 3.
+    #[inline(always)]
     pub fn isochoric_power_sum(&self, alpha: f64) -> T {
-        sum(self.isochoric_log().map(|e| (e * alpha).exp_m1()))
+        power_sum(self.isochoric_log(), alpha)
     }
 
     /// Returns the volumetric energy K/4 (J² − 1 − 2 ln J) for bulk modulus K. It is convex in J, and infinite for J
@@ -53,12 +80,23 @@ impl<T: DualNum<f64> + Copy> PrincipalStrain<T> {
     ///
     /// Reference: Simo & Taylor, Comput. Methods Appl. Mech. Engrg. 85 (1991) 273,
     /// doi:10.1016/0045-7825(91)90100-K.
+    #[inline(always)]
     pub fn volumetric_energy(&self, bulk: f64) -> T {
         let twice = self.log_volume() * 2.0;
         (twice.exp_m1() - twice) * (bulk / 4.0)
     }
 }
 
-fn sum<T: DualNum<f64> + Copy>(x: [T; 3]) -> T {
+#[inline(always)]
+fn power_sum<T: Scalar>(log: [T; 3], alpha: f64) -> T {
+    let mut powers = log;
+    for i in 0..3 {
+        powers[i] = (log[i] * alpha).exp_m1();
+    }
+    sum(powers)
+}
+
+#[inline(always)]
+fn sum<T: Scalar>(x: [T; 3]) -> T {
     x[0] + x[1] + x[2]
 }

@@ -23,7 +23,7 @@ pub const MOST_POINTS: usize = 14;
 #[derive(Clone, Copy, Debug)]
 pub struct ElementState<'a, T, L, const N: usize> {
     pub rule: &'a Rule,
-    pub constants: Constants<T, L>,
+    pub constants: Constants<'a, T, L>,
     pub density: CrackDensity,
     /// Nodal displacement u, mm.
     pub displacement: [[T; 3]; N],
@@ -41,9 +41,9 @@ pub struct ElementState<'a, T, L, const N: usize> {
 
 /// Material constants of an element.
 #[derive(Clone, Copy, Debug)]
-pub struct Constants<T, L> {
+pub struct Constants<'a, T, L> {
     pub law: L,
-    pub degradation: Degradation<T>,
+    pub degradation: Degradation<'a, T>,
     /// Coefficient of the local crack density: Gc/(c₀ ℓ₀), MPa.
     pub local: T,
     /// Coefficient of the gradient of the crack density: Gc ℓ₀/c₀, N.
@@ -383,7 +383,7 @@ impl<T: Scalar, L: PointLaw<T>, const N: usize> ElementState<'_, T, L, N> {
             let [.., curvature] = self.density.local(phi[p]);
             let stiffness = self.constants.local.mul_add(curvature, self.constants.viscous);
             let weight = self.damage_weight(p);
-            let curvature = self.constants.degradation.curvature();
+            let curvature = self.constants.degradation.curvature(phi[p]);
             let local = curvature.mul_add(driving[p], weight * stiffness);
             out[data.local(p)] = local;
         }

@@ -13,9 +13,9 @@ pub(super) const AT_ONCE: usize = 4;
 
 /// A parameter with constants below and above its value, for an element or for one element per lane.
 #[derive(Clone, Copy, Debug)]
-pub struct Moved<T, L, const N: usize> {
-    pub below: Constants<T, L>,
-    pub above: Constants<T, L>,
+pub struct Moved<'a, T, L, const N: usize> {
+    pub below: Constants<'a, T, L>,
+    pub above: Constants<'a, T, L>,
     /// 1 over the difference of the parameter.
     pub per_unit: T,
     /// Whether stress or driving energy differ between `below` and `above`.
@@ -31,7 +31,7 @@ impl<T: Scalar, L: PointLaw<T>, const N: usize> ElementState<'_, T, L, N> {
     /// Adds ∂R/∂θ + ∂R/∂φ_n ∂φ_n/∂θ of the nodes for each parameter. Assumes that the current ψ⁺ drives
     /// damage, without a history. Returns 1, or 0 if the element is inverted.
     #[inline(always)]
-    pub fn rates(&self, moved: &[Moved<T, L, N>], out: &mut Rates<T, N>) -> T {
+    pub fn rates(&self, moved: &[Moved<'_, T, L, N>], out: &mut Rates<T, N>) -> T {
         let zero = self.constant(0.0);
         let phi = self.damage_at_points();
         let damaged = !self.rule.damage.is_empty();

@@ -4,9 +4,9 @@ use crate::support::{
     HEIGHT, RADIUS, between, grain, loading, matrix, phase_field, prism, with_options,
 };
 use fem::{
-    Axis, CompressionTest, Conditions, CrackDensity, DamageQuadrature, DualNum, End, Fracture,
-    Friction, HyperelasticLaw, Irreversibility, LinearScheme, Material, MaterialParameter, Mixture,
-    Order, Outcome, PhaseField, Platen, Platens, PrincipalStrain, Problem, SaintVenantKirchhoff,
+    Axis, CompressionTest, Conditions, CrackDensity, DamageQuadrature, End, Fracture, Friction,
+    HyperelasticLaw, Irreversibility, LinearScheme, Material, MaterialParameter, Mixture, Order,
+    Outcome, PhaseField, Platen, Platens, PrincipalStrain, Problem, SaintVenantKirchhoff, Scalar,
     Schedule, Scheme, SolverOptions, Split, TetMesh,
 };
 
@@ -342,18 +342,16 @@ struct Foam {
 }
 
 impl HyperelasticLaw for Foam {
-    fn energy<T: DualNum<f64> + Copy>(&self, strain: &PrincipalStrain<T>) -> T {
+    fn energy<T: Scalar>(&self, strain: &PrincipalStrain<T>) -> T {
         let trace = strain.log_volume();
         let crushed = trace + 1e-3;
         let squares = strain.log().map(|e| e * e);
         let sum = squares[0] + squares[1] + squares[2];
-        if trace.re() >= 0.0 {
-            trace * trace * 50.0 + sum * 100.0
-        } else if crushed.re() < 0.0 {
-            crushed * crushed * self.crushed_mpa + sum * self.flat_mpa
-        } else {
-            sum * self.flat_mpa
-        }
+        let zero = trace.constant(0.0);
+        let flat = sum * self.flat_mpa;
+        let pressed = crushed * crushed * self.crushed_mpa + flat;
+        let shrunk = T::select(crushed.less_than(zero), pressed, flat);
+        T::select(trace.less_than(zero), shrunk, trace * trace * 50.0 + sum * 100.0)
     }
 }
 

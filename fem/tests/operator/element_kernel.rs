@@ -8,7 +8,7 @@ use super::{Element, Law, cube, materials, mixed};
 use fem::Fields;
 use fem::element::{DamageRule, Domain, Geometry, Linear, Quadratic, Rule, Space, Tetrahedron};
 use fem::material::{
-    CrackDensity, Degradation, FormulaLaw, Homogenisation, Material, MixedPhases, PhaseField,
+    CrackDensity, Degradation, Homogenisation, LaneLaw, Material, MixedPhases, PhaseField,
     PointMaterial, Split,
 };
 use fem::operator::PointData;
@@ -128,7 +128,7 @@ fn assert_derivatives<const N: usize, T: Tetrahedron<N>>(
         });
         let [d, e] = &directions;
         let dual = |x: f64, a: usize, k: usize| HyperDual64::new(x, d[a][k], e[a][k], 0.0);
-        let law = element.constants.law.formula().expect("a law that is written out");
+        let Constants { law, degradation, .. } = &element.constants;
         let phases = law.phases.map(|phases| MixedPhases {
             rule: phases.rule,
             matrix: phases.matrix.map(HyperDual64::from),
@@ -144,8 +144,12 @@ fn assert_derivatives<const N: usize, T: Tetrahedron<N>>(
         let of_duals = ElementState::<_, _, N> {
             rule: element.rule,
             constants: Constants {
-                law: FormulaLaw { formula: law.formula, degraded: law.degraded, moduli, phases },
-                degradation: Degradation { soft: element.constants.degradation.soft.into() },
+                law: LaneLaw { laws: law.laws, law: law.law.into(), moduli, phases },
+                degradation: Degradation {
+                    soft: degradation.soft.into(),
+                    laws: degradation.laws,
+                    law: degradation.law.into(),
+                },
                 local: element.constants.local.into(),
                 gradient: element.constants.gradient.into(),
                 viscous: element.constants.viscous.into(),

@@ -2,12 +2,11 @@
 
 use faer::traits::pulp::{self, Simd, WithSimd};
 use nalgebra::{Matrix3, SMatrix, SVector};
-use num_dual::{DualNum, hessian};
+use num_dual::hessian;
 use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::conformance::{Deformed, states};
-use super::point::{Formula, FormulaLaw};
 use super::principal::Strains;
 use super::*;
 
@@ -30,41 +29,45 @@ impl Printed {
     }
 
     /// ψ⁺ and ψ⁻ over any scalar.
-    fn energies<T: DualNum<f64> + Copy>(self, split: Split, e: [T; 3]) -> [T; 2] {
+    fn energies<T: Scalar>(self, split: Split, e: [T; 3]) -> [T; 2] {
         let shear = YOUNG / (2.0 * (1.0 + POISSON));
         let bulk = YOUNG / (3.0 * (1.0 - 2.0 * POISSON));
         let lame = YOUNG * POISSON / ((1.0 + POISSON) * (1.0 - 2.0 * POISSON));
         let trace = e[0] + e[1] + e[2];
-        let squares = |e: [T; 3]| e.iter().fold(T::zero(), |sum, &x| sum + x * x);
+        let squares = |e: [T; 3]| e[0] * e[0] + e[1] * e[1] + e[2] * e[2];
         let deviatoric = (squares(e) - trace * trace / 3.0) * shear;
         let volumetric = trace * trace * (bulk / 2.0);
-        let positive = |x: T| if x.re() > 0.0 { x } else { T::zero() };
+        let zero = trace.constant(0.0);
+        let compressed = trace.less_than(zero);
+        let parts = |whole: T, in_compression: T| {
+            let spared = T::select(compressed, in_compression, zero);
+            [whole - spared, spared]
+        };
         match (self, split) {
-            (Printed::Hencky, Split::None) => [deviatoric + volumetric, T::zero()],
-            (Printed::Hencky, Split::VolumetricDeviatoric) if trace.re() < 0.0 => {
-                [deviatoric, volumetric]
+            (Printed::Hencky, Split::None) => [deviatoric + volumetric, zero],
+            (Printed::Hencky, Split::VolumetricDeviatoric) => {
+                parts(deviatoric + volumetric, volumetric)
             }
-            (Printed::Hencky, Split::VolumetricDeviatoric) => [deviatoric + volumetric, T::zero()],
             (Printed::Hencky, Split::Spectral) => [1.0, -1.0].map(|sign| {
-                let trace = positive(trace * sign);
-                trace * trace * (lame / 2.0) + squares(e.map(|x| positive(x * sign))) * shear
+                let trace = (trace * sign).max(zero);
+                trace * trace * (lame / 2.0) + squares(e.map(|x| (x * sign).max(zero))) * shear
             }),
             (Printed::NeoHookean, _) => {
-                let first = e.iter().fold(T::zero(), |sum, &x| sum + (x * 2.0).exp());
+                let first = (e[0] * 2.0).exp() + (e[1] * 2.0).exp() + (e[2] * 2.0).exp();
                 let whole =
                     (first - 3.0 - trace * 2.0) * (shear / 2.0) + trace * trace * (lame / 2.0);
                 let of_volume = ((trace * (2.0 / 3.0)).exp() - 1.0 - trace * (2.0 / 3.0))
                     * (1.5 * shear)
                     + trace * trace * (lame / 2.0);
-                let spared = split == Split::VolumetricDeviatoric && trace.re() < 0.0;
-                if spared { [whole - of_volume, of_volume] } else { [whole, T::zero()] }
+                let splits = split == Split::VolumetricDeviatoric;
+                parts(whole, if splits { of_volume } else { zero })
             }
         }
     }
 }
 
 impl HyperelasticLaw for Printed {
-    fn energy<T: DualNum<f64> + Copy>(&self, strain: &PrincipalStrain<T>) -> T {
+    fn energy<T: Scalar>(&self, strain: &PrincipalStrain<T>) -> T {
         self.energies(Split::None, strain.log())[0]
     }
 }
@@ -81,9 +84,12 @@ fn deform(material: &PointMaterial, state: &Matrix3<f64>, g: f64) -> Deformed {
     Deformed::new(material, state, g).expect("det F > 0")
 }
 
-/// The strains of logarithms, over any scalar.
-fn strains<T: DualNum<f64> + Copy>(log: [T; 3]) -> Strains<T> {
-    Strains::new(log, log.map(|e| DualNum::exp_m1(&(e * 2.0))))
+/// Deformation without rotation, of logarithmic strains, over any scalar.
+fn stretched<T: Scalar>(log: [T; 3]) -> Principal<T> {
+    let (zero, one) = (log[0].constant(0.0), log[0].constant(1.0));
+    let axes = [[one, zero, zero], [zero, one, zero], [zero, zero, one]];
+    let strains = Strains::new(log, log.map(|e| (e * 2.0).exp_m1()));
+    Principal { strains, basis: axes, push: axes, sound: one }
 }
 
 /// Both laws with the splits that they have, hybrid or not.
@@ -111,11 +117,7 @@ fn every_law_is_one() {
 }
 
 /// g ψ⁺ + ψ⁻ as printed.
-fn printed_energy<T: DualNum<f64> + Copy>(
-    (law, split, hybrid): (Printed, Split, bool),
-    e: [T; 3],
-    g: f64,
-) -> T {
+fn printed_energy<T: Scalar>((law, split, hybrid): (Printed, Split, bool), e: [T; 3], g: f64) -> T {
     let [plus, minus] = law.energies(split, e);
     plus * g + minus * if hybrid { g } else { 1.0 }
 }
@@ -134,7 +136,7 @@ fn laws_are_the_derivatives_of_their_printed_energies() {
         let material = material.at_point(Some(&PhaseField { hybrid, ..split_field(split) }));
         for _ in 0..20 {
             let e: [f64; 3] = std::array::from_fn(|_| rng.random_range(-0.4..0.3));
-            let own = material.response::<true>(&strains(e), 0.3);
+            let own = material.increment(&stretched(e), 0.3).0;
             let (energy, stress, tangent): (f64, SVector<f64, 3>, SMatrix<f64, 3, 3>) =
                 hessian(|e| printed_energy(form, [e[0], e[1], e[2]], 0.3), &SVector::from(e));
             close(own.energy, energy, 1e-12, &e);
@@ -156,16 +158,19 @@ fn laws_are_the_derivatives_of_their_printed_energies() {
 /// The kernel over dual numbers gives the derivatives that it writes out over single ones.
 #[test]
 fn the_kernel_differentiates_itself() {
-    fn law<T>(moduli: [T; 2]) -> FormulaLaw<T> {
-        FormulaLaw { formula: Formula::Hencky, degraded: Degraded::ALL, moduli, phases: None }
+    let laws = [Material::hencky(YOUNG, POISSON).at_point(None).law()];
+    fn respond<T: Scalar>(laws: &[RegionLaw], e: [T; 3], g: f64) -> Response<T> {
+        let moduli = [150.0, 110.0].map(|x| e[0].constant(x));
+        let (g, dt) = (e[0].constant(g), e[0].constant(1.0));
+        let law = LaneLaw::new(laws, e[0].constant(0.0), moduli, None);
+        law.respond::<true>(&stretched(e), g, dt, &[], &mut [])
     }
     let e = [0.1, -0.2, 0.05];
-    let of_one = law([150.0, 110.0]).response::<true>(&strains(e), 0.3);
+    let of_one = respond(&laws, e, 0.3);
     for k in 0..3 {
         let mut along = e.map(num_dual::Dual64::from);
         along[k] = along[k].derivative();
-        let moduli = [150.0, 110.0].map(num_dual::Dual64::from);
-        let dual = law(moduli).response::<false>(&strains(along), 0.3.into());
+        let dual = respond(&laws, along, 0.3);
         assert!((dual.energy.eps - of_one.stress[k]).abs() < 1e-13 * YOUNG);
         for i in 0..3 {
             let own = of_one.normal[packed(i.max(k), i.min(k))];
@@ -192,7 +197,7 @@ fn laws_given_by_their_energy_equal_those_written_out_at_any_distance_of_strains
                 let e = [middle + gap, middle, rng.random_range(-0.3..0.3)];
                 for g in [1.0, 0.3, 0.0] {
                     let [own, written_out] =
-                        [&own, &written_out].map(|m| m.response::<true>(&strains(e), g));
+                        [&own, &written_out].map(|m| m.increment(&stretched(e), g).0);
                     assert_same(&own, &written_out, 1e-12, &e);
                 }
             }
@@ -241,9 +246,8 @@ fn examples() -> [Material; 3] {
 
 #[test]
 fn the_parts_of_every_split_add_up_and_are_continuous_at_equal_and_at_zero_strains() {
-    let respond = |split, e, g| {
-        damaged(Printed::Hencky.written_out(), split).response::<true>(&strains(e), g)
-    };
+    let respond =
+        |split, e, g| damaged(Printed::Hencky.written_out(), split).increment(&stretched(e), g).0;
     let all = [
         [0.1, -0.2, 0.05],
         [-0.1, -0.1, 0.3],
@@ -318,7 +322,6 @@ fn spectral_stress_equals_the_series_logarithm() {
 /// are lanes: [`Response::numbers`], and whether det F > 0.
 struct Responses<'a> {
     materials: &'a [PointMaterial],
-    degraded: Degraded,
     states: &'a [Matrix3<f64>],
 }
 
@@ -328,6 +331,7 @@ impl WithSimd for Responses<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
         let mut points = Vec::new();
+        let laws: Vec<RegionLaw> = self.materials.iter().map(PointMaterial::law).collect();
         for (batch, states) in self.states.chunks(SimdF64::<S>::COUNT).enumerate() {
             let mut h = [[SimdF64::splat(simd, 0.0); 3]; 3];
             for i in 0..3 {
@@ -340,23 +344,19 @@ impl WithSimd for Responses<'_> {
                 }
             }
             let first = batch * SimdF64::<S>::COUNT;
-            let materials: [&PointMaterial; POINTS] =
-                std::array::from_fn(|k| &self.materials[(first + k) % self.materials.len()]);
+            let count = self.materials.len();
             let mut moduli = [[0.0; POINTS]; 2];
+            let mut of_lane = [0.0; POINTS];
             for lane in 0..POINTS {
-                let PointMaterial { moduli: of_lane, .. } = materials[lane];
-                (moduli[0][lane], moduli[1][lane]) = (of_lane.bulk, of_lane.shear);
+                let m = (first + lane) % count;
+                let PointMaterial { moduli: own, .. } = &self.materials[m];
+                (moduli[0][lane], moduli[1][lane], of_lane[lane]) = (own.bulk, own.shear, m as f64);
             }
             let moduli = moduli.each_ref().map(|x| SimdF64::load(simd, x));
-            let law = LaneLaw::new(None, self.degraded, moduli, None, materials);
+            let law = LaneLaw::new(&laws, SimdF64::load(simd, &of_lane), moduli, None);
             let principal = Principal::new(&h);
-            let response = law.respond::<true>(
-                &principal,
-                SimdF64::splat(simd, 0.3),
-                SimdF64::splat(simd, 0.0),
-                &[],
-                &mut [],
-            );
+            let [g, dt] = [0.3, 0.0].map(|x| SimdF64::splat(simd, x));
+            let response = law.respond::<true>(&principal, g, dt, &[], &mut []);
             let lane = |x: SimdF64<S>, lane: usize| {
                 let mut column = [0.0; POINTS];
                 x.store(&mut column);
@@ -409,11 +409,7 @@ fn several_points_give_what_each_gives_alone() {
             mixed.extend(examples().map(point));
         }
         for materials in [one, mixed] {
-            let responses = || Responses {
-                materials: &materials,
-                degraded: Degraded { split, hybrid },
-                states: &all,
-            };
+            let responses = || Responses { materials: &materials, states: &all };
             let wide = crate::operator::dispatch(responses());
             for many in [wide, pulp::Scalar::new().vectorize(responses())] {
                 assert_eq!(many.len(), all.len());
@@ -450,27 +446,34 @@ fn one_inverted_point_is_found_among_others() {
         for place in 0..POINTS {
             let mut states = vec![Matrix3::zeros(); POINTS];
             states[place] = bad;
-            let all = Responses { materials: &materials, degraded: Degraded::ALL, states: &states };
+            let all = Responses { materials: &materials, states: &states };
             let sound = crate::operator::dispatch(all).into_iter().map(|point| point.1);
             assert!(sound.enumerate().all(|(k, sound)| sound == (k != place)));
         }
     }
 }
 
-/// ln(1 + x) against the library's, from the least numbers to the largest.
+/// ln(1 + x), ln x, e^x and e^x − 1 in SIMD lanes.
+struct Functions<'a>(&'a [f64; POINTS]);
+
+impl WithSimd for Functions<'_> {
+    /// The values, and the number of lanes.
+    type Output = ([[f64; POINTS]; 4], usize);
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        let x = SimdF64::load(simd, self.0);
+        let mut out = [[0.0; POINTS]; 4];
+        for (values, out) in [x.ln_1p(), x.ln(), x.exp(), x.exp_m1()].iter().zip(&mut out) {
+            values.store(out);
+        }
+        (out, SimdF64::<S>::COUNT)
+    }
+}
+
+/// ln(1 + x) and ln x against the library's, from the smallest numbers to the largest.
 #[test]
 fn logarithms_are_those_of_the_library() {
-    struct Logarithms<'a>(&'a [f64; POINTS]);
-    impl WithSimd for Logarithms<'_> {
-        type Output = [f64; POINTS];
-
-        #[inline(always)]
-        fn with_simd<S: Simd>(self, simd: S) -> [f64; POINTS] {
-            let mut out = [0.0; POINTS];
-            SimdF64::load(simd, self.0).ln_1p().store(&mut out);
-            out
-        }
-    }
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(22);
     for k in 0..4000 {
         let size = 10f64.powi(k % 40 - 30);
@@ -478,12 +481,65 @@ fn logarithms_are_those_of_the_library() {
         x.iter_mut().filter(|x| **x <= -1.0).for_each(|x| *x = -1.0 - 1.0 / *x);
         x[1] =
             [0.0, -0.999_999_999, -0.292_893_218_813_452_4, 0.414_213_562_373_095][k as usize % 4];
-        for (x, y) in x.into_iter().zip(crate::operator::dispatch(Logarithms(&x))) {
-            let exact = x.ln_1p();
-            assert!(
-                (y - exact).abs() <= 8e-16 * exact.abs(),
-                "ln(1 + {x:e}) = {y:e}, not {exact:e}"
-            );
+        let ([near_one, ..], lanes) = crate::operator::dispatch(Functions(&x));
+        let absolute = x.map(|x| x.abs().max(1e-300));
+        let ([_, plain, ..], _) = crate::operator::dispatch(Functions(&absolute));
+        for lane in 0..lanes {
+            let exact = x[lane].ln_1p();
+            let error = (near_one[lane] - exact).abs();
+            assert!(error <= 8e-16 * exact.abs(), "ln(1 + {:e}) is off by {error:e}", x[lane]);
+            let exact = absolute[lane].ln();
+            let error = (plain[lane] - exact).abs();
+            let bound = 8e-16 * exact.abs().max(0.5);
+            assert!(error <= bound, "ln {:e} is off by {error:e}", absolute[lane]);
         }
     }
+}
+
+/// e^x and e^x − 1 against the library's, up to overflow, and for what is no number.
+#[test]
+fn exponentials_are_those_of_the_library() {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(23);
+    for k in 0..4000 {
+        let size = 10f64.powi(k % 32 - 29);
+        let mut x: [f64; POINTS] = std::array::from_fn(|_| size * rng.random_range(-1.0..1.0));
+        x.iter_mut().for_each(|x| *x = x.clamp(-700.0, 700.0));
+        let ln_2 = std::f64::consts::LN_2;
+        x[0] = [0.0, 0.5 * ln_2, -0.5 * ln_2, 1.5 * ln_2, -1.0, 700.0, -700.0][k as usize % 7];
+        let ([.., exp, exp_m1], lanes) = crate::operator::dispatch(Functions(&x));
+        for lane in 0..lanes {
+            for (y, exact) in [(exp[lane], x[lane].exp()), (exp_m1[lane], x[lane].exp_m1())] {
+                let error = (y - exact).abs();
+                assert!(error <= 9e-16 * exact.abs(), "{:e}: {y:e} and {exact:e}", x[lane]);
+            }
+        }
+    }
+    for (x, exp) in [(800.0, f64::INFINITY), (-800.0, 0.0), (f64::INFINITY, f64::INFINITY)] {
+        let ([.., found, less_one], _) = crate::operator::dispatch(Functions(&[x; POINTS]));
+        assert_eq!((found[0], less_one[0]), (exp, exp - 1.0), "{x}");
+    }
+    let ([.., exp, exp_m1], _) = crate::operator::dispatch(Functions(&[f64::NAN; POINTS]));
+    assert!(exp[0].is_nan() && exp_m1[0].is_nan());
+}
+
+/// The driving energy falls with the strain, but the largest one drives damage.
+#[test]
+fn a_history_keeps_the_largest_driving_energy() {
+    let laws = [Material::hencky(YOUNG, POISSON).at_point(None).law()];
+    let law = LaneLaw::new(&laws, 0.0, [150.0, 110.0], None);
+    let history = DrivingHistory { law, active: true };
+    let (mut old, mut largest) = ([0.0], 0.0f64);
+    for strain in [0.02, 0.05, 0.01, 0.06] {
+        let trial = stretched([strain, 0.0, 0.0]);
+        let current = law.respond::<true>(&trial, 0.3, 1.0, &[], &mut []);
+        let mut new = [0.0];
+        let kept = history.respond::<true>(&trial, 0.3, 1.0, &old, &mut new);
+        largest = largest.max(current.driving);
+        assert_eq!((kept.driving, new[0]), (largest, largest));
+        assert_eq!(kept.stress, current.stress);
+        old = new;
+    }
+    assert_eq!(PointLaw::<f64>::state_len(&history), 1);
+    let without = DrivingHistory { law, active: false };
+    assert_eq!(PointLaw::<f64>::state_len(&without), 0);
 }

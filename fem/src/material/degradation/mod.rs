@@ -1,32 +1,82 @@
-//! Degradation of the elastic energy by damage.
+//! Degradation of the elastic energy by damage: g(φ) = (1 − η) ĝ(φ) + η, with the residual stiffness η.
+//!
+//! A degradation function is a [`DegradationFunction`]. One of this crate is one file, and a line in
+//! [`DegradationLaw`] and [`DegradationLaw::derivatives`].
 
+mod quadratic;
+mod user;
+
+pub use user::{DegradationFunction, UserDegradation};
+
+use self::quadratic::Quadratic;
 use super::number::Scalar;
 
-/// g(φ) = (1 − η)(1 − φ)² + η, with the residual stiffness η.
-#[derive(Clone, Copy, Debug)]
-pub struct Degradation<T> {
-    /// 1 − η; zero for a material without damage.
-    pub soft: T,
+/// Degradation function of one region.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum DegradationLaw {
+    /// ĝ = (1 − φ)².
+    #[default]
+    Quadratic,
+    User(UserDegradation),
 }
 
-impl<T: Scalar> Degradation<T> {
+impl DegradationLaw {
+    /// Returns ĝ, ĝ′ and ĝ″.
+    #[inline(always)]
+    fn derivatives<T: Scalar>(&self, phi: T) -> [T; 3] {
+        match self {
+            Self::Quadratic => Quadratic.derivatives(phi),
+            Self::User(function) => function.derivatives(phi),
+        }
+    }
+}
+
+/// Degradation of an element, or of one element per SIMD lane.
+#[derive(Clone, Copy, Debug)]
+pub struct Degradation<'a, T> {
+    /// 1 − η; zero for a material without damage.
+    pub soft: T,
+    /// The degradation functions of the mesh.
+    pub laws: &'a [DegradationLaw],
+    /// Index into `laws`.
+    pub law: T,
+}
+
+impl<T: Scalar> Degradation<'_, T> {
     /// g(φ).
     #[inline(always)]
     pub fn value(&self, phi: T) -> T {
-        let one = phi.constant(1.0);
-        let sound = one - phi;
-        self.soft.mul_add(sound * sound, one - self.soft)
+        let [value, ..] = self.derivatives(phi);
+        self.soft.mul_add(value, phi.constant(1.0) - self.soft)
     }
 
     /// g′(φ).
     #[inline(always)]
     pub fn slope(&self, phi: T) -> T {
-        self.soft * (phi + phi - phi.constant(2.0))
+        let [_, slope, _] = self.derivatives(phi);
+        self.soft * slope
     }
 
-    /// g″, a constant.
+    /// g″(φ).
     #[inline(always)]
-    pub fn curvature(&self) -> T {
-        self.soft + self.soft
+    pub fn curvature(&self, phi: T) -> T {
+        let [.., curvature] = self.derivatives(phi);
+        self.soft * curvature
+    }
+
+    #[inline(always)]
+    fn derivatives(&self, phi: T) -> [T; 3] {
+        let mut out = [phi.constant(0.0); 3];
+        for (k, law) in self.laws.iter().enumerate() {
+            let own = law.derivatives(phi);
+            if self.laws.len() == 1 {
+                return own;
+            }
+            let mask = self.law.equals(phi.constant(k as f64));
+            for i in 0..3 {
+                out[i] = T::select(mask, own[i], out[i]);
+            }
+        }
+        out
     }
 }

@@ -9,9 +9,9 @@
 
 use crate::material::mixture::Modulus;
 use crate::material::number::Scalar;
-use crate::material::phase_field::Split;
 use crate::material::principal::Strains;
 use crate::material::response::{Response, packed};
+use crate::material::split::{Shares, Split};
 
 /// Returns the response for the bulk and shear modulus as functions of g.
 #[inline(always)]
@@ -25,7 +25,7 @@ pub(in crate::material) fn respond<T: Scalar, const TANGENT: bool>(
     let (zero, one) = (e[0].constant(0.0), e[0].constant(1.0));
     let half = e[0].constant(0.5);
     let trace = strains.trace();
-    let spectral = split == Split::Spectral;
+    let spectral = split.is_spectral();
     let mut third = e[0].constant(1.0 / 3.0);
     let mut volumetric = *bulk;
     let mut deviator = e;
@@ -37,16 +37,7 @@ pub(in crate::material) fn respond<T: Scalar, const TANGENT: bool>(
             deviator[i] = e[i] - third * trace;
         }
     }
-    // zero strain counts as tensile, so that ψ⁺ + ψ⁻ = ψ there
-    let (mut whole, mut terms) = (one, [one; 3]);
-    if split != Split::None {
-        whole = T::select(trace.less_than(zero), zero, one);
-    }
-    if spectral {
-        for i in 0..3 {
-            terms[i] = T::select(e[i].less_than(zero), zero, one);
-        }
-    }
+    let Shares { volume: mut whole, principal: mut terms } = split.shares(strains);
     // ½ (tr ε)² and Σ d_i² of the terms that drive damage
     let volume = half * trace * trace;
     let (driven_volume, mut driven_shape) = (whole * volume, zero);
@@ -94,4 +85,11 @@ pub(in crate::material) fn respond<T: Scalar, const TANGENT: bool>(
         }
     }
     Response { energy, driving, softening, stress, stress_plus, normal, shear: coth }
+}
+
+/// Returns U, U′ and U″ for a pure change of volume with t = ln J.
+#[inline(always)]
+pub(in crate::material) fn volumetric<T: Scalar>(bulk: T, t: T) -> [T; 3] {
+    let pressure = bulk * t;
+    [pressure * t * 0.5, pressure, bulk]
 }

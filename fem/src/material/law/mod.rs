@@ -1,5 +1,6 @@
 //! Elastic laws as functions of the principal logarithmic strains.
 
+mod constitutive;
 mod elastic_law;
 pub(in crate::material) mod hencky;
 mod hyperelastic;
@@ -8,6 +9,8 @@ pub(in crate::material) mod neo_hookean;
 mod ogden;
 mod saint_venant_kirchhoff;
 
+pub(in crate::material) use constitutive::MOST_STATE;
+pub use constitutive::{ConstitutiveLaw, UserConstitutiveLaw};
 pub use elastic_law::ElasticLaw;
 pub use hyperelastic::{HyperelasticLaw, UserLaw};
 pub use mooney_rivlin::MooneyRivlin;
@@ -21,7 +24,8 @@ use crate::error::FemError;
 /// All laws are functions of the principal logarithmic strains ε_i (tr ε = ln J):
 /// - Hencky: ψ = K/2 (tr ε)² + μ dev ε : dev ε;
 /// - neo-Hookean: ψ = μ/2 (I₁ − 3 − 2 ln J) + λ/2 (ln J)²;
-/// - a user-defined [`HyperelasticLaw`](crate::HyperelasticLaw), whose moduli follow from its energy.
+/// - a user-defined [`HyperelasticLaw`](crate::HyperelasticLaw), whose moduli follow from its energy;
+/// - a user-defined [`ConstitutiveLaw`](crate::ConstitutiveLaw), which may have a state.
 ///
 /// ψ is an energy per reference volume, MPa = N mm/mm³. References: Hencky, Z. Techn. Phys. 9
 /// (1928) 215; Simo & Pister, Comput. Methods Appl. Mech. Engrg. 46 (1984) 201,
@@ -44,6 +48,8 @@ pub enum Elasticity {
     },
     /// User-defined law, given by its energy; created by [`Material::hyperelastic`](crate::Material::hyperelastic).
     User(UserLaw),
+    /// User-defined law that may have a state; created by [`Material::with_law`](super::Material::with_law).
+    Constitutive(UserConstitutiveLaw),
 }
 
 impl Elasticity {
@@ -52,6 +58,7 @@ impl Elasticity {
         match self {
             Self::Hencky { young_mpa, .. } | Self::NeoHookean { young_mpa, .. } => *young_mpa,
             Self::User(law) => law.young_mpa(),
+            Self::Constitutive(law) => law.young_and_poisson()[0],
         }
     }
 
@@ -60,6 +67,7 @@ impl Elasticity {
         match self {
             Self::Hencky { poisson, .. } | Self::NeoHookean { poisson, .. } => *poisson,
             Self::User(law) => law.poisson(),
+            Self::Constitutive(law) => law.young_and_poisson()[1],
         }
     }
 }

@@ -1,10 +1,9 @@
 //! The Mooney–Rivlin law.
 
-use num_dual::DualNum;
 use serde::{Deserialize, Serialize};
 
 use super::HyperelasticLaw;
-use crate::material::PrincipalStrain;
+use crate::material::{PrincipalStrain, Scalar};
 
 /// Compressible Mooney–Rivlin rubber:
 /// ψ = C₁₀ (Ī₁ − 3) + C₀₁ (Ī₂ − 3) + K/4 (J² − 1 − 2 ln J).
@@ -43,7 +42,8 @@ pub struct MooneyRivlin {
 }
 
 impl HyperelasticLaw for MooneyRivlin {
-    fn energy<T: DualNum<f64> + Copy>(&self, strain: &PrincipalStrain<T>) -> T {
+    #[inline(always)]
+    fn energy<T: Scalar>(&self, strain: &PrincipalStrain<T>) -> T {
         strain.isochoric_power_sum(2.0) * self.c10_mpa
             + strain.isochoric_power_sum(-2.0) * self.c01_mpa
             + strain.volumetric_energy(self.bulk_mpa)

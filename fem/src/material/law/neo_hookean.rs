@@ -5,14 +5,14 @@
 
 use crate::material::number::Scalar;
 use crate::material::principal::Strains;
-use crate::material::response::{Whole, packed};
+use crate::material::response::{ElasticResponse, packed};
 
 /// Returns ψ and its derivatives for the constants λ and μ.
 #[inline(always)]
 pub(in crate::material) fn whole<T: Scalar>(
     [lame, shear]: [T; 2],
     strains: &Strains<T>,
-) -> Whole<T> {
+) -> ElasticResponse<T> {
     let (one, half) = (lame.constant(1.0), lame.constant(0.5));
     let (trace, w) = (strains.trace(), strains.excess);
     let first = w[0] + w[1] + w[2] - (trace + trace);
@@ -23,13 +23,13 @@ pub(in crate::material) fn whole<T: Scalar>(
         normal[packed(i, i)] = (shear + shear).mul_add(one + w[i], lame);
         coth[i] = shear * half.mul_add(w[(i + 1) % 3] + w[(i + 2) % 3], one);
     }
-    Whole { energy, stress, normal, shear: coth }
+    ElasticResponse { energy, stress, normal, shear: coth }
 }
 
 /// Returns U, U′ and U″ for a pure change of volume with t = ln J, in which each stretch is J^(1/3): U = 3μ/2
 /// (e^(2t/3) − 1 − 2t/3) + λ/2 t².
 #[inline(always)]
-pub(in crate::material) fn of_volume<T: Scalar>([lame, shear]: [T; 2], t: T) -> [T; 3] {
+pub(in crate::material) fn volumetric<T: Scalar>([lame, shear]: [T; 2], t: T) -> [T; 3] {
     let (half, two_thirds) = (t.constant(0.5), t.constant(2.0 / 3.0));
     let (linear, one) = (two_thirds * t, t.constant(1.0));
     let w = linear.exp_m1();

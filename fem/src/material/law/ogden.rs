@@ -1,10 +1,9 @@
 //! Ogden's law.
 
-use num_dual::DualNum;
 use serde::{Deserialize, Serialize};
 
 use super::HyperelasticLaw;
-use crate::material::PrincipalStrain;
+use crate::material::{PrincipalStrain, Scalar};
 
 /// Compressible Ogden rubber: ψ = Σ_p μ_p/α_p Σ_i (λ̄_i^α_p − 1) + K/4 (J² − 1 − 2 ln J).
 ///
@@ -57,10 +56,12 @@ impl From<(f64, f64)> for OgdenTerm {
 }
 
 impl HyperelasticLaw for Ogden {
-    fn energy<T: DualNum<f64> + Copy>(&self, strain: &PrincipalStrain<T>) -> T {
-        let start = strain.volumetric_energy(self.bulk_mpa);
-        self.terms.iter().fold(start, |sum, term| {
-            sum + strain.isochoric_power_sum(term.alpha) * (term.mu_mpa / term.alpha)
-        })
+    #[inline(always)]
+    fn energy<T: Scalar>(&self, strain: &PrincipalStrain<T>) -> T {
+        let mut energy = strain.volumetric_energy(self.bulk_mpa);
+        for term in &self.terms {
+            energy += strain.isochoric_power_sum(term.alpha) * (term.mu_mpa / term.alpha);
+        }
+        energy
     }
 }

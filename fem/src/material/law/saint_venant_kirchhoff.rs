@@ -1,9 +1,7 @@
 //! The Saint-Venant–Kirchhoff law.
 
-use num_dual::DualNum;
-
 use super::HyperelasticLaw;
-use crate::material::PrincipalStrain;
+use crate::material::{PrincipalStrain, Scalar};
 
 /// Saint-Venant–Kirchhoff solid: ψ = λ/2 (tr E)² + μ E : E in Green's strain E = ½ (FᵀF − I).
 ///
@@ -34,7 +32,8 @@ pub struct SaintVenantKirchhoff {
 }
 
 impl HyperelasticLaw for SaintVenantKirchhoff {
-    fn energy<T: DualNum<f64> + Copy>(&self, strain: &PrincipalStrain<T>) -> T {
+    #[inline(always)]
+    fn energy<T: Scalar>(&self, strain: &PrincipalStrain<T>) -> T {
         let green = strain.green();
         let trace = green[0] + green[1] + green[2];
         let squares = green[0] * green[0] + green[1] * green[1] + green[2] * green[2];

@@ -166,6 +166,23 @@ impl Neg for Term {
     }
 }
 
+macro_rules! with_constant {
+    ($trait:ident, $name:ident) => {
+        impl $trait<f64> for Term {
+            type Output = Self;
+
+            fn $name(self, x: f64) -> Self {
+                $trait::$name(self, Self::fixed(x))
+            }
+        }
+    };
+}
+
+with_constant!(Add, add);
+with_constant!(Sub, sub);
+with_constant!(Mul, mul);
+with_constant!(Div, div);
+
 impl AddAssign for Term {
     fn add_assign(&mut self, other: Self) {
         *self = *self + other;
@@ -228,8 +245,16 @@ impl Scalar for Term {
         put(Node::Call2("fmin", self, other))
     }
 
+    fn ln(self) -> Self {
+        put(Node::Call("log", self))
+    }
+
     fn ln_1p(self) -> Self {
         put(Node::Call("log1p", self))
+    }
+
+    fn exp(self) -> Self {
+        put(Node::Call("exp", self))
     }
 
     fn exp_m1(self) -> Self {

@@ -3,26 +3,32 @@
 //! Instructions beyond the baseline are inlined only into functions that are inlined too. All functions here are
 //! therefore inlined, and code that uses these numbers has loops instead of closures.
 
-use std::f64::consts::{FRAC_1_SQRT_2, LN_2};
+use std::f64::consts::{FRAC_1_SQRT_2, LN_2, LOG2_E};
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
 use faer::traits::pulp::{self, Simd, WithSimd};
 
-use super::scalar::{Lanes, Number, POINTS, Scalar};
+use super::scalar::{Computation, Lanes, Number, POINTS, Scalar};
 
 /// Number of registers per value when laws are evaluated: one register computes while the other waits for a square
 /// root or a quotient.
 pub const REGISTERS: usize = 2;
 
-/// Runs `work` with AVX2 if the processor supports it.
+/// Runs `work` with AVX2 or Neon if the processor supports it, else without vector instructions. The SIMD types are
+/// those of [`OverScalars`](super::OverScalars).
 pub fn dispatch<W: WithSimd>(work: W) -> W::Output {
     #[cfg(target_arch = "x86_64")]
     return match pulp::x86::V3::try_new() {
         Some(simd) => Simd::vectorize(simd, work),
         None => pulp::Scalar::new().vectorize(work),
     };
-    #[cfg(not(target_arch = "x86_64"))]
-    pulp::Arch::new().dispatch(work)
+    #[cfg(target_arch = "aarch64")]
+    return match pulp::aarch64::Neon::try_new() {
+        Some(simd) => Simd::vectorize(simd, work),
+        None => pulp::Scalar::new().vectorize(work),
+    };
+    #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
+    pulp::Scalar::new().vectorize(work)
 }
 
 macro_rules! each_register {
@@ -99,6 +105,35 @@ simd_number!(
 );
 operator!(SimdF64, Div, div, div_f64s, other);
 
+macro_rules! with_constant {
+    ($trait:ident, $name:ident) => {
+        impl<S: Simd> $trait<f64> for SimdF64<S> {
+            type Output = Self;
+
+            #[inline(always)]
+            fn $name(self, x: f64) -> Self {
+                $trait::$name(self, Self::splat(self.simd, x))
+            }
+        }
+    };
+}
+
+with_constant!(Add, add);
+with_constant!(Sub, sub);
+with_constant!(Mul, mul);
+with_constant!(Div, div);
+
+struct Vectorized<W>(W);
+
+impl<W: Computation> WithSimd for Vectorized<W> {
+    type Output = W::Output;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> W::Output {
+        self.0.run()
+    }
+}
+
 /// Result of a comparison, per lane.
 #[derive(Clone, Copy)]
 pub struct Mask<S: Simd> {
@@ -127,7 +162,62 @@ impl<S: Simd> SimdF64<S> {
         }
         [Self::load(self.simd, &exponents), Self::load(self.simd, &mantissas)]
     }
+
+    /// Returns 2^k and e^r − 1 with self = k ln 2 + r and |r| ≤ ½ ln 2, for |self| < 709.
+    #[inline(always)]
+    fn exponential_parts(self) -> [Self; 2] {
+        const MANTISSA: u32 = 52;
+        // the sum of this number and an integer has the integer in its last bits, and is rounded
+        const ROUND: f64 = 1.5 * (1u64 << MANTISSA) as f64;
+        let shifted = self.mul_add(self.constant(LOG2_E), self.constant(ROUND));
+        let k = shifted - self.constant(ROUND);
+        let r = k.mul_add(self.constant(-LN_2_LOW), k.mul_add(self.constant(-LN_2_HIGH), self));
+        let mut powers = [1.0; POINTS];
+        shifted.store(&mut powers);
+        for p in 0..Self::COUNT {
+            let bits = powers[p].to_bits() << MANTISSA;
+            powers[p] = f64::from_bits(bits.wrapping_add(1.0f64.to_bits()));
+        }
+        let rest = r.polynomial(&EXPONENTIAL);
+        [Self::load(self.simd, &powers), (r * r).mul_add(rest, r)]
+    }
+
+    /// Returns `value` where [`limited_exponent`](Self::limited_exponent) did not change the number, else the limit of
+    /// the exponential function: infinity, or `low`. NaN stays NaN.
+    #[inline(always)]
+    fn beyond_exponents(self, value: Self, low: f64) -> Self {
+        let (low, infinity) = (self.constant(low), self.constant(f64::INFINITY));
+        let value = Self::select(self.constant(708.0).less_than(self), infinity, value);
+        let value = Self::select(self.less_than(self.constant(-708.0)), low, value);
+        Self::select(self.equals(self), value, self)
+    }
+
+    /// Limits the number to the range in which e^self is a normal number.
+    #[inline(always)]
+    fn limited_exponent(self) -> Self {
+        self.max(self.constant(-708.0)).min(self.constant(708.0))
+    }
 }
+
+/// ln 2 = `LN_2_HIGH` + `LN_2_LOW`; the first summand has 32 trailing zeros, so that its multiples are exact.
+const LN_2_HIGH: f64 = 0.693_147_180_369_123_8;
+const LN_2_LOW: f64 = 1.908_214_929_270_587_7e-10;
+
+/// Coefficients of (e^r − 1 − r)/r² in powers of r. The truncation error is below 2⁻⁵⁵ for |r| ≤ ½ ln 2.
+const EXPONENTIAL: [f64; 12] = [
+    1.0 / 2.0,
+    1.0 / 6.0,
+    1.0 / 24.0,
+    1.0 / 120.0,
+    1.0 / 720.0,
+    1.0 / 5_040.0,
+    1.0 / 40_320.0,
+    1.0 / 362_880.0,
+    1.0 / 3_628_800.0,
+    1.0 / 39_916_800.0,
+    1.0 / 479_001_600.0,
+    1.0 / 6_227_020_800.0,
+];
 
 impl<S: Simd> Lanes for SimdF64<S> {
     type Token = S;
@@ -171,6 +261,11 @@ macro_rules! comparison {
 impl<S: Simd> Scalar for SimdF64<S> {
     type Mask = Mask<S>;
 
+    #[inline(always)]
+    fn vectorize<W: Computation>(self, work: W) -> W::Output {
+        self.simd.vectorize(Vectorized(work))
+    }
+
     each_register!(sqrt, sqrt_f64s);
     each_register!(abs, abs_f64s);
     each_register!(max, max_f64s, other);
@@ -189,15 +284,25 @@ impl<S: Simd> Scalar for SimdF64<S> {
         (z + z).mul_add(z.artanh_ratio(), whole)
     }
 
-    /// Calls the scalar library function for each lane: no time-critical law uses `exp_m1`.
+    /// With x = 2^k (1 + f), the result is k ln 2 + 2 artanh(f / (2 + f)).
+    #[inline(always)]
+    fn ln(self) -> Self {
+        let [exponent, mantissa] = self.binary_parts();
+        let f = mantissa - 1.0;
+        let z = f / (f + 2.0);
+        (z + z).mul_add(z.artanh_ratio(), exponent * LN_2)
+    }
+
+    #[inline(always)]
+    fn exp(self) -> Self {
+        let [power, rest] = self.limited_exponent().exponential_parts();
+        self.beyond_exponents(power.mul_add(rest, power), 0.0)
+    }
+
     #[inline(always)]
     fn exp_m1(self) -> Self {
-        let mut values = [0.0; POINTS];
-        self.store(&mut values);
-        for p in 0..Self::COUNT {
-            values[p] = values[p].exp_m1();
-        }
-        Self::load(self.simd, &values)
+        let [power, rest] = self.limited_exponent().exponential_parts();
+        self.beyond_exponents(power.mul_add(rest, power - 1.0), -1.0)
     }
 
     #[inline(always)]

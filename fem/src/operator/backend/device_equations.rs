@@ -23,8 +23,8 @@ use crate::operator::residual::{Increment, Residual};
 /// Number of slots per block, whose energies are summed on the device.
 const BLOCK: usize = 256;
 
-/// Residual and tangent of a mesh on a device. Supported are laws with a formula and without a history, until
-/// the device fails. Methods return `None` if the processor has to compute instead.
+/// Residual and tangent of a mesh on a device. Supported are laws without a state and without a history,
+/// until the device fails. Methods return `None` if the processor has to compute instead.
 #[derive(Debug)]
 pub(super) struct DeviceEquations {
     device: ComputeDevice,
@@ -112,11 +112,14 @@ impl DeviceEquations {
         let mut state = self.state();
         let kept = state.as_mut().ok()?;
         let regions = Regions::new(materials, rule, context.duration, context.damping);
-        let (formula, degraded) = regions.law();
+        let (laws, degradations) = regions.laws();
+        if !context.history.is_empty() || laws.iter().any(|law| law.state_len() > 0) {
+            return None;
+        }
         let damage = materials.iter().find_map(|m| m.damage.as_ref());
         let setting = Setting {
-            formula: formula.filter(|_| context.history.is_empty())?,
-            degraded,
+            laws: laws.to_vec(),
+            degradations: degradations.to_vec(),
             density: damage.map_or(CrackDensity::At2, |d| d.density),
             mixed: space.has_mixtures().then_some(rule),
         };

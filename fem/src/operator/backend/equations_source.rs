@@ -7,18 +7,19 @@ use super::regions::Row;
 use crate::device::Kernel;
 use crate::element::{Geometry, Rule};
 use crate::material::{
-    CrackDensity, Degradation, Degraded, Formula, FormulaLaw, Homogenisation, MixedPhases, Term,
-    begin, functions, statements,
+    CrackDensity, Degradation, DegradationLaw, Degraded, Homogenisation, LaneLaw, LawForm,
+    MixedPhases, PointSplit, RegionLaw, Split, Term, begin, functions, statements,
 };
 use crate::operator::blocks::diagonal;
 use crate::operator::element::{Constants, ElementState};
 use crate::operator::point_data::PointData;
 
 /// Model choices that all elements share.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Setting {
-    pub(super) formula: Formula,
-    pub(super) degraded: Degraded,
+    /// The laws and degradation functions of the regions.
+    pub(super) laws: Vec<RegionLaw>,
+    pub(super) degradations: Vec<DegradationLaw>,
     pub(super) density: CrackDensity,
     /// Homogenisation rule of mixtures; `None` if there are no mixtures.
     pub(super) mixed: Option<Homogenisation>,
@@ -40,7 +41,7 @@ fn record<const N: usize, R>(
     rule: &Rule,
     setting: &Setting,
     plain: bool,
-    work: impl FnOnce(&ElementState<Term, FormulaLaw<Term>, N>) -> R,
+    work: impl FnOnce(&ElementState<Term, LaneLaw<Term>, N>) -> R,
 ) -> R {
     begin();
     let mut places = 0..;
@@ -58,23 +59,19 @@ fn record<const N: usize, R>(
         })
         .collect();
     let row: [Term; ROW] = std::array::from_fn(|_| given());
-    let [mut bulk, mut shear, soft, local, gradient, viscous, fraction, grain @ ..] = row;
+    let [bulk, shear, soft, local, gradient, viscous, law, degradation, fraction, grain @ ..] = row;
     let phases = setting.mixed.filter(|_| !plain).map(|rule| MixedPhases {
         rule,
         matrix: [bulk, shear],
         grain,
         fraction,
     });
-    if let Some(phases) = &phases {
-        [bulk, shear] = phases.whole();
-    }
-    let Setting { formula, degraded, density, .. } = *setting;
-    let law = FormulaLaw { formula, degraded, moduli: [bulk, shear], phases };
-    let degradation = Degradation { soft };
+    let law = LaneLaw::new(&setting.laws, law, [bulk, shear], phases);
+    let degradation = Degradation { soft, laws: &setting.degradations, law: degradation };
     work(&ElementState {
         rule,
         constants: Constants { law, degradation, local, gradient, viscous },
-        density,
+        density: setting.density,
         displacement,
         damage,
         before,
@@ -232,10 +229,13 @@ pub(super) fn block_sum(block: usize) -> Kernel {
 
 /// The kernels for a test: quadratic elements, a law with a split, and mixtures.
 pub fn equations_kernels(rule: &Rule) -> Vec<Kernel> {
-    let split = crate::material::Split::Spectral;
+    let split = PointSplit::Standard(Split::Spectral);
     let setting = Setting {
-        formula: Formula::Hencky,
-        degraded: Degraded { split, hybrid: false },
+        laws: vec![RegionLaw {
+            form: LawForm::Hencky,
+            degraded: Degraded { split, hybrid: false },
+        }],
+        degradations: vec![DegradationLaw::Quadratic],
         density: CrackDensity::At2,
         mixed: Some(Homogenisation::GeometricMean),
     };

@@ -23,7 +23,7 @@ pub struct Gather<'a, const N: usize> {
     pub(super) space: &'a Space<N>,
     increment: &'a Increment<'a>,
     density: CrackDensity,
-    regions: Regions<'a>,
+    regions: Regions,
     /// Lane of each row of a batch.
     pub(super) places: [usize; LANES],
 }

@@ -2,64 +2,82 @@
 
 use crate::element::Space;
 use crate::material::{
-    Degradation, Degraded, Formula, Homogenisation, LaneLaw, Lanes, MOST_GRAIN, MixedPhases,
-    POINTS, PointMaterial,
+    Degradation, DegradationLaw, Degraded, Homogenisation, LaneLaw, Lanes, MOST_GRAIN, MixedPhases,
+    POINTS, PointMaterial, RegionLaw,
 };
 use crate::operator::element::Constants;
 
 /// The materials of all regions in an increment.
-pub(super) struct Regions<'a> {
-    materials: &'a [PointMaterial],
-    degraded: Degraded,
-    /// The formula of the elastic law, if all regions have the same one.
-    formula: Option<Formula>,
+pub(super) struct Regions {
+    /// The different laws and degradation functions of the regions.
+    laws: Vec<RegionLaw>,
+    degradations: Vec<DegradationLaw>,
     rule: Homogenisation,
-    /// Constants by region: K, μ, 1 − η, Gc/(c₀ ℓ₀), Gc ℓ₀/c₀ and ξ/Δt.
+    /// Constants by region.
     constants: Vec<[f64; CONSTANTS]>,
 }
 
-/// Number of constants of a region.
-pub(super) const CONSTANTS: usize = 6;
+/// Number of constants of a region: K, μ, 1 − η, Gc/(c₀ ℓ₀), Gc ℓ₀/c₀, ξ/Δt, and the indices of law and degradation
+/// function.
+pub(super) const CONSTANTS: usize = 8;
 
 /// Constants of one element: those of its region, then fraction, bulk and shear modulus of the grain.
 pub(super) type Row = [f64; CONSTANTS + 3];
 
-impl<'a> Regions<'a> {
+/// Returns the index of a value in a list of different values, to which it is added if it is new.
+fn index_in<T: PartialEq>(list: &mut Vec<T>, value: T) -> f64 {
+    let known = list.iter().position(|other| *other == value);
+    known.unwrap_or_else(|| {
+        list.push(value);
+        list.len() - 1
+    }) as f64
+}
+
+impl Regions {
     pub(super) fn new(
-        materials: &'a [PointMaterial],
+        materials: &[PointMaterial],
         rule: Homogenisation,
         duration: f64,
         damping: f64,
     ) -> Self {
-        // all regions have the same damage model, so the first one is used
-        let damage = materials.iter().find_map(|m| m.damage.as_ref());
-        let constants = materials.iter().map(|m| {
-            let [soft, local, gradient, viscous] = match &m.damage {
-                Some(d) => {
-                    [1.0 - d.residual, d.local, d.gradient, d.viscosity / duration + damping]
-                }
-                None => [0.0; 4],
-            };
-            [m.moduli.bulk, m.moduli.shear, soft, local, gradient, viscous]
-        });
-        let first = materials.first().and_then(PointMaterial::formula);
-        Self {
-            materials,
-            degraded: damage.map_or(Degraded::ALL, |d| d.degraded),
-            formula: first.filter(|_| materials.iter().all(|m| m.formula() == first)),
-            rule,
-            constants: constants.collect(),
+        let (mut laws, mut degradations) = (Vec::new(), Vec::new());
+        let mut constants = vec![[0.0; CONSTANTS]; materials.len()];
+        for (m, row) in materials.iter().zip(&mut constants) {
+            row[..2].copy_from_slice(&[m.moduli.bulk, m.moduli.shear]);
+            if let Some(d) = &m.damage {
+                row[2..6].copy_from_slice(&[
+                    1.0 - d.residual,
+                    d.local,
+                    d.gradient,
+                    d.viscosity / duration + damping,
+                ]);
+                row[6] = index_in(&mut laws, m.law());
+                row[7] = index_in(&mut degradations, d.degradation.clone());
+            }
         }
+        // a region without damage shares the law of a region with damage that differs from it in the split only
+        for (m, row) in materials.iter().zip(&mut constants) {
+            if m.damage.is_none() {
+                let form = m.form();
+                let same = laws.iter().find(|law| law.form == form);
+                let degraded = same.map_or(Degraded::ALL, |law| law.degraded.clone());
+                row[6] = index_in(&mut laws, RegionLaw { form, degraded });
+            }
+        }
+        if degradations.is_empty() {
+            degradations.push(DegradationLaw::default());
+        }
+        Self { laws, degradations, rule, constants }
     }
 
-    /// The formula that all regions share, if there is one, and the part of the energy that damage degrades.
-    pub(super) fn law(&self) -> (Option<Formula>, Degraded) {
-        (self.formula, self.degraded)
+    /// The different laws and degradation functions of the regions.
+    pub(super) fn laws(&self) -> (&[RegionLaw], &[DegradationLaw]) {
+        (&self.laws, &self.degradations)
     }
 
-    /// The constants of an element: K, μ, 1 − η, Gc/(c₀ ℓ₀), Gc ℓ₀/c₀ and ξ/Δt, then fraction, K and μ of the
-    /// grain. For a mixture the first six are those of the matrix; the constants of damage are reduced by the
-    /// grain fraction. The grain is the phase of the region `second`.
+    /// The constants of an element: those of its region, then fraction, K and μ of the grain. For a mixture those of
+    /// the region are those of the matrix; the constants of damage are reduced by the grain fraction. The grain is the
+    /// phase of the region `second`.
     pub(super) fn row(&self, region: usize, second: usize, fraction: f64) -> Row {
         let mut row = [0.0; CONSTANTS + 3];
         row[..CONSTANTS].copy_from_slice(&self.constants[region]);
@@ -67,9 +85,9 @@ impl<'a> Regions<'a> {
         let mut grain = region;
         if fraction > 0.0 {
             if fraction > MOST_GRAIN {
-                row[2..CONSTANTS].fill(0.0);
+                row[2..6].fill(0.0);
             }
-            row[3..CONSTANTS].iter_mut().for_each(|constant| *constant *= 1.0 - fraction);
+            row[3..6].iter_mut().for_each(|constant| *constant *= 1.0 - fraction);
             row[CONSTANTS] = fraction;
             grain = second;
         }
@@ -84,13 +102,11 @@ impl<'a> Regions<'a> {
         token: T::Token,
         space: &Space<N>,
         tets: &[usize; POINTS],
-    ) -> (Constants<T, LaneLaw<'_, T>>, bool) {
+    ) -> (Constants<'_, T, LaneLaw<'_, T>>, bool) {
         let mut columns = [[0.0; POINTS]; CONSTANTS + 3];
-        let mut materials = [&self.materials[0]; POINTS];
         let mut mixed = false;
         for lane in 0..T::COUNT {
             let region = usize::from(space.region[tets[lane]]);
-            materials[lane] = &self.materials[region];
             let fraction = space.fraction(tets[lane]);
             mixed |= fraction > 0.0;
             let row = self.row(region, space.second_region(tets[lane]), fraction);
@@ -102,15 +118,14 @@ impl<'a> Regions<'a> {
         for k in 1..CONSTANTS + 3 {
             numbers[k] = T::load(token, &columns[k]);
         }
-        let [bulk, shear, soft, local, gradient, viscous, fraction, grain_bulk, grain_shear] =
+        let [bulk, shear, soft, local, gradient, viscous, law, degradation, fraction, grain @ ..] =
             numbers;
         let mut phases = None;
         if mixed {
-            let (matrix, grain) = ([bulk, shear], [grain_bulk, grain_shear]);
-            phases = Some(MixedPhases { rule: self.rule, matrix, grain, fraction });
+            phases = Some(MixedPhases { rule: self.rule, matrix: [bulk, shear], grain, fraction });
         }
-        let law = LaneLaw::new(self.formula, self.degraded, [bulk, shear], phases, materials);
-        let degradation = Degradation { soft };
+        let law = LaneLaw::new(&self.laws, law, [bulk, shear], phases);
+        let degradation = Degradation { soft, laws: &self.degradations, law: degradation };
         (Constants { law, degradation, local, gradient, viscous }, mixed)
     }
 }

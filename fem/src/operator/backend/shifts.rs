@@ -12,8 +12,8 @@ use crate::operator::residual::Shift;
 
 /// A parameter, with the materials below and above its value.
 struct Sides<'a> {
-    below: Regions<'a>,
-    above: Regions<'a>,
+    below: Regions,
+    above: Regions,
     /// Whether stress or driving energy differ between `below` and `above`.
     responds: bool,
     shift: &'a Shift<'a>,
@@ -47,14 +47,12 @@ impl<'a, const N: usize> Shifts<'a, N> {
     }
 }
 
-/// Whether two materials are certain to have the same stress and driving energy. False for laws of users.
+/// Whether two materials are certain to have the same stress and driving energy. False for two user laws.
 fn respond_alike(a: &PointMaterial, b: &PointMaterial) -> bool {
-    let degraded = |m: &PointMaterial| m.damage.map(|d| (d.degraded, d.residual));
+    let degradation =
+        |m: &PointMaterial| m.damage.as_ref().map(|d| (d.degradation.clone(), d.residual));
     let moduli = |m: &PointMaterial| [m.moduli.bulk, m.moduli.shear];
-    a.formula().is_some()
-        && a.formula() == b.formula()
-        && moduli(a) == moduli(b)
-        && degraded(a) == degraded(b)
+    a.law() == b.law() && moduli(a) == moduli(b) && degradation(a) == degradation(b)
 }
 
 struct OfElements<'a, 'b, const N: usize> {
