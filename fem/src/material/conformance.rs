@@ -13,10 +13,11 @@ use super::split::Split;
 use super::tangent::PointTangent;
 
 /// State of a material for a given displacement gradient and degradation g.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Deformed {
     pub(super) principal: Principal<f64>,
     pub(super) response: Response<f64>,
+    pub(super) state: Vec<f64>,
 }
 
 impl Deformed {
@@ -29,8 +30,8 @@ impl Deformed {
         if principal.sound < 1.0 {
             return Err(Inverted);
         }
-        let response = material.response(&principal, g);
-        Ok(Self { principal, response })
+        let (response, state) = material.increment(&principal, g);
+        Ok(Self { principal, response, state })
     }
 
     /// Returns the nominal stress P = ∂ψ/∂F.
@@ -185,14 +186,16 @@ impl WithSimd for InLanes<'_> {
                         *number = SimdF64::load(simd, &column);
                     }
                 }
-                let lanes = self.material.response(&Principal::new(&h), h[0][0].constant(g));
-                let mut numbers = [[0.0; POINTS]; 18];
-                for (number, column) in lanes.numbers().iter().zip(&mut numbers) {
-                    number.store(column);
+                let (lanes, state) =
+                    self.material.increment(&Principal::new(&h), h[0][0].constant(g));
+                let values: Vec<_> = lanes.numbers().into_iter().chain(state).collect();
+                let mut numbers = vec![[0.0; POINTS]; values.len()];
+                for (value, column) in values.iter().zip(&mut numbers) {
+                    value.store(column);
                 }
                 for (lane, state) in states.iter().enumerate() {
                     let single = Deformed::new(self.material, state, g).expect("det F > 0");
-                    let single = single.response.numbers();
+                    let single = [&single.response.numbers()[..], &single.state].concat();
                     let largest = single.iter().fold(0.0f64, |most, x| most.max(x.abs()));
                     let round_off = 1e-11 * (self.material.moduli.longitudinal() + largest);
                     for (k, (column, x)) in numbers.iter().zip(single).enumerate() {

@@ -1,9 +1,11 @@
-//! Elastic laws, degradation, crack density, and the equations at a quadrature point.
+//! Elastic laws, splits, degradation functions, crack density, and the equations at an integration point.
 //!
 //! The equations at a point are written once over a [`Scalar`]: strains ([`Principal`]), stresses and energies of a
-//! law ([`Response`]) and its tangent ([`PointTangent`]). A new law is one file that contains its energy
-//! ([`HyperelasticLaw`]). If that is not fast enough, the file contains the derivatives of the energy, as in
-//! `hencky.rs`, and `law.rs` and `point.rs` get one line each. [`assert_material`] tests both kinds of laws.
+//! law ([`Response`]) and its tangent ([`PointTangent`]). A law of a region is a [`RegionLaw`]; a [`LaneLaw`] selects
+//! among the laws of a mesh. A new law is one file in `law/` with its energy ([`HyperelasticLaw`]), or with stress and
+//! tangent as in `hencky.rs` and a variant in `region_law.rs`. A new split is one file in `split/`, a new degradation
+//! function one file in `degradation/`. [`assert_material`] tests all of them. Users write the same three traits outside
+//! the crate.
 
 #[cfg(test)]
 #[path = "../../tests/unit/closed_forms.rs"]

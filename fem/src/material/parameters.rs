@@ -117,6 +117,14 @@ impl Material {
         Ok(Self { degradation: Some(UserDegradation::new(function)?), ..self })
     }
 
+    /// Returns the number of state values of the law at an integration point.
+    pub fn state_len(&self) -> usize {
+        match &self.elasticity {
+            Elasticity::Constitutive(law) => law.state_len(),
+            Elasticity::Hencky { .. } | Elasticity::NeoHookean { .. } | Elasticity::User(_) => 0,
+        }
+    }
+
     /// Returns the material with a resistance to damage.
     pub fn with_fracture(self, fracture: Fracture) -> Self {
         Self { fracture: Some(fracture), ..self }

@@ -49,12 +49,12 @@ impl PointMaterial {
         RegionLaw { form: self.form(), degraded }
     }
 
-    /// Returns the response of a law without state at a point, with the tangent.
-    pub(super) fn response<T: Scalar>(&self, trial: &Principal<T>, g: T) -> Response<T> {
+    /// Returns the response with the tangent, and the state, after an increment of one second from the state zero.
+    pub(super) fn increment<T: Scalar>(&self, trial: &Principal<T>, g: T) -> (Response<T>, Vec<T>) {
         let laws = [self.law()];
         let moduli = [self.moduli.bulk, self.moduli.shear].map(|x| g.constant(x));
         let law = LaneLaw::new(&laws, g.constant(0.0), moduli, None);
         let (old, mut new) = (vec![g.constant(0.0); law.state_len()], vec![g; law.state_len()]);
-        law.respond::<true>(trial, g, g.constant(1.0), &old, &mut new)
+        (law.respond::<true>(trial, g, g.constant(1.0), &old, &mut new), new)
     }
 }

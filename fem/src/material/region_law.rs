@@ -4,9 +4,9 @@ use super::law::{Elasticity, MOST_STATE, UserConstitutiveLaw, UserLaw, hencky, n
 use super::mixture::{MixedPhases, Modulus};
 use super::number::Scalar;
 use super::point_law::PointLaw;
-use super::principal::{Principal, Strains};
+use super::principal::Principal;
 use super::response::{ElasticResponse, Response};
-use super::split::{Degraded, PointSplit};
+use super::split::{Degraded, ElasticPoint, PointSplit, Split};
 
 /// Law of a region without its moduli: regions with the same law are evaluated together.
 #[derive(Clone, Debug, PartialEq)]
@@ -83,35 +83,30 @@ impl RegionLaw {
     ) -> Response<T> {
         let strains = &trial.strains;
         let Degraded { split, hybrid } = &self.degraded;
-        match (&self.form, split) {
-            (LawForm::Hencky, PointSplit::Standard(split)) => {
-                let moduli = constants.degraded_moduli(g);
-                hencky::respond::<T, TANGENT>(*split, *hybrid, &moduli, strains)
+        let whole = match &self.form {
+            LawForm::Hencky => {
+                // the only call, so that the law is compiled once
+                let (split, at) = match split {
+                    PointSplit::Standard(split) => (*split, g),
+                    PointSplit::User(_) => (Split::None, g.constant(1.0)),
+                };
+                let moduli = constants.degraded_moduli(at);
+                let out = hencky::respond::<T, TANGENT>(split, *hybrid, &moduli, strains);
+                if matches!(self.degraded.split, PointSplit::Standard(_)) {
+                    return out;
+                }
+                out.elastic()
             }
-            (LawForm::Constitutive(law), _) => law.respond(trial, g, dt, old, new),
-            _ => {
-                let whole = self.whole::<T, TANGENT>(constants, strains);
-                let volumetric = || self.volumetric(constants, strains.trace());
-                self.degraded.respond(whole, strains, constants.moduli, volumetric, g)
-            }
-        }
-    }
-
-    /// Returns the response without damage.
-    #[inline(always)]
-    fn whole<T: Scalar, const TANGENT: bool>(
-        &self,
-        constants: Constants<T>,
-        strains: &Strains<T>,
-    ) -> ElasticResponse<T> {
-        match &self.form {
             LawForm::NeoHookean => neo_hookean::whole(constants.lame(), strains),
             LawForm::Energy(law) => law.whole::<T, TANGENT>(strains),
-            // a constitutive law is degraded by itself
-            LawForm::Hencky | LawForm::Constitutive(_) => {
-                hencky::whole::<T, TANGENT>(constants.moduli, strains)
-            }
+            LawForm::Constitutive(law) => return law.respond(trial, g, dt, old, new),
+        };
+        let trace = strains.trace();
+        if !self.degraded.spares(trace) {
+            return whole.degraded(g);
         }
+        let volumetric = self.volumetric(constants, trace);
+        self.degraded.respond(&ElasticPoint::new(strains, whole, volumetric, constants.moduli), g)
     }
 
     /// Returns U, U′ and U″ for a pure change of volume with t = tr ε.

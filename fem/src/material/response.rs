@@ -118,6 +118,13 @@ impl<T: Scalar> ElasticResponse<T> {
 }
 
 impl<T: Scalar> Response<T> {
+    /// Returns energy, stress and tangent.
+    #[inline(always)]
+    pub(super) fn elastic(&self) -> ElasticResponse<T> {
+        let Self { energy, stress, normal, shear, .. } = *self;
+        ElasticResponse { energy, stress, normal, shear }
+    }
+
     /// Returns `yes` where the mask is true, `no` elsewhere.
     #[inline(always)]
     pub(super) fn select(mask: T::Mask, yes: Self, mut no: Self) -> Self {

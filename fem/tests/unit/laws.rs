@@ -136,7 +136,7 @@ fn laws_are_the_derivatives_of_their_printed_energies() {
         let material = material.at_point(Some(&PhaseField { hybrid, ..split_field(split) }));
         for _ in 0..20 {
             let e: [f64; 3] = std::array::from_fn(|_| rng.random_range(-0.4..0.3));
-            let own = material.response(&stretched(e), 0.3);
+            let own = material.increment(&stretched(e), 0.3).0;
             let (energy, stress, tangent): (f64, SVector<f64, 3>, SMatrix<f64, 3, 3>) =
                 hessian(|e| printed_energy(form, [e[0], e[1], e[2]], 0.3), &SVector::from(e));
             close(own.energy, energy, 1e-12, &e);
@@ -197,7 +197,7 @@ fn laws_given_by_their_energy_equal_those_written_out_at_any_distance_of_strains
                 let e = [middle + gap, middle, rng.random_range(-0.3..0.3)];
                 for g in [1.0, 0.3, 0.0] {
                     let [own, written_out] =
-                        [&own, &written_out].map(|m| m.response(&stretched(e), g));
+                        [&own, &written_out].map(|m| m.increment(&stretched(e), g).0);
                     assert_same(&own, &written_out, 1e-12, &e);
                 }
             }
@@ -247,7 +247,7 @@ fn examples() -> [Material; 3] {
 #[test]
 fn the_parts_of_every_split_add_up_and_are_continuous_at_equal_and_at_zero_strains() {
     let respond =
-        |split, e, g| damaged(Printed::Hencky.written_out(), split).response(&stretched(e), g);
+        |split, e, g| damaged(Printed::Hencky.written_out(), split).increment(&stretched(e), g).0;
     let all = [
         [0.1, -0.2, 0.05],
         [-0.1, -0.1, 0.3],
@@ -453,20 +453,27 @@ fn one_inverted_point_is_found_among_others() {
     }
 }
 
-/// ln(1 + x) against the library's, from the least numbers to the largest.
+/// ln(1 + x), ln x, e^x and e^x − 1 in SIMD lanes.
+struct Functions<'a>(&'a [f64; POINTS]);
+
+impl WithSimd for Functions<'_> {
+    /// The values, and the number of lanes.
+    type Output = ([[f64; POINTS]; 4], usize);
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        let x = SimdF64::load(simd, self.0);
+        let mut out = [[0.0; POINTS]; 4];
+        for (values, out) in [x.ln_1p(), x.ln(), x.exp(), x.exp_m1()].iter().zip(&mut out) {
+            values.store(out);
+        }
+        (out, SimdF64::<S>::COUNT)
+    }
+}
+
+/// ln(1 + x) and ln x against the library's, from the smallest numbers to the largest.
 #[test]
 fn logarithms_are_those_of_the_library() {
-    struct Logarithms<'a>(&'a [f64; POINTS]);
-    impl WithSimd for Logarithms<'_> {
-        type Output = [f64; POINTS];
-
-        #[inline(always)]
-        fn with_simd<S: Simd>(self, simd: S) -> [f64; POINTS] {
-            let mut out = [0.0; POINTS];
-            SimdF64::load(simd, self.0).ln_1p().store(&mut out);
-            out
-        }
-    }
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(22);
     for k in 0..4000 {
         let size = 10f64.powi(k % 40 - 30);
@@ -474,12 +481,65 @@ fn logarithms_are_those_of_the_library() {
         x.iter_mut().filter(|x| **x <= -1.0).for_each(|x| *x = -1.0 - 1.0 / *x);
         x[1] =
             [0.0, -0.999_999_999, -0.292_893_218_813_452_4, 0.414_213_562_373_095][k as usize % 4];
-        for (x, y) in x.into_iter().zip(crate::operator::dispatch(Logarithms(&x))) {
-            let exact = x.ln_1p();
-            assert!(
-                (y - exact).abs() <= 8e-16 * exact.abs(),
-                "ln(1 + {x:e}) = {y:e}, not {exact:e}"
-            );
+        let ([near_one, ..], lanes) = crate::operator::dispatch(Functions(&x));
+        let absolute = x.map(|x| x.abs().max(1e-300));
+        let ([_, plain, ..], _) = crate::operator::dispatch(Functions(&absolute));
+        for lane in 0..lanes {
+            let exact = x[lane].ln_1p();
+            let error = (near_one[lane] - exact).abs();
+            assert!(error <= 8e-16 * exact.abs(), "ln(1 + {:e}) is off by {error:e}", x[lane]);
+            let exact = absolute[lane].ln();
+            let error = (plain[lane] - exact).abs();
+            let bound = 8e-16 * exact.abs().max(0.5);
+            assert!(error <= bound, "ln {:e} is off by {error:e}", absolute[lane]);
         }
     }
+}
+
+/// e^x and e^x − 1 against the library's, up to overflow, and for what is no number.
+#[test]
+fn exponentials_are_those_of_the_library() {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(23);
+    for k in 0..4000 {
+        let size = 10f64.powi(k % 32 - 29);
+        let mut x: [f64; POINTS] = std::array::from_fn(|_| size * rng.random_range(-1.0..1.0));
+        x.iter_mut().for_each(|x| *x = x.clamp(-700.0, 700.0));
+        let ln_2 = std::f64::consts::LN_2;
+        x[0] = [0.0, 0.5 * ln_2, -0.5 * ln_2, 1.5 * ln_2, -1.0, 700.0, -700.0][k as usize % 7];
+        let ([.., exp, exp_m1], lanes) = crate::operator::dispatch(Functions(&x));
+        for lane in 0..lanes {
+            for (y, exact) in [(exp[lane], x[lane].exp()), (exp_m1[lane], x[lane].exp_m1())] {
+                let error = (y - exact).abs();
+                assert!(error <= 9e-16 * exact.abs(), "{:e}: {y:e} and {exact:e}", x[lane]);
+            }
+        }
+    }
+    for (x, exp) in [(800.0, f64::INFINITY), (-800.0, 0.0), (f64::INFINITY, f64::INFINITY)] {
+        let ([.., found, less_one], _) = crate::operator::dispatch(Functions(&[x; POINTS]));
+        assert_eq!((found[0], less_one[0]), (exp, exp - 1.0), "{x}");
+    }
+    let ([.., exp, exp_m1], _) = crate::operator::dispatch(Functions(&[f64::NAN; POINTS]));
+    assert!(exp[0].is_nan() && exp_m1[0].is_nan());
+}
+
+/// The driving energy falls with the strain, but the largest one drives damage.
+#[test]
+fn a_history_keeps_the_largest_driving_energy() {
+    let laws = [Material::hencky(YOUNG, POISSON).at_point(None).law()];
+    let law = LaneLaw::new(&laws, 0.0, [150.0, 110.0], None);
+    let history = DrivingHistory { law, active: true };
+    let (mut old, mut largest) = ([0.0], 0.0f64);
+    for strain in [0.02, 0.05, 0.01, 0.06] {
+        let trial = stretched([strain, 0.0, 0.0]);
+        let current = law.respond::<true>(&trial, 0.3, 1.0, &[], &mut []);
+        let mut new = [0.0];
+        let kept = history.respond::<true>(&trial, 0.3, 1.0, &old, &mut new);
+        largest = largest.max(current.driving);
+        assert_eq!((kept.driving, new[0]), (largest, largest));
+        assert_eq!(kept.stress, current.stress);
+        old = new;
+    }
+    assert_eq!(PointLaw::<f64>::state_len(&history), 1);
+    let without = DrivingHistory { law, active: false };
+    assert_eq!(PointLaw::<f64>::state_len(&without), 0);
 }

@@ -1,13 +1,14 @@
 //! Degradation of the elastic energy by damage: g(φ) = (1 − η) ĝ(φ) + η, with the residual stiffness η.
 //!
-//! A degradation function of this crate is one file with ĝ and its derivatives, and one line in
-//! [`DegradationLaw`]. A function from outside the crate implements [`DegradationFunction`].
+//! A degradation function is a [`DegradationFunction`]. One of this crate is one file, and a line in
+//! [`DegradationLaw`] and [`DegradationLaw::derivatives`].
 
 mod quadratic;
 mod user;
 
 pub use user::{DegradationFunction, UserDegradation};
 
+use self::quadratic::Quadratic;
 use super::number::Scalar;
 
 /// Degradation function of one region.
@@ -24,7 +25,7 @@ impl DegradationLaw {
     #[inline(always)]
     fn derivatives<T: Scalar>(&self, phi: T) -> [T; 3] {
         match self {
-            Self::Quadratic => quadratic::derivatives(phi),
+            Self::Quadratic => Quadratic.derivatives(phi),
             Self::User(function) => function.derivatives(phi),
         }
     }

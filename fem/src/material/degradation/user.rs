@@ -9,7 +9,8 @@ use crate::material::number::{Computation, Family, Jet, MemberOf, OverScalars, S
 /// Degradation function ĝ(φ): the fraction of the stiffness that damage φ leaves.
 ///
 /// ĝ falls from ĝ(0) = 1 to ĝ(1) = 0, and is defined in the neighbourhood of [0, 1]. With a residual stiffness η the
-/// energy is multiplied by g = (1 − η) ĝ + η. The derivatives ĝ′ and ĝ″ are computed with the function.
+/// energy is multiplied by g = (1 − η) ĝ + η. The derivatives ĝ′ and ĝ″ are computed with the function, unless it
+/// states them.
 ///
 /// # Example
 /// The rational function of cohesive phase-field models (Wu, J. Mech. Phys. Solids 103 (2017) 72,
@@ -39,6 +40,13 @@ use crate::material::number::{Computation, Family, Jet, MemberOf, OverScalars, S
 pub trait DegradationFunction: Debug + Send + Sync + 'static {
     /// Returns ĝ(φ). Write `#[inline(always)]`, so that it is compiled with vector instructions.
     fn value<T: Scalar>(&self, damage: T) -> T;
+
+    /// Returns ĝ, ĝ′ and ĝ″. By default the derivatives are computed with the function.
+    #[inline(always)]
+    fn derivatives<T: Scalar>(&self, damage: T) -> [T; 3] {
+        let g = self.value(Jet::<T, 1, 1>::variable(damage, 0));
+        [g.value, g.first[0], g.second[0]]
+    }
 }
 
 /// Degradation function of the user, as stored in [`Material::degradation`](crate::Material::degradation).
@@ -70,7 +78,7 @@ impl UserDegradation {
     /// Returns ĝ, ĝ′ and ĝ″.
     #[inline(always)]
     pub(super) fn derivatives<T: Scalar>(&self, phi: T) -> [T; 3] {
-        self.0.over::<T>().derivatives(phi)
+        self.0.over::<T>().all_derivatives(phi)
     }
 }
 
@@ -89,11 +97,11 @@ impl<L: DegradationFunction> MemberOf<Functions> for L {
 
 /// Object-safe interface to a degradation function.
 trait Derivatives<T: Scalar>: Debug + Send + Sync {
-    fn derivatives(&self, phi: T) -> [T; 3];
+    fn all_derivatives(&self, phi: T) -> [T; 3];
 }
 
 impl<T: Scalar, L: DegradationFunction> Derivatives<T> for L {
-    fn derivatives(&self, phi: T) -> [T; 3] {
+    fn all_derivatives(&self, phi: T) -> [T; 3] {
         phi.vectorize(Evaluation { function: self, phi })
     }
 }
@@ -108,7 +116,6 @@ impl<T: Scalar, L: DegradationFunction> Computation for Evaluation<'_, T, L> {
 
     #[inline(always)]
     fn run(self) -> [T; 3] {
-        let g = self.function.value(Jet::<T, 1, 1>::variable(self.phi, 0));
-        [g.value, g.first[0], g.second[0]]
+        self.function.derivatives(self.phi)
     }
 }

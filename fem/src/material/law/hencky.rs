@@ -10,7 +10,7 @@
 use crate::material::mixture::Modulus;
 use crate::material::number::Scalar;
 use crate::material::principal::Strains;
-use crate::material::response::{ElasticResponse, Response, packed};
+use crate::material::response::{Response, packed};
 use crate::material::split::{Shares, Split};
 
 /// Returns the response for the bulk and shear modulus as functions of g.
@@ -85,19 +85,6 @@ pub(in crate::material) fn respond<T: Scalar, const TANGENT: bool>(
         }
     }
     Response { energy, driving, softening, stress, stress_plus, normal, shear: coth }
-}
-
-/// Returns the response without damage.
-#[inline(always)]
-pub(in crate::material) fn whole<T: Scalar, const TANGENT: bool>(
-    moduli: [T; 2],
-    strains: &Strains<T>,
-) -> ElasticResponse<T> {
-    let one = moduli[0].constant(1.0);
-    let moduli = [Modulus::proportional(moduli[0], one), Modulus::proportional(moduli[1], one)];
-    let Response { energy, stress, normal, shear, .. } =
-        respond::<T, TANGENT>(Split::None, false, &moduli, strains);
-    ElasticResponse { energy, stress, normal, shear }
 }
 
 /// Returns U, U′ and U″ for a pure change of volume with t = ln J.

@@ -1,16 +1,19 @@
 //! Splits of the elastic energy into a part that damage degrades and a part that it spares.
 //!
-//! A split of this crate is one file with the degraded terms of Hencky's energy, and one line in [`Split`] and in
-//! [`Split::shares`]. A split from outside the crate implements [`EnergySplit`].
+//! A split is an [`EnergySplit`]. A split of this crate is one file, with the degraded terms of Hencky's energy besides
+//! (mixtures need them), and one line in [`Split`], [`Split::shares`], [`Degraded::spares`] and [`Degraded::respond`].
 
+mod shares;
 mod spectral;
 mod user;
 mod volumetric_deviatoric;
 
+pub(super) use shares::Shares;
 pub use user::{ElasticPoint, EnergySplit, UserSplit};
 
 use serde::{Deserialize, Serialize};
 
+use self::volumetric_deviatoric::VolumetricDeviatoric;
 use super::number::Scalar;
 use super::principal::Strains;
 use super::response::{ElasticResponse, Response};
@@ -35,15 +38,6 @@ pub enum Split {
     /// Reference: Miehe, Hofacker & Welschinger, Comput. Methods Appl. Mech. Engrg. 199 (2010) 2765,
     /// doi:10.1016/j.cma.2010.04.011, here in logarithmic strains. For Hencky's law only.
     Spectral,
-}
-
-/// Shares of the terms of Hencky's energy that damage degrades and that drive damage: one or zero.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Shares<T> {
-    /// Share of the term in tr ε.
-    pub(super) volume: T,
-    /// Share of the term of each principal strain.
-    pub(super) principal: [T; 3],
 }
 
 impl Split {
@@ -84,35 +78,27 @@ impl Degraded {
     /// The whole energy is degraded. Also used for elastic materials.
     pub const ALL: Self = Self { split: PointSplit::Standard(Split::None), hybrid: false };
 
-    /// Returns the response for a degradation g. `volumetric` returns U, U′ and U″, the energy of the pure change of
-    /// volume that has the point's tr ε.
+    /// Whether the split spares a part of the energy at any point with this tr ε.
     #[inline(always)]
-    pub(super) fn respond<T: Scalar>(
-        &self,
-        response: ElasticResponse<T>,
-        strains: &Strains<T>,
-        moduli: [T; 2],
-        volumetric: impl Fn() -> [T; 3],
-        g: T,
-    ) -> Response<T> {
-        let zero = ElasticResponse::zero(g);
-        let mut passive = zero;
+    pub(super) fn spares<T: Scalar>(&self, trace: T) -> bool {
         match &self.split {
             PointSplit::Standard(Split::VolumetricDeviatoric) => {
-                let trace = strains.trace();
-                let nowhere_compressed = T::settled(trace.abs().equals(trace));
-                if !nowhere_compressed {
-                    passive = volumetric_deviatoric::spared(trace, volumetric());
-                }
+                !T::settled(trace.abs().equals(trace))
             }
-            // no law with this response has a spectral split
-            PointSplit::Standard(Split::None | Split::Spectral) => return response.degraded(g),
-            PointSplit::User(split) => {
-                let point = ElasticPoint::new(strains, response, volumetric(), moduli);
-                passive = split.spared(&point);
-            }
+            // Hencky's law alone has a spectral split, by its terms
+            PointSplit::Standard(Split::None | Split::Spectral) => false,
+            PointSplit::User(_) => true,
         }
-        let spared = if self.hybrid { zero } else { passive };
-        response.degraded_without(spared, passive, g)
+    }
+
+    /// Returns the response for a degradation g.
+    #[inline(always)]
+    pub(super) fn respond<T: Scalar>(&self, point: &ElasticPoint<T>, g: T) -> Response<T> {
+        let passive = match &self.split {
+            PointSplit::Standard(_) => VolumetricDeviatoric.spared(point),
+            PointSplit::User(split) => split.spared(point),
+        };
+        let spared = if self.hybrid { ElasticResponse::zero(g) } else { passive };
+        point.response.degraded_without(spared, passive, g)
     }
 }

@@ -1,6 +1,7 @@
 //! The spectral split: only extension is degraded.
 
-use super::{Shares, volumetric_deviatoric};
+use super::shares::Shares;
+use super::volumetric_deviatoric;
 use crate::material::number::Scalar;
 use crate::material::principal::Strains;
 

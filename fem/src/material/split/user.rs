@@ -63,7 +63,7 @@ pub struct ElasticPoint<T> {
 
 impl<T: Scalar> ElasticPoint<T> {
     #[inline(always)]
-    pub(super) fn new(
+    pub(in crate::material) fn new(
         strains: &Strains<T>,
         response: ElasticResponse<T>,
         volumetric: [T; 3],

@@ -1,6 +1,7 @@
 //! The split into change of volume and change of shape: damage spares the volumetric energy in compression.
 
-use super::Shares;
+use super::shares::Shares;
+use super::user::{ElasticPoint, EnergySplit};
 use crate::material::number::Scalar;
 use crate::material::principal::Strains;
 use crate::material::response::ElasticResponse;
@@ -14,9 +15,15 @@ pub(super) fn shares<T: Scalar>(strains: &Strains<T>) -> Shares<T> {
     Shares { volume: T::select(trace.less_than(zero), zero, one), principal: [one; 3] }
 }
 
-/// Returns the spared part of the response of any law: U(tr ε) in compression.
-#[inline(always)]
-pub(super) fn spared<T: Scalar>(trace: T, volumetric: [T; 3]) -> ElasticResponse<T> {
-    let compressed = trace.less_than(trace.constant(0.0));
-    ElasticResponse::volumetric(volumetric).only(compressed)
+/// The split of any law: ψ⁻ = U(tr ε) in compression.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct VolumetricDeviatoric;
+
+impl EnergySplit for VolumetricDeviatoric {
+    #[inline(always)]
+    fn spared<T: Scalar>(&self, point: &ElasticPoint<T>) -> ElasticResponse<T> {
+        let trace = point.strain.log_volume();
+        let compressed = trace.less_than(trace.constant(0.0));
+        ElasticResponse::volumetric(point.volumetric).only(compressed)
+    }
 }

@@ -1,0 +1,159 @@
+//! A law with a state: a one-term Maxwell body in small strain, against its closed forms.
+
+use fem::material::{LaneLaw, PointLaw};
+use fem::{
+    ConstitutiveLaw, ElasticResponse, Material, Principal, Response, Scalar, assert_material,
+};
+
+/// τ = K tr ε I + 2 μ (e − f α) with the viscous strain α, dα/dt = (e − α)/t₀, for e = dev ε.
+///
+/// The state is α along the principal axes of the strain, which must not rotate. The strain counts as constant in an
+/// increment, so that relaxation is exact.
+#[derive(Clone, Copy, Debug)]
+struct Maxwell {
+    bulk_mpa: f64,
+    shear_mpa: f64,
+    /// Fraction f of the shear modulus that relaxes.
+    fraction: f64,
+    /// Relaxation time t₀, s.
+    time_s: f64,
+}
+
+/// Indices of D_00, D_10, D_11, D_20, D_21, D_22.
+const ENTRIES: [(usize, usize); 6] = [(0, 0), (1, 0), (1, 1), (2, 0), (2, 1), (2, 2)];
+
+impl ConstitutiveLaw for Maxwell {
+    fn young_and_poisson(&self) -> [f64; 2] {
+        let (k, g) = (self.bulk_mpa, self.shear_mpa);
+        [9.0 * k * g / (3.0 * k + g), (3.0 * k - 2.0 * g) / (6.0 * k + 2.0 * g)]
+    }
+
+    fn state_len(&self) -> usize {
+        3
+    }
+
+    #[inline(always)]
+    fn respond<T: Scalar>(
+        &self,
+        trial: &Principal<T>,
+        g: T,
+        dt: T,
+        old: &[T],
+        new: &mut [T],
+    ) -> Response<T> {
+        let trace = trial.strains.trace();
+        let remaining = (-dt / self.time_s).exp();
+        let bulk = g.constant(self.bulk_mpa);
+        let volume = [bulk * trace * trace * 0.5, bulk * trace, bulk];
+        let mut out = ElasticResponse::volumetric(volume);
+        // stiffness of the increment: d(e − f α)/de
+        let active = remaining * self.fraction + (1.0 - self.fraction);
+        for k in 0..3 {
+            let e = trial.strains.log[k] - trace / 3.0;
+            let spring = (e - old[k]) * remaining;
+            new[k] = e - spring;
+            let elastic = e * (1.0 - self.fraction);
+            out.stress[k] += (elastic + spring * self.fraction) * (2.0 * self.shear_mpa);
+            out.energy += (elastic * e + spring * spring * self.fraction) * self.shear_mpa;
+        }
+        let shear = active * self.shear_mpa;
+        for (entry, (i, j)) in ENTRIES.into_iter().enumerate() {
+            out.normal[entry] += shear * if i == j { 4.0 / 3.0 } else { -2.0 / 3.0 };
+        }
+        for k in 0..3 {
+            out.shear[k] = shear * trial.strains.coth[k];
+        }
+        out.degraded(g)
+    }
+}
+
+const BODY: Maxwell = Maxwell { bulk_mpa: 180.0, shear_mpa: 110.0, fraction: 0.4, time_s: 0.2 };
+
+/// Diagonal of τ, MPa, after increments of the duration `dt` with these axial logarithmic strains and none across.
+fn stresses(material: &Material, strains: impl Iterator<Item = f64>, dt: f64) -> Vec<[f64; 3]> {
+    let point = material.at_point(None);
+    let laws = [point.law()];
+    let law = LaneLaw::new(&laws, 0.0, [point.moduli.bulk, point.moduli.shear], None);
+    assert_eq!(law.state_len(), 3);
+    let (mut old, mut new) = ([0.0; 3], [0.0; 3]);
+    strains
+        .map(|strain| {
+            let mut h = [[0.0; 3]; 3];
+            h[2][2] = strain.exp_m1();
+            let trial = Principal::new(&h);
+            let response = law.respond::<true>(&trial, 1.0, dt, &old, &mut new);
+            old = new;
+            // the principal axes of a diagonal gradient are the global axes in their order
+            response.stress
+        })
+        .collect()
+}
+
+#[test]
+fn it_is_consistent_and_the_same_in_simd_lanes() {
+    assert_material(&Material::with_law(BODY).expect("a law"), None);
+}
+
+#[test]
+fn a_held_strain_relaxes_exponentially() {
+    let material = Material::with_law(BODY).expect("a law");
+    let (strain, dt) = (-0.02, 0.05);
+    let stress = stresses(&material, (0..20).map(|_| strain), dt);
+    for (step, stress) in stress.into_iter().enumerate() {
+        let time = dt * (step + 1) as f64;
+        let relaxed = 1.0 - BODY.fraction * (1.0 - (-time / BODY.time_s).exp());
+        for (axis, tau) in stress.into_iter().enumerate() {
+            let deviator = strain * if axis == 2 { 2.0 / 3.0 } else { -1.0 / 3.0 };
+            let exact = BODY.bulk_mpa * strain + 2.0 * BODY.shear_mpa * relaxed * deviator;
+            assert!((tau - exact).abs() < 1e-12 * BODY.bulk_mpa, "{tau} instead of {exact} MPa");
+        }
+    }
+}
+
+/// ε = r t: e − α = r t₀ (1 − e^(−t/t₀)) 2/3 on the axis.
+#[test]
+fn a_constant_strain_rate_gives_the_closed_form_with_the_order_of_the_increment() {
+    let material = Material::with_law(BODY).expect("a law");
+    let (rate, duration) = (-0.1, 0.3);
+    let viscous = 1.0 - (-duration / BODY.time_s).exp();
+    let end = 2.0 / 3.0 * rate * duration;
+    let spring = 2.0 / 3.0 * rate * BODY.time_s * viscous;
+    let deviator = (1.0 - BODY.fraction) * end + BODY.fraction * spring;
+    let exact = BODY.bulk_mpa * rate * duration + 2.0 * BODY.shear_mpa * deviator;
+    let errors = [50, 100].map(|steps| {
+        let dt = duration / f64::from(steps);
+        let strains = (1..=steps).map(|step| rate * dt * f64::from(step));
+        let stress = stresses(&material, strains, dt);
+        (stress.last().expect("a step")[2] - exact).abs() / exact.abs()
+    });
+    let order = (errors[0] / errors[1]).log2();
+    assert!(errors[1] < 2e-3 && (0.9..1.1).contains(&order), "{errors:?}, order {order}");
+}
+
+#[test]
+fn too_many_state_values_are_refused() {
+    #[derive(Debug)]
+    struct Long;
+    impl ConstitutiveLaw for Long {
+        fn young_and_poisson(&self) -> [f64; 2] {
+            BODY.young_and_poisson()
+        }
+
+        fn state_len(&self) -> usize {
+            33
+        }
+
+        fn respond<T: Scalar>(
+            &self,
+            trial: &Principal<T>,
+            g: T,
+            dt: T,
+            old: &[T],
+            new: &mut [T],
+        ) -> Response<T> {
+            BODY.respond(trial, g, dt, old, new)
+        }
+    }
+    let error = Material::with_law(Long).expect_err("refused").to_string();
+    assert!(error.contains("33 state values"), "{error}");
+}
