@@ -34,12 +34,13 @@ impl Graph {
         self.start.len() - 1
     }
 
-    pub fn of(&self, node: usize) -> &[u32] {
+    /// The nodes that share an element with `node`, and `node` itself, in increasing order.
+    pub fn neighbours(&self, node: usize) -> &[u32] {
         &self.near[self.start[node] as usize..self.start[node + 1] as usize]
     }
 
     /// Position of the pair (node, other) in `near`.
-    pub fn place(&self, node: usize, other: u32) -> usize {
-        self.start[node] as usize + self.of(node).partition_point(|&m| m < other)
+    pub fn position(&self, node: usize, other: u32) -> usize {
+        self.start[node] as usize + self.neighbours(node).partition_point(|&m| m < other)
     }
 }

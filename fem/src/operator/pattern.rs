@@ -26,8 +26,9 @@ impl Pattern {
             .iter()
             .flat_map(|tet| {
                 let graph = &graph;
-                tet.iter()
-                    .flat_map(move |&a| tet.iter().map(move |&b| graph.place(a as usize, b) as u32))
+                tet.iter().flat_map(move |&a| {
+                    tet.iter().map(move |&b| graph.position(a as usize, b) as u32)
+                })
             })
             .collect();
         Self { graph, positions }
@@ -76,7 +77,7 @@ impl Tangent {
 
     /// Adds a block to the displacement part of the diagonal block of a node.
     pub fn add_node(&mut self, node: u32, block: &[[f64; 3]; 3]) {
-        let position = self.pattern.graph.place(node as usize, node);
+        let position = self.pattern.graph.position(node as usize, node);
         self.symmetric &= (0..3).all(|i| (0..i).all(|j| block[i][j] == block[j][i]));
         for i in 0..3 {
             for j in 0..3 {
@@ -94,7 +95,7 @@ impl Tangent {
                 let row = chunk * ROWS + i;
                 let range = graph.start[row] as usize..graph.start[row + 1] as usize;
                 let mut sum = [0.0; 4];
-                for (block, &column) in self.blocks[range].iter().zip(graph.of(row)) {
+                for (block, &column) in self.blocks[range].iter().zip(graph.neighbours(row)) {
                     let x = &x[column as usize];
                     for i in 0..4 {
                         let row = &block[i];
@@ -111,7 +112,7 @@ impl Tangent {
         let graph = &self.pattern.graph;
         (0..graph.nodes())
             .map(|node| {
-                let block = &self.blocks[graph.place(node, node as u32)];
+                let block = &self.blocks[graph.position(node, node as u32)];
                 std::array::from_fn(|k| block[k][k])
             })
             .collect()

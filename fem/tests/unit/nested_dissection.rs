@@ -11,7 +11,7 @@ fn fill(graph: &Graph, order: &[u32]) -> usize {
         .iter()
         .enumerate()
         .map(|(i, &n)| {
-            let near = graph.of(n as usize).iter().map(|&m| position[m as usize]);
+            let near = graph.neighbours(n as usize).iter().map(|&m| position[m as usize]);
             near.filter(|&j| j > i).collect()
         })
         .collect();

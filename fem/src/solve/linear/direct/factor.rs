@@ -43,7 +43,7 @@ impl Symbolic {
         for (equation, &(node, k)) in value_of.iter().enumerate() {
             column.clear();
             let first = graph.start[node as usize];
-            for (i, &near) in graph.of(node as usize).iter().enumerate() {
+            for (i, &near) in graph.neighbours(node as usize).iter().enumerate() {
                 for (l, &e) in unknowns.equation[near as usize].iter().enumerate() {
                     if e != NONE && e as usize >= equation {
                         column.push((e, 16 * (first + i as u32) + 4 * k + l as u32));

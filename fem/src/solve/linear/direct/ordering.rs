@@ -93,13 +93,13 @@ impl Dissection<'_> {
         sorted[at..].iter().for_each(|&n| self.side[n as usize] = RIGHT);
         let (mut left, mut right, mut edges) = (Vec::new(), Vec::new(), Vec::new());
         for &n in &sorted[at..] {
-            if self.graph.of(n as usize).iter().any(|&m| self.side[m as usize] == LEFT) {
+            if self.graph.neighbours(n as usize).iter().any(|&m| self.side[m as usize] == LEFT) {
                 self.local[n as usize] = right.len() as u32;
                 right.push(n);
             }
         }
         for &n in &sorted[..at] {
-            let across = self.graph.of(n as usize).iter();
+            let across = self.graph.neighbours(n as usize).iter();
             let across: Vec<u32> = across
                 .filter(|&&m| self.side[m as usize] == RIGHT)
                 .map(|&m| self.local[m as usize])
@@ -125,8 +125,11 @@ impl Dissection<'_> {
         let mut row = Vec::new();
         for &n in part {
             let begin = row.len();
-            let inside =
-                self.graph.of(n as usize).iter().filter(|&&m| self.side[m as usize] == LEFT);
+            let inside = self
+                .graph
+                .neighbours(n as usize)
+                .iter()
+                .filter(|&&m| self.side[m as usize] == LEFT);
             row.extend(inside.map(|&m| self.local[m as usize]));
             row[begin..].sort_unstable();
             start.push(row.len() as u32);

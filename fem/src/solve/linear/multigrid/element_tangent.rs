@@ -148,7 +148,7 @@ impl ElementTangent {
             };
             for &(a, share) in &ends {
                 for &(b, other) in &ends {
-                    let place = out.pattern.graph.place(a as usize, b);
+                    let place = out.pattern.graph.position(a as usize, b);
                     for i in 0..3 {
                         for j in 0..3 {
                             out.blocks[place][i][j] += share * other * block[i][j];

@@ -178,13 +178,14 @@ fn fields<const R: usize>(
     let mut rows = Vec::with_capacity(free.len());
     let mut rest = block.as_mut_slice();
     for row in 0..free.len() {
-        let (in_row, next) = rest.split_at_mut(graph.of(row).len());
+        let (in_row, next) = rest.split_at_mut(graph.neighbours(row).len());
         rows.push(in_row);
         rest = next;
     }
     rows.into_par_iter().with_min_len(CHUNK).enumerate().for_each(|(row, blocks)| {
         let entries = &tangent.blocks[graph.start[row] as usize..];
-        for ((block, entries), &column) in blocks.iter_mut().zip(entries).zip(graph.of(row)) {
+        for ((block, entries), &column) in blocks.iter_mut().zip(entries).zip(graph.neighbours(row))
+        {
             *block = entry(row, column, entries);
         }
     });
