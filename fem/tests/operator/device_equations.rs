@@ -110,9 +110,6 @@ fn a_device_computes_residual_and_tangent_of_every_kind_of_element() {
     compare::<4, Linear>(&device, form, DamageRule::Vertex, (neo_hookean, volumetric));
     compare::<4, Linear>(&device, form, DamageRule::Vertex, (hencky, volumetric));
     compare::<10, Quadratic>(&device, form, DamageRule::Consistent, (hencky, at2));
-    // a law of the crate and a law given by its energy in one mesh
-    compare::<4, Linear>(&device, form, DamageRule::Vertex, (mixed, volumetric));
-    compare::<10, Quadratic>(&device, form, DamageRule::Consistent, (mixed, at2));
     let history = PhaseField { irreversibility: Irreversibility::History, ..at2 };
     compare::<10, Quadratic>(&device, Form::Plain, DamageRule::Vertex, (hencky, history));
     compare::<4, Linear>(&device, Form::ALL[4], DamageRule::Vertex, (hencky, history));

@@ -47,13 +47,6 @@ impl Definition {
         }
         for (region, material) in mesh.regions.iter().zip(&self.materials) {
             material.validate(region, field)?;
-            if material.state_len() > 0 {
-                return Err(FemError::unsupported(
-                    format!("material.{region}"),
-                    "the solver does not store the state of this law yet",
-                    "take a law without state values",
-                ));
-            }
         }
         if mesh.mixture.is_some() {
             self.validate_mixtures()?;
@@ -124,12 +117,6 @@ impl Definition {
         }
         if self.materials.iter().any(|m| m.split.is_some()) {
             return refused(Unsupported::UserSplitOfMixture);
-        }
-        if self.materials.iter().any(|m| m.split.is_some()) {
-            return refused(
-                "a user-defined split does not divide the energy of a mixture",
-                "take a split of the phase field, or a mesh that follows the grains",
-            );
         }
         Ok(())
     }
