@@ -2,7 +2,8 @@
 
 use fem::material::{LaneLaw, PointLaw};
 use fem::{
-    ConstitutiveLaw, ElasticResponse, Material, Principal, Response, Scalar, assert_material,
+    Axis, Block, Conditions, ConstitutiveLaw, ElasticResponse, Material, Order, Principal, Problem,
+    Response, Scalar, Schedule, SolverOptions, assert_material,
 };
 
 /// τ = K tr ε I + 2 μ (e − f α) with the viscous strain α, dα/dt = (e − α)/t₀, for e = dev ε.
@@ -128,6 +129,42 @@ fn a_constant_strain_rate_gives_the_closed_form_with_the_order_of_the_increment(
     });
     let order = (errors[0] / errors[1]).log2();
     assert!(errors[1] < 2e-3 && (0.9..1.1).contains(&order), "{errors:?}, order {order}");
+}
+
+/// A block without lateral strain is compressed in the first increment and held: each increment starts from the state
+/// of the one before it. The nominal stress is τ/λ.
+#[test]
+fn a_held_block_relaxes_exponentially() {
+    let (strain, duration, steps) = (-0.02f64, 1.0, 10);
+    let travel = strain.exp_m1();
+    let conditions = Conditions::new()
+        .fix("left", [Axis::X])
+        .fix("right", [Axis::X])
+        .fix("front", [Axis::Y])
+        .fix("back", [Axis::Y])
+        .fix("bottom", [Axis::Z])
+        .prescribe("top", [Axis::Z], move |_, time_s| {
+            [0.0, 0.0, if time_s > 0.0 { travel } else { 0.0 }]
+        })
+        .measure("top", [0.0, 0.0, 1.0]);
+    for order in [Order::Linear, Order::Quadratic] {
+        let problem = Problem::builder(Block::new([1.0; 3], [2; 3]).build().expect("a mesh"))
+            .order(order)
+            .materials([Material::with_law(BODY).expect("a law")])
+            .conditions(conditions.clone())
+            .options(SolverOptions { tolerance: 1e-10, ..SolverOptions::default() })
+            .schedule(Schedule::fixed(duration, steps))
+            .build()
+            .expect("valid input");
+        let outcome = problem.run(&mut ());
+        assert_eq!(outcome.curve.len(), steps as usize, "{:?}", outcome.end);
+        for point in &outcome.curve {
+            let relaxed = 1.0 - BODY.fraction * (1.0 - (-point.time_s / BODY.time_s).exp());
+            let tau = BODY.bulk_mpa * strain + 4.0 / 3.0 * BODY.shear_mpa * relaxed * strain;
+            let exact = tau / strain.exp();
+            assert!((point.force_n / exact - 1.0).abs() < 1e-8, "{point:?} instead of {exact} N");
+        }
+    }
 }
 
 #[test]
