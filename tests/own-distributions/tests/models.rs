@@ -52,8 +52,11 @@ fn laplace_in_a_model() {
 
 #[test]
 fn probabilities_of_counts_sum_to_one() {
-    let sum: f64 =
-        (0..400u64).map(|k| Distribution::<f64>::ln_density(&Geometric(0.1), &k).exp()).sum();
+    let mass = |k: u64| {
+        let ln_mass: f64 = Geometric(0.1).ln_density(&k);
+        ln_mass.exp()
+    };
+    let sum: f64 = (0..400).map(mass).sum();
     assert!((sum - 1.0).abs() < 1e-12, "{sum}");
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
     let draw = |_| -> u64 { Distribution::<f64>::draw(&Geometric(0.1), &mut rng) };
