@@ -65,7 +65,7 @@ pub trait Univariate: Family {
 
 /// Contributions of X > c and of X < c to the moment E|X − c|ⁿ about the median c: n ∫ tⁿ⁻¹ P(X > c + t) dt and n ∫ tⁿ⁻¹
 /// P(X < c − t) dt. These integrals follow from integration by parts and need only distribution functions.
-pub(super) fn sides(distribution: &(impl Univariate + ?Sized), n: i32) -> (f64, f64) {
+pub(super) fn sides(distribution: &impl Univariate, n: i32) -> (f64, f64) {
     let centre = distribution.quantile(0.5);
     let scale = distribution.quantile(0.75) - distribution.quantile(0.25);
     let weight = |d: f64| f64::from(n) * d.powi(n - 1);

@@ -57,7 +57,7 @@ pub(super) const FOREIGN_IMPLS: [(&str, &str); 70] = [
     ("ppl", "judgement/power_scaling.rs: impl Posterior"),
     ("ppl", "judgement/predictive.rs: impl Posterior"),
     ("ppl", "sampler/run/resume.rs: impl Settings"),
-    ("ppl", "sampler/run/run.rs: impl Settings"),
+    ("ppl", "sampler/run/chains.rs: impl Settings"),
     ("ppl", "sampler/draws/store.rs: impl Chains"),
     ("ppl", "density/site.rs: impl Rejection"),
     ("ppl", "judgement/summary.rs: impl Posterior"),

@@ -225,7 +225,7 @@ fn sample(datatype: &Datatype) -> Option<SampleType> {
         Datatype::FloatingPoint { size: size @ (4 | 8), .. } => (NumberKind::Float, size),
         _ => return None,
     };
-    matches!(bytes, 1 | 2 | 4 | 8).then_some(SampleType { kind, bits: 8 * bytes as u8 })
+    matches!(bytes, 1 | 2 | 4 | 8).then_some(SampleType { kind, bits: 8 * bytes })
 }
 
 /// Voxel size from the attribute `element_size_um` (z, y, x) that Fiji and ilastik write.

@@ -1,8 +1,8 @@
 //! Resumption of earlier runs.
 
 use crate::sampler::draws::chains::{Chain, Chains};
+use crate::sampler::run::chains::MarkovChain;
 use crate::sampler::run::error::RunError;
-use crate::sampler::run::run::MarkovChain;
 use crate::sampler::run::settings::{Settings, Starts};
 use crate::sampler::run::stream::Stream;
 
