@@ -89,7 +89,7 @@ fn a_quantity_from_outside_is_calibrated() {
         assert!(text(file).contains("secant_stiffness_N_per_mm"), "{file}");
     }
     assert!(text("report.html").contains("secant stiffness (N/mm)"));
-    let runs = Dataset::read_csv(&out.join("runs.csv")).unwrap();
+    let runs = Dataset::read_csv(out.join("runs.csv")).unwrap();
     for (i, (inputs, outputs)) in runs.rows().enumerate() {
         let [young, viscosity] = inputs[..] else { panic!("{inputs:?}") };
         let [by_young, by_viscosity] = runs.derivatives(i).unwrap()[..2] else { unreachable!() };

@@ -76,7 +76,8 @@ fn a_device_computes_it() {
     let own = matrix(Material::hencky).with_split(StarConvex { gamma: 0.7 });
     let field = Some(PhaseField::new(0.06));
     let run = Run { order: Order::Linear, displacement_mm: 0.2, steps: 8, grains: false, field };
-    let [here, there] = [None, Some(device)].map(|device| run.forces(&[own.clone()], device));
+    let [here, there] =
+        [None, Some(device)].map(|device| run.forces(std::slice::from_ref(&own), device));
     assert_close(&there, &here, 1e-7);
 }
 

@@ -75,7 +75,10 @@ fn a_gent_solid_stops_at_its_limit() {
         let limit = (3.0 + GENT.limit).sqrt();
         let reached = 1.0 + displacement_mm / HEIGHT;
         assert!((reached / limit - 1.0).abs() < 1e-3, "{order:?}: {error}");
-        assert_eq!(*source, StepFailure::NotFinite, "{order:?}: {error}");
+        // the last step may also end where rounding errors of the nearly infinite stiffness exceed the tolerance
+        let is_limit =
+            matches!(source, StepFailure::NotFinite | StepFailure::TooManyIterations { .. });
+        assert!(is_limit, "{order:?}: {error}");
     }
 }
 

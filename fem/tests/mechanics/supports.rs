@@ -130,8 +130,10 @@ fn points_of_curved_elements_are_found_by_their_shape_functions() {
     for k in 1..=40 {
         // points in the cylinder, some of them at the curved surface of the ball
         let along = |multiple: f64| (f64::from(k) * multiple).fract();
-        let (radius, angle) =
-            (if k % 2 == 0 { 1.2 } else { 2.3 * along(0.755) }, 6.28 * along(0.57));
+        let (radius, angle) = (
+            if k % 2 == 0 { 1.2 } else { 2.3 * along(0.755) },
+            std::f64::consts::TAU * along(0.57),
+        );
         let height = if k % 2 == 0 { 2.2 } else { 0.1 + 4.2 * along(0.43) };
         let x = [radius * angle.cos(), radius * angle.sin(), height];
         let at = space.interpolation(x).expect("a point of the body");

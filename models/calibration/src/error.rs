@@ -23,7 +23,7 @@ pub struct InputError {
     /// Description of the problem: a clause without subject, such as `must be at least 1`.
     pub problem: String,
     /// How to fix the problem: one or more whole sentences.
-    pub help: String,
+    pub help: Box<str>,
     /// The line of the file; `None` if the value is not in the file, or the error names the line in `place`.
     pub excerpt: Option<Box<Excerpt>>,
 }
@@ -67,7 +67,7 @@ impl InputError {
             place: shortened(place.into(), 200),
             value: shortened(value.into(), 100),
             problem: shortened(problem.into(), 500),
-            help: shortened(help.into(), 2000),
+            help: shortened(help.into(), 2000).into(),
             excerpt: None,
         }
     }

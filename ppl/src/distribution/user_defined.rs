@@ -14,9 +14,9 @@ use crate::transform::{Domain, SmoothDomain};
 /// right-hand side of `place ~ D`, and of `let x ~ D` if the domain is a [`SmoothDomain`]; `.iid(n)` and
 /// `.array::<N>()` are available. Derivatives follow from `ln_density`, which is written for any scalar type.
 ///
-/// `.truncate(a..b)` and `.censor(a..b)` additionally need distribution functions: implement
-/// [`Univariate`](crate::Univariate) (`cdf`, `sf` and `quantile`), and call
-/// `density!([M: Parameter] Name<M>, with tails)`.
+/// `.truncate(a..b)` and `.censor(a..b)` need distribution functions and partial derivatives: implement
+/// [`Univariate`](crate::Univariate) and [`UnivariateDensity`](crate::UnivariateDensity) instead, and call
+/// [`univariate!`](crate::univariate!).
 ///
 /// Write the trait with its path, `impl<R: Scalar> ppl::Density<R> for Name`. The prelude does not contain the trait,
 /// because its methods have the names of the methods of [`Distribution`](crate::Distribution), which are called in
@@ -124,35 +124,12 @@ where
 /// Implements [`Distribution`](crate::Distribution) and [`Unknown`](crate::Unknown) for a user-defined
 /// [`Density`](crate::Density): `ppl::density!([M: Parameter] Laplace<M>);`. The brackets contain the generic
 /// parameters of the type.
-///
-/// `ppl::density!([M: Parameter] Laplace<M>, with tails);` also implements
-/// [`UnivariateDensity`](crate::UnivariateDensity) for a type that implements [`Univariate`](crate::Univariate), so
-/// that `.truncate(a..b)`, `.censor(a..b)` and `.ordered()` are available.
 #[macro_export]
 macro_rules! density {
     ([$($generics:tt)*] $Name:ty) => {
         $crate::density!(@distribution [$($generics)*] $Name, |own| {
             $crate::Density::<R>::validate(own)
         });
-    };
-    ([$($generics:tt)*] $Name:ty, with tails) => {
-        $crate::density!(@distribution [$($generics)*] $Name, |own| {
-            $crate::Univariate::validate(own)?;
-            $crate::Density::<R>::validate(own)
-        });
-
-        impl<R: $crate::Scalar, $($generics)*> $crate::UnivariateDensity<R> for $Name
-        where
-            Self: $crate::Univariate + $crate::Density<R, Domain = $crate::transform::Support<R>>,
-        {
-            fn support(&self) -> $crate::transform::Support<R> {
-                $crate::Density::<R>::domain(self)
-            }
-
-            fn add_ln_pdf(&self, x: R, terms: &mut impl $crate::Accumulator<R>) {
-                terms.add_number($crate::Density::<R>::ln_density(self, &x));
-            }
-        }
     };
     (@distribution [$($generics:tt)*] $Name:ty, |$own:ident| $validate:block) => {
         impl<$($generics)*> $crate::Family for $Name {}

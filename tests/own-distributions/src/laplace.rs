@@ -29,35 +29,14 @@ where
     }
 
     fn draw<G: Rng + ?Sized>(&self, rng: &mut G) -> R {
-        R::from(self.quantile(rng.random()))
+        let size: f64 = -self.1.number() * rng.random::<f64>().ln();
+        R::from(self.0.number() + if rng.random() { size } else { -size })
     }
-}
 
-// `.truncate` and `.censor` need distribution functions; without them, leave out `with tails` and this implementation
-ppl::density!([M: Parameter, S: Parameter] Laplace<M, S>, with tails);
-
-impl<M: Parameter, S: Parameter> Univariate for Laplace<M, S> {
     fn validate(&self) -> Result<(), DomainError> {
         DomainError::require_finite("Laplace", "location", self.0.number())?;
         DomainError::require_positive("Laplace", "scale", self.1.number())
     }
-
-    fn cdf(&self, x: f64) -> f64 {
-        let z = (x - self.0.number()) / self.1.number();
-        if z < 0.0 { 0.5 * z.exp() } else { 1.0 - 0.5 * (-z).exp() }
-    }
-
-    fn sf(&self, x: f64) -> f64 {
-        let z = (x - self.0.number()) / self.1.number();
-        if z > 0.0 { 0.5 * (-z).exp() } else { 1.0 - 0.5 * z.exp() }
-    }
-
-    fn quantile(&self, p: f64) -> f64 {
-        let z = if p < 0.5 { (2.0 * p).ln() } else { -(2.0 * (1.0 - p)).ln() };
-        self.0.number() + self.1.number() * z
-    }
-
-    fn upper_quantile(&self, q: f64) -> f64 {
-        2.0 * self.0.number() - self.quantile(q)
-    }
 }
+
+ppl::density!([M: Parameter, S: Parameter] Laplace<M, S>);

@@ -1,7 +1,7 @@
 //! Three user-defined distributions, each with a log density, a draw and a domain: copy the file that is closest to
 //! your distribution.
 //!
-//! - [`Laplace`]: a continuous distribution, with distribution functions for truncation and censoring
+//! - [`Laplace`]: a continuous distribution
 //! - [`Geometric`]: a distribution of counts
 //! - [`RandomWalk`]: a distribution of vectors
 

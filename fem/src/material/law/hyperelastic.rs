@@ -127,7 +127,7 @@ struct Tangent<'a, T, L> {
 const NEAR: f64 = 0.02;
 /// Weight of the ends, and weight and distance from the middle of the inner points, of the Lobatto rule with four points
 /// for the mean over [−1, 1].
-const LOBATTO: [f64; 3] = [1.0 / 6.0, 5.0 / 6.0, 0.447_213_595_499_957_94];
+const LOBATTO: [f64; 3] = [1.0 / 6.0, 5.0 / 6.0, 0.447_213_595_499_957_9];
 
 impl<T: Scalar, L: HyperelasticLaw> Computation for Tangent<'_, T, L> {
     type Output = ElasticResponse<T>;

@@ -80,12 +80,12 @@ impl<T: Scalar, const D: usize, const H: usize> Add for Jet<T, D, H> {
 
     #[inline(always)]
     fn add(mut self, other: Self) -> Self {
-        self.value = self.value + other.value;
+        self.value += other.value;
         for i in 0..D {
-            self.first[i] = self.first[i] + other.first[i];
+            self.first[i] += other.first[i];
         }
         for k in 0..H {
-            self.second[k] = self.second[k] + other.second[k];
+            self.second[k] += other.second[k];
         }
         self
     }

@@ -154,9 +154,7 @@ impl<T: Precision, S: Simd, const PLAIN: bool, const C: usize, const D: usize, c
         }
         for k in 0..3 {
             let of_displacement = tangent.flux(k, &f);
-            for m in 0..3 {
-                flux[k][m] = of_displacement[m];
-            }
+            flux[k][..3].copy_from_slice(&of_displacement);
         }
         flux
     }

@@ -173,7 +173,7 @@ impl<const N: usize> Evaluate<N> for PointDataOf<'_> {
             out[begin..begin + count].copy_from_slice(&column[..count]);
         }
         let end = rows.first + rows.lanes.len();
-        if end == self.count || end % LANES == 0 {
+        if end == self.count || end.is_multiple_of(LANES) {
             (self.write)(rows.first / LANES, columns);
         }
         Ok(())

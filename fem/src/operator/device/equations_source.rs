@@ -161,6 +161,10 @@ pub(crate) fn residual_kernel<const N: usize>(
     plain: bool,
 ) -> Kernel {
     let inputs = Inputs::new(rule, setting, plain);
+    #[expect(
+        clippy::redundant_closure,
+        reason = "the function is not general over the lifetime of the element"
+    )]
     let residual =
         record::<N, _>(rule, setting, plain, |element, scratch| residual(element, scratch));
     let mut results = residual.nodal.as_flattened().to_vec();

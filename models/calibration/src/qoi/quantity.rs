@@ -128,12 +128,15 @@ pub struct QoiRegistry {
     entries: Vec<Entry>,
 }
 
+/// Parses a name in a case or the column of a table.
+type Parse = Box<dyn Fn(&str) -> Option<Quantity> + Send + Sync>;
+
 /// One quantity, or several whose names differ by a number.
 struct Entry {
     /// Name of the quantity, or of one of the quantities.
     example: String,
-    named: Box<dyn Fn(&str) -> Option<Quantity> + Send + Sync>,
-    of_column: Box<dyn Fn(&str) -> Option<Quantity> + Send + Sync>,
+    named: Parse,
+    of_column: Parse,
 }
 
 impl fmt::Debug for Entry {
