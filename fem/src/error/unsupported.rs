@@ -177,6 +177,9 @@ pub enum Unsupported {
     /// Arc-length steps with viscous damage.
     #[error("arc-length steps need rate-independent damage")]
     ArcLengthWithViscosity,
+    /// Arc-length steps with a law that has a state.
+    #[error("arc-length steps have no duration, on which the state of a law may depend")]
+    ArcLengthWithState,
     /// A controller that requests a step by crack energy without announcing it.
     #[error("it requests a step by crack energy without announcing it")]
     UnannouncedRelease,
@@ -251,6 +254,7 @@ impl Unsupported {
             Self::ArcLengthWithoutEnergy => {
                 "take irreversibility = \"active-set\" or \"none\", and no hybrid split"
             }
+            Self::ArcLengthWithState => "take fixed or adaptive steps",
             Self::ArcLengthWithViscosity => {
                 "set viscosity_mpa_s = 0, or take adaptive steps: viscous damage does not snap back"
             }

@@ -93,5 +93,8 @@ pub(crate) fn check_crack_energy(
     if damaged().any(|m| m.viscosity_mpa_s > 0.0) {
         return refuse(Unsupported::ArcLengthWithViscosity);
     }
+    if materials.iter().any(|material| material.state_len() > 0) {
+        return refuse(Unsupported::ArcLengthWithState);
+    }
     Ok(())
 }
