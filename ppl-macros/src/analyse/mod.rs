@@ -38,9 +38,7 @@ impl Analysis {
         let names = model.arguments.iter().map(|data| data.name.clone());
         let scope: Scope = names.map(|name| (name, false)).collect();
         Self {
-            // arguments of generic types of a submodel may be unknowns too
-            is_static: (model.value.is_none() || model.generics.type_params().next().is_none())
-                && branches::is_static(&model.body, &activity),
+            is_static: branches::is_static(&model.body, &activity),
             facts: facts(&model.body, &activity, scope),
             activity,
         }

@@ -57,7 +57,7 @@ pub(crate) fn function(model: &Model, analysis: &Analysis) -> TokenStream {
             quote!(::ppl::Part<impl ::ppl::Submodel<__S, Value = #value>>),
             quote!(::ppl::Part(#made)),
             quote!(::ppl::Submodel<__S>),
-            quote!(type Value = #value; const STATIC: bool = #is_static;),
+            quote!(type Value = #value;),
             quote!(::ppl::Context<Number = __S>),
             quote!(Self::Value),
         ),
@@ -70,12 +70,14 @@ pub(crate) fn function(model: &Model, analysis: &Analysis) -> TokenStream {
             quote!(()),
         ),
     };
-    let formulas = quote_spanned! {span=>
-        #[allow(unused_imports)]
-        use ::ppl::__private::{
-            Apart as _, At as _, Number as _, Of as __Of, Other as _, Together as _,
-        };
-    };
+    let formulas = model.value.is_none().then(|| {
+        quote_spanned! {span=>
+            #[allow(unused_imports)]
+            use ::ppl::__private::{
+                Apart as _, At as _, Number as _, Of as __Of, Other as _, Together as _,
+            };
+        }
+    });
     let (cx, this) = (cx(), Ident::new("self", span));
     let (statements, sites) = statements(model, analysis);
     let (sites, bindings) = (table(&sites), arguments.iter().map(binding));

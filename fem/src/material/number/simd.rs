@@ -15,7 +15,7 @@ use super::scalar::{Computation, Lanes, Number, POINTS, Scalar};
 pub const REGISTERS: usize = 2;
 
 /// Runs `work` with AVX2 or Neon if the processor supports it, else without vector instructions. The SIMD types are
-/// those of [`OverScalars`](super::OverScalars).
+/// those of `OverScalars`.
 pub fn dispatch<W: WithSimd>(work: W) -> W::Output {
     #[cfg(target_arch = "x86_64")]
     return match pulp::x86::V3::try_new() {

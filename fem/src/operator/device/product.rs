@@ -16,7 +16,7 @@ use crate::operator::kernel::DataLayout;
 use crate::operator::layout::Layout;
 use crate::operator::pattern::Tangent;
 
-/// A matrix-free product on a device, with the precision that [`product`](super::product) would choose.
+/// A matrix-free product on a device, with the precision that `product` would choose.
 pub fn device_product(
     layout: Arc<Layout>,
     tets: usize,
