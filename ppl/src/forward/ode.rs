@@ -48,7 +48,7 @@ pub trait Ode<const N: usize, const D: usize>: Sync {
 ///         }
 ///     }
 /// }
-/// let solution = OdeSolution::new(Decay, 0.0, &[1.0, 2.0], [1e-8, 1e-8]);
+/// let solution = OdeSolution::new(Decay, 0.0, &[1.0, 2.0], [1e-13, 1e-13]);
 /// let states = solution.states([0.5])?;
 /// assert!((states[1][0] - 10.0 * (-1.0f64).exp()).abs() < 1e-6);
 /// ppl::check::gradient(&decay(&solution, &[6.1, 3.6]), 1);
