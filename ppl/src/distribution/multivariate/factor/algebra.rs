@@ -162,8 +162,9 @@ impl<R: Scalar> DynCholeskyFactor<R> {
         let size = rows.len();
         for (i, row) in rows.iter().enumerate() {
             let holds = (i + 1..=size).contains(&row.len());
-            let requirement = format_args!("between {} and {size}", i + 1);
-            let (name, length) = (format_args!("length of row {i}"), row.len() as f64);
+            let (needed, length) = (i + 1, row.len() as f64);
+            let requirement = format_args!("between {needed} and {size}");
+            let name = format_args!("length of row {i}");
             DomainError::require(holds, NAME, name, requirement, length)?;
         }
         require_zeros(NAME, rows)?;
@@ -208,9 +209,10 @@ impl<R: Scalar> DynCholeskyFactor<R> {
     /// (2001), *Bayesian Calibration of Computer Models*, doi:10.1111/1467-9868.00294.
     pub fn of_covariance(matrix: &[Vec<R>]) -> Result<Self, DomainError> {
         for (i, entries) in matrix.iter().enumerate() {
+            let (needed, length) = (i + 1, entries.len() as f64);
             let (name, required) =
-                (format_args!("length of row {i}"), format_args!("at least {}", i + 1));
-            DomainError::require(entries.len() > i, NAME, name, required, entries.len() as f64)?;
+                (format_args!("length of row {i}"), format_args!("at least {needed}"));
+            DomainError::require(entries.len() > i, NAME, name, required, length)?;
         }
         Self::factorised(NAME, Free(matrix.len()), |i, j| matrix[i][j])
     }
