@@ -1,7 +1,9 @@
 //! The state of an element, and strains and stresses at its points.
 
 use crate::element::{Geometry, Rule};
-use crate::material::{CrackDensity, Degradation, PointLaw, Principal, Response, Scalar};
+use crate::material::{
+    Computation, CrackDensity, Degradation, PointLaw, Principal, Response, Scalar,
+};
 
 /// Largest number of elastic points or of damage points of any rule.
 pub const MOST_POINTS: usize = 14;
@@ -48,6 +50,30 @@ pub(crate) struct PointState<T> {
     pub weight: T,
     pub principal: Principal<T>,
     pub response: Response<T>,
+}
+
+/// Evaluation of the law at a point. It is a function of its own, so that the laws are compiled once for each number
+/// type instead of once for each computation on elements: they are two thirds of the code of a computation.
+struct AtPoint<'a, T, L, const TANGENT: bool> {
+    law: &'a L,
+    /// Displacement gradient.
+    h: &'a [[T; 3]; 3],
+    g: T,
+    dt: T,
+    old: &'a [T],
+    new: &'a mut [T],
+}
+
+impl<T: Scalar, L: PointLaw<T>, const TANGENT: bool> Computation for AtPoint<'_, T, L, TANGENT> {
+    type Output = (Principal<T>, Response<T>);
+
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        let Self { law, h, g, dt, old, new } = self;
+        let principal = Principal::new(h);
+        let response = law.respond::<TANGENT>(&principal, g, dt, old, new);
+        (principal, response)
+    }
 }
 
 impl<T: Scalar, L: PointLaw<T>, const N: usize> ElementState<'_, T, L, N> {
@@ -101,18 +127,19 @@ impl<T: Scalar, L: PointLaw<T>, const N: usize> ElementState<'_, T, L, N> {
         phi: &[T; MOST_POINTS],
         state: &mut [T],
     ) -> PointState<T> {
-        let principal = self.principal(q);
+        let h = self.displacement_gradient(q);
         let Constants { law, degradation, .. } = &self.constants;
         let g = self.degradation_at(q, phi, degradation);
         let len = law.state_len();
         let (old, new) = (&self.state[q * len..][..len], &mut state[..len]);
-        let response = law.respond::<TANGENT>(&principal, g, self.duration, old, new);
+        let at = AtPoint::<_, _, TANGENT> { law, h: &h, g, dt: self.duration, old, new };
+        let (principal, response) = g.vectorize(at);
         PointState { weight: self.weight(q), principal, response }
     }
 
-    /// Principal strains at elastic point q.
+    /// Displacement gradient H = ∂u/∂X at elastic point q.
     #[inline(always)]
-    pub(super) fn principal(&self, q: usize) -> Principal<T> {
+    fn displacement_gradient(&self, q: usize) -> [[T; 3]; 3] {
         let du = self.differences(q, &self.displacement);
         let barycentric = &self.geometry(q).barycentric;
         let mut h = [[self.constant(0.0); 3]; 3];
@@ -123,7 +150,7 @@ impl<T: Scalar, L: PointLaw<T>, const N: usize> ElementState<'_, T, L, N> {
                 }
             }
         }
-        Principal::new(&h)
+        h
     }
 
     /// ∂u/∂λ_k − ∂u/∂λ₀ at elastic point q, for k = 1 … 3.
