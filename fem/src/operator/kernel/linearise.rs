@@ -1,12 +1,12 @@
-//! Linearisation of an element: the stored data of its tangent.
+//! Linearisation of an element: computation of the stored data of the tangent.
 
 use super::point_data::{DataLayout, rotation};
 use super::state::{ElementState, MOST_POINTS};
 use crate::material::{PointLaw, PointTangent, Scalar, dot, packed};
 
-/// Writes the stored data of the element's tangent in the order of [`DataLayout`]. `coupled` keeps the coupling terms
-/// between u and φ. With `AXES` the principal axes are appended, and the quaternions are not written. `scratch` is
-/// storage for the state of one point. Returns 1, or 0 if the element is inverted.
+/// Writes the stored data of the element's tangent in the order of [`DataLayout`]. `coupled` includes the coupling
+/// terms between u and φ. With `AXES` the principal axes are appended, and the quaternions are not written. `scratch`
+/// is storage for the state of one point. Returns 1, or 0 if the element is inverted.
 #[inline(always)]
 pub fn linearise<T: Scalar, L: PointLaw<T>, const AXES: bool, const N: usize>(
     element: &ElementState<'_, T, L, N>,
