@@ -1,4 +1,4 @@
-//! Conditions on a finite element space: constrained degrees of freedom, loads and contact.
+//! Conditions on a finite-element space: constrained degrees of freedom, loads and contact.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -68,7 +68,7 @@ impl Boundary {
             surfaces.insert(name.clone(), nodes);
         }
         for name in &conditions.symmetric {
-            let on = triangles(name, "a plane of symmetry is asked for")?;
+            let on = triangles(name, "symmetry is prescribed")?;
             let nodes = domain.nodes_on(on);
             let axis = normal_axis(mesh, name, on)? as usize;
             constraints.add(name, &nodes, axis, Value::Zero)?;

@@ -10,7 +10,7 @@ pub(super) struct RigidMotions {
     free: Matrix6<f64>,
 }
 
-/// A support is used only if it constrains more than this fraction of a free motion.
+/// Smallest fraction of a free motion that a support must constrain; a support that constrains less is ignored.
 const LEAST_STOPPED: f64 = 1e-6;
 
 impl RigidMotions {

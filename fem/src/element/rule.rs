@@ -65,8 +65,8 @@ impl Rule {
             (DamageRule::Absent, _) => (Vec::new(), vec![Vec::new(); elastic.len()]),
             (DamageRule::Vertex, false) => (nodal::<N>(|_| 0.25), vec![vec![0.25; N]]),
             (DamageRule::Vertex, true) => (
-                // sub-tetrahedra: 4 at the vertices, and an octahedron that is cut along a diagonal (mean over its
-                // three diagonals)
+                // weights of the vertices of eight sub-tetrahedra: four at the corners, and four from an octahedron
+                // that is cut along a diagonal (mean over its three diagonals)
                 nodal::<N>(|a| if a < 4 { 1.0 / 32.0 } else { 7.0 / 48.0 }),
                 (0..4).map(|q| (0..N).map(|a| corner_mean::<N, T>(q, a)).collect()).collect(),
             ),

@@ -3,8 +3,8 @@
 //! The modulus M of a mixture with grain fraction f follows from the moduli M₁ of the matrix and M₂ of the grain,
 //! with a comparison medium as soft as the matrix: 1/(M + ζ) = (1 − f)/(M₁ + ζ) + f/(M₂ + ζ). ζ = 0 is the Reuss
 //! bound. ζ = 4μ₁/3 for the bulk modulus and ζ = μ₁ (9K₁ + 8μ₁)/(6 (K₁ + 2μ₁)) for the shear modulus is the bound of
-//! Hashin and Shtrikman. Damage reduces the matrix modulus to g M₁, and therefore ζ to g ζ. With N = M₂ + g ζ, a =
-//! (1 − f)/(M₁ + ζ) and D = a N + f g, the modulus is M(g) = g (N/D − ζ). It is smooth for all g, and equals g M₁ for
+//! Hashin and Shtrikman. Damage reduces the matrix modulus to g M₁, and therefore ζ to g ζ. With N = M₂ + g ζ, a = (1
+//! − f)/(M₁ + ζ) and D = a N + f g, the modulus is M(g) = g (N/D − ζ). M(g) is smooth for all g, and equals g M₁ for
 //! f = 0.
 
 use serde::{Deserialize, Serialize};

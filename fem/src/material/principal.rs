@@ -13,7 +13,8 @@ pub struct Principal<T> {
     pub strains: Strains<T>,
     /// Eigenvectors n_i: `basis[k][i]` is component k of vector i.
     pub basis: [[T; 3]; 3],
-    /// Qᵀ F⁻ᵀ: transforms a reference gradient to the spatial gradient, in the basis n_i.
+    /// Matrix Qᵀ F⁻ᵀ, where the columns of Q are the eigenvectors n_i. The matrix transforms a reference gradient to
+    /// the spatial gradient in the basis n_i.
     pub push: [[T; 3]; 3],
     /// 1, or 0 if det F is not positive and finite; the strains are then set to zero.
     pub sound: T,
@@ -26,7 +27,7 @@ pub struct Strains<T> {
     pub log: [T; 3],
     /// w_i = λ_i² − 1, the eigenvalues of b − I.
     pub excess: [T; 3],
-    /// x coth x with x = ε_i − ε_j; entry k belongs to the strains i, j ≠ k.
+    /// x coth x with x = ε_i − ε_j; entry k belongs to the pair (i, j) of the other two strains.
     pub coth: [T; 3],
 }
 

@@ -85,7 +85,7 @@ impl RegionLaw {
         let Degraded { split, hybrid } = &self.degraded;
         let whole = match &self.form {
             LawForm::Hencky => {
-                // the only call of this function, so that it is compiled once
+                // one call for both cases: the inlined function is then compiled only once
                 let (split, at) = match split {
                     PointSplit::Standard(split) => (*split, g),
                     PointSplit::User(_) => (Split::None, g.constant(1.0)),
@@ -178,7 +178,7 @@ impl<T: Scalar> PointLaw<T> for LaneLaw<'_, T> {
         let (zero, several) = (g.constant(0.0), self.laws.len() > 1);
         let mut out = ElasticResponse::zero(g).degraded(g);
         let mut scratch: Option<[T; MOST_STATE]> = None;
-        // the only call of `respond`, so that every law is compiled once
+        // one call for all cases: each inlined law is then compiled only once
         for (k, law) in self.laws.iter().enumerate() {
             let mask = self.law.equals(g.constant(k as f64));
             let absent = T::select(mask, g.constant(1.0), zero).equals(zero);

@@ -7,9 +7,9 @@ use super::number::Scalar;
 pub struct Response<T> {
     /// Elastic energy g ψ⁺ + ψ⁻, MPa.
     pub energy: T,
-    /// Driving energy of damage: derivative of the energy with respect to g, ψ⁺.
+    /// Driving energy of damage ψ⁺: the derivative of the energy with respect to g, MPa.
     pub driving: T,
-    /// Second derivative of the energy with respect to g; zero except for mixtures.
+    /// Second derivative of the energy with respect to g, MPa; zero except for mixtures.
     pub softening: T,
     /// Principal values τ_i of the Kirchhoff stress g τ⁺ + τ⁻, MPa.
     pub stress: [T; 3],
@@ -17,7 +17,7 @@ pub struct Response<T> {
     pub stress_plus: [T; 3],
     /// D_ij = ∂τ_i/∂ε_j in the order D_00, D_10, D_11, D_20, D_21, D_22, MPa.
     pub normal: [T; 6],
-    /// ½ (τ_i − τ_j) coth(ε_i − ε_j), MPa; entry k belongs to the strains i, j ≠ k.
+    /// ½ (τ_i − τ_j) coth(ε_i − ε_j), MPa; entry k belongs to the pair (i, j) of the other two strains.
     pub shear: [T; 3],
 }
 
@@ -36,7 +36,7 @@ pub struct ElasticResponse<T> {
     pub stress: [T; 3],
     /// D_ij = ∂τ_i/∂ε_j in the order D_00, D_10, D_11, D_20, D_21, D_22, MPa.
     pub normal: [T; 6],
-    /// ½ (τ_i − τ_j) coth(ε_i − ε_j), MPa; entry k belongs to the strains i, j ≠ k.
+    /// ½ (τ_i − τ_j) coth(ε_i − ε_j), MPa; entry k belongs to the pair (i, j) of the other two strains.
     pub shear: [T; 3],
 }
 

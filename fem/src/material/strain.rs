@@ -2,14 +2,14 @@
 
 use super::number::Scalar;
 
-/// The principal logarithmic strains ε_i = ln λ_i of a deformation, over any scalar.
+/// Principal logarithmic strains ε_i = ln λ_i of a deformation, over any number type.
 ///
 /// Isotropic energies are functions of these strains. Every strain measure of this type is computed so that small
 /// strains keep their digits (λ^α − 1, never λ^α alone).
 #[derive(Clone, Copy, Debug)]
 pub struct PrincipalStrain<T> {
     log: [T; 3],
-    /// λ_i² − 1.
+    /// Excess λ_i² − 1 of the squared stretches.
     excess: [T; 3],
 }
 

@@ -15,7 +15,7 @@ pub struct PointTangent<T> {
     pub axes: [[T; 3]; 3],
     /// D_ij − δ_ij τ_i, with indices by [`packed`].
     pub normal: [T; 6],
-    /// G_ij; entry k belongs to the axes i, j ≠ k.
+    /// G_ij; entry k belongs to the pair (i, j) of the other two axes.
     pub shear: [T; 3],
     /// Principal stresses τ_i.
     pub stress: [T; 3],

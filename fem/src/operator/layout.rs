@@ -67,8 +67,8 @@ pub(super) struct Chunk {
     pub tets: Vec<u32>,
     /// Mesh nodes of the chunk's elements.
     pub global: Vec<u32>,
-    /// Indices of the elements' nodes into `global`: entry \[batch · nodes per element + node of the
-    /// element\]\[lane\].
+    /// Indices of the elements' nodes into `global`. `local[batch · n + a][lane]` belongs to node a of an element
+    /// with n nodes.
     pub local: Vec<[u16; LANES]>,
     /// Whether the elements are plain: straight, and no mixtures.
     pub plain: bool,

@@ -361,7 +361,7 @@ impl ContactStep {
     }
 
     /// Returns the sum of the squared nodal penalties γ A over the nodes that belong to this rank, N²/mm², and the
-    /// length whose rounding error the gaps contain, mm.
+    /// length for the error estimate of the gaps, mm.
     pub(crate) fn stiffness(&self) -> (f64, f64) {
         let owned = self.nodes.iter().filter(|node| node.owned);
         let squares = owned.map(|node| (self.penalty * node.area).powi(2)).sum();

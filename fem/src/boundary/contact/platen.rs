@@ -136,8 +136,8 @@ impl Platen {
         )
     }
 
-    /// Returns the length (mm) whose rounding error a gap contains in addition to the rounding error of the
-    /// displacements.
+    /// Returns a length (mm) for the error estimate of a gap: a gap contains the rounding error of this length in
+    /// addition to the rounding error of the displacements. Zero for a plane.
     pub(super) fn rounded_mm(&self) -> f64 {
         match self.shape {
             Shape::Plane { .. } => 0.0,

@@ -34,7 +34,7 @@ impl DegradationLaw {
 /// Degradation of an element, or of one element per SIMD lane.
 #[derive(Clone, Copy, Debug)]
 pub struct Degradation<'a, T> {
-    /// 1 − η; zero for a material without damage.
+    /// Factor 1 − η of ĝ; zero for a material without damage.
     pub soft: T,
     /// The degradation functions of the mesh.
     pub laws: &'a [DegradationLaw],

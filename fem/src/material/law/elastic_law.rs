@@ -1,4 +1,4 @@
-//! Elastic laws by the names that files use.
+//! Elastic laws with their names in files.
 
 use serde::{Deserialize, Serialize};
 

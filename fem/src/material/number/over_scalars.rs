@@ -60,7 +60,8 @@ impl<F: Family> OverScalars<F> {
     /// Returns the object over a number type.
     ///
     /// # Panics
-    /// If the crate does not compute with this type: [`dispatch`](super::dispatch) selects the SIMD types.
+    /// If the crate does not compute with this number type. The supported SIMD types are the types that
+    /// [`dispatch`](super::dispatch) selects.
     #[inline(always)]
     pub(crate) fn over<T: Scalar>(&self) -> &F::Over<T> {
         let all: [&dyn Any; _] = [

@@ -1,8 +1,8 @@
 //! SIMD numbers: one value for each of several points.
 //!
 //! The compiler inlines SIMD instructions beyond the baseline of the processor only into functions that are
-//! themselves inlined into [`dispatch`]ed code. All functions here are therefore `#[inline(always)]`, and code that
-//! uses these numbers has loops instead of closures.
+//! themselves inlined into the code that [`dispatch`] runs. All functions here are therefore `#[inline(always)]`, and
+//! code that uses these numbers has loops instead of closures.
 
 use std::f64::consts::{FRAC_1_SQRT_2, LN_2, LOG2_E};
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};

@@ -50,7 +50,7 @@ pub trait EnergySplit: Debug + Send + Sync + 'static {
 pub struct ElasticPoint<T> {
     /// Principal strains.
     pub strain: PrincipalStrain<T>,
-    /// x coth x with x = ε_i − ε_j; entry k belongs to the strains i, j ≠ k.
+    /// x coth x with x = ε_i − ε_j; entry k belongs to the pair (i, j) of the other two strains.
     pub coth: [T; 3],
     /// Response without damage.
     pub response: ElasticResponse<T>,

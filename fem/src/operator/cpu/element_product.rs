@@ -29,7 +29,7 @@ pub(crate) struct ElementProduct<
     pub data: &'a [T::Pack],
 }
 
-/// Loader of one register of a pack with precision `T`.
+/// Loader that reads one SIMD register from a pack of precision `T`.
 #[derive(Clone, Copy)]
 struct PackLoader<T, S> {
     simd: S,

@@ -71,10 +71,10 @@ pub(crate) trait Stored: Precision + Pod {
     fn lanes<S: Simd>() -> usize;
     /// Stores register number `register` of a pack.
     fn store<S: Simd>(pack: &mut Self::Pack, register: usize, x: Self::Register<S>);
-    /// Transposes rows: loads the four columns of as many rows as a register has lanes. [`lane_of_row`] is the order
-    /// of the lanes. [`Stored::rows`] is the inverse operation.
+    /// Loads the rows of one register as four columns: column c has value c of each row, with one row per lane.
+    /// [`lane_of_row`] returns the order of the rows in the lanes. [`Stored::rows`] is the inverse operation.
     fn columns<S: Simd>(simd: S, rows: &Rows<Self>, register: usize) -> [Self::Register<S>; 4];
-    /// Stores four columns as rows, the inverse of [`Stored::columns`].
+    /// Stores four columns as the rows of one register, the inverse of [`Stored::columns`].
     fn rows<S: Simd>(
         simd: S,
         columns: &[Self::Register<S>; 4],

@@ -148,7 +148,7 @@ impl<T: Stored> Product for MatrixFree<T> {
     }
 }
 
-/// Stored data of a chunk, and the integration rule for which they are interpreted.
+/// Stored data of a chunk, with the integration rule by which the data are read.
 #[derive(Clone, Copy)]
 struct ChunkData<'a, T: Stored> {
     rule: &'a Rule,

@@ -54,7 +54,7 @@ struct Elements {
     drive_copies: Array<f64>,
     nodal: Array<f64>,
     drive: Array<f64>,
-    /// Energies, and whether the element is not inverted, by slot.
+    /// Three energies, and 1 if the element is not inverted, by slot.
     sums: Array<f64>,
     /// Sums of the energies and numbers of inverted elements, by block of slots.
     blocks: Array<f64>,

@@ -47,7 +47,7 @@ pub(crate) struct DeviceProduct<T: Stored> {
     device_failed: bool,
     program: Arc<dyn Program>,
     slots: Slots,
-    /// Stored data by kind of slots.
+    /// Stored data of the tangents, one array per kind of slots.
     data: Vec<Array<T>>,
     /// By kind of slots: indices of the stored data of vacant slots. The processor stores zeros at these indices.
     vacant: Vec<Vec<usize>>,

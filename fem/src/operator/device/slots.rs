@@ -18,8 +18,9 @@ pub(crate) struct Slots {
     pub count: usize,
     /// Nodes of the elements: node a of slot s is at index a · count + s.
     pub nodes: Array<u32>,
-    /// Copies of each node in CSR format: offsets by node, and indices a · count + s of the copies.
+    /// CSR offsets of the nodes into `copies`.
     copy_start: Array<u32>,
+    /// Copies of each node, by their indices a · count + s.
     copies: Array<u32>,
 }
 

@@ -161,7 +161,7 @@ fn add_stiffness<T: Scalar, const N: usize>(
     let zero = unit[0][0][0][0].constant(0.0);
     for b in 1..N {
         if N == 4 {
-            // node l + 1 of a linear element changes only U_l
+            // in a linear element, the displacement of node b changes only the difference with index b − 1
             for a in b..N {
                 add_block(&mut blocks[a][b], zero.constant(1.0), &unit[a - 1][b - 1]);
             }

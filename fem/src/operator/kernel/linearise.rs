@@ -68,7 +68,7 @@ pub fn linearise<T: Scalar, L: PointLaw<T>, const AXES: bool, const N: usize>(
     }
     for p in 0..element.rule.damage.len() {
         layout.degradation_slopes_mut(data)[p] = element.constants.degradation.slope(phi[p]);
-        // g″ Σ w ψ⁺ + w (Gc/(c₀ ℓ₀) α″ + ξ/Δt)
+        // local part: g″ Σ w ψ⁺ + w (Gc/(c₀ ℓ₀) α″ + ξ/Δt)
         let [.., curvature] = element.density.local(phi[p]);
         let stiffness = element.constants.local.mul_add(curvature, element.constants.viscous);
         let curvature = element.constants.degradation.curvature(phi[p]);

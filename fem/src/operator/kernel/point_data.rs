@@ -42,11 +42,11 @@ macro_rules! stored_point {
         pub struct $name<'a, P> {
             /// Rotation Q as √2 times its unit quaternion (x, y, z, w).
             pub rotation: &'a $($mutable)? [P; 4],
-            /// s_1, s_2, s_3.
+            /// Vectors s_1, s_2, s_3 with s_k = Qᵀ F⁻ᵀ ∇λ_k.
             pub push: &'a $($mutable)? [P; 9],
             /// D_ij − δ_ij τ_i, packed, times the weight of the point.
             pub normal: &'a $($mutable)? [P; 6],
-            /// G_ij times the weight of the point; entry k belongs to the axes i, j ≠ k.
+            /// G_ij times the weight of the point; entry k belongs to the pair (i, j) of the other two axes.
             pub shear: &'a $($mutable)? [P; 3],
             /// τ_i times the weight of the point.
             pub stress: &'a $($mutable)? [P; 3],
