@@ -16,7 +16,7 @@ pub struct Principal<T> {
     /// Matrix Qᵀ F⁻ᵀ, where the columns of Q are the eigenvectors n_i. The matrix transforms a reference gradient to
     /// the spatial gradient in the basis n_i.
     pub push: [[T; 3]; 3],
-    /// 1, or 0 if det F is not positive and finite; the strains are then set to zero.
+    /// 1 if det F is positive and finite, else 0. If 0, the strains are set to zero.
     pub sound: T,
 }
 

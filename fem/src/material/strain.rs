@@ -2,7 +2,7 @@
 
 use super::number::Scalar;
 
-/// Principal logarithmic strains ε_i = ln λ_i of a deformation, over any number type.
+/// Principal logarithmic strains ε_i = ln λ_i of a deformation, for any number type.
 ///
 /// Isotropic energies are functions of these strains. Every strain measure of this type is computed so that small
 /// strains keep their digits (λ^α − 1, never λ^α alone).

@@ -52,7 +52,7 @@ impl Layout {
     }
 }
 
-/// Elements of a mesh in chunks of batches.
+/// Elements of a mesh, grouped into chunks. A chunk consists of batches of [`LANES`] elements.
 #[derive(Debug)]
 pub(super) struct Batches {
     pub chunks: Vec<Chunk>,
@@ -60,7 +60,7 @@ pub(super) struct Batches {
     copies: Groups,
 }
 
-/// Neighbouring elements that are processed together.
+/// Chunk: neighbouring elements that one task processes.
 #[derive(Debug)]
 pub(super) struct Chunk {
     /// Element of each lane; the length is a multiple of [`LANES`], and [`VACANT`] fills the last batch.

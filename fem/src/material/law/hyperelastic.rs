@@ -11,11 +11,11 @@ use crate::material::strain::PrincipalStrain;
 
 /// Isotropic hyperelastic law, given by its energy alone.
 ///
-/// ψ, the energy per reference volume in MPa = N mm/mm³, is written once over a [`Scalar`]. It must be a symmetric
-/// function of the principal strains, with zero energy and stress at rest. The Kirchhoff stress τ_i = ∂ψ/∂ε_i and the
-/// consistent tangent are computed from the energy by automatic differentiation, and are exact also at equal
-/// stretches. The law runs in SIMD lanes and on devices as the laws of this crate do. The solver may evaluate the law
-/// at any strain, but uses its values only in the regions of the law.
+/// ψ, the energy per reference volume in MPa = N mm/mm³, is written once, for any number type ([`Scalar`]). It must
+/// be a symmetric function of the principal strains, with zero energy and stress at rest. The Kirchhoff stress τ_i =
+/// ∂ψ/∂ε_i and the consistent tangent are computed from the energy by automatic differentiation, and are exact also
+/// at equal stretches. The law runs in SIMD lanes and on devices as the laws of this crate do. The solver may
+/// evaluate the law at any strain, but uses its values only in the regions of the law.
 ///
 /// With [`Split::VolumetricDeviatoric`](crate::Split), damage does not degrade U(J) = ψ(J^(1/3) I) in compression;
 /// the user need not define U. ψ⁺ = ψ − U must not be negative: at a given volume, the energy must be smallest for

@@ -12,7 +12,7 @@ use super::recording::Term;
 use super::scalar::Scalar;
 use super::simd::SimdF64;
 
-/// Kind of user-defined object, such as elastic laws. `Over<T>` is the object-safe trait of this kind over the number
+/// Kind of user-defined object, such as elastic laws. `Over<T>` is the object-safe trait of this kind for the number
 /// type `T`.
 pub(crate) trait Family: 'static {
     type Over<T: Scalar>: ?Sized + Debug + Send + Sync + 'static;
@@ -52,12 +52,12 @@ impl<F: Family> OverScalars<F> {
         }
     }
 
-    /// Returns the object over single numbers.
+    /// Returns the object for the number type `f64`.
     pub(crate) fn single(&self) -> &F::Over<f64> {
         &self.single
     }
 
-    /// Returns the object over a number type.
+    /// Returns the object for the number type `T`.
     ///
     /// # Panics
     /// If the crate does not compute with this number type. The supported SIMD types are the types that

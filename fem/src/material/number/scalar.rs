@@ -36,13 +36,14 @@ pub trait Computation {
 
 /// Number type of laws, splits and degradation functions.
 ///
-/// The solver evaluates a law over single numbers, over one number for each of several points (SIMD lanes), over numbers
-/// with derivatives, and over terms that are recorded as source code for a device. A law is therefore written for any
-/// `T: Scalar`: constants are `f64` (`x * 2.0`, `x + 1.0`), and a choice that depends on a value is made by
-/// [`less_than`](Self::less_than) and [`select`](Self::select) instead of `if`.
+/// The solver evaluates a law with single numbers, with one number for each of several points (SIMD lanes), with
+/// numbers that have derivatives, and with terms that are recorded as source code for a device. A law is therefore
+/// written for any `T: Scalar`: constants are `f64` (`x * 2.0`, `x + 1.0`), and a choice that depends on a value is
+/// made by [`less_than`](Self::less_than) and [`select`](Self::select) instead of `if`.
 ///
-/// Functions over `T` need the attribute `#[inline(always)]`: the compiler then uses the vector instructions of their
-/// caller. Without the attribute, the results are the same, but the function is several times slower.
+/// Functions that are generic over `T` need the attribute `#[inline(always)]`: the compiler then uses the vector
+/// instructions of their caller. Without the attribute, the results are the same, but the function is several times
+/// slower.
 ///
 /// # Example
 /// ```

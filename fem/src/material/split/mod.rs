@@ -50,7 +50,7 @@ impl Split {
         self == Split::Spectral
     }
 
-    /// Returns the shares of the terms of Hencky's energy that damage degrades.
+    /// Returns 1 for each term of Hencky's energy that damage degrades, 0 for the other terms.
     #[inline(always)]
     pub(super) fn shares<T: Scalar>(self, strains: &Strains<T>) -> Shares<T> {
         let one = strains.log[0].constant(1.0);

@@ -6,7 +6,7 @@ use crate::material::number::Scalar;
 use crate::material::principal::Strains;
 use crate::material::response::ElasticResponse;
 
-/// Returns the shares of the terms of Hencky's energy that damage degrades.
+/// Returns 1 for each term of Hencky's energy that damage degrades, 0 for the other terms.
 #[inline(always)]
 pub(super) fn shares<T: Scalar>(strains: &Strains<T>) -> Shares<T> {
     let trace = strains.trace();

@@ -1,4 +1,4 @@
-//! Equations of one element, over any number type: single numbers, SIMD lanes of several elements, dual numbers, and
+//! Equations of one element, for any number type: single numbers, SIMD lanes of several elements, dual numbers, and
 //! recorded terms.
 //!
 //! Residual and linearisation work in the element's barycentric coordinates. With U_k = ∂u/∂λ_k − ∂u/∂λ₀ (k = 1 … 3)

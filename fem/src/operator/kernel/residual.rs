@@ -12,7 +12,7 @@ pub struct ElementResidual<T, const N: usize> {
     pub drive: [T; N],
     /// Elastic and crack energy, and viscous dissipation, N mm.
     pub energies: [T; 3],
-    /// 1, or 0 if the element is inverted.
+    /// 1 if the element is not inverted, else 0.
     pub sound: T,
 }
 
