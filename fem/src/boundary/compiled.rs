@@ -1,4 +1,4 @@
-//! Conditions on a finite element space: constrained degrees of freedom, loads and contact.
+//! Conditions on a finite-element space: constrained degrees of freedom, loads and contact.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -19,21 +19,22 @@ use crate::fields::Fields;
 use crate::parallel::Part;
 use fem_mesh::TetMesh;
 
-/// Boundary conditions and loads on a space, or on this rank's part of it.
+/// Boundary conditions and loads on a finite-element space, or on this rank's part of the space.
 #[derive(Debug)]
 pub(crate) struct Boundary {
     constrained: Vec<ConstrainedDof>,
     /// Nodes of every surface whose reaction is recorded.
     pub(crate) surfaces: BTreeMap<String, Vec<u32>>,
-    /// Components prescribed by conditions on each surface.
+    /// Prescribed displacement components by surface, with the share of the force that belongs to the surface.
     supports: BTreeMap<String, Vec<Support>>,
     tractions: Vec<Traction>,
     body_force: Option<Function<[f64; 3]>>,
     damage_source: Option<Function<f64>>,
+    /// Whether damage is possible, by region.
     damaged: Vec<bool>,
     pub(crate) contacts: Vec<Contact>,
     probe: Option<Probe>,
-    /// Nodes of the extensometer with their weights; empty if there is none.
+    /// Nodes of the extensometer and their weights; empty without an extensometer.
     gauge: Vec<(u32, f64)>,
     first_guess: Option<Function<[f64; 3]>>,
     part: Arc<Part>,
@@ -43,7 +44,8 @@ impl Boundary {
     /// Finds the nodes and areas of all conditions, and checks that the conditions are consistent and leave no rigid
     /// motion.
     ///
-    /// `damaged` marks the regions with damage. Where surfaces meet, prescribed values must agree until `duration_s`.
+    /// `damaged` states for each region whether damage is possible. At a node that surfaces share, their prescribed
+    /// values must be equal; this is checked at half of `duration_s` and at its end.
     pub(crate) fn new(
         domain: &dyn Domain,
         mesh: &TetMesh,
@@ -66,7 +68,7 @@ impl Boundary {
             surfaces.insert(name.clone(), nodes);
         }
         for name in &conditions.symmetric {
-            let on = triangles(name, "a plane of symmetry is asked for")?;
+            let on = triangles(name, "symmetry is prescribed")?;
             let nodes = domain.nodes_on(on);
             let axis = normal_axis(mesh, name, on)? as usize;
             constraints.add(name, &nodes, axis, Value::Zero)?;
@@ -133,24 +135,24 @@ impl Boundary {
         })
     }
 
-    /// Returns the conditions on this rank's part of the space: constrained values and contact of all its nodes,
-    /// surfaces with the nodes that belong to the rank, and tractions on its faces. `of` is the rank of each element
-    /// of `domain`, the whole space.
-    pub(crate) fn of_part(self, part: Arc<Part>, domain: &dyn Domain, of: &[u32]) -> Self {
-        let tractions = loads::of_part(self.tractions, domain, of, &part);
+    /// Returns the conditions on this rank's part of the space. Constrained values and contact include all nodes of
+    /// the part; surfaces include only the nodes that the rank owns, and tractions only its faces. `domain` is the
+    /// whole space, and `rank_of_tet` the rank of each of its elements.
+    pub(crate) fn of_part(self, part: Arc<Part>, domain: &dyn Domain, rank_of_tet: &[u32]) -> Self {
+        let tractions = loads::of_part(self.tractions, domain, rank_of_tet, &part);
         let local = part.local();
         let constrained = self.constrained.into_iter();
         let constrained =
             constrained.filter_map(|dof| Some(ConstrainedDof { node: local(dof.node)?, ..dof }));
-        let own = |nodes: Vec<u32>| -> Vec<u32> {
+        let owned = |nodes: Vec<u32>| -> Vec<u32> {
             nodes.into_iter().filter_map(&local).filter(|&n| part.halo.owns(n)).collect()
         };
         let supports = self.supports.into_iter();
         let gauge = self.gauge.iter().filter_map(|&(n, weight)| Some((local(n)?, weight)));
         Self {
-            supports: supports.map(|(name, of)| (name, reaction::of_part(of, &part))).collect(),
+            supports: supports.map(|(name, all)| (name, reaction::of_part(all, &part))).collect(),
             constrained: constrained.collect(),
-            surfaces: self.surfaces.into_iter().map(|(name, nodes)| (name, own(nodes))).collect(),
+            surfaces: self.surfaces.into_iter().map(|(name, nodes)| (name, owned(nodes))).collect(),
             tractions,
             contacts: self.contacts.iter().map(|contact| contact.of_part(&part)).collect(),
             gauge: gauge.filter(|&(n, _)| part.halo.owns(n)).collect(),
@@ -159,17 +161,17 @@ impl Boundary {
         }
     }
 
-    /// The part of the mesh on this rank.
+    /// Returns the part of the mesh on this rank.
     pub(crate) fn part(&self) -> &Arc<Part> {
         &self.part
     }
 
-    /// Constrained values as (node, component).
+    /// Returns the constrained degrees of freedom as (node, component); component 3 is the damage.
     pub(crate) fn constrained(&self) -> impl Iterator<Item = (u32, usize)> + '_ {
         self.constrained.iter().map(|dof| (dof.node, dof.component))
     }
 
-    /// Sets the constrained values to those at a time.
+    /// Writes the prescribed values at a time into the fields.
     pub(crate) fn impose(&self, nodes: &[[f64; 3]], time_s: f64, fields: &mut Fields) {
         for dof in &self.constrained {
             let node = dof.node as usize;
@@ -181,7 +183,7 @@ impl Boundary {
         }
     }
 
-    /// Sets the initial guess of the first increment, if there is one.
+    /// Sets the displacements to the initial guess of the first increment, if the conditions contain a guess.
     pub(crate) fn start(&self, nodes: &[[f64; 3]], time_s: f64, fields: &mut Fields) {
         if let Some(guess) = &self.first_guess {
             for (u, &x) in fields.displacement.iter_mut().zip(nodes) {
@@ -217,22 +219,22 @@ impl Boundary {
         Some(Loads { nodal, tractions })
     }
 
-    /// Returns the force from prescribed values on each surface, N: the sum over the nodes of this rank, zero if
-    /// nothing is prescribed.
+    /// Returns the force from prescribed values on each surface, N: the sum over the nodes of this rank, zero for a
+    /// surface without prescribed values.
     pub(crate) fn support_forces(&self, residual: &[[f64; 4]]) -> BTreeMap<String, [f64; 3]> {
         let force = |name: &String| {
-            self.supports.get(name).map_or([0.0; 3], |of| reaction::sum(of, residual))
+            self.supports.get(name).map_or([0.0; 3], |list| reaction::sum(list, residual))
         };
         self.surfaces.keys().map(|name| (name.clone(), force(name))).collect()
     }
 
-    /// Nodes with prescribed damage.
+    /// Returns the nodes with prescribed damage.
     pub(crate) fn damaged_nodes(&self) -> impl Iterator<Item = u32> {
         self.constrained.iter().filter(|dof| dof.component == 3).map(|dof| dof.node)
     }
 
-    /// Compares the prescribed displacements of `after` with a guess and with `before`. Returns the largest distance
-    /// to `guess`, the largest distance to `before`, and the largest prescribed value, mm.
+    /// Returns three maxima over all prescribed displacement components of all ranks, mm: |`guess` − `after`|,
+    /// |`before` − `after`| and |`after`|.
     pub(crate) fn jump(&self, guess: &Fields, before: &Fields, after: &Fields) -> [f64; 3] {
         let mut sizes = [0.0f64; 3];
         for dof in self.constrained.iter().filter(|dof| dof.component < 3) {
@@ -273,8 +275,9 @@ impl Boundary {
         [travel, along(reactions[&probe.surface])]
     }
 
-    /// Returns the vector c for which the measured force is c·R, with the residual R on `nodes` nodes. `None` if the
-    /// force is no such functional, or if there is contact, whose forces have rates too.
+    /// Returns the vector c for which the measured force is c·R, with the residual R at `nodes` nodes. `None` if no
+    /// force is measured, if the measured surface has no prescribed values, or if there is contact, because contact
+    /// forces are not part of c·R.
     pub(crate) fn measured(&self, nodes: usize) -> Option<Vec<[f64; 4]>> {
         let probe = self.probe.as_ref().filter(|_| self.contacts.is_empty())?;
         let mut out = vec![[0.0; 4]; nodes];
@@ -284,18 +287,18 @@ impl Boundary {
         Some(out)
     }
 
-    /// Returns the rate of the force on the measured surface, from the rates of the residual and of the contact
-    /// forces of all platens.
+    /// Returns the derivative of the measured force with respect to a parameter. `residual` and `contact` are the
+    /// derivatives of the residual and of the contact forces, platen after platen.
     pub(crate) fn force_rate(&self, residual: &[[f64; 4]], contact: &[(u32, [f64; 3])]) -> f64 {
         let Some(probe) = &self.probe else { return 0.0 };
         let along = |v: &[f64]| -> f64 { (0..3).map(|k| v[k] * probe.direction[k]).sum() };
-        let of_supports = self.supports.get(&probe.surface);
-        let mut rate = of_supports.map_or(0.0, |of| along(&reaction::sum(of, residual)));
+        let supports = self.supports.get(&probe.surface);
+        let mut rate = supports.map_or(0.0, |list| along(&reaction::sum(list, residual)));
         let mut first = 0;
         for platen in &self.contacts {
-            let own = contact.iter().skip(first).take(platen.count());
+            let forces = contact.iter().skip(first).take(platen.count());
             if platen.surface == probe.surface {
-                rate += own.map(|(_, force)| along(force)).sum::<f64>();
+                rate += forces.map(|(_, force)| along(force)).sum::<f64>();
             }
             first += platen.count();
         }
@@ -303,7 +306,8 @@ impl Boundary {
     }
 }
 
-/// Returns the nodes and weights whose weighted displacements sum to that of the second point relative to the first.
+/// Returns nodes and weights of an extensometer: the weighted sum of the nodal displacements is the displacement of
+/// the second gauge point relative to the first gauge point.
 fn gauge_of(domain: &dyn Domain, points: [[f64; 3]; 2]) -> Result<Vec<(u32, f64)>, FemError> {
     let mut gauge = Vec::new();
     for (x, sign) in points.into_iter().zip([-1.0, 1.0]) {
@@ -315,7 +319,7 @@ fn gauge_of(domain: &dyn Domain, points: [[f64; 3]; 2]) -> Result<Vec<(u32, f64)
     Ok(gauge)
 }
 
-/// Returns the axis that is normal to a plane surface.
+/// Returns the axis that is normal to a plane surface, or an error if the surface is not normal to an axis.
 fn normal_axis(mesh: &TetMesh, name: &str, triangles: &[[u32; 3]]) -> Result<Axis, FemError> {
     let normal = |triangle: &[u32; 3]| {
         let p = triangle.map(|n| Vector3::from(mesh.nodes[n as usize]));
@@ -327,8 +331,8 @@ fn normal_axis(mesh: &TetMesh, name: &str, triangles: &[[u32; 3]]) -> Result<Axi
         .ok_or_else(|| FemError::unsupported(format!("surface '{name}'"), Unsupported::NotAPlane))
 }
 
-/// Checks that no rigid motion is left free, or returns the constraints (node, component) that remove the free
-/// motions.
+/// Returns constraints (node, component) that remove the free rigid motions if `remove` is true. Otherwise a free
+/// rigid motion is an error.
 fn supports(
     nodes: &[[f64; 3]],
     constrained: &[ConstrainedDof],
@@ -336,9 +340,9 @@ fn supports(
     remove: bool,
 ) -> Result<Vec<(u32, usize)>, FemError> {
     let mut motions = RigidMotions::new(nodes);
-    for h in constrained.iter().filter(|h| h.component < 3) {
-        let unit = std::array::from_fn(|k| f64::from(k == h.component));
-        motions.add_support(nodes[h.node as usize], unit);
+    for dof in constrained.iter().filter(|dof| dof.component < 3) {
+        let unit = std::array::from_fn(|k| f64::from(k == dof.component));
+        motions.add_support(nodes[dof.node as usize], unit);
     }
     for contact in contacts {
         contact.directions(&mut |x, direction| motions.add_support(x, direction));

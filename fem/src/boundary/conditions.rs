@@ -9,7 +9,7 @@ use crate::element::Domain;
 use crate::error::{FemError, Unsupported};
 use fem_mesh::TetMesh;
 
-/// A direction of the global axes.
+/// Axis of the global coordinate system.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Axis {
     /// First coordinate.
@@ -25,7 +25,7 @@ impl Axis {
     pub const ALL: [Axis; 3] = [Axis::X, Axis::Y, Axis::Z];
 }
 
-/// Displacement of the surface that the curve measures.
+/// Source of the displacement values of a force–displacement curve.
 #[derive(Clone, Debug)]
 pub(crate) enum Travel {
     /// Mean displacement of the surface's nodes along the direction.
@@ -33,11 +33,11 @@ pub(crate) enum Travel {
     /// Displacement of the second gauge point relative to the first, along the direction. The points are reference
     /// positions, mm.
     Gauge([[f64; 3]; 2]),
-    /// Given function of time, mm.
+    /// Given function of time (s), mm.
     Known(Function<f64>),
 }
 
-/// Surface whose force and displacement are the curve.
+/// Surface on which force and displacement of the curve are measured.
 #[derive(Clone, Debug)]
 pub(crate) struct Probe {
     pub(crate) surface: String,
@@ -45,7 +45,7 @@ pub(crate) struct Probe {
     pub(crate) travel: Travel,
 }
 
-/// Prescribed components of the displacement of a surface; zero if there is no function.
+/// Prescribed displacement components of a surface. `displacement` = `None` prescribes zero.
 #[derive(Clone, Debug)]
 pub(super) struct Prescribed {
     pub(super) surface: String,
@@ -55,9 +55,9 @@ pub(super) struct Prescribed {
 
 /// Boundary conditions and loads of a [`Problem`](crate::Problem).
 ///
-/// Functions take the *reference* position in mm and the time in s. Surfaces without a condition are free of traction
-/// and, for the damage, of flux. A surface may have several conditions; where surfaces meet, they must prescribe the
-/// same value.
+/// Functions take the *reference* position in mm and the time in s. On a surface without a condition, the traction is
+/// zero, and so is the flux of the damage. A surface may have several conditions. At nodes that surfaces share, all
+/// conditions must prescribe the same value.
 ///
 /// # Example
 /// A bar pulled at one end, with two planes of symmetry:
@@ -94,9 +94,9 @@ impl Conditions {
         Self::default()
     }
 
-    /// Gives a selection of nodes a name. The name can be used in place of that of a surface, except for tractions,
-    /// platens and symmetry, which need an area. If several conditions prescribe a component of a node and one of them
-    /// belongs to a node set, the force is divided equally among them.
+    /// Names a selection of nodes. Conditions accept this name like the name of a surface, except tractions, platens
+    /// and symmetry, which need an area. If several conditions prescribe the same component of a node and one of
+    /// these conditions belongs to a node set, the force is divided equally among the conditions.
     ///
     /// # Example
     /// A plate on a line support and a pin:
@@ -115,8 +115,8 @@ impl Conditions {
         self
     }
 
-    /// Prescribes components of the displacement of a surface, mm. Components that are not in `axes` stay free; the
-    /// function's values for them are ignored.
+    /// Prescribes components of the displacement of a surface, mm. Components that are not in `axes` stay free, and
+    /// the function's values for these components are ignored.
     pub fn prescribe(
         mut self,
         surface: &str,
@@ -200,27 +200,27 @@ impl Conditions {
         self
     }
 
-    /// Whether a platen has friction or drag.
+    /// Returns whether a platen has friction or drag.
     pub(crate) fn has_friction(&self) -> bool {
         self.platens.iter().any(|(_, platen)| platen.resists_sliding())
     }
 
-    /// Whether there are only prescribed values, without loads and platens.
+    /// Returns whether there are only prescribed values, without loads and platens.
     pub(crate) fn only_prescribe(&self) -> bool {
         let loaded = self.body_force.is_some() || self.damage_source.is_some();
         self.tractions.is_empty() && self.platens.is_empty() && !loaded
     }
 
-    /// Measures force and displacement of the curve on this surface, along `direction` (any length): the force on the
-    /// body through this surface, from prescribed values, a platen and tractions, and the mean displacement of its
-    /// nodes.
+    /// Measures force and displacement of the curve on a surface, along `direction` (any length). The force is the
+    /// force on the body from the prescribed values, the platen and the tractions of this surface. The displacement
+    /// is the mean over the nodes of the surface.
     pub fn measure(mut self, surface: &str, direction: [f64; 3]) -> Self {
         self.probe = Some(Probe { surface: surface.into(), direction, travel: Travel::Mean });
         self
     }
 
-    /// Like [`measure`](Self::measure), but the displacement (mm) is a given function of time: that of the support or
-    /// platen of the surface.
+    /// Measures the force on a surface as [`measure`](Self::measure) does, with a given displacement (mm) as a
+    /// function of time (s), such as the displacement of the platen.
     pub fn measure_travel(
         mut self,
         surface: &str,
@@ -232,9 +232,9 @@ impl Conditions {
         self
     }
 
-    /// Measures the force on a surface, as [`measure`](Self::measure), and as displacement that of an extensometer: the
-    /// displacement of `gauge_mm[1]` relative to `gauge_mm[0]` along `direction`. The gauge points are reference
-    /// positions within the body, mm; they need not be nodes.
+    /// Measures the force on a surface as [`measure`](Self::measure) does, and the displacement with an extensometer:
+    /// the displacement of the point `gauge_mm[1]` relative to the point `gauge_mm[0]` along `direction`. Both gauge
+    /// points are reference positions inside the body, mm, and need not be nodes.
     ///
     /// # Example
     /// ```
@@ -257,7 +257,7 @@ impl Conditions {
         self
     }
 
-    /// Returns the nodes of a surface or a node set. `role` says what happens there.
+    /// Returns the nodes of a surface or a node set. `role` describes the use of the nodes in error messages.
     pub(crate) fn nodes_of(
         &self,
         name: &str,
@@ -283,7 +283,7 @@ impl Conditions {
         self
     }
 
-    /// Sets the initial guess of the first increment, mm. Without it, the iteration starts from zero with the
+    /// Sets the initial guess of the first increment, mm. Without a guess, the iteration starts from zero with the
     /// prescribed values imposed, and the element size at the surface limits the first step.
     pub fn first_guess(
         mut self,

@@ -13,6 +13,7 @@ pub(super) struct ConstrainedDof {
     pub(super) value: Value,
 }
 
+/// Prescribed value of a degree of freedom, as a function of position and time.
 #[derive(Clone, Debug)]
 pub(super) enum Value {
     Zero,
@@ -21,6 +22,7 @@ pub(super) enum Value {
 }
 
 impl ConstrainedDof {
+    /// Returns the prescribed value at a reference position (mm) and time: mm, or the damage.
     pub(super) fn at(&self, position: [f64; 3], time_s: f64) -> f64 {
         match &self.value {
             Value::Zero => 0.0,
@@ -35,17 +37,19 @@ pub(super) struct Constraints<'a> {
     nodes: &'a [[f64; 3]],
     duration_s: f64,
     dofs: Vec<ConstrainedDof>,
-    /// Index of each (node, component) in `dofs`, and the first surface that constrained it.
+    /// For each constrained (node, component): index in `dofs`, and name of the surface that constrained it first.
     first: BTreeMap<(u32, usize), (usize, String)>,
 }
 
 impl<'a> Constraints<'a> {
-    /// Creates an empty set for `nodes` (mm). Where surfaces meet, values must agree until `duration_s`.
+    /// Creates an empty set for nodes with the given reference positions, mm. The values that surfaces prescribe at a
+    /// common node are compared at half of `duration_s` and at its end.
     pub(super) fn new(nodes: &'a [[f64; 3]], duration_s: f64) -> Self {
         Self { nodes, duration_s, dofs: Vec::new(), first: BTreeMap::new() }
     }
 
-    /// Constrains a component on the nodes of a surface.
+    /// Constrains a component on the nodes of a surface. Fails if another surface prescribes a different value at a
+    /// common node.
     pub(super) fn add(
         &mut self,
         surface: &str,

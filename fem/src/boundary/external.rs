@@ -11,7 +11,7 @@ use crate::fields::Fields;
 use crate::operator::{NodeBlock, Residual, StepContext};
 use crate::parallel::Part;
 
-/// Rounding error of a gap in units of `f64::EPSILON`.
+/// Relative rounding error of a gap, in units of `f64::EPSILON`.
 const ROUNDED: f64 = 4.0;
 
 /// Loads and contact at the end of an increment.
@@ -23,14 +23,15 @@ pub(crate) struct ExternalForces {
 }
 
 impl ExternalForces {
-    /// No loads and no contact, for steps without external forces.
+    /// Creates external forces without loads and contact.
     pub(crate) fn none(boundary: &Boundary) -> Self {
         Self { part: Arc::clone(boundary.part()), ..Self::default() }
     }
 
-    /// External forces at `time_s`, the end of an increment that began at the fields `before`.
+    /// Creates the external forces at `time_s`, the end of an increment that started at the fields `before`.
     ///
-    /// `pressures` are the contact pressures at the start of the increment, and `modulus_mpa` sets the contact penalty.
+    /// `pressures` are the contact pressures at the start of the increment, MPa, by platen and node; `modulus_mpa`
+    /// scales the contact penalty.
     pub(crate) fn new(
         boundary: &Boundary,
         domain: &dyn Domain,
@@ -48,7 +49,8 @@ impl ExternalForces {
         Self { loads: boundary.loads(domain, time_s), contacts, part }
     }
 
-    /// Subtracts the external forces from a residual that contains only forces of the stress.
+    /// Subtracts the external forces from a residual that contains only internal forces, and sets
+    /// `residual.external`.
     pub(crate) fn subtract(&self, fields: &Fields, residual: &mut Residual) {
         residual.external = [0.0; 2];
         let halo = &self.part.halo;
@@ -73,32 +75,32 @@ impl ExternalForces {
         self.contacts.iter().flat_map(|c| c.blocks(fields)).collect()
     }
 
-    /// Whether there are contact pressures, which are determined by passes.
+    /// Returns whether any surface faces a platen. Contact passes then determine the contact pressures.
     pub(crate) fn has_contact(&self) -> bool {
         !self.contacts.is_empty()
     }
 
-    /// Whether there is a contact with friction.
+    /// Returns whether any platen has friction.
     pub(crate) fn has_friction(&self) -> bool {
         self.contacts.iter().any(ContactStep::has_friction)
     }
 
-    /// Makes one pass of augmentation: updates the contact pressures from the gaps. Returns the square of the change
-    /// of the contact forces, N².
+    /// Performs one augmentation pass: updates the contact pressures from the gaps. Returns the sum of the squared
+    /// changes of the nodal contact forces, N².
     pub(crate) fn augment(&mut self, fields: &Fields) -> f64 {
         let mut square = [self.contacts.iter_mut().map(|contact| contact.update(fields)).sum()];
         self.part.ranks().sum(&mut square);
         square[0]
     }
 
-    /// Returns the change of the contact forces that keeps the gaps of contact without friction closed for the
-    /// displacement rates du/dθ in `rates`: −γ A (n·du/dθ) n, N, for each node.
+    /// Returns the derivatives of the nodal contact forces with respect to a parameter θ that keep the gaps of
+    /// frictionless contact closed: −γ A (n·du/dθ) n, N, for the derivatives du/dθ in `rates`.
     pub(crate) fn follow(&self, fields: &Fields, rates: &[[f64; 4]]) -> Vec<(u32, [f64; 3])> {
         self.contacts.iter().flat_map(|c| c.follow(fields, rates)).collect()
     }
 
-    /// Returns the rounding error of contact forces: per mm of displacement, N/mm, and independent of displacement,
-    /// N.
+    /// Returns the rounding error of the contact forces in two parts: the part per mm of displacement, N/mm, and the
+    /// part that does not depend on the displacement, N.
     pub(crate) fn rounding(&self) -> [f64; 2] {
         let mut squares = [0.0; 2];
         for (square, length) in self.contacts.iter().map(ContactStep::stiffness) {
@@ -111,7 +113,7 @@ impl ExternalForces {
         squares.map(|square| ROUNDED * f64::EPSILON * square.sqrt())
     }
 
-    /// Multiplies the slip velocity below which friction fades out by `factor`.
+    /// Multiplies the slip velocity ε, below which friction decreases to zero, by `factor`.
     pub(crate) fn blunt(&mut self, factor: f64) {
         self.contacts.iter_mut().for_each(|c| c.bluntness = factor);
     }
@@ -120,15 +122,15 @@ impl ExternalForces {
         self.loads.iter().flat_map(|loads| &loads.nodal)
     }
 
-    /// Whether loads and the motion of platens are finite numbers, on all ranks.
+    /// Returns whether loads and positions of platens are finite on all ranks.
     pub(crate) fn is_finite(&self) -> bool {
         let loads = self.nodal_loads().flatten().all(|x| x.is_finite());
         let finite = loads && self.contacts.iter().all(ContactStep::is_finite);
         !self.part.ranks().any(!finite)
     }
 
-    /// External forces at all nodes: three components that balance the forces of the stress, N, and a fourth that
-    /// prescribes damage or is a source of damage, N mm.
+    /// Returns the external forces at all nodes: three components in equilibrium with the internal forces, N, and a
+    /// fourth component from prescribed damage and sources of damage, N mm.
     pub(crate) fn outer_forces(
         &self,
         boundary: &Boundary,
@@ -147,7 +149,8 @@ impl ExternalForces {
         forces
     }
 
-    /// Total force on each surface from prescribed values, its platen and tractions, N.
+    /// Returns the total force on each surface from its prescribed values, platen and tractions, N, summed over all
+    /// ranks.
     pub(crate) fn reactions(
         &self,
         boundary: &Boundary,
@@ -161,7 +164,7 @@ impl ExternalForces {
             let sum = reactions.entry(surface.clone()).or_default();
             (0..3).for_each(|k| sum[k] += force[k]);
         }
-        // the map is sorted by name, so that the order is the same on every rank
+        // the map is sorted by name: the order of the forces is the same on every rank
         let mut forces: Vec<f64> = reactions.values().flatten().copied().collect();
         self.part.ranks().sum(&mut forces);
         reactions.values_mut().zip(forces.as_chunks().0).for_each(|(to, &force)| *to = force);
@@ -174,50 +177,50 @@ impl ExternalForces {
         }
     }
 
-    /// Name of a surface of this rank that faces a platen but has no node in contact with it.
+    /// Returns the name of a surface of this rank that faces a platen and has no node in contact with the platen.
     pub(crate) fn untouched(&self, fields: &Fields) -> Option<String> {
         let untouched = |contact: &&ContactStep| contact.is_open(fields);
         self.contacts.iter().find(untouched).map(|contact| contact.surface.clone())
     }
 
-    /// Energy that friction and drag dissipate in the increment, N mm.
+    /// Returns the energy that friction and drag dissipate in the increment, N mm, summed over all ranks.
     pub(crate) fn dissipated(&self, fields: &Fields) -> f64 {
         let mut sum = [self.contacts.iter().map(|c| c.dissipated(fields)).sum()];
         self.part.ranks().sum(&mut sum);
         sum[0]
     }
 
-    /// Contact pressures for each platen, MPa.
+    /// Returns the contact pressures by platen and node, MPa.
     pub(crate) fn pressures(&self) -> Vec<Vec<f64>> {
         self.contacts.iter().map(ContactStep::pressures).collect()
     }
 
-    /// Contact points of every surface that faces a platen, gathered from all ranks.
+    /// Returns the contact points of every surface that faces a platen, gathered from all ranks.
     pub(crate) fn contact_points(
         &self,
         boundary: &Boundary,
         fields: &Fields,
     ) -> BTreeMap<String, Vec<ContactPoint>> {
-        let of = |(step, contact): (&ContactStep, &Contact)| {
+        let named_points = |(step, contact): (&ContactStep, &Contact)| {
             let points = step.points(fields);
             let points = if self.part.is_whole() { points } else { self.gathered(contact, points) };
             (step.surface.clone(), points)
         };
-        self.contacts.iter().zip(&boundary.contacts).map(of).collect()
+        self.contacts.iter().zip(&boundary.contacts).map(named_points).collect()
     }
 
     /// Gathers the contact points of all ranks, with the node numbers of the whole mesh.
     fn gathered(&self, contact: &Contact, points: Vec<ContactPoint>) -> Vec<ContactPoint> {
-        let places: Vec<u32> = contact.own_places().collect();
-        let own: Vec<&ContactPoint> = contact.own_of(&points).collect();
-        let nodes: Vec<u32> = own.iter().map(|p| self.part.nodes[p.node as usize]).collect();
-        let numbers = own.iter().flat_map(|p| {
+        let indices: Vec<u32> = contact.own_places().collect();
+        let owned: Vec<&ContactPoint> = contact.own_of(&points).collect();
+        let nodes: Vec<u32> = owned.iter().map(|p| self.part.nodes[p.node as usize]).collect();
+        let values = owned.iter().flat_map(|p| {
             let [x, y, z] = p.force_n;
             [p.area_mm2, p.pressure_mpa, p.gap_mm, x, y, z]
         });
-        let numbers: Vec<f64> = numbers.collect();
-        let nodes = self.part.ordered(&places, 1, &nodes, contact.all);
-        let numbers = self.part.ordered(&places, 6, &numbers, contact.all);
+        let values: Vec<f64> = values.collect();
+        let nodes = self.part.ordered(&indices, 1, &nodes, contact.all);
+        let values = self.part.ordered(&indices, 6, &values, contact.all);
         let point = |(node, n): (u32, &[f64; 6])| ContactPoint {
             node,
             area_mm2: n[0],
@@ -225,6 +228,6 @@ impl ExternalForces {
             gap_mm: n[2],
             force_n: [n[3], n[4], n[5]],
         };
-        nodes.into_iter().zip(numbers.as_chunks().0).map(point).collect()
+        nodes.into_iter().zip(values.as_chunks().0).map(point).collect()
     }
 }

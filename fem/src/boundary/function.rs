@@ -3,7 +3,7 @@
 use std::fmt;
 use std::sync::Arc;
 
-/// A function of reference position (mm) and time (s).
+/// Function of reference position (mm) and time (s).
 pub(crate) struct Function<T>(Arc<dyn Fn([f64; 3], f64) -> T + Send + Sync>);
 
 impl<T> Function<T> {

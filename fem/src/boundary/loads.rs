@@ -14,7 +14,7 @@ pub(super) struct Traction {
     pub(super) stress: Function<[f64; 3]>,
 }
 
-/// Loads at a time.
+/// Nodal loads and resultants at one time.
 #[derive(Clone, Debug)]
 pub(crate) struct Loads {
     /// Nodal forces (N) and damage sources (N mm).
@@ -24,7 +24,7 @@ pub(crate) struct Loads {
 }
 
 impl Traction {
-    /// Adds the nodal forces of the traction at a time, N. Returns their sum.
+    /// Adds the nodal forces of the traction at a time to `nodal`, N. Returns the resultant force, N.
     pub(super) fn add(&self, domain: &dyn Domain, time_s: f64, nodal: &mut [[f64; 4]]) -> [f64; 3] {
         let stress = |x| self.stress.at(x, time_s);
         domain.surface_load(&self.triangles, &stress, nodal);
@@ -32,14 +32,15 @@ impl Traction {
     }
 }
 
-/// Returns the tractions on the faces of this rank; `of` is the rank of each element of `domain`, the whole space.
+/// Returns the tractions on the faces of this rank. `domain` is the whole space, and `rank_of_tet` the rank of each
+/// of its elements. A face between two ranks belongs to the lower rank.
 pub(super) fn of_part(
     tractions: Vec<Traction>,
     domain: &dyn Domain,
-    of: &[u32],
+    rank_of_tet: &[u32],
     part: &Part,
 ) -> Vec<Traction> {
-    let lowest = lowest_ranks(tractions.iter().flat_map(|t| &t.triangles), domain, of);
+    let lowest = lowest_ranks(tractions.iter().flat_map(|t| &t.triangles), domain, rank_of_tet);
     let (rank, local) = (part.ranks().rank() as u32, part.local());
     let here = |triangle: [u32; 3]| {
         let [a, b, c] = triangle.map(&local);
@@ -56,13 +57,13 @@ pub(super) fn of_part(
 fn lowest_ranks<'a>(
     triangles: impl Iterator<Item = &'a [u32; 3]>,
     domain: &dyn Domain,
-    of: &[u32],
+    rank_of_tet: &[u32],
 ) -> BTreeMap<[u32; 3], u32> {
     let mut lowest: BTreeMap<_, _> = triangles.map(|&t| (sorted(t), u32::MAX)).collect();
     if lowest.is_empty() {
         return lowest;
     }
-    for (tet, &rank) in of.iter().enumerate() {
+    for (tet, &rank) in rank_of_tet.iter().enumerate() {
         let corners = &domain.nodes_of(tet)[..4];
         for without in 0..4 {
             let face = [0, 1, 2].map(|k| corners[k + usize::from(k >= without)]);

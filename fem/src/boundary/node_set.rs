@@ -7,19 +7,20 @@ use crate::element::Domain;
 use crate::error::FemError;
 use fem_mesh::TetMesh;
 
-/// Distance within which a node lies on a segment, as a fraction of the length of the segment.
+/// Largest distance of a node on a segment from this segment, as a fraction of the segment's length.
 const ON_SEGMENT: f64 = 1e-6;
 
 /// Selection of nodes, for supports of single nodes and edges. [`Conditions::node_set`](crate::Conditions::node_set)
-/// gives it a name, which [`fix`](crate::Conditions::fix), [`prescribe`](crate::Conditions::prescribe),
-/// [`prescribe_damage`](crate::Conditions::prescribe_damage) and [`measure`](crate::Conditions::measure) accept like
-/// that of a surface.
+/// names the selection. [`fix`](crate::Conditions::fix), [`prescribe`](crate::Conditions::prescribe),
+/// [`prescribe_damage`](crate::Conditions::prescribe_damage) and [`measure`](crate::Conditions::measure) accept this
+/// name like the name of a surface.
 ///
 /// The displacement under a force on a node or an edge of a solid grows without limit as the mesh is refined: use such
 /// supports where the force is zero or small, or where the local field does not matter.
 #[derive(Clone, Debug)]
 pub struct NodeSet(Selection);
 
+/// Rule that selects nodes.
 #[derive(Clone, Debug)]
 enum Selection {
     Nearest([f64; 3]),

@@ -1,10 +1,10 @@
 //! Distribution of the forces of prescribed values over surfaces.
 //!
 //! A condition on a surface exerts forces only in the components that it prescribes, e.g. a plane of symmetry only
-//! along its normal. Where surfaces meet, several may prescribe the same component of a node. Its force is then
-//! distributed in proportion to the area of their triangles at the node, so that the forces of all surfaces add up to
-//! the force on the body. Node sets have no area: where one of the conditions belongs to a node set, the force is divided
-//! equally.
+//! along its normal. At a node that surfaces share, several conditions may prescribe the same component. The force in
+//! this component is then distributed to the surfaces in proportion to the area of their triangles at the node, so
+//! that the forces of all surfaces add up to the force on the body. Node sets have no area: if one of the conditions
+//! belongs to a node set, the force is divided equally.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -14,12 +14,12 @@ use crate::element::Domain;
 use crate::parallel::Part;
 use fem_mesh::TetMesh;
 
-/// Component of the displacement of a node, prescribed by a condition on a surface.
+/// Displacement component of a node that a condition on a surface prescribes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Support {
     pub(super) node: u32,
     pub(super) component: usize,
-    /// Fraction of the force that belongs to the surface, in (0, 1].
+    /// Fraction of the nodal force that belongs to the surface, in (0, 1].
     pub(super) share: f64,
 }
 
@@ -38,7 +38,7 @@ impl Claims {
         }
     }
 
-    /// Returns the supports of each surface, with their shares of the force.
+    /// Returns the supports of each surface, with the share of the nodal force that belongs to the surface.
     pub(super) fn into_supports(
         self,
         domain: &dyn Domain,
@@ -87,11 +87,11 @@ fn areas_at_nodes(
 /// Returns the supports at the nodes that belong to this rank.
 pub(super) fn of_part(supports: Vec<Support>, part: &Part) -> Vec<Support> {
     let local = part.local();
-    let own = |support: Support| {
+    let on_rank = |support: Support| {
         let node = local(support.node).filter(|&node| part.halo.owns(node))?;
         Some(Support { node, ..support })
     };
-    supports.into_iter().filter_map(own).collect()
+    supports.into_iter().filter_map(on_rank).collect()
 }
 
 /// Returns the sum of nodal forces, weighted by the shares of the supports, N.

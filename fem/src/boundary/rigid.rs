@@ -10,7 +10,7 @@ pub(super) struct RigidMotions {
     free: Matrix6<f64>,
 }
 
-/// A support is used only if it constrains more than this fraction of a free motion.
+/// Smallest fraction of a free motion that a support must constrain; a support that constrains less is ignored.
 const LEAST_STOPPED: f64 = 1e-6;
 
 impl RigidMotions {
@@ -21,7 +21,7 @@ impl RigidMotions {
         Self { centre, size, free: Matrix6::identity() }
     }
 
-    /// Returns the displacement of the point `x` along `direction` in each motion.
+    /// Returns the displacement of the point `x` along `direction` for each of the six motions.
     fn row(&self, x: [f64; 3], direction: [f64; 3]) -> Vector6<f64> {
         let arm = (Vector3::from(x) - self.centre) / self.size;
         let d = Vector3::from(direction);
@@ -30,8 +30,8 @@ impl RigidMotions {
         Vector6::new(d[0], d[1], d[2], turn[0], turn[1], turn[2])
     }
 
-    /// Returns the norm of the free motions at `x` along `direction`: the amount that a support there would
-    /// constrain.
+    /// Returns the norm of the free motions at `x` along `direction`: the amount that a support at `x` along
+    /// `direction` would constrain.
     fn stopped(&self, x: [f64; 3], direction: [f64; 3]) -> f64 {
         (self.free * self.row(x, direction)).norm()
     }
@@ -44,12 +44,12 @@ impl RigidMotions {
         }
     }
 
-    /// Number of free motions.
+    /// Returns the number of free motions.
     pub(super) fn count(&self) -> usize {
         self.free.trace().round() as usize
     }
 
-    /// Returns the description of a free motion.
+    /// Describes one of the free motions, e.g. "along x".
     pub(super) fn describe(&self) -> &'static str {
         const WORDS: [&str; 6] = [
             "along x",
@@ -64,7 +64,8 @@ impl RigidMotions {
             .map_or("", |k| WORDS[k])
     }
 
-    /// Returns constraints (node, axis) that remove the free motions; each is chosen where it constrains most.
+    /// Returns constraints (node, axis) that remove the free motions. Each constraint is placed at the node and axis
+    /// where it constrains the free motions most.
     pub(super) fn supports(mut self, nodes: &[[f64; 3]]) -> Vec<(u32, usize)> {
         let unit = |axis: usize| std::array::from_fn(|k| f64::from(k == axis));
         let mut supports = Vec::new();

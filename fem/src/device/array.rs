@@ -22,30 +22,33 @@ impl<T> fmt::Debug for Array<T> {
 }
 
 impl<T: Pod + Zeroable> Array<T> {
+    /// Creates an array of `len` zeros.
     pub fn zeros(device: &ComputeDevice, len: usize) -> Result<Self, DeviceError> {
         // devices cannot allocate zero bytes
         let memory = device.allocate(len.max(1) * size_of::<T>())?;
         Ok(Self { memory, len, numbers: PhantomData })
     }
 
-    /// Placeholder for an array whose memory could not be allocated. Every transfer of numbers fails.
+    /// Creates a placeholder for an array whose memory could not be allocated. Every transfer to or from it fails.
     pub fn lost(len: usize) -> Self {
         Self { memory: Box::new(Lost), len, numbers: PhantomData }
     }
 
+    /// Creates an array with a copy of `numbers`.
     pub fn of(device: &ComputeDevice, numbers: &[T]) -> Result<Self, DeviceError> {
         let mut array = Self::zeros(device, numbers.len())?;
         array.write(0, numbers)?;
         Ok(array)
     }
 
+    /// Returns the number of elements.
     pub(crate) fn len(&self) -> usize {
         self.len
     }
 
     /// Copies `numbers` to the device, starting at index `at`.
     pub fn write(&mut self, at: usize, numbers: &[T]) -> Result<(), DeviceError> {
-        assert!(at + numbers.len() <= self.len, "the numbers fit into the array");
+        assert!(at + numbers.len() <= self.len, "the numbers do not fit into the array");
         if numbers.is_empty() {
             return Ok(());
         }
@@ -54,13 +57,14 @@ impl<T: Pod + Zeroable> Array<T> {
 
     /// Copies the first `numbers.len()` elements of the array to `numbers`.
     pub fn read(&self, numbers: &mut [T]) -> Result<(), DeviceError> {
-        assert!(numbers.len() <= self.len, "as many numbers as the array has");
+        assert!(numbers.len() <= self.len, "the array has fewer elements than are read");
         if numbers.is_empty() {
             return Ok(());
         }
         self.memory.read(bytemuck::cast_slice_mut(numbers))
     }
 
+    /// Returns the array as an argument of a kernel.
     pub fn argument(&self) -> Argument<'_> {
         Argument::Memory(self.memory.as_ref())
     }
@@ -72,10 +76,10 @@ struct Lost;
 
 impl Memory for Lost {
     fn write(&mut self, _: usize, _: &[u8]) -> Result<(), DeviceError> {
-        Err(DeviceError("the memory was not to be had".into()))
+        Err(DeviceError("device memory could not be allocated earlier in this run".into()))
     }
 
     fn read(&self, _: &mut [u8]) -> Result<(), DeviceError> {
-        Err(DeviceError("the memory was not to be had".into()))
+        Err(DeviceError("device memory could not be allocated earlier in this run".into()))
     }
 }

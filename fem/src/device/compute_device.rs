@@ -1,4 +1,4 @@
-//! Device for the linear systems of a run, chosen by the user.
+//! Device that the user selects for the linear systems of a run.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -33,7 +33,7 @@ impl ComputeDevice {
         ))
     }
 
-    /// Uses the processor as a device: the same kernels, compiled by the C compiler. For tests.
+    /// Uses the processor as a device, for tests. The C compiler compiles the same kernels.
     ///
     /// # Errors
     /// [`DeviceError`] if there is no C compiler.
@@ -41,16 +41,17 @@ impl ComputeDevice {
         Host::new().map(Self::with)
     }
 
+    /// Creates a compute device from an implementation of [`Device`].
     pub fn with(device: impl Device + 'static) -> Self {
         Self { device: Arc::new(device), programs: Arc::default() }
     }
 
-    /// Name of the device.
+    /// Returns the name of the device.
     pub fn name(&self) -> String {
         self.device.name()
     }
 
-    /// Allocates memory of the given size in bytes; all bytes are zero.
+    /// Allocates `bytes` bytes of memory, all zero.
     pub fn allocate(&self, bytes: usize) -> Result<Box<dyn Memory>, DeviceError> {
         self.device.allocate(bytes)
     }

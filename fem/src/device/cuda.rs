@@ -1,8 +1,5 @@
-//! NVIDIA GPUs. The driver and its compiler are loaded at run time.
-#![expect(
-    unsafe_code,
-    reason = "whether a driver is there is asked of, and kernels are launched by, C functions"
-)]
+//! NVIDIA GPUs. The driver and the kernel compiler (NVRTC) are loaded at run time.
+#![expect(unsafe_code, reason = "C functions check for the driver and launch kernels")]
 
 use std::any::Any;
 use std::fmt::Display;
@@ -23,7 +20,8 @@ pub(super) struct Cuda {
     stream: Arc<CudaStream>,
 }
 
-/// Threads per block. The kernel of quadratic elements needs the largest number of registers that a thread can have.
+/// Threads per block. The kernel of quadratic elements uses the largest possible number of registers per thread,
+/// which limits this number.
 const THREADS: u32 = 128;
 
 fn failed(what: &str) -> impl Fn(&dyn Display) -> DeviceError {
@@ -33,24 +31,24 @@ fn failed(what: &str) -> impl Fn(&dyn Display) -> DeviceError {
 impl Cuda {
     /// Opens the first GPU of this machine.
     pub(super) fn new() -> Result<Self, DeviceError> {
-        // SAFETY: both functions only check whether a library can be loaded; without this check the calls below
-        // panic.
+        // SAFETY: both functions only check whether a library can be loaded. Without these checks the calls below
+        // panic if a library is missing.
         let (driver, compiler) = unsafe {
             (cudarc::driver::sys::is_culib_present(), cudarc::nvrtc::sys::is_culib_present())
         };
         if !driver {
             return Err(DeviceError(
-                "CUDA: no driver is installed (libcuda): install it, or leave the device to \"auto\"".into(),
+                "CUDA: the NVIDIA driver (libcuda) is not installed: install it, or use device \"auto\"".into(),
             ));
         }
         if !compiler {
             return Err(DeviceError(
-                "CUDA: the driver is there, its compiler (libnvrtc) is not: install the CUDA toolkit, or put \
-                 the library's folder into LD_LIBRARY_PATH"
+                "CUDA: the kernel compiler (libnvrtc) is not installed: install the CUDA toolkit, or add the \
+                 library's folder to LD_LIBRARY_PATH"
                     .into(),
             ));
         }
-        let context = CudaContext::new(0).map_err(|e| failed("no card")(&e))?;
+        let context = CudaContext::new(0).map_err(|e| failed("the GPU cannot be opened")(&e))?;
         let stream = context.default_stream();
         Ok(Self { context, stream })
     }
@@ -58,13 +56,13 @@ impl Cuda {
 
 impl Device for Cuda {
     fn name(&self) -> String {
-        self.context.name().unwrap_or_else(|_| "a card without a name".into())
+        self.context.name().unwrap_or_else(|_| "GPU without a name".into())
     }
 
     fn compile(&self, text: &str, kernels: &[Kernel]) -> Result<Box<dyn Program>, DeviceError> {
-        let failed = failed("kernels");
+        let failed = failed("the kernels cannot be compiled");
         let (major, minor) = self.context.compute_capability().map_err(|e| failed(&e))?;
-        // products and sums are fused only where the source requests it, as on the processor
+        // no fused multiply-add unless the source calls `fma`, as on the processor
         let options =
             ["--fmad=false".to_string(), format!("--gpu-architecture=compute_{major}{minor}")];
         let options = CompileOptions { options: options.to_vec(), ..CompileOptions::default() };
@@ -78,7 +76,7 @@ impl Device for Cuda {
 
     fn allocate(&self, bytes: usize) -> Result<Box<dyn Memory>, DeviceError> {
         let memory = self.stream.alloc_zeros::<u8>(bytes).map_err(|e| {
-            failed(&format!("{} MB of the card's memory are not to be had", bytes >> 20))(&e)
+            failed(&format!("{} MB of GPU memory cannot be allocated", bytes >> 20))(&e)
         })?;
         Ok(Box::new(Bytes { memory, stream: Arc::clone(&self.stream) }))
     }
@@ -93,11 +91,13 @@ struct Bytes {
 impl Memory for Bytes {
     fn write(&mut self, at: usize, bytes: &[u8]) -> Result<(), DeviceError> {
         let mut part = self.memory.slice_mut(at..at + bytes.len());
-        self.stream.memcpy_htod(bytes, &mut part).map_err(|e| failed("a copy to the card")(&e))
+        self.stream
+            .memcpy_htod(bytes, &mut part)
+            .map_err(|e| failed("copying to the GPU failed")(&e))
     }
 
     fn read(&self, bytes: &mut [u8]) -> Result<(), DeviceError> {
-        let failed = failed("a copy from the card");
+        let failed = failed("copying from the GPU failed");
         let part = self.memory.slice(..bytes.len());
         self.stream.memcpy_dtoh(&part, bytes).map_err(|e| failed(&e))?;
         self.stream.synchronize().map_err(|e| failed(&e))
@@ -121,8 +121,9 @@ impl Program for Functions {
         if blocks == 0 {
             return Ok(());
         }
-        let blocks = u32::try_from(blocks)
-            .map_err(|_| DeviceError(format!("CUDA: {items} items are too many for one launch")))?;
+        let blocks = u32::try_from(blocks).map_err(|_| {
+            DeviceError(format!("CUDA: {items} items exceed the limit of one kernel launch"))
+        })?;
         let count = items as u64;
         let mut launch = self.stream.launch_builder(&self.functions[kernel]);
         launch.arg(&count);
@@ -131,7 +132,9 @@ impl Program for Functions {
                 Argument::Memory(memory) => {
                     let memory: &dyn Any = *memory;
                     let Some(bytes) = memory.downcast_ref::<Bytes>() else {
-                        return Err(DeviceError("memory of another device".into()));
+                        return Err(DeviceError(
+                            "a kernel argument is memory of another device".into(),
+                        ));
                     };
                     launch.arg(&bytes.memory);
                 }
@@ -150,6 +153,6 @@ impl Program for Functions {
         };
         // SAFETY: the caller must pass the arguments that the kernel declares, and arrays that are long enough for
         // this number of items.
-        unsafe { launch.launch(form) }.map(|_| ()).map_err(|e| failed("a launch")(&e))
+        unsafe { launch.launch(form) }.map(|_| ()).map_err(|e| failed("a kernel launch failed")(&e))
     }
 }

@@ -12,27 +12,27 @@ use rayon::prelude::*;
 use super::kernel::Kernel;
 use super::machine::{Argument, Device, DeviceError, Memory, Program};
 
-/// C compiler of this machine.
+/// The processor as a device, with the C compiler that compiles the kernels.
 #[derive(Debug)]
 pub struct Host {
     compiler: String,
 }
 
-/// Number of items per task.
+/// Number of items that one task of a launch processes.
 const ITEMS: usize = 4096;
 
 impl Host {
-    /// Uses the compiler named by the environment variable `CC`, or `cc`.
+    /// Uses the compiler that the environment variable `CC` names; `cc` without this variable.
     pub fn new() -> Result<Self, DeviceError> {
         let compiler = std::env::var("CC").unwrap_or_else(|_| "cc".into());
         match Command::new(&compiler).arg("--version").output() {
             Ok(output) if output.status.success() => Ok(Self { compiler }),
             Ok(output) => Err(DeviceError(format!(
-                "the C compiler {compiler} does not run ({}): name another one in the variable CC",
+                "the C compiler {compiler} does not run ({}): name another compiler in the variable CC",
                 output.status
             ))),
             Err(error) => Err(DeviceError(format!(
-                "the C compiler {compiler} does not run ({error}): install one, or name it in the variable CC"
+                "the C compiler {compiler} does not run ({error}): install a compiler, or name it in the variable CC"
             ))),
         }
     }
@@ -41,11 +41,12 @@ impl Host {
         let failed = |what: &str, error: &dyn std::fmt::Display| {
             DeviceError(format!("kernels for the host: {what}: {error}"))
         };
-        let folder = tempfile::tempdir().map_err(|e| failed("no temporary folder", &e))?;
+        let folder =
+            tempfile::tempdir().map_err(|e| failed("a temporary folder cannot be created", &e))?;
         let (code, library) = (folder.path().join("kernels.c"), folder.path().join("kernels.so"));
-        std::fs::write(&code, text).map_err(|e| failed("the source is not written", &e))?;
-        // fuse no products and sums that the source does not fuse, so that results equal those of the processor's
-        // kernels
+        std::fs::write(&code, text).map_err(|e| failed("the source cannot be written", &e))?;
+        // no fused multiply-add unless the source calls `fma`: results then equal the results of the processor's own
+        // code
         let common = ["-std=c11", "-O2", "-ffp-contract=off", "-fPIC", "-shared"];
         let compile = |native: &[&str]| {
             let mut command = Command::new(&self.compiler);
@@ -58,14 +59,14 @@ impl Host {
             output = compile(&[])?;
         }
         if !output.status.success() {
-            let said = String::from_utf8_lossy(&output.stderr);
+            let message = String::from_utf8_lossy(&output.stderr);
             return Err(failed(
                 &self.compiler,
-                &said.lines().take(5).collect::<Vec<_>>().join(" "),
+                &message.lines().take(5).collect::<Vec<_>>().join(" "),
             ));
         }
         // SAFETY: the library was compiled above from kernels only, so that loading it executes no code.
-        unsafe { Library::new(&library) }.map_err(|e| failed("the library is not loaded", &e))
+        unsafe { Library::new(&library) }.map_err(|e| failed("the library cannot be loaded", &e))
     }
 }
 
@@ -90,15 +91,15 @@ impl Device for Host {
 
     fn allocate(&self, bytes: usize) -> Result<Box<dyn Memory>, DeviceError> {
         let mut words = Vec::new();
-        words
-            .try_reserve_exact(bytes.div_ceil(8))
-            .map_err(|_| DeviceError(format!("{} MB of memory are not to be had", bytes >> 20)))?;
+        words.try_reserve_exact(bytes.div_ceil(8)).map_err(|_| {
+            DeviceError(format!("{} MB of memory cannot be allocated", bytes >> 20))
+        })?;
         words.resize(bytes.div_ceil(8), 0u64);
         Ok(Box::new(Words(UnsafeCell::new(words.into_boxed_slice()))))
     }
 }
 
-/// Memory to which kernels write through a shared reference.
+/// Memory of the host device, to which kernels write through a shared reference.
 #[derive(Debug)]
 struct Words(UnsafeCell<Box<[u64]>>);
 
@@ -117,21 +118,21 @@ impl Memory for Words {
     }
 
     fn read(&self, bytes: &mut [u8]) -> Result<(), DeviceError> {
-        // SAFETY: a launch returns after all its items are complete, so that no kernel is writing now. The memory is
-        // `Send` but not `Sync`.
+        // SAFETY: a launch returns after all its items are complete, so that no kernel writes during this call. The
+        // memory is `Send` but not `Sync`.
         let words: &[u64] = unsafe { &*self.0.get() };
         bytes.copy_from_slice(&bytemuck::cast_slice(words)[..bytes.len()]);
         Ok(())
     }
 }
 
-/// Compiled kernel: processes the items from `first` to `last − 1`, with pointers to its arguments.
+/// Compiled kernel, which processes the items from `first` to `last − 1`. `arguments` points to its arguments.
 type Entry = unsafe extern "C" fn(first: u64, last: u64, arguments: *const *const c_void);
 
 #[derive(Debug)]
 struct Compiled {
     entries: Vec<Entry>,
-    /// Keeps the code of the entries loaded.
+    /// Library that contains the code of `entries`.
     _library: Library,
 }
 
@@ -160,9 +161,9 @@ impl Program for Compiled {
                 Argument::Memory(memory) => {
                     let memory: &dyn Any = *memory;
                     let words = memory.downcast_ref::<Words>();
-                    words
-                        .map(|words| words.pointer().cast_const().cast())
-                        .ok_or_else(|| DeviceError("memory of another device".into()))
+                    words.map(|words| words.pointer().cast_const().cast()).ok_or_else(|| {
+                        DeviceError("a kernel argument is memory of another device".into())
+                    })
                 }
                 Argument::Index(number) => Ok(std::ptr::from_ref(number).cast()),
                 Argument::Real(number) => Ok(std::ptr::from_ref(number).cast()),

@@ -6,13 +6,14 @@ pub struct Kernel {
     pub name: String,
     /// C types and names of the parameters. Allowed types: pointers, `index` and `double`.
     pub parameters: Vec<(&'static str, String)>,
-    /// C statements; the variable `at` is the number of the item.
+    /// C statements; the variable `at` is the index of the item.
     pub body: String,
     /// C functions that the body calls. Identical functions of several kernels are emitted only once.
     pub functions: Vec<String>,
 }
 
 impl Kernel {
+    /// Creates a kernel that calls no C functions.
     pub fn new(
         name: impl Into<String>,
         parameters: &[(&'static str, &str)],
@@ -28,7 +29,7 @@ impl Kernel {
     }
 }
 
-/// Definitions that the compilers do not provide.
+/// C definitions at the beginning of each source file.
 const PRELUDE: &str = "\
 typedef unsigned long long index;
 #define restrict __restrict__
@@ -41,8 +42,8 @@ typedef unsigned long long index;
 ";
 
 /// Returns the source code of the kernels. For a GPU, each kernel is a `__global__` function of its name, with one
-/// thread per item. For the host, each kernel is a function that processes the items from `first` to `last − 1`, with
-/// pointers to its arguments.
+/// thread per item. For the host, each kernel is a function that processes the items from `first` to `last − 1`; its
+/// last parameter is an array of pointers to the arguments of the kernel.
 pub fn source(kernels: &[Kernel]) -> String {
     let mut out = String::from(PRELUDE);
     let mut functions: Vec<&String> = kernels.iter().flat_map(|k| &k.functions).collect();
@@ -57,8 +58,8 @@ pub fn source(kernels: &[Kernel]) -> String {
             .iter()
             .enumerate()
             .map(|(k, (kind, _))| match kind.ends_with('*') {
-                true => format!(", ({kind})of[{k}]"),
-                false => format!(", *(const {kind} *)of[{k}]"),
+                true => format!(", ({kind})arguments[{k}]"),
+                false => format!(", *(const {kind} *)arguments[{k}]"),
             })
             .collect();
         out += &format!(
@@ -68,7 +69,7 @@ pub fn source(kernels: &[Kernel]) -> String {
              index at = blockIdx.x * (index)blockDim.x + threadIdx.x;\n    \
              if (at < items) {name}_item(at{given});\n}}\n\
              #else\n\
-             void {name}(index first, index last, const void *const *of) {{\n    \
+             void {name}(index first, index last, const void *const *arguments) {{\n    \
              for (index at = first; at < last; at++) {name}_item(at{unpacked});\n}}\n\
              #endif\n"
         );
@@ -76,6 +77,7 @@ pub fn source(kernels: &[Kernel]) -> String {
     out
 }
 
+/// Returns the C declaration of a parameter.
 fn declare(kind: &str, name: &str) -> String {
     if kind.ends_with('*') { format!("{kind}restrict {name}") } else { format!("{kind} {name}") }
 }

@@ -5,24 +5,24 @@ use std::fmt;
 
 use super::kernel::Kernel;
 
-/// Error of a device, as text.
+/// Error message of a device.
 #[derive(Clone, Debug, thiserror::Error)]
 #[error("{0}")]
 pub struct DeviceError(pub String);
 
 /// Device with its own memory that runs kernels in the order in which they are launched.
 pub trait Device: fmt::Debug + Send + Sync {
-    /// Name of the device.
+    /// Returns the name of the device.
     fn name(&self) -> String;
 
     /// Compiles the source of kernels. Each kernel is launched by its index in `kernels`.
     fn compile(&self, text: &str, kernels: &[Kernel]) -> Result<Box<dyn Program>, DeviceError>;
 
-    /// Allocates memory of the given size; all bytes are zero.
+    /// Allocates `bytes` bytes of memory, all zero.
     fn allocate(&self, bytes: usize) -> Result<Box<dyn Memory>, DeviceError>;
 }
 
-/// Memory of a device, freed when it is dropped.
+/// Memory of a device. Dropping the value frees the memory.
 pub trait Memory: Any + fmt::Debug + Send {
     /// Copies `bytes` to the device, starting at byte `at`.
     fn write(&mut self, at: usize, bytes: &[u8]) -> Result<(), DeviceError>;

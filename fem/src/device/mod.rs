@@ -1,9 +1,9 @@
 //! Devices that run kernels in their own memory, and their interface.
 //!
-//! A kernel is a C function that computes one of many items. The same source is compiled by the driver of a GPU
-//! (`Cuda`, feature `cuda`) and by the C compiler of this machine (`Host`), so that everything except the driver can
-//! be tested without a GPU. Items are independent, and no sum depends on their order: a device gives bitwise the same
-//! result each time.
+//! A kernel is a C function that processes one of many independent items. The same source is compiled by the driver
+//! of a GPU (`Cuda`, feature `cuda`) and by the C compiler of this machine (`Host`), so that everything except the
+//! driver can be tested without a GPU. No sum depends on the order in which the items are processed: repeated runs on
+//! a device give bitwise equal results.
 
 mod array;
 mod compute_device;

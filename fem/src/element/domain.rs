@@ -11,10 +11,12 @@ use super::space::Space;
 use super::triangle::seven;
 use crate::fields::Fields;
 
-/// Smallest barycentric coordinate, with its sign changed, of a point that counts as inside the body.
+/// Tolerance of the test whether a point is inside an element: every barycentric coordinate must be at least
+/// −`OUTSIDE`.
 const OUTSIDE: f64 = 1e-6;
-/// Iterations that find a point in a curved element, and the distance at which they end, relative to the element.
+/// Largest number of iterations that compute the barycentric coordinates of a point in an element.
 const POINT_ITERATIONS: u32 = 50;
+/// Distance from the point at which these iterations have converged, relative to the element size.
 const POINT_TOLERANCE: f64 = 1e-11;
 
 /// Values of the fields at a point inside the body.
@@ -24,46 +26,48 @@ pub struct PointValues {
     pub position_mm: [f64; 3],
     /// Index of the region.
     pub region: usize,
-    /// u, mm.
+    /// Displacement u, mm.
     pub displacement_mm: [f64; 3],
-    /// ∂u_i/∂X_j.
+    /// Displacement gradient ∂u_i/∂X_j; row i, column j.
     pub displacement_gradient: [[f64; 3]; 3],
-    /// φ.
+    /// Damage φ.
     pub damage: f64,
-    /// ∂φ/∂X_j, 1/mm.
+    /// Damage gradient ∂φ/∂X_j, 1/mm.
     pub damage_gradient_per_mm: [f64; 3],
 }
 
-/// Geometry of a finite-element space, independent of the element type, for boundary conditions, solvers and results.
+/// Finite-element space without its element type, for boundary conditions, solvers and results.
 pub trait Domain {
-    /// Number of elements.
+    /// Returns the number of elements.
     fn tets(&self) -> usize;
 
     /// Returns the nodes of an element: its vertices, then the nodes on its edges.
     fn nodes_of(&self, tet: usize) -> &[u32];
 
-    /// Whether an element is straight and has only one phase; its tangent then needs less storage.
+    /// Returns whether an element is plain: straight and of a single phase. The tangent of a plain element needs less
+    /// storage.
     fn is_plain(&self, tet: usize) -> bool;
 
-    /// The integration rule of every element.
+    /// Returns the integration rule of all elements.
     fn rule(&self) -> &Rule;
 
-    /// Number of elastic quadrature points.
+    /// Returns the number of elastic quadrature points of all elements.
     fn points(&self) -> usize {
         self.tets() * self.rule().points.len()
     }
 
-    /// Returns the integral of a nodal field over the elements of the marked regions, and their volume, mm³. In
-    /// mixtures only the matrix fraction is included.
+    /// Returns the integral of a nodal field over the regions whose entry in `regions` is true, and the volume of
+    /// these regions, mm³. Of a mixture only the matrix fraction is included.
     fn integral(&self, field: &[f64], regions: &[bool]) -> [f64; 2];
 
-    /// Reference positions of all nodes, mm.
+    /// Returns the reference positions of all nodes, mm.
     fn nodes(&self) -> &[[f64; 3]];
 
     /// Returns the nodes on triangles of the mesh, in increasing order.
     fn nodes_on(&self, triangles: &[[u32; 3]]) -> Vec<u32>;
 
-    /// Adds ∫ N_a f dV over the elements of the regions for which `acts` is true.
+    /// Adds ∫ N_a f dV to the entry of node a in `out`, over the elements of the regions for which `acts` is true.
+    /// `density` is f as a function of the reference position, mm.
     fn volume_load(
         &self,
         acts: &dyn Fn(usize) -> bool,
@@ -71,7 +75,8 @@ pub trait Domain {
         out: &mut [[f64; 4]],
     );
 
-    /// Adds ∫ N_a t dA over triangles.
+    /// Adds ∫ N_a t dA over triangles to the entry of node a in `out`, N. `traction` is t (MPa) as a function of the
+    /// reference position, mm.
     fn surface_load(
         &self,
         triangles: &[[u32; 3]],
@@ -79,7 +84,7 @@ pub trait Domain {
         out: &mut [[f64; 4]],
     );
 
-    /// Returns ∫ t dA over triangles.
+    /// Returns ∫ t dA over triangles, N, for the traction t, MPa.
     fn surface_resultant(
         &self,
         triangles: &[[u32; 3]],
@@ -90,7 +95,8 @@ pub trait Domain {
     /// are omitted.
     fn nodal_areas(&self, triangles: &[[u32; 3]]) -> Vec<(u32, f64)>;
 
-    /// Returns nodes and values of their shape functions at a reference position, mm; `None` outside the body.
+    /// Returns the nodes of the element that contains a reference position (mm), and the values of their shape
+    /// functions there; `None` outside the body.
     fn interpolation(&self, position: [f64; 3]) -> Option<Vec<(u32, f64)>>;
 
     /// Calls `each` with the field values and the volume (mm³) of each point of a quadrature rule of degree 5.
@@ -114,8 +120,8 @@ impl<const N: usize> Space<N> {
         triangle.iter().copied().chain(on_edges.into_iter().flatten()).collect()
     }
 
-    /// Returns the points of a quadrature rule of degree 5 on a face. The shape functions are those of the
-    /// tetrahedron on its face λ₃ = 0.
+    /// Returns the points of a quadrature rule of degree 5 on a face. The shape functions of the face are the shape
+    /// functions of the tetrahedron on its face λ₃ = 0.
     fn face_points(&self, nodes: &[u32]) -> [FacePoint; 7] {
         let of_tet = |a: usize| if a < 3 { a } else { a + 1 };
         seven().map(|(at, weight)| {
@@ -136,7 +142,7 @@ impl<const N: usize> Space<N> {
         })
     }
 
-    /// Returns the points of a quadrature rule of degree 5, with N_a and ∂N_a/∂λ_k.
+    /// Returns the points of a quadrature rule of degree 5 on an element, with N_a and ∂N_a/∂λ_k.
     fn fine_rule(&self) -> Vec<(QuadraturePoint, [f64; N], [[f64; 4]; N])> {
         let values = |q: QuadraturePoint| (q, (self.values)(q.at), (self.slopes)(q.at));
         fourteen().into_iter().map(values).collect()
@@ -146,15 +152,16 @@ impl<const N: usize> Space<N> {
         self.tets[tet].map(|node| self.nodes[node as usize])
     }
 
-    /// Returns the barycentric coordinates of a reference position in an element. `None` if they are not found, because
-    /// the position is far outside a curved element.
+    /// Returns the barycentric coordinates of a reference position in an element. `None` if the iteration does not
+    /// converge, because the position is far outside a curved element.
     fn barycentric(&self, tet: usize, position: [f64; 3]) -> Option<[f64; 4]> {
         let x = self.positions(tet);
         let edge = |k: usize| Vector3::from(x[k]) - Vector3::from(x[0]);
         let edges = Matrix3::from_columns(&[edge(1), edge(2), edge(3)]);
         let (inverse, size) = (edges.try_inverse()?, edges.norm());
         let mut at = [1.0, 0.0, 0.0, 0.0];
-        // the inverse of the straight element is exact for straight elements; curved ones need a few iterations
+        // the inverse map of the straight element is exact for straight elements; curved elements need a few
+        // iterations
         for _ in 0..POINT_ITERATIONS {
             let off = Vector3::from(position) - Vector3::from(mix(&x, &(self.values)(at)));
             if off.norm() <= POINT_TOLERANCE * size {
@@ -168,6 +175,7 @@ impl<const N: usize> Space<N> {
     }
 }
 
+/// Returns the weighted sum of points.
 fn mix<const K: usize>(points: &[[f64; 3]; K], weights: &[f64; K]) -> [f64; 3] {
     std::array::from_fn(|k| points.iter().zip(weights).map(|(x, w)| w * x[k]).sum())
 }

@@ -1,4 +1,4 @@
-//! Geometry of an element at a point: derivatives of its map from barycentric coordinates to space.
+//! Geometry of an element at a point: derivatives of the map between barycentric coordinates and space.
 
 use nalgebra::Vector3;
 
@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 pub struct Geometry<T> {
     /// ∇λ_k for k = 1 … 3, 1/mm.
     pub barycentric: [[T; 3]; 3],
-    /// Volume of an element whose map has this derivative everywhere, mm³.
+    /// Determinant of the map's derivative, divided by 6, mm³; for a straight element this is its volume.
     pub volume: T,
 }
 

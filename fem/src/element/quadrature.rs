@@ -1,24 +1,25 @@
-//! Symmetric quadrature rules on the tetrahedron. The weights sum to one.
+//! Symmetric quadrature rules on the tetrahedron. The weights of a rule sum to one.
 
-/// Quadrature point in barycentric coordinates, with its fraction of the volume.
+/// Quadrature point: barycentric coordinates, and weight as a fraction of the volume.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct QuadraturePoint {
     pub at: [f64; 4],
     pub weight: f64,
 }
 
-/// The centroid: exact to degree 1.
+/// Returns the one-point rule, the centroid: exact to degree 1.
 pub(super) fn one() -> Vec<QuadraturePoint> {
     vec![QuadraturePoint { at: [0.25; 4], weight: 1.0 }]
 }
 
-/// Four points, (5 ± √5 …)/20: exact to degree 2. Point k is nearest to vertex k.
+/// Returns the four-point rule with the coordinates (5 − √5)/20 and (5 + 3√5)/20: exact to degree 2. Point k is
+/// nearest to vertex k.
 pub(super) fn four() -> Vec<QuadraturePoint> {
     let far = (5.0 - 5f64.sqrt()) / 20.0;
     corners(far, 0.25)
 }
 
-/// Eleven points, the centroid with a negative weight: exact to degree 4 (Keast, Comput. Methods
+/// Returns the eleven-point rule: exact to degree 4, with a negative weight at the centroid (Keast, Comput. Methods
 /// Appl. Mech. Engrg. 55 (1986) 339, doi:10.1016/0045-7825(86)90059-9).
 pub(super) fn eleven() -> Vec<QuadraturePoint> {
     let mut points = vec![QuadraturePoint { at: [0.25; 4], weight: -148.0 / 1875.0 }];
@@ -27,8 +28,8 @@ pub(super) fn eleven() -> Vec<QuadraturePoint> {
     points
 }
 
-/// Fourteen points with positive weights: exact to degree 5 (Walkington, Quadrature on simplices
-/// of arbitrary dimension, Carnegie Mellon 2000).
+/// Returns the fourteen-point rule with positive weights: exact to degree 5 (Walkington, Quadrature on simplices of
+/// arbitrary dimension, Carnegie Mellon 2000).
 pub(super) fn fourteen() -> Vec<QuadraturePoint> {
     let mut points = corners(0.310_885_919_263_300_6, 0.112_687_925_718_015_85);
     points.extend(corners(0.092_735_250_310_891_22, 0.073_493_043_116_361_96));
@@ -36,7 +37,7 @@ pub(super) fn fourteen() -> Vec<QuadraturePoint> {
     points
 }
 
-/// The six permutations of (a, a, ½ − a, ½ − a).
+/// Returns the six points whose coordinates are permutations of (a, a, ½ − a, ½ − a).
 fn edges(a: f64, weight: f64) -> Vec<QuadraturePoint> {
     let mut points = Vec::new();
     for i in 0..4 {
@@ -50,7 +51,7 @@ fn edges(a: f64, weight: f64) -> Vec<QuadraturePoint> {
     points
 }
 
-/// The four permutations of (a, a, a, 1 − 3a).
+/// Returns the four points whose coordinates are permutations of (a, a, a, 1 − 3a).
 fn corners(a: f64, weight: f64) -> Vec<QuadraturePoint> {
     (0..4)
         .map(|k| {

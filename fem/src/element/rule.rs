@@ -3,31 +3,34 @@
 use super::quadrature::{QuadraturePoint, eleven, four, fourteen, one};
 use super::tetrahedron::{Linear, Quadratic, Tetrahedron};
 
-/// Kind of the damage points, with `Auto` replaced by a specific kind.
+/// Placement of the damage points: a [`DamageQuadrature`](crate::DamageQuadrature) whose `Auto` is replaced by the
+/// rule that it selects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DamageRule {
     /// No damage anywhere.
     Absent,
     /// At the nodes.
     Vertex,
-    /// At Gauss points.
+    /// At Gauss points with positive weights: four in linear elements, fourteen in quadratic elements.
     Consistent,
-    /// At eleven Gauss points in quadratic elements.
+    /// At four Gauss points in linear elements, at eleven Gauss points in quadratic elements.
     Eleven,
 }
 
-/// The integration rule of one element type.
+/// Integration rule of one element type.
 ///
 /// Elastic point q has the degradation g_q = Σ_p C_qp g(φ_p), a sum over the damage points p. Damage point p is
-/// driven by Σ_q w_q C_qp ψ⁺_q. Both are derivatives of one energy. Σ_p C_qp = 1 and Σ_q w_q C_qp = w_p, so that a
-/// uniform state is integrated exactly.
+/// driven by Σ_q w_q C_qp ψ⁺_q. Both expressions are derivatives of the same energy. Σ_p C_qp = 1 and Σ_q w_q C_qp =
+/// w_p, so that a uniform state is integrated exactly.
 #[derive(Clone, Debug)]
 pub struct Rule {
     /// Number of nodes of the element.
     pub nodes: usize,
+    /// Elastic points q with weights w_q.
     pub points: Vec<ElasticPoint>,
+    /// Damage points p with weights w_p.
     pub damage: Vec<DamagePoint>,
-    /// Coefficients C_qp, one row per elastic point.
+    /// Coefficients C_qp: one row per elastic point q, one column per damage point p.
     pub mixing: Vec<Vec<f64>>,
     /// Whether all damage points have the same weight and the same coefficients C_qp.
     pub alike: bool,
@@ -38,7 +41,7 @@ pub struct Rule {
 pub struct ElasticPoint {
     /// Barycentric coordinates λ.
     pub at: [f64; 4],
-    /// Fraction of the volume.
+    /// Weight as a fraction of the volume.
     pub weight: f64,
     /// ∂N_a/∂λ_k − ∂N_a/∂λ₀ for k = 1 … 3, by node.
     pub slopes: Vec<[f64; 3]>,
@@ -49,7 +52,7 @@ pub struct ElasticPoint {
 pub struct DamagePoint {
     /// Values N_a of the shape functions at the point.
     pub shape: Vec<f64>,
-    /// Fraction of the volume.
+    /// Weight as a fraction of the volume.
     pub weight: f64,
 }
 
@@ -62,8 +65,8 @@ impl Rule {
             (DamageRule::Absent, _) => (Vec::new(), vec![Vec::new(); elastic.len()]),
             (DamageRule::Vertex, false) => (nodal::<N>(|_| 0.25), vec![vec![0.25; N]]),
             (DamageRule::Vertex, true) => (
-                // sub-tetrahedra: 4 at the vertices, and an octahedron that is cut along a diagonal (mean over its
-                // three diagonals)
+                // weights of the vertices of eight sub-tetrahedra: four at the corners, and four from an octahedron
+                // that is cut along a diagonal (mean over its three diagonals)
                 nodal::<N>(|a| if a < 4 { 1.0 / 32.0 } else { 7.0 / 48.0 }),
                 (0..4).map(|q| (0..N).map(|a| corner_mean::<N, T>(q, a)).collect()).collect(),
             ),
@@ -74,8 +77,8 @@ impl Rule {
             }
             (DamageRule::Consistent | DamageRule::Eleven, true) => {
                 elastic = if rule == DamageRule::Eleven { eleven() } else { fourteen() };
-                let own = |q| (0..elastic.len()).map(|p| f64::from(p == q)).collect();
-                (at_points::<N, T>(&elastic), (0..elastic.len()).map(own).collect())
+                let unit_row = |q| (0..elastic.len()).map(|p| f64::from(p == q)).collect();
+                (at_points::<N, T>(&elastic), (0..elastic.len()).map(unit_row).collect())
             }
         };
         let points = elastic
@@ -97,7 +100,8 @@ impl Rule {
         rule.nodes = 4;
         rule.points.iter_mut().for_each(|point| point.slopes = slopes.to_vec());
         for point in &mut rule.damage {
-            // the linear function of a vertex is its quadratic function plus one half of the functions of its edges
+            // the linear shape function of a vertex is its quadratic shape function plus half of the shape functions
+            // of the nodes on its edges
             for (edge, ends) in Quadratic::EDGES.iter().enumerate().take(self.nodes - 4) {
                 ends.iter().for_each(|&end| point.shape[end] += 0.5 * point.shape[4 + edge]);
             }
@@ -107,7 +111,7 @@ impl Rule {
     }
 }
 
-/// Returns ∫ N_a dV / V.
+/// Returns the mean values ∫ N_a dV / V of the shape functions.
 pub(super) fn mean_values<const N: usize, T: Tetrahedron<N>>() -> [f64; N] {
     let mut mean = [0.0; N];
     for q in four() {
@@ -117,11 +121,13 @@ pub(super) fn mean_values<const N: usize, T: Tetrahedron<N>>() -> [f64; N] {
     mean
 }
 
+/// Returns one damage point at each node.
 fn nodal<const N: usize>(weight: impl Fn(usize) -> f64) -> Vec<DamagePoint> {
     let unit = |a| (0..N).map(|b| f64::from(a == b)).collect();
     (0..N).map(|a| DamagePoint { shape: unit(a), weight: weight(a) }).collect()
 }
 
+/// Returns one damage point at each quadrature point.
 fn at_points<const N: usize, T: Tetrahedron<N>>(points: &[QuadraturePoint]) -> Vec<DamagePoint> {
     let point =
         |q: &QuadraturePoint| DamagePoint { shape: T::values(q.at).to_vec(), weight: q.weight };

@@ -13,28 +13,32 @@ use fem_mesh::TetMesh;
 pub struct Space<const N: usize> {
     /// Reference positions, mm: the nodes of the mesh, then the nodes on its edges (P2).
     pub nodes: Vec<[f64; 3]>,
+    /// Nodes of each element.
     pub tets: Vec<[u32; N]>,
+    /// Region of each element.
     pub region: Vec<u16>,
     pub rule: Rule,
-    /// ∫ N_a dV / V of a straight element.
+    /// Mean values ∫ N_a dV / V of the shape functions of a straight element.
     pub mean_value: [f64; N],
-    /// N_a(λ) of the element type.
+    /// Shape functions N_a(λ) of the element type.
     pub values: fn([f64; 4]) -> [f64; N],
-    /// ∂N_a/∂λ_k of the element type.
+    /// Derivatives ∂N_a/∂λ_k of the shape functions of the element type.
     pub slopes: fn([f64; 4]) -> [[f64; 4]; N],
+    /// Node on each edge, by the sorted end nodes of the edge.
     midpoints: BTreeMap<[u32; 2], u32>,
-    /// Geometry factors: one per straight element, one per elastic quadrature point of a curved element.
+    /// Geometry factors: one entry per straight element, one entry per elastic quadrature point of a curved element.
     geometry: Vec<Geometry<f64>>,
-    /// Offsets of each element into `geometry`; length `tets + 1`.
+    /// CSR offsets of the elements into `geometry`; length `tets + 1`.
     first: Vec<u32>,
-    /// Fraction of the second phase of each element; empty if there are no mixtures.
+    /// Volume fraction of the second phase of each element; empty if there are no mixtures.
     fraction: Vec<f64>,
     /// Region of the second phase of each element; empty if there are no mixtures.
     second: Vec<u16>,
 }
 
 impl<const N: usize> Space<N> {
-    /// Creates the space with element type `T` on a valid mesh. Curved edges are used if the type has nodes on edges.
+    /// Creates the space with element type `T` on a valid mesh. Curved edges of the mesh are used if the element type
+    /// has nodes on edges.
     pub fn new<T: Tetrahedron<N>>(mesh: &TetMesh, damage: DamageRule) -> Self {
         let bent: BTreeMap<_, _> = mesh.edge_points.iter().copied().collect();
         let mut nodes = mesh.nodes.clone();
@@ -68,7 +72,7 @@ impl<const N: usize> Space<N> {
             }));
             first.push(geometry.len() as u32);
         }
-        // an element of a phase that is mixed with the same phase is pure
+        // an element whose two phases are the same is no mixture
         let fraction = |(mixture, &region): (&fem_mesh::Mixture, &u16)| {
             if region != mixture.region { f64::from(mixture.fraction) } else { 0.0 }
         };
@@ -89,7 +93,7 @@ impl<const N: usize> Space<N> {
         }
     }
 
-    /// Returns the space of a part of the mesh, with the node numbers of the part.
+    /// Returns the space on a part of the mesh, with the node numbers of the part.
     pub fn part(&self, part: &Part) -> Self {
         let local = part.local();
         let here =
@@ -123,30 +127,30 @@ impl<const N: usize> Space<N> {
         &self.geometry[self.first[tet] as usize..self.first[tet + 1] as usize]
     }
 
-    /// Whether an element has curved edges.
+    /// Returns whether an element has curved edges.
     #[inline(always)]
     pub fn is_curved(&self, tet: usize) -> bool {
         self.first[tet + 1] - self.first[tet] > 1
     }
 
-    /// Volume fraction of the second phase of an element.
+    /// Returns the volume fraction of the second phase of an element.
     #[inline(always)]
     pub fn fraction(&self, tet: usize) -> f64 {
         self.fraction.get(tet).copied().unwrap_or(0.0)
     }
 
-    /// Region of the second phase of an element; the element's own region if there are no mixtures.
+    /// Returns the region of the second phase of an element; the element's own region if there are no mixtures.
     #[inline(always)]
     pub fn second_region(&self, tet: usize) -> usize {
         usize::from(self.second.get(tet).copied().unwrap_or(self.region[tet]))
     }
 
-    /// Whether any element is a mixture of two phases.
+    /// Returns whether any element is a mixture of two phases.
     pub fn has_mixtures(&self) -> bool {
         self.fraction.iter().any(|&fraction| fraction > 0.0)
     }
 
-    /// Returns the volume of an element, integrated by the elastic points, mm³.
+    /// Returns the volume of an element, mm³, integrated with the elastic points.
     pub fn volume(&self, tet: usize) -> f64 {
         match self.geometry(tet) {
             [one] => one.volume,
@@ -166,12 +170,13 @@ impl<const N: usize> Space<N> {
         on.into_iter().collect()
     }
 
-    /// Returns the node on an edge; `None` for linear elements.
+    /// Returns the node on the edge between nodes i and j; `None` for linear elements.
     pub fn midpoint(&self, i: u32, j: u32) -> Option<u32> {
         self.midpoints.get(&edge_key(i, j)).copied()
     }
 }
 
+/// Returns the end nodes of an edge in increasing order.
 fn edge_key(i: u32, j: u32) -> [u32; 2] {
     [i.min(j), i.max(j)]
 }

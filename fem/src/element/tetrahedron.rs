@@ -24,8 +24,10 @@ impl From<Order> for u8 {
 impl TryFrom<u8> for Order {
     type Error = &'static str;
 
+    /// Converts the polynomial order 1 or 2.
+    ///
     /// # Errors
-    /// For any number except 1 and 2.
+    /// For any other number.
     fn try_from(order: u8) -> Result<Self, Self::Error> {
         match order {
             1 => Ok(Self::Linear),
@@ -37,13 +39,13 @@ impl TryFrom<u8> for Order {
 
 /// Lagrange tetrahedron with `N` nodes: the vertices, then the midpoints of [`EDGES`](Self::EDGES).
 pub trait Tetrahedron<const N: usize> {
-    /// Edges that have a node, as pairs of vertices.
+    /// Edges with a node, as pairs of vertices.
     const EDGES: &'static [[usize; 2]];
 
-    /// Returns N_a(λ).
+    /// Returns the values N_a(λ) of the shape functions.
     fn values(l: [f64; 4]) -> [f64; N];
 
-    /// Returns ∂N_a/∂λ_k.
+    /// Returns the derivatives ∂N_a/∂λ_k of the shape functions; row a, column k.
     fn slopes(l: [f64; 4]) -> [[f64; 4]; N];
 }
 

@@ -1,4 +1,4 @@
-//! Requirements for every material, as an assertion for tests.
+//! Assertion for tests: a material has the properties that the solver relies on.
 
 use faer::traits::pulp::{Simd, WithSimd};
 use nalgebra::{Matrix3, Rotation3, SMatrix, SVector};
@@ -12,7 +12,7 @@ use super::response::Response;
 use super::split::Split;
 use super::tangent::PointTangent;
 
-/// State of a material for a given displacement gradient and degradation g.
+/// Deformation and response of a material for a given displacement gradient and degradation g.
 #[derive(Clone, Debug)]
 pub(super) struct Deformed {
     pub(super) principal: Principal<f64>,
@@ -52,16 +52,16 @@ fn rows(gradient: &Matrix3<f64>) -> [[f64; 3]; 3] {
     std::array::from_fn(|i| std::array::from_fn(|j| gradient[(i, j)]))
 }
 
-/// Asserts the properties of a material that the solver relies on. For tests, also of user-defined laws.
+/// Asserts that a material has the properties that the solver relies on. For tests, also of user-defined laws.
 ///
 /// The states are random, in tension and compression, with two and three equal stretches, at rest and close to it,
-/// and with and without damage. Checks: the stress is the derivative of the energy and the tangent that of the stress
-/// (the remainders of Taylor's formula decrease with the second and third power); the tangent is symmetric; energy
-/// and stress are objective and isotropic; energy and stress vanish at rest; a deformation with det F ≤ 0 is
-/// rejected; several points in SIMD lanes have the values of single points.
+/// and with and without damage. Checks: the stress is the derivative of the energy, and the tangent is the derivative
+/// of the stress (the remainders of Taylor's formula decrease with the second and third power of the step); the
+/// tangent is symmetric; energy and stress are objective and isotropic; energy and stress vanish at rest; a
+/// deformation with det F ≤ 0 is rejected; several points in SIMD lanes have the same values as single points.
 ///
-/// A law with a state is tested for one increment from the state zero: rest, inversion, SIMD lanes, and the tangent
-/// against differences of the stress.
+/// For a law with a state, only these properties are checked, in one increment from the state zero: energy and stress
+/// at rest, rejection of det F ≤ 0, SIMD lanes, and the tangent against differences of the stress.
 ///
 /// # Panics
 /// If a property is violated; the message contains the property and the state.
@@ -94,7 +94,7 @@ pub fn assert_material(material: &Material, phase_field: Option<&PhaseField>) {
     for flat in [-1.0, -2.0, f64::NAN] {
         let gradient = Matrix3::from_diagonal(&[flat, 0.0, 0.1].into());
         let refused = Deformed::new(&point, &gradient, 1.0).is_err();
-        assert!(refused, "det F ≤ 0 is not refused at {gradient}");
+        assert!(refused, "det F ≤ 0 is accepted at {gradient}");
     }
     let spectral = phase_field.is_some_and(|f| f.split == Split::Spectral);
     let stateful = point.law().state_len() > 0;
@@ -116,10 +116,11 @@ pub fn assert_material(material: &Material, phase_field: Option<&PhaseField>) {
             }
         }
     }
-    assert!(tried.len() >= 4, "{} states are away from the kinks of the split", tried.len());
+    assert!(tried.len() >= 4, "only {} states are far from the kinks of the split", tried.len());
     dispatch(InLanes { material: &point, states: &tried });
 }
 
+/// Asserts that stress and tangent are the derivatives of the energy, and that the tangent is symmetric.
 fn assert_derivatives(
     material: &PointMaterial,
     state: &Matrix3<f64>,
@@ -130,7 +131,7 @@ fn assert_derivatives(
     let start = at(state);
     let moduli = start.moduli();
     let asymmetry = (moduli - moduli.transpose()).abs().max();
-    assert!(asymmetry < 1e-14 * moduli.abs().max(), "tangent not symmetric at {state}");
+    assert!(asymmetry < 1e-14 * moduli.abs().max(), "the tangent is not symmetric at {state}");
     let flat = SVector::<f64, 9>::from_fn(|p, _| direction[(p / 3, p % 3)]);
     let (work, curvature) = (start.piola().dot(direction), flat.dot(&(moduli * flat)));
     let remainders = |t: f64| {
@@ -139,14 +140,18 @@ fn assert_derivatives(
         [first.abs(), (first - 0.5 * t * t * curvature).abs()]
     };
     for (k, least) in [1.9, 2.9].into_iter().enumerate() {
-        // the next order may cancel the slope by chance at one step, but not at all three
+        // at one step size a higher-order term may cancel the remainder by chance, but not at all three step sizes
         let slopes = [8e-3, 4e-3, 1e-3].map(|t| (remainders(t)[k] / remainders(t / 4.0)[k]).log2());
         let slope = slopes.into_iter().fold(0.0, f64::max) / 2.0;
-        assert!(slope > least, "remainder {} falls with slope {slope} at {state}", k + 1);
+        assert!(
+            slope > least,
+            "Taylor remainder {} decreases with slope {slope} at {state}",
+            k + 1
+        );
     }
 }
 
-/// Asserts that the tangent is the derivative of the stress, by central differences.
+/// Asserts that the tangent equals central differences of the stress.
 fn assert_consistent(
     material: &PointMaterial,
     state: &Matrix3<f64>,
@@ -161,10 +166,13 @@ fn assert_consistent(
     let exact = moduli * flat;
     let exact = Matrix3::from_fn(|i, j| exact[3 * i + j]);
     let error = (difference - exact).norm();
-    assert!(error < 1e-7 * moduli.norm(), "tangent differs by {error:e} MPa at {state}");
+    assert!(
+        error < 1e-7 * moduli.norm(),
+        "the tangent differs from the difference quotient by {error:e} MPa at {state}"
+    );
 }
 
-/// Asserts that points in SIMD lanes have the values of single points.
+/// Check that several points in SIMD lanes have the same values as single points.
 struct InLanes<'a> {
     material: &'a PointMaterial,
     /// At most [`POINTS`] displacement gradients.
@@ -211,6 +219,7 @@ impl WithSimd for InLanes<'_> {
     }
 }
 
+/// Asserts that energy and stress are objective and isotropic.
 fn assert_objective(material: &PointMaterial, state: &Matrix3<f64>, g: f64) {
     let turn = Rotation3::from_euler_angles(0.7, -0.2, 1.9).into_inner();
     let f = Matrix3::identity() + state;
@@ -223,14 +232,20 @@ fn assert_objective(material: &PointMaterial, state: &Matrix3<f64>, g: f64) {
     let size = stiffness * state.norm();
     for (turned, stress) in [(space, turn * before.piola()), (body, before.piola() * turn)] {
         let energy = turned.response.energy - before.response.energy;
-        assert!(energy.abs() <= 1e-12 * size, "energy changes by {energy} if {state} is turned");
+        assert!(
+            energy.abs() <= 1e-12 * size,
+            "a rotation of {state} changes the energy by {energy}"
+        );
         let error = (turned.piola() - stress).norm();
         let round_off = 1e-14 * stiffness;
-        assert!(error <= 1e-11 * size + round_off, "stress is not turned with {state}: {error:e}");
+        assert!(
+            error <= 1e-11 * size + round_off,
+            "the stress does not rotate with {state}: {error:e}"
+        );
     }
 }
 
-/// Returns displacement gradients for the tests of a law, with a test direction for each.
+/// Returns displacement gradients for the tests of a law, each with a direction for directional derivatives.
 pub(super) fn states() -> [(Matrix3<f64>, Matrix3<f64>); 7] {
     // arbitrary numbers in (−1, 1)
     let scatter =

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::number::Scalar;
 
-/// The local part α of the crack density.
+/// Local part α of the crack density.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum CrackDensity {
@@ -24,7 +24,7 @@ pub enum CrackDensity {
 }
 
 impl CrackDensity {
-    /// Returns c₀, which makes the crack energy per area equal to the toughness.
+    /// Returns the normalising constant c₀, which makes the crack energy per area equal to the toughness.
     pub fn normaliser(self) -> f64 {
         match self {
             CrackDensity::At2 => 2.0,

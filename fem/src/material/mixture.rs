@@ -3,8 +3,8 @@
 //! The modulus M of a mixture with grain fraction f follows from the moduli M₁ of the matrix and M₂ of the grain,
 //! with a comparison medium as soft as the matrix: 1/(M + ζ) = (1 − f)/(M₁ + ζ) + f/(M₂ + ζ). ζ = 0 is the Reuss
 //! bound. ζ = 4μ₁/3 for the bulk modulus and ζ = μ₁ (9K₁ + 8μ₁)/(6 (K₁ + 2μ₁)) for the shear modulus is the bound of
-//! Hashin and Shtrikman. Damage reduces the matrix modulus to g M₁, and therefore ζ to g ζ. With N = M₂ + g ζ, a =
-//! (1 − f)/(M₁ + ζ) and D = a N + f g, the modulus is M(g) = g (N/D − ζ). It is smooth for all g, and equals g M₁ for
+//! Hashin and Shtrikman. Damage reduces the matrix modulus to g M₁, and therefore ζ to g ζ. With N = M₂ + g ζ, a = (1
+//! − f)/(M₁ + ζ) and D = a N + f g, the modulus is M(g) = g (N/D − ζ). M(g) is smooth for all g, and equals g M₁ for
 //! f = 0.
 
 use serde::{Deserialize, Serialize};
@@ -13,8 +13,8 @@ use super::number::Scalar;
 
 /// Rule for the moduli of tetrahedra that are partly grain.
 ///
-/// Only the matrix is damaged. The moduli are those of the rule for the degraded matrix and the intact grain, K(g
-/// K_m, K_g, f) and μ(g μ_m, μ_g, f). Their derivatives with respect to g drive damage. Toughness and viscosity are
+/// Only the matrix is damaged. The rule is applied to the degraded matrix and the intact grain: K(g K_m, K_g, f) and
+/// μ(g μ_m, μ_g, f). The derivatives of these moduli with respect to g drive damage. Toughness and viscosity are
 /// multiplied by the matrix fraction 1 − f.
 ///
 /// References: Hill, Proc. Phys. Soc. A 65 (1952) 349, doi:10.1088/0370-1298/65/5/307; Hashin &
@@ -22,8 +22,8 @@ use super::number::Scalar;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Homogenisation {
-    /// Equal stress in both phases: the lower bound of the stiffness. Exact for layers loaded perpendicular to them
-    /// if the phases have the same Poisson's ratio.
+    /// Equal stress in both phases: the lower bound of the stiffness. Exact for a layered material that is loaded
+    /// perpendicular to its layers, if the phases have the same Poisson's ratio.
     Reuss,
     /// Lower bound of Hashin and Shtrikman, exact for a small fraction of grains far apart.
     HashinShtrikman,
@@ -32,30 +32,30 @@ pub enum Homogenisation {
     GeometricMean,
 }
 
-/// Fraction of grain above which an element has no damage.
+/// Grain fraction above which an element has no damage.
 pub const MOST_GRAIN: f64 = 0.9;
 
 /// Modulus M as a function of the degradation g.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Modulus<T> {
-    /// M(1).
+    /// M(1), the modulus without damage.
     pub(super) whole: T,
-    /// M(g).
+    /// M(g), the degraded modulus.
     pub(super) value: T,
-    /// M′(g).
+    /// First derivative M′(g).
     pub(super) slope: T,
-    /// M″(g).
+    /// Second derivative M″(g).
     pub(super) curvature: T,
 }
 
 impl<T: Scalar> Modulus<T> {
-    /// Returns M(g) = g M.
+    /// Creates the modulus M(g) = g M of a single phase.
     #[inline(always)]
     pub(super) fn proportional(whole: T, g: T) -> Self {
         Self { whole, value: g * whole, slope: whole, curvature: g.constant(0.0) }
     }
 
-    /// Returns M(g) for a share of one, M(1) for a share of zero.
+    /// Returns M(g) if `share` is one, M(1) if `share` is zero.
     #[inline(always)]
     pub(super) fn degraded(&self, share: T) -> T {
         share.mul_add(self.value - self.whole, self.whole)
@@ -143,6 +143,7 @@ struct Ratio<T> {
 }
 
 impl<T: Scalar> Ratio<T> {
+    /// Returns the geometric mean of two ratios and its derivatives.
     #[inline(always)]
     fn geometric_mean(&self, other: &Self) -> Self {
         let half = self.value.constant(0.5);
@@ -154,7 +155,7 @@ impl<T: Scalar> Ratio<T> {
         Self { value, slope: value * rate, curvature: value * rate.mul_add(rate, bend) }
     }
 
-    /// Returns M = g r and its derivatives.
+    /// Returns the modulus M(g) = g r(g) and its derivatives; `whole` is M(1).
     #[inline(always)]
     fn times(&self, whole: T, g: T) -> Modulus<T> {
         Modulus {

@@ -1,11 +1,13 @@
 //! Elastic laws, splits, degradation functions, crack density, and the equations at an integration point.
 //!
-//! The equations at a point are written once over a [`Scalar`]: strains ([`Principal`]), stresses and energies of a
-//! law ([`Response`]) and its tangent ([`PointTangent`]). A law of a region is a [`RegionLaw`]; a [`LaneLaw`] selects
-//! among the laws of a mesh. A new law is one file in `law/` with its energy ([`HyperelasticLaw`]), or with stress and
-//! tangent as in `hencky.rs` and a variant in `region_law.rs`. A new split is one file in `split/`, a new degradation
-//! function one file in `degradation/`. [`assert_material`] tests all of them. Users write the same three traits outside
-//! the crate.
+//! The equations at a point are written once, generic over the number type ([`Scalar`]): strains ([`Principal`]),
+//! stresses and energies of a law ([`Response`]) and its tangent ([`PointTangent`]). The law of a region is a
+//! [`RegionLaw`]; a [`LaneLaw`] selects among the laws of a mesh.
+//!
+//! A new law needs one file in `law/` with its energy ([`HyperelasticLaw`]), or with stress and tangent as in
+//! `hencky.rs` and a variant in `region_law.rs`. A new split needs one file in `split/`, a new degradation function
+//! one file in `degradation/`. [`assert_material`] tests laws, splits and degradation functions. Users implement the
+//! same traits outside the crate.
 
 #[cfg(test)]
 #[path = "../../tests/unit/closed_forms.rs"]

@@ -32,13 +32,14 @@ pub struct Material {
     pub elasticity: Elasticity,
     /// Resistance to damage; `None`: the region stays elastic.
     pub fracture: Option<Fracture>,
-    /// Split of the user; `None`: [`PhaseField::split`].
+    /// User-defined split; `None`: [`PhaseField::split`].
     pub split: Option<UserSplit>,
-    /// Degradation function of the user; `None`: (1 − φ)².
+    /// User-defined degradation function; `None`: (1 − φ)².
     pub degradation: Option<UserDegradation>,
 }
 
-/// Omits split and degradation function if they are not the user's. The text identifies the material in checkpoints.
+/// Split and degradation function are omitted unless they are user-defined. The text identifies the material in
+/// checkpoints.
 impl fmt::Debug for Material {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let Self { elasticity, fracture, split, degradation } = self;
@@ -66,7 +67,7 @@ pub struct Fracture {
 }
 
 impl Fracture {
-    /// Rate-independent fracture without residual stiffness.
+    /// Creates rate-independent fracture without residual stiffness.
     pub fn new(toughness_n_per_mm: f64) -> Self {
         Self { toughness_n_per_mm, viscosity_mpa_s: 0.0, residual_stiffness: 0.0 }
     }
@@ -83,7 +84,7 @@ impl Material {
         Self::elastic(Elasticity::NeoHookean { young_mpa, poisson })
     }
 
-    /// Creates an elastic material with a user-defined law. Its moduli at small strain follow from the law.
+    /// Creates an elastic material with a user-defined law. The moduli at small strain follow from the law.
     ///
     /// # Errors
     /// [`FemError::Unsupported`] if the energy is not symmetric in the strains, energy or stress is not zero at rest,
@@ -104,7 +105,8 @@ impl Material {
         Self { elasticity, fracture: None, split: None, degradation: None }
     }
 
-    /// Returns the material with a user-defined split, which replaces [`PhaseField::split`] in its regions.
+    /// Returns the material with a user-defined split, which replaces [`PhaseField::split`] in the regions of the
+    /// material.
     pub fn with_split(self, split: impl EnergySplit) -> Self {
         Self { split: Some(UserSplit::new(split)), ..self }
     }
@@ -166,7 +168,7 @@ impl Material {
         phase_field.map_or(Ok(()), |field| self.validate_split(entity, field))
     }
 
-    /// Checks that the law has the split.
+    /// Checks that the law supports the split.
     fn validate_split(&self, entity: String, field: &PhaseField) -> Result<(), FemError> {
         let refuse = |reason| Err(FemError::unsupported(entity, reason));
         if self.split.is_some() && field.hybrid {

@@ -13,8 +13,8 @@ pub enum Irreversibility {
     /// No condition: damage decreases when its driving energy decreases.
     #[default]
     None,
-    /// The largest ψ⁺ that a point has reached so far drives its damage. The damage then minimises no energy, and the
-    /// solver alternates between displacement and damage.
+    /// The largest ψ⁺ that a point has reached so far drives its damage. Damage with a history minimises no energy,
+    /// and the solver alternates between displacement and damage.
     ///
     /// Reference: Miehe, Hofacker & Welschinger (2010), as for [`Split::Spectral`].
     History,
@@ -29,15 +29,16 @@ pub enum Irreversibility {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum DamageQuadrature {
-    /// `Vertex` if ℓ₀ is less than twice the mean distance of nodes on an edge (linear elements: the edge, quadratic
-    /// elements: half of it). `Vertex` also for AT1 in quadratic elements, where Gauss points would damage the vertices
-    /// of an unloaded body. `Consistent` otherwise.
+    /// `Vertex` if ℓ₀ is less than twice the mean distance of nodes on an edge (linear elements: the edge length;
+    /// quadratic elements: half of the edge length). `Vertex` also for AT1 in quadratic elements, where Gauss points
+    /// would damage the vertices of an unloaded body. `Consistent` otherwise.
     #[default]
     Auto,
-    /// At the nodes (quadratic elements: at the vertices of their eight sub-tetrahedra). Keeps φ < 1 if ℓ₀ is below the
-    /// element size; an element is then degraded by the mean of g. φ may become slightly negative next to damaged
-    /// nodes, where the gradient term couples the ends of an edge with the wrong sign (dihedral angles above 90°; at
-    /// worst −0.07 on the meshes tested). [`Irreversibility::ActiveSet`] keeps φ ≥ 0, and so does AT1.
+    /// Points at the nodes (quadratic elements: at the vertices of their eight sub-tetrahedra). This rule keeps φ < 1
+    /// if ℓ₀ is below the element size; an element is then degraded by the mean of g. φ may become slightly negative
+    /// next to damaged nodes, where the gradient term couples the ends of an edge with the wrong sign (dihedral
+    /// angles above 90°; at worst −0.07 on the meshes tested). [`Irreversibility::ActiveSet`] keeps φ ≥ 0, and so
+    /// does AT1.
     Vertex,
     /// Gauss points of positive weight, which integrate φ² exactly: four in linear elements, fourteen
     /// in quadratic ones.
@@ -89,7 +90,7 @@ pub struct PhaseField {
 }
 
 impl PhaseField {
-    /// AT2 without a split and without irreversibility: the settings of the paper.
+    /// Creates the simplest model: AT2 without a split and without irreversibility.
     pub fn new(length_mm: f64) -> Self {
         Self {
             model: CrackDensity::At2,
@@ -101,7 +102,7 @@ impl PhaseField {
         }
     }
 
-    /// Whether displacement and damage make a common energy stationary.
+    /// Returns whether displacement and damage make a common energy stationary.
     pub fn is_variational(&self) -> bool {
         self.irreversibility != Irreversibility::History
             && (!self.hybrid || self.split == Split::None)

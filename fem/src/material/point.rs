@@ -15,7 +15,7 @@ use super::split::Degraded;
 pub struct PointMaterial {
     pub elasticity: Elasticity,
     pub moduli: Moduli,
-    /// Damage constants; `None`: elastic.
+    /// Damage constants; `None`: the region stays elastic.
     pub damage: Option<Damage>,
 }
 
@@ -29,9 +29,9 @@ pub struct Damage {
     pub history: bool,
     /// Residual stiffness η.
     pub residual: f64,
-    /// Gc/(c₀ ℓ₀), MPa.
+    /// Coefficient Gc/(c₀ ℓ₀) of the local crack density α(φ), MPa.
     pub local: f64,
-    /// Gc ℓ₀/c₀, N.
+    /// Coefficient Gc ℓ₀/c₀ of |∇φ|², N.
     pub gradient: f64,
     /// Viscosity ξ, MPa s.
     pub viscosity: f64,
@@ -43,13 +43,14 @@ impl PointMaterial {
         LawForm::new(&self.elasticity)
     }
 
-    /// Returns the law of the region. Without damage the whole energy counts as degraded.
+    /// Returns the law of the region. In a region without damage, the whole energy counts as degraded.
     pub fn law(&self) -> RegionLaw {
         let degraded = self.damage.as_ref().map_or(Degraded::ALL, |d| d.degraded.clone());
         RegionLaw { form: self.form(), degraded }
     }
 
-    /// Returns the response with the tangent, and the state, after an increment of one second from the state zero.
+    /// Returns the response (with tangent) and the state after an increment of one second that starts at the state
+    /// zero.
     pub(super) fn increment<T: Scalar>(&self, trial: &Principal<T>, g: T) -> (Response<T>, Vec<T>) {
         let laws = [self.law()];
         let moduli = [self.moduli.bulk, self.moduli.shear].map(|x| g.constant(x));

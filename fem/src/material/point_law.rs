@@ -7,14 +7,16 @@ use super::response::Response;
 /// Law with the material constants of the current points.
 ///
 /// The state of a point is a slice of [`state_len`](Self::state_len) numbers. It is zero before the first increment.
-/// The law reads the state at the start of the increment, `old`, and writes the state at its end, `new`. A law may be
-/// evaluated several times in an increment, and `old` does not change until the increment is accepted.
+/// The law reads `old`, the state at the start of the increment, and writes `new`, the state at the end of the
+/// increment. A law may be evaluated several times in an increment, and `old` does not change until the increment is
+/// accepted.
 pub trait PointLaw<T: Scalar> {
     /// Returns the number of state values of a point; zero for an elastic law.
     fn state_len(&self) -> usize;
 
-    /// Returns energies and stress for a degradation g, and `normal` and `shear` if `TANGENT` is true. `trial` is the
-    /// deformation at the end of the increment, `dt` the duration of the increment in seconds.
+    /// Returns energies and stress for a degradation g, and the tangent (`normal` and `shear` of [`Response`]) if
+    /// `TANGENT` is true. `trial` is the deformation at the end of the increment, `dt` the duration of the increment
+    /// in seconds.
     fn respond<const TANGENT: bool>(
         &self,
         trial: &Principal<T>,
@@ -32,7 +34,7 @@ pub trait PointLaw<T: Scalar> {
 #[derive(Clone, Copy, Debug)]
 pub struct DrivingHistory<L> {
     pub law: L,
-    /// Whether the largest driving energy is kept. If not, this law is the inner law.
+    /// Whether the largest driving energy so far is stored. If false, this law equals the inner law.
     pub active: bool,
 }
 
@@ -56,7 +58,7 @@ impl<T: Scalar, L: PointLaw<T>> PointLaw<T> for DrivingHistory<L> {
         if !self.active {
             return out;
         }
-        // a driving energy below the largest one so far has no influence, so that its derivative is zero
+        // a driving energy below the largest driving energy so far has no influence: its derivative is zero
         let below = out.driving.less_than(old[last]);
         out.softening = T::select(below, g.constant(0.0), out.softening);
         out.driving = out.driving.max(old[last]);

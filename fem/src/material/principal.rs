@@ -1,8 +1,8 @@
 //! Principal logarithmic strains of a displacement gradient.
 //!
-//! The eigenpairs are computed from b − I = H + Hᵀ + H Hᵀ instead of b, so that small strains keep their digits. x
-//! coth x with x = ε_i − ε_j also follows from the eigenvalues w: with y = (w_i − w_j)/(2 + w_i + w_j) = tanh(ε_i −
-//! ε_j) it is artanh(y)/y, which is smooth at equal stretches.
+//! The eigenpairs are computed from b − I = H + Hᵀ + H Hᵀ instead of b, so that small strains keep their digits. The
+//! function x coth x with x = ε_i − ε_j is also computed from the eigenvalues w of b − I: with y = (w_i − w_j)/(2 +
+//! w_i + w_j) = tanh(ε_i − ε_j), the function is artanh(y)/y, which is smooth at equal stretches.
 
 use super::number::{Scalar, dot};
 use crate::error::StepFailure;
@@ -13,24 +13,25 @@ pub struct Principal<T> {
     pub strains: Strains<T>,
     /// Eigenvectors n_i: `basis[k][i]` is component k of vector i.
     pub basis: [[T; 3]; 3],
-    /// Qᵀ F⁻ᵀ: transforms a reference gradient to the spatial gradient, in the basis n_i.
+    /// Matrix Qᵀ F⁻ᵀ, where the columns of Q are the eigenvectors n_i. The matrix transforms a reference gradient to
+    /// the spatial gradient in the basis n_i.
     pub push: [[T; 3]; 3],
-    /// 1, or 0 if det F is not positive and finite; the strains are then set to zero.
+    /// 1 if det F is positive and finite, else 0. If 0, the strains are set to zero.
     pub sound: T,
 }
 
 /// Principal strains in the forms that laws need.
 #[derive(Clone, Copy, Debug)]
 pub struct Strains<T> {
-    /// ε_i = ½ log(1 + w_i).
+    /// Logarithmic strains ε_i = ½ log(1 + w_i).
     pub log: [T; 3],
     /// w_i = λ_i² − 1, the eigenvalues of b − I.
     pub excess: [T; 3],
-    /// x coth x with x = ε_i − ε_j; the index is that of the third strain.
+    /// x coth x with x = ε_i − ε_j; entry k belongs to the pair (i, j) of the other two strains.
     pub coth: [T; 3],
 }
 
-/// Error of a deformation gradient with det F ≤ 0 or NaN.
+/// Error for a deformation gradient whose determinant is not positive and finite.
 #[derive(Clone, Copy, Debug)]
 pub struct Inverted;
 
@@ -43,7 +44,7 @@ impl From<Inverted> for StepFailure {
 impl<T: Scalar> Strains<T> {
     /// Computes the strains from the eigenvalues of b − I.
     #[inline(always)]
-    fn of(excess: [T; 3]) -> Self {
+    fn from_excess(excess: [T; 3]) -> Self {
         let half = excess[0].constant(0.5);
         let mut log = excess;
         for i in 0..3 {
@@ -59,7 +60,7 @@ impl<T: Scalar> Strains<T> {
             let (i, j) = ((k + 1) % 3, (k + 2) % 3);
             let two = log[k].constant(2.0);
             let tanh = (excess[i] - excess[j]) / (excess[i] + excess[j] + two);
-            // for distant eigenvalues, the difference of the strains is accurate
+            // for distant eigenvalues, the difference of the strains has no cancellation
             let near = tanh.abs().less_than(two.constant(0.1));
             coth[k] = T::select(near, tanh.artanh_ratio(), (log[i] - log[j]) / tanh);
         }
@@ -113,10 +114,10 @@ impl<T: Scalar> Principal<T> {
                     inverse * dot(&column, &[cofactor[0][j], cofactor[1][j], cofactor[2][j]]);
             }
         }
-        Self { strains: Strains::of(values), basis, push, sound }
+        Self { strains: Strains::from_excess(values), basis, push, sound }
     }
 
-    /// Returns P = τ F⁻ᵀ times `weight`, for the principal values of τ.
+    /// Returns the nominal stress P = τ F⁻ᵀ times `weight`, from the principal values `stress` of τ.
     #[inline(always)]
     pub fn piola(&self, stress: &[T; 3], weight: T) -> [[T; 3]; 3] {
         let mut scaled = self.push;
@@ -154,13 +155,13 @@ fn symmetric_eigen<T: Scalar>(mut m: [[T; 3]; 3]) -> ([T; 3], [[T; 3]; 3]) {
     if T::RECORDS {
         let mut state = Jacobi { m, q, limit }.numbers();
         T::record_loop("jacobi", SWEEPS, &mut state, |state| {
-            let mut at = Jacobi::of(state);
+            let mut at = Jacobi::from_numbers(state);
             let settled = off_diagonal(&at.m).less_than(at.limit);
             sweep(&mut at.m, &mut at.q);
             state.copy_from_slice(&at.numbers());
             settled
         });
-        Jacobi { m, q, .. } = Jacobi::of(&state);
+        Jacobi { m, q, .. } = Jacobi::from_numbers(&state);
         return ([m[0][0], m[1][1], m[2][2]], q);
     }
     for _ in 0..SWEEPS {
@@ -172,7 +173,7 @@ fn symmetric_eigen<T: Scalar>(mut m: [[T; 3]; 3]) -> ([T; 3], [[T; 3]; 3]) {
     ([m[0][0], m[1][1], m[2][2]], q)
 }
 
-/// Makes one sweep of three rotations.
+/// Performs one Jacobi sweep: three rotations, in place.
 #[inline(always)]
 fn sweep<T: Scalar>(m: &mut [[T; 3]; 3], q: &mut [[T; 3]; 3]) {
     rotate::<T, 0, 1, 2>(m, q);
@@ -180,7 +181,7 @@ fn sweep<T: Scalar>(m: &mut [[T; 3]; 3], q: &mut [[T; 3]; 3]) {
     rotate::<T, 1, 2, 0>(m, q);
 }
 
-/// Variables of a sweep, as the state of a recorded loop.
+/// Variables of the Jacobi sweeps, as the state of a recorded loop.
 struct Jacobi<T> {
     m: [[T; 3]; 3],
     q: [[T; 3]; 3],
@@ -188,7 +189,8 @@ struct Jacobi<T> {
 }
 
 impl<T: Scalar> Jacobi<T> {
-    /// Order of the numbers: lower triangle of m, then q, then the limit.
+    /// Row and column of the entries of `m` in [`numbers`](Self::numbers): the lower triangle of `m`, then `q`, then
+    /// `limit`.
     const PLACES: [(usize, usize); 6] = [(0, 0), (1, 0), (1, 1), (2, 0), (2, 1), (2, 2)];
 
     fn numbers(&self) -> [T; 16] {
@@ -200,7 +202,7 @@ impl<T: Scalar> Jacobi<T> {
         numbers
     }
 
-    fn of(numbers: &[T]) -> Self {
+    fn from_numbers(numbers: &[T]) -> Self {
         let limit = numbers[15];
         let (mut m, mut q) = ([[limit; 3]; 3], [[limit; 3]; 3]);
         for (number, (i, j)) in numbers.iter().zip(Self::PLACES) {
@@ -211,12 +213,13 @@ impl<T: Scalar> Jacobi<T> {
     }
 }
 
+/// Returns the sum of the squares of the entries above the diagonal.
 #[inline(always)]
 fn off_diagonal<T: Scalar>(m: &[[T; 3]; 3]) -> T {
     dot(&[m[0][1], m[0][2], m[1][2]], &[m[0][1], m[0][2], m[1][2]])
 }
 
-/// One Jacobi rotation that makes `m[P][Q]` zero; R is the third index.
+/// Applies one Jacobi rotation, which makes `m[P][Q]` zero; R is the third index.
 ///
 /// tan θ = 2 m_pq sgn d / (|d| + √(d² + 4 m_pq²)) with d = m_qq − m_pp; no rotation if d and m_pq are zero.
 #[inline(always)]
@@ -230,7 +233,7 @@ fn rotate<T: Scalar, const P: usize, const Q: usize, const R: usize>(
     let twice = off + off;
     let d = m[Q][Q] - m[P][P];
     let root = d.mul_add(d, twice * twice).sqrt();
-    // the limits of t are needed if the squares underflow
+    // |t| ≤ 1 except if the squares underflow
     let size = (d.abs() + root).max(one.constant(f64::MIN_POSITIVE));
     let signed = T::select(d.less_than(zero), -twice, twice);
     let t = (signed / size).min(one).max(-one);

@@ -8,19 +8,19 @@ use super::principal::Principal;
 use super::response::{ElasticResponse, Response};
 use super::split::{Degraded, ElasticPoint, PointSplit, Split};
 
-/// Law of a region without its moduli: regions with the same law are evaluated together.
+/// Law of a region without its moduli. Regions with the same law are evaluated together.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RegionLaw {
     pub form: LawForm,
     pub degraded: Degraded,
 }
 
-/// Form of a law.
+/// Form of an elastic law, without its moduli.
 #[derive(Clone, Debug, PartialEq)]
 pub enum LawForm {
     Hencky,
     NeoHookean,
-    /// Given by its energy.
+    /// User-defined law that is given by its energy.
     Energy(UserLaw),
     Constitutive(UserConstitutiveLaw),
 }
@@ -85,7 +85,7 @@ impl RegionLaw {
         let Degraded { split, hybrid } = &self.degraded;
         let whole = match &self.form {
             LawForm::Hencky => {
-                // the only call, so that the law is compiled once
+                // one call for both cases: the inlined function is then compiled only once
                 let (split, at) = match split {
                     PointSplit::Standard(split) => (*split, g),
                     PointSplit::User(_) => (Split::None, g.constant(1.0)),
@@ -109,7 +109,7 @@ impl RegionLaw {
         self.degraded.respond(&ElasticPoint::new(strains, whole, volumetric, constants.moduli), g)
     }
 
-    /// Returns U, U′ and U″ for a pure change of volume with t = tr ε.
+    /// Returns the energy U(t) of a pure change of volume with t = tr ε, and its derivatives U′ and U″, MPa.
     #[inline(always)]
     fn volumetric<T: Scalar>(&self, constants: Constants<T>, t: T) -> [T; 3] {
         match &self.form {
@@ -122,9 +122,9 @@ impl RegionLaw {
     }
 }
 
-/// Law of an element, or of one element per SIMD lane, among the laws of the mesh.
+/// Law of an element, or of one element per SIMD lane, selected from the laws of the mesh.
 ///
-/// A law is evaluated for all lanes at once, and omitted if no lane has it.
+/// Each law of the mesh is evaluated for all lanes at once, and skipped if no lane has this law.
 #[derive(Clone, Copy, Debug)]
 pub struct LaneLaw<'a, T> {
     /// The laws of the mesh, at least one.
@@ -133,12 +133,13 @@ pub struct LaneLaw<'a, T> {
     pub law: T,
     /// Bulk and shear modulus without damage.
     pub moduli: [T; 2],
-    /// Phases of a mixture, for Hencky's law; `None`: damage degrades the moduli as a whole.
+    /// Phases of a mixture, used by Hencky's law. `None`: no element is a mixture, and damage multiplies the moduli
+    /// by g.
     pub phases: Option<MixedPhases<T>>,
 }
 
 impl<'a, T: Scalar> LaneLaw<'a, T> {
-    /// Creates the law with these moduli, or with these phases for mixtures.
+    /// Creates the law. With `phases`, the moduli follow from the phases, and `moduli` is ignored.
     #[inline(always)]
     pub fn new(
         laws: &'a [RegionLaw],
@@ -154,7 +155,7 @@ impl<'a, T: Scalar> LaneLaw<'a, T> {
 }
 
 impl<T: Scalar> PointLaw<T> for LaneLaw<'_, T> {
-    /// Returns the largest number of state values of a law of the mesh.
+    /// Returns the largest number of state values among the laws of the mesh.
     #[inline(always)]
     fn state_len(&self) -> usize {
         let mut most = 0;
@@ -177,7 +178,7 @@ impl<T: Scalar> PointLaw<T> for LaneLaw<'_, T> {
         let (zero, several) = (g.constant(0.0), self.laws.len() > 1);
         let mut out = ElasticResponse::zero(g).degraded(g);
         let mut scratch: Option<[T; MOST_STATE]> = None;
-        // the only call, so that every law is compiled once
+        // one call for all cases: each inlined law is then compiled only once
         for (k, law) in self.laws.iter().enumerate() {
             let mask = self.law.equals(g.constant(k as f64));
             let absent = T::select(mask, g.constant(1.0), zero).equals(zero);

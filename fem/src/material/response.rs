@@ -7,17 +7,17 @@ use super::number::Scalar;
 pub struct Response<T> {
     /// Elastic energy g ψ⁺ + ψ⁻, MPa.
     pub energy: T,
-    /// Driving energy of damage: derivative of the energy with respect to g, ψ⁺.
+    /// Driving energy of damage ψ⁺: the derivative of the energy with respect to g, MPa.
     pub driving: T,
-    /// Second derivative of the energy with respect to g; zero except for mixtures.
+    /// Second derivative of the energy with respect to g, MPa; zero except for mixtures.
     pub softening: T,
-    /// Principal values τ_i of g τ⁺ + τ⁻.
+    /// Principal values τ_i of the Kirchhoff stress g τ⁺ + τ⁻, MPa.
     pub stress: [T; 3],
-    /// Principal values τ⁺_i.
+    /// Principal values τ⁺_i of the degraded part of the stress, without the factor g, MPa.
     pub stress_plus: [T; 3],
-    /// D_ij = ∂τ_i/∂ε_j in the order D_00, D_10, D_11, D_20, D_21, D_22.
+    /// D_ij = ∂τ_i/∂ε_j in the order D_00, D_10, D_11, D_20, D_21, D_22, MPa.
     pub normal: [T; 6],
-    /// ½ (τ_i − τ_j) coth(ε_i − ε_j); the index is that of the third strain.
+    /// ½ (τ_i − τ_j) coth(ε_i − ε_j), MPa; entry k belongs to the pair (i, j) of the other two strains.
     pub shear: [T; 3],
 }
 
@@ -27,7 +27,7 @@ pub const fn packed(r: usize, s: usize) -> usize {
     r * (r + 1) / 2 + s
 }
 
-/// Response of a law without damage, or a part of it, in the basis of the principal strains.
+/// Response of a law without damage, or of a part of its energy, in the basis of the principal strains.
 #[derive(Clone, Copy, Debug)]
 pub struct ElasticResponse<T> {
     /// Energy per reference volume, MPa.
@@ -36,12 +36,12 @@ pub struct ElasticResponse<T> {
     pub stress: [T; 3],
     /// D_ij = ∂τ_i/∂ε_j in the order D_00, D_10, D_11, D_20, D_21, D_22, MPa.
     pub normal: [T; 6],
-    /// ½ (τ_i − τ_j) coth(ε_i − ε_j), MPa; the index is that of the third strain.
+    /// ½ (τ_i − τ_j) coth(ε_i − ε_j), MPa; entry k belongs to the pair (i, j) of the other two strains.
     pub shear: [T; 3],
 }
 
 impl<T: Scalar> ElasticResponse<T> {
-    /// Returns the response of zero energy.
+    /// Returns the response of zero energy, for the number type of `number`.
     #[inline(always)]
     pub fn zero(number: T) -> Self {
         let zero = number.constant(0.0);
@@ -70,7 +70,7 @@ impl<T: Scalar> ElasticResponse<T> {
         self
     }
 
-    /// Returns this response where the mask is true, zero elsewhere.
+    /// Returns this response in the lanes where the mask is true, zero in the other lanes.
     #[inline(always)]
     pub fn only(mut self, mask: T::Mask) -> Self {
         let zero = self.energy.constant(0.0);
@@ -85,14 +85,15 @@ impl<T: Scalar> ElasticResponse<T> {
         self
     }
 
-    /// Returns the response of a body whose whole energy is degraded and drives damage.
+    /// Returns the response if the whole energy is degraded and drives damage.
     #[inline(always)]
     pub fn degraded(self, g: T) -> Response<T> {
         let zero = Self::zero(g);
         self.degraded_without(zero, zero, g)
     }
 
-    /// Returns the response for which the part `spared` is not degraded, and the part `passive` does not drive damage.
+    /// Returns the response if the part `spared` of this response is not degraded, and the part `passive` does not
+    /// drive damage.
     #[inline(always)]
     pub(super) fn degraded_without(self, spared: Self, passive: Self, g: T) -> Response<T> {
         let mut out = Response {
@@ -118,14 +119,14 @@ impl<T: Scalar> ElasticResponse<T> {
 }
 
 impl<T: Scalar> Response<T> {
-    /// Returns energy, stress and tangent.
+    /// Returns energy, stress and tangent without the quantities of damage.
     #[inline(always)]
     pub(super) fn elastic(&self) -> ElasticResponse<T> {
         let Self { energy, stress, normal, shear, .. } = *self;
         ElasticResponse { energy, stress, normal, shear }
     }
 
-    /// Returns `yes` where the mask is true, `no` elsewhere.
+    /// Returns `yes` in the lanes where the mask is true, `no` in the other lanes.
     #[inline(always)]
     pub(super) fn select(mask: T::Mask, yes: Self, mut no: Self) -> Self {
         no.energy = T::select(mask, yes.energy, no.energy);

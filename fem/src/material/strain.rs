@@ -1,20 +1,20 @@
-//! Strain measures for the energy of a law.
+//! Strain measures with which the energy of a law is written.
 
 use super::number::Scalar;
 
-/// The principal logarithmic strains ε_i = ln λ_i of a deformation, over any scalar.
+/// Principal logarithmic strains ε_i = ln λ_i of a deformation, for any number type.
 ///
-/// Isotropic energies are functions of these strains. Every measure below follows from the three strains, and is
-/// computed so that small strains keep their digits (λ^α − 1, never λ^α alone).
+/// Isotropic energies are functions of these strains. Every strain measure of this type is computed so that small
+/// strains keep their digits (λ^α − 1, never λ^α alone).
 #[derive(Clone, Copy, Debug)]
 pub struct PrincipalStrain<T> {
     log: [T; 3],
-    /// λ_i² − 1.
+    /// Excess λ_i² − 1 of the squared stretches.
     excess: [T; 3],
 }
 
 impl<T: Scalar> PrincipalStrain<T> {
-    /// Creates the state with the given logarithmic strains.
+    /// Creates the strains from their logarithmic values.
     #[inline(always)]
     pub fn new(log: [T; 3]) -> Self {
         let mut excess = log;
@@ -24,7 +24,7 @@ impl<T: Scalar> PrincipalStrain<T> {
         Self { log, excess }
     }
 
-    /// Creates the state with the given logarithmic strains, and λ_i² − 1.
+    /// Creates the strains from their logarithmic values and `excess` = λ_i² − 1.
     #[inline(always)]
     pub(super) fn with_excess(log: [T; 3], excess: [T; 3]) -> Self {
         Self { log, excess }
@@ -87,6 +87,7 @@ impl<T: Scalar> PrincipalStrain<T> {
     }
 }
 
+/// Returns Σ (λ_i^α − 1) for λ_i = e^`log[i]`.
 #[inline(always)]
 fn power_sum<T: Scalar>(log: [T; 3], alpha: f64) -> T {
     let mut powers = log;

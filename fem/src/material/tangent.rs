@@ -1,8 +1,8 @@
-//! The consistent tangent at a point, in the principal axes of the strain (Simo & Hughes,
-//! Computational Inelasticity (1998), section 8.4, with the shear term of definitions 3.2).
+//! The consistent tangent at a point, in the principal axes of the strain (Simo & Hughes, Computational Inelasticity
+//! (1998), section 8.4, with the shear term of [`equations`](crate::equations)).
 //!
-//! With h = ∇δu F⁻¹ the stress increment is d_ii = Σ_j D_ij h_jj − τ_i h_ii and d_ij = G_ij (h_ij + h_ji) + h_ij τ_j,
-//! where G_ij = ½ (τ_i − τ_j) coth(ε_i − ε_j) − ½ (τ_i + τ_j).
+//! With h = ∇δu F⁻¹ in these axes, the stress increment d has the components d_ii = Σ_j D_ij h_jj − τ_i h_ii and d_ij
+//! = G_ij (h_ij + h_ji) + h_ij τ_j, where G_ij = ½ (τ_i − τ_j) coth(ε_i − ε_j) − ½ (τ_i + τ_j).
 
 use super::number::{Scalar, dot};
 use super::principal::Principal;
@@ -15,13 +15,14 @@ pub struct PointTangent<T> {
     pub axes: [[T; 3]; 3],
     /// D_ij − δ_ij τ_i, with indices by [`packed`].
     pub normal: [T; 6],
-    /// G_ij; the index is that of the third axis.
+    /// G_ij; entry k belongs to the pair (i, j) of the other two axes.
     pub shear: [T; 3],
-    /// τ_i.
+    /// Principal stresses τ_i.
     pub stress: [T; 3],
 }
 
 impl<T: Scalar> PointTangent<T> {
+    /// Creates the tangent of a point, multiplied by `weight`.
     #[inline(always)]
     pub fn new(principal: &Principal<T>, response: &Response<T>, weight: T) -> Self {
         let half = weight.constant(0.5);
@@ -39,10 +40,10 @@ impl<T: Scalar> PointTangent<T> {
         }
         for i in 0..3 {
             for j in 0..=i {
-                let place = packed(i, j);
-                out.normal[place] = weight * response.normal[place];
+                let entry = packed(i, j);
+                out.normal[entry] = weight * response.normal[entry];
                 if i == j {
-                    out.normal[place] = out.normal[place] - out.stress[i];
+                    out.normal[entry] = out.normal[entry] - out.stress[i];
                 }
             }
             let (j, k) = ((i + 1) % 3, (i + 2) % 3);
@@ -52,24 +53,24 @@ impl<T: Scalar> PointTangent<T> {
     }
 
     /// Returns the 3 × 3 block ∂R_a/∂u_b in global axes, for two spatial gradients a and b in the principal basis. In
-    /// the principal basis it is K_ij = δ_ij Σ_l A_il a_l b_l + (1 − δ_ij)(D_ij a_i b_j + G_ij a_j b_i), with A_ii =
-    /// D_ii − τ_i and A_il = G_il + τ_l.
+    /// the principal basis, the block is K_ij = δ_ij Σ_l A_il a_l b_l + (1 − δ_ij)(D_ij a_i b_j + G_ij a_j b_i), with
+    /// A_ii = D_ii − τ_i and A_il = G_il + τ_l.
     #[inline(always)]
     pub fn block(&self, a: &[T; 3], b: &[T; 3]) -> [[T; 3]; 3] {
         let products = [a[0] * b[0], a[1] * b[1], a[2] * b[2]];
         let mut local = [*a; 3];
         for i in 0..3 {
-            let mut own = self.normal[packed(i, i)] * products[i];
+            let mut diagonal = self.normal[packed(i, i)] * products[i];
             for j in 0..3 {
                 if i != j {
                     let shear = self.shear[3 - i - j];
-                    own = (shear + self.stress[j]).mul_add(products[j], own);
+                    diagonal = (shear + self.stress[j]).mul_add(products[j], diagonal);
                     let (r, s) = if i > j { (i, j) } else { (j, i) };
                     let normal = self.normal[packed(r, s)] * a[i];
                     local[i][j] = normal.mul_add(b[j], shear * a[j] * b[i]);
                 }
             }
-            local[i][i] = own;
+            local[i][i] = diagonal;
         }
         let mut turned = local;
         for i in 0..3 {

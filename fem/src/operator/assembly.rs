@@ -1,4 +1,4 @@
-//! The equations of a mesh on the processor, and on a device if the device supports them.
+//! Equations of a mesh on the processor, or on a device if the device supports them.
 
 use std::sync::Arc;
 
@@ -20,10 +20,10 @@ use crate::element::{Domain, Space};
 use crate::material::{Homogenisation, Inverted};
 use crate::parallel::Part;
 
-/// Least number of batches per task of a thread.
+/// Smallest number of batches in a task of a thread.
 const LEAST: usize = 512;
 
-/// The operator on a mesh of `N`-node elements.
+/// Operator on a mesh of `N`-node elements.
 #[derive(Debug)]
 pub struct Assembly<const N: usize> {
     pub space: Space<N>,
@@ -31,11 +31,12 @@ pub struct Assembly<const N: usize> {
     pub rule: Homogenisation,
     /// The elements and nodes of this rank.
     part: Arc<Part>,
-    /// The equations on a device, if the linear systems are solved there.
+    /// Equations on a device, if a device solves the linear systems.
     device: Option<DeviceEquations>,
 }
 
 impl<const N: usize> Assembly<N> {
+    /// Creates the operator of a whole mesh on the processor.
     pub fn new(space: Space<N>) -> Self {
         Self { space, rule: Homogenisation::default(), part: Arc::default(), device: None }
     }
@@ -55,7 +56,7 @@ impl<const N: usize> Assembly<N> {
         Self { device: device.map(DeviceEquations::new), ..self }
     }
 
-    /// Returns success only if all ranks succeeded.
+    /// Returns success if all ranks succeeded, else an error on all ranks.
     fn agreed(&self, result: Result<(), Inverted>) -> Result<(), Inverted> {
         if self.part.ranks().any(result.is_err()) { Err(Inverted) } else { Ok(()) }
     }
@@ -65,14 +66,14 @@ impl<const N: usize> Assembly<N> {
     }
 }
 
-/// The operator of linear elements. This function and [`quadratic`] have no type parameters, so that the element
-/// kernels are compiled with this crate and not again with each crate that uses it.
+/// Creates the operator of linear elements. This function and [`quadratic`] have no type parameters. The element
+/// kernels are therefore compiled with this crate, and not again in each crate that uses these functions.
 #[inline(never)]
 pub fn linear(assembly: Assembly<4>) -> Arc<dyn Operator> {
     Arc::new(assembly)
 }
 
-/// The operator of quadratic elements.
+/// Creates the operator of quadratic elements.
 #[inline(never)]
 pub fn quadratic(assembly: Assembly<10>) -> Arc<dyn Operator> {
     Arc::new(assembly)
@@ -141,7 +142,7 @@ impl<const N: usize> Operator for Assembly<N> {
         let blank = [[[[0.0; 4]; 4]; N]; N];
         let sound = deterministic_reduce::<N, _>(self.space.tets.len(), blank, compute, add);
         self.agreed(sound)?;
-        // contact at a node is added by the rank that owns the node
+        // only the rank that owns a node adds the contact at this node
         let contact = increment.context.contact.iter();
         let owned = contact.filter(|(node, _)| self.part.halo.owns(*node));
         owned.for_each(|(node, block)| out.add_node(*node, block));

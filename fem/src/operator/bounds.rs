@@ -1,14 +1,14 @@
 //! Bounds on nodal values, enforced by projection and an active set.
 //!
-//! A value is constrained if it is on its bound and the residual pushes it further outwards. The equation of
-//! a constrained value is removed from the system, and its residual is the reaction of the bound. A Newton
-//! step changes the other values; values that leave their bounds are then projected back. This is the
-//! projected Newton method of Bertsekas (SIAM J. Control Optim. 20 (1982) 221, doi:10.1137/0320018). After
-//! the active set has converged it is Newton's method.
+//! A value is constrained if it lies on a bound and the residual pushes the value outwards. The equation of a
+//! constrained value is removed from the system, and its residual is the reaction of the bound. A Newton step changes
+//! the other values; values that leave their bounds are then projected back. This is the projected Newton method of
+//! Bertsekas (SIAM J. Control Optim. 20 (1982) 221, doi:10.1137/0320018). After the active set has converged it is
+//! Newton's method.
 
 use crate::fields::Fields;
 
-/// lower ≤ u_x, u_y, u_z, φ ≤ upper at every node; infinite if a value has no bound.
+/// Bounds lower ≤ u_x, u_y, u_z, φ ≤ upper at every node; infinite if a value has no bound.
 #[derive(Clone, Debug)]
 pub struct Bounds {
     pub lower: Vec<[f64; 4]>,
@@ -16,7 +16,7 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    /// No bounds.
+    /// Creates infinite bounds for `nodes` nodes.
     pub fn none(nodes: usize) -> Self {
         Self { lower: vec![[f64::NEG_INFINITY; 4]; nodes], upper: vec![[f64::INFINITY; 4]; nodes] }
     }
@@ -33,8 +33,7 @@ impl Bounds {
         }
     }
 
-    /// Sets `free` to false for the values that are constrained by a bound; `residual` has four values per
-    /// node.
+    /// Sets `free` to false for the values that a bound constrains. `residual` has four values per node.
     pub fn constrain(&self, fields: &Fields, residual: &[[f64; 4]], free: &mut [[bool; 4]]) {
         for (n, free) in free.iter_mut().enumerate() {
             let [x, y, z] = fields.displacement[n];

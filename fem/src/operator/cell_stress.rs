@@ -12,7 +12,7 @@ pub struct CellStress {
 }
 
 impl CellStress {
-    /// Divides the integrals of [`stress_sums`](super::kernel::stress_sums) by the volumes.
+    /// Computes the means from the integrals of [`stress_sums`](super::kernel::stress_sums).
     pub(super) fn new([energy, volume, deformed, stress @ ..]: [f64; STRESS_SUMS]) -> Self {
         Self {
             energy_density_mpa: energy / volume,
@@ -20,7 +20,7 @@ impl CellStress {
         }
     }
 
-    /// Von Mises stress: √(3/2) times the norm of the deviatoric stress, MPa.
+    /// Returns the von Mises stress: √(3/2) times the norm of the deviatoric stress, MPa.
     pub fn von_mises_mpa(&self) -> f64 {
         let [xx, yy, zz, xy, yz, xz] = self.stress_mpa;
         let normal = (xx - yy).powi(2) + (yy - zz).powi(2) + (zz - xx).powi(2);

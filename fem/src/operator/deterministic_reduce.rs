@@ -5,18 +5,19 @@ use rayon::prelude::*;
 use super::layout::LANES;
 use crate::material::Inverted;
 
-/// Least number of element nodes (counted once per element) for which several threads are used. Smaller
+/// Smallest number of element nodes (nodes per element times elements) for which several threads are used. Smaller
 /// problems occur in ensembles, which run one problem per core.
 const WORTH: usize = 100_000;
-/// Number of element nodes whose results are computed before they are added, so that they stay in the cache.
+/// Number of element nodes per block. The results of a block are computed before they are added; this size keeps them
+/// in the cache.
 const BLOCK: usize = 8192;
-/// Number of elements per task of a thread.
+/// Number of elements in a task of a thread.
 const PIECE: usize = 8 * LANES;
-/// Number of tasks per thread in a block, for load balance.
+/// Smallest number of tasks per thread in a block, for load balance.
 const PIECES: usize = 4;
 
-/// Computes a result for every element of `N` nodes and adds the results in the order of the elements, so
-/// that no sum depends on the number of threads.
+/// Computes a result for every element of `N` nodes and adds the results in the order of the elements, so that the
+/// sums do not depend on the number of threads. `blank` is the initial value of a result.
 ///
 /// `compute` gets the number of its first element and writes the results of at most [`LANES`] consecutive
 /// elements. The grouping of elements is always the same. `add` gets the number of the first element and the

@@ -1,4 +1,4 @@
-//! The interface between solvers and the implementations of the equations.
+//! Interface between solvers and the implementations of the equations.
 
 use std::sync::Arc;
 
@@ -14,18 +14,18 @@ use crate::parallel::Part;
 /// Whether the tangent includes the coupling terms between displacement and damage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Coupling {
-    /// The consistent tangent.
+    /// Consistent tangent with coupling terms.
     Full,
     /// Block diagonal tangent without coupling terms, for alternate minimisation.
     Separate,
 }
 
-/// The discrete equations on a mesh, for any element type.
+/// Discrete equations on a mesh, for any element type.
 ///
-/// Residuals are those of the whole body, equal on all ranks that share a node. Tangents and products are
-/// partial: they contain only the elements of this rank. If one rank fails, all ranks fail.
+/// A residual is the residual of the whole body, equal on all ranks that share a node. Tangents and products contain
+/// only the elements of this rank. If one rank fails, all ranks fail.
 pub trait Operator: std::fmt::Debug + Send + Sync {
-    /// Residual and energies; fails if an element is inverted.
+    /// Computes residual and energies. Fails if an element is inverted.
     fn residual(&self, increment: &Increment, out: &mut Residual) -> Result<(), Inverted>;
 
     /// Assembles the consistent tangent.
@@ -36,15 +36,16 @@ pub trait Operator: std::fmt::Debug + Send + Sync {
         out: &mut Tangent,
     ) -> Result<(), Inverted>;
 
-    /// State of the laws at the end of the increment: element after element, elastic point after elastic point,
-    /// [`state_len`](super::state_len) values each.
+    /// Computes the state of the laws at the end of the increment: [`state_len`](super::state_len) values per elastic
+    /// point, in the order of the elements and of their elastic points.
     fn state(&self, increment: &Increment, out: &mut [f64]) -> Result<(), Inverted>;
 
-    /// Stress and elastic energy of each element.
+    /// Computes mean stress and elastic energy density of each element.
     fn stresses(&self, increment: &Increment) -> Result<Vec<CellStress>, Inverted>;
 
-    /// Stored data of the tangents of the elements `tets`, in the order of [`DataLayout`](super::DataLayout). Calls
-    /// `write` for each batch of [`LANES`] elements with the index of the batch and its data.
+    /// Computes the stored data of the tangents of the elements `tets`, in the order of
+    /// [`DataLayout`](super::DataLayout). Calls `write` for each batch of [`LANES`] elements with the index of the
+    /// batch and its data.
     fn point_data(
         &self,
         increment: &Increment,
@@ -53,13 +54,13 @@ pub trait Operator: std::fmt::Debug + Send + Sync {
         write: &mut dyn FnMut(usize, &[[f64; LANES]]),
     ) -> Result<(), Inverted>;
 
-    /// The mesh and its geometry.
+    /// Returns the mesh and its geometry.
     fn domain(&self) -> &dyn Domain;
 
-    /// The elements and nodes of this rank.
+    /// Returns the elements and nodes of this rank.
     fn part(&self) -> &Arc<Part>;
 
-    /// The implementation of the equations on a device, if there is one.
+    /// Returns the implementation of the equations on a device, if a device evaluates them.
     fn on_device(&self) -> Option<&dyn EquationsOnDevice> {
         None
     }
@@ -67,21 +68,22 @@ pub trait Operator: std::fmt::Debug + Send + Sync {
 
 /// Equations that are evaluated on the same device as the product with their tangent.
 pub trait EquationsOnDevice {
-    /// Writes the stored data of the fully coupled tangent into the arrays of the product, one array per kind of
-    /// elements. `None` if the device cannot linearise, and the processor has to linearise.
+    /// Writes the stored data of the fully coupled tangent into the arrays of the product, one array for plain
+    /// elements (straight, no mixture) and one for all others. `None` if the device cannot linearise; the processor
+    /// must then linearise.
     fn linearise(&self, increment: &Increment, data: &[Argument]) -> Option<Result<(), Inverted>>;
 
-    /// The error of the device, if the device has failed and is no longer used.
+    /// Returns the error of the device, if the device has failed and is no longer used.
     fn lost(&self) -> Option<DeviceError>;
 }
 
-/// A product with vectors in the memory of a device.
+/// Product of the tangent with vectors in the memory of a device.
 pub trait AppliedOnDevice {
-    /// y = A x, with four values per node.
+    /// Computes y = A x, with four values per node.
     fn apply(&mut self, x: &Array<f64>, y: &mut Array<f64>) -> Result<(), DeviceError>;
 }
 
-/// A tangent that is applied without being assembled (matrix-free).
+/// Tangent that is applied without being assembled (matrix-free).
 pub trait Product: std::fmt::Debug + Send {
     /// Linearises the equations at an increment and stores the tangent.
     fn linearise(
@@ -91,25 +93,27 @@ pub trait Product: std::fmt::Debug + Send {
         coupling: Coupling,
     ) -> Result<(), Inverted>;
 
-    /// y = A x, for nodal values u_x, u_y, u_z, φ. Fails if a device that has the tangent has failed.
+    /// Computes y = A x for nodal values u_x, u_y, u_z, φ. Fails if the tangent is stored on a device that has
+    /// failed.
     fn apply(&mut self, x: &[[f64; 4]], y: &mut [[f64; 4]]) -> Result<(), DeviceError>;
 
-    /// The diagonal, four values per node. Fails as [`Self::apply`] does.
+    /// Returns the diagonal, four values per node. Fails if the tangent is stored on a device that has failed.
     fn diagonal(&mut self) -> Result<Vec<[f64; 4]>, DeviceError>;
 
-    /// Adds the tangent of linear shape functions on the same elements to `out`. It is the next coarser level
-    /// for quadratic elements; its nodes are the first four nodes of each element. Fails as [`Self::apply`] does.
+    /// Adds the tangent of linear shape functions on the same elements to `out`. For quadratic elements, this tangent
+    /// is the next coarser level of the multigrid method; its nodes are the first four nodes of each element. Fails
+    /// if the tangent is stored on a device that has failed.
     fn add_linear(&mut self, out: &mut Tangent) -> Result<(), DeviceError>;
 
     /// Computes all later tangents on the processor, because the device has failed.
     fn leave_device(&mut self) {}
 
-    /// The implementation of the product on a device, if there is one.
+    /// Returns the implementation of the product on a device, if the product uses a device.
     fn on_device(&mut self) -> Option<&mut dyn AppliedOnDevice> {
         None
     }
 
-    /// Memory of the tangent in bytes.
+    /// Returns the memory of the tangent in bytes.
     #[cfg(feature = "bench-internals")]
     fn bytes(&self) -> usize;
 }

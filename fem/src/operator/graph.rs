@@ -1,15 +1,19 @@
-//! The graph of a mesh: pairs of nodes that share an element.
+//! Graph of a mesh: pairs of nodes that share an element.
 
 use fem_mesh::Groups;
 
-/// For each node the nodes of its elements, including itself, in increasing order (CSR format).
+/// Neighbours of each node in CSR format. The neighbours of a node are the nodes of its elements, including the node
+/// itself, in increasing order.
 #[derive(Clone, Debug)]
 pub struct Graph {
+    /// Offsets of the nodes into `near`; length number of nodes + 1.
     pub start: Vec<u32>,
+    /// Neighbours of all nodes, node after node.
     pub near: Vec<u32>,
 }
 
 impl Graph {
+    /// Finds the neighbours of `nodes` nodes from the nodes of each element.
     pub fn new<const N: usize>(tets: &[[u32; N]], nodes: usize) -> Self {
         let pairs = (0..).zip(tets).flat_map(|(tet, nodes)| nodes.map(|node| (node, tet)));
         let tets_of_nodes = Groups::new(nodes, pairs);
@@ -30,16 +34,17 @@ impl Graph {
         Self { start, near }
     }
 
+    /// Returns the number of nodes.
     pub fn nodes(&self) -> usize {
         self.start.len() - 1
     }
 
-    /// The nodes that share an element with `node`, and `node` itself, in increasing order.
+    /// Returns the nodes that share an element with `node`, including `node` itself, in increasing order.
     pub fn neighbours(&self, node: usize) -> &[u32] {
         &self.near[self.start[node] as usize..self.start[node + 1] as usize]
     }
 
-    /// Position of the pair (node, other) in `near`.
+    /// Returns the position of the pair (`node`, `other`) in `near`.
     pub fn position(&self, node: usize, other: u32) -> usize {
         self.start[node] as usize + self.neighbours(node).partition_point(|&m| m < other)
     }

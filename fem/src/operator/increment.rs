@@ -1,10 +1,10 @@
-//! A time increment, and the residual at its end.
+//! Time increment, and residual at the end of the increment.
 
 use super::bounds::Bounds;
 use crate::fields::Fields;
 use crate::material::PointMaterial;
 
-/// A time increment and the current fields.
+/// Time increment with the current fields.
 #[derive(Clone, Copy)]
 pub struct Increment<'a> {
     /// Materials by region.
@@ -15,10 +15,10 @@ pub struct Increment<'a> {
     pub context: StepContext<'a>,
 }
 
-/// A node and the block −∂force/∂u of the contact force at the node, N/mm.
+/// Node, and the block −∂force/∂u of the contact force at this node, N/mm.
 pub type NodeBlock = (u32, [[f64; 3]; 3]);
 
-/// The data of a time increment except the current fields: start, duration, bounds and contact.
+/// Data of a time increment except the current fields: start, duration, bounds and contact.
 #[derive(Clone, Copy)]
 pub struct StepContext<'a> {
     /// φ at the start of the increment.
@@ -28,7 +28,7 @@ pub struct StepContext<'a> {
     /// Resistance to the growth of damage in addition to ξ/Δt, MPa.
     pub damping: f64,
     /// State of the laws at the start of the increment, in the order of [`Operator::state`](super::Operator::state).
-    /// Empty: zero at all points.
+    /// Empty if the state is zero at all points.
     pub state: &'a [f64],
     /// Bounds of nodal values; `None` if there are none.
     pub bounds: Option<&'a Bounds>,
@@ -37,7 +37,7 @@ pub struct StepContext<'a> {
 }
 
 impl<'a> StepContext<'a> {
-    /// An increment without state, bounds and contact.
+    /// Creates an increment without state, damping, bounds and contact.
     pub fn new(damage_before: &'a [f64], duration: f64) -> Self {
         Self { damage_before, duration, damping: 0.0, state: &[], bounds: None, contact: &[] }
     }
@@ -52,8 +52,8 @@ pub struct Residual {
     pub drive: Vec<f64>,
     /// Elastic energy ∫ g ψ⁺ + ψ⁻ dV, N mm.
     pub elastic: f64,
-    /// Sums of squares of external loads and contact forces over the nodes that this rank owns: of forces
-    /// (N²) and of damage sources.
+    /// Sums of squares over the nodes that this rank owns: of loads and contact forces (N²), and of damage sources
+    /// (N² mm²).
     pub external: [f64; 2],
     /// Crack energy ∫ Gc/(c₀ ℓ₀) [α + ℓ₀² |∇φ|²] dV, N mm.
     pub fracture: f64,
@@ -62,6 +62,7 @@ pub struct Residual {
 }
 
 impl Residual {
+    /// Creates a zero residual for `nodes` nodes.
     pub fn new(nodes: usize) -> Self {
         Self { nodal: vec![[0.0; 4]; nodes], drive: vec![0.0; nodes], ..Self::default() }
     }
@@ -72,8 +73,8 @@ impl Residual {
         (self.elastic, self.fracture, self.viscous) = (0.0, 0.0, 0.0);
     }
 
-    /// The incremental potential, which the solution makes stationary: E_el + E_frac + ½ ∫ ξ (φ − φ_n)²/Δt
-    /// dV.
+    /// Returns the incremental potential, which the solution makes stationary: E_el + E_frac + ½ ∫ ξ (φ − φ_n)²/Δt
+    /// dV, N mm.
     pub fn potential(&self) -> f64 {
         self.elastic + self.fracture + 0.5 * self.viscous
     }

@@ -1,8 +1,9 @@
 //! Memory layout of the elements: batches of SIMD lanes, grouped into chunks with copies of their nodal
 //! values.
 //!
-//! A chunk works on copies of its nodes' values, which are summed in a fixed order afterwards. Results
-//! therefore do not depend on the number of threads, and the values of a chunk stay in the cache.
+//! A product computes each chunk with copies of the values of the chunk's nodes, and sums the copies of each node in
+//! a fixed order afterwards. Results therefore do not depend on the number of threads, and the values of a chunk stay
+//! in the cache.
 
 use fem_mesh::Groups;
 use rayon::prelude::*;
@@ -12,19 +13,21 @@ use crate::material::POINTS;
 
 /// Number of elements in a batch.
 pub const LANES: usize = POINTS;
-/// Number of elements in a chunk, for linear and quadratic elements: nodal values should fit into the
-/// second-level cache.
+/// Largest number of elements in a chunk, for linear and for quadratic elements. The nodal values of a chunk should
+/// fit into the second-level cache.
 const PER_CHUNK: [usize; 2] = [4096, 512];
 
-/// Node on the edge between two vertices of a quadratic tetrahedron; the diagonal has the vertices.
+/// Nodes of a quadratic tetrahedron by vertex pair (k, j): the node on the edge between both vertices; vertex k for k
+/// = j.
 pub(super) const MIDDLE: [[usize; 4]; 4] = [[0, 4, 6, 7], [4, 1, 5, 8], [6, 5, 2, 9], [7, 8, 9, 3]];
 
-/// Layout and integration rule of a mesh, which do not depend on the fields.
+/// Memory layout and integration rule of a mesh; both do not depend on the fields.
 #[derive(Debug)]
 pub struct Layout {
     pub(super) batches: Batches,
     pub(super) rule: Rule,
-    /// For each elastic point the smallest λ, and the vertices whose λ is larger, with the difference.
+    /// For each elastic point: the smallest barycentric coordinate λ, and (vertex, difference from the smallest) for
+    /// each vertex with a larger λ.
     pub(super) excess: Vec<(f64, Vec<(usize, f64)>)>,
     /// Whether the damage points are at the nodes.
     pub(super) nodal: bool,
@@ -49,24 +52,25 @@ impl Layout {
     }
 }
 
-/// The elements of a mesh in chunks of batches.
+/// Elements of a mesh, grouped into chunks. A chunk consists of batches of [`LANES`] elements.
 #[derive(Debug)]
 pub(super) struct Batches {
     pub chunks: Vec<Chunk>,
-    /// Indices of the copies of each node.
+    /// Copies of each node, one per chunk that contains the node, by their indices in the array of all copies.
     copies: Groups,
 }
 
-/// Neighbouring elements that are processed together.
+/// Chunk: neighbouring elements that one task processes.
 #[derive(Debug)]
 pub(super) struct Chunk {
-    /// Element numbers, a multiple of [`LANES`]; `u32::MAX` fills up the last batch.
+    /// Element of each lane; the length is a multiple of [`LANES`], and [`VACANT`] fills the last batch.
     pub tets: Vec<u32>,
     /// Mesh nodes of the chunk's elements.
     pub global: Vec<u32>,
-    /// Indices of the elements' nodes into `global`, by batch, node of the element and lane.
+    /// Indices of the elements' nodes into `global`. `local[batch · n + a][lane]` belongs to node a of an element
+    /// with n nodes.
     pub local: Vec<[u16; LANES]>,
-    /// Whether all elements are straight and none is a mixture.
+    /// Whether the elements are plain: straight, and no mixtures.
     pub plain: bool,
 }
 
@@ -75,12 +79,12 @@ pub(super) struct Chunk {
 #[repr(align(32))]
 pub(super) struct Aligned(pub [f64; 4]);
 
-/// Marks a lane of the last batch that has no element.
+/// Element number of a lane without an element, in the last batch of a chunk.
 pub(super) const VACANT: u32 = u32::MAX;
 
 impl Batches {
-    /// Builds chunks of at most `per_chunk` elements. Plain elements and other elements are in separate
-    /// chunks; both are ordered along a space-filling curve.
+    /// Builds chunks of at most `per_chunk` elements. Plain elements (straight, no mixtures) and other elements are
+    /// in separate chunks. Within both groups, the elements are ordered along a space-filling curve.
     pub(super) fn new(domain: &dyn Domain, per_chunk: usize) -> Self {
         let (tets, points) = (domain.tets(), domain.nodes());
         let curve = Curve::new(points);
@@ -123,14 +127,14 @@ impl Batches {
         Self { chunks, copies }
     }
 
-    /// Number of nodes of the mesh.
+    /// Returns the number of nodes of the mesh.
     pub(super) fn node_count(&self) -> usize {
         self.copies.start.len() - 1
     }
 
     /// Computes y_n as the sum of the copies of node n, in the order of the chunks.
     ///
-    /// `work` fills the copies of a chunk. Its arguments are the index of the chunk, a buffer, and the
+    /// `work` computes the copies of a chunk. The arguments of `work` are the index of the chunk, a buffer, and the
     /// copies, which are zero on entry.
     pub(super) fn gather(
         &self,
@@ -155,9 +159,9 @@ impl Batches {
             for (i, y) in y.iter_mut().enumerate() {
                 let node = block * NODES + i;
                 let mut sum = [0.0; 4];
-                for &place in self.copies.of(node) {
+                for &copy in self.copies.of(node) {
                     for k in 0..4 {
-                        sum[k] += copies[place as usize].0[k];
+                        sum[k] += copies[copy as usize].0[k];
                     }
                 }
                 *y = sum;
@@ -166,14 +170,14 @@ impl Batches {
     }
 }
 
-/// A space-filling curve through a box, in Morton order (Morton, IBM 1966).
+/// Space-filling curve through a box, in Morton order (Morton, IBM 1966).
 struct Curve {
     corner: [f64; 3],
     scale: f64,
 }
 
 impl Curve {
-    /// Number of bits per coordinate: the longest side of the box has 2^BITS cells.
+    /// Number of bits per coordinate: the curve visits 2^BITS cells along the longest side of the box.
     const BITS: u32 = 20;
 
     fn new(points: &[[f64; 3]]) -> Self {
@@ -186,7 +190,7 @@ impl Curve {
         Self { corner, scale: f64::from((1 << Self::BITS) - 1) / longest }
     }
 
-    /// Position of a point along the curve.
+    /// Returns the position of a point along the curve.
     fn position(&self, point: [f64; 3]) -> u64 {
         (0..3)
             .map(|k| {

@@ -2,7 +2,7 @@
 //!
 //! The folders in the order of their layers; a file imports from its own folder and from lower layers only:
 //!
-//! - `kernel`: residual, linearisation and contraction with the tangent of one element, over any number type; it calls
+//! - `kernel`: residual, linearisation and contraction with the tangent of one element, for any number type; it calls
 //!   the point law of the module `material`.
 //! - files of this folder: the traits [`Operator`] and [`Product`] that solvers use, the layout of the elements in
 //!   batches and chunks, the assembled tangent.

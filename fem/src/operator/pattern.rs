@@ -1,4 +1,4 @@
-//! The assembled tangent: 4 × 4 blocks of node pairs, and the positions of the element blocks.
+//! Assembled tangent: 4 × 4 blocks of node pairs, and the positions of the element blocks.
 
 use std::sync::Arc;
 
@@ -7,10 +7,10 @@ use rayon::prelude::*;
 use super::graph::Graph;
 use super::layout::LANES;
 
-/// The 4 × 4 block of nodes a and b: rows u_x, u_y, u_z, φ of a, columns u_x, u_y, u_z, φ of b.
+/// 4 × 4 block of nodes a and b: rows u_x, u_y, u_z, φ of a, columns u_x, u_y, u_z, φ of b.
 pub(super) type Block = [[f64; 4]; 4];
 
-/// The sparsity pattern of the tangent of a mesh, with the position of every element block.
+/// Sparsity pattern of the tangent of a mesh, with the position of every element block.
 #[derive(Clone, Debug)]
 pub struct Pattern {
     pub graph: Graph,
@@ -35,18 +35,20 @@ impl Pattern {
     }
 }
 
-/// The assembled tangent, with one block row per node. Both triangles are stored.
+/// Assembled tangent, with one block row per node. Both triangles are stored.
 ///
-/// Prescribed values have rows and columns too; a solver excludes them by a mask.
+/// Prescribed values have rows and columns too; a solver excludes these rows and columns by a mask.
 #[derive(Clone, Debug)]
 pub struct Tangent {
     pub pattern: Arc<Pattern>,
+    /// Blocks of the node pairs, in the order of `pattern.graph.near`.
     pub blocks: Vec<Block>,
     /// Whether block (b, a) is the transpose of block (a, b) for all node pairs; friction makes it false.
     pub symmetric: bool,
 }
 
 impl Tangent {
+    /// Creates a zero tangent.
     pub fn new(pattern: Arc<Pattern>) -> Self {
         let blocks = vec![[[0.0; 4]; 4]; pattern.graph.near.len()];
         Self { pattern, blocks, symmetric: true }
@@ -86,7 +88,7 @@ impl Tangent {
         }
     }
 
-    /// y = A x, for nodal values u_x, u_y, u_z, φ.
+    /// Computes y = A x for nodal values u_x, u_y, u_z, φ.
     pub fn multiply(&self, x: &[[f64; 4]], y: &mut [[f64; 4]]) {
         const ROWS: usize = 1024;
         let graph = &self.pattern.graph;
@@ -107,7 +109,7 @@ impl Tangent {
         });
     }
 
-    /// The diagonal, four values per node.
+    /// Returns the diagonal, four values per node.
     pub fn diagonal(&self) -> Vec<[f64; 4]> {
         let graph = &self.pattern.graph;
         (0..graph.nodes())
@@ -119,7 +121,8 @@ impl Tangent {
     }
 }
 
-/// Adds the element blocks whose position is in the range of `blocks`, which begins at position `from`.
+/// Adds the element blocks whose position is in the range of `blocks`; the first entry of `blocks` has the position
+/// `from`.
 fn add_in_range<const N: usize>(
     blocks: &mut [Block],
     from: usize,

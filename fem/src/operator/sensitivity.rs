@@ -5,35 +5,37 @@ use super::increment::{Increment, Residual, StepContext};
 use crate::fields::Fields;
 use crate::material::{Inverted, PointMaterial};
 
-/// A material parameter, given by the materials below and above its value.
+/// Shift of a material parameter θ for a difference quotient: materials with θ below and above its value.
 #[derive(Clone, Copy)]
 pub struct Shift<'a> {
-    /// Materials by region, with the parameter below its value.
+    /// Materials by region for the parameter below its value.
     pub below: &'a [PointMaterial],
+    /// Materials by region for the parameter above its value.
     pub above: &'a [PointMaterial],
     /// Difference of the parameter between `above` and `below`.
     pub width: f64,
     /// Derivatives of the nodal values u_x, u_y, u_z, φ at the start of the increment with respect to the parameter.
     pub before: &'a [[f64; 4]],
-    /// Derivatives of the state at the start of the increment; empty: zero.
+    /// Derivatives of the state at the start of the increment with respect to the parameter; empty if they are zero.
     pub state: &'a [f64],
 }
 
-/// One side of a shift.
+/// One of the two evaluations of a difference quotient.
 struct Side<'a> {
     materials: &'a [PointMaterial],
-    /// Factor of the derivatives of the fields and of the state.
+    /// Change of the parameter from its value to this side; multiplies the derivatives of fields and state.
     change: f64,
     damage_before: Vec<f64>,
     state: Vec<f64>,
 }
 
-/// Derivative of the residual at fixed fields, ∂R/∂θ + ∂R/∂φ_n ∂φ_n/∂θ + ∂R/∂s_n ∂s_n/∂θ with the state s_n, at every
-/// node, prescribed values included.
+/// Computes the derivative of the residual at fixed fields, ∂R/∂θ + ∂R/∂φ_n ∂φ_n/∂θ + ∂R/∂s_n ∂s_n/∂θ with the state
+/// s_n, at every node, prescribed values included.
 ///
-/// It is the difference of the residuals for the materials above and below, each with the start of the increment for
-/// its parameter. The residual is affine in E, Gc and ξ of a phase and in ξ φ_n, so that the difference is exact in
-/// these; in other parameters its error is of second order in the width.
+/// The derivative is computed as the difference quotient of two residuals, for the materials above and below. Each
+/// residual uses the start values of the increment that belong to its parameter value. The residual is affine in E,
+/// Gc and ξ of a phase and in ξ φ_n, so that the quotient is exact for these parameters. For other parameters its
+/// error is of second order in the width.
 pub fn residual_rate(
     operator: &dyn Operator,
     increment: &Increment,
@@ -49,8 +51,8 @@ pub fn residual_rate(
     below.and(rate)
 }
 
-/// Derivative of the state at the end of the increment along `rates`, the derivatives of the nodal values u_x, u_y,
-/// u_z, φ. Its error is of second order in the width of the shift.
+/// Computes the derivative of the state at the end of the increment. `rates` are the derivatives of the nodal values
+/// u_x, u_y, u_z, φ at the end of the increment. The error is of second order in the width of the shift.
 pub fn state_rate(
     operator: &dyn Operator,
     increment: &Increment,
@@ -74,14 +76,14 @@ pub fn state_rate(
     below.and(rate)
 }
 
-/// Replaces `above` by the difference quotient.
+/// Replaces `above` by the difference quotient (`above` − `below`)/`width`.
 fn difference(above: &mut [f64], below: &[f64], width: f64) {
     above.iter_mut().zip(below).for_each(|(above, below)| *above = (*above - below) / width);
 }
 
 impl<'a> Shift<'a> {
-    /// The sides above and below. With these changes of φ_n, the difference of a product ξ φ_n is exact also if the
-    /// value of the parameter is not in the middle.
+    /// Returns the sides above and below. The changes of φ_n are weighted so that the difference of the product ξ φ_n
+    /// is exact also if the value of ξ is not in the middle between both sides.
     fn sides(&self, increment: &Increment) -> [Side<'a>; 2] {
         let fraction = self.fraction_below(increment.materials);
         [(self.above, fraction * self.width), (self.below, (fraction - 1.0) * self.width)].map(
@@ -98,8 +100,8 @@ impl<'a> Shift<'a> {
         )
     }
 
-    /// Fraction of the width that lies below the value, from the viscosity if it differs between the sides; else one
-    /// half.
+    /// Returns the fraction of the width that lies below the value of the parameter. The fraction follows from the
+    /// viscosity if the viscosity differs between the sides; else it is one half.
     fn fraction_below(&self, materials: &[PointMaterial]) -> f64 {
         let viscosity =
             |m: &PointMaterial| m.damage.as_ref().map_or(0.0, |damage| damage.viscosity);
@@ -113,7 +115,7 @@ impl<'a> Shift<'a> {
 }
 
 impl Side<'_> {
-    /// The increment with the materials of this side and its own start.
+    /// Returns the increment with the materials and start values of this side.
     fn increment<'b>(&'b self, increment: &Increment<'b>) -> Increment<'b> {
         let state = if self.state.is_empty() { increment.context.state } else { &self.state };
         let damage_before = &self.damage_before;

@@ -6,15 +6,17 @@ pub const NONE: u32 = u32::MAX;
 /// Equation numbers of the nodal values u_x, u_y, u_z, φ.
 #[derive(Clone, Debug)]
 pub struct Unknowns {
+    /// Equation number of each nodal value, by node; [`NONE`] if the value is not an unknown.
     pub equation: Vec<[u32; 4]>,
+    /// Number of unknowns.
     pub count: usize,
 }
 
 impl Unknowns {
     /// Numbers the free values node by node, in the given order of the nodes.
     ///
-    /// `damaged[n]` is true if node n has damage; `constrained` lists prescribed displacements as (node,
-    /// axis).
+    /// `damaged[n]` is true if the damage of node n is an unknown; `constrained` lists prescribed displacements as
+    /// (node, axis).
     pub fn new(
         order: &[u32],
         damaged: &[bool],

@@ -4,10 +4,10 @@
 //! triangles, and at the edge midpoints of quadratic triangles (whose vertices have zero weight, so that a uniform
 //! pressure is in equilibrium at each node).
 //!
-//! The pressure is that of an augmented Lagrangian, p_γ = ⟨p + γ (−g)⟩₊. With p fixed, Newton's method finds the
-//! nodes in contact (its active set are the nodes with p_γ > 0). Then p is set to p_γ, and both steps are repeated
-//! until p and p_γ agree; the gap of every node in contact then vanishes for any γ. Friction uses the fixed p, so
-//! that the tangent stays symmetric; at convergence it is exact as well.
+//! The pressure is computed by an augmented Lagrangian method, p_γ = ⟨p + γ (−g)⟩₊. With p fixed, Newton's method
+//! finds the nodes in contact (its active set are the nodes with p_γ > 0). Then p is set to p_γ, and both steps are
+//! repeated until p and p_γ agree; the gap of every node in contact then vanishes for any γ. Friction uses the fixed
+//! p, so that the tangent stays symmetric; at convergence the friction is exact as well.
 //!
 //! References: Alart & Curnier, Comput. Methods Appl. Mech. Engrg. 92 (1991) 353,
 //! doi:10.1016/0045-7825(91)90022-X; Hintermüller, Ito & Kunisch, SIAM J. Optim. 13 (2003) 865,
@@ -22,10 +22,10 @@ use crate::fields::Fields;
 use crate::operator::NodeBlock;
 use crate::parallel::Part;
 
-/// A node closer to the platen than this fraction of the face size counts as in contact, even without pressure.
+/// Largest gap of a node that counts as in contact even without pressure, as a fraction of the face size.
 const TOUCH: f64 = 1e-9;
-/// Tangential stiffness of nodes in contact that have no pressure for friction yet, as a fraction of γ. It makes the
-/// tangent regular and is not part of the residual.
+/// Tangential stiffness of nodes in contact that have no pressure for friction yet, as a fraction of γ. This
+/// stiffness makes the tangent regular and is not part of the residual.
 const HOLD: f64 = 1e-6;
 /// Penalty γ, in units of the modulus λ + 2μ divided by the face size.
 const PENALTY: f64 = 20.0;
@@ -35,11 +35,11 @@ const PENALTY: f64 = 20.0;
 pub struct ContactPoint {
     /// Node number.
     pub node: u32,
-    /// Area of the surface that belongs to the node, mm².
+    /// Reference area of the surface that belongs to the node, mm².
     pub area_mm2: f64,
     /// Contact pressure per reference area, MPa.
     pub pressure_mpa: f64,
-    /// Distance from the platen, mm.
+    /// Distance from the platen, mm; negative if the node penetrates the platen.
     pub gap_mm: f64,
     /// Force on the specimen from pressure, friction and drag, N.
     pub force_n: [f64; 3],
@@ -52,13 +52,14 @@ pub(crate) struct Contact {
     platen: Platen,
     /// Node, area (mm²), reference position (mm).
     nodes: Vec<(u32, f64, Vector3<f64>)>,
-    /// Size of a face, mm.
+    /// Face size: square root of the mean nodal area, mm.
     size: f64,
-    /// `places`: index of each node in the list of all ranks. `all`: length of this list. `own`: whether each node
-    /// belongs to this rank.
+    /// Index of each node in the list of the contact nodes of all ranks.
     pub(crate) places: Vec<u32>,
+    /// Number of contact nodes of all ranks.
     pub(crate) all: usize,
-    own: Vec<bool>,
+    /// Whether each node belongs to this rank.
+    owned: Vec<bool>,
 }
 
 impl Contact {
@@ -74,7 +75,7 @@ impl Contact {
                 &format!("platen on surface '{surface}'"),
                 "travel_mm at time zero",
                 at_rest,
-                "zero: put the platen where it starts",
+                "zero: define the platen at its position at time zero",
             ));
         }
         let position = |node: u32| Vector3::from(domain.nodes()[node as usize]);
@@ -85,41 +86,42 @@ impl Contact {
             .collect();
         let (all, total) = (nodes.len(), nodes.iter().map(|n| n.1).sum::<f64>());
         let size = (total / all.max(1) as f64).sqrt();
-        let (places, own) = ((0..all as u32).collect(), vec![true; all]);
-        Ok(Self { surface: surface.into(), platen, nodes, size, places, all, own })
+        let (places, owned) = ((0..all as u32).collect(), vec![true; all]);
+        Ok(Self { surface: surface.into(), platen, nodes, size, places, all, owned })
     }
 
-    /// Returns the contact of the nodes in a part of the mesh.
+    /// Returns the contact restricted to the nodes of a part of the mesh.
     pub(crate) fn of_part(&self, part: &Part) -> Self {
         let local = part.local();
-        let (mut nodes, mut places, mut own) = (Vec::new(), Vec::new(), Vec::new());
-        for (place, &(node, area, position)) in self.nodes.iter().enumerate() {
+        let (mut nodes, mut places, mut owned) = (Vec::new(), Vec::new(), Vec::new());
+        for (index, &(node, area, position)) in self.nodes.iter().enumerate() {
             if let Some(node) = local(node) {
                 nodes.push((node, area, position));
-                places.push(place as u32);
-                own.push(part.halo.owns(node));
+                places.push(index as u32);
+                owned.push(part.halo.owns(node));
             }
         }
         let (surface, platen) = (self.surface.clone(), self.platen.clone());
-        Self { surface, platen, nodes, places, own, ..*self }
+        Self { surface, platen, nodes, places, owned, ..*self }
     }
 
-    /// Iterates over the values (one per node) at the nodes that belong to this rank.
+    /// Iterates over the entries of `values` (one per node) at the nodes that belong to this rank.
     pub(crate) fn own_of<'a, T>(&self, values: &'a [T]) -> impl Iterator<Item = &'a T> {
-        values.iter().zip(&self.own).filter(|(_, own)| **own).map(|(value, _)| value)
+        values.iter().zip(&self.owned).filter(|(_, owned)| **owned).map(|(value, _)| value)
     }
 
-    /// Iterates over the indices of the own nodes in the list of all ranks.
+    /// Iterates over the indices of this rank's own nodes in the list of the contact nodes of all ranks.
     pub(crate) fn own_places(&self) -> impl Iterator<Item = u32> {
         self.own_of(&self.places).copied()
     }
 
-    /// Number of nodes that can touch the platen.
+    /// Returns the number of nodes that can touch the platen.
     pub(crate) fn count(&self) -> usize {
         self.nodes.len()
     }
 
-    /// Calls `each` with (x, direction) for the directions in which contact can support the surface.
+    /// Calls `each` with the reference position of every node and every direction in which contact can support the
+    /// node.
     pub(crate) fn directions(&self, each: &mut dyn FnMut([f64; 3], [f64; 3])) {
         for (_, _, x) in &self.nodes {
             if self.platen.resists_sliding() {
@@ -132,23 +134,26 @@ impl Contact {
     }
 }
 
-/// Contact in one increment.
+/// Contact of one surface with its platen in one increment.
 #[derive(Clone, Debug)]
 pub(crate) struct ContactStep {
     platen: Platen,
     pub(crate) surface: String,
+    /// Displacement of the platen at the end of the increment, mm.
     travel: Vector3<f64>,
+    /// Duration of the increment, s.
     duration: f64,
-    /// γ, MPa/mm.
+    /// Penalty γ, MPa/mm.
     penalty: f64,
     /// Gap below which a node counts as in contact, mm.
     touch: f64,
     nodes: Vec<Node>,
-    /// Factor of the slip velocity below which friction fades out; above 1 while friction is applied gradually.
+    /// Factor of the slip velocity ε below which friction decreases to zero; larger than 1 while the solver
+    /// introduces friction gradually.
     pub(crate) bluntness: f64,
 }
 
-/// One node in one increment.
+/// Node of a contact surface in one increment.
 #[derive(Clone, Copy, Debug)]
 struct Node {
     node: u32,
@@ -157,15 +162,15 @@ struct Node {
     /// Displacement of a node that sticks to the platen during the increment: u_n plus the displacement of the platen
     /// in the increment.
     carried: Vector3<f64>,
-    /// p, MPa.
+    /// Contact pressure p, MPa.
     pressure: f64,
     /// Whether the node belongs to this rank.
-    own: bool,
+    owned: bool,
 }
 
 impl ContactStep {
     /// Creates the contact at the end of an increment of `duration` s that started at the fields `before`.
-    /// `pressures` are the pressures at the start.
+    /// `pressures` are the pressures at its start, MPa; `None` stands for zero.
     pub(crate) fn new(
         contact: &Contact,
         time_s: f64,
@@ -182,14 +187,14 @@ impl ContactStep {
             .nodes
             .iter()
             .zip(pressures)
-            .zip(&contact.own)
-            .map(|((&(node, area, position), pressure), &own)| Node {
+            .zip(&contact.owned)
+            .map(|((&(node, area, position), pressure), &owned)| Node {
                 node,
                 area,
                 position,
                 carried: Vector3::from(before.displacement[node as usize]) + since,
                 pressure,
-                own,
+                owned,
             })
             .collect();
         Self {
@@ -204,7 +209,7 @@ impl ContactStep {
         }
     }
 
-    /// Whether all positions of the platen are finite.
+    /// Returns whether the positions of the platen are finite.
     pub(crate) fn is_finite(&self) -> bool {
         self.travel.iter().all(|x| x.is_finite())
             && self.nodes.iter().all(|node| node.carried.iter().all(|x| x.is_finite()))
@@ -214,18 +219,19 @@ impl ContactStep {
         self.platen.friction > 0.0
     }
 
+    /// Returns gap, normal and curvature of the platen at a node.
     fn proximity(&self, node: &Node, fields: &Fields) -> Proximity {
         let u = Vector3::from(fields.displacement[node.node as usize]);
         self.platen.proximity(node.position, u - self.travel)
     }
 
-    /// p_γ = ⟨p + γ (−g)⟩₊.
+    /// Returns the augmented pressure p_γ = ⟨p + γ (−g)⟩₊, MPa.
     fn pressure(&self, node: &Node, proximity: &Proximity) -> f64 {
         (node.pressure - self.penalty * proximity.gap).max(0.0)
     }
 
-    /// Whether the pressure depends on the gap. At the kink of ⟨·⟩₊ both slopes are generalised derivatives; a node
-    /// that just touches counts as in contact.
+    /// Returns whether the pressure p_γ depends on the gap. At the kink of ⟨·⟩₊ both one-sided derivatives are
+    /// admissible; a node at the kink counts as in contact.
     fn touches(&self, node: &Node, proximity: &Proximity) -> bool {
         node.pressure - self.penalty * (proximity.gap - self.touch) > 0.0
     }
@@ -237,7 +243,8 @@ impl ContactStep {
         v - proximity.normal * proximity.normal.dot(&v)
     }
 
-    /// Returns μ p s_ε + F_v, MPa s/mm, and μ p s_ε³.
+    /// Returns the resistance to sliding μ p s_ε + F_v (MPa s/mm) with s_ε = 1/√(|v_t|² + ε²), and the term μ p s_ε³
+    /// of its derivative (MPa s³/mm³). Both are zero without pressure.
     fn resistance(&self, node: &Node, slip: &Vector3<f64>) -> (f64, f64) {
         if node.pressure == 0.0 {
             return (0.0, 0.0);
@@ -267,7 +274,7 @@ impl ContactStep {
     pub(crate) fn force(&self, fields: &Fields) -> [f64; 3] {
         let mut sum = [0.0; 3];
         for (_, force) in
-            self.forces(fields).zip(&self.nodes).filter(|(_, n)| n.own).map(|(f, _)| f)
+            self.forces(fields).zip(&self.nodes).filter(|(_, n)| n.owned).map(|(f, _)| f)
         {
             (0..3).for_each(|k| sum[k] += force[k]);
         }
@@ -302,8 +309,8 @@ impl ContactStep {
         })
     }
 
-    /// Returns −γ A (n·du/dθ) n for nodes in contact, N, and zero for all others: the change of the contact forces
-    /// that keeps their gaps closed.
+    /// Returns the derivatives of the contact forces with respect to a parameter θ that keep the gaps closed, N: −γ A
+    /// (n·du/dθ) n for nodes in contact, zero for all other nodes.
     pub(crate) fn follow(
         &self,
         fields: &Fields,
@@ -330,21 +337,22 @@ impl ContactStep {
         if !self.platen.resists_sliding() {
             return 0.0;
         }
-        self.duration * self.nodes.iter().filter(|n| n.own).map(power).sum::<f64>()
+        self.duration * self.nodes.iter().filter(|n| n.owned).map(power).sum::<f64>()
     }
 
-    /// Returns the pressures p, MPa.
+    /// Returns the pressures p by node, MPa.
     pub(crate) fn pressures(&self) -> Vec<f64> {
         self.nodes.iter().map(|n| n.pressure).collect()
     }
 
-    /// Sets p to p_γ. Returns the square of the change of the forces at the nodes that belong to this rank, N².
+    /// Sets the pressures p to p_γ. Returns the sum of the squared changes of nodal force over the nodes that belong
+    /// to this rank, N².
     pub(crate) fn update(&mut self, fields: &Fields) -> f64 {
         let mut square = 0.0;
         for k in 0..self.nodes.len() {
             let node = self.nodes[k];
             let pressure = self.pressure(&node, &self.proximity(&node, fields));
-            if node.own {
+            if node.owned {
                 square += (node.area * (pressure - node.pressure)).powi(2);
             }
             self.nodes[k].pressure = pressure;
@@ -353,14 +361,14 @@ impl ContactStep {
     }
 
     /// Returns the sum of the squared nodal penalties γ A over the nodes that belong to this rank, N²/mm², and the
-    /// length whose rounding error the gaps contain, mm.
+    /// length for the error estimate of the gaps, mm.
     pub(crate) fn stiffness(&self) -> (f64, f64) {
-        let own = self.nodes.iter().filter(|node| node.own);
-        let squares = own.map(|node| (self.penalty * node.area).powi(2)).sum();
+        let owned = self.nodes.iter().filter(|node| node.owned);
+        let squares = owned.map(|node| (self.penalty * node.area).powi(2)).sum();
         (squares, self.platen.rounded_mm())
     }
 
-    /// Whether no node is in contact with the platen.
+    /// Returns whether no node is in contact with the platen.
     pub(crate) fn is_open(&self, fields: &Fields) -> bool {
         !self.nodes.iter().any(|node| self.touches(node, &self.proximity(node, fields)))
     }

@@ -5,14 +5,14 @@ use nalgebra::{Matrix3, Vector3};
 use crate::boundary::function::Function;
 use crate::error::FemError;
 
-/// The shape of a platen at rest.
+/// Shape and position of a platen at time zero, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Shape {
     Plane { point: [f64; 3], normal: [f64; 3] },
     Sphere { centre: [f64; 3], radius: f64 },
 }
 
-/// A rigid platen that a surface can touch, slide on, and leave.
+/// Rigid platen that a surface can touch, slide on, and leave.
 ///
 /// With the gap g (mm) between platen and specimen, the contact pressure p (MPa) satisfies p ≥ 0, g ≥ 0, p g = 0.
 /// Sliding with the velocity v_t (mm/s) causes the traction −(μ p s_ε(|v_t|) + F_v) v_t on the specimen, with s_ε =
@@ -66,13 +66,13 @@ impl Platen {
         Self { shape, travel: None, friction: 0.0, slip_velocity: 1.0, drag: 0.0 }
     }
 
-    /// Sets the motion: displacement (mm) as a function of time (s), zero at time zero.
+    /// Sets the motion: the displacement (mm) as a function of time (s), which must be zero at time zero.
     pub fn moving(mut self, travel_mm: impl Fn(f64) -> [f64; 3] + Send + Sync + 'static) -> Self {
         self.travel = Some(Function::new(move |_, time_s| travel_mm(time_s)));
         self
     }
 
-    /// Sets Coulomb's coefficient μ, and the slip velocity ε (mm/s) below which friction fades out.
+    /// Sets Coulomb's coefficient μ, and the slip velocity ε (mm/s) below which friction decreases to zero.
     pub fn friction(mut self, coefficient: f64, slip_velocity_mm_per_s: f64) -> Self {
         self.friction = coefficient;
         self.slip_velocity = slip_velocity_mm_per_s;
@@ -85,11 +85,12 @@ impl Platen {
         self
     }
 
-    /// Whether the platen has friction or drag.
+    /// Returns whether the platen has friction or drag.
     pub(crate) fn resists_sliding(&self) -> bool {
         self.friction > 0.0 || self.drag > 0.0
     }
 
+    /// Returns the displacement at a time, mm.
     pub(super) fn travel(&self, time_s: f64) -> Vector3<f64> {
         self.travel.as_ref().map_or([0.0; 3], |f| f.at([0.0; 3], time_s)).into()
     }
@@ -110,7 +111,7 @@ impl Platen {
                     length > 0.0 && length.is_finite(),
                     "normal",
                     length,
-                    "a vector with a length",
+                    "a vector of positive, finite length",
                 )?;
             }
             Shape::Sphere { radius, .. } => {
@@ -119,7 +120,12 @@ impl Platen {
             }
         }
         let not_negative = |x: f64| x >= 0.0 && x.is_finite();
-        check(not_negative(self.friction), "friction", self.friction, "zero or positive, as 0.2")?;
+        check(
+            not_negative(self.friction),
+            "friction",
+            self.friction,
+            "zero or positive, such as 0.2",
+        )?;
         check(not_negative(self.drag), "drag_mpa_s_per_mm", self.drag, "zero or positive")?;
         let slip = self.slip_velocity;
         check(
@@ -130,7 +136,8 @@ impl Platen {
         )
     }
 
-    /// Returns the length whose rounding error a gap contains in addition to that of displacements, mm.
+    /// Returns a length (mm) for the error estimate of a gap: a gap contains the rounding error of this length in
+    /// addition to the rounding error of the displacements. Zero for a plane.
     pub(super) fn rounded_mm(&self) -> f64 {
         match self.shape {
             Shape::Plane { .. } => 0.0,
@@ -138,8 +145,8 @@ impl Platen {
         }
     }
 
-    /// Returns the position of a point relative to the platen. `x` is the reference position, and `moved` the
-    /// displacement relative to the platen.
+    /// Returns gap, normal and curvature at a point. `x` is its reference position, and `moved` its displacement
+    /// relative to the platen, mm.
     ///
     /// The gap of a plane is computed as initial gap plus motion along the normal. This sum keeps the digits of the
     /// motion, which would be lost in the sum of position and motion.

@@ -1,7 +1,7 @@
 //! Degradation of the elastic energy by damage: g(φ) = (1 − η) ĝ(φ) + η, with the residual stiffness η.
 //!
-//! A degradation function is a [`DegradationFunction`]. One of this crate is one file, and a line in
-//! [`DegradationLaw`] and [`DegradationLaw::derivatives`].
+//! A degradation function implements [`DegradationFunction`]. A function of this crate needs one file, and one line
+//! each in [`DegradationLaw`] and [`DegradationLaw::derivatives`].
 
 mod quadratic;
 mod user;
@@ -34,7 +34,7 @@ impl DegradationLaw {
 /// Degradation of an element, or of one element per SIMD lane.
 #[derive(Clone, Copy, Debug)]
 pub struct Degradation<'a, T> {
-    /// 1 − η; zero for a material without damage.
+    /// Factor 1 − η of ĝ; zero for a material without damage.
     pub soft: T,
     /// The degradation functions of the mesh.
     pub laws: &'a [DegradationLaw],
@@ -43,38 +43,39 @@ pub struct Degradation<'a, T> {
 }
 
 impl<T: Scalar> Degradation<'_, T> {
-    /// g(φ).
+    /// Returns g(φ).
     #[inline(always)]
     pub fn value(&self, phi: T) -> T {
         let [value, ..] = self.derivatives(phi);
         self.soft.mul_add(value, phi.constant(1.0) - self.soft)
     }
 
-    /// g′(φ).
+    /// Returns the first derivative g′(φ).
     #[inline(always)]
     pub fn slope(&self, phi: T) -> T {
         let [_, slope, _] = self.derivatives(phi);
         self.soft * slope
     }
 
-    /// g″(φ).
+    /// Returns the second derivative g″(φ).
     #[inline(always)]
     pub fn curvature(&self, phi: T) -> T {
         let [.., curvature] = self.derivatives(phi);
         self.soft * curvature
     }
 
+    /// Returns ĝ, ĝ′ and ĝ″ of the selected law, by lane.
     #[inline(always)]
     fn derivatives(&self, phi: T) -> [T; 3] {
         let mut out = [phi.constant(0.0); 3];
         for (k, law) in self.laws.iter().enumerate() {
-            let own = law.derivatives(phi);
+            let of_law = law.derivatives(phi);
             if self.laws.len() == 1 {
-                return own;
+                return of_law;
             }
             let mask = self.law.equals(phi.constant(k as f64));
             for i in 0..3 {
-                out[i] = T::select(mask, own[i], out[i]);
+                out[i] = T::select(mask, of_law[i], out[i]);
             }
         }
         out

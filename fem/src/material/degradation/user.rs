@@ -1,4 +1,4 @@
-//! Degradation functions from outside the crate.
+//! User-defined degradation functions.
 
 use std::fmt::Debug;
 use std::sync::Arc;
@@ -6,11 +6,11 @@ use std::sync::Arc;
 use crate::error::{FemError, Unsupported};
 use crate::material::number::{Computation, Family, Jet, MemberOf, OverScalars, Scalar};
 
-/// Degradation function ĝ(φ): the fraction of the stiffness that damage φ leaves.
+/// Degradation function ĝ(φ): the fraction of the stiffness that remains at damage φ.
 ///
-/// ĝ falls from ĝ(0) = 1 to ĝ(1) = 0, and is defined in the neighbourhood of [0, 1]. With a residual stiffness η the
-/// energy is multiplied by g = (1 − η) ĝ + η. The derivatives ĝ′ and ĝ″ are computed with the function, unless it
-/// states them.
+/// ĝ decreases from ĝ(0) = 1 to ĝ(1) = 0, and must be defined in a neighbourhood of [0, 1]. With a residual stiffness
+/// η the energy is multiplied by g = (1 − η) ĝ + η. The derivatives ĝ′ and ĝ″ are computed by automatic
+/// differentiation, unless the type implements [`derivatives`](Self::derivatives).
 ///
 /// # Example
 /// The rational function of cohesive phase-field models (Wu, J. Mech. Phys. Solids 103 (2017) 72,
@@ -38,10 +38,11 @@ use crate::material::number::{Computation, Family, Jet, MemberOf, OverScalars, S
 /// # Ok::<(), fem::FemError>(())
 /// ```
 pub trait DegradationFunction: Debug + Send + Sync + 'static {
-    /// Returns ĝ(φ). Write `#[inline(always)]`, so that it is compiled with vector instructions.
+    /// Returns ĝ(φ). Write `#[inline(always)]`, so that the function is compiled with vector instructions.
     fn value<T: Scalar>(&self, damage: T) -> T;
 
-    /// Returns ĝ, ĝ′ and ĝ″. By default the derivatives are computed with the function.
+    /// Returns ĝ, ĝ′ and ĝ″. By default, the derivatives are computed from [`value`](Self::value) by automatic
+    /// differentiation.
     #[inline(always)]
     fn derivatives<T: Scalar>(&self, damage: T) -> [T; 3] {
         let g = self.value(Jet::<T, 1, 1>::variable(damage, 0));
@@ -49,9 +50,9 @@ pub trait DegradationFunction: Debug + Send + Sync + 'static {
     }
 }
 
-/// Degradation function of the user, as stored in [`Material::degradation`](crate::Material::degradation).
+/// User-defined degradation function, as stored in [`Material::degradation`](crate::Material::degradation).
 ///
-/// Clones share the function; two values are equal if they share it.
+/// Clones share the function; two values are equal if they share the same function.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UserDegradation(OverScalars<Functions>);
 
@@ -81,7 +82,7 @@ impl UserDegradation {
     }
 }
 
-/// The family of degradation functions.
+/// [`Family`] of the user-defined degradation functions.
 struct Functions;
 
 impl Family for Functions {
@@ -96,6 +97,7 @@ impl<L: DegradationFunction> MemberOf<Functions> for L {
 
 /// Object-safe interface to a degradation function.
 trait Derivatives<T: Scalar>: Debug + Send + Sync {
+    /// Returns ĝ, ĝ′ and ĝ″.
     fn all_derivatives(&self, phi: T) -> [T; 3];
 }
 
@@ -105,6 +107,7 @@ impl<T: Scalar, L: DegradationFunction> Derivatives<T> for L {
     }
 }
 
+/// Evaluation of a degradation function with the processor instructions of the number type.
 struct Evaluation<'a, T, L> {
     function: &'a L,
     phi: T,

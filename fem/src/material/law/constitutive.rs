@@ -1,4 +1,4 @@
-//! Law of the user with a state.
+//! User-defined law with a state.
 
 use std::fmt::Debug;
 use std::sync::Arc;
@@ -8,17 +8,17 @@ use crate::material::number::{Computation, Family, MemberOf, OverScalars, Scalar
 use crate::material::principal::Principal;
 use crate::material::response::Response;
 
-/// Largest number of state values of a law.
+/// Largest allowed number of state values of a law.
 pub(in crate::material) const MOST_STATE: usize = 32;
 
-/// Law of the user that may have a state, such as viscous or plastic strains.
+/// User-defined law that may have a state, such as viscous or plastic strains.
 ///
-/// The state of a point is a slice of [`state_len`](Self::state_len) numbers, zero before the first increment. The law
-/// reads the state at the start of the increment and writes the state at its end. It may be evaluated several times in
-/// an increment, and the state at the start does not change until the increment is accepted.
+/// The state of a point is a slice of [`state_len`](Self::state_len) numbers, zero before the first increment. The
+/// law reads the state at the start of the increment and writes the state at the end. A law may be evaluated several
+/// times in an increment, and the state at the start does not change until the increment is accepted.
 ///
-/// The stress has the principal axes of the strain at the end of the increment. The law states itself what damage
-/// degrades, by `g`, so that [`PhaseField::split`](crate::PhaseField::split) must be `None`;
+/// The stress must have the principal axes of the strain at the end of the increment. The law itself applies the
+/// degradation `g` to its energy, so that [`PhaseField::split`](crate::PhaseField::split) must be `None`;
 /// [`ElasticResponse::degraded`](crate::ElasticResponse::degraded) degrades the whole energy.
 ///
 /// # Example
@@ -70,7 +70,7 @@ pub(in crate::material) const MOST_STATE: usize = 32;
 /// # Ok::<(), fem::FemError>(())
 /// ```
 pub trait ConstitutiveLaw: Debug + Send + Sync + 'static {
-    /// Returns Young's modulus (MPa) and Poisson's ratio at small strain without a history.
+    /// Returns Young's modulus (MPa) and Poisson's ratio at small strain and zero state.
     fn young_and_poisson(&self) -> [f64; 2];
 
     /// Returns the number of state values of a point, at most 32.
@@ -78,9 +78,10 @@ pub trait ConstitutiveLaw: Debug + Send + Sync + 'static {
         0
     }
 
-    /// Returns energies, stress and consistent tangent for a degradation g. `trial` is the deformation at the end of the
-    /// increment, `dt` the duration of the increment in seconds, `old` and `new` the state at its start and end. Write
-    /// `#[inline(always)]`, so that it is compiled with vector instructions.
+    /// Returns energies, stress and consistent tangent for a degradation g. `trial` is the deformation at the end of
+    /// the increment, `dt` the duration of the increment in seconds, `old` and `new` the state at the start and at
+    /// the end of the increment. Write `#[inline(always)]`, so that the function is compiled with vector
+    /// instructions.
     fn respond<T: Scalar>(
         &self,
         trial: &Principal<T>,
@@ -91,10 +92,11 @@ pub trait ConstitutiveLaw: Debug + Send + Sync + 'static {
     ) -> Response<T>;
 }
 
-/// Law of the user, as stored in [`Elasticity::Constitutive`](crate::Elasticity::Constitutive).
+/// User-defined law that may have a state, as stored in
+/// [`Elasticity::Constitutive`](crate::Elasticity::Constitutive).
 ///
 /// Created by [`Material::with_law`](crate::Material::with_law). Clones share the law; two values are equal if they
-/// share it.
+/// share the same law.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UserConstitutiveLaw {
     law: OverScalars<Laws>,
@@ -150,7 +152,7 @@ impl UserConstitutiveLaw {
     }
 }
 
-/// The family of laws with a state.
+/// [`Family`] of the user-defined laws with a state.
 struct Laws;
 
 impl Family for Laws {
@@ -188,6 +190,7 @@ impl<T: Scalar, L: ConstitutiveLaw> PointResponse<T> for L {
     }
 }
 
+/// Evaluation of a law with the processor instructions of the number type.
 struct Evaluation<'a, T, L> {
     law: &'a L,
     trial: &'a Principal<T>,

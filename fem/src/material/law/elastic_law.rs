@@ -1,4 +1,4 @@
-//! Elastic laws as they are named in files.
+//! Elastic laws with their names in files.
 
 use serde::{Deserialize, Serialize};
 
@@ -35,7 +35,7 @@ pub enum ElasticLaw {
 }
 
 impl ElasticLaw {
-    /// Whether the law has its own constants instead of Young's modulus and Poisson's ratio.
+    /// Returns whether the law has its own constants instead of Young's modulus and Poisson's ratio.
     pub fn has_constants(&self) -> bool {
         matches!(self, Self::MooneyRivlin(_) | Self::Ogden(_))
     }

@@ -1,4 +1,4 @@
-//! Hencky's law: ψ = K/2 (tr ε)² + μ dev ε : dev ε in logarithmic strain, with any split.
+//! Hencky's law: ψ = K/2 (tr ε)² + μ dev ε : dev ε in logarithmic strain, with any split of this crate.
 //!
 //! ψ = κ/2 (tr ε)² + μ Σ d_i² with d_i = ε_i − θ tr ε, where (κ, θ) is (λ, 0) for the spectral split and (K, ⅓)
 //! otherwise. A split selects the terms that are degraded: a term with share p = 1 has the modulus M(g), a term with
@@ -13,7 +13,7 @@ use crate::material::principal::Strains;
 use crate::material::response::{Response, packed};
 use crate::material::split::{Shares, Split};
 
-/// Returns the response for the bulk and shear modulus as functions of g.
+/// Returns the response for given bulk and shear moduli as functions of g.
 #[inline(always)]
 pub(in crate::material) fn respond<T: Scalar, const TANGENT: bool>(
     split: Split,
@@ -70,8 +70,8 @@ pub(in crate::material) fn respond<T: Scalar, const TANGENT: bool>(
     if TANGENT {
         for i in 0..3 {
             for j in 0..=i {
-                let own = if i == j { deviatoric[i] } else { zero };
-                normal[packed(i, j)] = stiffness + (own - third * deviatoric[i]);
+                let diagonal = if i == j { deviatoric[i] } else { zero };
+                normal[packed(i, j)] = stiffness + (diagonal - third * deviatoric[i]);
             }
         }
         for k in 0..3 {
@@ -87,7 +87,7 @@ pub(in crate::material) fn respond<T: Scalar, const TANGENT: bool>(
     Response { energy, driving, softening, stress, stress_plus, normal, shear: coth }
 }
 
-/// Returns U, U′ and U″ for a pure change of volume with t = ln J.
+/// Returns the energy U(t) of a pure change of volume with t = ln J, and its derivatives U′ and U″, MPa.
 #[inline(always)]
 pub(in crate::material) fn volumetric<T: Scalar>(bulk: T, t: T) -> [T; 3] {
     let pressure = bulk * t;

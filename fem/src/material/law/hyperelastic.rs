@@ -1,4 +1,4 @@
-//! Elastic law given by its energy; stress and tangent are derivatives of the energy.
+//! User-defined elastic law given by its energy; stress and tangent are derivatives of the energy.
 
 use std::fmt::Debug;
 use std::sync::Arc;
@@ -11,15 +11,15 @@ use crate::material::strain::PrincipalStrain;
 
 /// Isotropic hyperelastic law, given by its energy alone.
 ///
-/// ψ, the energy per reference volume in MPa = N mm/mm³, is written once over a [`Scalar`]. It must be a symmetric
-/// function of the principal strains, with zero energy and stress at rest. The Kirchhoff stress τ_i = ∂ψ/∂ε_i and the
-/// consistent tangent are its derivatives, computed with the energy (automatic differentiation) and exact also at equal
-/// stretches. The law runs in SIMD lanes and on devices as the laws of this crate do. It may be evaluated at any strain;
-/// only its values for strains that elements of its regions have are used.
+/// ψ, the energy per reference volume in MPa = N mm/mm³, is written once, for any number type ([`Scalar`]). It must
+/// be a symmetric function of the principal strains, with zero energy and stress at rest. The Kirchhoff stress τ_i =
+/// ∂ψ/∂ε_i and the consistent tangent are computed from the energy by automatic differentiation, and are exact also
+/// at equal stretches. The law runs in SIMD lanes and on devices as the laws of this crate do. The solver may
+/// evaluate the law at any strain, but uses its values only in the regions of the law.
 ///
-/// With [`Split::VolumetricDeviatoric`](crate::Split), damage does not degrade U(J) = ψ(J^(1/3) I) in compression; U
-/// needs no definition by the user. ψ⁺ = ψ − U must not be negative: at a given volume, the energy must be smallest
-/// for the pure change of volume. This holds if the larger stretch always has the larger stress (Baker & Ericksen, J.
+/// With [`Split::VolumetricDeviatoric`](crate::Split), damage does not degrade U(J) = ψ(J^(1/3) I) in compression;
+/// the user need not define U. ψ⁺ = ψ − U must not be negative: at a given volume, the energy must be smallest for
+/// the pure change of volume. This holds if the larger stretch always has the larger stress (Baker & Ericksen, J.
 /// Wash. Acad. Sci. 44 (1954) 33).
 ///
 /// # Example
@@ -49,11 +49,12 @@ use crate::material::strain::PrincipalStrain;
 /// # Ok::<(), fem::FemError>(())
 /// ```
 pub trait HyperelasticLaw: Debug + Send + Sync + 'static {
-    /// Returns ψ at the given strain. Write `#[inline(always)]`, so that it is compiled with vector instructions.
+    /// Returns ψ at the given strain, MPa. Write `#[inline(always)]`, so that the function is compiled with vector
+    /// instructions.
     fn energy<T: Scalar>(&self, strain: &PrincipalStrain<T>) -> T;
 }
 
-/// User-defined law, as stored in [`Elasticity::User`](crate::Elasticity::User).
+/// User-defined law given by its energy, as stored in [`Elasticity::User`](crate::Elasticity::User).
 ///
 /// Created by [`Material::hyperelastic`](crate::Material::hyperelastic). Clones share the law; two values are equal
 /// if they share the same law.
@@ -64,7 +65,7 @@ pub struct UserLaw {
     poisson: f64,
 }
 
-/// The family of laws given by their energy.
+/// [`Family`] of the user-defined laws given by their energy.
 struct Energies;
 
 impl Family for Energies {
@@ -85,7 +86,8 @@ trait EnergyDerivatives<T: Scalar>: Debug + Send + Sync {
     /// Returns energy, stress and tangent.
     fn tangent(&self, strains: &Strains<T>) -> ElasticResponse<T>;
 
-    /// Returns U, U′ and U″ for a pure change of volume with t = ln J, in which each strain is t/3.
+    /// Returns the energy U(t) of a pure change of volume with t = ln J, and its derivatives U′ and U″, MPa. Each
+    /// strain is t/3.
     fn volumetric(&self, t: T) -> [T; 3];
 }
 
@@ -103,6 +105,7 @@ impl<T: Scalar, L: HyperelasticLaw> EnergyDerivatives<T> for L {
     }
 }
 
+/// Evaluation of energy and stress with the processor instructions of the number type.
 struct Stress<'a, T, L> {
     law: &'a L,
     strains: &'a Strains<T>,
@@ -118,25 +121,28 @@ impl<T: Scalar, L: HyperelasticLaw> Computation for Stress<'_, T, L> {
     }
 }
 
+/// Evaluation of energy, stress and tangent with the processor instructions of the number type.
 struct Tangent<'a, T, L> {
     law: &'a L,
     strains: &'a Strains<T>,
 }
 
-/// Below this difference of strains, τ_i − τ_j is computed as an integral instead of a difference.
+/// Difference of strains below which τ_i − τ_j is computed as an integral instead of a difference.
 const NEAR: f64 = 0.02;
-/// Weight of the ends, and weight and distance from the middle of the inner points, of the Lobatto rule with four points
-/// for the mean over [−1, 1].
+/// Four-point Lobatto rule for the mean over [−1, 1]: weight of the ends, weight of the inner points, distance of the
+/// inner points from the middle.
 const LOBATTO: [f64; 3] = [1.0 / 6.0, 5.0 / 6.0, 0.447_213_595_499_957_9];
 
 impl<T: Scalar, L: HyperelasticLaw> Computation for Tangent<'_, T, L> {
     type Output = ElasticResponse<T>;
 
+    /// Computes energy, stress and tangent.
+    ///
     /// For x = ε_i − ε_j → 0, the difference in ½ (τ_i − τ_j) coth x loses its digits, and replacing the term by its
-    /// limit has a second-order error. But τ_i − τ_j is the derivative of ψ(m + δ, m − δ) at δ = x/2, an odd function
-    /// of δ. The term is therefore ¼ x coth x times the mean of d²ψ/dδ² over (−δ, δ). At the ends of this interval
-    /// d²ψ/dδ² follows from the tangent. The relative error of the mean is (α δ)⁶/23625 for an energy in λ^α: 1e-15
-    /// for α = 2, 1e-12 for α = 6.
+    /// limit has a second-order error. However, τ_i − τ_j is the derivative of ψ(m + δ, m − δ) at δ = x/2, an odd
+    /// function of δ. The term is therefore ¼ x coth x times the mean of d²ψ/dδ² over (−δ, δ). At the ends of this
+    /// interval d²ψ/dδ² follows from the tangent. The relative error of the mean is (α δ)⁶/23625 for an energy in
+    /// λ^α: 1e-15 for α = 2, 1e-12 for α = 6.
     #[inline(always)]
     fn run(self) -> ElasticResponse<T> {
         let Self { law, strains } = self;
@@ -167,6 +173,7 @@ impl<T: Scalar, L: HyperelasticLaw> Computation for Tangent<'_, T, L> {
     }
 }
 
+/// Evaluation of U, U′ and U″ with the processor instructions of the number type.
 struct Volumetric<'a, T, L> {
     law: &'a L,
     t: T,
@@ -183,7 +190,7 @@ impl<T: Scalar, L: HyperelasticLaw> Computation for Volumetric<'_, T, L> {
     }
 }
 
-/// Returns the strains as the variables of derivatives.
+/// Returns the strains as independent variables for automatic differentiation.
 #[inline(always)]
 fn variables<T: Scalar, const H: usize>(strains: &Strains<T>) -> PrincipalStrain<Jet<T, 3, H>> {
     let mut log = [Jet::fixed(strains.log[0]); 3];
@@ -208,12 +215,12 @@ impl UserLaw {
         Ok(Self { law, young_mpa, poisson })
     }
 
-    /// Young's modulus at small strain, MPa.
+    /// Returns Young's modulus at small strain, MPa.
     pub(in crate::material) fn young_mpa(&self) -> f64 {
         self.young_mpa
     }
 
-    /// Poisson's ratio at small strain.
+    /// Returns Poisson's ratio at small strain.
     pub(in crate::material) fn poisson(&self) -> f64 {
         self.poisson
     }
@@ -228,7 +235,8 @@ impl UserLaw {
         if TANGENT { law.tangent(strains) } else { law.stress(strains) }
     }
 
-    /// Returns U, U′ and U″ for a pure change of volume with t = ln J, in which each strain is t/3.
+    /// Returns the energy U(t) of a pure change of volume with t = ln J, and its derivatives U′ and U″, MPa. Each
+    /// strain is t/3.
     #[inline(always)]
     pub(in crate::material) fn volumetric<T: Scalar>(&self, t: T) -> [T; 3] {
         self.law.over::<T>().volumetric(t)
@@ -263,7 +271,7 @@ fn small_strain(law: &dyn EnergyDerivatives<f64>) -> Result<[f64; 2], FemError> 
         let excess = log.map(|e| (2.0 * e).exp_m1());
         law.stress(&Strains::new(log, excess)).energy
     };
-    // scale the strains into the domain of the law, which may be limited to small strains
+    // the domain of the law may be limited to small strains: scale the strains until the energy is finite
     let inside = (0..40).map(|k| 0.5f64.powi(k)).find(|s| value(STATE.map(|e| s * e)).is_finite());
     let [a, b, c] = STATE.map(|e| inside.unwrap_or(0.0) * e);
     let first = value([a, b, c]);

@@ -53,7 +53,7 @@ pub enum Elasticity {
 }
 
 impl Elasticity {
-    /// Young's modulus at small strain, MPa.
+    /// Returns Young's modulus at small strain, MPa.
     pub fn young_mpa(&self) -> f64 {
         match self {
             Self::Hencky { young_mpa, .. } | Self::NeoHookean { young_mpa, .. } => *young_mpa,
@@ -62,7 +62,7 @@ impl Elasticity {
         }
     }
 
-    /// Poisson's ratio at small strain.
+    /// Returns Poisson's ratio at small strain.
     pub fn poisson(&self) -> f64 {
         match self {
             Self::Hencky { poisson, .. } | Self::NeoHookean { poisson, .. } => *poisson,
@@ -98,6 +98,7 @@ pub struct Moduli {
 }
 
 impl Moduli {
+    /// Computes bulk and shear modulus from Young's modulus (MPa) and Poisson's ratio.
     pub fn new(young: f64, poisson: f64) -> Self {
         Self { bulk: young / (3.0 * (1.0 - 2.0 * poisson)), shear: young / (2.0 * (1.0 + poisson)) }
     }

@@ -14,8 +14,8 @@ use crate::material::{PrincipalStrain, Scalar};
 /// Small strain: λ̄_i^±2 − 1 = ±2 ε̄_i + 2 ε̄_i² + …, and Σ ε̄_i = 0, so the first two terms are 2 (C₁₀ + C₀₁) Σ
 /// ε̄_i². The shear modulus is μ = 2 (C₁₀ + C₀₁); the bulk modulus is K.
 ///
-/// Limits: C₀₁ < 0 is allowed if C₁₀ + C₀₁ > 0, but the law is then unstable at large strain. Rubber has K/μ of a
-/// thousand and more, for which linear tetrahedra lock.
+/// Limits: C₀₁ < 0 is allowed if C₁₀ + C₀₁ > 0, but the law is then unstable at large strain. Rubber has a ratio K/μ
+/// of 1000 and more, for which linear tetrahedra lock (are much too stiff).
 ///
 /// References: Mooney, J. Appl. Phys. 11 (1940) 582, doi:10.1063/1.1712836; Rivlin, Phil. Trans.
 /// R. Soc. A 241 (1948) 379, doi:10.1098/rsta.1948.0024.
@@ -33,9 +33,9 @@ use crate::material::{PrincipalStrain, Scalar};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MooneyRivlin {
-    /// C₁₀, MPa.
+    /// Constant C₁₀, MPa.
     pub c10_mpa: f64,
-    /// C₀₁, MPa.
+    /// Constant C₀₁, MPa.
     pub c01_mpa: f64,
     /// Bulk modulus K, MPa.
     pub bulk_mpa: f64,

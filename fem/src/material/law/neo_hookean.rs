@@ -7,7 +7,7 @@ use crate::material::number::Scalar;
 use crate::material::principal::Strains;
 use crate::material::response::{ElasticResponse, packed};
 
-/// Returns ψ and its derivatives for the constants λ and μ.
+/// Returns energy, stress and tangent for the Lamé constants λ and μ, MPa.
 #[inline(always)]
 pub(in crate::material) fn whole<T: Scalar>(
     [lame, shear]: [T; 2],
@@ -26,8 +26,8 @@ pub(in crate::material) fn whole<T: Scalar>(
     ElasticResponse { energy, stress, normal, shear: coth }
 }
 
-/// Returns U, U′ and U″ for a pure change of volume with t = ln J, in which each stretch is J^(1/3): U = 3μ/2
-/// (e^(2t/3) − 1 − 2t/3) + λ/2 t².
+/// Returns the energy U(t) of a pure change of volume with t = ln J, and its derivatives U′ and U″, MPa. Each stretch
+/// is J^(1/3), and U = 3μ/2 (e^(2t/3) − 1 − 2t/3) + λ/2 t².
 #[inline(always)]
 pub(in crate::material) fn volumetric<T: Scalar>([lame, shear]: [T; 2], t: T) -> [T; 3] {
     let (half, two_thirds) = (t.constant(0.5), t.constant(2.0 / 3.0));

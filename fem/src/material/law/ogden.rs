@@ -12,8 +12,8 @@ use crate::material::{PrincipalStrain, Scalar};
 /// Small strain: λ̄^α − 1 = α ε̄ + ½ α² ε̄² + … and Σ ε̄_i = 0, so ψ is ½ Σ_p μ_p α_p Σ_i ε̄_i² plus the volumetric
 /// term. The shear modulus is μ = ½ Σ_p μ_p α_p; the bulk modulus is K.
 ///
-/// Limits: terms with μ_p α_p > 0 are stable. Mooney–Rivlin is α = 2 with μ₁ = 2 C₁₀ and α = −2 with μ₂ = −2 C₀₁. An
-/// exponent of zero is rejected, because its energy is not finite.
+/// Limits: terms with μ_p α_p > 0 are stable. The Mooney–Rivlin law has the two terms α₁ = 2, μ₁ = 2 C₁₀ and α₂ = −2,
+/// μ₂ = −2 C₀₁. An exponent of zero is rejected, because its energy is not finite.
 ///
 /// Reference: Ogden, Proc. R. Soc. A 326 (1972) 565, doi:10.1098/rspa.1972.0026.
 ///
@@ -32,7 +32,7 @@ use crate::material::{PrincipalStrain, Scalar};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Ogden {
-    /// The terms.
+    /// Terms of the sum.
     pub terms: Vec<OgdenTerm>,
     /// Bulk modulus K, MPa.
     pub bulk_mpa: f64,
@@ -42,14 +42,14 @@ pub struct Ogden {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct OgdenTerm {
-    /// μ, MPa.
+    /// Coefficient μ, MPa.
     pub mu_mpa: f64,
-    /// α, not zero.
+    /// Exponent α, not zero.
     pub alpha: f64,
 }
 
 impl From<(f64, f64)> for OgdenTerm {
-    /// μ in MPa and α.
+    /// Creates a term from μ (MPa) and α.
     fn from((mu_mpa, alpha): (f64, f64)) -> Self {
         Self { mu_mpa, alpha }
     }

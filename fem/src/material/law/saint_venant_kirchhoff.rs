@@ -25,9 +25,9 @@ use crate::material::{PrincipalStrain, Scalar};
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SaintVenantKirchhoff {
-    /// λ, MPa.
+    /// Lamé constant λ, MPa.
     pub lame_mpa: f64,
-    /// μ, MPa.
+    /// Shear modulus μ, MPa.
     pub shear_mpa: f64,
 }
 

@@ -4,9 +4,9 @@ use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
 use super::scalar::{Number, Scalar};
 
-// loops instead of closures, so that SIMD instructions are inlined
+// loops instead of closures: the compiler does not inline SIMD instructions into closures
 
-/// Value with `D` first derivatives and `H` = D (D + 1)/2 second derivatives, or none (`H` = 0).
+/// Value with `D` first derivatives, and `H` = D (D + 1)/2 second derivatives or no second derivatives (`H` = 0).
 ///
 /// The second derivative with respect to variables i and j ≤ i has the index i (i + 1)/2 + j.
 #[derive(Clone, Copy, Debug)]
@@ -24,7 +24,7 @@ impl<T: Scalar, const D: usize, const H: usize> Jet<T, D, H> {
         Self { value, first: [zero; D], second: [zero; H] }
     }
 
-    /// Creates a linear function of the variables, with these first derivatives.
+    /// Creates a linear function of the variables with the given value and first derivatives.
     #[inline(always)]
     pub fn linear(value: T, first: [f64; D]) -> Self {
         let mut out = Self::fixed(value);
@@ -34,7 +34,7 @@ impl<T: Scalar, const D: usize, const H: usize> Jet<T, D, H> {
         out
     }
 
-    /// Creates variable number k.
+    /// Creates the independent variable number k.
     #[inline(always)]
     pub fn variable(value: T, k: usize) -> Self {
         let mut first = [0.0; D];
@@ -42,7 +42,7 @@ impl<T: Scalar, const D: usize, const H: usize> Jet<T, D, H> {
         Self::linear(value, first)
     }
 
-    /// Returns a function of this number, from the value and the first two derivatives of the function.
+    /// Returns a function of this number by the chain rule, from the value, `slope` and `curvature` of the function.
     #[inline(always)]
     pub fn chain(self, value: T, slope: T, curvature: T) -> Self {
         let mut out = Self { value, ..self };
@@ -61,7 +61,7 @@ impl<T: Scalar, const D: usize, const H: usize> Jet<T, D, H> {
         out
     }
 
-    /// Multiplies all numbers by a factor that does not depend on the variables.
+    /// Multiplies value and derivatives by a factor that does not depend on the variables.
     #[inline(always)]
     fn scaled(mut self, factor: T) -> Self {
         self.value = self.value * factor;
@@ -217,7 +217,7 @@ impl<T: Scalar, const D: usize, const H: usize> Number for Jet<T, D, H> {
     }
 }
 
-/// Comparisons compare the values. The derivatives at a kink are those of the selected side.
+/// Comparisons compare the values. At a kink, the number has the derivatives of the selected side.
 impl<T: Scalar, const D: usize, const H: usize> Scalar for Jet<T, D, H> {
     type Mask = T::Mask;
 

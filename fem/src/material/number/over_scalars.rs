@@ -1,4 +1,5 @@
-//! Objects with generic methods behind a pointer: one object-safe view for each number type of the crate.
+//! User-defined objects whose methods are generic over the number type, behind pointers: one trait object for each
+//! number type of the crate.
 
 use std::any::Any;
 use std::fmt::{Debug, Formatter, Result};
@@ -11,19 +12,20 @@ use super::recording::Term;
 use super::scalar::Scalar;
 use super::simd::SimdF64;
 
-/// Kind of user-defined object, such as an elastic law: its object-safe trait over a number type.
+/// Kind of user-defined object, such as elastic laws. `Over<T>` is the object-safe trait of this kind for the number
+/// type `T`.
 pub(crate) trait Family: 'static {
     type Over<T: Scalar>: ?Sized + Debug + Send + Sync + 'static;
 }
 
-/// Object of a family.
+/// Object of a family, which converts to a trait object for every number type.
 pub(crate) trait MemberOf<F: Family>: Send + Sync + 'static {
     fn over<T: Scalar>(self: Arc<Self>) -> Arc<F::Over<T>>;
 }
 
-/// User-defined object, callable over each number type with which the crate computes.
+/// User-defined object as one trait object for each number type with which the crate computes.
 ///
-/// Clones share the object. Two values are equal if they share the object. [`Debug`] is that of the object.
+/// Clones share the object. Two values are equal if they share the object. [`Debug`] formats the object.
 pub(crate) struct OverScalars<F: Family> {
     single: Arc<F::Over<f64>>,
     dual: Arc<F::Over<Dual64>>,
@@ -50,15 +52,16 @@ impl<F: Family> OverScalars<F> {
         }
     }
 
-    /// Returns the object over single numbers.
+    /// Returns the object for the number type `f64`.
     pub(crate) fn single(&self) -> &F::Over<f64> {
         &self.single
     }
 
-    /// Returns the object over a number type.
+    /// Returns the object for the number type `T`.
     ///
     /// # Panics
-    /// If the crate does not compute with this type: [`dispatch`](super::dispatch) selects the SIMD types.
+    /// If the crate does not compute with this number type. The supported SIMD types are the types that
+    /// [`dispatch`](super::dispatch) selects.
     #[inline(always)]
     pub(crate) fn over<T: Scalar>(&self) -> &F::Over<T> {
         let all: [&dyn Any; _] = [

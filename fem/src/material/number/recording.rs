@@ -1,10 +1,9 @@
 //! A number type that records the operations on it, so that the C source of a kernel is generated from the
 //! code of the processor.
 //!
-//! It records sums and products for the product with a tangent, and all operations of a point's equations for
-//! residual and tangent. Operations with the constants zero and one are simplified, and repeated
-//! subexpressions are recorded once. Nothing else is changed, so that the C code rounds as the processor's
-//! code does.
+//! The recorded code is the product with a tangent, and the equations of residual and tangent. Operations with the
+//! constants zero and one are simplified, and repeated subexpressions are recorded once. Nothing else is changed, so
+//! that the C code rounds as the processor's code does.
 
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -13,12 +12,12 @@ use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
 use super::scalar::{Number, Round, Scalar};
 
-/// An operation or an operand.
+/// Operation or operand of the recorded code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Node {
-    /// A constant, by the bits of its value.
+    /// Constant, by the bits of its value.
     Constant(u64),
-    /// An input of the kernel, by its index.
+    /// Input of the kernel, by its index.
     Given(u32),
     Add(Term, Term),
     Subtract(Term, Term),
@@ -27,34 +26,37 @@ enum Node {
     Negate(Term),
     /// a b + c with a single rounding.
     MultiplyAdd(Term, Term, Term),
-    /// A call of a function of the C library.
+    /// Calls of functions of the C library with one and with two arguments.
     Call(&'static str, Term),
     Call2(&'static str, Term, Term),
-    /// A comparison with the given operator: 1 if it holds, else 0.
+    /// Comparison with the given operator: 1 if the comparison is true, else 0.
     Compare(&'static str, Term, Term),
-    /// The second term if the first is not 0, else the third.
+    /// The second term if the first term is not 0, else the third term.
     Select(Term, Term, Term),
-    /// An entry of the final state of a loop: index of the loop, index of the entry.
-    Left(u32, u32),
+    /// Entry of the final state of a loop: index of the loop, index of the entry.
+    LoopResult(u32, u32),
 }
 
-/// A loop: the name of its C function, and its initial state.
+/// Recorded loop: name of its C function, and initial state.
 #[derive(Clone, Debug, PartialEq)]
 struct Loop {
     name: &'static str,
     state: Vec<Term>,
 }
 
-/// Index of a node in the record; node 0 is the constant zero.
+/// Recorded number: the index of its node in the record of this thread. Node 0 is the constant zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Term(u32);
 
 const ZERO: Term = Term(0);
 
+/// Recorded operations of one kernel.
 #[derive(Debug)]
 struct Record {
+    /// Operations in the order of their execution.
     nodes: Vec<Node>,
-    known: HashMap<Node, Term>,
+    /// Term of each recorded node, by which repeated subexpressions are detected.
+    term_of_node: HashMap<Node, Term>,
     loops: Vec<Loop>,
     /// C functions of the loops, by name.
     functions: Vec<(&'static str, String)>,
@@ -63,8 +65,8 @@ struct Record {
 impl Record {
     fn new() -> Self {
         let zero = Node::Constant(0);
-        let known = HashMap::from([(zero, ZERO)]);
-        Self { nodes: vec![zero], known, loops: Vec::new(), functions: Vec::new() }
+        let term_of_node = HashMap::from([(zero, ZERO)]);
+        Self { nodes: vec![zero], term_of_node, loops: Vec::new(), functions: Vec::new() }
     }
 }
 
@@ -73,11 +75,12 @@ thread_local! {
     static RECORD: RefCell<Record> = RefCell::new(Record::new());
 }
 
+/// Records a node and returns its term; the existing term if the same node has been recorded before.
 #[inline(never)]
 fn put(node: Node) -> Term {
     RECORD.with_borrow_mut(|record| {
         let next = Term(record.nodes.len() as u32);
-        let term = *record.known.entry(node).or_insert(next);
+        let term = *record.term_of_node.entry(node).or_insert(next);
         if term == next {
             record.nodes.push(node);
         }
@@ -86,14 +89,14 @@ fn put(node: Node) -> Term {
 }
 
 impl Term {
-    /// Input number `place` of the kernel.
-    pub fn given(place: usize) -> Self {
-        put(Node::Given(place as u32))
+    /// Records input number `index` of the kernel.
+    pub fn given(index: usize) -> Self {
+        put(Node::Given(index as u32))
     }
 
     #[inline(never)]
     fn fixed(x: f64) -> Self {
-        // −0.0 becomes 0.0
+        // store −0.0 as 0.0
         put(Node::Constant(if x == 0.0 { 0 } else { x.to_bits() }))
     }
 
@@ -211,21 +214,22 @@ impl Scalar for Term {
     const RECORDS: bool = true;
 
     fn record_loop(name: &'static str, most: usize, state: &mut [Self], round: Round<Self>) {
-        let known = RECORD.with_borrow(|record| record.functions.iter().any(|f| f.0 == name));
-        if !known {
+        let has_function =
+            RECORD.with_borrow(|record| record.functions.iter().any(|f| f.0 == name));
+        if !has_function {
             let function = function(name, most, state.len(), round);
             RECORD.with_borrow_mut(|record| record.functions.push((name, function)));
         }
-        let place = RECORD.with_borrow_mut(|record| {
-            let own = Loop { name, state: state.to_vec() };
-            let same = record.loops.iter().position(|other| *other == own);
+        let index = RECORD.with_borrow_mut(|record| {
+            let recorded = Loop { name, state: state.to_vec() };
+            let same = record.loops.iter().position(|other| *other == recorded);
             same.unwrap_or_else(|| {
-                record.loops.push(own);
+                record.loops.push(recorded);
                 record.loops.len() - 1
             })
         });
         for (k, number) in state.iter_mut().enumerate() {
-            *number = put(Node::Left(place as u32, k as u32));
+            *number = put(Node::LoopResult(index as u32, k as u32));
         }
     }
 
@@ -274,13 +278,13 @@ impl Scalar for Term {
         if yes == no { yes } else { put(Node::Select(mask, yes, no)) }
     }
 
-    /// Always false: the recorded code must be valid for all values, so it cannot end an iteration early.
+    /// Returns false: the recorded code must be valid for all values, and so it cannot end an iteration early.
     fn settled(_: Self) -> bool {
         false
     }
 }
 
-/// Writes a loop as a C function, which updates the state in place.
+/// Returns the C source of a loop as a function that updates the state `s` in place.
 fn function(name: &str, most: usize, len: usize, round: Round<Term>) -> String {
     let outer = RECORD.replace(Record::new());
     let mut state: Vec<Term> = (0..len).map(Term::given).collect();
@@ -294,18 +298,18 @@ fn function(name: &str, most: usize, len: usize, round: Round<Term>) -> String {
         holds[0]
     );
     for (k, result) in results.iter().enumerate() {
-        writeln!(out, "    s[{k}] = {result};").expect("a string takes all");
+        writeln!(out, "    s[{k}] = {result};").expect("writing to a string cannot fail");
     }
     out + "    }\n}\n"
 }
 
-/// The C functions that the statements of the current record call.
+/// Returns the C functions that the statements of the current record call.
 pub fn functions() -> Vec<String> {
     RECORD.with_borrow(|record| record.functions.iter().map(|f| f.1.clone()).collect())
 }
 
-/// The C statements that compute `results`, and the C expression of each result. `given` returns the C
-/// expression of an input; an input is read just before its first use.
+/// Returns the C statements that compute `results`, and the C expression of each result. `given` returns the C
+/// expression of an input, by its index; the statements read an input just before its first use.
 pub fn statements(results: &[Term], given: &dyn Fn(usize) -> String) -> (String, Vec<String>) {
     RECORD.with_borrow(|record| {
         let nodes = &record.nodes;
@@ -314,8 +318,8 @@ pub fn statements(results: &[Term], given: &dyn Fn(usize) -> String) -> (String,
         for i in (0..nodes.len()).rev() {
             if needed[i] {
                 parts(nodes[i]).iter().flatten().for_each(|term| needed[term.0 as usize] = true);
-                if let Node::Left(place, _) = nodes[i] {
-                    let state = &record.loops[place as usize].state;
+                if let Node::LoopResult(index, _) = nodes[i] {
+                    let state = &record.loops[index as usize].state;
                     state.iter().for_each(|term| needed[term.0 as usize] = true);
                 }
             }
@@ -328,31 +332,32 @@ pub fn statements(results: &[Term], given: &dyn Fn(usize) -> String) -> (String,
         };
         let out = RefCell::new(String::new());
         let mut read = vec![false; nodes.len()];
-        let write =
-            |text: String| writeln!(out.borrow_mut(), "{text}").expect("a string takes all");
+        let write = |text: String| {
+            writeln!(out.borrow_mut(), "{text}").expect("writing to a string cannot fail")
+        };
         let mut line = |i: usize, value: String| write(format!("    double t{i} = {value};"));
         let mut read_given = |term: Term, line: &mut dyn FnMut(usize, String)| {
-            if let Node::Given(place) = nodes[term.0 as usize]
+            if let Node::Given(index) = nodes[term.0 as usize]
                 && !std::mem::replace(&mut read[term.0 as usize], true)
             {
-                line(term.0 as usize, given(place as usize));
+                line(term.0 as usize, given(index as usize));
             }
         };
         for i in (0..nodes.len()).filter(|&i| needed[i]) {
             parts(nodes[i]).iter().flatten().for_each(|&term| read_given(term, &mut line));
             match nodes[i] {
                 Node::Constant(_) | Node::Given(_) => {}
-                Node::Left(place, k) => {
-                    if !std::mem::replace(&mut run[place as usize], true) {
-                        let Loop { name: called, state } = &record.loops[place as usize];
+                Node::LoopResult(index, k) => {
+                    if !std::mem::replace(&mut run[index as usize], true) {
+                        let Loop { name: called, state } = &record.loops[index as usize];
                         state.iter().for_each(|&term| read_given(term, &mut line));
                         let given: Vec<String> = state.iter().map(|&term| name(term)).collect();
                         let given = given.join(", ");
                         write(format!(
-                            "    double l{place}[] = {{{given}}};\n    {called}(l{place});"
+                            "    double l{index}[] = {{{given}}};\n    {called}(l{index});"
                         ));
                     }
-                    line(i, format!("l{place}[{k}]"));
+                    line(i, format!("l{index}[{k}]"));
                 }
                 Node::Add(a, b) => line(i, format!("{} + {}", name(a), name(b))),
                 Node::Subtract(a, b) => line(i, format!("{} - {}", name(a), name(b))),
@@ -377,7 +382,7 @@ pub fn statements(results: &[Term], given: &dyn Fn(usize) -> String) -> (String,
 
 fn parts(node: Node) -> [Option<Term>; 3] {
     match node {
-        Node::Constant(_) | Node::Given(_) | Node::Left(..) => [None; 3],
+        Node::Constant(_) | Node::Given(_) | Node::LoopResult(..) => [None; 3],
         Node::Negate(a) | Node::Call(_, a) => [Some(a), None, None],
         Node::Add(a, b)
         | Node::Subtract(a, b)

@@ -1,16 +1,17 @@
 //! Number types for the equations.
 //!
-//! The equations at a point and of an element are generic over this trait. It is implemented for floating-point
-//! numbers and the dual numbers of [`num_dual`], for [`SimdF64`](super::SimdF64), which contains one number for each of
-//! several elements, for [`Term`](super::Term), which records operations for a device, and for [`Jet`](super::Jet),
-//! which contains derivatives. The equations do not branch on values but compare and select, so that all lanes execute
-//! the same operations, and so that a number type can record operations instead of executing them.
+//! The equations of points and elements are generic over the trait [`Scalar`]. This trait is implemented for
+//! floating-point numbers and the dual numbers of [`num_dual`], for [`SimdF64`](super::SimdF64), which contains one
+//! number for each of several elements, for [`Term`](super::Term), which records operations for a device, and for
+//! [`Jet`](super::Jet), which contains derivatives. The equations do not branch on values. They compare and select
+//! instead, so that all lanes execute the same operations, and so that a number type can record operations instead of
+//! executing them.
 
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
 use num_dual::DualNum;
 
-/// Number, or one number for each of several points, with sums and products.
+/// Number, or one number for each of several points, that supports sums and products.
 pub trait Number:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self> + AddAssign
 {
@@ -21,7 +22,8 @@ pub trait Number:
     fn mul_add(self, b: Self, c: Self) -> Self;
 }
 
-/// One round of a recorded loop: updates the state, and returns whether the state had converged before the update.
+/// Function of one round of a recorded loop. It updates the state, and returns whether the state had converged before
+/// the update.
 pub type Round<T> = fn(&mut [T]) -> <T as Scalar>::Mask;
 
 /// Computation that a number type compiles with its own processor instructions.
@@ -34,13 +36,14 @@ pub trait Computation {
 
 /// Number type of laws, splits and degradation functions.
 ///
-/// The solver evaluates a law over single numbers, over one number for each of several points (SIMD lanes), over numbers
-/// with derivatives, and over terms that are recorded as source code for a device. A law is therefore written for any
-/// `T: Scalar`: constants are `f64` (`x * 2.0`, `x + 1.0`), and a choice that depends on a value is made by
-/// [`less_than`](Self::less_than) and [`select`](Self::select) instead of `if`.
+/// The solver evaluates a law with single numbers, with one number for each of several points (SIMD lanes), with
+/// numbers that have derivatives, and with terms that are recorded as source code for a device. A law is therefore
+/// written for any `T: Scalar`: constants are `f64` (`x * 2.0`, `x + 1.0`), and a choice that depends on a value is
+/// made by [`less_than`](Self::less_than) and [`select`](Self::select) instead of `if`.
 ///
-/// Write `#[inline(always)]` at functions over `T`: they are then compiled with the vector instructions of their caller.
-/// Without the attribute, the result is the same and the function is several times slower.
+/// Functions that are generic over `T` need the attribute `#[inline(always)]`: the compiler then uses the vector
+/// instructions of their caller. Without the attribute, the results are the same, but the function is several times
+/// slower.
 ///
 /// # Example
 /// ```
@@ -70,8 +73,8 @@ pub trait Scalar:
     #[doc(hidden)]
     const RECORDS: bool = false;
 
-    /// Records a loop of at most `_most` rounds over `_state`, which ends once `_round` returns that the state before
-    /// the round had converged. For recording types only.
+    /// Records a loop of at most `_most` rounds over `_state`. The loop ends when `_round` returns that the state
+    /// before the round had converged. For recording types only.
     #[doc(hidden)]
     fn record_loop(_name: &'static str, _most: usize, _state: &mut [Self], _round: Round<Self>) {}
 
@@ -88,10 +91,10 @@ pub trait Scalar:
     /// Returns the absolute value.
     fn abs(self) -> Self;
 
-    /// Returns the larger number.
+    /// Returns the larger of two numbers.
     fn max(self, other: Self) -> Self;
 
-    /// Returns the smaller number.
+    /// Returns the smaller of two numbers.
     fn min(self, other: Self) -> Self;
 
     /// Returns the natural logarithm.
@@ -112,21 +115,22 @@ pub trait Scalar:
         (self.ln() * exponent).exp()
     }
 
-    /// Returns the mask of the points where this number is smaller.
+    /// Returns the mask of the points where this number is less than `other`.
     fn less_than(self, other: Self) -> Self::Mask;
 
     /// Returns the mask of the points where the numbers are equal.
     fn equals(self, other: Self) -> Self::Mask;
 
-    /// Returns `yes` where the comparison is true, `no` elsewhere.
+    /// Returns `yes` at the points where the mask is true, `no` at the other points.
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
 
-    /// Whether the mask is known to be true at all points, so that an iteration can stop or a branch be omitted. Always
-    /// false for numbers with derivatives, which converge later than the values, and for recorded terms.
+    /// Returns whether the mask is certainly true at all points, so that an iteration can stop or a branch can be
+    /// skipped. Always false for numbers with derivatives, whose derivatives converge later than their values, and
+    /// for recorded terms.
     #[doc(hidden)]
     fn settled(mask: Self::Mask) -> bool;
 
-    /// Returns Σ c_k self^k.
+    /// Returns the polynomial Σ c_k self^k, with the coefficient c_k at index k.
     #[inline(always)]
     fn polynomial(self, coefficients: &[f64]) -> Self {
         let mut sum = self.constant(0.0);
@@ -152,14 +156,17 @@ pub trait Lanes: Scalar {
     /// Number of lanes.
     const COUNT: usize;
 
+    /// Returns the token of this value, with which further values can be created.
     fn token(self) -> Self::Token;
 
+    /// Loads the first [`COUNT`](Self::COUNT) values into the lanes.
     fn load(token: Self::Token, values: &[f64; POINTS]) -> Self;
 
+    /// Stores the lanes in the first [`COUNT`](Self::COUNT) entries of `values`.
     fn store(self, values: &mut [f64; POINTS]);
 }
 
-/// Largest number of lanes.
+/// Largest number of lanes of a SIMD number.
 pub const POINTS: usize = 8;
 
 /// Coefficients of artanh(z)/z in powers of z². The truncation error is below 2⁻⁵³ for |z| < 0.18.
@@ -177,6 +184,7 @@ const ARTANH: [f64; 11] = [
     1.0 / 21.0,
 ];
 
+/// Returns the scalar product a · b.
 #[inline(always)]
 pub fn dot<T: Number>(a: &[T; 3], b: &[T; 3]) -> T {
     a[2].mul_add(b[2], a[1].mul_add(b[1], a[0] * b[0]))

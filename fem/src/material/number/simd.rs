@@ -1,7 +1,8 @@
 //! SIMD numbers: one value for each of several points.
 //!
-//! Instructions beyond the baseline are inlined only into functions that are inlined too. All functions here are
-//! therefore inlined, and code that uses these numbers has loops instead of closures.
+//! The compiler inlines SIMD instructions beyond the baseline of the processor only into functions that are
+//! themselves inlined into the code that [`dispatch`] runs. All functions here are therefore `#[inline(always)]`, and
+//! code that uses these numbers has loops instead of closures.
 
 use std::f64::consts::{FRAC_1_SQRT_2, LN_2, LOG2_E};
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
@@ -10,12 +11,12 @@ use faer::traits::pulp::{self, Simd, WithSimd};
 
 use super::scalar::{Computation, Lanes, Number, POINTS, Scalar};
 
-/// Number of registers per value when laws are evaluated: one register computes while the other waits for a square
-/// root or a quotient.
+/// Number of registers per value when laws are evaluated. With two registers, the processor computes with one
+/// register while the other register waits for a square root or a quotient.
 pub const REGISTERS: usize = 2;
 
-/// Runs `work` with AVX2 or Neon if the processor supports it, else without vector instructions. The SIMD types are
-/// those of `OverScalars`.
+/// Runs `work` with AVX2 or Neon instructions if the processor supports them, else without vector instructions. The
+/// SIMD types here must be the SIMD types of `OverScalars`.
 pub fn dispatch<W: WithSimd>(work: W) -> W::Output {
     #[cfg(target_arch = "x86_64")]
     return match pulp::x86::V3::try_new() {
@@ -123,6 +124,7 @@ with_constant!(Sub, sub);
 with_constant!(Mul, mul);
 with_constant!(Div, div);
 
+/// Computation that runs with the vector instructions of its caller.
 struct Vectorized<W>(W);
 
 impl<W: Computation> WithSimd for Vectorized<W> {
@@ -167,7 +169,7 @@ impl<S: Simd> SimdF64<S> {
     #[inline(always)]
     fn exponential_parts(self) -> [Self; 2] {
         const MANTISSA: u32 = 52;
-        // the sum of this number and an integer has the integer in its last bits, and is rounded
+        // adding this number rounds to an integer, and stores the integer in the last bits of the sum
         const ROUND: f64 = 1.5 * (1u64 << MANTISSA) as f64;
         let shifted = self.mul_add(self.constant(LOG2_E), self.constant(ROUND));
         let k = shifted - self.constant(ROUND);
@@ -192,15 +194,17 @@ impl<S: Simd> SimdF64<S> {
         Self::select(self.equals(self), value, self)
     }
 
-    /// Limits the number to the range in which e^self is a normal number.
+    /// Limits the number to the range in which e^self is a normal floating-point number.
     #[inline(always)]
     fn limited_exponent(self) -> Self {
         self.max(self.constant(-708.0)).min(self.constant(708.0))
     }
 }
 
-/// ln 2 = `LN_2_HIGH` + `LN_2_LOW`; the first summand has 32 trailing zeros, so that its multiples are exact.
+/// High part of ln 2 = `LN_2_HIGH` + `LN_2_LOW`. This part has 32 trailing zero bits, so that its multiples k
+/// `LN_2_HIGH` are exact.
 const LN_2_HIGH: f64 = 0.693_147_180_369_123_8;
+/// Low part of ln 2.
 const LN_2_LOW: f64 = 1.908_214_929_270_587_7e-10;
 
 /// Coefficients of (e^r − 1 − r)/r² in powers of r. The truncation error is below 2⁻⁵⁵ for |r| ≤ ½ ln 2.
@@ -273,7 +277,8 @@ impl<S: Simd> Scalar for SimdF64<S> {
     comparison!(less_than, less_than_f64s);
     comparison!(equals, equal_f64s);
 
-    /// With 1 + x = 2^k (1 + f), the result is k ln 2 + 2 artanh(f / (2 + f)), where |f / (2 + f)| < 0.172. NaN for x ≤ −1.
+    /// Returns ln(1 + x); NaN for x ≤ −1. With 1 + x = 2^k (1 + f), the result is k ln 2 + 2 artanh(f / (2 + f)),
+    /// where |f / (2 + f)| < 0.172.
     #[inline(always)]
     fn ln_1p(self) -> Self {
         let one = self.constant(1.0);
@@ -287,7 +292,7 @@ impl<S: Simd> Scalar for SimdF64<S> {
         Self::select(zero.less_than(argument), logarithm, self.constant(f64::NAN))
     }
 
-    /// With x = 2^k (1 + f), the result is k ln 2 + 2 artanh(f / (2 + f)). NaN for x ≤ 0.
+    /// Returns ln x; NaN for x ≤ 0. With x = 2^k (1 + f), the result is k ln 2 + 2 artanh(f / (2 + f)).
     #[inline(always)]
     fn ln(self) -> Self {
         let [exponent, mantissa] = self.binary_parts();

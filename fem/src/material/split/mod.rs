@@ -1,7 +1,9 @@
-//! Splits of the elastic energy into a part that damage degrades and a part that it spares.
+//! Splits of the elastic energy into a part ψ⁺ that damage degrades and a part ψ⁻ that damage does not degrade
+//! (spares).
 //!
-//! A split is an [`EnergySplit`]. A split of this crate is one file, with the degraded terms of Hencky's energy besides
-//! (mixtures need them), and one line in [`Split`], [`Split::shares`], [`Degraded::spares`] and [`Degraded::respond`].
+//! A split implements [`EnergySplit`]. A split of this crate needs one file, which also lists the degraded terms of
+//! Hencky's energy for mixtures, and one line each in [`Split`], [`Split::shares`], [`Degraded::spares`] and
+//! [`Degraded::respond`].
 
 mod shares;
 mod spectral;
@@ -33,21 +35,22 @@ pub enum Split {
     ///
     /// Reference: Amor, Marigo & Maurini, J. Mech. Phys. Solids 57 (2009) 1209, doi:10.1016/j.jmps.2009.04.011.
     VolumetricDeviatoric,
-    /// ψ⁺ = λ/2 ⟨tr ε⟩₊² + μ Σ ⟨ε_i⟩₊²: only extension drives damage.
+    /// ψ⁺ = λ/2 ⟨tr ε⟩₊² + μ Σ ⟨ε_i⟩₊²: only extension drives damage. For Hencky's law only.
     ///
     /// Reference: Miehe, Hofacker & Welschinger, Comput. Methods Appl. Mech. Engrg. 199 (2010) 2765,
-    /// doi:10.1016/j.cma.2010.04.011, here in logarithmic strains. For Hencky's law only.
+    /// doi:10.1016/j.cma.2010.04.011, here in logarithmic strains.
     Spectral,
 }
 
 impl Split {
-    /// Whether the terms of Hencky's energy are λ/2 (tr ε)² and μ ε_i², instead of K/2 (tr ε)² and μ dev ε_i².
+    /// Returns whether the terms of Hencky's energy are λ/2 (tr ε)² and μ ε_i², instead of K/2 (tr ε)² and μ dev
+    /// ε_i².
     #[inline(always)]
     pub(super) fn is_spectral(self) -> bool {
         self == Split::Spectral
     }
 
-    /// Returns the degraded terms of Hencky's energy.
+    /// Returns 1 for each term of Hencky's energy that damage degrades, 0 for the other terms.
     #[inline(always)]
     pub(super) fn shares<T: Scalar>(self, strains: &Strains<T>) -> Shares<T> {
         let one = strains.log[0].constant(1.0);
@@ -67,7 +70,7 @@ pub struct Degraded {
     pub hybrid: bool,
 }
 
-/// Split of this crate, or of the user.
+/// Split of this crate, or user-defined split.
 #[derive(Clone, Debug, PartialEq)]
 pub enum PointSplit {
     Standard(Split),
@@ -75,17 +78,18 @@ pub enum PointSplit {
 }
 
 impl Degraded {
-    /// The whole energy is degraded. Also used for elastic materials.
+    /// Degradation of the whole energy; also used for elastic materials.
     pub const ALL: Self = Self { split: PointSplit::Standard(Split::None), hybrid: false };
 
-    /// Whether the split spares a part of the energy at any point with this tr ε.
+    /// Returns whether the split spares a part of the energy at any of the points (lanes). `trace` is tr ε of the
+    /// points.
     #[inline(always)]
     pub(super) fn spares<T: Scalar>(&self, trace: T) -> bool {
         match &self.split {
             PointSplit::Standard(Split::VolumetricDeviatoric) => {
                 !T::settled(trace.abs().equals(trace))
             }
-            // Hencky's law alone has a spectral split, by its terms
+            // only Hencky's law has a spectral split, which it applies to the terms of its energy
             PointSplit::Standard(Split::None | Split::Spectral) => false,
             PointSplit::User(_) => true,
         }

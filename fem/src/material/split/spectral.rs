@@ -5,7 +5,7 @@ use super::volumetric_deviatoric;
 use crate::material::number::Scalar;
 use crate::material::principal::Strains;
 
-/// Returns the degraded terms of Hencky's energy.
+/// Returns 1 for each term of Hencky's energy that damage degrades, 0 for the other terms.
 #[inline(always)]
 pub(super) fn shares<T: Scalar>(strains: &Strains<T>) -> Shares<T> {
     let mut out = volumetric_deviatoric::shares(strains);

@@ -1,4 +1,4 @@
-//! Splits from outside the crate.
+//! User-defined splits.
 
 use std::fmt::Debug;
 use std::sync::Arc;
@@ -8,10 +8,10 @@ use crate::material::principal::Strains;
 use crate::material::response::ElasticResponse;
 use crate::material::strain::PrincipalStrain;
 
-/// Split of the elastic energy, given by the part that damage spares.
+/// Split of the elastic energy, given by the part ψ⁻ that damage does not degrade (spares).
 ///
-/// The energy is ψ = ψ⁺ + ψ⁻. Damage degrades ψ⁺, which drives damage; it spares ψ⁻. The split returns ψ⁻, its stress
-/// and its tangent; the difference to the whole response is the degraded part.
+/// The energy is ψ = ψ⁺ + ψ⁻. Damage degrades ψ⁺, and ψ⁺ drives damage. The split returns ψ⁻ with its stress and
+/// tangent; the rest of the response is the degraded part.
 ///
 /// # Example
 /// The star-convex split: ψ⁻ = (1 + γ) U(J) in compression, with the volumetric energy U (Vicentini, Zolesi, Carrara,
@@ -40,22 +40,22 @@ use crate::material::strain::PrincipalStrain;
 /// fem::assert_material(&matrix, Some(&PhaseField::new(0.06)));
 /// ```
 pub trait EnergySplit: Debug + Send + Sync + 'static {
-    /// Returns ψ⁻ with its stress and tangent. Write `#[inline(always)]`, so that it is compiled with vector
-    /// instructions.
+    /// Returns ψ⁻ with its stress and tangent. Write `#[inline(always)]`, so that the function is compiled with
+    /// vector instructions.
     fn spared<T: Scalar>(&self, point: &ElasticPoint<T>) -> ElasticResponse<T>;
 }
 
-/// Undamaged state of a point, as an [`EnergySplit`] needs it.
+/// Undamaged state of a point: the input of an [`EnergySplit`].
 #[derive(Clone, Copy, Debug)]
 pub struct ElasticPoint<T> {
     /// Principal strains.
     pub strain: PrincipalStrain<T>,
-    /// x coth x with x = ε_i − ε_j; the index is that of the third strain.
+    /// x coth x with x = ε_i − ε_j; entry k belongs to the pair (i, j) of the other two strains.
     pub coth: [T; 3],
     /// Response without damage.
     pub response: ElasticResponse<T>,
-    /// U, U′ and U″ (MPa): the energy of the pure change of volume with the point's tr ε, and its derivatives with
-    /// respect to tr ε.
+    /// U, U′ and U″ (MPa): the energy of a pure change of volume with the same tr ε as the point, and the derivatives
+    /// of this energy with respect to tr ε.
     pub volumetric: [T; 3],
     /// Bulk and shear modulus at small strain, MPa.
     pub moduli: [T; 2],
@@ -74,9 +74,9 @@ impl<T: Scalar> ElasticPoint<T> {
     }
 }
 
-/// Split of the user, as stored in [`Material::split`](crate::Material::split).
+/// User-defined split, as stored in [`Material::split`](crate::Material::split).
 ///
-/// Clones share the split; two values are equal if they share it.
+/// Clones share the split; two values are equal if they share the same split.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UserSplit(OverScalars<Splits>);
 
@@ -92,7 +92,7 @@ impl UserSplit {
     }
 }
 
-/// The family of splits.
+/// [`Family`] of the user-defined splits.
 struct Splits;
 
 impl Family for Splits {
@@ -116,6 +116,7 @@ impl<T: Scalar, L: EnergySplit> SparedPart<T> for L {
     }
 }
 
+/// Evaluation of a split with the processor instructions of the number type.
 struct Spared<'a, T, L> {
     split: &'a L,
     point: &'a ElasticPoint<T>,

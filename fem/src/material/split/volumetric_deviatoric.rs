@@ -6,7 +6,7 @@ use crate::material::number::Scalar;
 use crate::material::principal::Strains;
 use crate::material::response::ElasticResponse;
 
-/// Returns the degraded terms of Hencky's energy.
+/// Returns 1 for each term of Hencky's energy that damage degrades, 0 for the other terms.
 #[inline(always)]
 pub(super) fn shares<T: Scalar>(strains: &Strains<T>) -> Shares<T> {
     let trace = strains.trace();
@@ -15,7 +15,7 @@ pub(super) fn shares<T: Scalar>(strains: &Strains<T>) -> Shares<T> {
     Shares { volume: T::select(trace.less_than(zero), zero, one), principal: [one; 3] }
 }
 
-/// The split of any law: ψ⁻ = U(tr ε) in compression.
+/// Volumetric–deviatoric split of any law: ψ⁻ = U(tr ε) in compression, zero in extension.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct VolumetricDeviatoric;
 

@@ -1,7 +1,7 @@
-//! The product with the matrix-free tangent on the elements of a chunk.
+//! Product with the matrix-free tangent on the elements of a chunk.
 //!
-//! SIMD intrinsics beyond the baseline are inlined only into functions that are themselves inlined. Registers
-//! are therefore filled by loops and not by closures, such as the argument of `array::from_fn`.
+//! The compiler inlines SIMD intrinsics beyond the baseline only into functions that are themselves inlined.
+//! Registers are therefore filled by loops, and not by closures such as the argument of `array::from_fn`.
 
 use faer::traits::pulp::{Simd, WithSimd};
 
@@ -11,10 +11,11 @@ use super::lanes::{Rows, Stored};
 use crate::operator::kernel::DataLayout;
 use crate::operator::layout::{Aligned, Chunk, LANES, Layout};
 
-/// Computes y += A x for the elements of a chunk; x and y are the values of the chunk's nodes.
+/// Product y += A x on the elements of a chunk; x and y are the values of the chunk's nodes.
 pub(super) struct ChunkProduct<'a, T: Stored> {
     pub(super) layout: &'a Layout,
     pub(super) chunk: &'a Chunk,
+    /// Stored data of the tangents of the chunk's elements.
     pub(super) data: &'a [T::Pack],
     pub(super) x: &'a [Aligned],
     pub(super) y: &'a mut [Aligned],
@@ -29,7 +30,7 @@ impl<T: Stored> WithSimd for ChunkProduct<'_, T> {
     }
 }
 
-/// The elements of a chunk and the instruction set.
+/// Elements of a chunk, and the instruction set for them.
 struct Elements<'a, T: Stored, S> {
     chunk: ChunkProduct<'a, T>,
     simd: S,
@@ -53,8 +54,8 @@ impl<T: Stored, S: Simd> PerKind for Elements<'_, T, S> {
 }
 
 impl<T: Stored> ChunkProduct<'_, T> {
-    /// Computes the product for elements with `N` nodes, `C` fields, `D` damage points and `L` entries of the
-    /// local part.
+    /// Computes the product for elements with `N` nodes, `C` fields per node (three displacements, and damage if
+    /// there is any), `D` damage points and `L` entries of the local part of the φ block.
     #[inline(always)]
     fn elements<
         S: Simd,
@@ -70,7 +71,7 @@ impl<T: Stored> ChunkProduct<'_, T> {
         let zero = T::splat(simd, 0.0);
         let lanes = T::lanes::<S>();
         let width = DataLayout::for_kind(self.layout.rule.points.len(), D, L, PLAIN).width();
-        // the values of a linear element's nodes fit into registers, those of a quadratic element do not
+        // the nodal values of a linear element fit into registers, the nodal values of a quadratic element do not
         let rows_at_once = if N == 4 { lanes } else { LANES };
         for (batch, local) in self.chunk.local.chunks_exact(N).enumerate() {
             for first in (0..LANES).step_by(rows_at_once) {

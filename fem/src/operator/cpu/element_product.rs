@@ -1,4 +1,4 @@
-//! The product with the matrix-free tangent for one register of elements.
+//! Product with the matrix-free tangent for one register of elements.
 
 use std::marker::PhantomData;
 
@@ -9,8 +9,8 @@ use crate::material::Number;
 use crate::operator::kernel::{Contraction, DataLayout, Load, first_or_add};
 use crate::operator::layout::{Layout, MIDDLE};
 
-/// The product for one register of elements with `C` fields, `D` damage points and `L` entries of the local part.
-/// `PLAIN` elements are straight and not mixtures.
+/// Product for one register of elements with `C` fields per node, `D` damage points and `L` entries of the local part
+/// of the φ block. `PLAIN` elements are straight and not mixtures.
 #[derive(Debug)]
 pub(crate) struct ElementProduct<
     'a,
@@ -25,11 +25,11 @@ pub(crate) struct ElementProduct<
     pub simd: S,
     /// Index of the register within a pack.
     pub register: usize,
-    /// Stored data, beginning with those of these elements.
+    /// Stored data, starting with the data of these elements.
     pub data: &'a [T::Pack],
 }
 
-/// Loads one register of a pack of precision `T`.
+/// Loader that reads one SIMD register from a pack of precision `T`.
 #[derive(Clone, Copy)]
 struct PackLoader<T, S> {
     simd: S,
@@ -56,7 +56,7 @@ const AHEAD: usize = 128;
 /// Number of packs in a cache line.
 const PER_LINE: usize = 2;
 
-/// Values at the damage points: φ, g′ φ, and the sum of the contributions of the elastic points.
+/// Values at the damage points: φ, g′ φ, and the sum of the driving energies from the elastic points.
 struct DamagePoints<V, const D: usize> {
     phi: [V; D],
     change_of_g: [V; D],
@@ -81,7 +81,7 @@ impl<T: Precision, S: Simd, const PLAIN: bool, const C: usize, const D: usize, c
         self.loader().constant(x)
     }
 
-    /// Prefetches the data that follow the data of `count` packs from `offset` at some distance.
+    /// Prefetches `count` packs from index `offset + AHEAD` on, which later elements use.
     #[inline(always)]
     fn prefetch_after(&self, offset: usize, count: usize) {
         for k in (0..count).step_by(PER_LINE) {
@@ -89,6 +89,7 @@ impl<T: Precision, S: Simd, const PLAIN: bool, const C: usize, const D: usize, c
         }
     }
 
+    /// Returns φ and g′ φ at the damage points, with zero driving energy.
     #[inline(always)]
     fn damage_points<const N: usize>(
         &self,
@@ -115,7 +116,8 @@ impl<T: Precision, S: Simd, const PLAIN: bool, const C: usize, const D: usize, c
         points
     }
 
-    /// The flux at elastic point q for the differences `du` = ∂u/∂λ_k − ∂u/∂λ₀ of the fields.
+    /// Returns the flux at elastic point q for the differences `du` = ∂u/∂λ_k − ∂u/∂λ₀ of the fields, and adds the
+    /// driving energy to `points`.
     #[inline(always)]
     fn flux(
         &self,
@@ -159,7 +161,7 @@ impl<T: Precision, S: Simd, const PLAIN: bool, const C: usize, const D: usize, c
         flux
     }
 
-    /// Adds the terms of the φ rows that contain no gradient.
+    /// Adds the terms of the φ equations that contain no gradient of the shape functions.
     #[inline(always)]
     fn add_local<const N: usize>(
         &self,
@@ -186,7 +188,7 @@ impl<T: Precision, S: Simd, const PLAIN: bool, const C: usize, const D: usize, c
         }
     }
 
-    /// The product for linear elements, by node.
+    /// Returns the product for linear elements, by node and field.
     #[inline(always)]
     pub(crate) fn linear<const N: usize>(
         &self,
@@ -212,9 +214,11 @@ impl<T: Precision, S: Simd, const PLAIN: bool, const C: usize, const D: usize, c
         r
     }
 
-    /// The product for quadratic elements. With M_kj = 4 u_kj, where u_kj is u at the node between vertices k
-    /// and j, ∂u/∂λ_k = Σ_j λ_j M_kj − u_k. At each elastic point λ_j is split into the smallest λ and an
-    /// excess; the sum with the smallest λ is computed once for all points.
+    /// Returns the product for quadratic elements, by node and field.
+    ///
+    /// Let u_kj be u at the node between vertices k and j. Then ∂u/∂λ_k = 4 Σ_j λ_j u_kj − u_k. At each elastic
+    /// point, λ_j is split into the smallest λ and an excess. The sum with the smallest λ is computed once for all
+    /// points.
     #[inline(always)]
     pub(crate) fn quadratic<const N: usize>(
         &self,

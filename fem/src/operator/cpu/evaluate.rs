@@ -1,4 +1,4 @@
-//! The computations on elements: residual, tangent, stored data, stresses, state.
+//! Computations on elements: residual, tangent, stored data, stresses, state.
 
 use faer::traits::pulp::Simd;
 
@@ -62,7 +62,8 @@ impl<const N: usize> Evaluate<N> for ResidualsOf<'_, N> {
 /// Length of a stack buffer that holds the stored data of a linear element with its principal axes.
 const FEW: usize = 51;
 
-/// Buffers for the stored data of the elements of a register: those of a linear element fit on the stack.
+/// Buffer for the stored data of one register of elements. The data of linear elements fit into `few`, which is on
+/// the stack.
 pub(crate) struct DataBuffers<S: Simd> {
     few: [SimdF64<S>; FEW],
     many: Vec<SimdF64<S>>,
@@ -97,7 +98,7 @@ impl<const N: usize> Evaluate<N> for TangentsOf<'_, N> {
 
     #[inline(always)]
     fn scratch<S: Simd>(&self, simd: S) -> DataBuffers<S> {
-        // sized for elements that are not plain, which need the most
+        // sized for elements that are not plain, which have the most data
         DataBuffers::new(simd, DataLayout::new(self.rule, false).width_with_axes())
     }
 
@@ -130,7 +131,7 @@ impl<const N: usize> Evaluate<N> for TangentsOf<'_, N> {
     }
 }
 
-/// Writes the stored data of a batch; its arguments are the index of the batch and its data.
+/// Function that writes the stored data of a batch. Its arguments are the index of the batch and the data.
 pub(crate) type WriteBatch<'a> = &'a mut dyn FnMut(usize, &[[f64; LANES]]);
 
 /// Stored data of listed elements, batch by batch.
@@ -145,7 +146,7 @@ pub(crate) struct PointDataOf<'a> {
 }
 
 impl<const N: usize> Evaluate<N> for PointDataOf<'_> {
-    /// The stored data of one register, and those of a batch.
+    /// Stored data of one register, and stored data of a batch.
     type Scratch<S: Simd> = (Vec<SimdF64<S>>, Vec<[f64; LANES]>);
 
     #[inline(always)]

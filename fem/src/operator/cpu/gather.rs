@@ -1,4 +1,4 @@
-//! Gathers the state of elements into SIMD lanes, and stores values of lanes by element.
+//! Transfer of element values into SIMD lanes, and of results from lanes to elements.
 
 use faer::traits::pulp::Simd;
 
@@ -10,7 +10,7 @@ use crate::operator::increment::Increment;
 use crate::operator::kernel::ElementState;
 use crate::operator::layout::LANES;
 
-/// Data of an increment that all elements share.
+/// Data of an increment from which the state of elements is gathered.
 pub struct Gather<'a, const N: usize> {
     space: &'a Space<N>,
     increment: &'a Increment<'a>,
@@ -20,7 +20,7 @@ pub struct Gather<'a, const N: usize> {
     pub lane_of_row: [usize; LANES],
 }
 
-/// Storage for the values to which [`ElementState`] refers.
+/// Storage for the values that an [`ElementState`] borrows.
 pub struct Buffers<T> {
     /// Geometry if all elements are straight.
     straight: [Geometry<T>; 1],
@@ -42,7 +42,7 @@ impl<T: Lanes> Buffers<T> {
 impl<'a, const N: usize> Gather<'a, N> {
     pub fn new(space: &'a Space<N>, rule: Homogenisation, increment: &'a Increment<'a>) -> Self {
         let Increment { materials, context, .. } = increment;
-        // all regions have the same damage model, so the first one is used
+        // all regions with damage have the same crack density
         let damage = materials.iter().find_map(|m| m.damage.as_ref());
         Self {
             space,
@@ -53,7 +53,7 @@ impl<'a, const N: usize> Gather<'a, N> {
         }
     }
 
-    /// The state of the elements in all lanes.
+    /// Gathers the state of the elements `tets`, one element per lane.
     #[inline(always)]
     pub fn elements<'b, T: Lanes>(
         &'b self,
@@ -125,7 +125,7 @@ impl<'a, const N: usize> Gather<'a, N> {
         }
     }
 
-    /// Loads the state at the start of the increment; zero if the increment has none.
+    /// Loads the state at the start of the increment; zero if the increment has no state.
     #[inline(always)]
     fn fill_state<T: Lanes>(&self, token: T::Token, tets: [usize; POINTS], state: &mut Vec<T>) {
         let width = self.element_state_len();
@@ -145,12 +145,12 @@ impl<'a, const N: usize> Gather<'a, N> {
         }
     }
 
-    /// Number of state values per element.
+    /// Returns the number of state values per element.
     pub fn element_state_len(&self) -> usize {
         self.regions.state_len() * self.space.rule.points.len()
     }
 
-    /// The geometry of the elements in all lanes at elastic point q.
+    /// Gathers the geometry of the elements `tets` at elastic point q.
     #[inline(always)]
     fn geometry<T: Lanes>(&self, token: T::Token, tets: [usize; POINTS], q: usize) -> Geometry<T> {
         let mut columns = [[0.0; POINTS]; 10];

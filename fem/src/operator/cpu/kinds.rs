@@ -1,13 +1,13 @@
-//! The kinds of elements for which the product with the tangent is compiled.
+//! Kinds of elements for which the product with the tangent is compiled.
 
 use crate::element::Rule;
 
-/// A computation that is compiled for each kind of element.
+/// Computation that is compiled for each kind of element.
 pub(crate) trait PerKind {
     type Output;
 
-    /// Runs the computation for elements with `N` nodes, `C` fields, `D` damage points and `L` entries of the
-    /// local part. `PLAIN` elements are straight and not mixtures.
+    /// Runs the computation for elements with `N` nodes, `C` fields per node, `D` damage points and `L` entries of
+    /// the local part of the φ block. `PLAIN` elements are straight and not mixtures.
     fn for_kind<const PLAIN: bool, const N: usize, const C: usize, const D: usize, const L: usize>(
         self,
     ) -> Self::Output;

@@ -9,14 +9,14 @@ pub(crate) use crate::material::dispatch;
 use crate::material::{Number, SimdF32, SimdF64, Term};
 use crate::operator::layout::LANES;
 
-/// One value of as many elements as fit into 32 bytes, an AVX2 register. Wider registers bring no gain,
-/// because memory bandwidth is the limit. The alignment keeps a pack within one cache line.
+/// Pack: one value of each of several elements, 32 bytes in total, the size of an AVX2 register. Wider registers are
+/// not faster, because memory bandwidth is the limit. The alignment keeps a pack within one cache line.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(32))]
 pub(crate) struct Pack<T, const W: usize>([T; W]);
 
 impl<T: Copy, const W: usize> Pack<T, W> {
-    /// The same value for all elements.
+    /// Creates a pack with the same value for all elements.
     pub(crate) const fn splat(x: T) -> Self {
         Self([x; W])
     }
@@ -36,25 +36,27 @@ impl<T, const W: usize> AsMut<[T]> for Pack<T, W> {
     }
 }
 
-/// Four values of each element of a batch, element by element.
+/// Four values of each element of a batch, one row per element.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(32))]
 pub(crate) struct Rows<T>(pub [[T; 4]; LANES]);
 
-/// The number type of a product with the tangent.
+/// Number type of a product with the tangent.
 pub(crate) trait Precision:
     Copy + Default + Send + Sync + std::fmt::Debug + 'static
 {
-    /// Values of several elements, side by side.
+    /// Values of several elements that are consecutive in memory.
     type Pack: Copy + Send + Sync + std::fmt::Debug + AsRef<[Self]> + AsMut<[Self]> + 'static;
-    /// A SIMD register of numbers.
+    /// SIMD register of numbers.
     type Register<S: Simd>: Number;
 
+    /// Creates a register with the same value in all lanes.
     fn splat<S: Simd>(simd: S, x: f64) -> Self::Register<S>;
+    /// Loads register number `register` of a pack.
     fn load<S: Simd>(simd: S, pack: &Self::Pack, register: usize) -> Self::Register<S>;
 }
 
-/// The floating-point type in which point data are stored.
+/// Floating-point type in which the data of the tangent are stored.
 pub(crate) trait Stored: Precision + Pod {
     /// Number of elements in a pack.
     const WIDTH: usize;
@@ -62,15 +64,17 @@ pub(crate) trait Stored: Precision + Pod {
 
     /// Rounds a number to this type.
     fn narrow(x: f64) -> Self;
+    /// Converts to double precision.
     fn widen(self) -> f64;
 
-    /// Number of lanes of a register; divides the width of a pack.
+    /// Returns the number of lanes of a register, which divides the width of a pack.
     fn lanes<S: Simd>() -> usize;
+    /// Stores register number `register` of a pack.
     fn store<S: Simd>(pack: &mut Self::Pack, register: usize, x: Self::Register<S>);
-    /// Transposes rows: loads the four columns of as many rows as a register has lanes. The order of the
-    /// lanes is given by [`lane_of_row`]; [`Stored::rows`] reverses it.
+    /// Loads the rows of one register as four columns: column c has value c of each row, with one row per lane.
+    /// [`lane_of_row`] returns the order of the rows in the lanes. [`Stored::rows`] is the inverse operation.
     fn columns<S: Simd>(simd: S, rows: &Rows<Self>, register: usize) -> [Self::Register<S>; 4];
-    /// Stores four columns as rows, the inverse of [`Stored::columns`].
+    /// Stores four columns as the rows of one register, the inverse of [`Stored::columns`].
     fn rows<S: Simd>(
         simd: S,
         columns: &[Self::Register<S>; 4],
@@ -89,7 +93,7 @@ pub(crate) fn prefetch<T>(data: &[T], index: usize) {
     }
 }
 
-/// Position of each row of a batch in its packs, as produced by [`Stored::columns`].
+/// Returns the lane of each row of a batch in its packs, in the order that [`Stored::columns`] produces.
 pub(crate) fn lane_of_row<T: Stored>() -> [usize; LANES] {
     struct Lanes<T>(PhantomData<T>);
     impl<T: Stored> WithSimd for Lanes<T> {
@@ -117,7 +121,7 @@ pub(crate) fn lane_of_row<T: Stored>() -> [usize; LANES] {
     dispatch(Lanes(PhantomData::<T>))
 }
 
-/// Records one element at a time: a register and a pack are a single number.
+/// For recording, a register and a pack are a single number of a single element.
 impl Precision for Term {
     type Pack = Pack<Self, 1>;
     type Register<S: Simd> = Self;

@@ -1,6 +1,6 @@
-//! The tangent applied element by element from stored data, without assembly of a matrix.
+//! Tangent that is applied element by element from stored data, without assembly of a matrix.
 //!
-//! The stored data of [`LANES`] elements are interleaved, so that one SIMD instruction processes several
+//! The stored data of the elements of a batch are interleaved, so that one SIMD instruction processes several
 //! elements. The instruction set is chosen at run time.
 
 use std::sync::Arc;
@@ -19,12 +19,14 @@ use crate::operator::kernel::{DataLayout, diagonal, write_blocks};
 use crate::operator::layout::{Aligned, Chunk, LANES, Layout, VACANT};
 use crate::operator::pattern::{Block, Tangent};
 
-/// Number of chunks of quadratic elements whose linear tangents are computed before they are added: 16 MB.
+/// Number of chunks of quadratic elements whose linear tangents are computed before they are added; the tangents take
+/// 16 MB.
 const AT_ONCE: usize = 16;
-/// Number of elements from which the tangent is stored in single precision, to save memory.
+/// Smallest number of elements for which the tangent is stored in single precision, to save memory.
 pub const SINGLE_FROM: usize = 400_000;
 
-/// A matrix-free product for a mesh; the number of elements decides the precision of the stored data.
+/// Creates a matrix-free product for a mesh. The number of elements `tets` determines the precision of the stored
+/// data.
 pub fn product(layout: Arc<Layout>, tets: usize) -> Box<dyn Product> {
     if tets < SINGLE_FROM {
         Box::new(MatrixFree::<f64>::new(layout))
@@ -33,14 +35,16 @@ pub fn product(layout: Arc<Layout>, tets: usize) -> Box<dyn Product> {
     }
 }
 
-/// The tangent at some fields, as stored data.
+/// Matrix-free tangent, as stored data.
 #[derive(Debug)]
 pub(crate) struct MatrixFree<T: Stored> {
     layout: Arc<Layout>,
-    /// Stored data by chunk; within a chunk by batch, then by pack of the batch, then by entry.
+    /// Stored data by chunk; within a chunk ordered by batch, then by pack of the batch, then by entry of
+    /// [`DataLayout`].
     data: Vec<Vec<T::Pack>>,
-    /// Position of each element of a batch in its packs.
+    /// Lane of each element of a batch in its packs.
     lane_of_row: [usize; LANES],
+    /// Results of a product by chunk and node of the chunk.
     copies: Vec<Aligned>,
 }
 
@@ -54,7 +58,7 @@ impl<T: Stored> MatrixFree<T> {
         Self { layout, data, lane_of_row: lane_of_row::<T>(), copies: Vec::new() }
     }
 
-    /// The stored data by chunk.
+    /// Returns the stored data by chunk.
     pub(crate) fn data(&self) -> &[Vec<T::Pack>] {
         &self.data
     }
@@ -144,7 +148,7 @@ impl<T: Stored> Product for MatrixFree<T> {
     }
 }
 
-/// The stored data of a chunk, and the rule with which they are read.
+/// Stored data of a chunk, with the integration rule by which the data are read.
 #[derive(Clone, Copy)]
 struct ChunkData<'a, T: Stored> {
     rule: &'a Rule,
@@ -153,7 +157,7 @@ struct ChunkData<'a, T: Stored> {
     lane_of_row: &'a [usize; LANES],
 }
 
-/// Position of an element in a chunk.
+/// Position of an element in a chunk: index of the batch, and row within the batch.
 #[derive(Clone, Copy)]
 struct Position {
     batch: usize,
@@ -161,7 +165,7 @@ struct Position {
 }
 
 impl<T: Stored> ChunkData<'_, T> {
-    /// Number of parts: a part is the number of elements that one SIMD number holds.
+    /// Returns the number of parts of the chunk. A part has as many elements as one SIMD number has lanes.
     fn parts<S: Simd>(&self) -> usize {
         self.chunk.tets.len() / SimdF64::<S>::COUNT
     }
@@ -183,7 +187,7 @@ impl<T: Stored> ChunkData<'_, T> {
         }
     }
 
-    /// The elements of a part and their lanes, in the order of the chunk.
+    /// Iterates over the elements of a part and their lanes, in the order of the chunk; vacant lanes are omitted.
     fn elements<S: Simd>(&self, part: usize) -> impl Iterator<Item = (Position, usize)> {
         let first = part * SimdF64::<S>::COUNT;
         let (batch, begin) = (first / LANES, first % LANES);
@@ -195,7 +199,8 @@ impl<T: Stored> ChunkData<'_, T> {
     }
 }
 
-/// Computes the diagonal of each element and calls `add` for each of its nodes.
+/// Computation of the diagonal of each element. `add` is called with the element, the node number within the element,
+/// and the four diagonal values of this node.
 struct Diagonal<'a, T: Stored, const N: usize> {
     stored: ChunkData<'a, T>,
     add: &'a mut dyn FnMut(Position, usize, &[f64; 4]),
@@ -226,7 +231,8 @@ impl<T: Stored, const N: usize> WithSimd for Diagonal<'_, T, N> {
     }
 }
 
-/// Computes the tangents of linear shape functions on the elements of a chunk.
+/// Computation of the tangents of linear shape functions on the elements of a chunk. `elements` receives element
+/// number and blocks.
 struct LinearTangents<'a, T: Stored> {
     stored: ChunkData<'a, T>,
     elements: &'a mut Vec<(u32, [[Block; 4]; 4])>,

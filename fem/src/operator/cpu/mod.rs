@@ -1,4 +1,4 @@
-//! The element equations on the processor: several elements per SIMD register, chunks of elements on threads.
+//! Element equations on the processor: several elements per SIMD register, chunks of elements distributed to threads.
 
 mod chunk;
 mod element_product;

@@ -7,32 +7,35 @@ use crate::material::{
 };
 use crate::operator::kernel::Constants;
 
-/// The materials of all regions in an increment.
+/// Material constants of all regions in an increment.
 pub(crate) struct Regions {
-    /// The different laws and degradation functions of the regions.
+    /// Distinct laws of the regions.
     laws: Vec<RegionLaw>,
+    /// Distinct degradation functions of the regions.
     degradations: Vec<DegradationLaw>,
     /// Whether the largest driving energy so far drives damage.
     history: bool,
     /// Number of state values per elastic point.
     state_len: usize,
+    /// Homogenisation rule of mixtures.
     rule: Homogenisation,
     /// Constants by region.
     constants: Vec<[f64; CONSTANTS]>,
 }
 
-/// Number of state values per elastic point: the largest number of the laws of all regions, and one if the largest
-/// driving energy so far drives damage.
+/// Returns the number of state values per elastic point: the largest number of state values of any region's law, plus
+/// one if the largest driving energy so far drives damage.
 pub fn state_len(materials: &[PointMaterial]) -> usize {
     let law = materials.iter().map(|m| m.law().state_len()).max().unwrap_or(0);
     law + usize::from(keeps_history(materials))
 }
 
+/// Returns whether the largest driving energy so far drives damage.
 fn keeps_history(materials: &[PointMaterial]) -> bool {
     materials.iter().any(|m| m.damage.as_ref().is_some_and(|damage| damage.history))
 }
 
-/// The law of elements in lanes.
+/// Law of the elements in SIMD lanes.
 pub type ElementLaw<'a, T> = DrivingHistory<LaneLaw<'a, T>>;
 
 /// Number of constants of a region: K, μ, 1 − η, Gc/(c₀ ℓ₀), Gc ℓ₀/c₀, ξ/Δt, and the indices of law and degradation
@@ -42,10 +45,10 @@ pub(crate) const CONSTANTS: usize = 8;
 /// Constants of one element: constants of its region, then fraction, bulk and shear modulus of the grain.
 pub(crate) type Row = [f64; CONSTANTS + 3];
 
-/// Returns the index of a value in a list of different values, to which it is added if it is new.
+/// Returns the index of a value in a list of distinct values. A value that is not in the list is appended.
 fn index_in<T: PartialEq>(list: &mut Vec<T>, value: T) -> f64 {
-    let known = list.iter().position(|other| *other == value);
-    known.unwrap_or_else(|| {
+    let position = list.iter().position(|other| *other == value);
+    position.unwrap_or_else(|| {
         list.push(value);
         list.len() - 1
     }) as f64
@@ -73,7 +76,8 @@ impl Regions {
                 row[7] = index_in(&mut degradations, d.degradation.clone());
             }
         }
-        // a region without damage shares the law of a region with damage that differs from it in the split only
+        // a region without damage uses the law of a damaged region if both laws differ only in the split, which has
+        // no effect without damage; fewer laws are then evaluated
         for (m, row) in materials.iter().zip(&mut constants) {
             if m.damage.is_none() {
                 let form = m.form();
@@ -89,28 +93,28 @@ impl Regions {
         Self { laws, degradations, history, state_len, rule, constants }
     }
 
-    /// The different laws and degradation functions of the regions.
+    /// Returns the distinct laws and degradation functions of the regions.
     pub(crate) fn laws(&self) -> (&[RegionLaw], &[DegradationLaw]) {
         (&self.laws, &self.degradations)
     }
 
-    /// Number of state values per elastic point.
+    /// Returns the number of state values per elastic point.
     pub(crate) fn state_len(&self) -> usize {
         self.state_len
     }
 
-    /// Whether the largest driving energy so far drives damage.
+    /// Returns whether the largest driving energy so far drives damage.
     pub(crate) fn keeps_history(&self) -> bool {
         self.history
     }
 
-    /// The constants of an element: constants of its region, then fraction, bulk and shear modulus of the grain. For a
-    /// mixture, the region's constants are those of the matrix, and the constants of damage are reduced by the grain
-    /// fraction. The grain is the phase of the region `second`.
+    /// Returns the constants of an element: constants of its region, then fraction, bulk and shear modulus of the
+    /// grain. In a mixture, the element's region is the matrix, and the region `second` is the grain. The constants
+    /// of damage are then reduced by the grain fraction.
     pub(crate) fn row(&self, region: usize, second: usize, fraction: f64) -> Row {
         let mut row = [0.0; CONSTANTS + 3];
         row[..CONSTANTS].copy_from_slice(&self.constants[region]);
-        // a pure element stores its own moduli as the grain's
+        // an element without grain stores the moduli of its own region as moduli of the grain
         let mut grain = region;
         if fraction > 0.0 {
             if fraction > MOST_GRAIN {
@@ -124,7 +128,8 @@ impl Regions {
         row
     }
 
-    /// The constants of the elements in all lanes, and whether any element is a mixture.
+    /// Gathers the constants of the elements `tets`, one element per lane. Also returns whether any of the elements
+    /// is a mixture.
     #[inline(always)]
     pub(crate) fn constants<T: Lanes, const N: usize>(
         &self,

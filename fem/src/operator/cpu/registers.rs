@@ -1,4 +1,4 @@
-//! The loop over elements, one SIMD register of elements after the other.
+//! Loop over elements, one SIMD register of elements after the other.
 
 use faer::traits::pulp::{Simd, WithSimd};
 
@@ -12,19 +12,19 @@ use crate::operator::layout::{LANES, VACANT};
 /// Elements on which a computation is evaluated.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Selection<'a> {
-    /// Consecutive elements. Their lanes are chosen so that [`Stored::rows`](super::lanes::Stored::rows) returns their
+    /// Consecutive elements. Their lanes are chosen so that [`Stored::rows`](super::lanes::Stored::rows) returns
     /// values in the order of the elements.
     Consecutive { first: usize, count: usize },
     /// Listed elements, one per lane. A vacant entry repeats the first element of its batch.
     Listed(&'a [u32]),
 }
 
-/// The elements of one register and the positions of their results.
+/// Positions of the results of one register of elements.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rows<'a> {
     /// Index of the first element in the selection.
     pub first: usize,
-    /// Lane of each element; as many as the register has elements of the selection.
+    /// Lane of each element of the selection that is in this register.
     pub lanes: &'a [usize],
 }
 
@@ -32,11 +32,12 @@ pub(crate) struct Rows<'a> {
 pub(crate) type Elements<'a, S, const N: usize> =
     ElementState<'a, SimdF64<S>, ElementLaw<'a, SimdF64<S>>, N>;
 
-/// A computation on the elements of one register, which writes a result for each element.
+/// Computation on the elements of one register, which writes a result for each element.
 pub(crate) trait Evaluate<const N: usize> {
     /// Storage that is reused from register to register.
     type Scratch<S: Simd>;
 
+    /// Creates the storage.
     fn scratch<S: Simd>(&self, simd: S) -> Self::Scratch<S>;
 
     /// Evaluates the elements of a register. `state` is storage for the state at the end of the increment, point after
@@ -86,7 +87,7 @@ impl<const N: usize, W: Evaluate<N>> WithSimd for EachRegister<'_, '_, N, W> {
         }
         for first in (0..total).step_by(SimdF64::<S>::COUNT) {
             let count = SimdF64::<S>::COUNT.min(total - first);
-            // lanes without an element repeat another element
+            // lanes without an element repeat the last element of the register
             let mut tets = [0; LANES];
             for row in 0..LANES {
                 tets[lane_of_row[row]] = match selection {

@@ -1,5 +1,5 @@
-//! The equations of a mesh on a device. Fields and state are sent to the device, residual and energies are read back,
-//! and the stored data of the tangent stay on the device, where the product reads them.
+//! Equations of a mesh on a device. Fields and state are sent to the device, residual and energies are read back, and
+//! the stored data of the tangent stay on the device for the product.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -19,55 +19,63 @@ use crate::operator::cpu::{Regions, SINGLE_FROM, Stored};
 use crate::operator::increment::{Increment, Residual};
 use crate::operator::layout::Layout;
 
-/// Number of slots per block, whose energies are summed on the device.
+/// Number of slots per block. The device sums the energies of each block, and the processor sums the blocks.
 const BLOCK: usize = 256;
 
-/// Residual and tangent of a mesh on a device, until the device fails. Methods return `None` if the processor has to
+/// Residual and tangent of a mesh on a device, until the device fails. Methods return `None` if the processor must
 /// compute instead.
 #[derive(Debug)]
 pub(crate) struct DeviceEquations {
     device: ComputeDevice,
-    /// Device data, created on first use; or the error of the device after it failed.
+    /// Device data, created on first use. After a failure: the error of the device.
     elements: Mutex<Result<Option<Box<Elements>>, DeviceError>>,
 }
 
-/// The data of the elements on the device.
+/// Data of the elements on the device.
 #[derive(Debug)]
 struct Elements {
     setting: Setting,
     program: Arc<dyn Program>,
     slots: Slots,
     kinds: Vec<KindInputs>,
-    /// Whether a slot has an element, by slot.
+    /// Whether each slot has an element: 1 or 0.
     live: Array<u8>,
+    /// Nodal values u_x, u_y, u_z, φ.
     fields: Array<f64>,
+    /// Nodal damage at the start of the increment.
     before: Array<f64>,
     /// Duration of the increment, s.
     duration: f64,
-    /// State at the start of the increment, as it was sent; empty: zero.
+    /// State at the start of the increment that was last sent to the device; empty if zero.
     state: Vec<f64>,
+    /// Contributions of each slot to the residual of its nodes, four values per node.
     copies: Array<f64>,
+    /// Contributions of each slot to `drive`, one value per node.
     drive_copies: Array<f64>,
     nodal: Array<f64>,
     drive: Array<f64>,
+    /// Three energies, and 1 if the element is not inverted, by slot.
     sums: Array<f64>,
+    /// Sums of the energies and numbers of inverted elements, by block of slots.
     blocks: Array<f64>,
 }
 
 /// Kernel inputs for one kind of slots.
 #[derive(Debug)]
 struct KindInputs {
+    /// Geometry of the elements: value k of slot s at k · slots + s.
     geometry: Array<f64>,
-    /// Index into `table` for each slot.
+    /// Row of `table` for each slot.
     rows: Array<u32>,
+    /// Rows of material constants, one per distinct combination of region, second region and fraction.
     table: Array<f64>,
     /// State of the elements: value k of slot s at k · slots + s.
     state: Array<f64>,
     /// Element of each slot.
     tets: Vec<usize>,
-    /// Region, region of the second phase and its fraction for each row of `table`.
+    /// Region, region of the second phase and fraction of the second phase for each row of `table`.
     constants: Vec<(usize, usize, f64)>,
-    /// The current content of `table` on the device.
+    /// Current content of `table` on the device.
     sent: Vec<f64>,
 }
 
@@ -87,7 +95,7 @@ impl DeviceEquations {
         self.attempt(space, rule, increment, |elements| elements.residual(out))
     }
 
-    /// Writes the stored data of the tangent into the arrays of a product, one array per kind of elements.
+    /// Writes the stored data of the tangent into the arrays of a product, one array per kind of slots.
     pub(crate) fn linearise<const N: usize>(
         &self,
         space: &Space<N>,
@@ -98,7 +106,7 @@ impl DeviceEquations {
         self.attempt(space, rule, increment, |elements| elements.linearise(data))
     }
 
-    /// The error of the device, if the device has failed and is no longer used.
+    /// Returns the error of the device, if the device has failed and is no longer used.
     pub(crate) fn lost(&self) -> Option<DeviceError> {
         self.state().as_ref().err().cloned()
     }
@@ -107,7 +115,7 @@ impl DeviceEquations {
         self.elements.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Runs `work` on the device data. None if the device does not support the increment or has failed.
+    /// Runs `work` on the device data. Returns `None` if the device has failed.
     fn attempt<const N: usize, R>(
         &self,
         space: &Space<N>,
@@ -129,19 +137,19 @@ impl DeviceEquations {
             mixed: space.has_mixtures().then_some(rule),
         };
         let device = &self.device;
-        let made = match elements.take() {
+        let prepared = match elements.take() {
             Some(elements) if elements.setting == setting => Ok(elements),
             _ if space.tets.len() < SINGLE_FROM => {
                 Elements::new::<N, f64>(space, setting, device).map(Box::new)
             }
             _ => Elements::new::<N, f32>(space, setting, device).map(Box::new),
         };
-        let done = made.and_then(|mut elements| {
+        let outcome = prepared.and_then(|mut elements| {
             elements.send(increment, &regions)?;
             let result = work(&mut elements)?;
             Ok((elements, result))
         });
-        match done {
+        match outcome {
             Ok((elements, result)) => {
                 *state = Ok(Some(elements));
                 Some(result)
@@ -198,7 +206,7 @@ impl Elements {
         })
     }
 
-    /// Sends the fields and constants of an increment to the device.
+    /// Sends fields, state and material constants of an increment to the device.
     fn send(&mut self, increment: &Increment, regions: &Regions) -> Result<(), DeviceError> {
         let fields = increment.fields;
         let nodal = fields.displacement.par_iter().zip(&fields.damage);
@@ -213,7 +221,7 @@ impl Elements {
         self.kinds.iter_mut().try_for_each(|kind| kind.send(regions))
     }
 
-    /// The inputs of the kernels for a kind of slots.
+    /// Returns the inputs of the kernels for a kind of slots, in the order of `Inputs::PARAMETERS`.
     fn inputs(&self, kind: usize) -> Vec<Argument<'_>> {
         let (slots, kind) = (&self.slots.kinds[kind], &self.kinds[kind]);
         let numbers = [self.slots.count, slots.first, slots.count];
@@ -260,7 +268,7 @@ impl Elements {
         Ok(if inverted > 0.0 { Err(Inverted) } else { Ok(()) })
     }
 
-    /// Energies of the mesh, and the number of inverted elements.
+    /// Returns the energies of the mesh (elastic, crack, viscous; N mm), and the number of inverted elements.
     fn totals(&self) -> Result<[f64; SUMS], DeviceError> {
         let blocks = self.blocks.len() / SUMS;
         let arguments = [
@@ -321,7 +329,7 @@ impl KindInputs {
         })
     }
 
-    /// Sends the state of all elements; an empty state is zero.
+    /// Sends the state of the slots. `all` is the state of all elements; an empty slice stands for zero.
     fn send_state(&mut self, all: &[f64]) -> Result<(), DeviceError> {
         let mut state = vec![0.0; self.state.len()];
         let width = self.state.len() / self.tets.len();

@@ -13,11 +13,12 @@ use crate::operator::cpu::Row;
 use crate::operator::kernel::DataLayout;
 use crate::operator::kernel::{Constants, ElementState, diagonal, linearise, residual};
 
-/// Model choices that all elements share.
+/// Settings of the model that determine the source of the kernels.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Setting {
-    /// The laws and degradation functions of the regions.
+    /// Distinct laws of the regions.
     pub laws: Vec<RegionLaw>,
+    /// Distinct degradation functions of the regions.
     pub degradations: Vec<DegradationLaw>,
     pub density: CrackDensity,
     /// Whether the largest driving energy so far drives damage.
@@ -27,25 +28,25 @@ pub(crate) struct Setting {
 }
 
 impl Setting {
-    /// Number of state values per elastic point.
+    /// Returns the number of state values per elastic point.
     pub(super) fn state_len(&self) -> usize {
         let law = self.laws.iter().map(RegionLaw::state_len).max().unwrap_or(0);
         law + usize::from(self.history)
     }
 }
 
-/// Number of geometry values per elastic point: ∇λ_k and the volume.
+/// Number of values of an element's geometry at a point: the three gradients ∇λ_k, and the volume.
 pub(crate) const GEOMETRY: usize = 10;
 /// Number of constants per element.
 pub(crate) const ROW: usize = size_of::<Row>() / size_of::<f64>();
 
-/// Number of geometries stored per element: 1 if it is straight, else one per elastic point.
+/// Returns the number of geometries stored per element: 1 for plain elements, else one per elastic point.
 pub(crate) fn geometries(rule: &Rule, plain: bool) -> usize {
     if plain { 1 } else { rule.points.len() }
 }
 
-/// Records a computation on an element. The inputs are, in this order, the values u_x, u_y, u_z, φ of its
-/// nodes, φ_n of its nodes, its geometry, its constants, its state, and the duration of the increment.
+/// Records a computation on an element. The inputs are, in this order: u_x, u_y, u_z, φ of the element's nodes; φ_n
+/// of the nodes; the geometry, the material constants and the state of the element; the duration of the increment.
 fn record<const N: usize, R>(
     rule: &Rule,
     setting: &Setting,
@@ -94,7 +95,7 @@ fn record<const N: usize, R>(
     work(&element, &mut vec![Term::default(); setting.state_len()])
 }
 
-/// C code with which a kernel reads the inputs of an element.
+/// C code by which a kernel reads the inputs of an element.
 struct Inputs {
     /// C statements that compute the addresses of the inputs.
     begin: String,
@@ -123,15 +124,15 @@ impl Inputs {
         let mut begin = String::new();
         for a in 0..rule.nodes {
             writeln!(begin, "    index i{a} = nodes[{a} * slots + first + at];")
-                .expect("a string takes all");
+                .expect("writing to a string cannot fail");
         }
         writeln!(begin, "    const double *row = table + {ROW} * (index)rows[at];")
-            .expect("a string takes all");
+            .expect("writing to a string cannot fail");
         let (nodes, geometry) = (rule.nodes, GEOMETRY * geometries(rule, plain));
         Self { begin, nodes, geometry, state: setting.state_len() * rule.points.len() }
     }
 
-    /// The C expression of an input.
+    /// Returns the C expression of an input, by its index.
     fn given(&self, index: usize) -> String {
         let Self { nodes, geometry, state, .. } = *self;
         if index < 4 * nodes {
@@ -149,12 +150,12 @@ impl Inputs {
     }
 }
 
-/// Values that the kernels write per slot in addition to nodal values: three energies, and whether the
-/// element is sound (not inverted).
+/// Number of values that the kernels write per slot in addition to nodal values: three energies, and 1 if the element
+/// is not inverted.
 pub(crate) const SUMS: usize = 4;
 
-/// The kernel for residual and energies, one element per slot. It writes the contributions of slot s to its
-/// node a at index a · slots + s of `copies` (four values) and `drive` (one value).
+/// Creates the kernel for residual and energies, with one element per slot. The kernel writes the contributions of
+/// slot s to its node a at index a · slots + s of `copies` (four values) and of `drive` (one value).
 pub(crate) fn residual_kernel<const N: usize>(
     rule: &Rule,
     setting: &Setting,
@@ -179,14 +180,15 @@ pub(crate) fn residual_kernel<const N: usize>(
             k if k < 5 * N => format!("drive[{} * slots + first + at]", k - 4 * N),
             k => format!("sums[{SUMS} * (first + at) + {}]", k - 5 * N),
         };
-        writeln!(body, "    {to} = {value};").expect("a string takes all");
+        writeln!(body, "    {to} = {value};").expect("writing to a string cannot fail");
     }
     let outputs = [("double *", "copies"), ("double *", "drive"), ("double *", "sums")];
     let name = if plain { "plain_residual" } else { "residual" };
     Kernel::new(name, &[&Inputs::PARAMETERS[..], &outputs].concat(), body).calling(functions())
 }
 
-/// The kernel for the stored data of an element's fully coupled tangent, written to the packs that the product reads.
+/// Creates the kernel for the stored data of an element's fully coupled tangent. The kernel writes the packs that the
+/// product reads.
 pub(crate) fn tangent_kernel<const N: usize>(
     rule: &Rule,
     setting: &Setting,
@@ -203,17 +205,18 @@ pub(crate) fn tangent_kernel<const N: usize>(
     let (lines, results) = statements(&results, &|index| inputs.given(index));
     let mut body = inputs.begin + &lines + &stored.declare(stored.write, width);
     for (k, value) in results[..width].iter().enumerate() {
-        writeln!(body, "    {} = {value};", stored.entry(k)).expect("a string takes all");
+        writeln!(body, "    {} = {value};", stored.entry(k))
+            .expect("writing to a string cannot fail");
     }
     writeln!(body, "    sums[{SUMS} * (first + at) + 3] = {};", results[width])
-        .expect("a string takes all");
+        .expect("writing to a string cannot fail");
     let outputs = [(stored.write, "data"), ("double *", "sums")];
     let name = if plain { "plain_tangent" } else { "tangent" };
     Kernel::new(name, &[&Inputs::PARAMETERS[..], &outputs].concat(), body).calling(functions())
 }
 
-/// The kernel for the diagonal of an element's tangent. It reads stored data and writes copies as the kernel of the
-/// product does.
+/// Creates the kernel for the diagonal of an element's tangent. This kernel reads stored data and writes copies in
+/// the same layout as the kernel of the product.
 pub(crate) fn diagonal_kernel(rule: &Rule, plain: bool, stored: StoredType) -> Kernel {
     begin();
     let width = DataLayout::new(rule, plain).width();
@@ -226,14 +229,14 @@ pub(crate) fn diagonal_kernel(rule: &Rule, plain: bool, stored: StoredType) -> K
     let mut body = stored.declare(stored.read, width) + &lines;
     for (k, value) in results.iter().enumerate() {
         writeln!(body, "    copies[4 * ({} * slots + first + at) + {}] = {value};", k / 4, k % 4)
-            .expect("a string takes all");
+            .expect("writing to a string cannot fail");
     }
     let parameters =
         [("index", "slots"), ("index", "first"), (stored.read, "data"), ("double *", "copies")];
     Kernel::new(if plain { "plain_diagonal" } else { "diagonal" }, &parameters, body)
 }
 
-/// The kernel that sums the energies, and counts the inverted elements, of each block of `block` slots.
+/// Creates the kernel that sums the energies and counts the inverted elements of each block of `block` slots.
 pub(crate) fn block_sum(block: usize) -> Kernel {
     let body = format!(
         "    double sum[{SUMS}] = {{0.0}};\n    \
@@ -252,7 +255,7 @@ pub(crate) fn block_sum(block: usize) -> Kernel {
     Kernel::new("block_sum", &parameters, body)
 }
 
-/// The kernels for a test: quadratic elements, a law with a split, and mixtures.
+/// Creates kernels for a test: quadratic elements, a law with a split, and mixtures.
 pub fn equations_kernels(rule: &Rule) -> Vec<Kernel> {
     let split = PointSplit::Standard(Split::Spectral);
     let setting = Setting {

@@ -1,4 +1,4 @@
-//! The element equations on a device, whose kernels are recorded from the code of the processor.
+//! Element equations on a device. The source of the kernels is recorded from the processor's code.
 
 mod equations;
 mod equations_source;

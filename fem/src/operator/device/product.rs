@@ -1,5 +1,5 @@
-//! The product with the tangent on a device. If the equations are on the same device, they write the stored data of
-//! the tangent there. Otherwise the processor linearises, and the data are sent to the device before a product.
+//! Product with the tangent on a device. If the device also evaluates the equations, it computes the stored data of
+//! the tangent. Otherwise the processor linearises, and the data are sent to the device before a product.
 
 use std::sync::Arc;
 
@@ -16,7 +16,8 @@ use crate::operator::kernel::DataLayout;
 use crate::operator::layout::Layout;
 use crate::operator::pattern::Tangent;
 
-/// A matrix-free product on a device, with the precision that `product` would choose.
+/// Creates a matrix-free product on a device. The number of elements `tets` determines the precision of the stored
+/// data.
 pub fn device_product(
     layout: Arc<Layout>,
     tets: usize,
@@ -37,18 +38,18 @@ enum Location {
     Both,
 }
 
-/// A [`MatrixFree`] with a copy of its stored data on a device.
+/// [`MatrixFree`] product with a copy of its stored data on a device.
 #[derive(Debug)]
 pub(crate) struct DeviceProduct<T: Stored> {
     host: MatrixFree<T>,
     location: Location,
-    /// Whether the processor linearises because the device has failed.
-    left: bool,
+    /// Whether the device has failed, so that the processor linearises.
+    device_failed: bool,
     program: Arc<dyn Program>,
     slots: Slots,
-    /// Stored data by kind of slots.
+    /// Stored data of the tangents, one array per kind of slots.
     data: Vec<Array<T>>,
-    /// Indices into the stored data of a kind that belong to vacant slots; the processor stores zeros there.
+    /// By kind of slots: indices of the stored data of vacant slots. The processor stores zeros at these indices.
     vacant: Vec<Vec<usize>>,
     copies: Array<f64>,
     diagonal: Array<f64>,
@@ -79,7 +80,7 @@ impl<T: Stored> DeviceProduct<T> {
         kernels.push(node_sum(4));
         Ok(Self {
             location: Location::Processor,
-            left: false,
+            device_failed: false,
             program: device.compile(&kernels)?,
             copies: Array::zeros(device, 4 * rule.nodes * slots.count)?,
             diagonal: Array::zeros(device, 4 * layout.batches.node_count())?,
@@ -104,7 +105,7 @@ impl<T: Stored> DeviceProduct<T> {
         Ok(())
     }
 
-    /// Copies the stored data from the device to the processor, unless the processor has the data.
+    /// Copies the stored data from the device to the processor, unless the processor already has the data.
     fn read_back(&mut self) -> Result<(), DeviceError> {
         if self.location != Location::Device {
             return Ok(());
@@ -126,12 +127,13 @@ impl<T: Stored> DeviceProduct<T> {
         Ok(())
     }
 
-    /// Sums the copies of each node.
+    /// Sums the copies of each node into `y`.
     fn sum(&self, y: &Array<f64>) -> Result<(), DeviceError> {
         let kernel = 2 * self.slots.kinds.len();
         self.program.launch(kernel, y.len(), &self.slots.sum_arguments(&self.copies, y))
     }
 
+    /// Computes the diagonal on the device.
     fn diagonal_on_device(&self) -> Result<Vec<[f64; 4]>, DeviceError> {
         let kinds = self.slots.kinds.len();
         for (k, (kind, data)) in self.slots.kinds.iter().zip(&self.data).enumerate() {
@@ -178,7 +180,8 @@ impl<T: Stored> Product for DeviceProduct<T> {
         coupling: Coupling,
     ) -> Result<(), Inverted> {
         let data: Vec<Argument> = self.data.iter().map(Array::argument).collect();
-        let on_device = operator.on_device().filter(|_| !self.left && coupling == Coupling::Full);
+        let on_device =
+            operator.on_device().filter(|_| !self.device_failed && coupling == Coupling::Full);
         let linearised = on_device.and_then(|equations| equations.linearise(increment, &data));
         if let Some(result) = linearised {
             self.location = Location::Device;
@@ -206,7 +209,7 @@ impl<T: Stored> Product for DeviceProduct<T> {
     }
 
     fn leave_device(&mut self) {
-        self.left = true;
+        self.device_failed = true;
     }
 
     fn on_device(&mut self) -> Option<&mut dyn AppliedOnDevice> {

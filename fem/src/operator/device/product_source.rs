@@ -10,31 +10,32 @@ use crate::operator::cpu::{ElementProduct, Pack, PerKind, Stored, for_kind};
 use crate::operator::kernel::DataLayout;
 use crate::operator::layout::Layout;
 
-/// The kernel of the product for plain or for other elements, one element per item; `first` is the first slot of the
-/// kind. It reads the nodes of slot s at `nodes[a slots + s]`, and the stored data in packs as the processor stores
-/// them. It writes the contribution to node a of slot s to the four values with index `a slots + s` of `copies`.
+/// Creates the kernel of the product for plain or for other elements, with one element per item. The kernel's
+/// parameter `first` is the first slot of this kind. The kernel reads node a of slot s at `nodes[a · slots + s]`, and
+/// the stored data in the packs of the processor. It writes the contribution of slot s to node a as four values at
+/// index `a · slots + s` of `copies`.
 pub(crate) fn product_kernel(layout: &Layout, plain: bool, stored: StoredType) -> Kernel {
     begin();
     let nodes = layout.rule.nodes;
     let width = DataLayout::new(&layout.rule, plain).width();
     let product = for_kind(&layout.rule, plain, Recorded { layout });
     let fields = product.len() / nodes;
-    let (lines, results) = statements(&product, &|place| match place.checked_sub(4 * nodes) {
-        None => format!("n{}[{}]", place / 4, place % 4),
+    let (lines, results) = statements(&product, &|input| match input.checked_sub(4 * nodes) {
+        None => format!("n{}[{}]", input / 4, input % 4),
         Some(k) => stored.entry(k),
     });
     let mut body = stored.declare(stored.read, width);
     for a in 0..nodes {
         let node =
             format!("    const double *n{a} = x + 4 * (index)nodes[{a} * slots + first + at];");
-        writeln!(body, "{node}").expect("a string takes all");
+        writeln!(body, "{node}").expect("writing to a string cannot fail");
     }
     body += &lines;
     for a in 0..nodes {
         for c in 0..4 {
             let value = if c < fields { results[a * fields + c].as_str() } else { "0.0" };
             let copy = format!("    copies[4 * ({a} * slots + first + at) + {c}] = {value};");
-            writeln!(body, "{copy}").expect("a string takes all");
+            writeln!(body, "{copy}").expect("writing to a string cannot fail");
         }
     }
     let name = if plain { "plain_product" } else { "product" };
@@ -49,7 +50,7 @@ pub(crate) fn product_kernel(layout: &Layout, plain: bool, stored: StoredType) -
     Kernel::new(name, &parameters, body)
 }
 
-/// The kernels of both kinds and precisions, for a test.
+/// Creates the kernels of both kinds and precisions, for a test.
 pub fn product_kernels(layout: &Layout) -> Vec<Kernel> {
     let single = [true, false].map(|plain| product_kernel(layout, plain, StoredType::new::<f32>()));
     let double = [true, false].map(|plain| product_kernel(layout, plain, StoredType::new::<f64>()));
@@ -57,7 +58,7 @@ pub fn product_kernels(layout: &Layout) -> Vec<Kernel> {
     single.into_iter().chain(double).collect()
 }
 
-/// Records the product for one element; the result lists the fields node by node.
+/// Recording of the product for one element; the result lists the fields node by node.
 struct Recorded<'a> {
     layout: &'a Layout,
 }
@@ -106,7 +107,7 @@ pub(crate) struct StoredType {
 }
 
 impl StoredType {
-    /// The declarations for data of type `T`.
+    /// Creates the declarations for data of type `T`.
     pub(crate) fn new<T: Stored>() -> Self {
         let [read, write] = if size_of::<T>() == 4 {
             ["const float *", "float *"]
@@ -116,7 +117,7 @@ impl StoredType {
         Self { read, write, lanes: T::WIDTH }
     }
 
-    /// The C statement that declares `entries`, a pointer to the stored data of the kernel's element.
+    /// Returns the C statement that declares `entries`, a pointer to the stored data of the kernel's element.
     pub(crate) fn declare(&self, pointer: &str, width: usize) -> String {
         let lanes = self.lanes;
         format!(
@@ -124,7 +125,7 @@ impl StoredType {
         )
     }
 
-    /// The C expression of entry k of the stored data.
+    /// Returns the C expression of entry k of the stored data.
     pub(crate) fn entry(&self, k: usize) -> String {
         format!("entries[{}]", self.lanes * k)
     }

@@ -1,4 +1,4 @@
-//! The order of the elements on a device, and the sum of their contributions by node.
+//! Order of the elements on a device, and sum of their contributions by node.
 
 use std::ops::Range;
 
@@ -8,17 +8,19 @@ use crate::device::{Argument, Array, ComputeDevice, DeviceError, Kernel};
 use crate::operator::cpu::{Stored, lane_of_row};
 use crate::operator::layout::{LANES, Layout, VACANT};
 
-/// Slots of the elements on a device, in the order of the processor's batches. Vacant lanes have slots too.
+/// Slots: indices of the elements in the arrays of a device. Every lane of the processor's batches has a slot, also a
+/// lane without an element; the slots are in the order of the batches.
 #[derive(Debug)]
 pub(crate) struct Slots {
-    /// Plain elements, then other elements; the chunks of a kind are consecutive.
+    /// Plain elements (straight, no mixtures), then other elements. The chunks of a kind are consecutive.
     pub kinds: Vec<Kind>,
     /// Total number of slots.
     pub count: usize,
     /// Nodes of the elements: node a of slot s is at index a · count + s.
     pub nodes: Array<u32>,
-    /// Copies of each node in CSR format: offsets by node, and indices a · count + s of the copies.
+    /// CSR offsets of the nodes into `copies`.
     copy_start: Array<u32>,
+    /// Copies of each node, by their indices a · count + s.
     copies: Array<u32>,
 }
 
@@ -26,7 +28,9 @@ pub(crate) struct Slots {
 #[derive(Clone, Debug)]
 pub(crate) struct Kind {
     pub plain: bool,
+    /// Chunks of the processor's layout.
     pub chunks: Range<usize>,
+    /// First slot.
     pub first: usize,
     pub count: usize,
 }
@@ -47,7 +51,9 @@ impl Slots {
             count += slots;
         }
         if u32::try_from(per_element * count).is_err() {
-            return Err(DeviceError(format!("{count} elements are too many for one device")));
+            return Err(DeviceError(format!(
+                "{count} elements are too many for one device: use a coarser mesh or the processor"
+            )));
         }
         let mut nodes = vec![0u32; per_element * count];
         let mut copies = Vec::new();
@@ -80,8 +86,8 @@ impl Slots {
         })
     }
 
-    /// The element of each slot of a kind, and whether the slot has an element. A vacant slot gets the first element of
-    /// its batch.
+    /// Returns the element of each slot of a kind, and whether the slot has an element. A vacant slot gets the first
+    /// element of its batch.
     pub(crate) fn elements<T: Stored>(layout: &Layout, kind: &Kind) -> Vec<(usize, bool)> {
         let lane_of_row = lane_of_row::<T>();
         let mut elements = vec![(0, false); kind.count];
@@ -96,7 +102,7 @@ impl Slots {
         elements
     }
 
-    /// The arguments of the kernel [`node_sum`].
+    /// Returns the arguments of the kernel [`node_sum`].
     pub(crate) fn sum_arguments<'a>(
         &'a self,
         copies: &'a Array<f64>,
@@ -106,7 +112,7 @@ impl Slots {
     }
 }
 
-/// The kernel that computes y_n as the sum of the copies of node n, in the order of the elements. `values` is
+/// Creates the kernel that computes y_n as the sum of the copies of node n, in the order of the elements. `values` is
 /// the number of values per node.
 pub(crate) fn node_sum(values: usize) -> Kernel {
     let parameters = [

@@ -1,17 +1,17 @@
-//! Node blocks and diagonal of an element's tangent, from its stored data.
+//! Node blocks and diagonal of an element's tangent, computed from the stored data.
 //!
-//! At each elastic point the tangent is contracted with unit differences; the slopes of the shape functions then
-//! distribute the result to pairs of nodes.
+//! At each elastic point the tangent is applied to unit vectors for the differences U_k = ∂u/∂λ_k − ∂u/∂λ₀. The
+//! slopes of the shape functions then distribute the result to pairs of nodes.
 
 use super::contract::{Contraction, Loaded};
 use super::point_data::DataLayout;
 use crate::element::Rule;
 use crate::material::{Scalar, packed};
 
-/// The 4 × 4 blocks of node pairs (a, b): rows u_x, u_y, u_z, φ of a, columns u_x, u_y, u_z, φ of b.
+/// 4 × 4 blocks of node pairs (a, b): rows u_x, u_y, u_z, φ of a, columns u_x, u_y, u_z, φ of b.
 pub type Blocks<T, const N: usize> = [[[[T; 4]; 4]; N]; N];
 
-/// An element's tangent as its stored data.
+/// Tangent of an element in the form of its stored data.
 struct Stored<'a, T, const N: usize> {
     rule: &'a Rule,
     layout: DataLayout,
@@ -50,7 +50,7 @@ impl<'a, T: Scalar, const N: usize> Stored<'a, T, N> {
         !self.rule.damage.is_empty()
     }
 
-    /// The gradient term at elastic point q for unit differences of φ, packed.
+    /// Returns the gradient term 2 Gc ℓ₀/c₀ ∇λ_k·∇λ_l at elastic point q, times the weight of the point, packed.
     #[inline(always)]
     fn gradient_term(&self, q: usize) -> [T; 6] {
         let mut term = [self.constant(0.0); 6];
@@ -66,7 +66,7 @@ impl<'a, T: Scalar, const N: usize> Stored<'a, T, N> {
         term
     }
 
-    /// Derivatives of g at elastic point q with respect to φ of each node: Σ_p C_qp g′_p N_a(p).
+    /// Returns the derivatives of g at elastic point q with respect to φ of each node a: Σ_p C_qp g′_p N_a(p).
     #[inline(always)]
     fn degradation_of_nodes(&self, q: usize) -> [T; N] {
         let slopes = self.layout.degradation_slopes(self.data);
@@ -82,7 +82,7 @@ impl<'a, T: Scalar, const N: usize> Stored<'a, T, N> {
     }
 }
 
-/// Σ_k `slopes[k]` `values[k]`.
+/// Returns Σ_k `slopes[k]` `values[k]`.
 #[inline(always)]
 fn combine<T: Scalar>(slopes: &[f64; 3], values: &[[T; 3]; 3]) -> [T; 3] {
     let mut sum = [values[0][0].constant(0.0); 3];
@@ -95,8 +95,8 @@ fn combine<T: Scalar>(slopes: &[f64; 3], values: &[[T; 3]; 3]) -> [T; 3] {
     sum
 }
 
-/// Computes the blocks (a, b ≤ a) of the symmetric matrix of an element from its stored data. `blocks` must be zero on
-/// entry. `AXES` and `plain` must be the values with which the data were written.
+/// Computes the blocks (a, b ≤ a) of the symmetric element matrix from the stored data of the element. `blocks` must
+/// be zero on entry. `AXES` and `plain` must be the values with which the data were written.
 #[inline(always)]
 pub fn write_blocks<T: Scalar, const AXES: bool, const N: usize>(
     rule: &Rule,
@@ -151,7 +151,7 @@ pub fn write_blocks<T: Scalar, const AXES: bool, const N: usize>(
     }
 }
 
-/// Adds the displacement blocks of nodes 1, 2, … at a point.
+/// Adds the contribution of one elastic point to the displacement blocks of nodes 1, 2, …, N − 1.
 #[inline(always)]
 fn add_stiffness<T: Scalar, const N: usize>(
     slopes: &[[f64; 3]; N],
@@ -161,13 +161,13 @@ fn add_stiffness<T: Scalar, const N: usize>(
     let zero = unit[0][0][0][0].constant(0.0);
     for b in 1..N {
         if N == 4 {
-            // node l + 1 of a linear element changes only U_l
+            // in a linear element, the displacement of node b changes only the difference with index b − 1
             for a in b..N {
                 add_block(&mut blocks[a][b], zero.constant(1.0), &unit[a - 1][b - 1]);
             }
             continue;
         }
-        // from the displacement of node b to the flux of U_k
+        // flux that is conjugate to U_k for a displacement of node b
         let mut of_node = [[[zero; 3]; 3]; 3];
         for k in 0..3 {
             for l in 0..3 {
@@ -188,7 +188,7 @@ fn add_stiffness<T: Scalar, const N: usize>(
     }
 }
 
-/// Adds `factor` times a displacement block.
+/// Adds `factor` · `term` to the displacement part of a block.
 #[inline(always)]
 fn add_block<T: Scalar>(block: &mut [[T; 4]; 4], factor: T, term: &[[T; 3]; 3]) {
     for i in 0..3 {
@@ -198,7 +198,7 @@ fn add_block<T: Scalar>(block: &mut [[T; 4]; 4], factor: T, term: &[[T; 3]; 3]) 
     }
 }
 
-/// Adds the gradient term of nodes 1, 2, … at a point.
+/// Adds the gradient term of one elastic point to the damage blocks of nodes 1, 2, …, N − 1.
 #[inline(always)]
 fn add_gradient<T: Scalar, const N: usize>(
     slopes: &[[f64; 3]; N],
@@ -222,7 +222,8 @@ fn add_gradient<T: Scalar, const N: usize>(
     }
 }
 
-/// Computes the blocks of node 0 from the other blocks of the terms with gradients: the shape functions sum to one.
+/// Computes the blocks of node 0 from the other blocks, for the terms that contain gradients only: the gradients of
+/// all shape functions sum to zero.
 #[inline(always)]
 fn complete_first<T: Scalar, const N: usize>(blocks: &mut Blocks<T, N>) {
     for i in 0..4 {
@@ -243,7 +244,7 @@ fn complete_first<T: Scalar, const N: usize>(blocks: &mut Blocks<T, N>) {
     }
 }
 
-/// The diagonal of the element's matrix, four values per node.
+/// Computes the diagonal of the element matrix, four values per node.
 #[inline(always)]
 pub(crate) fn diagonal<T: Scalar, const N: usize>(
     rule: &Rule,

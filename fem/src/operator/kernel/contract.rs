@@ -1,14 +1,14 @@
-//! The tangent at an elastic point, applied to gradients of displacement and damage.
+//! Tangent at an elastic point, applied to gradients of displacement and damage.
 //!
-//! With the gradient h of δu in the principal axes and the change δg of the degradation, the stress increment is
-//! f_ii = Σ_j D_ij h_jj − τ_i h_ii + τ⁺_i δg and f_ij = G_ij (h_ij + h_ji) + τ_j h_ij. The flux Q Σ_l f_il s_kl is
-//! conjugate to the difference U_k of δu. The product with the tangent contracts a vector, the blocks and the diagonal
-//! contract unit differences.
+//! With the gradient h of δu in the principal axes and the change δg of the degradation, the stress increment is f_ii
+//! = Σ_j D_ij h_jj − τ_i h_ii + τ⁺_i δg and f_ij = G_ij (h_ij + h_ji) + τ_j h_ij. The flux Q Σ_l f_il s_kl is the
+//! force that is conjugate to the difference U_k = ∂δu/∂λ_k − ∂δu/∂λ₀. The product with the tangent applies these
+//! formulas to a vector; blocks and diagonal apply them to unit vectors U_k.
 
 use super::point_data::{StoredPoint, principal_axes};
 use crate::material::{Number, dot, packed};
 
-/// Loads stored entries of type `P` into numbers.
+/// Loader of stored entries of type `P` into numbers.
 pub(crate) trait Load<P>: Copy {
     type Number: Number;
 
@@ -17,7 +17,7 @@ pub(crate) trait Load<P>: Copy {
     fn constant(self, x: f64) -> Self::Number;
 }
 
-/// Loads entries that are numbers; the field is any number.
+/// Loader of entries that are numbers already. The field is any number; constants are created from it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Loaded<T>(pub T);
 
@@ -35,13 +35,13 @@ impl<T: Number> Load<T> for Loaded<T> {
     }
 }
 
-/// a b in the first step of a sum, a b + c in later steps.
+/// Returns a b in the first step of a sum (`step` = 0), a b + c in later steps.
 #[inline(always)]
 pub(crate) fn first_or_add<V: Number>(step: usize, a: V, b: V, c: V) -> V {
     if step == 0 { a * b } else { a.mul_add(b, c) }
 }
 
-/// The tangent at an elastic point, as a linear map of gradients.
+/// Tangent at an elastic point, as a linear map of gradients.
 #[derive(Debug)]
 pub(crate) struct Contraction<'a, P, L: Load<P>> {
     stored: StoredPoint<'a, P>,
@@ -51,7 +51,7 @@ pub(crate) struct Contraction<'a, P, L: Load<P>> {
 }
 
 impl<'a, P, V: Number, L: Load<P, Number = V>> Contraction<'a, P, L> {
-    /// The tangent with the stored principal axes.
+    /// Creates the tangent with the stored principal axes.
     #[inline(always)]
     pub(crate) fn new(stored: StoredPoint<'a, P>, loader: L) -> Self {
         let [x, y, z, w] = stored.rotation;
@@ -59,19 +59,19 @@ impl<'a, P, V: Number, L: Load<P, Number = V>> Contraction<'a, P, L> {
         Self { axes: principal_axes(rotation), stored, loader }
     }
 
-    /// The tangent with these principal axes, one per row.
+    /// Creates the tangent with the given principal axes, one per row.
     #[inline(always)]
     pub(crate) fn with_axes(stored: StoredPoint<'a, P>, loader: L, axes: [[V; 3]; 3]) -> Self {
         Self { stored, loader, axes }
     }
 
-    /// Entry `component` of s_k.
+    /// Returns entry `component` of s_k = Qᵀ F⁻ᵀ ∇λ_k.
     #[inline(always)]
     fn push(&self, k: usize, component: usize) -> V {
         self.loader.load(&self.stored.push[3 * k + component])
     }
 
-    /// The gradient h for the differences U_k, the first three fields of `du`.
+    /// Returns the gradient h for the differences U_k, which are the first three fields of `du`.
     #[inline(always)]
     pub(crate) fn gradient<const C: usize>(&self, du: &[[V; C]; 3]) -> [[V; 3]; 3] {
         let mut h = [[self.loader.constant(0.0); 3]; 3];
@@ -86,7 +86,7 @@ impl<'a, P, V: Number, L: Load<P, Number = V>> Contraction<'a, P, L> {
         h
     }
 
-    /// The gradient h if U_k is the unit vector of the coordinate `axis`, and the other differences are zero.
+    /// Returns the gradient h if U_k is the unit vector of the coordinate `axis`, and the other differences are zero.
     #[inline(always)]
     fn unit_gradient(&self, k: usize, axis: usize) -> [[V; 3]; 3] {
         let mut h = self.axes;
@@ -98,7 +98,7 @@ impl<'a, P, V: Number, L: Load<P, Number = V>> Contraction<'a, P, L> {
         h
     }
 
-    /// The stress increment f of the gradient h at constant degradation.
+    /// Returns the stress increment f for the gradient h at constant degradation.
     #[inline(always)]
     pub(crate) fn stress(&self, h: &[[V; 3]; 3]) -> [[V; 3]; 3] {
         let mut f = *h;
@@ -116,7 +116,8 @@ impl<'a, P, V: Number, L: Load<P, Number = V>> Contraction<'a, P, L> {
         f
     }
 
-    /// Adds the stress increment of δg to f. Returns the increment of the driving energy ∂ψ/∂g of h and δg.
+    /// Adds the stress increment that δg causes to f. Returns the increment of the driving energy ∂ψ/∂g that h and δg
+    /// cause.
     #[inline(always)]
     pub(crate) fn couple(&self, change_of_g: V, h: &[[V; 3]; 3], f: &mut [[V; 3]; 3]) -> V {
         let mut driving = self.loader.constant(0.0);
@@ -132,7 +133,7 @@ impl<'a, P, V: Number, L: Load<P, Number = V>> Contraction<'a, P, L> {
         driving
     }
 
-    /// The flux that is conjugate to U_k.
+    /// Returns the flux that is conjugate to U_k, for the stress increment f.
     #[inline(always)]
     pub(crate) fn flux(&self, k: usize, f: &[[V; 3]; 3]) -> [V; 3] {
         let mut flux = [self.loader.constant(0.0); 3];
@@ -148,8 +149,8 @@ impl<'a, P, V: Number, L: Load<P, Number = V>> Contraction<'a, P, L> {
         flux
     }
 
-    /// The flux of the damage gradient, conjugate to the difference k of δφ, for the differences `change`.
-    /// `shared` is the gradient term of a plain element with the weight of the point.
+    /// Returns the flux of the damage gradient that is conjugate to the difference k of δφ, for the differences
+    /// `change`. `shared` is the gradient term that a plain element stores once, with the weight of the point.
     #[inline(always)]
     pub(crate) fn damage_flux(
         &self,
@@ -168,7 +169,8 @@ impl<'a, P, V: Number, L: Load<P, Number = V>> Contraction<'a, P, L> {
         self.loader.constant(weight) * sum
     }
 
-    /// The tangent for unit differences: entry (k, l ≤ k) is the 3 × 3 matrix from U_l to the flux of U_k.
+    /// Returns the tangent for unit differences: entry (k, l ≤ k) is the 3 × 3 matrix that maps U_l to the flux
+    /// conjugate to U_k.
     #[inline(always)]
     pub(crate) fn unit_blocks(&self) -> [[[[V; 3]; 3]; 3]; 3] {
         let zero = self.loader.constant(0.0);
@@ -187,7 +189,7 @@ impl<'a, P, V: Number, L: Load<P, Number = V>> Contraction<'a, P, L> {
         blocks
     }
 
-    /// The flux of each difference for δg = 1.
+    /// Returns the flux that is conjugate to each difference, for δg = 1.
     #[inline(always)]
     pub(crate) fn unit_source(&self) -> [[V; 3]; 3] {
         let zero = self.loader.constant(0.0);
@@ -196,7 +198,7 @@ impl<'a, P, V: Number, L: Load<P, Number = V>> Contraction<'a, P, L> {
         [self.flux(0, &f), self.flux(1, &f), self.flux(2, &f)]
     }
 
-    /// Second derivative of the energy in g; `None` in plain elements.
+    /// Returns the second derivative of the energy with respect to g; `None` in plain elements.
     #[inline(always)]
     pub(crate) fn softening(&self) -> Option<V> {
         self.stored.softening.map(|[softening]| self.loader.load(softening))

@@ -1,12 +1,12 @@
-//! Linearisation of an element: the stored data of its tangent.
+//! Linearisation of an element: computation of the stored data of the tangent.
 
 use super::point_data::{DataLayout, rotation};
 use super::state::{ElementState, MOST_POINTS};
 use crate::material::{PointLaw, PointTangent, Scalar, dot, packed};
 
-/// Writes the stored data of the element's tangent in the order of [`DataLayout`]. `coupled` keeps the coupling terms
-/// between u and φ. With `AXES` the principal axes are appended, and the quaternions are not written. `scratch` is
-/// storage for the state of one point. Returns 1, or 0 if the element is inverted.
+/// Writes the stored data of the element's tangent in the order of [`DataLayout`]. `coupled` includes the coupling
+/// terms between u and φ. With `AXES` the principal axes are appended, and the quaternions are not written. `scratch`
+/// is storage for the state of one point. Returns 1, or 0 if the element is inverted.
 #[inline(always)]
 pub fn linearise<T: Scalar, L: PointLaw<T>, const AXES: bool, const N: usize>(
     element: &ElementState<'_, T, L, N>,
@@ -68,7 +68,7 @@ pub fn linearise<T: Scalar, L: PointLaw<T>, const AXES: bool, const N: usize>(
     }
     for p in 0..element.rule.damage.len() {
         layout.degradation_slopes_mut(data)[p] = element.constants.degradation.slope(phi[p]);
-        // g″ Σ w ψ⁺ + w (Gc/(c₀ ℓ₀) α″ + ξ/Δt)
+        // local part: g″ Σ w ψ⁺ + w (Gc/(c₀ ℓ₀) α″ + ξ/Δt)
         let [.., curvature] = element.density.local(phi[p]);
         let stiffness = element.constants.local.mul_add(curvature, element.constants.viscous);
         let curvature = element.constants.degradation.curvature(phi[p]);

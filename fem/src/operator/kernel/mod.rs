@@ -1,5 +1,5 @@
-//! The equations of one element, over any number type: single numbers, SIMD lanes of several elements, dual numbers,
-//! and recorded terms.
+//! Equations of one element, for any number type: single numbers, SIMD lanes of several elements, dual numbers, and
+//! recorded terms.
 //!
 //! Residual and linearisation work in the element's barycentric coordinates. With U_k = ∂u/∂λ_k − ∂u/∂λ₀ (k = 1 … 3)
 //! the displacement gradient is H = Σ_k U_k ⊗ ∇λ_k for linear and quadratic elements. The force that is conjugate to

@@ -4,14 +4,15 @@
 //! the tangent maps h to a stress increment (`contract.rs`). Instead of the element matrix, the data of each elastic
 //! point are stored: 25 numbers, 3 more with damage, and 7 more in elements that are not plain.
 //!
-//! The order is the order in which a product reads the data: with damage, first g′ of the damage points and, in plain
-//! elements, one gradient term; then the elastic points; last the local part of the φ block. Curved elements and
-//! mixtures store a gradient term per point instead. The assembly appends the principal axes of each point.
+//! The data are stored in the order in which a product reads them. With damage, first g′ of the damage points and, in
+//! plain elements, one gradient term; then the data of the elastic points; last the local part of the φ block, which
+//! contains the terms without gradients. Curved elements and mixtures store a gradient term per elastic point
+//! instead. The assembly appends the principal axes of each point.
 
 use crate::element::Rule;
 use crate::material::{Number, Scalar};
 
-/// Number of entries of a rotation, of s_1 to s_3, and of D − τ, G, τ of an elastic point.
+/// Number of entries of an elastic point without damage: rotation (4), s_1 to s_3 (9), D − τ (6), G (3), τ (3).
 const ELASTIC: usize = 4 + 9 + 6 + 3 + 3;
 /// Number of entries of τ⁺.
 const SOURCE: usize = 3;
@@ -20,7 +21,7 @@ const GRADIENT: usize = 6;
 /// Number of entries of principal axes.
 const AXES: usize = 9;
 
-/// Splits the first `M` entries off a slice that may be at its end.
+/// Splits the first entries off a slice; `None` if the slice is empty.
 macro_rules! split_optional {
     ($data:expr, $split:ident) => {
         match $data.len() {
@@ -39,27 +40,28 @@ macro_rules! stored_point {
         $(#[$doc])*
         #[derive(Debug)]
         pub struct $name<'a, P> {
-            /// √2 (x, y, z, w) of the quaternion of Q.
+            /// Rotation Q as √2 times its unit quaternion (x, y, z, w).
             pub rotation: &'a $($mutable)? [P; 4],
-            /// s_1, s_2, s_3.
+            /// Vectors s_1, s_2, s_3 with s_k = Qᵀ F⁻ᵀ ∇λ_k.
             pub push: &'a $($mutable)? [P; 9],
             /// D_ij − δ_ij τ_i, packed, times the weight of the point.
             pub normal: &'a $($mutable)? [P; 6],
-            /// G_ij times the weight; the index is that of the third axis.
+            /// G_ij times the weight of the point; entry k belongs to the pair (i, j) of the other two axes.
             pub shear: &'a $($mutable)? [P; 3],
-            /// τ_i times the weight.
+            /// τ_i times the weight of the point.
             pub stress: &'a $($mutable)? [P; 3],
-            /// τ⁺_i times the weight; `None` without damage.
+            /// τ⁺_i times the weight of the point; `None` without damage.
             pub source: Option<&'a $($mutable)? [P; SOURCE]>,
-            /// Second derivative of the energy in g, times the weight; `None` in plain elements.
+            /// Second derivative of the energy with respect to g, times the weight of the point; `None` in plain
+            /// elements.
             pub softening: Option<&'a $($mutable)? [P; 1]>,
-            /// Gradient term 2 Gc ℓ₀/c₀ ∇λ_k·∇λ_l, packed, times the weight; `None` in plain elements, which store
-            /// the term once.
+            /// Gradient term 2 Gc ℓ₀/c₀ ∇λ_k·∇λ_l, packed, times the weight of the point; `None` in plain elements,
+            /// which store the term once per element.
             pub gradient: Option<&'a $($mutable)? [P; GRADIENT]>,
         }
 
         impl<'a, P> $name<'a, P> {
-            /// Divides the data of one elastic point.
+            /// Splits the data of one elastic point into their parts.
             #[inline(always)]
             fn new(data: &'a $($mutable)? [P]) -> Self {
                 const FITS: &str = "a length of the layout";
@@ -96,13 +98,13 @@ pub struct DataLayout {
     points: usize,
     /// Number of damage points.
     damage: usize,
-    /// Number of entries of the local part of the φ block: one if it is the same at all damage points.
+    /// Number of entries of the local part of the φ block: one if the local part is the same at all damage points.
     locals: usize,
     plain: bool,
 }
 
 impl DataLayout {
-    /// The layout for a rule; `plain` is true for straight elements that are not mixtures.
+    /// Creates the layout for a rule; `plain` is true for straight elements that are not mixtures.
     #[inline(always)]
     pub fn new(rule: &Rule, plain: bool) -> Self {
         let damage = rule.damage.len();
@@ -110,13 +112,13 @@ impl DataLayout {
         Self::for_kind(rule.points.len(), damage, locals, plain)
     }
 
-    /// The layout for numbers of elastic points, damage points and local entries that are known.
+    /// Creates the layout from the numbers of elastic points, damage points and entries of the local part.
     #[inline(always)]
     pub const fn for_kind(points: usize, damage: usize, locals: usize, plain: bool) -> Self {
         Self { points, damage, locals, plain }
     }
 
-    /// Number of entries per elastic point.
+    /// Returns the number of entries per elastic point.
     #[inline(always)]
     pub const fn per_point(self) -> usize {
         match (self.damage, self.plain) {
@@ -126,25 +128,25 @@ impl DataLayout {
         }
     }
 
-    /// Offset of elastic point q; `points` for the entries after the elastic points.
+    /// Returns the offset of elastic point q. For q = number of elastic points, it is the offset of the local part.
     #[inline(always)]
     pub const fn point_offset(self, q: usize) -> usize {
         let shared = if self.damage > 0 && self.plain { GRADIENT } else { 0 };
         self.damage + shared + q * self.per_point()
     }
 
-    /// Number of entries of an element.
+    /// Returns the number of entries of an element.
     #[inline(always)]
     pub fn width(self) -> usize {
         self.point_offset(self.points) + self.locals
     }
 
-    /// Number of entries of an element if the principal axes are appended.
+    /// Returns the number of entries of an element if the principal axes are appended.
     pub fn width_with_axes(self) -> usize {
         self.width() + AXES * self.points
     }
 
-    /// g′ of the damage points.
+    /// Returns g′ of the damage points.
     #[inline(always)]
     pub fn degradation_slopes<P>(self, data: &[P]) -> &[P] {
         &data[..self.damage]
@@ -155,7 +157,7 @@ impl DataLayout {
         &mut data[..self.damage]
     }
 
-    /// Stored data of elastic point q.
+    /// Returns the stored data of elastic point q.
     #[inline(always)]
     pub fn point<P>(self, q: usize, data: &[P]) -> StoredPoint<'_, P> {
         StoredPoint::new(&data[self.point_offset(q)..][..self.per_point()])
@@ -166,7 +168,7 @@ impl DataLayout {
         StoredPointMut::new(&mut data[self.point_offset(q)..][..self.per_point()])
     }
 
-    /// The gradient term of all points of a plain element, integrated over the element.
+    /// Returns the gradient term of a plain element, 2 Gc ℓ₀/c₀ ∇λ_k·∇λ_l times the volume of the element, packed.
     #[inline(always)]
     pub fn shared_gradient<P>(self, data: &[P]) -> &[P; GRADIENT] {
         data[self.damage..].first_chunk().expect("plain elements store it")
@@ -177,7 +179,7 @@ impl DataLayout {
         data[self.damage..].first_chunk_mut().expect("plain elements store it")
     }
 
-    /// Local part of the φ block at damage point p.
+    /// Returns the local part of the φ block (the terms without gradients) at damage point p.
     #[inline(always)]
     pub fn local<P>(self, p: usize, data: &[P]) -> &P {
         &data[self.point_offset(self.points)..][..self.locals][p % self.locals]
@@ -188,7 +190,7 @@ impl DataLayout {
         &mut data[self.point_offset(self.points)..][..self.locals][p % self.locals]
     }
 
-    /// Appended principal axes of elastic point q, one per row.
+    /// Returns the appended principal axes of elastic point q, one per row.
     #[inline(always)]
     pub fn axes<P: Copy>(self, q: usize, data: &[P]) -> [[P; 3]; 3] {
         let axes: &[P; AXES] =
@@ -203,7 +205,7 @@ impl DataLayout {
     }
 }
 
-/// The principal axes, one per row, from √2 (x, y, z, w).
+/// Returns the principal axes, one per row, from √2 times the unit quaternion (x, y, z, w).
 #[inline(always)]
 pub(super) fn principal_axes<T: Number>([x, y, z, w]: [T; 4]) -> [[T; 3]; 3] {
     let one = x.constant(1.0);
@@ -214,10 +216,11 @@ pub(super) fn principal_axes<T: Number>([x, y, z, w]: [T; 4]) -> [[T; 3]; 3] {
     ]
 }
 
-/// √2 (x, y, z, w) of the rotation from the coordinate axes to the given axes.
+/// Returns √2 times the unit quaternion (x, y, z, w) of the rotation from the coordinate axes to the given axes.
 ///
-/// The entries of the matrix 4 q qᵀ are sums of entries of the rotation matrix. Each of its rows is a multiple of q.
-/// The row with the largest diagonal entry is used, because it loses no digits to cancellation.
+/// With the unit quaternion q, the entries of the matrix 4 q qᵀ are sums of entries of the rotation matrix, and each
+/// row of 4 q qᵀ is a multiple of q. The row with the largest diagonal entry is used, because this row loses no
+/// digits to cancellation.
 #[inline(always)]
 pub(super) fn rotation<T: Scalar>(m: &[[T; 3]; 3]) -> [T; 4] {
     let one = m[0][0].constant(1.0);

@@ -8,15 +8,16 @@ use crate::material::{PointLaw, Scalar, dot};
 pub struct ElementResidual<T, const N: usize> {
     /// R_u (N) and R_φ (N mm) of the element's nodes.
     pub nodal: [[T; 4]; N],
-    /// The part ∫ g′ ψ⁺ N_a dV of R_φ.
+    /// Part ∫ g′ ψ⁺ N_a dV of R_φ, N mm.
     pub drive: [T; N],
     /// Elastic and crack energy, and viscous dissipation, N mm.
     pub energies: [T; 3],
-    /// 1, or 0 if the element is inverted.
+    /// 1 if the element is not inverted, else 0.
     pub sound: T,
 }
 
-/// Residuals R_u and R_φ of the element's nodes, and energies. `scratch` is storage for the state of one point.
+/// Computes the residuals R_u and R_φ of the element's nodes, and the energies. `scratch` is storage for the state of
+/// one point.
 #[inline(always)]
 pub fn residual<T: Scalar, L: PointLaw<T>, const N: usize>(
     element: &ElementState<'_, T, L, N>,

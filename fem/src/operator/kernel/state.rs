@@ -1,4 +1,4 @@
-//! The state of an element, and strains and stresses at its points.
+//! State of an element, and strains and stresses at its points.
 
 use crate::element::{Geometry, Rule};
 use crate::material::{
@@ -8,7 +8,7 @@ use crate::material::{
 /// Largest number of elastic points or of damage points of any rule.
 pub const MOST_POINTS: usize = 14;
 
-/// The state of an element, or of one element per SIMD lane.
+/// State of an element, or of one element per SIMD lane.
 #[derive(Clone, Copy, Debug)]
 pub struct ElementState<'a, T, L, const N: usize> {
     pub rule: &'a Rule,
@@ -46,7 +46,7 @@ pub struct Constants<'a, T, L> {
 /// Deformation and response at an elastic point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PointState<T> {
-    /// Volume of the point.
+    /// Volume that belongs to the point, mm³.
     pub weight: T,
     pub principal: Principal<T>,
     pub response: Response<T>,
@@ -82,19 +82,20 @@ impl<T: Scalar, L: PointLaw<T>, const N: usize> ElementState<'_, T, L, N> {
         self.constants.local.constant(x)
     }
 
-    /// Geometry factors at elastic point q.
+    /// Returns the geometry factors at elastic point q.
     #[inline(always)]
     pub(super) fn geometry(&self, q: usize) -> &Geometry<T> {
         &self.geometry[if self.geometry.len() == 1 { 0 } else { q }]
     }
 
-    /// Volume of elastic point q.
+    /// Returns the volume that belongs to elastic point q, mm³.
     #[inline(always)]
     pub(super) fn weight(&self, q: usize) -> T {
         self.geometry(q).volume * self.constant(self.rule.points[q].weight)
     }
 
-    /// Volume of damage point p: the sum of the volumes of the elastic points, weighted by the mixing matrix.
+    /// Returns the volume that belongs to damage point p, mm³: the sum of the volumes of the elastic points, weighted
+    /// by the coefficients C_qp.
     #[inline(always)]
     pub(super) fn damage_weight(&self, p: usize) -> T {
         if self.geometry.len() == 1 {
@@ -107,7 +108,7 @@ impl<T: Scalar, L: PointLaw<T>, const N: usize> ElementState<'_, T, L, N> {
         sum
     }
 
-    /// ∂U_k/∂u_a at elastic point q, by node a.
+    /// Returns ∂U_k/∂u_a at elastic point q; row a, column k.
     #[inline(always)]
     pub(super) fn slopes(&self, q: usize) -> &[[f64; 3]; N] {
         self.rule.points[q].slopes.first_chunk().expect("a slope of each node")
@@ -118,8 +119,8 @@ impl<T: Scalar, L: PointLaw<T>, const N: usize> ElementState<'_, T, L, N> {
         self.rule.damage[p].shape.first_chunk().expect("a value of each node")
     }
 
-    /// Strains and stresses at elastic point q, for the values `phi` of φ at the damage points. Writes the state of the
-    /// point at the end of the increment to the beginning of `state`.
+    /// Computes strains and stresses at elastic point q, for the values `phi` of φ at the damage points. Writes the
+    /// state of the point at the end of the increment to the beginning of `state`.
     #[inline(always)]
     pub(super) fn at<const TANGENT: bool>(
         &self,
@@ -137,7 +138,7 @@ impl<T: Scalar, L: PointLaw<T>, const N: usize> ElementState<'_, T, L, N> {
         PointState { weight: self.weight(q), principal, response }
     }
 
-    /// Displacement gradient H = ∂u/∂X at elastic point q.
+    /// Returns the displacement gradient H = ∂u/∂X at elastic point q.
     #[inline(always)]
     fn displacement_gradient(&self, q: usize) -> [[T; 3]; 3] {
         let du = self.differences(q, &self.displacement);
@@ -153,7 +154,7 @@ impl<T: Scalar, L: PointLaw<T>, const N: usize> ElementState<'_, T, L, N> {
         h
     }
 
-    /// ∂u/∂λ_k − ∂u/∂λ₀ at elastic point q, for k = 1 … 3.
+    /// Returns the differences U_k = ∂u/∂λ_k − ∂u/∂λ₀ at elastic point q, for k = 1 … 3.
     #[inline(always)]
     pub(super) fn differences<const C: usize>(&self, q: usize, u: &[[T; C]; N]) -> [[T; C]; 3] {
         let slopes = self.slopes(q);
@@ -172,7 +173,8 @@ impl<T: Scalar, L: PointLaw<T>, const N: usize> ElementState<'_, T, L, N> {
         du
     }
 
-    /// Distributes forces that are conjugate to the differences ∂u/∂λ_k − ∂u/∂λ₀ to the nodes.
+    /// Distributes the forces `flux` to the nodes; `flux[k]` is conjugate to the difference U_k = ∂u/∂λ_k − ∂u/∂λ₀ of
+    /// the nodal values.
     #[inline(always)]
     pub(super) fn add_flux(
         &self,
@@ -206,7 +208,7 @@ impl<T: Scalar, L: PointLaw<T>, const N: usize> ElementState<'_, T, L, N> {
         sum
     }
 
-    /// φ at the damage points.
+    /// Returns φ at the damage points.
     #[inline(always)]
     pub(super) fn damage_at_points(&self) -> [T; MOST_POINTS] {
         let mut phi = [self.constant(0.0); MOST_POINTS];
@@ -216,7 +218,7 @@ impl<T: Scalar, L: PointLaw<T>, const N: usize> ElementState<'_, T, L, N> {
         phi
     }
 
-    /// g_q = Σ_p C_qp g(φ_p); 1 if the element cannot be damaged.
+    /// Returns the degradation g_q = Σ_p C_qp g(φ_p) of elastic point q; 1 if no region can be damaged.
     #[inline(always)]
     pub(super) fn degradation_at(
         &self,
@@ -244,7 +246,8 @@ impl<T: Scalar, L: PointLaw<T>, const N: usize> ElementState<'_, T, L, N> {
         }
     }
 
-    /// Writes the state at the end of the increment, point after point. Returns 1, or 0 if the element is inverted.
+    /// Writes the state of the laws at the end of the increment, point after point. Returns 1, or 0 if the element is
+    /// inverted.
     #[inline(always)]
     pub fn update(&self, state: &mut [T]) -> T {
         let phi = self.damage_at_points();

@@ -8,8 +8,8 @@ pub(crate) const STRESS_SUMS: usize = 9;
 /// Tensor indices of xx, yy, zz, xy, yz, xz: the order of VTK.
 const ENTRIES: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)];
 
-/// Integrals over the reference volume: ∫ψ dV, ∫dV, ∫J dV and the entries of ∫τ dV, with τ = J σ. The second value is
-/// 1, or 0 if the element is inverted. `scratch` is storage for the state of one point.
+/// Computes integrals over the reference volume: ∫ψ dV, ∫dV, ∫J dV and the entries of ∫τ dV, with τ = J σ. The second
+/// value is 1, or 0 if the element is inverted. `scratch` is storage for the state of one point.
 #[inline(always)]
 pub(crate) fn stress_sums<T: Scalar, L: PointLaw<T>, const N: usize>(
     element: &ElementState<'_, T, L, N>,
