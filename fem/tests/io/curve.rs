@@ -15,7 +15,7 @@ fn errors_name_the_line_and_the_column() {
     };
     refused(
         "time_s,displacement_mm\n0,0\n",
-        ["curve.csv", "no column 'force_N'", "the header must hold"],
+        ["curve.csv", "no column 'force_N'", "its header must contain"],
     );
     let header = "time_s,displacement_mm,force_N,elastic_N_mm,fracture_N_mm,viscous_N_mm,phi_mean,\
                   phi_max";

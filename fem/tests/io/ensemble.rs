@@ -221,13 +221,13 @@ fn progress_is_told_and_damaged_files_are_made_again() {
     assert_eq!(without_seconds(again), without_seconds(records));
     assert_eq!(listener.started.into_inner(), 2);
     let warnings = listener.warnings.into_inner().unwrap().join("\n");
-    for part in ["run-000002.json is damaged", "run 2 is made again", "it holds run 1"] {
+    for part in ["run-000002.json is damaged", "run 2 is computed again", "it contains run 1"] {
         assert!(warnings.contains(part), "{warnings}");
     }
     // what lay in their place is kept under another name
     let aside = fs::read_to_string(dir.path().join("run-000002.json.damaged")).unwrap();
     assert_eq!(aside, &text[..text.len() / 2]);
-    assert!(warnings.contains("kept as"), "{warnings}");
+    assert!(warnings.contains("renamed to"), "{warnings}");
 }
 
 /// An edit of a record that is valid JSON is seen by its checksum.
@@ -281,7 +281,7 @@ fn other_ensembles_and_other_designs_are_refused() {
     let error = Ensemble::open(dir.path(), "mesh = cylinder\nload = 0.1 mm").unwrap_err();
     assert!(matches!(error, EnsembleError::Foreign { .. }));
     let message = error.to_string();
-    assert!(message.contains("there `load = 0.22 mm`, here `load = 0.1 mm`"), "{message}");
+    assert!(message.contains("stored: `load = 0.22 mm`; requested: `load = 0.1 mm`"), "{message}");
     assert!(!message.contains("cylinder"), "{message}");
 
     let ensemble = in_directory(dir.path());
@@ -298,7 +298,7 @@ fn other_ensembles_and_other_designs_are_refused() {
     runs[1].inputs[1] = f64::INFINITY;
     assert!(refused(&runs, &NAMES).to_string().contains("viscosity_mpa_s = inf"));
     runs[1] = runs[0].clone();
-    assert!(refused(&runs, &NAMES).to_string().contains("given twice"));
+    assert!(refused(&runs, &NAMES).to_string().contains("two runs have this number"));
     assert!(refused(&runs[..1], &NAMES[..1]).to_string().contains("2 inputs for 1 names"));
 
     fs::write(dir.path().join("ensemble.json"), "{\"format\": 1,").unwrap();

@@ -85,5 +85,5 @@ fn a_run_that_was_made_twice_is_kept_once_and_told() {
     assert_eq!(records, first);
     assert_eq!(at(dir.path()).records, first);
     let warnings = warnings.0.into_inner().unwrap().join("\n");
-    assert!(warnings.contains("run 1 was made by another process too"), "{warnings}");
+    assert!(warnings.contains("run 1 was computed twice"), "{warnings}");
 }

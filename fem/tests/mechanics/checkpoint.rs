@@ -148,7 +148,7 @@ fn a_state_that_does_not_fit_is_refused() {
         let FemError::Checkpoint { path, source } = &error else { panic!("{error}") };
         assert_eq!((path, *source), (&checkpoint.path, reason), "{error}");
         let message = error.to_string();
-        assert!(message.contains("run.state") && message.contains("remove it"), "{message}");
+        assert!(message.contains("run.state") && message.contains("delete the file"), "{message}");
     };
     let softer =
         fem::Material { elasticity: fem::Material::hencky(274.0, 0.25).elasticity, ..matrix() };

@@ -458,12 +458,12 @@ fn what_has_no_derivatives_is_refused_with_what_helps() {
     let sliding = problem(plain);
     let rough = Friction { coefficient: 0.1, ..Friction::none() };
     let rubs = between(&sliding, &loading(0.16, 1.0, 8), Platens::Unilateral(rough));
-    refused(&rubs, vec![young()], &["friction", "without them"]);
+    refused(&rubs, vec![young()], &["friction", "without friction"]);
 
     refused(&sliding, vec![young(), young()], &["two parameters", "'young'"]);
     let stale =
         MaterialParameter::new("young", 300.0, |x| vec![elastic(matrix(), x, 0.25), grain()]);
-    refused(&sliding, vec![stale], &["'young'", "'matrix'", "275", "around the materials"]);
+    refused(&sliding, vec![stale], &["'young'", "'matrix'", "275", "below and above the materials"]);
     let none = MaterialParameter { width: 0.0, ..young() };
     refused(&sliding, vec![none], &["width = 0", "positive"]);
     let few = MaterialParameter::new("young", 275.0, |x| vec![elastic(matrix(), x, 0.25)]);

@@ -221,7 +221,7 @@ fn a_controller_of_the_user_sees_failures_and_chooses_the_steps() {
         let End::Failed(error) = outcome.end else { panic!("{:?}", outcome.end) };
         assert!(error.to_string().contains(part), "{error}");
     };
-    refused(None, "gave up");
+    refused(None, "the step controller ended the run");
     refused(Some(Step::Advance(-0.1)), "step = -0.1 must be positive");
     refused(Some(Step::Release { n_mm: 1.0, guess: 0.1 }), "controls_crack_energy");
 }

@@ -187,7 +187,7 @@ fn what_is_not_a_law_is_refused() {
     let message =
         |material: Result<Material, crate::FemError>| material.expect_err("refused").to_string();
     assert!(message(Material::hyperelastic(Skew)).contains("exchanged"));
-    assert!(message(Material::hyperelastic(Prestressed)).contains("at rest is not zero"));
+    assert!(message(Material::hyperelastic(Prestressed)).contains("at zero strain is not zero"));
     let soft = MooneyRivlin { c10_mpa: -1.0, c01_mpa: 0.5, bulk_mpa: 3.0 };
     assert!(message(Material::hyperelastic(soft)).contains("μ = -"));
     let flat = ogden([(1.0, 0.0)], 3.0);
