@@ -60,11 +60,9 @@ pub(super) fn parse(bytes: &[u8], id: usize, checksums: Checksums) -> StoredRun 
         Err(error) => return StoredRun::Damaged(error.to_string()),
     };
     match stored {
-        Some(stored) if stored != computed => {
-            StoredRun::Edited(format!(
-                "the stored checksum is {stored}, the checksum of the content is {computed}"
-            ))
-        }
+        Some(stored) if stored != computed => StoredRun::Edited(format!(
+            "the stored checksum is {stored}, the checksum of the content is {computed}"
+        )),
         None if checksums == Checksums::Required => {
             StoredRun::Edited("it has no checksum".to_owned())
         }

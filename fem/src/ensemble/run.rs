@@ -173,7 +173,9 @@ fn check(runs: &[RunInput], names: &[&str]) -> Result<(), EnsembleError> {
         }
         if inputs.len() != names.len() {
             let (values, names) = (inputs.len(), names.len());
-            return wrong(format!("{values} inputs for {names} names; give one value for each name"));
+            return wrong(format!(
+                "{values} inputs for {names} names; give one value for each name"
+            ));
         }
         if let Some((name, x)) = names.iter().zip(inputs).find(|(_, x)| !x.is_finite()) {
             return wrong(format!("{name} = {x} is not finite; give a finite number"));
@@ -395,7 +397,9 @@ impl EnsembleCall<'_> {
         if finite < curve.len() || rows < sensitivities.force_n.len() {
             curve.truncate(finite);
             sensitivities.force_n.truncate(rows.min(finite));
-            end = Err("the curve, or the derivative of a force, has values that are not finite".into());
+            end =
+                Err("the curve, or the derivative of a force, has values that are not finite"
+                    .into());
         }
         Some(RunRecord::new(run, self.names, end, (curve, sensitivities), seconds))
     }

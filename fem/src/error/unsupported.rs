@@ -213,9 +213,7 @@ impl Unsupported {
         match self {
             Self::NoSchedule => "set the duration and the steps with schedule(…)",
             Self::NotAPlane => "rotate the mesh, or split the surface into planes",
-            Self::FreeMotions { .. } => {
-                "prescribe more components, or call remove_rigid_motions"
-            }
+            Self::FreeMotions { .. } => "prescribe more components, or call remove_rigid_motions",
             Self::Conflict { .. } => {
                 "prescribe equal values at the common nodes, or remove the component from one of the conditions"
             }

@@ -34,7 +34,7 @@ fn an_elastic_body_is_not_told_of_viscosity() {
         .measure("top", [0.0, 0.0, 1.0]);
     let message = failure(&elastic(pulled));
     assert!(!message.contains("viscosity"), "{message}");
-    assert!(message.contains("prescribe displacements in place of loads"), "{message}");
+    assert!(message.contains("prescribe displacements instead of loads"), "{message}");
 }
 
 #[test]
