@@ -10,7 +10,7 @@ pub enum Unsupported {
     /// A plane of symmetry on a surface that is not a plane normal to an axis.
     #[error("the surface is not a plane normal to an axis, so it cannot be a plane of symmetry")]
     NotAPlane,
-    /// The conditions leave rigid motions free.
+    /// The conditions do not prevent all rigid motions.
     #[error("the body can still move {motion} ({count} rigid motions are free)")]
     FreeMotions {
         /// One of the free motions.

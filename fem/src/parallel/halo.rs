@@ -36,7 +36,7 @@ impl Halo {
     }
 
     /// The halo of items that are numbered over all ranks: rank r owns the items from `first[r]` to
-    /// `first[r + 1]` − 1. Locally, a rank has its own items first, then `ghosts`, which are given by their
+    /// `first[r + 1]` − 1. A rank stores the items that it owns first, then `ghosts`, which are given by their
     /// global numbers in increasing order.
     pub(crate) fn of_ghosts(ranks: &Ranks, first: &[usize], ghosts: &[u32]) -> Self {
         let rank = ranks.rank();
@@ -50,7 +50,7 @@ impl Halo {
             let neighbour = neighbours.last_mut().expect("the neighbour was added above");
             neighbour.ghosts.push((own + k) as u32);
         }
-        // a rank can compute the owners of its ghosts, but not which other ranks have its own items as ghosts
+        // a rank can compute the owners of its ghosts, but not which ranks have its owned items as ghosts
         let asked: Vec<u32> = neighbours.iter().map(|n| n.rank as u32).collect();
         for (other, asked) in ranks.gather(&asked).into_iter().enumerate() {
             if asked.contains(&(rank as u32)) && !neighbours.iter().any(|n| n.rank == other) {

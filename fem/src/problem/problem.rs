@@ -189,7 +189,7 @@ impl Problem {
     ///
     /// Every accepted increment solves one additional linear system per parameter, with the tangent of the
     /// equilibrium. The dependence of damage on earlier increments is included, and a damage value at an active bound
-    /// has the rate of its bound. The derivatives are those at fixed steps: the dependence of adaptive step sizes on
+    /// has the rate of its bound. The step sizes count as fixed: the dependence of adaptive step sizes on
     /// the parameters is not included. At a kink of the equations (tr ε = 0 of a split, a node about to leave its
     /// bound) the derivatives are one-sided. If the tangent is singular, there are no derivatives from this point of
     /// the curve on, see [`Sensitivities`](crate::Sensitivities).
@@ -293,7 +293,7 @@ impl Problem {
         Ok(follow(self.resume(checkpoint)?, observer))
     }
 
-    /// Returns the stresses, energies and forces of fields, such as those of an [`Outcome`].
+    /// Returns the stresses, energies and forces of fields, such as [`Outcome::fields`].
     ///
     /// # Errors
     /// [`FemError::OtherFields`] if the fields belong to another problem.

@@ -39,7 +39,7 @@ pub(crate) struct Iterative<'a> {
     device: Option<OnDevice>,
     /// Error of the device, after which the device is no longer used.
     lost: Option<DeviceError>,
-    /// Hierarchy of the processor; the device has its own.
+    /// Hierarchy in the memory of the processor. A device stores a separate hierarchy, in `device`.
     multigrid: Option<MultigridInMemory>,
     /// Whether the hierarchy belongs to the current tangent.
     fresh: bool,
