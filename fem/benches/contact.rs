@@ -1,9 +1,12 @@
-//! A rigid ball on an elastic block, refined towards Hertz's theory.
+//! Convergence of Hertzian contact: a rigid ball is pressed onto an elastic block.
 //!
-//! `cargo bench -p fem --bench contact [-- ELEMENTS…]` presses the ball with the given
-//! numbers of elements over the contact radius (default 4 6 8) and prints a line each: contact radius
-//! and largest pressure from the nodal pressures, against a = (3FR/(4E*))^(1/3) and p₀ = 3F/(2πa²)
-//! for the force found.
+//! ```text
+//! cargo bench -p fem --bench contact [-- ELEMENTS…]
+//! ```
+//!
+//! `ELEMENTS` are the numbers of elements across the contact radius (default 4 6 8). For each number and each element
+//! order, a line shows the contact radius and the largest pressure, computed from the nodal pressures, and their
+//! differences in % from Hertz's theory: a = (3FR/(4E*))^(1/3) and p₀ = 3F/(2πa²) with the computed force F.
 
 #[path = "../tests/support/block.rs"]
 mod block;
@@ -15,26 +18,26 @@ use std::time::Instant;
 use fem::Order;
 
 fn main() {
-    let asked: Vec<usize> = std::env::args()
+    let requested: Vec<usize> = std::env::args()
         .skip(1)
         .filter(|a| a != "--bench")
         .filter_map(|a| a.parse().ok())
         .collect();
-    let across = if asked.is_empty() { vec![4, 6, 8] } else { asked };
+    let across = if requested.is_empty() { vec![4, 6, 8] } else { requested };
     println!("order      over a    tets   a (mm)  off (%)  p0 (MPa)  off (%)   F (N)  seconds");
     for order in [Order::Linear, Order::Quadratic] {
         for &n in &across {
             let begin = Instant::now();
-            let found = hertz::hertz(n, order);
+            let result = hertz::hertz(n, order);
             println!(
                 "{:9} {n:7} {:7} {:8.4} {:8.2} {:9.3} {:8.2} {:7.2} {:8.1}",
                 format!("{order:?}"),
-                found.tets,
-                found.radius_mm,
-                100.0 * (found.radius_mm / found.exact_radius_mm - 1.0),
-                found.pressure_mpa,
-                100.0 * (found.pressure_mpa / found.exact_pressure_mpa - 1.0),
-                found.force_n,
+                result.tets,
+                result.radius_mm,
+                100.0 * (result.radius_mm / result.exact_radius_mm - 1.0),
+                result.pressure_mpa,
+                100.0 * (result.pressure_mpa / result.exact_pressure_mpa - 1.0),
+                result.force_n,
                 begin.elapsed().as_secs_f64(),
             );
         }

@@ -1,10 +1,13 @@
-//! What the engine costs: CSV lines `quantity,value,unit`, one thread, in processor seconds.
+//! Costs of the finite element engine on one thread, in processor seconds, as CSV lines `quantity,value,unit`.
 //!
-//! Run: `cargo bench -p fem --features bench-internals --bench engine`, with the beginnings of names,
-//! as `p1_20k` or `apply`, after `--` for a part of it. The specimen is a lattice cylinder with a fifth of
-//! grains, 80 times as stiff as what is between them, at the default tolerance; the figures are the least of a few
-//! repetitions. `BRECCIA_LARGE=1` adds the sizes up to two million
-//! unknowns, which take minutes and several GB.
+//! ```text
+//! cargo bench -p fem --features bench-internals --bench engine [-- NAME…]
+//! ```
+//!
+//! `NAME` selects the quantities whose names begin with `NAME`, e.g. `p1_20k` or `apply`. The specimen is a lattice
+//! cylinder with 20 % of grains, which are 80 times as stiff as the matrix. The tolerance is the default. Each time is
+//! the smallest of several repetitions. The environment variable `BRECCIA_LARGE=1` adds meshes with up to two million
+//! unknowns, which need minutes and several GB.
 
 use std::ops::ControlFlow;
 use std::sync::LazyLock;
@@ -20,18 +23,18 @@ use fem::{
 type Failure = Box<dyn std::error::Error>;
 
 fn main() {
-    // within the one thread, so that nothing is handed over and waited for
+    // run everything inside the pool's only thread, so that no thread waits for another thread
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
-    pool.install(|| measure().expect("the cases of this file are sound"));
+    pool.install(|| measure().expect("the cases of this file are valid"));
 }
 
 fn measure() -> Result<(), Failure> {
-    let asked: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
+    let requested: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
     let wanted =
-        |name: &str| asked.is_empty() || asked.iter().any(|a| name.starts_with(a.as_str()));
+        |name: &str| requested.is_empty() || requested.iter().any(|a| name.starts_with(a.as_str()));
     println!("quantity,value,unit");
     line("load_of_the_machine", load(), "1");
-    // first, since the peak of the memory is that of the whole process
+    // these runs come first, because the peak memory is a maximum over the whole process
     for (name, spacing_mm) in [("run_20k", 0.38), ("run_40k", 0.302)] {
         if wanted(name) {
             run(name, spacing_mm)?;
@@ -114,7 +117,7 @@ fn test(
         .build()?)
 }
 
-/// The parts of a Newton iteration.
+/// Prints the costs of the parts of a Newton iteration.
 fn parts(name: &str, test: &Problem, repetitions: u32) -> Result<(), Failure> {
     let tets = test.mesh().tets.len() as f64;
     let unknowns = test.unknowns() as f64;
@@ -140,7 +143,7 @@ fn parts(name: &str, test: &Problem, repetitions: u32) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The matrix-free tangent, larger than any cache.
+/// Prints the cost of a product with the matrix-free tangent, on a mesh whose data does not fit into any cache.
 fn product(name: &str, spacing_mm: f64, order: Order, damage: bool) -> Result<(), Failure> {
     let test = test(spacing_mm, order, damage, Auto)?;
     let (tets, unknowns) = (test.mesh().tets.len() as f64, test.unknowns() as f64);
@@ -160,8 +163,10 @@ fn product(name: &str, spacing_mm: f64, order: Order, damage: bool) -> Result<()
     Ok(())
 }
 
-/// The least mean of `repetitions` series, which are no longer than the clock needs: so one of them
-/// is undisturbed even on a machine that has other work.
+/// Returns the time of one call of `part`, s: the smallest mean of `repetitions` series of calls.
+///
+/// A series is only as long as the resolution of the clock requires (10 ms), so that other processes do not disturb every
+/// series.
 fn least(
     clock: &dyn Fn() -> f64,
     repetitions: u32,
@@ -185,7 +190,7 @@ fn least(
     Ok(best / f64::from(calls))
 }
 
-/// Bandwidth of a = b + s c as McCalpin's STREAM counts it, three numbers an entry.
+/// Returns the memory bandwidth in GB/s of a = b + s c (triad), counted as in McCalpin's STREAM: three numbers per entry.
 fn triad() -> f64 {
     const ENTRIES: usize = 8 << 20;
     let (mut a, b, c) = (vec![0.0; ENTRIES], vec![1.0; ENTRIES], vec![2.0; ENTRIES]);
@@ -201,12 +206,13 @@ fn triad() -> f64 {
     24e-9 * ENTRIES as f64 / best
 }
 
-/// A fracture run of 44 steps past the peak.
+/// Runs a fracture test of 44 steps beyond the peak force, and prints its cost.
 fn run(name: &str, spacing_mm: f64) -> Result<(), Failure> {
     steps(name, spacing_mm, 44).map(|_| ())
 }
 
-/// The first load steps of 44; unknowns, and seconds for a Newton iteration.
+/// Runs the first `count` of 44 load steps and prints their cost. Returns the number of unknowns, and the seconds per
+/// Newton iteration.
 fn steps(name: &str, spacing_mm: f64, count: usize) -> Result<[f64; 2], Failure> {
     let test = test(spacing_mm, Order::Linear, true, Auto)?;
     line(&format!("{name}_tetrahedra"), test.mesh().tets.len() as f64, "1");
@@ -230,16 +236,16 @@ fn steps(name: &str, spacing_mm: f64, count: usize) -> Result<[f64; 2], Failure>
     Ok([test.unknowns() as f64, each])
 }
 
-/// Time on the wall, for what is short enough to be undisturbed once in a while.
+/// Wall-clock time, s, for measurements so short that other processes do not disturb every one.
 fn wall_seconds() -> f64 {
     static BEGIN: LazyLock<Instant> = LazyLock::new(Instant::now);
     BEGIN.elapsed().as_secs_f64()
 }
 
-/// Processor time of this process, which other work on the machine lengthens less than the time on
-/// the wall; where Linux does not tell it, the latter.
+/// Processor time of this process, s; on systems without `/proc/self/task`, the wall-clock time. Other processes increase
+/// the processor time less than the wall-clock time.
 fn processor_seconds() -> f64 {
-    // Linux accounts for a task at its ticks, some milliseconds apart, and whenever it waits
+    // Linux updates the time of a thread every few milliseconds, and whenever the thread sleeps
     std::thread::sleep(Duration::from_nanos(1));
     let tasks = std::fs::read_dir("/proc/self/task").into_iter().flatten().flatten();
     let nanoseconds: u64 = tasks
@@ -249,13 +255,13 @@ fn processor_seconds() -> f64 {
     if nanoseconds > 0 { 1e-9 * nanoseconds as f64 } else { wall_seconds() }
 }
 
-/// Processes that want to run, over the last minute.
+/// Mean number of runnable processes on the machine over the last minute (load average).
 fn load() -> f64 {
     let text = std::fs::read_to_string("/proc/loadavg").unwrap_or_default();
     text.split(' ').next().and_then(|x| x.parse().ok()).unwrap_or(f64::NAN)
 }
 
-/// The most memory that this process has held.
+/// Largest memory of this process so far, MiB.
 fn peak_memory_mb() -> f64 {
     let text = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let peak =

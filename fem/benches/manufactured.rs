@@ -1,8 +1,12 @@
 //! Errors against manufactured solutions on a series of meshes.
 //!
-//! `cargo bench -p fem --bench manufactured [-- CELLS…]` solves on n³ cells of six
-//! tetrahedra (default 2 4 8 12) for finite-strain elasticity and for elasticity with damage, with both
-//! elements, and prints L² and H¹ errors with the order between neighbouring lines.
+//! ```text
+//! cargo bench -p fem --bench manufactured [-- CELLS…]
+//! ```
+//!
+//! Each mesh has n³ cells of six tetrahedra; `CELLS` are the numbers n (default 2 4 8 12). Finite-strain elasticity and
+//! elasticity with damage are solved with linear and quadratic elements. Each line contains the L² and H¹ errors, and
+//! the order of convergence from the previous line to this line.
 
 #[path = "../tests/support/block.rs"]
 mod block;
@@ -13,12 +17,12 @@ use fem::Order;
 use manufactured::{errors, order};
 
 fn main() {
-    let asked: Vec<usize> = std::env::args()
+    let requested: Vec<usize> = std::env::args()
         .skip(1)
         .filter(|a| a != "--bench")
         .filter_map(|a| a.parse().ok())
         .collect();
-    let cells = if asked.is_empty() { vec![2, 4, 8, 12] } else { asked };
+    let cells = if requested.is_empty() { vec![2, 4, 8, 12] } else { requested };
     for damaged in [false, true] {
         for element in [Order::Linear, Order::Quadratic] {
             let what = if damaged { "with damage" } else { "elastic" };
@@ -27,9 +31,9 @@ fn main() {
             );
             let mut before: Option<(usize, [f64; 4])> = None;
             for &n in &cells {
-                let found = errors(n, element, damaged);
-                let [a, b] = found.displacement;
-                let [c, d] = found.damage;
+                let errors = errors(n, element, damaged);
+                let [a, b] = errors.displacement;
+                let [c, d] = errors.damage;
                 let now = [a, b, c, d];
                 let columns: Vec<String> = (0..if damaged { 4 } else { 2 })
                     .map(|k| match before {

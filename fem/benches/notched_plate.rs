@@ -1,20 +1,20 @@
-//! The single-edge notched plate in tension and in shear, through the break.
+//! Single-edge notched plate in tension or in shear, until it is broken.
 //!
 //! ```text
 //! cargo bench -p fem --bench notched_plate -- [tension|shear] [SIZE_MM] [STATE]
 //! ```
 //!
-//! `SIZE_MM` is the size of the elements around the crack (default 0.0075), `STATE` a file to go on
-//! from after an interruption. The curve comes as CSV, and at the end the peak. The tables are in the
-//! documentation of the equations. The increments in which a crack runs take hundreds of alternations,
-//! most of the time.
+//! `SIZE_MM` is the size of the elements around the crack (default 0.0075). `STATE` is a checkpoint file from which an
+//! interrupted run resumes. The program prints the curve as CSV, then the peak. The documentation of the equations
+//! (`fem::equations`) contains tables of the results. Most of the run time is spent in the increments in which the crack
+//! grows unstably; these increments need hundreds of alternations.
 //!
 //! ```text
 //!    tension              shear
 //!    ↑ ↑ ↑ ↑ ↑            → → → → →
 //!  ┌───────────┐        ┌───────────┐
 //!  │           │        │           │   1 mm square, plane strain
-//!  ├─────······│        ├─────.     │   slit to the middle, open
+//!  ├─────······│        ├─────.     │   open slit to the middle
 //!  │           │        │      `.   │
 //!  └───────────┘        └────────`──┘
 //! ```
@@ -61,9 +61,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
+/// Observer that prints the curve and records the peak.
 struct Print<'a> {
     plate: &'a NotchedPlate,
-    /// Force (kN) and displacement (mm).
+    /// Force (kN) and displacement (mm) at the peak so far.
     peak: [f64; 2],
 }
 

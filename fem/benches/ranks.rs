@@ -1,10 +1,12 @@
-//! What sharing a run among ranks costs: iterations by number of ranks, and what crosses between them.
+//! Cost of a run on several ranks: number of iterations, and amount of communication.
 //!
 //! ```text
+//! cargo bench -p fem --features bench-internals --bench ranks -- [SPACING_MM] [RANKS…]
 //! cargo bench -p fem --features bench-internals --bench ranks -- 0.4 1 2 4 8
 //! ```
-//! The first argument is the spacing of the mesh in mm, the others are numbers of ranks, threads of this
-//! process here. A fifth of the specimen is grains; the run goes 10 % past the peak.
+//!
+//! `SPACING_MM` is the spacing of the mesh in mm (default 0.5), `RANKS` are numbers of ranks. In this benchmark, ranks
+//! are threads of one process. The specimen contains 20 % of grains. A run stops when the force is 10 % below its peak.
 
 use fem::{
     CompressionTest, CylinderLattice, Fracture, LinearScheme, Material, Order, Packing, PhaseField,
@@ -24,7 +26,7 @@ fn specimen(spacing_mm: f64) -> Result<TetMesh, Box<dyn std::error::Error>> {
     Ok(mesh)
 }
 
-/// Runs the specimen as one of the ranks; says on the first what it took.
+/// Runs the specimen on one of the ranks; the first rank prints the cost.
 fn run(mesh: TetMesh, ranks: Ranks) -> Result<(), fem::FemError> {
     let (rank, size) = (ranks.rank(), ranks.size());
     let options = SolverOptions { linear: LinearScheme::Multigrid, ..SolverOptions::default() };
@@ -63,16 +65,17 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("{} quadratic tetrahedra", mesh.tets.len());
     for count in [2, 8, 64, 512] {
         let parts = bench::parts(&mesh, count);
-        let sum = |of: fn(&bench::PartSize) -> usize| parts.iter().map(of).sum::<usize>() as f64;
+        let sum =
+            |size: fn(&bench::PartSize) -> usize| parts.iter().map(size).sum::<usize>() as f64;
         let most = parts.iter().map(|p| p.ghosts[0]).max().unwrap_or(0);
         println!(
             "{count:4} parts: {:6.0} elements each, ghosts {:5.1} % of the nodes ({:5.1} % of the vertices), at \
-             most {most}, {:4.1} neighbours, {:6.0} kB a product and part",
+             most {most}, {:4.1} neighbours, {:6.0} kB per product and part",
             sum(|p| p.elements) / count as f64,
             100.0 * sum(|p| p.ghosts[0]) / sum(|p| p.nodes[0]),
             100.0 * sum(|p| p.ghosts[1]) / sum(|p| p.nodes[1]),
             sum(|p| p.neighbours) / count as f64,
-            // four numbers of every ghost to its owner, and back
+            // a product sends four f64 numbers of every ghost to its owner, and four numbers back
             sum(|p| p.ghosts[0]) * 64.0 / count as f64 / 1e3,
         );
     }

@@ -1,20 +1,19 @@
-//! What a mesh costs and how near it comes: one packing of 31 spheres, a fifth of the volume, by
-//! spacing, by how grains become part of the mesh, and by the order of the elements.
+//! Accuracy and cost of meshes of one packing: 31 spheres, 20 % of the volume, which do not break.
 //!
 //! ```text
 //! cargo bench -p fem --bench resolution -- [ROW ...]
 //! cargo bench -p fem --bench resolution -- fine=ROW [ROW ...]
 //! ```
 //!
-//! A row is spacing, mode, order and rule, as
-//! `0.7,fraction,p2,geometric-mean`; without rows those of the table below are run. Printed as CSV:
-//! errors of slope, peak force and displacement at the peak against the reference in %, unknowns,
-//! Newton iterations, those of the linear solver, and processor seconds of 44 steps to 0.22 mm. The
-//! reference is a conforming quadratic mesh, extrapolated: 1824 N/mm, 127.0 N (± 2–3 %), 0.0976 mm.
-//! Grains do not break.
+//! `ROW` is a discretisation: mesh spacing in mm, mode of the grains, element order and homogenisation rule, e.g.
+//! `0.7,fraction,p2,geometric-mean`. Default: the rows of the constant `ROWS`. Each run compresses the specimen by
+//! 0.22 mm in 44 steps. Output as CSV: errors in % of slope, peak force and displacement at the peak, number of unknowns,
+//! Newton iterations, iterations of the linear solver, and processor seconds. The reference is extrapolated from
+//! conforming quadratic meshes: 1824 N/mm, 127.0 N (± 2–3 %), 0.0976 mm.
 //!
-//! With `fine=ROW`: how constant the ratio of that row's quantities to each other row's is over
-//! eight points of the prior's box, as mean and standard deviation in %.
+//! With `fine=ROW`, the quantities of the fine row are divided by the quantities of each other row, at eight points of
+//! the prior's box. Output: mean of the ratios minus 1, and their standard deviation, both in %. A small standard
+//! deviation means that a constant factor can correct the coarse row.
 
 use fem::{
     CompressionTest, CurvePoint, Effort, Fracture, Grain, GrainList, GrainMode, Homogenisation,
@@ -25,14 +24,16 @@ type Failure = Box<dyn std::error::Error>;
 
 const RADIUS_MM: f64 = 2.5;
 const HEIGHT_MM: f64 = 4.4;
-/// Slope (N/mm), peak force (N), displacement at the peak (mm).
+/// Reference values: slope (N/mm), peak force (N), displacement at the peak (mm).
 const REFERENCE: [f64; 3] = [1824.0, 127.0, 0.0976];
 const HEADER: &str = "spacing_mm,mode,order,rule";
-/// Young's modulus (MPa), toughness (N/mm) and viscosity (MPa s) of the matrix: the baseline, and
-/// the box of the prior with the number of points in it.
+/// Young's modulus (MPa), toughness (N/mm) and viscosity (MPa s) of the matrix in the baseline case.
 const BASELINE: [f64; 3] = [275.0, 0.0025, 0.3];
+/// Lower and upper limits of these three parameters in the prior.
 const PRIOR: [[f64; 2]; 3] = [[250.0, 300.0], [0.00001, 0.005], [0.05, 0.55]];
+/// Number of parameter points at which rows are compared.
 const POINTS: usize = 8;
+/// Discretisations that are run by default.
 const ROWS: [&str; 9] = [
     "0.7,whole,p1,reuss",
     "0.7,whole,p2,reuss",
@@ -83,7 +84,7 @@ fn main() -> Result<(), Failure> {
     Ok(())
 }
 
-/// Prints mean and standard deviation of the ratios fine : row over the prior's box.
+/// Prints mean and standard deviation of the ratios of the fine row to each other row over the prior's box, in %.
 fn compare(fine: &Row, rows: &[String], grains: &GrainList) -> Result<(), Failure> {
     let points: Vec<[f64; 3]> = (1..=POINTS)
         .map(|n| {
@@ -117,7 +118,7 @@ fn percent(value: [f64; 3], reference: [f64; 3]) -> [f64; 3] {
     std::array::from_fn(|k| 100.0 * (value[k] / reference[k] - 1.0))
 }
 
-/// The n-th number of Halton's sequence to a base.
+/// The n-th number of Halton's sequence with the given base.
 fn halton(mut n: usize, base: usize) -> f64 {
     let (mut sum, mut digit) = (0.0, 1.0);
     while n > 0 {
@@ -128,7 +129,7 @@ fn halton(mut n: usize, base: usize) -> f64 {
     sum
 }
 
-/// How the specimen is simulated.
+/// Discretisation of the specimen.
 struct Row {
     spacing_mm: f64,
     mode: GrainMode,
@@ -136,8 +137,9 @@ struct Row {
     rule: Homogenisation,
 }
 
-/// What came of it.
+/// Results of a run.
 struct Run {
+    /// Slope (N/mm), peak force (N), displacement at the peak (mm).
     quantities: [f64; 3],
     unknowns: usize,
     effort: Effort,
@@ -157,9 +159,9 @@ impl Row {
         })
     }
 
-    /// With the matrix' Young's modulus (MPa), toughness (N/mm) and viscosity (MPa s).
+    /// Runs the test. `matrix` contains Young's modulus (MPa), toughness (N/mm) and viscosity (MPa s) of the matrix.
     fn run(&self, matrix: [f64; 3], grains: &GrainList) -> Result<Run, Failure> {
-        // edges are curved where the elements can be
+        // quadratic elements follow curved surfaces with curved edges
         let curved = self.order == Order::Quadratic;
         let meshing = Meshing { mode: self.mode, curved, ..Meshing::new(self.spacing_mm) };
         let mesh = meshing.build(RADIUS_MM, HEIGHT_MM, grains)?.mesh;
@@ -176,7 +178,7 @@ impl Row {
     }
 }
 
-/// Processor time of this process, s; not a number where Linux does not tell it.
+/// Processor time of this process, s; NaN on systems without `/proc/self/task`.
 fn processor_seconds() -> f64 {
     let tasks = std::fs::read_dir("/proc/self/task").into_iter().flatten().flatten();
     let times = tasks.filter_map(|task| {
@@ -186,7 +188,7 @@ fn processor_seconds() -> f64 {
     times.reduce(|a, b| a + b).map_or(f64::NAN, |nanoseconds| 1e-9 * nanoseconds)
 }
 
-/// The matrix, and grains that do not break.
+/// Materials of the matrix and of grains that do not break.
 fn materials([young_mpa, toughness_n_per_mm, viscosity_mpa_s]: [f64; 3]) -> [Material; 2] {
     let matrix = Material::hencky(young_mpa, 0.25).with_fracture(Fracture {
         toughness_n_per_mm,
@@ -196,8 +198,11 @@ fn materials([young_mpa, toughness_n_per_mm, viscosity_mpa_s]: [f64; 3]) -> [Mat
     [matrix, Material::hencky(22_000.0, 0.25)]
 }
 
-/// Slope of the least-squares line through all of the curve around 0.3 of the displacement at the peak,
-/// straight between its points, and the peak by a parabola; not numbers where the force still rises at the end.
+/// Returns slope (N/mm), peak force (N) and displacement at the peak (mm) of a curve; NaN if the force still rises at
+/// the end.
+///
+/// The peak is the vertex of a parabola through the three highest points. The slope is the slope of the least-squares
+/// line to the piecewise linear curve between 0.2 and 0.4 of the displacement at the peak.
 fn measure(curve: &[CurvePoint]) -> [f64; 3] {
     let top = (0..curve.len())
         .max_by(|&a, &b| curve[a].force_n.total_cmp(&curve[b].force_n))
@@ -210,7 +215,8 @@ fn measure(curve: &[CurvePoint]) -> [f64; 3] {
     [slope_around(curve, 0.3 * at, 0.1 * at), peak, at]
 }
 
-/// 12/L³ ∫ (u − c) F du over [c − L/2, c + L/2], so that no point enters or leaves by a jump.
+/// Slope of the least-squares line to a piecewise linear curve on the window [c − L/2, c + L/2]:
+/// 12/L³ ∫ (u − c) F du. The integral makes the slope a continuous function of the window.
 fn slope_around(curve: &[CurvePoint], centre: f64, half: f64) -> f64 {
     let unloaded = [(-centre, 0.0)].into_iter();
     let points: Vec<(f64, f64)> =
@@ -223,7 +229,7 @@ fn slope_around(curve: &[CurvePoint], centre: f64, half: f64) -> f64 {
             let force = |u: f64| ends[0].1 + rise * (u - a) / (b - a);
             let (from, to) = (a.max(-half), b.min(half));
             let middle = 0.5 * (from + to);
-            // Simpson's rule, exact for a product of two lines
+            // Simpson's rule, which is exact for a product of two linear functions
             let sum = from * force(from) + 4.0 * middle * force(middle) + to * force(to);
             (to - from) / 6.0 * sum
         })

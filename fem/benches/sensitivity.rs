@@ -1,13 +1,13 @@
-//! What the derivatives of the force cost: a specimen with grains, with and without those by E, Gc and
-//! ξ of the matrix.
+//! Cost of the derivatives of the force with respect to E, Gc and ξ of the matrix, for a specimen with grains.
 //!
 //! ```text
 //! cargo bench -p fem --bench sensitivity [REPETITIONS]
 //! ```
 //!
-//! Linear elements of 0.7 mm with a factor, and quadratic ones of 0.9 mm with multigrid, 44 steps past
-//! the peak each, on one thread. Printed as CSV `quantity,value,unit`: the least processor seconds of a
-//! few repetitions (default 3) without and with derivatives, and what these add as a fraction.
+//! Two cases run beyond the peak in 44 steps on one thread: linear elements of 0.7 mm with a sparse factor, and
+//! quadratic elements of 0.9 mm with multigrid. Output as CSV lines `quantity,value,unit`: the smallest processor
+//! seconds of `REPETITIONS` runs (default 3) without and with derivatives, and the additional time as a fraction of the
+//! time without derivatives.
 
 use std::time::Instant;
 
@@ -79,7 +79,7 @@ fn problem(spacing_mm: f64, order: Order, linear: LinearScheme) -> Result<Proble
         .build()?)
 }
 
-/// Of this process, where the system tells them; else since the start.
+/// Processor time of this process, s; on systems without `/proc/self/task`, the wall-clock time since the first call.
 fn processor_seconds() -> f64 {
     thread_local!(static START: Instant = Instant::now());
     std::thread::sleep(std::time::Duration::from_millis(1));

@@ -10,8 +10,8 @@
 //! ```
 //!
 //! A model needs physical volumes `matrix` (tag 1) and `grain` (tag 2), and physical surfaces `bottom` (tag 11) and
-//! `top` (tag 12) normal to z. Without an argument the example writes such a file itself: a cylinder with one ball in
-//! its middle.
+//! `top` (tag 12) normal to z. Without an argument, the example itself writes a model: a cylinder with one ball in its
+//! middle.
 //!
 //! Expected output without an argument:
 //! ```text
@@ -38,7 +38,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ),
         None => example_model(folder.join("gmsh_to_curve.msh"))?,
     };
-    // notes say what was repaired while the file was read
+    // each note describes a repair of the mesh during the import
     let imported = gmsh::import(&path, &names)?;
     for note in &imported.notes {
         println!("note: {note}");

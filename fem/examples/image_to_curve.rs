@@ -12,7 +12,7 @@
 //!
 //! `STACK` is a TIFF stack, a folder of slices, or a file of another format that `fem::read_image` reads; `VOXEL_MM` is
 //! the edge length of a voxel. Without arguments, a virtual scanner images a known packing of balls, so that the result
-//! can be compared with the truth.
+//! can be compared with the known packing.
 //!
 //! Expected output without arguments:
 //! ```text
@@ -50,7 +50,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
     };
 
-    // grey values to grains; warnings name what the user should check
+    // grey values to grains; warnings list results that the user should check
     let segmented = Segmentation::default().run(&image, &mut |_| ())?;
     for warning in &segmented.warnings {
         println!("warning: {warning}");

@@ -1,7 +1,7 @@
-//! Adds an elastic law from outside the crate: Hencky's law whose shear part stiffens with strain.
+//! Defines an elastic law outside the crate: Hencky's law with a shear part that stiffens with strain.
 //!
-//! ψ = K/2 (tr ε)² + μ |dev ε|² (1 + β |dev ε|²), in the principal logarithmic strains ε_i. Only this energy is
-//! written; stress and tangent are derived from it.
+//! ψ = K/2 (tr ε)² + μ |dev ε|² (1 + β |dev ε|²), in the principal logarithmic strains ε_i. The user writes only this
+//! energy; stress and tangent are derived automatically.
 //!
 //! ```text
 //!   force        ╱ own law
@@ -53,18 +53,18 @@ impl HyperelasticLaw for Stiffening {
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let law = |stiffening| Stiffening { bulk_mpa: 20.0, shear_mpa: 4.0, stiffening };
-    let own = Material::hyperelastic(law(3.0))?;
+    let stiffening = Material::hyperelastic(law(3.0))?;
     // checks stress and tangent against differences of the energy
-    assert_material(&own, None);
+    assert_material(&stiffening, None);
     println!(
         "small strain: E = {:.4} MPa, Poisson's ratio {:.4}",
-        own.elasticity.young_mpa(),
-        own.elasticity.poisson()
+        stiffening.elasticity.young_mpa(),
+        stiffening.elasticity.poisson()
     );
     println!("stretch,force_own_N,force_hencky_N");
-    let curves = [curve(own)?, curve(Material::hyperelastic(law(0.0))?)?];
-    for (own, hencky) in curves[0].iter().zip(&curves[1]) {
-        println!("{:.3},{:.3},{:.3}", 1.0 + own[0] / HEIGHT_MM, own[1], hencky[1]);
+    let curves = [curve(stiffening)?, curve(Material::hyperelastic(law(0.0))?)?];
+    for (stiffening, hencky) in curves[0].iter().zip(&curves[1]) {
+        println!("{:.3},{:.3},{:.3}", 1.0 + stiffening[0] / HEIGHT_MM, stiffening[1], hencky[1]);
     }
     Ok(())
 }

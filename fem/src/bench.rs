@@ -1,5 +1,4 @@
-//! Parts of a Newton iteration, one function each, for the benchmark of the solver. Available with the feature
-//! `bench-internals`.
+//! Parts of a Newton iteration as separate functions, for benchmarks. Available with the feature `bench-internals`.
 
 use std::sync::Arc;
 
@@ -12,14 +11,14 @@ use crate::problem::Problem;
 use crate::solve::{LinearSolver, Nodal};
 use fem_mesh::TetMesh;
 
-/// Size of the part of a mesh of quadratic elements that one of several ranks has, and of its communication.
+/// Size of one rank's part of a mesh of quadratic elements, and of the communication of the rank.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PartSize {
     /// Number of elements of the part.
     pub elements: usize,
-    /// Numbers of nodes that the rank owns: of all nodes, and of vertices only.
+    /// Number of nodes that the rank owns: all nodes, vertices only.
     pub nodes: [usize; 2],
-    /// Numbers of ghost nodes, which other ranks own: of all nodes, and of vertices only.
+    /// Number of ghost nodes, which other ranks own: all nodes, vertices only.
     pub ghosts: [usize; 2],
     /// Number of ranks with which the rank exchanges values.
     pub neighbours: usize,
@@ -31,10 +30,10 @@ pub fn parts(mesh: &TetMesh, count: usize) -> Vec<PartSize> {
     let centre = |tet: &[u32; 4]| -> [f64; 3] {
         std::array::from_fn(|k| tet.iter().map(|&n| 0.25 * mesh.nodes[n as usize][k]).sum())
     };
-    let of = bisect(&mesh.tets.iter().map(centre).collect::<Vec<_>>(), count);
+    let rank_of_tet = bisect(&mesh.tets.iter().map(centre).collect::<Vec<_>>(), count);
     let size = |ranks: &Ranks| {
         let nodes = [space.nodes.len(), mesh.nodes.len()];
-        let part = Part::new(ranks, &of, |tet| &space.tets[tet], nodes);
+        let part = Part::new(ranks, &rank_of_tet, |tet| &space.tets[tet], nodes);
         let ghosts = [&part.halo, &part.vertices]
             .map(|halo| halo.neighbours().iter().map(|n| n.ghosts.len()).sum::<usize>());
         let vertices = part.nodes.iter().filter(|n| (**n as usize) < mesh.nodes.len()).count();
@@ -48,8 +47,8 @@ pub fn parts(mesh: &TetMesh, count: usize) -> Vec<PartSize> {
     Ranks::threads(count).iter().map(size).collect()
 }
 
-/// Problem with a small, non-uniform compression and shear, so that the principal axes differ from the coordinate
-/// axes.
+/// Solver of a problem at given fields: a small, non-uniform compression and shear. The principal axes of these fields
+/// differ from the coordinate axes.
 pub struct NewtonParts<'a> {
     problem: &'a Problem,
     fields: Fields,
@@ -66,7 +65,7 @@ impl std::fmt::Debug for NewtonParts<'_> {
 }
 
 impl<'a> NewtonParts<'a> {
-    /// Creates the fields and the solver; nothing is evaluated yet.
+    /// Creates the fields and the solver, without an evaluation.
     pub fn new(problem: &'a Problem) -> Self {
         let nodes = problem.nodes();
         let mut fields = Fields::zero(nodes.len());
@@ -88,14 +87,18 @@ impl<'a> NewtonParts<'a> {
     /// Computes residual and energies.
     ///
     /// # Errors
-    /// [`StepFailure::Inverted`] if an element is inverted; also for the methods below.
+    /// [`StepFailure::Inverted`] if an element is inverted.
     pub fn residual(&mut self) -> Result<(), StepFailure> {
         let increment = increment(self.problem, &self.fields);
         let operator = &self.problem.setup.discretisation.operator;
         Ok(operator.residual(&increment, &mut self.residual)?)
     }
 
-    /// Linearises: assembles the tangent, or computes its point data for quadratic elements with multigrid.
+    /// Linearises the equations: assembles the tangent or, for quadratic elements with multigrid, computes its point
+    /// data.
+    ///
+    /// # Errors
+    /// [`StepFailure::Inverted`] if an element is inverted.
     pub fn linearise(&mut self) -> Result<(), StepFailure> {
         let equations = &self.problem.setup.discretisation.unknowns.equation;
         let free: Vec<_> = equations.iter().map(|e| e.map(|e| e != NONE)).collect();
@@ -103,16 +106,19 @@ impl<'a> NewtonParts<'a> {
         Ok(self.linear.linearise(&increment, Coupling::Full, &free)?)
     }
 
-    /// Solves to a relative residual of 1e-3. The first call computes a new factor or hierarchy.
+    /// Solves the linear system to a relative residual of 1e-3. The first call computes a factor or hierarchy.
     ///
     /// # Errors
-    /// [`StepFailure::Singular`].
+    /// [`StepFailure::Singular`] if the system has no solution.
     pub fn solve(&mut self) -> Result<(), StepFailure> {
         let solved = self.linear.solve(&self.residual.nodal, &mut self.step, 1e-3);
         solved.map(drop).map_err(|_| StepFailure::Singular)
     }
 
-    /// Stores the point data of the matrix-free tangent.
+    /// Computes and stores the point data of the matrix-free tangent.
+    ///
+    /// # Errors
+    /// [`StepFailure::Inverted`] if an element is inverted.
     pub fn store(&mut self) -> Result<(), StepFailure> {
         let increment = increment(self.problem, &self.fields);
         let operator = self.problem.setup.discretisation.operator.as_ref();
@@ -125,7 +131,7 @@ impl<'a> NewtonParts<'a> {
         applied.expect("the processor has the tangent");
     }
 
-    /// Number of bytes of point data, which a product reads once.
+    /// Number of bytes of the point data. A product reads each byte once.
     pub fn bytes(&self) -> usize {
         self.product.bytes()
     }

@@ -170,9 +170,9 @@ measure = { surface = "top", direction = [0.0, 0.0, -1.0] }
         assert!((stress - load).abs() < 5e-3 * load, "{stress} MPa: {row:?}");
     }
     for (from, to, parts) in [
-        ("\"bottom\"", "\"foot\"", ["'foot'", "it has 'bottom', 'side', 'top'"]),
+        ("\"bottom\"", "\"foot\"", ["'foot'", "its surfaces are 'bottom', 'side', 'top'"]),
         ("remove_rigid_motions = true\n", "", ["rigid motions are free", "remove_rigid_motions"]),
-        ("symmetry = [\"bottom\"]", "symmetry = [\"side\"]", ["'side'", "no plane"]),
+        ("symmetry = [\"bottom\"]", "symmetry = [\"side\"]", ["'side'", "not a plane"]),
     ] {
         let (code, _, err) = simulate(&case.replace(from, to));
         assert_eq!(code, Some(1));

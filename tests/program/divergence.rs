@@ -64,7 +64,7 @@ fn a_run_that_diverges_leaves_curve_reason_and_last_state() {
     // another case does not go on from this state, and what was left stays
     let sound = CASE.replace("displacement_mm = 2.2", "displacement_mm = 0.2");
     let (code, err) = simulate(&sound);
-    assert!(code == Some(1) && err.contains("state of another test: remove it"), "{err}");
+    assert!(code == Some(1) && err.contains("state of another test: delete the file"), "{err}");
     assert!(read("failure.txt").unwrap() == reason && read("curve.csv").unwrap() == curve);
 
     // a run that reaches its end leaves neither

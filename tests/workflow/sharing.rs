@@ -208,7 +208,7 @@ fn damaged_and_foreign_runs_are_told_from_good_ones() {
     assert!(code == Some(3) && stages["ensemble"].contains("1 damaged"), "{stages:?}");
     let (code, _, err) = breccia(dir.path(), &ensemble);
     assert_eq!(code, Some(0), "{err}");
-    assert!(err.contains("run-000003.json is damaged") && err.contains("made again"), "{err}");
+    assert!(err.contains("run-000003.json is damaged") && err.contains("computed again"), "{err}");
     let now = finished(&runs);
     let changed: Vec<_> = before.iter().filter(|(path, time)| now[*path] != **time).collect();
     assert!(changed.len() == 1 && *changed[0].0 == torn, "{changed:?}");
@@ -252,7 +252,7 @@ fn what_cannot_be_written_is_told_and_what_was_finished_is_kept() {
         .expect("bash is there");
     let err = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{err}");
-    for part in ["cannot write", "run-0000", "make room", "goes on"] {
+    for part in ["cannot write", "run-0000", "free disk space", "resume"] {
         assert!(err.contains(part), "{part} is not in {err}");
     }
     // no half file has the name of a whole one

@@ -4,10 +4,10 @@ use std::fs::{File, FileType};
 use std::io::{self, Read, Write};
 use std::path::Path;
 
-/// Writes a file atomically: first to a temporary file in the same folder, which then replaces an existing file of that
-/// name.
+/// Writes a file atomically: writes a temporary file in the same folder, then renames it to `path`. An existing file is
+/// replaced.
 ///
-/// The content is on the disk before the file gets its name, so a killed program or a machine failure leaves either the
+/// The content is on the disk before the file is renamed, so a killed program or a machine failure leaves either the
 /// old file or the complete new file. Several processes may write the same file.
 ///
 /// # Errors
@@ -30,7 +30,7 @@ pub fn write_atomically(path: &Path, content: &[u8]) -> io::Result<()> {
     file.write_all(content)?;
     file.as_file().sync_all()?;
     file.persist(path)?;
-    // where directories can be opened, make the name durable too
+    // on systems where a folder can be opened, write the new name to the disk too
     match File::open(folder) {
         Ok(folder) => folder.sync_all(),
         Err(_) => Ok(()),
@@ -40,7 +40,7 @@ pub fn write_atomically(path: &Path, content: &[u8]) -> io::Result<()> {
 fn temporary_in(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".").suffix(".partial");
-    // gives the permissions of any other new file instead of the private permissions of a temporary file
+    // a temporary file is private by default; this file gets the permissions of an ordinary new file
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     builder.tempfile_in(folder)
@@ -48,8 +48,8 @@ fn temporary_in(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
 
 /// Opens a regular file for reading.
 ///
-/// A program that opens a named pipe waits until another program writes to it, and a device may never end.
-/// Both are therefore refused. A symbolic link to a regular file is followed.
+/// Named pipes and devices are rejected: a program that opens a named pipe waits until another program writes to the
+/// pipe, and the data of a device may never end. A symbolic link to a regular file is followed.
 ///
 /// # Errors
 /// [`io::ErrorKind::InvalidInput`] for a named pipe, a socket or a device; otherwise the error of the operating
@@ -69,7 +69,8 @@ pub fn open_regular(path: &Path) -> io::Result<File> {
         // reading a folder fails with an error of the operating system
         None => File::open(path),
         Some(what) => {
-            let message = format!("it is {what}; copy its content to a regular file");
+            let message =
+                format!("the path names {what}, not a regular file; copy its content to a file");
             Err(io::Error::new(io::ErrorKind::InvalidInput, message))
         }
     }

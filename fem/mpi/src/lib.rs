@@ -1,6 +1,6 @@
 //! MPI processes, on one machine or on several, as the ranks of one `fem` simulation.
 //!
-//! This crate is apart from `fem` so that a build with MPI does not compile `fem` a second time. The
+//! This crate is separate from `fem` so that a build with MPI does not compile `fem` a second time. The
 //! crate is empty without its feature `mpi`, which needs an MPI library and libclang.
 //!
 //! ```ignore
@@ -25,15 +25,15 @@ use mpi::traits::{Communicator as _, CommunicatorCollectives as _, Destination a
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MpiError {
-    /// A process can start MPI once.
+    /// MPI was started a second time in one process.
     #[error(
-        "MPI was started before in this process: call `fem_mpi::ranks` once and clone its ranks"
+        "MPI was already started in this process: call `fem_mpi::ranks` once and clone the returned ranks"
     )]
     StartedBefore,
-    /// The library cannot be called from a thread other than the first.
+    /// The MPI library does not support programs with several threads.
     #[error(
-        "this MPI library can be used by single-threaded programs alone: take one that is built with \
-         support of threads (MPI_THREAD_SERIALIZED)"
+        "this MPI library supports single-threaded programs only: use an MPI library that was built with \
+         support for threads (MPI_THREAD_SERIALIZED)"
     )]
     NoThreads,
 }
@@ -57,9 +57,9 @@ impl fmt::Debug for Mpi {
 /// MPI ends when the last clone of the ranks is dropped. A process that panics ends all processes.
 ///
 /// # Errors
-/// [`MpiError`] for a second call in one process, or for an MPI library without threads.
+/// [`MpiError`] for a second call in one process, or for an MPI library without support for threads.
 pub fn ranks() -> Result<Ranks, MpiError> {
-    // one thread at a time calls MPI, but not always the first thread
+    // only one thread at a time calls MPI, but it is not always the first thread of the process
     let (universe, threading) =
         mpi::initialize_with_threading(Threading::Serialized).ok_or(MpiError::StartedBefore)?;
     if threading < Threading::Serialized {
@@ -70,16 +70,16 @@ pub fn ranks() -> Result<Ranks, MpiError> {
     Ok(Ranks::new(Mpi { _universe: universe, rank, size }))
 }
 
-/// The bytes of a message as MPI counts them.
+/// Converts the length of a message in bytes to the integer type of MPI.
 fn count(bytes: usize) -> i32 {
     i32::try_from(bytes).expect("messages of MPI stay below 2 GiB")
 }
 
-/// An empty message at an address of its own: that of an empty `Vec` is the one by which Open MPI knows
-/// MPI_IN_PLACE.
-fn placed(message: &[u8]) -> &[u8] {
-    static SOMEWHERE: [u8; 8] = [0; 8];
-    if message.is_empty() { &SOMEWHERE[4..4] } else { message }
+/// Returns the message, or an empty slice at a valid address if the message is empty. The address of an empty `Vec`
+/// equals the value of MPI_IN_PLACE in Open MPI, which would change the meaning of the call.
+fn with_valid_address(message: &[u8]) -> &[u8] {
+    static BYTES: [u8; 8] = [0; 8];
+    if message.is_empty() { &BYTES[4..4] } else { message }
 }
 
 impl Communicator for Mpi {
@@ -97,10 +97,10 @@ impl Communicator for Mpi {
         Ok(mpi::request::scope(|scope| {
             let mut sends = Vec::with_capacity(messages.len());
             for (rank, message) in &messages {
-                let send = process(*rank).immediate_send(scope, placed(message));
+                let send = process(*rank).immediate_send(scope, with_valid_address(message));
                 sends.push(WaitGuard::from(send));
             }
-            // messages between two processes come in the order in which they were sent
+            // MPI delivers messages between two processes in the order in which they were sent
             let received =
                 messages.iter().map(|(rank, _)| process(*rank).receive_vec::<u8>().0).collect();
             drop(sends);
@@ -108,29 +108,30 @@ impl Communicator for Mpi {
         }))
     }
 
-    fn gather(&self, own: &[u8]) -> Result<Vec<Vec<u8>>, RankLost> {
+    fn gather(&self, message: &[u8]) -> Result<Vec<Vec<u8>>, RankLost> {
         let world = SimpleCommunicator::world();
         let mut counts = vec![0i32; self.size];
-        world.all_gather_into(&count(own.len()), &mut counts[..]);
-        let mut places = Vec::with_capacity(self.size);
+        world.all_gather_into(&count(message.len()), &mut counts[..]);
+        let mut offsets = Vec::with_capacity(self.size);
         let mut total = 0;
         for &each in &counts {
-            places.push(count(total));
+            offsets.push(count(total));
             total += each as usize;
         }
         if total == 0 {
             return Ok(vec![Vec::new(); self.size]);
         }
         let mut all = vec![0u8; total];
-        let mut partition = PartitionMut::new(&mut all[..], &counts[..], &places[..]);
-        world.all_gather_varcount_into(placed(own), &mut partition);
-        let of = |(&place, &each): (&i32, &i32)| all[place as usize..][..each as usize].to_vec();
-        Ok(places.iter().zip(&counts).map(of).collect())
+        let mut partition = PartitionMut::new(&mut all[..], &counts[..], &offsets[..]);
+        world.all_gather_varcount_into(with_valid_address(message), &mut partition);
+        let part =
+            |(&offset, &each): (&i32, &i32)| all[offset as usize..][..each as usize].to_vec();
+        Ok(offsets.iter().zip(&counts).map(part).collect())
     }
 
-    fn gather_even(&self, own: &[u8]) -> Result<Vec<u8>, RankLost> {
-        let mut all = vec![0u8; own.len() * self.size];
-        SimpleCommunicator::world().all_gather_into(own, &mut all[..]);
+    fn gather_even(&self, message: &[u8]) -> Result<Vec<u8>, RankLost> {
+        let mut all = vec![0u8; message.len() * self.size];
+        SimpleCommunicator::world().all_gather_into(message, &mut all[..]);
         Ok(all)
     }
 }
@@ -138,7 +139,7 @@ impl Communicator for Mpi {
 impl Drop for Mpi {
     fn drop(&mut self) {
         if std::thread::panicking() {
-            // the others would wait for this process for ever
+            // otherwise the other processes would wait for this process for ever
             SimpleCommunicator::world().abort(1);
         }
     }

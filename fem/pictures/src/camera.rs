@@ -62,7 +62,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_projected_comes_back() {
+    fn unproject_is_the_inverse_of_project() {
         let camera = Camera::new();
         let p = [0.3, -1.2, 2.5];
         let back = camera.unproject(camera.project(p));

@@ -20,8 +20,10 @@ impl Canvas {
         Self { picture: Raster::new(width, height, PAPER), depth }
     }
 
-    /// Draws a triangle, given by its corners in pixels and depth. `colour` gets the weights of the corners at a pixel
-    /// and whether the pixel is on an edge. The triangle is transparent at pixels where `colour` returns `None`.
+    /// Draws a triangle. Each corner is given by its column and row in pixels, and its depth.
+    ///
+    /// `colour` gets the barycentric coordinates of a pixel, and whether the pixel is on an edge of the triangle. The
+    /// triangle is transparent at pixels where `colour` returns `None`.
     pub(crate) fn fill(
         &mut self,
         corners: [[f64; 3]; 3],
@@ -32,7 +34,7 @@ impl Canvas {
         if twice_area.abs() < 1e-9 {
             return;
         }
-        // distance of each corner from the opposite edge, which converts a weight into a distance
+        // distance of each corner from the opposite edge: barycentric coordinate × height = distance from that edge
         let length = |p: [f64; 3], q: [f64; 3]| (q[0] - p[0]).hypot(q[1] - p[1]);
         let heights = [length(b, c), length(c, a), length(a, b)].map(|l| twice_area.abs() / l);
         let has_edges = heights.iter().all(|&h| h >= LEAST_HEIGHT);
@@ -53,13 +55,13 @@ impl Canvas {
                     continue;
                 }
                 let depth = (0..3).map(|k| weights[k] * corners[k][2]).sum::<f64>();
-                let place = y * self.picture.width() + x;
-                if depth <= self.depth[place] {
+                let pixel = y * self.picture.width() + x;
+                if depth <= self.depth[pixel] {
                     continue;
                 }
                 let near = has_edges && (0..3).any(|k| weights[k] * heights[k] < EDGE);
                 if let Some(colour) = colour(weights, near) {
-                    self.depth[place] = depth;
+                    self.depth[pixel] = depth;
                     self.picture.set(x, y, colour);
                 }
             }
@@ -81,7 +83,7 @@ mod tests {
     }
 
     #[test]
-    fn the_nearer_of_two_triangles_is_seen_whatever_the_order() {
+    fn the_nearer_of_two_triangles_is_visible_in_any_order() {
         let (near, far) = ([200, 0, 0], [0, 200, 0]);
         for order in [[(2.0, near), (1.0, far)], [(1.0, far), (2.0, near)]] {
             let mut canvas = Canvas::new(40, 40);
@@ -95,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn one_sees_through_what_has_no_colour() {
+    fn a_triangle_without_colour_is_transparent() {
         let mut canvas = Canvas::new(40, 40);
         canvas.fill(triangle(2.0), |weights, _| (weights[0] > 0.5).then_some([200, 0, 0]));
         canvas.fill(triangle(1.0), |_, _| Some([0, 200, 0]));

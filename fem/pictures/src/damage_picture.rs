@@ -33,8 +33,9 @@ pub struct DamagedBody<'a> {
     pub damage: &'a [f64],
 }
 
-/// Draws the half of the body behind the plane through its axis that faces the viewer. The displacements are not
-/// magnified, and all states of a body are drawn to the same scale.
+/// Draws the half of the body behind a vertical plane through its axis; the viewer looks at the section.
+///
+/// The displacements are not magnified, and all states of a body are drawn to the same scale.
 pub fn damage_picture(body: &DamagedBody<'_>) -> Raster {
     let camera = Camera::new();
     let plane = Plane::through_axis(body.nodes, camera.ahead());
@@ -48,24 +49,26 @@ pub fn damage_picture(body: &DamagedBody<'_>) -> Raster {
     let (pad, scale) = (PAD * size, SIDE / ((1.0 + 2.0 * PAD) * size));
     let side = |k: usize| ((high[k] - low[k] + 2.0 * pad) * scale).ceil().max(2.0) as usize;
     let mut canvas = Canvas::new(side(0), side(1));
-    let place = |p: [f64; 3]| {
+    let to_pixels = |p: [f64; 3]| {
         let [x, y, depth] = camera.project(p);
         [(x - low[0] + pad) * scale, (y - low[1] + pad) * scale, depth * scale]
     };
     for (face, tet) in body.surface() {
-        let corners = face.map(|n| Corner::of(body, &plane, n as usize));
-        let Some(brightness) = seen(&camera, corners.map(|c| c.position), body.centre(tet)) else {
+        let corners = face.map(|n| Corner::at_node(body, &plane, n as usize));
+        let corner_positions = corners.map(|c| c.position);
+        let Some(brightness) = brightness(&camera, corner_positions, body.centre(tet)) else {
             continue;
         };
-        canvas.fill(corners.map(|c| place(c.position)), |weights, _| {
-            let mix = |of: fn(&Corner) -> f64| (0..3).map(|k| weights[k] * of(&corners[k])).sum();
+        canvas.fill(corners.map(|c| to_pixels(c.position)), |weights, _| {
+            let mix =
+                |value: fn(&Corner) -> f64| (0..3).map(|k| weights[k] * value(&corners[k])).sum();
             let (ahead, damage): (f64, f64) = (mix(|c| c.ahead), mix(|c| c.damage));
             (ahead <= 0.0).then(|| lit(colour(damage, body.grain[tet]), brightness))
         });
     }
     let brightness = light(camera.ahead());
     for (triangle, tet) in body.section(&plane) {
-        canvas.fill(triangle.map(|c| place(c.position)), |weights, _| {
+        canvas.fill(triangle.map(|c| to_pixels(c.position)), |weights, _| {
             let damage = (0..3).map(|k| weights[k] * triangle[k].damage).sum();
             Some(lit(colour(damage, body.grain[tet]), brightness))
         });
@@ -96,7 +99,7 @@ impl Plane {
     }
 }
 
-/// A point of a surface.
+/// A corner of a triangle on the surface or on the section of the body.
 #[derive(Clone, Copy)]
 struct Corner {
     /// Displaced position, mm.
@@ -107,7 +110,7 @@ struct Corner {
 }
 
 impl Corner {
-    fn of(body: &DamagedBody<'_>, plane: &Plane, node: usize) -> Self {
+    fn at_node(body: &DamagedBody<'_>, plane: &Plane, node: usize) -> Self {
         let (x, u) = (body.nodes[node], body.displacement[node]);
         let position = [0, 1, 2].map(|k| x[k] + u[k]);
         Self { position, ahead: plane.ahead(x), damage: body.damage[node] }
@@ -148,7 +151,7 @@ impl DamagedBody<'_> {
     fn section(&self, plane: &Plane) -> Vec<([Corner; 3], usize)> {
         let mut triangles = Vec::new();
         for (tet, nodes) in self.tets.iter().enumerate() {
-            let corners = nodes.map(|n| Corner::of(self, plane, n as usize));
+            let corners = nodes.map(|n| Corner::at_node(self, plane, n as usize));
             let (before, behind): (Vec<&Corner>, Vec<&Corner>) =
                 corners.iter().partition(|c| c.ahead > 0.0);
             let meet = |i: usize, j: usize| before[i].on_plane(behind[j]);
@@ -173,9 +176,9 @@ impl DamagedBody<'_> {
     }
 }
 
-/// Brightness of a face; `None` if the face is turned away from the viewer. The outward direction points away from the
-/// centroid of the tetrahedron.
-fn seen(camera: &Camera, [p, q, r]: [[f64; 3]; 3], centre: [f64; 3]) -> Option<f64> {
+/// Brightness of a face; `None` if the face is turned away from the viewer. The outward normal points away from
+/// `centre`, the centroid of the tetrahedron.
+fn brightness(camera: &Camera, [p, q, r]: [[f64; 3]; 3], centre: [f64; 3]) -> Option<f64> {
     let normal = cross(sub(q, p), sub(r, p));
     let length = dot(normal, normal).sqrt();
     let outward = dot(normal, sub(p, centre)).signum() / length;
@@ -183,12 +186,13 @@ fn seen(camera: &Camera, [p, q, r]: [[f64; 3]; 3], centre: [f64; 3]) -> Option<f
     (dot(normal, camera.towards) > 0.0).then(|| light(normal))
 }
 
-/// Colour of matrix and grain: grains are grey; damage changes their colour to the colour of damaged matrix.
+/// Colour at damage 0 to 1 and grain fraction 0 to 1. Undamaged grains are grey; damage changes the colour of a grain
+/// to the colour of the damaged matrix.
 fn colour(damage: f64, grain: f64) -> [f64; 3] {
     let damage = damage.clamp(0.0, 1.0);
-    let place = damage * (RAMP.len() - 1) as f64;
-    let below = (place as usize).min(RAMP.len() - 2);
-    let (a, b, t) = (RAMP[below], RAMP[below + 1], place - below as f64);
+    let position = damage * (RAMP.len() - 1) as f64;
+    let below = (position as usize).min(RAMP.len() - 2);
+    let (a, b, t) = (RAMP[below], RAMP[below + 1], position - below as f64);
     let whole = grain * (1.0 - damage);
     [0, 1, 2].map(|k| {
         let matrix = f64::from(a[k]) + t * (f64::from(b[k]) - f64::from(a[k]));
@@ -207,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn the_section_is_that_of_the_cylinder_wherever_it_is() {
+    fn the_section_of_a_cylinder_has_its_area_at_any_position() {
         for shift in [0.0, 7.0] {
             let mut mesh = mesh();
             mesh.nodes.iter_mut().for_each(|x| x[0] += shift);
@@ -234,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn damage_is_seen_where_it_is_and_grains_stay_grey() {
+    fn damaged_matrix_is_dark_and_grains_are_grey() {
         let mesh = mesh();
         let n = mesh.nodes.len();
         // fully damaged above mid-height

@@ -12,7 +12,7 @@ const BACKGROUND: Colour = [255; 3];
 /// Half width in voxels of the neighbourhood from which the normal of a surface is computed.
 const AROUND: i64 = 2;
 
-/// Draws the grains from the side and above: for each pixel, a ray is followed until it meets a grain.
+/// Draws the grains as seen from the side and slightly above. Each pixel shows the first grain on its ray.
 pub fn grain_picture(labels: &Volume<u32>) -> Raster {
     let camera = Camera::new();
     let size = labels.shape.map(|n| n as f64);
@@ -58,16 +58,16 @@ fn first_grain(labels: &Volume<u32>, start: [f64; 3], way: [f64; 3]) -> Option<[
     let inside = |k: usize| (start[k] + enter * way[k]).floor().clamp(0.0, size[k] - 1.0) as i64;
     let mut voxel = [inside(0), inside(1), inside(2)];
     let step = way.map(|w| if w > 0.0 { 1 } else { -1 });
-    // distance along the ray to the next face normal to each axis, and distance between two such faces
+    // for each axis: distance along the ray to the next voxel face normal to the axis, and between two such faces
     let mut next = [0, 1, 2].map(|k| {
         let face = voxel[k] + i64::from(step[k] > 0);
         (face as f64 - start[k]) / way[k]
     });
     let apart = way.map(|w| (1.0 / w).abs());
     loop {
-        let place = voxel.map(|v| v as usize);
-        if *labels.at(place) > 0 {
-            return Some(place);
+        let index = voxel.map(|v| v as usize);
+        if *labels.at(index) > 0 {
+            return Some(index);
         }
         let k = match (next[0] <= next[1], next[0] <= next[2], next[1] <= next[2]) {
             (true, true, _) => 0,
@@ -82,7 +82,8 @@ fn first_grain(labels: &Volume<u32>, start: [f64; 3], way: [f64; 3]) -> Option<[
     }
 }
 
-/// Colour of a grain at a voxel of its surface. The normal points to the side on which the grain has fewer voxels.
+/// Colour of a grain at a voxel of its surface. The surface normal points to the side on which the grain has fewer
+/// voxels.
 fn shaded(labels: &Volume<u32>, voxel: [usize; 3]) -> Colour {
     let grain = *labels.at(voxel);
     let mut normal = [0.0; 3];
@@ -90,9 +91,9 @@ fn shaded(labels: &Volume<u32>, voxel: [usize; 3]) -> Colour {
         for dy in -AROUND..=AROUND {
             for dx in -AROUND..=AROUND {
                 let offset = [dx, dy, dz];
-                let place = [0, 1, 2].map(|k| voxel[k] as i64 + offset[k]);
-                let inside = (0..3).all(|k| (0..labels.shape[k] as i64).contains(&place[k]));
-                if inside && *labels.at(place.map(|p| p as usize)) == grain {
+                let index = [0, 1, 2].map(|k| voxel[k] as i64 + offset[k]);
+                let inside = (0..3).all(|k| (0..labels.shape[k] as i64).contains(&index[k]));
+                if inside && *labels.at(index.map(|p| p as usize)) == grain {
                     (0..3).for_each(|k| normal[k] -= offset[k] as f64);
                 }
             }
@@ -137,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn without_grains_there_is_nothing_to_be_seen() {
+    fn a_picture_without_grains_is_empty() {
         let labels = Volume { shape: [3, 4, 5], voxel_mm: 1.0, values: vec![0; 60] };
         let picture = grain_picture(&labels);
         assert_eq!(picture, Raster::new(picture.width(), picture.height(), BACKGROUND));

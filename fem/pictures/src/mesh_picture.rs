@@ -46,9 +46,9 @@ pub fn mesh_picture(mesh: &TetMesh) -> Raster {
 /// Faces that belong to only one drawn tetrahedron, each with the index of the tetrahedron. The faces are sorted, so
 /// that their order does not depend on the hash map.
 fn visible_faces(mesh: &TetMesh) -> Vec<([u32; 3], usize)> {
-    let kept = (0..mesh.tets.len()).filter(|&t| grain(mesh, t) != 0 || !is_cut(centroid(mesh, t)));
+    let drawn = (0..mesh.tets.len()).filter(|&t| grain(mesh, t) != 0 || !is_cut(centroid(mesh, t)));
     let mut faces: HashMap<[u32; 3], ([u32; 3], usize)> = HashMap::new();
-    for t in kept {
+    for t in drawn {
         let [a, b, c, d] = mesh.tets[t];
         for face in [[a, c, b], [a, b, d], [b, c, d], [a, d, c]] {
             let mut key = face;
@@ -93,7 +93,8 @@ fn colour(mesh: &TetMesh, tet: usize) -> [f64; 3] {
     }
 }
 
-/// Number of the tetrahedron's grain, 0 in the matrix. In a mesh without grain numbers it is the number of the region.
+/// Number of the grain that contains a tetrahedron, 0 in the matrix; in a mesh without grain numbers, the number of
+/// the tetrahedron's region.
 fn grain(mesh: &TetMesh, tet: usize) -> u32 {
     mesh.grain_of.as_ref().map_or(u32::from(mesh.region_of[tet]), |g| g[tet])
 }
@@ -113,7 +114,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_sector_of_the_matrix_is_cut_away_and_grains_stay() {
+    fn a_sector_of_the_matrix_is_removed_and_grains_remain() {
         let mut mesh =
             fem_mesh::CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.0 }
                 .build()

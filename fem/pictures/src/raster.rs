@@ -134,7 +134,7 @@ pub(crate) fn grain_colour(grain: u32) -> [f64; 3] {
     GRAINS[grain as usize % GRAINS.len()]
 }
 
-/// Colour under a brightness from 0 to 1.
+/// Multiplies a colour by a brightness from 0 to 1.
 pub(crate) fn lit(colour: [f64; 3], light: f64) -> Colour {
     colour.map(|c| (c * light.clamp(0.0, 1.0)) as u8)
 }
@@ -144,7 +144,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_png_holds_the_pixels() {
+    fn a_png_contains_the_pixels() {
         let mut picture = Raster::new(3, 2, [1, 2, 3]);
         picture.set(2, 1, [200, 100, 0]);
         picture.paste(&Raster::new(2, 1, [9, 9, 9]), 0, 0);
@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn pictures_stand_in_a_row_enlarged() {
+    fn small_pictures_in_a_row_are_enlarged() {
         let one = Raster::from_bytes(2, &[1, 1, 1, 2, 2, 2]);
         let row = side_by_side(&[one.clone(), one]);
         assert_eq!((row.width(), row.height()), (2 * 2 * MOST + GAP, MOST));
@@ -168,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn halving_takes_the_mean_of_four() {
+    fn a_pixel_of_the_halved_picture_is_the_mean_of_four() {
         let mut picture = Raster::new(4, 2, [0; 3]);
         picture.set(0, 0, [40, 80, 120]);
         let half = picture.halved();

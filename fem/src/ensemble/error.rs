@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 pub enum EnsembleError {
     /// The directory contains the runs of another ensemble.
     #[error(
-        "{} holds the runs of another ensemble ({difference}); take another directory, or set back \
-         what was changed",
+        "{} contains the runs of another ensemble ({difference}); use another directory, or undo the \
+         change of these settings",
         directory.display()
     )]
     Foreign {
@@ -21,24 +21,24 @@ pub enum EnsembleError {
     },
     /// The manifest of the ensemble is malformed.
     #[error(
-        "{} is no manifest of an ensemble: {source}; take another directory, or delete this one to \
-         start anew",
+        "{} is not the manifest of an ensemble: {source}; use another directory, or delete this directory \
+         to compute all runs again",
         path.display()
     )]
     Manifest {
-        /// The manifest.
+        /// Path of the manifest.
         path: PathBuf,
         /// The error of the JSON parser.
         source: serde_json::Error,
     },
     /// The files in the directory have a format that this version does not read.
     #[error(
-        "{} has format {found}, not {expected}; take another directory, or delete this one to start \
-         anew",
+        "{} has format {found}, but this version reads formats up to {expected}; use another directory, or \
+         delete this directory to compute all runs again",
         path.display()
     )]
     Format {
-        /// The manifest.
+        /// Path of the manifest.
         path: PathBuf,
         /// The format of the files in the directory.
         found: u32,
@@ -47,7 +47,7 @@ pub enum EnsembleError {
     },
     /// A stored run has other inputs than the requested run.
     #[error(
-        "run {id} in {} was made with {stored}, but {asked} is asked for; take another directory \
+        "run {id} in {} was computed with {stored}, but {asked} is requested; use another directory \
          for another design",
         path.display()
     )]
@@ -63,8 +63,8 @@ pub enum EnsembleError {
     },
     /// The checksum of a stored run is missing or does not match its content.
     #[error(
-        "{} was changed after run {id} was recorded ({reason}), so it is neither used nor replaced: restore the \
-         file, or move it out of the directory to make the run again",
+        "{} was changed after run {id} was recorded ({reason}), so the file is neither used nor replaced: restore \
+         the file, or move it out of the directory to compute the run again",
         path.display()
     )]
     Edited {
@@ -80,11 +80,11 @@ pub enum EnsembleError {
     Run {
         /// Number of the run.
         id: usize,
-        /// What is wrong, and how to fix it.
+        /// The problem and its remedy.
         message: String,
     },
     /// The threads could not be started.
-    #[error("cannot start {threads} threads: {source}; ask for fewer")]
+    #[error("cannot start {threads} threads: {source}; request fewer threads")]
     Threads {
         /// The requested number of threads.
         threads: usize,
@@ -93,8 +93,8 @@ pub enum EnsembleError {
     },
     /// A run or the manifest cannot be written, for example because the disk is full.
     #[error(
-        "cannot write {}: {source}; what was finished before is kept: make room, and the same command \
-         goes on from there",
+        "cannot write {}: {source}; finished runs are not lost: free disk space and repeat the command to \
+         resume",
         path.display()
     )]
     Write {
@@ -105,8 +105,8 @@ pub enum EnsembleError {
     },
     /// The file system does not support locks.
     #[error(
-        "cannot lock {}: {source}; processes that share an ensemble need locks that all machines see \
-         (a local disk, NFS with its lock service, Lustre mounted with flock): take a directory there",
+        "cannot lock {}: {source}; processes that share an ensemble need file locks that are visible on all \
+         machines: use a directory on a local disk, on NFS with its lock service, or on Lustre mounted with flock",
         path.display()
     )]
     Lock {

@@ -63,15 +63,15 @@ impl EnsembleState {
                 StoredRun::Nothing => {}
             }
         }
-        // a retried run has a record and a lock; a run just written has both for a moment
+        // a run that is being retried, or whose lock is about to be removed, has both a record and a lock
         locks.retain(|id| !state.records.iter().any(|record| record.id == *id));
         state.under_way = locks;
         Ok(state)
     }
 }
 
-/// Whether a process holds the lock. The test itself takes the lock for a moment; a worker that tries to lock
-/// the run at that moment treats the run as computed by another process.
+/// Whether a process holds the lock. The test itself holds a shared lock for a very short time; a worker that
+/// tries to lock the run during this time tries a second time after a short delay.
 fn is_locked(path: &Path) -> bool {
     File::open(path)
         .is_ok_and(|file| matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock)))

@@ -76,7 +76,7 @@ impl RunRecord {
         RunRecord { id, names, inputs, status, end, seconds, curve, sensitivities }
     }
 
-    /// Names and values of the inputs as text.
+    /// Names and values of the inputs, as text for messages.
     pub(super) fn described(names: &[impl AsRef<str>], inputs: &[f64]) -> String {
         let pairs: Vec<String> = names
             .iter()

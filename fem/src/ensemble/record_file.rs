@@ -38,7 +38,7 @@ struct RecordFile<R> {
     record: R,
 }
 
-/// The bytes of the file for a record.
+/// Serialises a record and its checksum as the content of a file.
 pub(super) fn to_bytes(record: &RunRecord) -> io::Result<Vec<u8>> {
     let file = RecordFile { checksum: checksum(record)?, record };
     let mut bytes = serde_json::to_vec_pretty(&file)?;
@@ -60,13 +60,13 @@ pub(super) fn parse(bytes: &[u8], id: usize, checksums: Checksums) -> StoredRun 
         Err(error) => return StoredRun::Damaged(error.to_string()),
     };
     match stored {
-        Some(stored) if stored != computed => {
-            StoredRun::Edited(format!("its checksum is {stored}, that of its content {computed}"))
-        }
+        Some(stored) if stored != computed => StoredRun::Edited(format!(
+            "the stored checksum is {stored}, the checksum of the content is {computed}"
+        )),
         None if checksums == Checksums::Required => {
             StoredRun::Edited("it has no checksum".to_owned())
         }
-        _ if record.id != id => StoredRun::Damaged(format!("it holds run {}", record.id)),
+        _ if record.id != id => StoredRun::Damaged(format!("it contains run {}", record.id)),
         _ => StoredRun::Record(record),
     }
 }

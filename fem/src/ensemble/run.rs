@@ -34,8 +34,9 @@ impl std::fmt::Debug for Turn {
 /// Every finished run is one file, which is written completely before it gets its name. If the program is
 /// killed, only runs in progress are lost; the same command resumes the ensemble. Several processes can share
 /// the directory, on one machine or on several machines with a common file system that supports locks. A
-/// process locks each run while it computes the run, and the lock is released when the process ends. Clocks
-/// are not used. A failed run is recorded with its reason, and the other runs continue.
+/// process locks each run while it computes the run, and the operating system releases the lock when the
+/// process ends. Time stamps are not used, so the clocks of the machines may differ. A failed run is recorded
+/// with the reason of its failure, and the other runs continue.
 ///
 /// Requirements on the file system: renaming a file is atomic, and a lock (`flock`) that one machine holds is
 /// visible on all machines. If locks are not supported, [`Self::open`] or [`Self::run`] returns an error. If
@@ -141,7 +142,7 @@ impl Ensemble {
             .num_threads(threads)
             .build()
             .map_err(|source| EnsembleError::Threads { threads, source })?;
-        let shift = Shift {
+        let call = EnsembleCall {
             ensemble: self,
             runs,
             names,
@@ -150,12 +151,12 @@ impl Ensemble {
             interrupt,
             state: Mutex::default(),
         };
-        shift.begin()?;
+        call.begin()?;
         // each thread of the pool takes runs from the queue; parallel work inside a run uses the same pool
-        pool.broadcast(|_| shift.work());
+        pool.broadcast(|_| call.work());
 
         let Queue { records, error, .. } =
-            shift.state.into_inner().unwrap_or_else(PoisonError::into_inner);
+            call.state.into_inner().unwrap_or_else(PoisonError::into_inner);
         match error {
             Some(error) => Err(error),
             None => Ok(records.into_iter().flatten().collect()),
@@ -168,21 +169,23 @@ fn check(runs: &[RunInput], names: &[&str]) -> Result<(), EnsembleError> {
     for RunInput { id, inputs } in runs {
         let wrong = |message| Err(EnsembleError::Run { id: *id, message });
         if !ids.insert(id) {
-            return wrong("its number is given twice; number the runs uniquely".into());
+            return wrong("two runs have this number; give each run a unique number".into());
         }
         if inputs.len() != names.len() {
             let (values, names) = (inputs.len(), names.len());
-            return wrong(format!("{values} inputs for {names} names; give one for each"));
+            return wrong(format!(
+                "{values} inputs for {names} names; give one value for each name"
+            ));
         }
         if let Some((name, x)) = names.iter().zip(inputs).find(|(_, x)| !x.is_finite()) {
-            return wrong(format!("{name} = {x}; give a finite number"));
+            return wrong(format!("{name} = {x} is not finite; give a finite number"));
         }
     }
     Ok(())
 }
 
-/// One call of [`Ensemble::run`].
-struct Shift<'a> {
+/// The data of one call of [`Ensemble::run`].
+struct EnsembleCall<'a> {
     ensemble: &'a Ensemble,
     runs: &'a [RunInput],
     names: &'a [&'a str],
@@ -192,13 +195,16 @@ struct Shift<'a> {
     state: Mutex<Queue>,
 }
 
+/// The runs of one call: records, progress, and the runs that still have to be computed.
 #[derive(Default)]
 struct Queue {
+    /// Record of each run; None until the run has ended.
     records: Vec<Option<RunRecord>>,
     /// Completed fraction of each run.
     fractions: Vec<f64>,
-    /// Runs to be computed, as indices; true if another process had locked the run.
+    /// Indices of the runs to be computed; the flag is true if another process held the lock of the run.
     queue: VecDeque<(usize, bool)>,
+    /// The error that ends the call.
     error: Option<EnsembleError>,
 }
 
@@ -210,7 +216,7 @@ enum Attempt {
     Interrupted,
 }
 
-impl Shift<'_> {
+impl EnsembleCall<'_> {
     fn state(&self) -> MutexGuard<'_, Queue> {
         // a poisoned lock is safe to use: jobs, which may panic, never run while it is held
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
@@ -229,7 +235,7 @@ impl Shift<'_> {
             (0..records.len()).filter(|&k| records[k].is_none()).map(|k| (k, false)).collect();
         state.records = records;
         drop(state);
-        self.tell();
+        self.report_progress();
         Ok(())
     }
 
@@ -237,7 +243,7 @@ impl Shift<'_> {
         self.ensemble.retry_failed && record.status != RunStatus::Finished
     }
 
-    /// The stored record of a run; None if there is no file or it is damaged.
+    /// The stored record of a run; None if there is no file or the file is damaged.
     fn stored(&self, run: &RunInput) -> Result<Option<RunRecord>, EnsembleError> {
         let path = || self.ensemble.store.path(run.id);
         match self.ensemble.store.read(run.id)? {
@@ -245,7 +251,7 @@ impl Shift<'_> {
             StoredRun::Damaged(reason) => {
                 let path = path();
                 self.progress.warning(&format!(
-                    "{} is damaged ({reason}); run {} is made again",
+                    "{} is damaged ({reason}); run {} is computed again",
                     path.display(),
                     run.id
                 ));
@@ -268,7 +274,7 @@ impl Shift<'_> {
         }
     }
 
-    /// The loop of each thread: takes runs from the queue until it is empty.
+    /// The loop of each thread: computes runs from the queue until the queue is empty.
     fn work(&self) {
         while !self.interrupt.load(Ordering::Relaxed) {
             let next = {
@@ -279,7 +285,8 @@ impl Shift<'_> {
             if was_elsewhere {
                 std::thread::sleep(WAIT);
             }
-            // wait before the run is locked, so that another process can compute it meanwhile
+            // `turn` may block: call it before the run is locked, so that another process can compute the run
+            // meanwhile
             let turn = (self.ensemble.turn.0)();
             let attempt = match self.interrupt.load(Ordering::Relaxed) {
                 true => Ok(Attempt::Interrupted),
@@ -297,7 +304,7 @@ impl Shift<'_> {
                 Ok(Attempt::Interrupted) => return,
                 Err(error) => self.state().error = Some(error),
             }
-            self.tell();
+            self.report_progress();
         }
     }
 
@@ -309,7 +316,7 @@ impl Shift<'_> {
             false => None,
         };
         let Some(_lock) = store.lock(run.id)? else { return Ok(Attempt::Elsewhere) };
-        // another process may have finished the run since the queue was filled
+        // another process may have finished this run after the queue was filled
         if let Some(record) = self.stored(run)?
             && !(self.is_to_be_retried(&record) && before.as_ref() == Some(&record))
         {
@@ -317,11 +324,11 @@ impl Shift<'_> {
             return Ok(Attempt::Ended(record));
         }
         self.progress.started(run.id);
-        let Some(record) = self.make(k) else { return Ok(Attempt::Interrupted) };
-        // a record can be here only if the lock did not exclude the other process
+        let Some(record) = self.compute(k) else { return Ok(Attempt::Interrupted) };
+        // a record can exist now only if the lock of this process did not exclude another process
         match store.read(run.id)? {
             StoredRun::Record(other) if !self.is_to_be_retried(&other) => {
-                self.warn_of_second_maker(run.id);
+                self.warn_of_second_computation(run.id);
                 return Ok(Attempt::Ended(other));
             }
             StoredRun::Edited(reason) => {
@@ -329,7 +336,7 @@ impl Shift<'_> {
             }
             StoredRun::Damaged(_) => {
                 let aside = store.set_aside(run.id)?;
-                let message = format!("the damaged file is kept as {}", aside.display());
+                let message = format!("the damaged file was renamed to {}", aside.display());
                 self.progress.warning(&message);
             }
             StoredRun::Record(_) | StoredRun::Nothing => {}
@@ -340,22 +347,23 @@ impl Shift<'_> {
         Ok(Attempt::Ended(record))
     }
 
-    fn warn_of_second_maker(&self, id: usize) {
+    fn warn_of_second_computation(&self, id: usize) {
         self.progress.warning(&format!(
-            "run {id} was made by another process too, which has written {} first; its record is kept. The locks \
-             of this file system do not reach all machines: use one machine, or another file system",
+            "run {id} was computed twice: another process wrote {} first, and the record of that process is used. \
+             File locks of this file system are not visible on all machines: use one machine, or another file \
+             system",
             self.ensemble.store.path(id).display()
         ));
     }
 
-    /// Runs the job; None if it was interrupted.
-    fn make(&self, k: usize) -> Option<RunRecord> {
+    /// Runs the job; None if the job was interrupted.
+    fn compute(&self, k: usize) -> Option<RunRecord> {
         let run = &self.runs[k];
         let done = |fraction: f64| {
-            // does not finish the run: a run is finished when its record has been written
+            // a fraction of 1 does not finish the run: a run is finished when its record has been written
             self.state().fractions[k] = fraction.clamp(0.0, 1.0);
             self.progress.advanced(run.id, fraction);
-            self.tell();
+            self.report_progress();
         };
         let start = Instant::now();
         let outcome = catch_unwind(AssertUnwindSafe(|| (self.job)(run, &done)));
@@ -382,19 +390,21 @@ impl Shift<'_> {
                 (Err(reason), Vec::new(), Sensitivities::default())
             }
         };
-        // JSON cannot represent infinite values: a record with such a curve could be written but not read
+        // JSON cannot represent infinite values: a record with an infinite value could be written but not read
         let finite = curve.iter().take_while(|point| point.is_finite()).count();
         let rows = &sensitivities.force_n;
         let rows = rows.iter().take_while(|row| row.iter().all(|x| x.is_finite())).count();
         if finite < curve.len() || rows < sensitivities.force_n.len() {
             curve.truncate(finite);
             sensitivities.force_n.truncate(rows.min(finite));
-            end = Err("the curve has values that are not finite".into());
+            end =
+                Err("the curve, or the derivative of a force, has values that are not finite"
+                    .into());
         }
         Some(RunRecord::new(run, self.names, end, (curve, sensitivities), seconds))
     }
 
-    fn tell(&self) {
+    fn report_progress(&self) {
         let (finished, total, fraction) = {
             let state = self.state();
             let total = state.records.len();

@@ -14,10 +14,10 @@ use fem_file::{read_regular, write_atomically};
 const MANIFEST: &str = "ensemble.json";
 /// The format that this version writes: each record has a checksum.
 const FORMAT: u32 = 2;
-/// An older format, whose records have no checksums. They are accepted in a directory whose manifest has this
-/// format.
+/// The older format, in which records have no checksums. Records without checksums are accepted in a directory
+/// whose manifest has this format.
 const WITHOUT_CHECKSUMS: u32 = 1;
-/// Longest time that a process holds the shared lock by which it reads whether a run is in progress.
+/// Longest time for which a process holds the shared lock of a run to test whether the run is in progress.
 const MOMENT: Duration = Duration::from_millis(30);
 
 #[derive(Serialize, Deserialize)]
@@ -27,6 +27,7 @@ struct Manifest {
     fingerprint: String,
 }
 
+/// The files of an ensemble.
 #[derive(Debug)]
 pub(super) struct Store {
     directory: PathBuf,
@@ -34,7 +35,7 @@ pub(super) struct Store {
 }
 
 impl Store {
-    /// The files of a directory. The fingerprint of its ensemble is not checked.
+    /// The files of a directory, without a check of the fingerprint.
     pub(super) fn at(directory: &Path) -> Store {
         let manifest = read_regular(&directory.join(MANIFEST)).ok();
         let manifest = manifest.and_then(|bytes| serde_json::from_slice(&bytes).ok());
@@ -132,7 +133,7 @@ impl Store {
         let file = File::create(&path).map_err(|e| EnsembleError::io("open", &path, e))?;
         let mut locked = file.try_lock();
         if matches!(locked, Err(TryLockError::WouldBlock)) {
-            // a process that reads the state of the ensemble holds a shared lock for a moment
+            // the shared lock of a process that only reads the state of the ensemble is released within `MOMENT`
             std::thread::sleep(MOMENT);
             locked = file.try_lock();
         }
@@ -143,8 +144,10 @@ impl Store {
         }
     }
 
-    /// Removes the lock file of a run. Call it only after the record of the run has been written: a process
-    /// that has locked the removed file then finds the record.
+    /// Removes the lock file of a run.
+    ///
+    /// Call this method only after the record of the run has been written: a process that locks the removed
+    /// file afterwards finds the record and does not compute the run.
     pub(super) fn remove_lock(&self, id: usize) {
         // a lock file that cannot be removed does no harm
         let _ = fs::remove_file(self.lock_path(id));
@@ -182,7 +185,7 @@ fn difference(stored: &str, asked: &str) -> String {
             .take(5)
             .map(|line| format!("`{}`", line.trim()))
             .collect();
-        if lines.is_empty() { "nothing else".into() } else { lines.join(", ") }
+        if lines.is_empty() { "no further settings".into() } else { lines.join(", ") }
     };
-    format!("there {}, here {}", only_in(stored, asked), only_in(asked, stored))
+    format!("stored: {}; requested: {}", only_in(stored, asked), only_in(asked, stored))
 }

@@ -1,4 +1,4 @@
-//! Errors of files written by a run.
+//! Errors of the files that a run writes.
 
 use std::sync::Arc;
 
@@ -7,13 +7,17 @@ use std::sync::Arc;
 #[non_exhaustive]
 pub enum CheckpointError {
     /// The content of the file was changed or truncated.
-    #[error("is damaged: remove it to start again")]
+    #[error("the file is damaged: delete the file to start the test from the beginning")]
     Damaged,
     /// The file has the format of another version.
-    #[error("is a state of another version of this program: remove it to start again")]
+    #[error(
+        "the file was written by another version of this program: delete the file to start the test from the beginning"
+    )]
     Version,
     /// The file belongs to another problem.
-    #[error("is the state of another test: remove it to start this one, or name another file")]
+    #[error(
+        "the file contains the state of another test: delete the file to start this test, or give another file name"
+    )]
     OtherProblem,
 }
 
@@ -22,7 +26,7 @@ pub enum CheckpointError {
 #[non_exhaustive]
 pub enum CurveFileError {
     /// A mandatory column is missing.
-    #[error("has no column '{column}': the header must hold {header}")]
+    #[error("the table has no column '{column}': its header must contain {header}")]
     MissingColumn {
         /// Name of the missing column.
         column: &'static str,
@@ -30,7 +34,7 @@ pub enum CurveFileError {
         header: String,
     },
     /// An entry that is not a number.
-    #[error("line {line}, column '{column}': '{text}' is not a number")]
+    #[error("line {line}, column '{column}': '{text}' is not a number: correct this entry")]
     NotANumber {
         /// Line number, from 1.
         line: u64,
@@ -40,6 +44,6 @@ pub enum CurveFileError {
         text: String,
     },
     /// The file is not a table: the number of columns varies, or the bytes are not text.
-    #[error("is not a table: {0}")]
+    #[error("the file is not a table of comma-separated values: {0}")]
     NotATable(#[source] Arc<csv::Error>),
 }

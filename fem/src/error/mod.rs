@@ -1,4 +1,4 @@
-//! Errors of a problem or a run, with advice.
+//! Errors of the creation of a problem and of a run, each with its remedy.
 
 mod file;
 mod step;
@@ -24,7 +24,7 @@ pub enum FemError {
     Mesh(#[from] MeshError),
     /// A surface named by a condition is missing or empty.
     #[error(
-        "the mesh has no triangles on surface '{name}', where {role}; it has {present}: name the surfaces when the mesh is made or read (a compression test needs 'bottom' and 'top')"
+        "the mesh has no triangles on surface '{name}', where {role}; its surfaces are {present}: name the surfaces when the mesh is built or read (a compression test needs 'bottom' and 'top')"
     )]
     MissingSurface {
         /// Name of the missing surface.
@@ -63,12 +63,12 @@ pub enum FemError {
     Unsupported {
         /// Object that the error concerns.
         entity: String,
-        /// Reason, with its remedy.
+        /// Reason; [`Unsupported::help`] is its remedy.
         reason: Unsupported,
     },
-    /// Fields of another problem.
+    /// The given fields belong to another problem.
     #[error(
-        "the fields have {nodes} nodes and the problem has {expected}: use fields of this problem"
+        "the fields have {nodes} nodes, but the problem has {expected} nodes: use fields that this problem has computed"
     )]
     OtherFields {
         /// Number of nodes of the fields.
@@ -76,9 +76,9 @@ pub enum FemError {
         /// Number of nodes of the problem.
         expected: usize,
     },
-    /// Fields at which stress and energy do not exist.
+    /// The given fields invert an element, for which stress and energy do not exist.
     #[error(
-        "the fields turn an element inside out, so that it has no stress: use fields of an equilibrium"
+        "the fields turn an element inside out, so that its stress is not defined: use the fields of an equilibrium"
     )]
     InvertedFields,
     /// No equilibrium was found, even with the smallest load step.
@@ -99,7 +99,7 @@ pub enum FemError {
     },
     /// The matrix could not be factorised in the available memory.
     #[error(
-        "the sparse factorisation of {unknowns} unknowns failed: {source}; use a coarser mesh or more memory"
+        "the sparse factorisation of {unknowns} unknowns failed: {source}; use a coarser mesh, a machine with more memory, or linear = \"multigrid\""
     )]
     Factorisation {
         /// Number of equations.
@@ -110,7 +110,7 @@ pub enum FemError {
     /// A file cannot be read or written.
     #[error("cannot {action} {}: {source}", path.display())]
     Io {
-        /// `read` or `write`.
+        /// The action that failed: `read` or `write`.
         action: &'static str,
         /// Path of the file.
         path: PathBuf,
@@ -134,7 +134,7 @@ pub enum FemError {
         message: String,
     },
     /// Another rank has ended unexpectedly.
-    #[error("rank {rank} has ended, and the run with it; {}", resumption(checkpoint.as_deref()))]
+    #[error("the run stopped because rank {rank} has ended; {}", resumption(checkpoint.as_deref()))]
     RankLost {
         /// Number of the rank.
         rank: usize,
@@ -153,8 +153,8 @@ pub enum FemError {
 
 fn resumption(checkpoint: Option<&Path>) -> String {
     match checkpoint {
-        Some(path) => format!("the same run resumes from {}", path.display()),
-        None => "no state was saved from which it could resume".into(),
+        Some(path) => format!("start the same run again to resume from {}", path.display()),
+        None => "the run cannot resume because no state was saved".into(),
     }
 }
 

@@ -9,7 +9,7 @@ pub enum StepFailure {
     #[error("the start of the increment turns an element inside out")]
     Inverted,
     /// The energy of a law, or a force that follows from it, is not finite.
-    #[error("the energy or the stress of a law is not finite there")]
+    #[error("the energy or the stress of a law is not finite in an intermediate state")]
     NotFinite,
     /// A prescribed value, a load, the motion of a platen or an initial guess is not finite.
     #[error("a function of the boundary conditions returns a value that is not finite")]
@@ -25,9 +25,9 @@ pub enum StepFailure {
         residual: f64,
     },
     /// The limit of iterations was reached.
-    #[error("too many iterations: the residual is {residual:.1e} after {iterations}")]
+    #[error("too many iterations: the residual is {residual:.1e} after {iterations} iterations")]
     TooManyIterations {
-        /// Iterations of the attempt: of Newton's method, alternations, or steps of a flow.
+        /// Iterations of the attempt: Newton iterations, alternations, or steps of a gradient flow.
         iterations: u32,
         /// Relative residual at the end of the attempt.
         residual: f64,
@@ -35,22 +35,22 @@ pub enum StepFailure {
     /// The linear solver found no solution.
     #[error("the tangent is singular")]
     Singular,
-    /// The limit of passes over the contact pressures was reached.
+    /// The limit of updates of the contact pressures (passes) was reached.
     #[error(
-        "the contact pressures still change by {change:.1e} of the forces after {passes} passes"
+        "the contact pressures still change after {passes} passes, by {change:.1e} relative to the forces on the body"
     )]
     Contact {
-        /// Passes over the contact pressures.
+        /// Number of updates of the contact pressures.
         passes: u32,
         /// Change of the contact forces in the last pass, relative to the forces on the body.
         change: f64,
     },
     /// The step controller ended the run, although every step so far found an equilibrium.
-    #[error("the step controller gave up")]
+    #[error("the step controller ended the run")]
     GivenUp,
-    /// The step released more crack energy than a step of crack energy may release.
+    /// The crack energy of an arc-length step increased by more than the controller allows.
     #[error(
-        "the step released {released_n_mm:.3e} N mm, and at most {allowed_n_mm:.3e} N mm is allowed"
+        "the crack energy of the step increased by {released_n_mm:.3e} N mm; at most {allowed_n_mm:.3e} N mm is allowed"
     )]
     Release {
         /// Increase of the crack energy in the step, N mm.

@@ -5,12 +5,12 @@
 #[non_exhaustive]
 pub enum Unsupported {
     /// A problem without a schedule.
-    #[error("it has no schedule")]
+    #[error("the problem has no schedule of load steps")]
     NoSchedule,
     /// A plane of symmetry on a surface that is not a plane normal to an axis.
-    #[error("it is no plane normal to one of the axes and cannot be one of symmetry")]
+    #[error("the surface is not a plane normal to an axis, so it cannot be a plane of symmetry")]
     NotAPlane,
-    /// The conditions leave rigid motions free.
+    /// The conditions do not prevent all rigid motions.
     #[error("the body can still move {motion} ({count} rigid motions are free)")]
     FreeMotions {
         /// One of the free motions.
@@ -20,7 +20,7 @@ pub enum Unsupported {
     },
     /// Two conditions prescribe different values for a component of a common node.
     #[error(
-        "at their common node {node} (at {position_mm:?} mm) they prescribe {first} and {second} for {component}"
+        "two conditions prescribe different values of {component}, {first} and {second}, at their common node {node} (at {position_mm:?} mm)"
     )]
     Conflict {
         /// Number of the node.
@@ -35,10 +35,12 @@ pub enum Unsupported {
         second: f64,
     },
     /// A compression test whose upper surface is not above the lower surface.
-    #[error("surface 'top' does not lie above 'bottom' (the axis is z)")]
+    #[error("surface 'top' is not above surface 'bottom' (the axis is z)")]
     TopBelowBottom,
     /// A compression test whose surfaces have common nodes.
-    #[error("surfaces 'bottom' and 'top' have nodes in common, which cannot stand still and move")]
+    #[error(
+        "surfaces 'bottom' and 'top' have common nodes, which cannot be fixed and moved at the same time"
+    )]
     CommonNodesOfPlatens,
     /// A node set and a surface of the mesh have the same name.
     #[error("a surface of the mesh has the same name")]
@@ -53,30 +55,32 @@ pub enum Unsupported {
         [f64; 3],
     ),
     /// A sparse factor on a device.
-    #[error("a sparse factor is computed by the processor only")]
+    #[error("the sparse factorisation does not run on a device")]
     FactorOnDevice,
     /// A sparse factor with several ranks.
-    #[error("a sparse factor is computed by one process")]
+    #[error("the sparse factorisation does not run on several ranks")]
     FactorOnRanks,
     /// A device with several ranks.
-    #[error("each rank would need its own device")]
+    #[error("a device cannot be used with several ranks")]
     DeviceOnRanks,
     /// Sensitivities with several ranks.
-    #[error("derivatives of the force are computed by one process")]
+    #[error("derivatives of the force cannot be computed on several ranks")]
     SensitivitiesOnRanks,
     /// More ranks than elements.
     #[error("the mesh has fewer elements than ranks")]
     FewElements,
-    /// Sensitivities of damage that has no energy.
+    /// Sensitivities of a damage model that does not minimise an energy.
     #[error(
-        "with a history or a hybrid split the tangent is not the derivative of the residual, which sensitivities need"
+        "sensitivities need a tangent that is the derivative of the residual, and with a history or a hybrid split it is not"
     )]
     NotVariational,
     /// Sensitivities with arc-length steps.
-    #[error("with arc-length steps the displacement of a point depends on the parameters")]
+    #[error(
+        "sensitivities are derivatives at a fixed displacement, and with arc-length steps the displacement depends on the parameters"
+    )]
     SensitivitiesOfArcLength,
     /// Sensitivities with friction or drag.
-    #[error("friction and drag of platens are not differentiated")]
+    #[error("sensitivities with friction or drag of platens are not implemented")]
     SensitivitiesOfFriction,
     /// Two parameters of sensitivities with the same name.
     #[error("two parameters have the name '{0}'")]
@@ -85,54 +89,60 @@ pub enum Unsupported {
         String,
     ),
     /// A parameter of sensitivities with the wrong number of materials.
-    #[error("{materials} materials for {regions} regions")]
+    #[error("the parameter has {materials} materials for {regions} regions")]
     ParameterRegions {
-        /// Number of materials on one side of the parameter.
+        /// Number of materials below or above the parameter value.
         materials: usize,
         /// Number of regions of the mesh.
         regions: usize,
     },
-    /// A parameter of sensitivities that changes the kind of a material.
-    #[error("region '{0}' has another law on one side, or a toughness")]
+    /// A parameter of sensitivities that changes the kind of a material: its law, or whether it can break.
+    #[error(
+        "below or above the parameter value, the material of region '{0}' has another law, or fractures in only one of them"
+    )]
     ParameterKind(
         /// Name of the region.
         String,
     ),
-    /// The two sides of a parameter do not enclose the material of the problem.
-    #[error("region '{region}' has {below} and {above} on its two sides, the problem {value}")]
+    /// The materials below and above a parameter value do not enclose the material of the problem.
+    #[error(
+        "the values {below} (below) and {above} (above) of region '{region}' do not enclose the value {value} of the problem"
+    )]
     ParameterSides {
         /// Name of the region.
         region: String,
-        /// Value below.
+        /// Material constant below the parameter value.
         below: f64,
-        /// Value above.
+        /// Material constant above the parameter value.
         above: f64,
-        /// Value of the problem.
+        /// Material constant of the problem.
         value: f64,
     },
     /// A mesh with mixtures that has one region only.
-    #[error("a mixture consists of two regions, and the mesh has one")]
+    #[error("a mixed element consists of two regions, but the mesh has only one region")]
     MixtureOfOne,
     /// A mixture with a law whose moduli cannot be homogenised.
-    #[error("only moduli of Hencky's law can be homogenised")]
+    #[error("a mixed element needs homogenised moduli, which exist for Hencky's law only")]
     MixtureLaw,
     /// AT1 on quadratic elements with Gauss points.
-    #[error("with Gauss points, AT1 damages the vertices of quadratic elements unloaded")]
+    #[error("with Gauss points, AT1 damages the vertices of quadratic elements without any load")]
     At1AtGaussPoints,
     /// A spectral split of a law other than Hencky's.
     #[error("the energy of this law has no spectral split")]
     SpectralSplit,
-    /// A mixture with a split of the user's.
-    #[error("a user-defined split does not divide the energy of a mixture")]
+    /// A mixture with a user-defined split.
+    #[error("a user-defined split cannot divide the energy of a mixture")]
     UserSplitOfMixture,
-    /// A hybrid model with a split of the user's.
+    /// A hybrid model with a user-defined split.
     #[error("a hybrid model with a user-defined split is not implemented")]
     HybridUserSplit,
-    /// A split for a law that has its own.
-    #[error("this law states itself which part of its energy damage degrades")]
+    /// A split for a law that defines its own split.
+    #[error("this law itself defines which part of its energy damage degrades")]
     SplitOfOwnLaw,
     /// A degradation function that does not decrease from 1 to 0.
-    #[error("it does not decrease from 1 to 0: its ends are {start} and {end}")]
+    #[error(
+        "the degradation function g does not decrease from 1 to 0: g(0) = {start}, g(1) = {end}"
+    )]
     Degradation {
         /// Value without damage.
         start: f64,
@@ -140,16 +150,16 @@ pub enum Unsupported {
         end: f64,
     },
     /// A law with too many state values.
-    #[error("it has {state_len} state values, at most {most} are stored")]
+    #[error("the law has {state_len} state values per point; at most {most} are allowed")]
     StateValues {
         /// Number of state values of the law.
         state_len: usize,
         /// Largest number of state values.
         most: usize,
     },
-    /// A law whose moduli at rest are not positive.
+    /// A law whose moduli at zero strain are not positive.
     #[error(
-        "its moduli at rest, K = {bulk_mpa} MPa and μ = {shear_mpa} MPa, are not both positive"
+        "the moduli of the law at zero strain, K = {bulk_mpa} MPa and μ = {shear_mpa} MPa, are not both positive"
     )]
     ModuliAtRest {
         /// Bulk modulus, MPa.
@@ -157,33 +167,37 @@ pub enum Unsupported {
         /// Shear modulus, MPa.
         shear_mpa: f64,
     },
-    /// A law with energy or stress at rest.
-    #[error("its energy or its stress at rest is not zero")]
+    /// A law with energy or stress at zero strain.
+    #[error("the energy or the stress of the law at zero strain is not zero")]
     StressAtRest,
     /// A law that depends on the order of the principal strains.
-    #[error("its energy changes when the principal strains are exchanged")]
+    #[error("the energy of the law changes when two principal strains are exchanged")]
     NotSymmetric,
     /// Arc-length steps with loads or platens.
     #[error(
-        "arc-length steps move prescribed displacements back and forth; loads and platens do not follow"
+        "arc-length steps need a load that consists of prescribed displacements; they cannot scale loads and moving platens"
     )]
     ArcLengthWithLoads,
     /// Arc-length steps without damage.
-    #[error("arc-length steps control the crack energy, and no region can break")]
+    #[error("arc-length steps control the crack energy, but no region can break")]
     ArcLengthWithoutDamage,
-    /// Arc-length steps with damage that has no energy.
-    #[error("arc-length steps need damage that makes an energy stationary")]
+    /// Arc-length steps with a damage model that does not minimise an energy.
+    #[error("arc-length steps need a damage model that follows from an energy")]
     ArcLengthWithoutEnergy,
     /// Arc-length steps with viscous damage.
     #[error("arc-length steps need rate-independent damage")]
     ArcLengthWithViscosity,
     /// Arc-length steps with a law that has a state.
-    #[error("arc-length steps have no duration, on which the state of a law may depend")]
+    #[error(
+        "arc-length steps have no duration, but the evolution of the state of a law may depend on the duration"
+    )]
     ArcLengthWithState,
-    /// A controller that requests a step by crack energy without announcing it.
-    #[error("it requests a step by crack energy without announcing it")]
+    /// A controller that requests an arc-length step without announcing such steps.
+    #[error(
+        "the step controller requests a step of crack energy (arc-length step) without announcing such steps"
+    )]
     UnannouncedRelease,
-    /// A reason that a caller of the library found, such as a job of an ensemble.
+    /// A reason given by a caller of the library, such as a job of an ensemble.
     #[error("{message}")]
     ByCaller {
         /// The reason.
@@ -194,72 +208,80 @@ pub enum Unsupported {
 }
 
 impl Unsupported {
-    /// Returns how to fix the problem.
+    /// Returns the remedy.
     pub fn help(&self) -> &'static str {
         match self {
-            Self::NoSchedule => "give the time and the steps by schedule(…)",
-            Self::NotAPlane => "turn the mesh, or split the surface into planes",
-            Self::FreeMotions { .. } => {
-                "prescribe more components, or have the rigid motions removed (remove_rigid_motions)"
+            Self::NoSchedule => "set the duration and the steps with schedule(…)",
+            Self::NotAPlane => "rotate the mesh, or split the surface into planes",
+            Self::FreeMotions { .. } => "prescribe more components, or call remove_rigid_motions",
+            Self::Conflict { .. } => {
+                "prescribe equal values at the common nodes, or remove the component from one of the conditions"
             }
-            Self::Conflict { .. } => "prescribe the same there, or take the component out of one",
             Self::TopBelowBottom | Self::CommonNodesOfPlatens => "check the surface names",
             Self::NameOfSurface => "give the node set another name",
             Self::EmptyNodeSet => "select nodes by their reference position in mm",
             Self::GaugeOutside(_) => "give a reference position within the body, in mm",
-            Self::FactorOnDevice => "take linear = \"multigrid\" or \"auto\", or no device",
-            Self::FactorOnRanks => "take linear = \"multigrid\" or \"auto\", or one process",
-            Self::DeviceOnRanks => "take no device, or one process",
-            Self::SensitivitiesOnRanks => "take one process",
-            Self::FewElements => "take fewer processes",
+            Self::FactorOnDevice => "use linear = \"multigrid\" or \"auto\", or no device",
+            Self::FactorOnRanks => "use linear = \"multigrid\" or \"auto\", or one process",
+            Self::DeviceOnRanks => "use no device, or one process",
+            Self::SensitivitiesOnRanks => "use one process",
+            Self::FewElements => "use fewer processes, or a finer mesh",
             Self::NotVariational => {
-                "take irreversibility = \"active-set\" or \"none\" and no hybrid split, or differences of runs"
+                "use irreversibility = \"active-set\" or \"none\" and no hybrid split, or compute finite differences of runs"
             }
-            Self::SensitivitiesOfArcLength => "take fixed or adaptive steps",
-            Self::SensitivitiesOfFriction => "take platens without them, or differences of runs",
-            Self::NameTwice(_) => "give each parameter its own name",
+            Self::SensitivitiesOfArcLength => "use fixed or adaptive steps",
+            Self::SensitivitiesOfFriction => {
+                "use platens without friction and drag, or compute finite differences of runs"
+            }
+            Self::NameTwice(_) => "give each parameter a unique name",
             Self::ParameterRegions { .. } => {
                 "give one material to each region, in the order of the regions"
             }
-            Self::ParameterKind(_) => "change a number of the materials only",
+            Self::ParameterKind(_) => "vary only the constants of the materials",
             Self::ParameterSides { .. } => {
-                "build the parameter around the materials of the problem"
+                "build the parameter from materials below and above the materials of the problem"
             }
-            Self::MixtureOfOne => "name the matrix first, then the phases of grains",
+            Self::MixtureOfOne => {
+                "give the mesh at least two regions: the matrix first, then the phases of grains"
+            }
             Self::MixtureLaw => {
-                "take law = \"hencky\" for all phases, or a mesh that follows the grains"
+                "use law = \"hencky\" for all phases, or a mesh whose element faces follow the grain surfaces"
             }
             Self::At1AtGaussPoints => {
-                "take quadrature = \"vertex\", which \"auto\" selects, or linear elements"
+                "use quadrature = \"vertex\", which \"auto\" selects, or linear elements"
             }
             Self::SpectralSplit => {
-                "take law = \"hencky\", split = \"volumetric-deviatoric\" or \"none\", or leave the toughness out"
+                "use law = \"hencky\", split = \"volumetric-deviatoric\" or \"none\", or omit the toughness"
             }
             Self::UserSplitOfMixture => {
-                "take a split of the phase field, or a mesh that follows the grains"
+                "use a built-in split of the phase field, or a mesh whose element faces follow the grain surfaces"
             }
-            Self::HybridUserSplit => "take hybrid = false, or a split of the phase field",
-            Self::SplitOfOwnLaw => "take split = \"none\", or leave the toughness out",
+            Self::HybridUserSplit => "use hybrid = false, or a built-in split of the phase field",
+            Self::SplitOfOwnLaw => "use split = \"none\", or omit the toughness",
             Self::Degradation { .. } => {
-                "write g with g(0) = 1, g(1) = 0 and a slope that is not positive"
+                "use a function g with g(0) = 1, g(1) = 0 and a slope that is nowhere positive"
             }
             Self::StateValues { .. } => "reduce the number of terms of the law",
-            Self::ModuliAtRest { .. } => "check the signs of its parameters",
-            Self::StressAtRest => "subtract the constant, and the term that makes rest stationary",
-            Self::NotSymmetric => "write an isotropic energy, symmetric in the three strains",
+            Self::ModuliAtRest { .. } => "check the signs of the parameters of the law",
+            Self::StressAtRest => {
+                "subtract from the energy its value at zero strain, and the terms that are linear in the strains"
+            }
+            Self::NotSymmetric => {
+                "define an isotropic energy, symmetric in the three principal strains"
+            }
             Self::ArcLengthWithLoads => {
-                "prescribe the displacement of the ends, or take adaptive steps"
+                "prescribe the displacement of the ends, or use adaptive steps"
             }
-            Self::ArcLengthWithoutDamage => "take adaptive steps",
+            Self::ArcLengthWithoutDamage => "use adaptive steps",
             Self::ArcLengthWithoutEnergy => {
-                "take irreversibility = \"active-set\" or \"none\", and no hybrid split"
+                "use irreversibility = \"active-set\" or \"none\", and no hybrid split"
             }
-            Self::ArcLengthWithState => "take fixed or adaptive steps",
+            Self::ArcLengthWithState => "use fixed or adaptive steps",
             Self::ArcLengthWithViscosity => {
-                "set viscosity_mpa_s = 0, or take adaptive steps: viscous damage does not snap back"
+                "set viscosity_mpa_s = 0, or use adaptive steps: viscous damage does not snap back"
             }
             Self::UnannouncedRelease => {
-                "let its controls_crack_energy return true, or take Step::Advance"
+                "return true from controls_crack_energy of the controller, or return Step::Advance"
             }
             Self::ByCaller { help, .. } => help,
         }

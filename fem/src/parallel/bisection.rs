@@ -2,18 +2,21 @@
 //!
 //! Reference: Berger & Bokhari, IEEE Trans. Comput. C-36 (1987) 570, doi:10.1109/TC.1987.1676942.
 
-/// Assigns each point to one of `parts` parts by recursive bisection; the sizes of the parts differ by at
-/// most one. Each cut is perpendicular to the longest side of the set that is cut.
+/// Assigns each point to one of `parts` parts by recursive bisection. Returns the part of each point.
+///
+/// The numbers of points of the parts differ by at most one. Each cut is perpendicular to the longest side of the
+/// bounding box of the points that are divided.
 pub(crate) fn bisect(points: &[[f64; 3]], parts: usize) -> Vec<u32> {
-    let mut of = vec![0; points.len()];
+    let mut part_of = vec![0; points.len()];
     let mut all: Vec<u32> = (0..points.len() as u32).collect();
-    cut(&mut all, points, parts, 0, &mut of);
-    of
+    cut(&mut all, points, parts, 0, &mut part_of);
+    part_of
 }
 
-fn cut(ids: &mut [u32], points: &[[f64; 3]], parts: usize, first: usize, of: &mut [u32]) {
+/// Assigns the points `ids` to the parts `first` to `first + parts` − 1.
+fn cut(ids: &mut [u32], points: &[[f64; 3]], parts: usize, first: usize, part_of: &mut [u32]) {
     if parts <= 1 {
-        ids.iter().for_each(|&id| of[id as usize] = first as u32);
+        ids.iter().for_each(|&id| part_of[id as usize] = first as u32);
         return;
     }
     let length = |k: usize| {
@@ -23,13 +26,13 @@ fn cut(ids: &mut [u32], points: &[[f64; 3]], parts: usize, first: usize, of: &mu
     let lengths = [0, 1, 2].map(length);
     let axis = (1..3).fold(0, |best, k| if lengths[k] > lengths[best] { k } else { best });
     let left = parts / 2;
-    let place = ids.len() * left / parts;
-    if place < ids.len() {
+    let middle = ids.len() * left / parts;
+    if middle < ids.len() {
         // points with equal coordinates are ordered by their numbers, so that the result is unique
         let along = |id: &u32| points[*id as usize][axis];
-        ids.select_nth_unstable_by(place, |a, b| along(a).total_cmp(&along(b)).then(a.cmp(b)));
+        ids.select_nth_unstable_by(middle, |a, b| along(a).total_cmp(&along(b)).then(a.cmp(b)));
     }
-    let (low, high) = ids.split_at_mut(place);
-    cut(low, points, left, first, of);
-    cut(high, points, parts - left, first + left, of);
+    let (low, high) = ids.split_at_mut(middle);
+    cut(low, points, left, first, part_of);
+    cut(high, points, parts - left, first + left, part_of);
 }

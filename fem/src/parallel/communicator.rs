@@ -21,35 +21,37 @@ pub trait Communicator: std::fmt::Debug + Send + Sync {
     /// [`RankLost`] if one of these ranks has ended.
     fn exchange(&self, messages: Vec<(usize, Vec<u8>)>) -> Result<Vec<Vec<u8>>, RankLost>;
 
-    /// Sends `own` to all ranks. Returns the messages of all ranks, in the order of the ranks, on every rank.
+    /// Sends `message` to all ranks. Returns the messages of all ranks, in the order of the ranks, on every rank.
     ///
     /// # Errors
     /// [`RankLost`] if another rank has ended.
-    fn gather(&self, own: &[u8]) -> Result<Vec<Vec<u8>>, RankLost>;
+    fn gather(&self, message: &[u8]) -> Result<Vec<Vec<u8>>, RankLost>;
 
-    /// Returns the concatenated messages of all ranks, as [`Self::gather`]; all messages must have the same length.
+    /// Gathers messages as [`Self::gather`] does, and concatenates them. All messages must have the same length.
     ///
     /// # Errors
     /// [`RankLost`] if another rank has ended.
-    fn gather_even(&self, own: &[u8]) -> Result<Vec<u8>, RankLost> {
-        Ok(self.gather(own)?.concat())
+    fn gather_even(&self, message: &[u8]) -> Result<Vec<u8>, RankLost> {
+        Ok(self.gather(message)?.concat())
     }
 }
 
-/// Another rank, given by its number, has ended.
+/// Error of a message to or from a rank that has ended; the field is the number of that rank.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("rank {0} has ended")]
 pub struct RankLost(pub usize);
 
-/// Returns a message, or unwinds to [`guarded`] if another rank has ended. The solver calls communicators in its
-/// innermost loops, and a run without all its ranks cannot continue.
+/// Returns a message, or unwinds to [`guarded`] if another rank has ended.
+///
+/// Unwinding replaces error values here: the solver calls communicators in its innermost loops, and a run without
+/// all its ranks cannot continue.
 pub(super) fn received<T>(message: Result<T, RankLost>) -> T {
     message.unwrap_or_else(|lost| resume_unwind(Box::new(lost)))
 }
 
 /// Runs `work`, which may exchange messages with other ranks. Returns an error if another rank has ended.
 pub(crate) fn guarded<T>(work: impl FnOnce() -> T) -> Result<T, RankLost> {
-    // unwind safe: the run ends, so partially changed data are not used again
+    // AssertUnwindSafe is valid: the run ends, so partially changed data are not used again
     catch_unwind(AssertUnwindSafe(work)).map_err(|cause| match cause.downcast::<RankLost>() {
         Ok(lost) => *lost,
         Err(panic) => resume_unwind(panic),

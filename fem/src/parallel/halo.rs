@@ -11,19 +11,20 @@ use super::ranks::{Ranks, numbers};
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Neighbour {
     pub(crate) rank: usize,
-    /// Nodes of this rank that the neighbour has as ghosts.
+    /// Local numbers of the nodes that this rank owns and that are ghosts on the neighbour.
     pub(crate) lent: Vec<u32>,
-    /// Ghosts on this rank whose owner is the neighbour.
+    /// Local numbers of the ghosts that the neighbour owns.
     pub(crate) ghosts: Vec<u32>,
 }
 
 /// The nodes that this rank shares with other ranks; empty if there is only one rank.
 ///
-/// Each node has one owner; on other ranks it is a ghost.
+/// Each node has exactly one owner. On every other rank that has the node, the node is a ghost.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Halo {
     ranks: Ranks,
-    /// Ranges of the nodes that this rank owns (vertices, nodes on edges), if there are other ranks.
+    /// Ranges of local numbers of the nodes that this rank owns: vertices, then nodes on edges. Unused if there is
+    /// only one rank.
     own: [Range<usize>; 2],
     /// Neighbours, in increasing order of their ranks.
     neighbours: Vec<Neighbour>,
@@ -35,21 +36,21 @@ impl Halo {
     }
 
     /// The halo of items that are numbered over all ranks: rank r owns the items from `first[r]` to
-    /// `first[r + 1]` − 1. Locally, a rank has its own items first, then `ghosts`, which are given by their
+    /// `first[r + 1]` − 1. A rank stores the items that it owns first, then `ghosts`, which are given by their
     /// global numbers in increasing order.
     pub(crate) fn of_ghosts(ranks: &Ranks, first: &[usize], ghosts: &[u32]) -> Self {
         let rank = ranks.rank();
         let own = first[rank + 1] - first[rank];
         let mut neighbours: Vec<Neighbour> = Vec::new();
-        for (place, &ghost) in ghosts.iter().enumerate() {
+        for (k, &ghost) in ghosts.iter().enumerate() {
             let owner = first.partition_point(|&f| f <= ghost as usize) - 1;
             if neighbours.last().is_none_or(|n| n.rank != owner) {
                 neighbours.push(Neighbour { rank: owner, ..Neighbour::default() });
             }
-            let neighbour = neighbours.last_mut().expect("there is one now");
-            neighbour.ghosts.push((own + place) as u32);
+            let neighbour = neighbours.last_mut().expect("the neighbour was added above");
+            neighbour.ghosts.push((own + k) as u32);
         }
-        // a rank knows the owners of its ghosts, but not which ranks have its own items as ghosts
+        // a rank can compute the owners of its ghosts, but not which ranks have its owned items as ghosts
         let asked: Vec<u32> = neighbours.iter().map(|n| n.rank as u32).collect();
         for (other, asked) in ranks.gather(&asked).into_iter().enumerate() {
             if asked.contains(&(rank as u32)) && !neighbours.iter().any(|n| n.rank == other) {
@@ -97,7 +98,8 @@ impl Halo {
         values[a].iter().chain(&values[b])
     }
 
-    /// Sends one list to each neighbour and returns the lists of the neighbours, in the same order.
+    /// Sends the k-th list to the k-th neighbour. Returns the lists that the neighbours sent, in the order of the
+    /// neighbours.
     pub(crate) fn exchange<T: Pod>(&self, lists: Vec<Vec<T>>) -> Vec<Vec<T>> {
         let Some(others) = self.ranks.others() else { return Vec::new() };
         let messages = self.neighbours.iter().zip(lists);
@@ -106,7 +108,7 @@ impl Halo {
         messages.iter().map(|bytes| numbers(bytes)).collect()
     }
 
-    /// Copies the values of the owners to the ghosts.
+    /// Overwrites the values of ghosts by the values of their owners.
     pub(crate) fn forward<T: Pod, const R: usize>(&self, values: &mut [[T; R]]) {
         if self.ranks.is_alone() {
             return;
@@ -137,7 +139,7 @@ impl Halo {
         self.forward(values);
     }
 
-    /// Sums square blocks as [`Self::complete`] does.
+    /// Sums the contributions of all ranks to R × R blocks at shared nodes, as [`Self::complete`] does for vectors.
     pub(crate) fn complete_blocks<const R: usize>(&self, blocks: &mut [[[f64; R]; R]]) {
         for row in 0..R {
             let mut rows: Vec<[f64; R]> = blocks.iter().map(|block| block[row]).collect();
@@ -149,6 +151,6 @@ impl Halo {
 
 /// The values of the given nodes, `width` values per node.
 fn pick<T: Pod>(values: &[T], nodes: &[u32], width: usize) -> Vec<T> {
-    let of = |&node: &u32| &values[node as usize * width..][..width];
-    nodes.iter().flat_map(of).copied().collect()
+    let at_node = |&node: &u32| &values[node as usize * width..][..width];
+    nodes.iter().flat_map(at_node).copied().collect()
 }

@@ -7,38 +7,40 @@ use bytemuck::Pod;
 use super::halo::{Halo, Neighbour};
 use super::ranks::Ranks;
 
-/// The part of a mesh that one rank has: some elements and all their nodes. A single rank has the whole mesh.
+/// The part of a mesh that belongs to one rank: some elements and all their nodes. A single rank has the whole mesh.
 ///
 /// Local nodes are numbered in this order: vertices of the mesh, then nodes on edges. Within each kind, nodes
 /// that the rank owns are first. Within these groups, nodes are in the order of the mesh. A node is owned by
 /// the lowest rank that has an element with this node.
 #[derive(Clone, Debug, Default)]
 pub struct Part {
-    /// Numbers of the elements in the mesh.
+    /// Number in the whole mesh of each local element.
     pub(crate) tets: Vec<u32>,
-    /// Numbers of the local nodes in the mesh.
+    /// Number in the whole mesh of each local node.
     pub(crate) nodes: Vec<u32>,
     /// Number of nodes of the whole mesh.
     pub(crate) all_nodes: usize,
+    /// The shared nodes.
     pub(crate) halo: Arc<Halo>,
-    /// The halo of the vertices only.
+    /// The shared nodes that are vertices of the mesh.
     pub(crate) vertices: Arc<Halo>,
 }
 
-/// Marks an item that this rank does not have.
+/// Marks a node that this rank does not have.
 const ABSENT: u32 = u32::MAX;
 
 impl Part {
-    /// The part of the calling rank. `of` is the rank of each element. The first `vertices` of the `nodes`
-    /// nodes are vertices of the mesh, the others are on edges.
+    /// The part of the calling rank. `nodes_of` returns the nodes of an element. The first `vertices` of the
+    /// `nodes` nodes are vertices of the mesh, the others are on edges.
     pub(crate) fn new<'a>(
         ranks: &Ranks,
-        of: &[u32],
+        rank_of_tet: &[u32],
         nodes_of: impl Fn(usize) -> &'a [u32],
         [nodes, vertices]: [usize; 2],
     ) -> Self {
         let rank = ranks.rank() as u32;
-        let tets: Vec<u32> = (0..of.len() as u32).filter(|&t| of[t as usize] == rank).collect();
+        let tets: Vec<u32> =
+            (0..rank_of_tet.len() as u32).filter(|&t| rank_of_tet[t as usize] == rank).collect();
         let mut here = vec![false; nodes];
         for &tet in &tets {
             nodes_of(tet as usize).iter().for_each(|&n| here[n as usize] = true);
@@ -46,7 +48,7 @@ impl Part {
         // (node, rank) for each node of this rank and each other rank that shares it
         let mut shared: Vec<(u32, u32)> = Vec::new();
         let mut owner: Vec<u32> = here.iter().map(|&h| if h { rank } else { ABSENT }).collect();
-        for (tet, &other) in of.iter().enumerate().filter(|(_, other)| **other != rank) {
+        for (tet, &other) in rank_of_tet.iter().enumerate().filter(|(_, other)| **other != rank) {
             for &node in nodes_of(tet).iter().filter(|n| here[**n as usize]) {
                 shared.push((node, other));
                 owner[node as usize] = owner[node as usize].min(other);
@@ -70,26 +72,27 @@ impl Part {
         let mut neighbours: Vec<Neighbour> =
             (0..ranks.size()).map(|rank| Neighbour { rank, ..Neighbour::default() }).collect();
         for &(node, other) in &shared {
-            let place = local[node as usize];
+            let local_node = local[node as usize];
             if owner[node as usize] == rank {
-                neighbours[other as usize].lent.push(place);
+                neighbours[other as usize].lent.push(local_node);
             } else if owner[node as usize] == other {
-                neighbours[other as usize].ghosts.push(place);
+                neighbours[other as usize].ghosts.push(local_node);
             }
         }
         let own = [0..own_vertices, own_edges];
         let halo = |limit: usize| {
-            let below = |places: &[u32]| -> Vec<u32> {
-                places.iter().copied().filter(|&p| (p as usize) < limit).collect()
+            let below = |local_nodes: &[u32]| -> Vec<u32> {
+                local_nodes.iter().copied().filter(|&n| (n as usize) < limit).collect()
             };
-            let kept = neighbours.iter().map(|n| Neighbour {
+            let restricted = neighbours.iter().map(|n| Neighbour {
                 rank: n.rank,
                 lent: below(&n.lent),
                 ghosts: below(&n.ghosts),
             });
-            let kept = kept.filter(|n| !n.lent.is_empty() || !n.ghosts.is_empty()).collect();
+            let restricted =
+                restricted.filter(|n| !n.lent.is_empty() || !n.ghosts.is_empty()).collect();
             let own = own.clone().map(|range| range.start.min(limit)..range.end.min(limit));
-            Arc::new(Halo::new(ranks.clone(), own, kept))
+            Arc::new(Halo::new(ranks.clone(), own, restricted))
         };
         let (vertices, halo) = (halo(local_vertices), halo(list.len()));
         Self { tets, nodes: list, all_nodes: nodes, halo, vertices }
@@ -108,7 +111,7 @@ impl Part {
     pub(crate) fn local(&self) -> impl Fn(u32) -> Option<u32> + use<> {
         let mut local = vec![ABSENT; self.all_nodes];
         self.nodes.iter().zip(0..).for_each(|(&n, i)| local[n as usize] = i);
-        move |node| Some(local[node as usize]).filter(|&place| place != ABSENT)
+        move |node| Some(local[node as usize]).filter(|&local_node| local_node != ABSENT)
     }
 
     /// Nodal values of the whole mesh, collected from all ranks.
@@ -132,8 +135,8 @@ impl Part {
         self.ordered(&self.tets, width, values, all)
     }
 
-    /// Collects values from all ranks: `width` values for each of this rank's `numbers`. The result is in the
-    /// order of the numbers 0 to `all` − 1.
+    /// Collects values of items from all ranks. This rank contributes `width` values for each item in `numbers`,
+    /// a list of numbers in the whole mesh. The result is ordered by item number, from 0 to `all` − 1.
     pub(crate) fn ordered<T: Pod>(
         &self,
         numbers: &[u32],
@@ -164,7 +167,7 @@ impl Part {
         if self.is_whole() || values.is_empty() {
             return values.to_vec();
         }
-        let of = |&tet: &u32| &values[tet as usize * width..][..width];
-        self.tets.iter().flat_map(of).copied().collect()
+        let of_tet = |&tet: &u32| &values[tet as usize * width..][..width];
+        self.tets.iter().flat_map(of_tet).copied().collect()
     }
 }

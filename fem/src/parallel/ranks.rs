@@ -11,8 +11,8 @@ use crate::error::FemError;
 /// The ranks that solve one problem: processes, or threads of one process. By default there is one rank.
 ///
 /// Each rank builds the same [`Problem`](crate::Problem) from the same input and computes its own elements.
-/// Each rank gets the same curve and the fields of the whole body. All ranks must call the same methods: if
-/// one rank does not take a step, the others wait.
+/// Each rank gets the same curve and the fields of the whole body. All ranks must call the same methods in the
+/// same order: if one rank does not take a step, the others wait.
 ///
 /// # Example
 /// Two threads, each with half of a cylinder:
@@ -75,19 +75,20 @@ impl Ranks {
         self.rank() == 0
     }
 
-    /// Whether `own` is true on any rank.
-    pub(crate) fn any(&self, own: bool) -> bool {
-        self.gather_even(&[u8::from(own)]).is_some_and(|all| all.contains(&1)) || own
+    /// Whether `flag` is true on any rank.
+    pub(crate) fn any(&self, flag: bool) -> bool {
+        self.gather_even(&[u8::from(flag)]).is_some_and(|all| all.contains(&1)) || flag
     }
 
-    /// Returns the text of the lowest rank that has a text, with the number of the rank.
+    /// Returns the text of the lowest rank that gives a text, with the number of that rank; None if no rank gives
+    /// a text.
     ///
     /// # Errors
     /// [`RankLost`] if another rank has ended.
-    pub fn first_text(&self, own: Option<&str>) -> Result<Option<(usize, String)>, RankLost> {
-        let Some(others) = &self.others else { return Ok(own.map(|text| (0, text.into()))) };
+    pub fn first_text(&self, text: Option<&str>) -> Result<Option<(usize, String)>, RankLost> {
+        let Some(others) = &self.others else { return Ok(text.map(|text| (0, text.into()))) };
         // a leading byte distinguishes an empty text from no text
-        let message = own.map_or_else(Vec::new, |text| [b" ", text.as_bytes()].concat());
+        let message = text.map_or_else(Vec::new, |text| [b" ", text.as_bytes()].concat());
         let all = others.gather(&message)?;
         let first = all.iter().enumerate().find(|(_, text)| !text.is_empty());
         Ok(first.map(|(rank, text)| (rank, String::from_utf8_lossy(&text[1..]).into_owned())))
@@ -95,8 +96,8 @@ impl Ranks {
 
     /// Returns success only if all ranks succeeded; otherwise the error of the lowest failing rank.
     pub(crate) fn agreed<T>(&self, result: Result<T, FemError>) -> Result<T, FemError> {
-        let own = result.as_ref().err().map(ToString::to_string);
-        match received(self.first_text(own.as_deref())) {
+        let message = result.as_ref().err().map(ToString::to_string);
+        match received(self.first_text(message.as_deref())) {
             None => result,
             Some((rank, message)) => result.and(Err(FemError::Rank { rank, message })),
         }
@@ -110,16 +111,17 @@ impl Ranks {
         self.others.as_deref()
     }
 
-    fn gather_even(&self, own: &[u8]) -> Option<Vec<u8>> {
-        self.others.as_ref().map(|c| received(c.gather_even(own)))
+    fn gather_even(&self, message: &[u8]) -> Option<Vec<u8>> {
+        self.others.as_ref().map(|c| received(c.gather_even(message)))
     }
 
-    /// Sums each value over the ranks, in the order of the ranks, so that all ranks get the same bits.
+    /// Replaces each value by its sum over the ranks. The terms are added in the order of the ranks, so that all
+    /// ranks get the same bits.
     pub(crate) fn sum(&self, values: &mut [f64]) {
         self.reduce(values, |a, b| a + b);
     }
 
-    /// The largest of each value over the ranks.
+    /// Replaces each value by its maximum over the ranks.
     pub(crate) fn max(&self, values: &mut [f64]) {
         self.reduce(values, f64::max);
     }
@@ -134,19 +136,19 @@ impl Ranks {
         }
     }
 
-    /// The values of every rank, in the order of the ranks.
-    pub(crate) fn gather<T: Pod>(&self, own: &[T]) -> Vec<Vec<T>> {
+    /// Collects the values of every rank, in the order of the ranks.
+    pub(crate) fn gather<T: Pod>(&self, values: &[T]) -> Vec<Vec<T>> {
         match &self.others {
-            None => vec![own.to_vec()],
+            None => vec![values.to_vec()],
             Some(others) => {
-                let all = received(others.gather(bytemuck::cast_slice(own)));
+                let all = received(others.gather(bytemuck::cast_slice(values)));
                 all.iter().map(|message| numbers(message)).collect()
             }
         }
     }
 }
 
-/// The values in a message, which need not be aligned in memory.
+/// Converts the bytes of a message to values. The bytes need not be aligned in memory.
 pub(super) fn numbers<T: Pod>(message: &[u8]) -> Vec<T> {
     message.chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned).collect()
 }

@@ -1,4 +1,4 @@
-//! Ranks that are threads of one process; ranks that are processes use MPI.
+//! Ranks that are threads of one process. Ranks that are processes communicate by MPI (crate `fem-mpi`).
 
 use std::collections::{HashMap, VecDeque};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -8,6 +8,7 @@ use super::communicator::{Communicator, RankLost};
 /// Messages in transit by (sender, receiver), the oldest first.
 type Mail = HashMap<(usize, usize), VecDeque<Vec<u8>>>;
 
+/// The messages between the ranks of a process, and a flag for each rank that has ended.
 #[derive(Debug, Default)]
 struct Post {
     mail: Mutex<(Mail, Vec<bool>)>,
@@ -31,29 +32,29 @@ pub(super) fn threads(count: usize) -> Vec<ThreadRank> {
 }
 
 impl Post {
-    /// Locks the messages, and the flags of the ranks that have ended.
-    fn open(&self) -> MutexGuard<'_, (Mail, Vec<bool>)> {
+    /// Locks the messages and the flags.
+    fn lock(&self) -> MutexGuard<'_, (Mail, Vec<bool>)> {
         self.mail.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 impl ThreadRank {
     fn send(&self, to: usize, message: Vec<u8>) {
-        self.post.open().0.entry((self.rank, to)).or_default().push_back(message);
+        self.post.lock().0.entry((self.rank, to)).or_default().push_back(message);
         self.post.changed.notify_all();
     }
 
     fn receive(&self, from: usize) -> Result<Vec<u8>, RankLost> {
-        let mut open = self.post.open();
+        let mut post = self.post.lock();
         loop {
-            if let Some(message) = open.0.get_mut(&(from, self.rank)).and_then(VecDeque::pop_front)
+            if let Some(message) = post.0.get_mut(&(from, self.rank)).and_then(VecDeque::pop_front)
             {
                 return Ok(message);
             }
-            if open.1[from] {
+            if post.1[from] {
                 return Err(RankLost(from));
             }
-            open = self.post.changed.wait(open).unwrap_or_else(PoisonError::into_inner);
+            post = self.post.changed.wait(post).unwrap_or_else(PoisonError::into_inner);
         }
     }
 }
@@ -73,17 +74,18 @@ impl Communicator for ThreadRank {
         ranks.into_iter().map(|rank| self.receive(rank)).collect()
     }
 
-    fn gather(&self, own: &[u8]) -> Result<Vec<Vec<u8>>, RankLost> {
+    fn gather(&self, message: &[u8]) -> Result<Vec<Vec<u8>>, RankLost> {
         let others = (0..self.size).filter(|&rank| rank != self.rank);
-        others.for_each(|rank| self.send(rank, own.to_vec()));
-        let message = |rank| if rank == self.rank { Ok(own.to_vec()) } else { self.receive(rank) };
-        (0..self.size).map(message).collect()
+        others.for_each(|rank| self.send(rank, message.to_vec()));
+        let message_of =
+            |rank| if rank == self.rank { Ok(message.to_vec()) } else { self.receive(rank) };
+        (0..self.size).map(message_of).collect()
     }
 }
 
 impl Drop for ThreadRank {
     fn drop(&mut self) {
-        self.post.open().1[self.rank] = true;
+        self.post.lock().1[self.rank] = true;
         self.post.changed.notify_all();
     }
 }

@@ -20,12 +20,13 @@ pub enum Platens {
     Unilateral(#[serde(skip)] Friction),
 }
 
-/// Resistance to sliding, see [`Platen`].
+/// Resistance of the platens to sliding; the equations are given at [`Platen`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Friction {
     /// Coulomb's coefficient μ.
     pub coefficient: f64,
-    /// Velocity ε below which friction fades into creep, mm/s.
+    /// Slip velocity ε, mm/s. Below ε, the friction stress decreases to zero with the velocity, so that the specimen
+    /// creeps instead of sticking.
     pub slip_velocity_mm_per_s: f64,
     /// Viscous drag F_v, MPa s/mm.
     pub drag_mpa_s_per_mm: f64,
@@ -74,7 +75,7 @@ pub struct CompressionTest {
     pub displacement_mm: f64,
     /// Contact between the platens and the specimen.
     pub platens: Platens,
-    /// Duration of the full displacement, and the steps.
+    /// Time for the full displacement, and the load steps.
     pub schedule: Schedule,
 }
 
@@ -89,7 +90,7 @@ impl CompressionTest {
         Self { platens, ..self }
     }
 
-    /// Creates the builder of the problem on a mesh. Materials must still be set.
+    /// Creates the builder of the problem on a mesh. The caller must then set the materials.
     ///
     /// # Errors
     /// If the ends are not above each other or have common nodes, or if the displacement is not between zero and the
@@ -107,18 +108,18 @@ impl CompressionTest {
     pub fn conditions(&self, mesh: &TetMesh) -> Result<Conditions, FemError> {
         let [bottom, top] = levels(mesh)?;
         let (full, duration) = (self.displacement_mm, self.schedule.duration_s);
-        // a mesh without an end has no height; this error is reported when the surfaces are looked up
+        // the height is NaN if an end surface is missing; a later check reports that error
         let height = top - bottom;
         if !(full > 0.0 && (height.is_nan() || full < height)) {
             return Err(FemError::parameter(
                 "test",
                 "displacement_mm",
                 full,
-                "positive (downwards) and less than the specimen's height",
+                "positive (downwards) and less than the height of the specimen",
             ));
         }
         let speed = full / duration;
-        // reaches exactly the full displacement at the end
+        // in this order of operations, the displacement at the end is exactly `full`
         let down = move |time_s: f64| time_s / duration * full;
         let shorten =
             move |x: [f64; 3], time_s: f64| [0.0, 0.0, -down(time_s) / height * (x[2] - bottom)];
@@ -146,7 +147,7 @@ impl CompressionTest {
     }
 }
 
-/// Returns the heights of the two ends, mm.
+/// Returns the mean z coordinates of the surfaces `bottom` and `top`, mm.
 fn levels(mesh: &TetMesh) -> Result<[f64; 2], FemError> {
     let nodes_of = |name: &str| -> Vec<u32> {
         let mut nodes: Vec<u32> =

@@ -18,7 +18,7 @@ pub(crate) struct Memory {
     /// Number of state values per point.
     per_point: usize,
     bounds: Option<Bounds>,
-    /// Whether the lower bound of damage is updated to the damage of each equilibrium.
+    /// Whether the damage of each equilibrium becomes the new lower bound of damage.
     bound_follows_damage: bool,
 }
 
@@ -63,12 +63,12 @@ impl Memory {
         Saved { points: part.pick_tets(&saved.points, width), lower, ..saved }.into()
     }
 
-    /// Number of state values of the laws.
+    /// Number of stored state values of the laws, for all points together.
     pub(crate) fn len(&self) -> usize {
         self.points.len()
     }
 
-    /// Whether the lower bounds of an increment are the damage at its start.
+    /// Whether the lower bound of damage in an increment is the damage at the start of the increment.
     pub(crate) fn bound_follows_damage(&self) -> bool {
         self.bound_follows_damage
     }

@@ -1,5 +1,5 @@
-//! Boundary-value problems in time: from conditions and parameters to the curve and the fields. The unconfined
-//! compression test is one of them.
+//! Boundary-value problems in time, such as the unconfined compression test: from conditions and parameters to the
+//! curve and the fields.
 //!
 //! The modules, in the order of their layers:
 //!

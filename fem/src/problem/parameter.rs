@@ -7,16 +7,16 @@ use crate::material::{Material, PhaseField};
 
 /// Material parameter for sensitivities of the force, defined by the materials below and above its value.
 ///
-/// The parameter may be any number in any region, or in several regions: e.g. a modulus of a user-defined law, or a
-/// toughness shared by two regions. Only the equations at a quadrature point are differenced, never a whole run; the
-/// derivative is exact for parameters that occur linearly, such as E, Gc and ξ.
+/// The parameter may be any material constant of one or several regions, e.g. a modulus of a user-defined law, or a
+/// toughness shared by two regions. Finite differences are taken of the equations at a quadrature point only, never of
+/// a whole run. The derivative is exact for parameters that occur linearly in the equations, such as E, Gc and ξ.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MaterialParameter {
     /// Name with unit. The column of the curve file is `d_force_d_<name>`.
     pub name: String,
-    /// Materials, by region, for a value below that of the problem.
+    /// Materials, by region, for a parameter value below the value of the problem.
     pub below: Vec<Material>,
-    /// Materials, by region, for a value above that of the problem.
+    /// Materials, by region, for a parameter value above the value of the problem.
     pub above: Vec<Material>,
     /// Difference of the parameter between `above` and `below`.
     pub width: f64,
@@ -24,12 +24,13 @@ pub struct MaterialParameter {
 
 /// Step of the central difference, relative to the value of the parameter. With this step, the truncation error and
 /// the rounding error are both below 1e-8 of the derivative.
-const REACH: f64 = 1e-4;
+const RELATIVE_STEP: f64 = 1e-4;
 
 impl MaterialParameter {
-    /// Creates a parameter with this value. `materials` returns the materials of all regions for a value near it.
+    /// Creates a parameter with this value. `materials` returns the materials of all regions for a parameter value near
+    /// `value`.
     ///
-    /// If the value is zero, the derivative is one-sided, from above; `materials` is called with 0 and 1e-4.
+    /// If `value` is zero, the derivative is one-sided, from above: `materials` is called with 0 and 1e-4.
     pub fn new(
         name: impl Into<String>,
         value: f64,
@@ -39,22 +40,23 @@ impl MaterialParameter {
         parameter
     }
 
-    /// Like [`new`](Self::new), for a function that can fail.
+    /// Creates a parameter like [`new`](Self::new), from a function that can fail.
     ///
     /// # Errors
-    /// Errors of `materials`.
+    /// The error that `materials` returns.
     pub fn try_new<E>(
         name: impl Into<String>,
         value: f64,
         materials: impl Fn(f64) -> Result<Vec<Material>, E>,
     ) -> Result<Self, E> {
-        let reach = REACH * value.abs();
-        let [low, high] = if reach > 0.0 { [value - reach, value + reach] } else { [0.0, REACH] };
+        let step = RELATIVE_STEP * value.abs();
+        let [low, high] =
+            if step > 0.0 { [value - step, value + step] } else { [0.0, RELATIVE_STEP] };
         let (below, above) = (materials(low)?, materials(high)?);
         Ok(Self { name: name.into(), below, above, width: high - low })
     }
 
-    /// Checks that the materials of the problem lie between the two sides.
+    /// Checks that the materials of the problem are between `below` and `above`.
     ///
     /// # Errors
     /// As [`Problem::with_sensitivities`](crate::Problem::with_sensitivities).
@@ -67,7 +69,7 @@ impl MaterialParameter {
         let entity = || format!("sensitivities: parameter '{}'", self.name);
         let refused = |reason| Err(FemError::unsupported(entity(), reason));
         if !(self.width > 0.0 && self.width.is_finite()) {
-            let requirement = "positive: what the parameter has more above than below";
+            let requirement = "positive: the parameter value of `above` minus that of `below`";
             return Err(FemError::parameter(&entity(), "width", self.width, requirement));
         }
         for side in [&self.below, &self.above] {
@@ -87,7 +89,7 @@ impl MaterialParameter {
                 return refused(Unsupported::ParameterKind(region.clone()));
             }
             for ((below, above), at) in
-                numbers(below).into_iter().zip(numbers(above)).zip(numbers(at))
+                constants(below).into_iter().zip(constants(above)).zip(constants(at))
             {
                 let slack = 1e-9 * at.abs();
                 if at < below.min(above) - slack || at > below.max(above) + slack {
@@ -100,8 +102,8 @@ impl MaterialParameter {
     }
 }
 
-/// Returns the parameters of a material that can be compared as numbers.
-fn numbers(material: &Material) -> [f64; 5] {
+/// Returns E, ν, Gc, ξ and the residual stiffness of a material; zeros in place of the last three without fracture.
+fn constants(material: &Material) -> [f64; 5] {
     let elasticity = &material.elasticity;
     let [toughness, viscosity, residual] = material
         .fracture

@@ -21,7 +21,7 @@ use crate::parallel::Ranks;
 use crate::solve::{Scheme, SolverOptions};
 use fem_mesh::TetMesh;
 
-/// Parts of a [`Problem`] before they are checked.
+/// Builder of a [`Problem`]: its input data before the checks.
 ///
 /// Materials and a schedule are required. Defaults: linear elements on the vertices of the mesh, no damage, no
 /// boundary conditions, and the default settings of the solver.
@@ -64,7 +64,7 @@ impl ProblemBuilder {
         self
     }
 
-    /// Sets the duration and the steps.
+    /// Sets the duration and the load steps.
     pub fn schedule(mut self, schedule: Schedule) -> Self {
         (self.parts.schedule, self.scheduled) = (schedule, true);
         self
@@ -85,28 +85,30 @@ impl ProblemBuilder {
         self
     }
 
-    /// Distributes the work over ranks. Each rank must create the same problem and call the same methods. Curve and
-    /// fields are those of the whole body on every rank, and do not depend on the number of ranks up to the solver's
-    /// tolerance. The first rank writes checkpoints; a run can be resumed with any number of ranks. Systems are
-    /// solved by multigrid; a sparse factor, devices and sensitivities are rejected.
+    /// Distributes the work over ranks. Each rank must create the same problem and call the same methods.
+    ///
+    /// Every rank gets the curve and the fields of the whole body. Up to the solver's tolerance, the results do not
+    /// depend on the number of ranks. The first rank writes checkpoints; a run can be resumed with any number of ranks.
+    /// Systems are solved by multigrid. Sparse factorisation, devices and sensitivities are not supported with several
+    /// ranks, and [`build`](Self::build) rejects them.
     pub fn ranks(mut self, ranks: Ranks) -> Self {
         self.parts.ranks = ranks;
         self
     }
 
-    /// Checks the parts and prepares the unknowns and the structure of the factor.
+    /// Checks the input data and prepares the unknowns and the structure of the sparse factor.
     ///
     /// # Errors
-    /// A [`FemError`] with the cause and a fix, before any step is taken.
+    /// A [`FemError`] with the cause and the remedy.
     pub fn build(mut self) -> Result<Problem, FemError> {
         if !self.scheduled {
             return Err(FemError::unsupported("problem", Unsupported::NoSchedule));
         }
         if self.parts.phase_field.as_ref().is_some_and(|field| !field.is_variational()) {
-            // without a common energy, Newton's method on both fields has no stationary point to find
+            // Newton's method on both fields seeks a stationary point of an energy, which does not exist here
             self.parts.options.scheme = Scheme::Alternate;
         }
-        Setup::new(self.parts).map(Problem::of)
+        Setup::new(self.parts).map(Problem::from_setup)
     }
 }
 
@@ -167,35 +169,36 @@ impl Problem {
         ProblemBuilder { parts, scheduled: false }
     }
 
-    fn of(setup: Setup) -> Self {
+    fn from_setup(setup: Setup) -> Self {
         Self { setup, whole: OnceLock::new() }
     }
 
-    /// Returns the same problem with other materials and without sensitivities. Mesh, unknowns and the structure of
-    /// the factor are shared unless a region gains or loses its toughness.
+    /// Returns this problem with other materials and without sensitivities. Mesh, unknowns and the structure of the
+    /// sparse factor are shared unless a region gains or loses its toughness.
     ///
     /// # Errors
     /// As [`ProblemBuilder::build`].
     pub fn with_materials(&self, materials: Vec<Material>) -> Result<Self, FemError> {
         let parameters = Arc::default();
         let parts = Definition { materials, parameters, ..self.setup.parts.clone() };
-        self.setup.with_parts(parts).map(Self::of)
+        self.setup.with_parts(parts).map(Self::from_setup)
     }
 
-    /// Returns the same problem with sensitivities: its runs also compute the derivatives of the force with respect
-    /// to material parameters, along the whole curve. All other data is shared.
+    /// Returns this problem with sensitivities: its runs also compute the derivatives of the force with respect to
+    /// material parameters, along the whole curve. All other data is shared.
     ///
     /// Every accepted increment solves one additional linear system per parameter, with the tangent of the
     /// equilibrium. The dependence of damage on earlier increments is included, and a damage value at an active bound
-    /// has the rate of its bound. The derivatives are those at fixed steps: the dependence of adaptive step sizes on
+    /// has the rate of its bound. The step sizes count as fixed: the dependence of adaptive step sizes on
     /// the parameters is not included. At a kink of the equations (tr ε = 0 of a split, a node about to leave its
-    /// bound) they are one-sided; if the tangent is singular they end, see [`Sensitivities`](crate::Sensitivities).
+    /// bound) the derivatives are one-sided. If the tangent is singular, there are no derivatives from this point of
+    /// the curve on, see [`Sensitivities`](crate::Sensitivities).
     ///
     /// # Errors
-    /// [`FemError::Unsupported`] for damage that has no energy (a history, a hybrid split), arc-length steps, and
-    /// platens with friction or drag; [`FemError::OutOfRange`] and others as
-    /// [`ProblemBuilder::build`](crate::ProblemBuilder::build) for parameters whose two sides do not enclose the
-    /// materials of the problem.
+    /// [`FemError::Unsupported`] for damage models that do not follow from an energy (a history, a hybrid split),
+    /// arc-length steps, platens with friction or drag, and parameters whose materials below and above do not enclose
+    /// the materials of the problem; [`FemError::OutOfRange`] and others as
+    /// [`ProblemBuilder::build`](crate::ProblemBuilder::build) for an invalid width or invalid materials of a parameter.
     ///
     /// # Example
     /// The force of an elastic body is proportional to its stiffness:
@@ -216,20 +219,21 @@ impl Problem {
     /// ```
     pub fn with_sensitivities(&self, parameters: Vec<MaterialParameter>) -> Result<Self, FemError> {
         let parts = Definition { parameters: parameters.into(), ..self.setup.parts.clone() };
-        self.setup.with_parts(parts).map(Self::of)
+        self.setup.with_parts(parts).map(Self::from_setup)
     }
 
-    /// Returns the same problem with other conditions. Mesh, space and the order of elimination are shared.
+    /// Returns this problem with other boundary conditions. The mesh, the function space and the elimination order of
+    /// the sparse factor are shared.
     ///
     /// # Errors
     /// As [`ProblemBuilder::build`].
     pub fn with_conditions(&self, conditions: Conditions) -> Result<Self, FemError> {
         let parts = Definition { conditions: Arc::new(conditions), ..self.setup.parts.clone() };
-        self.setup.with_conditions(parts).map(Self::of)
+        self.setup.with_conditions(parts).map(Self::from_setup)
     }
 
-    /// Returns the properties that make the result of this problem wrong without an error: locking elements, and
-    /// parts of the body that are joined only by an edge or a node.
+    /// Returns the properties of this problem that make its results inaccurate without causing an error: elements that
+    /// lock, and parts of the body that are joined only by an edge or a node.
     ///
     /// # Example
     /// ```
@@ -257,11 +261,12 @@ impl Problem {
         LoadStepper::new(&self.setup)
     }
 
-    /// Like [`start`](Self::start), but saves the state every `checkpoint.every` load steps. If a saved state exists,
-    /// the run resumes from it, with bitwise the same result as an uninterrupted run.
+    /// Starts a run like [`start`](Self::start), and saves its state every `checkpoint.every` load steps. If a saved
+    /// state exists, the run resumes from this state, and its result is bitwise equal to the result of an uninterrupted
+    /// run.
     ///
-    /// The curve depends on `checkpoint.every` within the solver's tolerance, but not on where the run was
-    /// interrupted. The file is kept when the run ends.
+    /// The curve depends on `checkpoint.every` within the solver's tolerance, but not on the step at which the run was
+    /// interrupted. The file is not deleted when the run ends.
     ///
     /// # Errors
     /// [`FemError::Checkpoint`] for a file that is damaged or belongs to another problem (the functions of the
@@ -271,12 +276,12 @@ impl Problem {
         LoadStepper::resume(&self.setup, checkpoint)
     }
 
-    /// Runs to the end, or until the observer returns `Break`.
+    /// Runs the problem to its end, or until the observer returns `Break`.
     pub fn run(&self, observer: &mut dyn Observer) -> Outcome {
         follow(self.start(), observer)
     }
 
-    /// Runs like [`run`](Self::run), with the state saved as by [`resume`](Self::resume).
+    /// Runs the problem like [`run`](Self::run), and saves its state like [`resume`](Self::resume).
     ///
     /// # Errors
     /// As [`resume`](Self::resume).
@@ -288,7 +293,7 @@ impl Problem {
         Ok(follow(self.resume(checkpoint)?, observer))
     }
 
-    /// Returns the stresses, energies and forces of fields, such as those of an [`Outcome`].
+    /// Returns the stresses, energies and forces of fields, such as [`Outcome::fields`].
     ///
     /// # Errors
     /// [`FemError::OtherFields`] if the fields belong to another problem.
@@ -336,13 +341,13 @@ impl Problem {
         self.whole().domain().nodes()
     }
 
-    /// Linear tetrahedra on [`nodes`](Self::nodes) that fill the body, for visualisation: those of the mesh, or eight
-    /// consecutive ones for each quadratic tetrahedron.
+    /// Linear tetrahedra on [`nodes`](Self::nodes) that fill the body, for visualisation: the linear elements, or eight
+    /// consecutive tetrahedra for each quadratic element.
     pub fn linear_tets(&self) -> Vec<[u32; 4]> {
         evaluation::linear_tets(self.whole().domain())
     }
 
-    /// Number of equations, of all ranks together.
+    /// Number of equations, including the equations of all ranks.
     pub fn unknowns(&self) -> usize {
         self.setup.discretisation.equations
     }
@@ -354,9 +359,9 @@ impl Problem {
 
     /// Returns the operator of the whole mesh.
     fn whole(&self) -> &dyn Operator {
-        let own = &self.setup.discretisation.operator;
-        if own.part().is_whole() {
-            return own.as_ref();
+        let operator = &self.setup.discretisation.operator;
+        if operator.part().is_whole() {
+            return operator.as_ref();
         }
         let make = || self.setup.discretisation.whole(&self.setup.parts);
         self.whole.get_or_init(make).as_ref()

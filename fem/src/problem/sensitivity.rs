@@ -6,11 +6,15 @@ use crate::fields::Fields;
 use crate::operator::{Increment, Shift, state_rate};
 use crate::solve::{Known, Measured, Rates, Solver, differentiate};
 
-/// Number of earlier equilibria whose rates are stored; together with the last one they allow a parabola in time.
+/// Number of earlier equilibria whose rates are stored. Together with the last equilibrium, their rates can be
+/// extrapolated by a parabola in time.
 const EARLIER: usize = 2;
 
-/// Computes the rates of `fields`, the equilibrium at `target`, from the rates of the current state. If the
-/// linear systems have no solution, the derivatives end here, and the reason is stored.
+/// Computes the derivatives of `fields`, the equilibrium at the fraction `target` of the duration, with respect to the
+/// parameters (their *rates*), from the rates of the current state.
+///
+/// If the linear systems have no solution, no derivatives are computed from this equilibrium on, and the reason is
+/// stored.
 pub(super) fn carry_rates(
     setup: &Setup,
     solver: &mut Solver,

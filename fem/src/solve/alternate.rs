@@ -1,11 +1,12 @@
 //! Alternate minimisation: displacement at fixed damage, then damage at fixed displacement.
 //!
-//! Each of the two problems is (nearly) convex although the joint problem is not. Alternation therefore converges
-//! where Newton on both fields fails, although slowly; close to the solution, Newton on both fields finishes.
+//! Each of the two problems is (nearly) convex although the joint problem is not. Therefore, alternation converges
+//! slowly in cases in which Newton's method on both fields fails. Close to the solution, Newton's method on both fields
+//! takes over because it is faster.
 //!
-//! While a crack grows, each alternation advances it by a fraction of an element. The alternations do not contract,
-//! so extrapolation is not possible (Anderson acceleration converges to other states). Damage is over-relaxed
-//! instead, as in successive over-relaxation.
+//! While a crack grows, each alternation advances the crack by a fraction of an element. The alternations are not
+//! contractive, so extrapolation is not possible (Anderson acceleration converges to other states). Instead, damage is
+//! over-relaxed, as in successive over-relaxation.
 //!
 //! Reference: Farrell & Maurini, Int. J. Numer. Meth. Engng 109 (2017) 648, doi:10.1002/nme.5300.
 
@@ -15,17 +16,17 @@ use crate::error::StepFailure;
 use crate::fields::Fields;
 use crate::operator::StepContext;
 
-/// Number of alternations between two attempts to finish with Newton on both fields.
+/// Number of alternations between two attempts to finish with Newton's method on both fields.
 const BETWEEN_FINISHES: u32 = 8;
-/// Residual to which each field is solved at the end, as a fraction of the tolerance. The residual caused by the
-/// other field then decides convergence.
+/// Residual to which each field is solved in the last alternations, as a fraction of the tolerance. It is small, so
+/// that convergence depends only on the residual that the solution of the other field causes.
 const MARGIN: f64 = 0.1;
-/// Residual to which each field is solved before the end, as a fraction of the largest residual. A smaller residual
-/// would be undone by the solution of the other field.
+/// Residual to which each field is solved in earlier alternations, as a fraction of the largest residual. A more
+/// accurate solution would be wasted, because the solution of the other field increases the residual again.
 const ENOUGH: f64 = 0.3;
-/// `PATIENCE`: number of alternations before over-relaxation of the damage begins. `RELAXATION`: factor of the change
-/// of damage.
+/// Number of alternations before over-relaxation of the damage begins.
 const PATIENCE: u32 = 4;
+/// Over-relaxation: factor of the change of damage.
 const RELAXATION: f64 = 1.8;
 
 /// Settings of the alternation.
@@ -33,7 +34,7 @@ const RELAXATION: f64 = 1.8;
 pub(super) struct Alternation {
     /// Limit of alternations.
     pub(super) limit: u32,
-    /// Whether Newton's method on both fields is tried at intervals, to finish faster.
+    /// Whether Newton's method on both fields is tried every [`BETWEEN_FINISHES`] alternations, to finish faster.
     pub(super) finishes_together: bool,
 }
 

@@ -1,8 +1,8 @@
-//! Newton on both fields and on the position of the platen, with a prescribed increase of the crack energy.
+//! Newton's method on both fields and on the position of the platen, with a prescribed increase of the crack energy.
 //!
-//! Rate-independent damage can snap back: no equilibrium near the last one exists at the given displacement, but one
-//! exists at a given crack energy. The constraint E_frac(φ) = E borders the system; one factor solves it for two
-//! right-hand sides.
+//! Rate-independent damage can snap back: at a slightly larger displacement there is no equilibrium near the last
+//! equilibrium, but there is one at a slightly larger crack energy. The constraint E_frac(φ) = E adds a row and a column
+//! to the linear system (bordering); the bordered system needs two solutions with the same factor.
 //!
 //! Reference: Verhoosel, Remmers & Gutiérrez, Int. J. Numer. Meth. Engng 77 (2009) 1290, doi:10.1002/nme.2447. Here
 //! the crack energy itself replaces the secant approximation of the dissipation.
@@ -14,14 +14,14 @@ use crate::error::StepFailure;
 use crate::fields::Fields;
 use crate::operator::{Increment, Residual, StepContext};
 
-/// Relative residual of the linear solutions. It is small because the bordering multiplies the error of a solution.
+/// Relative residual of the linear solutions. It is small because the bordering amplifies the error of a solution.
 const LINEAR_TOLERANCE: f64 = 1e-8;
 
-/// Constraint on the crack energy, and its control of the boundary displacement.
+/// Constraint on the crack energy, with the position of the ends as its unknown.
 pub(crate) struct ArcLengthControl<'a> {
-    /// Imposes the prescribed values of a position of the ends.
+    /// Imposes on the fields the prescribed values at a position of the ends (fraction of the duration).
     pub(crate) place: &'a dyn Fn(&mut Fields, f64),
-    /// Finite-difference step in position, for the derivative of the residual.
+    /// Finite-difference step of the position, for the derivative of the residual.
     pub(crate) nudge: f64,
     /// The crack energy to reach, N mm.
     pub(crate) fracture: f64,
@@ -32,7 +32,7 @@ pub(crate) struct ArcLengthControl<'a> {
 impl ArcLengthControl<'_> {
     /// Solves for the fields and the position from the guess in `fields`; returns the position.
     ///
-    /// The damage must be rate independent. After a failure `fields` is not in equilibrium.
+    /// The damage must be rate independent. After an error, `fields` is not in equilibrium.
     pub(crate) fn solve(
         &self,
         newton: &mut Newton,

@@ -1,31 +1,33 @@
-//! Passes over the contact pressures of an increment.
+//! Iteration over the contact pressures of an increment (augmented Lagrangian method); one iteration is a *pass*.
 //!
 //! A pass solves for the fields at given pressures and then updates the pressures from the gaps. The change of the
-//! contact forces measures the distance to an equilibrium with consistent pressures, so it has the same tolerance as
-//! the residual. The change cannot fall below the error of the previous solution: the tolerance of each solution is a
-//! tenth of the previous change, and that of the last solution is a tenth of the final tolerance.
+//! contact forces measures the distance to an equilibrium with consistent pressures, so the residual and this change
+//! have the same tolerance. The change cannot fall below the error of the previous solution. Therefore, the tolerance
+//! of each solution is a tenth of the previous change, and at least a tenth of the final tolerance.
 
 use super::newton::Newton;
 use crate::error::StepFailure;
 use crate::fields::Fields;
 use crate::operator::StepContext;
 
+/// Limit of passes.
 const PASSES: u32 = 60;
-/// Tolerance of a solution, as a fraction of the previous change of the contact forces; for the last solution, as a
-/// fraction of the final tolerance.
+/// Tolerance of a solution, as a fraction of the previous change of the contact forces; in the last pass, as a fraction
+/// of the final tolerance.
 const MARGIN: f64 = 0.1;
-/// Residual of the first solution, relative to the reactions.
+/// Tolerance of the first solution: residual relative to the reactions.
 const FIRST: f64 = 1e-3;
-/// Slip velocities, as multiples of the specified one, that are used sequentially if the increment fails with the
-/// specified one. The sharper the transition from stick to slip, the closer to the solution must Newton's method
-/// start.
+/// Slip velocities, as multiples of the specified slip velocity, that are used sequentially if the increment fails. A
+/// larger slip velocity makes the transition from stick to slip smoother, so that Newton's method converges from a
+/// worse initial guess.
 const ONSET: [f64; 3] = [100.0, 10.0, 1.0];
 
 /// Solves for the fields at fixed contact pressures, from a guess, and returns the number of iterations.
 pub(super) type SolveFields<'s> =
     dyn FnMut(&mut Newton, &mut Fields, StepContext) -> Result<u32, StepFailure> + 's;
 
-/// Solves one increment with contact; `solve` is the solution at fixed pressures. Returns the number of iterations.
+/// Solves one increment with contact; `solve` solves for the fields at fixed pressures. Returns the number of
+/// iterations.
 pub(super) fn equilibrium(
     newton: &mut Newton,
     fields: &mut Fields,
@@ -66,7 +68,7 @@ fn settle(
     settled
 }
 
-/// Makes the passes; changes the tolerance of Newton's method.
+/// Repeats passes like [`settle`], and changes the tolerance of Newton's method, which the caller must restore.
 fn passes(
     newton: &mut Newton,
     fields: &mut Fields,

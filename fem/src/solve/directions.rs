@@ -1,44 +1,45 @@
-//! Solves several systems with the same matrix A in a common space of search directions.
+//! Linear systems with the same matrix A, solved in a common space of search directions.
 //!
-//! The products of the directions V are kept orthonormal, A V = Q R; the directions are stored unchanged. The least
-//! residual of A x = b is b − Q c with c = Qᵀ b, and x = V R⁻¹ c is formed only on request (generalised conjugate
-//! residuals: Eisenstat, Elman & Schultz 1983, doi:10.1137/0720023).
+//! The directions V are stored unchanged, and their products with A are orthonormalised: A V = Q R. The smallest
+//! residual of A x = b in this space is b − Q c with c = Qᵀ b. The solution x = V R⁻¹ c is computed only on request
+//! (generalised conjugate residuals: Eisenstat, Elman & Schultz 1983, doi:10.1137/0720023).
 //!
-//! Residuals of similar systems lie nearly in a line or a plane, and one direction per system would repeat nearly the
-//! same direction. New directions are therefore computed only for the principal components of the residuals (block
+//! Residuals of similar systems are nearly linearly dependent, so that one new direction per system would give nearly
+//! equal directions. Therefore, new directions are computed only for the principal components of the residuals (block
 //! methods with inexact breakdowns: Robbé & Sadkane, Linear Algebra Appl. 419 (2006) 265).
 //!
-//! Several products are orthogonalised together, row by row, so that each stored product is read from memory once for
-//! all of them: classical Gram–Schmidt, repeated if digits were lost.
+//! New products are orthogonalised by classical Gram–Schmidt, all together and row by row, so that each stored product
+//! is read from memory only once. The orthogonalisation is repeated if digits were lost.
 
 use nalgebra::{DMatrix, SymmetricEigen};
 use rayon::prelude::*;
 
 use super::linear::{Nodal, add_scaled, weighted_dot};
 
-/// Products are orthogonalised once more if orthogonalisation has reduced a norm below this fraction of its initial
-/// value.
+/// The orthogonalisation is repeated if it has reduced the norm of a product below this fraction of its initial value.
 const LOSS: f64 = 0.1;
 /// A direction is dropped if orthogonalisation reduces the norm of its product below this fraction of the initial
 /// value.
 const DEPENDENT: f64 = 1e-6;
-/// Principal components of the residuals that are smaller than this multiple of the allowed residual get no direction.
+/// No new direction is computed for a principal component that is smaller than this multiple of the allowed residual.
 const SMALL: f64 = 0.5;
-/// Number of nodes per task. A task processes them in parts of `PART` nodes, which fit into the first-level cache.
+/// Number of nodes per parallel task.
 const CHUNK: usize = 4096;
+/// Number of nodes that a task processes together; their values fit into the first-level cache.
 const PART: usize = 32;
 
 /// A system that is being solved.
 pub(super) struct System {
     pub(super) x: Vec<Nodal>,
-    /// Right-hand side minus the product of A with the solution, for all values.
+    /// Right-hand side minus the product of A with the solution, for all nodal values.
     pub(super) residual: Vec<Nodal>,
     /// Norm of the initial residual.
     size: f64,
-    /// Norm of the initial residual if all values were as stiff as the stiffest value of their field.
+    /// Norm of the initial residual for the case that all unknowns of a field are as stiff as the stiffest unknown.
     stiffest: f64,
+    /// Allowed norm of the residual, relative to `size`.
     tolerance: f64,
-    /// Part of the solution that is not yet added to `x`, as coefficients of the orthonormal products.
+    /// Part of the solution that is not yet added to `x`, as coefficients c of the orthonormal products Q.
     along: Vec<f64>,
 }
 
@@ -49,19 +50,22 @@ impl System {
     }
 }
 
-/// Search directions, with an orthonormal basis of their products with the matrix.
+/// Search directions V, with an orthonormal basis Q of their products A V = Q R.
 pub(super) struct Directions {
+    /// Weights of the squared residuals in the norm.
     weight: Vec<Nodal>,
-    /// Smallest positive weight of each field; 0 for a field without weights.
+    /// Smallest positive weight of each component u_x, u_y, u_z, φ; 0 for a component without positive weights.
     least: Nodal,
+    /// The columns of V.
     directions: Vec<Vec<Nodal>>,
+    /// The columns of Q.
     products: Vec<Vec<Nodal>>,
-    /// The columns of R.
+    /// The columns of the upper triangular matrix R.
     triangle: Vec<Vec<f64>>,
 }
 
 impl Directions {
-    /// Creates an empty set. `weight` defines the norm of residuals.
+    /// Creates an empty set of directions. `weight` defines the norm of residuals.
     pub(super) fn new(weight: Vec<Nodal>) -> Self {
         let mut least = [f64::INFINITY; 4];
         for weight in &weight {
@@ -82,21 +86,22 @@ impl Directions {
     /// `x`.
     pub(super) fn system(&self, x: Vec<Nodal>, residual: Vec<Nodal>, tolerance: f64) -> System {
         let (size, along) = (self.norm(&residual), Vec::new());
-        // values that are not solved for have no weight
-        let seen = |(w, r): (&Nodal, &Nodal)| {
-            let of = |k: usize| if w[k] > 0.0 { self.least[k] * r[k] * r[k] } else { 0.0 };
-            (0..4).map(of).sum::<f64>()
+        // values that are not unknowns have weight zero
+        let square = |(w, r): (&Nodal, &Nodal)| {
+            let term = |k: usize| if w[k] > 0.0 { self.least[k] * r[k] * r[k] } else { 0.0 };
+            (0..4).map(term).sum::<f64>()
         };
-        let stiffest = self.weight.iter().zip(&residual).map(seen).sum::<f64>().sqrt();
+        let stiffest = self.weight.iter().zip(&residual).map(square).sum::<f64>().sqrt();
         System { x, size, stiffest, residual, tolerance, along }
     }
 
-    /// Norm of a system's solution, relative to the solution if all values were as stiff as the stiffest value of their
-    /// field. The solution must have been formed.
+    /// Norm of the solution of a system, relative to the norm for the case that all unknowns of a field are as stiff as
+    /// the stiffest unknown. Precondition: [`form`](Self::form) has been called.
     pub(super) fn growth(&self, system: &System) -> f64 {
         let square = |x: &Nodal| {
-            let of = |k: usize| if self.least[k] > 0.0 { x[k] * x[k] / self.least[k] } else { 0.0 };
-            (0..4).map(of).sum::<f64>()
+            let term =
+                |k: usize| if self.least[k] > 0.0 { x[k] * x[k] / self.least[k] } else { 0.0 };
+            (0..4).map(term).sum::<f64>()
         };
         let size = system.x.iter().map(square).sum::<f64>().sqrt();
         if system.stiffest > 0.0 { size / system.stiffest } else { 0.0 }
@@ -106,7 +111,7 @@ impl Directions {
         weighted_dot(&self.weight, x, x).sqrt()
     }
 
-    /// Residual of a system as a multiple of the allowed residual.
+    /// Norm of the residual of a system, as a multiple of the allowed norm.
     pub(super) fn excess(&self, system: &System) -> f64 {
         if system.size > 0.0 {
             self.norm(&system.residual) / (system.tolerance * system.size)
@@ -120,18 +125,19 @@ impl Directions {
         self.excess(system) <= 1.0
     }
 
-    /// Principal components of the residuals of the unsolved systems: orthogonal combinations of the residuals, each
-    /// residual in units of the allowed residual of its system. Returns the size of the largest component, and the
-    /// components in order of decreasing size. Components that are small, or smaller than `share` times the largest
-    /// one, are omitted.
+    /// Principal components of the residuals of the unsolved systems: orthogonal linear combinations of the residuals,
+    /// each divided by the allowed residual of its system.
+    ///
+    /// Returns the norm of the largest component, and the components in order of decreasing norm. Components with a norm
+    /// below [`SMALL`], or below `share` times the largest norm, are omitted.
     pub(super) fn principal(&self, systems: &[System], share: f64) -> (f64, Vec<Vec<Nodal>>) {
-        let open: Vec<&System> = systems.iter().filter(|system| !self.solved(system)).collect();
-        let units: Vec<f64> = open.iter().map(|s| 1.0 / (s.tolerance * s.size)).collect();
-        let products = DMatrix::from_fn(open.len(), open.len(), |i, j| {
-            let [a, b] = [i.min(j), i.max(j)].map(|k| &open[k].residual);
+        let unsolved: Vec<&System> = systems.iter().filter(|system| !self.solved(system)).collect();
+        let units: Vec<f64> = unsolved.iter().map(|s| 1.0 / (s.tolerance * s.size)).collect();
+        let products = DMatrix::from_fn(unsolved.len(), unsolved.len(), |i, j| {
+            let [a, b] = [i.min(j), i.max(j)].map(|k| &unsolved[k].residual);
             units[i] * units[j] * weighted_dot(&self.weight, a, b)
         });
-        if open.is_empty() || products.iter().any(|product| !product.is_finite()) {
+        if unsolved.is_empty() || products.iter().any(|product| !product.is_finite()) {
             return (0.0, Vec::new());
         }
         let SymmetricEigen { eigenvalues, eigenvectors } = products.symmetric_eigen();
@@ -141,7 +147,7 @@ impl Directions {
         let largest = parts.first().map_or(0.0, |(size, _)| *size);
         let combination = |axis: usize| {
             let mut sum = vec![[0.0; 4]; self.weight.len()];
-            for (i, system) in open.iter().enumerate() {
+            for (i, system) in unsolved.iter().enumerate() {
                 add_scaled(&mut sum, units[i] * eigenvectors[(i, axis)], &system.residual);
             }
             sum
@@ -150,30 +156,31 @@ impl Directions {
         (largest, large.map(|(_, axis)| combination(*axis)).collect())
     }
 
-    /// Adds directions with their products, except for directions that depend linearly on the others.
+    /// Adds directions with their products. Directions that depend linearly on the other directions are dropped.
     pub(super) fn add(&mut self, directions: Vec<Vec<Nodal>>, mut products: Vec<Vec<Nodal>>) {
-        let known = self.count();
+        let count_before = self.count();
         let whole: Vec<f64> = products.iter().map(|p| self.norm(p)).collect();
-        let mut columns = vec![vec![0.0; known]; products.len()];
+        let mut columns = vec![vec![0.0; count_before]; products.len()];
         for _ in 0..2 {
-            let parts = take_off(&self.weight, &self.products, &mut slices(&mut products));
+            let parts =
+                subtract_projections(&self.weight, &self.products, &mut slices(&mut products));
             columns.iter_mut().zip(&parts).for_each(|(column, parts)| sum(column, parts));
             if products.iter().zip(&whole).all(|(p, whole)| self.norm(p) > LOSS * whole) {
                 break;
             }
         }
-        let own = directions.into_iter().zip(products).zip(columns);
-        for (((direction, mut product), mut column), whole) in own.zip(whole) {
+        let candidates = directions.into_iter().zip(products).zip(columns);
+        for (((direction, mut product), mut column), whole) in candidates.zip(whole) {
             column.resize(self.count(), 0.0);
             for _ in 0..2 {
-                let others = &self.products[known..];
-                let parts = take_off(&self.weight, others, &mut [&mut product]);
-                sum(&mut column[known..], &parts[0]);
+                let others = &self.products[count_before..];
+                let parts = subtract_projections(&self.weight, others, &mut [&mut product]);
+                sum(&mut column[count_before..], &parts[0]);
             }
-            let own = self.norm(&product);
-            if own > DEPENDENT * whole && own.is_finite() {
-                product.as_flattened_mut().iter_mut().for_each(|x| *x /= own);
-                column.push(own);
+            let norm = self.norm(&product);
+            if norm > DEPENDENT * whole && norm.is_finite() {
+                product.as_flattened_mut().iter_mut().for_each(|x| *x /= norm);
+                column.push(norm);
                 self.directions.push(direction);
                 self.products.push(product);
                 self.triangle.push(column);
@@ -181,18 +188,19 @@ impl Directions {
         }
     }
 
-    /// Moves the solutions along the directions with index `from` or higher, so that the residuals are minimal.
+    /// Updates the residuals by the optimal steps along the directions with index `from` or higher, which minimise the
+    /// norms of the residuals. The steps are stored in `along`.
     pub(super) fn reduce(&self, from: usize, systems: &mut [System]) {
         let mut residuals: Vec<&mut [Nodal]> =
             systems.iter_mut().map(|system| &mut system.residual[..]).collect();
-        let parts = take_off(&self.weight, &self.products[from..], &mut residuals);
+        let parts = subtract_projections(&self.weight, &self.products[from..], &mut residuals);
         for (system, parts) in systems.iter_mut().zip(parts) {
             system.along.resize(self.count(), 0.0);
             sum(&mut system.along[from..], &parts);
         }
     }
 
-    /// Adds the accumulated part of the solution to `x` of a system.
+    /// Adds the accumulated steps of a system to its solution `x`.
     pub(super) fn form(&self, system: &mut System) {
         // solve R y = c by back substitution, column by column
         let mut y = std::mem::take(&mut system.along);
@@ -216,8 +224,13 @@ fn sum(to: &mut [f64], parts: &[f64]) {
     to.iter_mut().zip(parts).for_each(|(to, part)| *to += part);
 }
 
-/// Subtracts from each column its projection on orthonormal vectors. Returns the coefficients of the projections.
-fn take_off(weight: &[Nodal], basis: &[Vec<Nodal>], columns: &mut [&mut [Nodal]]) -> Vec<Vec<f64>> {
+/// Subtracts from each column its projections on the orthonormal vectors `basis`. Returns the coefficients of the
+/// projections.
+fn subtract_projections(
+    weight: &[Nodal],
+    basis: &[Vec<Nodal>],
+    columns: &mut [&mut [Nodal]],
+) -> Vec<Vec<f64>> {
     let mut sums = vec![0.0; columns.len() * basis.len()];
     if sums.is_empty() {
         return vec![Vec::new(); columns.len()];
@@ -237,7 +250,7 @@ fn take_off(weight: &[Nodal], basis: &[Vec<Nodal>], columns: &mut [&mut [Nodal]]
     sums
 }
 
-/// Weighted inner products of each column with every vector, restricted to the nodes of a chunk.
+/// Weighted inner products of each column with every vector of `basis`, restricted to the nodes of a chunk.
 fn products(
     weight: &[Nodal],
     basis: &[Vec<Nodal>],

@@ -6,7 +6,7 @@
 //! 2. `linear`: linear systems
 //! 3. `norms`: norms of residuals
 //! 4. `newton`: Newton's method with line search and bounds
-//! 5. `alternate`, `flow`, `arc_length`, `predict`, `contact_passes`: methods over Newton's method
+//! 5. `alternate`, `flow`, `arc_length`, `predict`, `contact_passes`: methods that call Newton's method
 //! 6. `directions`, `sensitivity`: derivatives of an equilibrium with respect to parameters
 //! 7. `scheme`: solution of an increment by the selected scheme
 

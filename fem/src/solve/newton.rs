@@ -1,7 +1,7 @@
-//! Newton's method with line search, for both fields together or for one of them.
+//! Newton's method with line search, for both fields together or for one field.
 //!
-//! A linearisation is reused, also in later increments, while each solve reduces the residual at least to a tenth:
-//! assembling and factorising a new one costs more than an additional solve.
+//! A linearisation is reused, also in later increments, while each solve reduces the residual at least to a tenth: the
+//! assembly and factorisation of a new tangent cost more than an additional solve.
 
 use rayon::prelude::*;
 
@@ -25,11 +25,14 @@ pub(crate) struct NewtonSettings {
     pub(crate) iterations: u32,
 }
 
-/// Validity of the current factor: none, factor of an earlier iterate, or factor of the current iterate.
+/// Iterate to which the current tangent and its factor belong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Linearisation {
+    /// There is no factor that may be used.
     Absent,
+    /// The factor belongs to an earlier iterate.
     Kept,
+    /// The factor belongs to the current iterate.
     Fresh,
 }
 
@@ -43,15 +46,15 @@ pub(crate) struct Newton<'a> {
     pub(crate) relative: f64,
     /// Largest scales of all equilibria so far.
     pub(crate) scales: Scales,
-    /// Scales at the fields evaluated last: `reached` without, and `beside` with the lower limit of the largest
-    /// scales so far.
+    /// Scales at the fields evaluated last.
     reached: Scales,
+    /// Scales at the fields evaluated last, raised to at least the largest scales of all equilibria so far.
     beside: Scales,
     /// Residuals caused by rounding errors.
     rounding: Rounding,
     /// Loads and contact of the current increment.
     pub(crate) external: ExternalForces,
-    /// Residual and energies at the last fields that were accepted.
+    /// Residual and energies at the fields evaluated last.
     pub(crate) residual: Residual,
     pub(super) linear: Box<dyn LinearSolver + 'a>,
     /// Values that are not prescribed.
@@ -71,6 +74,7 @@ struct Stalled;
 
 /// A linearisation is reused while each solve reduces the residual to at most this fraction.
 const KEEP: f64 = 0.1;
+/// Limit of step lengths that a line search tries.
 const BACKTRACKS: u32 = 8;
 /// Limit of iterations that change the active set; they do not count towards `iterations`.
 const MOST_CHANGES: u32 = 300;
@@ -83,14 +87,15 @@ impl<'a> Newton<'a> {
         match lost {
             Some(error) if self.linear.is_on_device() => {
                 format!(
-                    "{machine}, residuals by the processor since the device failed there: {error}"
+                    "{machine}, residuals by the processor because the device failed to compute residuals: {error}"
                 )
             }
             _ => machine,
         }
     }
 
-    /// Continues the counters of an earlier solver of the run, and uses a sparse factor if that solver did.
+    /// Continues the counters `effort` of an earlier solver of the run. If the earlier solver had replaced multigrid by
+    /// a sparse factor, so does this solver.
     pub(crate) fn resume(&mut self, effort: Effort) {
         self.effort = effort;
         if effort.slow_solution > 0 {
@@ -132,7 +137,7 @@ impl<'a> Newton<'a> {
         }
     }
 
-    /// Projects a guess onto its bounds and evaluates the residual.
+    /// Projects an initial guess onto the bounds, and evaluates the residual.
     pub(super) fn begin(
         &mut self,
         fields: &mut Fields,
@@ -144,7 +149,7 @@ impl<'a> Newton<'a> {
         self.evaluate(fields, context)
     }
 
-    /// Computes residual, energies and norms at `fields`; fails if one of them is not finite.
+    /// Computes residual, energies and norms at `fields`; fails if a value is not finite.
     pub(crate) fn evaluate(
         &mut self,
         fields: &Fields,
@@ -168,7 +173,7 @@ impl<'a> Newton<'a> {
             ..self.rounding
         };
         let halo = &self.operator.part().halo;
-        let norms = Norms::of(&self.residual, fields, &self.unknown, &self.free, rounding, halo);
+        let norms = Norms::at(&self.residual, fields, &self.unknown, &self.free, rounding, halo);
         if !norms.is_finite() {
             return Err(StepFailure::NotFinite);
         }
@@ -214,8 +219,8 @@ impl<'a> Newton<'a> {
             if norms.converged(field, tolerance) {
                 return Ok(norms);
             }
-            // the active set shrinks by one layer of nodes at a time: this is progress even if the residual does not
-            // decrease
+            // the active set shrinks by one layer of nodes per iteration: an iteration that changes the active set is
+            // progress even if the residual does not decrease
             let changed = self.operator.part().ranks().any(self.linearised != self.free);
             if changed {
                 changes += 1
@@ -243,7 +248,7 @@ impl<'a> Newton<'a> {
                     return Err(StepFailure::Stalled { iterations, residual });
                 }
                 Err(Stalled) => {
-                    // the old factor gave no descent direction: retry from the current iterate with a fresh factor
+                    // the factor of an earlier iterate gave no descent direction: retry with a factor of this iterate
                     self.factor = Linearisation::Absent;
                     self.evaluate(fields, context)?
                 }
@@ -288,7 +293,7 @@ impl<'a> Newton<'a> {
         self.factorise(fields, context)
     }
 
-    /// Stores a tangent at the fields evaluated last, for the iterations that follow.
+    /// Computes and stores the tangent at the fields evaluated last, for the following iterations.
     pub(super) fn linearise_as(
         &mut self,
         coupling: Coupling,
@@ -337,8 +342,8 @@ impl<'a> Newton<'a> {
         Ok(())
     }
 
-    /// Takes the step x − α d with the first α of 1, ½, ¼ … that reduces the scaled residual. Returns the new norms
-    /// and the ratio of new to old residual.
+    /// Takes the step x − α d with the first α of 1, ½, ¼ … that reduces the scaled residual. Returns the new norms,
+    /// and the new residual divided by the old residual.
     fn line_search(
         &mut self,
         field: Equations,

@@ -10,7 +10,7 @@ use crate::fields::Fields;
 use crate::operator::Residual;
 use crate::parallel::Halo;
 
-/// Which equations an iteration acts on.
+/// Equations that an iteration solves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Equations {
     Both,
@@ -28,19 +28,22 @@ impl Equations {
     }
 }
 
-/// Reference values of residuals: of forces, N, and of the damage equation, N mm.
+/// Reference values by which residuals are divided.
 ///
-/// At an equilibrium without load, e.g. after unloading, reactions vanish. The largest scales so far are then used.
+/// At an equilibrium without load, e.g. after unloading, reactions vanish. Therefore, the scales are at least the largest
+/// scales of earlier equilibria.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Scales {
+    /// Norm of the reactions, N.
     pub(crate) force: f64,
+    /// Norm of the driving force of damage, N mm.
     pub(crate) damage: f64,
 }
 
 /// Residuals caused by rounding errors.
 ///
-/// A strain is a difference of displacements and contains their rounding errors: an element with modulus M and volume
-/// V exerts nodal forces with the error ε M V^(1/3) |u|.
+/// A strain is a difference of displacements and contains the rounding errors of the displacements: the nodal forces of
+/// an element with modulus M and volume V have the error ε M V^(1/3) |u|, with the machine precision ε.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Rounding {
     /// Rounding error of forces, per mm of displacement, N/mm.
@@ -61,9 +64,9 @@ pub(crate) struct Norms {
 }
 
 impl Norms {
-    /// Computes the norms at `fields`. The norms are over the `free` values; the residuals of `unknown` values at a
-    /// bound are reactions and belong to the scales.
-    pub(super) fn of(
+    /// Computes the norms at `fields`. The norms are sums over the `free` values. The residual of an `unknown` value at
+    /// a bound is a reaction, and is added to the scales.
+    pub(super) fn at(
         residual: &Residual,
         fields: &Fields,
         unknown: &[[bool; 4]],
@@ -99,12 +102,12 @@ impl Norms {
             ([force, reaction, damage, drive], largest)
         };
         let nodes = residual.nodal.len();
-        let own = match halo.ranks().is_alone() {
+        let owned = match halo.ranks().is_alone() {
             true => [0..nodes, 0..0],
             false => halo.own(nodes),
         };
-        let pieces = own.into_iter().flat_map(|own| {
-            own.clone().step_by(CHUNK).map(move |first| first..own.end.min(first + CHUNK))
+        let pieces = owned.into_iter().flat_map(|nodes| {
+            nodes.clone().step_by(CHUNK).map(move |first| first..nodes.end.min(first + CHUNK))
         });
         let pieces: Vec<Range<usize>> = pieces.collect();
         let parts: Vec<([f64; 4], f64)> = pieces.into_par_iter().map(part).collect();
@@ -131,8 +134,8 @@ impl Norms {
         self.scales
     }
 
-    /// Returns the norms with their scales raised to at least `largest`, and to at least the value for which a
-    /// residual of the size of rounding errors has the scaled norm `tolerance`.
+    /// Returns the norms with larger scales: at least `largest`, and so large that a residual of the size of the
+    /// rounding errors, divided by its scale, is at most `tolerance`.
     pub(super) fn beside(mut self, largest: &Scales, tolerance: f64) -> Self {
         let at_least =
             |scale: f64, largest: f64, rounding: f64| scale.max(largest).max(rounding / tolerance);
@@ -160,12 +163,12 @@ impl Norms {
         }
     }
 
-    /// Returns the larger of the two scaled residuals.
+    /// Returns the larger of the scaled residuals of displacement and damage.
     pub(super) fn largest(&self) -> f64 {
         self.merit(Equations::Displacement, self).max(self.merit(Equations::Damage, self))
     }
 
-    /// Returns the scaled residual, with the scales of `reference`, so that iterates can be compared.
+    /// Returns the residual divided by the scales of `reference`. With a common reference, iterates can be compared.
     pub(super) fn merit(&self, field: Equations, reference: &Norms) -> f64 {
         let tiny = f64::MIN_POSITIVE;
         let force = self.force / reference.scales.force.max(tiny);

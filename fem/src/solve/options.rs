@@ -8,10 +8,10 @@ use crate::error::FemError;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Scheme {
-    /// Displacement and damage together by Newton's method; alternate minimisation if Newton fails.
+    /// Displacement and damage together by Newton's method; alternate minimisation if Newton's method fails.
     #[default]
     Monolithic,
-    /// Displacement and damage alternately until both are in equilibrium: slow but robust.
+    /// Displacement at fixed damage and damage at fixed displacement, alternately: slow but robust.
     Alternate,
 }
 
@@ -19,12 +19,12 @@ pub enum Scheme {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum LinearScheme {
-    /// Selected by the number of unknowns.
+    /// `Direct` or `Multigrid`, depending on the number of unknowns.
     #[default]
     Auto,
     /// Sparse factor, reused as preconditioner while this is faster than a new factor.
     Direct,
-    /// Krylov iterations, preconditioned by algebraic multigrid: memory is proportional to the size of the mesh.
+    /// Krylov iterations, preconditioned by algebraic multigrid. The memory is proportional to the number of elements.
     Multigrid,
 }
 

@@ -1,8 +1,8 @@
 //! Initial guess of an increment whose prescribed values jump.
 //!
-//! If only the prescribed values moved, the elements at the surface would take the whole increment: they would
-//! invert, or distort so much that Newton's method needs many iterations. The linear response of the last equilibrium
-//! moves the whole body instead, and its tangent is reused in the first iterations.
+//! If only the prescribed values moved, the elements at the surface would take the whole deformation: they would
+//! invert, or distort so much that Newton's method needs many iterations. Instead, the whole body moves by its linear
+//! response at the last equilibrium. The tangent of this response is reused in the first iterations.
 
 use super::linear::Nodal;
 use super::newton::Newton;
@@ -10,16 +10,16 @@ use crate::error::StepFailure;
 use crate::fields::Fields;
 use crate::operator::{Coupling, StepContext};
 
-/// Relative residual of the linear solution. The elements at the surface dominate the residual, so that the rest of
-/// the body needs a smaller tolerance than in a Newton iteration.
+/// Relative residual of the linear solution. The elements at the surface dominate the residual, so that an accurate
+/// response of the remaining body needs a smaller tolerance than a Newton iteration.
 const LINEAR_TOLERANCE: f64 = 1e-4;
 /// Finite-difference step of the residual, as a fraction of the increment.
 const NUDGE: f64 = 1e-6;
 
 /// Returns the equilibrium `before` plus its linear response to the loads of this increment and to the prescribed
-/// values, which are taken from `placed`.
+/// values of `placed`. The fields `placed` contain the prescribed values of this increment.
 ///
-/// The tangent is kept for the next iteration.
+/// The tangent remains stored for the next iteration.
 pub(super) fn predict(
     newton: &mut Newton,
     coupling: Coupling,
@@ -27,7 +27,7 @@ pub(super) fn predict(
     placed: &Fields,
     context: StepContext,
 ) -> Result<Fields, StepFailure> {
-    // fields with the prescribed values moved from `before` towards `placed`, and all other values of `before`
+    // `before`, with the prescribed values moved towards `placed` by a fraction of their change
     let moved_by = |fraction: f64| {
         let mut moved = before.clone();
         for (n, unknown) in newton.unknown.iter().enumerate() {
@@ -61,7 +61,7 @@ pub(super) fn predict(
             predicted.damage[n] -= step[3];
         }
     }
-    // fail if the residual cannot be evaluated at the prediction
+    // returns an error if the residual cannot be evaluated at the prediction
     newton.begin(&mut predicted, context)?;
     Ok(predicted)
 }

@@ -1,4 +1,4 @@
-//! Solution of an increment by the selected scheme, and by slower schemes if no equilibrium is found.
+//! Solution of an increment by the selected scheme, and by slower schemes if the selected scheme fails.
 
 use super::alternate::Alternation;
 use super::arc_length::ArcLengthControl;
@@ -66,7 +66,7 @@ impl<'a> Solver<'a> {
 
     /// Solves one increment from the guess in `fields`. Returns the number of iterations.
     ///
-    /// After a failure `fields` is not in equilibrium.
+    /// After an error, `fields` is not in equilibrium.
     pub(crate) fn equilibrium(
         &mut self,
         fields: &mut Fields,

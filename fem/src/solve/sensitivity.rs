@@ -1,21 +1,21 @@
-//! Rates of an equilibrium: derivatives with respect to parameters.
+//! Derivatives of an equilibrium with respect to parameters, called *rates*.
 //!
-//! R(x, x_n, θ) = 0 holds for every θ, so that K dx/dθ = −(∂R/∂θ + ∂R/∂x_n dx_n/dθ) with the tangent K at the
-//! equilibrium: one additional linear system per parameter. Prescribed values have zero rate, and a value at an
-//! active bound has the rate of its bound. The active set does not change with θ, except where a value is about to
-//! leave its bound.
+//! An equilibrium x, reached from the previous equilibrium x_n, satisfies R(x, x_n, θ) = 0 for every parameter value θ.
+//! Therefore K dx/dθ = −(∂R/∂θ + ∂R/∂x_n dx_n/dθ) with the tangent K at the equilibrium: one additional linear system
+//! per parameter. Prescribed values have zero rate, and a value at an active bound has the rate of its bound. The active
+//! set does not change with θ, except where a value is about to leave its bound.
 //!
 //! The gap of a node in contact stays closed, because the contact pressure has a rate too. The rate of the pressure
-//! is found by passes, like the pressure itself: at fixed pressure, the penalty in the tangent allows a small rate of
-//! the gap, from which the rate of the pressure is updated.
+//! is computed iteratively in passes, like the pressure itself: at fixed pressure, the penalty in the tangent allows a
+//! small rate of the gap, from which the rate of the pressure is updated.
 //!
-//! The systems of one equilibrium have the same matrix, and their solutions change little from step to step. They are
-//! solved together, by corrections with the current factor or hierarchy. Each solution is the combination of earlier
-//! rates and all corrections that minimises its residual.
+//! The systems of one equilibrium have the same matrix, and their solutions change little from step to step. The
+//! systems are solved together, by corrections with the current factor or multigrid hierarchy. Each solution is the
+//! linear combination of earlier rates and all corrections that minimises the residual of its system.
 //!
-//! The effect of the residuals ρ on the measured force f = c·(K x + ∂R/∂θ) is y·ρ, where the adjoint y solves K y = K
-//! c on the free values. The adjoint is one additional system, but a rough y is sufficient, because its error is
-//! multiplied by ρ; and ρ need only be small enough for the rates themselves.
+//! The residual ρ of a linear system changes the measured force f = c·(K x + ∂R/∂θ) by y·ρ, where the adjoint y solves
+//! K y = K c on the free values. The adjoint is one additional system. An approximate y is sufficient, because the error
+//! of y is multiplied by ρ. With this correction, ρ must be small enough only for the rates themselves.
 
 use super::directions::{Directions, System};
 use super::linear::{Nodal, add_scaled, mask};
@@ -24,24 +24,28 @@ use crate::error::StepFailure;
 use crate::fields::Fields;
 use crate::operator::{Coupling, Increment, Shift, StepContext, residual_rate};
 
-/// Allowed residual of the linear systems, relative to the residual without a change of the free values: `TOLERANCE`
-/// if the force is computed from the rates alone, `CORRECTED` if the adjoint corrects the force, `ADJOINT` for the
-/// adjoint system.
+/// Allowed residual of a linear system, relative to the residual with zero free values, if the adjoint does not correct
+/// the force.
 const TOLERANCE: f64 = 1e-7;
+/// Allowed relative residual of a linear system if the adjoint corrects the force.
 const CORRECTED: f64 = 3e-6;
+/// Allowed relative residual of the adjoint system.
 const ADJOINT: f64 = 1e-3;
-/// Limits: `ROUNDS` corrections per system with the current factor or hierarchy, `CORRECTIONS` solutions per system
-/// by the linear solver, which renews the factor, and `PASSES` passes over the contact pressures.
+/// Limit of corrections per system with the current factor or multigrid hierarchy.
 const ROUNDS: usize = 12;
+/// Limit of solutions per system by the linear solver, which renews the factor or the hierarchy.
 const CORRECTIONS: usize = 4;
+/// Limit of passes over the contact pressures.
 const PASSES: usize = 60;
-/// Assumed reduction of the residual by the first correction, and the limits of the reduction that is assumed for
-/// later corrections.
-const LEAVES: f64 = 0.1;
-const LEAST_LEFT: f64 = 0.01;
-const MOST_LEFT: f64 = 0.5;
-/// Limit of the size of rates, relative to a body in which every value is as stiff as the stiffest. Larger rates come
-/// from a stiffness that consists of rounding errors, which are 2e-16 of the stiffest value.
+/// Assumed reduction of the residual by the first correction.
+const FIRST_REDUCTION: f64 = 0.1;
+/// Smallest reduction of the residual that is assumed for a later correction.
+const LEAST_REDUCTION: f64 = 0.01;
+/// Largest reduction of the residual that is assumed for a later correction.
+const MOST_REDUCTION: f64 = 0.5;
+/// Largest plausible norm of the rates, relative to the norm for a body in which all unknowns are as stiff as the
+/// stiffest unknown. Larger rates come from a stiffness that consists of rounding errors, which are 2e-16 of the largest
+/// stiffness.
 const BY_ROUNDING: f64 = 1e13;
 
 /// Rates of an equilibrium with respect to one parameter.
@@ -49,18 +53,18 @@ const BY_ROUNDING: f64 = 1e13;
 pub(crate) struct Rates {
     /// Rates of u_x, u_y, u_z, φ at every node.
     pub(crate) values: Vec<Nodal>,
-    /// Rate of the residual: of the forces exerted by supports and bounds.
+    /// Rates of the nodal residual, which consists of the forces that supports and bounds exert.
     pub(crate) residual: Vec<Nodal>,
-    /// Rates of the contact forces, with their nodes.
+    /// Rates of the contact forces: node number and rate, N per unit of the parameter.
     pub(crate) contact: Vec<(u32, [f64; 3])>,
     /// Correction of the rate of the measured force for the residual of the linear system, from the adjoint.
     pub(crate) correction: f64,
 }
 
-/// Measured force as a functional, and its adjoint.
+/// The measured force as a linear functional of the residual, and the adjoint of this functional.
 pub(crate) struct Measured<'a> {
-    /// Vector c, if the force is the functional c·R of the residual. `None`: the force is no such functional, and its
-    /// rates are not corrected.
+    /// Vector c, if the force is the functional c·R of the residual. `None` if the force is not such a functional; its
+    /// rates are then not corrected.
     pub(crate) of_residual: Option<&'a [Nodal]>,
     /// On input the adjoint at the previous equilibrium; on output the adjoint at this equilibrium.
     pub(crate) adjoint: &'a mut Vec<Nodal>,
@@ -80,18 +84,18 @@ fn negate(x: &mut [Nodal]) {
 }
 
 /// Returns the rates of `fields`, the most recent equilibrium of `newton`, with respect to every parameter.
-/// `follows`: whether the lower bounds of damage are the damage at the start of the increment.
 ///
-/// The tangent at `fields` is kept for the next increment.
+/// `follows` is true if the lower bounds of damage are the damage at the start of the increment. The tangent at `fields`
+/// remains stored for the next increment.
 pub(crate) fn differentiate(
     newton: &mut Newton,
     fields: &Fields,
     context: StepContext,
-    known: &[Known],
+    parameters: &[Known],
     measured: Measured,
     follows: bool,
 ) -> Result<Vec<Rates>, StepFailure> {
-    Systems { newton }.differentiate(fields, context, known, measured, follows)
+    Systems { newton }.differentiate(fields, context, parameters, measured, follows)
 }
 
 /// Linear systems with the tangent of Newton's method.
@@ -104,18 +108,18 @@ impl Systems<'_, '_> {
         &mut self,
         fields: &Fields,
         context: StepContext,
-        known: &[Known],
+        parameters: &[Known],
         measured: Measured,
         follows: bool,
     ) -> Result<Vec<Rates>, StepFailure> {
         self.newton.linearise_as(Coupling::Full, fields, context)?;
-        let shifts: Vec<Shift> = known.iter().map(|known| known.shift).collect();
+        let shifts: Vec<Shift> = parameters.iter().map(|parameter| parameter.shift).collect();
         let increment = Increment { materials: self.newton.materials, fields, context };
         let rate = |shift| residual_rate(self.newton.operator, &increment, shift);
         let residuals = shifts.iter().map(rate).collect::<Result<Vec<_>, _>>()?;
         let mut directions = Directions::new(self.newton.linear.weight().to_vec());
         let tolerance = if measured.of_residual.is_some() { CORRECTED } else { TOLERANCE };
-        let mut systems = Vec::with_capacity(known.len() + 1);
+        let mut systems = Vec::with_capacity(parameters.len() + 1);
         for (shift, mut right) in shifts.iter().zip(residuals) {
             negate(&mut right);
             let held = self.held(fields, context, follows, shift.before);
@@ -128,8 +132,9 @@ impl Systems<'_, '_> {
             let none = vec![[0.0; 4]; right.len()];
             systems.push(self.system(none, right, ADJOINT, &directions));
         }
-        let before = known.iter().flat_map(|known| {
-            std::iter::once(known.shift.before).chain(known.earlier.iter().map(Vec::as_slice))
+        let before = parameters.iter().flat_map(|parameter| {
+            let earlier = parameter.earlier.iter().map(Vec::as_slice);
+            std::iter::once(parameter.shift.before).chain(earlier)
         });
         let guesses = before.chain([measured.adjoint.as_slice()]);
         // the constrained values of the guesses are not used
@@ -138,8 +143,8 @@ impl Systems<'_, '_> {
             mask(&self.newton.free, &mut direction);
             direction
         });
-        self.take_up(guesses.collect(), &mut directions);
-        let mut contacts = vec![Vec::new(); known.len()];
+        self.add_directions(guesses.collect(), &mut directions);
+        let mut contacts = vec![Vec::new(); parameters.len()];
         for _ in 0..PASSES {
             self.correct(&mut systems, &mut directions)?;
             for (system, contact) in systems.iter_mut().zip(&mut contacts) {
@@ -153,8 +158,8 @@ impl Systems<'_, '_> {
         Err(StepFailure::Contact { passes: PASSES as u32, change: tolerance * largest })
     }
 
-    /// Creates a system whose constrained values are those of `x`. `right` is the right-hand side without the
-    /// contribution of the constrained values.
+    /// Creates a system with the constrained values of `x`. `right` is the right-hand side without the contribution of
+    /// the constrained values.
     fn system(
         &mut self,
         x: Vec<Nodal>,
@@ -170,27 +175,28 @@ impl Systems<'_, '_> {
         directions.system(x, right, tolerance)
     }
 
-    /// Multiplies directions by the tangent and adds them with their products.
-    fn take_up(&mut self, of: Vec<Vec<Nodal>>, directions: &mut Directions) {
+    /// Adds search directions to `directions`, with their products with the tangent.
+    fn add_directions(&mut self, added: Vec<Vec<Nodal>>, directions: &mut Directions) {
         let product = |direction: &Vec<Nodal>| {
             let mut product = vec![[0.0; 4]; direction.len()];
             self.newton.linear.multiply(direction, &mut product);
             product
         };
-        let products = of.iter().map(product).collect();
-        directions.add(of, products);
+        let products = added.iter().map(product).collect();
+        directions.add(added, products);
     }
 
-    /// Adds the rates of the contact pressures that close the gaps for the displacement rates of a system.
+    /// Updates the rates of the contact forces in `contact` and the residual of a system, so that the gaps stay closed
+    /// under the displacement rates of the system.
     fn press(&self, fields: &Fields, system: &mut System, contact: &mut Vec<(u32, [f64; 3])>) {
         if system.vanishes() {
             return;
         }
-        let lacking = self.newton.external.follow(fields, &system.x);
+        let corrections = self.newton.external.follow(fields, &system.x);
         if contact.is_empty() {
-            *contact = lacking.iter().map(|(node, _)| (*node, [0.0; 3])).collect();
+            *contact = corrections.iter().map(|(node, _)| (*node, [0.0; 3])).collect();
         }
-        for ((node, force), (_, sum)) in lacking.iter().zip(contact) {
+        for ((node, force), (_, sum)) in corrections.iter().zip(contact) {
             for k in 0..3 {
                 sum[k] += force[k];
                 system.residual[*node as usize][k] += force[k];
@@ -212,8 +218,8 @@ impl Systems<'_, '_> {
         };
         let of_system = |(system, mut contact): (System, Vec<_>)| {
             let System { x: values, mut residual, .. } = system;
-            self.turn(fields, &values, &mut contact);
-            // the adjoint is zero in constrained values
+            self.add_normal_rotation(fields, &values, &mut contact);
+            // constrained values do not contribute: the adjoint is zero there
             let adjoint = measured.adjoint.as_flattened().iter();
             let correction = adjoint.zip(residual.as_flattened()).map(|(y, r)| y * r).sum();
             negate(&mut residual);
@@ -222,7 +228,7 @@ impl Systems<'_, '_> {
         systems.into_iter().zip(contacts).map(of_system).collect()
     }
 
-    /// Returns the rates of the values at an active lower bound, and zero for all other values.
+    /// Returns the rates of the damage values at an active lower bound, and zero for all other values.
     fn held(
         &self,
         fields: &Fields,
@@ -248,23 +254,23 @@ impl Systems<'_, '_> {
         directions: &mut Directions,
     ) -> Result<(), StepFailure> {
         directions.reduce(0, systems);
-        let (mut spent, mut before, mut leaves) = (0, 0.0, LEAVES);
+        let (mut spent, mut before, mut reduction) = (0, 0.0, FIRST_REDUCTION);
         while spent < ROUNDS * systems.len() {
-            // components smaller than the expected residual of the largest component after its correction wait for a
-            // later round
-            let (largest, parts) = directions.principal(systems, leaves);
+            // a component that is smaller than the expected rest of the largest component after its correction is
+            // corrected in a later round
+            let (largest, parts) = directions.principal(systems, reduction);
             if parts.is_empty() {
                 break;
             }
             if before > 0.0 {
-                leaves = (largest / before).clamp(LEAST_LEFT, MOST_LEFT);
+                reduction = (largest / before).clamp(LEAST_REDUCTION, MOST_REDUCTION);
             }
             (before, spent) = (largest, spent + parts.len());
-            let known = directions.count();
+            let count_before = directions.count();
             let corrections = self.precondition(parts);
-            self.take_up(corrections, directions);
-            directions.reduce(known, systems);
-            if directions.count() == known {
+            self.add_directions(corrections, directions);
+            directions.reduce(count_before, systems);
+            if directions.count() == count_before {
                 break;
             }
         }
@@ -276,9 +282,9 @@ impl Systems<'_, '_> {
                 }
                 let tolerance = 1.0 / directions.excess(&systems[k]);
                 let correction = self.newton.solve_nodal(&systems[k].residual, tolerance)?;
-                let known = directions.count();
-                self.take_up(vec![correction], directions);
-                directions.reduce(known, systems);
+                let count_before = directions.count();
+                self.add_directions(vec![correction], directions);
+                directions.reduce(count_before, systems);
             }
             if !directions.solved(&systems[k]) {
                 return Err(StepFailure::Singular);
@@ -289,7 +295,7 @@ impl Systems<'_, '_> {
         if systems.iter().all(is_sound) { Ok(()) } else { Err(StepFailure::Singular) }
     }
 
-    /// Applies the current factor or hierarchy as a preconditioner to several residuals.
+    /// Applies the current factor or multigrid hierarchy as a preconditioner to several residuals.
     fn precondition(&mut self, mut right: Vec<Vec<Nodal>>) -> Vec<Vec<Nodal>> {
         right.iter_mut().for_each(|right| mask(&self.newton.free, right));
         let right: Vec<&[Nodal]> = right.iter().map(Vec::as_slice).collect();
@@ -300,8 +306,8 @@ impl Systems<'_, '_> {
         out
     }
 
-    /// Adds to the rates of contact forces the contribution of the rotating normal of a curved platen.
-    fn turn(&self, fields: &Fields, x: &[Nodal], contact: &mut [(u32, [f64; 3])]) {
+    /// Adds the contribution of the rotating normal of a curved platen to the rates of the contact forces.
+    fn add_normal_rotation(&self, fields: &Fields, x: &[Nodal], contact: &mut [(u32, [f64; 3])]) {
         for ((_, force), (node, block)) in
             contact.iter_mut().zip(self.newton.external.tangent(fields))
         {

@@ -1,4 +1,4 @@
-//! A law, a split, a degradation function and a law with a state, each written outside the crate.
+//! User-defined extensions: a law, a split, a degradation function and a law with a state, defined outside the crate.
 
 mod own_degradation;
 mod own_law;
@@ -12,7 +12,7 @@ use fem::{
     Schedule, SolverOptions, TetMesh, label,
 };
 
-/// A cylinder of matrix, or with grains.
+/// Mesh of a cylinder of matrix, with grains if `grains` is true.
 fn cylinder(grains: bool) -> TetMesh {
     let lattice = CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.5 };
     let mut mesh = lattice.build().expect("a mesh");
@@ -23,7 +23,7 @@ fn cylinder(grains: bool) -> TetMesh {
     mesh
 }
 
-/// Conditions of a run.
+/// Settings of a run.
 struct Run {
     order: Order,
     displacement_mm: f64,

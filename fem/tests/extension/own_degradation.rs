@@ -1,4 +1,4 @@
-//! A degradation function: the rational function of cohesive phase-field models.
+//! A user-defined degradation function: the rational function of cohesive phase-field models.
 
 use crate::test_device::test_device;
 use crate::{Run, assert_close};
@@ -27,7 +27,7 @@ impl DegradationFunction for Rational {
 
 const A: [f64; 3] = [2.5, -0.5, 0.2];
 
-/// ĝ and ĝ′, differentiated by hand.
+/// Returns ĝ and ĝ′ from manually derived formulas.
 fn by_hand(phi: f64) -> [f64; 2] {
     let [a1, a2, a3] = A;
     let (top, slope_top) = ((1.0 - phi).powi(2), 2.0 * phi - 2.0);
@@ -48,7 +48,7 @@ fn matrix() -> Material {
     Material::hencky(YOUNG, 0.25).with_fracture(Fracture::new(TOUGHNESS))
 }
 
-fn own() -> Material {
+fn cohesive() -> Material {
     matrix().with_degradation(Rational { a: A }).expect("a degradation function")
 }
 
@@ -57,7 +57,8 @@ fn run(order: Order, model: CrackDensity) -> Run {
     Run { order, displacement_mm: DISPLACEMENT, steps: STEPS, grains: false, field }
 }
 
-/// Ratios of the force to that without damage of a homogeneous specimen: ĝ(φ) with ĝ′ ψ + Gc/(c₀ ℓ₀) α′ = 0.
+/// Closed form of the force on a homogeneous specimen, divided by the force without damage: ĝ(φ), where φ satisfies
+/// ĝ′ ψ + Gc/(c₀ ℓ₀) α′ = 0.
 fn ratios(model: CrackDensity) -> Vec<f64> {
     (1..=STEPS)
         .map(|step| {
@@ -76,14 +77,14 @@ fn ratios(model: CrackDensity) -> Vec<f64> {
 }
 
 #[test]
-fn a_homogeneous_specimen_softens_as_the_function_says() {
+fn the_force_on_a_homogeneous_specimen_agrees_with_the_closed_form() {
     for (order, model) in [
         (Order::Linear, CrackDensity::At2),
         (Order::Quadratic, CrackDensity::At2),
         (Order::Linear, CrackDensity::At1),
     ] {
         let elastic = Run { field: None, ..run(order, model) }.forces(&[matrix()], None);
-        let forces = run(order, model).forces(&[own()], None);
+        let forces = run(order, model).forces(&[cohesive()], None);
         let expected: Vec<f64> =
             elastic.iter().zip(ratios(model)).map(|(force, ratio)| force * ratio).collect();
         assert!(expected[7] < 0.9 * elastic[7], "{expected:?} of {elastic:?}");
@@ -92,23 +93,23 @@ fn a_homogeneous_specimen_softens_as_the_function_says() {
 }
 
 #[test]
-fn a_device_computes_it() {
+fn a_device_computes_the_degradation_function() {
     let Some(device) = test_device() else { return };
     let run = Run { grains: true, ..run(Order::Quadratic, CrackDensity::At2) };
-    // two degradation functions and two laws in one mesh
+    // one mesh contains two degradation functions and two laws
     let grain = Material::neo_hookean(2000.0, 0.25).with_fracture(Fracture::new(1.0));
     let [here, there] =
-        [None, Some(device)].map(|device| run.forces(&[own(), grain.clone()], device));
+        [None, Some(device)].map(|device| run.forces(&[cohesive(), grain.clone()], device));
     assert_close(&there, &here, 1e-7);
 }
 
 #[test]
-fn the_law_of_the_region_is_a_law_with_it() {
-    assert_material(&own(), Some(&PhaseField::new(LENGTH)));
+fn a_law_with_the_degradation_function_passes_the_conformance_test() {
+    assert_material(&cohesive(), Some(&PhaseField::new(LENGTH)));
 }
 
 #[test]
-fn functions_that_do_not_decrease_from_one_to_zero_are_refused() {
+fn functions_that_do_not_decrease_from_one_to_zero_are_rejected() {
     #[derive(Debug)]
     struct Wrong(f64);
     impl DegradationFunction for Wrong {
@@ -117,6 +118,6 @@ fn functions_that_do_not_decrease_from_one_to_zero_are_refused() {
         }
     }
     assert!(matrix().with_degradation(Wrong(0.5)).is_ok());
-    let error = matrix().with_degradation(Wrong(2.0)).expect_err("it rises first").to_string();
+    let error = matrix().with_degradation(Wrong(2.0)).expect_err("it increases first").to_string();
     assert!(error.contains("does not decrease"), "{error}");
 }

@@ -1,4 +1,4 @@
-//! A split: the star-convex split, which is a split of the crate for two values of its parameter.
+//! A user-defined split: the star-convex split. For two values of its parameter it equals a built-in split.
 
 use crate::test_device::test_device;
 use crate::{Run, assert_close};
@@ -7,7 +7,7 @@ use fem::{
     Split, assert_material,
 };
 
-/// ψ⁻ = (1 + γ) U(J) in compression, with the energy U of the pure change of volume.
+/// ψ⁻ = (1 + γ) U(J) in compression, where U is the volumetric energy.
 ///
 /// Reference: Vicentini, Zolesi, Carrara, Maurini & De Lorenzis, Int. J. Fract. 247 (2024) 291,
 /// doi:10.1007/s10704-024-00782-4.
@@ -35,7 +35,7 @@ fn matrix(law: fn(f64, f64) -> Material) -> Material {
 }
 
 #[test]
-fn a_split_is_a_split_of_every_law() {
+fn every_law_with_the_split_passes_the_conformance_test() {
     for law in [Material::hencky, Material::neo_hookean] {
         for gamma in [0.0, 0.7] {
             let material = matrix(law).with_split(StarConvex { gamma });
@@ -46,7 +46,7 @@ fn a_split_is_a_split_of_every_law() {
 
 /// γ = 0 is the volumetric–deviatoric split, and γ = −1 is no split.
 #[test]
-fn two_values_of_its_parameter_give_the_forces_of_splits_of_the_crate() {
+fn two_values_of_the_parameter_give_the_forces_of_built_in_splits() {
     let field = PhaseField::new(0.06);
     let run = |split| Run {
         order: Order::Linear,
@@ -59,11 +59,11 @@ fn two_values_of_its_parameter_give_the_forces_of_splits_of_the_crate() {
     for law in [Material::hencky, Material::neo_hookean] {
         let mut all = Vec::new();
         for (gamma, split) in [(0.0, Split::VolumetricDeviatoric), (-1.0, Split::None)] {
-            let own = matrix(law).with_split(StarConvex { gamma });
-            let own = run(Split::None).forces(&[own, grain()], None);
+            let user_defined = matrix(law).with_split(StarConvex { gamma });
+            let user_defined = run(Split::None).forces(&[user_defined, grain()], None);
             let expected = run(split).forces(&[matrix(law), grain()], None);
-            assert_close(&own, &expected, 1e-8);
-            all.push(own);
+            assert_close(&user_defined, &expected, 1e-8);
+            all.push(user_defined);
         }
         let last = all[0].len() - 1;
         assert!(all[0][last] > 1.01 * all[1][last], "the splits differ: {all:?}");
@@ -71,20 +71,20 @@ fn two_values_of_its_parameter_give_the_forces_of_splits_of_the_crate() {
 }
 
 #[test]
-fn a_device_computes_it() {
+fn a_device_computes_the_split() {
     let Some(device) = test_device() else { return };
-    let own = matrix(Material::hencky).with_split(StarConvex { gamma: 0.7 });
+    let user_defined = matrix(Material::hencky).with_split(StarConvex { gamma: 0.7 });
     let field = Some(PhaseField::new(0.06));
     let run = Run { order: Order::Linear, displacement_mm: 0.2, steps: 8, grains: false, field };
     let [here, there] =
-        [None, Some(device)].map(|device| run.forces(std::slice::from_ref(&own), device));
+        [None, Some(device)].map(|device| run.forces(std::slice::from_ref(&user_defined), device));
     assert_close(&there, &here, 1e-7);
 }
 
 #[test]
-fn what_has_no_user_defined_split_is_refused() {
-    let own = matrix(Material::hencky).with_split(StarConvex { gamma: 0.0 });
+fn unsupported_user_defined_splits_are_rejected() {
+    let user_defined = matrix(Material::hencky).with_split(StarConvex { gamma: 0.0 });
     let hybrid = PhaseField { hybrid: true, ..PhaseField::new(0.06) };
-    let error = own.validate("matrix", Some(&hybrid)).expect_err("refused").to_string();
+    let error = user_defined.validate("matrix", Some(&hybrid)).expect_err("refused").to_string();
     assert!(error.contains("material.matrix") && error.contains("hybrid"), "{error}");
 }

@@ -1,4 +1,4 @@
-//! A law with a state: a one-term Maxwell body in small strain, against its closed forms.
+//! A user-defined law with a state: a Maxwell body with one term in small strain, compared with closed forms.
 
 use fem::material::{LaneLaw, PointLaw};
 use fem::{
@@ -8,8 +8,8 @@ use fem::{
 
 /// τ = K tr ε I + 2 μ (e − f α) with the viscous strain α, dα/dt = (e − α)/t₀, for e = dev ε.
 ///
-/// The state is α along the principal axes of the strain, which must not rotate. The strain counts as constant in an
-/// increment, so that relaxation is exact.
+/// The state is α in the principal axes of the strain, which must not rotate. The strain is assumed constant in an
+/// increment, so that relaxation at constant strain is exact.
 #[derive(Clone, Copy, Debug)]
 struct Maxwell {
     bulk_mpa: f64,
@@ -47,7 +47,7 @@ impl ConstitutiveLaw for Maxwell {
         let bulk = g.constant(self.bulk_mpa);
         let volume = [bulk * trace * trace * 0.5, bulk * trace, bulk];
         let mut out = ElasticResponse::volumetric(volume);
-        // stiffness of the increment: d(e − f α)/de
+        // algorithmic stiffness of the increment: d(e − f α)/de
         let active = remaining * self.fraction + (1.0 - self.fraction);
         for k in 0..3 {
             let e = trial.strains.log[k] - trace / 3.0;
@@ -70,7 +70,8 @@ impl ConstitutiveLaw for Maxwell {
 
 const BODY: Maxwell = Maxwell { bulk_mpa: 180.0, shear_mpa: 110.0, fraction: 0.4, time_s: 0.2 };
 
-/// Diagonal of τ, MPa, after increments of the duration `dt` with these axial logarithmic strains and none across.
+/// Returns the diagonal of τ, MPa, after each increment. The increments have the duration `dt` and these axial logarithmic
+/// strains; the lateral strains are zero.
 fn stresses(material: &Material, strains: impl Iterator<Item = f64>, dt: f64) -> Vec<[f64; 3]> {
     let point = material.at_point(None);
     let laws = [point.law()];
@@ -84,14 +85,14 @@ fn stresses(material: &Material, strains: impl Iterator<Item = f64>, dt: f64) ->
             let trial = Principal::new(&h);
             let response = law.respond::<true>(&trial, 1.0, dt, &old, &mut new);
             old = new;
-            // the principal axes of a diagonal gradient are the global axes in their order
+            // the principal axes of a diagonal deformation gradient are the coordinate axes, in the same order
             response.stress
         })
         .collect()
 }
 
 #[test]
-fn it_is_consistent_and_the_same_in_simd_lanes() {
+fn the_law_passes_the_conformance_test_and_is_equal_in_simd_lanes() {
     assert_material(&Material::with_law(BODY).expect("a law"), None);
 }
 
@@ -111,9 +112,9 @@ fn a_held_strain_relaxes_exponentially() {
     }
 }
 
-/// ε = r t: e − α = r t₀ (1 − e^(−t/t₀)) 2/3 on the axis.
+/// For ε = r t, the axial component of e − α is r t₀ (1 − e^(−t/t₀)) 2/3.
 #[test]
-fn a_constant_strain_rate_gives_the_closed_form_with_the_order_of_the_increment() {
+fn the_stress_at_a_constant_strain_rate_converges_with_first_order() {
     let material = Material::with_law(BODY).expect("a law");
     let (rate, duration) = (-0.1, 0.3);
     let viscous = 1.0 - (-duration / BODY.time_s).exp();
@@ -131,8 +132,8 @@ fn a_constant_strain_rate_gives_the_closed_form_with_the_order_of_the_increment(
     assert!(errors[1] < 2e-3 && (0.9..1.1).contains(&order), "{errors:?}, order {order}");
 }
 
-/// A block without lateral strain is compressed in the first increment and held: each increment starts from the state
-/// of the one before it. The nominal stress is τ/λ.
+/// A block without lateral strain is compressed in the first increment; then the displacement is constant. Each increment
+/// starts from the state of the previous increment. The nominal stress is τ/λ.
 #[test]
 fn a_held_block_relaxes_exponentially() {
     let (strain, duration, steps) = (-0.02f64, 1.0, 10);
@@ -168,7 +169,7 @@ fn a_held_block_relaxes_exponentially() {
 }
 
 #[test]
-fn too_many_state_values_are_refused() {
+fn too_many_state_values_are_rejected() {
     #[derive(Debug)]
     struct Long;
     impl ConstitutiveLaw for Long {

@@ -1,4 +1,4 @@
-//! Curves with derivatives, and those that are not what they should be.
+//! Curve files with derivatives, and errors of invalid curve files.
 
 use fem::{CurvePoint, CurveWriter, read_curve};
 
@@ -15,7 +15,7 @@ fn errors_name_the_line_and_the_column() {
     };
     refused(
         "time_s,displacement_mm\n0,0\n",
-        ["curve.csv", "no column 'force_N'", "the header must hold"],
+        ["curve.csv", "no column 'force_N'", "its header must contain"],
     );
     let header = "time_s,displacement_mm,force_N,elastic_N_mm,fracture_N_mm,viscous_N_mm,phi_mean,\
                   phi_max";
@@ -28,14 +28,14 @@ fn errors_name_the_line_and_the_column() {
 }
 
 #[test]
-fn derivatives_are_columns_behind_the_others() {
+fn derivatives_are_the_last_columns() {
     let file = tempfile::NamedTempFile::new().unwrap();
     let names = ["young_mpa", "Gc, N/mm"].map(String::from);
     let mut writer = CurveWriter::with_parameters(file.path(), &names).unwrap();
     let points = [1.0, 2.0, 3.0].map(|time_s| CurvePoint { time_s, ..CurvePoint::default() });
     writer.push_differentiated(&points[0], &[0.1, 1.0 / 3.0]).unwrap();
     writer.push_differentiated(&points[1], &[-2.5, 4.0]).unwrap();
-    // where there are none any more
+    // a point without derivatives
     writer.push(&points[2]).unwrap();
     drop(writer);
     let mut reader = csv::Reader::from_path(file.path()).unwrap();

@@ -1,4 +1,4 @@
-//! Ensembles: nothing lost, nothing made twice, whatever happens to the process.
+//! Ensembles: no run is lost and no run is computed twice, even if a process is killed.
 
 use std::collections::BTreeSet;
 use std::fs::{self, OpenOptions};
@@ -23,7 +23,7 @@ pub(super) fn runs(count: usize) -> Vec<RunInput> {
     (1..=count).map(|id| RunInput { id, inputs: vec![250.0 + id as f64 / 3.0, 0.1] }).collect()
 }
 
-/// A cheap stand-in for a simulation whose result depends on its inputs only.
+/// Result of a fast replacement for a simulation; it depends only on the inputs.
 pub(super) fn outcome(run: &RunInput, end: End) -> Outcome {
     let point = |k: usize| CurvePoint {
         time_s: k as f64 / 7.0,
@@ -38,7 +38,7 @@ pub(super) fn simple(run: &RunInput, _: &dyn Fn(f64)) -> Result<Outcome, FemErro
 }
 
 fn never_called(run: &RunInput, _: &dyn Fn(f64)) -> Result<Outcome, FemError> {
-    panic!("run {} is made a second time", run.id)
+    panic!("run {} is computed a second time", run.id)
 }
 
 fn without_seconds(mut records: Vec<RunRecord>) -> Vec<RunRecord> {
@@ -51,7 +51,7 @@ pub(super) fn in_directory(directory: &Path) -> Ensemble {
 }
 
 #[test]
-fn records_do_not_depend_on_the_number_of_threads_and_are_not_made_again() {
+fn records_do_not_depend_on_the_number_of_threads_and_are_not_computed_again() {
     let runs = runs(12);
     let directories = [1, 3].map(|threads| (threads, tempfile::tempdir().unwrap()));
     let all = directories.each_ref().map(|(threads, dir)| {
@@ -61,14 +61,14 @@ fn records_do_not_depend_on_the_number_of_threads_and_are_not_made_again() {
     assert_eq!(all[0].iter().map(|r| r.id).collect::<Vec<_>>(), (1..=12).collect::<Vec<_>>());
     assert_eq!(all[0][4].curve, outcome(&runs[4], End::Displacement).curve);
 
-    // from the disk, bit for bit, in the order asked
+    // the records are read from the disk: bitwise equal, in the requested order
     let mut backwards = runs.clone();
     backwards.reverse();
     let dir = directories[0].1.path();
     let again = in_directory(dir).run(&backwards, &NAMES, 2, &never_called, &(), &NEVER).unwrap();
     assert_eq!(again.into_iter().rev().collect::<Vec<_>>(), all[0]);
 
-    // nothing is left behind but the manifest, its lock and the runs
+    // the directory contains only the manifest, its lock and the runs
     let files: BTreeSet<String> = fs::read_dir(dir)
         .unwrap()
         .map(|entry| entry.unwrap().file_name().into_string().unwrap())
@@ -77,7 +77,7 @@ fn records_do_not_depend_on_the_number_of_threads_and_are_not_made_again() {
 }
 
 #[test]
-fn derivatives_are_kept_with_their_curve() {
+fn derivatives_are_stored_with_their_curve() {
     let dir = tempfile::tempdir().unwrap();
     let differentiated = |run: &RunInput, _: &dyn Fn(f64)| {
         let force_n = vec![vec![0.1 * run.inputs[0], 1.0 / 3.0]; 20];
@@ -90,7 +90,7 @@ fn derivatives_are_kept_with_their_curve() {
     let again = ensemble.run(&runs(2), &NAMES, 1, &never_called, &(), &NEVER).unwrap();
     assert_eq!(again, made);
     assert_eq!(again[1].sensitivities.force_n[19], [0.1 * runs(2)[1].inputs[0], 1.0 / 3.0]);
-    // records of runs without them, those of earlier versions too, have no such entry
+    // records of runs without derivatives, also of earlier versions, have no such entry
     let plain = in_directory(tempfile::tempdir().unwrap().path())
         .run(&runs(1), &NAMES, 1, &simple, &(), &NEVER)
         .unwrap();
@@ -100,7 +100,7 @@ fn derivatives_are_kept_with_their_curve() {
 }
 
 #[test]
-fn failures_are_recorded_with_their_reason_and_the_ensemble_goes_on() {
+fn failures_are_recorded_with_their_reason_and_the_ensemble_continues() {
     let dir = tempfile::tempdir().unwrap();
     let failure = || FemError::OtherFields { nodes: 3, expected: 4 };
     let job = |run: &RunInput, _: &dyn Fn(f64)| match run.id {
@@ -122,18 +122,22 @@ fn failures_are_recorded_with_their_reason_and_the_ensemble_goes_on() {
         RunStatus::Finished => "",
     };
     assert!(reason(2).contains("have 3 nodes") && reason(3).contains("have 3 nodes"));
-    assert_eq!((records[1].curve.len(), records[2].curve.len()), (0, 20), "as far as it came");
+    assert_eq!(
+        (records[1].curve.len(), records[2].curve.len()),
+        (0, 20),
+        "the curve up to the failure"
+    );
     assert!(reason(4).contains("panicked: index out of bounds"));
     assert!(reason(5).contains("not finite"));
     assert!(reason(6).contains("stopped by its observer"));
     assert_eq!(
         (records[4].curve.len(), records[5].curve.len()),
         (3, 20),
-        "a failure keeps the curve"
+        "the curve of a failed run is stored"
     );
     assert_eq!((records[6].end, &records[6].status), (RunEnd::BelowPeak, &RunStatus::Finished));
 
-    // failed runs are left alone unless asked for
+    // failed runs are computed again only on request
     let ensemble = in_directory(dir.path());
     let again = ensemble.run(&runs, &NAMES, 2, &never_called, &(), &NEVER).unwrap();
     assert_eq!(again, records);
@@ -164,7 +168,7 @@ fn an_interrupted_ensemble_resumes() {
     assert_eq!(first.iter().map(|record| record.id).collect::<Vec<_>>(), [1, 2, 3]);
 
     let job = |run: &RunInput, done: &dyn Fn(f64)| {
-        assert!(run.id > 3, "run {} is made a second time", run.id);
+        assert!(run.id > 3, "run {} is computed a second time", run.id);
         simple(run, done)
     };
     let rest = in_directory(dir.path()).run(&runs, &NAMES, 1, &job, &(), &NEVER).unwrap();
@@ -197,7 +201,7 @@ impl EnsembleProgress for Listener {
 }
 
 #[test]
-fn progress_is_told_and_damaged_files_are_made_again() {
+fn progress_is_reported_and_runs_of_damaged_files_are_computed_again() {
     let dir = tempfile::tempdir().unwrap();
     let job = |run: &RunInput, done: &dyn Fn(f64)| {
         done(0.25);
@@ -221,16 +225,16 @@ fn progress_is_told_and_damaged_files_are_made_again() {
     assert_eq!(without_seconds(again), without_seconds(records));
     assert_eq!(listener.started.into_inner(), 2);
     let warnings = listener.warnings.into_inner().unwrap().join("\n");
-    for part in ["run-000002.json is damaged", "run 2 is made again", "it holds run 1"] {
+    for part in ["run-000002.json is damaged", "run 2 is computed again", "it contains run 1"] {
         assert!(warnings.contains(part), "{warnings}");
     }
-    // what lay in their place is kept under another name
+    // the damaged files are renamed, not deleted
     let aside = fs::read_to_string(dir.path().join("run-000002.json.damaged")).unwrap();
     assert_eq!(aside, &text[..text.len() / 2]);
-    assert!(warnings.contains("kept as"), "{warnings}");
+    assert!(warnings.contains("renamed to"), "{warnings}");
 }
 
-/// An edit of a record that is valid JSON is seen by its checksum.
+/// The checksum detects an edited record, even if the record is valid JSON.
 #[test]
 fn an_edited_record_is_neither_used_nor_replaced() {
     let dir = tempfile::tempdir().unwrap();
@@ -239,7 +243,7 @@ fn an_edited_record_is_neither_used_nor_replaced() {
     let file = dir.path().join("run-000002.json");
     let text = fs::read_to_string(&file).unwrap();
     let mut value: serde_json::Value = serde_json::from_str(&text).unwrap();
-    // white space is no content
+    // a change of white space does not change the checksum
     fs::write(&file, value.to_string()).unwrap();
     let again = in_directory(dir.path()).run(&runs, &NAMES, 1, &never_called, &(), &NEVER).unwrap();
     assert_eq!(again, made);
@@ -273,7 +277,7 @@ fn an_edited_record_is_neither_used_nor_replaced() {
 }
 
 #[test]
-fn other_ensembles_and_other_designs_are_refused() {
+fn other_ensembles_and_other_designs_are_rejected() {
     let dir = tempfile::tempdir().unwrap();
     let mut runs = runs(2);
     in_directory(dir.path()).run(&runs, &NAMES, 1, &simple, &(), &NEVER).unwrap();
@@ -281,7 +285,7 @@ fn other_ensembles_and_other_designs_are_refused() {
     let error = Ensemble::open(dir.path(), "mesh = cylinder\nload = 0.1 mm").unwrap_err();
     assert!(matches!(error, EnsembleError::Foreign { .. }));
     let message = error.to_string();
-    assert!(message.contains("there `load = 0.22 mm`, here `load = 0.1 mm`"), "{message}");
+    assert!(message.contains("stored: `load = 0.22 mm`; requested: `load = 0.1 mm`"), "{message}");
     assert!(!message.contains("cylinder"), "{message}");
 
     let ensemble = in_directory(dir.path());
@@ -298,7 +302,7 @@ fn other_ensembles_and_other_designs_are_refused() {
     runs[1].inputs[1] = f64::INFINITY;
     assert!(refused(&runs, &NAMES).to_string().contains("viscosity_mpa_s = inf"));
     runs[1] = runs[0].clone();
-    assert!(refused(&runs, &NAMES).to_string().contains("given twice"));
+    assert!(refused(&runs, &NAMES).to_string().contains("two runs have this number"));
     assert!(refused(&runs[..1], &NAMES[..1]).to_string().contains("2 inputs for 1 names"));
 
     fs::write(dir.path().join("ensemble.json"), "{\"format\": 1,").unwrap();
@@ -308,12 +312,12 @@ fn other_ensembles_and_other_designs_are_refused() {
     assert!(matches!(Ensemble::open(file, FINGERPRINT).unwrap_err(), EnsembleError::Io { .. }));
 }
 
-// What follows needs real processes: this binary is started again, for `child` alone.
+// The following tests need several processes: they start this test program again and run only the test `child`.
 
 const CHILD_RUNS: usize = 16;
 
 #[test]
-#[ignore = "runs in the processes that the tests below start"]
+#[ignore = "runs only in the processes that other tests start"]
 fn child() {
     let Some(directory) = std::env::var_os(CHILD_DIRECTORY) else { return };
     let directory = PathBuf::from(directory);
@@ -338,7 +342,7 @@ fn start_child(directory: &Path) -> Child {
         .unwrap()
 }
 
-/// Numbers of the runs whose files are there.
+/// Returns the numbers of the runs whose files exist.
 fn on_disk(directory: &Path) -> BTreeSet<usize> {
     let name =
         |entry: std::io::Result<fs::DirEntry>| entry.unwrap().file_name().into_string().unwrap();
@@ -349,7 +353,7 @@ fn on_disk(directory: &Path) -> BTreeSet<usize> {
     }
 }
 
-/// Run number and process of each line of the log.
+/// Returns the run number and the process number of each line of the log.
 fn log(directory: &Path) -> Vec<(usize, u32)> {
     let text = fs::read_to_string(directory.join("log.txt")).unwrap();
     text.lines()
@@ -361,10 +365,10 @@ fn log(directory: &Path) -> Vec<(usize, u32)> {
 }
 
 #[test]
-fn a_killed_process_loses_nothing_that_was_finished() {
+fn a_killed_process_loses_no_finished_run() {
     let dir = tempfile::tempdir().unwrap();
     let directory = dir.path().join("runs");
-    // killed twice, the second time while it resumes
+    // the process is killed twice, the second time while it resumes the ensemble
     for finished in [4, 9] {
         let mut child = start_child(dir.path());
         let patience = Instant::now();
@@ -373,41 +377,41 @@ fn a_killed_process_loses_nothing_that_was_finished() {
             assert!(child.try_wait().unwrap().is_none(), "the child ended before it was killed");
             std::thread::sleep(Duration::from_millis(2));
         }
-        // SIGKILL: no destructor and no handler runs
+        // SIGKILL: neither destructors nor signal handlers run
         child.kill().unwrap();
         child.wait().unwrap();
     }
-    let kept = on_disk(&directory);
-    assert!((9..CHILD_RUNS).contains(&kept.len()), "{kept:?}");
+    let finished = on_disk(&directory);
+    assert!((9..CHILD_RUNS).contains(&finished.len()), "{finished:?}");
 
     let made = Mutex::new(BTreeSet::new());
     let job = |run: &RunInput, done: &dyn Fn(f64)| {
-        assert!(made.lock().unwrap().insert(run.id), "run {} is made twice", run.id);
+        assert!(made.lock().unwrap().insert(run.id), "run {} is computed twice", run.id);
         simple(run, done)
     };
     let listener = Listener::default();
     let runs = runs(CHILD_RUNS);
     let records = in_directory(&directory).run(&runs, &NAMES, 2, &job, &listener, &NEVER).unwrap();
     let made = made.into_inner().unwrap();
-    assert_eq!(listener.warnings.into_inner().unwrap(), Vec::<String>::new(), "no torn file");
-    assert!(made.is_disjoint(&kept));
+    assert_eq!(listener.warnings.into_inner().unwrap(), Vec::<String>::new(), "no incomplete file");
+    assert!(made.is_disjoint(&finished));
     assert_eq!(
-        made.union(&kept).copied().collect::<Vec<_>>(),
+        made.union(&finished).copied().collect::<Vec<_>>(),
         (1..=CHILD_RUNS).collect::<Vec<_>>()
     );
 
-    // the same as if nothing had happened
+    // the records equal the records of an undisturbed ensemble
     let calm = tempfile::tempdir().unwrap();
     let undisturbed =
         in_directory(calm.path()).run(&runs, &NAMES, 1, &simple, &(), &NEVER).unwrap();
     assert_eq!(without_seconds(records), without_seconds(undisturbed));
-    // of the killed processes' work only what was under way was lost: two threads, two kills
+    // a killed process loses only runs in progress: at most four runs, with two threads and two kills
     let repeated = log(dir.path()).iter().filter(|(id, _)| made.contains(id)).count();
-    assert!(repeated <= 4, "{repeated} runs were finished but not kept");
+    assert!(repeated <= 4, "{repeated} runs were finished but not stored");
 }
 
 #[test]
-fn processes_that_share_a_directory_make_every_run_once() {
+fn processes_that_share_a_directory_compute_every_run_once() {
     let dir = tempfile::tempdir().unwrap();
     let mut children = [start_child(dir.path()), start_child(dir.path())];
     for child in &mut children {

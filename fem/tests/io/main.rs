@@ -1,4 +1,4 @@
-//! Curves, fields of a run, and directories of runs.
+//! Files: curves, fields for ParaView, and directories of ensembles.
 
 mod curve;
 mod ensemble;

@@ -1,4 +1,4 @@
-//! Ensembles that others look at, or work on, while they run.
+//! Ensembles that other processes read, or compute together with this process, at the same time.
 
 use std::fs;
 use std::path::Path;
@@ -15,7 +15,7 @@ fn at(directory: &Path) -> EnsembleState {
 }
 
 #[test]
-fn a_look_from_outside_finds_what_ended_and_what_is_under_way() {
+fn the_state_of_an_ensemble_contains_ended_runs_and_runs_in_progress() {
     let dir = tempfile::tempdir().unwrap();
     assert_eq!(at(&dir.path().join("none")), EnsembleState::default());
     let job = |run: &RunInput, done: &dyn Fn(f64)| {
@@ -28,7 +28,7 @@ fn a_look_from_outside_finds_what_ended_and_what_is_under_way() {
     assert!(records.iter().all(|record| record.status == fem::RunStatus::Finished), "{records:?}");
     assert_eq!(at(dir.path()), EnsembleState { records, ..EnsembleState::default() });
 
-    // a lock that its process has left behind is none, and half a file is no record
+    // the lock file of an ended process is not a lock, and an incomplete file is not a record
     fs::write(dir.path().join(".run-000009.json.lock"), "").unwrap();
     fs::write(dir.path().join("run-000002.json"), "{ \"id\": 2,").unwrap();
     let state = at(dir.path());
@@ -38,12 +38,12 @@ fn a_look_from_outside_finds_what_ended_and_what_is_under_way() {
 }
 
 #[test]
-fn what_another_process_makes_can_be_left_to_it() {
+fn a_process_need_not_wait_for_runs_of_other_processes() {
     let dir = tempfile::tempdir().unwrap();
     let helped = Mutex::new(Vec::new());
     let job = |run: &RunInput, done: &dyn Fn(f64)| {
         if run.id == 2 {
-            // while run 2 is under way here, another makes the rest and does not wait for it
+            // while run 2 is in progress, another ensemble computes all other runs and does not wait for run 2
             let other = in_directory(dir.path()).leave_to_others(true);
             let records = other.run(&runs(5), &NAMES, 2, &simple, &(), &NEVER).unwrap();
             helped.lock().unwrap().extend(records.iter().map(|record| record.id));
@@ -64,9 +64,10 @@ impl EnsembleProgress for Warnings {
     }
 }
 
-/// On a file system whose locks reach one machine only, two make the same run: the first record stays.
+/// On a file system whose locks are visible on one machine only, two processes may compute the same run. The first record
+/// is used.
 #[test]
-fn a_run_that_was_made_twice_is_kept_once_and_told() {
+fn a_run_that_is_computed_twice_is_stored_once_with_a_warning() {
     let elsewhere = tempfile::tempdir().unwrap();
     let other = |run: &RunInput, _: &dyn Fn(f64)| -> Result<Outcome, FemError> {
         Ok(outcome(run, End::BelowPeak))
@@ -85,5 +86,5 @@ fn a_run_that_was_made_twice_is_kept_once_and_told() {
     assert_eq!(records, first);
     assert_eq!(at(dir.path()).records, first);
     let warnings = warnings.0.into_inner().unwrap().join("\n");
-    assert!(warnings.contains("run 1 was made by another process too"), "{warnings}");
+    assert!(warnings.contains("run 1 was computed twice"), "{warnings}");
 }

@@ -1,4 +1,4 @@
-//! Files for ParaView, read back by another program where one is at hand.
+//! Files for ParaView, which another program reads if it is installed.
 
 use std::process::Command;
 
@@ -12,8 +12,8 @@ fn mesh() -> TetMesh {
     mesh
 }
 
-/// The mesh's points and those in the middle of the edges 01, 12, 20, 03, 13, 23 of each
-/// tetrahedron (not shared: a file may hold that too).
+/// Returns quadratic tetrahedra: the nodes of the mesh, and the midpoints of the edges 01, 12, 20, 03, 13, 23 of each
+/// tetrahedron. Tetrahedra do not share midpoints, which a file may contain too.
 fn quadratic(mesh: &TetMesh) -> (Vec<[f64; 3]>, Vec<[u32; 10]>) {
     let mut points = mesh.nodes.clone();
     let tets = mesh.tets.iter().map(|tet| {
@@ -30,7 +30,7 @@ fn quadratic(mesh: &TetMesh) -> (Vec<[f64; 3]>, Vec<[u32; 10]>) {
     (points, tets)
 }
 
-/// Bytes of the array of that name.
+/// Returns the bytes of the array with the given name.
 fn array(text: &str, name: &str) -> Vec<u8> {
     let start = text.find(&format!("Name=\"{name}\"")).unwrap();
     let code = text[start..].split('>').nth(1).unwrap().split('<').next().unwrap().trim();
@@ -53,7 +53,7 @@ fn array(text: &str, name: &str) -> Vec<u8> {
 }
 
 #[test]
-fn arrays_hold_the_mesh_and_the_fields() {
+fn arrays_contain_the_mesh_and_the_fields() {
     let (dir, mesh) = (tempfile::tempdir().unwrap(), mesh());
     let path = dir.path().join("a.vtu");
     let height: Vec<f64> = mesh.nodes.iter().map(|p| p[2]).collect();
@@ -75,7 +75,7 @@ fn arrays_hold_the_mesh_and_the_fields() {
 
 /// A cylinder in uniaxial compression: τ = E ε with ε = ln λ along the axis, J = λ^(1 − 2ν) and ψ = ½ E ε².
 #[test]
-fn a_problem_writes_the_stress_and_the_energy_of_the_closed_form() {
+fn the_written_stress_and_energy_agree_with_the_closed_form() {
     let (young, poisson, stretch) = (275.0, 0.25, 1.0 - 0.22 / 4.4);
     let strain = f64::ln(stretch);
     let stress = young * strain / stretch.powf(1.0 - 2.0 * poisson);
@@ -110,8 +110,8 @@ fn a_problem_writes_the_stress_and_the_energy_of_the_closed_form() {
 }
 
 #[test]
-fn a_sheared_bar_has_its_shear_in_the_right_place() {
-    // simple shear u_x = γ z: σ_xz = μ γ to first order, the others of second
+fn the_shear_stress_of_a_sheared_bar_is_in_the_right_component() {
+    // simple shear u_x = γ z: σ_xz = μ γ to first order; the other components are of second order
     let gamma = 1e-4;
     let problem = CompressionTest::new(0.22, Schedule::fixed(1.0, 1))
         .builder(mesh())
@@ -138,7 +138,7 @@ fn a_sheared_bar_has_its_shear_in_the_right_place() {
 }
 
 #[test]
-fn linear_tetrahedra_fill_the_body_whatever_the_order() {
+fn linear_tetrahedra_fill_the_body_for_both_orders() {
     let problem = |order| {
         CompressionTest::new(0.22, Schedule::fixed(1.0, 1))
             .builder(mesh())
@@ -158,14 +158,14 @@ fn linear_tetrahedra_fill_the_body_whatever_the_order() {
     };
     assert_eq!(parts.tets.len(), 8 * whole.tets.len());
     for (tet, eight) in parts.volumes().chunks(8).enumerate() {
-        // positive, each an eighth: none overlaps and none is missing
+        // eight positive volumes, each an eighth of the element: the tetrahedra neither overlap nor leave a gap
         let part = whole.tet_volume(tet) / 8.0;
         assert!(eight.iter().all(|v| (v - part).abs() < 1e-12), "{eight:?} {part}");
     }
 }
 
 #[test]
-fn fields_of_the_wrong_length_are_refused() {
+fn fields_of_the_wrong_length_are_rejected() {
     let (dir, mesh) = (tempfile::tempdir().unwrap(), mesh());
     let path = dir.path().join("a.vtu");
     let error = vtu::write(&path, &mesh, &[], &[Field::scalar("damage", &[0.0])]).unwrap_err();
@@ -175,7 +175,7 @@ fn fields_of_the_wrong_length_are_refused() {
     assert!(matches!(vtu::write(nowhere, &mesh, &[], &[]), Err(MeshError::Io { .. })));
 }
 
-/// The mesh with one edge off its middle, and the mixture of a tetrahedron or two.
+/// Mesh with one curved edge and some mixed tetrahedra.
 fn curved() -> TetMesh {
     let mut mesh = mesh();
     let mut edge = [mesh.tets[7][1], mesh.tets[7][2]];
@@ -231,7 +231,7 @@ fn meshio_reads_the_files() {
         Command::new(&python).args(["-c", &import]).output().is_ok_and(|o| o.status.success())
     };
     if !has("meshio") {
-        eprintln!("SKIPPED: {python} has no meshio; set BRECCIA_PYTHON to one that has");
+        eprintln!("SKIPPED: {python} has no meshio; set BRECCIA_PYTHON to a Python with meshio");
         return;
     }
     let (dir, mesh) = (tempfile::tempdir().unwrap(), mesh());

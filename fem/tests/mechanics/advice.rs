@@ -1,4 +1,4 @@
-//! What a run without equilibrium advises: it depends on what the body is.
+//! Advice of the error of a step without equilibrium, which depends on the damage and the supports of the body.
 
 use crate::support::block::{block, even};
 use crate::support::{HEIGHT, grain, loading, matrix, phase_field, prism, with_options};
@@ -26,19 +26,19 @@ fn elastic(conditions: Conditions) -> Problem {
 }
 
 #[test]
-fn an_elastic_body_is_not_told_of_viscosity() {
-    // a bar of Hencky's law carries no dead load above E/e
+fn the_advice_for_an_elastic_body_does_not_mention_viscosity() {
+    // a bar with Hencky's law has no equilibrium under a dead load above E/e
     let pulled = Conditions::new()
         .fix("bottom", [Axis::Z])
         .traction("top", |_, t| [0.0, 0.0, 8.0 * t])
         .measure("top", [0.0, 0.0, 1.0]);
     let message = failure(&elastic(pulled));
     assert!(!message.contains("viscosity"), "{message}");
-    assert!(message.contains("prescribe displacements in place of loads"), "{message}");
+    assert!(message.contains("prescribe displacements instead of loads"), "{message}");
 }
 
 #[test]
-fn a_body_that_does_not_touch_its_platen_is_told_so() {
+fn the_advice_names_a_platen_that_the_body_does_not_touch() {
     let below = Platen::plane([0.0, 0.0, -0.1], [0.0, 0.0, 1.0]);
     let dropped = Conditions::new()
         .platen("bottom", below)
@@ -49,14 +49,14 @@ fn a_body_that_does_not_touch_its_platen_is_told_so() {
 }
 
 #[test]
-fn damage_is_told_of_what_drives_it() {
+fn the_advice_for_damage_mentions_viscosity_only_if_the_body_is_damaged() {
     let options = SolverOptions {
         iterations: 2,
         alternations: 1,
         tolerance: 1e-12,
         ..SolverOptions::default()
     };
-    let told = |viscosity_mpa_s: f64| {
+    let run = |viscosity_mpa_s: f64| {
         let fracture = matrix().fracture.expect("a toughness");
         let weak = matrix().with_fracture(Fracture { viscosity_mpa_s, ..fracture });
         let stiff = Material { fracture: None, ..grain() };
@@ -65,7 +65,7 @@ fn damage_is_told_of_what_drives_it() {
         let problem = with_options(mesh, Order::Linear, vec![weak, stiff], field, way, options);
         problem.expect("valid input").run(&mut ())
     };
-    // sound so far: nothing about damage
-    let End::Failed(error) = told(0.3).end else { panic!("it converged in two iterations") };
+    // the body is not damaged when the step fails, so the advice must not mention the viscosity of damage
+    let End::Failed(error) = run(0.3).end else { panic!("it converged in two iterations") };
     assert!(!error.to_string().contains("viscosity"), "{error}");
 }

@@ -1,4 +1,4 @@
-//! Boundary conditions: patch test, tractions, body force, symmetry, reactions, refusals.
+//! Boundary conditions: patch test, tractions, body force, symmetry, reactions, and errors of invalid conditions.
 
 use crate::support::{HEIGHT, prism};
 use fem::{
@@ -8,7 +8,7 @@ use fem::{
 
 const ORDERS: [Order; 2] = [Order::Linear, Order::Quadratic];
 
-/// The prism with all of its boundary named, plane by plane.
+/// Mesh of a prism; each of its six faces is a named surface.
 fn block(n: usize) -> TetMesh {
     let mut mesh = prism(n, false);
     let side = mesh.nodes.iter().map(|x| x[0]).fold(0.0, f64::max);
@@ -81,8 +81,8 @@ fn affine_patch_on_an_unstructured_mesh() {
                 assert!((u - exact).abs() < 1e-10, "{order:?}: {u} instead of {exact} at {x:?}");
             }
         }
-        // all faces together hold the body: their reactions are in equilibrium, and their work is
-        // the energy (up to the trapezoid rule)
+        // the displacement is prescribed on all faces: the reactions are in equilibrium, and their work is the energy, up
+        // to the error of the trapezoid rule
         let point = outcome.curve.last().expect("a curve");
         assert!((point.work_n_mm / point.elastic_n_mm - 1.0).abs() < 0.02, "{point:?}");
     }
@@ -90,7 +90,7 @@ fn affine_patch_on_an_unstructured_mesh() {
 
 #[test]
 fn a_traction_gives_the_stretch_of_the_closed_form() {
-    // nominal stress P = E ln λ / λ under a dead load, for either element exactly
+    // nominal stress P = E ln λ / λ under a dead load; both element orders are exact
     for order in ORDERS {
         let conditions = Conditions::new()
             .symmetry("left")
@@ -102,7 +102,7 @@ fn a_traction_gives_the_stretch_of_the_closed_form() {
         let stretch = 1.0 - outcome.curve[1].displacement_mm / HEIGHT;
         let stress = -10.0 * stretch.ln() / stretch;
         assert!((stress - 1.0).abs() < 1e-9, "{order:?}: {stress} MPa");
-        // the force on the loaded face is its load, which the opposite face carries
+        // the force on the loaded face is the load; the opposite face carries the same force
         let area = 2.5f64.powi(2) * std::f64::consts::PI;
         let bottom = outcome.reactions["bottom"][1];
         assert!((bottom[2] - area).abs() < 1e-8 * area, "{bottom:?}");
@@ -111,8 +111,8 @@ fn a_traction_gives_the_stretch_of_the_closed_form() {
 }
 
 #[test]
-fn a_column_under_its_own_weight_settles_as_the_integral_says() {
-    // ν = 0: P(z) = −ρ g (H − z) = E ln λ / λ at each height; u_z(H) = ∫ λ − 1 dz
+fn a_column_under_its_own_weight_has_the_displacement_of_the_closed_form() {
+    // for ν = 0, P(z) = −ρ g (H − z) = E ln λ / λ at each height, and u_z(H) = ∫ (λ − 1) dz
     let weight = 0.2;
     let material = vec![Material::hencky(10.0, 0.0)];
     let conditions = Conditions::new()
@@ -138,15 +138,18 @@ fn a_column_under_its_own_weight_settles_as_the_integral_says() {
         (0..n).map(|k| 1.0 - stretch(weight * HEIGHT * (k as f64 + 0.5) / n as f64)).sum::<f64>()
             * HEIGHT
             / n as f64;
-    let found = outcome.curve[0].displacement_mm;
-    assert!((found / settled - 1.0).abs() < 1e-3, "{found} instead of {settled} mm");
+    let displacement_mm = outcome.curve[0].displacement_mm;
+    assert!(
+        (displacement_mm / settled - 1.0).abs() < 1e-3,
+        "{displacement_mm} instead of {settled} mm"
+    );
     let area = 2.5f64.powi(2) * std::f64::consts::PI;
     let carried = outcome.reactions["bottom"][0][2];
     assert!((carried / (area * HEIGHT * weight) - 1.0).abs() < 1e-8, "{carried} N");
 }
 
 #[test]
-fn supports_against_rigid_motions_carry_nothing() {
+fn supports_against_rigid_motions_carry_no_force() {
     let stretch = |_: [f64; 3], t: f64| [0.3 * t, 0.0, 0.0];
     let conditions = Conditions::new()
         .fix("left", [Axis::X])
@@ -165,7 +168,7 @@ fn supports_against_rigid_motions_carry_nothing() {
 }
 
 #[test]
-fn conditions_that_cannot_hold_are_refused() {
+fn invalid_conditions_are_rejected() {
     let refused = |conditions: Conditions, parts: &[&str]| {
         let message =
             problem(block(2), Order::Linear, conditions, 1).expect_err("refused").to_string();

@@ -1,4 +1,4 @@
-//! A killed run that is continued gives the identical curve.
+//! Checkpoints: a run that is interrupted and resumed gives the same curve, bit for bit.
 
 use std::ops::ControlFlow;
 
@@ -26,7 +26,7 @@ fn pushed(displacement_mm: f64, field: PhaseField) -> Problem {
     )
 }
 
-/// Interrupts after so many steps of its own, and notes what it was told.
+/// Observer that interrupts a run after `after` steps, and records the length of the curve at a resumption.
 struct Kill {
     after: usize,
     steps: usize,
@@ -44,22 +44,22 @@ impl Observer for Kill {
     }
 }
 
-/// Kills a run after every 7 of its steps and continues it to its end; also from which point of the
-/// curve each part went on.
-fn killed_and_continued(test: &Problem, checkpoint: &Checkpoint) -> (Outcome, Vec<usize>) {
-    let mut told = Vec::new();
+/// Interrupts a run after every 7 steps and resumes it, until it ends. Returns the outcome, and for each part of the run
+/// the number of points from which the part resumed.
+fn interrupted_and_resumed(test: &Problem, checkpoint: &Checkpoint) -> (Outcome, Vec<usize>) {
+    let mut resumed_at = Vec::new();
     loop {
         let mut kill = Kill { after: 7, steps: 0, resumed: 0 };
         let outcome = test.run_resumable(checkpoint, &mut kill).expect("a sound state");
-        told.push(kill.resumed);
+        resumed_at.push(kill.resumed);
         if !matches!(outcome.end, End::Interrupted) {
-            return (outcome, told);
+            return (outcome, resumed_at);
         }
     }
 }
 
 #[test]
-fn a_continued_run_is_the_uninterrupted_one_bit_by_bit() {
+fn a_resumed_run_equals_the_uninterrupted_run_bit_for_bit() {
     let dir = tempfile::tempdir().expect("a directory");
     let rough =
         Friction { coefficient: 0.1, slip_velocity_mm_per_s: 1e-2, drag_mpa_s_per_mm: 0.01 };
@@ -89,8 +89,8 @@ fn a_continued_run_is_the_uninterrupted_one_bit_by_bit() {
         let reference = test.run_resumable(&whole, &mut ()).expect("no file is there");
         assert!(matches!(reference.end, End::Displacement), "{:?}", reference.end);
         let parts = Checkpoint { path: dir.path().join(format!("parts-{k}")), every: 4 };
-        let (outcome, told) = killed_and_continued(test, &parts);
-        assert_eq!(told, [0, 4, 8, 12, 16], "case {k}");
+        let (outcome, resumed_at) = interrupted_and_resumed(test, &parts);
+        assert_eq!(resumed_at, [0, 4, 8, 12, 16], "case {k}");
         assert_eq!(outcome.curve, reference.curve, "case {k}");
         assert_eq!(outcome.fields, reference.fields, "case {k}");
         assert_eq!(outcome.reactions, reference.reactions, "case {k}");
@@ -102,7 +102,7 @@ fn a_continued_run_is_the_uninterrupted_one_bit_by_bit() {
 }
 
 #[test]
-fn a_run_by_arc_length_continues_on_its_way_back() {
+fn a_run_by_arc_length_steps_resumes_while_the_platen_moves_back() {
     let dir = tempfile::tempdir().expect("a directory");
     for model in [CrackDensity::At2, CrackDensity::At1] {
         let test = snap_back(model);
@@ -110,11 +110,14 @@ fn a_run_by_arc_length_continues_on_its_way_back() {
         let reference = test.run_resumable(&whole, &mut ()).expect("no file is there");
         assert!(matches!(reference.end, End::BelowPeak), "{model:?}: {:?}", reference.end);
         let parts = Checkpoint { path: dir.path().join(format!("parts-{model:?}")), every: 3 };
-        let (outcome, told) = killed_and_continued(&test, &parts);
+        let (outcome, resumed_at) = interrupted_and_resumed(&test, &parts);
         let back = |at: usize| {
             at > 0 && reference.curve[at].displacement_mm < reference.curve[at - 1].displacement_mm
         };
-        assert!(told.iter().any(|&at| back(at)), "{model:?}: never on the way back: {told:?}");
+        assert!(
+            resumed_at.iter().any(|&at| back(at)),
+            "{model:?}: no part resumed while the platen moved back: {resumed_at:?}"
+        );
         assert_eq!(outcome.curve, reference.curve, "{model:?}");
         assert_eq!(outcome.fields, reference.fields, "{model:?}");
         assert_eq!(outcome.effort, reference.effort, "{model:?}");
@@ -122,22 +125,26 @@ fn a_run_by_arc_length_continues_on_its_way_back() {
 }
 
 #[test]
-fn an_interrupt_at_a_step_that_is_saved_loses_nothing() {
+fn an_interruption_at_a_saved_step_loses_no_step() {
     let dir = tempfile::tempdir().expect("a directory");
     let checkpoint = Checkpoint { path: dir.path().join("run.state"), every: 4 };
     let test = test(phase_field(Split::None));
-    let mut told = Vec::new();
+    let mut resumed_at = Vec::new();
     for _ in 0..5 {
         let mut kill = Kill { after: 4, steps: 0, resumed: 0 };
         let outcome = test.run_resumable(&checkpoint, &mut kill).expect("a sound state");
-        told.push((kill.resumed, outcome.curve.len(), matches!(outcome.end, End::Displacement)));
+        resumed_at.push((
+            kill.resumed,
+            outcome.curve.len(),
+            matches!(outcome.end, End::Displacement),
+        ));
     }
     let stops = [(0, 4, false), (4, 8, false), (8, 12, false), (12, 16, false), (16, 20, true)];
-    assert_eq!(told, stops);
+    assert_eq!(resumed_at, stops);
 }
 
 #[test]
-fn a_state_that_does_not_fit_is_refused() {
+fn a_state_of_another_problem_or_version_is_rejected() {
     let dir = tempfile::tempdir().expect("a directory");
     let checkpoint = Checkpoint { path: dir.path().join("run.state"), every: 2 };
     let kill = || Kill { after: 3, steps: 0, resumed: 0 };
@@ -148,7 +155,7 @@ fn a_state_that_does_not_fit_is_refused() {
         let FemError::Checkpoint { path, source } = &error else { panic!("{error}") };
         assert_eq!((path, *source), (&checkpoint.path, reason), "{error}");
         let message = error.to_string();
-        assert!(message.contains("run.state") && message.contains("remove it"), "{message}");
+        assert!(message.contains("run.state") && message.contains("delete the file"), "{message}");
     };
     let softer =
         fem::Material { elasticity: fem::Material::hencky(274.0, 0.25).elasticity, ..matrix() };
@@ -164,7 +171,7 @@ fn a_state_that_does_not_fit_is_refused() {
     refused(&base, CheckpointError::Damaged);
     std::fs::write(&checkpoint.path, "").expect("written");
     refused(&base, CheckpointError::Damaged);
-    // FNV-1a of a sound file of the format before
+    // a valid file of an older format: its checksum is the FNV-1a hash of its content
     let mut old = b"breccia-state 2\n{}\n".to_vec();
     let sum = old.iter().fold(0xcbf2_9ce4_8422_2325_u64, |sum, &byte| {
         (sum ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)

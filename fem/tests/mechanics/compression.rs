@@ -1,4 +1,4 @@
-//! Runs as a whole: balance of energy, similarity, elements and rules, fields on disk.
+//! Complete compression tests: energy balance, similarity, element orders, quadrature rules, output of fields.
 
 use crate::support::{grain, loading, matrix, phase_field, prism, test};
 use fem::{DamageQuadrature, End, Fields, Fracture, Material, Order, Outcome, PhaseField, Split};
@@ -16,7 +16,7 @@ fn composite(displacement: f64, steps: u32, materials: Vec<Material>) -> Outcome
 }
 
 #[test]
-fn the_defect_of_the_energy_balance_halves_with_the_step() {
+fn the_error_of_the_energy_balance_is_proportional_to_the_step() {
     let defects = [160, 320, 640].map(|steps| {
         let outcome = composite(0.1, steps, vec![matrix(), grain()]);
         assert!(matches!(outcome.end, End::Displacement), "{:?}", outcome.end);
@@ -36,7 +36,7 @@ fn the_defect_of_the_energy_balance_halves_with_the_step() {
 
 #[test]
 fn forces_scale_with_the_parameters() {
-    // definitions 3.3: E of both phases, Gc and ξ times s give s times the force
+    // definitions 3.3: if E of both phases, Gc and ξ are multiplied by s, the force is multiplied by s
     let s = 1.7;
     let scale = |m: Material| {
         let f = m.fracture.expect("the baseline breaks");
@@ -63,8 +63,8 @@ fn forces_scale_with_the_parameters() {
 }
 
 #[test]
-fn quadratic_elements_are_softer_than_linear_ones_and_agree_with_a_finer_mesh() {
-    // a richer space has less energy; P1 on 6³ cells has the nodes of P2 on 3³
+fn quadratic_elements_are_softer_than_linear_elements_and_agree_with_a_finer_mesh() {
+    // a larger function space has less energy; linear elements on 6³ cells have the nodes of quadratic elements on 3³
     let force = |n: usize, order: Order| {
         let outcome =
             test(prism(n, false), order, vec![matrix()], None, loading(0.2, 1.0, 1), 1e-10)
@@ -122,7 +122,7 @@ fn a_region_without_toughness_carries_no_damage() {
 }
 
 #[test]
-fn short_lengths_take_the_vertex_rule_of_either_order() {
+fn small_lengths_select_the_vertex_rule_for_both_orders() {
     let mesh = prism(2, true);
     let edge = mesh.mean_edge();
     let last = |order, quadrature, length_mm| {
@@ -146,7 +146,7 @@ fn short_lengths_take_the_vertex_rule_of_either_order() {
 }
 
 #[test]
-fn fields_go_to_paraview_for_both_orders() {
+fn fields_of_both_orders_are_written_for_paraview() {
     let dir = tempfile::tempdir().expect("a directory");
     for (order, cells) in [(Order::Linear, "damage"), (Order::Quadratic, "displacement_mm")] {
         let test = test(prism(1, false), order, vec![matrix()], None, loading(0.2, 1.0, 1), 1e-8);

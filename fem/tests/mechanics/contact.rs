@@ -1,4 +1,4 @@
-//! Platens: Hertz, lift-off, Coulomb's block, and agreement with the sliding ones.
+//! Unilateral platens: Hertzian contact, lift-off, Coulomb friction, and agreement with sliding platens.
 
 use crate::support::block::{block, even};
 use crate::support::hertz::hertz;
@@ -17,21 +17,21 @@ fn soft(young_mpa: f64, poisson: f64) -> Vec<Material> {
 }
 
 #[test]
-fn a_ball_presses_as_hertz_says() {
-    // three elements over the radius; the example `contact` refines
-    let found = hertz(3, Order::Linear);
+fn the_pressure_of_a_ball_agrees_with_hertz() {
+    // three elements across the contact radius; the benchmark `contact` refines the mesh
+    let result = hertz(3, Order::Linear);
     let off = |x: f64, exact: f64| (x / exact - 1.0).abs();
-    assert!(off(found.radius_mm, found.exact_radius_mm) < 0.03, "{found:?}");
-    assert!(off(found.pressure_mpa, found.exact_pressure_mpa) < 0.08, "{found:?}");
+    assert!(off(result.radius_mm, result.exact_radius_mm) < 0.03, "{result:?}");
+    assert!(off(result.pressure_mpa, result.exact_pressure_mpa) < 0.08, "{result:?}");
 }
 
 #[test]
-fn a_tilted_platen_lifts_off_where_the_layer_would_pull() {
-    // a thin layer with ν = 0 on a rigid base is a bed of springs: p = E ⟨δ − θ x⟩ / h
+fn a_tilted_platen_has_no_contact_where_the_pressure_would_be_negative() {
+    // a thin layer with ν = 0 on a rigid base behaves like independent springs: p = E ⟨δ − θ x⟩ / h
     let (young, length, edge, depth) = (100.0, 60.0, 40.0, 2e-3);
     let mesh = block([&even(0.0, length, 90), &even(0.0, 1.0, 1), &even(0.0, 1.0, 2)]);
     let slope = depth / edge;
-    // through (0, 0, 1 − δ) and (40, 0, 1), rising
+    // an inclined plane through (0, 0, 1 − δ) and (40, 0, 1) mm
     let platen = Platen::plane([edge, 0.0, 1.0 + depth], [slope, 0.0, -1.0])
         .moving(move |time_s| [0.0, 0.0, -depth * time_s]);
     let conditions = Conditions::new()
@@ -70,7 +70,8 @@ fn a_tilted_platen_lifts_off_where_the_layer_would_pull() {
     }
 }
 
-/// A block pressed by 1 MPa and pulled sideways: (tangential, normal force, points of the curve).
+/// Presses a block by 1 MPa and pulls it sideways. Returns the tangential and normal force at the end, N, and of the last
+/// step the sliding distance, mm, the heat of friction, N mm, and the energy balance, N mm.
 fn pulled(order: Order, friction: f64, slip_velocity: f64, drag: f64) -> (f64, f64, [f64; 3]) {
     let mesh = block([&even(0.0, 4.0, 3), &even(0.0, 4.0, 3), &even(0.0, 2.0, 2)]);
     let platen =
@@ -99,14 +100,14 @@ fn pulled(order: Order, friction: f64, slip_velocity: f64, drag: f64) -> (f64, f
 }
 
 #[test]
-fn a_coulomb_block_slides_at_mu_n() {
+fn the_friction_force_of_a_sliding_block_is_mu_times_the_normal_force() {
     for order in [Order::Linear, Order::Quadratic] {
         let (slip, velocity) = (0.01, 0.5f64);
         let (tangential, normal, [slid, heat, _]) = pulled(order, 0.3, slip, 0.0);
         assert!((normal - 16.0).abs() < 1e-6, "{order:?}: N = {normal}");
         let exact = 0.3 * 16.0 * velocity / velocity.hypot(slip);
         assert!((tangential / exact - 1.0).abs() < 1e-5, "{order:?}: {tangential}, not {exact} N");
-        // all that the pull does is heat once the block slides
+        // once the block slides, friction dissipates all work of the tangential force
         assert!((heat / (tangential * slid) - 1.0).abs() < 1e-4, "{order:?}: {heat} N mm");
     }
 }
@@ -118,12 +119,12 @@ fn drag_is_linear_in_the_velocity() {
     let exact = 0.04 * 0.5 * 16.0;
     assert!((tangential / exact - 1.0).abs() < 1e-6, "{tangential} instead of {exact} N");
     assert!((heat / (exact * slid) - 1.0).abs() < 1e-5, "{heat} N mm");
-    // what is left is of the first step, which begins at rest
+    // the balance is not zero because of the first step, in which the block accelerates from rest
     assert!(balance.abs() < 0.1 * exact, "{balance} N mm");
 }
 
 #[test]
-fn unilateral_platens_without_friction_press_as_sliding_ones_do() {
+fn unilateral_platens_without_friction_give_the_force_of_sliding_platens() {
     for (order, field) in [
         (Order::Linear, None),
         (Order::Quadratic, None),
@@ -144,7 +145,7 @@ fn unilateral_platens_without_friction_press_as_sliding_ones_do() {
 }
 
 #[test]
-fn friction_stiffens_a_specimen_and_is_paid_for() {
+fn friction_stiffens_a_specimen_and_is_in_the_energy_balance() {
     let mesh =
         fem::CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.2 }.build().unwrap();
     let way = loading(0.22, 1.0, 8);
@@ -170,7 +171,7 @@ fn friction_stiffens_a_specimen_and_is_paid_for() {
 }
 
 #[test]
-fn platens_press_stiff_grains_from_the_first_increment_on() {
+fn platens_in_contact_with_stiff_grains_need_no_reduced_steps() {
     let mut mesh =
         fem::CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 0.6 }.build().unwrap();
     let grains = fem::Packing::new(0.15, 3).fill(2.5, 4.4).expect("a packing");
@@ -186,13 +187,13 @@ fn platens_press_stiff_grains_from_the_first_increment_on() {
         assert_eq!(outcome.effort.cuts, 0, "{coefficient}: {:?}", outcome.end);
         outcome.curve[1].force_n
     });
-    // nothing holds the ends to platens that they may leave
+    // unilateral platens give a smaller force than sliding platens, because the ends can lift off
     assert!(smooth < 1.001 * sliding && smooth > 0.8 * sliding, "{smooth} {sliding} N");
     assert!(rough > smooth, "{rough} {smooth} N");
 }
 
 #[test]
-fn a_platen_out_of_range_is_refused() {
+fn platens_with_invalid_parameters_are_rejected() {
     let refused = |platen: Platen, part: &str| {
         let mesh = block([&even(0.0, 1.0, 1), &even(0.0, 1.0, 1), &even(0.0, 1.0, 1)]);
         let conditions = Conditions::new().fix("bottom", Axis::ALL).platen("top", platen);

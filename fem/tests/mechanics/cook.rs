@@ -1,8 +1,8 @@
-//! Cook's membrane: a tapered panel clamped on its left side and sheared on its right one.
+//! Cook's membrane: a tapered panel that is clamped on its left side and sheared on its right side.
 
 use fem::{Axis, Conditions, End, Material, MooneyRivlin, Order, Problem, Schedule, TetMesh};
 
-/// The panel (0, 0), (48, 44), (48, 60), (0, 44) of n × n cells and of the given thickness, all mm.
+/// Mesh of the panel with the corners (0, 0), (48, 44), (48, 60), (0, 44) mm and this thickness (mm), of n × n cells.
 fn panel(n: usize, thickness: f64) -> TetMesh {
     let mut mesh = TetMesh { regions: vec!["panel".into()], ..TetMesh::default() };
     for z in [0.0, thickness] {
@@ -36,21 +36,21 @@ fn panel(n: usize, thickness: f64) -> TetMesh {
     mesh
 }
 
-/// A test on the panel; its middle plane z = 0 is a plane of symmetry, the face above it is free.
+/// Test of the panel. The middle plane z = 0 is a plane of symmetry; the face at z = `half_mm` is free.
 struct Membrane {
     material: Material,
     /// Half the thickness, mm.
     half_mm: f64,
-    /// What the left side holds.
+    /// Components of the displacement that are fixed on the left side.
     clamped: Vec<Axis>,
     traction_mpa: f64,
     steps: u32,
-    /// The height of the point on the right side whose deflection is wanted, mm.
+    /// Height of the point on the right side whose deflection is compared, mm.
     height_mm: f64,
 }
 
 impl Membrane {
-    /// The deflection with n × n cells, mm.
+    /// Returns the deflection with n × n cells, mm.
     fn deflection(&self, n: usize, order: Order) -> f64 {
         let traction = self.traction_mpa;
         let conditions = Conditions::new()
@@ -73,9 +73,9 @@ impl Membrane {
     }
 }
 
-/// E = 1, ν = 1/3, plane stress, unit load on unit thickness: the middle of the right side goes up by
-/// 23.96 (Cook, Malkus & Plesha 1989, section 6.13), reached from below. The load is small here, so
-/// that the geometry is linear.
+/// Plane stress with E = 1, ν = 1/3, unit load and unit thickness. The published deflection of the middle of the right
+/// side is 23.96 (Cook, Malkus & Plesha 1989, section 6.13); meshes converge to it from below. The load in this test is
+/// small, so that the problem is geometrically linear.
 #[test]
 fn the_linear_membrane_converges_to_its_published_deflection() {
     let load = 1e-6;
@@ -97,10 +97,10 @@ fn the_linear_membrane_converges_to_its_published_deflection() {
     assert!((linear[2] - 23.96).abs() < 0.04 * 23.96, "{linear:?}");
 }
 
-/// At finite strain: μ = 0.4225 MPa, ν = 0.3, 1/16 MPa on a panel 1 mm thick, free on its faces. The
-/// published deflection of the upper corner, with 16 × 16 quadratic hexahedra and more, is 14.32 to
-/// 14.33 mm (Pelteret & McBride, deal.II code gallery 2016, doi:10.5281/zenodo.1228964), for the
-/// same energy: a Mooney–Rivlin law with C₀₁ = 0.
+/// Finite strain with μ = 0.4225 MPa, ν = 0.3, a traction of 1/16 MPa, and a panel of 1 mm thickness with free faces. The
+/// published deflection of the upper corner is 14.32 to 14.33 mm, computed with at least 16 × 16 quadratic hexahedra
+/// (Pelteret & McBride, deal.II code gallery 2016, doi:10.5281/zenodo.1228964). The energy is the same: a Mooney–Rivlin
+/// law with C₀₁ = 0.
 #[test]
 fn the_finite_strain_membrane_converges_to_its_published_deflection() {
     let (shear, nu) = (0.4225, 0.3);

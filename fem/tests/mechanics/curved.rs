@@ -9,18 +9,18 @@ use fem::{
 
 const FACES: [&str; 6] = ["left", "right", "front", "back", "bottom", "top"];
 
-/// A cube whose inside is bent and whose faces are not.
+/// Mesh of a cube with plane faces and curved inner edges.
 fn bent_cube(n: usize) -> TetMesh {
     let cells = even(0.0, 1.0, n);
     let mesh = block([&cells, &cells, &cells]).mapped(|x| {
         let bubble: f64 = x.iter().map(|x| (std::f64::consts::PI * x).sin()).product();
         [x[0] + 0.08 * bubble, x[1] - 0.06 * bubble, x[2] + 0.05 * bubble]
     });
-    mesh.validate().expect("a sound mesh");
+    mesh.validate().expect("a valid mesh");
     mesh
 }
 
-/// An affine field is in equilibrium whatever the edges, with four points and with eleven.
+/// Patch test: an affine displacement is in equilibrium for any edges, with four and with eleven quadrature points.
 #[test]
 fn affine_patch_of_curved_elements() {
     let affine = |x: [f64; 3], t: f64| {
@@ -68,8 +68,8 @@ fn curved_elements_converge_at_the_optimal_orders() {
     }
 }
 
-/// With its wall curved, the volume of a cylinder is right to fourth order, as elements integrate it
-/// and as the mesh states it.
+/// The volume of a cylinder with a curved wall converges with fourth order, both as the integral over the elements and as
+/// computed by the mesh.
 #[test]
 fn the_volume_of_a_round_cylinder_converges_at_fourth_order() {
     let (radius, height) = (2.5, 4.4);
@@ -91,7 +91,7 @@ fn the_volume_of_a_round_cylinder_converges_at_fourth_order() {
         assert!((integrated - stated).abs() < 1e-12 * exact, "{integrated} and {stated}");
         (integrated - exact).abs()
     };
-    // twelve and twenty-four cells around
+    // meshes with 12 and 24 cells around the circumference
     let (coarse, fine) = (error(1.0), error(0.5));
     let observed = order(coarse, fine, 2.0);
     assert!(observed > 3.7 && fine < 1e-4 * exact, "order {observed} of {coarse}, {fine}");

@@ -1,4 +1,4 @@
-//! Damage models on uniform specimens, against closed forms, and the snap-back of a bar.
+//! Damage models on uniform specimens compared with closed forms, and the snap-back of a bar.
 
 use std::ops::ControlFlow;
 
@@ -63,8 +63,8 @@ fn at1_is_elastic_up_to_its_threshold_and_then_follows_its_closed_form() {
 }
 
 #[test]
-fn at1_leaves_quadratic_elements_sound_below_its_threshold() {
-    // ∫ N_a dV < 0 at their vertices: by Gauss points damage there would gain crack energy
+fn at1_does_not_damage_quadratic_elements_below_its_threshold() {
+    // ∫ N_a dV < 0 at the vertices: with Gauss points, damage at a vertex would decrease the crack energy
     let make = |quadrature| {
         let field = PhaseField { model: CrackDensity::At1, quadrature, ..PhaseField::new(10.0) };
         let (materials, options) = (vec![brittle()], SolverOptions::default());
@@ -79,7 +79,7 @@ fn at1_leaves_quadratic_elements_sound_below_its_threshold() {
 }
 
 #[test]
-fn nothing_heals_under_a_growing_load_so_that_all_rules_agree() {
+fn all_irreversibility_rules_agree_under_a_growing_load() {
     let run = |irreversibility| {
         let field = PhaseField { irreversibility, ..phase_field(Split::VolumetricDeviatoric) };
         test(
@@ -95,15 +95,15 @@ fn nothing_heals_under_a_growing_load_so_that_all_rules_agree() {
     let free = run(Irreversibility::None);
     assert!(free.curve.len() == 8 && free.curve[7].phi_max > 0.05, "{:?}", free.end);
     for rule in [Irreversibility::History, Irreversibility::ActiveSet] {
-        let kept = run(rule);
-        for (a, b) in free.curve.iter().zip(&kept.curve) {
+        let irreversible = run(rule);
+        for (a, b) in free.curve.iter().zip(&irreversible.curve) {
             assert!((a.force_n - b.force_n).abs() < 1e-6 * a.force_n, "{rule:?}\n{a:?}\n{b:?}");
         }
     }
 }
 
 #[test]
-fn a_law_given_by_its_energy_runs_through_a_whole_test() {
+fn a_law_given_by_its_energy_completes_a_compression_test() {
     // uniaxial Saint-Venant–Kirchhoff: F = A λ E (1 − λ²)/2
     let law = SaintVenantKirchhoff { lame_mpa: 110.0, shear_mpa: 110.0 };
     let material = Material::hyperelastic(law).expect("a law");
@@ -118,7 +118,7 @@ fn a_law_given_by_its_energy_runs_through_a_whole_test() {
     }
 }
 
-/// The column in closed form: strain ε of the weak layer to (displacement, force, crack energy).
+/// Closed form of the column: displacement (mm), force (N) and crack energy (N mm) for a strain ε of the weak layer.
 fn column_state(model: CrackDensity, strain: f64) -> [f64; 3] {
     let (young, resistance) = (100.0, 0.1 / 1.0);
     let drive = young * strain * strain;
@@ -132,7 +132,7 @@ fn column_state(model: CrackDensity, strain: f64) -> [f64; 3] {
             (phi, 0.375 * resistance * phi)
         }
     };
-    // nominal stress E g ε e^ε, the same in both layers
+    // the nominal stress E g ε e^ε is equal in both layers
     let force = young * (1.0 - phi).powi(2) * strain * strain.exp();
     let (mut low, mut high) = (0.0, 1.0);
     for _ in 0..100 {
@@ -148,14 +148,18 @@ fn the_arc_length_follows_the_snap_back_of_a_bar_with_a_weak_layer() {
     for model in [CrackDensity::At2, CrackDensity::At1] {
         let outcome = snap_back(model).run(&mut ());
         assert!(matches!(outcome.end, End::BelowPeak), "{model:?}: {:?}", outcome.end);
-        let furthest =
-            |of: &dyn Fn(&CurvePoint) -> f64| outcome.curve.iter().map(of).fold(0.0, f64::max);
+        let largest = |value: &dyn Fn(&CurvePoint) -> f64| {
+            outcome.curve.iter().map(value).fold(0.0, f64::max)
+        };
         let last = *outcome.curve.last().expect("points");
-        let back = last.displacement_mm / furthest(&|p| p.displacement_mm);
-        assert!(back < 0.7, "{model:?}: the platen came back to {back} of its furthest");
+        let back = last.displacement_mm / largest(&|p| p.displacement_mm);
+        assert!(
+            back < 0.7,
+            "{model:?}: the platen moved back to {back} of its largest displacement"
+        );
         let mut damaged = 0;
         for point in outcome.curve.iter().filter(|p| p.phi_max > 1e-3) {
-            // the strain of the weak layer from its crack energy
+            // compute the strain of the weak layer from its crack energy, by bisection
             let (mut low, mut high) = (0.0, 1.0);
             for _ in 0..100 {
                 let middle = 0.5 * (low + high);
@@ -171,19 +175,19 @@ fn the_arc_length_follows_the_snap_back_of_a_bar_with_a_weak_layer() {
             damaged += 1;
         }
         assert!(damaged > 10, "{damaged} points on the softening branch");
-        // the work not stored is what the cracks took
+        // work minus elastic energy is the crack energy
         let released = last.work_n_mm - last.elastic_n_mm;
         assert!((released - last.fracture_n_mm).abs() < 0.02 * last.fracture_n_mm, "{last:?}");
     }
 }
 
-/// Loads to a strain, unloads, and loads further; AT2 without viscosity on a uniform specimen.
+/// A uniform specimen is loaded, unloaded, and loaded further; AT2 without viscosity.
 #[test]
-fn damage_heals_or_stays_under_unloading_as_its_rule_says() {
-    // φ = E ε²/(E ε² + Gc/ℓ₀) of the strain at hand, or of the largest one so far
+fn damage_under_unloading_follows_the_irreversibility_rule() {
+    // φ = E ε²/(E ε² + Gc/ℓ₀) with the current strain (reversible), or with the largest strain so far (irreversible)
     let critical = f64::sqrt(0.0025 / (3.0 * LENGTH * 275.0));
     let shortening = move |fraction: f64| HEIGHT * (1.0 - f64::exp(-fraction * critical));
-    // thirty equal steps of time: up to 1.2 ε_c, down to 0.2 ε_c, up to 1.4 ε_c
+    // thirty equal time steps: load to 1.2 ε_c, unload to 0.2 ε_c, load to 1.4 ε_c
     let path = move |t: f64| match t {
         t if t < 10.0 => shortening(0.12 * t),
         t if t < 20.0 => shortening(1.2 - 0.1 * (t - 10.0)),
@@ -224,10 +228,11 @@ fn damage_heals_or_stays_under_unloading_as_its_rule_says() {
     }
 }
 
-/// A bar broken at its foot, without load: the damage around the crack and half the crack's energy.
+/// Damage and crack energy in an unloaded bar that is broken at its lower end; by symmetry, the bar has half the energy
+/// of a crack.
 ///
-/// AT1: φ = (1 − z/2ℓ₀)² up to z = 2ℓ₀ and nothing beyond, a free boundary that the active set has
-/// to find; AT2 on a bar of length L: φ = cosh((L − z)/ℓ₀)/cosh(L/ℓ₀), energy Gc/2 tanh(L/ℓ₀).
+/// AT1: φ = (1 − z/2ℓ₀)² up to z = 2ℓ₀, and 0 beyond; the active set must converge to this free boundary. AT2 on a bar of
+/// length L: φ = cosh((L − z)/ℓ₀)/cosh(L/ℓ₀), with the energy Gc/2 tanh(L/ℓ₀).
 #[test]
 fn the_damage_around_a_crack_has_its_closed_form() {
     let (length, toughness, bar) = (0.5, 0.1, 2.0);
@@ -268,7 +273,7 @@ fn the_damage_around_a_crack_has_its_closed_form() {
                 "{model:?} at {x:?}: {phi}, {exact}"
             );
             if model == CrackDensity::At1 && x[2] > 2.0 * length + size {
-                assert_eq!(*phi, 0.0, "the crack reaches as far as {x:?}");
+                assert_eq!(*phi, 0.0, "the damage extends to {x:?}");
             }
         }
         let exact = match model {
@@ -283,10 +288,10 @@ fn the_damage_around_a_crack_has_its_closed_form() {
     }
 }
 
-/// What prescribes damage does the work that the crack takes: E(s) of the prescribed value s is quadratic for AT2, so
-/// that the trapezoid rule is exact, and s^(3/2) for AT1.
+/// The work of prescribed damage equals the crack energy. For AT2 the energy is quadratic in the prescribed value s, so
+/// that the trapezoid rule is exact; for AT1 the energy is proportional to s^(3/2).
 #[test]
-fn prescribed_damage_does_the_work_of_the_crack() {
+fn the_work_of_prescribed_damage_is_the_crack_energy() {
     let levels: Vec<f64> = (0..=32).map(|k| f64::from(k) / 16.0).collect();
     for (model, steps, tolerance) in
         [(CrackDensity::At2, 1, 1e-7), (CrackDensity::At2, 5, 1e-7), (CrackDensity::At1, 40, 2e-3)]
@@ -309,10 +314,10 @@ fn prescribed_damage_does_the_work_of_the_crack() {
     }
 }
 
-/// Bounds on a composite past its peak: nothing heals, nothing passes one, and alternate
-/// minimisation comes to the same force.
+/// Beyond the peak of a composite, damage never decreases and never exceeds 1, and alternate minimisation gives the same
+/// force as Newton's method.
 #[test]
-fn bounds_hold_in_a_composite_past_its_peak() {
+fn bounds_of_damage_hold_in_a_composite_beyond_its_peak() {
     let run = |scheme| {
         let field = PhaseField {
             model: CrackDensity::At1,

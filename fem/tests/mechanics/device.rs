@@ -1,4 +1,4 @@
-//! Runs whose linear systems are solved on a device: here this machine in the place of a card.
+//! Runs whose linear systems are solved on a device. By default, the device is this machine instead of a graphics card.
 
 use crate::support::test_device::test_device;
 use crate::support::{grain, loading, matrix, peak, phase_field, prism};
@@ -35,7 +35,7 @@ fn assert_same(here: &Outcome, there: &Outcome) {
 }
 
 #[test]
-fn a_device_takes_the_steps_of_the_processor_past_the_peak() {
+fn a_device_and_the_processor_take_the_same_steps_beyond_the_peak() {
     let Some(device) = test_device() else { return };
     for (order, platens) in [
         (Order::Linear, Platens::Sliding),
@@ -58,18 +58,18 @@ fn a_device_takes_the_steps_of_the_processor_past_the_peak() {
             "past the peak"
         );
         assert_same(&here, &there);
-        // one algorithm: only sums round differently, and vectors that GMRES keeps are short ones here, which
-        // costs a tenth where platens lift off and tangents are indefinite
+        // the algorithm is the same, but sums have other rounding errors, and the processor stores the GMRES basis in
+        // single precision; where platens lift off and tangents are indefinite, the iterations differ by a tenth
         assert_eq!(here_effort.iterations, there_effort.iterations, "{order:?}");
-        for of in [|e: Effort| e.linear, |e: Effort| e.factorisations] {
-            let [a, b] = [here_effort, there_effort].map(|e| f64::from(of(e)));
+        for count in [|e: Effort| e.linear, |e: Effort| e.factorisations] {
+            let [a, b] = [here_effort, there_effort].map(|e| f64::from(count(e)));
             assert!((a - b).abs() <= 0.15 * a, "{order:?}: {here_effort:?} and {there_effort:?}");
         }
     }
 }
 
 #[test]
-fn a_run_goes_on_elsewhere_from_its_checkpoint() {
+fn a_run_on_a_device_resumes_on_the_processor() {
     let Some(device) = test_device() else { return };
     let folder = tempfile::tempdir().expect("a folder");
     let checkpoint = Checkpoint { path: folder.path().join("state"), every: 5 };
@@ -88,7 +88,7 @@ fn a_run_goes_on_elsewhere_from_its_checkpoint() {
 }
 
 #[test]
-fn derivatives_with_parameters_come_from_a_device_too() {
+fn sensitivities_are_computed_on_a_device() {
     let Some(device) = test_device() else { return };
     let rates = |device: Option<ComputeDevice>| {
         let problem = problem(prism(2, true), Order::Quadratic, loading(0.2, 1.0, 12), device);
@@ -114,7 +114,7 @@ fn derivatives_with_parameters_come_from_a_device_too() {
 }
 
 #[test]
-fn a_factor_is_not_asked_of_a_device() {
+fn a_sparse_factor_on_a_device_is_rejected() {
     let Some(device) = test_device() else { return };
     let options = SolverOptions { linear: LinearScheme::Direct, ..SolverOptions::default() };
     let builder = loading(0.2, 1.0, 2).builder(prism(2, false)).expect("a specimen");

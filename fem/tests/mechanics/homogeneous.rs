@@ -1,7 +1,7 @@
-//! Uniaxial compression between frictionless platens, against closed forms (definitions 3.4).
+//! Uniaxial compression between frictionless platens, compared with closed forms (definitions 3.4).
 //!
-//! The state is uniform on any prism, so every element and rule must reproduce it to solver
-//! tolerance. The oracle knows no finite elements: one scalar law for the damage.
+//! The state is uniform on any prism, so every element order and quadrature rule must reproduce the state to the solver
+//! tolerance. The reference solution (`Oracle`) has no finite elements: it is one scalar equation for the damage.
 
 use crate::support::{HEIGHT, RADIUS, loading, matrix, peak, phase_field, prism, test};
 use fem::{DamageQuadrature, Fracture, Material, Order, PhaseField, Split};
@@ -12,13 +12,13 @@ fn area() -> f64 {
     std::f64::consts::PI * RADIUS * RADIUS
 }
 
-/// Axial logarithmic strain, positive in compression, and stretch.
+/// Returns the axial logarithmic strain, positive in compression, and the axial stretch.
 fn strain(displacement: f64) -> (f64, f64) {
     let stretch = 1.0 - displacement / HEIGHT;
     (-stretch.ln(), stretch)
 }
 
-/// A uniform specimen: force and driving energy for a given damage.
+/// Reference solution of a uniform specimen: force and driving energy for a given damage.
 struct Oracle {
     material: Material,
     split: Split,
@@ -34,7 +34,7 @@ impl Oracle {
         (1.0 - eta) * (1.0 - phi) * (1.0 - phi) + eta
     }
 
-    /// (axial Kirchhoff stress, ψ⁺) with the lateral stress zero.
+    /// Returns the axial Kirchhoff stress and ψ⁺ for zero lateral stress, MPa.
     fn state(&self, e: f64, phi: f64) -> (f64, f64) {
         let elasticity = &self.material.elasticity;
         let (young, nu, g) = (elasticity.young_mpa(), elasticity.poisson(), self.degradation(phi));
@@ -43,7 +43,7 @@ impl Oracle {
             Split::Spectral => {
                 let (lame, mu) =
                     (young * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)), young / (2.0 * (1.0 + nu)));
-                // lateral strain t, stretched while the volume shrinks: g 2μ t + λ (2t − e) = 0
+                // lateral strain t > 0 while the volume decreases: g 2μ t + λ (2t − e) = 0
                 let t = 0.5 * lame * e / (g * mu + lame);
                 (2.0 * mu * e + lame * (e - 2.0 * t), 2.0 * mu * t * t)
             }
@@ -62,7 +62,7 @@ impl Oracle {
         area() * self.state(e, phi).0 / stretch
     }
 
-    /// ξ φ̇ = 2 (1 − η)(1 − φ) ψ⁺ − Gc/ℓ₀ φ.
+    /// Returns ξ φ̇ = 2 (1 − η)(1 − φ) ψ⁺ − Gc/ℓ₀ φ, MPa.
     fn damage_force(&self, displacement: f64, phi: f64) -> f64 {
         let m = self.fracture();
         let psi = self.state(strain(displacement).0, phi).1;
@@ -70,7 +70,8 @@ impl Oracle {
         2.0 * (1.0 - m.residual_stiffness) * (1.0 - phi) * psi - resistance * phi
     }
 
-    /// Backward Euler, each step by bisection: (displacement, force, φ).
+    /// Integrates the damage by the backward Euler rule, each step by bisection. Returns displacement (mm), force (N) and
+    /// φ of each step.
     fn backward_euler(&self, total: f64, duration: f64, steps: u32) -> Vec<[f64; 3]> {
         let mut phi = 0.0;
         let dt = duration / f64::from(steps);
@@ -91,7 +92,7 @@ impl Oracle {
             .collect()
     }
 
-    /// The limit of vanishing steps: peak (displacement, force, φ) by Runge–Kutta.
+    /// Returns displacement (mm), force (N) and φ at the peak in the limit of small time steps, by a Runge–Kutta method.
     fn exact_peak(&self, total: f64, duration: f64) -> [f64; 3] {
         let steps = 20_000;
         let h = duration / f64::from(steps);
@@ -120,7 +121,7 @@ impl Oracle {
 fn elastic_force_is_exact_for_both_elements_and_laws() {
     let (e, stretch) = strain(0.22);
     let hencky = area() * 275.0 * e / stretch;
-    assert!((hencky - 291.5410).abs() < 5e-5, "the oracle itself: {hencky}");
+    assert!((hencky - 291.5410).abs() < 5e-5, "the reference solution: {hencky}");
     for order in [Order::Linear, Order::Quadratic] {
         let outcome =
             test(prism(3, false), order, vec![matrix()], None, loading(0.22, 1.0, 2), 1e-11)
@@ -149,7 +150,7 @@ fn elastic_force_is_exact_for_both_elements_and_laws() {
     }
 }
 
-/// Finite elements against the scalar oracle with the same time rule, step by step.
+/// Compares finite elements with the reference solution of the same time integration rule, step by step.
 fn assert_steps(split: Split, order: Order, quadrature: DamageQuadrature) {
     let field = PhaseField { quadrature, ..phase_field(split) };
     let oracle = Oracle { material: matrix(), split };
@@ -181,9 +182,9 @@ fn damage_steps_are_exact_for_every_element_rule_and_split() {
     }
 }
 
-/// The published peaks (displacement, force, φ) are those of 20 000 backward Euler steps to 0.22 mm:
-/// the oracle reproduces them to the printed digits; the finite elements converge at O(Δt) to the
-/// limit of vanishing steps, by Runge–Kutta.
+/// Compares the peak (displacement, force, φ) with published values, which were computed with 20 000 backward Euler steps
+/// to 0.22 mm. The reference solution reproduces the published digits. The finite elements converge with O(Δt) to the
+/// limit of small time steps.
 fn assert_peak(split: Split, duration: f64, total: f64, published: [f64; 3], digits: [f64; 3]) {
     let oracle = Oracle { material: matrix(), split };
     let path = oracle.backward_euler(0.22, duration, 20_000);
@@ -191,7 +192,7 @@ fn assert_peak(split: Split, duration: f64, total: f64, published: [f64; 3], dig
     for k in 0..3 {
         assert!((top[k] - published[k]).abs() < digits[k], "{top:?} instead of {published:?}");
     }
-    // up to `total` at the same rate: the tail does not matter here
+    // load only up to `total`, at the same rate, because the curve beyond the peak is not compared
     let duration = duration * total / 0.22;
     let exact = oracle.exact_peak(total, duration);
     let error = |steps: u32| {
@@ -233,7 +234,7 @@ fn viscous_peak_with_the_volumetric_deviatoric_split() {
 
 #[test]
 fn rate_independent_damage_follows_its_closed_form() {
-    // σ = E ε/(1 + E ε² ℓ₀/Gc)² with φ = E ε²/(E ε² + Gc/ℓ₀): exact for η = 0, at every step
+    // σ = E ε/(1 + E ε² ℓ₀/Gc)² with φ = E ε²/(E ε² + Gc/ℓ₀), exact at every step for η = 0
     let brittle = matrix().with_fracture(Fracture::new(0.0025));
     let (young, toughness) = (brittle.elasticity.young_mpa(), 0.0025);
     let critical = (toughness / (3.0 * LENGTH * young)).sqrt();

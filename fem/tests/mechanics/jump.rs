@@ -1,14 +1,14 @@
-//! Prescribed values that jump: the first step without a guess, and a turn on the way.
+//! Prescribed values that jump: in the first step without an initial guess, or in a later step.
 
 use crate::support::block::{block, even};
 use crate::support::{HEIGHT, prism};
 use fem::{Axis, Conditions, End, Material, Order, Outcome, Problem, Schedule, SolverOptions};
 
-/// Strain of the block in its only step. At 0.15 and ν = 0.499 quadratic elements need cuts from both starts: three with
-/// the guess, one without it.
+/// Compressive strain of the block, applied in one step. With a strain of 0.15 and ν = 0.499, quadratic elements would
+/// need reduced steps: three with an initial guess, one without.
 const PRESSED: f64 = 0.05;
 
-/// A rubber block between glued plates, pressed in one step.
+/// Compresses a rubber block with fixed ends in one step.
 fn glued(order: Order, poisson: f64, guess: bool) -> Outcome {
     let cells = even(0.0, 2.0, 4);
     let conditions = Conditions::new()
@@ -32,7 +32,7 @@ fn glued(order: Order, poisson: f64, guess: bool) -> Outcome {
 }
 
 #[test]
-fn a_first_step_without_a_guess_costs_hardly_more_than_one_with() {
+fn a_first_step_without_an_initial_guess_needs_few_additional_iterations() {
     for order in [Order::Linear, Order::Quadratic] {
         for poisson in [0.3, 0.499] {
             let (with, without) = (glued(order, poisson, true), glued(order, poisson, false));
@@ -47,7 +47,7 @@ fn a_first_step_without_a_guess_costs_hardly_more_than_one_with() {
 }
 
 #[test]
-fn a_program_that_waits_and_then_jumps_needs_no_guess_either() {
+fn a_later_jump_of_the_displacement_needs_no_initial_guess() {
     let conditions = Conditions::new()
         .fix("bottom", Axis::ALL)
         .prescribe("top", Axis::ALL, |_, t| [0.0, 0.0, if t < 2.5 { 0.0 } else { -0.6 }])
@@ -67,8 +67,8 @@ fn a_program_that_waits_and_then_jumps_needs_no_guess_either() {
 }
 
 #[test]
-fn tries_without_equilibrium_are_in_the_column() {
-    // three iterations are too few for these steps
+fn the_curve_counts_the_iterations_of_failed_steps() {
+    // four iterations are too few for these steps, so that steps fail and are reduced
     let options = SolverOptions { iterations: 4, alternations: 1, ..SolverOptions::default() };
     let conditions = Conditions::new()
         .fix("bottom", Axis::ALL)

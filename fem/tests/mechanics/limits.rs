@@ -1,4 +1,4 @@
-//! What is not finite is no result: laws beyond their limit, and functions that return no numbers.
+//! Values that are not finite cause errors: laws beyond their limit strain, and functions that return NaN.
 
 use crate::support::{HEIGHT, RADIUS, prism};
 use fem::{
@@ -6,7 +6,7 @@ use fem::{
     Problem, Scalar, Schedule, StepFailure,
 };
 
-/// Gent's solid ψ = −μ J_m/2 ln(1 − (I₁ − 3)/J_m) − μ ln J + λ/2 (ln J)², which locks at I₁ − 3 = J_m.
+/// Gent's law ψ = −μ J_m/2 ln(1 − (I₁ − 3)/J_m) − μ ln J + λ/2 (ln J)². Its energy is infinite at I₁ − 3 = J_m.
 #[derive(Debug)]
 struct Gent {
     shear_mpa: f64,
@@ -25,7 +25,7 @@ impl HyperelasticLaw for Gent {
 
 const GENT: Gent = Gent { shear_mpa: 1.0, lame_mpa: 2.0, limit: 0.5 };
 
-/// The nominal stress along λ where the lateral stretch b makes the lateral one vanish.
+/// Returns the axial nominal stress at the axial stretch λ. The lateral stretch b follows from zero lateral stress.
 fn uniaxial(stretch: f64) -> f64 {
     let Gent { shear_mpa, lame_mpa, limit } = GENT;
     let stiffness = |b: f64| 1.0 / (1.0 - (stretch.powi(2) + 2.0 * b * b - 3.0) / limit);
@@ -36,7 +36,7 @@ fn uniaxial(stretch: f64) -> f64 {
     let (mut low, mut high) = (0.5, 1.0);
     for _ in 0..200 {
         let middle = 0.5 * (low + high);
-        // beyond the limit the lateral stress is endless
+        // beyond the limit, the lateral stress counts as infinite
         let inside = stretch.powi(2) + 2.0 * middle * middle - 3.0 < limit;
         if inside && along(middle, middle) < 0.0 { low = middle } else { high = middle }
     }
@@ -44,7 +44,7 @@ fn uniaxial(stretch: f64) -> f64 {
 }
 
 #[test]
-fn a_gent_solid_stops_at_its_limit() {
+fn a_run_with_gents_law_ends_at_the_limit_strain() {
     let material = Material::hyperelastic(GENT).expect("a law");
     let full = 0.9 * HEIGHT;
     let conditions = Conditions::new()
@@ -71,11 +71,11 @@ fn a_gent_solid_stops_at_its_limit() {
         let FemError::NotConverged { source, displacement_mm, .. } = error else {
             panic!("{order:?}: {error}")
         };
-        // λ² + 2b² − 3 = J_m, where the lateral stretch b has all but vanished
+        // λ² + 2b² − 3 = J_m with a lateral stretch b close to 0
         let limit = (3.0 + GENT.limit).sqrt();
         let reached = 1.0 + displacement_mm / HEIGHT;
         assert!((reached / limit - 1.0).abs() < 1e-3, "{order:?}: {error}");
-        // the last step may also end where rounding errors of the nearly infinite stiffness exceed the tolerance
+        // the last step may also fail because rounding errors of the nearly infinite stiffness exceed the tolerance
         let is_limit =
             matches!(source, StepFailure::NotFinite | StepFailure::TooManyIterations { .. });
         assert!(is_limit, "{order:?}: {error}");
@@ -83,24 +83,24 @@ fn a_gent_solid_stops_at_its_limit() {
 }
 
 #[test]
-fn a_law_that_is_no_number_at_rest_is_refused_and_one_with_a_near_limit_is_not() {
+fn a_law_with_nan_at_zero_strain_is_rejected_and_a_law_with_a_small_limit_strain_is_accepted() {
     #[derive(Debug)]
     struct Broken;
     impl HyperelasticLaw for Broken {
         fn energy<T: Scalar>(&self, strain: &PrincipalStrain<T>) -> T {
             let [a, b, c] = strain.log();
-            // zero times infinity, with derivatives that are sound
+            // the energy is NaN, but its derivatives are finite
             (a * a + b * b + c * c) + f64::NAN
         }
     }
     let error = Material::hyperelastic(Broken).expect_err("refused").to_string();
-    assert!(error.contains("at rest is not zero"), "{error}");
+    assert!(error.contains("at zero strain is not zero"), "{error}");
     Material::hyperelastic(Gent { limit: 1e-4, ..GENT })
-        .expect("its limit is near, but it is sound");
+        .expect("a valid law with a small limit strain");
 }
 
 #[test]
-fn functions_that_return_no_number_are_named() {
+fn functions_that_return_nan_are_reported() {
     let nan_from_half = |t: f64| if t > 0.5 { f64::NAN } else { 0.0 };
     let base = || Conditions::new().fix("bottom", Axis::ALL).measure("top", [0.0, 0.0, 1.0]);
     let platen = Platen::plane([0.0, 0.0, HEIGHT], [0.0, 0.0, -1.0])

@@ -1,4 +1,4 @@
-//! Forces on surfaces: of loads, of supports that meet, and their balance.
+//! Forces on surfaces: loads, supports with common edges, and the balance of forces.
 
 use crate::support::block::{block, even};
 use fem::{
@@ -8,7 +8,7 @@ use fem::{
 const ORDERS: [Order; 2] = [Order::Linear, Order::Quadratic];
 const FACES: [&str; 6] = ["left", "right", "front", "back", "bottom", "top"];
 
-/// A block of 2 × 3 × 4 mm on an uneven grid.
+/// Mesh of a block of 2 × 3 × 4 mm on a grid with varying spacing.
 fn body() -> TetMesh {
     block([&[0.0, 0.5, 1.3, 2.0], &[0.0, 1.2, 3.0], &even(0.0, 4.0, 3)])
 }
@@ -29,7 +29,7 @@ fn run(order: Order, conditions: Conditions) -> Outcome {
 
 #[test]
 fn the_force_on_a_loaded_surface_is_its_load() {
-    // the side that is held meets the loaded one, and its reaction belongs to it alone
+    // the fixed surface has a common edge with the loaded surface; its reaction must not be added to the loaded surface
     for order in ORDERS {
         let conditions = Conditions::new()
             .fix("left", Axis::ALL)
@@ -50,9 +50,9 @@ fn the_force_on_a_loaded_surface_is_its_load() {
 }
 
 #[test]
-fn the_forces_of_surfaces_that_meet_add_up_to_that_on_the_body() {
+fn the_forces_of_surfaces_with_common_edges_add_up_to_the_force_on_the_body() {
     for order in ORDERS {
-        // three faces that meet in edges and a corner, two of them holding the same components
+        // three faces with common edges and a common corner; two of them fix the same components
         let conditions = Conditions::new()
             .fix("left", Axis::ALL)
             .fix("bottom", Axis::ALL)
@@ -68,15 +68,15 @@ fn the_forces_of_surfaces_that_meet_add_up_to_that_on_the_body() {
             let body = [0.01, -0.02, 0.03][k] * volume;
             assert!((sum + body).abs() < 1e-9, "{order:?}: {sum} N and {body} N along {k}");
         }
-        // without friction a plane of symmetry pushes along its normal alone
+        // the force of a plane of symmetry is normal to the plane
         let [x, y, z] = outcome.reactions["front"][1];
         assert!(x == 0.0 && z == 0.0 && y.abs() > 0.01, "{order:?}: {x} {y} {z}");
     }
 }
 
 #[test]
-fn faces_that_hold_a_body_share_the_forces_of_their_edges() {
-    // a uniform strain prescribed on all faces: each carries P n A, the middle of each edge by halves
+fn fixed_faces_share_the_forces_of_their_common_edges() {
+    // uniform strain, prescribed on all faces: each face carries P n A, and adjacent faces share the force of an edge
     let strain = [-0.01, 0.004, 0.002];
     let affine = move |x: [f64; 3], t: f64| std::array::from_fn(|k| t * strain[k] * x[k]);
     for order in ORDERS {
@@ -97,7 +97,7 @@ fn faces_that_hold_a_body_share_the_forces_of_their_edges() {
             let total: f64 = FACES.iter().map(|face| outcome.reactions[*face][1][k]).sum();
             assert!(total.abs() < 1e-9 * exact.abs(), "{order:?}: {total} N along {k}");
             assert!((low[k] + high[k]).abs() < 0.2 * exact.abs(), "{order:?}: {low:?} {high:?}");
-            // the edges of the neighbours take a part of it
+            // the force is smaller than P n A, because adjacent faces carry a part of the force of the common edges
             assert!(
                 high[k] / exact > 0.4 && high[k] / exact < 1.0,
                 "{order:?}: {} of {exact} N",

@@ -1,4 +1,4 @@
-//! Whole problems: closed forms, published figures, other codes, and what is refused.
+//! Complete problems: comparison with closed forms, published values and other codes, and errors of invalid input.
 
 #[path = "../support/mod.rs"]
 mod support;

@@ -7,15 +7,15 @@ use fem::{
     SolverOptions,
 };
 
-/// The observed orders on the last two of four meshes, which must come near the theory's.
+/// Checks that the orders of convergence, computed from the last two of four meshes, are close to the theoretical orders.
 fn check(element: Order, cells: [usize; 4], damaged: bool, expected: [f64; 2]) {
-    let found: Vec<_> = cells.iter().map(|&n| errors(n, element, damaged)).collect();
+    let mesh_errors: Vec<_> = cells.iter().map(|&n| errors(n, element, damaged)).collect();
     let ratio = cells[3] as f64 / cells[2] as f64;
     type Norms = fn(&crate::support::manufactured::Errors) -> [f64; 2];
     let fields: [(&str, Norms); 2] = [("u", |e| e.displacement), ("φ", |e| e.damage)];
     for (name, errors) in &fields[..if damaged { 2 } else { 1 }] {
         for (k, norm) in ["L²", "H¹"].iter().enumerate() {
-            let series: Vec<f64> = found.iter().map(|e| errors(e)[k]).collect();
+            let series: Vec<f64> = mesh_errors.iter().map(|e| errors(e)[k]).collect();
             assert!(series.windows(2).all(|w| w[1] < w[0]), "{name} in {norm}: {series:?}");
             let observed = order(series[2], series[3], ratio);
             assert!(
@@ -40,7 +40,7 @@ fn damage_and_displacement_converge_together() {
 
 #[test]
 fn the_error_in_time_is_of_first_order() {
-    // uniform in space, so that nothing else errs: at rest, φ = 0.4 t² with the source that this needs
+    // undeformed and uniform in space, so that only time integration has an error: φ = 0.4 t² with the matching source
     let (toughness, length, viscosity) = (2.0, 0.5, 3.0);
     let exact = |t: f64| 0.4 * t * t;
     let material = Material::hencky(10.0, 0.3)

@@ -1,4 +1,4 @@
-//! Tetrahedra that are partly grain, and grains that do not break.
+//! Mixed tetrahedra, which are partly grain, and grains that do not break.
 
 use crate::support::block::{block, even};
 use fem::{
@@ -8,7 +8,7 @@ use fem::{
 
 const SIDES: [&str; 4] = ["left", "right", "front", "back"];
 
-/// Pressed down between walls without friction, so that every layer is strained along the axis only.
+/// Compression test between frictionless lateral walls, so that every layer is strained along the axis only.
 fn confined(
     mesh: TetMesh,
     order: Order,
@@ -37,7 +37,7 @@ fn cube() -> TetMesh {
     block([&cells, &cells, &cells])
 }
 
-/// Layers of equal height, matrix and grain by turns.
+/// Mesh of layers of equal height, alternately matrix and grain.
 fn layers() -> TetMesh {
     let mut mesh = cube();
     mesh.regions = vec!["matrix".into(), "grain".into()];
@@ -66,10 +66,10 @@ fn last(problem: &Problem) -> (f64, Fields) {
     (force, outcome.fields)
 }
 
-/// A mesh that follows the layers and one of mixtures carry the same, without damage and with it.
+/// A mesh of layers and a mesh of mixed tetrahedra give the same force without damage.
 #[test]
-fn layers_across_the_load_are_a_reuss_mixture() {
-    // small strain: the nominal stress sees each layer's own stretch
+fn layers_normal_to_the_load_have_the_force_of_a_reuss_mixture() {
+    // the strain is small, because at finite strain the nominal stress depends on the stretch of each layer
     let strain = 1e-6;
     for order in [Order::Linear, Order::Quadratic] {
         let force = |mesh| last(&confined(mesh, order, phases(), None, strain).expect("valid")).0;
@@ -79,7 +79,7 @@ fn layers_across_the_load_are_a_reuss_mixture() {
     }
 }
 
-/// A mixture is of the matrix and the phase that it names, whatever other regions the mesh has.
+/// A mixed tetrahedron consists of the matrix and the phase `mixture.region`; further regions of the mesh have no effect.
 #[test]
 fn a_mixture_has_the_moduli_of_its_second_phase() {
     let [matrix, grain] = phases();
@@ -96,16 +96,16 @@ fn a_mixture_has_the_moduli_of_its_second_phase() {
     }
 }
 
-/// φ of the nodes whose height satisfies something.
+/// Returns the smallest and the largest φ of the nodes whose height satisfies `height`.
 fn damage_at(problem: &Problem, fields: &Fields, height: impl Fn(f64) -> bool) -> [f64; 2] {
     let nodes = problem.nodes().iter().zip(&fields.damage);
     let chosen = nodes.filter(|(x, _)| height(x[2])).map(|(_, &phi)| phi);
     chosen.fold([1.0, 0.0], |[low, high], phi| [phi.min(low), phi.max(high)])
 }
 
-/// The matrix of a mixture feels what the matrix between layers feels, and is damaged as much.
+/// The matrix of a mixed tetrahedron has the same strain, and so the same damage, as the matrix in a mesh of layers.
 #[test]
-fn damage_of_a_mixture_is_that_of_the_matrix_between_layers() {
+fn damage_of_a_mixture_equals_the_damage_of_the_matrix_between_layers() {
     let strain = 0.006;
     let field = PhaseField::new(0.06);
     let matrix = |z: f64| z < 0.2501 || (0.4999..0.7501).contains(&z);
@@ -116,7 +116,7 @@ fn damage_of_a_mixture_is_that_of_the_matrix_between_layers() {
         let (mixed_force, mixed_fields) = last(&problem(mixed(0.5)));
         let phi = mixed_fields.damage[0];
         assert!(phi > 0.02, "{phi}");
-        // the nodes that the layers of matrix share with grains are as free as those inside
+        // damage is not constrained at the nodes on the grain surface: it is equal at all nodes of the matrix
         let [low, high] = damage_at(&followed, &fields, matrix);
         assert!(high - low < 1e-6 * high, "{low} to {high}");
         assert!((high - phi).abs() < 0.04 * phi, "{high} and {phi}");
@@ -124,20 +124,20 @@ fn damage_of_a_mixture_is_that_of_the_matrix_between_layers() {
     }
 }
 
-/// Grains without toughness do not hold the damage of the matrix at their surface; tough ones do.
+/// Grains without toughness do not constrain the damage of the matrix at their surface; grains with a high toughness do.
 #[test]
 fn damage_at_the_surface_of_grains_is_free() {
     let field = PhaseField::new(0.06);
     let surface = |z: f64| (z - 0.25).abs() < 1e-3 || (z - 0.5).abs() < 1e-3;
-    let of = |grain: Material| {
+    let surface_damage = |grain: Material| {
         let [matrix, _] = phases();
         let problem = confined(layers(), Order::Linear, [matrix, grain], Some(field), 0.006);
         let problem = problem.expect("valid");
         let (_, fields) = last(&problem);
         damage_at(&problem, &fields, surface)
     };
-    let [least, _] = of(Material::hencky(22_000.0, 0.25));
-    let [_, pinned] = of(crate::support::grain());
+    let [least, _] = surface_damage(Material::hencky(22_000.0, 0.25));
+    let [_, pinned] = surface_damage(crate::support::grain());
     assert!(least > 0.02 && pinned < 0.2 * least, "{least} and {pinned}");
 }
 

@@ -1,4 +1,4 @@
-//! Platens that a body may leave, at every tolerance of the solver.
+//! Unilateral platens at different tolerances of the solver.
 
 use crate::support::block::{block, even};
 use crate::support::{HEIGHT, RADIUS, between, loading, matrix, test};
@@ -28,7 +28,7 @@ fn pressed(grains: bool, coefficient: f64, tolerance: f64, field: Option<PhaseFi
     between(&test, &way, Platens::Unilateral(friction)).run(&mut ())
 }
 
-/// A flat slab on one plane, pressed by another.
+/// Compresses a flat slab between two plane platens.
 fn slab(tolerance: f64, field: Option<PhaseField>) -> Outcome {
     let mesh = block([&even(0.0, 10.0, 10), &even(0.0, 10.0, 10), &even(0.0, 2.0, 2)]);
     let plane = |level: f64, up: f64| Platen::plane([0.0, 0.0, level], [0.0, 0.0, up]);
@@ -57,7 +57,7 @@ fn platens_work_at_every_tolerance() {
             let outcome = pressed(grains, coefficient, tolerance, None);
             let case = format!("{grains} {coefficient} {tolerance:e}: {:?}", outcome.effort);
             assert!(matches!(outcome.end, End::Displacement), "{case}: {:?}", outcome.end);
-            // friction sets in by degrees in the first step
+            // with friction, the first step needs more iterations, because the slip velocity is reduced gradually
             let most = if coefficient > 0.0 { 60 } else { 30 };
             assert!(outcome.effort.cuts == 0 && outcome.effort.iterations < most, "{case}");
             forces.push(outcome.curve[1].force_n);
@@ -68,9 +68,9 @@ fn platens_work_at_every_tolerance() {
 }
 
 #[test]
-fn a_flat_slab_takes_few_iterations_whether_or_not_it_could_break() {
+fn a_flat_slab_needs_few_iterations_with_and_without_damage() {
     let at1 = PhaseField { model: CrackDensity::At1, ..PhaseField::new(0.06) };
-    // far above the strength: sound
+    // a small length makes the strength so high that no damage occurs
     let tough = PhaseField { length_mm: 1e-4, ..at1 };
     for tolerance in [1e-10, 1e-8, 1e-6, 1e-4] {
         let [elastic, sound, breaks] = [None, Some(tough), Some(at1)].map(|field| {

@@ -1,4 +1,4 @@
-//! Damage without viscosity past the peak.
+//! Damage without viscosity beyond the peak force.
 
 use crate::support::{HEIGHT, RADIUS};
 use fem::{
@@ -32,10 +32,10 @@ fn run(mesh: TetMesh, field: PhaseField, residual_stiffness: f64, steps: u32) ->
     problem.run(&mut ())
 }
 
-/// A fifth of grains, a residual stiffness of 1e-4, 44 steps: damage runs on by itself past the peak. With the spectral
-/// split the closed cracks carry the load and the force rises to the end.
+/// A packing with 20 % of grains and a residual stiffness of 1e-4, in 44 steps. Damage grows unstably beyond the peak.
+/// With the spectral split, closed cracks carry load, and the force rises until the end.
 #[test]
-fn a_packing_is_carried_past_its_peak_with_each_split() {
+fn a_packing_without_viscosity_completes_its_run_with_each_split() {
     for (split, falls) in
         [(Split::None, true), (Split::VolumetricDeviatoric, true), (Split::Spectral, false)]
     {

@@ -1,5 +1,5 @@
-//! The reference cylinder: 24 stiff spheres in a soft matrix, 19 443 tetrahedra (definitions 3.6,
-//! cases 4 to 6). Two independent codes agree on the elastic numbers to 12 digits.
+//! The reference cylinder: 24 stiff spheres in a soft matrix, 19 443 tetrahedra (definitions 3.6, cases 4 to 6). The
+//! elastic reference values were computed by two independent codes, which agree to 12 digits.
 
 use crate::support::{by_region, grain, loading, matrix, phase_field, reference_cylinder, test};
 use fem::{DamageQuadrature, End, Material, Order, Split};
@@ -49,7 +49,7 @@ fn hencky_with_viscous_damage() {
     let materials = by_region(&mesh, matrix(), grain());
     let field =
         fem::PhaseField { quadrature: DamageQuadrature::Vertex, ..phase_field(Split::None) };
-    // up to 0.15 mm in the record's steps of 0.005 mm
+    // 0.15 mm in steps of 0.005 mm, as in the reference
     let fine = loading(0.15, 0.15 / 0.22, 30);
     let outcome =
         test(mesh, Order::Linear, materials.clone(), Some(field), fine, 1e-8).run(&mut ());
@@ -68,11 +68,11 @@ fn hencky_with_viscous_damage() {
     close(at(30).force_n, 129.20514353226528);
     let peak = (1..=30).max_by(|&a, &b| at(a).force_n.total_cmp(&at(b).force_n));
     assert_eq!(peak, Some(24), "the peak is at 0.120 mm");
-    // a loss of robustness shows here although the answer may stay right
+    // limits on the work of the solver: a loss of robustness is visible here even if the result stays correct
     let effort = outcome.effort;
     assert_eq!((effort.fallbacks, effort.cuts), (0, 0), "{effort:?}");
     assert!(effort.factorisations <= 20 && effort.iterations <= 300, "{effort:?}");
-    // twice the step, twice the defect of the energy balance
+    // a step of twice the size doubles the error of the energy balance
     let coarse = loading(0.12, 0.12 / 0.22, 12);
     let coarse =
         test(coarse_mesh, Order::Linear, materials, Some(field), coarse, 1e-8).run(&mut ());

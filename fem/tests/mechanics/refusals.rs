@@ -1,11 +1,11 @@
-//! Tests that cannot be set up are refused before any step, with the entity and what helps.
+//! Invalid input is rejected before the first step; the message names the entity and the remedy.
 
 use crate::support::{grain, loading, matrix, phase_field, prism, with_options};
 use fem::{
     CompressionTest, Fracture, Material, Order, PhaseField, Schedule, SolverOptions, Split, TetMesh,
 };
 
-/// What a test is made of, to be spoilt.
+/// Valid input of a test, which each check makes invalid in one respect.
 struct Input {
     mesh: TetMesh,
     materials: Vec<Material>,
@@ -30,19 +30,22 @@ fn refusal(spoil: impl FnOnce(&mut Input)) -> String {
 }
 
 #[test]
-fn bad_input_is_refused_with_the_entity_and_what_helps() {
+fn invalid_input_is_rejected_with_the_entity_and_the_remedy() {
     let check = |message: String, parts: &[&str]| {
         for part in parts {
             assert!(message.contains(part), "'{part}' is not in: {message}");
         }
     };
     check(refusal(|i| i.mesh.tets[5].swap(0, 1)), &["tetrahedron 5", "swap"]);
-    check(refusal(|i| drop(i.mesh.surfaces.remove("top"))), &["'top'", "it has 'bottom'"]);
+    check(
+        refusal(|i| drop(i.mesh.surfaces.remove("top"))),
+        &["'top'", "its surfaces are 'bottom'"],
+    );
     let upside_down = |i: &mut Input| {
         let (top, bottom) = (i.mesh.surfaces["top"].clone(), i.mesh.surfaces["bottom"].clone());
         i.mesh.surfaces = [("top".into(), bottom), ("bottom".into(), top)].into();
     };
-    check(refusal(upside_down), &["'top' does not lie above 'bottom'"]);
+    check(refusal(upside_down), &["'top' is not above surface 'bottom'"]);
     let overlapping = |i: &mut Input| {
         let bottom = &i.mesh.surfaces["bottom"];
         let foot: Vec<u32> = bottom.iter().flatten().copied().collect();
@@ -53,7 +56,7 @@ fn bad_input_is_refused_with_the_entity_and_what_helps() {
         });
         i.mesh.surfaces.insert("top".into(), side);
     };
-    check(refusal(overlapping), &["'bottom' and 'top' have nodes in common", "surface names"]);
+    check(refusal(overlapping), &["'bottom' and 'top' have common nodes", "surface names"]);
     check(refusal(|i| i.materials.truncate(1)), &["1 materials for 2 regions", "matrix, grain"]);
     check(
         refusal(|i| i.materials[0] = Material::hencky(-275.0, 0.25)),

@@ -1,4 +1,4 @@
-//! Derivatives of the force along the curve, against differences of whole runs and by similarity.
+//! Derivatives of the force along the curve, compared with differences of whole runs, closed forms, and similarity.
 
 use crate::support::{
     HEIGHT, RADIUS, between, grain, loading, matrix, phase_field, prism, with_options,
@@ -10,7 +10,7 @@ use fem::{
     Schedule, Scheme, SolverOptions, Split, TetMesh,
 };
 
-/// A parameter, and the materials as a function of it.
+/// A parameter, and the materials as a function of its value.
 struct Named {
     name: &'static str,
     value: f64,
@@ -27,7 +27,7 @@ impl Named {
     }
 }
 
-/// A material with another fracture.
+/// Returns the material with changed fracture parameters.
 fn breaking(material: Material, change: impl FnOnce(&mut Fracture)) -> Material {
     let mut fracture = material.fracture.expect("the baseline breaks");
     change(&mut fracture);
@@ -38,7 +38,7 @@ fn elastic(material: Material, young_mpa: f64, poisson: f64) -> Material {
     Material { elasticity: Material::hencky(young_mpa, poisson).elasticity, ..material }
 }
 
-/// Every number of matrix and grain.
+/// All material constants of matrix and grain.
 fn all() -> Vec<Named> {
     vec![
         named("young", 275.0, |x| vec![elastic(matrix(), x, 0.25), grain()]),
@@ -110,41 +110,48 @@ fn differentiated(problem: &Problem, parameters: &[Named]) -> Outcome {
     let with = problem.with_sensitivities(parameters.iter().map(Named::parameter).collect());
     let outcome = with.expect("valid parameters").run(&mut ());
     assert!(matches!(outcome.end, End::Displacement), "{:?}", outcome.end);
-    let names = parameters.iter().map(|of| of.name.to_owned());
+    let names = parameters.iter().map(|parameter| parameter.name.to_owned());
     assert_eq!(outcome.sensitivities.names, names.collect::<Vec<_>>());
     assert_eq!(outcome.sensitivities.force_n.len(), outcome.curve.len());
     outcome
 }
 
-/// ∂F/∂θ by runs on either side, at θ (1 ± reach).
-fn differences(problem: &Problem, of: &Named, reach: f64) -> Vec<f64> {
-    let reach = reach * of.value;
-    let at = |x: f64| forces(&problem.with_materials((of.materials)(x)).expect("valid"));
-    let pairs = at(of.value + reach).into_iter().zip(at(of.value - reach));
-    pairs.map(|(above, below)| (above - below) / (2.0 * reach)).collect()
+/// Returns ∂F/∂θ at each point by the central difference of two runs, at θ (1 ± `relative_step`).
+fn differences(problem: &Problem, parameter: &Named, relative_step: f64) -> Vec<f64> {
+    let step = relative_step * parameter.value;
+    let at = |x: f64| forces(&problem.with_materials((parameter.materials)(x)).expect("valid"));
+    let pairs = at(parameter.value + step).into_iter().zip(at(parameter.value - step));
+    pairs.map(|(above, below)| (above - below) / (2.0 * step)).collect()
 }
 
-/// So near that hardly a point meets a kink on the way, and so far that 1e-12 of the force does not count.
-const REACH: f64 = 2e-5;
+/// Relative step of central differences. It is so small that few quadrature points cross a kink of the equations, and so
+/// large that errors of 1e-12 of the force are negligible.
+const RELATIVE_STEP: f64 = 2e-5;
 
-/// The derivatives agree with differences of runs to 1e-5 of their size, and leave the curve as it is.
+/// Checks that the derivatives agree with differences of runs to 1e-5 of the largest derivative, and that computing them
+/// does not change the curve.
 fn assert_differences(problem: &Problem, parameters: &[Named], what: &str) {
-    assert_differences_of(REACH, problem, parameters, what);
+    assert_differences_with_step(RELATIVE_STEP, problem, parameters, what);
 }
 
-fn assert_differences_of(reach: f64, problem: &Problem, parameters: &[Named], what: &str) {
+fn assert_differences_with_step(
+    relative_step: f64,
+    problem: &Problem,
+    parameters: &[Named],
+    what: &str,
+) {
     let outcome = differentiated(problem, parameters);
     for (point, force) in outcome.curve.iter().zip(forces(problem)) {
         assert!((point.force_n - force).abs() <= 1e-9 * force.abs(), "{what}: {point:?}");
     }
-    for (k, of) in parameters.iter().enumerate() {
-        let exact = differences(problem, of, reach);
+    for (k, parameter) in parameters.iter().enumerate() {
+        let exact = differences(problem, parameter, relative_step);
         assert_eq!(exact.len(), outcome.curve.len(), "{what}");
         let size = exact.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-        assert!(size > 0.0, "{what}: {} has no influence", of.name);
+        assert!(size > 0.0, "{what}: {} has no influence", parameter.name);
         let rows = outcome.sensitivities.force_n.iter().zip(&exact);
         let worst = rows.fold(0.0f64, |m, (row, exact)| m.max((row[k] - exact).abs()));
-        assert!(worst < 1e-5 * size, "{what}, {}: {worst:e} of {size:e}", of.name);
+        assert!(worst < 1e-5 * size, "{what}, {}: {worst:e} of {size:e}", parameter.name);
     }
 }
 
@@ -157,7 +164,7 @@ fn every_parameter_is_differentiated() {
 }
 
 #[test]
-fn every_split_and_rule_is_differentiated_whatever_the_solver() {
+fn every_split_and_rule_is_differentiated_with_every_solver() {
     let field = |split, model, irreversibility, quadrature| PhaseField {
         split,
         model,
@@ -186,9 +193,10 @@ fn every_split_and_rule_is_differentiated_whatever_the_solver() {
     }
 }
 
-/// Up, half the way back, and up again further: damage that is kept does not follow.
+/// The specimen is loaded, unloaded by half, and loaded further. During unloading, irreversible damage is at its lower
+/// bound, and the derivative of damage is the derivative of the bound.
 #[test]
-fn damage_that_is_held_moves_with_what_holds_it() {
+fn damage_at_its_lower_bound_has_the_derivative_of_the_bound() {
     for irreversibility in [FREE, KEPT] {
         let field = PhaseField { irreversibility, ..phase_field(Split::None) };
         let down = |time_s: f64| {
@@ -208,13 +216,13 @@ fn damage_that_is_held_moves_with_what_holds_it() {
 }
 
 #[test]
-fn other_laws_mixtures_and_ways_to_solve_are_differentiated() {
+fn other_laws_mixtures_schemes_and_step_controllers_are_differentiated() {
     let three = || all().into_iter().take(3).collect::<Vec<_>>();
-    let mut turns = case(Order::Linear, phase_field(Split::None));
-    turns.options.scheme = Scheme::Alternate;
-    turns.options.alternations = 2000;
-    turns.options.tolerance = 1e-11;
-    assert_differences(&turns.of_grains(), &three(), "in turns");
+    let mut alternate = case(Order::Linear, phase_field(Split::None));
+    alternate.options.scheme = Scheme::Alternate;
+    alternate.options.alternations = 2000;
+    alternate.options.tolerance = 1e-11;
+    assert_differences(&alternate.of_grains(), &three(), "alternate minimisation");
 
     let mut adaptive = case(Order::Linear, phase_field(Split::None));
     adaptive.loading = CompressionTest::new(0.16, Schedule::adaptive(1.0));
@@ -237,29 +245,29 @@ fn other_laws_mixtures_and_ways_to_solve_are_differentiated() {
     }
     let laws = case(Order::Linear, phase_field(Split::VolumetricDeviatoric));
     let shear = [named("shear", 110.0, rubber)];
-    assert_differences(&laws.problem(rubber(110.0)), &shear, "laws of the user");
+    assert_differences(&laws.problem(rubber(110.0)), &shear, "user-defined law");
 }
 
-/// Moduli, toughnesses and viscosities times s give s times the force: Σ θ ∂F/∂θ = F.
+/// If all moduli, toughnesses and viscosities are multiplied by s, the force is multiplied by s: Σ θ ∂F/∂θ = F.
 #[test]
-fn derivatives_add_up_to_the_force() {
+fn derivatives_times_parameters_add_up_to_the_force() {
     for order in [Order::Linear, Order::Quadratic] {
         let all = all();
         let scaled: Vec<&Named> = [0, 1, 2, 5, 6, 7].map(|k| &all[k]).into();
         let problem = case(order, phase_field(Split::VolumetricDeviatoric)).of_grains();
-        let parameters = scaled.iter().map(|of| of.parameter()).collect();
+        let parameters = scaled.iter().map(|named| named.parameter()).collect();
         let outcome = problem.with_sensitivities(parameters).expect("valid").run(&mut ());
         let rows = outcome.curve.iter().zip(&outcome.sensitivities.force_n);
         assert_eq!(rows.len(), STEPS);
         for (point, row) in rows {
-            let sum: f64 = row.iter().zip(&scaled).map(|(d, of)| d * of.value).sum();
+            let sum: f64 = row.iter().zip(&scaled).map(|(d, named)| d * named.value).sum();
             let close = (sum - point.force_n).abs() < 1e-6 * point.force_n;
             assert!(close, "{order:?}: {sum} and {}", point.force_n);
         }
     }
 }
 
-/// AT1 without viscosity in a bar: F ∝ E below ε_c = √(3 Gc/(8 ℓ₀ E)), F ∝ Gc²/E above.
+/// AT1 without viscosity in a bar: F ∝ E for strains below ε_c = √(3 Gc/(8 ℓ₀ E)), and F ∝ Gc²/E for larger strains.
 #[test]
 fn a_uniform_bar_has_the_derivatives_of_its_closed_form() {
     fn bar(young_mpa: f64, toughness: f64) -> Vec<Material> {
@@ -294,7 +302,7 @@ fn a_uniform_bar_has_the_derivatives_of_its_closed_form() {
     assert!((3..10).contains(&broken), "{broken}");
 }
 
-/// A ball that more and more nodes of the top meet.
+/// Returns the problem with a ball that is pressed onto the top, so that more and more nodes are in contact.
 fn under_a_ball(problem: &Problem) -> Problem {
     let centre = [1.1 * RADIUS, 0.8 * RADIUS, HEIGHT + 6.0];
     let ball = Platen::sphere(centre, 6.0).moving(|time_s| [0.0, 0.0, -0.25 * time_s]);
@@ -305,15 +313,17 @@ fn under_a_ball(problem: &Problem) -> Problem {
     problem.with_conditions(conditions).expect("valid conditions")
 }
 
-/// Passes over the pressures end when the forces change by 1e-8: too much for the reach of the others.
-const CONTACT_REACH: f64 = 5e-4;
+/// Relative step of central differences with contact. It is larger than [`RELATIVE_STEP`], because passes over the
+/// contact pressures end when the forces change by 1e-8.
+const CONTACT_RELATIVE_STEP: f64 = 5e-4;
 
-/// The derivatives agree with differences where some nodes of a surface touch and some do not.
+/// Checks that the derivatives agree with differences of runs in which some nodes of a surface are in contact and some
+/// are not.
 fn assert_contact(problem: &Problem, surface: &str, parameters: &[Named], what: &str) {
     let points = &differentiated(problem, parameters).contact[surface];
     let touching = points.iter().filter(|point| point.pressure_mpa > 0.0).count();
     assert!(touching > 2 && touching < points.len(), "{what}: {touching} of {}", points.len());
-    assert_differences_of(CONTACT_REACH, problem, parameters, what);
+    assert_differences_with_step(CONTACT_RELATIVE_STEP, problem, parameters, what);
 }
 
 #[test]
@@ -321,23 +331,24 @@ fn contact_is_differentiated_with_its_pressures() {
     let case = || case(Order::Linear, phase_field(Split::None));
     let options = SolverOptions { tolerance: 1e-10, ..SolverOptions::default() };
     let sliding = Case { options, ..case() }.of_grains();
-    // the ends of a composite lift off here and there
+    // some nodes of the ends of a composite lift off
     let way = loading(0.16, 1.0, STEPS as u32);
     let lifting = between(&sliding, &way, Platens::Unilateral(Friction::none()));
     assert_contact(&lifting, "top", &all()[..3], "plane");
 
-    // elastic: a step that is cut where the ball meets a node leaves no trace
+    // elastic, because then the result does not depend on steps that are reduced when a node comes into contact
     let Case { mesh, order, loading, .. } = case();
     let elastic = with_options(mesh, order, vec![matrix(), grain()], None, loading, options);
     let ball = under_a_ball(&elastic.expect("valid input"));
     assert_contact(&ball, "top", &[0, 5].map(|k| all().swap_remove(k)), "ball");
 }
 
-/// Stiff where its volume grows and next to without any stiffness where it shrinks, but for what presses
-/// back once it has shrunk by a thousandth.
+/// Law that is stiff if the volume increases and has almost no stiffness if the volume decreases.
 #[derive(Debug)]
 struct Foam {
+    /// Stiffness if the volume decreases, MPa.
     flat_mpa: f64,
+    /// Additional bulk stiffness once the volume has decreased by 0.1 %, MPa.
     crushed_mpa: f64,
 }
 
@@ -355,11 +366,12 @@ impl HyperelasticLaw for Foam {
     }
 }
 
-/// Two bodies whose hulls swell and then shrink about the one node within each. In the first, of foams,
-/// that node then has no stiffness any more, or one that is rounding beside the second's, but a
-/// force on it for every crushed modulus other than zero.
+/// Two bodies with prescribed displacements of their surface expand and then shrink; each has one inner node. In the first
+/// body, which consists of foams, the inner node then has no stiffness, or a stiffness below the rounding error of the
+/// second body's stiffness. If the crushed modulus is not zero, there is a force on that node, so that the tangent is
+/// singular and the derivative with respect to the crushed modulus does not exist.
 #[test]
-fn derivatives_end_where_the_tangent_is_singular_and_the_run_goes_on() {
+fn derivatives_end_at_a_singular_tangent_and_the_run_continues() {
     let mut mesh = prism(2, false);
     let centre = mesh.nodes[13];
     mesh.regions.extend(["upper".into(), "solid".into()]);
@@ -381,7 +393,7 @@ fn derivatives_end_where_the_tangent_is_singular_and_the_run_goes_on() {
     };
     let sides = hull.iter().filter(|face| !twice(face) && !level(face)).copied().collect();
     mesh.surfaces.insert("sides".into(), sides);
-    // the solid one is a copy that has the last corner in common
+    // the second, solid body is a copy of the first; the bodies have one common corner
     let (nodes, tets) = (mesh.nodes.len() as u32 - 1, mesh.tets.len());
     let (first, last) = (mesh.nodes[0], mesh.nodes[nodes as usize]);
     let copied = mesh.nodes[1..].iter().map(|x| [0, 1, 2].map(|k| x[k] + last[k] - first[k]));
@@ -419,7 +431,7 @@ fn derivatives_end_where_the_tangent_is_singular_and_the_run_goes_on() {
             .materials(foams(flat_mpa, 0.0))
             .conditions(conditions.clone())
             .schedule(Schedule::fixed(1.0, 10))
-            // an error of the first states would be continued to those at which no tangent can mend it
+            // solve accurately, because errors of the first states could not be corrected when the tangent is singular
             .options(SolverOptions { linear, linear_tolerance: 1e-10, ..SolverOptions::default() })
             .build()
             .and_then(|problem| {
@@ -435,7 +447,7 @@ fn derivatives_end_where_the_tangent_is_singular_and_the_run_goes_on() {
 }
 
 #[test]
-fn what_has_no_derivatives_is_refused_with_what_helps() {
+fn sensitivities_that_are_not_supported_are_rejected_with_the_remedy() {
     let problem = |field| case(Order::Linear, field).of_grains();
     let young = || all()[0].parameter();
     let refused = |problem: &Problem, parameters: Vec<MaterialParameter>, parts: &[&str]| {
@@ -458,12 +470,16 @@ fn what_has_no_derivatives_is_refused_with_what_helps() {
     let sliding = problem(plain);
     let rough = Friction { coefficient: 0.1, ..Friction::none() };
     let rubs = between(&sliding, &loading(0.16, 1.0, 8), Platens::Unilateral(rough));
-    refused(&rubs, vec![young()], &["friction", "without them"]);
+    refused(&rubs, vec![young()], &["friction", "without friction"]);
 
     refused(&sliding, vec![young(), young()], &["two parameters", "'young'"]);
     let stale =
         MaterialParameter::new("young", 300.0, |x| vec![elastic(matrix(), x, 0.25), grain()]);
-    refused(&sliding, vec![stale], &["'young'", "'matrix'", "275", "around the materials"]);
+    refused(
+        &sliding,
+        vec![stale],
+        &["'young'", "'matrix'", "275", "below and above the materials"],
+    );
     let none = MaterialParameter { width: 0.0, ..young() };
     refused(&sliding, vec![none], &["width = 0", "positive"]);
     let few = MaterialParameter::new("young", 275.0, |x| vec![elastic(matrix(), x, 0.25)]);

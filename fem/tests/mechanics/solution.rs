@@ -1,4 +1,4 @@
-//! The way through a run: schemes, steps, fallbacks, linear solvers, interrupts, threads.
+//! Solution of a run: schemes, steps, fallbacks, linear solvers, interruptions, threads.
 
 use std::ops::ControlFlow;
 
@@ -31,14 +31,15 @@ fn alternate_minimisation_reaches_the_same_equilibrium() {
     };
     let newton = run(Scheme::Monolithic, 30);
     let alternate = run(Scheme::Alternate, 30);
-    // with three iterations Newton fails in places: alternate minimisation or shorter steps must help
+    // with a limit of three iterations, Newton's method fails in some steps, so that alternate minimisation or shorter
+    // steps are necessary
     let helped = run(Scheme::Monolithic, 3);
     assert!(helped.effort.fallbacks > 0, "{:?}", helped.effort);
     assert_eq!((newton.effort.fallbacks, newton.effort.cuts), (0, 0));
     for outcome in [&alternate, &helped] {
         assert_eq!(outcome.curve.len(), 20, "{:?}", outcome.end);
         for (a, b) in newton.curve.iter().zip(&outcome.curve) {
-            // where steps were cut, the time rule differs a little
+            // if steps were reduced, the error of the time integration differs slightly
             let tolerance = if outcome.effort.cuts > 0 { 2e-2 } else { 1e-6 };
             assert!(
                 (a.force_n - b.force_n).abs() < tolerance * a.force_n,
@@ -50,8 +51,8 @@ fn alternate_minimisation_reaches_the_same_equilibrium() {
 }
 
 #[test]
-fn steps_that_fail_are_cut_and_land_on_the_points_asked_for() {
-    // one alternation is never enough to help, few iterations often fail: only shorter steps help
+fn failed_steps_are_reduced_and_the_requested_points_are_reached() {
+    // four iterations often fail and one alternation never converges, so that only shorter steps converge
     let options = SolverOptions { iterations: 4, alternations: 1, ..SolverOptions::default() };
     let test = with_options(
         prism(2, true),
@@ -69,7 +70,7 @@ fn steps_that_fail_are_cut_and_land_on_the_points_asked_for() {
 }
 
 #[test]
-fn adaptive_steps_find_the_peak_and_stop_below_it() {
+fn adaptive_steps_reach_the_peak_and_stop_below_it() {
     let adaptive = CompressionTest::new(0.3, Schedule::adaptive(1.5).stop_below_peak(0.1));
     let make = |loading| {
         test(
@@ -100,7 +101,7 @@ fn adaptive_steps_find_the_peak_and_stop_below_it() {
 }
 
 #[test]
-fn multigrid_follows_the_factor_past_the_peak() {
+fn multigrid_and_the_sparse_factor_agree_beyond_the_peak() {
     for order in [Order::Linear, Order::Quadratic] {
         let [direct, multigrid] = [LinearScheme::Direct, LinearScheme::Multigrid].map(|linear| {
             let options = SolverOptions { linear, ..SolverOptions::default() };
@@ -124,7 +125,7 @@ fn multigrid_follows_the_factor_past_the_peak() {
     }
 }
 
-/// A cylinder with stiff patches after its first step, and what that took.
+/// Returns the outcome of one step of a cylinder with stiff patches.
 fn patched_cylinder(spacing_mm: f64, order: Order, linear: LinearScheme) -> Outcome {
     let lattice = CylinderLattice { radius_mm: RADIUS, height_mm: HEIGHT, spacing_mm };
     let mut mesh = lattice.build().expect("a mesh");
@@ -142,7 +143,7 @@ fn patched_cylinder(spacing_mm: f64, order: Order, linear: LinearScheme) -> Outc
 }
 
 #[test]
-fn multigrid_does_not_depend_on_the_mesh() {
+fn multigrid_iterations_do_not_depend_on_the_mesh_size() {
     for (order, spacings) in [(Order::Linear, [0.9, 0.55]), (Order::Quadratic, [1.4, 0.9])] {
         let [coarse, fine] = spacings.map(|spacing_mm| {
             let outcome = patched_cylinder(spacing_mm, order, LinearScheme::Multigrid);
@@ -161,7 +162,7 @@ fn threads_change_no_bit_of_a_solution() {
             [
                 patched_cylinder(0.7, Order::Linear, LinearScheme::Direct),
                 patched_cylinder(0.7, Order::Linear, LinearScheme::Multigrid),
-                // more nodes than a thread takes at once
+                // more nodes than a parallel task processes, so that several threads work
                 patched_cylinder(0.7, Order::Quadratic, LinearScheme::Multigrid),
             ]
             .map(|outcome| (outcome.curve, outcome.fields))
@@ -173,7 +174,7 @@ fn threads_change_no_bit_of_a_solution() {
 }
 
 #[test]
-fn a_controller_of_the_user_sees_failures_and_chooses_the_steps() {
+fn a_user_defined_controller_gets_failures_and_chooses_the_steps() {
     #[derive(Debug)]
     struct Thirds;
     impl StepController for Thirds {
@@ -199,7 +200,7 @@ fn a_controller_of_the_user_sees_failures_and_chooses_the_steps() {
         )
         .expect("valid input")
     };
-    // few iterations and no alternation: the first step fails and is cut to a third
+    // with few iterations and one alternation, the first step fails, and the controller reduces it to a third
     let options = SolverOptions { iterations: 4, alternations: 1, ..SolverOptions::default() };
     let outcome = problem(Schedule::new(1.0, Thirds), options).run(&mut ());
     assert!(matches!(outcome.end, End::Displacement), "{:?}", outcome.end);
@@ -221,13 +222,13 @@ fn a_controller_of_the_user_sees_failures_and_chooses_the_steps() {
         let End::Failed(error) = outcome.end else { panic!("{:?}", outcome.end) };
         assert!(error.to_string().contains(part), "{error}");
     };
-    refused(None, "gave up");
+    refused(None, "the step controller ended the run");
     refused(Some(Step::Advance(-0.1)), "step = -0.1 must be positive");
     refused(Some(Step::Release { n_mm: 1.0, guess: 0.1 }), "controls_crack_energy");
 }
 
 #[test]
-fn a_run_that_cannot_go_on_keeps_its_curve_and_says_why() {
+fn a_failed_run_returns_its_curve_and_the_reason() {
     let options = SolverOptions {
         iterations: 1,
         alternations: 1,
@@ -263,7 +264,7 @@ fn a_run_that_cannot_go_on_keeps_its_curve_and_says_why() {
 }
 
 #[test]
-fn an_observer_sees_every_point_and_can_interrupt() {
+fn an_observer_gets_every_point_and_can_interrupt() {
     let test =
         test(prism(1, false), Order::Linear, vec![matrix()], None, loading(0.2, 1.0, 10), 1e-8);
     let mut seen = Vec::new();
@@ -277,7 +278,7 @@ fn an_observer_sees_every_point_and_can_interrupt() {
 }
 
 #[test]
-fn a_loop_of_the_user_is_the_run() {
+fn a_loop_over_the_steps_of_a_stepper_gives_the_outcome_of_run() {
     let test = test(
         prism(2, true),
         Order::Linear,
@@ -299,7 +300,7 @@ fn a_loop_of_the_user_is_the_run() {
     let outcome = run.finish();
     assert!(matches!(outcome.end, End::Displacement), "{:?}", outcome.end);
     assert_eq!((taken, outcome.fields), (6, whole.fields));
-    // left early, it has not ended
+    // a run that the caller finishes early has not ended
     let mut early = test.start();
     early.step().expect("an equilibrium");
     assert!(matches!(early.finish().end, End::Interrupted));

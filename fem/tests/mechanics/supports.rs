@@ -10,7 +10,7 @@ use fem::{
 
 const ORDERS: [Order; 2] = [Order::Linear, Order::Quadratic];
 
-/// A block of 2 × 3 × 4 mm on an uneven grid, with one load step.
+/// Builder of a problem on a block of 2 × 3 × 4 mm with varying grid spacing, with one load step.
 fn builder(order: Order) -> ProblemBuilder {
     let mesh = block([&[0.0, 0.5, 1.3, 2.0], &[0.0, 1.2, 3.0], &even(0.0, 4.0, 3)]);
     Problem::builder(mesh)
@@ -27,9 +27,9 @@ fn run(problem: &Problem) -> Outcome {
 }
 
 #[test]
-fn a_pin_and_an_edge_hold_a_bar_without_force() {
+fn a_pin_and_an_edge_support_a_bar_without_force() {
     for order in ORDERS {
-        // the bottom slides on a plane, the pin holds the origin, and the edge y = z = 0 stays straight
+        // the bottom slides on a plane, the origin is fixed, and the edge y = z = 0 cannot rotate
         let edges = [
             NodeSet::segment([0.0; 3], [2.0, 0.0, 0.0]),
             NodeSet::common("bottom", "front"),
@@ -46,7 +46,7 @@ fn a_pin_and_an_edge_hold_a_bar_without_force() {
                 .measure("top", [0.0, 0.0, 1.0]);
             let problem = builder(order).conditions(conditions).build().expect("valid");
             let outcome = run(&problem);
-            // λ = 1.01: λ_x = λ^−ν about the pin
+            // lateral stretch λ_x = λ^−ν about the origin, for the axial stretch λ = 1.01
             let across = 1.01f64.powf(-0.3) - 1.0;
             for (x, u) in problem.nodes().iter().zip(&outcome.fields.displacement) {
                 let exact = [across * x[0], across * x[1], 0.01 * x[2]];
@@ -65,7 +65,8 @@ fn a_pin_and_an_edge_hold_a_bar_without_force() {
 #[test]
 fn two_line_supports_carry_a_load_by_statics() {
     for order in ORDERS {
-        // a load of 0.006 N on the top, and lines at x = 0 and x = 1.3 mm: moments about the first give 1/1.3
+        // a load of 0.006 N on the top, at x = 1 mm; supports along lines at x = 0 and x = 1.3 mm. The balance of moments
+        // about the line at x = 0 gives the force 0.006 N · 1/1.3 on the other line
         let line = |x: f64| NodeSet::segment([x, 0.0, 0.0], [x, 3.0, 0.0]);
         let conditions = Conditions::new()
             .node_set("left line", line(0.0))
@@ -80,13 +81,13 @@ fn two_line_supports_carry_a_load_by_statics() {
         let problem = builder(order).conditions(conditions).build().expect("valid");
         let outcome = run(&problem);
         let [left, right] = ["left line", "right line"].map(|name| outcome.reactions[name][0][2]);
-        // the load moves with the body, by a fraction of about 1e-4
+        // the tolerance is large because the load moves with the body, by a fraction of about 1e-4
         assert!((left + right - 0.006).abs() < 1e-10, "{order:?}: {left} + {right} N");
         assert!((right - 0.006 / 1.3).abs() < 1e-3 * 0.006, "{order:?}: {right} N");
         let state = problem.evaluate(&outcome.fields).expect("the fields of the problem");
         let again = state.force_n("right line").expect("a node set")[2];
         assert!((again - right).abs() < 1e-10, "{order:?}: {again} and {right} N");
-        // the supports balance the moment of the load about the line at x = 0, whose arm is 1 mm
+        // moment of the load about the line at x = 0, with a lever arm of 1 mm, which the supports balance
         let axis = [0.0, -1.0, 0.0];
         let torque = |name| state.torque_n_mm(name, [0.0; 3], axis).expect("a surface");
         assert!((torque("right line") - 0.006).abs() < 1e-5, "{order:?}: {}", torque("right line"));
@@ -96,7 +97,7 @@ fn two_line_supports_carry_a_load_by_statics() {
 }
 
 #[test]
-fn an_extensometer_measures_between_points_that_are_no_nodes() {
+fn an_extensometer_measures_between_points_that_are_not_nodes() {
     for order in ORDERS {
         let gauge = [[0.31, 1.07, 0.83], [0.97, 0.41, 3.19]];
         let conditions = Conditions::new()
@@ -121,14 +122,14 @@ fn an_extensometer_measures_between_points_that_are_no_nodes() {
 }
 
 #[test]
-fn points_of_curved_elements_are_found_by_their_shape_functions() {
+fn points_in_curved_elements_are_located_by_the_shape_functions() {
     let grains = GrainList::new(vec![Grain::sphere([0.0, 0.0, 2.2], 1.2)], 2.5, 4.4);
     let meshing = Meshing { mode: GrainMode::Conforming, ..Meshing::new(0.8) };
     let mesh = meshing.build(2.5, 4.4, &grains).expect("valid").mesh;
     assert!(!mesh.edge_points.is_empty(), "no curved edges");
     let space = Space::new::<Quadratic>(&mesh, DamageRule::Absent);
     for k in 1..=40 {
-        // points in the cylinder, some of them at the curved surface of the ball
+        // points in the cylinder; some are on the curved surface of the ball
         let along = |multiple: f64| (f64::from(k) * multiple).fract();
         let (radius, angle) = (
             if k % 2 == 0 { 1.2 } else { 2.3 * along(0.755) },
@@ -147,7 +148,7 @@ fn points_of_curved_elements_are_found_by_their_shape_functions() {
 
 #[test]
 fn a_twisted_bar_has_the_torque_of_its_polar_moment() {
-    // the twist of a round bar is exact at small angles: T = G θ' ∫ r² dA
+    // the torque T = G θ' ∫ r² dA of a round bar is exact for small angles
     let (height_mm, angle) = (4.4, 1e-3);
     let mesh =
         CylinderLattice { radius_mm: 2.5, height_mm, spacing_mm: 0.8 }.build().expect("valid");
@@ -169,7 +170,7 @@ fn a_twisted_bar_has_the_torque_of_its_polar_moment() {
     let exact = 40.0 * angle / height_mm * polar;
     assert!((torque("top") / exact - 1.0).abs() < 0.003, "{} N mm, {exact}", torque("top"));
     assert!((torque("top") + torque("bottom")).abs() < 1e-5 * exact, "{}", torque("bottom"));
-    // the work of the torque is the energy: ½ T θ
+    // the energy equals the work of the torque, ½ T θ
     let energy = state.energy_n_mm().expect("an equilibrium");
     assert!((energy / (0.5 * torque("top") * angle) - 1.0).abs() < 1e-4, "{energy} N mm");
     let density = state.elements().expect("an equilibrium");
@@ -179,7 +180,7 @@ fn a_twisted_bar_has_the_torque_of_its_polar_moment() {
 }
 
 #[test]
-fn selections_and_fields_that_do_not_fit_are_refused() {
+fn invalid_selections_and_fields_are_rejected() {
     let refused = |conditions: Conditions| {
         let pulled = conditions.remove_rigid_motions();
         match builder(Order::Linear).conditions(pulled).build().expect_err("refused") {

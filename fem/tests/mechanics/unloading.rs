@@ -1,4 +1,4 @@
-//! Programs that come back to rest, and rigid motions: forces vanish, and the criterion must not.
+//! Unloading to zero, and rigid motions. The forces vanish, but the scale of the convergence test must not vanish.
 
 use crate::support::block::{block, even};
 use crate::support::{RADIUS, grain, matrix, phase_field, prism};
@@ -7,7 +7,7 @@ use fem::{
     Outcome, PhaseField, Problem, Schedule, SolverOptions, Split,
 };
 
-/// Up in four steps, down to zero in four, and up again in two.
+/// Loading history: load in four steps, unload to zero in four steps, load again in two steps.
 fn there_and_back(t: f64) -> f64 {
     match t {
         t if t < 4.0 => t / 4.0,
@@ -43,7 +43,7 @@ fn run(
         .expect("valid");
     let outcome = problem.run(&mut ());
     assert!(matches!(outcome.end, End::Displacement), "{order:?} {field:?}: {:?}", outcome.end);
-    // with platens the state at rest is a kink of every node, which may take shorter steps
+    // with platens, every node changes its contact state at zero load, so that shorter steps may be necessary
     let cuts = outcome.effort.cuts;
     let platens = !outcome.contact.is_empty();
     assert!(cuts == 0 || platens && cuts < 3, "{order:?} {field:?}: {:?}", outcome.effort);
@@ -51,7 +51,7 @@ fn run(
 }
 
 #[test]
-fn an_elastic_body_comes_back_to_rest() {
+fn an_elastic_body_returns_to_zero_load() {
     let solids = vec![Material::hencky(275.0, 0.25), Material::neo_hookean(22_000.0, 0.25)];
     for order in [Order::Linear, Order::Quadratic] {
         for linear in [LinearScheme::Direct, LinearScheme::Multigrid] {
@@ -60,7 +60,7 @@ fn an_elastic_body_comes_back_to_rest() {
                 let outcome = run(order, solids.clone(), None, pressed(0.1), options);
                 let (most, rest) = (outcome.curve[3].force_n, outcome.curve[7]);
                 assert!(rest.force_n.abs() <= 10.0 * tolerance * most, "{rest:?}");
-                // the way back is the way there
+                // loading again gives the force of the first loading
                 assert!((outcome.curve[9].force_n / outcome.curve[1].force_n - 1.0).abs() < 1e-5);
             }
         }
@@ -68,7 +68,7 @@ fn an_elastic_body_comes_back_to_rest() {
 }
 
 #[test]
-fn a_damaged_body_comes_back_to_rest() {
+fn a_damaged_body_returns_to_zero_load() {
     use Irreversibility::{ActiveSet, History, None as Heals};
     let at1 = |irreversibility| PhaseField {
         model: CrackDensity::At1,
@@ -95,7 +95,7 @@ fn a_damaged_body_comes_back_to_rest() {
 }
 
 #[test]
-fn a_load_is_taken_off_again() {
+fn a_traction_is_removed() {
     let solids = vec![Material::hencky(275.0, 0.25), Material::hencky(22_000.0, 0.25)];
     let conditions = Conditions::new()
         .fix("bottom", Axis::ALL)
@@ -110,7 +110,7 @@ fn a_load_is_taken_off_again() {
 }
 
 #[test]
-fn platens_let_go_of_a_body_at_rest() {
+fn unilateral_platens_lift_off_at_zero_load() {
     let solids = vec![Material::hencky(275.0, 0.25), Material::hencky(22_000.0, 0.25)];
     let platen = |level: f64, up: f64| fem::Platen::plane([0.0, 0.0, level], [0.0, 0.0, up]);
     let top = platen(4.4, -1.0).moving(|t| [0.0, 0.0, -0.05 * there_and_back(t)]);
@@ -125,8 +125,8 @@ fn platens_let_go_of_a_body_at_rest() {
 }
 
 #[test]
-fn a_rigid_motion_takes_no_force() {
-    // a translation, and a turn by 60° in ten steps, prescribed on all faces
+fn a_rigid_motion_needs_no_force() {
+    // a translation, and a rotation by 60° in ten steps, prescribed on all faces
     let turn = |x: [f64; 3], t: f64| {
         let (sin, cos) = (t * 0.1 * std::f64::consts::FRAC_PI_3).sin_cos();
         [cos * x[0] - sin * x[1] - x[0], sin * x[0] + cos * x[1] - x[1], 0.0]

@@ -1,4 +1,4 @@
-//! What devices promise, on this machine as a device.
+//! Properties that every device must have, tested with this machine as the device.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -12,7 +12,7 @@ use fem::{
 };
 
 #[test]
-fn a_kernel_is_run_for_each_item_once() {
+fn a_kernel_runs_once_for_each_item() {
     let Some(device) = test_device() else { return };
     let parameters =
         [("double", "a"), ("index", "shift"), ("const double *", "x"), ("double *", "y")];
@@ -32,14 +32,14 @@ fn a_kernel_is_run_for_each_item_once() {
 }
 
 #[test]
-fn a_kernel_that_is_not_c_is_refused_in_the_compilers_words() {
+fn the_error_of_a_kernel_that_is_not_c_contains_the_message_of_the_compiler() {
     let Some(device) = test_device() else { return };
     let kernel = Kernel::new("wrong", &[("double *", "y")], "    y[at] = nothing;\n");
     let error = device.compile(&[kernel]).expect_err("it is not declared");
     assert!(error.to_string().contains("nothing"), "{error}");
 }
 
-/// The host with so much memory.
+/// The host as a device with limited memory.
 #[derive(Debug)]
 struct Small {
     host: Host,
@@ -65,7 +65,7 @@ impl Device for Small {
 }
 
 #[test]
-fn the_processor_goes_on_where_a_device_fails() {
+fn the_processor_continues_after_a_failure_of_the_device() {
     let Ok(host) = Host::new() else { return println!("SKIPPED: no C compiler") };
     drop(host);
     let run = |device: Option<ComputeDevice>| {
@@ -92,7 +92,8 @@ fn the_processor_goes_on_where_a_device_fails() {
     };
     let (_, expected) = run(None);
     let highest = expected.iter().map(|p| p.force_n).fold(0.0, f64::max);
-    // at once, with the vectors of the levels, with the hierarchy, in the midst of a solution; and enough
+    // memory so small that the device fails: at once, when it allocates the vectors of the levels, when it stores the
+    // hierarchy, and during a solution; 100 MB are sufficient
     for megabytes in [0, 2, 4, 6, 100] {
         let left = AtomicUsize::new(megabytes << 20);
         let small = Small { host: Host::new().expect("as before"), left };
@@ -102,7 +103,7 @@ fn the_processor_goes_on_where_a_device_fails() {
         assert!(
             whole
                 || machine.ends_with("the device failed: no memory is left")
-                || machine.ends_with("the device failed there: no memory is left"),
+                || machine.ends_with("the device failed to compute residuals: no memory is left"),
             "{machine}"
         );
         assert_eq!(curve.len(), expected.len());

@@ -1,4 +1,4 @@
-//! Residual and tangent on the host as a device, against the processor's.
+//! Residual and tangent computed on the host as a device, compared with the results of the processor.
 
 use super::nvrtc::assert_compiles_for_a_card;
 use super::*;
@@ -7,13 +7,13 @@ use fem::device::{Array, ComputeDevice, source};
 use fem::operator::equations_kernels;
 
 #[track_caller]
-fn assert_near(found: &[f64], expected: &[f64], bound: f64, what: &str) {
+fn assert_near(computed: &[f64], expected: &[f64], bound: f64, what: &str) {
     let largest = expected.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-    let error = found.iter().zip(expected).fold(0.0f64, |m, (a, b)| m.max((a - b).abs()));
+    let error = computed.iter().zip(expected).fold(0.0f64, |m, (a, b)| m.max((a - b).abs()));
     assert!(largest > 0.0 && error <= bound * largest, "{what}: {error} of {largest}");
 }
 
-/// Residual, energies, product, diagonal and linear tangent of a mesh by both.
+/// Compares residual, energies, product, diagonal and tangent of the linear shape functions of device and processor.
 fn compare<const N: usize, T: Element<N>>(
     device: &ComputeDevice,
     form: Form,
@@ -35,21 +35,21 @@ fn compare<const N: usize, T: Element<N>>(
         damage: (0..nodes).map(|_| 0.5 + random(0.4)).collect(),
     };
     let before: Vec<f64> = fields.damage.iter().map(|phi| phi - 0.1).collect();
-    // about half of the points have had a larger driving energy
+    // at about half of the points, the largest earlier driving energy exceeds the current driving energy
     let points = if state_len(&materials) == 1 { here.domain().points() } else { 0 };
     let state: Vec<f64> = (0..points).map(|_| 0.05 + random(0.05)).collect();
     let context = StepContext { state: &state, ..StepContext::new(&before, 0.1) };
     let increment = Increment { materials: &materials, fields: &fields, context };
 
-    let [mut expected, mut found] = [Residual::new(nodes), Residual::new(nodes)];
+    let [mut expected, mut computed] = [Residual::new(nodes), Residual::new(nodes)];
     here.residual(&increment, &mut expected).expect("no element is inverted");
-    there.residual(&increment, &mut found).expect("no element is inverted");
+    there.residual(&increment, &mut computed).expect("no element is inverted");
     assert_eq!(lost(), None, "{what}");
-    assert_near(found.nodal.as_flattened(), expected.nodal.as_flattened(), 1e-12, &what);
-    assert_near(&found.drive, &expected.drive, 1e-12, &what);
+    assert_near(computed.nodal.as_flattened(), expected.nodal.as_flattened(), 1e-12, &what);
+    assert_near(&computed.drive, &expected.drive, 1e-12, &what);
     let energies = |r: &Residual| [r.elastic, r.fracture, r.viscous];
-    for (found, expected) in energies(&found).into_iter().zip(energies(&expected)) {
-        assert_near(&[found], &[expected], 1e-13, &what);
+    for (computed, expected) in energies(&computed).into_iter().zip(energies(&expected)) {
+        assert_near(&[computed], &[expected], 1e-13, &what);
     }
 
     let product = |operator: &dyn Operator| {
@@ -62,7 +62,7 @@ fn compare<const N: usize, T: Element<N>>(
     let x: Vec<[f64; 4]> = (0..nodes).map(|_| std::array::from_fn(|_| random(1.0))).collect();
     let vertices = mesh.nodes.len();
     let pattern = Arc::new(Pattern::new(&mesh.tets, vertices));
-    let of = |operator: &dyn Operator| {
+    let results = |operator: &dyn Operator| {
         let mut product = product(operator);
         let from = Array::of(device, x.as_flattened()).expect("memory");
         let mut to = Array::zeros(device, 4 * nodes).expect("memory");
@@ -77,8 +77,8 @@ fn compare<const N: usize, T: Element<N>>(
         product.add_linear(&mut linear).expect("it is read");
         (y, back, diagonal, linear.blocks)
     };
-    let (y, back, diagonal, linear) = of(there.as_ref());
-    let expected = of(here.as_ref());
+    let (y, back, diagonal, linear) = results(there.as_ref());
+    let expected = results(here.as_ref());
     assert_near(&y, &expected.0, 1e-12, &what);
     assert_near(back.as_flattened(), &expected.0, 1e-12, &what);
     assert_near(diagonal.as_flattened(), expected.2.as_flattened(), 1e-12, &what);
@@ -86,11 +86,11 @@ fn compare<const N: usize, T: Element<N>>(
     let [linear, expected]: [Vec<f64>; 2] = [flat(&linear), flat(&expected.3)];
     assert_near(&linear, &expected, 1e-12, &what);
 
-    // an inverted element is found on the device
+    // the device detects an inverted element
     let mut folded = fields.clone();
     folded.displacement[nodes / 2] = [3.0; 3];
     let increment = Increment { fields: &folded, ..increment };
-    assert!(there.residual(&increment, &mut found).is_err(), "{what}");
+    assert!(there.residual(&increment, &mut computed).is_err(), "{what}");
     assert_eq!(lost(), None, "{what}");
 }
 
@@ -113,13 +113,13 @@ fn a_device_computes_residual_and_tangent_of_every_kind_of_element() {
     let history = PhaseField { irreversibility: Irreversibility::History, ..at2 };
     compare::<10, Quadratic>(&device, Form::Plain, DamageRule::Vertex, (hencky, history));
     compare::<4, Linear>(&device, Form::ALL[4], DamageRule::Vertex, (hencky, history));
-    // a law of the crate and a law given by its energy in one mesh
+    // a built-in law and a user-defined law given by its energy in one mesh
     compare::<4, Linear>(&device, form, DamageRule::Vertex, (mixed, volumetric));
     compare::<10, Quadratic>(&device, form, DamageRule::Consistent, (mixed, at2));
 }
 
 #[test]
-fn the_equations_compile_for_a_card() {
+fn the_kernels_of_the_equations_compile_for_a_graphics_card() {
     let mesh = cube(2, &mut Xoshiro256PlusPlus::seed_from_u64(7));
     let space = Space::new::<Quadratic>(&mesh, DamageRule::Vertex);
     assert_compiles_for_a_card(&source(&equations_kernels(&space.rule)));

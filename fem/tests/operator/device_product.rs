@@ -1,4 +1,4 @@
-//! The recorded product on the host as a device, against the processor's.
+//! The tangent product, recorded as a kernel and run on the host as a device, compared with the result of the processor.
 
 use super::nvrtc::assert_compiles_for_a_card;
 use super::*;
@@ -6,7 +6,7 @@ use crate::test_device::test_device;
 use fem::device::{Array, ComputeDevice, source};
 use fem::operator::product_kernels;
 
-/// A state of a mesh, and its product on the processor and on the device.
+/// Compares products with the tangent at random fields, computed on the processor and on the device.
 fn compare<const N: usize, T: Element<N>>(
     device: &ComputeDevice,
     form: Form,
@@ -60,7 +60,7 @@ fn a_device_applies_the_tangent_of_every_kind_of_element() {
 }
 
 #[test]
-fn the_product_compiles_for_a_card() {
+fn the_kernels_of_the_product_compile_for_a_graphics_card() {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(7);
     let assembly =
         Assembly::new(Space::new::<Quadratic>(&cube(2, &mut rng), DamageRule::Consistent));

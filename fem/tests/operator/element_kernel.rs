@@ -1,4 +1,5 @@
-//! The element kernel against its own energy over dual numbers, and lanes against single elements.
+//! The element kernel compared with derivatives of its energy by dual numbers, and SIMD lanes compared with single
+//! elements.
 
 use num_dual::HyperDual64;
 use rand::{Rng, SeedableRng};
@@ -23,7 +24,7 @@ use fem::{Mixture, TetMesh};
 const RULES: [DamageRule; 4] =
     [DamageRule::Absent, DamageRule::Vertex, DamageRule::Consistent, DamageRule::Eleven];
 
-/// A pulled and a pressed part, `size` of it, with some damage.
+/// Random fields: one part of the mesh in tension and one in compression, with strains of about `size`, and some damage.
 fn random_fields<const N: usize>(space: &Space<N>, size: f64, rng: &mut impl Rng) -> Fields {
     let mut random = |size: f64| size * rng.random_range(-1.0..1.0);
     let displacement = space.nodes.iter().map(|x| {
@@ -34,7 +35,7 @@ fn random_fields<const N: usize>(space: &Space<N>, size: f64, rng: &mut impl Rng
     Fields { displacement, damage: (0..space.nodes.len()).map(|_| 0.5 + random(0.4)).collect() }
 }
 
-/// The materials for a rule: without one, nothing can be damaged.
+/// Returns the materials for a damage rule; without a damage rule, no material can be damaged.
 fn materials_for(rule: DamageRule, law: Law, field: PhaseField) -> Vec<PointMaterial> {
     let absent = rule == DamageRule::Absent;
     // the stiff region is elastic
@@ -48,13 +49,14 @@ fn blocks_of<const N: usize>(rule: &Rule, plain: bool, numbers: &[f64]) -> Block
     blocks
 }
 
-/// What elements are besides straight ones of one phase.
+/// Kinds of elements in a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Form {
+    /// All elements are straight and have one phase.
     Plain,
     /// Some edges are curved.
     Curved,
-    /// Some tetrahedra are mixtures, by the given rule, and some edges curved.
+    /// Some tetrahedra are mixed, with this homogenisation rule, and some edges are curved.
     Mixed(Homogenisation),
 }
 
@@ -71,7 +73,7 @@ impl Form {
         if let Self::Mixed(rule) = self { rule } else { Homogenisation::default() }
     }
 
-    /// Gives a mesh of two regions this form.
+    /// Changes a mesh of two regions so that it has elements of this kind.
     pub(super) fn shape(self, mut mesh: TetMesh, rng: &mut impl Rng) -> TetMesh {
         if self == Self::Plain {
             return mesh;
@@ -97,13 +99,13 @@ impl Form {
             };
             mesh.mixture = Some(mesh.region_of.iter().enumerate().map(of_tet).collect());
         }
-        mesh.validate().expect("a sound mesh");
+        mesh.validate().expect("a valid mesh");
         mesh
     }
 }
 
-/// Residual and blocks are the first and second derivatives of the energy, which dual numbers give
-/// without differences: by two random directions d and e, R·d and dᵀ K e.
+/// Checks that the residual R and the tangent blocks K are the first and second derivatives of the energy. Dual numbers
+/// give the exact derivatives R·d and dᵀ K e along two random directions d and e.
 fn assert_derivatives<const N: usize, T: Tetrahedron<N>>(
     form: Form,
     rule: DamageRule,
@@ -182,7 +184,7 @@ fn assert_derivatives<const N: usize, T: Tetrahedron<N>>(
                 for i in 0..4 {
                     for j in 0..4 {
                         let k = if b <= a { blocks[a][b][i][j] } else { blocks[b][a][j][i] };
-                        // without damage points there is no damage
+                        // without damage points, damage is not an unknown
                         let absent = rule == DamageRule::Absent && (i == 3 || j == 3);
                         curvature += if absent { 0.0 } else { d[a][i] * k * e[b][j] };
                         size = size.max(k.abs());
@@ -213,7 +215,7 @@ fn the_element_kernel_differentiates_its_own_energy() {
         (Material::neo_hookean, PhaseField { split: Split::VolumetricDeviatoric, ..at2 }),
     ];
     for (k, (law, field)) in forms.into_iter().enumerate() {
-        // mixtures are of Hencky's law
+        // mixtures are implemented for Hencky's law only
         for form in if k < 3 { &Form::ALL[..] } else { &Form::ALL[..2] } {
             for rule in RULES {
                 assert_derivatives::<4, Linear>(*form, rule, law, field);
@@ -223,7 +225,8 @@ fn the_element_kernel_differentiates_its_own_energy() {
     }
 }
 
-/// The greatest |x − y| is round-off of the greatest |y|, or of what cancelled in it.
+/// Checks that the largest |x − y| is a rounding error of the largest |y|, or of terms of the size `cancelled` that
+/// cancel in y.
 fn assert_near(pairs: impl Iterator<Item = (f64, f64)>, what: &str, cancelled: f64) {
     let [error, size] = pairs.fold([0.0f64; 2], |[d, m], (x, y)| {
         assert!(x.is_finite());
@@ -232,8 +235,8 @@ fn assert_near(pairs: impl Iterator<Item = (f64, f64)>, what: &str, cancelled: f
     assert!(error <= 1e-12 * size + 1e-15 * cancelled, "{what}: {error:e} of {size:e}");
 }
 
-/// Elements side by side give what each gives alone, with any laws next to each other, with a
-/// history too, and where the last batch is not full.
+/// Checks that elements computed in SIMD lanes give the results of single elements: with different laws in one vector,
+/// with a history, and with an incomplete last vector.
 fn assert_as_alone<const N: usize, T: Element<N>>(
     form: Form,
     rule: DamageRule,
@@ -247,18 +250,18 @@ fn assert_as_alone<const N: usize, T: Element<N>>(
     let operator = T::operator(Assembly::new(space.clone()).homogenised(form.rule()));
     for size in [1.0, 1e-4, 1e-9] {
         let fields = random_fields(&space, size, &mut rng);
-        // energies of second order are differences of terms of first order
+        // the energies are of second order in the strains, but are differences of terms of first order
         let stress = 2000.0 * 0.1 * size;
         let history: Vec<f64> =
             (0..tets * points).map(|_| 3.0 * size * size * rng.random::<f64>()).collect();
         for irreversibility in [Irreversibility::None, Irreversibility::History] {
             let materials = materials_for(rule, law, PhaseField { irreversibility, ..field });
-            let kept = state_len(&materials) == 1;
+            let has_history = state_len(&materials) == 1;
             assert_eq!(
-                kept,
+                has_history,
                 irreversibility == Irreversibility::History && rule != DamageRule::Absent
             );
-            let state = if kept { &history[..] } else { &[] };
+            let state = if has_history { &history[..] } else { &[] };
             let context = StepContext { state, ..StepContext::new(&fields.damage, 0.1) };
             let increment = Increment { materials: &materials, fields: &fields, context };
             let gather = Gather::new(&space, form.rule(), &increment);
@@ -278,11 +281,11 @@ fn assert_as_alone<const N: usize, T: Element<N>>(
                     drive[node as usize] += one.drive[a];
                 }
                 (0..3).for_each(|k| energies[k] += one.energies[k]);
-                if kept {
-                    let mut own = [0.0; MOST_POINTS];
-                    assert_eq!(alone.update(&mut own), 1.0);
+                if has_history {
+                    let mut single = [0.0; MOST_POINTS];
+                    assert_eq!(alone.update(&mut single), 1.0);
                     let range = tet * points..(tet + 1) * points;
-                    let many = driving[range.clone()].iter().zip(&own[..points]);
+                    let many = driving[range.clone()].iter().zip(&single[..points]);
                     assert_near(many.map(|(x, y)| (*x, *y)), "driving energies", stress);
                     assert!(
                         driving[range.clone()].iter().zip(&history[range]).all(|(x, y)| x >= y)
@@ -310,12 +313,13 @@ fn assert_as_alone<const N: usize, T: Element<N>>(
                     let mut buffers = Buffers::new(());
                     let mut alone = gather.elements::<f64>((), tets, &mut buffers);
                     alone.plain = plain;
-                    let mut own = vec![0.0; numbers.len()];
-                    linearise::<_, _, false, N>(&alone, true, &mut own, &mut [0.0]);
-                    // axes may be those of another order of equal strains: compare what they mean
+                    let mut single = vec![0.0; numbers.len()];
+                    linearise::<_, _, false, N>(&alone, true, &mut single, &mut [0.0]);
+                    // for equal principal strains, the order of the principal axes may differ: compare the tangent
+                    // blocks, which do not depend on the order
                     let side: Vec<f64> = numbers.iter().map(|number| number[lane]).collect();
-                    let [side, own]: [Blocks<f64, N>; 2] =
-                        [side, own].map(|numbers| blocks_of::<N>(&space.rule, plain, &numbers));
+                    let [side, single]: [Blocks<f64, N>; 2] =
+                        [side, single].map(|numbers| blocks_of::<N>(&space.rule, plain, &numbers));
                     for part in
                         [|i, j| i < 3 && j < 3, |i, j| (i < 3) != (j < 3), |i, j| i + j == 6]
                     {
@@ -323,7 +327,7 @@ fn assert_as_alone<const N: usize, T: Element<N>>(
                         let entries = (0..16).filter(|e| part(e / 4, e % 4));
                         let pairs = entries.flat_map(|e| {
                             let (i, j) = (e / 4, e % 4);
-                            let all = side.as_flattened().iter().zip(own.as_flattened());
+                            let all = side.as_flattened().iter().zip(single.as_flattened());
                             all.map(move |(x, y)| (x[i][j], y[i][j]))
                         });
                         assert_near(pairs, "tangent", 0.0);
@@ -337,7 +341,7 @@ fn assert_as_alone<const N: usize, T: Element<N>>(
 }
 
 #[test]
-fn elements_side_by_side_equal_elements_alone() {
+fn elements_in_simd_lanes_equal_single_elements() {
     let at2 = PhaseField::new(0.3);
     let forms = [
         (Material::hencky as Law, PhaseField { split: Split::Spectral, ..at2 }),

@@ -1,5 +1,7 @@
-//! Residual and tangent of a whole mesh, and the devices that compute them. These tests use the modules that
-//! `fem` hides. They are apart from the unit tests, where the element kernels would be compiled once more.
+//! Residual and tangent of a whole mesh, on the processor and on devices.
+//!
+//! These tests use hidden modules of `fem`. They are separate from the unit tests, because the unit tests would compile
+//! the element kernels a second time.
 
 mod device;
 mod device_equations;
@@ -25,10 +27,10 @@ use fem::material::{
 };
 use fem::operator::*;
 
-/// A law for Young's modulus and Poisson's ratio.
+/// Function from Young's modulus (MPa) and Poisson's ratio to a material.
 type Law = fn(f64, f64) -> Material;
 
-/// A unit cube of n³ cells, six tetrahedra each, its inner nodes moved at random; two regions.
+/// Mesh of a unit cube with two regions: n³ cells of six tetrahedra; inner nodes are shifted at random.
 fn cube(n: usize, rng: &mut impl Rng) -> TetMesh {
     let at = |i: usize, j: usize, k: usize| (i + (n + 1) * (j + (n + 1) * k)) as u32;
     let mut mesh = TetMesh { regions: vec!["soft".into(), "stiff".into()], ..TetMesh::default() };
@@ -50,11 +52,11 @@ fn cube(n: usize, rng: &mut impl Rng) -> TetMesh {
             mesh.region_of.push(u16::from((i + j + k) % 2 == 0));
         }
     }
-    mesh.validate().expect("a sound mesh");
+    mesh.validate().expect("a valid mesh");
     mesh
 }
 
-/// A law written out in the soft region, and one of the user in the stiff one.
+/// Returns a built-in law for the soft region, and a user-defined law for the stiff region.
 fn mixed(young: f64, poisson: f64) -> Material {
     if young < 1000.0 {
         return Material::neo_hookean(young, poisson);
@@ -75,8 +77,8 @@ fn materials(law: Law, field: PhaseField, stiff_damages: bool) -> Vec<PointMater
     [soft, stiff].iter().map(|m| m.at_point(Some(&field))).collect()
 }
 
-/// Elements whose operator is compiled with `fem`. An `Assembly` that a test calls itself would have all its
-/// element kernels compiled again with the test.
+/// Elements with an operator that is compiled in `fem`. If a test called `Assembly` directly, the test would compile all
+/// element kernels again.
 trait Element<const N: usize>: Tetrahedron<N> + 'static {
     fn operator(assembly: Assembly<N>) -> Arc<dyn Operator>;
 }
@@ -93,7 +95,7 @@ impl Element<10> for Quadratic {
     }
 }
 
-/// Taylor test of the potential whose derivatives residual and tangent are.
+/// Taylor test: residual and tangent are the first and second derivatives of the potential.
 fn assert_taylor<const N: usize, T: Element<N>>(
     form: Form,
     rule: DamageRule,
@@ -109,7 +111,7 @@ fn assert_taylor<const N: usize, T: Element<N>>(
     let pattern = Arc::new(Pattern::new(&space.tets, nodes));
     let operator = T::operator(Assembly::new(space).homogenised(form.rule()));
 
-    // a compressed state, so that the split is on one side of its kink
+    // a compressed state, far from the kink of the split at tr ε = 0
     let mut random_fields = |size: f64, damage: std::ops::Range<f64>| Fields {
         displacement: operator
             .domain()
@@ -169,7 +171,7 @@ fn assert_taylor<const N: usize, T: Element<N>>(
     }
 }
 
-/// The matrix-free product and diagonal against the assembled matrix, with any number of threads.
+/// Compares the matrix-free product and diagonal with the assembled matrix, for several numbers of threads.
 fn assert_matrix_free(operator: &dyn Operator, increment: &Increment, tangent: &Tangent) {
     let nodes = operator.domain().nodes();
     let layout = Arc::new(Layout::new(operator.domain()));
@@ -221,7 +223,7 @@ fn residual_and_tangent_are_derivatives_of_the_energy() {
         (mixed, PhaseField { split: Split::VolumetricDeviatoric, ..at2 }),
     ];
     for (k, (law, field)) in forms.into_iter().enumerate() {
-        // mixtures are of Hencky's law
+        // mixtures are implemented for Hencky's law only
         for form in [Form::Plain, Form::ALL[if k < 3 { 2 + k } else { 1 }]] {
             for stiff_damages in [true, false] {
                 for rule in [DamageRule::Vertex, DamageRule::Consistent, DamageRule::Eleven] {
@@ -233,7 +235,8 @@ fn residual_and_tangent_are_derivatives_of_the_energy() {
     }
 }
 
-/// Residual, energies, tangent and state of a mesh that is large enough for threads.
+/// Checks that the number of threads does not change residual, energies, tangent and state of a mesh that is large enough
+/// for several threads.
 fn assert_threads_change_nothing<const N: usize, T: Element<N>>(n: usize) {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(11);
     let mesh = cube(n, &mut rng);
@@ -267,7 +270,7 @@ fn assert_threads_change_nothing<const N: usize, T: Element<N>>(n: usize) {
     };
     let (alone, together) = (evaluate(1), evaluate(3));
     assert!(alone == together, "threads change the assembly of {N}-node elements");
-    // an inverted element is found by whichever thread has it
+    // an inverted element is detected by every thread
     let mut folded = fields.clone();
     folded.displacement[nodes / 2] = [3.0; 3];
     let increment = Increment { fields: &folded, ..increment };

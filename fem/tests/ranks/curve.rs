@@ -1,4 +1,4 @@
-//! Runs that several ranks share: here threads in the place of processes.
+//! Curves of runs on several ranks. In these tests, the ranks are threads instead of processes.
 
 use crate::support::column::column;
 use crate::support::{grain, loading, matrix, peak, phase_field, prism};
@@ -12,7 +12,7 @@ pub(crate) fn multigrid() -> SolverOptions {
     SolverOptions { linear: LinearScheme::Multigrid, ..SolverOptions::default() }
 }
 
-/// With linear solutions from which other digits hardly reach the iterations.
+/// Options with linear solutions so accurate that rounding errors hardly change the number of Newton iterations.
 fn careful() -> SolverOptions {
     SolverOptions { linear_tolerance: 1e-3, ..multigrid() }
 }
@@ -36,7 +36,7 @@ pub(crate) fn problem(
         .expect("valid input")
 }
 
-/// Does the same on every rank.
+/// Calls `work` on every rank, each on a thread, and returns the results.
 pub(crate) fn on_ranks<T: Send>(count: usize, work: impl Fn(Ranks) -> T + Sync) -> Vec<T> {
     std::thread::scope(|scope| {
         let work = &work;
@@ -71,10 +71,10 @@ pub(crate) fn assert_same(alone: &Outcome, shared: &Outcome) {
 }
 
 #[test]
-fn any_number_of_ranks_takes_the_same_steps_past_the_peak() {
+fn any_number_of_ranks_takes_the_same_steps_beyond_the_peak() {
     let sliding = Platens::Sliding;
-    // with less friction a body under platens that let go has several ways to break, and single digits decide
-    // whether Newton's method finds one
+    // with less friction, a body that lifts off from platens can break in several ways, and rounding errors decide
+    // whether Newton's method converges
     let rough = Platens::Unilateral(Friction { coefficient: 0.3, ..Friction::none() });
     for (order, platens, counts) in [
         (Order::Quadratic, sliding, &[2, 3, 4][..]),
@@ -91,20 +91,20 @@ fn any_number_of_ranks_takes_the_same_steps_past_the_peak() {
             let all = on_ranks(count, run);
             for shared in &all {
                 assert_same(&alone, shared);
-                // the same bits on every rank
+                // the results are bitwise equal on every rank
                 assert_eq!(shared.curve, all[0].curve);
                 assert_eq!(shared.fields.damage, all[0].fields.damage);
             }
             let (a, b) = (alone.effort, all[0].effort);
             println!("{order:?}, {count} ranks: {b:?} after {a:?}");
-            // a residual may end just above or below the tolerance
+            // because of rounding errors, a residual may be just above or just below the tolerance
             assert!(a.iterations.abs_diff(b.iterations) <= 1 + a.iterations / 100, "{a:?} {b:?}");
             assert!(f64::from(b.linear) < 1.2 * f64::from(a.linear), "{a:?} {b:?}");
         }
     }
 }
 
-/// A snap-back is followed by a constraint that all ranks have to see alike.
+/// Arc-length steps follow a snap-back; their constraint must be equal on all ranks.
 #[test]
 fn ranks_follow_a_snap_back_together() {
     let run = |ranks: Ranks| {
@@ -131,7 +131,7 @@ fn ranks_follow_a_snap_back_together() {
     on_ranks(3, run).iter().for_each(|shared| assert_same(&alone, shared));
 }
 
-/// Loads on faces and in volumes are those of the whole body, however it is cut.
+/// Surface and body loads are the loads of the whole body for any partition.
 #[test]
 fn loads_do_not_depend_on_the_parts() {
     let run = |ranks: Ranks| {

@@ -1,7 +1,7 @@
-//! Runs that several ranks share: here threads in the place of processes.
+//! Runs on several ranks. In these tests, the ranks are threads instead of processes.
 
 #[path = "../support/mod.rs"]
-#[expect(dead_code, reason = "each user takes a part")]
+#[expect(dead_code, reason = "each test uses only some of the functions")]
 mod support;
 
 mod curve;

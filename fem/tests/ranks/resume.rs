@@ -1,4 +1,4 @@
-//! States that ranks save, ranks that are gone, and what is refused.
+//! Checkpoints of several ranks, ranks that end, and unsupported settings.
 
 use std::ops::ControlFlow;
 
@@ -10,7 +10,7 @@ use fem::{
     SolverOptions, Split,
 };
 
-/// A history at the points of elements, or bounds at nodes: both are carried from step to step.
+/// Returns a problem with a state that is carried from step to step: a history at quadrature points, or bounds at nodes.
 fn with_memory(irreversibility: Irreversibility, platens: Platens, ranks: Ranks) -> Problem {
     let field = PhaseField { irreversibility, ..phase_field(Split::None) };
     loading(0.2, 1.0, 8)
@@ -26,7 +26,7 @@ fn with_memory(irreversibility: Irreversibility, platens: Platens, ranks: Ranks)
         .expect("valid input")
 }
 
-/// Runs until so many steps are on the curve.
+/// Observer that ends a run after `steps` steps.
 fn until(steps: usize) -> impl FnMut(&CurvePoint, &Fields) -> ControlFlow<()> {
     let mut left = steps;
     move |_: &CurvePoint, _: &Fields| {
@@ -36,7 +36,7 @@ fn until(steps: usize) -> impl FnMut(&CurvePoint, &Fields) -> ControlFlow<()> {
 }
 
 #[test]
-fn a_state_of_two_ranks_goes_on_with_three_and_with_one() {
+fn a_run_of_two_ranks_resumes_on_three_ranks_and_on_one_rank() {
     let friction =
         Friction { coefficient: 0.1, slip_velocity_mm_per_s: 0.05, drag_mpa_s_per_mm: 0.0 };
     for (irreversibility, platens) in [
@@ -81,7 +81,7 @@ fn assert_same_contact(alone: &Outcome, shared: &Outcome) {
 }
 
 #[test]
-fn a_rank_that_is_gone_ends_the_others_with_the_last_state_named() {
+fn if_a_rank_ends_the_error_of_the_others_names_the_checkpoint() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("run.state");
     let ends = on_ranks(3, |ranks| {
@@ -119,7 +119,7 @@ fn a_rank_that_is_gone_ends_the_others_with_the_last_state_named() {
         Ranks::default(),
     );
     let checkpoint = Checkpoint { path: path.clone(), every: 2 };
-    let run = alone.resume(&checkpoint).expect("the state is sound");
+    let run = alone.resume(&checkpoint).expect("the state is valid");
     assert_eq!(run.curve().len(), 4);
 
     let ends = on_ranks(2, |ranks| {
@@ -158,7 +158,7 @@ fn a_state_that_cannot_be_written_or_read_ends_all_ranks() {
 }
 
 #[test]
-fn what_one_process_alone_can_do_is_refused_by_name() {
+fn settings_that_need_one_process_are_rejected() {
     let refused = |change: &dyn Fn(fem::ProblemBuilder) -> fem::ProblemBuilder, cells: usize| {
         let ranks = Ranks::threads(7).swap_remove(0);
         let builder = loading(0.1, 1.0, 1).builder(prism(cells, false)).expect("a specimen");

@@ -1,20 +1,20 @@
-//! Blocks on a graded grid, with every face a named surface.
-#![allow(dead_code)] // each user takes a part
+//! Meshes of blocks on a graded grid; every face of a block is a named surface.
+#![allow(dead_code)] // each test or benchmark uses only some of the functions
 
 use fem::{Block, HexSplit, TetMesh};
 
-/// The block between the first and the last coordinates, six tetrahedra a cell.
+/// A block with grid planes at these coordinates, mm; each cell is divided into six tetrahedra.
 pub(crate) fn block(grid: [&[f64]; 3]) -> TetMesh {
     let block = Block { planes_mm: grid.map(<[f64]>::to_vec), split: HexSplit::Six };
     block.build().expect("increasing coordinates")
 }
 
-/// n equal cells between two ends.
+/// Coordinates of the planes of n equal cells.
 pub(crate) fn even(from: f64, to: f64, n: usize) -> Vec<f64> {
     (0..=n).map(|k| from + (to - from) * k as f64 / n as f64).collect()
 }
 
-/// `fine` cells of size `h` from zero, then cells that grow by `growth` until `to` is reached.
+/// Coordinates of planes from zero: `fine` cells of size `h`, then cells that grow by the factor `growth` up to `to`.
 pub(crate) fn graded(h: f64, fine: usize, growth: f64, to: f64) -> Vec<f64> {
     let mut points: Vec<f64> = (0..=fine).map(|k| k as f64 * h).collect();
     let mut step = h;

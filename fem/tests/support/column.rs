@@ -7,7 +7,7 @@ use fem::{
 
 use super::{prism, test};
 
-/// A column of unit cross-section with one cell between two levels (mm).
+/// Mesh of a column with a cross-section of 1 mm × 1 mm, and one cell between successive `levels` (mm).
 pub(crate) fn layers(levels: &[f64]) -> TetMesh {
     let mut mesh = prism(1, false);
     mesh.nodes.clear();
@@ -29,7 +29,7 @@ pub(crate) fn layers(levels: &[f64]) -> TetMesh {
     mesh
 }
 
-/// A weak layer of height 0.5 under an elastic one of height 10.
+/// Mesh of a column: a weak layer of height 0.5 mm, below an elastic layer of height 10 mm.
 pub(crate) fn column() -> TetMesh {
     let mut mesh = layers(&[0.0, 0.5, 5.0, 10.5]);
     mesh.region_of.iter_mut().skip(6).for_each(|region| *region = 1);
@@ -37,7 +37,7 @@ pub(crate) fn column() -> TetMesh {
     mesh
 }
 
-/// The column's test by arc-length steps, down to a twentieth of the largest force.
+/// Compression test of the column by arc-length steps, until the force is a twentieth of its maximum.
 pub(crate) fn snap_back(model: CrackDensity) -> Problem {
     let elastic = Material::hencky(100.0, 0.0);
     let weak = elastic.clone().with_fracture(Fracture::new(0.1));

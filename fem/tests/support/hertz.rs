@@ -1,31 +1,34 @@
-//! A rigid ball on an elastic block, a quarter of it, against Hertz's theory.
-#![allow(dead_code)] // each user takes a part
+//! Contact of a rigid ball with an elastic block, compared with Hertz's theory. By symmetry, a quarter is computed.
+#![allow(dead_code)] // each test or benchmark uses only some of the fields
 
 use fem::{Axis, Conditions, Material, Order, Platen, Problem, Schedule, SolverOptions};
 
 use super::block::{block, graded};
 
-/// What a run gives, beside the theory.
+/// Results of a run, and the values of Hertz's theory.
 #[derive(Debug)]
 pub(crate) struct Hertz {
     pub(crate) tets: usize,
-    /// On the whole ball, N.
+    /// Force on the whole ball, N.
     pub(crate) force_n: f64,
-    /// From p² = p₀² (1 − r²/a²) fitted to the nodal pressures, mm.
+    /// Contact radius a of p² = p₀² (1 − r²/a²), fitted to the nodal pressures, mm.
     pub(crate) radius_mm: f64,
+    /// Largest pressure p₀ of the same fit, MPa.
     pub(crate) pressure_mpa: f64,
-    /// a = (3FR/(4E*))^(1/3), mm, and p₀ = 3F/(2πa²), MPa.
+    /// Contact radius a = (3FR/(4E*))^(1/3), mm.
     pub(crate) exact_radius_mm: f64,
+    /// Largest pressure p₀ = 3F/(2πa²), MPa.
     pub(crate) exact_pressure_mpa: f64,
 }
 
 const YOUNG: f64 = 1000.0;
 const POISSON: f64 = 0.3;
-/// Radius of the ball and size of the block, mm.
+/// Radius of the ball, mm.
 const BALL: f64 = 20.0;
+/// Edge length of the quarter block, mm.
 const SIZE: f64 = 8.0;
 
-/// Presses so deep that the contact radius is about 0.6 mm, on `across` elements over it.
+/// Presses the ball into the block until the contact radius is about 0.6 mm, with `across` elements across the radius.
 pub(crate) fn hertz(across: usize, order: Order) -> Hertz {
     let h = 0.6 / across as f64;
     let flat = graded(h, across + across / 3 + 1, 1.35, SIZE);
@@ -59,7 +62,7 @@ pub(crate) fn hertz(across: usize, order: Order) -> Hertz {
         assert!(point.pressure_mpa >= 0.0 && point.gap_mm > -1e-8, "{point:?}");
         assert!(point.pressure_mpa * point.gap_mm.max(0.0) < 1e-6, "{point:?}");
     }
-    // a line through (r², p²) of the nodes well inside
+    // least-squares line through (r², p²) at the nodes with at least 30 % of the largest pressure
     let most = points.iter().map(|p| p.pressure_mpa).fold(0.0, f64::max);
     let [mut n, mut sx, mut sy, mut sxx, mut sxy] = [0.0; 5];
     for point in points.iter().filter(|p| p.pressure_mpa > 0.3 * most) {

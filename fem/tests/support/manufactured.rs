@@ -1,5 +1,5 @@
-//! Manufactured solutions: smooth fields, and by dual numbers the loads that make them exact.
-#![allow(dead_code)] // each user takes a part
+//! Manufactured solutions: smooth fields, and the loads for which they are exact, computed by dual numbers.
+#![allow(dead_code)] // each test or benchmark uses only some of the functions
 
 use fem::{
     Axis, Conditions, DamageQuadrature, Fracture, Material, Order, PhaseField, Problem, Schedule,
@@ -16,11 +16,11 @@ const LENGTH: f64 = 0.4;
 const VISCOSITY: f64 = 3.0;
 const RESIDUAL: f64 = 0.01;
 
-/// A number that may carry derivatives.
+/// A real or dual number.
 trait Number: DualNum<f64> + Copy {}
 impl<T: DualNum<f64> + Copy> Number for T {}
 
-/// u(x, t), mm, and φ(x, t) on the unit cube; ∂φ/∂n vanishes on its faces.
+/// Manufactured u(x, t), mm, and φ(x, t) on the unit cube; ∂φ/∂n is zero on the faces of the cube.
 fn fields<T: Number>(x: [T; 3], t: T, damaged: bool) -> [T; 4] {
     let wave = |a: f64, b: f64, c: f64, phase: f64| {
         (x[0] * a + x[1] * b + x[2] * c + phase).sin() * t * 0.08
@@ -35,7 +35,7 @@ fn fields<T: Number>(x: [T; 3], t: T, damaged: bool) -> [T; 4] {
     ]
 }
 
-/// ∂(u, φ)_i/∂X_j.
+/// Gradients ∂(u, φ)_i/∂X_j of the manufactured fields.
 fn gradients<T: Number>(x: [T; 3], t: T, damaged: bool) -> [[T; 3]; 4] {
     let mut out = [[T::zero(); 3]; 4];
     for j in 0..3 {
@@ -49,7 +49,7 @@ fn gradients<T: Number>(x: [T; 3], t: T, damaged: bool) -> [[T; 3]; 4] {
     out
 }
 
-/// g(φ) ∂ψ/∂F and ψ of ψ = μ/2 (I₁ − 3 − 2 ln J) + λ/2 (ln J)².
+/// Nominal stress g(φ) ∂ψ/∂F and energy density ψ = μ/2 (I₁ − 3 − 2 ln J) + λ/2 (ln J)², MPa.
 fn stress<T: Number>(x: [T; 3], t: T, damaged: bool) -> ([[T; 3]; 3], T) {
     let (mu, lambda) = (
         YOUNG / (2.0 * (1.0 + POISSON)),
@@ -107,14 +107,14 @@ pub(crate) struct Errors {
     pub(crate) damage: [f64; 2],
 }
 
-/// The errors on n³ cells.
+/// Returns the errors on the unit cube with n³ cells.
 pub(crate) fn errors(n: usize, order: Order, damaged: bool) -> Errors {
     let cells = even(0.0, 1.0, n);
     errors_on(block([&cells, &cells, &cells]), order, damaged)
 }
 
-/// Solves for the manufactured fields at t = 1 on a mesh of the unit cube: displacement prescribed on
-/// five faces, traction on the sixth, body force and damage source inside.
+/// Solves for the manufactured fields at t = 1 on a mesh of the unit cube, and returns the errors. The displacement is
+/// prescribed on five faces, a traction acts on the sixth face, body force and damage source act inside.
 pub(crate) fn errors_on(mesh: TetMesh, order: Order, damaged: bool) -> Errors {
     let material = Material::neo_hookean(YOUNG, POISSON).with_fracture(Fracture {
         toughness_n_per_mm: TOUGHNESS,
@@ -172,7 +172,7 @@ pub(crate) fn errors_on(mesh: TetMesh, order: Order, damaged: bool) -> Errors {
     }
 }
 
-/// Order of convergence between two sizes.
+/// Order of convergence from the errors of a coarse and a fine mesh; `ratio` is the ratio of their element sizes.
 pub(crate) fn order(coarse: f64, fine: f64, ratio: f64) -> f64 {
     (coarse / fine).ln() / ratio.ln()
 }

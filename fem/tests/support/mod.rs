@@ -1,4 +1,4 @@
-//! Materials, meshes and files that several tests share.
+//! Materials, meshes and problems that several tests share.
 
 pub(crate) mod block;
 pub(crate) mod column;
@@ -18,7 +18,7 @@ use fem::{
 pub(crate) const RADIUS: f64 = 2.5;
 pub(crate) const HEIGHT: f64 = 4.4;
 
-/// The baseline matrix.
+/// Matrix material of the baseline case.
 pub(crate) fn matrix() -> Material {
     Material::hencky(275.0, 0.25).with_fracture(Fracture {
         toughness_n_per_mm: 0.0025,
@@ -27,7 +27,7 @@ pub(crate) fn matrix() -> Material {
     })
 }
 
-/// The baseline grains.
+/// Grain material of the baseline case.
 pub(crate) fn grain() -> Material {
     Material::hencky(22_000.0, 0.25).with_fracture(Fracture {
         toughness_n_per_mm: 1.83,
@@ -44,8 +44,8 @@ pub(crate) fn loading(displacement_mm: f64, duration_s: f64, steps: u32) -> Comp
     CompressionTest::new(displacement_mm, Schedule::fixed(duration_s, steps))
 }
 
-/// A prism with the height of the specimen and the cross-section of the full circle, of n³ cells;
-/// its inner nodes are moved, so that it is unstructured. Every third cell is a grain if asked.
+/// Mesh of a square prism with the height and the cross-sectional area of the specimen, of n³ cells. Inner nodes are
+/// shifted, so that the mesh is unstructured. If `grains` is true, every third cell is a grain.
 pub(crate) fn prism(n: usize, grains: bool) -> TetMesh {
     let side = RADIUS * std::f64::consts::PI.sqrt();
     let at = |i: usize, j: usize, k: usize| (i + (n + 1) * (j + (n + 1) * k)) as u32;
@@ -54,15 +54,15 @@ pub(crate) fn prism(n: usize, grains: bool) -> TetMesh {
         for j in 0..=n {
             for i in 0..=n {
                 let inner = [i, j, k].iter().all(|&x| x > 0 && x < n);
-                // irrational multiples: a fixed, irregular shift
+                // fractional parts of multiples of an irrational number: a fixed but irregular shift
                 let shift = |seed: f64| {
                     if inner { 0.4 * ((at(i, j, k) as f64 * seed).fract() - 0.5) } else { 0.0 }
                 };
-                let place = |x: usize, seed: f64| (x as f64 + shift(seed)) / n as f64;
+                let shifted = |x: usize, seed: f64| (x as f64 + shift(seed)) / n as f64;
                 mesh.nodes.push([
-                    side * place(i, 0.754_877),
-                    side * place(j, 0.569_840),
-                    HEIGHT * place(k, 0.430_159),
+                    side * shifted(i, 0.754_877),
+                    side * shifted(j, 0.569_840),
+                    HEIGHT * shifted(k, 0.430_159),
                 ]);
             }
         }
@@ -89,7 +89,7 @@ pub(crate) fn prism(n: usize, grains: bool) -> TetMesh {
     mesh
 }
 
-/// A compression test to a tolerance of the solver.
+/// Builds a compression test with this solver tolerance.
 pub(crate) fn test(
     mesh: TetMesh,
     order: Order,
@@ -102,7 +102,7 @@ pub(crate) fn test(
     with_options(mesh, order, materials, field, loading, options).expect("valid input")
 }
 
-/// A compression test, if its input is sound.
+/// Builds a compression test, or returns the error of invalid input.
 pub(crate) fn with_options(
     mesh: TetMesh,
     order: Order,
@@ -115,14 +115,14 @@ pub(crate) fn with_options(
     parts.phase_field(field).options(options).build()
 }
 
-/// The same test between other platens.
+/// Returns the test with other platens.
 pub(crate) fn between(problem: &Problem, loading: &CompressionTest, platens: Platens) -> Problem {
     let conditions =
         loading.clone().platens(platens).conditions(problem.mesh()).expect("valid platens");
     problem.with_conditions(conditions).expect("valid conditions")
 }
 
-/// The largest force, by a parabola through the three points around it: (displacement, force).
+/// (Displacement, force) at the largest force: vertex of the parabola through the three points around the maximum.
 pub(crate) fn peak(outcome: &Outcome) -> (f64, f64) {
     let curve = &outcome.curve;
     let top = (0..curve.len())
@@ -135,7 +135,7 @@ pub(crate) fn peak(outcome: &Outcome) -> (f64, f64) {
     (b.0 - slope / bend, b.1 - 0.5 * slope * slope / bend)
 }
 
-/// The reference cylinder, or `None` with a note where the shared data are not at hand.
+/// Reads the mesh of the reference cylinder; prints a note and returns `None` if the shared data are missing.
 pub(crate) fn reference_cylinder() -> Option<TetMesh> {
     let root = std::env::var_os("BRECCIA_SHARED").map_or_else(
         || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared"),
@@ -144,7 +144,7 @@ pub(crate) fn reference_cylinder() -> Option<TetMesh> {
     let path = root.join("data/fem/cyl_a.msh");
     if !path.exists() {
         eprintln!(
-            "SKIPPED: no reference mesh at {}; set BRECCIA_SHARED to the folder that holds data/",
+            "SKIPPED: no reference mesh at {}; set BRECCIA_SHARED to the folder that contains data/",
             path.display()
         );
         return None;

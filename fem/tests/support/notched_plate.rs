@@ -1,29 +1,28 @@
-//! The single-edge notched plate: 1 mm square, slit from the left side to the middle, one element
-//! thick.
+//! Single-edge notched plate: 1 mm square, one element thick, with a slit from the left side to the middle.
 
 use fem::{
     Axis, Conditions, CurvePoint, Fracture, Irreversibility, Material, PhaseField, Problem,
     Schedule, SolverOptions, Split, TetMesh,
 };
 
-/// Where the upper side moves.
+/// Direction in which the upper side moves.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) enum Mode {
     /// Up: the crack runs straight to the right side.
     Tension,
-    /// To the right, at its height: the crack turns down.
+    /// To the right, at constant height: the crack turns down.
     Shear,
 }
 
-/// The plate in plane strain, its lower side held and its upper one moved along x or y and held along
-/// the other. AT2 with ℓ₀ = 0.015 mm, split by the signs of the principal strains, in the driving
-/// force only or in the stress as well.
+/// Test of the plate in plane strain. The lower side is fixed; the upper side is moved along x or y and fixed along the
+/// other axis. The damage model is AT2 with ℓ₀ = 0.015 mm and the spectral split.
 pub(crate) struct NotchedPlate {
     pub(crate) mode: Mode,
+    /// Whether the split acts on the driving force only; otherwise it acts on the stress too.
     pub(crate) hybrid: bool,
-    /// Elements around the path of the crack, mm.
+    /// Size of the elements around the crack path, mm.
     pub(crate) size_mm: f64,
-    /// (Displacement in mm, equal steps up to it), one after the other.
+    /// Successive loading stages: displacement at the end of the stage (mm), number of equal steps.
     pub(crate) steps: Vec<(f64, u32)>,
 }
 
@@ -43,7 +42,7 @@ impl NotchedPlate {
             irreversibility: Irreversibility::History,
             ..PhaseField::new(0.015)
         };
-        // one unit of time a step
+        // each step lasts 1 s
         let mut at = vec![0.0];
         for &(to, count) in &self.steps {
             let from = *at.last().expect("a start");
@@ -79,17 +78,16 @@ impl NotchedPlate {
     }
 }
 
-/// The force on a plate 1 mm thick, kN.
+/// Force scaled to a plate of 1 mm thickness, kN.
 pub(crate) fn kilonewton(point: &CurvePoint, plate: &NotchedPlate) -> f64 {
     point.force_n / plate.size_mm / 1000.0
 }
 
-/// The plate with elements of size `h` (mm) around the path of the crack, and of growing size away
-/// from it. The slit is open: nodes on it are doubled. Surfaces: bottom, top, front and back; the
-/// thickness is `h`.
+/// Mesh of the plate with elements of size `h` (mm) around the crack path; the size grows with the distance from the
+/// path. The slit is open: nodes on the slit are doubled. Surfaces: bottom, top, front and back. The thickness is `h`.
 fn notched_plate(mode: Mode, h: f64) -> TetMesh {
-    // fine from just before the tip of the slit to the right side, and in shear also from just above
-    // it to the lower side
+    // along x, fine from just left of the slit tip to the right side; along y in shear, fine from just above the slit to
+    // the lower side
     let along = fine_behind_the_middle(h);
     let across = match mode {
         Mode::Tension => graded(0.5, 0.04_f64.max(2.0 * h), h),
@@ -140,7 +138,7 @@ fn notched_plate(mode: Mode, h: f64) -> TetMesh {
     mesh
 }
 
-/// Points of (0, 1) with spacing `h` from just before the middle on, and growing before.
+/// Coordinates in [0, 1] mm with spacing `h` from just below the middle to 1; below, the spacing grows towards 0.
 fn fine_behind_the_middle(h: f64) -> Vec<f64> {
     let half = (0.5 / h).round() as usize;
     graded(0.5, 0.03_f64.max(2.0 * h), h)
@@ -150,7 +148,8 @@ fn fine_behind_the_middle(h: f64) -> Vec<f64> {
         .collect()
 }
 
-/// Points of (0, 1) with spacing `h` within `fine` of `centre`, growing by 1.3 up to 0.06 beyond.
+/// Coordinates in [0, 1] mm: spacing `h` up to a distance `fine` from `centre`; beyond, the spacing grows by the factor
+/// 1.3 up to 0.06 mm.
 fn graded(centre: f64, fine: f64, h: f64) -> Vec<f64> {
     let half = |room: f64| {
         let mut at = vec![0.0];
@@ -163,7 +162,7 @@ fn graded(centre: f64, fine: f64, h: f64) -> Vec<f64> {
             last += step;
             at.push(last);
         }
-        // the last point lands on the side: what sticks out is shared by the graded steps
+        // scale the graded steps so that the last point is on the side of the plate
         let start = at.iter().position(|&x| x > fine).unwrap_or(at.len() - 1);
         let (from, to) = (at[start], last);
         for x in &mut at[start..] {

@@ -1,6 +1,6 @@
-//! The compiler of kernels for graphics cards.
+//! Compilation of kernels for graphics cards by NVRTC.
 
-/// Has NVRTC compile kernels for a card, where Python has it.
+/// Checks that NVRTC compiles the kernels for a graphics card. Skips the check if Python has no NVRTC package.
 pub(crate) fn assert_compiles_for_a_card(source: &str) {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("kernels.cu");
@@ -12,6 +12,6 @@ pub(crate) fn assert_compiles_for_a_card(source: &str) {
         Ok(output) if output.status.code() == Some(1) => {
             panic!("{}", String::from_utf8_lossy(&output.stderr));
         }
-        _ => println!("SKIPPED: {python} has no NVRTC; set BRECCIA_PYTHON to one that has it"),
+        _ => println!("SKIPPED: {python} has no NVRTC; set BRECCIA_PYTHON to a Python with NVRTC"),
     }
 }

@@ -1,9 +1,9 @@
-//! The device that tests compute on.
+//! The device on which device tests run.
 
 use fem::ComputeDevice;
 
-/// The first NVIDIA card where `BRECCIA_TEST_DEVICE=cuda` asks for it, otherwise this machine in the place of a
-/// card. `None` without a C compiler: the test is skipped and says so.
+/// Returns the first NVIDIA graphics card if `BRECCIA_TEST_DEVICE=cuda`, otherwise this machine as a device. Without a C
+/// compiler, prints that the test is skipped and returns `None`.
 pub(crate) fn test_device() -> Option<ComputeDevice> {
     if std::env::var("BRECCIA_TEST_DEVICE").is_ok_and(|name| name == "cuda") {
         return Some(ComputeDevice::cuda().expect("BRECCIA_TEST_DEVICE asks for a card"));

@@ -1,8 +1,8 @@
-//! Sparse products against dense ones.
+//! Products of block-sparse matrices, compared with dense products.
 
 use super::*;
 
-/// A matrix whose blocks are known functions of their place.
+/// Block-sparse matrix whose entries are a function of row and column.
 fn sample<const R: usize, const C: usize>(rows: usize, columns: usize) -> BlockCsr<f64, R, C> {
     let (mut start, mut column, mut block) = (vec![0], vec![], vec![]);
     for row in 0..rows {
@@ -32,8 +32,8 @@ fn dense<const R: usize, const C: usize>(a: &BlockCsr<f64, R, C>) -> nalgebra::D
 }
 
 #[test]
-fn products_and_transposes_are_those_of_dense_matrices() {
-    // more rows than one task takes
+fn products_and_transposes_equal_dense_products_and_transposes() {
+    // more rows than one parallel task processes
     let (a, b) = (sample::<3, 6>(1100, 4), sample::<6, 2>(4, 7));
     assert!((dense(&a.multiply(&b)) - dense(&a) * dense(&b)).amax() < 1e-13);
     assert_eq!(dense(&a.transpose()), dense(&a).transpose());
@@ -48,7 +48,7 @@ fn products_and_transposes_are_those_of_dense_matrices() {
 }
 
 #[test]
-fn blocks_are_inverted_where_they_can_be() {
+fn invertible_parts_of_blocks_are_inverted() {
     let block = [[4.0, 1.0, 0.5], [1.0, 3.0, -0.2], [0.5, -0.2, 2.0]];
     let unit = inverse(&inverse(&block));
     for i in 0..3 {

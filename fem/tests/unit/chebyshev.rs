@@ -1,10 +1,11 @@
-//! The bound of the eigenvalues that the smoother acts on.
+//! The Chebyshev smoother and its bound of the eigenvalues.
 
 use super::*;
 use crate::solve::linear::in_memory::InMemory;
 
-/// Diagonal matrix on 30 000 nodes whose eigenvalues fill (0, 1], except one. D is 4.
+/// Diagonal matrix A on 30 000 nodes. The eigenvalues of D⁻¹ A are evenly distributed in (0, 1], except one. D is 4 I.
 struct Diagonal {
+    /// The exceptional eigenvalue.
     apart: f64,
 }
 
@@ -35,14 +36,15 @@ impl Matrix for Diagonal {
     }
 }
 
-/// Bound of the eigenvalues of D⁻¹ A with one eigenvalue apart from the others.
+/// Returns the bound of the eigenvalues of D⁻¹ A for this exceptional eigenvalue.
 fn bound(apart: f64) -> f64 {
     largest_eigenvalue(&InMemory::default(), &mut Diagonal { apart }, &[[0.0]; 30_000])
 }
 
 #[test]
 fn smoothing_reduces_the_residual_by_the_chebyshev_polynomial() {
-    // eigenvalues from a tenth of the largest one on: the residual is at most 1 / T_3(11/9) of the first one
+    // components with eigenvalues above a tenth of the largest eigenvalue: the residual after smoothing is at most
+    // 1/T_3(11/9) of the initial residual
     let (mut matrix, vectors) = (Diagonal { apart: 1.0 }, InMemory::default());
     let right: Vec<[f64; 1]> =
         (0..30_000).map(|n| [f64::from(u8::from(matrix.value(n) >= 0.4))]).collect();
@@ -58,7 +60,7 @@ fn smoothing_reduces_the_residual_by_the_chebyshev_polynomial() {
 }
 
 #[test]
-fn an_eigenvalue_apart_from_the_others_is_found() {
+fn the_bound_includes_an_isolated_largest_eigenvalue() {
     for apart in [1.0, 1.5, 3.0, 40.0] {
         let bound = bound(apart);
         assert!(bound >= apart && bound <= 1.0001 * MARGIN * apart, "{apart}: {bound}");

@@ -1,4 +1,4 @@
-//! Stress curves of the laws given by their energy, against published closed forms.
+//! Stress curves of the laws that are given by their energy, compared with published closed forms.
 
 use nalgebra::Matrix3;
 
@@ -14,7 +14,7 @@ fn piola(material: &Material, gradient: &Matrix3<f64>) -> Matrix3<f64> {
     Deformed::new(&material.at_point(None), gradient, 1.0).expect("det F > 0").piola()
 }
 
-/// The nominal stress of simple shear F = I + γ e₁⊗e₂.
+/// Returns the nominal stress in simple shear F = I + γ e₁⊗e₂.
 fn shear_stress(material: &Material, gamma: f64) -> Matrix3<f64> {
     let mut gradient = Matrix3::zeros();
     gradient[(0, 1)] = gamma;
@@ -25,7 +25,7 @@ fn assert_close(value: f64, exact: f64, tolerance: f64, what: &str) {
     assert!((value - exact).abs() <= tolerance * exact.abs(), "{what}: {value} instead of {exact}");
 }
 
-/// The other stretch for which `stress` vanishes, by bisection.
+/// Returns the free stretch, for which `stress` is zero, by bisection.
 fn free(stress: impl Fn(f64) -> f64) -> f64 {
     let (mut low, mut high) = (0.02, 3.0);
     for _ in 0..200 {
@@ -39,8 +39,9 @@ const STRETCHES: [f64; 6] = [0.6, 0.9, 0.999, 1.001, 1.3, 2.0];
 
 #[test]
 fn saint_venant_kirchhoff_curves() {
-    // uniaxial: lateral E = −ν E₁, P = λ E_young (λ² − 1)/2; equibiaxial: E₃ = −2ν/(1 − ν) E₁,
-    // P = λ E_young/(1 − ν) (λ² − 1)/2; simple shear: P₁₂ = μ γ + (λ/2 + μ) γ³
+    // E_i are the Green–Lagrange strains, E_young is Young's modulus, and P is the nominal stress.
+    // uniaxial: E₂ = E₃ = −ν E₁, P = λ E_young (λ² − 1)/2; equibiaxial: E₃ = −2ν/(1 − ν) E₁,
+    // P = λ E_young/(1 − ν) (λ² − 1)/2; simple shear: P₁₂ = μ γ + (λ/2 + μ) γ³ with Lamé's constant λ
     let (young, nu) = (275.0, 0.25);
     let law = SaintVenantKirchhoff { lame_mpa: 110.0, shear_mpa: 110.0 };
     let material = Material::hyperelastic(law).expect("a law");
@@ -76,13 +77,13 @@ fn mooney_rivlin_curves() {
         Material::hyperelastic(MooneyRivlin { c10_mpa: c10, c01_mpa: c01, bulk_mpa })
             .expect("a law")
     };
-    // isochoric simple shear has one shear stress whatever K: P₁₂ = 2 (C₁₀ + C₀₁) γ
+    // simple shear is isochoric, so that the shear stress does not depend on K: P₁₂ = 2 (C₁₀ + C₀₁) γ
     for gamma in [1e-3, 0.01, 0.5, 1.5] {
         let p = shear_stress(&law(3.0), gamma);
         assert_close(p[(0, 1)], 2.0 * (c10 + c01) * gamma, 1e-11, "shear");
     }
     // incompressible: uniaxial P = 2 (λ − λ⁻²)(C₁₀ + C₀₁/λ), equibiaxial
-    // P = 2 (λ − λ⁻⁵)(C₁₀ + C₀₁ λ²); K/μ = 10⁶ comes within some 10⁻⁶
+    // P = 2 (λ − λ⁻⁵)(C₁₀ + C₀₁ λ²); with K/μ = 10⁶, the error is of order 10⁻⁶
     let rubber = law(4e5);
     for s in STRETCHES {
         let t = free(|t| stress(&rubber, [s, t, t])[(1, 1)]);
@@ -92,7 +93,7 @@ fn mooney_rivlin_curves() {
         let exact = 2.0 * (s - s.powi(-5)) * (c10 + c01 * s * s);
         assert_close(stress(&rubber, [s, s, t])[(0, 0)], exact, 1e-5, "equibiaxial");
     }
-    // a compressible law: the principal stresses written out
+    // a compressible law, compared with formulas of the principal stresses
     let (soft, bulk) = (law(0.7), 0.7);
     for stretches in [[1.3, 0.8, 0.9], [0.7, 0.7, 1.2], [1.1, 1.1, 1.1]] {
         let j: f64 = stretches.iter().product();
@@ -138,7 +139,7 @@ fn ogden_curves() {
         let exact = sum(&|alpha| (s.powf(alpha) - s.powf(-alpha)) / (s + 1.0 / s));
         assert_close(shear_stress(&law(2.0), gamma)[(0, 1)], exact, 1e-11, "shear");
     }
-    // two terms of exponents ±2 are Mooney–Rivlin
+    // an Ogden law with two terms with the exponents ±2 is a Mooney–Rivlin law
     let twin = ogden([(0.32, 2.0), (-0.08, -2.0)], 0.7);
     let twin = Material::hyperelastic(twin).expect("a law");
     let mooney = MooneyRivlin { c10_mpa: 0.16, c01_mpa: 0.04, bulk_mpa: 0.7 };
@@ -147,7 +148,7 @@ fn ogden_curves() {
     assert!((stress(&twin, at) - stress(&mooney, at)).norm() < 1e-14);
 }
 
-/// At strains of 1e-6 every law is Hooke's, to the next order.
+/// At strains of 1e-6, every law equals Hooke's law up to terms of second order.
 #[test]
 fn small_strain_limit() {
     let laws = [
@@ -168,7 +169,7 @@ fn small_strain_limit() {
 }
 
 #[test]
-fn what_is_not_a_law_is_refused() {
+fn invalid_laws_are_rejected() {
     #[derive(Debug)]
     struct Skew;
     impl HyperelasticLaw for Skew {
@@ -187,7 +188,7 @@ fn what_is_not_a_law_is_refused() {
     let message =
         |material: Result<Material, crate::FemError>| material.expect_err("refused").to_string();
     assert!(message(Material::hyperelastic(Skew)).contains("exchanged"));
-    assert!(message(Material::hyperelastic(Prestressed)).contains("at rest is not zero"));
+    assert!(message(Material::hyperelastic(Prestressed)).contains("at zero strain is not zero"));
     let soft = MooneyRivlin { c10_mpa: -1.0, c01_mpa: 0.5, bulk_mpa: 3.0 };
     assert!(message(Material::hyperelastic(soft)).contains("μ = -"));
     let flat = ogden([(1.0, 0.0)], 3.0);

@@ -1,18 +1,18 @@
-//! Least residuals in a space of directions, against the conditions that define them.
+//! Minimal residuals in a space of search directions, compared with the conditions that define them.
 
 use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::*;
 
-/// More than a task's, and no multiple of a part.
+/// Number of nodes: more than one parallel task processes, and not a multiple of `PART`.
 const NODES: usize = CHUNK + 37;
 
 fn random(rng: &mut Xoshiro256PlusPlus) -> Vec<Nodal> {
     (0..NODES).map(|_| std::array::from_fn(|_| rng.random_range(-1.0..1.0))).collect()
 }
 
-/// Neighbouring values coupled, not symmetric.
+/// Multiplies by a matrix that couples neighbouring values and is not symmetric.
 fn multiply(x: &[Nodal]) -> Vec<Nodal> {
     let x = x.as_flattened();
     let at = |i: usize| x.get(i).copied().unwrap_or(0.0);
@@ -25,21 +25,21 @@ fn add(to: &[Nodal], a: f64, x: &[Nodal]) -> Vec<Nodal> {
     to.iter().zip(x).map(|(t, x)| std::array::from_fn(|k| t[k] + a * x[k])).collect()
 }
 
-/// The weight, which does not see every fifth node; directions, two of which lie in others; and
-/// right-hand sides.
+/// Returns weights, which are zero at every fifth node, ten directions, two of which depend linearly on the others, and
+/// three right-hand sides.
 fn problem() -> (Vec<Nodal>, Vec<Vec<Nodal>>, Vec<Vec<Nodal>>) {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(5);
     let weight = |n: usize| if n.is_multiple_of(5) { [0.0; 4] } else { [0.5, 1.0, 2.0, 1e3] };
-    let mut of: Vec<Vec<Nodal>> = (0..7).map(|_| random(&mut rng)).collect();
-    of.push(add(&add(&of[1], -3.0, &of[4]), 1e-4, &random(&mut rng)));
-    of.push(add(&of[2], 1e-9, &random(&mut rng)));
-    of.push(add(&of[0], 2.0, &of[7]));
+    let mut vectors: Vec<Vec<Nodal>> = (0..7).map(|_| random(&mut rng)).collect();
+    vectors.push(add(&add(&vectors[1], -3.0, &vectors[4]), 1e-4, &random(&mut rng)));
+    vectors.push(add(&vectors[2], 1e-9, &random(&mut rng)));
+    vectors.push(add(&vectors[0], 2.0, &vectors[7]));
     let rights = (0..3).map(|_| random(&mut rng)).collect();
-    ((0..NODES).map(weight).collect(), of, rights)
+    ((0..NODES).map(weight).collect(), vectors, rights)
 }
 
 fn solve() -> (Directions, Vec<System>) {
-    let (weight, of, rights) = problem();
+    let (weight, vectors, rights) = problem();
     let mut directions = Directions::new(weight);
     let start = random(&mut Xoshiro256PlusPlus::seed_from_u64(6));
     let mut systems: Vec<System> = rights
@@ -49,21 +49,21 @@ fn solve() -> (Directions, Vec<System>) {
             directions.system(start.clone(), residual, 1e-3)
         })
         .collect();
-    let (first, later) = of.split_at(4);
+    let (first, later) = vectors.split_at(4);
     for block in [first, later] {
-        let known = directions.count();
+        let count_before = directions.count();
         directions.add(block.to_vec(), block.iter().map(|v| multiply(v)).collect());
-        directions.reduce(known, &mut systems);
+        directions.reduce(count_before, &mut systems);
     }
     systems.iter_mut().for_each(|system| directions.form(system));
     (directions, systems)
 }
 
 #[test]
-fn residuals_are_least_and_belong_to_the_solutions() {
-    let (weight, of, rights) = problem();
+fn residuals_are_minimal_and_belong_to_the_solutions() {
+    let (weight, vectors, rights) = problem();
     let (directions, systems) = solve();
-    assert_eq!(directions.count(), of.len() - 2);
+    assert_eq!(directions.count(), vectors.len() - 2);
     for (system, right) in systems.iter().zip(&rights) {
         let exact = add(right, -1.0, &multiply(&system.x));
         let size = directions.norm(&exact);
@@ -71,7 +71,7 @@ fn residuals_are_least_and_belong_to_the_solutions() {
             assert!((a - b).abs() < 1e-9, "{a} {b}");
         }
         assert!(size > 0.0);
-        for product in of.iter().map(|v| multiply(v)) {
+        for product in vectors.iter().map(|v| multiply(v)) {
             let along = weighted_dot(&weight, &product, &exact) / directions.norm(&product);
             assert!(along.abs() < 1e-10 * size, "{along:e} of {size:e}");
         }
@@ -80,11 +80,11 @@ fn residuals_are_least_and_belong_to_the_solutions() {
 
 #[test]
 fn a_right_hand_side_in_the_space_is_solved() {
-    let (weight, of, _) = problem();
+    let (weight, vectors, _) = problem();
     let mut directions = Directions::new(weight);
-    let exact = add(&of[0], -0.3, &of[5]);
+    let exact = add(&vectors[0], -0.3, &vectors[5]);
     let mut systems = vec![directions.system(vec![[0.0; 4]; NODES], multiply(&exact), 1e-12)];
-    directions.add(of.clone(), of.iter().map(|v| multiply(v)).collect());
+    directions.add(vectors.clone(), vectors.iter().map(|v| multiply(v)).collect());
     assert!(!directions.solved(&systems[0]));
     directions.reduce(0, &mut systems);
     assert!(directions.solved(&systems[0]));
@@ -94,22 +94,22 @@ fn a_right_hand_side_in_the_space_is_solved() {
     }
 }
 
-/// Residuals a + b, a − b and 2 a of two that are orthogonal, in the weight of their norm.
+/// Principal components of the residuals a + b, a − b and 2 a, where a and b are orthogonal in the weighted inner product.
 #[test]
-fn principal_parts_span_what_is_left_from_the_largest_on() {
-    let (weight, of, _) = problem();
+fn principal_components_are_orthogonal_and_sorted_by_size() {
+    let (weight, vectors, _) = problem();
     let directions = Directions::new(weight.clone());
-    let (a, mut b) = (of[0].clone(), of[1].clone());
+    let (a, mut b) = (vectors[0].clone(), vectors[1].clone());
     let along = weighted_dot(&weight, &a, &b) / weighted_dot(&weight, &a, &a);
     b = add(&b, -along, &a);
     let scale = 1e-3 * directions.norm(&a) / directions.norm(&b);
     b = add(&[[0.0; 4]; NODES], scale, &b);
     let none = vec![[0.0; 4]; NODES];
-    let of = [add(&a, 1.0, &b), add(&a, -1.0, &b), add(&a, 1.0, &a)];
+    let residuals = [add(&a, 1.0, &b), add(&a, -1.0, &b), add(&a, 1.0, &a)];
     let system = |right: &Vec<Nodal>| directions.system(none.clone(), right.clone(), 1e-5);
-    let mut systems: Vec<System> = of.iter().map(system).collect();
+    let mut systems: Vec<System> = residuals.iter().map(system).collect();
     systems.push(directions.system(none.clone(), none.clone(), 1e-5));
-    // each counts 10⁵ of its own size
+    // each residual is 10⁵ times its allowed residual
     let (largest, parts) = directions.principal(&systems, 1e-4);
     assert!((largest / (1e5 * f64::sqrt(3.0)) - 1.0).abs() < 1e-5, "{largest:e}");
     assert_eq!(parts.len(), 2);
@@ -127,8 +127,8 @@ fn principal_parts_span_what_is_left_from_the_largest_on() {
 }
 
 #[test]
-fn growth_is_that_over_the_solution_of_the_stiffest() {
-    // stiffnesses 4 and 1e-12 of the first field, 25 of the last; the others are not solved for
+fn growth_is_relative_to_the_solution_with_the_largest_stiffness() {
+    // stiffness 4, at one node 1e-12, for the first component; 25 for the last component; the others are not unknowns
     let mut weight = vec![[0.25, 0.0, 0.0, 0.04]; NODES];
     weight[7][0] = 1e12;
     let directions = Directions::new(weight);
@@ -141,7 +141,7 @@ fn growth_is_that_over_the_solution_of_the_stiffest() {
 }
 
 #[test]
-fn threads_do_not_change_a_bit() {
+fn the_solution_does_not_depend_on_the_number_of_threads() {
     let with = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
         pool.install(|| solve().1.into_iter().map(|s| [s.x, s.residual]).collect::<Vec<_>>())

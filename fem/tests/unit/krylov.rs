@@ -18,7 +18,7 @@ fn from_zero(
     gmres(system, right, x, Start::Zero, tolerance, limit)
 }
 
-/// A dense matrix with the given diagonal, a random symmetric rest and a random skew part.
+/// Dense matrix with the given diagonal, plus a random symmetric and a random skew-symmetric matrix of these sizes.
 fn matrix(diagonal: &[f64], symmetric: f64, skew: f64) -> Vec<Vec<f64>> {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(11);
     let n = diagonal.len();
@@ -79,7 +79,7 @@ fn solve_to(method: Method, a: &[Vec<f64>], tolerance: f64, limit: u32) -> (Endi
 }
 
 #[test]
-fn each_method_solves_the_matrices_it_is_for() {
+fn each_method_solves_its_class_of_matrices() {
     let n = 60;
     let positive: Vec<f64> = (0..n).map(|i| 4.0 + f64::from(i)).collect();
     let mixed: Vec<f64> =
@@ -103,7 +103,7 @@ fn each_method_solves_the_matrices_it_is_for() {
 }
 
 #[test]
-fn as_many_steps_as_distinct_eigenvalues_suffice() {
+fn gmres_needs_one_step_per_distinct_eigenvalue() {
     let diagonal: Vec<f64> = (0..40).map(|i| [1.0, 2.0, -3.0][i % 3]).collect();
     let a = matrix(&diagonal, 0.0, 0.0);
     // preconditioned by |A|, the matrix has the eigenvalues 1 and -1
@@ -113,23 +113,23 @@ fn as_many_steps_as_distinct_eigenvalues_suffice() {
 }
 
 #[test]
-fn single_precision_of_what_is_kept_costs_no_iteration() {
+fn a_gmres_basis_in_single_precision_needs_no_additional_iterations() {
     let diagonal: Vec<f64> =
         (0..60).map(|i| if i % 5 == 0 { -1.0 } else { 1.0 } * (4.0 + f64::from(i))).collect();
     let a = matrix(&diagonal, 0.15, 0.3);
-    // the least tolerance with it and the largest without
+    // the smallest tolerance with single precision, and a slightly smaller tolerance, with double precision
     let (short, _) = solve_to(from_zero, &a, COARSE, 200);
     let (whole, _) = solve_to(from_zero, &a, (1.0 - 1e-9) * COARSE, 200);
     assert_eq!(short.stop, Stop::Converged, "{short:?}");
     assert!(short.residual <= COARSE && short.iterations > 5, "{short:?}");
     assert_eq!(short.iterations, whole.iterations);
-    // they differ by the digits that were left out, and by no more
+    // the residuals differ only by the rounding of the basis to single precision
     let difference = (short.residual / whole.residual - 1.0).abs();
     assert!(difference > 0.0 && difference < 1e-3, "{short:?} {whole:?}");
 }
 
 #[test]
-fn gmres_goes_on_where_conjugate_gradients_meet_negative_curvature() {
+fn gmres_continues_after_negative_curvature_in_conjugate_gradients() {
     let diagonal: Vec<f64> =
         (0..60).map(|i| if i == 7 { -4.0 } else { 4.0 + f64::from(i) }).collect();
     let a = matrix(&diagonal, 0.15, 0.0);
@@ -139,7 +139,7 @@ fn gmres_goes_on_where_conjugate_gradients_meet_negative_curvature() {
     let (ending, error) = solve(both, &a, 200);
     assert_eq!(ending.stop, Stop::Converged, "{ending:?}");
     assert!(error < 1e-9, "{error}");
-    // what the former reached is not thrown away
+    // GMRES starts from the solution that conjugate gradients have reached
     let (stopped, _) = solve(conjugate_gradients, &a, 200);
     let (alone, _) = solve(from_zero, &a, 200);
     assert_eq!(stopped.stop, Stop::Indefinite);

@@ -1,4 +1,4 @@
-//! Every law against formulas written anew, alone and several points at a time.
+//! Every law compared with independent formulas, at single points and at several points in SIMD lanes.
 
 use faer::traits::pulp::{self, Simd, WithSimd};
 use nalgebra::{Matrix3, SMatrix, SVector};
@@ -13,7 +13,7 @@ use super::*;
 const YOUNG: f64 = 275.0;
 const POISSON: f64 = 0.25;
 
-/// The laws as printed (definitions 3.1 and 3.6).
+/// The laws as in the published formulas (definitions 3.1 and 3.6).
 #[derive(Clone, Copy, Debug)]
 enum Printed {
     Hencky,
@@ -28,7 +28,7 @@ impl Printed {
         }
     }
 
-    /// ψ⁺ and ψ⁻ over any scalar.
+    /// Returns ψ⁺ and ψ⁻, MPa, for real or dual numbers.
     fn energies<T: Scalar>(self, split: Split, e: [T; 3]) -> [T; 2] {
         let shear = YOUNG / (2.0 * (1.0 + POISSON));
         let bulk = YOUNG / (3.0 * (1.0 - 2.0 * POISSON));
@@ -84,7 +84,7 @@ fn deform(material: &PointMaterial, state: &Matrix3<f64>, g: f64) -> Deformed {
     Deformed::new(material, state, g).expect("det F > 0")
 }
 
-/// Deformation without rotation, of logarithmic strains, over any scalar.
+/// Returns the deformation without rotation that has these logarithmic strains, for real or dual numbers.
 fn stretched<T: Scalar>(log: [T; 3]) -> Principal<T> {
     let (zero, one) = (log[0].constant(0.0), log[0].constant(1.0));
     let axes = [[one, zero, zero], [zero, one, zero], [zero, zero, one]];
@@ -92,7 +92,7 @@ fn stretched<T: Scalar>(log: [T; 3]) -> Principal<T> {
     Principal { strains, basis: axes, push: axes, sound: one }
 }
 
-/// Both laws with the splits that they have, hybrid or not.
+/// Returns both laws with each of their splits, with and without the hybrid model.
 fn forms() -> Vec<(Printed, Split, bool)> {
     let splits = [Split::None, Split::VolumetricDeviatoric, Split::Spectral];
     let hencky = splits.map(|split| (Printed::Hencky, split));
@@ -102,7 +102,7 @@ fn forms() -> Vec<(Printed, Split, bool)> {
 }
 
 #[test]
-fn every_law_is_one() {
+fn every_law_passes_the_conformance_test() {
     for (law, split, hybrid) in forms() {
         let material = law.written_out().with_fracture(Fracture::new(1.0));
         assert_material(&material, Some(&PhaseField { hybrid, ..split_field(split) }));
@@ -116,14 +116,14 @@ fn every_law_is_one() {
     }
 }
 
-/// g ψ⁺ + ψ⁻ as printed.
+/// Returns g ψ⁺ + ψ⁻ by the published formulas.
 fn printed_energy<T: Scalar>((law, split, hybrid): (Printed, Split, bool), e: [T; 3], g: f64) -> T {
     let [plus, minus] = law.energies(split, e);
     plus * g + minus * if hybrid { g } else { 1.0 }
 }
 
-/// A law that is written out against its printed energy, differentiated by dual numbers: energies
-/// and stress, tangent and shear terms.
+/// Energies, stress, tangent and shear terms of the built-in laws, compared with the published energy differentiated by
+/// dual numbers.
 #[test]
 fn laws_are_the_derivatives_of_their_printed_energies() {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(12);
@@ -136,28 +136,28 @@ fn laws_are_the_derivatives_of_their_printed_energies() {
         let material = material.at_point(Some(&PhaseField { hybrid, ..split_field(split) }));
         for _ in 0..20 {
             let e: [f64; 3] = std::array::from_fn(|_| rng.random_range(-0.4..0.3));
-            let own = material.increment(&stretched(e), 0.3).0;
+            let computed = material.increment(&stretched(e), 0.3).0;
             let (energy, stress, tangent): (f64, SVector<f64, 3>, SMatrix<f64, 3, 3>) =
                 hessian(|e| printed_energy(form, [e[0], e[1], e[2]], 0.3), &SVector::from(e));
-            close(own.energy, energy, 1e-12, &e);
-            close(own.driving, law.energies(split, e)[0], 1e-12, &e);
+            close(computed.energy, energy, 1e-12, &e);
+            close(computed.driving, law.energies(split, e)[0], 1e-12, &e);
             for i in 0..3 {
-                close(own.stress[i], stress[i], 1e-12, &e);
+                close(computed.stress[i], stress[i], 1e-12, &e);
                 for j in 0..=i {
-                    close(own.normal[packed(i, j)], tangent[(i, j)], 1e-12, &e);
+                    close(computed.normal[packed(i, j)], tangent[(i, j)], 1e-12, &e);
                 }
                 let (a, b) = ((i + 1) % 3, (i + 2) % 3);
-                // loses digits by its division
+                // the division of the reference formula loses digits
                 let shear = 0.5 * (stress[a] - stress[b]) / (e[a] - e[b]).tanh();
-                close(own.shear[i], shear, 1e-11, &e);
+                close(computed.shear[i], shear, 1e-11, &e);
             }
         }
     }
 }
 
-/// The kernel over dual numbers gives the derivatives that it writes out over single ones.
+/// The kernel, evaluated with dual numbers, gives the derivatives that it computes explicitly with real numbers.
 #[test]
-fn the_kernel_differentiates_itself() {
+fn explicit_derivatives_equal_derivatives_by_dual_numbers() {
     let laws = [Material::hencky(YOUNG, POISSON).at_point(None).law()];
     fn respond<T: Scalar>(laws: &[RegionLaw], e: [T; 3], g: f64) -> Response<T> {
         let moduli = [150.0, 110.0].map(|x| e[0].constant(x));
@@ -173,8 +173,8 @@ fn the_kernel_differentiates_itself() {
         let dual = respond(&laws, along, 0.3);
         assert!((dual.energy.eps - of_one.stress[k]).abs() < 1e-13 * YOUNG);
         for i in 0..3 {
-            let own = of_one.normal[packed(i.max(k), i.min(k))];
-            assert!((dual.stress[i].eps - own).abs() < 1e-13 * YOUNG);
+            let computed = of_one.normal[packed(i.max(k), i.min(k))];
+            assert!((dual.stress[i].eps - computed).abs() < 1e-13 * YOUNG);
         }
     }
 }
@@ -186,28 +186,28 @@ fn assert_same(a: &Response<f64>, b: &Response<f64>, tolerance: f64, at: &[f64; 
 }
 
 #[test]
-fn laws_given_by_their_energy_equal_those_written_out_at_any_distance_of_strains() {
+fn laws_given_by_their_energy_equal_built_in_laws_for_close_and_distant_strains() {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(13);
     for printed in [Printed::Hencky, Printed::NeoHookean] {
         for split in [Split::None, Split::VolumetricDeviatoric] {
-            let own = damaged(Material::hyperelastic(printed).expect("a law"), split);
+            let by_energy = damaged(Material::hyperelastic(printed).expect("a law"), split);
             let written_out = damaged(printed.written_out(), split);
             for gap in [0.0, 1e-12, 1e-7, 1e-3, 0.03, 0.0999, 0.1001, 0.4] {
                 let middle = rng.random_range(-0.3..0.3);
                 let e = [middle + gap, middle, rng.random_range(-0.3..0.3)];
                 for g in [1.0, 0.3, 0.0] {
-                    let [own, written_out] =
-                        [&own, &written_out].map(|m| m.increment(&stretched(e), g).0);
-                    assert_same(&own, &written_out, 1e-12, &e);
+                    let [by_energy, written_out] =
+                        [&by_energy, &written_out].map(|m| m.increment(&stretched(e), g).0);
+                    assert_same(&by_energy, &written_out, 1e-12, &e);
                 }
             }
         }
     }
 }
 
-/// Laws with a volumetric term of their own: under pressure damage spares that term and no other.
+/// Laws with a separate volumetric term: under pressure, damage does not degrade this term, and degrades all other terms.
 #[test]
-fn the_volumetric_term_of_a_law_is_what_pressure_keeps() {
+fn the_volumetric_term_of_a_law_is_not_degraded_under_pressure() {
     let [mooney, ogden, _] = examples();
     for (law, bulk) in [(mooney, 200.0), (ogden, 150.0)] {
         let material = damaged(law, Split::VolumetricDeviatoric);
@@ -216,8 +216,8 @@ fn the_volumetric_term_of_a_law_is_what_pressure_keeps() {
             let state = Matrix3::from_diagonal(&stretches.map(|s| s - 1.0).into());
             let stiff = deform(&material, &state, 0.0);
             let term = bulk / 4.0 * (j * j - 1.0 - 2.0 * j.ln());
-            let kept = if j < 1.0 { term } else { 0.0 };
-            assert!((stiff.response.energy - kept).abs() < 1e-12 * bulk, "at {stretches:?}");
+            let undegraded = if j < 1.0 { term } else { 0.0 };
+            assert!((stiff.response.energy - undegraded).abs() < 1e-12 * bulk, "at {stretches:?}");
             let pressure = if j < 1.0 { 0.5 * bulk * (j * j - 1.0) } else { 0.0 };
             for i in 0..3 {
                 let exact = pressure / stretches[i];
@@ -227,7 +227,7 @@ fn the_volumetric_term_of_a_law_is_what_pressure_keeps() {
     }
 }
 
-/// One of each of the laws that come as examples.
+/// Returns one material for each example law.
 fn examples() -> [Material; 3] {
     let made = |law: Result<Material, _>| law.expect("a law");
     [
@@ -245,7 +245,7 @@ fn examples() -> [Material; 3] {
 }
 
 #[test]
-fn the_parts_of_every_split_add_up_and_are_continuous_at_equal_and_at_zero_strains() {
+fn the_parts_of_every_split_add_up_and_are_continuous_at_equal_and_zero_strains() {
     let respond =
         |split, e, g| damaged(Printed::Hencky.written_out(), split).increment(&stretched(e), g).0;
     let all = [
@@ -264,7 +264,7 @@ fn the_parts_of_every_split_add_up_and_are_continuous_at_equal_and_at_zero_strai
             assert_same(&parts, &whole, 1e-13, &e);
         }
     }
-    // both strains through zero, hardly apart: the shear term stays between its two limits
+    // strains of opposite sign close to zero: the shear term is between its limits on both sides
     let shear = YOUNG / (2.0 * (1.0 + POISSON));
     for tiny in [1e-3, 1e-9, 1e-15, 1e-300] {
         let e = [tiny, -0.5 * tiny, 0.0];
@@ -275,21 +275,21 @@ fn the_parts_of_every_split_add_up_and_are_continuous_at_equal_and_at_zero_strai
 }
 
 #[test]
-fn a_hybrid_material_degrades_all_and_is_driven_by_the_part() {
+fn a_hybrid_material_degrades_the_whole_energy_and_is_driven_by_the_tensile_part() {
     let steel = Material::hencky(YOUNG, POISSON).with_fracture(Fracture::new(1.0));
     for (state, _) in states() {
-        let of = |field: PhaseField| deform(&steel.at_point(Some(&field)), &state, 0.3);
+        let deform_with = |field: PhaseField| deform(&steel.at_point(Some(&field)), &state, 0.3);
         let split = split_field(Split::Spectral);
-        let hybrid = of(PhaseField { hybrid: true, ..split });
-        let whole = of(split_field(Split::None));
-        assert_eq!(hybrid.response.driving, of(split).response.driving);
+        let hybrid = deform_with(PhaseField { hybrid: true, ..split });
+        let whole = deform_with(split_field(Split::None));
+        assert_eq!(hybrid.response.driving, deform_with(split).response.driving);
         let difference = (hybrid.piola() - whole.piola()).norm();
         assert!(difference <= 1e-13 * whole.piola().norm());
     }
 }
 
-/// The Kirchhoff stress of the Hencky law against log b by the series
-/// log b = 2 (Z + Z³/3 + Z⁵/5 + …), Z = (b − I)(b + I)⁻¹, which needs no eigenvalues.
+/// Kirchhoff stress of Hencky's law, compared with log b by the series log b = 2 (Z + Z³/3 + Z⁵/5 + …) with
+/// Z = (b − I)(b + I)⁻¹, which needs no eigenvalues.
 #[test]
 fn spectral_stress_equals_the_series_logarithm() {
     let material = Material::hencky(YOUNG, POISSON).at_point(None);
@@ -318,8 +318,8 @@ fn spectral_stress_equals_the_series_logarithm() {
     }
 }
 
-/// Responses of one material after the other at displacement gradients, as many at once as there
-/// are lanes: [`Response::numbers`], and whether det F > 0.
+/// Computes the responses of the materials at these displacement gradients in SIMD lanes. The output contains
+/// [`Response::numbers`], and whether det F > 0.
 struct Responses<'a> {
     materials: &'a [PointMaterial],
     states: &'a [Matrix3<f64>],
@@ -349,8 +349,9 @@ impl WithSimd for Responses<'_> {
             let mut of_lane = [0.0; POINTS];
             for lane in 0..POINTS {
                 let m = (first + lane) % count;
-                let PointMaterial { moduli: own, .. } = &self.materials[m];
-                (moduli[0][lane], moduli[1][lane], of_lane[lane]) = (own.bulk, own.shear, m as f64);
+                let PointMaterial { moduli: lane_moduli, .. } = &self.materials[m];
+                (moduli[0][lane], moduli[1][lane], of_lane[lane]) =
+                    (lane_moduli.bulk, lane_moduli.shear, m as f64);
             }
             let moduli = moduli.each_ref().map(|x| SimdF64::load(simd, x));
             let law = LaneLaw::new(&laws, SimdF64::load(simd, &of_lane), moduli, None);
@@ -380,7 +381,7 @@ impl WithSimd for Responses<'_> {
     }
 }
 
-/// Displacement gradients near and far from each other's principal axes and stretches.
+/// Returns displacement gradients with close and with distant principal stretches.
 fn gradients() -> Vec<Matrix3<f64>> {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(21);
     let mut all: Vec<Matrix3<f64>> = states().into_iter().map(|s| s.0).collect();
@@ -395,9 +396,9 @@ fn gradients() -> Vec<Matrix3<f64>> {
     all
 }
 
-/// One law for all lanes, and a mixture with laws of the user.
+/// Points in SIMD lanes have the same law, or different built-in and user-defined laws.
 #[test]
-fn several_points_give_what_each_gives_alone() {
+fn points_in_simd_lanes_equal_single_points() {
     let all = gradients();
     for (law, split, hybrid) in forms() {
         let field = PhaseField { hybrid, ..split_field(split) };
@@ -417,13 +418,13 @@ fn several_points_give_what_each_gives_alone() {
                     let material = &materials[k % materials.len()];
                     let alone = deform(material, state, 0.3);
                     assert!(sound);
-                    // a strain of zero is on either side of a kink
+                    // because of rounding errors, a strain of zero may be on either side of a kink
                     let log = alone.principal.strains.log;
                     let kink = log.into_iter().chain([log.iter().sum()]).any(|e| e.abs() < 1e-14);
                     let stiffness = material.moduli.bulk;
                     for (n, (x, y)) in numbers.into_iter().zip(alone.response.numbers()).enumerate()
                     {
-                        // energies and stresses are as small as their strains, tangents are not
+                        // the first eight numbers (energies and stresses) are proportional to the strains
                         let size = if n < 8 { state.norm() } else { 1.0 };
                         if n < 8 || split == Split::None || !kink {
                             let error = (x - y).abs();
@@ -440,15 +441,15 @@ fn several_points_give_what_each_gives_alone() {
 }
 
 #[test]
-fn one_inverted_point_is_found_among_others() {
+fn an_inverted_point_is_detected_among_other_points() {
     let materials = [Material::hencky(YOUNG, POISSON).at_point(None)];
     for bad in [Matrix3::from_diagonal(&[-2.0, 0.0, 0.0].into()), Matrix3::from_element(f64::NAN)] {
-        for place in 0..POINTS {
+        for inverted in 0..POINTS {
             let mut states = vec![Matrix3::zeros(); POINTS];
-            states[place] = bad;
+            states[inverted] = bad;
             let all = Responses { materials: &materials, states: &states };
             let sound = crate::operator::dispatch(all).into_iter().map(|point| point.1);
-            assert!(sound.enumerate().all(|(k, sound)| sound == (k != place)));
+            assert!(sound.enumerate().all(|(k, sound)| sound == (k != inverted)));
         }
     }
 }
@@ -471,9 +472,9 @@ impl WithSimd for Functions<'_> {
     }
 }
 
-/// ln(1 + x) and ln x against the library's, from the smallest numbers to the largest.
+/// ln(1 + x) and ln x, compared with the standard library, from the smallest to the largest numbers.
 #[test]
-fn logarithms_are_those_of_the_library() {
+fn logarithms_agree_with_the_standard_library() {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(22);
     for k in 0..4000 {
         let size = 10f64.powi(k % 40 - 30);
@@ -496,9 +497,9 @@ fn logarithms_are_those_of_the_library() {
     }
 }
 
-/// e^x and e^x − 1 against the library's, up to overflow, and for what is no number.
+/// e^x and e^x − 1, compared with the standard library, up to overflow, and for NaN.
 #[test]
-fn exponentials_are_those_of_the_library() {
+fn exponentials_agree_with_the_standard_library() {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(23);
     for k in 0..4000 {
         let size = 10f64.powi(k % 32 - 29);
@@ -515,14 +516,14 @@ fn exponentials_are_those_of_the_library() {
         }
     }
     for (x, exp) in [(800.0, f64::INFINITY), (-800.0, 0.0), (f64::INFINITY, f64::INFINITY)] {
-        let ([.., found, less_one], _) = crate::operator::dispatch(Functions(&[x; POINTS]));
-        assert_eq!((found[0], less_one[0]), (exp, exp - 1.0), "{x}");
+        let ([.., exponential, less_one], _) = crate::operator::dispatch(Functions(&[x; POINTS]));
+        assert_eq!((exponential[0], less_one[0]), (exp, exp - 1.0), "{x}");
     }
     let ([.., exp, exp_m1], _) = crate::operator::dispatch(Functions(&[f64::NAN; POINTS]));
     assert!(exp[0].is_nan() && exp_m1[0].is_nan());
 }
 
-/// The driving energy falls with the strain, but the largest one drives damage.
+/// The driving energy decreases with the strain, but damage is driven by the largest driving energy so far.
 #[test]
 fn a_history_keeps_the_largest_driving_energy() {
     let laws = [Material::hencky(YOUNG, POISSON).at_point(None).law()];
@@ -533,10 +534,10 @@ fn a_history_keeps_the_largest_driving_energy() {
         let trial = stretched([strain, 0.0, 0.0]);
         let current = law.respond::<true>(&trial, 0.3, 1.0, &[], &mut []);
         let mut new = [0.0];
-        let kept = history.respond::<true>(&trial, 0.3, 1.0, &old, &mut new);
+        let with_history = history.respond::<true>(&trial, 0.3, 1.0, &old, &mut new);
         largest = largest.max(current.driving);
-        assert_eq!((kept.driving, new[0]), (largest, largest));
-        assert_eq!(kept.stress, current.stress);
+        assert_eq!((with_history.driving, new[0]), (largest, largest));
+        assert_eq!(with_history.stress, current.stress);
         old = new;
     }
     assert_eq!(PointLaw::<f64>::state_len(&history), 1);

@@ -1,4 +1,4 @@
-//! Moduli of mixtures against printed bounds, exact solutions, and their own derivatives.
+//! Moduli of mixtures, compared with published bounds, exact solutions, and numerical derivatives.
 
 use num_dual::{Dual2_64, second_derivative};
 
@@ -7,7 +7,7 @@ use super::*;
 const RULES: [Homogenisation; 3] =
     [Homogenisation::Reuss, Homogenisation::GeometricMean, Homogenisation::HashinShtrikman];
 
-/// Bulk and shear modulus of E, MPa, and ν.
+/// Returns bulk and shear modulus, MPa, from E, MPa, and ν.
 fn moduli(young: f64, poisson: f64) -> [f64; 2] {
     [young / (3.0 * (1.0 - 2.0 * poisson)), young / (2.0 * (1.0 + poisson))]
 }
@@ -31,7 +31,7 @@ fn a_mixture_of_one_phase_is_that_phase() {
             let [none, all] = [0.0, 1.0].map(|fraction| at(&mixture(rule, fraction), g));
             for k in 0..2 {
                 assert_close(none[k], g * moduli(275.0, 0.3)[k], 1e-14);
-                // the whole body is grain, which is not damaged
+                // the mixture is all grain, and grains are not degraded by g
                 assert_close(all[k], moduli(22_000.0, 0.2)[k], 1e-13);
             }
         }
@@ -39,7 +39,7 @@ fn a_mixture_of_one_phase_is_that_phase() {
 }
 
 #[test]
-fn rules_are_those_printed() {
+fn homogenisation_rules_agree_with_the_published_formulas() {
     for (fraction, g) in [(0.2, 1.0), (0.5, 1.0), (0.5, 0.2), (0.85, 0.02)] {
         let soft = moduli(275.0, 0.3).map(|m| g * m);
         let hard = moduli(22_000.0, 0.2);
@@ -60,9 +60,9 @@ fn rules_are_those_printed() {
     }
 }
 
-/// Eshelby's sphere, alone in a large body (Mura, Micromechanics of Defects in Solids, 1987).
+/// Eshelby's solution for one sphere in a large body (Mura, Micromechanics of Defects in Solids, 1987).
 #[test]
-fn few_grains_stiffen_as_eshelbys_sphere() {
+fn the_stiffening_by_few_grains_agrees_with_eshelby() {
     let (fraction, nu) = (1e-7, 0.3);
     let ([k, m], [kg, mg]) = (moduli(275.0, nu), moduli(22_000.0, 0.2));
     let [bulk, shear] = at(&mixture(Homogenisation::HashinShtrikman, fraction), 1.0);
@@ -74,10 +74,10 @@ fn few_grains_stiffen_as_eshelbys_sphere() {
     assert_close((shear - m) / fraction, exact, 1e-5);
 }
 
-/// Layers loaded across: the stress is the same in all, and so for equal ν the modulus of uniaxial
-/// strain K + 4μ/3 and that of shear are the harmonic means.
+/// Layers normal to the load have equal stress. Therefore, for equal ν, the modulus of uniaxial strain K + 4μ/3 and the
+/// shear modulus are harmonic means.
 #[test]
-fn layers_across_the_load_are_reuss() {
+fn layers_normal_to_the_load_have_the_moduli_of_reuss() {
     let (matrix, grain) = (moduli(275.0, 0.25), moduli(22_000.0, 0.25));
     for fraction in [0.1, 0.5, 0.8] {
         for g in [1.0, 0.2] {
@@ -92,7 +92,8 @@ fn layers_across_the_load_are_reuss() {
     }
 }
 
-/// Twice the energy of isotropic moduli for strains 11, 22, 33, 2·23, 2·13, 2·12.
+/// Returns twice the energy density of an isotropic material with the moduli [K, μ] for the strains e: 11, 22, 33, 2·23,
+/// 2·13, 2·12.
 fn isotropic([k, m]: [f64; 2], e: [f64; 6]) -> f64 {
     let volume = e[0] + e[1] + e[2];
     let shear = e[3] * e[3] + e[4] * e[4] + e[5] * e[5];
@@ -100,11 +101,12 @@ fn isotropic([k, m]: [f64; 2], e: [f64; 6]) -> f64 {
     k * volume * volume + m * (2.0 * deviator + shear)
 }
 
-/// The same of layers normal to the third axis, exactly: stresses 33, 13, 23 and strains 11, 22, 12 are the same
-/// in all (Backus, J. Geophys. Res. 67 (1962) 4427, doi:10.1029/JZ067i011p04427).
+/// Returns twice the exact energy density of a laminate with layers normal to the third axis. The stresses 33, 13, 23 and
+/// the strains 11, 22, 12 are equal in all layers (Backus, J. Geophys. Res. 67 (1962) 4427,
+/// doi:10.1029/JZ067i011p04427).
 fn laminate(phases: [[f64; 2]; 2], fraction: f64, e: [f64; 6]) -> f64 {
     let mean =
-        |of: &dyn Fn([f64; 2]) -> f64| (1.0 - fraction) * of(phases[0]) + fraction * of(phases[1]);
+        |f: &dyn Fn([f64; 2]) -> f64| (1.0 - fraction) * f(phases[0]) + fraction * f(phases[1]);
     let axial = |[k, m]: [f64; 2]| k + 4.0 / 3.0 * m;
     let lame = |[k, m]: [f64; 2]| k - 2.0 / 3.0 * m;
     let across = 1.0 / mean(&|p| 1.0 / axial(p));
@@ -121,30 +123,31 @@ fn laminate(phases: [[f64; 2]; 2], fraction: f64, e: [f64; 6]) -> f64 {
         + in_plane * e[5] * e[5]
 }
 
-/// A plane laminate, exact in series and in parallel, is nowhere softer than Reuss' mixture and nowhere stiffer than
-/// Voigt's. Loaded across or sheared out of the plane (series) it is the softest that the rules give, sheared in the
-/// plane (parallel) it is stiffer than all of them.
+/// Bounds by the exact moduli of a laminate. A laminate is at least as stiff as Reuss' mixture and at most as stiff as
+/// Voigt's mixture. Under load normal to the layers or shear out of the plane of the layers (phases in series), no rule
+/// is softer than the laminate. Under shear in the plane of the layers (phases in parallel), the laminate is stiffer than
+/// every rule.
 #[test]
-fn rules_lie_between_the_series_and_the_parallel_modulus_of_a_laminate() {
+fn homogenised_moduli_are_between_the_series_and_parallel_moduli_of_a_laminate() {
     use rand::{Rng, SeedableRng};
     let mut rng = rand_xoshiro::Xoshiro256PlusPlus::seed_from_u64(5);
     for (poisson, g, fraction) in [(0.25, 1.0, 0.2), (0.25, 0.1, 0.6), (0.45, 1.0, 0.5)] {
         let (matrix, grain) = (moduli(275.0, poisson), moduli(22_000.0, 0.25));
         let phases = [matrix.map(|m| g * m), grain];
-        let of = |rule| at(&MixedPhases { rule, matrix, grain, fraction }, g);
+        let mixed = |rule| at(&MixedPhases { rule, matrix, grain, fraction }, g);
         let voigt = [0, 1].map(|i| (1.0 - fraction) * phases[0][i] + fraction * phases[1][i]);
         let slack = 1.0 + 1e-12;
         for _ in 0..1000 {
             let e: [f64; 6] = std::array::from_fn(|_| rng.random_range(-1.0..1.0));
             let exact = laminate(phases, fraction, e);
-            assert!(isotropic(of(Homogenisation::Reuss), e) <= exact * slack, "{e:?}");
+            assert!(isotropic(mixed(Homogenisation::Reuss), e) <= exact * slack, "{e:?}");
             assert!(exact <= isotropic(voigt, e) * slack, "{e:?}");
         }
         let unit = |i: usize| std::array::from_fn(|j| f64::from(u8::from(i == j)));
         for rule in RULES {
             let ratio =
-                |i: usize| isotropic(of(rule), unit(i)) / laminate(phases, fraction, unit(i));
-            // across the layers Reuss' is exact where both phases have one Poisson's ratio
+                |i: usize| isotropic(mixed(rule), unit(i)) / laminate(phases, fraction, unit(i));
+            // under load normal to the layers, Reuss' rule is exact if both phases have the same Poisson's ratio
             for (i, is_exact) in [(2, poisson == 0.25), (3, true), (4, true)] {
                 let holds = match rule {
                     Homogenisation::Reuss if is_exact => (ratio(i) - 1.0).abs() < 1e-12,
@@ -159,18 +162,18 @@ fn rules_lie_between_the_series_and_the_parallel_modulus_of_a_laminate() {
 }
 
 #[test]
-fn slopes_and_curvatures_are_derivatives_in_g() {
+fn slopes_and_curvatures_are_derivatives_with_respect_to_g() {
     for rule in RULES {
         for fraction in [0.0, 0.2, 0.7, 0.9] {
-            let own = mixture(rule, fraction);
+            let mixed = mixture(rule, fraction);
             let dual = MixedPhases {
                 rule,
-                matrix: own.matrix.map(Dual2_64::from),
-                grain: own.grain.map(Dual2_64::from),
+                matrix: mixed.matrix.map(Dual2_64::from),
+                grain: mixed.grain.map(Dual2_64::from),
                 fraction: fraction.into(),
             };
             for g in [1.0, 0.4, 0.01] {
-                let written = own.moduli(own.whole(), g);
+                let written = mixed.moduli(mixed.whole(), g);
                 for k in 0..2 {
                     let along = |g| dual.moduli(dual.whole(), g)[k].value;
                     let (value, slope, curvature) = second_derivative(along, g);

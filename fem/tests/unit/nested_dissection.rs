@@ -1,9 +1,9 @@
-//! The fill of nested dissection.
+//! Fill of the factor with the order of nested dissection.
 
 use super::*;
 use fem_mesh::CylinderLattice;
 
-/// Entries of the factor of a matrix with this graph, by elimination on the graph itself.
+/// Returns the number of entries of the factor of a matrix with this graph, by symbolic elimination on the graph.
 fn fill(graph: &Graph, order: &[u32]) -> usize {
     let mut position = vec![0; order.len()];
     order.iter().enumerate().for_each(|(i, &n)| position[n as usize] = i);
@@ -42,7 +42,7 @@ fn the_order_is_a_permutation_with_less_fill_than_minimum_degree() {
 }
 
 #[test]
-fn a_path_is_cut_in_its_middle() {
+fn a_path_graph_is_divided_in_the_middle() {
     let nodes = 300u32;
     let edges: Vec<[u32; 2]> = (1..nodes).map(|i| [i - 1, i]).collect();
     let graph = Graph::new(&edges, nodes as usize);

@@ -1,12 +1,12 @@
 use super::*;
 
-/// The fields at a time, of two nodes.
+/// Returns fields of two nodes at a time.
 fn fields(at: impl Fn(f64) -> f64, time: f64) -> Fields {
     let damage = vec![at(time), 2.0 - at(time)];
     Fields { displacement: damage.iter().map(|d| [*d, -*d, 3.0 * d]).collect(), damage }
 }
 
-/// Where the past of a function at these times leads.
+/// Returns the extrapolation to `target` of a function that is known at `times`.
 fn continued(at: &dyn Fn(f64) -> f64, times: &[f64], target: f64) -> f64 {
     let mut past = Past::default();
     for pair in times.windows(2) {
@@ -20,7 +20,7 @@ fn continued(at: &dyn Fn(f64) -> f64, times: &[f64], target: f64) -> f64 {
     past.continue_by(target - last, &mut guess, |term| [largest(term); 2]);
     let others = guess.displacement[0].map(|u| u / guess.damage[0]);
     assert!(
-        others.iter().zip([1.0, -1.0, 3.0]).all(|(u, of)| (u - of).abs() < 1e-12),
+        others.iter().zip([1.0, -1.0, 3.0]).all(|(u, exact)| (u - exact).abs() < 1e-12),
         "{others:?}"
     );
     assert!((guess.damage[0] + guess.damage[1] - 2.0).abs() < 1e-12);
@@ -28,7 +28,7 @@ fn continued(at: &dyn Fn(f64) -> f64, times: &[f64], target: f64) -> f64 {
 }
 
 #[test]
-fn a_cubic_is_continued_as_it_is_whatever_the_steps() {
+fn a_cubic_is_extrapolated_exactly_for_any_steps() {
     let cubic = |t: f64| 0.2 + 3.0 * t - 0.7 * t * t + 0.4 * t * t * t;
     let parabola = |t: f64| 1.0 - 2.0 * t + 0.3 * t * t;
     let times = [0.0, 0.05, 0.1, 0.3, 0.4, 0.43];
@@ -51,7 +51,7 @@ fn a_cubic_is_continued_as_it_is_whatever_the_steps() {
 }
 
 #[test]
-fn behind_a_jump_or_a_turn_of_the_clock_the_last_step_goes_on() {
+fn after_a_jump_or_a_reversal_of_the_clock_the_extrapolation_is_linear() {
     let jump = |t: f64| if t > 0.25 { 5.0 } else { t };
     let guess = continued(&jump, &[0.0, 0.1, 0.2, 0.3], 0.4);
     assert!((guess - (5.0 + 4.8)).abs() < 1e-12, "{guess}");

@@ -1,4 +1,4 @@
-//! Tetrahedron rules against exact integrals of monomials.
+//! Quadrature rules of the tetrahedron, compared with exact integrals of monomials.
 
 use super::*;
 

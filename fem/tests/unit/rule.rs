@@ -1,4 +1,4 @@
-//! What damage points and elastic points weigh together.
+//! Sums of the weights of damage points and elastic points.
 
 use super::*;
 

@@ -1,4 +1,4 @@
-//! Shape functions against their own nodes and differences.
+//! Shape functions: values at the nodes, and gradients compared with finite differences.
 
 use super::*;
 
@@ -30,7 +30,7 @@ fn check<const N: usize, T: Tetrahedron<N>>() {
 }
 
 #[test]
-fn shape_functions_are_nodal_and_their_slopes_are_derivatives() {
+fn shape_functions_are_nodal_and_their_gradients_are_derivatives() {
     check::<4, Linear>();
     check::<10, Quadratic>();
 }

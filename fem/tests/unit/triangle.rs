@@ -1,4 +1,4 @@
-//! The triangle rule against exact integrals of monomials.
+//! The quadrature rule of the triangle, compared with exact integrals of monomials.
 
 use super::*;
 

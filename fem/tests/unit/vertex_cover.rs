@@ -1,4 +1,4 @@
-//! Vertex covers against trying all.
+//! Vertex covers, compared with an exhaustive search.
 
 use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -6,7 +6,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use super::*;
 
 #[test]
-fn covers_are_complete_and_as_small_as_trying_all_finds() {
+fn covers_are_complete_and_minimal() {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(4);
     for _ in 0..200 {
         let (left, right) = (6usize, 6usize);

@@ -13,20 +13,19 @@ use crate::problem::curve::CurvePoint;
 pub enum Step {
     /// Advances by this fraction of the schedule's duration.
     Advance(f64),
-    /// Advances by Newton's method without fallback, and fails if the step adds more than `most_n_mm` to the crack
-    /// energy.
+    /// Advances by Newton's method on both fields without fallback, and fails if the step adds more than `most_n_mm` to
+    /// the crack energy.
     AdvanceWithin {
         /// Fraction of the duration.
         fraction: f64,
         /// Largest allowed increase of the crack energy, N mm.
         most_n_mm: f64,
     },
-    /// Adds `n_mm` to the crack energy; the position of the ends is an unknown.
+    /// Adds `n_mm` to the crack energy; the fraction of the duration, and so the position of the ends, is an unknown.
     Release {
         /// Increase of the crack energy, N mm.
         n_mm: f64,
-        /// Initial guess of the position, relative to the current one: fraction of the duration, negative for a step
-        /// back.
+        /// Initial guess of the change of position, as a fraction of the duration; negative for a step back.
         guess: f64,
     },
 }
@@ -40,18 +39,17 @@ impl Step {
         }
     }
 
-    /// Returns the step with its fraction of the duration replaced by `end`. A `Release` is unchanged.
-    pub(crate) fn to(self, end: f64) -> Self {
+    /// Returns the step with another fraction of the duration. A `Release` is unchanged.
+    pub(crate) fn to(self, fraction: f64) -> Self {
         match self {
-            Step::Advance(_) => Step::Advance(end),
-            Step::AdvanceWithin { most_n_mm, .. } => {
-                Step::AdvanceWithin { fraction: end, most_n_mm }
-            }
+            Step::Advance(_) => Step::Advance(fraction),
+            Step::AdvanceWithin { most_n_mm, .. } => Step::AdvanceWithin { fraction, most_n_mm },
             Step::Release { .. } => self,
         }
     }
 
-    /// Checks that the step is valid. `by_energy`: whether steps by crack energy are allowed.
+    /// Checks that the step is valid. Steps that limit or prescribe the crack energy are allowed if `by_energy` is
+    /// true.
     pub(crate) fn validate(self, by_energy: bool) -> Result<(), FemError> {
         let (field, value) = match self {
             Step::Advance(fraction) => ("step", fraction),
@@ -80,14 +78,14 @@ pub struct Progress<'a> {
     pub curve: &'a [CurvePoint],
     /// Last step that reached an equilibrium, as requested.
     pub taken: Option<Step>,
-    /// Fraction of the duration by which this step moved; negative for a step back.
+    /// Fraction of the duration by which the step `taken` advanced; negative for a step back.
     pub moved: f64,
     /// Step from the current state that has just failed.
     pub failed: Option<Step>,
 }
 
 /// Decides on the load steps of a run: [`FixedSteps`](crate::FixedSteps),
-/// [`AdaptiveSteps`](crate::AdaptiveSteps), [`ArcLength`](crate::ArcLength), or a type of the user.
+/// [`AdaptiveSteps`](crate::AdaptiveSteps), [`ArcLength`](crate::ArcLength), or a user-defined type.
 ///
 /// A controller has no state: all information is in [`Progress`]. Its `Debug` output is part of the fingerprint of a
 /// checkpoint, so it must contain all settings.
@@ -146,17 +144,18 @@ pub struct Progress<'a> {
 pub trait StepController: fmt::Debug + Send + Sync {
     /// Returns the next step to try; `None` ends the run with the error of the failed step.
     ///
-    /// The run shortens a step that would pass the end or the next of the [`marks`](Self::marks).
+    /// The run shortens a step that would pass the end or the next mark, see [`marks`](Self::marks).
     fn next(&self, run: &Progress) -> Option<Step>;
 
-    /// Number of points of the curve, equally spaced in time, independent of the number of steps between them.
-    /// `None`: each step is a point.
+    /// Number of points of the curve, equally spaced in time (*marks*), independent of the number of steps between the
+    /// points. `None`: each step is a point.
     fn marks(&self) -> Option<u32> {
         None
     }
 
-    /// Whether the controller uses steps by crack energy. These need rate-independent damage and prescribed
-    /// displacements; any other problem is then rejected.
+    /// Whether the controller uses steps that limit or prescribe the crack energy: [`Step::AdvanceWithin`] and
+    /// [`Step::Release`]. If true, problems without rate-independent damage and problems with loads or platens are
+    /// rejected.
     fn controls_crack_energy(&self) -> bool {
         false
     }

@@ -1,4 +1,4 @@
-//! Duration of a problem, and its steps.
+//! The duration of a problem and its load steps.
 
 use std::sync::Arc;
 
@@ -8,7 +8,7 @@ use crate::boundary::Conditions;
 use crate::error::{FemError, Unsupported};
 use crate::material::{Material, PhaseField};
 
-/// Duration of a problem, and its steps.
+/// Duration of a problem, its load steps, and the criterion for an early end.
 #[derive(Clone, Debug)]
 pub struct Schedule {
     /// Time at the end, s.
@@ -56,7 +56,7 @@ impl Schedule {
                 fraction > 0.0 && fraction < 1.0,
                 "stop_below_peak",
                 fraction,
-                "between 0 and 1, as 0.1 for 10 %",
+                "between 0 and 1, for example 0.1 for 10 %",
             )?;
         }
         check(
@@ -69,7 +69,7 @@ impl Schedule {
     }
 }
 
-/// Rejects problems that steps by crack energy do not support.
+/// Rejects problems that steps of prescribed crack energy do not support.
 pub(crate) fn check_crack_energy(
     schedule: &Schedule,
     materials: &[Material],

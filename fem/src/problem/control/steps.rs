@@ -1,4 +1,4 @@
-//! Step controllers of the crate.
+//! The built-in step controllers: fixed, adaptive and arc-length steps.
 
 use super::controller::{Progress, Step, StepController};
 use crate::error::FemError;
@@ -9,10 +9,10 @@ const GROWTH: f64 = 1.5;
 const CUT: f64 = 0.5;
 /// Smallest step, as a fraction of the duration.
 const LEAST: f64 = 1e-6;
-/// A platen step that fails or releases too much is reduced by at most this factor; after that, the release is
-/// prescribed.
+/// A step of the platen that fails or adds too much crack energy is reduced by at most this factor. If the reduced step
+/// fails too, the next step prescribes the increase of the crack energy.
 const CUTS: f64 = 64.0;
-/// Smallest release of a step, as a fraction of the requested release.
+/// Smallest prescribed increase of the crack energy, as a fraction of `release_n_mm`.
 const LEAST_RELEASE: f64 = 1e-4;
 
 /// Equal steps. A step without equilibrium is divided, and the curve contains only the requested points.
@@ -31,11 +31,12 @@ pub struct AdaptiveSteps {
     pub largest: f64,
 }
 
-/// Follows the equilibrium through a snap-back of rate-independent damage. If a step of the platen would release too
-/// much crack energy, the release is prescribed instead and the platen moves as needed, also backwards.
+/// Steps that follow the equilibrium through a snap-back of rate-independent damage.
 ///
-/// Time follows the displacement, also backwards. Requires a phase field with an energy, no viscosity, and
-/// `stop_below_peak`, because the platen may never reach the full displacement.
+/// If a step of the platen would increase the crack energy by more than `release_n_mm`, the increase of the crack
+/// energy is prescribed instead, and the displacement of the platen is an unknown; the platen may move backwards. Time
+/// is proportional to the displacement, so that it may decrease too. Requires a damage model that follows from an
+/// energy, no viscosity, and `stop_below_peak`, because the platen may never reach the full displacement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ArcLength {
     /// Largest step of the platen, as a fraction of the full displacement.
@@ -87,7 +88,7 @@ impl StepController for FixedSteps {
     }
 
     fn validate(&self) -> Result<(), FemError> {
-        let requirement = "at least 1; leave it out for adaptive steps";
+        let requirement = "at least 1; omit `steps` for adaptive steps";
         check(self.0 > 0, "steps", f64::from(self.0), requirement)
     }
 }
@@ -116,7 +117,7 @@ impl StepController for ArcLength {
         let release = |n_mm: f64| {
             let guess = match run.taken {
                 Some(Step::Release { n_mm: last, .. }) => n_mm / last * run.moved,
-                // slightly past the last elastic state, so that some damage can grow
+                // slightly beyond the last elastic state, where damage can grow
                 _ => largest / CUTS,
             };
             Some(Step::Release { n_mm, guess })
@@ -126,7 +127,7 @@ impl StepController for ArcLength {
             (Some(Step::Release { n_mm, .. }), _) => release(CUT * n_mm),
             (Some(step), _) if step.fraction() > largest / CUTS => within(CUT * step.fraction()),
             (Some(_), _) => release(most_n_mm),
-            // nearly elastic again: prescribe the position of the ends
+            // the response is nearly elastic again: prescribe the displacement
             (None, Some(Step::Release { .. })) if run.moved > largest => within(largest),
             (None, Some(Step::Release { n_mm, .. })) => release(most_n_mm.min(GROWTH * n_mm)),
             (None, Some(step)) => within(largest.min(GROWTH * step.fraction())),

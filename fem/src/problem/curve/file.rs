@@ -1,4 +1,4 @@
-//! Curves as CSV.
+//! Files of curves, in CSV format.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -41,7 +41,7 @@ pub fn write_curve(path: impl AsRef<Path>, curve: &[CurvePoint]) -> Result<(), F
 
 /// Writes a curve point by point: each point is in the file when [`push`](Self::push) returns.
 ///
-/// The columns are those of [`write_curve`], followed by one column `d_force_d_<name>` per parameter of the
+/// The columns are the columns of [`write_curve`], followed by one column `d_force_d_<name>` per parameter of the
 /// sensitivities, in N per unit of the parameter.
 #[derive(Debug)]
 pub struct CurveWriter {
@@ -51,7 +51,7 @@ pub struct CurveWriter {
 }
 
 impl CurveWriter {
-    /// Creates the file, or replaces an existing one.
+    /// Creates the file; an existing file is replaced.
     ///
     /// # Errors
     /// [`FemError::Io`] if the file cannot be written.
@@ -119,7 +119,8 @@ impl CurveWriter {
     }
 }
 
-/// Reads a curve. Columns are found by name; the last six of [`write_curve`] are optional, other columns are ignored.
+/// Reads a curve. Columns are identified by their names. The last six columns of [`write_curve`] are optional; unknown
+/// columns are ignored.
 ///
 /// # Errors
 /// [`FemError::Io`] if the file cannot be read; [`FemError::CurveFile`] with the line and the column that is missing

@@ -33,10 +33,12 @@ pub struct Outcome {
     pub end: End,
     /// Fields at the last point.
     pub fields: Fields,
-    /// Force on the body through each surface with a condition, N, one entry per load step: from the components that
-    /// are prescribed there, from a platen and from tractions. The sum of these forces and the body force is zero. If
-    /// several surfaces prescribe the same component at a common node, its force is distributed in proportion to the
-    /// area of their triangles at the node.
+    /// Force on the body through each surface with a condition, N, one entry per load step.
+    ///
+    /// The force of a surface is the sum of the reactions to its prescribed components, the contact forces of its
+    /// platen, and its tractions. The sum of the forces of all surfaces and the body force is zero. If several surfaces
+    /// prescribe the same component at a common node, the reaction is distributed in proportion to the area of the
+    /// triangles that each surface has at the node.
     pub reactions: BTreeMap<String, Vec<[f64; 3]>>,
     /// Contact points at the last point of the curve, for each surface with a unilateral platen.
     pub contact: BTreeMap<String, Vec<ContactPoint>>,

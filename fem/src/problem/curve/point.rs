@@ -59,7 +59,7 @@ impl CurvePoint {
 
     /// Returns work minus stored and dissipated energy, N mm.
     ///
-    /// Zero for the exact solution; O(Δt) and of constant sign with the backward Euler rule.
+    /// The balance is zero for the exact solution; with the backward Euler rule it is O(Δt) and has constant sign.
     pub fn balance_n_mm(&self) -> f64 {
         let dissipated = self.fracture_n_mm + self.viscous_n_mm + self.friction_n_mm;
         self.work_n_mm - self.elastic_n_mm - dissipated
@@ -73,11 +73,10 @@ impl CurvePoint {
 pub struct Sensitivities {
     /// Names of the parameters.
     pub names: Vec<String>,
-    /// ∂F/∂θ, in N per unit of the parameter: one row per point of the curve, one column per parameter. There are
-    /// fewer rows than points if a derivative could not be computed; the rows of this and all later points are then
-    /// missing.
+    /// ∂F/∂θ, in N per unit of the parameter: one row per point of the curve, one column per parameter. If the
+    /// derivatives at a point could not be computed, the rows of this point and of all later points are missing.
     pub force_n: Vec<Vec<f64>>,
-    /// Reason for missing rows, usually a singular tangent at the next point.
+    /// Reason why rows are missing, usually a singular tangent at the first point without a row.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lost: Option<String>,
 }

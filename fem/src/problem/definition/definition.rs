@@ -14,7 +14,7 @@ use crate::problem::parameter::MaterialParameter;
 use crate::solve::{LinearScheme, SolverOptions};
 use fem_mesh::TetMesh;
 
-/// Input data of a problem, shared by problems that differ in some of the data.
+/// Input data of a problem. Large data is reference-counted, so that similar problems share it.
 #[derive(Clone, Debug)]
 pub(crate) struct Definition {
     pub(crate) mesh: Arc<TetMesh>,
@@ -64,7 +64,7 @@ impl Definition {
         if self.parameters.is_empty() { Ok(()) } else { self.validate_parameters() }
     }
 
-    /// Rejects options that several ranks do not support.
+    /// Rejects options that are not supported with several ranks.
     fn validate_ranks(&self) -> Result<(), FemError> {
         let ranks = self.ranks.size();
         let refused = |reason| Err(FemError::unsupported(format!("{ranks} ranks"), reason));

@@ -22,15 +22,15 @@ pub(crate) struct Discretisation {
     pub(crate) equations: usize,
     pub(crate) linear: LinearPlan,
     pub(crate) boundary: Boundary,
-    /// Whether each node has damage.
+    /// Whether damage is an unknown, for each node.
     carries_damage: Vec<bool>,
-    /// Whether each region has damage.
+    /// Whether damage is an unknown, for each region.
     pub(crate) damaged: Vec<bool>,
     damage_rule: DamageRule,
 }
 
 impl Discretisation {
-    /// Creates the discretisation with elements of the problem's order.
+    /// Creates the discretisation with linear or quadratic elements.
     pub(crate) fn new(parts: &Definition) -> Result<Self, FemError> {
         parts.mesh.validate()?;
         match parts.order {
@@ -76,10 +76,10 @@ impl Discretisation {
         let mut part = Arc::default();
         let mut linear = parts.options.linear;
         if parts.ranks.size() > 1 {
-            let of = parts_of(&space, parts.ranks.size());
+            let rank_of_tet = rank_of_tets(&space, parts.ranks.size());
             let nodes = [space.nodes.len(), parts.mesh.nodes.len()];
-            part = Arc::new(Part::new(&parts.ranks, &of, |tet| &space.tets[tet], nodes));
-            boundary = boundary.of_part(Arc::clone(&part), &space, &of);
+            part = Arc::new(Part::new(&parts.ranks, &rank_of_tet, |tet| &space.tets[tet], nodes));
+            boundary = boundary.of_part(Arc::clone(&part), &space, &rank_of_tet);
             space = space.part(&part);
             carries_damage = part.pick_nodes(&carries_damage);
             linear = LinearScheme::Multigrid;
@@ -110,7 +110,7 @@ impl Discretisation {
     /// Returns the discretisation with other conditions. Space and linear solver structure are reused.
     pub(crate) fn with_conditions(&self, parts: &Definition) -> Result<Self, FemError> {
         if parts.ranks.size() > 1 {
-            // needs the boundary of the whole mesh; this rank has only a part of it
+            // the boundary conditions are built on the whole mesh, and this discretisation has only a part of it
             return Self::new(parts);
         }
         let boundary = boundary(self.operator.domain(), parts, self.damaged.clone())?;
@@ -135,7 +135,7 @@ impl Discretisation {
 }
 
 /// Returns the rank of each element.
-fn parts_of<const N: usize>(space: &Space<N>, ranks: usize) -> Vec<u32> {
+fn rank_of_tets<const N: usize>(space: &Space<N>, ranks: usize) -> Vec<u32> {
     let centre = |tet: &[u32; N]| -> [f64; 3] {
         let corners = || tet[..4].iter().map(|&n| space.nodes[n as usize]);
         std::array::from_fn(|k| 0.25 * corners().map(|x| x[k]).sum::<f64>())

@@ -1,6 +1,6 @@
-//! Hash values for the comparison of contents.
+//! Hash of the content of a problem or a file.
 
-/// FNV-1a hash of bytes, sufficient to detect a damaged file or another problem.
+/// FNV-1a hash of bytes, sufficient to detect a damaged file or a file of another problem.
 #[derive(Clone, Copy)]
 pub(crate) struct Fingerprint(u64);
 

@@ -5,10 +5,10 @@ use crate::element::Order;
 use crate::material::PointMaterial;
 use crate::solve::Rounding;
 
-/// Rounding error of a nodal force in units of `f64::EPSILON`.
+/// Assumed relative rounding error of a nodal force, in units of `f64::EPSILON`.
 const SAFETY: f64 = 4.0;
 
-/// Estimates the residuals caused by rounding errors on the mesh of `parts`, with these materials by region.
+/// Estimates the residuals that rounding errors cause on the mesh of `parts`. `materials` has one entry per region.
 pub(super) fn rounding(parts: &Definition, materials: &[PointMaterial]) -> Rounding {
     let mesh = &parts.mesh;
     let nodes = match parts.order {

@@ -12,7 +12,7 @@ use crate::material::PointMaterial;
 use crate::problem::parameter::MaterialParameter;
 use crate::solve::{Rounding, Solver};
 
-/// A checked problem with everything that its runs share.
+/// A checked problem with all data that its runs share.
 #[derive(Clone, Debug)]
 pub(crate) struct Setup {
     pub(crate) parts: Definition,
@@ -34,14 +34,14 @@ pub(crate) struct PointShift {
 }
 
 impl Setup {
-    /// Checks the input data and prepares the unknowns and the structure of the factor.
+    /// Checks the input data and prepares the unknowns and the structure of the sparse factor.
     pub(crate) fn new(parts: Definition) -> Result<Self, FemError> {
         parts.validate()?;
         let discretisation = Arc::new(Discretisation::new(&parts)?);
         Ok(Self::with(parts, discretisation))
     }
 
-    /// Creates the setup of input data with a discretisation that fits them.
+    /// Creates the setup of input data with the discretisation of the same mesh.
     fn with(parts: Definition, discretisation: Arc<Discretisation>) -> Self {
         let shift = |parameter: &MaterialParameter| PointShift {
             below: parts.points(&parameter.below),
@@ -89,7 +89,7 @@ impl Setup {
         )
     }
 
-    /// Imposes the prescribed values at a fraction of the duration.
+    /// Imposes the prescribed values at `clock`, a fraction of the duration.
     pub(crate) fn impose(&self, fields: &mut Fields, clock: f64) {
         let time_s = clock * self.parts.schedule.duration_s;
         self.discretisation.boundary.impose(self.discretisation.nodes(), time_s, fields);

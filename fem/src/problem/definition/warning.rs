@@ -3,15 +3,15 @@
 use super::definition::Definition;
 use crate::element::Order;
 
-/// Property of a problem that makes its result wrong without an error.
+/// Property of a problem that makes its results inaccurate without causing an error.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ProblemWarning {
     /// Volumetric locking: linear elements cannot change their shape at constant volume.
     #[error(
-        "forces may come out too large: linear tetrahedra lock where a material is nearly incompressible, and \
-         region '{region}' has a Poisson's ratio of {poisson} (a block glued at its ends, six elements high, is too \
-         stiff by 12 % at 0.45, 45 % at 0.49 and 240 % at 0.499); take quadratic elements"
+        "forces may be too large: linear tetrahedra lock in nearly incompressible materials, and region '{region}' \
+         has a Poisson's ratio of {poisson} (a block with fixed ends, six elements high, is too stiff by 12 % at 0.45, \
+         45 % at 0.49 and 240 % at 0.499); use quadratic elements"
     )]
     VolumetricLocking {
         /// Name of the region.
@@ -21,9 +21,9 @@ pub enum ProblemWarning {
     },
     /// Shear locking: linear elements are too stiff in bending.
     #[error(
-        "bending may come out many times too stiff: linear tetrahedra lock in a slender body, and this one is \
-         only {across:.1} edges of its mesh thick ({thickness_mm:.3} mm) at a size of {size_mm:.3} mm; take \
-         quadratic elements, or edges of at most a quarter of that thickness"
+        "the bending stiffness may be many times too large: linear tetrahedra lock in slender bodies, and this body \
+         ({thickness_mm:.3} mm thick, {size_mm:.3} mm long) has only {across:.1} element edges across its thickness; \
+         use quadratic elements, or edges of at most a quarter of the thickness"
     )]
     BendingLocking {
         /// Mean thickness of the body, mm.
@@ -35,8 +35,9 @@ pub enum ProblemWarning {
     },
     /// Some parts of the mesh have no common face.
     #[error(
-        "the mesh falls into {parts} parts that are joined only by an edge or a node, as by a hinge (one of them \
-         has tetrahedron {tet}): they turn freely about each other; make them share faces, or remove the small ones"
+        "parts of the body rotate freely about each other: the mesh consists of {parts} parts that are joined only by \
+         an edge or a node, as by a hinge (tetrahedron {tet} is in one of these parts); connect the parts by faces, or \
+         remove the small parts"
     )]
     Hinges {
         /// The number of parts.
@@ -46,16 +47,17 @@ pub enum ProblemWarning {
     },
 }
 
-/// Smallest Poisson's ratio for which a warning about volumetric locking is given.
+/// Smallest Poisson's ratio that causes a warning about volumetric locking.
 const INCOMPRESSIBLE: f64 = 0.45;
 /// Smallest ratio of extent to mean thickness for which a body counts as slender.
 const SLENDER: f64 = 15.0;
-/// Number of edges across the thickness below which a slender body of linear elements is too stiff. A square bar with
-/// ten cubes across has 3.8 edges and bends by 3 % too little; a bar with four cubes across has 1.5 and bends by 17 %
-/// too little.
+/// Number of element edges across the thickness below which a slender body of linear elements is too stiff.
+///
+/// The deflection of a square bar is 3 % too small with ten cubes (3.8 edges) across the thickness, and 17 % too small
+/// with four cubes (1.5 edges).
 const ACROSS: f64 = 3.5;
 
-/// Returns the properties that make the result of a problem wrong without an error.
+/// Returns the properties of a problem that make its results inaccurate without causing an error.
 pub(crate) fn warnings(parts: &Definition) -> Vec<ProblemWarning> {
     let mut warnings = Vec::new();
     if parts.order == Order::Linear {
@@ -76,8 +78,8 @@ fn volumetric_locking(parts: &Definition) -> Option<ProblemWarning> {
     })
 }
 
-/// Warns about a slender body. The thickness is twice the volume divided by the surface area: exact for a plate, half
-/// the thickness of a square bar.
+/// Warns about a slender body. The thickness is estimated as twice the volume divided by the surface area; this is exact
+/// for a plate, and half the thickness of a square bar.
 fn bending_locking(parts: &Definition) -> Option<ProblemWarning> {
     let mesh = &parts.mesh;
     let thickness_mm = 2.0 * mesh.volume() / mesh.boundary_area();

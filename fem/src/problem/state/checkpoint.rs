@@ -13,27 +13,28 @@ use crate::parallel::Ranks;
 use crate::problem::definition::Fingerprint;
 use fem_file::{read_regular, write_atomically};
 
-/// File in which a run saves its state, and the interval of saving.
+/// File in which a run saves its state, and the number of load steps between saves.
 ///
 /// # Example
 /// ```no_run
 /// # fn go(problem: fem::Problem) -> Result<(), fem::FemError> {
 /// let checkpoint = fem::Checkpoint { path: "run.state".into(), every: 10 };
-/// // the first time from the start, after a kill from the last saved step
+/// // starts from the unloaded body the first time; after an interruption, resumes from the last saved step
 /// let outcome = problem.run_resumable(&checkpoint, &mut ())?;
 /// # Ok(())
 /// # }
 /// ```
 #[derive(Clone, Debug)]
 pub struct Checkpoint {
-    /// Path of the file. It is replaced atomically and is never half written.
+    /// Path of the file. The file is replaced atomically, so it is never incomplete.
     pub path: PathBuf,
     /// Number of load steps between two saves, at least 1.
     pub every: u32,
 }
 
-/// Beginning of a file of any version of the format, and of this version.
+/// First bytes of a file of any version of the format.
 const MAGIC: &[u8] = b"breccia-state ";
+/// First line of a file of this version of the format.
 const VERSION: &[u8] = b"breccia-state 10\n";
 
 impl Checkpoint {
@@ -86,8 +87,9 @@ fn decode(bytes: &[u8], fingerprint: u64) -> Result<RunState, CheckpointError> {
         return Err(damaged);
     }
     let content = body.strip_prefix(VERSION).ok_or(CheckpointError::Version)?;
-    let (of, content) = postcard::take_from_bytes::<u64>(content).map_err(|_| damaged)?;
-    if of != fingerprint {
+    let (stored_fingerprint, content) =
+        postcard::take_from_bytes::<u64>(content).map_err(|_| damaged)?;
+    if stored_fingerprint != fingerprint {
         return Err(CheckpointError::OtherProblem);
     }
     postcard::from_bytes(content).map_err(|_| damaged)

@@ -1,14 +1,15 @@
 //! Extrapolation of past equilibria to the initial guess of the next increment, by a cubic polynomial in time through
 //! the last four equilibria.
 //!
-//! The polynomial has Newton's form, and terms are added as long as they decrease. If they do not decrease, as after
-//! a jump or a kink, the equilibria are not a smooth function of time, and higher orders would oscillate.
+//! The polynomial has Newton's form, and terms are added as long as they decrease. After a jump or a kink the terms do
+//! not decrease: the equilibria are then not a smooth function of time, and a polynomial of higher order would
+//! oscillate.
 
 use serde::{Deserialize, Serialize};
 
 use crate::fields::Fields;
 
-/// Number of earlier equilibria, in addition to the last one, used by the polynomial.
+/// Number of equilibria before the last equilibrium that define the polynomial.
 const MOST: usize = 3;
 /// Largest allowed ratio of a term to the previous term. Between 0.3 and 1, the number of iterations differs by less
 /// than a tenth; with 1, a jump would be extrapolated as a smooth curve.
@@ -30,18 +31,18 @@ impl Past {
         self.steps.truncate(MOST);
     }
 
-    /// Returns the last increment of the clock; `None` before the first.
+    /// Returns the last increment of the clock; `None` before the first increment.
     pub(crate) fn step(&self) -> Option<f64> {
         self.steps.first().copied()
     }
 
     /// Applies a function to all changes, e.g. to select or gather nodes.
-    pub(crate) fn map(&self, of: impl Fn(&Fields) -> Fields) -> Self {
-        Self { changes: self.changes.iter().map(of).collect(), steps: self.steps.clone() }
+    pub(crate) fn map(&self, convert: impl Fn(&Fields) -> Fields) -> Self {
+        Self { changes: self.changes.iter().map(convert).collect(), steps: self.steps.clone() }
     }
 
-    /// Extrapolates `fields`, the last equilibrium, by `ahead` on the clock. `size` returns the norms of displacement
-    /// and damage in a term.
+    /// Extrapolates `fields`, the last equilibrium, by an increment `ahead` of the clock. `size` returns the norms of
+    /// the displacement and the damage in a term of the polynomial.
     pub(crate) fn continue_by(
         &self,
         ahead: f64,
@@ -67,7 +68,8 @@ impl Past {
     }
 }
 
-/// Returns the terms of Newton's polynomial; each term is given by its coefficients of the changes over `steps`.
+/// Returns the terms of Newton's polynomial. Each term is a linear combination of the changes of the fields over
+/// `steps`, and is given by its coefficients.
 fn terms(steps: &[f64], ahead: f64) -> Vec<Vec<f64>> {
     let slope = |k: usize| (0..steps.len()).map(|j| f64::from(j == k) / steps[k]).collect();
     let mut differences: Vec<Vec<f64>> = (0..steps.len()).map(slope).collect();

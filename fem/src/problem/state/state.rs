@@ -15,27 +15,30 @@ use crate::problem::definition::Discretisation;
 use crate::problem::memory::Memory;
 use crate::solve::{Effort, Scales};
 
-/// Last equilibrium, history and counters of a run. The clock is the fraction of the total duration.
+/// Last equilibrium, history and counters of a run.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct RunState {
     pub(crate) curve: Vec<CurvePoint>,
     pub(crate) reactions: BTreeMap<String, Vec<[f64; 3]>>,
     /// The last equilibrium.
     pub(crate) fields: Fields,
-    /// Changes over earlier increments, for the next initial guess.
+    /// Changes of the fields over earlier increments, for the next initial guess.
     pub(crate) past: Past,
     /// External nodal forces of the last equilibrium, N and N mm, for the work of the next increment.
     pub(crate) forces: Vec<[f64; 4]>,
     /// Reactions of the last equilibrium, N, by surface.
     pub(crate) reaction: BTreeMap<String, [f64; 3]>,
-    /// State of irreversible damage.
+    /// State of the laws and bounds of irreversible damage.
     pub(crate) memory: Memory,
     /// Contact pressures for each platen, MPa; empty before the first increment.
     pub(crate) pressures: Vec<Vec<f64>>,
+    /// Values of the last equilibrium. Its counters sum the iterations of all steps since the last point of the curve.
     pub(crate) point: CurvePoint,
+    /// Fraction of the total duration that has been completed.
     pub(crate) clock: f64,
     /// Last successful step, as requested.
     pub(crate) taken: Option<Step>,
+    /// Largest absolute value of the force so far, N.
     pub(crate) peak: f64,
     /// Largest scales of residuals so far.
     pub(crate) scales: Scales,
@@ -43,23 +46,25 @@ pub(crate) struct RunState {
     pub(crate) derivatives: Derivatives,
 }
 
-/// Rates of the last equilibrium with respect to the parameters, one entry per parameter.
+/// Derivatives of the last equilibrium with respect to the parameters (*rates*), one entry per parameter.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Derivatives {
     /// Rates of u_x, u_y, u_z, φ at the nodes.
     pub(crate) values: Vec<Vec<[f64; 4]>>,
     /// Rates of the state of the laws; empty for laws without state.
     pub(crate) state: Vec<Vec<f64>>,
-    /// Rates at earlier equilibria, newest first, as initial search directions of the next solution.
+    /// Rates of u_x, u_y, u_z, φ at earlier equilibria, newest first, as initial search directions of the next linear
+    /// solution.
     pub(crate) earlier: Vec<Vec<Vec<[f64; 4]>>>,
     /// Rates of the force, N.
     pub(crate) force_n: Vec<f64>,
-    /// Rates of the force at the points of the curve.
+    /// Rates of the force, N, at the points of the curve.
     pub(crate) curve: Vec<Vec<f64>>,
-    /// Adjoint of the force, as initial guess of the next one; empty if there is none.
+    /// Adjoint solution of the force, as initial guess of the adjoint at the next equilibrium; empty if not computed
+    /// yet.
     pub(crate) adjoint: Vec<[f64; 4]>,
-    /// Reason why the derivatives of an equilibrium could not be computed; there are none for later equilibria
-    /// either.
+    /// Reason why the derivatives of an equilibrium could not be computed. No derivatives are computed for later
+    /// equilibria.
     pub(crate) lost: Option<String>,
 }
 
@@ -94,10 +99,10 @@ impl RunState {
     pub(crate) fn gathered(&self, domain: &Discretisation) -> Self {
         let part = domain.operator.part();
         let contacts = &domain.boundary.contacts;
-        let pressures = self.pressures.iter().zip(contacts).map(|(own, contact)| {
-            let places: Vec<u32> = contact.own_places().collect();
-            let own: Vec<f64> = contact.own_of(own).copied().collect();
-            part.ordered(&places, 1, &own, contact.all)
+        let pressures = self.pressures.iter().zip(contacts).map(|(pressures, contact)| {
+            let numbers: Vec<u32> = contact.own_places().collect();
+            let owned: Vec<f64> = contact.own_of(pressures).copied().collect();
+            part.ordered(&numbers, 1, &owned, contact.all)
         });
         Self {
             fields: gather_fields(part, &self.fields),

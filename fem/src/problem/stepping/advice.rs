@@ -1,4 +1,4 @@
-//! Advice for load steps without equilibrium.
+//! Advice for load steps that find no equilibrium.
 
 use super::increment::Increments;
 use crate::error::StepFailure;
@@ -18,36 +18,37 @@ pub(super) fn advice(increments: &Increments, failure: StepFailure) -> String {
     let untouched = solver.newton.external.untouched(&state.fields);
     match failure {
         StepFailure::Condition => {
-            "let the functions of the conditions return finite numbers over the whole schedule"
+            "define the functions of the boundary conditions so that they return finite numbers over the whole schedule"
                 .into()
         }
         StepFailure::NotFinite => {
-            "end the test before the law's limit, or check the law's parameters".into()
+            "end the test before the limit strain of the law, or check the parameters of the law"
+                .into()
         }
-        StepFailure::GivenUp => "let the step controller try smaller steps".into(),
+        StepFailure::GivenUp => "use a step controller that tries smaller steps".into(),
         _ if untouched.is_some() => format!(
-            "no node of surface '{}' touches its platen, so that nothing may hold the body: let the platen \
-             start at the surface, or hold the body by other conditions",
+            "no node of surface '{}' touches its platen, so that the body may be unsupported: let the platen \
+             start at the surface, or support the body by other conditions",
             untouched.unwrap_or_default()
         ),
         StepFailure::Contact { .. } => {
-            "take smaller steps, or a finer mesh where the platens press".into()
+            "use smaller steps, or a finer mesh at the platens".into()
         }
         _ if !damaged.contains(&true) || state.point.phi_max < SOUND => {
-            let mut causes = "the body may buckle, snap through or turn about a hinge, where a load or a \
-                              displacement has no equilibrium near by: check supports and mesh (parts joined \
-                              by an edge or a node alone)"
+            let mut causes = "the body may buckle, snap through or rotate about a hinge, so that there is no \
+                              equilibrium close to the last equilibrium: check the supports and the mesh (parts \
+                              that are joined only by an edge or a node)"
                 .to_owned();
             if !setup.parts.conditions.only_prescribe() {
-                causes += ", prescribe displacements in place of loads";
+                causes += ", prescribe displacements instead of loads";
             }
             causes + ", or allow smaller steps"
         }
         _ if rate_independent => {
-            "damage without viscosity may run on by itself: give it a viscosity, take arc-length steps, or \
+            "damage without viscosity may grow unstably (snap back): set a viscosity, use arc-length steps, or \
              allow smaller steps"
                 .into()
         }
-        _ => "refine the mesh, raise the viscosity, or allow smaller steps".into(),
+        _ => "refine the mesh, increase the viscosity, or allow smaller steps".into(),
     }
 }

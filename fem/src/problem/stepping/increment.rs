@@ -37,7 +37,7 @@ impl<'a> Increments<'a> {
         Self { setup, solver: setup.solver(), state }
     }
 
-    /// Replaces the solver by one without data from earlier steps, which continues the counters of the state.
+    /// Replaces the solver by a solver without data from earlier steps. The counters and scales of the state continue.
     pub(super) fn renew_solver(&mut self) {
         self.solver = self.setup.solver();
         self.solver.newton.resume(self.state.effort);
@@ -53,12 +53,12 @@ impl<'a> Increments<'a> {
         self.solver.newton.effort
     }
 
-    /// Counts a load step that is reduced.
+    /// Increments the counter of reduced load steps.
     pub(super) fn count_cut(&mut self) {
         self.solver.newton.effort.cuts += 1;
     }
 
-    /// Takes one step. Steps that prescribe the position of the ends go to the fraction `target` of the duration.
+    /// Takes one step. Steps that prescribe the position of the ends end at the fraction `target` of the duration.
     pub(super) fn take(&mut self, step: Step, target: f64) -> Result<(), StepFailure> {
         match step {
             Step::Advance(_) => self.advance(target),
@@ -149,8 +149,8 @@ impl<'a> Increments<'a> {
         state.memory.record(operator, &setup.points, &fields, duration)?;
         let mut change = fields.clone();
         change.add_scaled(-1.0, &state.fields);
-        // external forces balance the stress forces at each node; energy that friction takes from the platens does not
-        // reach the body
+        // work of the external forces, which balance the stress forces at each node; the work that friction dissipates
+        // at the platens is not in these forces and is added below
         let (part, ranks) = (domain.operator.part(), domain.operator.part().ranks());
         let halo = &part.halo;
         let moved = halo.own_of(&change.displacement).zip(halo.own_of(&change.damage));
@@ -192,8 +192,8 @@ impl<'a> Increments<'a> {
         Ok(())
     }
 
-    /// Initial guess for the next increment: the extrapolated fields with the prescribed values imposed. The flag is
-    /// true if prescribed displacements jump, i.e. are far from the extrapolation.
+    /// Returns the initial guess of the equilibrium at `target`: the extrapolated fields with the prescribed values
+    /// imposed. The flag is true if prescribed displacements jump, i.e. are far from the extrapolated displacements.
     fn guess(&self, target: f64) -> (Fields, bool) {
         let (setup, state) = (self.setup, &self.state);
         let boundary = &setup.discretisation.boundary;

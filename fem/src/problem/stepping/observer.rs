@@ -1,4 +1,4 @@
-//! Observers of complete runs.
+//! Observers, which are called after each load step of a run.
 
 use std::ops::ControlFlow;
 

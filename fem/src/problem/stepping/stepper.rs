@@ -1,4 +1,4 @@
-//! Loop over the load steps, advanced by the user.
+//! Loop over the load steps, advanced step by step by the caller.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -19,8 +19,9 @@ const MOST_TRIES: u32 = 10_000;
 
 /// Run in progress, advanced one load step at a time; created by [`Problem::start`](crate::Problem::start).
 ///
-/// A step without equilibrium is reduced. [`step`](Self::step) returns `None` once the run has ended, and
-/// [`finish`](Self::finish) the curve and the reason of the end. A failure keeps the curve.
+/// A step without equilibrium is reduced. [`step`](Self::step) returns `None` once the run has ended. Then
+/// [`finish`](Self::finish) returns the curve and the reason for the end; after a failure it returns the curve up to the
+/// failure.
 ///
 /// # Example
 /// ```
@@ -69,7 +70,7 @@ impl<'a> LoadStepper<'a> {
         Self { increments: Increments::new(setup), whole, checkpoint: None, end: None }
     }
 
-    /// Creates a run that saves its state, starting from a saved state if there is one.
+    /// Creates a run that saves its state. The run starts from the saved state if the file exists.
     pub(crate) fn resume(setup: &'a Setup, checkpoint: &Checkpoint) -> Result<Self, FemError> {
         checkpoint.validate()?;
         let fingerprint = setup.parts.fingerprint();
@@ -92,9 +93,9 @@ impl<'a> LoadStepper<'a> {
         FemError::RankLost { rank, checkpoint: saved.filter(|path| path.is_file()).cloned() }
     }
 
-    /// Whether any rank stops here; `own` is the decision of this rank.
-    pub(crate) fn stops(&mut self, own: bool) -> bool {
-        match guarded(|| self.increments.ranks().any(own)) {
+    /// Whether any rank stops the run now; `this_rank` is the decision of this rank.
+    pub(crate) fn stops(&mut self, this_rank: bool) -> bool {
+        match guarded(|| self.increments.ranks().any(this_rank)) {
             Ok(stop) => stop,
             Err(lost) => {
                 self.end = Some(End::Failed(self.lost(lost)));
@@ -103,7 +104,7 @@ impl<'a> LoadStepper<'a> {
         }
     }
 
-    /// Takes the next load step; `None` once the run has ended. [`finish`](Self::finish) returns the reason of the end.
+    /// Takes the next load step; `None` once the run has ended. [`finish`](Self::finish) returns the reason for the end.
     pub fn step(&mut self) -> Option<CurvePoint> {
         if self.end.is_some() {
             return None;
@@ -117,17 +118,17 @@ impl<'a> LoadStepper<'a> {
         }
     }
 
-    /// Fields of the whole body at the last point; zero before the first.
+    /// Fields of the whole body at the last point of the curve; zero before the first point.
     pub fn fields(&self) -> &Fields {
         self.whole.as_ref().unwrap_or(&self.increments.state.fields)
     }
 
-    /// Points of the curve so far, including those before a resumption.
+    /// Points of the curve so far, including the points before a resumption.
     pub fn curve(&self) -> &[CurvePoint] {
         &self.increments.state.curve
     }
 
-    /// Derivatives of the force at the points so far.
+    /// Derivatives of the force at the points of the curve so far.
     pub fn sensitivities(&self) -> Sensitivities {
         let names = self.increments.setup.parts.parameters.iter().map(|p| p.name.clone()).collect();
         let Derivatives { curve, lost, .. } = &self.increments.state.derivatives;
@@ -144,13 +145,13 @@ impl<'a> LoadStepper<'a> {
         self.increments.solver.newton.machine()
     }
 
-    /// Returns the curve and the reason of the end, with the other results of the run. A run that has not ended yet is
-    /// reported as [`End::Interrupted`].
+    /// Returns the curve, the reason for the end and the other results of the run. A run that has not ended yet gets
+    /// the reason [`End::Interrupted`].
     pub fn finish(mut self) -> Outcome {
         let Increments { setup, solver, state } = &self.increments;
         let boundary = &setup.discretisation.boundary;
         let points = || solver.newton.external.contact_points(boundary, &state.fields);
-        // contact points cannot be gathered if a rank is lost
+        // contact points cannot be gathered from the ranks if a rank has ended
         let contact = match &self.end {
             Some(End::Failed(FemError::RankLost { .. })) => BTreeMap::new(),
             _ => guarded(points).unwrap_or_else(|lost| {
@@ -166,7 +167,7 @@ impl<'a> LoadStepper<'a> {
         Outcome { curve, sensitivities, end, fields, reactions, contact, effort, machine }
     }
 
-    /// Takes steps up to the next point of the curve.
+    /// Takes steps until the next point of the curve is reached.
     fn next_point(&mut self) -> Result<CurvePoint, FemError> {
         let controller = &self.increments.setup.parts.schedule.steps;
         let marks = controller.marks();
@@ -208,7 +209,7 @@ impl<'a> LoadStepper<'a> {
         Progress { passed: *clock, curve, taken: *taken, moved, failed }
     }
 
-    /// Adds the state to the curve, checks whether the run has ended, and saves.
+    /// Adds the state to the curve, checks whether the run has ended, and saves the state when due.
     fn record(&mut self) -> CurvePoint {
         if let Some(whole) = &mut self.whole {
             *whole = gather_fields(
@@ -228,7 +229,7 @@ impl<'a> LoadStepper<'a> {
         }
         // absolute value, because the force of a body in tension is negative
         state.peak = state.peak.max(point.force_n.abs());
-        // the counters restart for the next point
+        // restart the counters of iterations for the next point
         (state.point.newton, state.point.linear) = (0, 0);
         let below = |fraction| point.force_n.abs() < (1.0 - fraction) * state.peak;
         if self.increments.setup.parts.schedule.stop_below_peak.is_some_and(below) {
@@ -241,8 +242,10 @@ impl<'a> LoadStepper<'a> {
         point
     }
 
-    /// Saves the state when due, and discards the data that the solver reuses from step to step. An uninterrupted run
-    /// and a resumed run therefore take the same steps.
+    /// Saves the state when due, and discards the data that the solver reuses from step to step.
+    ///
+    /// The data is discarded so that an uninterrupted run continues exactly as a resumed run, which does not have the
+    /// data.
     fn save(&mut self) -> Result<(), FemError> {
         let Some((checkpoint, fingerprint)) = &self.checkpoint else { return Ok(()) };
         if self.increments.state.curve.len().is_multiple_of(checkpoint.every as usize) {

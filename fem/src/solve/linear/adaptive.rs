@@ -1,7 +1,8 @@
-//! Multigrid that is replaced by a sparse factor where it converges badly.
+//! Multigrid that is replaced by a sparse factor if multigrid converges slowly.
 //!
-//! On some curved meshes of other programs a solution takes hundreds of iterations or does not converge at all, and
-//! load steps are cut for it. The cause is not known (docs/own-meshes.md), so the rule counts iterations.
+//! On some curved meshes of other programs, a linear solve with multigrid takes hundreds of iterations or does not
+//! converge, and load steps must be reduced. The cause is not known (docs/own-meshes.md), so the criterion is the number
+//! of iterations.
 
 use std::sync::Arc;
 
@@ -12,16 +13,16 @@ use super::{LinearEffort, LinearSolver, Singular};
 use crate::material::Inverted;
 use crate::operator::{Coupling, Increment, Operator, Pattern};
 
-/// Largest usual number of iterations per digit of the residual. Most meshes take 2 to 10; systems that a crack makes
-/// indefinite take up to 30.
+/// Acceptable number of iterations per digit of the residual. Most meshes need 2 to 10; systems that are indefinite
+/// because of a crack need up to 30.
 const USUAL: f64 = 30.0;
-/// Number of iterations above the usual number after which the factor replaces multigrid.
+/// Number of iterations above the acceptable number, summed over solves, after which the factor replaces multigrid.
 const PATIENCE: f64 = 300.0;
 
 /// Convergence history of multigrid.
 #[derive(Debug, Default)]
 struct Convergence {
-    /// Sum of iterations above the usual number; solutions with fewer iterations reduce the sum, down to 0.
+    /// Sum of iterations above the acceptable number. Solves with fewer iterations reduce the sum; the sum is at least 0.
     excess: f64,
     /// Iterations of the most recent solution.
     last: u32,
@@ -48,7 +49,7 @@ enum Method<'a> {
     Factor(Box<Direct<'a>>),
 }
 
-/// Multigrid that is replaced by a sparse factor for all later tangents once it has converged badly.
+/// Multigrid that, after slow convergence, is replaced by a sparse factor for all later tangents.
 pub(super) struct Adaptive<'a> {
     method: Method<'a>,
     convergence: Convergence,
@@ -58,7 +59,7 @@ pub(super) struct Adaptive<'a> {
 }
 
 impl<'a> Adaptive<'a> {
-    /// `symbolic` is the structure of the factor that may replace `multigrid`.
+    /// Creates the solver; `symbolic` is the structure of the sparse factor that may replace `multigrid`.
     pub(super) fn new(
         multigrid: Iterative<'a>,
         operator: &'a dyn Operator,
@@ -137,8 +138,8 @@ impl LinearSolver for Adaptive<'_> {
         match &self.method {
             Method::Multigrid(multigrid) => multigrid.machine(),
             Method::Factor(_) => format!(
-                "the processor, by a sparse factor since multigrid converged badly ({} iterations for one \
-                 solution)",
+                "the processor, by a sparse factor because multigrid converged slowly ({} iterations in one \
+                 linear solve)",
                 self.convergence.last
             ),
         }
@@ -158,15 +159,15 @@ mod tests {
     }
 
     #[test]
-    fn the_rule_is_on_iterations_beyond_the_usual_ones() {
-        // two digits: 60 iterations are usual
+    fn iterations_above_the_acceptable_number_replace_multigrid() {
+        // two digits: 60 iterations are acceptable
         assert!(!after(&[(60, 1e-3); 1000], 1e-2));
         assert!(!after(&[(160, 1e-3), (10, 1e-3), (10, 1e-3)].repeat(100), 1e-2));
         assert!(!after(&[(160, 1e-3); 3], 1e-2));
         assert!(after(&[(160, 1e-3); 4], 1e-2));
-        // four digits take more
+        // four digits: 120 iterations are acceptable
         assert!(!after(&[(120, 1e-5); 1000], 1e-4));
-        // a solution that does not reach its tolerance ends multigrid at once
+        // a solve that does not reach its tolerance replaces multigrid at once
         assert!(after(&[(300, 0.05)], 1e-2));
         assert!(after(&[(10, f64::INFINITY)], 1e-2));
     }

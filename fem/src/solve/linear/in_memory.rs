@@ -1,5 +1,5 @@
-//! Vectors in the memory of this process, which may be one of several ranks. The results do not depend on the number
-//! of threads.
+//! Vectors in the memory of this process, which may be one of several ranks. The results of sums do not depend on the
+//! number of threads.
 
 use std::marker::PhantomData;
 use std::ops::Range;
@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use super::vectors::{KrylovVectors, LanczosVectors, Precision, Vectors};
 use crate::parallel::Halo;
 
-/// Number of vector entries: `f32` or `f64`.
+/// Floating-point type of vector entries: `f32` or `f64`.
 pub(crate) trait Real: RealField + Pod + Into<f64> {}
 
 impl Real for f32 {}
@@ -33,7 +33,7 @@ impl<T, const R: usize> InMemory<T, R> {
         Self { halo: Arc::clone(halo), number: PhantomData }
     }
 
-    /// Sums `part` over all nodes; each node is counted on the rank that owns it.
+    /// Sums `part` over the nodes of all ranks; each rank contributes the nodes that it owns.
     fn sum(&self, nodes: usize, part: impl Fn(Range<usize>) -> f64) -> f64 {
         if self.halo.ranks().is_alone() {
             return part(0..nodes);
@@ -75,7 +75,7 @@ impl<T: Real, const R: usize> LanczosVectors for InMemory<T, R> {
     }
 
     fn dot(&self, a: &[[T; R]], b: &[[T; R]]) -> f64 {
-        self.sum(a.len(), |own| dot(&a[own.clone()], &b[own]))
+        self.sum(a.len(), |nodes| dot(&a[nodes.clone()], &b[nodes]))
     }
 
     fn recur(&self, y: &mut [[T; R]], w: &[[T; R]], a: f64, d: &[[T; R]], b: f64) {
@@ -97,7 +97,7 @@ impl KrylovVectors for NodalVectors {
     type Stored = Stored;
 
     fn weighted_dot(&self, w: &[Nodal], a: &[Nodal], b: &[Nodal]) -> f64 {
-        self.sum(a.len(), |own| weighted_dot(&w[own.clone()], &a[own.clone()], &b[own]))
+        self.sum(a.len(), |nodes| weighted_dot(&w[nodes.clone()], &a[nodes.clone()], &b[nodes]))
     }
 
     fn add_scaled(&self, y: &mut [Nodal], a: f64, x: &[Nodal]) {
@@ -124,9 +124,9 @@ impl KrylovVectors for NodalVectors {
     fn weighted_dot_stored(&self, w: &[Nodal], a: &Stored, b: &[Nodal]) -> f64 {
         match a {
             Stored::Double(a) => self.weighted_dot(w, a, b),
-            Stored::Single(a) => {
-                self.sum(b.len(), |own| weighted_dot(&w[own.clone()], &a[own.clone()], &b[own]))
-            }
+            Stored::Single(a) => self.sum(b.len(), |nodes| {
+                weighted_dot(&w[nodes.clone()], &a[nodes.clone()], &b[nodes])
+            }),
         }
     }
 
@@ -141,7 +141,7 @@ impl KrylovVectors for NodalVectors {
 /// Values u_x, u_y, u_z, φ of a node.
 pub(crate) type Nodal = [f64; 4];
 
-/// Number of nodes per task. Partial sums over these nodes are added in order.
+/// Number of nodes per parallel task. The partial sums of the tasks are added in the order of the nodes.
 pub(in crate::solve) const CHUNK: usize = 4096;
 
 /// Applies `of_node` to every node.
@@ -220,8 +220,8 @@ pub(crate) fn largest(x: &[Nodal], of_node: impl Fn(&Nodal) -> f64 + Sync) -> f6
     x.par_chunks(CHUNK).map(part).reduce(|| 0.0, f64::max)
 }
 
-/// Returns 1/|A_ii| for the free values, zero for all others. Diagonal entries have a lower limit, relative to the
-/// largest of their field.
+/// Returns 1/|A_ii| for the free values, zero for all other values. |A_ii| is raised to at least 1e-8 times the largest
+/// diagonal entry of the same component.
 pub(crate) fn weights(diagonal: &[Nodal], free: &[[bool; 4]], halo: &Halo) -> Vec<Nodal> {
     const LEAST: f64 = 1e-8;
     let mut most = [0, 1, 2, 3].map(|k| largest(diagonal, |d| d[k].abs()));

@@ -1,4 +1,4 @@
-//! Krylov methods with multigrid, for systems whose factor would be too large.
+//! Krylov methods with multigrid, for systems that are too large for a sparse factor.
 
 use std::sync::Arc;
 
@@ -14,17 +14,19 @@ use crate::material::Inverted;
 use crate::operator::{Coupling, Increment, Operator, Tangent};
 use crate::parallel::Halo;
 
+/// Limit of iterations of a solution.
 const LIMIT: u32 = 300;
-/// The hierarchy is recomputed if a solution takes this multiple of the iterations of the first solution.
+/// The hierarchy is recomputed if a solution needs this multiple of the iterations of the first solution with it.
 const WORN: f64 = 1.6;
 /// Largest relative residual of a solution that is accepted at the limit of iterations.
 const USELESS: f64 = 0.1;
 
-/// The current tangent was on a device that has failed. The next tangent is computed on the processor.
+/// Error: the current tangent was on a device that has failed. The next tangent is computed on the processor.
 struct TangentLost;
 
 type MultigridInMemory = Multigrid<NodalVectors, FieldSplitInMemory>;
 
+/// Krylov solver with a multigrid preconditioner, on the processor or on a device.
 pub(crate) struct Iterative<'a> {
     operator: &'a dyn Operator,
     /// Vertices of the mesh.
@@ -33,11 +35,11 @@ pub(crate) struct Iterative<'a> {
     tangent: Tangent,
     /// Matrix-free tangent, if the elements are quadratic or a device runs the iterations.
     elements: Option<ElementTangent>,
-    /// Device that runs the iterations; `None`: the processor.
+    /// Device that runs the iterations; `None` if the processor runs them.
     device: Option<OnDevice>,
-    /// Error because of which the device is no longer used.
+    /// Error of the device, after which the device is no longer used.
     lost: Option<DeviceError>,
-    /// Hierarchy of the processor; the device has its own.
+    /// Hierarchy in the memory of the processor. A device stores a separate hierarchy, in `device`.
     multigrid: Option<MultigridInMemory>,
     /// Whether the hierarchy belongs to the current tangent.
     fresh: bool,
@@ -95,7 +97,7 @@ impl<'a> Iterative<'a> {
         result.map_err(|error| (self.device, self.lost) = (None, Some(error))).ok()
     }
 
-    /// Discards the device if it had the tangent and failed.
+    /// Discards the device and returns an error if the device had the tangent and has failed.
     fn check_tangent(&mut self) -> Result<(), TangentLost> {
         match self.elements.as_mut().and_then(ElementTangent::take_lost) {
             None => Ok(()),
@@ -148,7 +150,7 @@ impl<'a> Iterative<'a> {
                 device.krylov(elements, &mut definite, right, step, limits)
             });
             self.definite = definite;
-            // after a failure of the device, the processor computes its own hierarchy
+            // after a failure of the device, `fresh` is false, so that the processor creates a hierarchy and retries
             self.fresh &= ending.is_some();
             let failed = Ending { stop: Stop::Broken, iterations: 0, residual: 1.0 };
             return ending.unwrap_or(failed);
@@ -164,7 +166,7 @@ impl<'a> Iterative<'a> {
         ending
     }
 
-    /// z ≈ A⁻¹ r for several right-hand sides.
+    /// Computes z ≈ A⁻¹ r for several right-hand sides r.
     fn precondition_all(
         &mut self,
         right: &[&[Nodal]],
@@ -187,7 +189,7 @@ impl<'a> Iterative<'a> {
         self.check_tangent()
     }
 
-    /// Returns the tangent with its preconditioner on the processor. The hierarchy must exist.
+    /// Returns the tangent with its preconditioner on the processor. Precondition: the hierarchy exists.
     fn matrix(&mut self) -> Box<dyn Preconditioned<NodalVectors> + '_> {
         let multigrid = self.multigrid.as_mut().expect("the hierarchy is created before its use");
         let halo = &self.operator.part().halo;
@@ -325,7 +327,7 @@ impl LinearSolver for Iterative<'_> {
     fn machine(&self) -> String {
         match (&self.device, &self.lost) {
             (Some(device), _) => device.name().to_string(),
-            (None, Some(error)) => format!("the processor, since the device failed: {error}"),
+            (None, Some(error)) => format!("the processor, because the device failed: {error}"),
             (None, None) => "the processor".into(),
         }
     }

@@ -1,4 +1,4 @@
-//! Krylov methods on nodal vectors in any memory, with initial solution zero.
+//! Krylov methods on nodal vectors in the memory of this process or of a device, with initial solution zero.
 //!
 //! - conjugate gradients for symmetric positive definite matrices (Hestenes & Stiefel 1952,
 //!   doi:10.6028/jres.049.044), flexible (Notay 2000, doi:10.1137/S1064827599362314);
@@ -32,31 +32,31 @@ impl<V: KrylovVectors> System<'_, V> {
     }
 }
 
-/// Reason for which a method ended.
+/// Reason for the end of a Krylov method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Stop {
     Converged,
     /// The limit of iterations was reached.
     Limit,
-    /// A direction had no positive curvature: the matrix or the preconditioner is not positive definite.
+    /// The curvature along a direction was not positive: the matrix or the preconditioner is not positive definite.
     Indefinite,
     /// A value was not finite.
     Broken,
 }
 
-/// Result of a method.
+/// Result of a Krylov method, without the solution.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ending {
     pub(super) stop: Stop,
     pub(super) iterations: u32,
-    /// Norm of the residual relative to that of the right-hand side, in the weighted norm.
+    /// Weighted norm of the residual, divided by the weighted norm of the right-hand side.
     pub(super) residual: f64,
 }
 
-/// Iterations between restarts of GMRES.
+/// Number of iterations between restarts of GMRES.
 const RESTART: usize = 40;
-/// Smallest tolerance for which GMRES stores its basis in single precision. The two stored vectors per iteration need
-/// more memory than anything else in a large system.
+/// Smallest tolerance for which GMRES stores its basis in single precision. In a large system, the two vectors stored
+/// per iteration need more memory than all other data.
 const COARSE: f64 = 1e-4;
 
 /// Solves by conjugate gradients while the tangent is `definite`. If negative curvature occurs, sets `definite` to
@@ -112,8 +112,8 @@ fn conjugate_gradients<V: KrylovVectors>(
         if product <= 0.0 {
             return ending(Stop::Indefinite, iteration, residual);
         }
-        // z·(r_k − r_{k−1}) instead of z·r_k: equal for a linear preconditioner, and keeps directions conjugate for a
-        // preconditioner that rounds to single precision
+        // z·(r_k − r_{k−1}) instead of z·r_k (flexible method): the products are equal for a linear preconditioner, but
+        // the directions stay conjugate even if the preconditioner rounds to single precision
         let share = if iteration == 0 { 0.0 } else { -step * vectors.dot(q, z) / before };
         vectors.scale_and_add(p, share, z);
         system.matrix.apply(p, q);
@@ -140,7 +140,7 @@ fn conjugate_gradients<V: KrylovVectors>(
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Start {
     Zero,
-    /// The given x, unless zero has a smaller residual.
+    /// The given x, or zero if the residual of zero is smaller.
     Given,
 }
 
@@ -172,7 +172,7 @@ fn gmres<V: KrylovVectors>(
         vectors.copy(right, r);
         norm = size;
     }
-    // the true residual decides convergence, so that a basis in single precision costs no accuracy
+    // convergence is tested with the true residual, so that a basis in single precision does not reduce the accuracy
     let precision = if tolerance >= COARSE { Precision::Single } else { Precision::Double };
     let mut done = 0;
     while done < limit {
@@ -198,8 +198,8 @@ fn gmres<V: KrylovVectors>(
     ending(Stop::Limit, done, norm / size)
 }
 
-/// Adds to x the correction of at most `rounds` GMRES steps for a residual of the given norm; stops early if the
-/// residual falls below `target`. Returns the number of steps; as an error if a value is not finite.
+/// Adds to x the correction of at most `rounds` GMRES steps for a residual of the given norm; stops early if the norm
+/// of the residual falls below `target`. Returns the number of steps: `Ok` normally, `Err` if a value is not finite.
 fn arnoldi<V: KrylovVectors>(
     system: &mut System<V>,
     residual: &V::Vector,
@@ -255,7 +255,7 @@ fn arnoldi<V: KrylovVectors>(
     Ok(hessenberg.len() as u32)
 }
 
-/// Solves R y = g for y; R is given by columns.
+/// Solves R y = g for y. `columns` contains the columns of the upper triangular matrix R.
 fn back_substitution(columns: &[Vec<f64>], g: &[f64]) -> Vec<f64> {
     let mut y = g[..columns.len()].to_vec();
     for j in (0..columns.len()).rev() {

@@ -1,4 +1,4 @@
-//! Linear solvers for the tangent, behind one trait.
+//! Linear solvers for the tangent, with a common trait.
 
 mod adaptive;
 mod direct;
@@ -19,11 +19,11 @@ use crate::operator::{Coupling, Increment};
 
 /// Solves A d = r with the consistent tangent A, on nodal values u_x, u_y, u_z, φ.
 ///
-/// Expensive parts (factor, hierarchy) are reused as preconditioner for later tangents. The solver renews them when a
-/// renewal saves time.
+/// The factor or multigrid hierarchy, which is expensive, is reused as preconditioner for later tangents. The solver
+/// renews the factor or hierarchy when the renewal saves time.
 pub(crate) trait LinearSolver: Send {
-    /// Sets the tangent to that of an increment. `free` marks the values that are solved for; all other values have
-    /// d = 0.
+    /// Computes and stores the tangent of an increment. `free` marks the unknown values; all other (constrained) values
+    /// have d = 0.
     fn linearise(
         &mut self,
         increment: &Increment,
@@ -31,8 +31,8 @@ pub(crate) trait LinearSolver: Send {
         free: &[[bool; 4]],
     ) -> Result<(), Inverted>;
 
-    /// Solves until the residual is at most `tolerance` times that of d = 0, in the norm Σ r_i²/|A_ii|. Entries of
-    /// `right` at constrained values are not read.
+    /// Solves until the residual is at most `tolerance` times the residual of d = 0, in the norm √(Σ r_i²/|A_ii|).
+    /// Entries of `right` at constrained values are not read.
     fn solve(
         &mut self,
         right: &[Nodal],
@@ -40,26 +40,27 @@ pub(crate) trait LinearSolver: Send {
         tolerance: f64,
     ) -> Result<LinearEffort, Singular>;
 
-    /// z ≈ A⁻¹ r for several right-hand sides, zero in constrained values, by the current factor or hierarchy.
-    /// Returns the number of factors or hierarchies that had to be computed. z is NaN if a device that had the tangent
-    /// has failed; the next tangent is computed on the processor.
+    /// Computes z ≈ A⁻¹ r for several right-hand sides r by the current factor or hierarchy; z is zero in constrained
+    /// values. Returns the number of factors or hierarchies that had to be computed.
+    ///
+    /// z is NaN if the tangent was on a device that has failed; the next tangent is then computed on the processor.
     fn precondition(&mut self, right: &[&[Nodal]], out: &mut [&mut [Nodal]]) -> u32;
 
-    /// y = A x with the rows and columns of all values, including constrained ones; NaN as in
-    /// [`Self::precondition`].
+    /// Computes y = A x with the rows and columns of all values, including constrained values. y is NaN under the same
+    /// condition as z in [`Self::precondition`].
     fn multiply(&mut self, x: &[Nodal], y: &mut [Nodal]);
 
-    /// Returns 1/|A_ii| for the values that are solved for, zero for all others: the weight of the norm.
+    /// Returns the weights of the norm: 1/|A_ii| for the free values, zero for the constrained values.
     fn weight(&self) -> &[Nodal];
 
-    /// Returns the iterations of the solution after which a factor replaces multigrid; `None` if multigrid is not
-    /// replaced.
+    /// Returns the number of iterations of the solve after which a factor replaces multigrid; `None` if multigrid is
+    /// not replaced.
     fn gave_way_after(&self) -> Option<u32> {
         None
     }
 
-    /// Uses a factor from the next tangent on, because an earlier solver of the run replaced multigrid after a
-    /// solution with this number of iterations.
+    /// Replaces multigrid by a factor from the next tangent on, because an earlier solver of the run did so after a
+    /// solve with this number of iterations.
     fn give_way(&mut self, _iterations: u32) {}
 
     /// Whether the systems are solved on a device.
@@ -73,17 +74,18 @@ pub(crate) trait LinearSolver: Send {
     }
 }
 
-/// Work and accuracy of a solution.
+/// Work and accuracy of a linear solve.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct LinearEffort {
     /// Krylov iterations.
     pub(crate) iterations: u32,
-    /// Number of factorisations or hierarchies computed.
+    /// Number of factors or hierarchies that were computed.
     pub(crate) renewals: u32,
-    /// Residual reached, relative to that of d = 0.
+    /// Residual at the end, relative to the residual of d = 0.
     pub(crate) residual: f64,
 }
 
-/// Error of a system without solution, or whose tangent was on a device that has failed, with the work of the attempt.
+/// Error of a linear solve: the system has no solution, or the tangent was on a device that has failed. The field is the
+/// work of the attempt.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Singular(pub(crate) LinearEffort);

@@ -1,4 +1,4 @@
-//! Choice of the linear solver by size, and its data that all runs on a mesh share.
+//! Choice of the linear solver by the number of unknowns, and the solver data that all runs on a mesh share.
 
 use std::sync::Arc;
 
@@ -16,14 +16,14 @@ use crate::operator::{
 };
 use crate::solve::LinearScheme;
 
-/// Largest number of unknowns for a sparse factor; larger factors need too much memory.
+/// Largest number of unknowns for which a sparse factor is used. For more unknowns, the factor needs too much memory.
 const DIRECT_UP_TO: usize = 70_000;
-/// Largest number of unknowns for a sparse factor without damage. One factor serves a whole run then, but the tangent
-/// stays positive definite, which suits multigrid.
+/// Largest number of unknowns for which a sparse factor is used in a problem without damage. One factor is then
+/// sufficient for a whole run, but multigrid converges fast too, because the tangent is positive definite.
 const DIRECT_ELASTIC_UP_TO: usize = 30_000;
 /// Largest number of factor entries per unknown for which a run with damage is faster with a factor than with
-/// multigrid on one thread. Measured on cylinders with grains, where it corresponds to 5 000 unknowns; a plate has
-/// fewer entries.
+/// multigrid on one thread. Measured on cylinders with grains, where 350 entries per unknown correspond to 5 000
+/// unknowns. The factor of a plate has fewer entries per unknown.
 const FILL: usize = 350;
 
 /// Linear solver of a discretisation, with its structure.
@@ -35,11 +35,11 @@ pub(crate) enum LinearPlan {
     Multigrid {
         pattern: Arc<Pattern>,
         vertices: Arc<Vec<[f64; 3]>>,
-        /// Vertices at the ends of the edge of each midpoint; empty for linear elements.
+        /// The two vertices of the edge of each midpoint node; empty for linear elements.
         parents: Arc<Vec<[u32; 2]>>,
-        /// Device that runs the iterations; `None`: the processor.
+        /// Device that runs the iterations; `None` if the processor runs them.
         device: Option<ComputeDevice>,
-        /// Factor that replaces multigrid if it converges badly; `None` if the factor would not fit into memory.
+        /// Factor that replaces multigrid if multigrid converges slowly; `None` if the factor would not fit into memory.
         factor: Option<FactorPlan>,
     },
 }
@@ -54,7 +54,7 @@ pub(crate) struct FactorPlan {
 }
 
 impl FactorPlan {
-    /// Returns the structure for other constrained displacements, with the unknowns.
+    /// Returns the structure for other constrained displacements, and the numbering of the unknowns.
     fn with_constrained(
         &self,
         damaged: &[bool],
@@ -67,8 +67,8 @@ impl FactorPlan {
 }
 
 impl LinearPlan {
-    /// Prepares the solver of a mesh. `damaged` marks the nodes with damage; `constrained` lists the prescribed
-    /// displacements as (node, component).
+    /// Selects and prepares the solver of a mesh; returns it with the numbering of the unknowns. `damaged` marks the
+    /// nodes with damage; `constrained` lists the prescribed displacements as (node, component).
     pub(crate) fn new<const N: usize>(
         tets: &[[u32; N]],
         points: &[[f64; 3]],
@@ -100,15 +100,15 @@ impl LinearPlan {
             }
             fallback = Some(factor);
         }
-        let unknowns = in_given_order(damaged, constrained.into_iter());
+        let unknowns = unknowns_in_node_order(damaged, constrained.into_iter());
         let mut plan = Self::multigrid(tets, points);
-        if let Self::Multigrid { device: place, factor, .. } = &mut plan {
-            (*place, *factor) = (device.cloned(), fallback);
+        if let Self::Multigrid { device: selected, factor, .. } = &mut plan {
+            (*selected, *factor) = (device.cloned(), fallback);
         }
         Ok((plan, unknowns))
     }
 
-    /// Returns the solver for other constrained displacements, with the unknowns.
+    /// Returns the solver for other constrained displacements, and the numbering of the unknowns.
     pub(crate) fn with_constrained(
         &self,
         damaged: &[bool],
@@ -125,12 +125,12 @@ impl LinearPlan {
                 if let Self::Multigrid { factor: Some(factor), .. } = &mut plan {
                     *factor = factor.with_constrained(damaged, constrained.iter().copied())?.0;
                 }
-                Ok((plan, in_given_order(damaged, constrained.into_iter())))
+                Ok((plan, unknowns_in_node_order(damaged, constrained.into_iter())))
             }
         }
     }
 
-    /// Prepares multigrid, independent of the size of the mesh.
+    /// Prepares multigrid for a mesh of any size.
     pub(super) fn multigrid<const N: usize>(tets: &[[u32; N]], points: &[[f64; 3]]) -> Self {
         let corners: Vec<[u32; 4]> = tets.iter().map(|t| std::array::from_fn(|a| t[a])).collect();
         let vertices = corners.iter().flatten().max().map_or(0, |&n| n as usize + 1);
@@ -205,7 +205,10 @@ impl LinearPlan {
 }
 
 /// Numbers the unknowns in the order of the nodes.
-fn in_given_order(damaged: &[bool], constrained: impl Iterator<Item = (u32, usize)>) -> Unknowns {
+fn unknowns_in_node_order(
+    damaged: &[bool],
+    constrained: impl Iterator<Item = (u32, usize)>,
+) -> Unknowns {
     let order: Vec<u32> = (0..damaged.len() as u32).collect();
     Unknowns::new(&order, damaged, constrained)
 }

@@ -3,7 +3,7 @@
 use std::borrow::BorrowMut;
 use std::fmt::Debug;
 
-/// Vectors of one level: local nodes, with a fixed number of values per node.
+/// Vectors of one multigrid level: a fixed number of values for each local node.
 pub(crate) trait Vectors: Clone + Debug {
     /// Borrowed vector.
     type Vector: ?Sized;
@@ -22,7 +22,7 @@ pub(crate) trait Vectors: Clone + Debug {
 
 /// Additional operations of Lanczos' iteration.
 pub(crate) trait LanczosVectors: Vectors {
-    /// x_i ← value(i), where i counts the values of the local nodes. Ghosts get the values of their owners.
+    /// x_i ← value(i), where i numbers the values of the local nodes. Ghosts get the values of their owners.
     fn fill(&self, x: &mut Self::Vector, value: impl Fn(usize) -> f64 + Sync);
 
     /// x ← a x.
@@ -59,7 +59,7 @@ pub(crate) trait KrylovVectors: LanczosVectors {
     fn add_stored(&self, y: &mut Self::Vector, a: f64, x: &Self::Stored);
 }
 
-/// Least precision of a stored vector.
+/// Precision that a stored vector needs at least.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Precision {
     /// Seven digits.

@@ -1,36 +1,37 @@
-//! The least vertex cover of a bipartite graph.
+//! The minimum vertex cover of a bipartite graph.
 
+/// Marks a vertex without a partner in the matching, or a vertex that has not been visited.
 const FREE: u32 = u32::MAX;
 
-/// Returns the smallest set of left and right vertices that covers every edge.
+/// Returns the smallest set of vertices that contains an end of every edge, as left and right vertices.
 ///
-/// `edges[l]` contains the right neighbours of left vertex l. By König's theorem, the cover follows from a maximum
-/// matching: (L ∖ Z) ∪ (R ∩ Z), where Z is the set of vertices that alternating paths reach from unmatched left
-/// vertices.
+/// `edges[l]` contains the right neighbours of left vertex l. `right` is the number of right vertices. By König's
+/// theorem, the cover follows from a maximum matching: (L ∖ Z) ∪ (R ∩ Z), where L and R are all left and right vertices,
+/// and Z are the vertices that alternating paths reach from unmatched left vertices.
 pub(super) fn vertex_cover(edges: &[Vec<u32>], right: usize) -> (Vec<usize>, Vec<usize>) {
-    let mut of_left = vec![FREE; edges.len()];
-    let mut of_right = vec![FREE; right];
+    let mut partner_of_left = vec![FREE; edges.len()];
+    let mut partner_of_right = vec![FREE; right];
     for (l, near) in edges.iter().enumerate() {
-        if let Some(&r) = near.iter().find(|&&r| of_right[r as usize] == FREE) {
-            of_left[l] = r;
-            of_right[r as usize] = l as u32;
+        if let Some(&r) = near.iter().find(|&&r| partner_of_right[r as usize] == FREE) {
+            partner_of_left[l] = r;
+            partner_of_right[r as usize] = l as u32;
         }
     }
     let mut seen = vec![FREE; right];
     for l in 0..edges.len() {
-        if of_left[l] == FREE {
-            augment(l as u32, edges, &mut of_left, &mut of_right, &mut seen);
+        if partner_of_left[l] == FREE {
+            augment(l as u32, edges, &mut partner_of_left, &mut partner_of_right, &mut seen);
         }
     }
     let mut reached = vec![false; edges.len()];
     let mut covered = vec![false; right];
-    let mut stack: Vec<usize> = (0..edges.len()).filter(|&l| of_left[l] == FREE).collect();
+    let mut stack: Vec<usize> = (0..edges.len()).filter(|&l| partner_of_left[l] == FREE).collect();
     stack.iter().for_each(|&l| reached[l] = true);
     while let Some(l) = stack.pop() {
         for &r in &edges[l] {
             if !covered[r as usize] {
                 covered[r as usize] = true;
-                let next = of_right[r as usize] as usize;
+                let next = partner_of_right[r as usize] as usize;
                 if !reached[next] {
                     reached[next] = true;
                     stack.push(next);
@@ -44,13 +45,15 @@ pub(super) fn vertex_cover(edges: &[Vec<u32>], right: usize) -> (Vec<usize>, Vec
     )
 }
 
-/// Searches for an alternating path from the unmatched left vertex `root` to an unmatched right vertex, and flips it.
-/// `seen[r]` is the root of the last search that visited r, so that `seen` need not be cleared.
+/// Searches for an alternating path from the unmatched left vertex `root` to an unmatched right vertex, and exchanges
+/// matched and unmatched edges along the path.
+///
+/// `seen[r]` is the root of the last search that visited right vertex r, so that `seen` need not be cleared.
 fn augment(
     root: u32,
     edges: &[Vec<u32>],
-    of_left: &mut [u32],
-    of_right: &mut [u32],
+    partner_of_left: &mut [u32],
+    partner_of_right: &mut [u32],
     seen: &mut [u32],
 ) {
     // (left vertex, index of the next edge to try)
@@ -65,15 +68,15 @@ fn augment(
             continue;
         }
         seen[r as usize] = root;
-        if of_right[r as usize] == FREE {
+        if partner_of_right[r as usize] == FREE {
             for &(l, tried) in &path {
                 let r = edges[l as usize][tried - 1];
-                of_left[l as usize] = r;
-                of_right[r as usize] = l;
+                partner_of_left[l as usize] = r;
+                partner_of_right[r as usize] = l;
             }
             return;
         }
-        path.push((of_right[r as usize], 0));
+        path.push((partner_of_right[r as usize], 0));
     }
 }
 

@@ -1,4 +1,4 @@
-//! Sparsity structure of the matrix, and its factor with and without pivoting.
+//! Sparsity structure of the matrix and of its factor, and the factor with and without pivoting.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::perm::PermRef;
@@ -19,11 +19,13 @@ use crate::operator::{Graph, NONE, Tangent, Unknowns};
 pub(crate) struct Symbolic {
     /// (node, component) of each equation.
     value_of: Vec<(u32, u32)>,
-    /// Row indices of the lower triangle, column by column.
+    /// Offsets of the columns in `row` and `source`; length: number of equations + 1.
     start: Vec<u32>,
+    /// Row indices of the entries of the lower triangle, column by column.
     row: Vec<u32>,
-    /// Positions of the entries in the blocks of the tangent, as 16 × block + 4 × i + j.
+    /// Position of each entry in the blocks of the tangent: 16 × block + 4 × i + j.
     source: Vec<u32>,
+    /// Structure of the factor.
     factor: SymbolicCholesky<u32>,
 }
 
@@ -58,7 +60,7 @@ impl Symbolic {
         let failed = |error| FemError::factorisation(n, error);
         let lower = SymbolicSparseColMatRef::new_checked(n, n, &start, None, &row);
         let upper = lower.transpose().to_col_major().map_err(failed)?;
-        // always use supernodes, even if they are slower, because only supernodal factors support pivoting
+        // always use supernodes, even where simplicial factors are faster: only supernodal factors support pivoting
         let params = CholeskySymbolicParams {
             supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
             ..Default::default()
@@ -82,8 +84,7 @@ impl Symbolic {
         self.value_of.len()
     }
 
-    /// Returns the entries of the matrix, converted by `from`. The equations of constrained unknowns are replaced by
-    /// unit equations.
+    /// Returns the entries of the matrix, converted by `from`. Constrained unknowns get a unit row and column.
     pub(super) fn entries<T>(
         &self,
         tangent: &Tangent,
@@ -98,10 +99,10 @@ impl Symbolic {
         let mut out = Vec::with_capacity(self.row.len());
         for column in 0..self.size() {
             let column_free = is_free(column);
-            for place in self.start[column] as usize..self.start[column + 1] as usize {
-                let row = self.row[place] as usize;
+            for entry in self.start[column] as usize..self.start[column + 1] as usize {
+                let row = self.row[entry] as usize;
                 out.push(from(if column_free && is_free(row) {
-                    values[self.source[place] as usize]
+                    values[self.source[entry] as usize]
                 } else {
                     f64::from(row == column)
                 }));
@@ -117,23 +118,19 @@ impl Symbolic {
     }
 }
 
-/// Factor of the matrix, by method.
+/// Factor of the matrix.
 pub(super) enum Factor {
+    /// There is no factor.
     Absent,
-    /// L D Lᵀ without pivots in single precision.
+    /// L D Lᵀ without pivoting, in single precision.
     Single(Vec<f32>),
-    /// Bunch–Kaufman pivoting inside the supernodes, in double precision.
-    Pivoted {
-        values: Vec<f64>,
-        subdiagonal: Vec<f64>,
-        forward: Vec<u32>,
-        inverse: Vec<u32>,
-    },
+    /// L B Lᵀ with Bunch–Kaufman pivoting inside the supernodes, in double precision.
+    Pivoted { values: Vec<f64>, subdiagonal: Vec<f64>, forward: Vec<u32>, inverse: Vec<u32> },
 }
 
 impl Factor {
-    /// Factorises without pivoting, in the memory of an earlier factor; returns [`Absent`](Self::Absent) at a zero
-    /// pivot.
+    /// Factorises without pivoting, in the memory of the earlier factor `self`. Returns [`Absent`](Self::Absent) if a
+    /// pivot is zero.
     pub(super) fn single(self, symbolic: &Symbolic, tangent: &Tangent, free: &[[bool; 4]]) -> Self {
         let mut values = if let Factor::Single(values) = self { values } else { Vec::new() };
         let (factor, entries) = (&symbolic.factor, symbolic.entries(tangent, free, |x| x as f32));
@@ -183,7 +180,8 @@ impl Factor {
         })
     }
 
-    /// y = M⁻¹ x for several nodal vectors, so that the factor is read from memory only once.
+    /// Computes y = M⁻¹ x for several nodal vectors x, where M is the factorised matrix. The vectors are processed
+    /// together, so that the factor is read from memory only once.
     pub(super) fn apply(
         &self,
         symbolic: &Symbolic,
@@ -192,13 +190,14 @@ impl Factor {
         y: &mut [&mut [Nodal]],
     ) {
         let n = symbolic.size();
-        let places = || symbolic.value_of.iter().map(|&(node, k)| (node as usize, k as usize));
+        let values_of_equations =
+            || symbolic.value_of.iter().map(|&(node, k)| (node as usize, k as usize));
         let stack = MemStack::new(memory);
         y.iter_mut().for_each(|y| y.fill([0.0; 4]));
         match self {
             Factor::Absent => {}
             Factor::Single(values) => {
-                // the factor is linear: scale the right-hand side to size one to avoid overflow in single precision
+                // scale the right-hand side to largest entry 1 to avoid overflow in single precision
                 let scale = |x: &&[Nodal]| {
                     let size = x.as_flattened().iter().fold(0.0f64, |m, v| m.max(v.abs()));
                     if size > 0.0 { 1.0 / size } else { 1.0 }
@@ -206,13 +205,13 @@ impl Factor {
                 let scales: Vec<f64> = x.iter().map(scale).collect();
                 let mut work = Vec::with_capacity(n * x.len());
                 for (x, scale) in x.iter().zip(&scales) {
-                    work.extend(places().map(|(node, k)| (scale * x[node][k]) as f32));
+                    work.extend(values_of_equations().map(|(node, k)| (scale * x[node][k]) as f32));
                 }
                 let right = MatMut::from_column_major_slice_mut(&mut work, n, x.len());
                 let factor = LdltRef::new(&symbolic.factor, values);
                 factor.solve_in_place_with_conj(Conj::No, right, Par::Seq, stack);
                 for ((y, work), scale) in y.iter_mut().zip(work.chunks_exact(n)).zip(scales) {
-                    places()
+                    values_of_equations()
                         .zip(work)
                         .for_each(|((node, k), &v)| y[node][k] = f64::from(v) / scale);
                 }
@@ -220,14 +219,14 @@ impl Factor {
             Factor::Pivoted { values, subdiagonal, forward, inverse } => {
                 let mut work = Vec::with_capacity(n * x.len());
                 for x in x {
-                    work.extend(places().map(|(node, k)| x[node][k]));
+                    work.extend(values_of_equations().map(|(node, k)| x[node][k]));
                 }
                 let right = MatMut::from_column_major_slice_mut(&mut work, n, x.len());
                 let pivots = PermRef::new_checked(forward, inverse, n);
                 let factor = IntranodeLbltRef::new(&symbolic.factor, values, subdiagonal, pivots);
                 factor.solve_in_place_with_conj(Conj::No, right, Par::Seq, stack);
                 for (y, work) in y.iter_mut().zip(work.chunks_exact(n)) {
-                    places().zip(work).for_each(|((node, k), &v)| y[node][k] = v);
+                    values_of_equations().zip(work).for_each(|((node, k), &v)| y[node][k] = v);
                 }
             }
         }

@@ -1,9 +1,9 @@
 //! Sparse symmetric factorisation by faer, on one thread, as preconditioner of a Krylov method.
 //!
-//! The factor is L D Lᵀ without pivoting in single precision, which needs half the memory and half the time.
-//! Conjugate gradients on the tangent in double precision correct for rounding and for an outdated factor. GMRES is
-//! used if the tangent is not positive definite. If a fresh factor is not accurate enough, a new one is computed in
-//! double precision, with Bunch–Kaufman pivoting inside the supernodes.
+//! The factor is L D Lᵀ without pivoting in single precision, which needs half the memory and half the time of double
+//! precision. Conjugate gradients on the tangent in double precision correct for rounding and for an outdated factor.
+//! GMRES is used if the tangent is not positive definite. If a factor of the current tangent is not accurate enough, a
+//! second factor is computed in double precision, with Bunch–Kaufman pivoting inside the supernodes.
 
 mod cover;
 mod factor;
@@ -22,16 +22,16 @@ use super::{LinearEffort, LinearSolver, Singular};
 use crate::material::Inverted;
 use crate::operator::{Coupling, Increment, Operator, Pattern, Tangent};
 
-/// `WORN`: number of iterations after which an old factor is replaced. `POOR`: number of iterations after which a
-/// fresh factor is replaced by one with pivoting.
+/// Limit of iterations with the factor of an earlier tangent; the factor is then recomputed.
 const WORN: u32 = 12;
+/// Limit of iterations with a factor of the current tangent; the factor is then replaced by a factor with pivoting.
 const POOR: u32 = 30;
-/// Cost of a factorisation in iterations, measured from three thousand to twenty thousand unknowns.
+/// Cost of a factorisation, in iterations; measured for 3 000 to 20 000 unknowns.
 const FACTOR_IN_ITERATIONS: f64 = 20.0;
 /// Largest relative residual of a solution that is accepted although it has not reached the tolerance.
 const USELESS: f64 = 1e-3;
 
-/// Tangent with a factor of the same or of an earlier tangent.
+/// Tangent, with the factor of this tangent or of an earlier tangent.
 pub(crate) struct Direct<'a> {
     operator: &'a dyn Operator,
     symbolic: Arc<Symbolic>,
@@ -42,9 +42,9 @@ pub(crate) struct Direct<'a> {
     factor: Factor,
     /// Whether the factor must be recomputed before it is used.
     worn: bool,
-    /// `at_first`: iterations per digit when the factor was fresh. `excess`: additional iterations since then, caused
-    /// by the age of the factor.
+    /// Iterations per digit of the first solution with the factor.
     at_first: f64,
+    /// Additional iterations of all later solutions, caused by the age of the factor.
     excess: f64,
     /// Whether the factor belongs to the current tangent.
     fresh: bool,
@@ -91,7 +91,8 @@ impl<'a> Direct<'a> {
         (self.worn, self.fresh) = (false, true);
     }
 
-    /// Marks the factor as worn once its age has cost as many iterations as a new factor.
+    /// Counts the additional iterations that are caused by the age of the factor. Marks the factor as worn once these
+    /// iterations have cost as much time as a new factor.
     fn age(&mut self, iterations: u32, tolerance: f64) {
         let (iterations, digits) = (f64::from(iterations), -tolerance.log10());
         if self.fresh {
@@ -187,7 +188,7 @@ impl LinearSolver for Direct<'_> {
                 self.pivots = true;
             }
             self.worn = true;
-            // the negative curvature may have been caused by the old factor
+            // allow conjugate gradients again: the old factor may have caused the negative curvature
             self.definite = self.tangent.symmetric;
         }
     }

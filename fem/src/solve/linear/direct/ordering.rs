@@ -1,8 +1,8 @@
 //! Fill-reducing order of the nodes: geometric nested dissection.
 //!
 //! A plane divides the nodes into two parts. The separator is the smallest set of nodes whose removal cuts every edge
-//! across the plane; it is eliminated last. Both parts are divided recursively, down to small parts, which are
-//! ordered by minimum degree. The unknowns of a node stay together.
+//! across the plane; the separator is eliminated last. Both parts are divided recursively, down to small parts, which
+//! are ordered by minimum degree. The unknowns of a node are numbered consecutively.
 //!
 //! References: George, SIAM J. Numer. Anal. 10 (1973) 345, doi:10.1137/0710032; the smallest separator of a cut is a
 //! vertex cover of a bipartite graph, found by a matching (Pothen & Fan, ACM Trans. Math. Softw. 16 (1990) 303,
@@ -18,7 +18,7 @@ use crate::operator::Graph;
 
 /// Largest number of nodes of a part that is not divided further.
 const LEAF: usize = 100;
-/// Tried positions of the cutting planes, as fractions of the nodes on one side.
+/// Positions of the cutting planes that are compared: fractions of the nodes on the lower side.
 const CUTS: [f64; 5] = [0.42, 0.46, 0.5, 0.54, 0.58];
 
 /// Returns the nodes in the order of elimination.
@@ -38,7 +38,7 @@ const SEPARATOR: u8 = 3;
 struct Dissection<'a> {
     graph: &'a Graph,
     points: &'a [[f64; 3]],
-    /// Side of the current cut on which each node lies.
+    /// Side of each node in the current cut: `OUT`, `LEFT`, `RIGHT` or `SEPARATOR`.
     side: Vec<u8>,
     /// Number of each node within its side.
     local: Vec<u32>,
@@ -53,7 +53,8 @@ impl Dissection<'_> {
         let mut best: Option<(f64, [Vec<u32>; 3])> = None;
         for axis in 0..3 {
             let mut sorted = part.clone();
-            // ties along the axis are broken by the other coordinates, so that cuts are planes
+            // nodes with equal coordinates along the axis are ordered by the other coordinates, so that a cut through
+            // them is plane too
             let key = |n: u32| [0, 1, 2].map(|k| self.points[n as usize][(axis + k) % 3]);
             sorted.sort_unstable_by(|&a, &b| {
                 let (p, q) = (key(a), key(b));
@@ -141,7 +142,7 @@ impl Dissection<'_> {
     }
 }
 
-/// Returns the approximate minimum degree order of a graph in compressed rows.
+/// Returns the approximate minimum degree order of a graph in compressed sparse row format.
 fn amd_order(nodes: usize, start: &[u32], row: &[u32]) -> Result<Vec<u32>, FemError> {
     let failed = |reason: String| FemError::factorisation(4 * nodes, reason);
     let graph = SymbolicSparseColMatRef::new_checked(nodes, nodes, start, None, row);

@@ -1,8 +1,9 @@
 //! Smoothed-aggregation multigrid for the displacement: one V-cycle in single precision.
 //!
-//! With several ranks, each rank aggregates its own nodes. Everything else is as with one rank: prolongations are
-//! smoothed across the ranks, and the matrices of all levels, distributed over the ranks, are those of the whole
-//! body. The coarsest matrix has at least one aggregate per rank; every rank stores it as a whole and factorises it.
+//! With several ranks, each rank aggregates only the nodes that it owns. All other computations are the same as with
+//! one rank: prolongations are smoothed across the ranks, and the sum of the matrices of all ranks on a level is the
+//! matrix of the whole body. The coarsest level has at least one aggregate per rank; every rank stores and factorises
+//! the whole coarsest matrix.
 //!
 //! Reference: Vaněk, Mandel & Brezina, Computing 56 (1996) 179, doi:10.1007/BF02238511.
 
@@ -23,8 +24,9 @@ use crate::parallel::Halo;
 
 /// Largest number of unknowns of the coarsest level, which is solved directly.
 const COARSEST: usize = 900;
+/// Limit of levels between the finest and the coarsest level.
 const MOST_LEVELS: usize = 12;
-/// Degree of the smoother, which is applied before and after the coarse correction.
+/// Degree of the Chebyshev smoother, which is applied before and after the coarse correction.
 const DEGREE: usize = 3;
 
 /// Matrix of one level, with the transfer to the aggregates of its nodes.
@@ -66,8 +68,8 @@ impl Preconditioner for DenseFactor {
     type Space = InMemory<f32, MODES>;
 
     fn apply(&mut self, b: &mut [[f32; MODES]], x: &mut [[f32; MODES]]) {
-        let own: Vec<f32> = self.nodes.halo.own_of(b).flatten().copied().collect();
-        let all = self.nodes.halo.ranks().gather(&own).into_iter().flatten();
+        let owned: Vec<f32> = self.nodes.halo.own_of(b).flatten().copied().collect();
+        let all = self.nodes.halo.ranks().gather(&owned).into_iter().flatten();
         let right = DVector::from_iterator(self.factor.l_dirty().nrows(), all.map(f64::from));
         let solution = self.factor.solve(&right);
         for (x, number) in x.iter_mut().zip(self.nodes.numbers()) {
@@ -86,8 +88,8 @@ struct Coarser {
     nodes: CoarseNodes,
 }
 
-/// Creates the hierarchy of a symmetric positive definite matrix on nodes at `points`. Constrained values must have
-/// unit rows and columns. Each rank passes its part of the matrix.
+/// Creates the hierarchy of a symmetric positive definite matrix on nodes at `points`, mm. Constrained values must have
+/// unit rows and columns. With several ranks, `matrix` is this rank's contribution to the matrix.
 pub(super) fn amg(
     matrix: &BlockCsr<f64, 3, 3>,
     points: &[[f64; 3]],
@@ -107,35 +109,35 @@ pub(super) fn amg(
     Amg { fine, coarse, last: DenseFactor { factor: factorise(&next), nodes: next.nodes } }
 }
 
-/// Creates one level, and the data of the next coarser one. `modes` are those of the nodes that belong to this rank.
+/// Creates one level, and the data of the next coarser level. `modes` has one entry per node that this rank owns.
 fn coarsen<const R: usize>(
     matrix: &BlockCsr<f64, R, R>,
     modes: &Modes<R>,
     halo: &Arc<Halo>,
 ) -> (AmgLevel<Aggregation<R>>, Coarser) {
-    let (ranks, own) = (halo.ranks(), modes.len());
+    let (ranks, owned) = (halo.ranks(), modes.len());
     let diagonal = diagonal_blocks(matrix, halo);
-    let (mut of, count) = aggregates(matrix, &diagonal[..own]);
-    let (mut plain, coarse_modes) = tentative(&of, count, modes);
+    let (mut aggregate_of, count) = aggregates(matrix, &diagonal[..owned]);
+    let (mut plain, coarse_modes) = tentative(&aggregate_of, count, modes);
     let first = first_numbers(ranks, count);
     let offset = first[ranks.rank()] as u32;
-    of.iter_mut().chain(&mut plain.column).for_each(|aggregate| *aggregate += offset);
+    aggregate_of.iter_mut().chain(&mut plain.column).for_each(|aggregate| *aggregate += offset);
     let mut assembled = Assembled::new(matrix, &diagonal, halo);
     let (vectors, residual) = (InMemory::new(halo), vec![[0.0; R]; matrix.rows()]);
     let smoother = Smoother::measured(&vectors, &mut assembled, DEGREE, &residual);
-    // P = (I − ω D⁻¹ A) T
+    // smoothed prolongation P = (I − ω D⁻¹ A) T
     let omega = 4.0 / (3.0 * smoother.largest);
     let mut prolong = product(matrix, &plain, &first, halo);
-    for row in 0..own {
+    for row in 0..owned {
         let scaling = inverse(&diagonal[row]);
-        for place in prolong.start[row] as usize..prolong.start[row + 1] as usize {
-            let block = prolong.block[place];
-            let own = prolong.column[place] == of[row];
+        for entry in prolong.start[row] as usize..prolong.start[row + 1] as usize {
+            let block = prolong.block[entry];
+            let is_in_aggregate = prolong.column[entry] == aggregate_of[row];
             for i in 0..R {
                 for k in 0..MODES {
                     let smoothed: f64 = (0..R).map(|j| scaling[i][j] * block[j][k]).sum();
-                    let tentative = if own { plain.block[row][i][k] } else { 0.0 };
-                    prolong.block[place][i][k] = tentative - omega * smoothed;
+                    let tentative = if is_in_aggregate { plain.block[row][i][k] } else { 0.0 };
+                    prolong.block[entry][i][k] = tentative - omega * smoothed;
                 }
             }
         }
@@ -148,11 +150,11 @@ fn coarsen<const R: usize>(
     let whole = diagonal_blocks(&coarse, &nodes.halo);
     for row in 0..count {
         let range = coarse.start[row] as usize..coarse.start[row + 1] as usize;
-        for place in range {
-            if coarse.column[place] as usize == row {
-                // a mode that was dropped because it depends on the others: unit diagonal
+        for entry in range {
+            if coarse.column[entry] as usize == row {
+                // a mode that `tentative` has set to zero gets a unit diagonal, so that the matrix is not singular
                 for k in (0..MODES).filter(|&k| whole[row][k][k] == 0.0) {
-                    coarse.block[place][k][k] = 1.0;
+                    coarse.block[entry][k][k] = 1.0;
                 }
             }
         }
@@ -160,7 +162,7 @@ fn coarsen<const R: usize>(
     // each node is restricted by the rank that owns it
     let restrict = match ranks.is_alone() {
         true => transposed.narrow(),
-        false => prolong.first_rows(own).transpose().narrow(),
+        false => prolong.first_rows(owned).transpose().narrow(),
     };
     let right = vec![[0.0; MODES]; prolong.columns];
     let level = Level::new(vectors, &InMemory::new(&nodes.halo), smoother, residual, right);
@@ -170,17 +172,18 @@ fn coarsen<const R: usize>(
     (AmgLevel { grid, level }, Coarser { matrix: coarse, modes: coarse_modes, nodes })
 }
 
-/// Returns the rows of A T that belong to this rank, from the rows of T. Column numbers count over all ranks.
+/// Returns the rows of A T at the nodes that this rank owns. `tentative` contains the rows of T at the same nodes.
+/// Column numbers are numbers of aggregates over all ranks.
 fn product<const R: usize>(
     matrix: &BlockCsr<f64, R, R>,
-    own: &BlockCsr<f64, R, MODES>,
+    tentative: &BlockCsr<f64, R, MODES>,
     first: &[usize],
     halo: &Halo,
 ) -> BlockCsr<f64, R, MODES> {
     if halo.ranks().is_alone() {
-        return matrix.multiply(own);
+        return matrix.multiply(tentative);
     }
-    let all = with_ghosts(own.clone(), halo);
+    let all = with_ghosts(tentative.clone(), halo);
     let nodes = CoarseNodes::new(halo.ranks(), first.to_vec(), &all);
     let mut partial = matrix.multiply(&nodes.localise(all));
     let numbers = nodes.numbers();
@@ -188,7 +191,7 @@ fn product<const R: usize>(
     completed(&partial, halo)
 }
 
-/// Returns three translations and three rotations for the nodes that belong to this rank, zero in constrained values.
+/// Returns three translations and three rotations at the nodes that this rank owns, zero in constrained values.
 fn rigid_body_modes(points: &[[f64; 3]], free: &[[bool; 4]], halo: &Halo) -> Modes<3> {
     let sum = |k: usize| halo.own_of(points).map(|p| p[k]).sum::<f64>();
     let mut sums = [sum(0), sum(1), sum(2), halo.own_of(points).count() as f64];
@@ -219,18 +222,18 @@ fn factorise(coarsest: &Coarser) -> nalgebra::Cholesky<f64, Dyn> {
     let Coarser { matrix, nodes, .. } = coarsest;
     let n = MODES * nodes.all();
     let numbers = nodes.numbers();
-    let (mut places, mut blocks) = (Vec::<u32>::new(), Vec::<f64>::new());
+    let (mut positions, mut blocks) = (Vec::<u32>::new(), Vec::<f64>::new());
     for row in 0..matrix.rows() {
         for (column, block) in matrix.row(row) {
-            places.extend([numbers[row], numbers[column]]);
+            positions.extend([numbers[row], numbers[column]]);
             blocks.extend(block.as_flattened());
         }
     }
     let mut dense = DMatrix::<f64>::zeros(n, n);
     let ranks = nodes.halo.ranks();
-    for (places, blocks) in ranks.gather(&places).iter().zip(ranks.gather(&blocks)) {
-        for (place, block) in places.chunks_exact(2).zip(blocks.chunks_exact(MODES * MODES)) {
-            let [row, column] = [0, 1].map(|k| MODES * place[k] as usize);
+    for (positions, blocks) in ranks.gather(&positions).iter().zip(ranks.gather(&blocks)) {
+        for (position, block) in positions.chunks_exact(2).zip(blocks.chunks_exact(MODES * MODES)) {
+            let [row, column] = [0, 1].map(|k| MODES * position[k] as usize);
             for i in 0..MODES {
                 for j in 0..MODES {
                     dense[(row + i, column + j)] += block[MODES * i + j];

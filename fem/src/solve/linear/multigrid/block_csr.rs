@@ -6,13 +6,17 @@ use rayon::prelude::*;
 /// A sparse matrix of R × C blocks.
 #[derive(Clone, Debug)]
 pub(crate) struct BlockCsr<T, const R: usize, const C: usize> {
+    /// Number of block columns.
     pub(crate) columns: usize,
+    /// Offsets of the block rows in `column` and `block`; length: number of block rows + 1.
     pub(crate) start: Vec<u32>,
+    /// Block column of each block.
     pub(crate) column: Vec<u32>,
+    /// Entries of each block, row by row.
     pub(crate) block: Vec<[[T; C]; R]>,
 }
 
-/// Number of block rows per task.
+/// Number of block rows per parallel task.
 const ROWS: usize = 512;
 
 impl<T: Copy, const R: usize, const C: usize> BlockCsr<T, R, C> {
@@ -60,17 +64,17 @@ impl<const R: usize, const C: usize> BlockCsr<f64, R, C> {
         let (start, column) = (&product.start, &product.column);
         chunks.into_par_iter().for_each_init(
             || vec![0u32; other.columns],
-            |place, (rows, blocks)| {
+            |position, (rows, blocks)| {
                 let begin = start[rows.start] as usize;
                 for row in rows {
                     let range = start[row] as usize..start[row + 1] as usize;
                     let blocks = &mut blocks[range.start - begin..range.end - begin];
                     for (&c, i) in column[range].iter().zip(0..) {
-                        place[c as usize] = i;
+                        position[c as usize] = i;
                     }
                     for (middle, a) in self.row(row) {
                         for (c, b) in other.row(middle) {
-                            add_product(&mut blocks[place[c] as usize], a, b);
+                            add_product(&mut blocks[position[c] as usize], a, b);
                         }
                     }
                 }
@@ -144,7 +148,7 @@ impl<const R: usize, const C: usize> BlockCsr<f64, R, C> {
 }
 
 impl<const R: usize, const C: usize> BlockCsr<f32, R, C> {
-    /// y = f(y, A x), row by row.
+    /// Computes A x, and passes each row of y with the same row of A x to `into`, which updates the row of y.
     pub(super) fn apply(
         &self,
         x: &[[f32; C]],
@@ -183,8 +187,8 @@ fn add_product<const R: usize, const C: usize, const K: usize>(
     }
 }
 
-/// Returns the inverse of a small symmetric block, by elimination with diagonal pivots. If a pivot vanishes, its row
-/// and column of the inverse are zero, so that the corresponding unknown does not change.
+/// Returns the inverse of a small symmetric block, by elimination with diagonal pivots. If a pivot is zero, its row
+/// and column of the inverse are set to zero, so that the corresponding unknown does not change.
 pub(super) fn inverse<const R: usize>(block: &[[f64; R]; R]) -> [[f64; R]; R] {
     let size = block.iter().flatten().fold(0.0f64, |m, x| m.max(x.abs()));
     let mut a = *block;

@@ -12,6 +12,7 @@ use super::matrix::{Matrix, Preconditioner, Relaxation, Vector};
 
 /// The smoother reduces error components whose eigenvalues exceed this fraction of the largest eigenvalue.
 const SHARE: f64 = 0.1;
+/// Number of steps of Lanczos' iteration.
 const LANCZOS_STEPS: usize = 12;
 /// Safety factor of the largest eigenvalue, because Lanczos' iteration underestimates it.
 const MARGIN: f64 = 1.1;
@@ -27,7 +28,7 @@ pub(crate) struct Smoother<S: Vectors> {
 }
 
 impl<S: Vectors> Smoother<S> {
-    /// Returns the smoother for a matrix on vectors with the length of `like`.
+    /// Creates the smoother of a matrix and estimates its largest eigenvalue. `like` is any vector of the right length.
     pub(crate) fn measured<M: Matrix<Space = S>>(
         vectors: &S,
         matrix: &mut M,
@@ -41,12 +42,12 @@ impl<S: Vectors> Smoother<S> {
         Self { degree, largest, step: vectors.zero(like) }
     }
 
-    /// Returns the smoother for a known bound of the eigenvalues; `step` is a work vector.
+    /// Creates a smoother from a given bound of the eigenvalues, `largest`; `step` is a work vector.
     pub(crate) fn new(degree: usize, largest: f64, step: S::Owned) -> Self {
         Self { degree, largest, step }
     }
 
-    /// Improves the approximate solution x of A x = b. On input, `residual` is b − A x; its content is destroyed.
+    /// Improves the approximate solution x of A x = b. On input, `residual` is b − A x; its content is overwritten.
     pub(crate) fn smooth<M: Matrix<Space = S>>(
         &mut self,
         matrix: &mut M,
@@ -78,12 +79,12 @@ fn relaxations(largest: f64, degree: usize) -> impl Iterator<Item = Relaxation> 
     std::iter::once(Relaxation { momentum: 0.0, weight: 1.0 / centre }).chain(later)
 }
 
-/// Returns an upper bound of the eigenvalues of D⁻¹ A, by Lanczos' iteration in the inner product of D, on vectors
-/// with the length of `like`.
+/// Returns an upper bound of the eigenvalues of D⁻¹ A, by Lanczos' iteration in the inner product of D. `like` is any
+/// vector of the right length.
 ///
-/// Damage causes a few large, isolated eigenvalues. Lanczos' iteration finds them in these few steps; a power
-/// iteration would need a number of steps that grows with the number of nodes, and a Chebyshev polynomial amplifies
-/// components above the bound.
+/// Damage causes a few large, isolated eigenvalues. Lanczos' iteration converges to these eigenvalues in
+/// [`LANCZOS_STEPS`] steps; the number of steps of a power iteration would increase with the number of nodes. The bound
+/// must not be too small, because a Chebyshev polynomial amplifies components with eigenvalues above the bound.
 fn largest_eigenvalue<M: Matrix<Space: LanczosVectors>>(
     vectors: &M::Space,
     matrix: &mut M,
@@ -91,7 +92,7 @@ fn largest_eigenvalue<M: Matrix<Space: LanczosVectors>>(
 ) -> f64 {
     let [mut d, mut before, mut v, mut w] = [(); 4].map(|()| vectors.zero(like));
     let (v, w) = (v.borrow_mut(), w.borrow_mut());
-    // the start vector must not be orthogonal to the rough eigenvectors; it is deterministic
+    // a deterministic start vector that varies from node to node, like the eigenvectors of the largest eigenvalues
     vectors.fill(d.borrow_mut(), |i| ((i as f64) * 1.7 + 0.3).sin());
     let mut lanczos = Lanczos::default();
     loop {
@@ -112,7 +113,7 @@ fn largest_eigenvalue<M: Matrix<Space: LanczosVectors>>(
     }
 }
 
-/// Tridiagonal matrix of Lanczos' iteration; its largest eigenvalue converges to that of D⁻¹ A.
+/// Tridiagonal matrix of Lanczos' iteration. Its largest eigenvalue converges to the largest eigenvalue of D⁻¹ A.
 #[derive(Debug, Default)]
 struct Lanczos {
     diagonal: Vec<f64>,
@@ -125,8 +126,8 @@ impl Lanczos {
         size.is_nan() || size == 0.0 || self.diagonal.len() == LANCZOS_STEPS
     }
 
-    /// Adds a vector with norm `size` before normalisation, and its product vᵀ A v. Returns the coefficient of the
-    /// previous vector in the next one.
+    /// Adds a Lanczos vector v, given by its norm `size` before normalisation and by `product` = vᵀ A v. Returns the
+    /// coefficient of the previous vector in the recurrence of the next vector.
     fn push(&mut self, size: f64, product: f64) -> f64 {
         let first = self.diagonal.is_empty();
         self.diagonal.push(product);

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use super::block_csr::BlockCsr;
 use crate::parallel::{Halo, Ranks};
 
-/// Coarse nodes on this rank: first the rank's own nodes, then the nodes of other ranks to which its rows refer. Both
-/// are sorted by their numbers over all ranks.
+/// Coarse nodes on this rank: first the nodes that this rank owns, then the nodes of other ranks that occur in the
+/// matrix rows of this rank. Both groups are sorted by their numbers over all ranks.
 #[derive(Debug)]
 pub(super) struct CoarseNodes {
     /// First node number of each rank; the last entry is the number of all nodes.
@@ -16,24 +16,26 @@ pub(super) struct CoarseNodes {
     pub(super) halo: Arc<Halo>,
 }
 
-/// Returns the first number of each rank, and the total. `own` is the number of nodes of this rank.
-pub(super) fn first_numbers(ranks: &Ranks, own: usize) -> Vec<usize> {
+/// Returns the first node number of each rank; the last entry is the number of all nodes. `owned` is the number of nodes
+/// that this rank owns.
+pub(super) fn first_numbers(ranks: &Ranks, owned: usize) -> Vec<usize> {
     let mut first = vec![0];
-    for count in ranks.gather(&[own as u64]) {
+    for count in ranks.gather(&[owned as u64]) {
         first.push(first[first.len() - 1] + count[0] as usize);
     }
     first
 }
 
 impl CoarseNodes {
-    /// Creates the numbering: the rank's own nodes, and the nodes of other ranks that occur in the columns of `rows`.
+    /// Creates the numbering of the nodes that this rank owns, and of the nodes of other ranks that occur in the columns
+    /// of `rows`.
     pub(super) fn new<const R: usize, const C: usize>(
         ranks: &Ranks,
         first: Vec<usize>,
         rows: &BlockCsr<f64, R, C>,
     ) -> Self {
-        let own = first[ranks.rank()]..first[ranks.rank() + 1];
-        let others = rows.column.iter().copied().filter(|&c| !own.contains(&(c as usize)));
+        let owned = first[ranks.rank()]..first[ranks.rank() + 1];
+        let others = rows.column.iter().copied().filter(|&c| !owned.contains(&(c as usize)));
         let mut ghosts: Vec<u32> = others.collect();
         ghosts.sort_unstable();
         ghosts.dedup();
@@ -46,27 +48,28 @@ impl CoarseNodes {
         self.first[self.first.len() - 1]
     }
 
-    fn own(&self) -> std::ops::Range<usize> {
+    /// Numbers of the nodes that this rank owns.
+    fn owned(&self) -> std::ops::Range<usize> {
         let rank = self.halo.ranks().rank();
         self.first[rank]..self.first[rank + 1]
     }
 
-    /// Converts the column numbers of `rows` from numbers over all ranks to numbers of this rank.
+    /// Converts the column numbers of `rows` from numbers over all ranks to local numbers.
     pub(super) fn localise<const R: usize, const C: usize>(
         &self,
         rows: BlockCsr<f64, R, C>,
     ) -> BlockCsr<f64, R, C> {
-        let own = self.own();
+        let owned = self.owned();
         let local = |number: u32| match self.ghosts.binary_search(&number) {
-            Ok(ghost) => (own.len() + ghost) as u32,
-            Err(_) => number - own.start as u32,
+            Ok(ghost) => (owned.len() + ghost) as u32,
+            Err(_) => number - owned.start as u32,
         };
         let column = rows.column.iter().map(|&c| local(c)).collect();
-        BlockCsr { columns: own.len() + self.ghosts.len(), column, ..rows }
+        BlockCsr { columns: owned.len() + self.ghosts.len(), column, ..rows }
     }
 
-    /// Returns the numbers over all ranks of the nodes on this rank.
+    /// Returns the number over all ranks of each local node.
     pub(super) fn numbers(&self) -> Vec<u32> {
-        self.own().map(|number| number as u32).chain(self.ghosts.iter().copied()).collect()
+        self.owned().map(|number| number as u32).chain(self.ghosts.iter().copied()).collect()
     }
 }

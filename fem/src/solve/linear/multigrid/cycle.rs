@@ -1,4 +1,4 @@
-//! Multigrid V-cycles, in any memory.
+//! Multigrid V-cycles, for vectors in the memory of this process or of a device.
 
 use std::borrow::{Borrow, BorrowMut};
 
@@ -15,13 +15,14 @@ pub(crate) struct Level<S: Vectors, C: Vectors> {
     vectors: S,
     pub(crate) smoother: Smoother<S>,
     residual: S::Owned,
-    /// Right-hand side and solution of the next coarser level.
+    /// Right-hand side of the next coarser level.
     right: C::Owned,
+    /// Solution of the next coarser level.
     correction: C::Owned,
 }
 
 impl<S: Vectors, C: Vectors> Level<S, C> {
-    /// Creates a level; `residual` and `right` are work vectors of this level and of the next coarser one.
+    /// Creates a level; `residual` is a work vector of this level, `right` a work vector of the next coarser level.
     pub(crate) fn new(
         vectors: S,
         coarse: &C,
@@ -33,8 +34,8 @@ impl<S: Vectors, C: Vectors> Level<S, C> {
         Self { vectors, smoother, residual, right, correction }
     }
 
-    /// Computes x ≈ A⁻¹ b: smoothing, correction by the coarser level `below`, smoothing. `below(b, x)` may overwrite
-    /// its b.
+    /// Computes x ≈ A⁻¹ b: smoothing, correction by the coarser level, smoothing. `below(b, x)` solves on the coarser
+    /// level, and may overwrite its argument b.
     pub(crate) fn cycle<G: Grid<Matrix: Matrix<Space = S>, Coarse = C>>(
         &mut self,
         grid: &mut G,

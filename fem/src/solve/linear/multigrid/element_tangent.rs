@@ -1,5 +1,5 @@
-//! Matrix-free tangent of this rank's elements and of contact, in the memory of this process, with the transfer from
-//! quadratic elements to their vertices.
+//! Matrix-free tangent of this rank's elements and of contact, in the memory of this process, with the transfer between
+//! quadratic elements and their vertices.
 
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ use crate::material::Inverted;
 use crate::operator::{Coupling, Increment, NodeBlock, Operator, Product, Tangent};
 use crate::parallel::Part;
 
-/// Degree of the smoother of quadratic elements, on every device.
+/// Degree of the Chebyshev smoother of quadratic elements, on the processor and on devices.
 pub(crate) const DEGREE: usize = 3;
 
 /// Tangent on the values that are not constrained.
@@ -40,7 +40,7 @@ pub(crate) struct ElementTangent {
 }
 
 impl ElementTangent {
-    /// `product` applies the tangent of the elements of this part of the mesh.
+    /// Creates the tangent; `product` multiplies a vector by the tangent of the elements of this part of the mesh.
     pub(crate) fn new(
         product: Box<dyn Product>,
         parents: Arc<Vec<[u32; 2]>>,
@@ -88,13 +88,13 @@ impl ElementTangent {
         self.lost = Some(error);
     }
 
-    /// Returns the error of the device that had the current tangent, if the device has failed. The tangent is lost
-    /// then, and products with it are NaN, until the processor linearises.
+    /// Returns the error of the device that had the current tangent, if the device has failed, and clears the error.
+    /// After a failure, products with the tangent are NaN until [`linearise`](Self::linearise) is called.
     pub(crate) fn take_lost(&mut self) -> Option<DeviceError> {
         self.lost.take()
     }
 
-    /// Returns the product of the elements, without contact.
+    /// Returns the tangent of the elements, without contact.
     pub(crate) fn product(&mut self) -> &mut dyn Product {
         self.product.as_mut()
     }
@@ -108,7 +108,7 @@ impl ElementTangent {
         !self.parents.is_empty()
     }
 
-    /// y = A x for all values, including constrained ones.
+    /// Computes y = A x for all values, including constrained values.
     pub(crate) fn multiply_whole(&mut self, x: &[Nodal], y: &mut [Nodal]) {
         if let Err(error) = self.product.apply(x, y) {
             self.lose(error);
@@ -123,7 +123,7 @@ impl ElementTangent {
         }
     }
 
-    /// Adds other ranks and contact to the diagonal of this rank's elements.
+    /// Adds the contributions of other ranks and of contact to the diagonal of this rank's elements.
     fn whole_diagonal(&self, mut diagonal: Vec<Nodal>) -> Vec<Nodal> {
         self.part.halo.complete(&mut diagonal);
         for (node, block) in &self.contact {
@@ -132,7 +132,7 @@ impl ElementTangent {
         diagonal
     }
 
-    /// Computes the tangent of the linear level, or this rank's part of it.
+    /// Computes the tangent of the linear shape functions, or this rank's contribution to that tangent.
     pub(crate) fn add_linear(&mut self, out: &mut Tangent) {
         out.clear();
         if let Err(error) = self.product.add_linear(out) {
@@ -148,10 +148,10 @@ impl ElementTangent {
             };
             for &(a, share) in &ends {
                 for &(b, other) in &ends {
-                    let place = out.pattern.graph.position(a as usize, b);
+                    let position = out.pattern.graph.position(a as usize, b);
                     for i in 0..3 {
                         for j in 0..3 {
-                            out.blocks[place][i][j] += share * other * block[i][j];
+                            out.blocks[position][i][j] += share * other * block[i][j];
                         }
                     }
                 }
@@ -166,8 +166,8 @@ impl ElementTangent {
         self.contact.iter().all(|(_, block)| even(block))
     }
 
-    /// Returns the level of quadratic elements for the current tangent with the given weights 1/|A_ii|, or `None` for
-    /// linear elements.
+    /// Creates the multigrid level of quadratic elements for the current tangent; `None` for linear elements. `weight`
+    /// contains 1/|A_ii|.
     pub(crate) fn level(&mut self, weight: &[Nodal]) -> Option<Level<NodalVectors, NodalVectors>> {
         if !self.is_quadratic() {
             return None;
@@ -215,11 +215,11 @@ impl Grid for ElementTangent {
         self
     }
 
-    /// Each vertex of an edge receives half of the midpoint's value.
+    /// Adds half of the value of each midpoint to both vertices of its edge.
     fn restrict(&mut self, residual: &[Nodal], right: &mut [Nodal]) {
         let (part, vertices) = (&self.part, right.len());
         if !part.is_whole() {
-            // each node contributes on the rank that owns it
+            // only the rank that owns a node adds its contribution
             let [own_vertices, own_midpoints] = part.halo.own(residual.len());
             right.fill([0.0; 4]);
             right[own_vertices.clone()].copy_from_slice(&residual[own_vertices]);
@@ -243,7 +243,7 @@ impl Grid for ElementTangent {
         });
     }
 
-    /// The value at a midpoint is the mean of its two vertices.
+    /// Adds the values of the vertices at the vertices, and the mean of the two vertices of an edge at its midpoint.
     fn add_prolonged(&mut self, x: &[Nodal], z: &mut [Nodal]) {
         let add = |z: &mut Nodal, free: &[bool; 4], x: Nodal| {
             (0..4).for_each(|k| z[k] += if free[k] { x[k] } else { 0.0 });
@@ -271,7 +271,8 @@ impl FreeTangent for ElementTangent {
     }
 }
 
-/// Returns the midpoints on the edges of each vertex, in increasing order; `parents` lists the ends of each edge.
+/// Returns the midpoints of the edges at each vertex, in increasing order. `parents` contains the two vertices of the
+/// edge of each midpoint.
 pub(crate) fn midpoints_of_vertices(parents: &[[u32; 2]], vertices: usize) -> Groups {
     let pairs = (0..).zip(parents).flat_map(|(midpoint, ends)| ends.map(|end| (end, midpoint)));
     Groups::new(vertices, pairs)

@@ -1,5 +1,6 @@
-//! Block preconditioner of displacement and damage: multigrid for the displacement, Chebyshev steps for the damage,
-//! whose block is dominated by its mass matrix. Positive definite if both blocks are.
+//! Block preconditioner of displacement and damage: multigrid for the displacement, and Chebyshev steps for the damage,
+//! whose block is dominated by a mass matrix. The preconditioner is positive definite if both blocks are positive
+//! definite.
 
 use std::borrow::BorrowMut;
 use std::sync::Arc;
@@ -19,11 +20,11 @@ use crate::parallel::Halo;
 /// Degree of the Chebyshev polynomial for the damage block.
 const DEGREE: usize = 4;
 
-/// Blocks of displacement and damage, in any memory.
+/// Preconditioners of the displacement block and of the damage block.
 #[derive(Debug)]
 pub(crate) struct FieldSplit<U, D> {
     pub(crate) displacement: U,
-    /// Block of the damage, if any damage is free.
+    /// Preconditioner of the damage block; `None` if no damage value is free.
     pub(crate) damage: Option<D>,
 }
 
@@ -38,36 +39,38 @@ impl<S: Vectors, U: NodalPreconditioner<S>, D: NodalPreconditioner<S>> NodalPrec
     }
 }
 
-/// Conversion between nodal vectors and vectors of some consecutive fields, in single precision.
+/// Conversion between nodal vectors and single-precision vectors of selected consecutive components.
 pub(crate) trait Fields {
-    /// Vectors of all fields.
+    /// Vectors of all components u_x, u_y, u_z, φ.
     type Nodal: Vectors;
-    /// Vectors of the selected fields.
+    /// Vectors of the selected components.
     type Space: Vectors;
 
-    /// Divides the fields of `r` by their largest absolute value, which is stored, unless all are zero.
+    /// Copies the selected components of `r`, divided by their largest absolute value, to `out`. This scale is stored;
+    /// it is 1 if all values are zero.
     fn narrow(
         &mut self,
         r: &<Self::Nodal as Vectors>::Vector,
         out: &mut <Self::Space as Vectors>::Vector,
     );
 
-    /// Writes x times the stored value to the fields of z, and zero to all later fields.
+    /// Writes x times the stored scale to the selected components of z, and zero to all later components.
     fn widen(&self, x: &<Self::Space as Vectors>::Vector, z: &mut <Self::Nodal as Vectors>::Vector);
 }
 
-/// Preconditioner of some fields.
+/// Preconditioner of selected components.
 #[derive(Debug)]
 pub(crate) struct Block<F: Fields, P> {
     fields: F,
     pub(crate) inverse: P,
-    /// Work vectors: right-hand side and solution.
+    /// Work vector for the right-hand side.
     right: <F::Space as Vectors>::Owned,
+    /// Work vector for the solution.
     solution: <F::Space as Vectors>::Owned,
 }
 
 impl<F: Fields, P> Block<F, P> {
-    /// Creates the preconditioner; `work` contains two vectors of the selected fields.
+    /// Creates the preconditioner; `work` contains two work vectors of the selected components.
     pub(crate) fn new(fields: F, inverse: P, work: [<F::Space as Vectors>::Owned; 2]) -> Self {
         let [right, solution] = work;
         Self { fields, inverse, right, solution }
@@ -83,7 +86,7 @@ impl<F: Fields, P: Preconditioner<Space = F::Space>> NodalPreconditioner<F::Noda
     }
 }
 
-/// `R` fields, beginning with field `first`, in the memory of this process.
+/// Selection of `R` components, beginning with component `first`, in the memory of this process.
 #[derive(Debug)]
 pub(crate) struct FieldsInMemory<const R: usize> {
     first: usize,
@@ -122,7 +125,7 @@ pub(crate) type FieldSplitInMemory = FieldSplit<
 >;
 
 impl FieldSplitInMemory {
-    /// Creates the preconditioner from this rank's part of the tangent on its vertices.
+    /// Creates the preconditioner from this rank's contribution to the tangent of the linear shape functions.
     pub(crate) fn new(
         tangent: &Tangent,
         points: &[[f64; 3]],
@@ -152,8 +155,8 @@ fn in_fields<const R: usize, P>(
     Block::new(fields, inverse, [(); 2].map(|()| vec![[0.0; R]; nodes]))
 }
 
-/// Returns the block of the components from `first` to `first + R − 1`. Constrained values get a unit row and column
-/// on the rank that owns them.
+/// Returns the block of the tangent for the components `first` to `first + R − 1`. A constrained value gets a unit row
+/// and column on the rank that owns its node, and zeros on all other ranks.
 fn fields<const R: usize>(
     tangent: &Tangent,
     free: &[[bool; 4]],

@@ -1,8 +1,8 @@
-//! Matrices of multigrid levels, in any memory.
+//! Matrices and transfers of multigrid levels, for vectors in the memory of this process or of a device.
 
 use super::super::vectors::Vectors;
 
-/// Square matrix A of one level, with D: its diagonal or its diagonal blocks.
+/// Square matrix A of one level. D denotes its diagonal or its diagonal blocks.
 pub(crate) trait Matrix {
     /// Vectors of the level.
     type Space: Vectors;
@@ -36,14 +36,14 @@ pub(crate) trait Grid {
     fn add_prolonged(&mut self, c: &CoarseVector<Self>, x: &mut Vector<Self::Matrix>);
 }
 
-/// Vector of the level of a matrix.
+/// Type of the vectors that a matrix multiplies.
 pub(crate) type Vector<M> = <<M as Matrix>::Space as Vectors>::Vector;
-/// Vectors of the level of a grid.
+/// Vector operations on the level of a grid.
 pub(crate) type Space<G> = <<G as Grid>::Matrix as Matrix>::Space;
-/// Vector of the level below a grid.
+/// Type of the vectors on the next coarser level of a grid.
 pub(crate) type CoarseVector<G> = <<G as Grid>::Coarse as Vectors>::Vector;
 
-/// Coefficients of one smoothing step.
+/// Coefficients of one smoothing step, see [`Matrix::relax`].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Relaxation {
     pub(crate) momentum: f64,
@@ -55,7 +55,7 @@ pub(crate) trait Preconditioner {
     /// Vectors of the level.
     type Space: Vectors;
 
-    /// x ≈ A⁻¹ b. The old x is not read; b may be overwritten.
+    /// Computes x ≈ A⁻¹ b. The old x is not read; b may be overwritten.
     fn apply(
         &mut self,
         b: &mut <Self::Space as Vectors>::Vector,
@@ -63,8 +63,8 @@ pub(crate) trait Preconditioner {
     );
 }
 
-/// Approximate inverse of a matrix on nodal vectors, or of its blocks of some fields.
+/// Approximate inverse of a matrix on nodal vectors, or of the block of this matrix for selected components.
 pub(crate) trait NodalPreconditioner<S: Vectors> {
-    /// z ≈ A⁻¹ r in the fields of this block; later fields of z are set to zero. The old z is not read.
+    /// Computes z ≈ A⁻¹ r in the selected components; later components of z are set to zero. The old z is not read.
     fn apply(&mut self, r: &S::Vector, z: &mut S::Vector);
 }

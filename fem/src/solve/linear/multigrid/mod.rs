@@ -1,8 +1,8 @@
-//! Multigrid preconditioner: smoothers, cycles and the split of the fields for vectors in any memory, and the
-//! hierarchy that the processor creates.
+//! Multigrid preconditioner: the hierarchy, which the processor creates, and its smoothers and cycles, which run in the
+//! memory of this process or of a device.
 //!
-//! Linear elements use the assembled tangent, preconditioned field by field. Quadratic elements use the matrix-free
-//! tangent; the assembled tangent of the linear shape functions is the next coarser level.
+//! Linear elements use the assembled tangent, with separate preconditioners for displacement and damage. Quadratic
+//! elements use the matrix-free tangent; the assembled tangent of the linear shape functions is the next coarser level.
 
 mod aggregation;
 mod amg;

@@ -1,6 +1,6 @@
 //! Exchange of sparse matrix rows between ranks, used while a hierarchy is created.
 //!
-//! Column numbers count over all ranks. A rank stores its own rows first, then the rows of its ghosts.
+//! Columns are numbered over all ranks. A rank stores the rows that it owns first, then the rows of its ghosts.
 
 use super::block_csr::BlockCsr;
 use crate::parallel::Halo;
@@ -14,16 +14,17 @@ struct Message<const R: usize, const C: usize> {
     blocks: Vec<[[f64; C]; R]>,
 }
 
-/// Sends the rows `of(n)` to each neighbour n. Returns the rows received from each neighbour.
+/// Sends the rows with the local numbers `rows_for(n)` to each neighbour n. Returns the rows received from each
+/// neighbour.
 fn exchange<'a, const R: usize, const C: usize>(
     halo: &'a Halo,
     rows: &Rows<R, C>,
-    of: impl Fn(usize) -> &'a [u32],
+    rows_for: impl Fn(usize) -> &'a [u32],
 ) -> Vec<Message<R, C>> {
     let (mut lengths, mut columns, mut blocks) = (Vec::new(), Vec::new(), Vec::new());
     for neighbour in 0..halo.neighbours().len() {
         let (mut length, mut column, mut block) = (Vec::new(), Vec::new(), Vec::<f64>::new());
-        for &row in of(neighbour) {
+        for &row in rows_for(neighbour) {
             let (start, end) = (rows.start[row as usize], rows.start[row as usize + 1]);
             let range = start as usize..end as usize;
             length.push(end - start);
@@ -47,7 +48,7 @@ fn exchange<'a, const R: usize, const C: usize>(
         .collect()
 }
 
-/// Returns the own rows, followed by the rows of the ghosts, received from their owners.
+/// Appends the rows of the ghosts, received from their owners, to the rows that this rank owns.
 pub(super) fn with_ghosts<const R: usize, const C: usize>(
     mut rows: Rows<R, C>,
     halo: &Halo,
@@ -71,14 +72,15 @@ pub(super) fn with_ghosts<const R: usize, const C: usize>(
     rows
 }
 
-/// Returns the own rows of a sum over all ranks; the rows of every rank, including its ghosts, are one contribution.
+/// Sums matrix contributions over all ranks, and returns the rows that this rank owns. `partial` is the contribution of
+/// this rank to its owned rows and to the rows of its ghosts.
 pub(super) fn completed<const R: usize, const C: usize>(
     partial: &Rows<R, C>,
     halo: &Halo,
 ) -> Rows<R, C> {
-    let own = halo.own(partial.rows())[0].end;
+    let owned = halo.own(partial.rows())[0].end;
     let received = exchange(halo, partial, |n| &halo.neighbours()[n].ghosts);
-    let mut more: Vec<Vec<(u32, [[f64; C]; R])>> = vec![Vec::new(); own];
+    let mut more: Vec<Vec<(u32, [[f64; C]; R])>> = vec![Vec::new(); owned];
     for (neighbour, rows) in halo.neighbours().iter().zip(received) {
         let mut entries = rows.columns.into_iter().zip(rows.blocks);
         for (&row, &length) in neighbour.lent.iter().zip(&rows.lengths) {
@@ -98,8 +100,8 @@ pub(super) fn completed<const R: usize, const C: usize>(
                     sum.column.push(column);
                     sum.block.push(block);
                 }
-                Some(place) => {
-                    let to = sum.block[begin + place].as_flattened_mut();
+                Some(position) => {
+                    let to = sum.block[begin + position].as_flattened_mut();
                     to.iter_mut().zip(block.as_flattened()).for_each(|(to, &v)| *to += v);
                 }
             }

@@ -1,4 +1,4 @@
-//! Kernels of the multigrid levels and of the Krylov methods, in C.
+//! Device kernels of the multigrid levels and of the Krylov methods, in C.
 
 use std::sync::Arc;
 
@@ -6,11 +6,12 @@ use bytemuck::Pod;
 
 use crate::device::{Argument, ComputeDevice, DeviceError, Kernel, Program};
 
-/// Largest number of partial sums of a sum on the device, and number of sums that the host adds.
+/// Largest number of partial sums in the first stage of a sum on the device.
 pub(super) const PARTS: usize = 1 << 16;
+/// Number of partial sums in the second stage of a sum; the host adds these partial sums.
 pub(super) const LAST_PARTS: usize = 256;
 
-/// Block sizes of the matrices of the hierarchy.
+/// Block sizes R × C of the matrices of the hierarchy.
 const BLOCKS: [[usize; 2]; 5] = [[3, 3], [3, 6], [6, 3], [6, 6], [1, 1]];
 
 type Parameters = &'static [(&'static str, &'static str)];
@@ -31,7 +32,7 @@ impl DeviceReal for f64 {
     const COPY: &'static str = "copy";
 }
 
-/// Name, parameters and body.
+/// Kernels of vector operations: name, parameters and body. In a body, `at` is the number of the work item.
 const VECTORS: [(&str, Parameters, &str); 22] = [
     ("clear", &[("double *", "x")], "x[at] = 0.0;"),
     ("clear_single", &[("float *", "x")], "x[at] = 0.0f;"),
@@ -103,7 +104,7 @@ const VECTORS: [(&str, Parameters, &str); 22] = [
          for (index i = at; i < count; i += LAST_PARTS) most = fmax(most, parts[i]);\n    \
          last[at] = most;",
     ),
-    // scale of a vector, with one item; 1 for a zero vector
+    // one work item computes the scale of a vector; the scale of a zero vector is 1
     (
         "scale_of_last_parts",
         &[("const double *", "last"), ("double *", "scale")],
@@ -139,7 +140,7 @@ const VECTORS: [(&str, Parameters, &str); 22] = [
         &[("const unsigned char *", "free"), ("double *", "x")],
         "if (!free[at]) x[at] = 0.0;",
     ),
-    // Chebyshev step with the diagonal
+    // step of the Chebyshev smoother with the diagonal of the matrix
     (
         "smooth",
         &[
@@ -165,7 +166,7 @@ const VECTORS: [(&str, Parameters, &str); 22] = [
          for (int j = 0; j < 3; j++) sum += block[9 * at + 3 * i + j] * x[4 * n + j];\n        \
          y[4 * n + i] += sum;\n    }",
     ),
-    // adds half of each midpoint's residual to both vertices of its edge
+    // adds half of the residual at each midpoint to both vertices of its edge
     (
         "restrict_to_vertices",
         &[
@@ -205,7 +206,7 @@ const VECTORS: [(&str, Parameters, &str); 22] = [
     ),
 ];
 
-/// Kernels of matrices of R × C blocks: y = A x, y += A x, y −= A x, and a Chebyshev step.
+/// Kernels of matrices of R × C blocks: y = A x, y += A x, y −= A x, and a step of the Chebyshev smoother.
 fn matrices() -> Vec<Kernel> {
     let mut kernels = Vec::new();
     for [r, c] in BLOCKS {
@@ -250,7 +251,7 @@ fn matrices() -> Vec<Kernel> {
     kernels
 }
 
-/// Returns all kernels. Sums have a fixed number of parts, so that all devices round them equally.
+/// Returns all kernels. The number of partial sums is fixed, so that sums have the same rounding errors on all devices.
 pub(super) fn kernels() -> Vec<Kernel> {
     let numbers = |body: &str| {
         let body = body.replace("LAST_PARTS", &LAST_PARTS.to_string());
@@ -268,7 +269,7 @@ mod nvrtc;
 
 #[cfg(test)]
 #[test]
-fn they_compile_for_a_card() {
+fn the_kernels_compile_for_a_graphics_card() {
     nvrtc::assert_compiles_for_a_card(&crate::device::source(&kernels()));
 }
 
@@ -292,8 +293,9 @@ impl Kernels {
         items: usize,
         arguments: &[Argument],
     ) -> Result<(), DeviceError> {
-        let kernel = self.names.iter().position(|known| known == name);
-        let kernel = kernel.unwrap_or_else(|| unreachable!("no kernel is called {name}"));
+        let kernel = self.names.iter().position(|kernel_name| kernel_name == name);
+        let kernel =
+            kernel.unwrap_or_else(|| unreachable!("there is no kernel with the name {name}"));
         self.program.launch(kernel, items, arguments)
     }
 }

@@ -1,4 +1,4 @@
-//! Matrices of the multigrid hierarchy on a device, copied from those that the processor creates.
+//! Matrices of the multigrid hierarchy on a device, copied from the hierarchy that the processor creates.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use crate::solve::linear::multigrid::{
     Smoothing,
 };
 
-/// Block-sparse matrix.
+/// Block-sparse matrix on a device, in the format of [`BlockCsr`].
 #[derive(Debug)]
 struct Blocks {
     shape: [usize; 2],
@@ -131,7 +131,7 @@ impl Preconditioner for DenseInverse {
     }
 }
 
-/// Some consecutive fields of nodal vectors.
+/// Selection of `count` consecutive components of nodal vectors, beginning with component `first`.
 #[derive(Debug)]
 pub(super) struct DeviceFields {
     session: Arc<Session>,

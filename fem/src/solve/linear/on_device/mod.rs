@@ -1,5 +1,5 @@
-//! Iterations on a device: the processor creates the hierarchy; a solution sends one right-hand side to the device
-//! and receives one step.
+//! Krylov iterations on a device. The processor creates the multigrid hierarchy and copies it to the device. For a
+//! linear solve, the processor sends one right-hand side to the device and receives one step.
 
 mod kernels;
 mod matrices;
@@ -68,7 +68,7 @@ impl OnDevice {
         self.multigrid = None;
     }
 
-    /// Copies a new hierarchy to the device, and measures the smoother of the quadratic level.
+    /// Copies a new hierarchy to the device, and estimates the eigenvalues for the smoother of the quadratic level.
     pub(super) fn renew(
         &mut self,
         tangent: &mut ElementTangent,
@@ -98,7 +98,7 @@ impl OnDevice {
         Ok(Level::new(vectors.clone(), &vectors, smoother, residual, right))
     }
 
-    /// Solves as [`solve`] does.
+    /// Solves a system by [`solve`] on the device.
     pub(super) fn krylov(
         &mut self,
         tangent: &mut ElementTangent,
@@ -119,7 +119,7 @@ impl OnDevice {
         Ok(ending)
     }
 
-    /// z ≈ A⁻¹ r by one cycle through the levels.
+    /// Computes z ≈ A⁻¹ r by one multigrid cycle.
     pub(super) fn precondition(
         &mut self,
         tangent: &mut ElementTangent,

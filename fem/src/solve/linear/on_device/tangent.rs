@@ -1,4 +1,4 @@
-//! Tangent on the values that are not constrained, on a device.
+//! Tangent on the free values, on a device.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -16,16 +16,19 @@ use crate::solve::linear::multigrid::{
 pub(super) struct NodalData {
     session: Arc<Session>,
     pub(super) vertices: usize,
-    /// Vertices at the ends of the edge of each midpoint.
+    /// The two vertices of the edge of each midpoint.
     parents: Array<u32>,
-    /// Midpoints of each vertex in CSR format; midpoint 0 is the first node after the vertices.
+    /// Offsets of the vertices in `midpoint`; length: `vertices` + 1.
     start: Array<u32>,
+    /// Midpoints of the edges at each vertex; midpoint 0 is the first node after the vertices.
     midpoint: Array<u32>,
+    /// 1 for a free value, 0 for a constrained value.
     free: Array<u8>,
-    /// 1/|A_ii| when the smoother was measured.
+    /// 1/|A_ii| at the time when the smoother was created.
     smoother_weight: Array<f64>,
-    /// Contributions of contact: each node once, and its block.
+    /// Nodes in contact, each node once.
     contact_node: Array<u32>,
+    /// Contribution of contact to the tangent at each of these nodes: a 3 × 3 block, N/mm.
     contact_block: Array<f64>,
     /// Work vector for A x.
     product_of_x: Array<f64>,
@@ -72,7 +75,7 @@ impl NodalData {
     }
 }
 
-/// Matrix on the values that are not constrained.
+/// Tangent on the free values: the tangent of the elements and the nodal data.
 pub(super) struct DeviceTangent<'a> {
     pub(super) product: &'a mut dyn AppliedOnDevice,
     pub(super) nodal: &'a mut NodalData,

@@ -9,8 +9,9 @@ use super::kernels::{DeviceReal, Kernels, LAST_PARTS, PARTS};
 use crate::device::{Argument, Array, ComputeDevice, DeviceError};
 use crate::solve::linear::vectors::{KrylovVectors, LanczosVectors, Precision, Vectors};
 
-/// Device with the compiled kernels of this folder. After the first error, which is stored, no further operation
-/// runs; sums are then NaN, so that a Krylov method ends.
+/// Device with the compiled kernels of this module.
+///
+/// The first error is stored. After an error no operation runs, and sums are NaN, so that a Krylov method ends.
 #[derive(Debug)]
 pub(super) struct Session {
     device: ComputeDevice,
@@ -19,10 +20,12 @@ pub(super) struct Session {
     failed: Mutex<Option<DeviceError>>,
 }
 
-/// Partial sums of a sum, and the sums of these that the host adds.
+/// Work arrays of a sum in two stages.
 #[derive(Debug)]
 struct Sums {
+    /// Partial sums of the first stage.
     parts: Array<f64>,
+    /// Partial sums of the second stage, which the host adds.
     last: Array<f64>,
 }
 
@@ -38,7 +41,7 @@ impl Session {
         })
     }
 
-    /// Returns the first error, if there was one, and clears it.
+    /// Returns the first error since the last call, and clears the error.
     pub(super) fn check(&self) -> Result<(), DeviceError> {
         lock(&self.failed).take().map_or(Ok(()), Err)
     }
@@ -69,8 +72,8 @@ impl Session {
         sent.unwrap_or_else(|| Array::lost(numbers.len()))
     }
 
-    /// Computes the scale of the fields from `first` to `first + fields − 1` of a nodal vector: their largest absolute
-    /// value, or 1 if all are zero.
+    /// Computes the scale of the components `first` to `first + fields − 1` of a nodal vector: the largest absolute
+    /// value, or 1 if all values are zero.
     pub(super) fn scale(
         &self,
         r: &Array<f64>,
@@ -87,7 +90,7 @@ impl Session {
         self.launch("scale_of_last_parts", 1, &[last, scale.argument()]);
     }
 
-    /// Returns the sum over `len` values by a kernel that takes the vectors `x`.
+    /// Returns the sum over `len` values, computed by the kernel with the name `kernel` from the vectors `x`.
     fn sum(&self, kernel: &str, len: usize, x: &[Argument]) -> f64 {
         let sums = lock(&self.sums);
         let [parts, last] = [&sums.parts, &sums.last].map(Array::argument);
@@ -108,7 +111,7 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Vectors of numbers of type `T` on a device.
+/// Vectors with entries of type `T` on a device.
 #[derive(Clone, Debug)]
 pub(super) struct DeviceVectors<T> {
     session: Arc<Session>,
