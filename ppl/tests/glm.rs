@@ -296,10 +296,13 @@ fn what_does_not_fit_is_said() {
     let ragged = [vec![1.0, 2.0], vec![1.0]];
     let unknown_number = [[0.0, f64::NAN]];
     let cases = [
-        (said(&line(&x[..3], &y)), "x has 3 rows and there are 4 data"),
-        (said(&wide(&ragged, &y[..2], 2)), "row 1 of x has 1 predictors and there are 2 slopes"),
-        (said(&groups(&[0, 1, 4, 1], &x, &y)), "datum 2 is of group 4, and there are 4 intercepts"),
-        (said(&groups(&[0, 1, 1], &x, &y)), "3 data have a group and x has 4 rows"),
+        (said(&line(&x[..3], &y)), "x has 3 rows but there are 4 data"),
+        (said(&wide(&ragged, &y[..2], 2)), "row 1 of x has 1 predictors but there are 2 slopes"),
+        (
+            said(&groups(&[0, 1, 4, 1], &x, &y)),
+            "datum 2 belongs to group 4, but there are 4 intercepts",
+        ),
+        (said(&groups(&[0, 1, 1], &x, &y)), "3 data have a group but x has 4 rows"),
         (said(&line(&unknown_number, &y[..1])), "x[0][1]"),
     ];
     for (message, expected) in cases {

@@ -41,9 +41,9 @@ pub struct Interval {
 impl Interval {
     /// Interval from a range such as `a..b`, `a..=b`, `a..` or `..b`.
     pub fn new(range: impl Ends) -> Self {
-        let end = |bound: Bound<&f64>, open: f64| match bound {
+        let end = |bound: Bound<&f64>, unbounded: f64| match bound {
             Bound::Included(&x) | Bound::Excluded(&x) => x,
-            Bound::Unbounded => open,
+            Bound::Unbounded => unbounded,
         };
         let lower = end(range.start_bound(), f64::NEG_INFINITY);
         let upper = end(range.end_bound(), f64::INFINITY);

@@ -24,7 +24,7 @@ pub trait Distribution<R: Scalar>: Family {
     fn add_terms(&self, x: &Self::Value, terms: &mut impl Accumulator<R>);
 
     /// Log density (log probability for counts) at `x`.
-    #[must_use = "a model takes it by `factor(…);`"]
+    #[must_use = "to add the value to the density of a model, write `factor(…);`"]
     #[inline(always)]
     fn ln_density(&self, x: &Self::Value) -> R {
         Joined::of(|terms| self.add_terms(x, terms))

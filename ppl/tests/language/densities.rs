@@ -339,7 +339,7 @@ fn an_unknown_that_miscounts_its_coordinates_is_named() {
     approx::assert_relative_eq!(at(1, &[0.3, 1.2]).unwrap(), expected, max_relative = 1e-14);
     for (dim, y) in [(0, vec![0.3, 1.2]), (2, vec![0.3, 0.7, 1.2])] {
         let error = at(dim, &y).unwrap_err().to_string();
-        let wanted = format!("another number of coordinates than its `dim()`, {dim}");
+        let wanted = format!("reads a number of coordinates that differs from its `dim()`, {dim}");
         assert!(error.contains(&wanted) && error.contains("let x ~"), "{error}");
     }
 }

@@ -238,7 +238,7 @@ fn divergences_are_located_in_the_neck_of_a_funnel() {
 #[test]
 fn nobody_is_told_to_raise_the_target_acceptance_to_what_it_is() {
     let model = funnel();
-    for (target, advice) in [(0.95, "acceptance to 0.99,"), (0.99, "reparametrise, or give")] {
+    for (target, advice) in [(0.95, "acceptance to 0.99,"), (0.99, "reparametrise, or use")] {
         let mut seeds = (0..40).map(|seed| {
             let sampler = Nuts::default().chains(4).warmup(100).draws(1000).seed(seed);
             let run = sampler.target_accept(target).run(&model).expect("runs");

@@ -70,10 +70,9 @@ fn chains_start_at_prior_draws_where_uniform_starts_have_no_density() {
         assert!((got - unit * expected).abs() < allowed, "{name}: {got}, {expected}");
     }
     let summary = far.summary().to_string();
-    let words =
-        "Started at draws from the prior, since every uniform point was rejected: chain 0, 1, 2, 3";
+    let words = "Chains that started at a draw from the prior, because every uniform starting point was rejected: 0, 1, 2, 3";
     assert!(summary.contains(words), "{summary}");
-    assert!(!near.summary().to_string().contains("Started at"));
+    assert!(!near.summary().to_string().contains("Chains that started at"));
 
     let walk = Metropolis::default().seed(3).thin(3).sample(&large).expect("runs");
     assert_eq!(kinds(&walk.chains), [StartKind::PriorDraw; 4]);

@@ -245,7 +245,7 @@ fn chains_that_do_not_fit_are_refused_by_reason() {
     broken.chains[1].warmup.covariance = InverseMassMatrix::Dense(vec![1.0, 2.0, 2.0, 1.0]);
     let cases = [
         (nuts.resume(&other, chains.clone()), "log density"),
-        (nuts.resume(&wide, chains.clone()), "2 coordinates, the density 3"),
+        (nuts.resume(&wide, chains.clone()), "2 coordinates but the density has 3"),
         (nuts.clone().chains(2).resume(&target, chains.clone()), "there are 3"),
         (nuts.resume(&target, walk), "another sampler"),
         (one.resume(&target, failed), "chain 0 failed in its warmup"),

@@ -18,7 +18,7 @@ fn sums_and_shares_are_those_of_logarithms() {
             let errors = &errors[i..j];
             let mut sum = (Weight::NONE, 1.0);
             for error in errors {
-                sum = sum.0.join(Weight::of(*error));
+                sum = sum.0.join(Weight::from_error(*error));
             }
             let (ln, fraction) = reference(errors);
             let found = sum.0.sum.ln() + sum.0.unit;
@@ -31,6 +31,6 @@ fn sums_and_shares_are_those_of_logarithms() {
 #[test]
 fn acceptances_are_at_most_one() {
     for (error, expected) in [(0.5, (-0.5f64).exp()), (-0.5, 1.0), (-700.0, 1.0), (900.0, 0.0)] {
-        assert_eq!(Weight::of(error).acceptance(), expected);
+        assert_eq!(Weight::from_error(error).acceptance(), expected);
     }
 }
