@@ -162,7 +162,7 @@ fn groups_that_tell_nothing_are_refused() {
         GroupedRuns::of(&fit(&data, order), &data, groups).unwrap_err().to_string()
     };
     assert!(refused(0, &groups[..11]).contains("groups of runs"));
-    assert!(refused(0, &[4; 12]).contains("groups of runs, at least"));
+    assert!(refused(0, &[4; 12]).contains("or more groups of runs"));
     // the input k tells two groups apart
     assert!(refused(1, &groups).contains("degrees of freedom between groups"));
     assert!(GroupedRuns::of(&fit(&data, 0), &data, &groups).is_ok());

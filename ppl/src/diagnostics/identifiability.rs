@@ -108,7 +108,7 @@ impl Identifiability {
     ///
     /// ```
     /// use ppl::diagnostics::{Identifiability, Identification};
-    /// prior and posterior are the same Cauchy distribution: the data do not inform the parameter
+    /// // prior and posterior are the same Cauchy distribution: the data do not inform the parameter
     /// let cauchy = |n: u32| -> Vec<f64> {
     ///     let at = |i| (std::f64::consts::PI * ((f64::from(i) + 0.5) / f64::from(n) - 0.5)).tan();
     ///     (0..n).map(at).collect()

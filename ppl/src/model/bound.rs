@@ -36,14 +36,14 @@ use crate::quantity::record::Record;
 /// let model = spring(2.0, &[3.9, 4.2]);
 /// assert_eq!(model.layout()?.dim, 1);
 ///
-/// a draw from the prior: the unknown, the tracked quantity, and simulated data
+/// // a draw from the prior: the unknown, the tracked quantity, and simulated data
 /// let mut rng = rand_xoshiro::Xoshiro256PlusPlus::seed_from_u64(7);
 /// let prior = model.draw_prior(&mut rng)?;
 /// let stiffness = prior.values("stiffness").expect("an unknown")[0];
 /// assert_eq!(prior.values("expected").expect("tracked"), [2.0 * stiffness]);
 /// assert_eq!(prior.replicate("f").expect("observed").len(), 2);
 ///
-/// density and gradient at a point of unconstrained space, whose only coordinate is ln stiffness
+/// // density and gradient at a point of unconstrained space, whose only coordinate is ln stiffness
 /// let (mut gradient, mut workspace) = ([0.0], ppl::Workspace::default());
 /// let value = model.gradient(&[0.7], &mut gradient, &mut workspace)?;
 /// assert_eq!(value, model.log_density(&[0.7], &mut workspace)?);

@@ -16,7 +16,7 @@ use crate::quantity::datum::Recordable;
 /// use ppl::prelude::*;
 ///
 /// ppl::model! {
-/// Offsets of groups around a level. The spread of the offsets is unknown.
+///     /// Offsets of groups around a level. The spread of the offsets is unknown.
 ///     fn offsets(level: Real, groups: usize) -> Vec<Real> {
 ///         let spread ~ HalfNormal(1.0);
 ///         let z ~ Normal(0.0, 1.0).iid(groups);

@@ -47,7 +47,7 @@ pub struct LkjCholesky<const K: usize>(pub f64);
 /// use ppl::prelude::*;
 ///
 /// ppl::model! {
-/// The number of quantities is the length of the rows of the data.
+///     /// The number of quantities is the length of the rows of the data.
 ///     fn correlated(rows: &[Vec<f64>]) {
 ///         let k = rows.first().map_or(0, Vec::len);
 ///         let mean ~ Normal(0.0, 10.0).iid(k);

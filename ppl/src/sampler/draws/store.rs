@@ -88,7 +88,7 @@ impl Chains {
     /// # let path = directory.path().join("chains.json");
     /// let nuts = Nuts::default().warmup(100).seed(7);
     /// nuts.clone().draws(300).run(&Normal)?.save(&path)?;
-    /// later: the 500 draws are identical to the draws of a single run
+    /// // later: the 500 draws are identical to the draws of a single run
     /// let chains = nuts.clone().draws(500).resume(&Normal, Chains::load(&path)?)?;
     /// assert_eq!(chains, nuts.draws(500).run(&Normal)?);
     /// # Ok::<(), Box<dyn std::error::Error>>(())

@@ -41,7 +41,7 @@ use crate::sampler::walk::tuning::Tuning;
 /// use ppl::prelude::*;
 ///
 /// ppl::model! {
-/// Stiffness from forces. `factor` is the systematic error of the cheap model; 1 is no error.
+///     /// Stiffness from forces. `factor` is the systematic error of the cheap model; 1 is no error.
 ///     fn spring(factor: f64, force_n: &[f64]) {
 ///         let stiffness ~ Uniform(0.0, 10.0); // N/mm
 ///         for force in force_n {
@@ -123,7 +123,7 @@ impl DelayedAcceptance<'_> {
     /// use ppl::prelude::*;
     /// use ppl::Rejection;
     ///
-    /// A normal density with the given mean and unit variance.
+    /// /// A normal density with the given mean and unit variance.
     /// struct About(f64);
     /// impl LogDensity for About {
     ///     type Workspace = ();
@@ -138,7 +138,7 @@ impl DelayedAcceptance<'_> {
     /// }
     /// let sampler = DelayedAcceptance::default().warmup(1020).screened_warmup(1000).draws(100);
     /// let chains = sampler.screening_steps(10).run(&About(0.3), &About(0.0))?;
-    /// per chain: one evaluation at the start, 20 transitions and 100 draws
+    /// // per chain: one evaluation at the start, 20 transitions and 100 draws
     /// assert!(chains.evaluations() <= 4 * 121);
     /// # Ok::<(), ppl::RunError>(())
     /// ```
