@@ -69,7 +69,7 @@ fn a_bad_row_is_named_by_line_column_and_value() {
         ("0.5,two", "line 6: column `f`: `two` is not a number"),
         ("0.5,", "line 6: column `f`: `` is not a number"),
         ("0.5", "line 6: the row has 1 cells but the header has 2"),
-        ("# remark\n\n0.5", "line 8: 1 cells"),
+        ("# remark\n\n0.5", "line 8: the row has 1 cells"),
         ("# remark\n\n-1,0", "line 8: column `a` = -1"),
     ] {
         let message = refused_row(row);

@@ -8,11 +8,11 @@ use crate::density::DomainError;
 
 /// A range of `f64` numbers, such as `0.0..` or `0.0..1.0`: the argument of `.truncate` and `.censor`.
 #[diagnostic::on_unimplemented(
-    message = "`{Self}` is no range of plain numbers",
-    label = "needed: `0.0..`, `..1.0`, `0.0..1.0` or the like",
+    message = "`{Self}` is not a range of plain numbers",
+    label = "expected a range such as `0.0..`, `..1.0` or `0.0..1.0`",
     note = "write `0.0..`, not `0..`; the ends are data, not unknowns",
-    note = "of what lies above an unknown `a`: `factor(D.ln_density(&x) - D.ln_sf(a))`, and below with \
-            `ln_cdf`; unknowns in ascending order: `.array::<N>().ordered()`"
+    note = "for values above an unknown limit `a`, write `factor(D.ln_density(&x) - D.ln_sf(a))`; for values \
+            below `a`, use `ln_cdf`; for unknowns in ascending order, write `.array::<N>().ordered()`"
 )]
 pub trait Ends: RangeBounds<f64> {}
 

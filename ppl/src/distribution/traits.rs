@@ -116,7 +116,7 @@ fn name<T>() -> &'static str {
     message = "`{Self}` cannot be the distribution of an unknown",
     label = "has no smooth map from unconstrained space",
     note = "a discrete distribution can only be observed: write `place ~ D` without `let`",
-    note = "a discrete unknown must be summed out: by `Mixture`, or by `factor(ln_sum_exp(…))`"
+    note = "marginalise a discrete unknown with `Mixture` or `factor(ln_sum_exp(…))`"
 )]
 pub trait Unknown<R: Scalar>: Distribution<R> {
     /// Number of unconstrained coordinates.

@@ -9,7 +9,7 @@ use crate::term::parameter::Parameter;
 /// Intercept of a linear predictor: a number, an unknown, or [`ByGroup`].
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not an intercept",
-    label = "needed: a number, an unknown, or `ByGroup(&levels, &group)`"
+    label = "expected a number, an unknown, or `ByGroup(&levels, &group)`"
 )]
 pub trait Intercept<R>: Clone {
     /// Number of different intercepts.

@@ -42,7 +42,7 @@ impl<M: Clone, L: Clone> Family for MvNormalCholesky<M, L> {}
 /// Scale of a [`MvNormalCholesky`]: a Cholesky factor with a size known at compile time or at run time.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a Cholesky factor of a covariance matrix",
-    label = "needed: a `CholeskyFactor` or a `DynCholeskyFactor`, or a reference to one"
+    label = "expected a `CholeskyFactor`, a `DynCholeskyFactor`, or a reference to one"
 )]
 pub trait Scale<R: Scalar>: Clone {
     /// Type of the size.
