@@ -88,8 +88,8 @@ impl<'a> Plan<'a> {
     pub(crate) fn begin_sums(&mut self, plate: &Plate) -> bool {
         let is_outermost = self.sums.is_none();
         if is_outermost {
-            if let Some(own) = &plate.own {
-                let outer = self.analysis.activity.names().filter(|name| !own.contains(name));
+            if let Some(bound) = &plate.bound {
+                let outer = self.analysis.activity.names().filter(|name| !bound.contains(name));
                 self.shared = outer.cloned().collect();
             }
             self.sums = Some(Sums::default());
@@ -115,8 +115,8 @@ impl<'a> Plan<'a> {
         if self.analysis.facts.begins.contains(&self.at) {
             literals::begin(pat, &mut value);
         }
-        match self.formulas && self.analysis.facts.open.contains(&self.at) {
-            true => self.open(&mut value),
+        match self.formulas && self.analysis.facts.symbolic.contains(&self.at) {
+            true => self.formula(&mut value),
             false => self.visit_expr_mut(&mut value),
         }
         value
