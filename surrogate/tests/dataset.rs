@@ -1,4 +1,4 @@
-//! Datasets on disk: what is kept, and what is refused with which words.
+//! Datasets on disk: the contents of the file, and the error messages.
 
 use std::path::Path;
 
@@ -44,7 +44,7 @@ proptest! {
     }
 }
 
-/// The message for a file with these lines.
+/// Returns the error message for a file with the given lines.
 fn refusal(lines: &[&str]) -> String {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("runs.csv");
@@ -74,7 +74,7 @@ fn a_bad_row_is_named_by_line_column_and_value() {
     ] {
         let message = refused_row(row);
         assert!(message.contains(words), "{message}");
-        assert!(message.contains(';'), "no help: {message}");
+        assert!(message.contains(';'), "the message has no advice: {message}");
     }
 }
 
