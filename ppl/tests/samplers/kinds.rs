@@ -1,5 +1,5 @@
 //! Targets by which a warmup is judged: four with strong correlations, one with weak correlations.
-//! ///
+//!
 //! Every data set is computed here: exact values for known parameters plus normal noise, whose standard normal numbers
 //! are the normal quantiles of a fixed low-discrepancy sequence.
 
