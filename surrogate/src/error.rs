@@ -105,7 +105,7 @@ pub enum SurrogateError {
     /// A name is neither the name of an input nor of an output.
     #[error("`{name}` is neither an input nor an output; the inputs and outputs are: {known}")]
     UnknownName {
-        /// The name.
+        /// The unknown name.
         name: String,
         /// The names of all inputs and outputs.
         known: String,

@@ -26,7 +26,7 @@ pub(crate) struct Plan<'a> {
     numbers: HashMap<Id, usize>,
     /// The current statement.
     pub(crate) at: Id,
-    /// Sums over the iterations of the outermost enclosing loop; None outside loops.
+    /// Sums of adjoints and of log density terms over the outermost enclosing loop; None outside loops.
     sums: Option<Sums>,
     /// Names from outside the loop whose values may depend on unknowns and are the same in every iteration. Empty in
     /// code that may bind these names again.
@@ -35,7 +35,7 @@ pub(crate) struct Plan<'a> {
     closures: usize,
 }
 
-/// Sums in local variables that the outermost loop declares and that all nested loops use.
+/// Sums over a loop, in local variables that the outermost loop declares and that all nested loops use.
 #[derive(Default)]
 pub(crate) struct Sums {
     /// Names from outside the loop whose adjoints are summed.

@@ -22,9 +22,9 @@ pub(super) struct Statistics<'s> {
     /// Residual sum of squares ρ².
     rest: f64,
     slopes: usize,
-    /// rₖ and zₖ for every slope k.
+    /// Rows (rₖ, zₖ) of the triangular factor, one per slope k, row-major.
     triangle: &'s [f64],
-    /// x̄_g, ȳ_g and n_g for every group g.
+    /// Means x̄_g and ȳ_g and number of data n_g of every group g, row-major.
     groups: &'s [f64],
 }
 

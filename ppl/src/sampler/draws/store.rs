@@ -36,7 +36,7 @@ pub enum ChainsFileError {
     /// The file system reported an error.
     #[error("cannot {action} the chains {}: {source}", path.display())]
     File {
-        /// "read" or "write".
+        /// The operation that failed, "read" or "write".
         action: &'static str,
         /// Path of the file.
         path: PathBuf,
