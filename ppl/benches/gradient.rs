@@ -1,7 +1,7 @@
 //! Nanoseconds per log density and per gradient, as CSV: `cargo bench -p ppl --bench gradient`.
 //!
-//! The least of repeated timings, which what else runs disturbs least; a name after `--` asks for
-//! the models that have it in theirs, and `cargo test --benches` runs everything once.
+//! Each figure is the smallest of repeated timings, because other processes can only make a run slower. A name after
+//! `--` selects the models whose names contain it. `cargo test --benches` runs every model once.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -33,14 +33,14 @@ ppl::model! {
         }
     }
 
-    /// The same in one statement.
+    /// Version of `regression` with all observations in one statement.
     fn regression_glm<const D: usize>(x: &[[f64; D]], y: &[f64]) {
         let slope ~ Normal(0.0, 2.5).array::<D>();
         let sd ~ HalfNormal(1.0);
         y ~ NormalGlm(x, 0.0, slope, sd);
     }
 
-    /// The same predictor, summed by hand.
+    /// Version of `regression` with the linear predictor summed in a loop.
     fn regression_loop<const D: usize>(x: &[[f64; D]], y: &[f64]) {
         let slope ~ Normal(0.0, 2.5).array::<D>();
         let sd ~ HalfNormal(1.0);
@@ -53,7 +53,7 @@ ppl::model! {
         }
     }
 
-    /// Groups with levels of their own, 5 observations each.
+    /// Groups with separate levels and 5 observations each.
     fn hierarchy(groups: usize, group: &[usize], y: &[f64]) {
         let mu ~ Normal(0.0, 5.0);
         let tau ~ HalfNormal(2.0);
@@ -64,7 +64,7 @@ ppl::model! {
         }
     }
 
-    /// The same in one statement, without predictors.
+    /// Version of `hierarchy` with all observations in one statement, without predictors.
     fn hierarchy_glm(groups: usize, none: &[[f64; 0]], group: &[usize], y: &[f64]) {
         let mu ~ Normal(0.0, 5.0);
         let tau ~ HalfNormal(2.0);
@@ -73,7 +73,7 @@ ppl::model! {
         y ~ NormalGlm(none, ByGroup(&level, group), [0.0; 0], sd);
     }
 
-    /// Levels about a line in two covariates, not centred.
+    /// Varying intercepts and two covariates, non-centred.
     fn radon(counties: usize, houses: &[House]) {
         let mu ~ Normal(0.0, 10.0);
         let tau ~ HalfNormal(1.0);
@@ -87,7 +87,7 @@ ppl::model! {
         }
     }
 
-    /// The same in one statement.
+    /// Version of `radon` with all observations in one statement.
     fn radon_glm(counties: usize, county: &[usize], x: &[[f64; 2]], radon: &[f64]) {
         let mu ~ Normal(0.0, 10.0);
         let tau ~ HalfNormal(1.0);
@@ -97,7 +97,7 @@ ppl::model! {
         radon ~ NormalGlm(x, ByGroup(&level, county), slope, sd);
     }
 
-    /// The paper's calibration: nine parameters, eight experiments.
+    /// Calibration of the paper: nine parameters, eight experiments.
     fn calibration(forward: &Cubic, qois: &[[f64; 3]]) {
         let young ~ Uniform(-1.0, 1.0);
         let toughness ~ Uniform(-1.0, 1.0);
@@ -111,7 +111,7 @@ ppl::model! {
         }
     }
 
-    /// Two outcomes with a mean of their own for each datum.
+    /// Two outcomes per datum, whose means depend on the datum.
     fn mv_normal_means(x: &[f64], y: &[[f64; 2]]) {
         let level ~ Normal(0.0, 10.0).array::<2>();
         let slope ~ Normal(0.0, 2.5).array::<2>();
@@ -146,8 +146,8 @@ struct House {
     radon: f64,
 }
 
-/// A polynomial surrogate of total degree 3 in 3 variables: the shape and the cost of the paper's.
-/// The coefficients of a term stand side by side, with a zero for whole registers.
+/// Polynomial surrogate of total degree 3 in 3 variables, with the size and the cost of the surrogate in the paper. The
+/// three coefficients of a term are padded with a zero, so that they fill a SIMD register.
 struct Cubic([Term; 20]);
 
 type Term = [f64; 4];
@@ -191,15 +191,15 @@ impl Differentiable<3, 3> for Cubic {
         &self,
         &[x, y, z]: &[f64; 3],
     ) -> Result<([f64; 3], [[f64; 3]; 3]), DomainError> {
-        // by powers of x: sums over y and z, and these by y and by z
+        // nested sums in powers of z, y and x, with derivatives
         let (mut planes, mut terms) = ([[Term::default(); 4]; 3], &self.0[..]);
         for a in 0..4 {
             let mut lines = [[Term::default(); 4]; 2];
             for b in 0..4 - a {
-                let (own, others) = terms.split_at(4 - a - b);
+                let (line, others) = terms.split_at(4 - a - b);
                 terms = others;
-                lines[0][b] = sum(own, z);
-                lines[1][b] = slope(own, z);
+                lines[0][b] = sum(line, z);
+                lines[1][b] = slope(line, z);
             }
             let [values, slopes] = &lines;
             planes[0][a] = sum(&values[..4 - a], y);
@@ -217,9 +217,9 @@ impl Differentiable<3, 3> for Cubic {
         for a in 0..4 {
             let mut lines = [Term::default(); 4];
             for b in 0..4 - a {
-                let (own, others) = terms.split_at(4 - a - b);
+                let (line, others) = terms.split_at(4 - a - b);
                 terms = others;
-                lines[b] = sum(own, z);
+                lines[b] = sum(line, z);
             }
             planes[a] = sum(&lines[..4 - a], y);
         }
@@ -227,16 +227,16 @@ impl Differentiable<3, 3> for Cubic {
     }
 }
 
-/// Without the zero.
+/// Removes the padding zero.
 fn first([a, b, c, _]: Term) -> [f64; 3] {
     [a, b, c]
 }
 
-/// Calls something so many times.
+/// Function that repeats a computation the given number of times.
 type Batch<'f> = &'f mut dyn FnMut(u32);
 
-/// Nanoseconds of each in the fastest of many batches that are long enough for the clock: in turn,
-/// so that a machine that changes its speed does it to both.
+/// Nanoseconds per call of `f` and of `g`: the smallest of many batches that are long compared with the resolution of
+/// the clock. The batches of `f` and `g` alternate, so that a change of the processor's speed affects both.
 fn time<'f>(quick: bool, f: Batch<'f>, g: Batch<'f>) -> [f64; 2] {
     let (repeats, nanoseconds) = if quick { (1, 0) } else { (201, 300_000) };
     let run = |f: &mut Batch<'f>, batch: u32| {
@@ -260,14 +260,14 @@ fn time<'f>(quick: bool, f: Batch<'f>, g: Batch<'f>) -> [f64; 2] {
 }
 
 fn report(name: &str, quick: bool, model: &Bound<impl Model>) {
-    let mut asked =
+    let mut selected =
         std::env::args().skip(1).filter(|argument| !argument.starts_with("--")).peekable();
-    if asked.peek().is_some() && !asked.any(|part| name.contains(&part)) {
+    if selected.peek().is_some() && !selected.any(|part| name.contains(&part)) {
         return;
     }
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
     let y = model.draw_prior(&mut rng).expect("a proper model").unconstrained;
-    let [mut w, mut own] = [Workspace::default(), Workspace::default()];
+    let [mut w, mut gradient_workspace] = [Workspace::default(), Workspace::default()];
     let mut gradient = vec![0.0; y.len()];
     let [value, both] = time(
         quick,
@@ -278,7 +278,9 @@ fn report(name: &str, quick: bool, model: &Bound<impl Model>) {
         },
         &mut |batch| {
             for _ in 0..batch {
-                black_box(model.gradient(black_box(&y), &mut gradient, &mut own).ok());
+                black_box(
+                    model.gradient(black_box(&y), &mut gradient, &mut gradient_workspace).ok(),
+                );
             }
         },
     );

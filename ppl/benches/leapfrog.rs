@@ -1,14 +1,13 @@
-//! What NUTS costs beside the gradients, as CSV: `cargo bench -p ppl --bench leapfrog`.
+//! Overhead of NUTS in addition to gradients, as CSV: `cargo bench -p ppl --bench leapfrog`.
 //!
-//! Nanoseconds of a leapfrog step on an autoregression whose gradient is almost free, and the share
-//! that is not the gradient: tree, mass matrix, random numbers. One thread, the least of repeated
-//! runs.
+//! Reports nanoseconds per leapfrog step on an autoregression whose gradient is almost free, and the part that is not
+//! the gradient: tree, mass matrix, random numbers. Uses one thread and the smallest of repeated timings.
 
 use std::{hint::black_box, time::Instant};
 
 use ppl::{LogDensity, Nuts, Rejection};
 
-/// Standard normals with neighbours coupled by −ρ in the precision matrix.
+/// Standard normals whose neighbours have the entry −`coupling` in the precision matrix.
 struct Chain {
     dim: usize,
     coupling: f64,
@@ -38,7 +37,7 @@ impl LogDensity for Chain {
 }
 
 fn main() {
-    // `cargo test --benches` only wants to know that it runs
+    // `cargo test --benches` only checks that the benchmark runs
     let quick = !std::env::args().any(|a| a == "--bench");
     let (repeats, draws, calls) = if quick { (1, 100, 100) } else { (200, 2000, 20_000) };
     println!("map,dim,leapfrog_ns,gradient_ns,overhead_ns");
@@ -50,13 +49,13 @@ fn main() {
     ] {
         let density = Chain { dim, coupling };
         let (y, mut g) = (vec![0.3; dim], vec![0.0; dim]);
-        // on from a tuned state, so that all is sampling
+        // resume from a tuned state, so that no warmup is timed
         let nuts = nuts.chains(1).threads(1).seed(1);
         let tuned = nuts.clone().warmup(500).draws(1).run(&density).expect("samples");
         let map =
             tuned.chains[0].warmup.switches.last().map_or("none".into(), |s| s.map.to_string());
         let (run, before) = (nuts.draws(draws), tuned.evaluations());
-        // in turn, so that a machine that changes its speed does it to both
+        // gradient and leapfrog batches alternate, so that a change of the processor's speed affects both
         let (mut leapfrog, mut gradient) = (f64::INFINITY, f64::INFINITY);
         for _ in 0..repeats {
             let start = Instant::now();

@@ -1,15 +1,15 @@
-//! Gradients per effective draw, of the kept draws alone and with the warmup, as CSV:
+//! Gradients per effective draw, for the kept draws alone and including the warmup, as CSV:
 //! `cargo bench -p ppl --bench warmup`.
 //!
-//! The presets: Stan's (1000 warmup draws), the default one (700), and the default one with 400.
-//! Effective draws are the least bulk ESS of the unconstrained coordinates, of 4 chains with 1000
-//! draws; figures are medians over seeds. Gradients are exact counts, so that the table does not
-//! depend on the machine.
+//! Three presets are compared: Stan's warmup (1000 draws), the default warmup (700 draws), and the default warmup with
+//! 400 draws. The number of effective draws is the smallest bulk ESS of the unconstrained coordinates, for 4 chains
+//! with 1000 draws. Figures are medians over seeds. Gradients are exact counts, so that the table does not depend on
+//! the machine.
 
 #[path = "../tests/samplers/kinds.rs"]
 mod kinds;
 #[path = "../tests/samplers/targets.rs"]
-#[allow(dead_code)] // the bench takes a part
+#[allow(dead_code)] // the benchmark uses only some of the targets
 mod targets;
 
 use kinds::{EFFECTS, ERRORS, gradients_per_effective_draw};
@@ -40,7 +40,7 @@ fn report<D: LogDensity>(target: &str, seeds: u64, density: &D) {
 }
 
 fn main() {
-    // `cargo test --benches` only wants to know that it runs
+    // `cargo test --benches` only checks that the benchmark runs
     let seeds = if std::env::args().any(|a| a == "--bench") { 15 } else { 1 };
     println!("target,preset,gradients_per_ess_sampling,gradients_per_ess_with_warmup");
     report("autoregression_d10", seeds, &Gaussian::autoregressive(10, 0.9, 0.01, 100.0));

@@ -38,9 +38,9 @@
 //! - **Derivatives**: exact, by reverse mode. User-defined functions implement [`Differentiable`]; [`FiniteDifference`]
 //!   differentiates black boxes, and [`OdeSolution`] solves differential equations.
 //! - **Samplers**: [`Nuts`] uses gradients. [`Metropolis`] and [`DelayedAcceptance`] need no gradients;
-//!   [`DelayedAcceptance`] screens proposals with a cheap density. All samplers accept models and other log
-//!   densities. A user-defined sampler implements [`Kernel`]. Chains run in parallel, with the same draws for any number of threads. [`Map`] finds joint modes,
-//!   [`Laplace`] the normal approximation at a mode.
+//!   [`DelayedAcceptance`] screens proposals with a cheap density. All samplers accept models and other log densities.
+//!   A user-defined sampler implements [`Kernel`]. Chains run in parallel, with the same draws for any number of
+//!   threads. [`Map`] finds joint modes, [`Laplace`] the normal approximation at a mode.
 //! - **Results**: [`Posterior`] contains named draws with shapes. A posterior provides a summary, diagnostics with
 //!   explanations, predictive checks, cross-validation, prior sensitivity, and export for ArviZ.
 //! - **[`check`]**: statistical assertions for `cargo test`.

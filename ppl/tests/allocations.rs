@@ -1,4 +1,4 @@
-//! The sampling loop takes no memory: what a leapfrog needs is there before the first.
+//! After its start the sampling loop allocates no memory.
 
 use std::{
     alloc::{GlobalAlloc, Layout, System},
@@ -14,7 +14,7 @@ thread_local! {
 
 struct Counting;
 
-// SAFETY: every call is handed to the system's allocator unchanged
+// SAFETY: every call is forwarded unchanged to the system allocator
 #[allow(unsafe_code, reason = "counting allocations takes a global allocator; tests only")]
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
@@ -36,13 +36,13 @@ fn allocations() -> u64 {
     ALLOCATIONS.with(Cell::get)
 }
 
-/// A normal with neighbours correlated, which watches the allocations between its evaluations.
+/// A normal density with correlated neighbours that counts allocations between its evaluations.
 struct Watch {
     dim: usize,
     evaluations: AtomicU64,
-    /// Allocations at the last evaluation.
+    /// Number of allocations at the last evaluation.
     before: AtomicU64,
-    /// Evaluations since an allocation was last seen between two.
+    /// Number of evaluations since the last one that an allocation preceded.
     quiet: AtomicU64,
 }
 
@@ -75,7 +75,7 @@ impl LogDensity for Watch {
     }
 }
 
-/// From the end of the warmup to the end of the run, with every kind of map.
+/// With every kind of map, no allocation happens between two leapfrog steps after the warmup.
 #[test]
 fn no_leapfrog_allocates() {
     for (dim, nuts) in [(10, Nuts::stan_compatible()), (10, Nuts::default()), (60, Nuts::default())]

@@ -1,5 +1,5 @@
-//! Generalised linear models: what is summed up when the data are bound says what the loop over the
-//! data says, by every way of differentiating.
+//! Generalised linear models: a statement over all data, which summarises the data when they are bound, equals the loop
+//! over the data in value and gradient, for every way of differentiating.
 
 use ppl::prelude::*;
 use ppl::{Bound, Model, Workspace};
@@ -23,7 +23,7 @@ ppl::model! {
         }
     }
 
-    /// As many slopes as a file says, and an intercept that is computed.
+    /// A number of slopes that is known at run time, and an intercept that is computed.
     fn wide(x: &[Vec<f64>], y: &[f64], slopes: usize) {
         let level ~ Normal(0.0, 1.0).array::<2>();
         let slope ~ Normal(0.0, 1.0).iid(slopes);
@@ -60,7 +60,7 @@ ppl::model! {
         }
     }
 
-    /// A statement a specimen; one has no predictor but its own, with a known scale.
+    /// One statement per specimen, and a last statement with one predictor and a known scale.
     fn specimens(specimens: &[Specimen]) {
         let slope ~ Normal(0.0, 1.0).array::<1>();
         for specimen in specimens {
@@ -104,7 +104,7 @@ ppl::model! {
         y ~ NormalGlm(x, level, slope, 0.5);
     }
 
-    /// Predictors that depend on the point: nothing can be summed up beforehand.
+    /// Predictors that depend on an unknown, so that no sums can be computed beforehand.
     fn moved(x: &[f64], y: &[f64]) {
         let origin ~ Normal(0.0, 1.0);
         let slope ~ Normal(0.0, 1.0).array::<1>();
@@ -118,7 +118,7 @@ struct Specimen {
     force: Vec<f64>,
 }
 
-/// A number without its derivative.
+/// The value of a number without its derivative.
 fn plain<S: Scalar>(x: S) -> f64 {
     x.value()
 }
@@ -127,7 +127,7 @@ fn wave(i: usize, k: usize) -> f64 {
     (0.3 + i as f64 * (0.9 + 0.37 * k as f64)).sin()
 }
 
-/// Far from zero, where sums of squares would lose digits.
+/// Predictors far from zero, where sums of squares would lose digits.
 fn rows<const K: usize>(n: usize) -> Vec<[f64; K]> {
     (0..n).map(|i| std::array::from_fn(|k| 40.0 * k as f64 + wave(i, k))).collect()
 }
@@ -136,7 +136,7 @@ fn responses(n: usize) -> Vec<f64> {
     (0..n).map(|i| 3.0 + wave(i, 7)).collect()
 }
 
-/// Values and gradients of both, at draws of the prior.
+/// Asserts that values and gradients of two models agree at draws from the prior.
 fn assert_same(a: &Bound<impl Model>, b: &Bound<impl Model>) {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(4);
     let dim = a.layout().expect("a model").dim;
@@ -202,8 +202,8 @@ fn statements_stack_in_a_plate() {
     assert_eq!((force.log_likelihood.len(), &force.variable.shape[..]), (12, &[3, 4][..]));
 }
 
-/// Of a normal prior and a known spread the posterior is normal: its precision is
-/// Cᵀ C/σ² + 1/τ², with C = [1 x], and its mean solves the normal equations.
+/// With a normal prior and a known scale σ the posterior is normal: its precision is Cᵀ C/σ² + 1/τ², with C = [1 x],
+/// and its mean solves the normal equations.
 #[test]
 fn the_posterior_of_a_conjugate_regression_is_exact() {
     use nalgebra::{DMatrix, DVector};
@@ -234,7 +234,7 @@ fn the_posterior_of_a_conjugate_regression_is_exact() {
     }
 }
 
-/// Every datum has its own log-likelihood and its own replicate.
+/// Every datum has its own log-likelihood and its own replicate in the results.
 #[test]
 fn data_are_told_apart_in_results() {
     let (x, y) = (rows::<2>(5), responses(5));
@@ -252,7 +252,7 @@ fn data_are_told_apart_in_results() {
     }
 }
 
-/// Replicates are normal about the predictor: their standardised residuals have mean 0 and square 1.
+/// Replicates are normal around the predictor: the standardised residuals have mean 0 and mean square 1.
 #[test]
 fn replicates_are_about_the_predictor() {
     let (n, draws) = (4, 2000);
@@ -269,13 +269,13 @@ fn replicates_are_about_the_predictor() {
             squares += z * z;
         }
     }
-    // 4 standard errors: 1/√N of the mean, √2/√N of the square
+    // 4 standard errors: 1/√N for the mean, √2/√N for the mean square
     let n = (n * draws) as f64;
     assert!((sum / n).abs() < 4.0 / n.sqrt(), "{}", sum / n);
     assert!((squares / n - 1.0).abs() < 4.0 * (2.0 / n).sqrt(), "{}", squares / n);
 }
 
-/// What was summed up for other data than the point has would be wrong without a word.
+/// Predictors that depend on an unknown are read at every point; sums from another point would be wrong.
 #[test]
 fn predictors_that_follow_an_unknown_are_read_at_every_point() {
     let (x, y) = ([0.3, -0.8, 1.9], [0.1, 0.4, -1.2]);
@@ -296,10 +296,13 @@ fn what_does_not_fit_is_said() {
     let ragged = [vec![1.0, 2.0], vec![1.0]];
     let unknown_number = [[0.0, f64::NAN]];
     let cases = [
-        (said(&line(&x[..3], &y)), "x has 3 rows and there are 4 data"),
-        (said(&wide(&ragged, &y[..2], 2)), "row 1 of x has 1 predictors and there are 2 slopes"),
-        (said(&groups(&[0, 1, 4, 1], &x, &y)), "datum 2 is of group 4, and there are 4 intercepts"),
-        (said(&groups(&[0, 1, 1], &x, &y)), "3 data have a group and x has 4 rows"),
+        (said(&line(&x[..3], &y)), "x has 3 rows but there are 4 data"),
+        (said(&wide(&ragged, &y[..2], 2)), "row 1 of x has 1 predictors but there are 2 slopes"),
+        (
+            said(&groups(&[0, 1, 4, 1], &x, &y)),
+            "datum 2 belongs to group 4, but there are 4 intercepts",
+        ),
+        (said(&groups(&[0, 1, 1], &x, &y)), "3 data have a group but x has 4 rows"),
         (said(&line(&unknown_number, &y[..1])), "x[0][1]"),
     ];
     for (message, expected) in cases {
@@ -307,7 +310,7 @@ fn what_does_not_fit_is_said() {
     }
 }
 
-/// What is wrong with a model.
+/// The error message of a model, or an empty string.
 fn said(model: &Bound<impl Model>) -> String {
     model.layout().err().map_or(String::new(), |error| error.to_string())
 }

@@ -1,4 +1,4 @@
-//! Nanoseconds per evaluation: three inputs, three outputs, order 3 (the paper's surrogate) and 8.
+//! Nanoseconds per evaluation, for three inputs, three outputs, and the orders 3 (the surrogate of the paper) and 8.
 
 use divan::{Bencher, black_box};
 use surrogate::{Dataset, DesignMethod, FitOptions, Input, OrderRule, Pce, Scale, Scales};

@@ -102,8 +102,7 @@ impl Dataset {
         outputs: Vec<String>,
         provenance: impl Into<String>,
     ) -> Result<Self, SurrogateError> {
-        for (what, found) in
-            [("inputs, at least", inputs.len()), ("outputs, at least", outputs.len())]
+        for (what, found) in [("or more inputs", inputs.len()), ("or more outputs", outputs.len())]
         {
             if found == 0 {
                 return Err(SurrogateError::Count { what, expected: 1, found });
@@ -243,9 +242,9 @@ impl Dataset {
         check_count("input values", self.inputs.len(), x.len())?;
         check_count("output values", self.outputs.len(), y.len())?;
         check_count("derivatives", self.slopes_per_row(), slopes.len())?;
-        for (place, &value) in x.iter().chain(y).chain(slopes).enumerate() {
+        for (index, &value) in x.iter().chain(y).chain(slopes).enumerate() {
             if !value.is_finite() {
-                let column = self.columns().swap_remove(place);
+                let column = self.columns().swap_remove(index);
                 return Err(SurrogateError::NotFinite { column, value });
             }
         }
@@ -283,8 +282,8 @@ impl Dataset {
 
     /// The text of the note `name` in row `i`, counted from 0.
     pub fn note(&self, i: usize, name: &str) -> Option<&str> {
-        let place = self.notes.iter().position(|note| note == name)?;
-        self.noted.get(i * self.notes.len() + place).map(String::as_str)
+        let position = self.notes.iter().position(|note| note == name)?;
+        self.noted.get(i * self.notes.len() + position).map(String::as_str)
     }
 
     /// Returns the number of inputs with respect to which the rows have derivatives. These are the first inputs.
@@ -301,11 +300,11 @@ impl Dataset {
 
     /// The names of the columns of derivatives, in their order.
     pub(crate) fn derivative_columns(&self) -> Vec<String> {
-        let of = |output: &String| {
+        let columns_of = |output: &String| {
             let column = move |input: &Input| format!("d_{output}_d_{}", input.name);
             self.inputs[..self.differentiated].iter().map(column).collect::<Vec<_>>()
         };
-        self.outputs.iter().flat_map(of).collect()
+        self.outputs.iter().flat_map(columns_of).collect()
     }
 
     fn slopes_per_row(&self) -> usize {

@@ -90,18 +90,18 @@ fn parse(text: &str) -> Located<Dataset> {
     let dataset = with_derivatives(dataset, &header).map_err(|e| (header_line, e))?;
     let mut columns = Vec::new();
     for name in dataset.columns() {
-        let mut places = header.iter().enumerate().filter(|(_, h)| *h == name).map(|(i, _)| i);
-        let place = places.next().ok_or_else(|| {
+        let mut positions = header.iter().enumerate().filter(|(_, h)| *h == name).map(|(i, _)| i);
+        let position = positions.next().ok_or_else(|| {
             let found = header.iter().collect::<Vec<_>>().join(", ");
             (header_line, SurrogateError::MissingColumn { column: name.clone(), found })
         })?;
-        if places.next().is_some() {
+        if positions.next().is_some() {
             return Err((header_line, SurrogateError::DuplicateName { name }));
         }
-        columns.push((name, place));
+        columns.push((name, position));
     }
     let notes: Vec<usize> =
-        (0..header.len()).filter(|i| columns.iter().all(|(_, place)| place != i)).collect();
+        (0..header.len()).filter(|i| columns.iter().all(|(_, position)| position != i)).collect();
     let names: Vec<&str> = notes.iter().map(|&i| &header[i]).collect();
     let mut dataset = dataset.with_notes(&names).map_err(|e| (header_line, e))?;
     let inputs = dataset.inputs().len();
@@ -111,7 +111,7 @@ fn parse(text: &str) -> Located<Dataset> {
         let here = |e| (line_at(text, record.position()), e);
         let cells: Vec<f64> = columns
             .iter()
-            .map(|(name, place)| number(name, &record[*place]))
+            .map(|(name, position)| number(name, &record[*position]))
             .collect::<Result<_, _>>()
             .map_err(here)?;
         let notes: Vec<&str> = notes.iter().map(|&i| &record[i]).collect();
@@ -130,11 +130,11 @@ fn with_derivatives(
     let all = dataset.inputs().len();
     let dataset = dataset.with_derivatives_in(all)?;
     let is_there = |name: &String| header.iter().any(|column| column == name);
-    // `derivative_columns` lists one column per input for each output, so `place % all` is the input
-    let places = dataset.derivative_columns().into_iter().enumerate();
-    let (there, missing): (Vec<_>, Vec<_>) = places.partition(|(_, name)| is_there(name));
-    let inputs = there.iter().map(|(place, _)| place % all + 1).max().unwrap_or(0);
-    match (there.first(), missing.iter().find(|(place, _)| place % all < inputs)) {
+    // `derivative_columns` lists one column per input for each output, so `position % all` is the input
+    let columns = dataset.derivative_columns().into_iter().enumerate();
+    let (there, missing): (Vec<_>, Vec<_>) = columns.partition(|(_, name)| is_there(name));
+    let inputs = there.iter().map(|(position, _)| position % all + 1).max().unwrap_or(0);
+    match (there.first(), missing.iter().find(|(position, _)| position % all < inputs)) {
         (Some((_, there)), Some((_, missing))) => {
             Err(SurrogateError::SomeDerivatives { there: there.clone(), missing: missing.clone() })
         }
@@ -163,7 +163,7 @@ fn declarations(text: &str) -> Located<Dataset> {
             }
             ["output", name] => outputs.push(name.to_owned()),
             ["input" | "output", ..] => {
-                let problem = format!("`# {content}` is no declaration");
+                let problem = format!("`# {content}` is not a declaration");
                 let help = "write `# input,NAME,LOWER,UPPER` or `# output,NAME`";
                 return Err((line, SurrogateError::Syntax { problem, help }));
             }
@@ -211,7 +211,7 @@ fn line_at(text: &str, position: Option<&csv::Position>) -> u64 {
 fn syntax(text: &str, error: &csv::Error) -> (u64, SurrogateError) {
     let problem = match error.kind() {
         csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
-            format!("{len} cells where the header has {expected_len}")
+            format!("the row has {len} cells but the header has {expected_len}")
         }
         _ => error.to_string(),
     };

@@ -76,8 +76,7 @@ impl DynPce {
         outputs: Vec<String>,
         terms: impl IntoIterator<Item = (Vec<u8>, Vec<f64>)>,
     ) -> Result<Self, SurrogateError> {
-        for (what, found) in
-            [("inputs, at least", inputs.len()), ("outputs, at least", outputs.len())]
+        for (what, found) in [("or more inputs", inputs.len()), ("or more outputs", outputs.len())]
         {
             if found == 0 {
                 return Err(SurrogateError::Count { what, expected: 1, found });
@@ -96,16 +95,16 @@ impl DynPce {
             Err(SurrogateError::Term { index: index.to_vec(), problem: problem.to_owned() })
         };
         if terms.is_empty() {
-            return wrong(&[], "there is none; give at least the constant one");
+            return wrong(&[], "the expansion has no term; give at least the constant term");
         }
         for (i, (index, c)) in terms.iter().enumerate() {
             check_count("degrees in a term", inputs.len(), index.len())?;
             check_count("coefficients in a term", outputs.len(), c.len())?;
             if i > 0 && terms[i - 1].0 == *index {
-                return wrong(index, "occurs twice; keep one");
+                return wrong(index, "the term occurs twice; remove one of them");
             }
             if index.iter().any(|&a| usize::from(a) > MAX_ORDER) {
-                return wrong(index, &format!("its degree exceeds {MAX_ORDER}; leave it out"));
+                return wrong(index, &format!("the degree exceeds {MAX_ORDER}; remove the term"));
             }
             if c.iter().any(|c| !c.is_finite()) {
                 return wrong(index, "a coefficient is not finite; correct it");

@@ -1,4 +1,4 @@
-//! The error type of this crate. Messages contain the place of the error, the wrong value and advice.
+//! The error type of this crate. Messages contain the location of the error, the wrong value and advice.
 
 use std::path::PathBuf;
 
@@ -41,7 +41,7 @@ pub enum SurrogateError {
         help: &'static str,
     },
     /// A cell does not contain a number.
-    #[error("column `{column}`: `{text}` is not a number; write one, for example 1.5e-3")]
+    #[error("column `{column}`: `{text}` is not a number; write a number, for example 1.5e-3")]
     NotANumber {
         /// Name of the column.
         column: String,
@@ -58,7 +58,7 @@ pub enum SurrogateError {
     },
     /// The columns of derivatives are incomplete.
     #[error(
-        "column `{missing}` is missing although there is `{there}`; give the derivative of every output in every input, or none"
+        "column `{missing}` is missing although column `{there}` is present; give the derivatives of every output with respect to every input, or no derivatives"
     )]
     SomeDerivatives {
         /// Name of a column that is present.
@@ -75,7 +75,7 @@ pub enum SurrogateError {
         name: String,
     },
     /// Two columns have the same name.
-    #[error("the name `{name}` occurs twice; give every input and output a name of its own")]
+    #[error("the name `{name}` occurs twice; use different names for all inputs and outputs")]
     DuplicateName {
         /// The repeated name.
         name: String,
@@ -94,7 +94,7 @@ pub enum SurrogateError {
     },
     /// A number on a logarithmic scale is zero or negative.
     #[error(
-        "`{name}` reaches {value}, which has no logarithm; raise it above 0 or leave `{name}` linear"
+        "`{name}` has the value {value}, which has no logarithm; use values above 0, or a linear scale for `{name}`"
     )]
     Logarithm {
         /// Name of the output, or of the input whose lower bound is `value`.
@@ -103,9 +103,9 @@ pub enum SurrogateError {
         value: f64,
     },
     /// A name is neither the name of an input nor of an output.
-    #[error("`{name}` is neither an input nor an output; there are: {known}")]
+    #[error("`{name}` is neither an input nor an output; the inputs and outputs are: {known}")]
     UnknownName {
-        /// The name.
+        /// The unknown name.
         name: String,
         /// The names of all inputs and outputs.
         known: String,
@@ -113,7 +113,7 @@ pub enum SurrogateError {
     /// A number of items, such as inputs, outputs or cells, differs from the expected number.
     #[error("expected {expected} {what}, found {found}")]
     Count {
-        /// Name of the counted items.
+        /// Name of the counted items, such as `outputs`, or `or more outputs` if `expected` is a minimum.
         what: &'static str,
         /// The number expected.
         expected: usize,
@@ -143,7 +143,9 @@ pub enum SurrogateError {
         upper: f64,
     },
     /// An output has the same value in every row, so that its relative error is undefined.
-    #[error("output `{output}` is {value} in every row; there is nothing to fit, leave it out")]
+    #[error(
+        "output `{output}` is {value} in every row; there is nothing to fit; remove this output"
+    )]
     ConstantOutput {
         /// Name of the output.
         output: String,

@@ -48,17 +48,17 @@ const DEPENDENT: f64 = 1e-10;
 /// ```
 /// use surrogate::{Dataset, DesignMethod, DynPce, FitOptions, GroupedRuns, Input};
 /// let inputs = vec![Input::new("a", 0.0, 1.0)?];
-/// let mut runs = Dataset::new(inputs.clone(), vec!["f".into()], "three specimens in turn")?;
+/// let mut runs = Dataset::new(inputs.clone(), vec!["f".into()], "three specimens")?;
 /// let groups: Vec<usize> = (0..30).map(|i| i % 3).collect();
 /// for (x, group) in DesignMethod::LatinHypercube.sample(&inputs, 30, 1)?.iter().zip(&groups) {
 ///     runs.push(x, &[3.0 + x[0] + [0.1, -0.02, 0.04][*group]])?;
 /// }
 /// let fit = DynPce::fit(&runs, &FitOptions::default())?;
-/// let found = GroupedRuns::of(&fit, &runs, &groups)?;
-/// // that all runs count alike would make the line three times as sure
+/// let errors = GroupedRuns::of(&fit, &runs, &groups)?;
+/// // the error of the line is larger than the error that independent runs would have
 /// let at = fit.pce.value(&[0.5])?;
-/// let sure = fit.coefficients.error(&[0.5], &at)?[0][0];
-/// assert!(found.between.error(&[0.5], &at)?[0][0] > 5.0 * sure);
+/// let independent = fit.coefficients.error(&[0.5], &at)?[0][0];
+/// assert!(errors.between.error(&[0.5], &at)?[0][0] > 5.0 * independent);
 /// # Ok::<(), surrogate::SurrogateError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -94,15 +94,16 @@ impl GroupedRuns {
             true => Err(SurrogateError::Count { what, expected, found }),
             false => Ok(()),
         };
-        at_least("groups of runs, at least", 2, count)?;
+        at_least("or more groups of runs", 2, count)?;
 
-        let open = &fit.coefficients;
-        let terms = open.factor().len();
-        let rows: Vec<Vec<f64>> = data.rows().map(|(x, _)| open.basis(x)).collect();
+        let posterior = &fit.coefficients;
+        let terms = posterior.factor().len();
+        let rows: Vec<Vec<f64>> = data.rows().map(|(x, _)| posterior.basis(x)).collect();
         let psi = Mat::from_fn(runs, terms, |i, j| rows[i][j]);
-        let factor = Mat::from_fn(terms, open.factor()[0].len(), |i, j| open.factor()[i][j]);
-        let place = |i: usize| names.binary_search(&groups[i]).unwrap_or_default();
-        let z = Mat::from_fn(runs, count, |i, j| f64::from(u8::from(place(i) == j)));
+        let factor =
+            Mat::from_fn(terms, posterior.factor()[0].len(), |i, j| posterior.factor()[i][j]);
+        let group = |i: usize| names.binary_search(&groups[i]).unwrap_or_default();
+        let z = Mat::from_fn(runs, count, |i, j| f64::from(u8::from(group(i) == j)));
         // effect of a group's deviation on the coefficients, and the part of the deviation that remains in
         // the residuals
         let taken = &factor * (factor.transpose() * (psi.transpose() * &z));
@@ -112,34 +113,40 @@ impl GroupedRuns {
 
         let directions = orthonormal(&left, &z);
         let rank = directions.ncols();
-        at_least("degrees of freedom between groups, at least", 1, rank)?;
+        at_least("or more degrees of freedom between groups", 1, rank)?;
         let total = residuals.transpose() * &residuals;
-        let within_freedom = open.freedom() - rank as f64;
+        let within_freedom = posterior.freedom() - rank as f64;
         let has_derivatives = data.inputs_with_derivatives() > 0;
-        let (own, explained) = match !has_derivatives && within_freedom >= outputs as f64 {
+        let (within, explained) = match !has_derivatives && within_freedom >= outputs as f64 {
             true => {
                 let along = directions.transpose() * &residuals;
                 let explained = along.transpose() * &along;
-                let own = (&total - &explained) * faer::Scale(within_freedom.recip());
-                (own, explained)
+                let within = (&total - &explained) * faer::Scale(within_freedom.recip());
+                (within, explained)
             }
             false => (Mat::zeros(outputs, outputs), total.clone()),
         };
         let weight = left.squared_norm_l2();
-        let between = (&explained - &own * faer::Scale(rank as f64)) * faer::Scale(weight.recip());
+        let between =
+            (&explained - &within * faer::Scale(rank as f64)) * faer::Scale(weight.recip());
         let between = without_negative_parts(&between, &total);
 
-        let indices = || open.estimate().terms().iter().map(|(index, _)| index.clone());
+        let indices = || posterior.estimate().terms().iter().map(|(index, _)| index.clone());
         let by_rows = |rows: &Mat<f64>| -> Vec<(Vec<u8>, Vec<f64>)> {
             let row = |j: usize| rows.row(j).iter().copied().collect();
             indices().enumerate().map(|(j, index)| (index, row(j))).collect()
         };
-        let of = |rows: &Mat<f64>, scatter: &Mat<f64>, freedom: f64| {
-            CoefficientPosterior::new(open.estimate(), by_rows(rows), by_entries(scatter), freedom)
+        let component = |rows: &Mat<f64>, scatter: &Mat<f64>, freedom: f64| {
+            CoefficientPosterior::new(
+                posterior.estimate(),
+                by_rows(rows),
+                by_entries(scatter),
+                freedom,
+            )
         };
         Ok(Self {
-            within: of(&factor, &own, within_freedom.max(0.0))?,
-            between: of(&taken, &between, rank as f64)?,
+            within: component(&factor, &within, within_freedom.max(0.0))?,
+            between: component(&taken, &between, rank as f64)?,
             groups: count,
         })
     }
@@ -149,12 +156,12 @@ impl GroupedRuns {
 /// data and explain some of the noise; residuals of a fit with sparse terms are therefore scaled up to the size of
 /// the cross-validation residuals.
 fn residuals(fit: &PceFit, data: &Dataset, psi: &Mat<f64>) -> Mat<f64> {
-    let open = &fit.coefficients;
-    let (terms, scales) = (open.estimate().terms(), open.estimate().output_scales());
+    let posterior = &fit.coefficients;
+    let (terms, scales) = (posterior.estimate().terms(), posterior.estimate().output_scales());
     let larger = |m: usize| {
-        let own = fit.report.residual_covariance[m][m];
-        match data.inputs_with_derivatives() == 0 && own > 0.0 {
-            true => (open.own_scatter()[m][m] / own).sqrt(),
+        let variance = fit.report.residual_covariance[m][m];
+        match data.inputs_with_derivatives() == 0 && variance > 0.0 {
+            true => (posterior.scatter_on_scales()[m][m] / variance).sqrt(),
             false => 1.0,
         }
     };

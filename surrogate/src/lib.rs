@@ -9,17 +9,17 @@
 //! ```
 //! use surrogate::{Dataset, DesignMethod, FitOptions, Input, Pce};
 //!
-//! // where to run the model
+//! // points at which to run the model
 //! let inputs = vec![Input::new("young_mpa", 250.0, 300.0)?, Input::new("poisson", 0.2, 0.3)?];
 //! let points = DesignMethod::Sobol.sample(&inputs, 64, 1)?;
 //!
-//! // what it returned, in one file that other tools read
+//! // results of the runs, in one file that other tools can read
 //! let mut runs = Dataset::new(inputs, vec!["bulk_mpa".into()], "K = E / (3 (1 - 2 nu))")?;
 //! for x in points {
 //!     runs.push(&x, &[x[0] / (3.0 * (1.0 - 2.0 * x[1]))])?;
 //! }
 //!
-//! // what replaces it
+//! // surrogate of the model
 //! let fit = Pce::<2, 1>::fit(&runs, &FitOptions::default())?;
 //! println!("{}", fit.report);
 //! let (bulk, slope) = fit.pce.value_and_jacobian(&[275.0, 0.25])?;

@@ -77,18 +77,18 @@ impl Truncation {
         }
     }
 
-    fn visit(self, d: usize, order: usize, found: &mut impl FnMut(&[u8])) {
-        self.descend(&mut vec![0; d], 0, order, found);
+    fn visit(self, d: usize, order: usize, call: &mut impl FnMut(&[u8])) {
+        self.descend(&mut vec![0; d], 0, order, call);
     }
 
     /// Visits the multi-indices depth first over the inputs. The sets are downward closed, so a branch ends
     /// at the first multi-index outside the set.
-    fn descend(self, index: &mut [u8], input: usize, order: usize, found: &mut impl FnMut(&[u8])) {
+    fn descend(self, index: &mut [u8], input: usize, order: usize, call: &mut impl FnMut(&[u8])) {
         if input == index.len() {
-            return found(index);
+            return call(index);
         }
         while self.first_order(index) <= order {
-            self.descend(index, input + 1, order, found);
+            self.descend(index, input + 1, order, call);
             index[input] += 1;
         }
         index[input] = 0;
@@ -109,12 +109,12 @@ mod tests {
     fn the_order_of_terms_is_the_frozen_one() {
         let expected =
             "000 100 010 001 200 110 101 020 011 002 300 210 201 120 111 102 030 021 012 003";
-        let found: Vec<String> = Truncation::TotalDegree
+        let listed: Vec<String> = Truncation::TotalDegree
             .indices(3, 3)
             .iter()
             .map(|a| a.iter().map(u8::to_string).collect())
             .collect();
-        assert_eq!(found.join(" "), expected);
+        assert_eq!(listed.join(" "), expected);
     }
 
     #[test]

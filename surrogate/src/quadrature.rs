@@ -48,8 +48,8 @@ impl TensorGrid {
         let outputs = pce.outputs().len();
         let mut grid = Self { weights, values: Vec::new(), outputs };
         let mut values = Vec::new();
-        grid.visit(|place| {
-            let x: Vec<f64> = place.iter().zip(&nodes).map(|(&k, nodes)| nodes[k]).collect();
+        grid.visit(|indices| {
+            let x: Vec<f64> = indices.iter().zip(&nodes).map(|(&k, nodes)| nodes[k]).collect();
             // no error occurs here, because the points of the grid lie inside the box
             values.extend(pce.value(&x).unwrap_or_else(|_| vec![f64::NAN; outputs]));
         });
@@ -82,11 +82,11 @@ impl TensorGrid {
         let size: usize = given.iter().map(|&i| self.weights[i].len()).product();
         let (mut weights, mut means) = (vec![0.0; size], vec![0.0; size * self.outputs]);
         let mut values = self.values.chunks(self.outputs);
-        self.visit(|place| {
-            let key = given.iter().fold(0, |key, &i| key * self.weights[i].len() + place[i]);
-            let weight = |i: usize| self.weights[i][place[i]];
+        self.visit(|indices| {
+            let key = given.iter().fold(0, |key, &i| key * self.weights[i].len() + indices[i]);
+            let weight = |i: usize| self.weights[i][indices[i]];
             weights[key] = given.iter().map(|&i| weight(i)).product();
-            let others = (0..place.len()).filter(|i| !given.contains(i));
+            let others = (0..indices.len()).filter(|i| !given.contains(i));
             let weight: f64 = others.map(weight).product();
             for (m, value) in values.next().unwrap_or(&[]).iter().enumerate() {
                 means[key * self.outputs + m] += weight * value;
@@ -97,15 +97,16 @@ impl TensorGrid {
 
     /// Calls `call` with the indices of every grid point; the index of the last input changes fastest.
     fn visit(&self, mut call: impl FnMut(&[usize])) {
-        let mut place = vec![0; self.weights.len()];
+        let mut indices = vec![0; self.weights.len()];
         loop {
-            call(&place);
-            let Some(i) = (0..place.len()).rev().find(|&i| place[i] + 1 < self.weights[i].len())
+            call(&indices);
+            let Some(i) =
+                (0..indices.len()).rev().find(|&i| indices[i] + 1 < self.weights[i].len())
             else {
                 return;
             };
-            place[i] += 1;
-            place[i + 1..].fill(0);
+            indices[i] += 1;
+            indices[i + 1..].fill(0);
         }
     }
 }

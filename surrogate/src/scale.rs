@@ -11,10 +11,10 @@ use crate::error::SurrogateError;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Scale {
-    /// The number itself.
+    /// Linear scale: the number itself.
     #[default]
     Linear,
-    /// The natural logarithm of the number. The lower bound of an input must be above 0.
+    /// Logarithmic scale: the natural logarithm of the number. The lower bound of an input must be above 0.
     Log,
 }
 

@@ -1,4 +1,4 @@
-//! What runs leave open of an expansion: whether it is as wide as it says, and where more runs help.
+//! Posterior of the coefficients: coverage of its intervals, and the choice of points for further runs.
 
 use approx::assert_relative_eq;
 use ppl::DynDifferentiable;
@@ -14,12 +14,12 @@ fn inputs(d: usize) -> Vec<Input> {
     (0..d).map(|i| Input::new(format!("x{i}"), 1.0, 2.0 + i as f64).unwrap()).collect()
 }
 
-/// Two quadratic outputs in two inputs.
+/// Two outputs that are quadratic in two inputs.
 fn response(x: &[f64]) -> [f64; 2] {
     [3.0 + x[0] * x[1] - 0.3 * x[1] * x[1], 2.0 * x[0] - x[1] + 0.2 * x[0] * x[0]]
 }
 
-/// Runs of it with correlated noise of standard deviations 0.1 and 0.2.
+/// Returns runs of [`response`] with correlated noise, whose standard deviations are 0.1 and 0.2.
 fn noisy(n: usize, outputs: usize, rng: &mut Xoshiro256PlusPlus) -> Dataset {
     let names = ["f", "g"].map(str::to_owned)[..outputs].to_vec();
     let mut data = Dataset::new(inputs(2), names, "").unwrap();
@@ -37,18 +37,18 @@ fn fixed(order: usize) -> FitOptions {
     FitOptions { rule: OrderRule::Fixed(order), scales, ..FitOptions::default() }
 }
 
-/// (f − f̂)ᵀ (s² h)⁻¹ (f − f̂) of two outputs.
-fn squared_distance(open: &CoefficientPosterior, x: &[f64], f: &[f64]) -> f64 {
-    let estimate = open.estimate().value(x).unwrap();
-    let s = open.error(x, &estimate).unwrap();
+/// Squared Mahalanobis distance (f − f̂)ᵀ (s² h)⁻¹ (f − f̂) of two outputs.
+fn squared_distance(posterior: &CoefficientPosterior, x: &[f64], f: &[f64]) -> f64 {
+    let estimate = posterior.estimate().value(x).unwrap();
+    let s = posterior.error(x, &estimate).unwrap();
     let [a, b] = [f[0] - estimate[0], f[1] - estimate[1]];
     let determinant = s[0][0] * s[1][1] - s[0][1] * s[1][0];
     (a * a * s[1][1] - 2.0 * a * b * s[0][1] + b * b * s[0][0]) / determinant
 }
 
-/// Ranks of the truth among 19 draws are uniform, at a random place of each of many data sets: of one
-/// output its value, of two their distance from the estimate. Both are exact (t and Hotelling's T²), few as
-/// the runs are.
+/// Checks that the ranks of the truth among 19 draws are uniform, at one random point of each of many datasets. For one
+/// output, the value is ranked; for two outputs, the distance from the estimate. Both ranks are exactly uniform (t and
+/// Hotelling's T²), even for few runs.
 #[test]
 fn draws_are_as_wide_as_the_estimate_is_wrong() {
     let (repeats, bins) = (600, 20);
@@ -67,56 +67,60 @@ fn draws_are_as_wide_as_the_estimate_is_wrong() {
                 _ => fixed(2),
             };
             let fit = DynPce::fit(&noisy(12, outputs, &mut rng), &options).unwrap();
-            let open = &fit.coefficients;
-            assert_eq!(open.freedom(), 6.0);
+            let posterior = &fit.coefficients;
+            assert_eq!(posterior.freedom(), 6.0);
             let x = [rng.random_range(1.0..2.0), rng.random_range(1.0..3.0)];
-            let of = |f: &[f64]| match outputs {
+            let statistic = |f: &[f64]| match outputs {
                 1 => f[0],
-                _ => squared_distance(open, &x, f),
+                _ => squared_distance(posterior, &x, f),
             };
-            let truth = of(&response(&x)[..outputs]);
+            let truth = statistic(&response(&x)[..outputs]);
             let below = (1..bins)
-                .filter(|_| of(&open.draw(&mut rng).unwrap().value(&x).unwrap()) < truth)
+                .filter(|_| {
+                    statistic(&posterior.draw(&mut rng).unwrap().value(&x).unwrap()) < truth
+                })
                 .count();
             counts[below] += 1.0;
         }
         let expected = f64::from(repeats) / bins as f64;
         let chi: f64 = counts.iter().map(|c| (c - expected).powi(2) / expected).sum();
-        // χ² of 19 degrees of freedom exceeds it once in a thousand times
+        // χ² with 19 degrees of freedom exceeds 43.8 with probability 0.001
         assert!(chi < 43.8, "{outputs}: {chi} {counts:?}");
     }
 }
 
-/// The sample covariance of many draws at a place is s² h ν/(ν − M − 1), that of a multivariate t.
+/// Compares the sample covariance of many draws at a point with the covariance s² h ν/(ν − M − 1) of a multivariate t
+/// distribution.
 #[test]
 fn draws_have_the_covariance_of_their_t_distribution() {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(5);
     let fit = DynPce::fit(&noisy(40, 2, &mut rng), &fixed(2)).unwrap();
-    let (open, x, draws) = (&fit.coefficients, [1.1, 2.7], 4000);
+    let (posterior, x, draws) = (&fit.coefficients, [1.1, 2.7], 4000);
     let estimate = fit.pce.value(&x).unwrap();
-    let error = open.error(&x, &estimate).unwrap();
-    let mut found = [[0.0; 2]; 2];
+    let error = posterior.error(&x, &estimate).unwrap();
+    let mut sample = [[0.0; 2]; 2];
     for _ in 0..draws {
-        let f = open.draw(&mut rng).unwrap().value(&x).unwrap();
-        for (m, row) in found.iter_mut().enumerate() {
+        let f = posterior.draw(&mut rng).unwrap().value(&x).unwrap();
+        for (m, row) in sample.iter_mut().enumerate() {
             for (k, entry) in row.iter_mut().enumerate() {
                 *entry += (f[m] - estimate[m]) * (f[k] - estimate[k]) / f64::from(draws);
             }
         }
     }
-    let wider = open.freedom() / (open.freedom() - 3.0);
+    let wider = posterior.freedom() / (posterior.freedom() - 3.0);
     for m in 0..2 {
         for k in 0..2 {
             let scale = wider * (error[m][m] * error[k][k]).sqrt();
-            // tails of 33 degrees of freedom add little to the variance of a normal's second moment
+            // with 33 degrees of freedom, the tails increase the variance of the second moment only a little
             let tolerance = 4.0 * scale * (2.2 / f64::from(draws)).sqrt();
-            assert!((found[m][k] - wider * error[m][k]).abs() < tolerance, "{found:?} {error:?}");
+            assert!((sample[m][k] - wider * error[m][k]).abs() < tolerance, "{sample:?} {error:?}");
         }
     }
 }
 
-/// Terms that the data chose: intervals of ±1.645 standard errors hold the truth in 90 %, less four standard
-/// errors of the count. With the residuals' own variance they would not.
+/// Checks intervals of ±1.645 standard errors for fits whose terms were selected with the data. The intervals contain
+/// the truth in 90 % of the repeats, up to four standard errors of the count. Intervals from the variance of the
+/// residuals would contain it less often.
 #[test]
 fn chosen_terms_do_not_flatter() {
     let (repeats, runs) = (120, 30);
@@ -136,10 +140,10 @@ fn chosen_terms_do_not_flatter() {
         let value = fit.pce.value(&x).unwrap();
         let missed = (value[0] - f(&x)).abs();
         let h = fit.leverage(&x).unwrap();
-        let own = fit.report.scatter(&value).unwrap()[0][0];
+        let variance = fit.report.scatter(&value).unwrap()[0][0];
         held +=
             u32::from(missed < 1.645 * fit.coefficients.error(&x, &value).unwrap()[0][0].sqrt());
-        flattered += u32::from(missed < 1.645 * (own * h).sqrt());
+        flattered += u32::from(missed < 1.645 * (variance * h).sqrt());
     }
     let least = 0.9 - 4.0 * (0.09 / f64::from(repeats)).sqrt();
     println!("{held} and {flattered} of {repeats}");
@@ -147,15 +151,15 @@ fn chosen_terms_do_not_flatter() {
     assert!(flattered < held, "{flattered}");
 }
 
-/// Intervals of Sobol indices hold the exact ones, of an input without influence too.
+/// Checks that intervals of Sobol indices contain the exact indices, also for an input without influence.
 #[test]
 fn intervals_of_sobol_indices_cover() {
-    // x0 − 1 and (x1 − 1)/2 are uniform on [0, 1]: a + 2b + ab, and x2 does nothing
+    // a = x0 − 1 and b = (x1 − 1)/2 are uniform on [0, 1]; f = a + 2b + ab, and x2 has no influence
     let f = |x: &[f64]| {
         let (a, b) = (x[0] - 1.0, 0.5 * (x[1] - 1.0));
         a + 2.0 * b + a * b
     };
-    // about the means (1/2): 1.5 α + 2.5 β + α β with variances 1/12
+    // in deviations α, β from the means ½: 1.5 α + 2.5 β + α β, where α and β have the variance 1/12
     let parts = [2.25 / 12.0, 6.25 / 12.0, 1.0 / 144.0];
     let whole: f64 = parts.iter().sum();
     let total = [(parts[0] + parts[2]) / whole, (parts[1] + parts[2]) / whole, 0.0];
@@ -170,9 +174,9 @@ fn intervals_of_sobol_indices_cover() {
         let options =
             FitOptions { rule: OrderRule::Fixed(2), scales, max_order: 2, ..FitOptions::default() };
         let fit = DynPce::fit(&data, &options).unwrap();
-        let found = fit.coefficients.sobol_intervals(0.9, seed).unwrap();
+        let intervals = fit.coefficients.sobol_intervals(0.9, seed).unwrap();
         for (i, held) in held.iter_mut().enumerate() {
-            let [low, high] = found.total[0][i];
+            let [low, high] = intervals.total[0][i];
             *held += u32::from(low <= total[i] && total[i] <= high);
         }
     }
@@ -181,7 +185,7 @@ fn intervals_of_sobol_indices_cover() {
     assert!(held.iter().all(|&held| f64::from(held) / repeats as f64 > least), "{held:?}");
 }
 
-/// On logarithmic scales, too, an interval is about the index.
+/// Checks that the interval contains the index on logarithmic scales too.
 #[test]
 fn intervals_on_logarithmic_scales_hold_the_index() {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(2);
@@ -192,17 +196,17 @@ fn intervals_on_logarithmic_scales_hold_the_index() {
     }
     let scales = Scales::Given { inputs: vec![Scale::Log; 3], outputs: vec![Scale::Log] };
     let fit = DynPce::fit(&data, &FitOptions { scales, ..FitOptions::default() }).unwrap();
-    let (indices, found) = (fit.pce.sobol(), fit.coefficients.sobol_intervals(0.9, 1).unwrap());
+    let (indices, intervals) = (fit.pce.sobol(), fit.coefficients.sobol_intervals(0.9, 1).unwrap());
     for i in 0..2 {
-        let [low, high] = found.first[0][i];
+        let [low, high] = intervals.first[0][i];
         assert!(low <= indices.first[0][i] && indices.first[0][i] <= high, "{found:?}");
         assert!(high - low < 0.05 && high > low, "{found:?}");
     }
-    assert!(found.total[0][2][1] < 0.01, "{found:?}");
+    assert!(intervals.total[0][2][1] < 0.01, "{intervals:?}");
     assert!(fit.coefficients.sobol_intervals(1.0, 1).is_err());
 }
 
-/// The leverage is the fit's, and its slopes are those of differences, on both scales.
+/// Compares the leverage with the leverage of the fit, and its derivatives with finite differences, on both scales.
 #[test]
 fn the_leverage_is_a_function_with_slopes() {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(3);
@@ -214,24 +218,24 @@ fn the_leverage_is_a_function_with_slopes() {
     let options = FitOptions { terms: Terms::Sparse, scales, max_order: 4, ..fixed(2) };
     for options in [fixed(3), FitOptions { rule: OrderRule::CorrectedLoo, ..options }] {
         let fit = DynPce::fit(&data, &options).unwrap();
-        let (open, x) = (&fit.coefficients, [1.3, 2.2]);
-        let (value, slopes) = DynDifferentiable::value_and_jacobian(open, &x).unwrap();
+        let (posterior, x) = (&fit.coefficients, [1.3, 2.2]);
+        let (value, slopes) = DynDifferentiable::value_and_jacobian(posterior, &x).unwrap();
         assert_relative_eq!(value[0], fit.leverage(&x).unwrap(), max_relative = 1e-13);
         for i in 0..2 {
             let at = |step: f64| {
                 let mut x = x;
                 x[i] += step;
-                open.leverage(&x).unwrap()
+                posterior.leverage(&x).unwrap()
             };
             let difference = (at(1e-5) - at(-1e-5)) / 2e-5;
             assert_relative_eq!(slopes[0][i], difference, max_relative = 1e-7);
         }
-        assert!(DynDifferentiable::value_and_jacobian(open, &[9.0, 2.0]).is_err());
+        assert!(DynDifferentiable::value_and_jacobian(posterior, &[9.0, 2.0]).is_err());
     }
 }
 
-/// The first place is the one whose run, added to the data, leaves the least mean leverage; the second the
-/// best beside it.
+/// Checks the choice of points by brute force: adding a run at the first point reduces the mean leverage most, and a
+/// run at the second point reduces it most after that.
 #[test]
 fn runs_are_placed_where_they_take_the_most() {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(4);
@@ -263,7 +267,7 @@ fn runs_are_placed_where_they_take_the_most() {
     assert!(fit(&data).coefficients.placement(&[vec![7.0, 1.0]], 1).is_err());
 }
 
-/// The error about some rows is what fits without each of them miss there.
+/// Compares the error at some rows with the leave-one-out residuals of these rows.
 #[test]
 fn the_error_about_some_rows_is_theirs() {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(8);
@@ -285,14 +289,14 @@ fn the_error_about_some_rows_is_theirs() {
             line.iter_mut().zip(missed).for_each(|(entry, r)| *entry += missed[m] * r / 4.0);
         }
     }
-    let found = fit.about(&rows).unwrap().lack_of_fit(&[1.0, 1.0]).unwrap();
-    for (found, expected) in found.iter().flatten().zip(expected.as_flattened()) {
+    let reported = fit.about(&rows).unwrap().lack_of_fit(&[1.0, 1.0]).unwrap();
+    for (found, expected) in reported.iter().flatten().zip(expected.as_flattened()) {
         assert_relative_eq!(*found, *expected, max_relative = 1e-9);
     }
     assert!(fit.about(&[]).is_err() && fit.about(&[24]).is_err());
 }
 
-/// A file has all of it, and one with a row too few is refused.
+/// Checks that the posterior can be written to a file and read, and that a file with a missing row is rejected.
 #[test]
 fn it_is_kept_in_a_file() {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(6);
@@ -306,7 +310,7 @@ fn it_is_kept_in_a_file() {
     assert!(error.to_string().contains("rows of the factor"), "{error}");
 }
 
-/// One run more than terms says nothing of a covariance of two outputs.
+/// With one degree of freedom, no covariance of two outputs can be drawn.
 #[test]
 fn too_few_runs_have_no_draws() {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(7);

@@ -1,4 +1,4 @@
-//! Datasets on disk: what is kept, and what is refused with which words.
+//! Datasets on disk: the contents of the file, and the error messages.
 
 use std::path::Path;
 
@@ -44,7 +44,7 @@ proptest! {
     }
 }
 
-/// The message for a file with these lines.
+/// Returns the error message for a file with the given lines.
 fn refusal(lines: &[&str]) -> String {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("runs.csv");
@@ -68,13 +68,13 @@ fn a_bad_row_is_named_by_line_column_and_value() {
         ("0.5,inf", "line 6: column `f` = inf is not finite"),
         ("0.5,two", "line 6: column `f`: `two` is not a number"),
         ("0.5,", "line 6: column `f`: `` is not a number"),
-        ("0.5", "line 6: 1 cells where the header has 2"),
-        ("# remark\n\n0.5", "line 8: 1 cells"),
+        ("0.5", "line 6: the row has 1 cells but the header has 2"),
+        ("# remark\n\n0.5", "line 8: the row has 1 cells"),
         ("# remark\n\n-1,0", "line 8: column `a` = -1"),
     ] {
         let message = refused_row(row);
         assert!(message.contains(words), "{message}");
-        assert!(message.contains(';'), "no help: {message}");
+        assert!(message.contains(';'), "the message has no advice: {message}");
     }
 }
 
@@ -89,7 +89,7 @@ fn a_bad_header_is_named_too() {
         (&["# input,a,0,1", "# output,a", "a,f"], "the name `a` occurs twice"),
         (&["# input,a,0,1", "a,f"], "line 1: the inputs or the outputs are not declared"),
         (&["a,f", "1,2"], "write"),
-        (&["# input,a,0", "# output,f", "a,f"], "line 1: `# input,a,0` is no declaration"),
+        (&["# input,a,0", "# output,f", "a,f"], "line 1: `# input,a,0` is not a declaration"),
         (&["# output,f", "# input,a,0,one", "a,f"], "line 2: column `a`: `one` is not a number"),
         (&["# output,f", "# input,a,2,1", "a,f"], "line 2: input `a` has the bounds [2, 1]"),
     ] {

@@ -1,4 +1,4 @@
-//! Values and derivatives together: datasets with derivatives, their files, and fits to both.
+//! Datasets with derivatives: files, and fits to values and derivatives.
 
 use std::f64::consts::PI;
 
@@ -12,7 +12,7 @@ use surrogate::{
 
 type Model = fn(&[f64]) -> (Vec<f64>, Vec<Vec<f64>>);
 
-/// The default prior box: E (MPa), Gc (N/mm), ξ (MPa s).
+/// Prior box of the default case: E (MPa), Gc (N/mm), ξ (MPa s).
 fn prior() -> Vec<Input> {
     [("young", 250.0, 300.0), ("toughness", 1e-5, 5e-3), ("viscosity", 0.05, 0.55)]
         .map(|(name, lower, upper)| Input::new(name, lower, upper).unwrap())
@@ -23,7 +23,7 @@ fn cube() -> Vec<Input> {
     ["a", "b", "c"].map(|name| Input::new(name, -PI, PI).unwrap()).into()
 }
 
-/// Power laws as the default case's, with a bend by the toughness against the viscosity.
+/// Power laws of the default case, with an interaction of toughness and viscosity.
 fn response(x: &[f64]) -> (Vec<f64>, Vec<Vec<f64>>) {
     let [e, g, v] = x[..] else { unreachable!("three inputs") };
     // u = g/(g + v/500) and its derivatives
@@ -41,15 +41,15 @@ fn response(x: &[f64]) -> (Vec<f64>, Vec<Vec<f64>>) {
     (y, jacobian)
 }
 
-/// Peak ~ E^(2/3) ξ^(1/3), displacement ~ (ξ/E)^(1/3).
+/// Power laws: peak ~ E^(2/3) ξ^(1/3), displacement ~ (ξ/E)^(1/3).
 fn laws(x: &[f64]) -> (Vec<f64>, Vec<Vec<f64>>) {
     let y = vec![x[0].powf(2.0 / 3.0) * x[2].cbrt(), (x[2] / x[0]).cbrt()];
-    let of = |y: f64, power: f64| vec![power * y / x[0], 0.0, y / (3.0 * x[2])];
-    let jacobian = vec![of(y[0], 2.0 / 3.0), of(y[1], -1.0 / 3.0)];
+    let slopes = |y: f64, power: f64| vec![power * y / x[0], 0.0, y / (3.0 * x[2])];
+    let jacobian = vec![slopes(y[0], 2.0 / 3.0), slopes(y[1], -1.0 / 3.0)];
     (y, jacobian)
 }
 
-/// Two smooth outputs that no polynomial matches.
+/// Two smooth outputs that are not polynomials.
 fn smooth(x: &[f64]) -> (Vec<f64>, Vec<Vec<f64>>) {
     let [a, b, c] = x[..] else { unreachable!("three inputs") };
     let f = (0.3 * a).sin() + (0.3 * b).cos() * (0.2 * c).exp();
@@ -93,17 +93,17 @@ fn fixed(order: usize, scales: Scales) -> FitOptions {
     FitOptions { rule: OrderRule::Fixed(order), scales, ..FitOptions::default() }
 }
 
-/// Mean square error over the box as fractions of the variances.
+/// Mean squared errors over the box, as fractions of the variances of the outputs.
 fn validation(fit: &PceFit, inputs: &[Input], model: Model) -> Vec<f64> {
     let points = DesignMethod::MonteCarlo.sample(inputs, 500, 77).unwrap();
     let pairs: Vec<(Vec<f64>, Vec<f64>)> =
         points.iter().map(|x| (model(x).0, fit.pce.value(x).unwrap())).collect();
-    let of = |m: usize| {
+    let relative = |m: usize| {
         let mean = pairs.iter().map(|(y, _)| y[m]).sum::<f64>() / pairs.len() as f64;
         let error: f64 = pairs.iter().map(|(y, f)| (y[m] - f[m]).powi(2)).sum();
         error / pairs.iter().map(|(y, _)| (y[m] - mean).powi(2)).sum::<f64>()
     };
-    (0..pairs[0].0.len()).map(of).collect()
+    (0..pairs[0].0.len()).map(relative).collect()
 }
 
 #[test]
@@ -142,7 +142,7 @@ fn derivatives_that_are_not_all_there_are_refused() {
     for (lines, words) in [
         (
             "a,b.mpa,f,d_f_d_b.mpa\n",
-            "line 4: column `d_f_d_a` is missing although there is `d_f_d_b.mpa`; give",
+            "line 4: column `d_f_d_a` is missing although column `d_f_d_b.mpa` is present; give",
         ),
         ("a,b.mpa,f,d_f_d_a,d_f_d_a,d_f_d_b.mpa\n", "line 4: the name `d_f_d_a` occurs twice"),
         (
@@ -174,12 +174,12 @@ fn derivatives_that_are_not_all_there_are_refused() {
     assert!(matches!(taken.with_derivatives(), Err(SurrogateError::DuplicateName { .. })));
 }
 
-/// Derivatives in the first inputs alone: files, and a fit that they determine with few runs.
+/// Derivatives with respect to the first inputs only: files, and a fit with few runs that the derivatives determine.
 #[test]
 fn derivatives_may_be_known_in_the_first_inputs_alone() {
     let inputs: Vec<Input> =
         ["a", "b", "k"].map(|name| Input::new(name, -1.0, 2.0).unwrap()).to_vec();
-    // 10 terms of order 2, k only to the first power
+    // 10 terms of order 2; k occurs only to the first power
     let model = |x: &[f64]| 3.0 + x[0] * x[1] - 0.5 * x[1] * x[1] + x[2] * (1.0 + 0.3 * x[0]);
     let data = Dataset::new(inputs.clone(), vec!["f".into()], "closed form").unwrap();
     let mut data = data.with_derivatives_in(2).unwrap();
@@ -195,14 +195,14 @@ fn derivatives_may_be_known_in_the_first_inputs_alone() {
     assert_eq!((again.inputs_with_derivatives(), &again), (2, &data));
     let fit = DynPce::fit(&again, &fixed(2, Scales::Linear)).unwrap();
     for x in DesignMethod::MonteCarlo.sample(&inputs, 20, 5).unwrap() {
-        let (found, expected) = (fit.pce.value(&x).unwrap()[0], model(&x));
-        assert!((found - expected).abs() < 1e-9, "{found} {expected}");
+        let (value, expected) = (fit.pce.value(&x).unwrap()[0], model(&x));
+        assert!((value - expected).abs() < 1e-9, "{value} {expected}");
     }
     let more = Dataset::new(inputs, vec!["f".into()], "").unwrap().with_derivatives_in(4);
     assert!(matches!(more, Err(SurrogateError::Count { expected: 3, found: 4, .. })));
 }
 
-/// A cubic of 20 terms from 8 runs, and power laws, which are polynomials between logarithms.
+/// Fits a cubic with 20 terms from 8 runs, and power laws, which are polynomials on logarithmic scales.
 #[test]
 fn fewer_runs_than_terms_recover_a_polynomial() {
     let cubic: Model = |x| {
@@ -230,14 +230,14 @@ fn fewer_runs_than_terms_recover_a_polynomial() {
     for (found, expected) in fit.pce.value(&x).unwrap().iter().zip(laws(&x).0) {
         assert_relative_eq!(*found, expected, max_relative = 1e-11);
     }
-    // found without being told, from ten runs
+    // the scales are chosen automatically, from ten runs
     let fit = DynPce::fit(&runs(&prior(), laws, 10, true), &FitOptions::default()).unwrap();
     assert_eq!(fit.report.order, 1, "{}", fit.report);
     assert_eq!(fit.report.logarithmic, ["young", "viscosity", "f0", "f1"], "{}", fit.report);
 }
 
-/// Where nothing scatters, derivatives let 30 runs (120 rows) reach the order that else needs a hundred, and
-/// an error about a hundredth of theirs alone.
+/// For outputs without scatter, 30 runs with derivatives (120 rows) determine the order that otherwise needs a hundred
+/// runs. Their error is about a hundredth of the error of 30 runs without derivatives.
 #[test]
 fn thirty_runs_with_derivatives_come_close_to_a_hundred_without() {
     let fit =
@@ -261,8 +261,8 @@ fn thirty_runs_with_derivatives_come_close_to_a_hundred_without() {
     assert!(error(&few) < 1.5 * error(&many) && error(&few) < 0.02 * error(&bare), "{shown}");
 }
 
-/// Leaving out a run with its derivatives, against refits at the same weights: each input's row of
-/// derivatives is weighted by a row of its own in a plain least squares problem.
+/// Compares leave-one-run-out errors, where a run is left out with its derivatives, with refits at the same weights.
+/// Each row of derivatives is a separate weighted row of a plain least squares problem.
 #[test]
 fn leave_one_out_is_that_of_refits_without_the_run() {
     let data = runs(&cube(), smooth, 12, true);
@@ -290,13 +290,13 @@ fn leave_one_out_is_that_of_refits_without_the_run() {
                 two(c),
             ]
         };
-        let place = [t[0], t[1], t[2]];
-        let mut rows = vec![basis(place)];
+        let point = [t[0], t[1], t[2]];
+        let mut rows = vec![basis(point)];
         let mut targets = vec![y.to_vec()];
         for (d, weight) in weights.iter().enumerate() {
-            // central differences of a parabola are exact
+            // a central difference of a parabola is exact
             let moved = |h: f64| {
-                let mut t = place;
+                let mut t = point;
                 t[d] += h;
                 basis(t)
             };
@@ -308,10 +308,10 @@ fn leave_one_out_is_that_of_refits_without_the_run() {
     };
     let all: Vec<_> = (0..data.len()).map(row).collect();
     let solve = |without: Option<usize>| {
-        let kept =
+        let remaining =
             || all.iter().enumerate().filter(move |(i, _)| Some(*i) != without).map(|(_, r)| r);
-        let rows: Vec<&[f64; 10]> = kept().flat_map(|(rows, _)| rows).collect();
-        let targets: Vec<&Vec<f64>> = kept().flat_map(|(_, targets)| targets).collect();
+        let rows: Vec<&[f64; 10]> = remaining().flat_map(|(rows, _)| rows).collect();
+        let targets: Vec<&Vec<f64>> = remaining().flat_map(|(_, targets)| targets).collect();
         normal_equations(&rows, &targets)
     };
     let whole = solve(None);
@@ -343,7 +343,7 @@ fn leave_one_out_is_that_of_refits_without_the_run() {
     assert!(fit.pce.value(&x).is_ok());
 }
 
-/// (ΨᵀΨ) c = Ψᵀ y by elimination.
+/// Solves the normal equations (ΨᵀΨ) c = Ψᵀ y by elimination.
 fn normal_equations(rows: &[&[f64; 10]], targets: &[&Vec<f64>]) -> Vec<[f64; 2]> {
     let mut a = vec![[0.0; 12]; 10];
     for (row, y) in rows.iter().zip(targets) {
@@ -366,9 +366,9 @@ fn normal_equations(rows: &[&[f64; 10]], targets: &[&Vec<f64>]) -> Vec<[f64; 2]>
     (0..10).map(|i| [a[i][10] / a[i][i], a[i][11] / a[i][i]]).collect()
 }
 
-/// Values scatter by 3 % from run to run, as between packings, logarithmic derivatives by 1 %: the error of
-/// the mean of 30 runs falls below that of a hundred without derivatives, and so does the leave-one-out error
-/// of order 3; the report claims what the error is, and the scatter is found.
+/// Values scatter by 3 % between runs, as between packings; logarithmic derivatives scatter by 1 %. The error of the
+/// mean of 30 runs with derivatives is below the error of a hundred runs without derivatives, and so is the
+/// leave-one-out error at order 3. The report gives the true error and the true scatter.
 #[test]
 fn derivatives_that_scatter_less_know_the_mean() {
     let (repeats, inputs) = (30, prior());
@@ -379,7 +379,7 @@ fn derivatives_that_scatter_less_know_the_mean() {
         outputs: vec![Scale::Log; 2],
     };
     let points = DesignMethod::Sobol.sample(&inputs, 128, 5).unwrap();
-    // mean squares of errors of the mean, and leave-one-out errors
+    // mean squared errors of the mean, and leave-one-out errors
     let (mut few, mut many) = ([0.0; 2], [0.0; 2]);
     let (mut claimed, mut scatter) = (0.0, 0.0);
     for _ in 0..repeats {

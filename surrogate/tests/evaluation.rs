@@ -1,4 +1,4 @@
-//! Values, gradients, the guard and the file of an expansion.
+//! Values, gradients, the check of the box, and the file of an expansion.
 
 use std::ops::{Add, Mul};
 
@@ -36,7 +36,7 @@ fn legendre(k: u8, t: Complex) -> Complex {
     now
 }
 
-/// The expansion term by term, with input `d` perturbed by an imaginary step of 1e-100.
+/// Evaluates the expansion term by term, with an imaginary step of 1e-100 in input `d`.
 fn complex_step<const D: usize, const M: usize>(
     pce: &Pce<D, M>,
     x: &[f64; D],
@@ -65,7 +65,7 @@ fn inputs<const D: usize>() -> [Input; D] {
     std::array::from_fn(|d| Input::new(format!("x{d}"), -1.0 - d as f64, 2.0).unwrap())
 }
 
-/// Random coefficients on random multi-indices, sparse on purpose.
+/// Returns an expansion with random coefficients on random multi-indices, which are sparse.
 fn random<const D: usize, const M: usize>(degree: u8, terms: usize, seed: u64) -> Pce<D, M> {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
     let mut list = std::collections::BTreeMap::new();
@@ -80,7 +80,7 @@ fn random<const D: usize, const M: usize>(degree: u8, terms: usize, seed: u64) -
 fn check<const D: usize, const M: usize>(pce: &Pce<D, M>) {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
     for i in 0..50 {
-        // corners too, where formulas that divide by 1 − t² fail
+        // includes corners, where formulas that divide by 1 − t² fail
         let x: [f64; D] = std::array::from_fn(|d| match i {
             0 => pce.inputs()[d].lower,
             1 => pce.inputs()[d].upper,
@@ -88,7 +88,7 @@ fn check<const D: usize, const M: usize>(pce: &Pce<D, M>) {
         });
         let (value, jacobian) = pce.value_and_jacobian(&x).unwrap();
         let alone = pce.value(&x).unwrap();
-        // the same with sizes known at run time, there and in a model
+        // the same expansion with sizes known at run time, evaluated directly and in a model
         let run_time: &DynPce = pce;
         let (by_run_time, slopes) = run_time.value_and_jacobian(&x).unwrap();
         let value_by_run_time = run_time.value(&x).unwrap();
@@ -110,7 +110,7 @@ fn check<const D: usize, const M: usize>(pce: &Pce<D, M>) {
         for d in 0..D {
             let expected = complex_step(pce, &x, d);
             for m in 0..M {
-                // sums of terms cancel, so the scale is that of the largest ones
+                // sums of terms cancel, so that the tolerance is relative to the largest terms
                 assert_relative_eq!(value[m], expected[m].0, epsilon = 1e-11, max_relative = 1e-12);
                 assert_relative_eq!(alone[m], value[m], epsilon = 1e-11, max_relative = 1e-13);
                 let slope = expected[m].1 / 1e-100;
@@ -129,7 +129,7 @@ fn values_and_gradients_agree_with_the_complex_step() {
     check(&random::<3, 1>(0, 1, 5));
 }
 
-/// d/du of f(x(u)) through the trait that models use, with x curved in u.
+/// Checks d/du of f(x(u)) through the trait that models use, for nonlinear x(u).
 #[test]
 fn a_model_sees_the_chain_rule() {
     let pce = random::<3, 2>(4, 30, 6);

@@ -1,4 +1,4 @@
-//! Fits: order rules, errors, leverage, and what is refused.
+//! Fits: order rules, errors, leverage, and rejected inputs.
 
 use approx::assert_relative_eq;
 use rand::{Rng, SeedableRng};
@@ -27,7 +27,7 @@ fn runs(
     data
 }
 
-/// Two smooth outputs that no polynomial matches.
+/// Two smooth outputs that are not polynomials.
 fn smooth(x: &[f64]) -> Vec<f64> {
     vec![(0.5 * x[0] - 0.3 * x[1]).exp(), 1.0 / (6.0 + x[0] + x[1] * x[1])]
 }
@@ -90,7 +90,8 @@ fn leverages_sum_to_the_terms_and_peak_at_a_corner() {
     assert!(fit.leverage(&[9.0, 0.0]).is_err());
 }
 
-/// The variance of repeated fits at a point is h(x) times that of the noise, within 4 standard errors.
+/// Checks that the variance of repeated fits at a point is h(x) times the variance of the noise, within 4 standard
+/// errors.
 #[test]
 fn leverage_is_the_variance_of_the_fit() {
     let (repeats, sd) = (400, 0.1);
@@ -117,7 +118,7 @@ fn leverage_is_the_variance_of_the_fit() {
     );
 }
 
-/// As in the paper: a cubic response with 2 % noise, 100 runs, three inputs.
+/// Fits a setting as in the paper: a cubic response with 2 % noise, 100 runs, three inputs.
 #[test]
 fn both_rules_find_the_order_of_a_noisy_cubic() {
     let (mut by_loo, mut by_split) = (0, 0);
@@ -149,7 +150,7 @@ fn exact_polynomials_are_recovered_at_their_own_order() {
         let x = [0.3, 2.2, -0.4];
         assert_relative_eq!(fit.pce.value(&x).unwrap()[0], cubic(&x)[0], max_relative = 1e-11);
     }
-    // eight one-dimensional orders need few hyperbolic terms
+    // a function that is a sum of functions of one input has few hyperbolic terms
     let ridge = runs(3, &["f"], 60, 5, |x| vec![x[0].powi(6) + x[2]]);
     let options =
         FitOptions { truncation: Truncation::Hyperbolic { q: 0.5 }, ..FitOptions::default() };
@@ -177,7 +178,7 @@ fn repeated_rows_leave_orders_without_an_estimate() {
         let x = f64::from(i % 3);
         data.push(&[x], &[x * x + 0.1 * f64::from(i)]).unwrap();
     }
-    // three places determine a parabola and no more
+    // runs at three points determine a parabola and no higher order
     let report = Pce::<1, 1>::fit(&data, &FitOptions::default()).unwrap().report;
     assert!(report.orders[2].loo.is_some() && report.orders[3].loo.is_none());
     let fixed = FitOptions { rule: OrderRule::Fixed(3), ..FitOptions::default() };

@@ -1,4 +1,4 @@
-//! The reference values of the project's definitions, part 2.6: Ishigami and Sobol g.
+//! Reference values of part 2.6 of the project's definitions: Ishigami function and Sobol g-function.
 
 use std::f64::consts::PI;
 
@@ -26,7 +26,7 @@ fn dataset(points: impl IntoIterator<Item = Vec<f64>>) -> Dataset {
     data
 }
 
-/// The definitions' design: additive recurrence with the root g of g⁴ = g + 1.
+/// Design of the definitions: additive recurrence with the root g of g⁴ = g + 1.
 fn fixture() -> Dataset {
     let g = 1.2207440846057596f64;
     dataset((1..=200).map(|i| {
@@ -57,7 +57,7 @@ fn the_fixture_has_its_leave_one_out_errors_and_orders() {
     assert!(report.to_string().contains("not estimable with 140 training rows"));
 }
 
-/// An independent Legendre polynomial, orthonormal for the density ½.
+/// Independent implementation of Legendre polynomials, orthonormal for the density ½.
 fn psi(k: usize, t: f64) -> f64 {
     let (mut before, mut now) = (0.0, 1.0);
     for i in 0..k {
@@ -66,7 +66,7 @@ fn psi(k: usize, t: f64) -> f64 {
     now * ((2 * k + 1) as f64).sqrt()
 }
 
-/// ½ ∫ f ψ_k over [a, 1], doubled for halves, by Simpson's rule.
+/// Computes ½ ∫ f ψ_k over [a, 1] by Simpson's rule; the integral over half the interval is doubled.
 fn project(f: impl Fn(f64) -> f64, k: usize, from: f64) -> f64 {
     let n = 4000;
     let h = (1.0 - from) / f64::from(n);
@@ -80,7 +80,7 @@ fn project(f: impl Fn(f64) -> f64, k: usize, from: f64) -> f64 {
     sum * h / 6.0 / (1.0 - from)
 }
 
-/// The exact projection of Ishigami on the polynomials of a total degree.
+/// Returns the exact projection of the Ishigami function onto the polynomials of a total degree.
 fn projection(degree: usize) -> Pce<3, 1> {
     let list =
         |f: &dyn Fn(f64) -> f64| (0..=degree).map(|k| project(f, k, -1.0)).collect::<Vec<_>>();
@@ -139,14 +139,15 @@ fn a_fit_comes_close_to_the_best_polynomial_of_its_degree() {
     }
 }
 
-/// Π_j (|4 u_j − 2| + a_j)/(1 + a_j): a product, so its projection is the product of 1-D ones.
+/// The function Π_j (|4 u_j − 2| + a_j)/(1 + a_j) is a product, so that its projection is a product of one-dimensional
+/// projections.
 #[test]
 fn sobol_g_indices_converge_to_the_closed_form() {
     let a = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 500.0];
     let variance = 0.1380266621063697;
     let first = [0.603748088, 0.268332484, 0.067083121, 0.019958615, 0.005476173];
     let total = [0.634229004, 0.294463466, 0.075641991, 0.022651036, 0.006227324];
-    // |4u − 2| = 2|t|, even in t
+    // |4u − 2| = 2|t| is even in t
     let ridge: Vec<f64> =
         (0..=12).map(|k| if k % 2 == 0 { project(|t| 2.0 * t, k, 0.0) } else { 0.0 }).collect();
     let inputs: [Input; 8] =

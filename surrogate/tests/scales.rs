@@ -9,19 +9,19 @@ use surrogate::{
     Scales, SurrogateError,
 };
 
-/// The default prior box: E (MPa), Gc (N/mm), ξ (MPa s).
+/// Prior box of the default case: E (MPa), Gc (N/mm), ξ (MPa s).
 fn inputs() -> Vec<Input> {
     [("young", 250.0, 300.0), ("toughness", 1e-5, 5e-3), ("viscosity", 0.05, 0.55)]
         .map(|(name, lower, upper)| Input::new(name, lower, upper).unwrap())
         .into()
 }
 
-/// Slope ~ E, peak ~ E^(2/3) ξ^(1/3), displacement ~ (ξ/E)^(1/3).
+/// Power laws: slope ~ E, peak ~ E^(2/3) ξ^(1/3), displacement ~ (ξ/E)^(1/3).
 fn power_laws(x: &[f64]) -> Vec<f64> {
     vec![7.0 * x[0], x[0].powf(2.0 / 3.0) * x[2].cbrt(), (x[2] / x[0]).cbrt()]
 }
 
-/// The same, bent between logarithms as well.
+/// Version of [`power_laws`] that is not exactly a power law.
 fn bent(x: &[f64]) -> Vec<f64> {
     let [a, b, c] = power_laws(x)[..] else { unreachable!("three outputs") };
     let mild = 1.0 + 0.05 * (x[1] / 5e-3) * x[2];
@@ -60,8 +60,8 @@ fn power_laws_are_found_and_exact_at_order_one() {
         assert!(report.linear_error.unwrap() > 1e-12, "{report}");
         assert!(report.to_string().contains("logarithmic: young, viscosity"), "{report}");
         for x in DesignMethod::MonteCarlo.sample(&inputs(), 50, 9).unwrap() {
-            let found = fit.pce.value(&[x[0], x[1], x[2]]).unwrap();
-            for (found, expected) in found.iter().zip(power_laws(&x)) {
+            let values = fit.pce.value(&[x[0], x[1], x[2]]).unwrap();
+            for (found, expected) in values.iter().zip(power_laws(&x)) {
                 assert_relative_eq!(*found, expected, max_relative = 1e-12);
             }
         }
@@ -84,12 +84,12 @@ fn the_choice_is_never_worse_by_leave_one_out_and_repeats() {
         assert!(plain.logarithmic.is_empty() && plain.linear_error.is_none());
         assert_eq!(report, best(Scales::Auto).1);
     }
-    // a polynomial stays one
+    // a polynomial is fitted on linear scales
     let data = runs(40, |x| vec![x[0] * x[2], 10.0 + x[2] * x[2], 1.0 + x[1] - x[2]]);
     assert!(fit(&data, &FitOptions::default()).report.logarithmic.is_empty());
 }
 
-/// Errors of outputs on logarithmic scales, and their covariance, against refits without each row.
+/// Compares the errors of outputs on logarithmic scales, and their covariance, with refits without each row.
 #[test]
 fn leave_one_out_on_scales_is_that_of_refits() {
     let data = runs(30, bent);
@@ -129,7 +129,8 @@ fn leave_one_out_on_scales_is_that_of_refits() {
     assert!(matches!(whole.report.lack_of_fit(&[1.0]), Err(SurrogateError::Count { .. })));
 }
 
-/// Runs that scatter by 3 %: s² is the scatter, s² times the mean leverage the variance of the mean.
+/// For runs that scatter by 3 %, s² estimates the variance of the scatter, and s² times the mean leverage estimates the
+/// variance of the mean.
 #[test]
 fn scatter_and_the_error_of_the_mean_are_told_apart() {
     let (repeats, sd, n) = (200, 0.03, 30);
@@ -166,7 +167,7 @@ fn scatter_and_the_error_of_the_mean_are_told_apart() {
     let mean = errors.iter().sum::<f64>() / f64::from(repeats);
     let variance = errors.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / f64::from(repeats);
     let standard_error = (variance / f64::from(repeats)).sqrt();
-    // s² has 26 degrees of freedom a repeat
+    // s² has 26 degrees of freedom per repeat
     let of_scatter = sd * sd * (2.0 / (26.0 * f64::from(repeats))).sqrt();
     assert!((scatter - sd * sd).abs() < 4.0 * of_scatter, "{scatter}");
     assert!((mean - claimed).abs() < 4.0 * standard_error, "{mean} {claimed} {standard_error}");
@@ -231,9 +232,9 @@ fn files_units_and_the_guard_know_the_scales() {
 
     let scaled = (*pce).clone().scale_outputs(&[2.0, 0.5, 1e-3]).unwrap();
     let (value, jacobian) = pce.value_and_jacobian(&x).unwrap();
-    let (found, slopes) = scaled.value_and_jacobian(&x).unwrap();
+    let (scaled_value, slopes) = scaled.value_and_jacobian(&x).unwrap();
     for (m, factor) in [2.0, 0.5, 1e-3].into_iter().enumerate() {
-        assert_relative_eq!(found[m], factor * value[m], max_relative = 1e-12);
+        assert_relative_eq!(scaled_value[m], factor * value[m], max_relative = 1e-12);
         assert_relative_eq!(slopes[m][2], factor * jacobian[m][2], max_relative = 1e-10);
     }
     assert!(matches!(
@@ -241,7 +242,7 @@ fn files_units_and_the_guard_know_the_scales() {
         Err(SurrogateError::Option { .. })
     ));
 
-    // 1 % of ln 500 below the least toughness; 1 % of its linear width would be negative
+    // 1 % of ln 500 below the lower bound of the toughness; 1 % of the linear width below it would be negative
     assert_eq!(pce.position(&[275.0, 0.95e-5, 0.3]).unwrap(), BoxPosition::Near);
     for toughness in [0.93e-5, 0.0, -1e-5, f64::NAN] {
         assert!(pce.value(&[275.0, toughness, 0.3]).is_err());
@@ -258,7 +259,7 @@ fn files_units_and_the_guard_know_the_scales() {
     assert!(DynPce::fit(&zero, &FitOptions::default()).unwrap().report.logarithmic.is_empty());
 }
 
-/// Moments of E^a ξ^b under uniform inputs: products of (u^(a+1) − l^(a+1))/((a+1)(u − l)).
+/// Compares moments of E^a ξ^b for uniform inputs with products of (u^(a+1) − l^(a+1))/((a+1)(u − l)).
 #[test]
 fn moments_are_those_of_uniform_inputs() {
     let moment = |input: &Input, power: f64| {
@@ -282,7 +283,7 @@ fn moments_are_those_of_uniform_inputs() {
     assert_relative_eq!(sobol.total[1][0], 1.0 - by_viscosity, epsilon = 1e-9);
     assert_relative_eq!(sobol.total[1][1], 0.0, epsilon = 1e-9);
 
-    // a linear function on a logarithmic scale against its closed form on the linear one
+    // a linear function on a logarithmic scale, compared with its closed form on the linear scale
     let plain = |x: &[f64]| vec![x[0], 3.0 * x[2] + 0.01 * x[0], x[2]];
     let data = runs(200, plain);
     use Scale::{Linear, Log};

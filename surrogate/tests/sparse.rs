@@ -1,5 +1,5 @@
-//! Fits with the terms that matter, on functions that the literature measures surrogates by: relative
-//! mean squared errors on 20 000 points of their own.
+//! Fits with sparse terms, on test functions from the literature. The errors are relative mean squared errors at 20 000
+//! independent points.
 
 use std::f64::consts::PI;
 
@@ -31,8 +31,8 @@ fn error(pce: &DynPce, f: impl Fn(&[f64]) -> f64) -> f64 {
     let points = DesignMethod::MonteCarlo.sample(pce.inputs(), 20_000, 99).unwrap();
     let exact: Vec<f64> = points.iter().map(|x| f(x)).collect();
     let mean = exact.iter().sum::<f64>() / exact.len() as f64;
-    let of = |(x, y): (&Vec<f64>, &f64)| (pce.value(x).unwrap()[0] - y).powi(2);
-    points.iter().zip(&exact).map(of).sum::<f64>()
+    let square = |(x, y): (&Vec<f64>, &f64)| (pce.value(x).unwrap()[0] - y).powi(2);
+    points.iter().zip(&exact).map(square).sum::<f64>()
         / exact.iter().map(|y| (y - mean).powi(2)).sum::<f64>()
 }
 
@@ -116,18 +116,22 @@ fn errors_are_below_those_of_the_best_programs() {
     for (name, bounds, f, n, max_order, bar) in cases {
         for seed in [1, 2] {
             let fit = DynPce::fit(&runs(bounds, n, seed, f), &options(max_order)).unwrap();
-            let found = error(&fit.pce, f);
+            let relative_error = error(&fit.pce, f);
             let terms = fit.report.chosen().unwrap().terms;
             println!(
-                "{name}, {n} runs: {found:.1e} with {terms} terms of order {}, logarithms of {:?}",
+                "{name}, {n} runs: {relative_error:.1e} with {terms} terms of order {}, logarithms of {:?}",
                 fit.report.order, fit.report.logarithmic
             );
-            assert!(found < bar, "{name}: {found:e} above {bar:e}\n{}", fit.report);
+            assert!(
+                relative_error < bar,
+                "{name}: {relative_error:e} above {bar:e}\n{}",
+                fit.report
+            );
         }
     }
 }
 
-/// A polynomial of few terms of many is found exactly, from fewer runs than its order has terms.
+/// Checks that a polynomial with few of many candidate terms is fitted exactly, with fewer runs than candidate terms.
 #[test]
 fn a_sparse_polynomial_is_found_again() {
     let f = |x: &[f64]| 2.0 + x[0] * x[1] + 3.0 * x[2].powi(5) - x[4] + 0.5 * x[3].powi(2) * x[0];
@@ -136,14 +140,14 @@ fn a_sparse_polynomial_is_found_again() {
     // order 5 in five inputs has 252 terms
     let fit = DynPce::fit(&runs(&bounds, 60, 3, f), &options(6)).unwrap();
     assert!(error(&fit.pce, f) < 1e-20);
-    // x⁵ is three Legendre polynomials and x²y two
+    // x⁵ consists of three Legendre polynomials, and x²y of two
     assert_eq!(fit.report.chosen().unwrap().terms, 8, "{}", fit.report);
     assert_eq!(fit.report.order, 5);
     assert!(fit.leverage(&[0.3, -0.2, 0.9, 0.0, 1.0]).unwrap() < 1.0);
 }
 
-/// Of noise alone hardly a term seems to matter, and errors do not flatter: leaving out a run behind the terms
-/// that it has helped to choose would say that half of the noise is explained.
+/// For pure noise, hardly any term is selected, and the errors are not too small. A leave-one-out error would claim
+/// that the selected terms explain half of the noise, because the run that is left out has influenced their selection.
 #[test]
 fn noise_has_no_terms() {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(8);
@@ -158,12 +162,12 @@ fn noise_has_no_terms() {
     let chosen = fit.report.chosen().unwrap();
     assert!(chosen.terms <= 12, "{}", fit.report);
     assert!(chosen.loo.as_ref().unwrap().corrected[0] > 0.8, "{}", fit.report);
-    // 60 numbers of variance 1/12
+    // 60 numbers with variance 1/12
     let spread = fit.report.lack_of_fit(&[0.0]).unwrap()[0][0];
     assert!((12.0 * spread - 1.0).abs() < 0.4, "{spread}");
 }
 
-/// With all terms in reach both kinds of fit are the same polynomial; with derivatives fewer runs do.
+/// If all terms can be selected, both kinds of fit give the same polynomial; with derivatives, fewer runs are enough.
 #[test]
 fn several_outputs_and_derivatives_share_their_terms() {
     let inputs = inputs(&[("a", -1.0, 1.0), ("b", -1.0, 1.0)]);

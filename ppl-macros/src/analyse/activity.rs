@@ -72,7 +72,7 @@ impl Activity {
     /// Analyses the statements repeatedly until no new names are found, because a statement in a loop can change a
     /// variable that an earlier statement of the loop uses.
     fn read(&mut self, statements: &[Statement]) {
-        let size = |found: &Self| (found.active.len(), found.changed.len());
+        let size = |activity: &Self| (activity.active.len(), activity.changed.len());
         loop {
             let before = size(self);
             statements.iter().for_each(|statement| self.statement(statement));

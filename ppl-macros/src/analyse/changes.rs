@@ -24,9 +24,9 @@ pub(super) struct Changes {
 impl Changes {
     /// Returns the identifiable variables that an expression may change.
     pub(super) fn of(expr: &Expr) -> impl Iterator<Item = Ident> + use<> {
-        let mut found = Self::default();
-        found.visit_expr(expr);
-        found.changed.into_iter().flatten()
+        let mut changes = Self::default();
+        changes.visit_expr(expr);
+        changes.changed.into_iter().flatten()
     }
 }
 

@@ -11,7 +11,7 @@ use super::activity::Activity;
 use super::names::{Names, Site};
 use super::plates::Plate;
 use super::refusals::{Scope, refusals};
-use super::uses::stays_open;
+use super::uses::stays_symbolic;
 use crate::ast::{Block, Flow, Id, Init, Kind, Left, Mark, Statement};
 use crate::errors::{self, about, at};
 use crate::syntax::patterns::{bound_by_condition, bound_names, is_constant, only_name};
@@ -28,7 +28,7 @@ pub(crate) struct Facts {
     pub(crate) begins: HashSet<Id>,
     /// Declarations `let name = arithmetic;` whose value can stay a symbolic formula until it is used, instead of
     /// being evaluated to a number.
-    pub(crate) open: HashSet<Id>,
+    pub(crate) symbolic: HashSet<Id>,
     /// Properties of the plates (`for` loops in the body of a model).
     pub(crate) plates: HashMap<Id, Plate>,
 }
@@ -166,8 +166,8 @@ impl Reader<'_> {
             }
             self.facts.begins.insert(statement.id);
         }
-        if stays_open(statement, after, self.activity) {
-            self.facts.open.insert(statement.id);
+        if stays_symbolic(statement, after, self.activity) {
+            self.facts.symbolic.insert(statement.id);
         }
         if let Some(Init { value, diverge, .. }) = init {
             self.flow(value);

@@ -99,8 +99,9 @@ impl Names {
     /// the plates' dimensions if these names are the same for all statements; otherwise the dimensions have no names.
     pub(super) fn stack(&self, sites: &mut BTreeMap<Id, Site>) {
         for Taken { observed, .. } in self.0.values().filter(|taken| taken.is_shared) {
-            let own = observed.iter().filter_map(|id| sites.get(id));
-            let mut plates = own.map(|site| &site.plates).filter(|plates| !plates.is_empty());
+            let named_sites = observed.iter().filter_map(|id| sites.get(id));
+            let mut plates =
+                named_sites.map(|site| &site.plates).filter(|plates| !plates.is_empty());
             let first = plates.next().cloned().unwrap_or_default();
             let is_same = plates.all(|plates| *plates == first);
             let plates = if is_same { first } else { Vec::new() };

@@ -21,7 +21,7 @@ pub(crate) struct Plate {
     /// be removed from the tape at its end.
     pub(crate) unwinds: bool,
     /// The names that the plate binds; None if the plate may change variables that are bound outside the plate.
-    pub(crate) own: Option<HashSet<Ident>>,
+    pub(crate) bound: Option<HashSet<Ident>>,
 }
 
 impl Plate {
@@ -35,7 +35,7 @@ impl Plate {
                 && !is_consumed(&plate.iter)
                 && observes_all_alike(plate),
             unwinds: changed.is_empty(),
-            own: changed.iter().all(is_own).then_some(bound),
+            bound: changed.iter().all(is_own).then_some(bound),
         }
     }
 }
@@ -50,6 +50,6 @@ fn observes_all_alike(plate: &For) -> bool {
     let tokens = right.to_token_stream();
     // a `D` with `?` can end the evaluation, so it must be evaluated for every datum
     place.path.is_ident(&pat.ident)
-        && !mentions(tokens.clone(), &|found| *found == pat.ident)
+        && !mentions(tokens.clone(), &|name| *name == pat.ident)
         && !tokens.to_string().contains('?')
 }

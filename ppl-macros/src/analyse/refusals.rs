@@ -29,9 +29,9 @@ pub(super) fn refusals(
     is_recorded: bool,
 ) -> Option<Error> {
     let derived = Vec::new();
-    let mut found = Refusals { activity, scope, is_recorded, closures: 0, derived, error: None };
-    found.statement(statement);
-    found.error
+    let mut search = Refusals { activity, scope, is_recorded, closures: 0, derived, error: None };
+    search.statement(statement);
+    search.error
 }
 
 struct Refusals<'a> {

@@ -11,7 +11,11 @@ use crate::syntax::tokens::count;
 
 /// Whether the value of a declaration can stay a symbolic formula. `after` are the statements that follow the
 /// declaration in its block.
-pub(super) fn stays_open(statement: &Statement, after: &[Statement], activity: &Activity) -> bool {
+pub(super) fn stays_symbolic(
+    statement: &Statement,
+    after: &[Statement],
+    activity: &Activity,
+) -> bool {
     arithmetic(statement)
         .is_some_and(|(name, value)| activity.mentions(value) && is_used_once(name, after))
 }

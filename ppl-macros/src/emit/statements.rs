@@ -224,8 +224,8 @@ impl Emitter<'_> {
         let (cx, span) = (cx(), Span::mixed_site());
         let iter = self.plan.written(iter, Plan::visit_expr_mut);
         let pat = self.plan.written(pat, Plan::visit_pat_mut);
-        let known = self.plan.plate(statement);
-        if known.is_some_and(|known| known.is_pooled)
+        let facts = self.plan.plate(statement);
+        if facts.is_some_and(|facts| facts.is_pooled)
             && let [Statement { id, attrs, kind: Kind::Tilde { tilde, right, .. }, .. }] =
                 body.statements.as_slice()
             && !self.analysis.facts.errors.contains_key(id)
@@ -237,9 +237,9 @@ impl Emitter<'_> {
             let all = quote_spanned!(here(tilde)=> #cx.condition_all(&#site, #right, #iter)?;);
             return quote!(#(#attrs)* #all);
         }
-        let is_outermost = known.is_some_and(|known| self.plan.begin_sums(known));
+        let is_outermost = facts.is_some_and(|facts| self.plan.begin_sums(facts));
         let mut body = self.block(body);
-        if known.is_some_and(|known| known.unwinds) {
+        if facts.is_some_and(|facts| facts.unwinds) {
             body = quote_spanned!(span=> {
                 let mark = #cx.mark();
                 #body

@@ -8,7 +8,7 @@ use syn::{Attribute, Ident, Meta, Result, Token};
 use crate::ast::{Dim, Mark};
 use crate::errors::{self, about, at};
 
-/// The attributes of a statement: lint attributes, mark, dimensions.
+/// The attributes of a statement: lint attributes, the mark `#[track]` or `#[predict]`, and the named dimensions.
 pub(super) type Head = (Vec<Attribute>, Mark, Vec<Dim>);
 
 pub(super) fn head(attrs: Vec<Attribute>) -> Result<Head> {

@@ -14,15 +14,15 @@ pub(crate) fn here(tokens: &impl Spanned) -> Span {
 /// Converts an expression into an operand of a formula. At run time, a number of the model becomes an operand, and
 /// any other value is unchanged.
 pub(crate) fn operand(expr: &Expr) -> Expr {
-    asked(expr, expr.span(), "operand")
+    method_call(expr, expr.span(), "operand")
 }
 
 /// Emits the evaluation of a formula to a number, with the source location of `span`.
 pub(crate) fn closed(expr: &Expr, span: Span) -> Expr {
-    asked(expr, span, "closed")
+    method_call(expr, span, "closed")
 }
 
-fn asked(expr: &Expr, span: Span, method: &str) -> Expr {
+fn method_call(expr: &Expr, span: Span, method: &str) -> Expr {
     let span = Span::mixed_site().located_at(span);
     let method = Ident::new(method, span);
     // a single token needs no parentheses

@@ -46,7 +46,7 @@ impl Plan<'_> {
                 self.visit_expr_mut(&mut call.func);
                 for argument in &mut call.args {
                     if self.is_active(argument) && operations(argument) > 0 {
-                        self.open(argument);
+                        self.formula(argument);
                     } else if let Some(shared) = self.shared(argument) {
                         *argument = calls::operand(&shared);
                     } else {
@@ -59,27 +59,27 @@ impl Plan<'_> {
     }
 
     /// Rewrites arithmetic as a formula whose leaves are operands.
-    pub(super) fn open(&mut self, expr: &mut Expr) {
+    pub(super) fn formula(&mut self, expr: &mut Expr) {
         if !self.is_active(expr) {
             return self.visit_expr_mut(expr);
         }
         match expr {
-            Expr::Paren(paren) => self.open(&mut paren.expr),
-            Expr::Group(group) => self.open(&mut group.expr),
+            Expr::Paren(paren) => self.formula(&mut paren.expr),
+            Expr::Group(group) => self.formula(&mut group.expr),
             Expr::Unary(unary) if matches!(unary.op, syn::UnOp::Neg(_)) => {
-                self.open(&mut unary.expr);
+                self.formula(&mut unary.expr);
             }
             Expr::Binary(binary) if is_arithmetic(&binary.op) => {
-                self.open(&mut binary.left);
-                self.open(&mut binary.right);
+                self.formula(&mut binary.left);
+                self.formula(&mut binary.right);
                 if operations(expr) >= LONGEST {
                     let part = calls::closed(expr, expr.span());
                     *expr = calls::operand(&part);
                 }
             }
             Expr::MethodCall(call) if is_function(call) && self.is_active(&call.receiver) => {
-                self.open(&mut call.receiver);
-                call.args.iter_mut().for_each(|argument| self.open(argument));
+                self.formula(&mut call.receiver);
+                call.args.iter_mut().for_each(|argument| self.formula(argument));
             }
             // the receiver is data; only the arguments may depend on unknowns
             Expr::MethodCall(call) if is_function(call) => {
@@ -155,7 +155,7 @@ impl Plan<'_> {
             return false;
         }
         let span = right.span();
-        self.open(right);
+        self.formula(right);
         *expr = Expr::Assign(ExprAssign {
             attrs: std::mem::take(attrs),
             left: left.clone(),
@@ -170,7 +170,7 @@ impl Plan<'_> {
 /// rewritten to evaluate their right side first.
 fn reads_what_it_changes(binary: &ExprBinary) -> bool {
     let ExprBinary { left, op, right, .. } = binary;
-    let reads = |name: &Ident| mentions(right.to_token_stream(), &|found| found == name);
+    let reads = |name: &Ident| mentions(right.to_token_stream(), &|variable| variable == name);
     is_assignment(op) && place(left).is_ok_and(|place| place.is_entry && reads(&place.root))
 }
 
@@ -195,7 +195,7 @@ impl VisitMut for Plan<'_> {
         let is_formula = dot(expr).is_some() || operations(expr) > 1;
         if self.formulas && is_formula && self.is_active(expr) {
             let span = expr.span();
-            self.open(expr);
+            self.formula(expr);
             *expr = calls::closed(expr, span);
             return;
         }

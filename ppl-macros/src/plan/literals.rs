@@ -115,9 +115,9 @@ fn is_literal(expr: &Expr) -> bool {
 fn ends_of_arms(flow: &mut Flow) -> Vec<&mut Expr> {
     match flow {
         Flow::If { then, otherwise: Some((_, otherwise)), .. } => {
-            let mut found = ends_of_block(then);
-            found.extend(ends_of_arms(otherwise));
-            found
+            let mut values = ends_of_block(then);
+            values.extend(ends_of_arms(otherwise));
+            values
         }
         Flow::Match { arms, .. } => {
             arms.iter_mut().flat_map(|arm| ends_of_arms(&mut arm.body)).collect()
@@ -145,11 +145,11 @@ fn ends(expr: &mut Expr) -> Vec<&mut Expr> {
     }
     match expr {
         Expr::If(branch) => {
-            let mut found = last(&mut branch.then_branch);
+            let mut values = last(&mut branch.then_branch);
             if let Some((_, otherwise)) = &mut branch.else_branch {
-                found.extend(ends(otherwise));
+                values.extend(ends(otherwise));
             }
-            found
+            values
         }
         Expr::Match(branch) => branch.arms.iter_mut().flat_map(|arm| ends(&mut arm.body)).collect(),
         Expr::Block(block) => last(&mut block.block),

@@ -26,7 +26,7 @@ pub(crate) struct Plan<'a> {
     numbers: HashMap<Id, usize>,
     /// The current statement.
     pub(crate) at: Id,
-    /// Sums over the iterations of the outermost enclosing loop; None outside loops.
+    /// Sums of adjoints and of log density terms over the outermost enclosing loop; None outside loops.
     sums: Option<Sums>,
     /// Names from outside the loop whose values may depend on unknowns and are the same in every iteration. Empty in
     /// code that may bind these names again.
@@ -35,7 +35,7 @@ pub(crate) struct Plan<'a> {
     closures: usize,
 }
 
-/// Sums in local variables that the outermost loop declares and that all nested loops use.
+/// Sums over a loop, in local variables that the outermost loop declares and that all nested loops use.
 #[derive(Default)]
 pub(crate) struct Sums {
     /// Names from outside the loop whose adjoints are summed.
@@ -88,8 +88,8 @@ impl<'a> Plan<'a> {
     pub(crate) fn begin_sums(&mut self, plate: &Plate) -> bool {
         let is_outermost = self.sums.is_none();
         if is_outermost {
-            if let Some(own) = &plate.own {
-                let outer = self.analysis.activity.names().filter(|name| !own.contains(name));
+            if let Some(bound) = &plate.bound {
+                let outer = self.analysis.activity.names().filter(|name| !bound.contains(name));
                 self.shared = outer.cloned().collect();
             }
             self.sums = Some(Sums::default());
@@ -115,8 +115,8 @@ impl<'a> Plan<'a> {
         if self.analysis.facts.begins.contains(&self.at) {
             literals::begin(pat, &mut value);
         }
-        match self.formulas && self.analysis.facts.open.contains(&self.at) {
-            true => self.open(&mut value),
+        match self.formulas && self.analysis.facts.symbolic.contains(&self.at) {
+            true => self.formula(&mut value),
             false => self.visit_expr_mut(&mut value),
         }
         value

@@ -81,7 +81,7 @@ pub(crate) fn binds_names(expr: &Expr) -> bool {
     )
 }
 
-/// Returns the call if an expression is `dot(data, numbers)`, which is a formula by itself.
+/// Returns the call if an expression is `dot(data, numbers)`.
 pub(crate) fn dot(expr: &Expr) -> Option<&ExprCall> {
     match expr {
         Expr::Call(call) if plain_function(call).is_some_and(|name| name == "dot") => Some(call),

@@ -58,7 +58,7 @@ pub(crate) fn starts_item(input: ParseStream) -> bool {
 
 /// Whether the next token is one of these words.
 pub(crate) fn starts_with(input: ParseStream, words: &[&str]) -> bool {
-    input.cursor().ident().is_some_and(|(found, _)| words.iter().any(|word| found == word))
+    input.cursor().ident().is_some_and(|(name, _)| words.iter().any(|word| name == word))
 }
 
 /// Skips the rest of a statement that could not be parsed. Parsing resumes after the `;` or the final block of the

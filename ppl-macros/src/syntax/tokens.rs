@@ -24,21 +24,21 @@ pub(crate) fn variables(tokens: TokenStream, f: &mut impl FnMut(&Ident)) {
 /// Returns how many times a variable occurs in the tokens.
 pub(crate) fn count(tokens: TokenStream, name: &Ident) -> usize {
     let mut uses = 0;
-    variables(tokens, &mut |found| uses += usize::from(found == name));
+    variables(tokens, &mut |variable| uses += usize::from(variable == name));
     uses
 }
 
-/// Whether a variable for which `asked` returns true occurs in the tokens.
-pub(crate) fn mentions(tokens: TokenStream, asked: &impl Fn(&Ident) -> bool) -> bool {
-    let mut found = false;
-    variables(tokens, &mut |name| found = found || asked(name));
-    found
+/// Whether a variable for which `is_wanted` returns true occurs in the tokens.
+pub(crate) fn mentions(tokens: TokenStream, is_wanted: &impl Fn(&Ident) -> bool) -> bool {
+    let mut occurs = false;
+    variables(tokens, &mut |name| occurs = occurs || is_wanted(name));
+    occurs
 }
 
 /// Whether an identifier occurs in the tokens, as a variable or in any other role.
 pub(crate) fn says(tokens: TokenStream, word: &str) -> bool {
     tokens.into_iter().any(|tree| match tree {
-        TokenTree::Ident(found) => found == word,
+        TokenTree::Ident(name) => name == word,
         TokenTree::Group(group) => says(group.stream(), word),
         _ => false,
     })

@@ -1,5 +1,5 @@
-//! What the models of the README and of the first page of `ppl` expand to, as committed text that a
-//! person can follow. Accept a change with `INSTA_UPDATE=always cargo test -p ppl-macros`.
+//! Snapshots of the expansions of the models in the README and on the first page of `ppl`. Reviewers can read the
+//! committed snapshots. Accept a change with `INSTA_UPDATE=always cargo test -p ppl-macros`.
 
 use proc_macro2::{Group, TokenStream, TokenTree};
 
@@ -8,7 +8,7 @@ use crate::expand;
 const README: &str = include_str!("../../../README.md");
 const FIRST_PAGE: &str = include_str!("../../../ppl/src/lib.rs");
 
-/// What stands in `model! { … }` around the words `name`, in a fenced block of `text`.
+/// Returns the tokens inside `model! { … }` from the fenced block of `text` that contains `name`.
 fn model(text: &str, name: &str) -> TokenStream {
     let is_comment = text.starts_with("//!");
     let plain = |line: &str| line.strip_prefix("//!").unwrap_or(line).to_owned();
@@ -24,8 +24,8 @@ fn model(text: &str, name: &str) -> TokenStream {
     let tokens: TokenStream = code.parse().expect("tokens of Rust");
     let trees: Vec<TokenTree> = tokens.into_iter().collect();
     let is_macro = |pair: &&[TokenTree]| pair[0].to_string() == "model";
-    let found = trees.windows(3).find(is_macro).expect("a `model!`");
-    let TokenTree::Group(group) = &found[2] else { panic!("braces follow `model!`") };
+    let invocation = trees.windows(3).find(is_macro).expect("a `model!`");
+    let TokenTree::Group(group) = &invocation[2] else { panic!("braces follow `model!`") };
     Group::stream(group)
 }
 

@@ -1,4 +1,5 @@
-//! What is typed is rarely right: whatever the tokens, the macro answers with Rust.
+//! Fuzz tests: for any sequence of tokens, the macro returns valid Rust, because code is mostly invalid while it is
+//! typed.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -80,16 +81,16 @@ const MODELS: &str = r##"
     }
 "##;
 
-/// Tokens that change the meaning of what stands around them.
+/// Tokens that change the meaning of their neighbours.
 const WORDS: &str = "let for in if else match while loop return mut ref fn struct impl as self \
     factor reject impute dims track predict Real x y ~ ; , . : :: = => -> ! ? # & | * < > .. 'a 0 \
     1.0 \"text\" _ async await move unsafe const static pub where dyn";
 
 struct Mutator {
     rng: Xoshiro256PlusPlus,
-    /// The tokens of [`WORDS`], then those of the models.
+    /// The tokens of [`WORDS`], followed by the tokens of [`MODELS`].
     vocabulary: Vec<TokenTree>,
-    /// How many of them are of [`WORDS`].
+    /// Number of tokens of [`WORDS`].
     special: usize,
 }
 
@@ -103,13 +104,13 @@ impl Mutator {
     }
 
     fn word(&mut self) -> TokenTree {
-        // special tokens as often as those of the models
+        // special tokens are as frequent as tokens of the models
         let special = self.rng.random();
         let from = if special { &self.vocabulary[..self.special] } else { &self.vocabulary[..] };
         from.choose(&mut self.rng).unwrap().clone()
     }
 
-    /// One change somewhere in the stream.
+    /// Makes one random change in the stream.
     fn mutate(&mut self, stream: TokenStream) -> TokenStream {
         let mut trees: Vec<TokenTree> = stream.into_iter().collect();
         let sizes: Vec<usize> = trees.iter().map(size).collect();
@@ -145,7 +146,7 @@ impl Mutator {
                 trees[i] = Group::new(delimiter, trees[i].clone().into()).into();
             }
             5 => {
-                // as after a closing delimiter too many
+                // unwrap a group, as a superfluous closing delimiter would
                 if let TokenTree::Group(group) = trees[i].clone() {
                     trees.splice(i..=i, group.stream());
                 }
@@ -173,7 +174,7 @@ fn leaves(stream: TokenStream) -> Vec<TokenTree> {
         .collect()
 }
 
-/// Expands, checks that the result is Rust, and returns its text.
+/// Expands the input, checks that the result is valid Rust, and returns the text of the result.
 fn answer(input: &TokenStream) -> Result<String, String> {
     let expanded = catch_unwind(AssertUnwindSafe(|| expand(input.clone())))
         .map_err(|_| "the macro panicked".to_owned())?;
@@ -184,7 +185,7 @@ fn answer(input: &TokenStream) -> Result<String, String> {
     }
 }
 
-/// One model of the corpus at a time: a mistake in one does not hide those in others.
+/// Returns each model separately, so that an error in one model does not hide errors in other models.
 fn corpus() -> Vec<TokenStream> {
     let mut models = vec![Vec::new()];
     for tree in MODELS.parse::<TokenStream>().unwrap() {
@@ -222,6 +223,6 @@ fn no_input_makes_the_macro_panic() {
             answer(&input).unwrap_or_else(|problem| panic!("case {case}: {problem}\nfor {input}"));
         refused += usize::from(expanded.contains("compile_error"));
     }
-    // most mutants are wrong, and the macro sees many of them
+    // most mutants are invalid, and the macro detects many of them
     assert!(refused > CASES / 3, "{refused} of {CASES} refused");
 }

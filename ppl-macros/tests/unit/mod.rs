@@ -1,4 +1,4 @@
-//! Tests that need to see inside the macro.
+//! Unit tests of the macro.
 
 mod expansions;
 mod fuzz;

@@ -114,14 +114,14 @@ impl<const P: usize> Case<'_, P> {
         let error = (got - expected).abs();
         assert!(
             error <= relative * expected.abs() + absolute,
-            "{what} of {}: {got:e}, but {expected:e} is right, error {error:.1e}",
+            "{what} of {}: got {got:e}, expected {expected:e} (error {error:.1e})",
             self.name
         );
     }
 
     /// Returns the centre and the width of the density over the unconstrained coordinate. The centre is the kink if
     /// there is one, otherwise the median; the width is the interquartile range.
-    fn place<D: Over<f64>>(&self, distribution: &D) -> (f64, f64) {
+    fn centre_and_width<D: Over<f64>>(&self, distribution: &D) -> (f64, f64) {
         let support = distribution.support();
         let [first, median, third] =
             [0.25, 0.5, 0.75].map(|p| support.unconstrain(distribution.quantile(p)));
@@ -130,7 +130,7 @@ impl<const P: usize> Case<'_, P> {
 
     /// Expectation ∫ g(x) p(x) dx.
     fn expectation<D: Over<f64>>(&self, distribution: &D, g: impl Fn(f64) -> f64) -> f64 {
-        let (middle, width) = self.place(distribution);
+        let (middle, width) = self.centre_and_width(distribution);
         let support = distribution.support();
         let at = |y: f64| {
             let p = density(distribution, y);
@@ -157,7 +157,7 @@ impl<const P: usize> Case<'_, P> {
     }
 
     fn distribution_functions<D: Over<f64>>(&self, distribution: &D) {
-        let (_, width) = self.place(distribution);
+        let (_, width) = self.centre_and_width(distribution);
         let support = distribution.support();
         for &x in self.points {
             let (below, above) = (distribution.cdf(x), distribution.sf(x));
@@ -182,8 +182,8 @@ impl<const P: usize> Case<'_, P> {
         let (low, high) = support.bounds();
         for (outside, below) in [(low - 1.0, 0.0), (high + 1.0, 1.0)] {
             if outside.is_finite() {
-                let found = [distribution.cdf(outside), distribution.sf(outside)];
-                assert_eq!(found, [below, 1.0 - below], "cdf and sf at {outside}, {}", self.name);
+                let tails = [distribution.cdf(outside), distribution.sf(outside)];
+                assert_eq!(tails, [below, 1.0 - below], "cdf and sf at {outside}, {}", self.name);
                 let none: f64 = distribution.ln_density(&outside);
                 assert_eq!(none, f64::NEG_INFINITY, "density at {outside}, {}", self.name);
             }
@@ -286,9 +286,9 @@ impl<const P: usize> Case<'_, P> {
                         Dual::new(self.parameters[i], std::array::from_fn(slope))
                     });
                     let x = |j| if j == 0 { 1.0 } else { 0.0 };
-                    let found = dual(&lifted(parameters), Dual::new(at, std::array::from_fn(x)));
-                    self.close(found.value(), expected, 1e-9, 1e-9, &what);
-                    let gradient = found.gradient();
+                    let computed = dual(&lifted(parameters), Dual::new(at, std::array::from_fn(x)));
+                    self.close(computed.value(), expected, 1e-9, 1e-9, &what);
+                    let gradient = computed.gradient();
                     if moves {
                         self.close(gradient[0], in_x, 1e-7, 1e-7, &format!("∂x of {what}"));
                     }

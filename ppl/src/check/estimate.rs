@@ -16,8 +16,8 @@ pub enum CheckFailure {
     /// The chains did not mix or have too few effective draws, so that no comparison is possible.
     #[error(
         "{what}: the chains do not mix (R-hat {rhat:.2}, at most {LARGEST_RHAT} is allowed; \
-         {effective:.0} effective draws, at least {least:.0} are needed), so that they confirm no \
-         value: run longer, or see `summary()`"
+         {effective:.0} effective draws, at least {least:.0} are needed), so that the comparison is not \
+         reliable: run longer, or see `summary()`"
     )]
     Unmixed {
         /// Name of the estimate, such as "mean of mu".
@@ -32,7 +32,7 @@ pub enum CheckFailure {
     /// The estimate differs too much from the expected value.
     #[error(
         "{what}: got {got:.6}, expected {expected:.6}; the difference is {sigmas:.1} standard errors \
-         (MCSE {mcse:.2e}, error of the reference {reference_error:.2e}), allowed are {allowed}"
+         (MCSE {mcse:.2e}, error of the reference {reference_error:.2e}), at most {allowed} are allowed"
     )]
     Distant {
         /// Name of the estimate, such as "mean of mu".
@@ -190,9 +190,9 @@ fn with_trace(
     estimate: impl FnOnce(&[&[f64]]) -> Estimate,
 ) -> Estimate {
     let Some(trace) = posterior.trace(name) else {
-        let known: Vec<String> =
+        let names: Vec<String> =
             posterior.posterior.variables.iter().flat_map(|v| v.elements()).collect();
-        panic!("the posterior has no `{name}`; it has {}", known.join(", "));
+        panic!("the posterior has no `{name}`; it has {}", names.join(", "));
     };
     estimate(&trace.iter().map(Vec::as_slice).collect::<Vec<_>>())
 }

@@ -17,7 +17,7 @@ const POINTS: usize = 10;
 pub enum GradientMismatch {
     /// One component of the gradient differs.
     #[error(
-        "∂/∂y[{coordinate}] is {got:.12e}, but differences of the log density give {expected:.12e} \
+        "∂/∂y[{coordinate}] is {got:.12e}, but finite differences of the log density give {expected:.12e} \
          (± {uncertainty:.1e}) at y = {point:?}"
     )]
     Component {
@@ -46,7 +46,8 @@ pub enum GradientMismatch {
     },
     /// The log density returned with the gradient differs from the log density computed alone.
     #[error(
-        "the gradient's log density is {got:.15e}, but the density alone gives {expected:.15e} at y = {point:?}"
+        "the log density returned with the gradient is {got:.15e}, but the log density computed alone is \
+         {expected:.15e} at y = {point:?}"
     )]
     Value {
         /// Log density returned with the gradient.
@@ -58,8 +59,8 @@ pub enum GradientMismatch {
     },
     /// The finite differences do not converge, so that no comparison is possible.
     #[error(
-        "differences of the log density along y[{coordinate}] do not settle (± {uncertainty:.1e} at \
-         {estimate:.6e}): it is not smooth near y = {point:?}"
+        "finite differences of the log density along y[{coordinate}] do not converge (± {uncertainty:.1e} \
+         at {estimate:.6e}): the log density is not smooth near y = {point:?}"
     )]
     NotSmooth {
         /// Index of the unconstrained coordinate.

@@ -98,8 +98,8 @@ pub enum FatalError {
     },
     /// The model executed more observation statements than when its data were bound.
     #[error(
-        "{location}: the model observes more often than when its data were bound; make that a matter of \
-         data"
+        "{location}: the model executes more observation statements than when its data were bound; the number \
+         of observations must depend only on data"
     )]
     MoreObservations {
         /// First additional observation statement.
@@ -107,8 +107,8 @@ pub enum FatalError {
     },
     /// The number of unknowns and the number of coordinates differ.
     #[error(
-        "the number of unknowns depends on the values of unknowns, or the point has another length \
-         than `dim()`: {}; make the size of the model a matter of data",
+        "the number of unknowns depends on the values of unknowns, or the length of the point differs from \
+         `dim()`: {}; the number of unknowns must depend only on data",
         coordinates_left(.location)
     )]
     VaryingDimension {
@@ -117,7 +117,7 @@ pub enum FatalError {
     },
     /// A distribution read a number of coordinates that differs from its `dim()`.
     #[error(
-        "{location}: its distribution takes another number of coordinates than its `dim()`, {dim}"
+        "{location}: the distribution reads a number of coordinates that differs from its `dim()`, {dim}"
     )]
     OtherDimension {
         /// Statement with the distribution.
@@ -127,7 +127,7 @@ pub enum FatalError {
     },
     /// A dot product has vectors of different lengths.
     #[error(
-        "{location}: `dot` multiplies {data} data with {unknowns} unknowns: give them one length"
+        "{location}: `dot` multiplies {data} data with {unknowns} unknowns: both must have the same length"
     )]
     DotLengths {
         /// Statement with the dot product.
@@ -139,7 +139,7 @@ pub enum FatalError {
     },
     /// Gradient and point have different lengths.
     #[error(
-        "the gradient has room for {gradient} numbers, the point has {point}: give them one length"
+        "the gradient has length {gradient} and the point has length {point}: both must have the same length"
     )]
     GradientLength {
         /// Length of the gradient.
@@ -165,7 +165,7 @@ pub enum FatalError {
     },
     /// The code of the model panicked, for example because of an index out of bounds.
     #[error(
-        "the model panics{}: {message}; compare the data that it reads there",
+        "the model panics{}: {message}; check the data that the model reads there",
         at_or_after(.location)
     )]
     Panic {
@@ -188,8 +188,8 @@ impl FatalError {
 
 fn coordinates_left(location: &Option<Location>) -> String {
     match location {
-        Some(location) => format!("{location} asks for more than the point has"),
-        None => "the model stops asking before the last coordinate".to_owned(),
+        Some(location) => format!("{location} needs more coordinates than are left"),
+        None => "the model does not use all coordinates".to_owned(),
     }
 }
 

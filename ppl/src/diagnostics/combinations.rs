@@ -60,8 +60,8 @@ pub(crate) fn combinations(columns: &[BeforeAndAfter]) -> Vec<Combination> {
     if candidates.len() < 2 {
         return Vec::new();
     }
-    let own = posterior.select_rows(&candidates).select_columns(&candidates);
-    let eigen = SymmetricEigen::new(own);
+    let covariance = posterior.select_rows(&candidates).select_columns(&candidates);
+    let eigen = SymmetricEigen::new(covariance);
     let mut unseen = DMatrix::<f64>::zeros(candidates.len(), candidates.len());
     for (value, direction) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
         if *value >= UNSEEN {
@@ -80,7 +80,7 @@ fn judge(
     prior: &DMatrix<f64>,
     posterior: &DMatrix<f64>,
 ) -> Option<Combination> {
-    let part = |of: &DMatrix<f64>| of.select_rows(&members).select_columns(&members);
+    let part = |matrix: &DMatrix<f64>| matrix.select_rows(&members).select_columns(&members);
     let (before, after) = (part(prior), part(posterior));
     let eigen = SymmetricEigen::new(after.clone());
     let (mut seen, mut unseen) = (false, false);
@@ -127,11 +127,11 @@ fn connected(matrix: &DMatrix<f64>) -> Vec<Vec<usize>> {
     let mut groups = Vec::new();
     for first in 0..size {
         let mut group = Vec::new();
-        let mut open = vec![first];
-        while let Some(i) = open.pop() {
+        let mut pending = vec![first];
+        while let Some(i) = pending.pop() {
             if std::mem::replace(&mut free[i], false) {
                 group.push(i);
-                open.extend((0..size).filter(|&j| free[j] && matrix[(i, j)].abs() > TOGETHER));
+                pending.extend((0..size).filter(|&j| free[j] && matrix[(i, j)].abs() > TOGETHER));
             }
         }
         if group.len() > 1 {
@@ -152,7 +152,7 @@ impl BeforeAndAfter {
         let scores: Vec<f64> =
             (0..sorted.len()).map(|i| -normal_upper_quantile((i as f64 + 0.5) / n)).collect();
         let score = |x: f64| {
-            let above = sorted.partition_point(|&own| own < x);
+            let above = sorted.partition_point(|&draw| draw < x);
             if above == 0 || above == sorted.len() {
                 return scores[above.min(sorted.len() - 1)];
             }

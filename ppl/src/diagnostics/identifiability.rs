@@ -108,13 +108,13 @@ impl Identifiability {
     ///
     /// ```
     /// use ppl::diagnostics::{Identifiability, Identification};
-    /// // quantiles of a Cauchy distribution: the data said nothing
+    /// // prior and posterior are the same Cauchy distribution: the data do not inform the parameter
     /// let cauchy = |n: u32| -> Vec<f64> {
     ///     let at = |i| (std::f64::consts::PI * ((f64::from(i) + 0.5) / f64::from(n) - 0.5)).tan();
     ///     (0..n).map(at).collect()
     /// };
     /// let row = Identifiability::of_draws("x", &cauchy(2000), &cauchy(500), None);
-    /// assert!(row.posterior[1] < 0.6 * row.prior[1], "of no meaning");
+    /// assert!(row.posterior[1] < 0.6 * row.prior[1], "standard deviations of Cauchy draws differ by chance");
     /// assert!(row.contraction().abs() < 0.01);
     /// assert_eq!(row.label(), Identification::Not);
     /// ```
@@ -212,7 +212,12 @@ impl fmt::Display for Identifiability {
             cell(self.posterior[1])
         )?;
         if let Some([before, after]) = self.halves {
-            write!(f, "; heavy tails: central half {} wide after {}", cell(after), cell(before))?;
+            write!(
+                f,
+                "; heavy tails: interquartile range {}, prior {}",
+                cell(after),
+                cell(before)
+            )?;
         }
         write!(f, ")")?;
         if self.truncated() {
@@ -250,7 +255,7 @@ fn central_half(sorted: &[f64]) -> f64 {
 
 /// Smaller of the fractions of draws below and above `x`, for sorted draws.
 fn fraction_beyond(sorted: &[f64], x: f64) -> f64 {
-    let below = sorted.partition_point(|&own| own < x);
+    let below = sorted.partition_point(|&draw| draw < x);
     below.min(sorted.len() - below) as f64 / sorted.len() as f64
 }
 

@@ -8,7 +8,9 @@ use super::{ess_mean, mean, mean_and_variance};
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum LooError {
     /// The model has no observations.
-    #[error("no pointwise log-likelihood: the model observes nothing with a `place ~ D` statement")]
+    #[error(
+        "no pointwise log-likelihood: the model has no statement `place ~ D` that observes data"
+    )]
     NoObservations,
     /// There are too few draws to fit the tail of the importance ratios.
     #[error("{draws} draws are too few: PSIS needs at least 25 to fit a tail of 5")]
@@ -205,8 +207,9 @@ impl fmt::Display for Loo {
         } else {
             write!(
                 f,
-                "Pareto k exceeds {:.2} at {} of {} observations {bad:?}: their estimates cannot \
-                 be relied on; refit without each of them or use a likelihood with heavier tails",
+                "Pareto k exceeds {:.2} at {} of {} observations {bad:?}: the estimates of these \
+                 observations are not reliable; refit without each of these observations, or use a \
+                 likelihood with heavier tails",
                 self.threshold,
                 bad.len(),
                 self.points.len()
@@ -215,8 +218,8 @@ impl fmt::Display for Loo {
         if self.has_factors {
             write!(
                 f,
-                "\nwhat `factor` adds to the density is not cross-validated: data that enter there \
-                 are never left out, nor predicted"
+                "\nterms of `factor` are not cross-validated: data in these terms are never left out or \
+                 predicted"
             )?;
         }
         Ok(())

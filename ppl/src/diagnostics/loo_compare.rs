@@ -61,7 +61,7 @@ pub fn loo_compare(models: &[(&str, &Loo)]) -> Result<LooComparison, LooError> {
                 got: loo.points.len(),
             });
         }
-        if loo.data.zip(best.1.data).is_some_and(|(own, of_best)| own != of_best) {
+        if loo.data.zip(best.1.data).is_some_and(|(data, best_data)| data != best_data) {
             other_data.push((*name).to_string());
         }
         let paired = loo.points.iter().zip(&best.1.points).map(|(a, b)| a.elpd - b.elpd);
@@ -105,7 +105,7 @@ impl fmt::Display for LooComparison {
             } else if r.difference.abs() > 2.0 * r.difference_se {
                 "differ: the first predicts better"
             } else {
-                "cannot be told apart by these data: the difference is within two standard errors"
+                "cannot be distinguished with these data: the difference is within two standard errors"
             };
             writeln!(f, "{} and {} {words}.", best.name, r.name)?;
         }
@@ -118,7 +118,7 @@ impl fmt::Display for LooComparison {
             )?;
         }
         if self.rows.iter().any(|r| r.unreliable > 0) {
-            writeln!(f, "Some Pareto k are too large: the comparison is optimistic there.")?;
+            writeln!(f, "Some Pareto k are too large: the elpd of these models may be too high.")?;
         }
         Ok(())
     }

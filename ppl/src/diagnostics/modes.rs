@@ -46,7 +46,7 @@ impl Modes {
     ///
     /// let wave = |centre: f64| (0..200).map(|t| centre + (t as f64).sin()).collect::<Vec<_>>();
     /// let (low, high, other) = (wave(-5.0), wave(5.0), wave(-5.0));
-    /// let modes = Modes::find(&[&low, &high, &other]).expect("two of them");
+    /// let modes = Modes::find(&[&low, &high, &other]).expect("two modes");
     /// assert_eq!(modes.centres.len(), 2);
     /// assert_eq!(modes.sitting_in(0), [0, 2]);
     /// assert!(!modes.mixed());

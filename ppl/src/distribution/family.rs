@@ -71,7 +71,7 @@ pub struct Truncated<D> {
 /// ```
 /// use ppl::prelude::*;
 ///
-/// // a test that ends after 100 hours: whatever still runs has lived longer
+/// // a test that ends after 100 hours: a part that still works at the end has a life of more than 100 hours
 /// let life_h = Exponential(0.01).censor(..100.0);
 /// let broke: f64 = life_h.ln_density(&40.0);
 /// let survived: f64 = life_h.ln_density(&100.0);

@@ -8,11 +8,11 @@ use crate::density::DomainError;
 
 /// A range of `f64` numbers, such as `0.0..` or `0.0..1.0`: the argument of `.truncate` and `.censor`.
 #[diagnostic::on_unimplemented(
-    message = "`{Self}` is no range of plain numbers",
-    label = "needed: `0.0..`, `..1.0`, `0.0..1.0` or the like",
+    message = "`{Self}` is not a range of plain numbers",
+    label = "expected a range such as `0.0..`, `..1.0` or `0.0..1.0`",
     note = "write `0.0..`, not `0..`; the ends are data, not unknowns",
-    note = "of what lies above an unknown `a`: `factor(D.ln_density(&x) - D.ln_sf(a))`, and below with \
-            `ln_cdf`; unknowns in ascending order: `.array::<N>().ordered()`"
+    note = "for values above an unknown limit `a`, write `factor(D.ln_density(&x) - D.ln_sf(a))`; for values \
+            below `a`, use `ln_cdf`; for unknowns in ascending order, write `.array::<N>().ordered()`"
 )]
 pub trait Ends: RangeBounds<f64> {}
 
@@ -41,9 +41,9 @@ pub struct Interval {
 impl Interval {
     /// Interval from a range such as `a..b`, `a..=b`, `a..` or `..b`.
     pub fn new(range: impl Ends) -> Self {
-        let end = |bound: Bound<&f64>, open: f64| match bound {
+        let end = |bound: Bound<&f64>, unbounded: f64| match bound {
             Bound::Included(&x) | Bound::Excluded(&x) => x,
-            Bound::Unbounded => open,
+            Bound::Unbounded => unbounded,
         };
         let lower = end(range.start_bound(), f64::NEG_INFINITY);
         let upper = end(range.end_bound(), f64::INFINITY);

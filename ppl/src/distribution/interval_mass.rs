@@ -61,7 +61,7 @@ pub(super) fn ln_mass_by_quadrature<R: Scalar>(
     };
     let (middle, scales) = match is_narrow {
         true => (lower, [upper - lower; 2]),
-        false => place(quartiles(), [lower, upper], &|y| at(y).value()),
+        false => centre_and_widths(quartiles(), [lower, upper], &|y| at(y).value()),
     };
     // evaluate each point once, because every evaluation adds operations to the tape
     let mut terms = Vec::new();
@@ -93,7 +93,7 @@ pub(super) fn ln_mass_by_quadrature<R: Scalar>(
 /// Centre of the probability mass in the unconstrained coordinate, and first estimates of its widths below and above
 /// the centre. Centre and widths are computed from the quartiles. If the median is not inside the interval, the
 /// centre is an end of the interval, or 0 if the interval is unbounded, and the widths are 1.
-fn place(
+fn centre_and_widths(
     [first, median, third]: [f64; 3],
     [lower, upper]: [f64; 2],
     ln_density: &dyn Fn(f64) -> f64,

@@ -24,7 +24,7 @@ pub trait Distribution<R: Scalar>: Family {
     fn add_terms(&self, x: &Self::Value, terms: &mut impl Accumulator<R>);
 
     /// Log density (log probability for counts) at `x`.
-    #[must_use = "a model takes it by `factor(…);`"]
+    #[must_use = "to add the value to the density of a model, write `factor(…);`"]
     #[inline(always)]
     fn ln_density(&self, x: &Self::Value) -> R {
         Joined::of(|terms| self.add_terms(x, terms))
@@ -116,7 +116,7 @@ fn name<T>() -> &'static str {
     message = "`{Self}` cannot be the distribution of an unknown",
     label = "has no smooth map from unconstrained space",
     note = "a discrete distribution can only be observed: write `place ~ D` without `let`",
-    note = "a discrete unknown must be summed out: by `Mixture`, or by `factor(ln_sum_exp(…))`"
+    note = "marginalise a discrete unknown with `Mixture` or `factor(ln_sum_exp(…))`"
 )]
 pub trait Unknown<R: Scalar>: Distribution<R> {
     /// Number of unconstrained coordinates.

@@ -17,7 +17,7 @@ use crate::transform::Support;
 /// use ppl::prelude::*;
 /// use ppl::{Datum, DomainError, Accumulator, Univariate, UnivariateDensity, transform::Support};
 ///
-/// /// The hyperbolic secant distribution, moved by its one parameter.
+/// /// Hyperbolic secant distribution with an unknown location.
 /// #[derive(Clone, Copy)]
 /// struct Secant<M>(M);
 ///
@@ -51,7 +51,7 @@ use crate::transform::Support;
 ///     fn support(&self) -> Support<R> {
 ///         Support::Real
 ///     }
-///     // the value, and its derivatives in x and the parameters
+///     // the value, and its derivatives with respect to x and the parameter
 ///     fn add_ln_pdf(&self, x: R, terms: &mut impl Accumulator<R>) {
 ///         let z = x.value() - self.0.number();
 ///         let value = -z.cosh().ln() - std::f64::consts::PI.ln();

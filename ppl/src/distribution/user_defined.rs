@@ -66,7 +66,7 @@ pub trait Density<R: Scalar>: Family {
     /// Type of the domain, which determines the type of the values.
     type Domain: Domain<R>;
 
-    /// Domain of the values. The density is 0 outside.
+    /// Domain of the values. The density is 0 outside the domain.
     fn domain(&self) -> Self::Domain;
 
     /// Log density (log probability for counts) at `x` inside the domain, including the normalising constant if it

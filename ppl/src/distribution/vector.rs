@@ -6,7 +6,7 @@ use crate::quantity::datum::{Datum, Recordable};
 
 /// Independent values of one distribution, `.array::<N>()` or `.iid(n)`, to which [`ordered`](Family::ordered) applies.
 #[diagnostic::on_unimplemented(
-    message = "`{Self}` is not a number of independent values",
+    message = "`{Self}` does not consist of independent values",
     label = "write `.array::<N>()` or `.iid(n)` first: `Normal(0.0, 1.0).array::<3>().ordered()`"
 )]
 pub trait Repeated<R: Scalar>: Family {
@@ -64,7 +64,7 @@ impl<R: Scalar, D: Family> Repeated<R> for Iid<D> {
 /// and components of a [`Mixture`](super::Mixture).
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a vector",
-    label = "needed: an array, a slice or a `Vec`"
+    label = "expected an array, a slice or a `Vec`"
 )]
 pub trait Sequence: Clone {
     /// Type of an item.

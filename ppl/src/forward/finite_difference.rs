@@ -21,7 +21,7 @@ use crate::forward::differentiable::Differentiable;
 /// use ppl::prelude::*;
 /// use ppl::{DomainError, FiniteDifference};
 ///
-/// /// A simulation that cannot be looked into: deflection in mm at a stiffness in N/mm, a load in N.
+/// /// A black-box simulation: deflection in mm for a stiffness in N/mm and a load in N.
 /// fn simulate(&[stiffness, load]: &[f64; 2]) -> Result<[f64; 1], DomainError> {
 ///     DomainError::require_positive("simulate", "stiffness", stiffness)?;
 ///     Ok([load / stiffness])

@@ -239,7 +239,7 @@ const ERROR: [f64; 7] = [
 mod tests {
     use super::*;
 
-    /// dy/dt = −2 a t y, whose rate depends on the time itself: y = y₀ exp(−a (t² − t₀²)).
+    /// The equation dy/dt = −2 a t y, whose rate depends explicitly on time. The solution is y = y₀ exp(−a (t² − t₀²)).
     struct Fading;
 
     impl Ode<1, 2> for Fading {
@@ -252,7 +252,7 @@ mod tests {
         }
     }
 
-    /// Prey and predators, u' = u (1.1 − v) and v' = v (u − 0.9).
+    /// Predator–prey equations u' = u (1.1 − v) and v' = v (u − 0.9).
     struct Predation;
 
     impl Ode<2, 2> for Predation {
@@ -265,7 +265,7 @@ mod tests {
         }
     }
 
-    /// y' = y² explodes at t = 1/y₀.
+    /// The equation y' = y², whose solution diverges at t = 1/y₀.
     struct Explosive;
 
     impl Ode<1, 1> for Explosive {
@@ -278,7 +278,8 @@ mod tests {
         }
     }
 
-    /// Wrong stage times would leave an error of first order, whatever the tolerance.
+    /// Compares with the closed form of an equation whose rate depends on time. Wrong stage times would cause an error
+    /// of first order for every tolerance.
     #[test]
     fn rates_that_depend_on_time_have_their_closed_form() {
         let (start, a) = (1.5, 0.8);
@@ -294,7 +295,7 @@ mod tests {
         }
     }
 
-    /// The global error of order 5 shrinks with the tolerance.
+    /// Checks the order 5 of the method: the global error decreases with the tolerance.
     #[test]
     fn order_of_convergence() {
         let exact = 1.5 * (-0.8f64 * (4.0 - 0.16)).exp();
@@ -303,10 +304,14 @@ mod tests {
             (solution.states([1.5, 0.8]).expect("solvable")[0][0] - exact).abs()
         };
         let decades = (error(1e-5) / error(1e-9)).log10();
-        assert!((2.5..5.5).contains(&decades), "{decades} decades for four of the tolerance");
+        assert!(
+            (2.5..5.5).contains(&decades),
+            "the error decreased by {decades} decades, the tolerance by four"
+        );
     }
 
-    /// The largest change of u − 0.9 ln u + v − 1.1 ln v, which is conserved, and the least prey.
+    /// Returns the largest change of the conserved quantity u − 0.9 ln u + v − 1.1 ln v, and the smallest prey
+    /// population.
     fn drift(start: [f64; 2], tolerances: [f64; 2]) -> (f64, f64) {
         let conserved = |[u, v]: [f64; 2]| u - 0.9 * u.ln() + v - 1.1 * v.ln();
         let solution = OdeSolution::new(Predation, 0.0, &[2.0, 10.0], tolerances);
@@ -321,7 +326,8 @@ mod tests {
         assert!(drift([1.4, 0.7], [1e-12; 2]).0 < 1e-9);
     }
 
-    /// Prey that nearly vanish keep their logarithm without an absolute tolerance, and lose it with one.
+    /// Checks a prey population that nearly vanishes: its logarithm is accurate without an absolute tolerance, and
+    /// inaccurate with one.
     #[test]
     fn states_that_nearly_vanish() {
         let (change, least) = drift([1.0, 30.0], [1e-9, 0.0]);

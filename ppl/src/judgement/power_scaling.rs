@@ -19,7 +19,7 @@ const LARGEST_K: f64 = 0.7;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PowerScalingError {
     /// The model has no parameter with this name.
-    #[error("no parameter `{name}` to scale the prior of; there are: {known}")]
+    #[error("no parameter `{name}` whose prior can be scaled; the parameters are: {known}")]
     UnknownParameter {
         /// Requested name.
         name: String,
@@ -27,7 +27,9 @@ pub enum PowerScalingError {
         known: String,
     },
     /// The model has no observations.
-    #[error("the model observes nothing with a `place ~ D` statement: there is no likelihood")]
+    #[error(
+        "the model has no statement `place ~ D` that observes data, so that it has no likelihood"
+    )]
     NoObservations,
     /// A log density is not finite at some draw.
     #[error("the log density of `{name}` is not finite at a draw")]
@@ -213,34 +215,36 @@ impl PowerScaling {
         if self.has_stuck_chain {
             return Vec::new();
         }
-        let of = |kind: Sensitivity| {
+        let listed = |kind: Sensitivity| {
             let rows = self.rows.iter().filter(|row| row.sensitivity() == kind);
             list(rows.map(|r| format!("{} ({:.2}, {:.2})", r.name, r.prior, r.likelihood)))
         };
-        let [conflict, strong] = [Sensitivity::PriorDataConflict, Sensitivity::StrongPrior].map(of);
-        let mut found = Vec::new();
+        let [conflict, strong] =
+            [Sensitivity::PriorDataConflict, Sensitivity::StrongPrior].map(listed);
+        let mut warnings = Vec::new();
         if !conflict.is_empty() {
-            found.push(Warning {
+            warnings.push(Warning {
                 kind: WarningKind::PriorDataConflict,
                 what: format!(
                     "Prior and data disagree (sensitivity to prior, to likelihood): {conflict}"
                 ),
-                advice: "The posterior is a compromise that neither supports: check the prior \
-                         against what was known, and the data against the model",
+                advice: "The posterior is a compromise that neither the prior nor the data \
+                         support: check the prior against existing knowledge, and the data against \
+                         the model",
             });
         }
         if !strong.is_empty() {
-            found.push(Warning {
+            warnings.push(Warning {
                 kind: WarningKind::StrongPrior,
                 what: format!(
-                    "The prior decides and the data say little (sensitivity to prior, to \
+                    "The prior dominates and the data have little effect (sensitivity to prior, to \
                      likelihood): {strong}"
                 ),
-                advice: "Report the prior with the result, or measure something that informs \
-                         these",
+                advice: "Report the prior with the result, or measure a quantity that depends on \
+                         these parameters",
             });
         }
-        found
+        warnings
     }
 }
 
@@ -259,7 +263,7 @@ impl fmt::Display for PowerScaling {
         }
         let k = self.pareto_k[0].max(self.pareto_k[1]);
         if k > LARGEST_K {
-            write!(f, "Pareto k is {k:.2}, above {LARGEST_K}: these numbers cannot be relied on")?;
+            write!(f, "Pareto k is {k:.2}, above {LARGEST_K}: the sensitivities are not reliable")?;
         } else {
             write!(f, "Pareto k is {k:.2}: the importance weights are reliable")?;
         }

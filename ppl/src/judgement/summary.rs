@@ -127,7 +127,8 @@ impl fmt::Display for Summary {
             let numbers = list(self.prior_starts.iter().map(usize::to_string));
             writeln!(
                 f,
-                "Started at draws from the prior, since every uniform point was rejected: chain {numbers}"
+                "Chains that started at a draw from the prior, because every uniform starting \
+                 point was rejected: {numbers}"
             )?;
         }
         if self.warnings.is_empty() {
@@ -140,7 +141,7 @@ impl fmt::Display for Summary {
     }
 }
 
-/// Writes a table: the first column is aligned to the left, the others to the right.
+/// Writes a table: the first column is left-aligned, all other columns are right-aligned.
 fn write_table(f: &mut fmt::Formatter<'_>, table: &[Vec<String>]) -> fmt::Result {
     let width = |k: usize| table.iter().map(|row| row[k].chars().count()).max().unwrap_or(0);
     let widths: Vec<usize> = (0..table[0].len()).map(width).collect();

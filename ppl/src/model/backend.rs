@@ -24,8 +24,8 @@ pub(crate) trait Backend {
     /// Removes and returns the next `n` coordinates of the point; `None` if fewer than `n` coordinates are left.
     fn take(&mut self, n: usize) -> Option<Self::Coordinates>;
 
-    /// Returns coordinate `i` of the unknown with the coordinates `own`; NaN if `i` is out of range.
-    fn coordinate(&self, own: &Self::Coordinates, i: usize) -> Self::Number;
+    /// Returns coordinate `i` of the unknown with the given coordinates; NaN if `i` is out of range.
+    fn coordinate(&self, coordinates: &Self::Coordinates, i: usize) -> Self::Number;
 
     /// Adds all terms of one statement to the log density.
     fn add(&mut self, terms: Self::Accumulator);
@@ -82,8 +82,8 @@ impl<'y> Backend for Primal<'y> {
     }
 
     #[inline(always)]
-    fn coordinate(&self, own: &&'y [f64], i: usize) -> f64 {
-        own.get(i).copied().unwrap_or(f64::NAN)
+    fn coordinate(&self, coordinates: &&'y [f64], i: usize) -> f64 {
+        coordinates.get(i).copied().unwrap_or(f64::NAN)
     }
 
     #[inline(always)]
@@ -130,8 +130,8 @@ impl<'y, R: Scalar> Backend for Forward<'y, R> {
     }
 
     #[inline(always)]
-    fn coordinate(&self, own: &&'y [R], i: usize) -> R {
-        own.get(i).copied().unwrap_or_else(|| R::from(f64::NAN))
+    fn coordinate(&self, coordinates: &&'y [R], i: usize) -> R {
+        coordinates.get(i).copied().unwrap_or_else(|| R::from(f64::NAN))
     }
 
     #[inline(always)]
@@ -180,8 +180,8 @@ impl<'t, 'y> Backend for Reverse<'t, 'y> {
     }
 
     #[inline(always)]
-    fn coordinate(&self, (own, adjoints): &Self::Coordinates, i: usize) -> Var<'t> {
-        match (own.get(i), adjoints.get(i)) {
+    fn coordinate(&self, (values, adjoints): &Self::Coordinates, i: usize) -> Var<'t> {
+        match (values.get(i), adjoints.get(i)) {
             (Some(&value), Some(adjoint)) => self.tape.first(value, adjoint),
             _ => self.tape.nowhere(f64::NAN),
         }
@@ -239,8 +239,8 @@ impl<'t, 'y> Backend for FullTape<'t, 'y> {
         self.reverse.take(n)
     }
 
-    fn coordinate(&self, own: &Self::Coordinates, i: usize) -> Var<'t> {
-        self.reverse.coordinate(own, i)
+    fn coordinate(&self, coordinates: &Self::Coordinates, i: usize) -> Var<'t> {
+        self.reverse.coordinate(coordinates, i)
     }
 
     fn add(&mut self, terms: Joined<Real<Var<'t>>>) {

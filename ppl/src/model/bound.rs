@@ -36,14 +36,14 @@ use crate::quantity::record::Record;
 /// let model = spring(2.0, &[3.9, 4.2]);
 /// assert_eq!(model.layout()?.dim, 1);
 ///
-/// // prior prediction: unknowns, what follows from them, and data that would look like that
+/// // a draw from the prior: the unknown, the tracked quantity, and simulated data
 /// let mut rng = rand_xoshiro::Xoshiro256PlusPlus::seed_from_u64(7);
 /// let prior = model.draw_prior(&mut rng)?;
 /// let stiffness = prior.values("stiffness").expect("an unknown")[0];
 /// assert_eq!(prior.values("expected").expect("tracked"), [2.0 * stiffness]);
 /// assert_eq!(prior.replicate("f").expect("observed").len(), 2);
 ///
-/// // density and gradient at a point of unconstrained space: here the coordinate is ln stiffness
+/// // density and gradient at a point of unconstrained space, whose only coordinate is ln stiffness
 /// let (mut gradient, mut workspace) = ([0.0], ppl::Workspace::default());
 /// let value = model.gradient(&[0.7], &mut gradient, &mut workspace)?;
 /// assert_eq!(value, model.log_density(&[0.7], &mut workspace)?);
@@ -143,7 +143,7 @@ impl<M: Model> Bound<M> {
                 .map(|(j, &y)| Dual::new(y, [if i == j { 1.0 } else { 0.0 }]))
                 .collect();
             let backend = Forward::new(&point);
-            let mut density = Density::<_, true>::new(backend, Statistics::Anew(&mut sums));
+            let mut density = Density::<_, true>::new(backend, Statistics::Recomputed(&mut sums));
             density.read(&self.model)?;
             value = crate::Scalar::value(density.backend.total);
             *g = density.backend.total.gradient()[0];
@@ -173,7 +173,7 @@ impl<M: Model> Bound<M> {
             if tape.is_full() {
                 continue;
             }
-            let statistics = Statistics::Anew(&mut workspace.sums);
+            let statistics = Statistics::Recomputed(&mut workspace.sums);
             let mut density = Density::<_, true>::new(backend, statistics);
             density.read(&self.model)?;
             if !tape.is_full() {
@@ -190,8 +190,9 @@ impl<M: Model> Bound<M> {
         self.log_density(y, &mut Workspace::default()).ok()?;
         let rejection = self.forward_gradient(y, &mut vec![0.0; y.len()]).err()?;
         Some(format!(
-            "the first statement whose derivative is not finite is {}: look for a function without \
-             tangent there, as the square root at 0, and for partials that a function of your own returns",
+            "the first statement whose derivative is not finite is {}: look for a function that is \
+             not differentiable at this point, such as the square root at 0, and check the \
+             derivatives that user-defined functions return",
             rejection.location()?
         ))
     }

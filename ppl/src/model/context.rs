@@ -332,11 +332,6 @@ pub trait ContextHooks {
         let _ = site;
     }
 
-    /// Registers that the statements which follow, or their data, can differ between points of the parameter space, so
-    /// that nothing can be precomputed when the data are bound.
-    #[inline(always)]
-    fn varies(&mut self) {}
-
     /// Ends the most recently entered submodel.
     #[inline(always)]
     fn leave(&mut self) {}

@@ -79,7 +79,7 @@ pub(crate) trait ErasedModel: ErasedDensity {
     /// See [`Bound::layout`].
     fn layout(&self) -> Result<&Layout, ModelError>;
 
-    /// See [`Bound::draw_prior`]; `rejected` is called for each unsuccessful draw, which a statement rejected.
+    /// See [`Bound::draw_prior`]; calls `rejected` with the rejection of every draw that a statement rejects.
     fn draw_prior(
         &self,
         rng: &mut dyn RngCore,

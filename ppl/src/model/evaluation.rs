@@ -13,10 +13,11 @@ pub(crate) type SufficientStatistics = Box<[f64]>;
 
 /// Source of sufficient statistics, in the order of the model's statements.
 pub(crate) enum Statistics<'p> {
-    /// Statistics that were precomputed when the data were bound. Every evaluation must execute the same statements.
-    Found(std::slice::Iter<'p, SufficientStatistics>),
+    /// Sufficient statistics that were precomputed when the data were bound. Every evaluation must execute the same
+    /// statements.
+    Precomputed(std::slice::Iter<'p, SufficientStatistics>),
     /// Scratch memory for statistics that are recomputed at every point.
-    Anew(&'p mut Vec<f64>),
+    Recomputed(&'p mut Vec<f64>),
 }
 
 /// Context that evaluates the log density of a model. If `JACOBIAN` is false, the log-Jacobians are omitted, and the
@@ -69,11 +70,13 @@ impl<L: Backend, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
         distribution: D,
     ) -> Result<D::Value, Rejection> {
         let dim = distribution.dim();
-        let Some(own) = self.backend.take(dim) else { return Err(too_few_coordinates(site)) };
+        let Some(coordinates) = self.backend.take(dim) else {
+            return Err(too_few_coordinates(site));
+        };
         let (mut terms, mut taken) = (self.terms(), 0);
         let mut next = || {
             taken += 1;
-            Real(self.backend.coordinate(&own, taken - 1))
+            Real(self.backend.coordinate(&coordinates, taken - 1))
         };
         let value = distribution.constrain(&mut next, JACOBIAN, &mut terms);
         if taken != dim {
@@ -118,7 +121,8 @@ impl<L: Backend, const JACOBIAN: bool> ContextHooks for Density<'_, L, JACOBIAN>
         site: &'static Site,
         distribution: &D,
     ) -> Result<bool, Rejection> {
-        let (true, Statistics::Found(statistics)) = (D::SUMMARISES, &mut self.statistics) else {
+        let (true, Statistics::Precomputed(statistics)) = (D::SUMMARISES, &mut self.statistics)
+        else {
             return Ok(false);
         };
         let Some(sums) = statistics.next() else { return Err(more_observations(site)) };
@@ -177,11 +181,11 @@ impl<L: Backend, const JACOBIAN: bool> ContextHooks for Density<'_, L, JACOBIAN>
         }
         let mut terms = self.terms();
         let sums = match &mut self.statistics {
-            Statistics::Found(statistics) => match statistics.next() {
+            Statistics::Precomputed(statistics) => match statistics.next() {
                 Some(sums) => &**sums,
                 None => return Err(more_observations(site)),
             },
-            Statistics::Anew(sums) => {
+            Statistics::Recomputed(sums) => {
                 sums.clear();
                 D::sufficient_statistics(data, sums);
                 sums.as_slice()

@@ -79,28 +79,28 @@ impl Inspection {
     #[inline]
     pub(crate) fn statistics<'p>(&'p self, memory: &'p mut Vec<f64>) -> Statistics<'p> {
         match &self.statistics {
-            Some(statistics) => Statistics::Found(statistics.iter()),
-            None => Statistics::Anew(memory),
+            Some(statistics) => Statistics::Precomputed(statistics.iter()),
+            None => Statistics::Recomputed(memory),
         }
     }
 }
 
 /// Determines the names and shapes of the quantities of a model. With `is_static`, also determines the constant terms
-/// and the sufficient statistics, if all submodels are static too.
+/// and the sufficient statistics.
 pub(crate) fn inspect(model: &dyn Statements, is_static: bool) -> Inspection {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(0);
     let (record, statistics) = match run(model, &mut rng, is_static.then(Vec::new), &mut |_| ()) {
         Ok(drawn) => drawn,
         Err(error) => return Inspection { layout: Err(error), constant: None, statistics: None },
     };
-    let mut found = Inspection { layout: Ok(layout(record)), constant: None, statistics };
-    if found.statistics.is_some() {
-        match constant(model, &mut rng, &found) {
-            Ok(constant) => found.constant = constant,
-            Err(Moving) => found.statistics = None,
+    let mut inspection = Inspection { layout: Ok(layout(record)), constant: None, statistics };
+    if inspection.statistics.is_some() {
+        match constant(model, &mut rng, &inspection) {
+            Ok(constant) => inspection.constant = constant,
+            Err(Moving) => inspection.statistics = None,
         }
     }
-    found
+    inspection
 }
 
 /// Draws one record from the prior.
@@ -117,8 +117,8 @@ pub(crate) fn draw_counting(
     run(model, rng, None, rejected).map(|(record, _)| record)
 }
 
-/// Draws one record from the prior. If `statistics` is given, the sufficient statistics of the observations are added
-/// to it, and it is returned too, unless a submodel can execute other statements at another point.
+/// Draws one record from the prior. If `statistics` is given, also returns `statistics` with the sufficient statistics
+/// of the observations appended.
 fn run(
     model: &dyn Statements,
     rng: &mut dyn RngCore,
@@ -132,7 +132,7 @@ fn run(
         let mut trace = Trace::new(UnknownsFrom::Prior, &mut *rng);
         trace.statistics.clone_from(&statistics);
         let outcome = traced(model, &mut trace);
-        let statistics = trace.statistics.take().filter(|_| !trace.varies);
+        let statistics = trace.statistics.take();
         let failing = trace.failing.take();
         match outcome.and_then(|()| trace.finish()) {
             Ok(record) => return Ok((record, statistics)),
@@ -189,7 +189,8 @@ pub(crate) fn with_values(
     if let UnknownsFrom::Values(_, values) = source {
         match (outcome, &values.problem) {
             (Ok(()), _) | (Err(_), Some(_)) => values.check(&names.join(", "))?,
-            // the density rejects the point `y` too, so that the caller tries another point
+            // a statement rejected the point before all coordinates were read: return `y` itself, which the density
+            // rejects too, so that the caller tries another point
             (Err(_), None) if point.len() < y.len() => return Ok(y.to_vec()),
             (Err(_), None) => {}
         }
@@ -216,7 +217,7 @@ struct Moving;
 fn constant(
     model: &dyn Statements,
     rng: &mut dyn RngCore,
-    found: &Inspection,
+    inspection: &Inspection,
 ) -> Result<Option<f64>, Moving> {
     const DRAWS: usize = 20;
     let mut best = (f64::INFINITY, f64::NAN);
@@ -225,10 +226,10 @@ fn constant(
         let Ok(record) = draw(model, rng) else { return Ok(None) };
         let y = record.unconstrained;
         let mut value =
-            |drop_constants| model.value(&y, drop_constants, found.statistics(&mut sums));
+            |drop_constants| model.value(&y, drop_constants, inspection.statistics(&mut sums));
         // skip draws in the tails of the prior, where the density can be undefined
         let (Ok(full), Ok(rest)) = (value(false), value(true)) else { continue };
-        if let Ok(anew) = model.value(&y, false, Statistics::Anew(&mut sums))
+        if let Ok(anew) = model.value(&y, false, Statistics::Recomputed(&mut sums))
             && (anew - full).abs() > 1e-8 * (anew.abs() + full.abs() + 1.0)
         {
             return Err(Moving);

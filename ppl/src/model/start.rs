@@ -25,7 +25,7 @@ pub enum StartKind {
     Given,
 }
 
-/// Values of quantities by name: one number, or as many numbers as the quantity has.
+/// Values of quantities by name, one number per element.
 pub(crate) type NamedValues = Vec<(String, Vec<f64>)>;
 
 /// Error of a search for a starting point.

@@ -16,7 +16,7 @@ use crate::quantity::datum::Recordable;
 /// use ppl::prelude::*;
 ///
 /// ppl::model! {
-///     /// Offsets of groups around a level, with a spread of their own.
+///     /// Offsets of groups around a level. The spread of the offsets is unknown.
 ///     fn offsets(level: Real, groups: usize) -> Vec<Real> {
 ///         let spread ~ HalfNormal(1.0);
 ///         let z ~ Normal(0.0, 1.0).iid(groups);
@@ -42,10 +42,6 @@ use crate::quantity::datum::Recordable;
 pub trait Submodel<S: Scalar> {
     /// Type of the result.
     type Value;
-
-    /// Whether the submodel executes the same statements with the same data at every point of the parameter space, see
-    /// [`Model::STATIC`](crate::Model::STATIC).
-    const STATIC: bool = false;
 
     /// Executes every statement in order in the context `cx`.
     ///
@@ -86,9 +82,6 @@ impl<C: Context, M: Submodel<C::Number>> Declaration<C> for Part<M> {
     #[inline]
     fn declare(self, site: &'static Site, cx: &mut C) -> Result<M::Value, Rejection> {
         cx.enter(site);
-        if !M::STATIC {
-            cx.varies();
-        }
         let value = self.0.run(cx)?;
         cx.leave();
         Ok(value)

@@ -57,16 +57,14 @@ pub(crate) struct Trace<'y> {
     around: Vec<&'static Site>,
     /// Sufficient statistics of the observations; `None` if they are not requested.
     pub(crate) statistics: Option<Vec<SufficientStatistics>>,
-    /// Whether a submodel can execute other statements, or use other data, at another point.
-    pub(crate) varies: bool,
     /// Description of the datum at which the distribution of an observation was invalid; `None` if there was no such
     /// datum.
     pub(crate) failing: Option<String>,
     /// Location of the last executed statement. The field `ran` is the number of executed statements.
     pub(crate) last: Option<Location>,
     ran: usize,
-    /// Number of statements that were executed before each surrounding plate (`for` loop of the model) began, the
-    /// innermost last.
+    /// For each plate (`for` loop of the model) around the current statement: number of statements that were executed
+    /// before the plate began. The innermost plate is last.
     begun: Vec<usize>,
 }
 
@@ -75,8 +73,7 @@ impl<'y> Trace<'y> {
         let record = Record::default();
         let (around, statistics, failing, last) = (Vec::new(), None, None, None);
         let (ran, begun) = (0, Vec::new());
-        let varies = false;
-        Self { source, rng, record, around, statistics, varies, failing, last, ran, begun }
+        Self { source, rng, record, around, statistics, failing, last, ran, begun }
     }
 
     /// Returns the record, or an error if the named dimensions are inconsistent.
@@ -115,8 +112,8 @@ impl<'y> Trace<'y> {
         let mut at = self.label(site);
         let missing = format!("{}.missing", at.name);
         if at.stacked {
-            // neither quantity has all entries of the loop, so that the named dimension of the loop cannot be used
-            // for them
+            // neither quantity has all entries of the loop, so that the named dimension of the loop cannot be the
+            // dimension of either
             let plates = std::mem::take(&mut at.plates);
             let plate = if let [plate] = plates[..] { Some(plate) } else { None };
             let entries = &self.record.entries;
@@ -124,10 +121,10 @@ impl<'y> Trace<'y> {
             let index: usize = entries.iter().filter(stacked).map(|e| e.variable.shape[0]).sum();
             let coordinates = &mut self.record.coordinates;
             let labels = plate.and_then(|plate| coordinates.get(plate));
-            let own = labels.and_then(|labels| labels.get(index).cloned());
+            let entry_label = labels.and_then(|labels| labels.get(index).cloned());
             let name = if is_missing { missing.as_str() } else { &at.name };
             let labels = coordinates.labels(&format!("{name}_dim_0"));
-            labels.push(own.unwrap_or_else(|| index.to_string()));
+            labels.push(entry_label.unwrap_or_else(|| index.to_string()));
         }
         if is_missing {
             at.name = missing.into();
@@ -415,10 +412,6 @@ impl ContextHooks for Trace<'_> {
 
     fn enter(&mut self, site: &'static Site) {
         self.around.push(site);
-    }
-
-    fn varies(&mut self) {
-        self.varies = true;
     }
 
     fn leave(&mut self) {

@@ -24,8 +24,8 @@ pub enum OptimizeError {
     Model(#[from] ModelError),
     /// The density rejected every starting point.
     #[error(
-        "no start: {} were rejected, the last: {last}{}; check that statement and its data, or give \
-         starting values by `init_value`",
+        "no starting point: {} were rejected; the last rejection: {last}{}. Check the named statement and \
+         its data, or set starting values with `init_value`",
         points_tried(*.tries, *.prior_draws), further(.detail)
     )]
     Start {
@@ -49,11 +49,11 @@ pub enum OptimizeError {
     #[error("the search failed: {0}")]
     Optimiser(String),
     /// The density has no unknowns.
-    #[error("the density has no unknowns, so that there is nothing to find")]
+    #[error("the density has no unknowns, so that there is no mode to find")]
     NoUnknowns,
     /// The log density is not concave at the mode, so that there is no normal approximation.
     #[error(
-        "no normal approximation: the log density is flat or rises from the mode (coordinates at a \
+        "no normal approximation: the log density is flat at the mode or increases away from it (coordinates at a \
          bound: {at_bound:?}); sample the posterior instead"
     )]
     NotConcave {

@@ -95,13 +95,13 @@ where
         let point: Vec<f64> =
             self.origin.iter().zip(&self.direction).map(|(x, d)| x + self.step * d).collect();
         let cost = problem.cost(&point)?;
-        let mut found = false;
+        let mut is_accepted = false;
         if cost <= self.cost + DECREASE * self.step * self.slope && self.slope < 0.0 {
             let gradient = problem.gradient(&point)?;
             let slope = dot(&gradient, &self.direction);
             if slope.is_finite() {
                 self.bracket[0] = self.step;
-                found = slope >= SLOPE * self.slope;
+                is_accepted = slope >= SLOPE * self.slope;
                 self.best = (point, cost, gradient);
             } else {
                 self.bracket[1] = self.step;
@@ -114,7 +114,7 @@ where
         self.step = if long.is_finite() { 0.5 * (short + long) } else { 2.0 * short };
         let (point, cost, gradient) = self.best.clone();
         let state = state.param(point).cost(cost).gradient(gradient);
-        let end = found || self.tries == TRIES || self.slope >= 0.0;
+        let end = is_accepted || self.tries == TRIES || self.slope >= 0.0;
         let state =
             if end { state.terminate_with(TerminationReason::SolverConverged) } else { state };
         Ok((state, None))

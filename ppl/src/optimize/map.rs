@@ -242,9 +242,9 @@ impl Map {
 fn best(ends: &[(Vec<f64>, f64)]) -> Result<(usize, Vec<f64>, f64), OptimizeError> {
     let best = ends.iter().map(|(_, value)| *value).fold(f64::NEG_INFINITY, f64::max);
     let agreeing = ends.iter().filter(|(_, value)| best - value < AGREEMENT).count();
-    let found = ends.iter().find(|(_, value)| *value == best);
+    let best_end = ends.iter().find(|(_, value)| *value == best);
     let (point, value) =
-        found.ok_or_else(|| OptimizeError::Optimiser("no finite log density".into()))?;
+        best_end.ok_or_else(|| OptimizeError::Optimiser("no finite log density".into()))?;
     Ok((agreeing, point.clone(), *value))
 }
 

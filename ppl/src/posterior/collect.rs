@@ -90,8 +90,8 @@ impl Columns {
     pub(crate) fn groups(&self, parts: Vec<Collected>, draws: usize) -> [Group; 4] {
         let mut data = parts.iter().fold(Vec::new(), |mut data: Vec<Vec<f64>>, part| {
             data.resize(part.columns.len(), Vec::new());
-            for (all, own) in data.iter_mut().zip(&part.columns) {
-                all.extend_from_slice(own);
+            for (all, column) in data.iter_mut().zip(&part.columns) {
+                all.extend_from_slice(column);
             }
             data
         });

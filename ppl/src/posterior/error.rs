@@ -12,7 +12,8 @@ pub enum SampleError {
     Model(#[from] ModelError),
     /// The cheap model (screening) and the expensive model (deciding) have different unknowns.
     #[error(
-        "the screening model has {screening}, the deciding one {deciding}: both need the same unknowns"
+        "the screening model has {screening} and the deciding model has {deciding}: both must have the same \
+         unknowns"
     )]
     Screening {
         /// Unknowns of the cheap model.
@@ -36,7 +37,9 @@ pub enum PosteriorError {
     #[error(transparent)]
     Model(#[from] ModelError),
     /// The chains come from a density with a different number of coordinates.
-    #[error("the chains have {got} coordinates but the model has {expected}: they are not its own")]
+    #[error(
+        "the chains have {got} coordinates but the model has {expected}: the chains come from another model"
+    )]
     Dimension {
         /// Number of coordinates of the model.
         expected: usize,
@@ -44,7 +47,7 @@ pub enum PosteriorError {
         got: usize,
     },
     /// The lengths of the vectors in the chains are inconsistent.
-    #[error("the chains do not fit together: {0}; give chains as a sampler returned them")]
+    #[error("the chains are inconsistent: {0}; use chains as returned by a sampler")]
     Damaged(String),
     /// Draws by name do not fit the model.
     #[error("the draws do not fit the model: {problem}")]
@@ -54,9 +57,9 @@ pub enum PosteriorError {
     },
     /// At least one chain has no draw.
     #[error(
-        "chain {chain} has no draw: {}. The sampler's `run` returns the chains as they are, for its \
-         `resume`",
-        .source.as_ref().map_or("none was asked for".to_owned(), StopReason::to_string)
+        "chain {chain} has no draw: {}. Call `run` of the sampler instead: it returns the incomplete \
+         chains, which `resume` can continue",
+        .source.as_ref().map_or("no draw was requested".to_owned(), StopReason::to_string)
     )]
     NoDraws {
         /// Index of the empty chain.
@@ -66,7 +69,7 @@ pub enum PosteriorError {
     },
     /// Names or shapes of quantities depend on the values of unknowns.
     #[error(
-        "`{name}` is not there with the same shape at every draw: record it outside `if` on unknowns"
+        "`{name}` is missing or has another shape at some draws: record it outside of `if` on unknowns"
     )]
     ChangingShape {
         /// Name of the quantity.

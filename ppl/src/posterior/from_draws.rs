@@ -1,4 +1,4 @@
-//! Posteriors of draws that another program made.
+//! Posteriors computed from draws of another program.
 
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -56,13 +56,16 @@ fn chains(model: &dyn ErasedModel, draws: &Group) -> Result<Chains, PosteriorErr
         let values = draws.get(&variable.name).ok_or_else(|| {
             let given: Vec<_> = draws.variables.iter().map(|v| format!("`{}`", v.name)).collect();
             let given = if given.is_empty() { "nothing".to_owned() } else { given.join(", ") };
-            misfit(format!("the parameter `{}` is missing; given are {given}", variable.name))
+            misfit(format!(
+                "the parameter `{}` is missing; the draws contain {given}",
+                variable.name
+            ))
         })?;
         let size: usize = variable.shape.iter().product();
         let (expected, got) = (size * draws.chains * per_chain, values.data.len());
         if got != expected {
             return Err(misfit(format!(
-                "`{}` has {got} numbers, but {} chains of {per_chain} draws of {size} numbers are {expected}",
+                "`{}` has {got} numbers, but {} chains × {per_chain} draws × {size} numbers need {expected}",
                 variable.name, draws.chains
             )));
         }

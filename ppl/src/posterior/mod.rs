@@ -226,10 +226,10 @@ impl Posterior {
     /// Returns the trace of one number, such as `young` or `sd[0]`: one vector of draws per chain. An element can
     /// also be named by its label, as in `sd[north]`; if the text is also a valid index, the index has precedence.
     pub fn trace(&self, element: &str) -> Option<Vec<Vec<f64>>> {
-        let of = |element: &str| {
+        let by_index = |element: &str| {
             self.posterior.trace(element).or_else(|| self.predictive.trace(element))
         };
-        of(element).or_else(|| of(&self.layout.index_of(element)?))
+        by_index(element).or_else(|| by_index(&self.layout.index_of(element)?))
     }
 
     /// Sets labels for the entries along one dimension of a quantity, used in tables and exports:
@@ -371,8 +371,8 @@ fn divergent_points(
     rng: &mut Xoshiro256PlusPlus,
 ) -> Vec<DivergentPoint> {
     let mut points = Vec::new();
-    for (chain, found) in chains.chains.iter().enumerate() {
-        for divergence in &found.divergences {
+    for (chain, run) in chains.chains.iter().enumerate() {
+        for divergence in &run.divergences {
             let (record, outcome) = model.record_at(&divergence.position, rng);
             let record = outcome.is_ok().then_some(record);
             let entries = record.iter().flat_map(|record| &record.entries);

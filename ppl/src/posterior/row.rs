@@ -101,7 +101,8 @@ impl Posterior {
                 column.iter().any(|x| *x != column[0])
             };
             // without prior draws, a constant posterior does not imply that the model fixes the number
-            differ(&self.posterior, values) || prior.is_none_or(|(group, own)| differ(group, own))
+            differ(&self.posterior, values)
+                || prior.is_none_or(|(group, values)| differ(group, values))
         });
         let moving: Vec<bool> = moving.collect();
         if moving.contains(&true) { moving } else { vec![true; moving.len()] }

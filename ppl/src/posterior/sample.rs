@@ -7,7 +7,7 @@ use crate::quantity::layout::Layout;
 use crate::quantity::record::Role;
 use crate::sampler::{DelayedAcceptance, Mcmc, OneDensity};
 
-#[expect(private_bounds, reason = "sealed: how chains move is no matter of the interface")]
+#[expect(private_bounds, reason = "sealed: the trait of transition kernels is not public")]
 impl<K: OneDensity> Mcmc<'_, K> {
     /// Samples a model with [`run`](Mcmc::run), and returns its posterior, computed by [`Posterior::from_chains`]
     /// with the seed of the sampler.

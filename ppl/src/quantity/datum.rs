@@ -6,10 +6,10 @@
 /// Implemented for data (`f64`, counts, flags), unknowns, and arrays, slices and vectors of these.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` fits neither the values nor the parameters of this distribution",
-    label = "needed: something that can be read as `{V}`",
+    label = "expected a value that can be converted to `{V}`",
     note = "numbers are `f64` (write `1.0`, not `1`), counts are `u64` (`1u64`, or `k as u64` of a number), \
-            flags are `bool` (`x != 0.0`); arrays, slices and vectors hold them",
-    note = "a distribution of one number takes no arrays: write a loop over the entries, or \
+            flags are `bool` (`x != 0.0`); arrays, slices and vectors of these are allowed too",
+    note = "a univariate distribution does not accept arrays: write a loop over the entries, or \
             `.array::<N>()` for independent values of the same distribution"
 )]
 // The hidden items are in this trait and not in a supertrait: for data of a wrong type, the compiler would report the
@@ -116,8 +116,8 @@ impl<V, T: Datum<V>> Datum<Vec<V>> for Vec<T> {
 /// A datum that can be missing, for statements `place.impute() ~ D`. A missing datum becomes an unknown.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is never missing, or does not fit the values of this distribution",
-    label = "needed: an `Option` of something that can be read as `{V}`",
-    note = "complete data are observed without `.impute()`"
+    label = "expected an `Option` of a value that can be converted to `{V}`",
+    note = "observe complete data without `.impute()`"
 )]
 pub trait Incomplete<V> {
     /// The datum, converted to the value at which the density is evaluated; `None` if it is missing.
@@ -141,7 +141,7 @@ impl<V, T: Incomplete<V> + ?Sized> Incomplete<V> for &T {
 /// A value with a shape that can be recorded as plain numbers.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` cannot be recorded",
-    note = "numbers, arrays, vectors and Cholesky factors can be"
+    note = "numbers, arrays, vectors and Cholesky factors can be recorded"
 )]
 pub trait Recordable {
     /// Dimensions of the value; empty for a scalar.

@@ -48,7 +48,7 @@ impl Layout {
     pub(crate) fn index_of(&self, labelled: &str) -> Option<String> {
         let name = labelled.split('[').next()?;
         let variable = self.variables.iter().find(|v| v.name == name)?;
-        let index = self.labelled(variable).iter().position(|own| own == labelled)?;
+        let index = self.labelled(variable).iter().position(|element| element == labelled)?;
         element_names(name, &variable.shape).into_iter().nth(index)
     }
 
@@ -87,8 +87,8 @@ impl Layout {
     fn named(&self, name: &str) -> Result<&Variable, LabelError> {
         let known =
             || self.variables.iter().map(|v| v.name.as_str()).collect::<Vec<_>>().join(", ");
-        let found = self.variables.iter().find(|v| v.name == name);
-        found.ok_or_else(|| LabelError::NoQuantity { name: name.to_owned(), known: known() })
+        let matching = self.variables.iter().find(|v| v.name == name);
+        matching.ok_or_else(|| LabelError::NoQuantity { name: name.to_owned(), known: known() })
     }
 }
 

@@ -13,7 +13,8 @@ pub enum Role {
     Parameter,
     /// Recorded deterministic quantity, `#[track] let x = …`.
     Tracked,
-    /// Prediction, drawn or computed at the kept draws: `#[predict] let x ~ D` or `#[predict] let x = …`.
+    /// Prediction, drawn or computed after sampling at each stored draw: `#[predict] let x ~ D` or `#[predict] let x =
+    /// …`.
     Predicted,
     /// Observed quantity, conditioned on by `place ~ D`.
     Observed,
@@ -120,17 +121,17 @@ impl Record {
             let (location, name) = (at.site.location, at.name.to_string());
             Box::new(FatalError::Name { location, name, problem }).into()
         };
-        let found = self.entries.iter().position(|e| e.variable.name == at.name);
-        let Some(index) = found else {
-            let own = at.site.dims;
-            if !own.is_empty() && own.len() != shape.len() {
+        let existing = self.entries.iter().position(|e| e.variable.name == at.name);
+        let Some(index) = existing else {
+            let named_dims = at.site.dims;
+            if !named_dims.is_empty() && named_dims.len() != shape.len() {
                 return Err(refused(format!(
                     "has {} named dimension(s), but its value has the shape {shape:?}",
-                    own.len()
+                    named_dims.len()
                 )));
             }
             let mut full = shape.to_vec();
-            let mut names: Vec<Option<&str>> = own.iter().copied().map(Some).collect();
+            let mut names: Vec<Option<&str>> = named_dims.iter().copied().map(Some).collect();
             names.resize(shape.len(), None);
             if at.stacked {
                 full.insert(0, 1);
@@ -155,7 +156,7 @@ impl Record {
         };
         let entry = &mut self.entries[index];
         if entry.variable.role != role || !at.stacked {
-            return Err(refused("stands for two statements: rename one".to_owned()));
+            return Err(refused("is used by two statements: rename one of them".to_owned()));
         }
         if entry.variable.shape[1..] != *shape {
             return Err(refused(format!(

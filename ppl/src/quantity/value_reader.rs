@@ -2,7 +2,7 @@
 
 use crate::quantity::datum::Recordable;
 
-/// Named values, each with the count of its numbers that have been read.
+/// Named values: name, numbers, and count of the numbers that have been read.
 pub(crate) struct ValueReader<'y> {
     values: Vec<(&'y str, &'y [f64], usize)>,
     /// Description of the first named value that does not fit the model; `None` if all values fit so far.
@@ -15,16 +15,16 @@ impl<'y> ValueReader<'y> {
         Self { values: values.collect(), problem: None }
     }
 
-    /// Overwrites `value` by the next numbers of the named quantity; no effect if the name has no values.
+    /// Overwrites `value` with the next numbers of the named quantity; no effect if the name has no values.
     pub(crate) fn overwrite<V: Recordable>(&mut self, name: &str, value: &mut V) {
-        let Some((_, numbers, read)) = self.values.iter_mut().rev().find(|(own, ..)| *own == name)
+        let Some((_, numbers, read)) = self.values.iter_mut().rev().find(|(key, ..)| *key == name)
         else {
             return;
         };
         let count: usize = value.shape().iter().product();
-        let own = numbers.get(*read..*read + count);
+        let next_numbers = numbers.get(*read..*read + count);
         *read += count;
-        if !own.is_some_and(|own| value.overwrite(&mut own.iter().copied())) {
+        if !next_numbers.is_some_and(|numbers| value.overwrite(&mut numbers.iter().copied())) {
             self.problem.get_or_insert_with(|| {
                 format!("`{name}`: {} number(s) are given, and more are needed", numbers.len())
             });

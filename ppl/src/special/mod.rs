@@ -8,9 +8,9 @@
 //! ```
 //! use ppl::special::{NormalInterval, ln_beta, regularised_gamma};
 //!
-//! // P(50 < Z < 51), far below the smallest number
+//! // P(50 < Z < 51), far below the smallest positive `f64`
 //! assert!((NormalInterval::new(50.0, 51.0).ln_mass + 1254.8314).abs() < 1e-4);
-//! // ln B(1, b) = −ln b, where ln Γ itself is some 10¹¹
+//! // ln B(1, b) = −ln b, although ln Γ(b) is about 10¹¹
 //! assert!((ln_beta(1.0, 1e10) + 1e10f64.ln()).abs() < 1e-13);
 //! let (p, q) = regularised_gamma(1.0, 2.0);
 //! assert!((q - (-2.0f64).exp()).abs() < 1e-15 && (p + q - 1.0).abs() < 1e-15);

@@ -178,7 +178,7 @@ macro_rules! elementary {
     ($($name:ident),*) => {
         impl<A: Formula> Expression<A> {
             $(
-                #[doc = concat!("As [`Scalar::", stringify!($name), "`].")]
+                #[doc = concat!("See [`Scalar::", stringify!($name), "`].")]
                 #[inline(always)]
                 pub fn $name(self) -> Expression<Unary<A>> {
                     self.apply(Scalar::$name)
@@ -328,9 +328,9 @@ mod tests {
             f.close()
         }
         let point = Dual::variables([0.7, 1.9, -0.4]).map(Real);
-        let (expected, found) = (plain(point), formula(point));
-        approx::assert_relative_eq!(found.value(), expected.value(), max_relative = 1e-15);
-        for (e, f) in expected.0.gradient().iter().zip(found.0.gradient()) {
+        let (expected, computed) = (plain(point), formula(point));
+        approx::assert_relative_eq!(computed.value(), expected.value(), max_relative = 1e-15);
+        for (e, f) in expected.0.gradient().iter().zip(computed.0.gradient()) {
             approx::assert_relative_eq!(*e, f, max_relative = 1e-13);
         }
     }

@@ -5,8 +5,8 @@ use crate::number::scalar::Scalar;
 
 /// Type to which a literal in the body of a model can be converted, if neighbouring values determine its type.
 #[diagnostic::on_unimplemented(
-    message = "a literal cannot stand beside `{Self}`",
-    label = "what stands in one array, or ends the arms of one branch, has one type"
+    message = "a literal cannot be combined with `{Self}`",
+    label = "all elements of an array, and all arms of a branch, must have one type"
 )]
 pub trait Literal {
     /// Converts the value of the literal to this type.

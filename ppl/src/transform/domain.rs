@@ -150,8 +150,8 @@ fn mapped<R: Scalar>(
     next: &mut impl FnMut() -> R,
     log_jacobian: &mut R,
 ) -> R {
-    let (x, own) = support.constrain(next());
-    *log_jacobian += own;
+    let (x, term) = support.constrain(next());
+    *log_jacobian += term;
     x
 }
 

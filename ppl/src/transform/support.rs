@@ -147,7 +147,7 @@ impl<R: Scalar> Support<R> {
         }
     }
 
-    fn of(ends: (Option<R>, Option<R>)) -> Self {
+    fn from_ends(ends: (Option<R>, Option<R>)) -> Self {
         match ends {
             (None, None) => Self::Real,
             (Some(a), None) => Self::Above(a),
@@ -162,10 +162,10 @@ impl<R: Scalar> Support<R> {
         let (a, b) = self.ends();
         let cut = |end: f64| end.is_finite().then(|| R::from(end));
         // keep an end that is NaN, so that the density is undefined
-        let keeps = |own: f64, holds: bool| holds || own.is_nan();
+        let keeps = |end: f64, holds: bool| holds || end.is_nan();
         let lower = a.filter(|a| keeps(a.value(), a.value() >= lower)).or_else(|| cut(lower));
         let upper = b.filter(|b| keeps(b.value(), b.value() <= upper)).or_else(|| cut(upper));
-        Self::of((lower, upper))
+        Self::from_ends((lower, upper))
     }
 }
 

@@ -1,5 +1,5 @@
-//! The page of the guide that leads from `cargo new` to a first posterior: its files are written and compiled, and its
-//! test is run.
+//! The page of the guide from `cargo new` to a first posterior: the test writes and compiles the files of the page and
+//! runs its test.
 
 use std::path::Path;
 use std::process::Command;
@@ -8,7 +8,7 @@ use crate::rustc_with_ppl;
 
 const PAGE: &str = include_str!("../../docs/guide/first_crate.md");
 
-/// The block of the page that begins with the given language.
+/// The first code block of the page in a given language.
 fn block(language: &str) -> &'static str {
     let start = format!("```{language}\n");
     let (_, rest) = PAGE.split_once(&start).unwrap_or_else(|| panic!("no block {language}"));
@@ -32,7 +32,7 @@ fn a_first_crate_as_on_the_page() {
     succeed(Command::new(&cargo).args(arguments).args(["--vcs", "none"]).current_dir(&folder));
     let package = folder.path().join("heights");
 
-    // the manifest, with the path of this checkout
+    // the manifest of the page, with the path of this checkout
     let ppl = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../ppl").canonicalize().unwrap();
     let manifest = block("toml").replace("../breccia/ppl", &ppl.to_string_lossy());
     let parsed: toml::Value = toml::from_str(&manifest).expect("a manifest");
@@ -45,7 +45,7 @@ fn a_first_crate_as_on_the_page() {
     let metadata = succeed(Command::new(&cargo).args(metadata).current_dir(&package));
     assert!(metadata.contains("\"heights\""), "{metadata}");
 
-    // compiled against the `ppl` of this test, so that nothing is built again
+    // linked with the `ppl` of this test, so that `ppl` is not compiled again
     let library = package.join("libheights.rlib");
     succeed(
         rustc_with_ppl()

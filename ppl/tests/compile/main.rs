@@ -1,5 +1,5 @@
-//! Models that are compiled by these tests: the messages of the compiler, and models written at random.
-//! They are compiled against the `ppl` that this test was built with, so that nothing is built again.
+//! Tests that run the compiler: its messages for mistakes in models, and randomly written models. They link the `ppl`
+//! that this test was built with, so that `ppl` is not compiled again.
 
 mod first_crate;
 mod random_models;
@@ -13,7 +13,7 @@ fn rustc() -> Command {
     Command::new(std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into()))
 }
 
-/// The compiler with the newest `ppl` in the folder of compiled dependencies: the one just built.
+/// The compiler with the newest `ppl` in the folder of compiled dependencies, which was built for this test.
 fn rustc_with_ppl() -> Command {
     let folder = std::env::current_exe().unwrap().parent().unwrap().to_owned();
     let is_ppl = |path: &PathBuf| {

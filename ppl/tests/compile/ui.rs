@@ -1,7 +1,7 @@
-//! What the compiler says to mistakes in models.
+//! Messages of the compiler for mistakes in models.
 //!
-//! Every file of `tests/ui` is compiled. Lines that end in `//~` have one mistake, and get one error (those of
-//! `types.rs` at least one).
+//! Every file of `tests/ui` is compiled. A line that ends in `//~` has one mistake and must give one error; in
+//! `types.rs` it must give one or more.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -10,13 +10,13 @@ use serde_json::Value;
 
 use crate::{rustc, rustc_with_ppl};
 
-/// Messages of rustc itself stand in the expected output: it is that of one version.
+/// The version of rustc whose messages the expected output contains.
 const TOOLCHAIN: &str = "rustc 1.95.";
 
-/// Set to write the expected output anew.
+/// Environment variable that makes the test write the expected output.
 const OVERWRITE: &str = "UI_OVERWRITE";
 
-/// The errors, in the order of their places.
+/// The errors of one file in the order of their lines.
 struct Said {
     lines: Vec<u64>,
     text: String,
@@ -43,8 +43,8 @@ fn compile(source: &Path) -> Said {
     Said { lines: errors.into_iter().map(|(line, _, _)| line).collect(), text }
 }
 
-/// Message, labels and advice of one error; not what rustc adds about the library's inside, such
-/// as lists of types that implement a trait, which grow with it.
+/// Position, message, labels and advice of one error. Advice on the inside of the library is left out, such as the
+/// lists of types that implement a trait, which change as the library grows.
 fn shown(error: &Value) -> (u64, u64, String) {
     let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
     let spans = error["spans"].as_array().unwrap();
@@ -75,7 +75,7 @@ fn shown(error: &Value) -> (u64, u64, String) {
     (line, column, shown)
 }
 
-/// One mistake, one error, in the line of the mistake, in the words expected.
+/// Every mistake gives one error, in its own line, with the expected message.
 #[test]
 fn one_mistake_is_one_error() {
     let version = rustc().arg("--version").output();
@@ -104,7 +104,7 @@ fn one_mistake_is_one_error() {
             .collect();
         let mut lines = said.lines;
         if source.ends_with("types.rs") {
-            // where a whole type is wrong, rustc may say for each of two traits that it lacks them
+            // if a type lacks two traits, rustc may report an error for each
             lines.dedup();
         }
         if mistakes != lines {

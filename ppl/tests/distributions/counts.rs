@@ -1,4 +1,4 @@
-//! What must hold for every distribution of one count.
+//! Conformance tests for distributions of one count.
 
 use ppl::prelude::*;
 use ppl::{Dual, Joined};
@@ -10,8 +10,8 @@ use ppl::check::Lifted;
 
 const DRAWS: usize = 20_000;
 
-/// Checks one case of one family, whose masses beyond the count `last` are negligible, and its
-/// moments unless it has none.
+/// Checks one case of a family: masses, derivatives, draws, and, if the family has moments, mean and variance. The
+/// masses of counts above `last` must be negligible.
 ///
 /// `assert_counts!([l] Poisson(l), [7.5], 90)`
 macro_rules! assert_counts {

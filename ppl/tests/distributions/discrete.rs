@@ -1,4 +1,4 @@
-//! Counts and flags.
+//! Distributions of counts and flags.
 
 use ppl::Dual;
 use ppl::prelude::*;
@@ -33,7 +33,7 @@ fn mixtures() {
         without moments);
 }
 
-/// ln(1 − p) and 1/(1 − p) at the ends of the probability.
+/// ln(1 − p) and 1/(1 − p) at the probabilities 0 and 1.
 #[test]
 fn certain_trials() {
     let certain: [f64; 5] = [
@@ -50,7 +50,7 @@ fn certain_trials() {
     assert_eq!(slope.gradient(), [-5.0]);
 }
 
-/// Where p or 1 − p underflows: numbers of mpmath 1.3 with 60 digits.
+/// Probabilities p for which p or 1 − p underflows; reference values of mpmath 1.3 with 60 digits.
 #[test]
 fn binomial_of_extreme_logits() {
     let cases = [
@@ -72,7 +72,7 @@ fn binomial_of_extreme_logits() {
 }
 
 ppl::model! {
-    /// Counts of which a share is zero for another reason.
+    /// Counts of which a fraction is zero for another reason.
     fn zero_inflated(counts: &[u64]) {
         let absent ~ Beta(1.0, 1.0);
         let rate ~ Gamma(2.0, 0.5);
@@ -93,7 +93,7 @@ ppl::model! {
         }
     }
 
-    /// The same with trials, and by `ln_sum_exp`.
+    /// Version of `zero_inflated` with a binomial distribution, and with `ln_sum_exp` instead of `Mixture`.
     fn zero_inflated_trials(counts: &[u64]) {
         let absent ~ Beta(1.0, 1.0);
         let p ~ Beta(2.0, 2.0);
@@ -104,7 +104,7 @@ ppl::model! {
     }
 }
 
-/// A count without any rate is zero, and neither value nor gradient of a mixture with it is NaN.
+/// At rate 0, every count is 0. Value and gradient of a mixture with this distribution are not NaN.
 #[test]
 fn counts_are_zero_at_rate_zero() {
     assert!(Distribution::<f64>::validate(&Poisson(0.0)).is_ok());

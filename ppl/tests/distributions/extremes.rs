@@ -1,4 +1,4 @@
-//! Far out: densities are −∞ there and never NaN, and draws stay inside the support.
+//! Extreme arguments: densities are −∞ there and never NaN, and draws lie inside the support.
 
 use ppl::prelude::*;
 use ppl::{LogDensity, Unknown, Workspace};
@@ -28,7 +28,7 @@ where
     }
 }
 
-/// Every pair of parameters.
+/// Returns all pairs of the given parameters.
 fn pairs(a: &[f64], b: &[f64]) -> Vec<(f64, f64)> {
     a.iter().flat_map(|&a| b.iter().map(move |&b| (a, b))).collect()
 }
@@ -83,14 +83,14 @@ fn an_overflowing_rate_has_no_mass() {
             assert_eq!(value, f64::NEG_INFINITY, "{k} at {eta}");
         }
     }
-    // one that underflows has the mass that it has
+    // a rate that underflows still gives the correct masses
     for (k, mass) in [(0, 0.0), (1, -800.0), (2, -1600.0 - 2f64.ln())] {
         let value: f64 = PoissonLog(-800.0).ln_density(&k);
         approx::assert_relative_eq!(value, mass, max_relative = 1e-14);
     }
 }
 
-/// Of shapes so small that half of the draws underflow, or overflow.
+/// Checks draws for shapes so small that half of the draws underflow or overflow.
 #[test]
 fn draws_lie_inside_the_open_support() {
     fn check<D: Unknown<f64> + std::fmt::Debug>(distribution: D, inside: impl Fn(&D::Value) -> bool)

@@ -1,4 +1,4 @@
-//! Models with truncation and censoring beyond the smallest number, and with heavy ends.
+//! Models with truncation and censoring at probabilities below the smallest number, and with heavy tails.
 
 use approx::assert_relative_eq;
 use ppl::prelude::*;
@@ -7,7 +7,7 @@ use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 ppl::model! {
-    /// Shares read by an instrument that ends at 0.95.
+    /// Fractions measured with an instrument whose range ends at 0.95.
     fn shares(data: &[f64]) {
         let a ~ LogNormal(0.0, 1.5);
         let b ~ LogNormal(0.0, 1.5);
@@ -16,7 +16,7 @@ ppl::model! {
         }
     }
 
-    /// Lives of which most were not over when the test ended.
+    /// Lifetimes of which most exceed the duration of the test.
     fn lives(data: &[f64]) {
         let shape ~ LogNormal(0.0, 1.0);
         let rate ~ LogNormal(0.0, 1.0);
@@ -34,7 +34,7 @@ ppl::model! {
     }
 }
 
-/// The library's own masses pass the library's own check, and the mode is found.
+/// Compares the gradients of censored data with finite differences, and checks that the mode is found.
 #[test]
 fn gradients_of_censored_data_are_exact() {
     let few = shares(&[0.2, 0.7, 0.95, 0.4, 0.95]);
@@ -46,8 +46,8 @@ fn gradients_of_censored_data_are_exact() {
     ppl::check::gradient(&heavy(&[0.3, -60.0, 25.0, 1.2]), 7);
 }
 
-/// Far beyond 38 standard deviations the density was exact, but the draws were not, and `validate`
-/// refused. Moments by the asymptotic series of the Mills ratio, to the order of the last digit.
+/// Truncations beyond 38 standard deviations: the probability of the interval underflows, but draws and `validate` must
+/// work. The moments are compared with the asymptotic series of the Mills ratio, to all digits.
 #[test]
 fn truncations_beyond_the_smallest_number() {
     let far = Normal(1.0, 2.0).truncate(121.0..);
@@ -59,26 +59,27 @@ fn truncations_beyond_the_smallest_number() {
     let density: f64 = far.ln_density(&121.0);
     assert_relative_eq!(density, -(2.0 * mills).ln(), max_relative = 1e-13);
     assert_relative_eq!(far.cdf(far.quantile(0.3)), 0.3, max_relative = 1e-10);
-    // exponential beyond the end, to 1 part in 60²
+    // beyond the end, the distribution is exponential up to 1/60²
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
     let draws: Vec<f64> = (0..4000).map(|_| far.sample(&mut rng)).collect();
     let mean = draws.iter().sum::<f64>() / 4000.0;
     assert!((mean - far.mean()).abs() < 4.0 * (far.variance() / 4000.0).sqrt(), "{mean}");
 
-    // a power law: median 2^(1/ν), and mean ν/(ν − 1), of the end
+    // a power law: the median is 2^(1/ν) times the end, the mean is ν/(ν − 1) times the end
     let far = StudentT(30.0, 0.0, 1.0).truncate(1e12..);
     assert_relative_eq!(far.quantile(0.5), 1e12 * 2f64.powf(1.0 / 30.0), max_relative = 1e-12);
     assert_relative_eq!(far.mean(), 1e12 * 30.0 / 29.0, max_relative = 1e-10);
-    // the left tail mirrors the right one
+    // the left tail is the mirror image of the right tail
     let left = StudentT(30.0, 0.0, 1.0).truncate(..-1e12);
     assert_relative_eq!(left.quantile(0.25), -far.upper_quantile(0.25), max_relative = 1e-13);
-    // (n + 1)/n of the distance to the end for the power n of x at 0
+    // near 0, the density is a power of x, which determines the quantiles
     let near = Gamma(500.0, 1.0).truncate(..1e-3);
     assert!(Univariate::validate(&near).is_ok());
     assert_relative_eq!(near.quantile(0.5), 1e-3 * 0.5f64.powf(1.0 / 500.0), max_relative = 1e-8);
 }
 
-/// A truncation of a truncation, both beyond the smallest number, is the narrower one.
+/// A truncation of a truncated distribution, with both probabilities below the smallest number, equals the narrower
+/// truncation.
 #[test]
 fn far_truncations_nest() {
     let once = Gamma(2.0, 1.0).truncate(900.0..950.0);

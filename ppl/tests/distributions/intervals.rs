@@ -1,4 +1,4 @@
-//! Probabilities of intervals: value and derivatives by the same path, shapes known and unknown.
+//! Probabilities of intervals: value and derivatives are consistent, for known and for unknown shapes.
 
 use ppl::prelude::*;
 use ppl::{Dual, UnivariateDensity};
@@ -7,8 +7,8 @@ use crate::numerics::{assert_close, derivative};
 
 type D<const N: usize> = Dual<N>;
 
-/// A mass whose shape (the first parameter) is data, and unknown: against each other and against
-/// differences.
+/// Compares the probability of an interval for a known and for an unknown shape (the first parameter) with each other
+/// and with finite differences.
 fn assert_ends<const K: usize>(
     name: &str,
     point: [f64; K],
@@ -57,11 +57,11 @@ fn locations_scales_and_rates_move_the_ends() {
     }
 }
 
-/// Where the mass nearly or entirely underflows, and where its two ends differ by too few digits.
+/// Intervals whose probability underflows almost or completely, and intervals whose ends differ in few digits.
 #[test]
 fn ends_far_out_and_close_together() {
     let [m, s] = D::<2>::variables([0.3, 0.7]);
-    // a tail like (s/x)³
+    // the tail is proportional to (s/x)³
     let tail: D<2> = StudentT(3.0, m, s).ln_sf(1e80);
     assert_close(tail.gradient()[1], 3.0 / 0.7, 1e-9, 0.0, "StudentT far out");
     let tail: D<2> = Gamma(1.0, s).ln_sf(800.0);

@@ -1,4 +1,4 @@
-//! The LKJ distribution: against det(R)^(η − 1), integrals, golden values and its marginals.
+//! The LKJ distribution, compared with det(R)^(η − 1), integrals, reference values and its marginal distributions.
 
 use ppl::prelude::*;
 use ppl::{Dual, Univariate};
@@ -18,7 +18,7 @@ fn constrain<R: Scalar, const K: usize>(
     constrained(&LkjCholesky::<K>(eta), || next.next().unwrap(), jacobian)
 }
 
-/// Correlations below the diagonal, row by row.
+/// Returns the correlations below the diagonal, row by row.
 fn correlations<const K: usize>(factor: &CholeskyFactor<f64, K>) -> Vec<f64> {
     let matrix = factor.covariance();
     (0..K).flat_map(|i| matrix[i][..i].to_vec()).collect()
@@ -29,7 +29,7 @@ fn determinant<const K: usize>(factor: &CholeskyFactor<f64, K>) -> f64 {
     nalgebra::DMatrix::from_fn(K, K, |i, j| matrix[i][j]).determinant()
 }
 
-/// |∂(correlations)/∂(coordinates)| by differences.
+/// Computes |∂(correlations)/∂(coordinates)| by finite differences.
 fn jacobian<const K: usize>(eta: f64, x: &[f64]) -> f64 {
     let n = x.len();
     let column = |j: usize, i: usize| {
@@ -43,8 +43,8 @@ fn jacobian<const K: usize>(eta: f64, x: &[f64]) -> f64 {
     nalgebra::DMatrix::from_fn(n, n, |i, j| column(j, i)).determinant().abs()
 }
 
-/// ∫ det(R)^(η − 1) dR: the matrices of size 2 are r ∈ (−1, 1) with det 1 − r²; those of size 3
-/// have det 1 − a² − b² − c² + 2abc, and c runs over ab ± √((1 − a²)(1 − b²)).
+/// Computes ∫ det(R)^(η − 1) dR. The matrices of size 2 have one correlation r ∈ (−1, 1) and the determinant 1 − r².
+/// The matrices of size 3 have the determinant 1 − a² − b² − c² + 2abc, and c lies between ab ± √((1 − a²)(1 − b²)).
 fn mass_of_power(size: usize, eta: f64) -> f64 {
     let power = |r: f64, f: &dyn Fn(f64) -> f64| {
         let (tanh, sech) = (r.tanh(), r.cosh().recip());
@@ -55,12 +55,12 @@ fn mass_of_power(size: usize, eta: f64) -> f64 {
     if size == 2 {
         return pair;
     }
-    // c = ab + √((1 − a²)(1 − b²)) t leaves det = (1 − a²)(1 − b²)(1 − t²)
+    // with c = ab + √((1 − a²)(1 − b²)) t, the determinant is (1 − a²)(1 − b²)(1 − t²)
     let wide = over(&|a| (1.0 - a * a).powf(eta - 0.5));
     wide * wide * pair
 }
 
-/// Density over correlation matrices, with the change of variables done numerically.
+/// Checks the density over correlation matrices, with a numerical change of variables.
 #[test]
 fn density_is_a_power_of_the_determinant() {
     for eta in [0.7, 1.0, 3.0] {
@@ -78,8 +78,8 @@ fn density_is_a_power_of_the_determinant() {
     }
 }
 
-/// At the identity the density over factors is its normaliser, and for K = 2 the factor has one
-/// free entry, r, with dR = dr: ln c₂ = −ln ∫ (1 − r²)^(η − 1) dr plus what √(1 − r²) brings.
+/// Checks the normalising constant. At the identity, the density over factors is the normalising constant. For K = 2,
+/// the factor has one free entry r, and ln c₂ is −ln ∫ (1 − r²)^(η − 1) dr plus the term of √(1 − r²).
 #[test]
 fn normaliser_by_integration() {
     for eta in [0.5, 1.0, 3.0, 20.0] {
@@ -93,7 +93,7 @@ fn normaliser_by_integration() {
     }
 }
 
-/// Each coordinate integrates to one by itself: the density separates.
+/// Checks that the density is a product over the coordinates: the marginal density of each coordinate integrates to 1.
 #[test]
 fn coordinates_separate() {
     let base = [0.3, -0.8, 1.1];
@@ -110,7 +110,7 @@ fn coordinates_separate() {
     assert_close(product / at(base).exp().powi(2), 1.0, 1e-11, 0.0, "∏ of the marginals");
 }
 
-/// The calibration instance of the project's method paper: K = 3, η = 3.
+/// Reference values of the calibration in the project's method paper: K = 3, η = 3.
 #[test]
 fn golden_values() {
     let rows: [([[f64; 3]; 3], f64); 3] = [
@@ -138,7 +138,7 @@ fn golden_values() {
     }
 }
 
-/// With and without Jacobian the densities differ by the log-Jacobian of the map, in its textbook form.
+/// The densities with and without the Jacobian differ by the log-Jacobian of the map in its textbook form.
 #[test]
 fn the_two_modes_differ_by_the_jacobian() {
     const K: usize = 5;
@@ -164,7 +164,7 @@ fn the_two_modes_differ_by_the_jacobian() {
 #[test]
 fn derivatives() {
     let x = [0.3, -0.8, 1.1, 2.0, -0.1, 0.6];
-    // density, and every entry of the factor in one weighted sum
+    // the density with and without Jacobian, and every entry of the factor in one weighted sum
     fn readings<R: Scalar>(x: [R; 6]) -> [R; 3] {
         let (factor, with) = constrain::<R, 4>(2.5, &x, true);
         let (_, without) = constrain::<R, 4>(2.5, &x, false);
@@ -191,7 +191,8 @@ fn derivatives() {
     }
 }
 
-/// Whatever reads a factor, of one that keeps its coordinates and of one made of entries.
+/// Compares all functions of a factor that is stored by coordinates with the same functions of a factor that is stored
+/// by entries.
 #[test]
 fn factors_by_coordinates_and_by_entries() {
     type D = Dual<10>;
@@ -210,7 +211,7 @@ fn factors_by_coordinates_and_by_entries() {
     }
     let numbers = D::variables([0.3, -0.8, 1.1, 2.0, -0.1, 0.6, 0.5, 2.0, 1.5, 3.0]);
     let (x, scale) = (&numbers[..6], [numbers[6], numbers[7], numbers[8], numbers[9]]);
-    let (kept, _) = constrain::<D, 4>(2.5, x, true);
+    let (by_coordinates, _) = constrain::<D, 4>(2.5, x, true);
     let mut next = x.iter();
     let rows: [[D; 4]; 4] = std::array::from_fn(|i| {
         let (mut row, mut rest) = ([D::from(0.0); 4], D::from(1.0));
@@ -228,9 +229,9 @@ fn factors_by_coordinates_and_by_entries() {
     let stretched = CholeskyFactor::new(stretched).unwrap();
     let density = |factor| LkjCholesky::<4>(2.0).ln_density(factor);
     for (found, expected) in [
-        (readings(kept), readings(made)),
-        (readings(kept.scale_rows(scale)), readings(stretched)),
-        (vec![density(&kept)], vec![density(&made)]),
+        (readings(by_coordinates), readings(made)),
+        (readings(by_coordinates.scale_rows(scale)), readings(stretched)),
+        (vec![density(&by_coordinates)], vec![density(&made)]),
     ] {
         for (k, (found, expected)) in found.iter().zip(&expected).enumerate() {
             let what = format!("reading {k}");
@@ -262,7 +263,7 @@ ppl::model! {
     }
 }
 
-/// On the tape, where an operation must not begin while another takes its arguments.
+/// Checks readings on the tape: no operation may begin while the arguments of another operation are written.
 #[test]
 fn readings_on_the_tape() {
     let data = [[0.3, -0.2, 0.9], [1.0, 0.4, -0.7]];
@@ -284,7 +285,7 @@ fn readings_on_the_tape() {
 }
 
 ppl::model! {
-    /// Small and large factors.
+    /// Factors of small and large matrices.
     fn by_entries(pairs: &[[f64; 3]], wide: &[[f64; 9]]) {
         let small ~ LkjCholesky::<3>(1.3);
         let large ~ LkjCholesky::<9>(2.0);
@@ -297,14 +298,14 @@ ppl::model! {
     }
 }
 
-/// Against differences of the log density, which knows nothing of derivatives.
+/// Compares with finite differences of the log density, which do not use derivatives.
 #[test]
 fn entries_have_their_derivatives() {
     let wide = [std::array::from_fn(|i| (1.3 * i as f64).sin())];
     ppl::check::gradient(&by_entries(&[[0.3, -0.2, 0.9], [1.0, 0.4, -0.7]], &wide), 3);
 }
 
-/// Every correlation follows Beta(η − 1 + K/2, η − 1 + K/2) on (−1, 1).
+/// Checks that every correlation has the distribution Beta(η − 1 + K/2, η − 1 + K/2) on (−1, 1).
 #[test]
 fn marginals_of_draws() {
     fn check<const K: usize>(eta: f64) {
@@ -325,8 +326,8 @@ fn marginals_of_draws() {
     check::<6>(1.0);
 }
 
-/// Forty correlated quantities: draws from the prior have moderate coordinates, map back and
-/// forth, and lose no digits in the factor's last entries.
+/// Matrices of forty quantities: prior draws have moderate coordinates, the map is invertible, and the last entries of
+/// the factor have full accuracy.
 #[test]
 fn large_matrices() {
     const K: usize = 40;
@@ -347,7 +348,7 @@ fn large_matrices() {
             assert_close(back.get(i, j), factor.get(i, j), 1e-12, 0.0, "round trip");
         }
     }
-    // points of the usual initialisation, U(−2, 2)
+    // a point within the range (−2, 2) of the usual starting points
     let start: Vec<f64> = (0..780).map(|i| (f64::from(i) * 0.7).sin() * 2.0).collect();
     let (factor, ln_density) = constrain::<f64, K>(1.0, &start, true);
     assert!(ln_density.is_finite());
@@ -359,7 +360,7 @@ fn large_matrices() {
     }
 }
 
-/// Tails far beyond where tanh is 1 in floating point.
+/// Coordinates so large that tanh is 1 in floating-point arithmetic.
 #[test]
 fn far_coordinates_stay_finite() {
     let x = [400.0, -300.0, 250.0];
@@ -383,13 +384,13 @@ fn what_is_no_correlation_factor_has_no_density() {
     assert_eq!(ln_density, f64::NEG_INFINITY);
 }
 
-/// The constant that is kept from one call to the next is never that of another η or size.
+/// Checks that the memoised constant is never used for another η or another size.
 #[test]
 fn constants_are_not_mixed_up() {
     let at = |eta: f64, jacobian: bool| constrain::<f64, 3>(eta, &[0.0; 3], jacobian).1;
     let smaller = |eta: f64| constrain::<f64, 2>(eta, &[0.0], true).1;
     let fresh = [at(1.0, true), at(2.0, true), at(1.0, false), smaller(1.0), smaller(2.0)];
-    // ½ per coordinate at y = 0: −ln B(½, b) − ½ ln 2b with b = η + ½ and η
+    // ½ per coordinate at y = 0: −ln B(½, b) − ½ ln 2b, with b = η + ½ and b = η
     let term = |b: f64| -ppl::special::ln_beta(0.5, b) - 0.5 * (2.0 * b).ln();
     for (got, eta) in [(fresh[0], 1.0), (fresh[1], 2.0)] {
         assert_close(got, 2.0 * term(eta + 0.5) + term(eta), 1e-13, 0.0, "K = 3");

@@ -1,5 +1,5 @@
-//! Every distribution against what does not share its code: differences, quadrature, draws
-//! against distribution functions, and values computed with 50 digits.
+//! Tests of all distributions with independent references: finite differences, quadrature, comparison of draws with
+//! distribution functions, and values computed with 50 digits.
 
 mod counts;
 mod discrete;

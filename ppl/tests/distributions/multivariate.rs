@@ -1,4 +1,4 @@
-//! The multivariate normal and the Cholesky factor.
+//! Multivariate normal distribution and Cholesky factors.
 
 use ppl::prelude::*;
 use ppl::{Bound, Context, Dual, LogDensity, Model, Recordable, Rejection, Site, Workspace};
@@ -23,7 +23,7 @@ fn entries() -> [f64; 6] {
     [ROWS[0][0], ROWS[1][0], ROWS[1][1], ROWS[2][0], ROWS[2][1], ROWS[2][2]]
 }
 
-/// By the covariance matrix, its inverse and its determinant.
+/// Compares with the formula in terms of the covariance matrix, its inverse and its determinant.
 #[test]
 fn density_equals_the_textbook_form() {
     let factor = nalgebra::Matrix3::from_fn(|i, j| ROWS[i][j]);
@@ -36,7 +36,7 @@ fn density_equals_the_textbook_form() {
     assert_close(got, expected, 1e-13, 0.0, "ln p");
 }
 
-/// ∫∫ p = 1 in two dimensions.
+/// Checks that ∫∫ p = 1 in two dimensions.
 #[test]
 fn density_integrates_to_one() {
     let factor = CholeskyFactor::new([[1.5, 0.0], [-0.4, 0.7]]).unwrap();
@@ -48,7 +48,7 @@ fn density_integrates_to_one() {
     assert_close(integral(over, 0.4, 1.0), 1.0, 1e-11, 0.0, "∫∫p");
 }
 
-/// Twelve partials against differences, and mixed arguments against all-unknown ones.
+/// Compares the twelve partial derivatives with finite differences, and mixed data and unknowns with all unknowns.
 #[test]
 fn partials() {
     let arguments: [f64; 12] = std::array::from_fn(|i| match i {
@@ -72,7 +72,7 @@ fn partials() {
         let numerical = derivative(moved, arguments[i], 0.05);
         assert_close(got.gradient()[i], numerical, 1e-8, 1e-8, &format!("partial {i}"));
     }
-    // data as mean and factor: only x moves
+    // mean and factor are data, so that there are only derivatives with respect to x
     let x: [Dual<3>; 3] = Dual::variables(POINT);
     let by_x: Dual<3> = MvNormalCholesky(MEAN, lower(entries())).ln_density(&x);
     assert_eq!(by_x.gradient(), std::array::from_fn(|i| got.gradient()[i]));
@@ -93,7 +93,7 @@ fn as_unknown_it_is_its_own_coordinate() {
     assert_eq!(Unknown::<f64>::dim(&joint), 3);
 }
 
-/// z = L⁻¹(x − μ) of draws is standard normal, entry by entry and in its cross moments.
+/// Checks that z = L⁻¹(x − μ) of draws is standard normal: each entry, and the products of entries.
 #[test]
 fn draws() {
     const N: usize = 20_000;
@@ -144,7 +144,7 @@ fn factor_operations() {
     assert_eq!(flat, ROWS.concat());
 }
 
-/// Derivatives through solve, product, covariance and correlation.
+/// Checks derivatives through solution, product, covariance and correlation.
 #[test]
 fn factor_derivatives() {
     fn mixed<R: Scalar>(a: [R; 9]) -> R {
@@ -170,8 +170,8 @@ fn factor_derivatives() {
     }
 }
 
-/// The calibration instance of the project's method paper: the likelihood of eight experiments
-/// at three points, factor of the correlations and standard deviations given.
+/// Reference values of the calibration in the project's method paper: the likelihood of eight experiments at three
+/// points, given the factor of the correlations and the standard deviations.
 #[test]
 fn golden_likelihoods() {
     const EXPERIMENTS: [[f64; 3]; 8] = [
@@ -220,7 +220,7 @@ fn golden_likelihoods() {
     }
 }
 
-/// Correlated unknowns: mean, scales, correlations and a vector that depends on them.
+/// Correlated unknowns: mean, scales, correlations, and a vector with this distribution.
 struct Hierarchy;
 
 impl Model for Hierarchy {
@@ -237,7 +237,7 @@ impl Model for Hierarchy {
     }
 }
 
-/// Value, reverse and forward mode of a model agree, with differences and with a record.
+/// Compares value, reverse mode and forward mode of a model with each other, with finite differences and with a record.
 #[test]
 fn a_model_of_correlated_unknowns() {
     let model = Bound::new(Hierarchy);

@@ -1,8 +1,8 @@
-//! Independent numerics of the tests.
+//! Independent numerical methods for the tests.
 
 use ppl::{Joined, Scalar, Unknown};
 
-/// The value of an unknown at the next coordinates, and its log density.
+/// Returns the value of an unknown at the next coordinates, and its log density.
 pub(crate) fn constrained<R: Scalar, D: Unknown<R>>(
     distribution: &D,
     mut next: impl FnMut() -> R,
@@ -11,13 +11,13 @@ pub(crate) fn constrained<R: Scalar, D: Unknown<R>>(
     Joined::with(|terms| distribution.constrain(&mut next, jacobian, terms))
 }
 
-/// The derivative of `f` at `x` by central differences with steps h, h/2, h/4, …, extrapolated
-/// to zero (Ridders 1982): the entry of the tableau whose neighbours agree best.
+/// Derivative of `f` at `x` by central differences with the steps h, h/2, h/4, …, extrapolated to step 0 (Ridders
+/// 1982). The result is the table entry that agrees best with its neighbours.
 pub(crate) fn derivative(f: impl Fn(f64) -> f64, x: f64, h: f64) -> f64 {
     extrapolated(&f, x, h)
 }
 
-// this and the quadratures below sit behind a pointer, so that they are compiled once
+// the argument of this function and of the quadratures below is a trait object, so that they are compiled once
 fn extrapolated(f: &dyn Fn(f64) -> f64, x: f64, h: f64) -> f64 {
     const LEVELS: usize = 7;
     let mut tableau = [[0.0f64; LEVELS]; LEVELS];
@@ -39,7 +39,7 @@ fn extrapolated(f: &dyn Fn(f64) -> f64, x: f64, h: f64) -> f64 {
     best
 }
 
-/// ∫ f over ℝ, by the trapezoid rule after y = centre + scale · sinh t.
+/// Computes ∫ f over ℝ by the trapezoid rule, with the substitution y = centre + scale · sinh t.
 pub(crate) fn integral(f: impl Fn(f64) -> f64, centre: f64, scale: f64) -> f64 {
     trapezoid(&f, centre, scale)
 }
@@ -56,7 +56,7 @@ fn trapezoid(f: &dyn Fn(f64) -> f64, centre: f64, scale: f64) -> f64 {
         .sum()
 }
 
-/// √n sup |Fₙ − F|.
+/// Kolmogorov–Smirnov statistic √n sup |Fₙ − F|.
 pub(crate) fn kolmogorov_smirnov(draws: &[f64], cdf: impl Fn(f64) -> f64) -> f64 {
     let mut sorted = draws.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -68,10 +68,10 @@ pub(crate) fn kolmogorov_smirnov(draws: &[f64], cdf: impl Fn(f64) -> f64) -> f64
     n.sqrt() * distance
 }
 
-/// √n sup |Fₙ − F| exceeds this with probability α = 10⁻⁴: √(½ ln(2/α)).
+/// Critical value of √n sup |Fₙ − F| at the probability α = 10⁻⁴: √(½ ln(2/α)).
 pub(crate) const KOLMOGOROV_SMIRNOV_LIMIT: f64 = 2.225;
 
-/// Sample mean and variance.
+/// Returns sample mean and variance.
 pub(crate) fn moments(draws: &[f64]) -> (f64, f64) {
     let n = draws.len() as f64;
     let mean = draws.iter().sum::<f64>() / n;
@@ -79,7 +79,7 @@ pub(crate) fn moments(draws: &[f64]) -> (f64, f64) {
     (mean, variance)
 }
 
-/// Panics unless the two agree to `relative`, or to `absolute`.
+/// Panics unless the numbers agree up to the relative or the absolute tolerance.
 #[track_caller]
 pub(crate) fn assert_close(got: f64, expected: f64, relative: f64, absolute: f64, what: &str) {
     let error = (got - expected).abs();
@@ -89,8 +89,8 @@ pub(crate) fn assert_close(got: f64, expected: f64, relative: f64, absolute: f64
     );
 }
 
-/// Panics if the draws do not have these masses: χ² over the counts expected at least 20 times,
-/// the rest in one cell, at α = 10⁻⁴.
+/// Panics if the draws do not follow the given masses. χ² test at α = 10⁻⁴; counts with fewer than 20 expected draws
+/// form one cell.
 pub(crate) fn assert_chi_squared(draws: &[u64], masses: &[f64], what: &str) {
     let n = draws.len() as f64;
     let mut seen = vec![0.0; masses.len()];
@@ -109,7 +109,7 @@ pub(crate) fn assert_chi_squared(draws: &[u64], masses: &[f64], what: &str) {
         statistic += (rest.0 - rest.1).powi(2) / rest.1;
         cells += 1;
     }
-    // the 1 − 10⁻⁴ quantile of χ² with one degree of freedom less than cells (Wilson–Hilferty)
+    // the 1 − 10⁻⁴ quantile of χ² with (number of cells − 1) degrees of freedom (Wilson–Hilferty)
     let degrees = f64::from(cells - 1);
     let ninth = 2.0 / (9.0 * degrees.max(1.0));
     let limit = degrees * (1.0 - ninth + 3.719 * ninth.sqrt()).powi(3);

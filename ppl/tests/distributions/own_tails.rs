@@ -1,4 +1,5 @@
-//! Families of a user that say nothing of masses: their probabilities of intervals, with derivatives.
+//! User-defined families without methods for probabilities: probabilities of intervals and their derivatives are
+//! computed by quadrature.
 
 use ppl::prelude::*;
 use ppl::rand::Rng;
@@ -8,7 +9,7 @@ use ppl::{
 
 use crate::numerics::assert_close;
 
-/// Laplace's distribution, with a corner at its location.
+/// Laplace distribution, whose density has a kink at the location.
 #[derive(Clone, Copy, Debug)]
 struct Laplace<M, S>(M, S);
 
@@ -74,7 +75,7 @@ where
     }
 }
 
-/// Pareto's distribution from an unknown minimum: the support moves.
+/// Pareto distribution with unknown minimum, so that the support depends on an unknown.
 #[derive(Clone, Copy, Debug)]
 struct Pareto<M, A>(M, A);
 
@@ -128,7 +129,7 @@ where
     }
 }
 
-/// A family of a user with the density of the library's, and nothing else of it that has derivatives.
+/// User-defined family with the density of a family of the library, but without its methods with derivatives.
 macro_rules! copy_of {
     ($Own:ident, $Family:ident, $support:expr) => {
         #[derive(Clone, Copy, Debug)]
@@ -208,7 +209,8 @@ fn assert_mass(got: D, value: f64, slopes: [f64; 2], what: &str) {
     }
 }
 
-/// Where `sf` has underflowed, where a corner lies inside, and where the lower end of the support moves.
+/// Three cases: `sf` has underflowed, a kink lies inside the interval, and the lower end of the support depends on an
+/// unknown.
 #[test]
 fn masses_of_own_families_are_those_of_closed_forms() {
     let [m, s] = D::variables([0.3, 2.0]);
@@ -232,7 +234,7 @@ fn masses_of_own_families_are_those_of_closed_forms() {
     assert_mass(below, (-tail).ln_1p(), [-odds * 0.1 / 1.5, -odds * ln_ratio], "Pareto below 1e9");
 }
 
-/// The quadrature against the series and continued fractions of the library's own families.
+/// Compares the quadrature with the series and continued fractions of the library's families.
 #[test]
 fn quadrature_agrees_with_the_incomplete_functions() {
     for (a, b, lower, upper) in [

@@ -1,8 +1,9 @@
-//! Log densities and their derivatives with 50 digits, at usual and at extreme arguments
-//! (`ln_density.csv`, made by `reference.py`, which states the formulas).
+//! Log densities and their derivatives, compared with 50-digit values at usual and at extreme arguments
+//! (`ln_density.csv`,
+//! written by `reference.py`, which contains the formulas).
 //!
-//! Errors are counted in units in the last place of the largest term of the formula (of its
-//! derivative), since no way of summing keeps more than those digits of the arguments.
+//! Errors are counted in units in the last place of the largest term of the formula, because no method of summation is
+//! more accurate for rounded arguments.
 
 use ppl::Dual;
 use ppl::prelude::*;
@@ -11,7 +12,7 @@ use crate::numerics::assert_close;
 
 type D = Dual<4>;
 
-/// The value and derivatives of a family at x and up to three parameters.
+/// Returns value and derivatives of a family at x and up to three parameters.
 fn evaluate(family: &str, [x, a, b, c]: [D; 4]) -> D {
     let count = x.value() as u64;
     let n = a.value() as u64;
@@ -53,26 +54,26 @@ fn ulps(got: f64, expected: f64, largest: f64) -> f64 {
     (got - expected).abs() / 2f64.powi(exponent - 52)
 }
 
-/// How many units the value and a derivative may be off: in the core, where every argument lies
-/// within 0.01 and 100, and elsewhere, where rounding of ln x or of x − μ comes back multiplied.
+/// Returns the allowed errors of the value and of a derivative, in units in the last place. The limits are smaller if
+/// every argument is between 0.01 and 100. Elsewhere, rounding errors of ln x or x − μ are amplified.
 fn allowed(family: &str, arguments: &[f64]) -> (f64, f64) {
     let usual = |x: &f64| x.is_nan() || *x == 0.0 || (0.01..=100.0).contains(&x.abs());
     match family {
-        // densities and probabilities are exponentiated on the way: ε times their logarithms
+        // densities and probabilities are exponentials of logarithms, whose rounding errors are ε times the logarithm
         "MixtureOfNormals" => (4.0, 512.0),
-        // the density at an end of an interval by its probability: ε times their logarithms
+        // the density at an end of an interval is divided by the probability; both are exponentials of logarithms
         "GammaAbove" | "GammaBelow" | "GammaTail" | "StudentTTail" => (64.0, 1024.0),
         _ if arguments.iter().all(usual) => (4.0, 8.0),
         _ => (64.0, 512.0),
     }
 }
 
-/// Whether a derivative, by the place of its argument, is that of an integral by quadrature: to
-/// 10⁻¹¹, which does not shrink with the derivative.
+/// Whether the derivative with respect to the argument with this index is computed by quadrature. Its error is 10⁻¹¹,
+/// which does not decrease with the derivative.
 fn by_quadrature(family: &str, place: usize) -> bool {
     match family {
         "BetaAbove" | "GammaAbove" | "GammaBelow" | "GammaTail" => place > 0,
-        // in the shape alone
+        // only the derivative with respect to the shape
         "StudentTTail" => place == 1,
         _ => false,
     }
@@ -88,7 +89,7 @@ fn log_densities_agree_with_fifty_digits() {
         let got = evaluate(fields[0], Dual::variables(arguments));
         let allowed = allowed(fields[0], &arguments);
         let at = fields[..5].join(",");
-        // a log density of less than 1 is known well enough to the digits of 1
+        // for a log density below 1, the error is relative to 1
         let error = ulps(got.value(), number(5), number(6).max(1.0));
         if error.is_nan() || error > allowed.0 {
             failures.push(format!("{at}: {error:.1} ulp, {:e} for {}", got.value(), fields[5]));
@@ -118,7 +119,7 @@ fn factor<const K: usize>(entries: &[f64]) -> CholeskyFactor<f64, K> {
         .expect("a factor")
 }
 
-/// The same for matrices (`vectors.csv`, made by `vectors.py`).
+/// Version of the test for matrices (`vectors.csv`, written by `vectors.py`).
 #[test]
 fn vector_log_densities_agree_with_fifty_digits() {
     let mut rows = 0;

@@ -1,5 +1,5 @@
-//! Mixtures, truncation and censoring inside models, where samplers leave out
-//! constants and take the partials of terms at once: neither may reach what is computed further.
+//! Mixtures, truncation and censoring inside models. Samplers omit constants and propagate partial derivatives of terms
+//! immediately; neither may change values that are used in further computations.
 
 use ppl::Workspace;
 use ppl::prelude::*;
@@ -36,7 +36,7 @@ fn gradients_and_values_in_a_model() {
     let y = [0.4, -0.3, 0.2, 0.1, 0.8];
     let mut gradient = [0.0; 5];
     let value = model.gradient(&y, &mut gradient, &mut workspace).unwrap();
-    // the same by hand, over plain numbers
+    // the same density computed by hand with plain numbers
     let mut total = 0.0;
     let mut at = y.iter().copied();
     let mut add = |(x, term): (f64, f64)| {

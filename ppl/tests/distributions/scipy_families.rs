@@ -1,5 +1,5 @@
-//! Log densities and distribution functions against scipy 1.17 (`scipy_families.csv`, written by `scipy_families.py`),
-//! and the conformance of the vector distributions among these families.
+//! Log densities and distribution functions, compared with scipy 1.17 (`scipy_families.csv`, written by
+//! `scipy_families.py`), and conformance tests of the vector distributions among these families.
 
 use ppl::prelude::*;
 
@@ -11,7 +11,7 @@ fn factor<R: Scalar>(p: &[R]) -> CholeskyFactor<R, 2> {
     CholeskyFactor::new([[p[0], R::from(0.0)], [p[1], p[2]]]).expect("a factor")
 }
 
-/// Log density, distribution function and survival function of a row; NaN if scipy has no such function.
+/// Returns log density, distribution function and survival function for a row; NaN if scipy does not have the function.
 fn evaluate(family: &str, p: &[f64], x: &[f64]) -> [f64; 3] {
     fn univariate<D: Univariate + Distribution<f64, Value = f64>>(d: D, x: f64) -> [f64; 3] {
         [d.ln_density(&x), d.cdf(x), d.sf(x)]
@@ -66,7 +66,7 @@ fn counts_with_more_variance_than_mean() {
     assert_counts!([m, r] NegativeBinomial(m, r), [3.0, 1.0], 300);
     assert_counts!([m, r] NegativeBinomial(m, r), [7.5, 20.0], 200);
     assert_counts!([m, r] NegativeBinomial(m, r), [0.4, 0.3], 200);
-    // the Poisson distribution is the limit of large shapes
+    // the Poisson distribution is the limit for large shapes
     let limit: f64 = NegativeBinomial(3.0, 1e12).ln_density(&5);
     assert_close(limit, Poisson(3.0).ln_density(&5), 0.0, 1e-10, "large shape");
 }
@@ -80,7 +80,7 @@ fn vectors_are_unknowns() {
     assert_unknown("t", &Joint, &[5.0, 0.2, -0.1, 0.9, -0.3, 1.2], &[0.4, -0.7], &[0, 1]);
 }
 
-/// Shares below the smallest number: the density over coordinates stays finite.
+/// Shares below the smallest number: the density over coordinates is finite.
 #[test]
 fn a_dirichlet_reaches_far_corners() {
     use ppl::{Accumulator, Joined, Unknown};

@@ -1,4 +1,4 @@
-//! Matrices whose size comes from the data against those whose size is in the type.
+//! Compares matrices whose size is known at run time with matrices whose size is known at compile time.
 
 use ppl::prelude::*;
 use ppl::{Dual, Workspace, check};
@@ -46,7 +46,7 @@ ppl::model! {
 const ROWS: [[f64; 3]; 3] = [[0.3, -0.2, 0.9], [1.0, 0.4, -0.7], [0.1, 0.0, 0.5]];
 const X: [f64; 3] = [0.5, -1.0, 2.0];
 
-/// Values, gradients and everything that is recorded.
+/// Compares values, gradients and all recorded quantities.
 #[test]
 fn one_model_in_both_forms() {
     let rows = ROWS.map(|row| row.to_vec());
@@ -100,7 +100,7 @@ fn factor<R: Scalar>(p: &[R]) -> DynCholeskyFactor<R> {
 unknown!(Lkj, |_p| LkjCholesky::of(3, 1.7));
 unknown!(Joint, |p| MvNormalCholesky(p[..2].to_vec(), factor(&p[2..])));
 
-/// Maps, Jacobians, derivatives and draws, as of every unknown.
+/// Conformance tests: maps, Jacobians, derivatives and draws.
 #[test]
 fn unknowns() {
     assert_unknown("LKJ", &Lkj, &[], &[0.2, -0.5, 0.4], &[1, 3, 4]);
@@ -111,7 +111,7 @@ fn unknowns() {
 fn sizes_that_do_not_fit_are_refused_in_words() {
     let factor = factor(&[1.0, 0.3, 2.0]);
     let message = |result: Result<_, ppl::DomainError>| result.unwrap_err().to_string();
-    let lengths = "that of the rows, 2, got 3";
+    let lengths = "equal to the number of rows, 2, got 3";
     assert_eq!(
         message(factor.scale_rows(&[1.0; 3])),
         format!("DynCholeskyFactor: number of scales must be {lengths}")
@@ -138,7 +138,8 @@ fn sizes_that_do_not_fit_are_refused_in_words() {
     assert_eq!(other.value(), f64::NEG_INFINITY);
 }
 
-/// L Lᵀ is the matrix again, derivatives included; one that is not positive definite is refused.
+/// Checks that L Lᵀ is the original matrix, with derivatives, and that a matrix that is not positive definite is
+/// rejected.
 #[test]
 fn factors_of_covariance_matrices() {
     let entries = Dual::<3>::variables([2.5, -0.4, 1.2]);
@@ -153,11 +154,11 @@ fn factors_of_covariance_matrices() {
     }
     let indefinite = DynCholeskyFactor::of_covariance(&[vec![1.0], vec![2.0, 1.0]]).unwrap_err();
     let words =
-        "pivot 1 of the covariance matrix must be positive and finite (rows that are the same";
+        "pivot 1 of the covariance matrix must be positive and finite (equal or nearly equal rows";
     assert!(indefinite.to_string().contains(words), "{indefinite}");
-    assert!(indefinite.to_string().contains("add a nugget to the diagonal"), "{indefinite}");
+    assert!(indefinite.to_string().contains("add a nugget of about"), "{indefinite}");
     assert!(indefinite.to_string().ends_with("got -3"), "{indefinite}");
-    // a kernel at two equal places, and the same with a nugget
+    // a covariance matrix for two equal points, without and with a nugget
     let singular = |nugget| [vec![1.0 + nugget], vec![1.0, 1.0 + nugget]];
     let error = DynCholeskyFactor::of_covariance(&singular(0.0)).unwrap_err();
     assert!(error.to_string().ends_with("got 0"), "{error}");

@@ -1,4 +1,4 @@
-//! The first draws of a seed: a change here changes every stored result, so it must be meant.
+//! The first draws for a seed. A change of these draws changes all stored results, so that it must be intended.
 
 use std::fmt::Write;
 

@@ -1,5 +1,5 @@
-//! Probabilities far out, of heavy ends and of narrow intervals, with their derivatives: against
-//! mpmath, against families with other code, and in models that need them.
+//! Probabilities of far tails, of heavy tails and of narrow intervals, with their derivatives, compared with mpmath,
+//! with other families, and in models that use them.
 
 use ppl::prelude::*;
 use ppl::special::Tail;
@@ -7,8 +7,8 @@ use ppl::{Dual, UnivariateDensity};
 
 use crate::numerics::assert_close;
 
-/// ln P(lower < X < upper) and its derivatives in the parameters: mpmath 1.3 with 60 digits or more,
-/// derivatives by central differences in that precision.
+/// Reference values of ln P(lower < X < upper) and its derivatives with respect to the parameters: mpmath 1.3 with at
+/// least 60 digits; the derivatives are central differences with this precision.
 const REFERENCE: &str = include_str!("tails.csv");
 
 struct Row {
@@ -38,7 +38,8 @@ fn rows() -> Vec<Row> {
 
 type D = Dual<3>;
 
-/// By derivatives, by plain numbers, and by the plain tail if one end is that of the support.
+/// Checks three computations: with derivatives, with plain numbers, and, if one end is an end of the support, the tail
+/// function.
 fn check<P: UnivariateDensity<f64>, G: UnivariateDensity<D>>(row: &Row, plain: P, lifted: G) {
     let Row { family, parameters, ends: [lower, upper], value, slopes } = row;
     let name = format!("{family}{parameters:?} between {lower:e} and {upper:e}");

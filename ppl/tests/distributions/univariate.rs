@@ -1,4 +1,4 @@
-//! Every family of one number, and its truncations.
+//! All univariate families, and their truncations.
 
 use ppl::prelude::*;
 
@@ -87,7 +87,7 @@ fn truncated_normal() {
     assert_distribution!([m, s] Normal(m, s).truncate(0.0..), [0.15, 0.25], [0.01, 0.2, 1.1]);
     assert_distribution!([m, s] Normal(m, s).truncate(..1.0), [0.5, 0.8], [-2.0, 0.1, 0.9]);
     assert_distribution!([m, s] Normal(m, s).truncate(-1.0..0.5), [0.2, 0.7], [-0.9, 0.4]);
-    // 8 and 30 standard deviations out, where the mass is 6e-16 and 5e-198
+    // 8 and 30 standard deviations from the mean, where the probability is 6e-16 and 5e-198
     assert_distribution!([m, s] Normal(m, s).truncate(9.0..), [1.0, 1.0], [9.01, 9.3]);
     assert_distribution!([m, s] Normal(m, s).truncate(..-30.0), [0.0, 1.0], [-30.01, -30.2]);
 }
@@ -132,7 +132,7 @@ fn truncations_of_positive() {
     assert_distribution!([a, s] Weibull(a, s).truncate(20.0..), [1.7, 3.0], [20.5, 22.0]);
 }
 
-/// Two truncations are one with the tighter ends.
+/// Two truncations equal one truncation with the tighter ends.
 #[test]
 fn truncations_nest() {
     assert_distribution!(
@@ -142,14 +142,14 @@ fn truncations_nest() {
     assert_close(twice, once, 1e-13, 0.0, "nested truncation");
 }
 
-/// The scale prior of the paper: 27 % of the normal is cut off.
+/// The prior of the scale in the paper: 27 % of the normal distribution are truncated.
 #[test]
 fn the_scale_prior_of_the_paper() {
     let normal = Normal(0.15, 0.25);
     assert_close(ppl::Univariate::cdf(&normal, 0.0), 0.274_253, 1e-6, 0.0, "mass below zero");
     let prior = normal.truncate(0.0..);
     assert_close(ppl::Univariate::mean(&prior), 0.264_786, 1e-5, 0.0, "mean");
-    // golden log densities of the calibration instance
+    // reference log densities of the calibration
     let golden: [([f64; 3], f64); 3] = [
         ([0.15, 0.13, 0.17], 2.357_329_399_708_21),
         ([0.2, 0.2, 0.2], 2.303_729_399_708_210_2),

@@ -1,5 +1,5 @@
-//! Parameters outside their domain: the message names family, parameter, requirement and
-//! value, and the density is no number.
+//! Parameters outside their domain: the message contains family, parameter, requirement and value, and the density is
+//! NaN.
 
 use ppl::Univariate;
 use ppl::prelude::*;
@@ -82,14 +82,14 @@ fn messages() {
     );
     assert_message(
         Distribution::<f64>::validate(&Mixture(vec![1.0], pair)),
-        "Mixture: number of weights must be that of the components, 2, got 1",
+        "Mixture: number of weights must be equal to the number of components, 2, got 1",
     );
     let reversed = Normal(0.0, 1.0).truncate(2.0..1.0);
     assert!(reversed.quantile(0.5).is_nan() && reversed.mean().is_nan());
     assert!(Normal(0.0, 1.0).truncate(f64::NAN..).quantile(0.5).is_nan());
     assert_message(
         Univariate::validate(&Uniform(0.0, 1.0).truncate(2.0..)),
-        "truncate: mass inside must be positive, got 0",
+        "truncate: probability of the interval must be positive, got 0",
     );
     let factor = CholeskyFactor::new([[1.0, 0.0], [0.5, 2.0]]).unwrap();
     assert_message(
@@ -108,7 +108,7 @@ fn messages() {
     );
 }
 
-/// A sampler that wanders out of a domain meets NaN, which it counts as a rejection.
+/// A sampler that leaves the domain gets NaN, which it counts as a rejection.
 #[test]
 fn densities_outside_the_domain_are_no_numbers() {
     let x = 0.4;

@@ -1,4 +1,4 @@
-//! Arrays and run-time repetitions: sums of their elements, in density, gradient and draws.
+//! Arrays and vectors of independent values: density, gradient and draws equal those of the elements.
 
 use ppl::Dual;
 use ppl::prelude::*;
@@ -9,7 +9,7 @@ use crate::numerics::{
     KOLMOGOROV_SMIRNOV_LIMIT, assert_close, constrained, derivative, kolmogorov_smirnov,
 };
 
-/// An element distribution repeated both ways, against the element itself.
+/// Compares an array and a vector of an element distribution with the element distribution.
 fn assert_repeats<D>(name: &str, element: D, points: [f64; 3])
 where
     D: Unknown<f64, Value = f64> + ppl::Univariate,
@@ -41,7 +41,7 @@ where
         }
     }
 
-    // every element has the law of one, and neighbours are uncorrelated
+    // every entry has the distribution of an element, and neighbouring entries are uncorrelated
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(3);
     let draws: Vec<[f64; 3]> = (0..10_000).map(|_| array.draw(&mut rng)).collect();
     let repeated: Vec<Vec<f64>> = (0..10_000).map(|_| iid.draw(&mut rng)).collect();
@@ -55,7 +55,7 @@ where
     }
     let products: f64 =
         draws.iter().map(|d| (element.cdf(d[0]) - 0.5) * (element.cdf(d[1]) - 0.5)).sum();
-    // the product of two centred uniforms has variance 1/144
+    // the product of two centred uniform variables has the variance 1/144
     assert!(products.abs() < 4.0 * (10_000.0f64 / 144.0).sqrt(), "{name}: {products}");
 }
 
@@ -73,7 +73,7 @@ fn repeated_families() {
     assert_repeats("Truncated", Normal(0.15, 0.25).truncate(0.0..), [0.1, 0.2, 0.9]);
 }
 
-/// Unknown parameters collect the derivatives of all elements.
+/// Checks that the derivative with respect to an unknown parameter is the sum over all elements.
 #[test]
 fn derivatives_of_repetitions() {
     let points = [0.1, 0.2, 0.9];
@@ -92,7 +92,7 @@ fn derivatives_of_repetitions() {
     }
 }
 
-/// Counts and flags repeat too.
+/// Distributions of counts and flags can be repeated too.
 #[test]
 fn repeated_observations() {
     let ln_density: f64 = Poisson(3.0).array::<2>().ln_density(&[1, 4]);

@@ -1,4 +1,4 @@
-//! What must hold for every distribution of vectors and matrices that can be an unknown.
+//! Conformance tests for distributions of vectors and matrices that can be the prior of an unknown.
 
 use ppl::prelude::*;
 use ppl::{CholeskyFactor, Dual, Scalar};
@@ -7,10 +7,10 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 use crate::numerics::{assert_close, derivative, moments};
 
-/// Room for coordinates and parameters.
+/// Dual number with space for coordinates and parameters.
 pub(crate) type Lifted = Dual<12>;
 
-/// The numbers in a value, those above a diagonal left out.
+/// The numbers in a value, without the entries above the diagonal.
 pub(crate) trait Entries<R> {
     fn entries(&self) -> Vec<R>;
 }
@@ -33,26 +33,27 @@ impl<R: Scalar, const K: usize> Entries<R> for CholeskyFactor<R, K> {
     }
 }
 
-/// What a family says at a point of unconstrained space.
+/// Results of a family at a point of unconstrained space.
 pub(crate) struct Reading<R> {
     pub(crate) entries: Vec<R>,
-    /// By `constrain`.
+    /// Log density computed by `constrain`.
     pub(crate) term: R,
-    /// By `ln_density` of the value.
+    /// Log density computed by `ln_density` from the value.
     pub(crate) ln_density: R,
-    /// By `unconstrain` of the value.
+    /// Coordinates computed by `unconstrain` from the value.
     pub(crate) back: Vec<f64>,
 }
 
-/// A family of distributions, written over any number.
+/// A family of distributions over any scalar type.
 pub(crate) trait Case {
     fn read<R: Scalar>(&self, parameters: &[R], y: &[R], jacobian: bool) -> Reading<R>;
 
-    /// Coordinates of a draw.
+    /// Returns the coordinates of a draw.
     fn draw(&self, parameters: &[f64], rng: &mut Xoshiro256PlusPlus) -> Vec<f64>;
 }
 
-/// `unknown!(Name, |p| Normal(p[0], p[1]).array::<3>().ordered())`: the family over the slice `p` of parameters.
+/// Implements [`Case`] for a family over the slice `p` of parameters:
+/// `unknown!(Name, |p| Normal(p[0], p[1]).array::<3>().ordered())`.
 macro_rules! unknown {
     ($Name:ident, |$p:ident| $distribution:expr) => {
         pub(crate) struct $Name;
@@ -94,8 +95,8 @@ macro_rules! unknown {
 }
 pub(crate) use unknown;
 
-/// Maps, Jacobians and derivatives at `y`, then normalisation and draws; `free` entries of the
-/// value determine the rest.
+/// Checks maps, Jacobians and derivatives at `y`, the normalisation and the draws. The entries with the indices `free`
+/// determine the other entries of the value.
 pub(crate) fn assert_unknown<C: Case>(
     name: &str,
     case: &C,
@@ -131,8 +132,8 @@ fn lift<C: Case>(case: &C, parameters: &[f64], y: &[f64], jacobian: bool) -> Rea
     case.read(&parameters, &y_lifted, jacobian)
 }
 
-/// Partials of the value, of both readings and of the density in every coordinate and parameter,
-/// against extrapolated differences.
+/// Compares the partial derivatives of the value, of both log densities and of the density with respect to every
+/// coordinate and parameter with extrapolated finite differences.
 fn derivatives<C: Case>(name: &str, case: &C, parameters: &[f64], y: &[f64]) {
     for jacobian in [true, false] {
         let lifted = lift(case, parameters, y, jacobian);
@@ -162,16 +163,16 @@ fn derivatives<C: Case>(name: &str, case: &C, parameters: &[f64], y: &[f64]) {
 
 const DRAWS: usize = 20_000;
 
-/// Mean and its standard error.
+/// Returns the mean and its standard error.
 fn estimate(values: impl Iterator<Item = f64>) -> (f64, f64) {
     let values: Vec<f64> = values.collect();
     let (mean, variance) = moments(&values);
     (mean, (variance / values.len() as f64).sqrt())
 }
 
-/// ∫ p(y) dy = E[p/q] over draws from q, independent Student t with 3 degrees of freedom; and
-/// expectations of bounded functions by the same weights against those over draws from p. All
-/// within 4.5 standard errors.
+/// Checks ∫ p(y) dy = E[p/q] over draws from q, which are independent Student t draws with 3 degrees of freedom. Also
+/// compares expectations of bounded functions with these weights with expectations over draws from p. All differences
+/// must be below 4.5 standard errors.
 fn draws<C: Case>(name: &str, case: &C, parameters: &[f64], dim: usize) {
     let proposal = StudentT(3.0, 0.0, 1.2);
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(5);

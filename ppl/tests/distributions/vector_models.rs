@@ -1,4 +1,4 @@
-//! Everything vector-valued in models: reverse against forward mode and differences.
+//! Vector-valued quantities in models: reverse mode compared with forward mode and finite differences.
 
 use ppl::prelude::*;
 use ppl::{Workspace, check};
@@ -41,7 +41,7 @@ fn a_model_of_vectors() {
     }
 }
 
-/// Differences, then forward against reverse mode to 10⁻¹⁰.
+/// Compares the gradient with finite differences, and reverse with forward mode to 10⁻¹⁰.
 fn assert_model<M: ppl::Model>(model: &ppl::Bound<M>) {
     check::gradient(model, 11);
     let dim = model.layout().unwrap().dim;

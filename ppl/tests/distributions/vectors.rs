@@ -1,4 +1,4 @@
-//! Ordered values and correlation matrices.
+//! Ordered values.
 
 use ppl::prelude::*;
 use ppl::transform::{Ascending, Support};
@@ -25,7 +25,7 @@ fn ordered_values() {
     assert_unknown("ordered below", &OrderedBelow, &[0.4, 1.3], &y, &all);
 }
 
-/// P(all N below c) of the order statistics is Fᴺ, and their density integrates to one.
+/// Checks that P(all N below c) of ordered draws is Fᴺ, and that their density integrates to 1.
 #[test]
 fn ordered_draws_are_order_statistics() {
     let ordered = Normal(1.0, 2.0).array::<4>().ordered();
@@ -47,7 +47,7 @@ fn ordered_draws_are_order_statistics() {
     assert_close(total, 1.0, 1e-9, 0.0, "∫∫p over x₁ < x₂");
 }
 
-/// log|J| against the determinant of dual derivatives, and the inverse.
+/// Compares log|J| with the determinant of dual derivatives, and checks the inverse.
 fn assert_map<const D: usize>(
     map: &Ascending<Dual<D>>,
     plain: &Ascending<f64>,
@@ -82,7 +82,7 @@ fn maps() {
     }
 }
 
-/// Far out nothing is clamped: a log-Jacobian stays exact or the point has no density.
+/// At extreme coordinates, values are not clamped: the log-Jacobian is exact, or the point has zero density.
 #[test]
 fn extreme_coordinates() {
     let ordered = |y: [f64; 2]| -> ([f64; 2], f64) {
@@ -101,7 +101,7 @@ fn matrices() {
     assert_unknown("LKJ", &Lkj, &[], &[0.2, -0.5, 0.4], &[1, 3, 4]);
 }
 
-/// Values that are constrained together, with sums in registers, are as one by one.
+/// Values that are constrained together, with sums in registers, equal values that are constrained separately.
 #[test]
 fn normal_unknowns_together_are_as_one_by_one() {
     let [mean, sd, a, b, c] = Dual::variables([0.3, 1.7, -0.4, 2.2, 0.9]);

@@ -1,12 +1,13 @@
-//! Accumulator that are settled at once say what they say as numbers: mixtures, whose components take
-//! their partials by weight, and scales, whose logarithms are taken of products.
+//! Distributions whose terms the accumulator evaluates early have the values and gradients of their formulas: mixtures,
+//! whose components receive their partial derivatives by weight, and normal scales, of whose product one logarithm is
+//! taken.
 
 use ppl::prelude::*;
 use ppl::{Bound, Model, Workspace};
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// A number without its derivative.
+/// The value of a number without its derivative.
 fn plain<S: Scalar>(x: S) -> f64 {
     x.value()
 }
@@ -19,13 +20,13 @@ ppl::model! {
         for y in y {
             y ~ Mixture([w, 1.0 - w], [Normal(mean[0], sd[0]), Normal(mean[1], sd[1])]);
         }
-        // of one component without weight
+        // a mixture in which one component has weight 0 if `share` is 0 or 1
         for again in y {
             again ~ Mixture([share, 1.0 - share], [Normal(mean[0], 1.0), Normal(mean[1], 2.0)]);
         }
     }
 
-    /// More components than are kept where they are found, and mixtures of mixtures.
+    /// More components than fit in the array on the stack, and mixtures of mixtures.
     fn many(y: &[f64], k: &[u64]) {
         let mean ~ Normal(0.0, 2.0).array::<9>();
         let share ~ Beta(2.0, 2.0).array::<9>();
@@ -42,7 +43,7 @@ ppl::model! {
         }
     }
 
-    /// One component that is no number above 0, first or second.
+    /// A mixture whose first or second component has the parameter NaN for mean > 0.
     fn broken(y: &[f64], second: bool) {
         let mean ~ Normal(0.0, 2.0);
         let root = (-mean).sqrt();
@@ -55,7 +56,7 @@ ppl::model! {
         }
     }
 
-    /// Products of scales leave the range of numbers again and again.
+    /// Products of scales that overflow and underflow repeatedly.
     fn scales(x: &[f64], y: &[f64]) {
         let mean ~ Normal(0.0, 1.0);
         let sd ~ HalfNormal(1.0);
@@ -69,7 +70,7 @@ ppl::model! {
         }
     }
 
-    /// Factorials and binomial coefficients are the same at every point.
+    /// Factorials and binomial coefficients that are constant over all points.
     fn counts(k: &[u64], x: &[f64]) {
         let a ~ Normal(0.0, 1.0);
         let b ~ Normal(0.0, 1.0);
@@ -88,7 +89,7 @@ ppl::model! {
         }
     }
 
-    /// Data at the ends of supports, where a unit shape leaves a density.
+    /// Data at the ends of a support, where the density is positive if the shape is 1.
     fn ends(low: &[f64], high: &[f64]) {
         let a ~ Gamma(2.0, 1.0);
         for (i, x) in low.iter().enumerate() {
@@ -104,7 +105,7 @@ ppl::model! {
         }
     }
 
-    /// Branches on data inside expressions leave every point with the same statements.
+    /// Branches on data inside expressions; the statements are the same at every point.
     fn by_data(t: &[f64], k: &[u64]) {
         let early ~ Exponential(1.0);
         let late ~ Exponential(1.0);
@@ -122,7 +123,7 @@ ppl::model! {
         }
     }
 
-    /// Branches on unknowns do not, wherever they hide.
+    /// Branches on unknowns inside expressions; the statements differ between points.
     fn by_unknown(t: &[f64], k: &[u64]) {
         let early ~ Exponential(1.0);
         let late ~ Exponential(1.0);
@@ -143,7 +144,7 @@ ppl::model! {
         }
     }
 
-    /// Branches after which all is as it was, and some that no density asks for.
+    /// Branches on unknowns that leave the statements of the density unchanged.
     fn by_rejection(y: &[f64]) {
         let a ~ Normal(0.0, 1.0);
         if a > 5.0 {
@@ -157,7 +158,7 @@ ppl::model! {
         #[predict] let sign = if a.value() > 0.0 { 1.0 } else { -1.0 };
     }
 
-    /// The scale is a number at every point, but not the same.
+    /// A scale that is a number without derivative, whose value depends on an unknown.
     fn by_track(y: &[f64]) {
         let a ~ Normal(0.0, 1.0);
         #[track] let scale = if a > 0.0 { 1.0 } else { 2.0 };
@@ -178,7 +179,7 @@ ppl::model! {
     }
 }
 
-/// Compiled, on a tape that keeps everything, forward, and as a value alone.
+/// Asserts that four evaluations agree: compiled, on a complete tape, by dual numbers, and the value without gradient.
 fn assert_agrees(model: &Bound<impl Model>) {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(11);
     let mut workspace = Workspace::default();
@@ -207,7 +208,7 @@ fn mixtures_take_partials_by_weight() {
     let y = [-3.0, -0.1, 0.4, 2.0, 8.5];
     for share in [0.3, 0.0, 1.0] {
         assert_agrees(&two(&y, share));
-        // so far out that one density, or both, vanish next to the other
+        // far from the means, one density or both underflow relative to the other
         assert_agrees(&two(&[-300.0, 60.0, 4000.0], share));
     }
     assert_agrees(&many(&y, &[0, 3, 40]));

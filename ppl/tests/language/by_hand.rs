@@ -1,4 +1,4 @@
-//! The plain-Rust interface under `model!`.
+//! The plain-Rust interface that `model!` generates code for.
 
 use ppl::prelude::*;
 use ppl::{Bound, Context, Datum, Model, Rejection, Role, Site, Workspace};
@@ -63,7 +63,7 @@ fn readings_agree() {
         approx::assert_relative_eq!(reverse[i], difference, max_relative = 1e-7);
     }
 
-    // density by hand, at the constrained point
+    // the log-density by hand, at the constrained point
     let sd = (-1.0f64).exp();
     let ln_normal = |x: f64, m: f64, s: f64| Normal(m, s).ln_density(&x);
     let mut by_hand =

@@ -7,7 +7,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 use crate::models::*;
 
-/// Tape, duals and central differences agree at several prior draws.
+/// Asserts that tape, dual numbers and central differences agree at several prior draws.
 pub(crate) fn assert_gradient(name: &str, model: &Bound<impl Model>) {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(3);
     let dim = model.layout().unwrap_or_else(|error| panic!("{name}: {error}")).dim;
@@ -43,7 +43,7 @@ pub(crate) fn assert_gradient(name: &str, model: &Bound<impl Model>) {
     }
 }
 
-/// Two models that say the same have the same density and gradient.
+/// Asserts that two models have the same density and gradient.
 pub(crate) fn assert_same(one: &Bound<impl Model>, other: &Bound<impl Model>) {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(5);
     let mut w = Workspace::default();
@@ -80,7 +80,7 @@ fn three_derivatives_agree() {
     assert_gradient("walk", &walk(&[0.1, 0.4, 0.2]));
 }
 
-/// The non-centred eight schools as `model!` would have to write it.
+/// The non-centred eight schools, with the statements that `model!` should generate.
 struct SchoolsByHand;
 
 impl Model for SchoolsByHand {
@@ -111,7 +111,7 @@ fn the_macro_writes_what_a_hand_would() {
     let (mut a, mut b) = ([0.0; 10], [0.0; 10]);
     let value = written.gradient(&y, &mut a, &mut w).unwrap();
     let expected = by_hand.gradient(&y, &mut b, &mut w).unwrap();
-    // a loop of the macro's sums up its terms apart
+    // the macro adds the terms of a loop in another order
     approx::assert_relative_eq!(value, expected, max_relative = 1e-14);
     for (a, b) in a.iter().zip(b) {
         approx::assert_relative_eq!(*a, b, max_relative = 1e-13);
@@ -142,7 +142,7 @@ fn ln_normal(x: f64, mean: f64, sd: f64) -> f64 {
     -0.5 * ((x - mean) / sd).powi(2) - sd.ln() - 0.5 * std::f64::consts::TAU.ln()
 }
 
-/// `factor` adds, with data and with unknowns; the sum over components is a mixture.
+/// A factor adds to the log-density, with and without unknowns; a sum over components is a mixture.
 #[test]
 fn factors_in_closed_form() {
     let ys = [-1.0, 0.5, 2.0];
@@ -159,7 +159,7 @@ fn factors_in_closed_form() {
     approx::assert_relative_eq!(found, expected, max_relative = 1e-12);
 }
 
-/// The arm that runs counts, the others do not; `continue` leaves an iteration out.
+/// Only the arm of a branch that runs adds terms; `continue` skips the rest of an iteration.
 #[test]
 fn branches_in_closed_form() {
     let ys = [0.3, f64::NAN, -1.0];
@@ -180,7 +180,7 @@ fn branches_in_closed_form() {
 }
 
 ppl::model! {
-    /// A narrow and a wide error summed out by hand; far out in the prior the wide one explains all.
+    /// A mixture of a narrow and a wide normal by hand; far from the data only the wide component matters.
     fn spike_and_slab(y: &[f64]) {
         let mean ~ Normal(0.0, 1e3);
         for y in y {
@@ -192,7 +192,7 @@ ppl::model! {
         }
     }
 
-    /// A length that no data have, and predictors that are numbers of their own.
+    /// An array length that the data do not determine, and predictors that are numbers without a formula.
     fn classes<const K: usize>(rows: &[[f64; 2]], class: &[u64]) {
         let slope ~ Normal(0.0, 1.0).array::<2>().array::<K>();
         for (row, class) in rows.iter().zip(class) {
@@ -206,18 +206,18 @@ ppl::model! {
     }
 }
 
-/// A density inside a function of the user's.
+/// A density inside a user's function.
 fn wide<S: Scalar>(mean: S, y: S) -> S {
     Normal(mean, 10.0).ln_density(&y)
 }
 
-/// Φ as a function of the user's, and one that is at hand.
+/// Φ in a user's function, in place of the method of the crate.
 fn ndtr<S: Scalar>(x: S) -> S {
     x.normal_cdf()
 }
 
 ppl::model! {
-    /// The predictor is used once, in what is no formula.
+    /// A predictor that is used once, as the argument of a function.
     fn probit(x: &[f64], y: &[bool]) {
         let intercept ~ Normal(0.0, 0.5);
         let slope ~ Normal(0.0, 0.5).array::<1>();
@@ -248,7 +248,7 @@ fn formulas_are_numbers_in_functions() {
     assert_gradient("probit", &model);
 }
 
-/// Densities that are computed with keep the constants that terms of their own may leave out.
+/// A density that a model computes with includes the constants that a statement may omit.
 #[test]
 fn densities_by_hand_are_complete() {
     let ys = [0.3, -0.2];
@@ -280,7 +280,7 @@ fn predictors_are_numbers() {
     assert_gradient("classes", &model);
 }
 
-/// Says that it has `dim` coordinates, and takes one.
+/// A distribution that claims `dim` coordinates and reads one.
 #[derive(Clone, Copy)]
 struct Miscounted {
     dim: usize,
@@ -339,7 +339,7 @@ fn an_unknown_that_miscounts_its_coordinates_is_named() {
     approx::assert_relative_eq!(at(1, &[0.3, 1.2]).unwrap(), expected, max_relative = 1e-14);
     for (dim, y) in [(0, vec![0.3, 1.2]), (2, vec![0.3, 0.7, 1.2])] {
         let error = at(dim, &y).unwrap_err().to_string();
-        let wanted = format!("another number of coordinates than its `dim()`, {dim}");
+        let wanted = format!("reads a number of coordinates that differs from its `dim()`, {dim}");
         assert!(error.contains(&wanted) && error.contains("let x ~"), "{error}");
     }
 }

@@ -1,4 +1,4 @@
-//! Named dimensions and labels, from the model to the store that ArviZ opens.
+//! Named dimensions and labels, from the model to the Zarr store that ArviZ opens.
 
 use std::path::Path;
 
@@ -26,7 +26,7 @@ ppl::model! {
         }
     }
 
-    /// Plates within plates, with and without a submodel between.
+    /// Nested plates, with and without a submodel in the inner plate.
     fn panel(groups: &[&str], years: &[u32], y: &[Vec<f64>], holes: &[[Option<f64>; 2]]) {
         let mu ~ Normal(0.0, 5.0);
         #[dims(group = groups)]
@@ -73,7 +73,7 @@ ppl::model! {
         #[dims(a)] let a ~ Normal(0.0, 1.0).array::<2>();
     }
 
-    /// Statements of a submodel stack along the plate that it is used in.
+    /// A submodel whose statements add entries along the plate that calls it.
     fn effect(mu: Real) -> Real {
         let theta ~ Normal(mu, 1.0);
         theta
@@ -129,7 +129,7 @@ fn plates_within_plates_have_a_dimension_each() {
     assert_eq!(posterior.loo().unwrap().points.len(), 12 + 2);
     assert_eq!(posterior.trace("ends[1,2,0]").unwrap()[0].len(), 30);
 
-    // rows of unequal lengths have no second dimension
+    // rows of unequal length have no second dimension
     let ragged = vec![vec![0.1], vec![1.1, 1.2, 1.3]];
     let error = panel(&["a", "b"], &[2001, 2002, 2003], &ragged, &holes).layout().unwrap_err();
     assert!(error.to_string().contains("`year` has 4 entries in `ends` but 3 labels"), "{error}");
@@ -162,14 +162,14 @@ fn dimensions_and_labels_reach_the_store() {
     let missing = "hole.missing_dim_0";
     assert_eq!(dims(&store, "posterior/hole.missing"), json!(["chain", "draw", missing]));
 
-    // units, which densities do not have
+    // units: observations and tracked quantities have the declared units, log-likelihoods none
     let units = |name: &str| array(&store, name)["attributes"].clone();
     assert_eq!(units("observed_data/y"), json!({"units": "points"}));
     assert_eq!(units("posterior_predictive/y"), json!({"units": "points"}));
     assert_eq!(units("posterior/ends"), json!({"units": ["points", "1"]}));
     assert_eq!((units("log_likelihood/y"), units("posterior/mu")), (json!({}), json!({})));
 
-    // labels: text, and numbers where all are numbers
+    // labels are stored as text, or as integers if all of them are integers
     let text = |name: &str| std::fs::read(store.join(name).join("c/0")).unwrap();
     assert_eq!(array(&store, "posterior/school")["data_type"], "string");
     assert!(text("posterior/school").ends_with(b"\x06\0\0\0Choate\x09\0\0\0Deerfield"));
@@ -178,7 +178,7 @@ fn dimensions_and_labels_reach_the_store() {
     assert_eq!(array(&store, "posterior/year")["data_type"], "int64");
     let years: Vec<u8> = [2001_i64, 2002, 2003].iter().flat_map(|y| y.to_le_bytes()).collect();
     assert_eq!(text("posterior/year"), years);
-    // everything that a quantity stands on is in the metadata of the root
+    // the consolidated metadata of the root include the arrays of labels
     let root = array(&store, "");
     let nodes = &root["consolidated_metadata"]["metadata"];
     assert_eq!(nodes["posterior/school"], array(&store, "posterior/school"));
@@ -220,7 +220,7 @@ fn labels_stand_in_the_table_and_indices_still_find_their_rows() {
     assert!(posterior.trace("theta[1]").is_some() && posterior.trace("theta[Eton]").is_none());
     assert!(summary.warnings.iter().any(|f| f.what.contains("theta[")), "{summary}");
 
-    // labels that tell nothing apart do not stand for numbers
+    // equal labels distinguish nothing, so the summary shows indices
     posterior.label("ends", 1, &["end", "end"]).unwrap();
     assert!(shown(&posterior).contains(&"ends[Choate,1]".to_owned()));
 }

@@ -1,4 +1,4 @@
-//! Entries of one name that several statements observe.
+//! Entries of one array that several statements observe.
 
 use ppl::prelude::*;
 use ppl::{Bound, Model};
@@ -8,7 +8,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use crate::densities::{assert_gradient, assert_same};
 
 ppl::model! {
-    /// As Stan writes it: the first value is stationary, the others follow the one before.
+    /// The autoregression of Stan's manual: the first value is stationary, each later one depends on its predecessor.
     fn autoregression(y: &[f64]) {
         let phi ~ Uniform(-1.0, 1.0);
         let sd ~ HalfNormal(1.0);
@@ -29,7 +29,7 @@ ppl::model! {
         }
     }
 
-    /// A change point, a pair, and arms that share a name as before.
+    /// A change point, an array of pairs, and two arms that observe the same entry.
     fn parts(first: usize, wide: bool, y: &[f64], pair: &[[f64; 2]; 2], one: &[f64; 1]) {
         let level ~ Normal(0.0, 1.0).array::<2>();
         for i in 0..first {
@@ -51,7 +51,7 @@ ppl::model! {
         }
     }
 
-    /// Missing entries among those of two statements.
+    /// Missing entries in an array that two statements observe.
     fn gaps(y: &[Option<f64>]) {
         let mean ~ Normal(0.0, 1.0);
         y[0].impute() ~ Normal(mean, 2.0);
@@ -103,7 +103,7 @@ fn loops_and_single_entries_share_a_name() {
         assert_eq!(record.values("y").unwrap(), Y);
         assert_eq!(record.values("pair").unwrap(), pair.as_flattened());
         assert_eq!((shape("y"), shape("pair")), (vec![5], vec![2, 2]));
-        // one statement at a time
+        // only one of the two arms observes `one`
         assert_eq!(shape("one"), Vec::<usize>::new());
         assert_eq!(record.get("pair").unwrap().log_likelihood.len(), 2);
     }

@@ -1,4 +1,4 @@
-//! Literals beside unknowns: in arrays, in distributions side by side, in arms of branches.
+//! Literals together with unknowns: in arrays, in arrays of distributions, in the arms of branches.
 
 use ppl::prelude::*;
 use ppl::{Bound, Model};
@@ -21,12 +21,12 @@ ppl::model! {
         }
         let nested = [[0.5, x], [s, 1.0]];
         factor(-nested[0][0] * nested[0][1].square() - nested[1][0] * nested[1][1]);
-        // as many numbers as anywhere in Rust
+        // an array without unknowns has the type of plain Rust
         let plain = [0.5, ys[0], -1.5];
         factor(plain.iter().sum::<f64>() * x);
     }
 
-    /// The same in numbers that are unknowns throughout.
+    /// The same model in which every literal is converted to `Real`.
     fn arrays_spelt_out(ys: &[f64], kinds: &[u64]) {
         let x ~ Normal(0.0, 1.0);
         let s ~ LogNormal(0.0, 0.5);
@@ -47,7 +47,7 @@ ppl::model! {
         factor((ys[0] - 1.0) * x);
     }
 
-    /// Arrays, tuples, branches and blocks in each other.
+    /// Nested arrays, tuples, branches and blocks.
     fn nested(ys: &[f64]) {
         let x ~ Normal(0.0, 1.0);
         let mut g = [0.0; 2];
@@ -94,7 +94,7 @@ ppl::model! {
         } else {
             0.0
         };
-        // an arm without a value says nothing about the type of the others
+        // an arm that never returns does not determine the type of the branch
         let e = if x > 100.0 { reject!("{x} is too large") } else { 0.5 };
         let inner ~ chosen(x, kind);
         for y in ys {
@@ -137,7 +137,7 @@ fn arms_end_with_literals_beside_unknowns() {
             _ => f64::exp(0.5 * x),
         };
         let inner = if kind == 0 { 1.5 * x } else { 2.0 };
-        // without the flag c is 1 + x² and d is 0
+        // without the flag, c = 1 + x² and d = 0
         let mean = 0.5 + b + 0.5 * inner;
         let expected = normal(x) + ys.iter().map(|y| normal(y - mean)).sum::<f64>();
         let model = arms(&ys, false, kind);

@@ -1,4 +1,4 @@
-//! Formulas longer than one type can hold.
+//! Formulas with too many terms for one Rust type.
 
 use ppl::prelude::*;
 

@@ -1,5 +1,5 @@
-//! The language of `model!` against the same models by hand, and three ways to differentiate
-//! every kind of statement.
+//! Models in the language of `model!` against the same models by hand, and three methods of differentiation for every
+//! kind of statement.
 
 mod accumulators;
 mod by_hand;

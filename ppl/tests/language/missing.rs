@@ -6,7 +6,7 @@ use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 ppl::model! {
-    /// A normal mean with holes in the data.
+    /// A normal mean with missing data.
     fn mean(ys: &[Option<f64>]) {
         let mu ~ Normal(0.0, 10.0);
         for i in 0..ys.len() {
@@ -14,7 +14,7 @@ ppl::model! {
         }
     }
 
-    /// A regression with holes in the covariate, whose completed values are used after.
+    /// A regression with missing covariates, whose completed values later statements use.
     fn regression(x: &[Option<f64>], y: &[f64]) {
         let slope ~ Normal(0.0, 1.0);
         #[dims(row = ["a", "b", "c"])]
@@ -24,7 +24,7 @@ ppl::model! {
         }
     }
 
-    /// Vectors are there or not as a whole; a single datum needs no plate.
+    /// A vector that is missing or observed as a whole, and a single datum without a plate.
     fn whole(point: Option<[f64; 2]>, level: Option<f64>) {
         point.impute() ~ Normal(0.0, 1.0).array::<2>();
         level.impute() ~ Normal(point[0] + point[1], 1.0);
@@ -46,7 +46,7 @@ fn missing_values_are_unknowns_of_their_own_name() {
             ("ys.missing", &[2], Role::Parameter),
         ]
     );
-    // which entries they are
+    // the labels of the observed and of the missing entries
     assert_eq!(layout.coordinates["ys_dim_0"], ["0", "2", "3"]);
     assert_eq!(layout.coordinates["ys.missing_dim_0"], ["1", "4"]);
     let layout = regression(&[None, Some(0.4), None], &[1.0, 0.2, 0.7]).layout().unwrap().clone();
@@ -59,8 +59,8 @@ fn missing_values_are_unknowns_of_their_own_name() {
     assert!(layout.coordinates.is_empty());
 }
 
-/// Missing values drawn from the same normal carry nothing about μ, and follow its posterior
-/// prediction.
+/// Missing values with the same normal distribution carry no information on μ, and their posterior is the posterior
+/// predictive distribution.
 #[test]
 fn the_posterior_is_that_of_the_data_there_are() {
     let posterior = Nuts::default().seed(11).sample(&mean(&HOLES)).unwrap();
@@ -90,7 +90,7 @@ fn density_in_closed_form() {
     for (r, f) in reverse.iter().zip(forward) {
         approx::assert_relative_eq!(*r, f, max_relative = 1e-12);
     }
-    // ∂/∂a: its own density, and the regression through it
+    // ∂/∂a: its own density, and the regression on it
     let by_hand = -(a - 1.0) / 0.25 + slope * (1.0 - slope * a) / 0.04;
     approx::assert_relative_eq!(reverse[1], by_hand, max_relative = 1e-12);
 

@@ -3,7 +3,7 @@
 use ppl::prelude::*;
 use ppl::{Differentiable, DomainError};
 
-/// Three quantities of three parameters; defined for a > 1.
+/// A function from three parameters to three quantities, defined for a > 1.
 pub(crate) struct Curve;
 
 impl Differentiable<3, 3> for Curve {
@@ -24,7 +24,7 @@ pub(crate) const EFFECTS: [f64; 8] = [28.0, 8.0, -3.0, 7.0, -1.0, 1.0, 18.0, 12.
 pub(crate) const ERRORS: [f64; 8] = [15.0, 10.0, 16.0, 11.0, 9.0, 11.0, 10.0, 18.0];
 
 ppl::model! {
-    /// The shape of the paper's calibration.
+    /// A model of the form of the calibration in the project's paper.
     pub(crate) fn calibration(forward: &Curve, qois: &[[f64; 3]]) {
         let young     ~ Uniform(2.5, 3.0);
         let toughness ~ Uniform(0.1, 0.5);
@@ -60,7 +60,7 @@ ppl::model! {
         }
     }
 
-    /// Unknowns declared in a plate.
+    /// Eight schools with the unknowns `theta` declared in a plate.
     pub(crate) fn schools_in_a_plate(effects: &[f64; 8], errors: &[f64; 8]) {
         let mu ~ Normal(0.0, 5.0);
         let tau ~ HalfCauchy(5.0);
@@ -91,7 +91,7 @@ ppl::model! {
         }
     }
 
-    /// Groups by index, sizes at run time, owned data.
+    /// Groups by index, with sizes known at run time and data passed by value.
     pub(crate) fn hierarchy(groups: usize, group: Vec<usize>, count: Vec<u64>) {
         let level ~ Normal(0.0, 1.0);
         let spread ~ HalfNormal(1.0);
@@ -102,7 +102,7 @@ ppl::model! {
         }
     }
 
-    /// Branches on data, with and without a value.
+    /// Branches on data, with and without a result.
     pub(crate) fn branches(robust: bool, prior: Option<f64>, kind: u8, ys: &[f64]) {
         let mean ~ Normal(0.0, 2.0);
         let sd = if let Some(scale) = prior {
@@ -134,7 +134,7 @@ ppl::model! {
         }
     }
 
-    /// A mixture summed out, with weights of both kinds.
+    /// A mixture by hand, in addition to a factor without unknowns and one with unknowns.
     pub(crate) fn mixture(ys: &[f64], weight: f64) {
         let share ~ Beta(2.0, 2.0);
         let centre ~ Normal(0.0, 1.0).array::<2>();
@@ -147,7 +147,7 @@ ppl::model! {
         }
     }
 
-    /// Fields, tuples and dereferences as places; blocks.
+    /// Observations of fields, tuple entries and dereferenced arguments; a block.
     pub(crate) fn places(pair: &(f64, f64), specimens: &[Specimen], flag: &bool) {
         let a ~ Gamma(2.0, 3.0);
         let p ~ Uniform(0.0, 1.0);
@@ -182,7 +182,7 @@ ppl::model! {
         factor(-value.square());
     }
 
-    /// A loop that is left for the next round of the one around it, which carries a state.
+    /// An inner loop that continues the outer loop, which carries a state.
     pub(crate) fn jumps(rows: &[[f64; 3]]) {
         let mu ~ Normal(0.0, 1.0);
         let sd ~ HalfNormal(1.0);
@@ -199,7 +199,7 @@ ppl::model! {
         }
     }
 
-    /// The larger and the smaller of numbers, data and formulas.
+    /// Maxima and minima of unknowns, literals and formulas.
     pub(crate) fn bent(ys: &[f64]) {
         let knot ~ Normal(0.0, 1.0);
         let slope ~ Normal(0.0, 1.0).array::<2>();
@@ -210,7 +210,7 @@ ppl::model! {
         }
     }
 
-    /// A sequence carried through a loop.
+    /// A state that a loop carries from datum to datum.
     pub(crate) fn walk(ys: &[f64]) {
         let phi ~ Uniform(-1.0, 1.0);
         let sd ~ HalfNormal(1.0);

@@ -1,8 +1,8 @@
-//! Names of the user that mean two things.
+//! Names that mean both a type and a constant.
 
 use ppl::prelude::*;
 
-/// A type with the name of a constant: nobody makes one.
+/// A type with the name of a const parameter; no value of it exists.
 #[expect(dead_code)]
 struct V;
 

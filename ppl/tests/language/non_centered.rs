@@ -1,4 +1,4 @@
-//! The non-centred form is the same distribution over other coordinates.
+//! The non-centred form is the same distribution in other coordinates.
 
 use ppl::prelude::*;
 use ppl::{Bound, Joined, LocationScale, Model, Workspace, check};
@@ -54,7 +54,7 @@ fn spread<R: Scalar>(tau: R) -> CholeskyFactor<R, 2> {
 
 const YS: [f64; 3] = [0.4, -1.0, 2.0];
 
-/// Both at the same values: log p(z) = log p(x) + log |dx/dz|, and dx/dz is known by hand.
+/// Densities at the same values: log p(z) = log p(x) + log |dx/dz|, where the Jacobian is computed by hand.
 #[test]
 fn densities_differ_by_the_change_of_variables() {
     let (centred, moved) = (centred(&YS), moved(&YS));
@@ -70,7 +70,7 @@ fn densities_differ_by_the_change_of_variables() {
         let first = (at("pair")[0] - mu) / tau;
         z.extend([first, (at("pair")[1] - tau - 0.3 * tau * first) / 2.0]);
 
-        // the values are the same, by name
+        // named values are the same in both forms
         let there = moved.constrain(&z, &mut rng).unwrap();
         for (a, b) in x.entries.iter().zip(&there.entries) {
             assert_eq!(a.variable, b.variable);
@@ -81,12 +81,12 @@ fn densities_differ_by_the_change_of_variables() {
         for (a, b) in there.unconstrained.iter().zip(&z) {
             approx::assert_relative_eq!(*a, *b, max_relative = 1e-9, epsilon = 1e-12);
         }
-        // five numbers and the logarithm of one scaled by τ, and the pair by 2 τ
+        // the Jacobian: five numbers and one logarithm scaled by τ, and a pair scaled by τ and 2
         let jacobian = 7.0 * tau.ln() + 2.0f64.ln();
         let over_x = centred.log_density(&x.unconstrained, &mut w).unwrap();
         let over_z = moved.log_density(&z, &mut w).unwrap();
         approx::assert_relative_eq!(over_z, over_x + jacobian, max_relative = 1e-10);
-        // over the values themselves the two are the same density
+        // without Jacobians the two densities of the values are equal
         approx::assert_relative_eq!(
             moved.log_density_without_jacobian(&z, &mut w).unwrap(),
             centred.log_density_without_jacobian(&x.unconstrained, &mut w).unwrap(),
@@ -95,7 +95,7 @@ fn densities_differ_by_the_change_of_variables() {
     }
 }
 
-/// Tape and duals agree, with the Jacobian and without.
+/// Tape and dual numbers agree.
 #[test]
 fn gradients() {
     let model = moved(&YS);
@@ -109,7 +109,7 @@ fn gradients() {
     }
 }
 
-/// The density of a coordinate does not see location and scale, even where x − μ has no digits.
+/// The density of a coordinate does not depend on location and scale, even where x − μ has lost all digits.
 #[test]
 fn far_locations_keep_the_digits_of_the_coordinates() {
     let far = Normal(1e12, 1e-6).non_centered();
@@ -130,7 +130,7 @@ fn sample(model: &Bound<impl Model>) -> ppl::Posterior {
         .unwrap()
 }
 
-/// Errors small beside τ, so that both forms are sampled well: one posterior.
+/// With measurement errors small relative to τ both forms sample well, and have the same posterior.
 #[test]
 fn posteriors_of_both_forms_agree() {
     let effects = [28.0, 8.0, -3.0, 7.0, -1.0, 1.0, 18.0, 12.0];
@@ -147,7 +147,7 @@ fn posteriors_of_both_forms_agree() {
             a.mean,
             b.mean
         );
-        // the spread, whose relative error is about 1/√(2 ESS)
+        // the logarithm of the sd, whose standard error is about 1/√(2 ESS)
         let error = (0.5 / a.ess_bulk + 0.5 / b.ess_bulk).sqrt();
         assert!((a.sd / b.sd).ln().abs() < 5.0 * error, "{name}: {} and {}", a.sd, b.sd);
     }

@@ -1,12 +1,12 @@
-//! Models that compile without a warning.
+//! Models that must compile without a warning.
 #![deny(warnings)]
 use ppl::prelude::*;
 
 ppl::model! {
-    /// Nothing at all.
+    /// A model without statements.
     fn empty() {}
 
-    /// Names that the macro uses itself.
+    /// Arguments and unknowns with names that the generated code uses.
     fn hygiene(cx: f64, site: f64, data: &[f64]) {
         let this ~ Normal(cx, 1.0);
         let lp ~ Normal(site, 1.0);
@@ -15,13 +15,13 @@ ppl::model! {
         }
     }
 
-    /// Unknowns that nothing uses.
+    /// Unknowns that no other statement uses.
     fn prior() {
         let a ~ Normal(0.0, 1.0);
         let b ~ Beta(2.0, 2.0).array::<3>();
     }
 
-    /// A submodel, named dimensions, and data that may be missing, with names that nothing uses.
+    /// A submodel, a named dimension and a datum that may be missing, none of whose values is used.
     fn part(level: Real, _unused: f64) -> Real {
         let x ~ Normal(level, 1.0);
         x
@@ -40,14 +40,14 @@ ppl::model! {
         r#type ~ Normal(r#match, 1.0);
     }
 
-    /// Data that are not used, and a lint that is asked for.
+    /// An unused argument, and a lint that an attribute allows.
     fn unused(_weights: &[f64], y: f64) {
         #[allow(unused_variables)]
         let spare = 2.0;
         y ~ Normal(0.0, 1.0);
     }
 
-    /// Bounds in both places; an own function.
+    /// Bounds in the parameter list and in the `where` clause, and calls of function arguments.
     fn generic<F: Fn(f64) -> f64, G>(f: F, g: &G, ys: &[f64])
     where
         G: Fn(&f64) -> f64,
@@ -59,7 +59,7 @@ ppl::model! {
         }
     }
 
-    /// Items, loops and labels of plain Rust.
+    /// Items, loops, labels and closures of plain Rust.
     fn plain(ys: &[f64]) {
         const HALF: f64 = 0.5;
         fn twice<S: Scalar>(x: S) -> S {
@@ -92,7 +92,7 @@ ppl::model! {
     }
 }
 
-/// Lints about how code is written, some of them asked for, say nothing about what is generated.
+/// Lints about code style, even if denied, do not apply to the generated code.
 #[deny(single_use_lifetimes, unused_braces)]
 mod written {
     use ppl::prelude::*;

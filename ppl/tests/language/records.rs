@@ -1,4 +1,4 @@
-//! What a model names, draws and refuses.
+//! Names, prior draws, predictions and rejections of models.
 
 use std::collections::BTreeMap;
 
@@ -59,7 +59,7 @@ fn names_and_shapes() {
             ("flag", &[], Observed),
         ])
     );
-    // arms of a branch share a name, and only the arm that runs declares
+    // arms of a branch may share a name, and only the arm that runs declares it
     let both = branches(true, Some(1.0), 2, &[0.1, f64::NAN, 0.3]);
     assert_eq!(
         names(&both),
@@ -94,7 +94,7 @@ fn values_at_a_point() {
     approx::assert_relative_eq!(observed.log_likelihood[0], ln_density, max_relative = 1e-13);
 }
 
-/// Prior draws and predictions follow their distributions: means within 4 standard errors.
+/// Prior draws and predictions have the distributions of their statements: means within 4 standard errors.
 #[test]
 fn prior_draws() {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(11);
@@ -107,7 +107,7 @@ fn prior_draws() {
         for name in ["phi", "sd"] {
             columns.entry(name).or_default().push(record.values(name).unwrap()[0]);
         }
-        // standardised by what they are drawn from
+        // standardised with the location and scale of their distributions
         let next = record.values("next").unwrap()[0];
         let centre = record.values("phi").unwrap()[0] * record.values("last").unwrap()[0];
         columns.entry("next").or_default().push((next - centre) / scale);
@@ -155,7 +155,7 @@ fn rejections_know_their_place() {
     assert_eq!(line.trim(), format!("{};", location.statement));
 }
 
-/// A coordinate that nothing reads would have a flat density: the run stops instead.
+/// An unread coordinate would have a flat density; the run stops with an error instead.
 #[test]
 fn the_number_of_unknowns_is_fixed() {
     ppl::model! {
@@ -182,7 +182,7 @@ fn the_number_of_unknowns_is_fixed() {
     }
 }
 
-/// `#[predict]` does not run while a density is evaluated.
+/// Evaluations of the density do not run `#[predict]` statements.
 #[test]
 fn predictions_wait_for_finished_draws() {
     use std::sync::atomic::{AtomicUsize, Ordering};

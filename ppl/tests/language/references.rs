@@ -1,4 +1,4 @@
-//! References to unknowns, as loops over arrays give them, are read as the unknowns.
+//! References to unknowns, from loops over arrays, have the value and gradient of the unknowns.
 
 use ppl::prelude::*;
 

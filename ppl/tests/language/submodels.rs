@@ -1,4 +1,4 @@
-//! Blocks of statements used again: names, shapes, densities, predictions.
+//! Submodels: names, shapes, densities, predictions.
 
 use ppl::prelude::*;
 use ppl::{Bound, Model, Rejection, Role, Workspace, check};
@@ -6,7 +6,7 @@ use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 ppl::model! {
-    /// Offsets of groups around a level that may be an unknown.
+    /// A submodel for group offsets around a level, which may be an unknown or a number.
     fn offsets(level: Real, scale: f64, groups: usize) -> Vec<Real> {
         let spread ~ HalfNormal(scale);
         let z ~ Normal(0.0, 1.0).iid(groups);
@@ -14,7 +14,7 @@ ppl::model! {
         offset
     }
 
-    /// A submodel in a submodel, and an unknown of its own that both can see.
+    /// A submodel that calls another twice and has an unknown `level` itself.
     fn two_ways(rows: usize, columns: usize) -> (Vec<Real>, Vec<Real>) {
         let level ~ Normal(0.0, 5.0);
         let row ~ offsets(level, 1.0, rows);
@@ -30,7 +30,7 @@ ppl::model! {
         }
     }
 
-    /// The same without submodels.
+    /// The same model without submodels.
     fn table_at_length(rows: usize, columns: usize, cells: &[(usize, usize, f64)]) {
         let level ~ Normal(0.0, 5.0);
         let spread_1 ~ HalfNormal(1.0);
@@ -43,7 +43,7 @@ ppl::model! {
         }
     }
 
-    /// One specimen: an unknown, its observations, a prediction, and a value chosen by data.
+    /// One specimen: an unknown, its observations, a prediction, and a result that depends on the data.
     fn specimen(mean: Real, tau: Real, ys: &[f64]) -> Real {
         let theta ~ Normal(mean, tau);
         for y in ys {
@@ -66,7 +66,7 @@ ppl::model! {
         #[predict] let other ~ specimen(mu, 0.5, specimens[0]);
     }
 
-    /// No value: statements only.
+    /// A submodel without a result.
     fn noise<const K: usize>(ys: &[[f64; K]], sd: Real) -> () {
         for y in ys {
             y ~ Normal(0.0, sd).array::<K>();
@@ -93,7 +93,7 @@ ppl::model! {
     }
 }
 
-/// A function of the usual kind that returns a distribution.
+/// An ordinary function that returns a distribution.
 fn wide(scale: f64) -> Normal<f64, f64> {
     Normal(0.0, 10.0 * scale)
 }
@@ -165,8 +165,7 @@ fn names_have_those_of_the_submodels_in_front() {
     assert_eq!(names(&by_function(1.0))[0], ("x", &[][..], Parameter));
 }
 
-/// A submodel is the same density as its statements written out, with the same gradient by tape
-/// and by duals.
+/// A submodel has the density of its statements written out, and the same gradient by tape and by dual numbers.
 #[test]
 fn densities_are_those_of_the_statements() {
     let (parts, whole) = (table(2, 3, &CELLS), table_at_length(2, 3, &CELLS));
@@ -196,7 +195,7 @@ fn values_predictions_and_likelihoods() {
         .to_vec();
     assert_eq!(observed.log_likelihood, expected);
 
-    // a new specimen at this point: θ ~ N(0.4, 0.5), y ~ N(θ, 1), over many draws
+    // mean and variance over many draws of a new specimen at this point: θ ~ N(0.4, 0.5), y ~ N(θ, 1)
     let n = 4000;
     let (mut theta, mut y) = (0.0, 0.0);
     for _ in 0..n {
@@ -206,11 +205,11 @@ fn values_predictions_and_likelihoods() {
     }
     let n = f64::from(n);
     assert!((theta / n - 0.4).abs() < 4.0 * 0.5 / n.sqrt());
-    // variance 1.25, whose estimate has the variance 2 · 1.25²/n
+    // the variance is 1.25, and the variance of its estimate is 2 · 1.25²/n
     assert!((y / n - 1.25).abs() < 4.0 * 1.25 * (2.0 / n).sqrt());
 }
 
-/// θ_j ~ N(μ, ½), y ~ N(θ, 1): with μ ~ N(0, 2) all is normal, and known in closed form.
+/// θ_j ~ N(μ, ½), y ~ N(θ_j, 1) and μ ~ N(0, 2): the posterior is normal with known moments.
 #[test]
 fn a_posterior_through_submodels() {
     let (a, b): (&[f64], &[f64]) = (&[1.5], &[2.5]);
@@ -258,7 +257,7 @@ ppl::model! {
         }
     }
 
-    /// The statements depend on the value of an unknown.
+    /// A submodel whose statements depend on the value of an unknown.
     fn one_of_two(x: Real, ys: &[f64], zs: &[f64]) -> Real {
         if x > 0.0 {
             for y in ys {
@@ -292,7 +291,7 @@ fn a_submodel_has_the_density_of_its_body() {
     }
 }
 
-/// A submodel that runs other statements at other points is not precomputed, whatever the model around it does.
+/// A submodel that runs different statements at different points is evaluated at every point, without precomputed sums.
 #[test]
 fn a_varying_submodel_is_evaluated_at_every_point() {
     let (ys, zs) = ([0.3, 1.2], [0.1, 0.9, -0.4]);

@@ -1,5 +1,5 @@
-//! Observations that share their parameters are summed up before the density is evaluated: the
-//! same model with a place for every datum must say the same.
+//! Sufficient statistics: a model whose observations share their parameters equals the same model with one parameter
+//! per datum.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -87,7 +87,7 @@ ppl::model! {
         }
     }
 
-    /// At the ends of supports a unit shape has a density.
+    /// Data at the ends of a support, where the density is positive if the shape is 1.
     fn pooled_ends(shares: &[f64], lives: &[f64]) {
         let rate ~ Gamma(2.0, 1.0);
         for share in shares {
@@ -143,7 +143,7 @@ ppl::model! {
     }
 }
 
-/// Data that count how often one of them is looked at.
+/// Data that count how often a model reads one of them.
 struct Counted {
     values: Vec<f64>,
     looks: AtomicUsize,
@@ -176,7 +176,7 @@ fn assert_same(a: &Bound<impl Model>, b: &Bound<impl Model>) {
         for (a, b) in ours.iter().zip(&theirs) {
             assert!((a - b).abs() < 1e-12 * size, "{a} and {b}");
         }
-        // the full density, constants of the data included
+        // the complete density, with the constants of the data
         let value = a.log_density_without_jacobian(&y, &mut w).unwrap();
         let expected = b.log_density_without_jacobian(&y, &mut w).unwrap();
         approx::assert_relative_eq!(value, expected, max_relative = 1e-12);
@@ -212,7 +212,7 @@ fn sums_of_logarithms_suffice() {
     }
 }
 
-/// An evaluation costs the same whatever the number of data.
+/// An evaluation reads no data, so its cost does not depend on their number.
 #[test]
 fn data_are_gone_through_when_they_are_bound() {
     let data = Counted { values: vec![0.4, 1.1, -0.3], looks: AtomicUsize::new(0) };
@@ -247,7 +247,7 @@ fn records_are_not_pooled() {
     assert_eq!(record.replicate("y").unwrap().len(), 2);
 }
 
-/// Data outside the support have no density, pooled or not.
+/// Data outside the support are rejected, with or without sufficient statistics.
 #[test]
 fn what_is_impossible_is_rejected() {
     let model = pooled(&[], &[-1.0, 2.0], &[], &[], &[]);

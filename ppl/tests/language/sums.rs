@@ -1,5 +1,4 @@
-//! Sums that are written as loops are formulas: they say what the same sum by `dot` says, and have
-//! its gradient.
+//! Sums written as loops are formulas, with the value and the gradient of the same sum by `dot`.
 
 use ppl::prelude::*;
 use ppl::{Bound, Model, Workspace};
@@ -29,7 +28,7 @@ ppl::model! {
         }
     }
 
-    /// The start is data, the loop runs over unknowns, and one part comes alone.
+    /// A sum that starts from a number, over unknowns zipped with data, with a further term after the loop.
     fn with_zip(x: &[[f64; 3]], y: &[f64]) {
         let slope ~ Normal(0.0, 1.0).array::<3>();
         let level ~ Normal(0.0, 1.0);
@@ -45,7 +44,7 @@ ppl::model! {
         }
     }
 
-    /// Iterators, in a part of a formula, of one that is named, and under a function.
+    /// Sums by iterators: as a variable, as a part of a formula, and as the argument of a function.
     fn with_iterators(x: &[[f64; 3]], y: &[f64]) {
         let slope ~ Normal(0.0, 1.0).array::<3>();
         let level ~ Normal(0.0, 1.0);
@@ -58,7 +57,8 @@ ppl::model! {
         }
     }
 
-    /// The sum is used again, changed again, and shadows an unknown; whole numbers stay such.
+    /// A sum that is used and changed afterwards, under a loop variable that shadows an unknown; a sum of integers
+    /// stays an integer.
     fn used_twice(x: &[[f64; 3]], y: &[f64]) {
         let slope ~ Normal(0.0, 1.0).array::<3>();
         let level ~ Normal(0.0, 1.0);
@@ -80,7 +80,7 @@ ppl::model! {
         }
     }
 
-    /// Outside a plate, in a factor.
+    /// A sum outside a plate, used in a factor.
     fn once(x: &[f64; 3]) {
         let z ~ Normal(0.0, 1.0).array::<3>();
         let mut sum = 0.3 * z[0].exp();

@@ -1,4 +1,4 @@
-//! Probabilities beyond a limit, as numbers with derivatives.
+//! Tail probabilities and probabilities of intervals, with derivatives.
 
 use ppl::prelude::*;
 
@@ -30,7 +30,7 @@ ppl::model! {
 }
 
 ppl::model! {
-    /// Data in classes whose limits are unknown, a truncation at an unknown end, and a copula.
+    /// Data in classes with unknown limits, a truncation at an unknown end, and a copula.
     fn unknown_ends(classes: &[usize], lifetimes: &[f64], pairs: &[[f64; 2]]) {
         let mean ~ Normal(0.0, 1.0);
         let sd ~ LogNormal(0.0, 0.5);
@@ -52,7 +52,7 @@ ppl::model! {
             factor(Exponential(rate).ln_density(&Real::from(t)) - Exponential(rate).ln_cdf(end));
         }
         for pair in pairs {
-            // from the smaller tail, which has the digits
+            // computed from the smaller tail, which keeps more digits
             let z = pair.map(|x| {
                 let (below, above) = (d.ln_cdf(x), d.ln_sf(x));
                 if below < above {
@@ -96,7 +96,7 @@ fn ends_may_be_unknown() {
     ppl::check::gradient(&one, 7);
 }
 
-/// What moves outside the support, or at an infinity, moves no mass.
+/// A limit outside the support or at infinity has derivative 0.
 #[test]
 fn ends_outside_the_support() {
     let [x, rate] = ppl::Dual::variables([-1.0, 2.0]);

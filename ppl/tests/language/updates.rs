@@ -1,5 +1,4 @@
-//! Bodies written as in other languages: state that is updated in place, types of unknowns
-//! without their argument.
+//! State that is updated in place, and the type `Real` without its type argument.
 
 use ppl::prelude::*;
 
@@ -27,7 +26,7 @@ ppl::model! {
         }
     }
 
-    /// The same with every right side first.
+    /// The same model in which every right-hand side is a variable first.
     fn by_name(ys: &[f64]) {
         let a ~ Uniform(-1.0, 1.0);
         let step ~ Normal(0.0, 1.0).array::<4>();

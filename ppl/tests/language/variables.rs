@@ -1,4 +1,4 @@
-//! Variables that begin as data and come to hold what follows from unknowns.
+//! Mutable variables that start as literals and later depend on unknowns.
 
 use ppl::prelude::*;
 use ppl::{Bound, LogDensity, Model, Workspace};
@@ -58,7 +58,7 @@ ppl::model! {
             sum
         };
         let part ~ summed(b, ys);
-        // what is but asked about unknowns is a number of Rust, as data are
+        // a variable that depends on unknowns only through conditions is a plain number, like data
         let mut count = 0.0;
         for s in &squares {
             if *s > 1e9 {
@@ -87,7 +87,7 @@ ppl::model! {
         total
     }
 
-    /// The sums that suffice are not the same on both sides.
+    /// The two arms observe different data, and so have different sufficient statistics.
     fn branching(ys: &[f64], others: &[f64]) {
         let b ~ Normal(0.0, 1.0);
         let mut state = 0.0;
@@ -126,7 +126,7 @@ fn variables_begin_as_literals() {
             error = ys[t] - mean;
             expected += normal(ys[t], mean);
         }
-        // 0, b, 1.5 b
+        // path: 0, b, 1.5 b
         let total = -1.0 + 2.5 * b;
         let (last, length) = (b, 2.3);
         let inner: f64 = ys.iter().map(|y| (b * y).sin()).sum();
@@ -142,7 +142,7 @@ fn variables_begin_as_literals() {
     }
 }
 
-/// A branch on such a variable is one on unknowns: what suffices of the data is found at every point.
+/// A branch on such a variable is a branch on unknowns: sufficient statistics are computed at every point.
 #[test]
 fn branches_on_variables_are_branches_on_unknowns() {
     let (ys, others) = ([0.3, 1.2, 0.8], [-0.4, 2.5]);

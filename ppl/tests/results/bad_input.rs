@@ -1,4 +1,4 @@
-//! What cannot be right is refused in words that name it, before anything is lost.
+//! Invalid input is refused with an error that names it, before any work is lost.
 
 use ppl::prelude::*;
 use ppl::{Bound, Map, Model, OptimizeError, Posterior, WarningKind, Workspace};
@@ -41,7 +41,7 @@ ppl::model! {
         y ~ Normal(mean, 1.0);
     }
 
-    /// √(x²) has a density everywhere, and no tangent at 0.
+    /// A factor exp(−½ √(x²)), which is not differentiable at x = 0.
     fn without_tangent(y: f64) {
         let x ~ Normal(0.0, 1.0);
         let size = x.square().sqrt();
@@ -61,7 +61,7 @@ fn refusal<M: Model>(model: &Bound<M>) -> [String; 2] {
     ]
 }
 
-/// The statement whose gradient is NaN, by sampler and check.
+/// The sampler and the gradient check name the statement whose derivative is NaN.
 #[test]
 fn the_statement_without_gradient_is_named() {
     let model = without_tangent(0.3);
@@ -73,7 +73,7 @@ fn the_statement_without_gradient_is_named() {
     assert!(ppl::check::gradient_at(&model, &[0.5]).is_ok());
 }
 
-/// The datum that no point gives a density, by its index and value.
+/// An observation whose log-density is not finite at any point is named by its index and value.
 #[test]
 fn the_datum_at_fault_is_named() {
     let mut y = vec![0.5; 1000];
@@ -81,7 +81,7 @@ fn the_datum_at_fault_is_named() {
     for said in refusal(&level(&[1.0; 1000], &y)) {
         assert!(said.contains("the first observation to fail is `y[777]` = NaN"), "{said}");
     }
-    // a covariate at fault makes a distribution that is not defined
+    // a covariate that is not finite makes a parameter of the distribution invalid
     let mut x = [1.0; 4];
     x[2] = f64::INFINITY;
     for said in refusal(&level(&x, &[0.25; 4])) {
@@ -120,7 +120,10 @@ fn a_gradient_needs_as_much_room_as_the_point() {
             model.tape_gradient(&[0.1], &mut gradient, &mut workspace),
         ] {
             let said = refused.expect_err("another length").to_string();
-            assert!(said.contains(&format!("room for {room} numbers, the point has 1")), "{said}");
+            assert!(
+                said.contains(&format!("gradient has length {room} and the point has length 1")),
+                "{said}"
+            );
         }
     }
 }
@@ -146,7 +149,7 @@ fn chains_go_on_with_the_thinning_they_began_with() {
     let nuts = Nuts::default().chains(1).warmup(50).seed(3);
     let earlier = nuts.clone().thin(3).draws(10).run(&model).expect("runs");
     let said = nuts.clone().draws(20).resume(&model, earlier.clone()).expect_err("another thin");
-    assert!(said.to_string().contains("one transition in 3, not one in 1"), "{said}");
+    assert!(said.to_string().contains("one of 3 transitions but `thin` is 1"), "{said}");
     nuts.thin(3).draws(20).resume(&model, earlier).expect("the same thin");
 }
 
@@ -169,13 +172,13 @@ fn draws_of_another_density_are_told_from_its_own() {
     let chains = Nuts::default().run(&model).expect("runs");
     let own = Posterior::from_chains(&model, chains.clone(), 1).expect("fits");
     assert!(!kinds(&own).contains(&WarningKind::OtherDensity));
-    // the density of held-out data at these draws is asked for like this
+    // evaluating the density of held-out data at these draws is the intended use of such a call
     let held_out = level(&[2.0], &[1.3]);
     let other = Posterior::from_chains(&held_out, chains, 1).expect("the same unknowns");
     assert!(kinds(&other).contains(&WarningKind::OtherDensity));
 }
 
-/// What data make of a model is said of the model, at the statement, and stops nothing else.
+/// Data whose sizes disagree with each other give an error of the model that names the statement.
 #[test]
 fn data_that_do_not_fit_one_another_are_named() {
     let said = |layout: Result<_, ppl::ModelError>| match layout {

@@ -1,4 +1,4 @@
-//! The parts that a modeller tests with: estimates, gradients, cross-validation by hand, black boxes.
+//! Estimates against references, gradient checks, leave-one-out cross-validation, finite differences.
 
 use ppl::check::{CheckFailure, Estimate, GradientMismatch, gradient_at};
 use ppl::diagnostics::{Loo, LooError, pareto_smooth};
@@ -12,8 +12,8 @@ fn normal_chains(seed: u64) -> Vec<Vec<f64>> {
     (0..4).map(|_| (0..250).map(|_| rng.sample(StandardNormal)).collect()).collect()
 }
 
-/// The stated rate of false alarms at two standard errors, 2 Φ(−2) = 4.55 %, over 600 means,
-/// sds and medians; four binomial standard errors are allowed.
+/// Of 600 means, sds and medians, 2 Φ(−2) = 4.55 % are more than two standard errors from the exact value; the test
+/// allows four binomial standard errors.
 #[test]
 fn false_alarms_come_at_the_stated_rate() {
     let repetitions = 600;
@@ -43,15 +43,15 @@ fn failures_tell_all_numbers() {
     let chains: Vec<&[f64]> = owned.iter().map(Vec::as_slice).collect();
     let failure = Estimate::of_mean("mu", &chains, 0.5).check(4.0).expect_err("far off");
     let words = failure.to_string();
-    for part in ["mean of mu", "expected 0.5", "MCSE", "standard errors", "allowed are 4"] {
+    for part in ["mean of mu", "expected 0.5", "MCSE", "standard errors", "at most 4 are allowed"] {
         assert!(words.contains(part), "{words}");
     }
-    // a reference known to ± 1 is no contradiction
+    // a reference value with standard error 1 agrees with the draws
     Estimate::of_mean("mu", &chains, 0.5).reference_error(1.0).within_mcse(4.0);
 }
 
-/// Chains in two modes confirm no mean, neither that of all draws nor that of a mode; nor do a few
-/// draws that follow each other closely.
+/// Chains in two modes fail the check of a mean, an sd and a median, whatever value is expected; so does a short chain
+/// with strong autocorrelation.
 #[test]
 fn chains_that_do_not_mix_confirm_nothing() {
     let mut owned = normal_chains(2);
@@ -85,7 +85,7 @@ fn a_constant_has_to_be_exact() {
     assert!(Estimate::of_mean("c", &[&constant], 2.1).check(4.0).is_err());
 }
 
-/// Normal data with known scale and a flat prior: p(y_i | y_−i) is normal in closed form.
+/// A normal model with known scale and a flat prior, for which p(y_i | y_−i) is normal in closed form.
 #[test]
 fn conjugate_normal_in_closed_form() {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(77);
@@ -108,7 +108,7 @@ fn conjugate_normal_in_closed_form() {
             -0.5 * (y - others).powi(2) / variance - half_log_tau - 0.5 * variance.ln()
         })
         .sum();
-    // 20 terms, each a mean of 8000 ratios with relative spread of about 0.05 … 0.5
+    // elpd sums 20 terms, each the log of a mean of 8000 ratios with relative sd 0.05 to 0.5
     assert!((loo.elpd - exact).abs() < 0.02, "{} against {exact}", loo.elpd);
     assert!(loo.unreliable().is_empty());
     assert!((loo.p_loo - 1.0).abs() < 0.6, "one parameter: {}", loo.p_loo);
@@ -132,13 +132,13 @@ fn equal_ratios_need_no_smoothing() {
     assert!((ratios[0] + 100_f64.ln()).abs() < 1e-14);
 }
 
-/// x³ y and √x, defined for x ≥ 0 only.
+/// The functions x³ y and √x, defined for x ≥ 0 only.
 fn black_box(&[x, y]: &[f64; 2]) -> Result<[f64; 2], DomainError> {
     DomainError::require(x >= 0.0, "black box", "x", "at least 0", x)?;
     Ok([x * x * x * y, x.sqrt()])
 }
 
-/// The error is that of the third derivative, h² y for x³ y, and falls as h².
+/// The error of a central difference of x³ y in x is h² y, the third derivative times h²/6.
 #[test]
 fn the_error_is_of_second_order() {
     for (step, allowed) in [(1e-2, 3.1e-4), (1e-3, 3.1e-6), (1e-4, 4e-8)] {
@@ -166,7 +166,7 @@ fn at_the_edge_of_the_domain_differences_are_one_sided() {
     assert!(FiniteDifference::new(black_box, [1e-3, 0.0]).is_err());
 }
 
-/// y ↦ −y₀⁴/4 − y₁²/2 with a gradient that may be wrong by `slip` in the second component.
+/// The log-density −y₀⁴/4 − y₁²/2, with the field added to the second component of its gradient.
 struct Slipped(f64);
 
 impl LogDensity for Slipped {
@@ -184,7 +184,7 @@ impl LogDensity for Slipped {
     }
 }
 
-/// −10¹⁰ (1 + 10⁻⁸ eʸ): rounding of the value is far above 1e-8 in its differences.
+/// The log-density −10¹⁰ (1 + 10⁻⁸ eʸ), whose rounding error makes its finite differences wrong by far more than 10⁻⁸.
 struct Large;
 
 impl LogDensity for Large {

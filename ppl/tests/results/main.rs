@@ -1,4 +1,4 @@
-//! What becomes of draws: diagnostics, posteriors, warnings, files, and what is refused on the way.
+//! Results of a run: diagnostics, posteriors, warnings, files, and the refusal of invalid input.
 
 mod bad_input;
 mod checks;

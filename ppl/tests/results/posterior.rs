@@ -6,8 +6,8 @@ use ppl::prelude::*;
 use ppl::{Posterior, PosteriorError, Role, StopReason, WarningKind, check};
 
 ppl::model! {
-    /// A mean that is known in closed form, a parameter that no datum sees, and one that the data
-    /// pull beyond its upper bound.
+    /// A mean with a posterior in closed form, a parameter `idle` that the data do not inform, and a parameter `edge`
+    /// that the data pull beyond its upper bound.
     fn means(y: &[f64], beyond: f64, other: f64) {
         let mu ~ Normal(0.0, 10.0).array::<2>();
         let idle ~ Uniform(-1.0, 1.0);
@@ -40,7 +40,7 @@ ppl::model! {
 }
 
 ppl::model! {
-    /// A statement that has no density for x > 1, and a prediction that needs x > −1.
+    /// A factor that is not defined for x > 1, and a prediction that is not defined for x < −1.
     fn edgy() {
         let x ~ Normal(0.0, 1.0);
         factor(0.0 * (1.0 - x).ln());
@@ -86,7 +86,7 @@ fn names_shapes_and_moments_of_a_conjugate_model() {
     check::mean(&posterior, "next", 15.0 / 5.01).within_mcse(4.0);
     check::sd(&posterior, "next", (1.0 + sd * sd).sqrt()).within_mcse(4.0);
 
-    // the log-likelihood of every draw, again
+    // computes the log-likelihood of every draw a second time
     let mu = posterior.trace("mu[0]").expect("a parameter").concat();
     let stored = posterior.log_likelihood.trace("y[3]").expect("an observation").concat();
     for (mu, stored) in mu.iter().zip(stored) {
@@ -98,7 +98,7 @@ fn names_shapes_and_moments_of_a_conjugate_model() {
 }
 
 ppl::model! {
-    /// Half of the data is in a factor, if there is any.
+    /// Normal observations, and counts whose log-likelihood is added by `factor`.
     fn halves(y: &[f64], k: &[u64]) {
         let mu ~ Normal(0.0, 1.0);
         for y in y {
@@ -144,7 +144,8 @@ fn the_summary_says_what_the_data_did_not_inform() {
 }
 
 ppl::model! {
-    /// Data ten prior standard deviations out.
+    /// Observations about ten prior standard deviations from the prior of `rate`, and a parameter `known` that they
+    /// hardly inform.
     fn surprise(y: &[f64]) {
         let rate ~ Exponential(1.0);
         let known ~ Normal(0.0, 1.0);
@@ -238,7 +239,7 @@ fn divergences_are_located_in_the_neck_of_a_funnel() {
 #[test]
 fn nobody_is_told_to_raise_the_target_acceptance_to_what_it_is() {
     let model = funnel();
-    for (target, advice) in [(0.95, "acceptance to 0.99,"), (0.99, "reparametrise, or give")] {
+    for (target, advice) in [(0.95, "acceptance to 0.99,"), (0.99, "reparametrise, or use")] {
         let mut seeds = (0..40).map(|seed| {
             let sampler = Nuts::default().chains(4).warmup(100).draws(1000).seed(seed);
             let run = sampler.target_accept(target).run(&model).expect("runs");
@@ -334,7 +335,7 @@ fn the_gradient_of_a_model_is_checked() {
     check::gradient(&funnel(), 5);
 }
 
-/// Simulates with the model and fits with `claimed` as the noise: right only for 1.
+/// Calibrates a fit with the noise `claimed` on data simulated with noise 1; only `claimed` = 1 is right.
 fn calibrate(claimed: f64) -> check::SbcReport {
     let sampler = Nuts::default().chains(1).warmup(200).draws(396);
     let report = check::sbc(11).replications(200).sampler(sampler).run(|trial| {
@@ -354,7 +355,7 @@ fn calibration_passes_a_right_model_and_fails_a_wrong_one() {
     assert!(wrong.p_value() < 1e-6, "{wrong}");
 }
 
-/// A posterior of its own draws by name is the same posterior.
+/// Draws passed by parameter name give the same posterior as the chains they come from.
 #[test]
 fn draws_by_name_give_the_posterior() {
     let model = means(&[0.4, 1.0, 0.2], 1.1, -2.0);
@@ -380,7 +381,7 @@ fn draws_by_name_give_the_posterior() {
     assert!(error.contains("draw 3 of chain 0") && error.contains("idle"), "{error}");
 }
 
-/// Estimates by name against the summary, and the names that an error lists.
+/// Estimates by parameter name agree with the summary, and an error lists the valid names.
 #[test]
 fn estimates_have_names() {
     let model = means(&[0.4, 1.0, 0.2], 1.1, -2.0);

@@ -1,6 +1,5 @@
-//! Every sampler of the crate under simulation-based calibration, and wrong ones that it must find.
-//! Each assertion about a right sampler has a false-alarm rate of 1e-4; the wrong ones must be
-//! found with p below 1e-6.
+//! Simulation-based calibration of every sampler of the crate, and of faulty samplers that it must detect. Each
+//! assertion about a right sampler has a false-alarm rate of 1e-4; a faulty sampler must give p below 1e-6.
 
 use ppl::check::{self, CheckError, Draws, Sampler, SbcReport};
 use ppl::prelude::*;
@@ -13,8 +12,7 @@ const FALSE_ALARMS: f64 = 1e-4;
 const FOUND: f64 = 1e-6;
 
 ppl::model! {
-    /// Level and scale, neither normal: the posterior is skewed and its two unknowns depend on each
-    /// other.
+    /// A level and a scale; the scale's prior is not normal, so that the posterior is skewed and correlated.
     fn measured(y: &[f64]) {
         let level ~ Normal(0.5, 1.0);
         let sd ~ LogNormal(-0.3, 0.5);
@@ -51,7 +49,7 @@ fn metropolis() {
     calibrate(sampler).assert_uniform(FALSE_ALARMS);
 }
 
-/// Screened by a density that is too wide and pulled aside.
+/// Delayed acceptance whose screening density is too wide and shifted.
 struct Screened(DelayedAcceptance<'static>);
 
 struct Biased<'a, D>(&'a D);
@@ -87,14 +85,14 @@ fn delayed_acceptance() {
     }
 }
 
-/// Random-walk Metropolis by hand, with faults to choose.
+/// Random-walk Metropolis without the crate's kernel, with optional faults.
 #[derive(Clone, Copy)]
 struct ByHand {
-    /// Acceptance `min(1, ratio^power)`.
+    /// Exponent of the acceptance probability `min(1, ratio^power)`; 1 is right.
     power: f64,
-    /// Mean of the jump, ignored by the acceptance.
+    /// Mean of the proposed jump, which the acceptance ignores; 0 is right.
     drift: f64,
-    /// Whether the density of unconstrained coordinates has its Jacobian.
+    /// Whether the density of the unconstrained coordinates includes the Jacobian.
     jacobian: bool,
 }
 
@@ -147,12 +145,12 @@ fn faults_in_a_kernel_are_found() {
         let report = calibrate(fault);
         assert!(report.p_value() < FOUND, "{report}");
     }
-    // a fault that shifts one unknown by a third of its standard deviation takes more trials
+    // this fault shifts one unknown by a third of its standard deviation, and needs more trials
     let report = trials(1000, ByHand { jacobian: false, ..RIGHT });
     assert!(report.p_value() < FOUND, "{report}");
 }
 
-/// Draws from the prior, whatever the data.
+/// A sampler that draws from the prior, whatever the data.
 struct Prior;
 
 impl Sampler for Prior {
@@ -166,8 +164,8 @@ impl Sampler for Prior {
     }
 }
 
-/// A sampler that ignores the data is calibrated in every parameter: only the log likelihood, or
-/// another quantity that knows the data, gives it away (Modrák et al. 2023).
+/// A sampler that ignores the data is calibrated in every parameter; only the log likelihood, or another quantity that
+/// depends on the data, detects it (Modrák et al. 2023).
 #[test]
 fn ignoring_the_data_is_found_by_the_likelihood() {
     let report = calibrate(Prior);

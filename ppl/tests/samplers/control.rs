@@ -1,4 +1,4 @@
-//! Threads, interrupts, failures, settings.
+//! Threads, interrupts, failures and settings of runs.
 
 use std::sync::{
     Mutex,
@@ -37,7 +37,7 @@ fn another_seed_gives_other_draws_and_more_chains_keep_the_first() {
     assert_eq!(three.chains[..2], two.chains);
 }
 
-/// The draws of a seed are part of the interface: a change is deliberate, and goes into the
+/// The draws of a seed are part of the interface; a change of these numbers must be intended and goes into the
 /// changelog.
 #[test]
 fn the_stream_of_a_seed_is_fixed() {
@@ -75,7 +75,7 @@ fn thinning_keeps_every_third_transition() {
     }
 }
 
-/// A kept draw is divergent if any transition since the last one was.
+/// With thinning, a stored draw is divergent if any transition since the previous stored draw was.
 #[test]
 fn thinning_keeps_divergences() {
     let nuts = Nuts::default().chains(1).warmup(50).init_points(vec![vec![1.0]]).seed(1);
@@ -87,7 +87,7 @@ fn thinning_keeps_divergences() {
     assert!(!expected.is_empty() && found == expected, "{found:?}, {expected:?}");
 }
 
-/// The first draws of an interrupted run are those of the whole run.
+/// The draws of an interrupted run equal the first draws of the complete run.
 #[test]
 fn an_interrupt_keeps_the_draws_so_far() {
     let flag = AtomicBool::new(false);
@@ -164,7 +164,7 @@ fn a_start_without_a_finite_gradient_is_no_start() {
     assert!(error.contains("gradient of the log density"), "{error}");
 }
 
-/// A model without unknowns has one point; every draw is that point.
+/// A model without unknowns has a single point, and every draw is that point.
 #[test]
 fn no_unknowns() {
     let target = Function { dim: 0, function: |_: &[f64], _: &mut [f64]| Ok(-1.5) };

@@ -1,4 +1,4 @@
-//! Delayed acceptance: the draws are those of the expensive density, whatever screens.
+//! Delayed acceptance: the draws have the expensive density, whatever the screening density is.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -7,7 +7,7 @@ use ppl::{Chains, Rejection, RunError};
 
 use crate::targets::{Function, Gaussian, assert_gaussian_moments, assert_mean, half_normal};
 
-/// A normal about the wrong place, of the wrong width, with the wrong correlation.
+/// A normal density with another mean, wider, and with the opposite correlation.
 fn biased() -> Gaussian {
     let mut cheap = Gaussian::autoregressive(2, -0.3, 2.0, 2.5);
     cheap.mean.add_scalar_mut(1.5);
@@ -22,7 +22,7 @@ fn a_biased_screen_leaves_the_posterior_alone() {
         let sampler = DelayedAcceptance::default().screening_steps(steps).draws(5000).thin(10);
         let chains = sampler.clone().seed(1).run(&biased(), &target).expect("runs");
         assert_gaussian_moments(&target, &chains);
-        // the posterior of the screen is elsewhere, as a test of this test
+        // the screening density has another mean, so that the comparison above can fail
         let alone = Metropolis::default().seed(1).run(&biased()).expect("runs");
         let mean = |chains: &Chains| chains.traces(0).concat().iter().sum::<f64>();
         assert!((mean(&alone) / 40_000.0 - mean(&chains) / 20_000.0).abs() > 1.0);
@@ -33,7 +33,7 @@ fn a_biased_screen_leaves_the_posterior_alone() {
     }
 }
 
-/// What the expensive density rejects is counted and never kept.
+/// Points that only the expensive density rejects are counted and never stored.
 #[test]
 fn a_screen_that_ignores_a_wall() {
     let screen = Gaussian::autoregressive(1, 0.0, 1.2, 1.2);
@@ -44,7 +44,7 @@ fn a_screen_that_ignores_a_wall() {
     assert!(chains.chains.iter().all(|chain| !chain.rejections.is_empty()));
 }
 
-/// A perfect screen leaves nothing to decide, and its rejections cost no expensive evaluation.
+/// With a perfect screen every decision accepts, and rejections by the screen cost no expensive evaluation.
 #[test]
 fn expensive_evaluations_are_counted() {
     let calls = AtomicU64::new(0);
@@ -61,7 +61,7 @@ fn expensive_evaluations_are_counted() {
     };
     let sampler = DelayedAcceptance::default().warmup(1000).draws(1000).thin(2).seed(2);
     let chains = sampler.run(&cheap, &expensive).expect("runs");
-    // and one for each chain's starting point
+    // plus the evaluation at each chain's starting point
     assert_eq!(chains.evaluations() + 4, calls.load(Ordering::Relaxed));
     let share = chains.evaluations() as f64 / (4.0 * 3000.0);
     assert!((share - 0.3).abs() < 0.05, "{share}: the acceptance of the screen, 0.234 + 0.206/3");
@@ -71,8 +71,8 @@ fn expensive_evaluations_are_counted() {
     }
 }
 
-/// Of a warmup on the screen alone nothing is left after some transitions that are decided, far off as
-/// the screen is; its transitions ask for nothing.
+/// Warmup transitions on the screening density alone evaluate no expensive density, and 60 further warmup transitions
+/// remove their bias.
 #[test]
 fn a_warmup_on_the_screen_alone_costs_nothing_and_leaves_no_trace() {
     let calls = AtomicU64::new(0);
@@ -88,13 +88,13 @@ fn a_warmup_on_the_screen_alone_costs_nothing_and_leaves_no_trace() {
         assert!(chain.warmup.stats[600].leapfrogs >= 1, "its own start is asked for");
     }
     assert_gaussian_moments(&target, &found);
-    // with the whole of it, and longer than the warmup is
+    // the whole warmup on the screening density, with a setting longer than the warmup
     let all = sampler.screened_warmup(9999).run(&biased(), &target).expect("runs");
     assert!(all.chains.iter().all(|c| c.warmup.stats.iter().all(|s| s.leapfrogs == 0)));
     assert_gaussian_moments(&target, &all);
 }
 
-/// Where the screen leads out of the support, the first way back is taken.
+/// If the screened warmup ends outside the support, the first proposal inside it is accepted.
 #[test]
 fn a_warmup_on_the_screen_may_end_where_the_density_is_zero() {
     let mut screen = Gaussian::autoregressive(1, 0.0, 1.2, 1.2);
@@ -106,7 +106,7 @@ fn a_warmup_on_the_screen_may_end_where_the_density_is_zero() {
     assert_mean("mean", &chains, (2.0 / std::f64::consts::PI).sqrt(), |y| y[0]);
 }
 
-/// A density that counts how often it is asked.
+/// A density that counts its evaluations.
 struct Counted<'a> {
     target: &'a Gaussian,
     calls: &'a AtomicU64,
@@ -134,7 +134,7 @@ impl LogDensity for Counted<'_> {
     }
 }
 
-/// More steps on the screen for each decision give less correlated draws for it.
+/// More screening steps for each decision give less correlated draws per expensive evaluation.
 #[test]
 fn a_good_screen_saves_expensive_evaluations() {
     let target = Gaussian::autoregressive(3, 0.8, 1.0, 3.0);
@@ -151,8 +151,8 @@ fn a_good_screen_saves_expensive_evaluations() {
     assert!(many < 0.6 * one, "{many} and {one} expensive evaluations per effective draw");
 }
 
-/// A screen that falls off faster than the density holds chains where they are far out; to a power that makes it
-/// wide enough it lets them go.
+/// If the screening density has lighter tails than the target, chains stick far out; raised to a power that widens it,
+/// it releases them.
 #[test]
 fn a_narrow_screen_is_widened_by_a_power() {
     let target = Gaussian::autoregressive(4, 0.5, 1.0, 2.0);
@@ -169,8 +169,8 @@ fn a_narrow_screen_is_widened_by_a_power() {
     assert!(ess(&wide) > 3.0 * ess(&stuck), "{} and {}", ess(&wide), ess(&stuck));
 }
 
-/// A screen of half the width holds chains at points far out, whose weight p/q is beyond all others. With a
-/// share of steps without screening 8 seeds of 8 mix and have the right moments.
+/// With a screen of half the target's width, chains stick at far points, where the ratio p/q of target to screen is
+/// largest. With a share of unscreened steps the chains of all 8 seeds mix and have the right moments.
 #[test]
 fn steps_without_screening_release_chains_of_a_narrow_screen() {
     let target = Gaussian::autoregressive(4, 0.5, 1.0, 2.0);
@@ -197,7 +197,7 @@ fn steps_without_screening_release_chains_of_a_narrow_screen() {
     assert!(stuck >= 4, "without such steps {stuck} seeds of 8 stick");
 }
 
-/// Steps without screening reach points where the cheap density is zero, and the draws are those of p.
+/// Unscreened steps reach points where the screening density is zero, and the draws have the target density.
 #[test]
 fn steps_without_screening_reach_what_the_screen_excludes() {
     let target = Gaussian::autoregressive(1, 0.0, 1.0, 1.0);
@@ -220,7 +220,7 @@ ppl::model! {
 }
 
 ppl::model! {
-    /// The same unknowns with another likelihood.
+    /// The same unknowns as the expensive model, with another likelihood.
     fn cheap(centre: f64, error: f64) {
         let mu ~ Normal(0.0, 2.0);
         let sd ~ HalfNormal(2.0);
@@ -249,7 +249,7 @@ fn models_are_screened_by_models_of_the_same_unknowns() {
     assert!(screened.log_likelihood.get("y").is_some(), "everything of the expensive model");
 
     let error = sampler.sample(&other(), &model).expect_err("other unknowns").to_string();
-    assert!(error.contains("has mu[2], the deciding one mu, sd"), "{error}");
+    assert!(error.contains("has mu[2] and the deciding model has mu, sd"), "{error}");
     let error = sampler.run(&biased(), &half_normal()).expect_err("other dimensions");
     assert!(matches!(error, RunError::Screening { .. }), "{error}");
     let error = sampler.clone().screening_steps(0).run(&biased(), &biased()).expect_err("no steps");

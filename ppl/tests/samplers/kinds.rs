@@ -1,14 +1,14 @@
-//! Targets by which a warmup is judged: four with strong correlations, one with weak ones.
+//! Targets by which a warmup is judged: four with strong correlations, one with weak correlations.
 //!
-//! All data are made here: exact values of the stated truth plus the stated noise, whose standard
-//! normals are a fixed low-discrepancy sequence through the normal quantile.
+//! Every data set is computed here: exact values for known parameters plus normal noise, whose standard normal numbers
+//! are the normal quantiles of a fixed low-discrepancy sequence.
 
 use ppl::{Chains, DrawStats, diagnostics::ess_bulk, prelude::*, special::normal_upper_quantile};
 
 use crate::targets::Function;
 
 ppl::model! {
-    /// An exponential decay to an unknown floor.
+    /// An exponential decay to an unknown asymptote.
     pub(crate) fn decay(time_s: &[f64], level: &[f64]) {
         let a ~ LogNormal(1.0, 1.0);
         let b ~ LogNormal(0.0, 1.0);
@@ -41,7 +41,7 @@ ppl::model! {
     }
 }
 
-/// The `k`-th of a sequence of numbers that fill (0, 1) evenly.
+/// Element `k` of a low-discrepancy sequence in (0, 1).
 fn even(k: usize) -> f64 {
     (0.5 + k as f64 * 0.618_033_988_749_894_9).fract()
 }
@@ -50,7 +50,7 @@ fn noise(k: usize) -> f64 {
     normal_upper_quantile(even(k).clamp(1e-3, 1.0 - 1e-3))
 }
 
-/// 30 times to 3 s of 4 e^(−0.7 t) + 1, noise 0.2: less than the decay has died down.
+/// 30 times up to 3 s and 4 e^(−0.7 t) + 1 with noise 0.2; the decay has not ended at 3 s.
 pub(crate) fn decay_data() -> (Vec<f64>, Vec<f64>) {
     (0..30)
         .map(|k| {
@@ -60,7 +60,7 @@ pub(crate) fn decay_data() -> (Vec<f64>, Vec<f64>) {
         .unzip()
 }
 
-/// 25 strains from 0.002 to 0.2 of 200 + 550 ε^0.35 MPa, noise 4 MPa.
+/// 25 strains ε from 0.002 to 0.2 and stresses 200 + 550 ε^0.35 MPa with noise 4 MPa.
 pub(crate) fn hardening_data() -> (Vec<f64>, Vec<f64>) {
     (0..25)
         .map(|k| {
@@ -70,8 +70,8 @@ pub(crate) fn hardening_data() -> (Vec<f64>, Vec<f64>) {
         .unzip()
 }
 
-/// Logistic regression on 200 rows of twenty predictors that share a factor (correlation 0.96);
-/// the slopes are ±0.5 in turn, their priors Normal(0, 2.5).
+/// Logistic regression on 200 rows of twenty predictors that share a factor (correlation 0.96); the slopes alternate
+/// between 0.5 and −0.5, and have the prior Normal(0, 2.5).
 pub(crate) fn logistic() -> impl LogDensity {
     let rows: Vec<([f64; 20], f64)> = (0..200)
         .map(|k| {
@@ -103,8 +103,8 @@ pub(crate) fn logistic() -> impl LogDensity {
 pub(crate) const EFFECTS: [f64; 8] = [28.0, 8.0, -3.0, 7.0, -1.0, 1.0, 18.0, 12.0];
 pub(crate) const ERRORS: [f64; 8] = [15.0, 10.0, 16.0, 11.0, 9.0, 11.0, 10.0, 18.0];
 
-/// Gradients of the kept draws, and of all with the warmup, per effective draw: the least bulk ESS
-/// of the coordinates.
+/// Gradient evaluations per effective draw, for the stored draws and with the warmup included; the effective draws are
+/// the smallest bulk ESS of all coordinates.
 pub(crate) fn gradients_per_effective_draw(chains: &Chains) -> [f64; 2] {
     let ess = (0..chains.dim)
         .map(|i| {

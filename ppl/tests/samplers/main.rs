@@ -1,4 +1,4 @@
-//! The samplers and optimisers against targets that are known exactly.
+//! Samplers and optimisers on targets with exactly known moments or modes.
 
 mod calibration;
 mod control;

@@ -1,4 +1,4 @@
-//! Means and variances within four standard errors; a right sampler fails a check once in 16 000.
+//! Means and variances within four standard errors; a right sampler fails one such check in 16 000.
 
 use ppl::check::{CheckFailure, Estimate};
 use ppl::{Metropolis, Nuts};
@@ -36,7 +36,8 @@ fn metropolis_on_correlated_gaussians() {
     }
 }
 
-/// A skewed, curved target without closed moments: eˣ-shaped margins round a parabola.
+/// A skewed, curved target without closed moments: y₀ has the density of ln Exponential(1), y₁ lies around a parabola
+/// in y₀.
 #[test]
 fn metropolis_and_nuts_agree() {
     let target = Function {
@@ -58,7 +59,7 @@ fn metropolis_and_nuts_agree() {
         let error = error_a.hypot(error_b);
         assert!((a - b).abs() < 4.0 * error, "statistic {i}: {a} and {b} ± {error}");
     }
-    // y₀ has the density of ln Exponential(1): its mean is −γ
+    // the mean of ln Exponential(1) is −γ
     assert_mean("y0", &nuts, -0.577_215_664_901_532_9, |y| y[0]);
 }
 
@@ -81,7 +82,7 @@ fn a_density_with_a_wall() {
     }
 }
 
-/// A density that claims to be infinite or NaN somewhere, without rejecting, is not believed.
+/// Points where a density returns infinity or NaN instead of a rejection are rejected too.
 #[test]
 fn infinite_densities_are_rejected_points() {
     let target = Function {
@@ -100,7 +101,7 @@ fn infinite_densities_are_rejected_points() {
     assert!(chains.chains.iter().all(|chain| !chain.rejections.is_empty()));
 }
 
-/// Neal's funnel in ten dimensions: its neck cannot be entered, and the divergences say so there.
+/// Neal's funnel in ten dimensions: the sampler cannot enter its neck, and the divergences lie there.
 #[test]
 fn a_funnel_diverges_in_its_neck() {
     let funnel = Function {
@@ -126,8 +127,8 @@ fn a_funnel_diverges_in_its_neck() {
     assert!(2 * deep > neck.len(), "only {deep} of {} below 0", neck.len());
 }
 
-/// Of two modes 20 standard deviations apart every chain sees one: no mean is confirmed, though the
-/// standard error allows them all.
+/// Of two modes 20 standard deviations apart every chain visits one: the check of the mean fails for every expected
+/// value, although the standard error would allow each of them.
 #[test]
 fn chains_in_separate_modes_confirm_no_mean() {
     let target = two_modes(1, 10.0, 0.5);
@@ -144,7 +145,7 @@ fn chains_in_separate_modes_confirm_no_mean() {
     }
 }
 
-/// Tests of tests: a sampler with a wrong answer must be caught by the moment check.
+/// The moment check must fail for a sampler with a wrong mean.
 #[test]
 #[should_panic(expected = "mean 0")]
 fn a_shifted_sample_is_caught() {

@@ -12,7 +12,7 @@ fn density<F>(dim: usize, function: F) -> Function<F> {
     Function { dim, function }
 }
 
-/// Rosenbrock's valley, rejected beyond |y| > 3: the mode is (1, 1).
+/// The log-density of Rosenbrock's valley, rejected beyond |y| > 3; the mode is (1, 1).
 fn rosenbrock(y: &[f64], g: &mut [f64]) -> Result<f64, Rejection> {
     if y.iter().any(|y| y.abs() > 3.0) {
         return Err(Rejection::NotFinite { location: ppl::Location::unknown(), value: f64::NAN });
@@ -32,7 +32,7 @@ fn a_curved_valley_between_walls() {
     assert_abs_diff_eq!(mode.point[1], 1.0, epsilon = 2e-3);
 }
 
-/// Scales from 1e-4 to 1e4 with correlation 0.9: mean, covariance and evidence in closed form.
+/// A normal with scales from 1e-4 to 1e4 and correlation 0.9: mean, covariance and evidence are exact.
 #[test]
 fn a_badly_scaled_gaussian() {
     let sd = [1e-4, 1.0, 1e4];
@@ -58,7 +58,7 @@ fn a_badly_scaled_gaussian() {
     assert_abs_diff_eq!(laplace.log_evidence, exact, epsilon = 1e-4);
 }
 
-/// Draws of the approximation have its mean and covariance: 4 standard errors of 20 000 draws.
+/// The mean and covariance of 20 000 draws agree with the approximation within 4 standard errors.
 #[test]
 fn draws_of_the_approximation() {
     let target = density(2, |y: &[f64], g: &mut [f64]| {
@@ -76,7 +76,7 @@ fn draws_of_the_approximation() {
     assert_abs_diff_eq!(second(0, 1), 1.0 / 3.0, epsilon = 4.0 * (5.0_f64 / 9.0 / n).sqrt());
 }
 
-/// Two hills, one lower: the starts do not agree, and the higher one is reported.
+/// Two modes of different height: the starts do not agree, and the higher mode is reported.
 #[test]
 fn a_second_mode_shows_as_disagreement() {
     let target = density(1, |y: &[f64], g: &mut [f64]| {
@@ -95,12 +95,12 @@ fn a_saddle_or_a_slope_without_end_is_not_a_mode() {
         g[0] = 1.0;
         Ok(0.0)
     });
-    // gradient and value contradict each other: no step is ever accepted
+    // the gradient contradicts the value, so no step is ever accepted
     assert!(!Map::default().run(&slope).expect("ends").converged);
 }
 
-/// p ~ Uniform(0, 1) with 7 successes in 10: the mode over p is 0.7; over the logit, with its
-/// Jacobian, (7+1)/(10+2), where the curvature is 12 · 2/3 · 1/3.
+/// p ~ Uniform(0, 1) with 7 successes in 10: the mode over p is 0.7; over logit p, with the Jacobian, it is
+/// (7+1)/(10+2), where the negative second derivative is 12 · 2/3 · 1/3.
 struct Coin {
     heads: u32,
     flips: u32,
@@ -113,7 +113,7 @@ impl Model for Coin {
         let p = cx.unknown(&P, Uniform(0.0, 1.0))?;
         let tails = f64::from(self.flips - self.heads);
         cx.factor(&FLIPS, p.ln() * f64::from(self.heads))?;
-        // nought tails at p = 1 would read 0 · ln 0
+        // avoids 0 · ln 0 at p = 1 without tails
         if tails > 0.0 { cx.factor(&FLIPS, (-p).ln_1p() * tails) } else { Ok(()) }
     }
 }
@@ -138,7 +138,7 @@ fn the_mode_of_a_model_ignores_the_jacobian_and_laplace_does_not() {
     assert_relative_eq!(laplace.covariance[(0, 0)], 9.0 / 24.0, max_relative = 1e-5);
 }
 
-/// All heads: the likelihood rises up to p = 1.
+/// With heads only, the likelihood increases up to the bound p = 1.
 #[test]
 fn a_mode_at_the_prior_bound_is_said_to_be_there() {
     let coin = Bound::new(Coin { heads: 10, flips: 10 });

@@ -4,7 +4,7 @@ use ppl::prelude::*;
 use ppl::rand::{Rng, RngCore};
 use ppl::{ChainState, Kernel, Mcmc, Rejection, RunError, Step, StopReason};
 
-/// Random walk whose scale is tuned to an acceptance of 0.4.
+/// A random walk whose scale is adapted to an acceptance rate of 0.4.
 struct Walk {
     scale: f64,
     transitions: f64,
@@ -38,7 +38,7 @@ impl Kernel for Walk {
     }
 }
 
-/// Exponential distribution; points below 0 are rejected.
+/// An exponential distribution; points below 0 are rejected.
 struct Exponent;
 
 impl LogDensity for Exponent {

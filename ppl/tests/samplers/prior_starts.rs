@@ -1,11 +1,12 @@
-//! Models whose unknowns lie far from the uniform starts: prior draws, values by name, scales of the prior.
+//! Models whose unknowns lie far from the uniform starts: starts at prior draws, starts given by name, first scales
+//! from the prior.
 
 use ppl::prelude::*;
 use ppl::{Chains, RunError, SampleError, StartKind, diagnostics::mcse_mean};
 
 ppl::model! {
-    /// Specimens that broke or held at their loads, by a threshold with some spread: away from the
-    /// threshold the probability of what happened is zero.
+    /// Specimens that broke or held at their loads, with a random threshold; far from the threshold the probability of
+    /// the observations underflows to zero.
     fn thresholds(load_n: &[f64], broke: &[bool], unit: f64) {
         let threshold ~ Normal(1000.0 * unit, 100.0 * unit);
         let spread ~ LogNormal((30.0 * unit).ln(), 0.3);
@@ -55,7 +56,8 @@ fn kinds(chains: &Chains) -> Vec<StartKind> {
     chains.chains.iter().map(|chain| chain.warmup.start_kind).collect()
 }
 
-/// In kilonewtons the uniform starts have a density, in newtons none has: both have one posterior.
+/// With loads in kilonewtons the uniform starts have a density above zero, in newtons none has; both runs have the same
+/// posterior.
 #[test]
 fn chains_start_at_prior_draws_where_uniform_starts_have_no_density() {
     let in_kn: Vec<f64> = LOADS.iter().map(|load| load / 1000.0).collect();
@@ -70,10 +72,9 @@ fn chains_start_at_prior_draws_where_uniform_starts_have_no_density() {
         assert!((got - unit * expected).abs() < allowed, "{name}: {got}, {expected}");
     }
     let summary = far.summary().to_string();
-    let words =
-        "Started at draws from the prior, since every uniform point was rejected: chain 0, 1, 2, 3";
+    let words = "Chains that started at a draw from the prior, because every uniform starting point was rejected: 0, 1, 2, 3";
     assert!(summary.contains(words), "{summary}");
-    assert!(!near.summary().to_string().contains("Started at"));
+    assert!(!near.summary().to_string().contains("Chains that started at"));
 
     let walk = Metropolis::default().seed(3).thin(3).sample(&large).expect("runs");
     assert_eq!(kinds(&walk.chains), [StartKind::PriorDraw; 4]);
@@ -95,14 +96,14 @@ fn prior_starts_do_not_depend_on_the_number_of_threads() {
     let walk = Metropolis::default().warmup(50).draws(20).seed(8);
     let alone = walk.clone().threads(1).run(&model).expect("runs");
     assert_eq!(walk.threads(3).run(&model).expect("runs"), alone);
-    // where a chain started is kept in the file
+    // the file stores where a chain started
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("chains.json");
     one.save(&file).expect("written");
     assert_eq!(Chains::load(&file).expect("read"), one);
 }
 
-/// Conjugate: precision 1/20² + 3/10² in GPa.
+/// A conjugate model; the posterior precision is 1/20² + 3/10² in GPa⁻².
 #[test]
 fn random_walks_take_their_first_scales_from_the_prior() {
     let data = [210e9, 195e9, 203e9];
@@ -157,7 +158,7 @@ fn values_by_name_become_coordinates() {
             }
         }
     }
-    // what has no value starts where it starts without
+    // an unknown without a given value starts where it starts in a run without given values
     let without = Nuts::default().chains(2).warmup(5).draws(1).seed(4);
     let one = without.clone().init_value("level", -3.0).run(&model).expect("runs");
     let other = without.run(&model).expect("runs");
@@ -171,7 +172,7 @@ fn values_by_name_become_coordinates() {
     }
 }
 
-/// In pascals the slope is 1e-10 a unit, below the tolerances of a search in these units.
+/// In pascals, the gradient is 1e-10 per Pa, below the tolerance of a search in these units.
 #[test]
 fn modes_do_not_depend_on_units() {
     let search = Map::default().starts(4);

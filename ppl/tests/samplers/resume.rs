@@ -1,4 +1,4 @@
-//! Runs that go on where others ended.
+//! Runs that are resumed.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
@@ -9,12 +9,12 @@ use ppl::{
 
 use crate::targets::{Gaussian, half_normal, normal_until, until};
 
-/// A density that can be watched.
+/// A density whose evaluations a test can observe.
 trait Target: LogDensity<Workspace: Default> {}
 
 impl<D: LogDensity<Workspace: Default>> Target for D {}
 
-/// What all samplers of chains have in common.
+/// The operations that all samplers of chains have.
 trait Sampler: Clone {
     fn begin(&self, target: &impl Target) -> Result<Chains, RunError>;
     fn go_on(&self, target: &impl Target, earlier: Chains) -> Result<Chains, RunError>;
@@ -40,7 +40,7 @@ macro_rules! samplers {
 }
 samplers!(Nuts, Metropolis);
 
-/// Screened by another density.
+/// Delayed acceptance with the screening density as the second field.
 #[derive(Clone)]
 struct Screened<'a>(DelayedAcceptance<'static>, &'a Gaussian);
 
@@ -69,8 +69,8 @@ fn saved_and_loaded(chains: &Chains) -> Chains {
     Chains::load(&path).expect("read")
 }
 
-/// N + M draws equal N, save, load, M: with all three kinds of map, thinned or not, on any number
-/// of threads.
+/// N + M draws equal N draws that are saved, loaded and resumed for M, with all three kinds of map, with and without
+/// thinning, and on any number of threads.
 #[test]
 fn a_resumed_run_is_the_longer_run_bit_for_bit() {
     let independent = Gaussian::autoregressive(3, 0.0, 0.1, 10.0);
@@ -84,12 +84,13 @@ fn a_resumed_run_is_the_longer_run_bit_for_bit() {
         assert_eq!(loaded, short);
         let resumed = nuts.clone().draws(70).threads(2).resume(&target, loaded).expect("resumes");
         assert_eq!(resumed, long);
-        // nothing is left to draw
+        // the run is complete, and resuming it changes nothing
         assert_eq!(nuts.draws(50).resume(&target, long.clone()).expect("resumes"), long);
     }
 }
 
-/// Rejections are counted on, divergences keep their index, infinite energy errors survive.
+/// A resumed run continues the counts of rejections and the indices of divergences, and the file preserves infinite
+/// energy errors.
 #[test]
 fn counts_go_on_too() {
     let start = vec![vec![1.0]; 3];
@@ -104,7 +105,7 @@ fn counts_go_on_too() {
     assert_eq!(nuts.draws(400).resume(&half_normal(), loaded).expect("resumes"), long);
 }
 
-/// A run, and how often it evaluated the density.
+/// The chains of a run and the number of its density evaluations.
 fn counted(sampler: &impl Sampler, target: &impl Target) -> (Chains, usize) {
     let count = AtomicUsize::new(0);
     let watched = until(target, 0, || {
@@ -115,7 +116,7 @@ fn counted(sampler: &impl Sampler, target: &impl Target) -> (Chains, usize) {
     (chains, count.load(Ordering::Relaxed))
 }
 
-/// What `run` leaves when it is interrupted during that evaluation.
+/// The chains of a run that is interrupted at the evaluation with index `evaluation`, saved and loaded.
 fn interrupted(
     sampler: &impl Sampler,
     target: &impl Target,
@@ -135,9 +136,8 @@ fn interrupted(
     saved_and_loaded(&chains.expect("runs"))
 }
 
-/// An interrupted run is finished by the same sampler, wherever it was (before its first transition,
-/// in the warmup, while drawing), and though it was interrupted twice: with all kinds of map, with
-/// rejections, thinned or not.
+/// The same sampler finishes a run that was interrupted twice, at any evaluation (before the first transition, in the
+/// warmup, while drawing), with all kinds of map, with rejections, and with or without thinning.
 #[test]
 fn an_interrupted_run_is_finished() {
     let start = vec![vec![1.0]; 2];
@@ -149,8 +149,8 @@ fn an_interrupted_run_is_finished() {
     finished(&nuts(Nuts::default()).thin(3).init_points(start), &half_normal());
 }
 
-/// The same without gradients: the scales and windows of a warmup go on, and what they came to is
-/// drawn with.
+/// The same for samplers without gradients: the warmup continues with its scales and windows, and the draws use the
+/// adapted scales.
 #[test]
 fn walks_go_on_too() {
     macro_rules! settings {
@@ -166,7 +166,7 @@ fn walks_go_on_too() {
     let cheap = Gaussian::autoregressive(3, 0.3, 0.1, 12.0);
     let screened = settings!(DelayedAcceptance::default()).screening_steps(3).plain_share(0.2);
     finished(&Screened(screened.clone(), &cheap), &target);
-    // with a warmup most of which asks for nothing
+    // with a warmup that mostly evaluates the screening density alone
     finished(&Screened(screened.screened_warmup(120), &cheap), &target);
 }
 
@@ -198,7 +198,7 @@ fn an_interrupt_between_warmup_and_draws_loses_nothing() {
     assert_eq!(nuts.resume(&target, cut).expect("resumes"), whole);
 }
 
-/// What no run would have written is refused before anything is done with it.
+/// Chains that no run can have written are refused before they are used.
 #[test]
 fn damaged_warmups_are_named() {
     let target = Gaussian::autoregressive(2, 0.6, 0.5, 2.0);
@@ -223,7 +223,7 @@ fn damaged_warmups_are_named() {
         let loaded = Chains::load(&path);
         assert!(matches!(loaded, Err(ChainsFileError::Damaged { .. })), "{wrong}: {loaded:?}");
     }
-    // nor from hands
+    // the same for chains that were changed in memory
     let mut shortened = paused;
     shortened.chains[0].warmup.stats.pop();
     let error = nuts.resume(&target, shortened).expect_err("does not fit");
@@ -245,7 +245,7 @@ fn chains_that_do_not_fit_are_refused_by_reason() {
     broken.chains[1].warmup.covariance = InverseMassMatrix::Dense(vec![1.0, 2.0, 2.0, 1.0]);
     let cases = [
         (nuts.resume(&other, chains.clone()), "log density"),
-        (nuts.resume(&wide, chains.clone()), "2 coordinates, the density 3"),
+        (nuts.resume(&wide, chains.clone()), "2 coordinates but the density has 3"),
         (nuts.clone().chains(2).resume(&target, chains.clone()), "there are 3"),
         (nuts.resume(&target, walk), "another sampler"),
         (one.resume(&target, failed), "chain 0 failed in its warmup"),
@@ -258,7 +258,7 @@ fn chains_that_do_not_fit_are_refused_by_reason() {
     }
 }
 
-/// Every sampler knows its own chains, and what they were drawn with.
+/// Every sampler refuses the chains of another sampler, of another density or of other settings.
 #[test]
 fn walks_refuse_what_is_not_theirs() {
     let target = Gaussian::autoregressive(2, 0.6, 0.5, 2.0);

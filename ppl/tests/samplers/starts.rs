@@ -3,7 +3,7 @@
 use ppl::prelude::*;
 
 ppl::model! {
-    /// Counts that grow over forty years; at (2, 2) the last rate is e⁸⁰.
+    /// Counts that grow over forty years; at (level, rate) = (2, 2) the last expected count is e⁸⁰.
     fn growth(counts: &[u64]) {
         let level ~ Normal(0.0, 10.0);
         let rate ~ Normal(0.0, 10.0);
@@ -13,8 +13,8 @@ ppl::model! {
     }
 }
 
-/// There the energy has no digit left for what a step changes, and a mass matrix learnt on the way
-/// down is of no use once down; every chain has to arrive all the same.
+/// At the starting points the energy has too few digits to show the change of one step, and a mass matrix learned on
+/// the way to the posterior is wrong at the posterior; every chain must still converge.
 #[test]
 fn chains_arrive_from_where_rates_overflow() {
     let level = [26, 33, 40, 60, 90, 130, 200, 260];

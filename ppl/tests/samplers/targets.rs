@@ -1,11 +1,11 @@
-//! Densities whose moments are known.
+//! Densities with known moments.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use nalgebra::{DMatrix, DVector};
 use ppl::{Chains, Location, LogDensity, Rejection, diagnostics::mcse_mean};
 
-/// Normal(mean, covariance).
+/// A normal density with given mean and covariance.
 pub(crate) struct Gaussian {
     pub(crate) mean: DVector<f64>,
     pub(crate) covariance: DMatrix<f64>,
@@ -55,7 +55,7 @@ impl LogDensity for Gaussian {
     }
 }
 
-/// A density given by a function that returns its value and gradient.
+/// A density given by a function that writes the gradient and returns the value.
 pub(crate) struct Function<F> {
     pub(crate) dim: usize,
     pub(crate) function: F,
@@ -81,7 +81,7 @@ where
     }
 }
 
-/// A density that does something at the `at`-th evaluation and after.
+/// A density that calls `then` at every evaluation from index `at` on.
 pub(crate) fn until(
     density: &impl LogDensity<Workspace: Default>,
     at: usize,
@@ -91,7 +91,7 @@ pub(crate) fn until(
     watched(density.dim(), function, at, then)
 }
 
-/// Standard normals in `dim` dimensions that do something at the `at`-th evaluation and after.
+/// A standard normal density in `dim` dimensions that calls `then` at every evaluation from index `at` on.
 pub(crate) fn normal_until(
     dim: usize,
     at: usize,
@@ -120,10 +120,10 @@ fn watched(
     Function { dim, function }
 }
 
-/// A statement that rejects, for densities that do.
+/// The location of the statement that test densities report when they reject a point.
 pub(crate) const WALL: Location = Location { statement: "y > 0", file: "targets.rs", line: 1 };
 
-/// |Normal(0, 1)| on y > 0, by rejection of y ≤ 0.
+/// The half-normal density |Normal(0, 1)|, which rejects y ≤ 0.
 pub(crate) fn half_normal() -> impl LogDensity {
     let function = |y: &[f64], g: &mut [f64]| {
         if y[0] <= 0.0 {
@@ -135,7 +135,7 @@ pub(crate) fn half_normal() -> impl LogDensity {
     Function { dim: 1, function }
 }
 
-/// Values of `statistic` in every draw, by chain.
+/// Values of `statistic` at every draw, one list per chain.
 pub(crate) fn traces(chains: &Chains, statistic: impl Fn(&[f64]) -> f64) -> Vec<Vec<f64>> {
     let trace = |draws: &[f64]| draws.chunks_exact(chains.dim).map(&statistic).collect();
     chains.chains.iter().map(|chain| trace(&chain.draws)).collect()
@@ -161,7 +161,7 @@ pub(crate) fn assert_mean(
     assert!((mean - truth).abs() < 4.0 * error, "{name}: {mean} ± {error}, exactly {truth}");
 }
 
-/// Asserts all means and second moments of a Gaussian.
+/// Asserts that all means and second central moments agree with a Gaussian target.
 #[track_caller]
 pub(crate) fn assert_gaussian_moments(target: &Gaussian, chains: &Chains) {
     for i in 0..chains.dim {
@@ -174,7 +174,7 @@ pub(crate) fn assert_gaussian_moments(target: &Gaussian, chains: &Chains) {
     }
 }
 
-/// Standard normals about ± (`at`, …, `at`), the one at +`at` with `weight`.
+/// A mixture of standard normals around (`at`, …, `at`) with probability `weight` and around its negative.
 pub(crate) fn two_modes(dim: usize, at: f64, weight: f64) -> impl LogDensity {
     let function = move |y: &[f64], g: &mut [f64]| {
         let (mut plus, mut minus) = (weight.ln(), (1.0 - weight).ln());

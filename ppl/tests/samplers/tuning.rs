@@ -1,4 +1,4 @@
-//! What the warmup finds.
+//! Step size, mass matrix and proposal that the warmup adapts.
 
 use ppl::{
     Chain, Chains, DrawStats, InverseMassMatrix, LogDensity, MapKind, MapSwitch, Metropolis, Nuts,
@@ -18,12 +18,12 @@ fn acceptance(stats: &[DrawStats]) -> f64 {
     stats.iter().map(|s| s.acceptance).sum::<f64>() / stats.len() as f64
 }
 
-/// The chains of runs with several seeds: what holds for the tuning holds for each of them.
+/// The chains of runs with four seeds; an assertion about the adaptation must hold for each of them.
 fn each_seed(run: impl Fn(u64) -> Result<Chains, RunError>) -> Vec<Chain> {
     (1..=4).flat_map(|seed| run(seed).expect("runs").chains).collect()
 }
 
-/// Draws and scores of independent normals determine the scales to rounding.
+/// For independent normals, draws and scores determine the scales up to rounding.
 #[test]
 fn the_default_map_is_exact_for_independent_normals() {
     let target = Gaussian::autoregressive(5, 0.0, 1e-3, 1e3);
@@ -35,8 +35,8 @@ fn the_default_map_is_exact_for_independent_normals() {
     }
 }
 
-/// Stan's estimate comes from the 500 draws of its last window: relative error √(2/500) per
-/// chain for independent draws; NUTS on normals does no worse than half of that.
+/// Stan's variances are estimated from the 500 draws of the last window; the test allows four relative
+/// errors √(2/250), for draws that are worth half as many independent draws.
 #[test]
 fn the_stan_map_is_the_sample_variance() {
     let target = Gaussian::autoregressive(5, 0.0, 0.1, 10.0);
@@ -50,10 +50,10 @@ fn the_stan_map_is_the_sample_variance() {
     }
 }
 
-/// Dual averaging steers the mean acceptance since its restart to the target, but for
-/// γ (μ − ln ε)/√t, below 0.02 in the last window of either schedule. The frozen step, an average
-/// of ln ε, accepts more than that, since acceptance falls ever steeper with ln ε; how much more
-/// depends on how far ln ε still swung.
+/// Dual averaging brings the mean acceptance since its restart to the target, up to γ (μ − ln ε)/√t, which is below
+/// 0.02 in the last window of either schedule. The final step size, the exponential of an average of ln ε, gives a
+/// higher acceptance, because acceptance is a concave function of ln ε; the difference grows with the variation of ln
+/// ε.
 #[test]
 fn the_step_hits_its_target() {
     let target = Gaussian::autoregressive(10, 0.5, 0.1, 10.0);
@@ -82,7 +82,7 @@ fn nothing_is_adapted_after_the_warmup() {
     }
 }
 
-/// The Metropolis proposal learns the shape of the target, and accepts as often as it should.
+/// The proposal of Metropolis adapts to the covariance of the target and reaches the intended acceptance rate.
 #[test]
 fn metropolis_learns_its_proposal() {
     let target = Gaussian::autoregressive(4, 0.9, 0.1, 10.0);
@@ -97,7 +97,7 @@ fn metropolis_learns_its_proposal() {
             for j in 0..4 {
                 let scale = (target.covariance[(i, i)] * target.covariance[(j, j)]).sqrt();
                 let error = (covariance[4 * i + j] - target.covariance[(i, j)]) / scale;
-                // the last window, some 8 000 draws, has an effective size of several hundred
+                // the last window has about 8 000 draws and an effective sample size of several hundred
                 assert!(error.abs() < 4.0 * (2.0 / 300.0_f64).sqrt(), "{i} {j}: {error}");
             }
         }
@@ -109,8 +109,8 @@ fn metropolis_learns_its_proposal() {
     assert!((mean - wanted).abs() < 0.03, "{mean}, not {wanted}");
 }
 
-/// Divergences in the later half of the warmup raise the target of the default schedule: the first
-/// in the last 15 %, or a few before.
+/// Divergences in the second half of the warmup raise the target acceptance of the default schedule: one divergence in
+/// the last 15 % is enough, earlier it takes five.
 #[test]
 fn late_divergences_raise_the_target() {
     use crate::targets::half_normal;
@@ -133,8 +133,8 @@ fn late_divergences_raise_the_target() {
     assert!(chains.iter().any(|c| c.warmup.target_raised.is_some()));
 }
 
-/// What the warmup decided: (draw, kind of map or `=` where the one before stayed, restarted) of
-/// every switch.
+/// The decisions of the warmup at every switch: (draw, kind of map or `=` if the previous map was kept, whether the
+/// step size was restarted).
 fn decisions(nuts: Nuts<'_>, target: &Gaussian) -> Vec<(usize, char, bool)> {
     let chains = nuts.chains(1).draws(1).seed(3).run(target).expect("runs").chains;
     let report = &chains[0].warmup;
@@ -148,8 +148,8 @@ fn decisions(nuts: Nuts<'_>, target: &Gaussian) -> Vec<(usize, char, bool)> {
     report.switches.iter().map(|s| (s.draw, letter(s), s.restarted)).collect()
 }
 
-/// The schedule of the default preset, of warmups short and long, on a correlated target: the ends
-/// of the windows, the kinds of map and the restarts. A change is deliberate.
+/// The schedule of the default preset on a correlated target, for short and long warmups: window ends, kinds of map,
+/// restarts. A change of these values must be intended.
 #[test]
 fn golden_decisions_of_the_default_preset() {
     let target = Gaussian::autoregressive(5, 0.9, 0.1, 10.0);
@@ -178,7 +178,7 @@ fn golden_decisions_of_the_stan_preset() {
     assert_eq!(of(1000), all(&[99, 149, 249, 449, 949]));
 }
 
-/// With as many coordinates the map has few correlated directions; the report says how they fared.
+/// With 80 coordinates the map has a low rank, and the report compares its divergence with a diagonal map's.
 #[test]
 fn many_coordinates_get_a_low_rank_map() {
     let target = Gaussian::equicorrelated(80, 0.9, 0.1, 10.0);
@@ -191,14 +191,14 @@ fn many_coordinates_get_a_low_rank_map() {
         panic!("{last:?}")
     };
     assert!(10.0 * correlated < plain, "{last:?}");
-    // a diagonal map has a condition number of 720 to cope with
+    // a diagonal map leaves a condition number of 720
     let of = |nuts: Nuts<'static>| cost(&nuts.chains(2).draws(300), &target, 0);
     let (ours, stan) = (of(Nuts::default().warmup(300)), of(Nuts::stan_compatible()));
     assert!(4.0 * ours < stan, "{ours:.1} against {stan:.1}");
 }
 
-/// Gradients per effective draw, without the warmup (0) or with it (1): the mean of three seeds, as
-/// one seed is off by a fifth.
+/// Gradient evaluations per effective draw, without the warmup (0) or with it (1); the mean over three seeds, as the
+/// result of one seed varies by a fifth.
 fn cost(nuts: &Nuts<'_>, density: &impl LogDensity, with_warmup: usize) -> f64 {
     let of = |seed| {
         let chains = nuts.clone().seed(seed).run(density).expect("runs");
@@ -207,8 +207,8 @@ fn cost(nuts: &Nuts<'_>, density: &impl LogDensity, with_warmup: usize) -> f64 {
     (1..=3).map(of).sum::<f64>() / 3.0
 }
 
-/// The bar of the default preset against Stan's, warmup counted: at most a quarter of the gradients
-/// per effective draw on a correlated target; the bench `warmup` has the whole table.
+/// The requirement on the default preset relative to Stan's, with the warmup counted: at most a quarter of the gradient
+/// evaluations per effective draw on a correlated target. The bench `warmup` has the whole table.
 #[test]
 fn correlations_cost_a_quarter_of_what_they_cost_stan() {
     let (strain, stress) = crate::kinds::hardening_data();

@@ -1,4 +1,4 @@
-//! Products of scales that leave the range of numbers.
+//! Products of scales that overflow or underflow.
 
 use super::*;
 
@@ -13,13 +13,13 @@ fn taken(numbers: &[f64]) -> f64 {
     one.total()
 }
 
-/// The logarithm of a product is the sum of logarithms, though the product leave its range.
+/// Compares the logarithm of a product, which overflows or underflows, with the sum of the logarithms.
 #[test]
 fn a_product_that_leaves_its_range_is_taken_in_parts() {
     let wide = [1e150, 1e149, 3e-150, 1e-160, 7.0, 1e-170, 1e180, 1e300, 1e-300, 1e-310];
     for n in 0..wide.len() {
         let expected: f64 = wide[..n].iter().map(|x| -x.ln()).sum();
-        // logarithms of up to 700 are added
+        // the sum contains logarithms of up to 700
         approx::assert_abs_diff_eq!(taken(&wide[..n]), expected, epsilon = 1e-12);
     }
 }

@@ -1,11 +1,11 @@
-//! Parameters that only act together, from draws made so.
+//! Detection of parameters of which the data determine only a combination, for constructed draws.
 
 use super::*;
 use rand::{Rng, SeedableRng};
 use rand_distr::StandardNormal;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// Columns with standard normal priors, and posterior draws made of standard normal noise.
+/// Returns columns with standard normal prior draws, and with posterior draws computed from standard normal noise.
 fn columns(count: usize, noise: usize, posterior: fn(&[f64]) -> Vec<f64>) -> Vec<BeforeAndAfter> {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(count as u64);
     let mut normals =
@@ -18,15 +18,15 @@ fn columns(count: usize, noise: usize, posterior: fn(&[f64]) -> Vec<f64>) -> Vec
 }
 
 fn members(columns: &[BeforeAndAfter]) -> Vec<Vec<usize>> {
-    combinations(columns).into_iter().map(|found| found.members).collect()
+    combinations(columns).into_iter().map(|combination| combination.members).collect()
 }
 
-/// a + b and c + d + e are known, each alone is not; f is known.
+/// The data determine a + b, c + d + e and f, but no other parameter alone.
 #[test]
 fn sums_are_told_apart() {
     let found = columns(6, 4, |z| {
         let pair = z[0] / 2_f64.sqrt();
-        // the plane c + d + e = 0 with the prior's variance
+        // points on the plane c + d + e = 0, with the variance of the prior
         let (u, v) = (z[1] / 2_f64.sqrt(), z[2] / 6_f64.sqrt());
         vec![pair, 0.02 * z[3] - pair, u + v, v - u, -2.0 * v, 0.05 * z[3]]
     });
@@ -34,7 +34,8 @@ fn sums_are_told_apart() {
     assert!((combinations(&found)[0].correlation + 1.0).abs() < 0.01);
 }
 
-/// Of no column, one that is seen, and one that is not, nothing is left to combine.
+/// There is no combination without columns, for one parameter that the data inform, and for one that they do not
+/// inform.
 #[test]
 fn one_parameter_is_no_combination() {
     assert_eq!(members(&[]), Vec::<Vec<usize>>::new());
@@ -42,7 +43,8 @@ fn one_parameter_is_no_combination() {
     assert_eq!(members(&columns(1, 1, |z| vec![2.0 * z[0]])), Vec::<Vec<usize>>::new());
 }
 
-/// Correlated but well known; unknown but not correlated; half known.
+/// Three cases without a combination: correlated but informed parameters, uninformed but uncorrelated parameters, and
+/// weakly informed parameters.
 #[test]
 fn correlation_alone_is_no_lack_of_data() {
     let known = columns(2, 2, |z| vec![0.3 * z[0], 0.3 * z[0] + 0.01 * z[1]]);
@@ -53,7 +55,7 @@ fn correlation_alone_is_no_lack_of_data() {
     assert_eq!(members(&half), Vec::<Vec<usize>>::new());
 }
 
-/// A third parameter that goes along is the common part of a hierarchy's effects.
+/// A third parameter that is correlated with the direction accounts for the common part of the effects in a hierarchy.
 #[test]
 fn what_another_parameter_takes_up_is_left_out() {
     let found = columns(3, 3, |z| {

@@ -10,8 +10,8 @@ crate::model! {
     }
 }
 
-/// What is bound to data is compared with the data one by one, and given up where it differs: a wrong
-/// statistic would change no number, only take the time of the data at every point.
+/// Precomputed statistics are compared with the data and not used if they differ. A wrong statistic would not change
+/// the results, but the data would be evaluated at every point. The test therefore checks that the statistics are used.
 #[test]
 fn the_statistics_of_a_regression_stand_the_comparison_with_its_data() {
     let wave = |i: usize, k: usize| (0.3 + i as f64 * (0.9 + 0.37 * k as f64)).sin();

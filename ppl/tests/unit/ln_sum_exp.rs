@@ -1,9 +1,9 @@
-//! Logarithms of sums against their closed form, and where terms vanish.
+//! Logarithms of sums, compared with closed forms, and sums with terms of zero density.
 
 use super::*;
 use crate::number::dual::Dual;
 
-/// ln(2 + 3 + 5) and its weights, however large the terms.
+/// Checks ln(2 + 3 + 5) and its weights, for small and for very large terms.
 #[test]
 fn weights_are_shares() {
     for shift in [0.0, 1e4, -1e4] {

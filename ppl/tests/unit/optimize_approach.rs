@@ -1,9 +1,9 @@
-//! Starts far from the posterior, and usual ones.
+//! Starts far from the posterior, and starts near it.
 
 use super::*;
 use crate::density::{LogDensity, Rejection};
 
-/// The log density of `f`, which gives value and gradient.
+/// Log density given by a function that returns value and gradient.
 struct ByFunction<F>(usize, F);
 
 impl<F: Fn(&[f64]) -> (f64, Vec<f64>) + Sync> LogDensity for ByFunction<F> {
@@ -24,7 +24,8 @@ impl<F: Fn(&[f64]) -> (f64, Vec<f64>) + Sync> LogDensity for ByFunction<F> {
     }
 }
 
-/// A Poisson count of 5 in the logarithm of its rate, y₀ + 40 y₁, from e^82 and from e^400.
+/// Poisson count of 5 as a function of the logarithm of its rate, y₀ + 40 y₁, from starts with the rates e^82 and
+/// e^400.
 #[test]
 fn comes_down_from_any_height() {
     let density = ByFunction(2, |y: &[f64]| {
@@ -39,7 +40,7 @@ fn comes_down_from_any_height() {
     }
 }
 
-/// Usual starts are left alone: two from the mode in every coordinate, whose scale is 1/20.
+/// A usual start is not moved: its coordinates are up to 2 from the mode, and the standard deviations are 1/20.
 #[test]
 fn leaves_usual_starts_alone() {
     let density = ByFunction(3, |y: &[f64]| {

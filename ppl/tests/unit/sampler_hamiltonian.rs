@@ -1,4 +1,4 @@
-//! Hamiltonian motion on an anharmonic density.
+//! Hamiltonian dynamics on an anharmonic density.
 
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -6,7 +6,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use super::{super::metric::Diagonal, *};
 use crate::density::LogDensity;
 
-/// ln p = −Σ yᵢ⁴/4 − y₀y₁/3: anharmonic and coupled.
+/// The density ln p = −Σ yᵢ⁴/4 − y₀y₁/3, which is anharmonic and coupled.
 struct Quartic;
 
 impl LogDensity for Quartic {
@@ -36,7 +36,7 @@ fn start(hamiltonian: &mut Hamiltonian<'_>) -> Phase {
     phase
 }
 
-/// Largest energy error over the same time.
+/// Returns the largest energy error over a fixed time with the given number of steps.
 fn error(steps: usize) -> f64 {
     let mut hamiltonian = Hamiltonian::new(&Quartic);
     let mut phase = start(&mut hamiltonian);
@@ -70,7 +70,7 @@ fn a_leapfrog_path_runs_back_to_its_start() {
     }
 }
 
-/// Accepted at ε and not at 2ε, or the reverse, on average over momenta.
+/// Checks that on average over momenta, the acceptance crosses the threshold between ε and 2ε.
 #[test]
 fn the_step_search_brackets_the_threshold() {
     let mut hamiltonian = Hamiltonian::new(&Quartic);

@@ -1,4 +1,4 @@
-//! Mass matrices against the covariances they are made for.
+//! Mass matrices, compared with the covariances to which they are fitted.
 
 use approx::assert_relative_eq;
 use nalgebra::DMatrix;
@@ -8,8 +8,8 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::{dense::geometric_mean, *};
 
-/// Independent draws of Normal(0, Σ) and their scores, Σ = D (I + (λ − 1) u uᵀ) D with
-/// u ∝ (1, −1, 1, …) and D from 10⁻² to 10².
+/// Returns independent draws of Normal(0, Σ) with their scores, for Σ = D (I + (λ − 1) u uᵀ) D with u ∝ (1, −1, 1, …)
+/// and D from 10⁻² to 10².
 fn normal(dim: usize, lambda: f64, n: usize, seed: u64) -> (Sample, DMatrix<f64>) {
     let u = |i: usize| (if i.is_multiple_of(2) { 1.0 } else { -1.0 }) / (dim as f64).sqrt();
     let sd = |i: usize| 10_f64.powf(4.0 * i as f64 / (dim - 1) as f64 - 2.0);
@@ -28,7 +28,7 @@ fn normal(dim: usize, lambda: f64, n: usize, seed: u64) -> (Sample, DMatrix<f64>
     (sample, covariance)
 }
 
-/// Two-pass variances by hand: mean 4, squares 9+4+0+25 = 38; scores mean −8.25.
+/// Variances computed by hand: the mean is 4 and the sum of squares 9 + 4 + 0 + 25 = 38; the mean score is −8.25.
 #[test]
 fn variances_by_hand() {
     let mut sample = Sample::new(1);
@@ -45,7 +45,7 @@ fn variances_by_hand() {
     assert_relative_eq!(sample.all().fisher_variance(0), 5.0 / 10.5, max_relative = 1e-14);
 }
 
-/// For a normal with variance s² the score is −x/s²: exact from any two draws.
+/// For a normal with variance s², the score is −x/s², so that two draws determine the variance exactly.
 #[test]
 fn the_diagonal_map_is_exact_for_a_normal() {
     let mut sample = Sample::new(1);
@@ -69,7 +69,7 @@ fn a_coordinate_that_never_moved_keeps_its_scale() {
     assert_eq!(variances[1], 1.0);
 }
 
-/// Σ B Σ = A, by multiplication.
+/// Checks the equation Σ B Σ = A by multiplication.
 #[test]
 fn the_geometric_mean_solves_its_equation() {
     let a = DMatrix::from_row_slice(3, 3, &[2.0, 0.3, 0.1, 0.3, 1.0, -0.4, 0.1, -0.4, 5.0]);
@@ -79,8 +79,8 @@ fn the_geometric_mean_solves_its_equation() {
     assert!(geometric_mean(&a, -b).is_none());
 }
 
-/// Every map is the covariance it reports: `M⁻¹` by columns against the covariance, momenta
-/// against its inverse, and back from the stored form without a change of a bit.
+/// Checks that every matrix is consistent with its covariance: `M⁻¹` column by column, momenta against the inverse, and
+/// the matrix restored from the stored form bit for bit.
 #[test]
 fn maps_agree_with_their_covariance() {
     let dim = 6;
@@ -104,7 +104,7 @@ fn maps_agree_with_their_covariance() {
             }
             assert_relative_eq!(map.variances()[j], full[(j, j)], max_relative = 1e-12);
         }
-        // pᵀ M⁻¹ p of momenta is χ² with `dim` degrees: mean dim, variance 2 dim
+        // pᵀ M⁻¹ p of a momentum p has a χ² distribution with `dim` degrees of freedom: mean dim, variance 2 dim
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(4);
         let (mut p, mut total) = (vec![0.0; dim], 0.0);
         const N: usize = 4000;
@@ -127,20 +127,20 @@ fn maps_agree_with_their_covariance() {
     }
 }
 
-/// The divergence vanishes at the truth only.
+/// The divergence is zero for the true covariance, and positive for another matrix.
 #[test]
 fn the_fisher_divergence_vanishes_at_the_covariance_of_a_normal() {
     let (sample, covariance) = normal(5, 30.0, 30, 2);
     let truth = Metric::Dense(Dense::new(covariance.as_slice().to_vec(), 5).expect("positive"));
     assert!(truth.divergence(&sample.all()) < 1e-20);
-    // an independent sum over coordinates: |σ g + x/σ|²
+    // independent computation: the sum of |σ g + x/σ|² over the coordinates
     let identity = Metric::identity(5).divergence(&sample.all());
     let centred = sample.all();
     let by_hand = (&centred.draws + &centred.scores).norm_squared() / (29.0 * 5.0);
     assert_relative_eq!(identity, by_hand, max_relative = 1e-12);
 }
 
-/// Correlations are taken up when there are some, and the fitted map is nearly the covariance.
+/// A matrix with correlations is chosen if the density has correlations, and it is close to the covariance.
 #[test]
 fn the_better_kind_is_chosen() {
     let choice = choose(&normal(8, 50.0, 60, 3).0, &Metric::identity(8), false);
@@ -149,7 +149,7 @@ fn the_better_kind_is_chosen() {
     let (sample, covariance) = normal(80, 50.0, 60, 3);
     let map = choose(&sample, &Metric::identity(80), false).metric.expect("a new map");
     let MapKind::LowRank { rank: 1.. } = map.kind() else { panic!("{:?}", map.kind()) };
-    // the eigenvalues that decide the step: of M⁻¹ in units of the true covariance
+    // eigenvalues of M⁻¹ in units of the true covariance; they determine the step size
     let cholesky = covariance.cholesky().expect("positive definite").l();
     let mut inner = DMatrix::from_row_slice(80, 80, &map.covariance().matrix());
     cholesky.solve_lower_triangular_mut(&mut inner);
@@ -159,7 +159,7 @@ fn the_better_kind_is_chosen() {
     assert!(condition < 8.0, "condition {condition}, 50 with the best diagonal");
 }
 
-/// A map that was better than anything a window can teach stays; a bad one does not.
+/// The current matrix is kept if it is better than every matrix that the window gives; otherwise it is replaced.
 #[test]
 fn a_good_map_is_kept() {
     let (sample, covariance) = normal(8, 50.0, 12, 6);

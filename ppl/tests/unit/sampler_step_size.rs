@@ -1,8 +1,8 @@
-//! Dual averaging against its recursion carried out by hand.
+//! Dual averaging, compared with the recursion computed by hand.
 
 use super::*;
 
-/// Recursion carried out apart from this code (Python, 17 digits); see the formula above.
+/// The recursion was computed independently in Python with 17 digits; see [`DualAveraging`] for the formula.
 #[test]
 fn golden_sequence() {
     let mut step = DualAveraging::new(0.8, 0.5);
@@ -30,8 +30,8 @@ fn golden_sequence() {
     }
 }
 
-/// A smooth stand-in for the acceptance of HMC: the tuned step must approach the target. The
-/// bias falls as t^(−1/4), the rate at which the average forgets its beginning.
+/// With a smooth function in place of the acceptance of HMC, the tuned step approaches the target. The bias decreases
+/// as t^(−1/4), the rate at which the average forgets its first values.
 #[test]
 fn solves_for_the_target() {
     let acceptance = |step: f64| (-step * step).exp();

@@ -1,4 +1,4 @@
-//! Trajectories against exact draws, and their memory.
+//! Trajectories: invariance under exact draws, and memory.
 
 use rand::SeedableRng;
 use rand_distr::StandardNormal;
@@ -12,7 +12,7 @@ use super::{
 use crate::density::{LogDensity, Rejection};
 use crate::model::erased::ErasedDensity;
 
-/// u ~ Normal(0, 1), v | u ~ Normal(0, eᵘ): curved, and drawn exactly.
+/// Funnel: u ~ Normal(0, 1), v | u ~ Normal(0, eᵘ). The density is curved, and exact draws are possible.
 struct Funnel;
 
 impl LogDensity for Funnel {
@@ -34,7 +34,7 @@ impl LogDensity for Funnel {
     }
 }
 
-/// Normal(0, 1) along it and Normal(0, 0.1) across.
+/// Ridge: Normal(0, 1) along the ridge and Normal(0, 0.1) across it.
 struct Ridge;
 
 impl LogDensity for Ridge {
@@ -54,7 +54,7 @@ impl LogDensity for Ridge {
     }
 }
 
-/// Distance of Kolmogorov and Smirnov to the standard normal, times √n.
+/// Kolmogorov–Smirnov distance to the standard normal, times √n.
 fn kolmogorov(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     let normal = Normal::standard();
@@ -66,9 +66,9 @@ fn kolmogorov(mut values: Vec<f64>) -> f64 {
     distance * n.sqrt()
 }
 
-/// Exact draws stay exact: transitions from independent draws of the target leave independent
-/// draws of the target, for any step and depth. `exact` makes a draw of two standard normals, and
-/// `standard` standard normals of a draw. √n D > 1.95 has probability 0.001.
+/// Checks that transitions leave the density invariant, for any step and depth: the end points of transitions from
+/// independent draws of the density are independent draws of the density. `exact` computes a draw from two standard
+/// normals, and `standard` computes the standard normals from a draw. √n D exceeds 1.95 with probability 0.001.
 fn assert_invariant(
     density: &dyn ErasedDensity,
     metric: [f64; 2],
@@ -110,7 +110,7 @@ fn transitions_leave_a_funnel_invariant() {
     }
 }
 
-/// Near the limit of stability across the ridge, where long trees have states of very different
+/// The step is near the limit of stability across the ridge, where the states of a long tree have very different
 /// weights.
 #[test]
 fn transitions_leave_a_ridge_invariant() {
@@ -119,7 +119,7 @@ fn transitions_leave_a_ridge_invariant() {
     }
 }
 
-/// A flat density has straight paths: no turn in any number of doublings, all weights equal.
+/// On a flat density, paths are straight: no doubling ends with a U-turn, and all weights are equal.
 #[test]
 fn a_straight_path_grows_to_the_greatest_depth() {
     struct Flat;

@@ -1,8 +1,8 @@
-//! Weights of states against their logarithms.
+//! Weights of states, compared with sums of logarithms.
 
 use super::*;
 
-/// ln of the sum and the fraction, by logarithms all the way.
+/// Logarithm of the sum, and fraction of the last weight, computed from logarithms.
 fn reference(errors: &[f64]) -> (f64, f64) {
     let least = errors.iter().copied().fold(f64::INFINITY, f64::min);
     let sum = |errors: &[f64]| errors.iter().map(|e| (least - e).exp()).sum::<f64>();
@@ -18,11 +18,11 @@ fn sums_and_shares_are_those_of_logarithms() {
             let errors = &errors[i..j];
             let mut sum = (Weight::NONE, 1.0);
             for error in errors {
-                sum = sum.0.join(Weight::of(*error));
+                sum = sum.0.join(Weight::from_error(*error));
             }
             let (ln, fraction) = reference(errors);
-            let found = sum.0.sum.ln() + sum.0.unit;
-            approx::assert_relative_eq!(found, ln, max_relative = 1e-14, epsilon = 1e-13);
+            let ln_sum = sum.0.sum.ln() + sum.0.unit;
+            approx::assert_relative_eq!(ln_sum, ln, max_relative = 1e-14, epsilon = 1e-13);
             approx::assert_relative_eq!(sum.1, fraction, max_relative = 1e-11);
         }
     }
@@ -31,6 +31,6 @@ fn sums_and_shares_are_those_of_logarithms() {
 #[test]
 fn acceptances_are_at_most_one() {
     for (error, expected) in [(0.5, (-0.5f64).exp()), (-0.5, 1.0), (-700.0, 1.0), (900.0, 0.0)] {
-        assert_eq!(Weight::of(error).acceptance(), expected);
+        assert_eq!(Weight::from_error(error).acceptance(), expected);
     }
 }

@@ -1,4 +1,4 @@
-//! Windows of the warmup, and when it raises the target.
+//! Windows of the warmup, and the conditions for raising the target acceptance.
 
 use super::*;
 
@@ -6,7 +6,7 @@ fn last_draws(windows: fn(usize) -> Vec<Window>, warmup: usize) -> Vec<usize> {
     WindowSchedule::new(warmup, windows).windows.iter().map(|w| w.end - 1).collect()
 }
 
-/// Window ends of Stan's manual and of its program for these lengths.
+/// Ends of the windows in Stan's manual and program for warmups of these lengths.
 #[test]
 fn stan_window_ends() {
     assert_eq!(last_draws(stan_windows, 1000), [99, 149, 249, 449, 949]);
@@ -43,7 +43,7 @@ fn windows_leave_no_gap_and_room_for_the_step() {
             let windows = WindowSchedule::new(warmup, windows).windows;
             assert!(!windows.is_empty());
             assert!(windows.windows(2).all(|w| w[1].start <= w[0].end && w[0].end < w[1].end));
-            // only the early windows, which do not restart, overlap
+            // only the early windows, which do not restart the adaptation, overlap
             assert!(windows.windows(2).all(|w| !w[1].restart || w[0].end == w[1].start));
             assert!(windows.iter().all(|w| w.start + 2 <= w.end));
             assert!(windows.last().is_some_and(|w| w.end < warmup));
@@ -51,7 +51,8 @@ fn windows_leave_no_gap_and_room_for_the_step() {
     }
 }
 
-/// A warmup of 200 whose transitions diverge at `divergent`: the target, and where it was raised.
+/// Runs a warmup of 200 transitions, of which the transitions in `divergent` diverge. Returns the final target, and the
+/// transition after which it was last raised.
 fn raised(rule: Adaptation, target: f64, divergent: &[usize]) -> (f64, Option<usize>) {
     let mut warmup = Warmup::new(rule, 1, 200, target);
     let mut metric = Metric::identity(1);
@@ -74,7 +75,7 @@ fn raised(rule: Adaptation, target: f64, divergent: &[usize]) -> (f64, Option<us
     (warmup.step.target, warmup.raised)
 }
 
-/// Windows end after transitions 59 (the last early one), 169; the later half begins with 100.
+/// Windows end after the transitions 59 (the last early window) and 169; the later half begins with transition 100.
 #[test]
 fn divergences_raise_the_target_by_how_late_and_how_many_they_are() {
     let early: Vec<usize> = (0..100).collect();
@@ -84,9 +85,9 @@ fn divergences_raise_the_target_by_how_late_and_how_many_they_are() {
     assert_eq!(raised(Adaptation::Fisher, 0.8, &[195, 196]), (0.9, Some(195)));
     assert_eq!(raised(Adaptation::Fisher, 0.8, &[101, 120, 140, 195]), (0.95, Some(140)));
     assert_eq!(raised(Adaptation::Fisher, 0.8, &[120, 195, 197]), (0.95, Some(197)));
-    // steps are wild after a restart
+    // divergences shortly after a restart are ignored
     assert_eq!(raised(Adaptation::Fisher, 0.8, &[171, 175, 180, 185]), (0.8, None));
-    // never lower than what was asked for, and Stan has no such rule
+    // the target is never lower than the setting, and Stan's rule does not raise it
     assert_eq!(raised(Adaptation::Fisher, 0.99, &[120, 130, 140, 195]), (0.99, None));
     assert_eq!(raised(Adaptation::Stan, 0.8, &[120, 130, 140, 195]), (0.8, None));
 }

@@ -1,11 +1,11 @@
-//! Elementary functions against those of Rust.
+//! Elementary functions, compared with the functions of Rust.
 
 use std::f64::consts::FRAC_2_SQRT_PI;
 
 use super::*;
 use crate::number::dual::Dual;
 
-/// Every elementary function against a central difference.
+/// Compares the derivative of every elementary function with a central difference.
 #[test]
 fn elementary_derivatives() {
     type F = (fn(Dual<1>) -> Dual<1>, fn(f64) -> f64, f64);
@@ -71,7 +71,7 @@ fn elementary_derivatives() {
     }
 }
 
-/// (0/s)ᵏ is 0 whatever s and k are.
+/// (0/s)ᵏ is 0 for all s and k, with derivatives 0.
 #[test]
 fn powers_of_zero_do_not_move() {
     let [x, s] = Dual::variables([0.0, 2.0]);
@@ -92,7 +92,7 @@ fn no_number_stays_none() {
     assert!(all.iter().all(|(a, b)| Scalar::min(*a, *b).is_nan()));
 }
 
-/// Where sums cancel, against series: ln((½ + d)/(½ − d)) = 4d + …, erf x = 2x/√π − …
+/// Arguments at which sums cancel, compared with series: ln((½ + d)/(½ − d)) = 4d + …, erf x = 2x/√π − ….
 #[test]
 fn digits_survive_near_zeros() {
     approx::assert_relative_eq!(0.5.logit(), 0.0);
@@ -100,7 +100,7 @@ fn digits_survive_near_zeros() {
     approx::assert_relative_eq!(Scalar::logit(0.5 + tiny), 4.0 * tiny, max_relative = 1e-15);
     approx::assert_relative_eq!(Scalar::logit(1e-20), 1e-20f64.ln(), max_relative = 1e-15);
     approx::assert_relative_eq!(1e-9.erf(), 1e-9 * FRAC_2_SQRT_PI, max_relative = 1e-15);
-    // mpmath, 25 digits
+    // computed with mpmath, 25 digits
     approx::assert_relative_eq!(0.7.erf(), 0.6778011938374184, max_relative = 1e-15);
     approx::assert_relative_eq!(1.7.erfc(), 0.01620954140922544, max_relative = 1e-14);
     approx::assert_relative_eq!(20.0.erfc(), 5.395865611607901e-176, max_relative = 1e-13);

@@ -1,9 +1,9 @@
-//! Against 60-digit values (`special.csv`, made by `tests/distributions/reference.py`).
+//! Special functions, compared with 60-digit values (`special.csv`, written by `tests/distributions/reference.py`).
 
 use super::*;
 
-/// The function, its value there, and the error allowed: relative, or absolute where a sum of
-/// larger terms makes a zero.
+/// Returns the value of the function, the allowed relative error, and the allowed absolute error. The absolute error is
+/// positive if the value is a small sum of larger terms.
 fn evaluate(function: &str, [a, b, x]: [f64; 3]) -> (f64, f64, f64) {
     match function {
         "ln_gamma" => (ln_gamma(a), 1e-15, 5e-15),
@@ -18,7 +18,7 @@ fn evaluate(function: &str, [a, b, x]: [f64; 3]) -> (f64, f64, f64) {
         "beta_lower" => (regularised_beta(a, b, x, 1.0 - x).0, 1e-13, 0.0),
         "beta_upper" => (regularised_beta(a, b, x, 1.0 - x).1, 1e-13, 0.0),
         "mills_ratio" => (mills_ratio(a), 1e-15 + 1e-16 * a.min(0.0).powi(2), 0.0),
-        // the argument's own rounding, times its square, comes back in the far tail
+        // in the far tail, the rounding error of the argument is multiplied by the squared argument
         "normal_cdf" => (normal_cdf(a), 1e-15 + 1e-16 * a * a, 0.0),
         "normal_from_zero" => (normal_from_zero(a), 1e-15, 0.0),
         "half_normal_quantile" => (half_normal_quantile(a), 1e-14, 0.0),
@@ -27,7 +27,7 @@ fn evaluate(function: &str, [a, b, x]: [f64; 3]) -> (f64, f64, f64) {
         "normal_upper_quantile" => (normal_upper_quantile(a), 1e-14, 0.0),
         "interval_ln_mass" => (NormalInterval::new(a, b).ln_mass, 1e-14, 1e-15),
         "interval_first" => (NormalInterval::new(a, b).first, 1e-13, 1e-15),
-        // a difference of terms of the size of α²
+        // the value is a difference of terms of the size α²
         "interval_second" => (NormalInterval::new(a, b).second, 1e-13, 1e-14),
         other => panic!("no function {other}"),
     }
@@ -71,7 +71,7 @@ fn quantiles_invert_their_tails() {
     for p in [1e-200, 1e-30, 1e-3, 0.3, 0.5, 0.8] {
         for a in [0.05, 0.7, 3.0, 250.0, 1e5] {
             let at = |tail| gamma_ln_quantile(a, p, tail).exp();
-            // ln P changes by a·ε when x changes by its rounding
+            // the rounding error of x changes ln P by a·ε
             let tolerance = 1e-13 + 1e-15 * a;
             let lower = regularised_gamma(a, at(Tail::Lower)).0;
             let underflow = at(Tail::Lower) < 1e-290;

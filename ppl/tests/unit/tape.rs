@@ -1,4 +1,4 @@
-//! The tape against dual numbers, also where it is too short.
+//! The tape, compared with dual numbers, also if the tape is too short.
 
 use super::*;
 use crate::number::dual::Dual;
@@ -42,8 +42,8 @@ fn tape_equals_dual() {
 fn a_full_tape_says_so_and_grows() {
     let point = [0.8, 1.7, -0.4];
     let mut tape = Tape::with_capacity(4);
-    let found = (0..10).find_map(|_| gradient(&mut tape, point)).expect("grows");
-    assert_eq!(found, gradient(&mut Tape::default(), point).expect("room"));
+    let grown = (0..10).find_map(|_| gradient(&mut tape, point)).expect("grows");
+    assert_eq!(grown, gradient(&mut Tape::default(), point).expect("room"));
 }
 
 #[test]
@@ -59,7 +59,8 @@ fn constants_take_no_node() {
     assert_eq!(gradient, [7.0]);
 }
 
-/// √x at 0, on which nothing depends, between nodes on which something does.
+/// A node √x at 0, whose derivative is infinite and on which no result depends, lies between nodes on which the result
+/// depends.
 #[test]
 fn what_nothing_depends_on_is_passed_over() {
     let tape = Tape::default();
@@ -72,7 +73,7 @@ fn what_nothing_depends_on_is_passed_over() {
     assert_eq!(gradient, [4.0]);
 }
 
-/// A plate within a plate on tapes of every small size, of edges or nodes.
+/// Evaluates a plate within a plate on short tapes of every size, for edges and for nodes.
 #[test]
 fn a_tape_that_fills_up_in_a_plate_says_so() {
     let run = |tape: &Tape| {
@@ -104,7 +105,8 @@ fn a_tape_that_fills_up_in_a_plate_says_so() {
     assert!((1..12).contains(&refused), "{refused}");
 }
 
-/// Σₖ ln p(xₖ | x y): one node an iteration, swept at its end, and terms without nodes.
+/// Computes Σₖ ln p(xₖ | x y) in two ways: with one node per iteration, which is swept at the end of the iteration, and
+/// with terms without nodes.
 #[test]
 fn terms_and_unwinding_leave_the_gradient_as_it_is() {
     let data = [0.3, -1.0, 2.5];

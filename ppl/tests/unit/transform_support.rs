@@ -1,4 +1,4 @@
-//! Maps of intervals: derivative, inverse, and what truncation leaves.
+//! Maps of intervals: derivative, inverse, and intersection.
 
 use super::*;
 use crate::number::dual::Dual;
@@ -26,7 +26,7 @@ fn jacobian_is_the_derivative_and_the_inverse_inverts() {
                 epsilon = 1e-13
             );
             if y.abs() < 10.0 {
-                // its sign too, which the logarithm does not see
+                // the sign of the derivative is checked separately, because the log-Jacobian does not depend on it
                 let quotient = (support.point(y + 1e-5) - support.point(y - 1e-5)) / 2e-5;
                 approx::assert_relative_eq!(x.gradient()[0], quotient, max_relative = 1e-6);
                 approx::assert_relative_eq!(

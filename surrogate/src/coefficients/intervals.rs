@@ -67,17 +67,18 @@ impl CoefficientPosterior {
             .map(|_| Ok(self.draw(&mut rng)?.sobol_with(MOST_POINTS)))
             .collect::<Result<Vec<SobolIndices>, SurrogateError>>()?;
         let (exact, alike) = (self.estimate().sobol(), self.estimate().sobol_with(MOST_POINTS));
-        let interval = |of: &dyn Fn(&SobolIndices) -> f64| {
-            let mut moved: Vec<f64> = draws.iter().map(|draw| of(draw) - of(&alike)).collect();
+        let interval = |index: &dyn Fn(&SobolIndices) -> f64| {
+            let mut moved: Vec<f64> =
+                draws.iter().map(|draw| index(draw) - index(&alike)).collect();
             moved.sort_by(f64::total_cmp);
             let tail = 0.5 * (1.0 - probability) * (DRAWS - 1) as f64;
             let (low, high) = (moved[tail as usize], moved[DRAWS - 1 - tail as usize]);
             // `clamp` keeps NaN
-            [of(&exact) - high, of(&exact) - low].map(|x| x.clamp(0.0, 1.0))
+            [index(&exact) - high, index(&exact) - low].map(|x| x.clamp(0.0, 1.0))
         };
         let (outputs, inputs) = (self.estimate().outputs().len(), self.estimate().inputs().len());
-        let all = |of: &dyn Fn(&SobolIndices, usize, usize) -> f64| {
-            let row = |m| (0..inputs).map(|i| interval(&|s| of(s, m, i))).collect();
+        let all = |index: &dyn Fn(&SobolIndices, usize, usize) -> f64| {
+            let row = |m| (0..inputs).map(|i| interval(&|s| index(s, m, i))).collect();
             (0..outputs).map(row).collect()
         };
         Ok(SobolIntervals {

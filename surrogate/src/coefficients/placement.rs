@@ -26,7 +26,7 @@ impl CoefficientPosterior {
     /// }
     /// let line = FitOptions { rule: OrderRule::Fixed(1), ..FitOptions::default() };
     /// let fit = DynPce::fit(&runs, &line)?;
-    /// // where a line is to be known at the right, its right end is known worst
+    /// // the variance of the fitted line is largest at the right end of the interval, far from the runs
     /// let places: Vec<Vec<f64>> = (0..=10).map(|i| vec![0.1 * f64::from(i)]).collect();
     /// assert_eq!(fit.coefficients.placement(&places, 1)?, [10]);
     /// # Ok::<(), surrogate::SurrogateError>(())
@@ -42,8 +42,8 @@ impl CoefficientPosterior {
         let mut chosen: Vec<usize> = Vec::new();
         while chosen.len() < count.min(places.len()) {
             let gains = moments(&w).map(|moments| {
-                let of = |w: &Vec<f64>| quadratic(&moments, w) / (1.0 + dot(w, w));
-                w.iter().map(of).collect::<Vec<f64>>()
+                let gain = |w: &Vec<f64>| quadratic(&moments, w) / (1.0 + dot(w, w));
+                w.iter().map(gain).collect::<Vec<f64>>()
             });
             let Some(gains) = gains else { break };
             let free = (0..places.len()).filter(|place| !chosen.contains(place));
@@ -53,12 +53,12 @@ impl CoefficientPosterior {
             let Some(best) = best else { break };
             chosen.push(best);
             // the update A − Aψψᵀ A/(1 + h) has the factor F (I − κ w wᵀ) with (1 − κ h)² = 1/(1 + h)
-            let own = w[best].clone();
-            let h = dot(&own, &own);
+            let w_best = w[best].clone();
+            let h = dot(&w_best, &w_best);
             let shrink = if h > 0.0 { (1.0 - (1.0 + h).sqrt().recip()) / h } else { 0.0 };
             for w in &mut w {
-                let along = shrink * dot(w, &own);
-                w.iter_mut().zip(&own).for_each(|(w, own)| *w -= along * own);
+                let along = shrink * dot(w, &w_best);
+                w.iter_mut().zip(&w_best).for_each(|(w, b)| *w -= along * b);
             }
         }
         Ok(chosen)

@@ -44,11 +44,11 @@ use crate::scale::Axis;
 ///     runs.push(&x, &[3.0 + x[0] + 0.1 * (rng.random::<f64>() - 0.5)])?;
 /// }
 /// let fit = DynPce::fit(&runs, &FitOptions::default())?;
-/// let open = &fit.coefficients;
-/// // the standard error of the line at 0.2, and another line that the runs allow
-/// let sd = open.error(&[0.2], &fit.pce.value(&[0.2])?)?[0][0].sqrt();
-/// let other = open.draw(&mut rng)?;
-/// assert!(sd < 0.02 && (other.value(&[0.2])?[0] - 3.2).abs() < 0.05);
+/// let posterior = &fit.coefficients;
+/// // the standard error of the line at 0.2, and a line that is drawn from the posterior
+/// let sd = posterior.error(&[0.2], &fit.pce.value(&[0.2])?)?[0][0].sqrt();
+/// let drawn = posterior.draw(&mut rng)?;
+/// assert!(sd < 0.02 && (drawn.value(&[0.2])?[0] - 3.2).abs() < 0.05);
 /// # Ok::<(), surrogate::SurrogateError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -102,8 +102,8 @@ impl CoefficientPosterior {
     ) -> Result<Self, SurrogateError> {
         let mut rows: Vec<(Vec<u8>, Vec<f64>)> = rows.into_iter().collect();
         let terms = estimate.terms();
-        let place = |index: &Vec<u8>| terms.iter().position(|(own, _)| own == index);
-        rows.sort_by_cached_key(|(index, _)| place(index));
+        let position = |index: &Vec<u8>| terms.iter().position(|(term, _)| term == index);
+        rows.sort_by_cached_key(|(index, _)| position(index));
         let factor = rows.into_iter().map(|(_, row)| row).collect();
         Stored { estimate: estimate.clone(), factor, scatter, freedom }.try_into()
     }
@@ -223,7 +223,7 @@ impl CoefficientPosterior {
                 *entry = rng.sample(StandardNormal);
             }
             let square = ChiSquared::new(self.freedom - i as f64).map_err(|_| {
-                let what = "degrees of freedom beyond the terms, at least";
+                let what = "or more degrees of freedom of the residuals";
                 SurrogateError::Count { what, expected: m, found: self.freedom.max(0.0) as usize }
             })?;
             row[i] = square.sample(rng).sqrt();
@@ -242,7 +242,7 @@ impl CoefficientPosterior {
     }
 
     /// Returns the covariance s² (outputs × outputs) on the linear or logarithmic scales of the outputs.
-    pub(crate) fn own_scatter(&self) -> &[Vec<f64>] {
+    pub(crate) fn scatter_on_scales(&self) -> &[Vec<f64>] {
         &self.scatter
     }
 

@@ -52,7 +52,7 @@ impl<'a> Regression<'a> {
     ) -> Result<Self, SurrogateError> {
         let (n, d) = (data.len(), data.inputs().len());
         if n < 2 {
-            return Err(SurrogateError::Count { what: "rows, at least", expected: 2, found: n });
+            return Err(SurrogateError::Count { what: "or more rows", expected: 2, found: n });
         }
         let y = Mat::from_fn(n, data.outputs().len(), |i, m| data.row(i).1[m]);
         let mut variance = Vec::new();
@@ -226,8 +226,8 @@ impl Equations {
         let n = self.runs();
         let ratio = |j: usize| {
             let square = |i: usize, m: usize| self.targets[(n + i * self.slopes + j, m)].powi(2);
-            let of = |(m, v): (usize, &f64)| (0..n).map(|i| square(i, m)).sum::<f64>() / v;
-            let sum: f64 = variances.iter().enumerate().map(of).sum();
+            let relative = |(m, v): (usize, &f64)| (0..n).map(|i| square(i, m)).sum::<f64>() / v;
+            let sum: f64 = variances.iter().enumerate().map(relative).sum();
             ((n * variances.len()) as f64 / sum).sqrt()
         };
         (0..self.slopes).map(ratio).collect()

@@ -104,10 +104,10 @@ fn factorise(hat: &[f64], block: usize, factor: &mut [f64]) -> Option<()> {
     for a in 0..block {
         for b in 0..=a {
             let identity = if a == b { 1.0 } else { 0.0 };
-            let known: f64 = (0..b)
+            let subtracted: f64 = (0..b)
                 .map(|c| factor[a * block + c] * factor[b * block + c] * factor[c * block + c])
                 .sum();
-            let entry = identity - hat[a * block + b] - known;
+            let entry = identity - hat[a * block + b] - subtracted;
             if a > b {
                 factor[a * block + b] = entry / factor[b * block + b];
             } else if entry > DETERMINED {

@@ -224,7 +224,7 @@ impl<P> PceFit<P> {
     /// If `rows` is empty or contains a row that the dataset does not have.
     pub fn about(&self, rows: &[usize]) -> Result<FitReport, SurrogateError> {
         if rows.is_empty() {
-            return check_count("rows, at least", 1, 0).map(|()| self.report.clone());
+            return check_count("or more rows", 1, 0).map(|()| self.report.clone());
         }
         let outputs = self.report.outputs.len();
         let mut covariance = vec![vec![0.0; outputs]; outputs];

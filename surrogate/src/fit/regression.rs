@@ -194,10 +194,10 @@ mod tests {
             .loo_residuals()
             .unwrap();
         for left_out in 0..n {
-            let kept = |i: usize| if i < left_out { i } else { i + 1 };
+            let remaining = |i: usize| if i < left_out { i } else { i + 1 };
             let fit = NestedLeastSquares::new(
-                Mat::from_fn(n - 1, p, |i, j| psi[(kept(i), j)]),
-                Mat::from_fn(n - 1, 2, |i, m| y[(kept(i), m)]),
+                Mat::from_fn(n - 1, p, |i, j| psi[(remaining(i), j)]),
+                Mat::from_fn(n - 1, 2, |i, m| y[(remaining(i), m)]),
                 n - 1,
             );
             let c = fit.coefficients(p);
@@ -229,11 +229,11 @@ mod tests {
         let c = whole.coefficients(p);
         let mut changes = Mat::<f64>::zeros(2, 2);
         for left_out in 0..runs {
-            let kept: Vec<usize> =
+            let remaining: Vec<usize> =
                 (0..runs * block).filter(|row| !of_run(left_out).contains(row)).collect();
             let fit = NestedLeastSquares::new(
-                Mat::from_fn(kept.len(), p, |i, j| psi[(kept[i], j)]),
-                Mat::from_fn(kept.len(), 2, |i, m| y[(kept[i], m)]),
+                Mat::from_fn(remaining.len(), p, |i, j| psi[(remaining[i], j)]),
+                Mat::from_fn(remaining.len(), 2, |i, m| y[(remaining[i], m)]),
                 runs - 1,
             );
             let rest = fit.coefficients(p);
@@ -253,8 +253,8 @@ mod tests {
         }
         let jackknife = whole.jackknife(prefix, &fast);
         for (m, row) in jackknife.iter().enumerate() {
-            for (k, found) in row.iter().enumerate() {
-                assert_relative_eq!(*found, changes[(m, k)], max_relative = 1e-11);
+            for (k, change) in row.iter().enumerate() {
+                assert_relative_eq!(*change, changes[(m, k)], max_relative = 1e-11);
             }
         }
         assert_relative_eq!(prefix.leverages().sum::<f64>() + prefix.freedom(), runs as f64);

@@ -165,7 +165,7 @@ impl fmt::Display for FitReport {
             let weights: Vec<String> =
                 self.derivative_weights.iter().map(|w| format!("{w:.3}")).collect();
             let weights = weights.join(", ");
-            writeln!(f, "with derivatives, weighted {weights} against values")?;
+            writeln!(f, "with derivatives; their weights relative to values: {weights}")?;
         }
         if let (false, Some(linear)) = (self.logarithmic.is_empty(), self.linear_error) {
             let names = self.logarithmic.join(", ");

@@ -149,7 +149,8 @@ impl Truth<'_> {
         let n = residuals.nrows();
         let square =
             |i: usize, m: usize| self.scales[m].residual(self.y[(i, m)], residuals[(i, m)]).powi(2);
-        let of = |m: usize| (0..n).map(|i| square(i, m)).sum::<f64>() / n as f64 / self.variance[m];
-        (0..self.variance.len()).map(of).collect()
+        let relative =
+            |m: usize| (0..n).map(|i| square(i, m)).sum::<f64>() / n as f64 / self.variance[m];
+        (0..self.variance.len()).map(relative).collect()
     }
 }

@@ -64,11 +64,11 @@ pub(crate) fn sparse(
             let Some(wider) = wider.filter(|w| before != Some(w.columns.len())) else { continue };
             before = Some(wider.columns.len());
             let equations = wider.equations(&scales.inputs, &scales.outputs)?;
-            let found = candidate(&wider, &equations, truth, &weights, &folds);
-            if let Some(found) = found
-                && best.as_ref().is_none_or(|best| found.error < best.error)
+            let next = candidate(&wider, &equations, truth, &weights, &folds);
+            if let Some(next) = next
+                && best.as_ref().is_none_or(|best| next.error < best.error)
             {
-                best = Some(found);
+                best = Some(next);
             }
         }
         let Some(Candidate { loo, fitted, equations, .. }) = best else { break };
@@ -83,15 +83,15 @@ pub(crate) fn sparse(
 }
 
 /// Returns the truncations to try, from the truncation with the fewest interaction terms to the requested truncation.
-fn truncations(asked: Truncation) -> impl Iterator<Item = Truncation> {
-    let most = match asked {
+fn truncations(requested: Truncation) -> impl Iterator<Item = Truncation> {
+    let most = match requested {
         Truncation::TotalDegree => 1.0,
         Truncation::Hyperbolic { q } => q,
         // hyperbolic truncations would not respect the limit
         Truncation::Limited { .. } => 0.0,
     };
     let fewer = EXPONENTS.into_iter().filter(move |q| *q < most);
-    fewer.map(|q| Truncation::Hyperbolic { q }).chain([asked])
+    fewer.map(|q| Truncation::Hyperbolic { q }).chain([requested])
 }
 
 /// Finds the sparse fit whose number of terms has the least cross-validation error. During cross-validation, the
@@ -107,15 +107,15 @@ fn candidate(
     let runs = equations.runs();
     let residuals = cross_validate(equations, weights, folds);
     let errors = residuals.iter().map(|r| error(&truth.relative_squares(r))).enumerate();
-    let (place, error) = errors.min_by(|a, b| a.1.total_cmp(&b.1))?;
+    let (index, error) = errors.min_by(|a, b| a.1.total_cmp(&b.1))?;
 
     let all: Vec<usize> = (0..runs).collect();
-    let path = forward(equations, &all, weights, place + 1);
+    let path = forward(equations, &all, weights, index + 1);
     let equations = equations.with_columns(&path);
     let fit = equations.least_squares(&all, weights);
     let prefix = fit.sweep(&[path.len().min(fit.rank())]).pop()?;
     let plain = LeaveOneOutError::new(&prefix, truth)?.plain;
-    let left_out = residuals.into_iter().nth(place)?;
+    let left_out = residuals.into_iter().nth(index)?;
     let loo = LeaveOneOutError { plain, corrected: truth.relative_squares(&left_out) };
     let columns = path.iter().map(|&j| regression.columns[j].clone()).collect();
     let fitted = Fitted {
@@ -167,8 +167,8 @@ fn forward(equations: &Equations, chosen: &[usize], weights: &[f64], most: usize
     }
     // for each column, after subtraction of its projection onto the chosen columns: its squared norm (`square`), and
     // its products with the targets (`products`)
-    let own: Vec<f64> = columns.col_iter().map(|c| c.squared_norm_l2()).collect();
-    let mut square = own.clone();
+    let squared_norms: Vec<f64> = columns.col_iter().map(|c| c.squared_norm_l2()).collect();
+    let mut square = squared_norms.clone();
     let mut products = columns.transpose() * &left;
     let mut directions: Vec<Col<f64>> = Vec::new();
     let mut path = vec![0];
@@ -194,7 +194,7 @@ fn forward(equations: &Equations, chosen: &[usize], weights: &[f64], most: usize
         directions.push(direction);
         let gain = |j: usize| {
             let sum: f64 = (0..taken.len()).map(|m| products[(j, m)].powi(2)).sum();
-            (square[j] > DEPENDENT * own[j]).then(|| (j, sum / square[j]))
+            (square[j] > DEPENDENT * squared_norms[j]).then(|| (j, sum / square[j]))
         };
         let gains = (0..columns.ncols()).filter_map(gain);
         match gains.max_by(|a, b| a.1.total_cmp(&b.1)) {

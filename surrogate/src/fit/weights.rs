@@ -85,8 +85,9 @@ fn estimate(prefix: &Prefix, variances: &[f64], weights: &[f64]) -> Vec<f64> {
     let spread = |place: usize, weight: f64| {
         let square = |run: usize| -> f64 {
             let row = row_of(runs, block, run, place);
-            let of = |(m, variance): (usize, &f64)| prefix.residuals[(row, m)].powi(2) / variance;
-            variances.iter().enumerate().map(of).sum()
+            let relative =
+                |(m, variance): (usize, &f64)| prefix.residuals[(row, m)].powi(2) / variance;
+            variances.iter().enumerate().map(relative).sum()
         };
         let freedom = runs as f64 - prefix.leverage_at(place);
         let sum: f64 = (0..runs).map(square).sum();

@@ -47,7 +47,7 @@ impl<R: Scalar, D: Unknown<R>, const N: usize> Unknown<R> for Array<D, N> {
         for value in &mut values {
             *value = Some(self.inner.constrain(next, jacobian, terms));
         }
-        values.map(|value| value.expect("all places are filled"))
+        values.map(|value| value.expect("all entries are set"))
     }
 
     fn unconstrain(&self, x: &Self::Value, out: &mut Vec<f64>) {

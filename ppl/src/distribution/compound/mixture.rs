@@ -22,7 +22,7 @@ use crate::term::parameter::Parameter;
 /// ```
 /// use ppl::prelude::*;
 ///
-/// // one in ten measurements is a slip
+/// // one in ten measurements has a large error
 /// let measurement = Mixture([0.9, 0.1], [Normal(0.0, 1.0), Normal(0.0, 10.0)]);
 /// let ln_density: f64 = measurement.ln_density(&0.0);
 /// assert!((ln_density - (0.91 / (2.0 * std::f64::consts::PI).sqrt()).ln()).abs() < 1e-15);
@@ -74,7 +74,7 @@ where
             weights.len() == components.len() && !weights.is_empty(),
             "Mixture",
             "number of weights",
-            format_args!("that of the components, {}", components.len()),
+            format_args!("equal to the number of components, {}", components.len()),
             weights.len() as f64,
         )?;
         for (i, weight) in weights.iter().enumerate() {

@@ -89,7 +89,7 @@ impl<R: Scalar, D: LocationScale<R>> Unknown<R> for NonCentered<D> {
 /// Implements `LocationScale` for a univariate family, from its standard distribution, the map T and the inverse of T.
 macro_rules! impl_location_scale {
     ($([$($P:ident),*] $Name:ty => $Standard:ty {
-        |$own:pat_param| $standard:expr, |$d:ident, $z:ident| $x:expr, |$v:ident| $back:expr
+        |$this:pat_param| $standard:expr, |$d:ident, $z:ident| $x:expr, |$v:ident| $back:expr
     })*) => {$(
         impl<R, $($P),*> LocationScale<R> for $Name
         where
@@ -100,7 +100,7 @@ macro_rules! impl_location_scale {
 
             #[inline]
             fn standard(&self) -> $Standard {
-                let $own = self;
+                let $this = self;
                 $standard
             }
 

@@ -49,7 +49,7 @@ impl<D: Univariate> Univariate for Truncated<D> {
         self.interval.validate("truncate")?;
         let inside = masses(&self.inner, self.interval).1;
         let holds = inside > 0.0 || ln_inside(&self.inner, self.interval).0 > f64::NEG_INFINITY;
-        DomainError::require(holds, "truncate", "mass inside", "positive", inside)
+        DomainError::require(holds, "truncate", "probability of the interval", "positive", inside)
     }
 
     fn sample<G: Rng + ?Sized>(&self, rng: &mut G) -> f64 {
@@ -57,18 +57,18 @@ impl<D: Univariate> Univariate for Truncated<D> {
     }
 
     fn mean(&self) -> f64 {
-        let own = self.inner.mean();
-        if !own.is_finite() && !self.is_bounded() {
-            return own;
+        let inner_mean = self.inner.mean();
+        if !inner_mean.is_finite() && !self.is_bounded() {
+            return inner_mean;
         }
         let (up, down) = sides(self, 1);
         self.quantile(0.5) + (up - down)
     }
 
     fn variance(&self) -> f64 {
-        let own = self.inner.variance();
-        if !own.is_finite() && !self.is_bounded() {
-            return own;
+        let inner_variance = self.inner.variance();
+        if !inner_variance.is_finite() && !self.is_bounded() {
+            return inner_variance;
         }
         let ((up, down), (up_square, down_square)) = (sides(self, 1), sides(self, 2));
         up_square + down_square - (up - down).powi(2)

@@ -37,20 +37,20 @@ pub struct Beta<A, B>(pub A, pub B);
 
 crate::univariate!([A: Parameter, B: Parameter] Beta<A, B>);
 
-/// Adds the limit of ln p at one end of the support. `own` is the shape parameter that determines the density near
-/// this end. The limit is −∞ for `own` > 1, ∞ for `own` < 1, and ln `other` for `own` = 1, where `other` is the other
-/// shape parameter.
+/// Adds the limit of ln p at one end of the support. `shape` is the shape parameter that determines the density near
+/// this end. The limit is −∞ for `shape` > 1, ∞ for `shape` < 1, and ln `other` for `shape` = 1, where `other` is the
+/// other shape parameter.
 #[inline]
 fn add_at_end<R: Scalar, P: Parameter + Datum<R>>(
-    own: impl Parameter,
+    shape: impl Parameter,
     other: P,
     terms: &mut impl Accumulator<R>,
 ) {
-    let (own, b) = (own.number(), other.number());
-    if own == 1.0 {
+    let (shape, b) = (shape.number(), other.number());
+    if shape == 1.0 {
         terms.add(b.ln(), ((other, b.recip()),));
     } else {
-        terms.add_number(R::from((1.0 - own) * f64::INFINITY));
+        terms.add_number(R::from((1.0 - shape) * f64::INFINITY));
     }
 }
 

@@ -14,8 +14,8 @@ use crate::transform::Support;
 
 /// Gumbel distribution of maxima with location (and mode) μ and scale β.
 ///
-/// ln p(x) = −ln β − z − e^{−z}, with z = (x − μ)/β and β > 0. The distribution of minima, such as the strength of the
-/// weakest link, is that of −x.
+/// ln p(x) = −ln β − z − e^{−z}, with z = (x − μ)/β and β > 0. For a minimum x, such as the strength of the weakest
+/// link, −x has this distribution.
 ///
 /// # Example
 /// ```

@@ -159,11 +159,11 @@ impl<N: Parameter, M: Parameter, S: Parameter> Univariate for StudentT<N, M, S> 
 /// Log of the normalising constant of the standard t distribution: ln Γ(ν/2 + ½) − ln Γ(ν/2) − ½ ln(ν/2) − ½ ln 2π. The
 /// terms without ½ ln 2π vanish for large ν.
 fn ln_shape(nu: f64) -> f64 {
-    of_nu(nu)[0]
+    normaliser_terms(nu)[0]
 }
 
 /// Returns the value of [`ln_shape`], and twice the digamma terms in the derivative of `ln_shape` with respect to ν.
-fn of_nu(nu: f64) -> [f64; 2] {
+fn normaliser_terms(nu: f64) -> [f64; 2] {
     let parts = |nu: f64| {
         let (half, inverse) = (0.5 * nu, nu.recip());
         let stirling = stirling_error(half + 0.5) - stirling_error(half);
@@ -259,7 +259,7 @@ fn standard<R: Scalar>(z: f64, unknown_nu: R) -> (f64, [f64; 3]) {
         0.0
     } else {
         let inverse = nu.recip();
-        0.5 * (of_nu(nu)[1] - inverse - ln_square + share * (1.0 + inverse))
+        0.5 * (normaliser_terms(nu)[1] - inverse - ln_square + share * (1.0 + inverse))
     };
     (-(half + 0.5) * ln_square, [-(nu + 1.0) * slope / root, in_nu, (nu + 1.0) * share])
 }

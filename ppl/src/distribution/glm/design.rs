@@ -35,7 +35,7 @@ impl Predictors for f64 {
 /// time, `&[f64]` for a single predictor. A reference to a `Vec` or an array of rows is accepted too.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a design matrix",
-    label = "needed: one row of predictors a datum, as `&[[f64; K]]`, `&[Vec<f64>]` or `&[f64]`"
+    label = "expected one row of predictors per datum: `&[[f64; K]]`, `&[Vec<f64>]` or `&[f64]`"
 )]
 pub trait Design: Copy + Debug {
     /// Number of rows.

@@ -9,7 +9,7 @@ use crate::term::parameter::Parameter;
 /// Intercept of a linear predictor: a number, an unknown, or [`ByGroup`].
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not an intercept",
-    label = "needed: a number, an unknown, or `ByGroup(&levels, &group)`"
+    label = "expected a number, an unknown, or `ByGroup(&levels, &group)`"
 )]
 pub trait Intercept<R>: Clone {
     /// Number of different intercepts.
@@ -87,14 +87,15 @@ impl<R: Scalar, L: Sequence<Item: Datum<R>>> Intercept<R> for ByGroup<'_, L> {
     fn validate(&self, family: &'static str, n: usize) -> Result<(), DomainError> {
         let (levels, groups) = (self.0.items().len(), self.1.len());
         if groups != n {
-            let message =
-                format!("{family}: {groups} data have a group and x has {n} rows; give one each");
+            let message = format!(
+                "{family}: {groups} data have a group but x has {n} rows; give one group per row"
+            );
             return Err(DomainError::new(message));
         }
         if let Some(i) = self.1.iter().position(|&group| group >= levels) {
             let message = format!(
-                "{family}: datum {i} is of group {}, and there are {levels} intercepts, counted \
-                 from 0",
+                "{family}: datum {i} belongs to group {}, but there are {levels} intercepts; groups are \
+                 counted from 0",
                 self.1[i]
             );
             return Err(DomainError::new(message));

@@ -137,7 +137,7 @@ pub(super) fn require_length(
         return Ok(());
     }
     let message =
-        format!("{family}: x has {rows} rows and there are {data} data; give one row a datum");
+        format!("{family}: x has {rows} rows but there are {data} data; give one row per datum");
     Err(DomainError::new(message))
 }
 
@@ -154,8 +154,8 @@ pub(super) fn validate<R: Scalar>(
         let predictors = x.row(i);
         if predictors.len() != count {
             let message = format!(
-                "{family}: row {i} of x has {} predictors and there are {count} slopes; give one \
-                 slope a predictor",
+                "{family}: row {i} of x has {} predictors but there are {count} slopes; give one slope \
+                 per predictor",
                 predictors.len()
             );
             return Err(DomainError::new(message));

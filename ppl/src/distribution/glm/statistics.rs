@@ -22,9 +22,9 @@ pub(super) struct Statistics<'s> {
     /// Residual sum of squares ρ².
     rest: f64,
     slopes: usize,
-    /// rₖ and zₖ for every slope k.
+    /// Rows (rₖ, zₖ) of the triangular factor, one per slope k, row-major.
     triangle: &'s [f64],
-    /// x̄_g, ȳ_g and n_g for every group g.
+    /// Means x̄_g and ȳ_g and number of data n_g of every group g, row-major.
     groups: &'s [f64],
 }
 
@@ -40,23 +40,24 @@ impl<'s> Statistics<'s> {
         out: &mut Vec<f64>,
     ) {
         let width = slopes + 1;
-        // x̄, ȳ and the number of data of each group; sums of differences from a first datum avoid cancellation
+        // x̄, ȳ and the number of data of each group; sums of differences from the first datum of the group avoid
+        // cancellation
         let mut means = vec![0.0; groups * (width + 1)];
         let mut first = vec![None; groups];
         let entry = |i: usize, k: usize| if k < slopes { x.row(i)[k] } else { y[i] };
         for i in 0..y.len() {
             let g = group(i);
             let origin = *first[g].get_or_insert(i);
-            let own = &mut means[g * (width + 1)..(g + 1) * (width + 1)];
+            let group_means = &mut means[g * (width + 1)..(g + 1) * (width + 1)];
             for k in 0..width {
-                own[k] += entry(i, k) - entry(origin, k);
+                group_means[k] += entry(i, k) - entry(origin, k);
             }
-            own[width] += 1.0;
+            group_means[width] += 1.0;
         }
-        for (own, origin) in means.chunks_exact_mut(width + 1).zip(&first) {
+        for (group_means, origin) in means.chunks_exact_mut(width + 1).zip(&first) {
             if let Some(origin) = *origin {
                 for k in 0..width {
-                    own[k] = entry(origin, k) + own[k] / own[width];
+                    group_means[k] = entry(origin, k) + group_means[k] / group_means[width];
                 }
             }
         }

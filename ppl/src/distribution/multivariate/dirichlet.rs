@@ -106,7 +106,8 @@ impl<R: Scalar, A: Parameter + Datum<R>, const K: usize> Distribution<R> for Dir
     }
 
     fn draw<G: Rng + ?Sized>(&self, rng: &mut G) -> [R; K] {
-        // a gamma number with shape α is one with shape α + 1 times u^{1/α}; its logarithm does not underflow
+        // a gamma draw with shape α equals a gamma draw with shape α + 1 times u^{1/α}, for u uniform on (0, 1); the
+        // logarithm of the product does not underflow
         let logarithms = self.0.map(|alpha| {
             let alpha = alpha.number();
             let larger: f64 = rand_distr::Gamma::new(alpha + 1.0, 1.0)

@@ -47,7 +47,7 @@ pub struct LkjCholesky<const K: usize>(pub f64);
 /// use ppl::prelude::*;
 ///
 /// ppl::model! {
-///     /// As many quantities as the rows of the data have numbers.
+///     /// The number of quantities is the length of the rows of the data.
 ///     fn correlated(rows: &[Vec<f64>]) {
 ///         let k = rows.first().map_or(0, Vec::len);
 ///         let mean ~ Normal(0.0, 10.0).iid(k);
@@ -76,11 +76,11 @@ impl LkjCholesky<0> {
 
 /// Implements the distribution for a size that is known at compile time, or only at run time.
 macro_rules! impl_lkj {
-    ([$($generics:tt)*] $Name:ty, $Size:ty, |$own:ident| $lkj:expr) => {
+    ([$($generics:tt)*] $Name:ty, $Size:ty, |$this:ident| $lkj:expr) => {
         impl<$($generics)*> $Name {
             #[inline(always)]
             fn lkj(&self) -> Lkj<$Size> {
-                let $own = self;
+                let $this = self;
                 $lkj
             }
         }
@@ -124,5 +124,5 @@ macro_rules! impl_lkj {
         }
     };
 }
-impl_lkj!([const K: usize] LkjCholesky<K>, Fixed<K>, |own| Lkj { eta: own.0, size: Fixed });
-impl_lkj!([] DynLkjCholesky, Free, |own| own.0);
+impl_lkj!([const K: usize] LkjCholesky<K>, Fixed<K>, |this| Lkj { eta: this.0, size: Fixed });
+impl_lkj!([] DynLkjCholesky, Free, |this| this.0);

@@ -42,7 +42,7 @@ impl<M: Clone, L: Clone> Family for MvNormalCholesky<M, L> {}
 /// Scale of a [`MvNormalCholesky`]: a Cholesky factor with a size known at compile time or at run time.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a Cholesky factor of a covariance matrix",
-    label = "needed: a `CholeskyFactor` or a `DynCholeskyFactor`, or a reference to one"
+    label = "expected a `CholeskyFactor`, a `DynCholeskyFactor`, or a reference to one"
 )]
 pub trait Scale<R: Scalar>: Clone {
     /// Type of the size.
@@ -75,14 +75,14 @@ pub(super) type Vector<R, L> = <<L as Scale<R>>::Size as Size>::Vector<R>;
 
 const NAME: &str = "MvNormalCholesky";
 
-/// Checks that a vector is as long as the factor has rows.
+/// Checks that the length of a vector equals the number of rows of the factor.
 pub(super) fn require_length(
     name: &'static str,
     what: &'static str,
     length: usize,
     rows: usize,
 ) -> Result<(), DomainError> {
-    let requirement = format_args!("that of the factor's rows, {rows}");
+    let requirement = format_args!("equal to the number of rows of the factor, {rows}");
     DomainError::require(length == rows, name, what, requirement, length as f64)
 }
 

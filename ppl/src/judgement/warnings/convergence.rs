@@ -10,10 +10,10 @@ use crate::quantity::draws::Values;
 use crate::quantity::format::{cell, list};
 use crate::quantity::record::Role;
 
-/// Posterior modes between which the chains do not mix, with the element name of the parameter.
+/// Parameters whose posterior has several modes between which the chains do not mix: name with indices, and modes.
 pub(super) type Separate = Vec<(String, Modes)>;
 
-/// Adds warnings about single chains and single draws.
+/// Adds warnings about stopped chains, about draws from another density, and about draws that are not finite.
 pub(super) fn find(posterior: &Posterior, rows: &[SummaryRow], warnings: &mut Warnings) {
     let runs = &posterior.chains.chains;
     for (chain, run) in runs.iter().enumerate() {
@@ -22,8 +22,8 @@ pub(super) fn find(posterior: &Posterior, rows: &[SummaryRow], warnings: &mut Wa
                 WarningKind::Stopped,
                 &format!("Chain {chain} ended after {} draws: ", run.len()),
                 &reason.to_string(),
-                "All chains were cut to the shortest; remove the cause and run again before \
-                 trusting the result",
+                "All chains were shortened to the length of the shortest chain; remove the cause \
+                 and run again before using the result",
             );
         }
     }
@@ -31,10 +31,10 @@ pub(super) fn find(posterior: &Posterior, rows: &[SummaryRow], warnings: &mut Wa
     if posterior.is_foreign {
         warnings.add(
             WarningKind::OtherDensity,
-            "The draws are of another density",
-            " than this model's",
-            "Right for held-out data; otherwise give the model and the data that they were drawn \
-             with",
+            "The draws are from another density",
+            " than the density of this model",
+            "This is correct if the data were held out; otherwise use the model and the data with \
+             which the chains were drawn",
         );
     }
 
@@ -62,31 +62,32 @@ pub(super) fn compare(
         WarningKind::Disagreement,
         "The chains do not agree yet (R-hat above 1.01): ",
         &list(split.iter().map(|r| format!("{} ({:.3})", r.name, r.rhat))),
-        "Run longer; if that does not help, look for several modes or parameters that only act \
-         together, and reparametrise or give stronger priors",
+        "Run longer chains; if this does not help, look for several modes, or for parameters of \
+         which the data determine only a combination, and reparametrise or use stronger priors",
     );
 
     warnings.add(
         WarningKind::Modes,
         "The posterior seems to have several modes: ",
         &list(modes.iter().map(|(place, modes)| in_words(names.shown(place), modes))),
-        "The fraction of draws in a mode is where the chains began, not its probability: take the \
-         modes apart by a stronger prior, or by an order if they only exchange labels, or report \
-         each by itself; if only one counts, begin there (`Map`, then `init_points`)",
+        "The fraction of draws in a mode depends on the starting points of the chains and is not \
+         the probability of the mode: exclude modes by a stronger prior (or by an order constraint, \
+         if the modes differ only by exchanged labels), or report each mode separately; if only one \
+         mode is relevant, start all chains there (`Map`, then `init_points`)",
     );
 
-    // the sd of a single draw is NaN, so that the quantity may vary
+    // for a single draw the sd is NaN, although the quantity may vary
     let moves = |r: &&SummaryRow| r.q05 != r.q95 || r.sd.is_nan();
     let unknown =
         rows.iter().filter(|r| r.mean.is_finite() && (r.rhat.is_nan() || r.ess().is_nan()));
     warnings.add(
         WarningKind::FewEffectiveDraws,
         &format!(
-            "{} draws a chain are too few to tell whether these can be relied on: ",
+            "{} draws per chain are too few to estimate R-hat and the effective sample size of: ",
             posterior.posterior.draws
         ),
         &list(unknown.filter(moves).map(|r| r.name.clone())),
-        "Draw more, a thousand a chain if nothing speaks against it",
+        "Draw more, for example 1000 draws per chain",
     );
 
     let enough = 100.0 * runs.len() as f64;
@@ -96,7 +97,7 @@ pub(super) fn compare(
         WarningKind::FewEffectiveDraws,
         &format!("Effective sample size below {enough:.0} (100 per chain): "),
         &list(few.iter().map(|r| format!("{} ({:.0})", r.name, r.ess()))),
-        "Draw more; means, intervals and R-hat of these are not reliable",
+        "Draw more; means, intervals and R-hat of these quantities are not reliable",
     );
 }
 

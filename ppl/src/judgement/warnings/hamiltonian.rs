@@ -35,15 +35,15 @@ pub(super) fn find(posterior: &Posterior, names: &ShownNames, warnings: &mut War
             WarningKind::Divergences,
             &format!("{divergences} of {total} trajectories "),
             &format!("ended at a point that a statement rejects{place}"),
-            "No step size mends that, and draws near such points are missing: give the unknowns \
-             priors or a form (`truncate`, a logarithm) that keeps them where the statement has a \
-             density",
+            "A smaller step size does not help, and draws near these points are missing: choose \
+             priors (`truncate`) or a parametrisation (a logarithm) that keep the unknowns where \
+             the density of the statement is positive",
         );
     } else if divergences > 0 {
         let place = where_divergences_are(posterior, names);
         let of_these = match rejected {
             0 => String::new(),
-            n => format!(" ({n} of them at a point without density)"),
+            n => format!(" ({n} of them at a point with zero or undefined density)"),
         };
         warnings.add(
             WarningKind::Divergences,
@@ -58,7 +58,7 @@ pub(super) fn find(posterior: &Posterior, names: &ShownNames, warnings: &mut War
     if cut * 100 > total {
         warnings.add(
             WarningKind::TreeDepth,
-            &format!("{cut} of {total} trajectories were cut at the largest tree depth "),
+            &format!("{cut} of {total} trajectories reached the maximum tree depth "),
             &format!("(mass matrix: {})", maps(runs)),
             "Sampling is slow but not wrong: a longer warmup or a reparametrisation shortens the \
              trajectories",
@@ -82,16 +82,16 @@ fn maps(runs: &[Chain]) -> String {
 fn too_curved(runs: &[Chain]) -> &'static str {
     let target = runs.iter().map(|run| run.warmup.target_acceptance).fold(0.0, f64::max);
     if target < 0.95 {
-        "The posterior is too curved there for the step size, and draws are missing: raise the \
-         target acceptance (to 0.95, then 0.99), take the slower warmup of \
+        "The curvature of the posterior there is too large for the step size, and draws are \
+         missing: raise the target acceptance (to 0.95, then 0.99), use the slower warmup of \
          `Nuts::stan_compatible`, or reparametrise"
     } else if target < 0.99 {
-        "The posterior is too curved there for the step size, and draws are missing: raise the \
-         target acceptance to 0.99, take the slower warmup of `Nuts::stan_compatible`, or \
-         reparametrise"
+        "The curvature of the posterior there is too large for the step size, and draws are \
+         missing: raise the target acceptance to 0.99, use the slower warmup of \
+         `Nuts::stan_compatible`, or reparametrise"
     } else {
-        "The posterior is too curved there for any step size that is worth its time, and draws are \
-         missing: reparametrise, or give stronger priors"
+        "The curvature of the posterior there is too large for every practical step size, and \
+         draws are missing: reparametrise, or use stronger priors"
     }
 }
 
@@ -125,6 +125,6 @@ fn where_divergences_are(posterior: &Posterior, names: &ShownNames) -> String {
     if places.is_empty() {
         String::new()
     } else {
-        format!(", by their medians at {}", places.join(" and "))
+        format!("; median of these points: {}", places.join(" and "))
     }
 }

@@ -38,10 +38,7 @@ pub(super) fn find(
     let identifiability = &identifiability[..];
     let together = undetermined(posterior, rows, identifiability);
     let of_these = |row: &Identifiability| {
-        together
-            .iter()
-            .flat_map(|found| &found.members)
-            .any(|&k| identifiability[k].name == row.name)
+        together.iter().flat_map(|set| &set.members).any(|&k| identifiability[k].name == row.name)
     };
     // if chains exchange the labels of mixture components, the posterior is as wide as the prior, even if each mode
     // is well informed
@@ -61,8 +58,8 @@ pub(super) fn find(
             WarningKind::Uninformed,
             words,
             &list(items),
-            "What is reported for these is mostly the prior; measure something that depends on \
-             them, or state them as assumed",
+            "The posterior of these parameters is mostly the prior; measure a quantity that depends \
+             on them, or report them as assumptions",
         );
     }
 
@@ -80,8 +77,8 @@ pub(super) fn find(
         WarningKind::Combination,
         "The data determine only a combination of ",
         &sets.collect::<Vec<_>>().join("; of "),
-        "How it splits up is the prior's alone: fix one of them, give one a prior from other \
-         knowledge, or write the model in the combination",
+        "Only the prior determines the single parameters: fix one of them, use an informative \
+         prior for one of them, or parametrise the model by the combination",
     );
 
     // a posterior can be wide because the chains disagree; this is no conflict of prior and data
@@ -100,7 +97,8 @@ pub(super) fn find(
         WarningKind::PriorDataConflict,
         "The posterior is wider than the prior: ",
         &list(widened),
-        "The data ask for values that the prior holds to be rare: see whether it means to",
+        "The data favour values that the prior considers improbable: check whether the prior is \
+         meant to exclude them",
     );
 
     let truncated = identifiability.iter().filter(|row| row.truncated());
@@ -109,7 +107,7 @@ pub(super) fn find(
         WarningKind::Boundary,
         "Draws pile up at a prior bound: ",
         &list(truncated),
-        "The prior cuts the posterior off: widen it if the bound is not physical",
+        "The prior truncates the posterior: widen the prior if the bound is not physical",
     );
 }
 
@@ -146,9 +144,9 @@ fn undetermined(
         let chains: Vec<&[f64]> = columns[k].posterior.chunks(after.draws).collect();
         enough.contains(identifiability[k].name.as_str()) && Modes::find(&chains).is_none()
     };
-    let mut found = combinations(&columns);
-    found.retain(|set| set.members.iter().all(fit));
-    found
+    let mut sets = combinations(&columns);
+    sets.retain(|set| set.members.iter().all(fit));
+    sets
 }
 
 /// Returns the names of the quantities that are Cholesky factors. They are excluded from the warnings, because single

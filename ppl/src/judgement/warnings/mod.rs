@@ -50,14 +50,14 @@ fn model(posterior: &Posterior, warnings: &mut Warnings) {
     let none = if posterior.has_likelihood() {
         format::list(empty)
     } else {
-        "not one statement `place ~ D` ran".to_owned()
+        "no statement `place ~ D` was executed".to_owned()
     };
     warnings.add(
         WarningKind::NoData,
         "Nothing was observed: ",
         &none,
-        "What only such data would inform has the draws of the prior; if there are data, see whether \
-         they came as an empty slice",
+        "Quantities that depend only on such data have draws from the prior; if there are data, \
+         check whether the model received an empty slice",
     );
 
     let transitions: usize = posterior.chains.chains.iter().map(|c| c.warmup.stats.len()).sum();
@@ -69,25 +69,26 @@ fn model(posterior: &Posterior, warnings: &mut Warnings) {
     });
     warnings.add(
         WarningKind::Rejections,
-        "Points were rejected because a statement has no density there: ",
+        "Points were rejected because the density of a statement is zero or undefined there: ",
         &format::list(after),
-        "Harmless if rare and at the edge of the support; otherwise the statement's support does \
-         not fit the unknowns' priors, as where a scale may be negative: give it one that ends at \
-         zero (`HalfNormal`, `.truncate(0.0..)`) or its logarithm",
+        "Harmless if rare and at the edge of the support; otherwise the priors allow values \
+         outside the domain of the statement, such as a negative scale: use priors on the domain \
+         (`HalfNormal`, `.truncate(0.0..)`), or declare the logarithm as the unknown",
     );
     let drawn = posterior.prior.as_ref().map_or(0, |prior| prior.draws) as f64;
     let refused = posterior.prior_rejections.iter().filter(|(_, n)| **n as f64 > FREQUENT * drawn);
     warnings.add(
         WarningKind::PriorOutsideDomain,
-        "The prior allows what a statement has no density for: of its own draws ",
+        "The prior allows values at which the density of a statement is zero or undefined; of the \
+         prior draws, ",
         &format::list(refused.map(|(location, count)| {
             format!(
                 "{:.0} % were rejected at {location}",
                 100.0 * *count as f64 / (*count as f64 + drawn)
             )
         })),
-        "Contractions are against the draws that went through; give the unknowns priors that keep \
-         to the domain (`HalfNormal`, `.truncate(0.0..)`)",
+        "Contractions are computed with the remaining prior draws; use priors on the domain \
+         (`HalfNormal`, `.truncate(0.0..)`)",
     );
     let places =
         posterior.unpredicted.iter().map(|(location, count)| format!("{count} at {location}"));
@@ -95,6 +96,6 @@ fn model(posterior: &Posterior, warnings: &mut Warnings) {
         WarningKind::Unpredicted,
         "Draws without prediction (their values are NaN): ",
         &format::list(places),
-        "A prediction's parameters left their domain; check the statement",
+        "The parameters of a prediction are outside their domain at these draws; check the statement",
     );
 }

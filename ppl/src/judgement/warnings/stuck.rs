@@ -29,7 +29,7 @@ struct Stay {
 }
 
 impl Stay {
-    fn of(index: usize, chain: &Chain, dim: usize) -> Option<Self> {
+    fn new(index: usize, chain: &Chain, dim: usize) -> Option<Self> {
         let stats = &chain.stats;
         let log_density: Vec<f64> = stats.iter().map(|s| s.log_density).collect();
         if stats.len() < FEWEST || dim == 0 || log_density.iter().any(|x| x.is_nan()) {
@@ -55,14 +55,15 @@ impl Stay {
     /// regions are taken into account: a wide region has more weight than its density suggests, and a narrow region,
     /// such as the neck of a funnel, has less.
     fn is_far_below(&self, other: &Self) -> bool {
-        let ([_, own, best], [least, centre, most]) = (self.log_density, other.log_density);
+        let ([_, centre, best], [least, other_centre, most]) =
+            (self.log_density, other.log_density);
         let ratios = self.sds.iter().zip(&other.sds).filter(|(_, other)| **other > 0.0);
-        let wider: f64 = ratios.map(|(own, other)| (own / other).ln()).sum();
-        best < least && centre - own > NO_WEIGHT + wider.max(0.0) + APART * (most - least)
+        let wider: f64 = ratios.map(|(sd, other_sd)| (sd / other_sd).ln()).sum();
+        best < least && other_centre - centre > NO_WEIGHT + wider.max(0.0) + APART * (most - least)
     }
 }
 
-/// Descriptions of the chains with far lower log density than the best, and of the chains that hardly moved.
+/// Descriptions of the chains with far lower log density than the best chain, and of the chains that hardly moved.
 struct Stuck {
     below: Vec<String>,
     still: Vec<String>,
@@ -72,7 +73,7 @@ impl Stuck {
     fn find(chains: &Chains) -> Self {
         let stays = chains.chains.iter().enumerate();
         let stays: Vec<Stay> =
-            stays.filter_map(|(index, chain)| Stay::of(index, chain, chains.dim)).collect();
+            stays.filter_map(|(index, chain)| Stay::new(index, chain, chains.dim)).collect();
         let (moving, still): (Vec<_>, Vec<_>) = stays.iter().partition(|stay| stay.moves());
         let still = still.iter().map(|Stay { chain, moves, transitions, acceptance, .. }| {
             format!(
@@ -101,18 +102,19 @@ pub(super) fn find(chains: &Chains, warnings: &mut Warnings) {
     let Stuck { below, still } = Stuck::find(chains);
     warnings.add(
         WarningKind::StuckChain,
-        "Chains have log densities far below the others': ",
+        "Chains have log densities far below those of other chains: ",
         &list(below),
-        "Their draws are not of the posterior, and warnings from all draws are left out: begin near \
-         the mode (`Map`, then `init_points`), and see whether the unknowns have scales near 1, as \
-         by standardised inputs and priors no wider than what is possible",
+        "The draws of these chains do not follow the posterior, and warnings that use all draws \
+         are omitted: start near the mode (`Map`, then `init_points`), and make the scales of the \
+         unknowns near 1, with standardised inputs and with priors that exclude impossible values",
     );
     warnings.add(
         WarningKind::StuckChain,
         "Chains hardly moved: ",
         &list(still),
-        "Warnings from all draws are left out. Steps do not suit the place where such a chain is, as \
-         the neck of a funnel or the foot of a cliff: reparametrise (non-centred), begin near the \
-         mode (`Map`, then `init_points`), and see whether the unknowns have scales near 1",
+        "Warnings that use all draws are omitted. The steps of the sampler do not suit the region \
+         of such a chain, for example the neck of a funnel or the foot of a cliff: reparametrise \
+         (non-centred), start near the mode (`Map`, then `init_points`), and make the scales of \
+         the unknowns near 1",
     );
 }

@@ -47,7 +47,7 @@ macro_rules! functions {
 /// ```
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a number of a model",
-    label = "needed: an `f64` or an unknown",
+    label = "expected an `f64` or an unknown",
     note = "write `1.0`, not `1`, and convert counts by `n as f64`"
 )]
 pub trait Scalar:

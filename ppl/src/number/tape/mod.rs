@@ -165,8 +165,8 @@ impl Tape {
         for replaced in &self.replaced[..self.replacements.get()] {
             // the loop above is compiled to a block copy into `gradient`; a read from `gradient` would wait until the
             // copy is complete, and a read from `adjoints` does not wait
-            let (index, slope, own) = replaced.get();
-            gradient[index as usize] = own + slope * adjoints[index as usize].get();
+            let (index, slope, adjoint) = replaced.get();
+            gradient[index as usize] = adjoint + slope * adjoints[index as usize].get();
         }
     }
 

@@ -53,7 +53,7 @@ struct EdgeWriter<'t> {
 
 impl<'t> EdgeWriter<'t> {
     #[inline(always)]
-    fn of<P: Partials<Var<'t>>>(_: &P) -> Self {
+    fn new<P: Partials<Var<'t>>>(_: &P) -> Self {
         Self { tape: None, most: P::MOST, child: 0, free: &[], start: 0, written: 0 }
     }
 
@@ -128,11 +128,11 @@ impl<'t> Scalar for Var<'t> {
         if node.index() as usize >= node.tape.inputs.get() {
             return self.unary(value, derivative);
         }
-        let Some(place) = node.tape.replaced.get(count) else {
+        let Some(slot) = node.tape.replaced.get(count) else {
             node.tape.full.set(true);
             return node.tape.nowhere(value);
         };
-        place.set((node.index(), derivative, node.adjoint.replace(0.0)));
+        slot.set((node.index(), derivative, node.adjoint.replace(0.0)));
         node.tape.replacements.set(count + 1);
         Self { value, ..self }
     }
@@ -156,7 +156,7 @@ impl<'t> Scalar for Var<'t> {
 
     #[inline(always)]
     fn gather(value: f64, partials: impl Partials<Self>) -> Self {
-        let mut writer = EdgeWriter::of(&partials);
+        let mut writer = EdgeWriter::new(&partials);
         partials.spread(&mut |argument, partial| writer.add(argument, partial));
         match writer.tape {
             Some(tape) => tape.push(value, writer.start + writer.written),

@@ -14,7 +14,7 @@ use crate::sampler::walk::tuning::Tuning;
 /// Draws, statistics and resumable state of one chain.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Chain {
-    /// Kept draws, row-major `n × dim`, unconstrained.
+    /// Draws that were kept after the warmup (and thinning), row-major `n × dim`, unconstrained.
     pub draws: Vec<f64>,
     /// Statistics of the kept draws, length `n`.
     pub stats: Vec<DrawStats>,
@@ -111,7 +111,7 @@ impl Chains {
         Self { dim, chains, max_depth: None, thin }
     }
 
-    /// Number of draws that every chain has.
+    /// Number of draws of the shortest chain.
     pub fn len(&self) -> usize {
         self.chains.iter().map(Chain::len).min().unwrap_or(0)
     }
@@ -124,8 +124,9 @@ impl Chains {
     /// Number of density evaluations in all chains, warmup included. For
     /// [`DelayedAcceptance`](crate::DelayedAcceptance), the number of evaluations of the expensive density.
     pub fn evaluations(&self) -> u64 {
-        let of = |stats: &[DrawStats]| stats.iter().map(|s| u64::from(s.leapfrogs)).sum::<u64>();
-        self.chains.iter().map(|c| of(&c.warmup.stats) + of(&c.stats)).sum()
+        let evaluations =
+            |stats: &[DrawStats]| stats.iter().map(|s| u64::from(s.leapfrogs)).sum::<u64>();
+        self.chains.iter().map(|c| evaluations(&c.warmup.stats) + evaluations(&c.stats)).sum()
     }
 
     /// Returns the trace of one coordinate in every chain, as input of the diagnostics: one vector of common length
@@ -136,10 +137,10 @@ impl Chains {
     pub fn traces(&self, index: usize) -> Vec<Vec<f64>> {
         assert!(index < self.dim, "coordinate {index} of {}", self.dim);
         let common = self.len() * self.dim;
-        let own = |chain: &Chain| -> Vec<f64> {
+        let trace = |chain: &Chain| -> Vec<f64> {
             chain.draws[..common].iter().skip(index).step_by(self.dim).copied().collect()
         };
-        self.chains.iter().map(own).collect()
+        self.chains.iter().map(trace).collect()
     }
 
     /// Number of divergent transitions among the kept draws of all chains.

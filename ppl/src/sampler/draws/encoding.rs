@@ -51,7 +51,7 @@ fn intern(text: String) -> &'static str {
     // a panic of another thread cannot leave the set in an inconsistent state
     let mut texts = TEXTS.lock().unwrap_or_else(PoisonError::into_inner);
     match texts.get(text.as_str()) {
-        Some(known) => known,
+        Some(interned) => interned,
         None => {
             let new: &'static str = text.leak();
             texts.insert(new);

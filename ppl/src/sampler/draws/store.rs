@@ -36,7 +36,7 @@ pub enum ChainsFileError {
     /// The file system reported an error.
     #[error("cannot {action} the chains {}: {source}", path.display())]
     File {
-        /// "read" or "write".
+        /// The operation that failed, "read" or "write".
         action: &'static str,
         /// Path of the file.
         path: PathBuf,
@@ -88,7 +88,7 @@ impl Chains {
     /// # let path = directory.path().join("chains.json");
     /// let nuts = Nuts::default().warmup(100).seed(7);
     /// nuts.clone().draws(300).run(&Normal)?.save(&path)?;
-    /// // another day: as if all 500 had been drawn at once
+    /// // later: the 500 draws are identical to the draws of a single run
     /// let chains = nuts.clone().draws(500).resume(&Normal, Chains::load(&path)?)?;
     /// assert_eq!(chains, nuts.draws(500).run(&Normal)?);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -154,10 +154,15 @@ impl Chains {
                 || chain.paused.as_deref().is_some_and(|paused| !paused.fits(self.dim, done))
                 || chain.tuning.as_deref().is_some_and(|tuning| !tuning.fits(self.dim, done))
             {
-                return Err(format!("the warmup of chain {number} does not fit its transitions"));
+                return Err(format!(
+                    "the warmup of chain {number} is inconsistent with its transitions"
+                ));
             }
             if chain.divergences.iter().any(|d| d.position.len() != self.dim) {
-                return Err(format!("a divergence of chain {number} has not {} numbers", self.dim));
+                let dim = self.dim;
+                return Err(format!(
+                    "a divergence of chain {number} does not have {dim} coordinates"
+                ));
             }
         }
         Ok(())

@@ -216,7 +216,7 @@ impl Settings<'_> {
                 let _ = rejections.count(rejection);
             })
         };
-        let found = match &self.init {
+        let start = match &self.init {
             Starts::Points(points) => with_values(density, points[chain].clone(), &self.values)
                 .and_then(|point| match accept(&point) {
                     Ok(()) => Ok((StartKind::Given, point)),
@@ -231,7 +231,7 @@ impl Settings<'_> {
                 find_start(density, &self.values, rng, &mut uniform, &mut accept)
             }
         };
-        let problem = match found {
+        let problem = match start {
             Ok((kind, _)) => {
                 kernel.rejections().add(rejections);
                 return Ok(kind);

@@ -23,8 +23,8 @@ pub enum RunError {
     },
     /// The density rejected every starting point.
     #[error(
-        "chain {chain} cannot start: {} were rejected ({}); the last: {last}{}. Check the statement named \
-         and its data, or give starting values by `init_value`",
+        "chain {chain} cannot start: {} were rejected ({}); the last rejection: {last}{}. Check the named \
+         statement and its data, or set starting values with `init_value`",
         points_tried(*.tries, *.prior_draws), tally(.rejections), further(.detail)
     )]
     Initialisation {
@@ -57,7 +57,8 @@ pub enum RunError {
     },
     /// The screening density and the deciding density have different unknowns.
     #[error(
-        "the screening density has {screening}, the deciding one {deciding}: both need the same unknowns"
+        "the screening density has {screening} and the deciding density has {deciding}: both must have the same \
+         unknowns"
     )]
     Screening {
         /// Unknowns of the cheap density.
@@ -66,7 +67,7 @@ pub enum RunError {
         deciding: String,
     },
     /// The chains to resume do not fit this run.
-    #[error("cannot go on with earlier chains: {reason}; {help}")]
+    #[error("cannot resume the earlier chains: {reason}; {help}")]
     Resume {
         /// The property that does not fit.
         reason: String,

@@ -28,7 +28,7 @@ use crate::sampler::walk::tuning::Tuning;
 /// use ppl::rand::{Rng, RngCore};
 /// use ppl::{ChainState, Kernel, Mcmc, Step, StopReason};
 ///
-/// /// Langevin proposals with a Metropolis correction, of a fixed step size.
+/// /// Langevin proposals with a fixed step size and a Metropolis correction.
 /// struct Langevin(f64);
 ///
 /// impl Kernel for Langevin {
@@ -173,8 +173,8 @@ impl ChainState<'_> {
     }
 }
 
-/// Method of a sampler with a user-defined [`Kernel`]; the field makes the kernel of a chain from the number of
-/// coordinates.
+/// Method of a sampler with a user-defined [`Kernel`]. The field is the function that creates the kernel of a chain
+/// from the number of coordinates.
 #[derive(Clone, Copy, Debug)]
 pub struct UserKernel<F>(F);
 
@@ -218,7 +218,7 @@ impl<F: Fn(usize) -> K + Sync, K: Kernel> Method for UserKernel<F> {
         _: &dyn ErasedDensity,
         _: Chains,
     ) -> Result<Chains, RunError> {
-        Err(misfit("the state of a user-defined kernel is not stored", "begin anew with `run`"))
+        Err(misfit("the state of a user-defined kernel is not stored", "start anew with `run`"))
     }
 }
 

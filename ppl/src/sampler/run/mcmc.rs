@@ -42,7 +42,7 @@ pub(crate) trait Method {
 /// A method that samples a single density.
 pub(crate) trait OneDensity: for<'d> Method<Target<'d> = &'d dyn ErasedDensity> {}
 
-#[expect(private_bounds, reason = "sealed: how chains move is no matter of the interface")]
+#[expect(private_bounds, reason = "sealed: the trait of transition kernels is not public")]
 impl<M: OneDensity> Mcmc<'_, M> {
     /// Samples any log density.
     ///

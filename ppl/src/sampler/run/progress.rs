@@ -48,7 +48,7 @@ pub(crate) struct Meter<'a> {
     listener: Option<&'a dyn Progress>,
     status: ChainStatus,
     began: Instant,
-    told: Instant,
+    last_update: Instant,
 }
 
 impl<'a> Meter<'a> {
@@ -64,7 +64,7 @@ impl<'a> Meter<'a> {
             step_size: 0.0,
             finished: false,
         };
-        Self { listener, status, began: now, told: now }
+        Self { listener, status, began: now, last_update: now }
     }
 
     pub(crate) fn transition(&mut self, stats: &DrawStats) {
@@ -72,22 +72,22 @@ impl<'a> Meter<'a> {
         self.status.tuning = stats.tuning;
         self.status.divergences += u64::from(stats.divergent && !stats.tuning);
         self.status.step_size = stats.step_size;
-        if self.listener.is_some() && self.told.elapsed() >= INTERVAL {
-            self.tell();
+        if self.listener.is_some() && self.last_update.elapsed() >= INTERVAL {
+            self.update();
         }
     }
 
     pub(crate) fn finish(mut self) {
         self.status.finished = true;
-        self.tell();
+        self.update();
     }
 
-    fn tell(&mut self) {
+    fn update(&mut self) {
         if let Some(listener) = self.listener {
             let seconds = self.began.elapsed().as_secs_f64().max(f64::MIN_POSITIVE);
             self.status.draws_per_second = self.status.done as f64 / seconds;
             listener.update(&self.status);
-            self.told = Instant::now();
+            self.last_update = Instant::now();
         }
     }
 }

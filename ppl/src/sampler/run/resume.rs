@@ -6,8 +6,8 @@ use crate::sampler::run::error::RunError;
 use crate::sampler::run::settings::{Settings, Starts};
 use crate::sampler::run::stream::Stream;
 
-/// Largest difference between the stored and the recomputed log density of a point at which both count as the same
-/// density, relative to max(1, |log density|). A different compiler or processor causes far smaller differences.
+/// Largest difference between the stored and the recomputed log density of a point, relative to max(1, |log density|),
+/// for which the density counts as unchanged. Another compiler or processor causes far smaller differences.
 const SAME_DENSITY: f64 = 1e-6;
 
 impl Settings<'_> {
@@ -19,26 +19,26 @@ impl Settings<'_> {
         make: impl Fn(&Chain) -> Result<K, RunError> + Sync,
     ) -> Result<Chains, RunError> {
         if earlier.dim != dim {
-            let reason = format!("they have {} coordinates, the density {dim}", earlier.dim);
-            return Err(misfit(reason, "give the density they were drawn from"));
+            let reason = format!("they have {} coordinates but the density has {dim}", earlier.dim);
+            return Err(misfit(reason, "use the density from which they were drawn"));
         }
         if earlier.chains.len() != self.chains {
             let (got, set) = (earlier.chains.len(), self.chains);
-            let reason = format!("there are {got} of them, but {set} are to be run");
-            return Err(misfit(reason, "set `chains` to their number"));
+            let reason = format!("there are {got} earlier chains but `chains` is {set}");
+            return Err(misfit(reason, "set `chains` to the number of earlier chains"));
         }
         if earlier.thin != self.thin {
             let (got, set) = (earlier.thin, self.thin);
-            let reason = format!("they keep one transition in {got}, not one in {set}");
-            return Err(misfit(reason, "set `thin` as it was"));
+            let reason = format!("they keep one of {got} transitions but `thin` is {set}");
+            return Err(misfit(reason, "set `thin` to the value of the earlier run"));
         }
         if let Err(problem) = earlier.check() {
-            return Err(misfit(problem, "give chains as `run`, `resume` or `load` returned them"));
+            return Err(misfit(problem, "use chains as returned by `run`, `resume` or `load`"));
         }
         let is_lost = |chain: &Chain| chain.stream.is_none() && chain.paused.is_none();
         if let Some(number) = earlier.chains.iter().position(is_lost) {
             let reason = format!("chain {number} failed in its warmup");
-            return Err(misfit(reason, "begin anew with `run`"));
+            return Err(misfit(reason, "start anew with `run`"));
         }
         Settings { init: Starts::Uniform(0.0), ..self.clone() }.validate(dim)?;
         let max_depth = earlier.max_depth;
@@ -57,17 +57,19 @@ fn take_up<K: MarkovChain>(
     let paused = chain.paused.as_deref().map(|paused| &paused.stream);
     let stream = paused
         .or(chain.stream.as_ref())
-        .ok_or_else(|| misfit("a chain has no random stream", "begin anew with `run`"))?;
-    let other = |reason| misfit(reason, "give the model and the data that they were drawn with");
-    kernel
-        .begin(last_position(chain, dim))
-        .map_err(|rejection| other(format!("a last draw is rejected now: {rejection}")))?;
+        .ok_or_else(|| misfit("a chain has no random stream", "start anew with `run`"))?;
+    let other = |reason| misfit(reason, "use the model and the data with which they were drawn");
+    kernel.begin(last_position(chain, dim)).map_err(|rejection| {
+        other(format!("the density now rejects the last draw of a chain: {rejection}"))
+    })?;
     // a chain without transitions has no log density to compare with
     let last = chain.stats.last().or(chain.warmup.stats.last());
     let now = kernel.log_density();
     let then = last.map_or(now, |stats| stats.log_density);
     if (now - then).abs() > SAME_DENSITY * then.abs().max(1.0) {
-        return Err(other(format!("the log density at a last draw was {then} and is {now}")));
+        return Err(other(format!(
+            "the log density at the last draw of a chain was {then} and is now {now}"
+        )));
     }
     Ok((kernel, stream.clone()))
 }
@@ -81,7 +83,7 @@ pub(crate) fn last_position(chain: &Chain, dim: usize) -> &[f64] {
 
 /// Creates the error for chains that were tuned by a different kind of sampler.
 pub(crate) fn another_sampler() -> RunError {
-    misfit("they are of another sampler", "give chains of this one")
+    misfit("they come from another sampler", "use chains of this sampler")
 }
 
 pub(crate) fn misfit(reason: impl Into<String>, help: &'static str) -> RunError {

@@ -95,18 +95,14 @@ impl Settings<'_> {
             }
         }
         if self.draws.checked_mul(self.thin).is_none() {
-            return refuse(
-                "thin",
-                self.thin.to_string(),
-                "draws × thin must be a number of 64 bits",
-            );
+            return refuse("thin", self.thin.to_string(), "draws × thin must be below 2^64");
         }
         let kept = self.draws.saturating_mul(dim.saturating_add(STATISTICS));
         if kept > MOST_NUMBERS {
             return refuse(
                 "draws",
                 self.draws.to_string(),
-                "a chain keeps draws × (unknowns + 7) numbers, at most 2^32; draw less, or thin",
+                "a chain stores draws × (unknowns + 7) numbers, at most 2^32; use fewer draws, or thin",
             );
         }
         if self.warmup > MOST_NUMBERS / STATISTICS {
@@ -125,7 +121,7 @@ impl Settings<'_> {
                 Some(chain) => refuse(
                     "init_points",
                     format!("a point with {} coordinates for chain {chain}", points[chain].len()),
-                    "give as many as the density has unconstrained coordinates",
+                    "give one number per unconstrained coordinate of the density",
                 ),
                 None => Ok(()),
             },

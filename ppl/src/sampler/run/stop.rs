@@ -27,8 +27,8 @@ impl From<StopReason> for String {
 
 impl From<String> for StopReason {
     fn from(words: String) -> Self {
-        let known = [Self::Interrupted, Self::OtherChain];
-        let known = known.into_iter().find(|reason| reason.to_string() == words);
-        known.unwrap_or_else(|| Self::Fatal(Box::new(FatalError::other(words))))
+        let reasons = [Self::Interrupted, Self::OtherChain];
+        let reason = reasons.into_iter().find(|reason| reason.to_string() == words);
+        reason.unwrap_or_else(|| Self::Fatal(Box::new(FatalError::other(words))))
     }
 }

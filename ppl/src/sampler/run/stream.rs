@@ -11,9 +11,9 @@ pub(crate) type Stream = Xoshiro256PlusPlus;
 pub(crate) fn streams(seed: u64, chains: usize) -> Vec<Stream> {
     let mut stream = Stream::seed_from_u64(seed);
     let next = |_| {
-        let own = stream.clone();
+        let current = stream.clone();
         stream.jump();
-        own
+        current
     };
     (0..chains).map(next).collect()
 }

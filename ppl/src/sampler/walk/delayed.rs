@@ -41,7 +41,7 @@ use crate::sampler::walk::tuning::Tuning;
 /// use ppl::prelude::*;
 ///
 /// ppl::model! {
-///     /// Stiffness from forces; `factor` stands for what the cheap model gets wrong.
+///     /// Stiffness from forces. `factor` is the systematic error of the cheap model; 1 is no error.
 ///     fn spring(factor: f64, force_n: &[f64]) {
 ///         let stiffness ~ Uniform(0.0, 10.0); // N/mm
 ///         for force in force_n {
@@ -123,7 +123,7 @@ impl DelayedAcceptance<'_> {
     /// use ppl::prelude::*;
     /// use ppl::Rejection;
     ///
-    /// /// A normal density about a place.
+    /// /// A normal density with the given mean and unit variance.
     /// struct About(f64);
     /// impl LogDensity for About {
     ///     type Workspace = ();
@@ -138,7 +138,7 @@ impl DelayedAcceptance<'_> {
     /// }
     /// let sampler = DelayedAcceptance::default().warmup(1020).screened_warmup(1000).draws(100);
     /// let chains = sampler.screening_steps(10).run(&About(0.3), &About(0.0))?;
-    /// // for each chain its start, 20 transitions and 100 draws
+    /// // per chain: one evaluation at the start, 20 transitions and 100 draws
     /// assert!(chains.evaluations() <= 4 * 121);
     /// # Ok::<(), ppl::RunError>(())
     /// ```
@@ -195,7 +195,7 @@ impl Method for Screened {
         let shape = ProposalShape::new(cheap, settings);
         let kernel = || Delayed {
             alone,
-            is_unasked: alone > 0,
+            is_unevaluated: alone > 0,
             ..Delayed::new(cheap, expensive, shape.clone(), self.screening)
         };
         settings.execute(expensive, kernel)
@@ -217,7 +217,7 @@ impl Method for Screened {
                     alone: self.alone.saturating_sub(passed).min(left),
                     // the first transition with the expensive density also evaluates this density at the current
                     // point
-                    is_unasked: self.alone > 0 && passed <= self.alone && chain.is_empty(),
+                    is_unevaluated: self.alone > 0 && passed <= self.alone && chain.is_empty(),
                     ..Delayed::new(cheap, expensive, shape.clone(), *screening)
                 })
             }
@@ -227,7 +227,7 @@ impl Method for Screened {
                      steps without screening"
                 );
                 let help =
-                    "set `screening_steps`, `screening_power` and `plain_share` as they were";
+                    "set `screening_steps`, `screening_power` and `plain_share` to the values of the earlier run";
                 Err(misfit(reason, help))
             }
             _ => Err(another_sampler()),
@@ -281,7 +281,7 @@ struct Delayed<'a> {
     /// Number of remaining transitions that use the cheap density only.
     alone: usize,
     /// Whether the expensive density has not yet been evaluated at the current point.
-    is_unasked: bool,
+    is_unevaluated: bool,
     /// Acceptance probability by which the proposal is tuned: the mean over the most recent screening, or the
     /// probability of the most recent step without screening.
     walked: f64,
@@ -303,7 +303,7 @@ impl<'a> Delayed<'a> {
             walk: Proposal::new(shape),
             screening,
             alone: 0,
-            is_unasked: false,
+            is_unevaluated: false,
             walked: 0.0,
             rejections: Rejections::default(),
         }
@@ -377,7 +377,7 @@ impl<'a> Delayed<'a> {
 impl MarkovChain for Delayed<'_> {
     fn begin(&mut self, y: &[f64]) -> Result<(), Rejection> {
         self.cheap.begin(y)?;
-        if self.is_unasked {
+        if self.is_unevaluated {
             self.expensive.y.copy_from_slice(y);
             return Ok(());
         }
@@ -396,8 +396,8 @@ impl MarkovChain for Delayed<'_> {
             let (log_density, scale) = (self.cheap.log_density, self.walk.shape.scale);
             return Ok(DrawStats::walk(log_density, self.walked, scale, 0));
         }
-        let asked = std::mem::replace(&mut self.is_unasked, false);
-        if asked {
+        let evaluates_current = std::mem::replace(&mut self.is_unevaluated, false);
+        if evaluates_current {
             let level = &mut self.expensive;
             level.log_density = self.rejections.value(&mut *level.density, &level.y)?;
         }
@@ -409,7 +409,12 @@ impl MarkovChain for Delayed<'_> {
             false => self.screened_step(rng)?,
         };
         let (log_density, scale) = (self.expensive.log_density, self.walk.shape.scale);
-        Ok(DrawStats::walk(log_density, acceptance, scale, u32::from(decided) + u32::from(asked)))
+        Ok(DrawStats::walk(
+            log_density,
+            acceptance,
+            scale,
+            u32::from(decided) + u32::from(evaluates_current),
+        ))
     }
 
     fn adapt(&mut self, _: &DrawStats, _: &mut Stream) -> Result<(), StopReason> {
@@ -431,7 +436,7 @@ impl MarkovChain for Delayed<'_> {
     }
 
     fn log_density(&self) -> f64 {
-        if self.is_unasked { self.cheap.log_density } else { self.expensive.log_density }
+        if self.is_unevaluated { self.cheap.log_density } else { self.expensive.log_density }
     }
 
     fn divergence(&self) -> (&[f64], f64) {

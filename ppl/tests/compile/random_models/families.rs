@@ -1,4 +1,4 @@
-//! Plates over data of all kinds.
+//! Plates over data of every type.
 
 use std::fmt::Write;
 
@@ -6,7 +6,8 @@ use rand::Rng;
 
 use super::writer::Writer;
 
-/// Data with distributions for them: `#m` is any number, `#s` a positive one, `#p` a probability.
+/// Arrays of data with distributions for them; `#m` stands for any real number, `#s` for a positive number, `#p` for a
+/// probability.
 const FAMILIES: [(&str, &[&str]); 5] = [
     (
         "ys",
@@ -45,7 +46,7 @@ const FAMILIES: [(&str, &[&str]); 5] = [
 ];
 
 impl Writer {
-    /// A plate over some data, in which parameters may move or be the same.
+    /// Writes a plate over one array of data, whose parameters may vary along the plate.
     pub(crate) fn data(&mut self, text: &mut String) -> std::fmt::Result {
         let (data, families) = FAMILIES[self.rng.random_range(0..FAMILIES.len())];
         let (y, scope) = (self.name(), self.numbers.len());
@@ -65,7 +66,7 @@ impl Writer {
         Ok(())
     }
 
-    /// With formulas in the places of `#m` and the like.
+    /// Replaces `#m`, `#s` and `#p` in a pattern by random formulas.
     pub(crate) fn filled(&mut self, pattern: &str) -> String {
         let mut parts = pattern.split('#');
         let mut text = parts.next().unwrap_or_default().to_owned();

@@ -1,4 +1,4 @@
-//! Randomly written models: three ways to differentiate each.
+//! Randomly written models, each differentiated by three methods.
 //!
 //! The models are written to a file, compiled and run.
 //! `RANDOM_MODELS=3000 cargo test -p ppl --test compile random_models` tries more of them.
@@ -17,7 +17,7 @@ use rand::Rng;
 use crate::rustc_with_ppl;
 use writer::Writer;
 
-/// Models in one file: what rustc compiles in some seconds without optimisation.
+/// Number of models in one file, which rustc compiles in a few seconds without optimisation.
 const IN_A_FILE: usize = 40;
 
 /// Checks every model at several draws from its prior.
@@ -42,7 +42,7 @@ fn check(name: &str, model: &Bound<impl Model>) {
         for other in values {
             assert!((other - value).abs() <= 1e-11 * (1.0 + value.abs()), "{name}: {values:?}");
         }
-        // what cancels in a component was as large as the largest
+        // rounding errors are relative to the largest component of the gradient
         let size = dual.iter().fold(1.0f64, |size, g| size.max(g.abs()));
         for i in 0..dim {
             let (c, t, d) = (compiled[i], tape[i], dual[i]);
@@ -53,7 +53,7 @@ fn check(name: &str, model: &Bound<impl Model>) {
 }
 "#;
 
-/// Twelve of every kind.
+/// Twelve data of every type.
 const DATA: &str = r#"
     let wave = |k: f64| (0..12).map(move |i| 1.2 * (0.3 + k * i as f64).sin());
     let (xs, ys): (Vec<f64>, Vec<f64>) = wave(1.7).zip(wave(2.9)).unzip();
@@ -66,11 +66,11 @@ const DATA: &str = r#"
     let gaps: Vec<_> = ys.iter().map(|y| (*y > -0.6).then_some(*y)).collect();
 "#;
 
-/// Of every model.
+/// The parameters of every model.
 const ARGUMENTS: &str = "xs: &[f64], rows: &[[f64; 3]], ys: &[f64], positive: &[f64], \
      shares: &[f64], counts: &[u64], hits: &[bool], kinds: &[u64], gaps: &[Option<f64>], flag: bool";
 
-/// What models share.
+/// Submodels that every model can call.
 const SUBMODELS: &str = r#"
     fn level(around: Real, ys: &[f64]) -> Real {
         let away ~ Normal(around, 0.7);
@@ -86,7 +86,7 @@ const SUBMODELS: &str = r#"
     }
 "#;
 
-/// A model in the language, named `m{seed}`.
+/// The source of a random model named `m{seed}`.
 fn model(seed: u64) -> String {
     let mut writer = Writer::new(seed);
     let mut text = format!("fn m{seed}({ARGUMENTS}) {{\n{}", writer.unknown("    "));

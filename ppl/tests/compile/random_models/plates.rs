@@ -1,4 +1,4 @@
-//! Plates about linear and other predictors.
+//! Plates with linear and other predictors.
 
 use std::fmt::Write;
 
@@ -7,7 +7,7 @@ use rand::{Rng, seq::IndexedRandom};
 use super::writer::Writer;
 
 impl Writer {
-    /// A sum that is written as a loop.
+    /// Writes a sum over unknowns as a loop, and returns its name.
     fn sum(&mut self, array: &str, text: &mut String) -> Result<String, std::fmt::Error> {
         let (name, start, factor) = (self.name(), self.number(1), self.number(1));
         let head = self.pick(&["d in 0..3", "(a, r) in #.iter().zip(row)"]).replace('#', array);
@@ -17,7 +17,7 @@ impl Writer {
         };
         let step = self.pick(&["+= #a * #r", "-= #a * #r * #f", "+= (#a * #f).sin() * #r"]);
         let step = step.replace("#a", &a).replace("#r", &r).replace("#f", &factor);
-        self.adding(&name, &start, &head, &step, text)?;
+        self.write_sum(&name, &start, &head, &step, text)?;
         if self.rng.random() {
             writeln!(text, "        {name} -= {factor};")?;
         }
@@ -27,20 +27,24 @@ impl Writer {
         Ok(name)
     }
 
-    /// A sum of products with data.
-    fn turns(&mut self, array: &str, text: &mut String) -> Result<String, std::fmt::Error> {
+    /// Writes a sum of products with data, and returns its name.
+    fn sum_of_products(
+        &mut self,
+        array: &str,
+        text: &mut String,
+    ) -> Result<String, std::fmt::Error> {
         let (name, start, factor) = (self.name(), self.number(1), self.number(0));
         let step = self.pick(&["+= #a * r * #f", "-= (#a - #f) * r", "+= r * #a + r * x * #f"]);
         let heads = ["(d, r) in rows[i].iter().enumerate()", "(a, r) in #.iter().zip(&rows[i])"];
         let head = self.pick(&heads).replace('#', array);
         let a = if head.starts_with("(d") { format!("{array}[d]") } else { "a".to_owned() };
         let step = step.replace("#a", &a).replace("#f", &factor);
-        self.adding(&name, &start, &head, &step, text)?;
+        self.write_sum(&name, &start, &head, &step, text)?;
         Ok(name)
     }
 
-    /// `start` and all steps of a loop, which may be one of an iterator.
-    fn adding(
+    /// Writes a sum that begins at `start` and adds the terms of a loop or of an iterator.
+    fn write_sum(
         &mut self,
         name: &str,
         start: &str,
@@ -52,14 +56,14 @@ impl Writer {
         let (sign, value) = step.split_once("= ").expect("an assignment");
         if self.rng.random_range(0..3) == 0 {
             let sum = format!("({iter}).map(|{pat}| {value}).sum::<Real<_>>()");
-            // what is changed later stays a variable
+            // a variable that later statements change
             return writeln!(text, "        let mut {name} = {start} {sign} {sum};");
         }
         writeln!(text, "        let mut {name} = {start};")?;
         writeln!(text, "        for {head} {{\n            {name} {step};\n        }}")
     }
 
-    /// A plate that rows may stand for.
+    /// Writes a plate with a linear predictor, which the model may evaluate from a matrix of data.
     pub(crate) fn linear(&mut self, text: &mut String) -> std::fmt::Result {
         let (y, scale) = (self.name(), self.scale());
         writeln!(text, "    for (i, (x, {y})) in xs.iter().zip(ys).enumerate() {{")?;
@@ -72,8 +76,8 @@ impl Writer {
                 (0, Some(array)) => format!("{array}[i % 3] * {b}"),
                 (1, Some(array)) => format!("away * ({a} - {array}[i / 5 % 2])"),
                 (2, Some(array)) => format!("dot(&rows[i], &{array}) / (1.5 + x * x)"),
-                (3, Some(array)) => format!("away * {}", self.turns(&array, text)?),
-                (4, Some(array)) => self.turns(&array, text)?,
+                (3, Some(array)) => format!("away * {}", self.sum_of_products(&array, text)?),
+                (4, Some(array)) => self.sum_of_products(&array, text)?,
                 (5, _) => "0.3 * away".to_owned(),
                 (6, _) => format!("({a} + {b} * x) * away"),
                 _ => format!("x * {a}"),

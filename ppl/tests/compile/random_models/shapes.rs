@@ -1,4 +1,4 @@
-//! Vectors, matrices, states, plates within plates, submodels.
+//! Vectors, matrices, states, nested plates, submodels.
 
 use std::fmt::Write;
 
@@ -6,7 +6,7 @@ use rand::Rng;
 
 use super::writer::Writer;
 
-/// Statements with new names for `@a` to `@e`; the rest as in distributions of data.
+/// Groups of statements; `@a`, `@b` and `@c` stand for new names, `#m`, `#s` and `#p` for formulas as in `FAMILIES`.
 const SHAPES: [&str; 16] = [
     // matrices
     "let @a ~ LkjCholesky::<3>(1.5);
@@ -117,11 +117,11 @@ const SHAPES: [&str; 16] = [
 ];
 
 impl Writer {
-    /// Some statements that belong together.
+    /// Writes one group of statements of `SHAPES`.
     pub(crate) fn shape(&mut self, text: &mut String) -> std::fmt::Result {
         let kind = self.rng.random_range(0..SHAPES.len());
         let mut pattern = SHAPES[kind].to_owned();
-        // entries of one vector are observed once
+        // an entry of an array can be observed only once
         if pattern.starts_with("ys[0]") && text.contains("ys[0] ~") {
             pattern = SHAPES[0].to_owned();
         }

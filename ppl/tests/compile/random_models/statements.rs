@@ -1,4 +1,4 @@
-//! Statements of all kinds.
+//! Random statements.
 
 use std::fmt::Write;
 
@@ -7,7 +7,7 @@ use rand::{Rng, seq::IndexedRandom};
 use super::writer::Writer;
 
 impl Writer {
-    /// One of any kind.
+    /// Writes one random statement.
     pub(crate) fn statement(&mut self, text: &mut String) -> std::fmt::Result {
         match self.rng.random_range(0..16) {
             0 => text.push_str(&self.unknown("    ")),
@@ -54,7 +54,7 @@ impl Writer {
                 self.numbers.push(name);
             }
             9 => {
-                // pooled: one distribution for all
+                // sufficient statistics: one distribution for all data
                 let (y, mean, scale) = (self.name(), self.number(1), self.scale());
                 writeln!(
                     text,

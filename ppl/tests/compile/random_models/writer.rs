@@ -3,12 +3,12 @@
 use rand::{Rng, SeedableRng, seq::IndexedRandom};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// Writes statements; knows which numbers are in scope.
+/// Writer of random statements; it stores the expressions that are in scope.
 pub(crate) struct Writer {
     pub(crate) rng: Xoshiro256PlusPlus,
-    /// Expressions of one number each.
+    /// Expressions of one number.
     pub(crate) numbers: Vec<String>,
-    /// Unknown arrays of length 3.
+    /// Names of arrays of three unknowns.
     pub(crate) arrays: Vec<String>,
     names: usize,
 }
@@ -39,7 +39,7 @@ impl Writer {
         }
     }
 
-    /// A bounded or slowly growing formula with an unknown in it.
+    /// A formula that depends on an unknown and is bounded or grows slowly.
     pub(crate) fn number(&mut self, depth: usize) -> String {
         let first = self.numbers.choose(&mut self.rng).expect("an unknown comes first").clone();
         let rest = self.part(depth);
@@ -51,7 +51,7 @@ impl Writer {
             return self.leaf();
         }
         let (a, b) = (self.part(depth - 1), self.part(depth - 1));
-        // over unknowns, not over literals, whose type is open
+        // methods are called on unknowns, as the type of a literal would be ambiguous
         let x = self.numbers.choose(&mut self.rng).expect("an unknown comes first").clone();
         match self.rng.random_range(0..10) {
             0 => format!("({a} + {b})"),

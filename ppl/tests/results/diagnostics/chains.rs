@@ -9,7 +9,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::borrow;
 
-/// An AR(1) chain has τ = (1 + ρ)/(1 − ρ) exactly.
+/// The autocorrelation time of an AR(1) chain with coefficient ρ is τ = (1 + ρ)/(1 − ρ).
 #[test]
 fn autoregressive_chains_give_their_known_size() {
     for rho in [-0.5_f64, 0.0, 0.5, 0.9] {
@@ -27,7 +27,8 @@ fn autoregressive_chains_give_their_known_size() {
             })
             .collect();
         let expected = 80_000.0 * (1.0 - rho) / (1.0 + rho);
-        // the estimator's own scatter is about √(8 × mean pairs/S) ≲ 4 % here
+        // the relative standard error of the estimator is √(8 P/S) ≲ 4 % here, where P is the mean number of
+        // autocorrelation pairs that it sums
         let got = ess_mean(&borrow(&chains));
         assert!((got / expected - 1.0).abs() < 0.12, "ρ = {rho}: {got}, expected {expected}");
     }
@@ -63,8 +64,8 @@ fn a_difference_in_spread_alone_is_seen() {
     assert!(rhat(&[&narrow, &wide]) > 1.2);
 }
 
-/// For independent normal draws the errors are σ/√S, σ/√(2S) and 1.2533 σ/√S; the sampling
-/// scatter of each at S = 20 000 is a few per cent (the quantile's is the largest).
+/// For S independent normal draws the MCSEs of the mean, the sd and the median are σ/√S, σ/√(2S) and 1.2533 σ/√S; at S
+/// = 20 000 their estimates are within a few per cent, the median's with the largest error.
 #[test]
 fn independent_normal_draws_have_known_errors() {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(4);
@@ -87,6 +88,6 @@ fn degenerate_energies_are_nan() {
 
 #[test]
 fn small_example_by_hand() {
-    // mean 3.5; steps 1 + 4 + 9; spread 6.25 + 2.25 + 0.25 + 12.25
+    // mean 3.5; squared steps 1 + 4 + 9; squared deviations 6.25 + 2.25 + 0.25 + 12.25
     assert!((e_bfmi(&[1.0, 2.0, 4.0, 7.0]) - 14.0 / 21.0).abs() < 1e-15);
 }

@@ -1,5 +1,5 @@
-//! Every diagnostic against ArviZ and the R package posterior: the numbers and the programs that made
-//! them, with versions, are in `tests/golden/diagnostics.{json,py}` and `posterior.{json,R}`.
+//! Every diagnostic against ArviZ and the R package posterior. `tests/golden/diagnostics.{json,py}` and
+//! `posterior.{json,R}` hold the reference values and the programs that computed them, with versions.
 
 use ppl::diagnostics::{
     e_bfmi, ess_bulk, ess_mean, ess_quantile, ess_sd, ess_tail, mcse_mean, mcse_quantile, mcse_sd,
@@ -23,7 +23,7 @@ impl SplitMix {
         (z ^ (z >> 31)) >> 11
     }
 
-    /// The sum of twelve uniforms: the same bits in every language.
+    /// An approximately normal number, the sum of twelve uniforms, with the same bits in every language.
     fn normal(&mut self) -> f64 {
         (0..12).fold(0.0, |sum, _| sum + self.next() as f64 * 0.5_f64.powi(53)) - 6.0
     }
@@ -74,7 +74,7 @@ fn chain_diagnostics_agree_with_arviz() {
             ("mcse_median", mcse_quantile(&chains, 0.5)),
         ];
         for (key, got) in computed {
-            // ArviZ wants two chains for R̂ and gives none for one
+            // ArviZ needs two chains for R̂ and gives null for one
             if let Some(expected) = case[key].as_f64() {
                 assert_close(&format!("{key} of {}", case["case"]), got, expected, 1e-9);
             }
@@ -92,8 +92,8 @@ fn chain_diagnostics_agree_with_the_package_posterior() {
     for case in golden["chains"].as_array().expect("a list") {
         let owned = chains(&case["case"]);
         let chains = borrow(&owned);
-        // its ESS for the sd is that of |x − x̄|; ours and ArviZ's is that of the square, which the
-        // standard error of the sd needs
+        // the R package's ESS for the sd is the ESS of |x − x̄|; ppl and ArviZ use (x − x̄)², which the standard error
+        // of the sd requires
         let all = owned.concat();
         let centre = all.iter().sum::<f64>() / all.len() as f64;
         let distances: Vec<Vec<f64>> =

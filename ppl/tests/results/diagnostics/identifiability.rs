@@ -1,4 +1,4 @@
-//! What the data said of a parameter.
+//! How much the data inform a parameter: contraction and mass at the bounds.
 
 use ppl::diagnostics::{Identifiability, Identification};
 
@@ -16,7 +16,7 @@ fn labels_follow_the_contraction() {
     assert!((with_sd(0.5).contraction() - 0.75).abs() < 1e-12);
 }
 
-/// Evenly over (0, 1).
+/// 2000 evenly spaced points in (0, 1).
 fn even() -> Vec<f64> {
     (0..2000).map(|i| (f64::from(i) + 0.5) / 2000.0).collect()
 }
@@ -32,8 +32,8 @@ fn mass_at_a_bound_is_counted_on_both_sides() {
     assert!(said.contains("25 % at its lower end 10.00 and 25 % at its upper end 11.00"), "{said}");
 }
 
-/// A prior with mass at its ends, Beta(½, ½), is no cut where the data say nothing, and is one where
-/// they push against an end.
+/// A prior whose density is largest at its bounds, Beta(½, ½), does not count as truncation where the posterior equals
+/// the prior, and does where the data push against the upper bound.
 #[test]
 fn a_prior_may_pile_up_at_its_own_bounds() {
     let at = |of: &dyn Fn(f64) -> f64| -> Vec<f64> {
@@ -44,12 +44,12 @@ fn a_prior_may_pile_up_at_its_own_bounds() {
     let row = |after: &[f64]| Identifiability::of_draws("x", &arcsine, after, Some((0.0, 1.0)));
     assert!(!row(&arcsine).truncated());
     assert!(row(&pushed).to_string().contains("% at its upper end 1.000"));
-    // towards zero, where a share ends by itself
+    // draws near zero, the natural bound of a share, do not count
     let away: Vec<f64> = pushed.iter().map(|x| 1.0 - x).collect();
     assert!(!row(&away).truncated());
 }
 
-/// Draws whose variance overflows, or that do so themselves, are judged by their central halves.
+/// Priors whose draws or whose variance overflow are compared by the central half of the draws.
 #[test]
 fn overflowing_priors_are_compared_all_the_same() {
     for steepness in [100.0, 400.0] {
@@ -67,8 +67,8 @@ fn overflowing_priors_are_compared_all_the_same() {
     }
 }
 
-/// An exponential posterior is cut off at the bound, a gamma one on the same scale is not, however
-/// wide the prior.
+/// A posterior that decreases exponentially from the lower bound is truncated there; one with no mass at the bound is
+/// not, however wide the prior.
 #[test]
 fn a_wide_prior_is_no_bound_by_itself() {
     let quantiles = |of: &dyn Fn(f64) -> f64| -> Vec<f64> {

@@ -1,4 +1,4 @@
-//! Models compared by cross-validation.
+//! Comparison of models by cross-validation.
 
 use ppl::diagnostics::{Loo, LooError, LooPoint, loo_compare};
 
@@ -23,7 +23,7 @@ fn difference_and_its_error_by_hand() {
     let table = loo_compare(&[("b", &b), ("a", &a)]).expect("same data");
     assert_eq!(table.rows[0].name, "a");
     assert_eq!((table.rows[0].difference, table.rows[0].difference_se), (0.0, 0.0));
-    // differences −1, −2, −6: sum −9, variance 7
+    // pointwise differences −1, −2, −6: sum −9, variance 7
     assert!((table.rows[1].difference + 9.0).abs() < 1e-12);
     assert!((table.rows[1].difference_se - 21_f64.sqrt()).abs() < 1e-12);
     assert!(table.to_string().contains("within two standard errors"), "{table}");

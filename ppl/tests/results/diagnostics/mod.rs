@@ -1,4 +1,4 @@
-//! Diagnostics of draws: against other programs, closed forms, and draws made for them.
+//! Diagnostics of draws, against other programs, against closed forms and on artificial draws.
 
 mod chains;
 mod golden;

@@ -1,4 +1,4 @@
-//! Separate modes: found where they are, and only there.
+//! Separate modes: where there are some they are reported, and nowhere else.
 
 use ppl::diagnostics::Modes;
 use rand::{Rng, SeedableRng};
@@ -13,8 +13,8 @@ fn normals(seed: u64, centre: f64, sd: f64, count: usize) -> Vec<f64> {
     (0..count).map(|_| centre + sd * rng.sample::<f64, _>(StandardNormal)).collect()
 }
 
-/// Skewed, heavy-tailed, flat and strongly autocorrelated draws have one mode; so have normals
-/// a little apart.
+/// Skewed, heavy-tailed, uniform and strongly autocorrelated draws have one mode, and so have chains of normal draws
+/// whose means differ by half a standard deviation.
 #[test]
 fn one_mode_is_not_cut() {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
@@ -42,12 +42,12 @@ fn one_mode_is_not_cut() {
     assert_eq!(Modes::find(&[&[f64::NAN; 200]]), None);
 }
 
-/// A slow walk through the tails of a Cauchy density, and two modes with such tails.
+/// Autocorrelated draws from a Cauchy distribution have one mode; two such groups 300 apart have two.
 #[test]
 fn heavy_tails_are_no_modes() {
     let uniform = |x: f64| 0.5 * erfc(-x / 2_f64.sqrt());
     for seed in 0..40 {
-        // normal quantiles of a slow walk, as quantiles of a Cauchy distribution
+        // an AR(1) chain with normal draws, mapped to Cauchy draws through the two distribution functions
         let chains: Vec<Vec<f64>> = (0..4)
             .map(|c| {
                 let mut x = 0.0;
@@ -70,8 +70,8 @@ fn heavy_tails_are_no_modes() {
     }
 }
 
-/// A chain that goes away, and sticks there, makes no mode; the same place is one if the draws in it
-/// move, however few the visits.
+/// A chain that jumps away and repeats the same few values makes no mode; draws that vary at the same place make one,
+/// however few the visits.
 #[test]
 fn a_heap_where_a_chain_stuck_is_no_mode() {
     for seed in 0..20 {
@@ -88,7 +88,7 @@ fn a_heap_where_a_chain_stuck_is_no_mode() {
     }
 }
 
-/// A chain that hardly moves does not set the scale for the others.
+/// A chain that hardly moves does not set the length scale by which the other chains are separated into modes.
 #[test]
 fn a_stuck_chain_makes_no_modes_of_scatter() {
     for seed in 0..20 {
@@ -116,7 +116,7 @@ fn three_modes_and_their_chains() {
     assert_eq!(modes.changes, [0; 4]);
 }
 
-/// A chain that visits both modes often is mixed; one that changed once is not.
+/// A chain that visits both modes often is mixed; a chain that changed the mode once is not.
 #[test]
 fn changes_are_counted() {
     let signs = |period: usize, seed| -> Vec<f64> {

@@ -15,7 +15,7 @@ ppl::model! {
         }
     }
 
-    /// Two parameters; the data see the first only.
+    /// A hierarchical mean with three groups, and a parameter `idle` that the data do not inform.
     fn groups(y: &[f64]) {
         let mu ~ Normal(0.0, 10.0);
         let idle ~ Normal(0.0, 1.0);
@@ -53,7 +53,7 @@ fn p_values_of_the_mean_in_closed_form() {
     let table = posterior.predictive_table("y").expect("observed");
     let check = table.check("mean").expect("the mean is in the table");
     assert!((check.observed - observed).abs() < 1e-12);
-    // the mean of a replicate is normal with variance v + 1/n
+    // the mean of the n = 50 replicated data is normal with variance v + 1/n
     let p = normal_cdf((m - observed) / (v + 0.02).sqrt());
     let above: Vec<f64> =
         check.replicated.iter().map(|t| f64::from(u8::from(*t > observed))).collect();
@@ -62,7 +62,7 @@ fn p_values_of_the_mean_in_closed_form() {
     assert!((check.p_value() - above.iter().sum::<f64>() / 4000.0).abs() < 1e-12);
     assert!((check.quantile(0.5) - m).abs() < 0.05);
 
-    // prior replicates are independent: a binomial standard error
+    // replicates from the prior are independent, so the standard error is binomial
     let prior = posterior.prior_predictive_table("y").expect("prior draws");
     let check = prior.check("mean").expect("the mean is in the table");
     let p = normal_cdf((1.0 - observed) / (0.04f64 + 0.02).sqrt());
@@ -77,7 +77,7 @@ fn p_values_of_the_mean_in_closed_form() {
 
 #[test]
 fn a_bad_fit_shows_in_the_statistic_it_misses() {
-    // scatter three times that of the model
+    // data with three times the standard deviation of the model
     let y: Vec<f64> = data(0.0).iter().map(|y| 3.0 * y).collect();
     let posterior = posterior_of(&y, 0.0, 10.0);
     let table = posterior.predictive_table("y").expect("observed");
@@ -99,15 +99,15 @@ fn unknown_names_are_answered_with_known_ones() {
     assert_eq!(silent.power_scaling(), Err(PowerScalingError::NoObservations));
 }
 
-/// As the conjugate example of Kallioinen et al. (2024): the further the prior from the data, the
-/// more both matter.
+/// As in the conjugate example of Kallioinen et al. (2024), the sensitivities to prior and likelihood grow with the
+/// distance between prior and data.
 #[test]
 fn sensitivity_grows_with_the_conflict() {
     let y = data(0.0);
     let rows = [0.0, 5.0, 10.0].map(|mean| {
         let scaling = posterior_of(&y, mean, 1.0).power_scaling().expect("data");
         assert!(scaling.pareto_k.iter().all(|&k| k < 0.7), "{scaling}");
-        // a linear function of mu answers as mu
+        // a linear function of mu has the sensitivity of mu
         let [a, b] = ["mu", "twice"].map(|name| scaling.row(name).expect("moves").prior);
         assert!((a - b).abs() < 1e-9);
         (scaling.row("mu").expect("a parameter").clone(), scaling)
@@ -130,7 +130,7 @@ fn sensitivity_grows_with_the_conflict() {
 fn a_parameter_without_data_has_a_strong_prior() {
     let posterior =
         Nuts::default().seed(6).sample(&groups(&[1.0, 2.0, 3.0])).expect("the model samples");
-    // recorded by statement, arrays summed
+    // the log-prior is recorded once per statement, summed over the entries of an array
     let [mu, theta, recorded] = [
         posterior.posterior.get("mu"),
         posterior.posterior.get("theta"),

@@ -1,4 +1,4 @@
-//! Warnings in words: made where they are due, and not where nothing is wrong.
+//! Warnings of the summary: each one is given where it is due, and none for a sound model.
 
 use ppl::diagnostics::Identification;
 use ppl::prelude::*;
@@ -12,7 +12,7 @@ fn data(count: usize, centre: f64) -> Vec<f64> {
     (0..count).map(|i| centre + 1.4 * (i as f64 * 2.399).sin()).collect()
 }
 
-/// Any bound model.
+/// A bound model that can be sampled with a seed.
 trait Sampled {
     fn posterior(&self, seed: u64) -> Posterior;
 }
@@ -112,7 +112,7 @@ fn correlations_of_sound_models_are_no_finding() {
     }
 }
 
-/// Entries of a factor say little one by one; those of plates within plates do.
+/// The summary warns about single entries of nested plates, and not about entries of a Cholesky factor.
 #[test]
 fn entries_of_matrices_are_told_apart() {
     let pairs: Vec<[f64; 2]> =
@@ -181,8 +181,7 @@ fn what_exchanges_its_labels_was_informed() {
     }
 }
 
-/// A visit to the tail that lasts, because the chain sticks there, is no mode: one in seven of these
-/// runs has such a visit.
+/// A long visit to the tail, where the chain sticks, is no mode; one in seven of these runs has such a visit.
 #[test]
 fn visits_to_a_tail_are_no_modes() {
     for seed in 0..40 {
@@ -206,14 +205,14 @@ fn divergences_at_rejected_points_are_the_rejections() {
     let summary = rejecting(1.0).posterior(1).summary();
     let found = what(&summary, WarningKind::Divergences);
     assert!(
-        found.contains("ended at a point that a statement rejects, by their medians at x"),
+        found.contains("ended at a point that a statement rejects, median of these points: x"),
         "{found}"
     );
     assert!(!found.contains("target acceptance"), "{found}");
     assert!(what(&summary, WarningKind::Rejections).contains("reject!"), "{summary}");
 }
 
-/// The only end that is reported is one that a prior chose.
+/// A boundary warning is given only for a bound that the prior chose, not for the lower bound 0 of a scale.
 #[test]
 fn a_uniform_prior_of_a_scale_ends_at_zero() {
     let found = |y, other| {
@@ -227,7 +226,8 @@ fn a_uniform_prior_of_a_scale_ends_at_zero() {
     assert!(both.contains("% at its upper end 2.000"), "{both}");
 }
 
-/// Half of the prior has no likelihood: it is said, though no draw was lost after the warmup.
+/// If half of the prior lies outside the domain of the likelihood, the summary says so, even where no transition after
+/// the warmup was rejected.
 #[test]
 fn a_scale_that_may_be_negative_is_told() {
     for seed in 0..4 {
@@ -272,7 +272,7 @@ fn from(starts: &[&[f64]], warmup: usize, model: &ppl::Bound<impl ppl::Model>) -
     sampler.init_points(starts).sample(model).expect("it samples")
 }
 
-/// Whatever would be computed from all draws is of the stuck chain.
+/// Asserts that the first warning names the stuck chain and that no warning computed from all draws follows.
 fn says_only_that_it_is_stuck(summary: &Summary, chain: &str) {
     assert_eq!(summary.warnings[0].kind, WarningKind::StuckChain, "{summary}");
     let stuck = summary.warnings[0].to_string();
@@ -293,7 +293,7 @@ fn says_only_that_it_is_stuck(summary: &Summary, chain: &str) {
 #[test]
 fn chains_far_below_the_others_are_named() {
     let near: &[f64] = &[0.0, 0.0];
-    // the logit of 50 between the ends
+    // x = 50 on the unconstrained scale: ln((50 + 20)/(60 − 50)) = ln 7
     let far: &[f64] = &[7f64.ln(), 0.0];
     let posterior = from(&[near, far, near, near], 300, &heaps(-200.0));
     says_only_that_it_is_stuck(&posterior.summary(), "chain 1 near -2");
@@ -323,14 +323,14 @@ fn chains_that_do_not_move_are_named() {
     assert_eq!(posterior.power_scaling().expect("it has data").warnings(), []);
 }
 
-/// Several modes, slow mixing and places of other widths are no chains left behind.
+/// Several modes, slow mixing and modes of different widths do not make a chain count as stuck.
 #[test]
 fn no_chain_is_called_stuck_for_nothing() {
     let effects = [28.0, 8.0, -3.0, 7.0, -1.0, 1.0, 18.0, 12.0];
     let errors = [15.0, 10.0, 16.0, 11.0, 9.0, 11.0, 10.0, 18.0];
     let y: Vec<f64> = (0..60).map(|i| if i % 2 == 0 { -2.4 } else { 2.4 }).collect();
     for seed in 0..8 {
-        // in necks and where a prior overflows, a chain may truly stay at one point
+        // in the neck of a funnel, and where a prior overflows, a chain may truly stay at one point
         let near = |name: &str, model: &dyn Sampled| {
             let summary = model.posterior(seed).summary();
             let stuck = what(&summary, WarningKind::StuckChain);

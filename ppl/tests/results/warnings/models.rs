@@ -1,4 +1,4 @@
-//! Models of which something is to be said, and some of which nothing is.
+//! Models that must give particular warnings, and models that must give none.
 
 use ppl::prelude::*;
 
@@ -15,7 +15,7 @@ ppl::model! {
         }
     }
 
-    /// The data lie where a Cauchy prior has less than a thousandth, and say little.
+    /// Data where a Cauchy prior has less than a thousandth of its mass, with a likelihood that is almost flat.
     pub(crate) fn far_out(y: &[f64]) {
         let mu ~ StudentT(1.0, 0.0, 1.0);
         for y in y {
@@ -23,7 +23,7 @@ ppl::model! {
         }
     }
 
-    /// The scale of one coefficient of a horseshoe: its prior has a hundredth out there.
+    /// The scale of one coefficient of a horseshoe; a hundredth of its prior mass lies where the datum puts it.
     pub(crate) fn local_scale(coefficient: f64) {
         let lambda ~ HalfCauchy(1.0);
         coefficient ~ Normal(0.0, 0.1 * lambda);
@@ -77,7 +77,7 @@ ppl::model! {
         }
     }
 
-    /// Slopes that go against the intercept.
+    /// A regression whose covariates are far from zero, so that intercept and slope are correlated.
     pub(crate) fn regression(x: &[f64], y: &[f64]) {
         let a ~ Normal(0.0, 10.0);
         let b ~ Normal(0.0, 10.0);
@@ -96,7 +96,7 @@ ppl::model! {
         }
     }
 
-    /// Well measured groups in standardised form: their common part is taken up by the mean.
+    /// Well measured groups in non-centred form, whose effects `z` are correlated with the mean.
     pub(crate) fn groups(y: &[f64]) {
         let mu ~ Normal(0.0, 10.0);
         let tau ~ HalfNormal(2.0);
@@ -125,7 +125,7 @@ ppl::model! {
         }
     }
 
-    /// One cell of a table is measured.
+    /// A two-way table in which one cell is measured.
     pub(crate) fn table(rows: &[&str], columns: &[&str], y: &[f64]) {
         let mut last = Real::from(0.0);
         #[dims(row = rows)]
@@ -157,7 +157,7 @@ ppl::model! {
         }
     }
 
-    /// Scales that the data hold near zero, where every scale ends.
+    /// Scales whose posterior lies near zero, the lower bound of every scale.
     pub(crate) fn scales(y: f64, other: f64) {
         let a ~ HalfNormal(5.0);
         let b ~ Normal(0.0, 5.0).truncate(0.0..);
@@ -165,7 +165,7 @@ ppl::model! {
         other ~ Normal(b, 0.3);
     }
 
-    /// Each unknown has bounds of its own; the draws of all but the last lie beyond its bounds.
+    /// Intervals that differ between the entries of `x`: draws of one entry lie outside the bounds of the next.
     pub(crate) fn own_bounds(y: &[f64]) {
         for (i, y) in y.iter().enumerate() {
             let centre = 10.0 * i as f64;
@@ -174,7 +174,7 @@ ppl::model! {
         }
     }
 
-    /// Priors with mass at their ends, for shares that one datum touches or none.
+    /// Priors with mass near their bounds, for shares that at most one datum informs.
     pub(crate) fn shares(k: u64) {
         let rho ~ Beta(0.5, 0.5);
         let stick ~ Beta(1.0, 6.0).array::<3>();
@@ -182,7 +182,7 @@ ppl::model! {
         k ~ Binomial(1u64, rho);
     }
 
-    /// The prior of `a` overflows.
+    /// A hierarchical prior under which draws of `a` overflow.
     pub(crate) fn overflowing(y: &[f64]) {
         let sd ~ HalfCauchy(5.0);
         let a ~ LogNormal(0.0, sd).array::<4>();
@@ -238,7 +238,7 @@ ppl::model! {
         y ~ Normal(x, 1.0);
     }
 
-    /// Counts with a trend over large inputs, which cliffs surround.
+    /// Counts with a log-linear trend over large inputs, whose likelihood falls off steeply around its maximum.
     pub(crate) fn counts(k: &[u64], x: &[f64]) {
         let alpha ~ Normal(0.0, 10.0);
         let beta ~ Normal(0.0, 10.0);
@@ -248,14 +248,15 @@ ppl::model! {
         k[0] ~ Poisson(alpha.exp());
     }
 
-    /// A bound, and another unknown, that draws of no weight would tell false things about.
+    /// A bounded unknown whose second mode has a mass near zero, and an independent unknown; draws from that mode would
+    /// cause false warnings about both.
     pub(crate) fn heaps(height: f64) {
         let x ~ Uniform(-20.0, 60.0);
         let y ~ Normal(0.0, 1.0);
         factor(ln_sum_exp(&[-0.5 * x.square(), height - 0.5 * (x - 50.0).square()]));
     }
 
-    /// Two places of the same weight, one a hundred times as wide in each of twelve unknowns.
+    /// Two modes of equal mass, one a hundred times as wide as the other in each of twelve unknowns.
     pub(crate) fn wide_and_narrow() {
         let x ~ Normal(0.0, 100.0).array::<12>();
         let narrow = x.iter().map(|x| -0.5 * (10.0 * x).square() + 10.0_f64.ln());
@@ -277,7 +278,7 @@ ppl::model! {
         }
     }
 
-    /// Scales under priors that begin at zero.
+    /// A scale and a real unknown under uniform priors, whose upper bounds the data exceed.
     pub(crate) fn flat_scale(y: f64, other: f64) {
         let sigma ~ Uniform(0.0, 100.0);
         let cut ~ Uniform(-10.0, 2.0);
@@ -285,7 +286,7 @@ ppl::model! {
         other ~ Normal(cut, 0.3);
     }
 
-    /// A scale that its prior lets be negative.
+    /// A scale whose prior allows negative values.
     pub(crate) fn free_scale(y: &[f64]) {
         let mu ~ Normal(0.0, 5.0);
         let s ~ Normal(0.0, 1.0);

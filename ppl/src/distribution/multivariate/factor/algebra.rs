@@ -185,7 +185,7 @@ impl<R: Scalar> DynCholeskyFactor<R> {
     ///
     /// ppl::model! {
     ///     /// A line whose discrepancy is a smooth function of x, seen with noise.
-    ///     fn discrepancy(x: &[f64], y: &[f64]) {
+    /// A line plus a smooth discrepancy, observed with noise.
     ///         let slope ~ Normal(0.0, 2.0);
     ///         let amplitude ~ HalfNormal(1.0);
     ///         let length ~ LogNormal(0.0, 0.5);
@@ -219,7 +219,7 @@ impl<R: Scalar> DynCholeskyFactor<R> {
 
     fn collected(&self, what: &'static str, x: &[impl Datum<R>]) -> Result<Vec<R>, DomainError> {
         let (size, length) = (self.size(), x.len());
-        let requirement = format_args!("that of the rows, {size}");
+        let requirement = format_args!("equal to the number of rows, {size}");
         DomainError::require(length == size, NAME, what, requirement, length as f64)?;
         Ok(x.iter().map(Datum::lift).collect())
     }
@@ -259,8 +259,8 @@ fn require_pivot(name: &'static str, i: usize, pivot: f64) -> Result<(), DomainE
     let requirement = match pivot.is_nan() {
         true => "positive and finite",
         false => {
-            "positive and finite (rows that are the same, or nearly so, make a kernel singular: add a \
-             nugget to the diagonal, of about 1e-10 of the variance)"
+            "positive and finite (equal or nearly equal rows make a covariance matrix singular: add a \
+             nugget of about 1e-10 of the variance to the diagonal)"
         }
     };
     DomainError::require(holds, name, parameter, requirement, pivot)
@@ -274,8 +274,8 @@ fn require_zeros<R: Scalar>(
     for (i, row) in rows.iter().enumerate() {
         for (j, entry) in row.as_ref().iter().enumerate().skip(i + 1) {
             let v = entry.value();
-            let place = format_args!("entry ({i}, {j}) above the diagonal");
-            DomainError::require(v == 0.0, name, place, "zero", v)?;
+            let name = format_args!("entry ({i}, {j}) above the diagonal");
+            DomainError::require(v == 0.0, name, name, "zero", v)?;
         }
     }
     Ok(())

@@ -48,11 +48,11 @@ pub(crate) fn choose(sample: &Sample, current: &Metric, unseen: bool) -> Choice 
     let rival = correlated(&first, &plain);
     let tried = [Some(Metric::Diagonal(plain)), rival];
     let scores = tried.map(|m| m.map(|m| (m.kind(), m.divergence(&last))));
-    let own = unseen.then(|| current.divergence(&last));
+    let current_score = unseen.then(|| current.divergence(&last));
     let score = |entry: &Option<(MapKind, f64)>| entry.map_or(f64::INFINITY, |(_, score)| score);
     let (plain, rival) = (score(&scores[0]), score(&scores[1]));
 
-    let metric = if own.is_some_and(|own| own <= plain.min(rival)) {
+    let metric = if current_score.is_some_and(|score| score <= plain.min(rival)) {
         None
     } else {
         let diagonal = diagonal(&whole);

@@ -39,7 +39,7 @@ impl Dense {
         let scaled = sample.scaled(diagonal.sd());
         let n = sample.len() as f64;
         let covariance = |x: &DMatrix<f64>| {
-            let full = x * x.transpose() / sample.freedom();
+            let full = x * x.transpose() / sample.degrees_of_freedom();
             let mut shrunk = &full * (n / (n + SHRINKAGE));
             shrunk.set_diagonal(&full.diagonal());
             shrunk
@@ -96,11 +96,11 @@ impl Dense {
     pub(crate) fn colour(&self, p: &mut [f64]) {
         let dim = p.len();
         for i in (0..dim).rev() {
-            let (before, own) = p.split_at_mut(i);
+            let (before, rest) = p.split_at_mut(i);
             let row = &self.rows[i * dim..][..=i];
-            own[0] *= row[i];
-            let own = own[0];
-            before.iter_mut().zip(row).for_each(|(p, l)| *p -= l * own);
+            rest[0] *= row[i];
+            let p_i = rest[0];
+            before.iter_mut().zip(row).for_each(|(p, l)| *p -= l * p_i);
         }
     }
 

@@ -28,7 +28,7 @@ const DIRECTIONS: usize = 16;
 const ROUNDS: usize = 2;
 /// Smallest ratio of the smallest to the largest diagonal entry of the Cholesky factor for which the factor is accurate
 /// enough to orthonormalise the columns.
-const FARTHEST: f64 = 1e-6;
+const SMALLEST_PIVOT_RATIO: f64 = 1e-6;
 /// Weight of the identity matrix in a regularised covariance matrix, as a number of draws: the sum of n · covariance
 /// and `SHRINKAGE` · identity is divided by n + `SHRINKAGE`.
 const SHRINKAGE: f64 = 1.0;
@@ -50,19 +50,19 @@ impl LowRank {
     /// `None` if a matrix is not finite.
     pub(crate) fn fitted(sample: &Centred, diagonal: &Diagonal) -> Option<Self> {
         let scaled = sample.scaled(diagonal.sd());
-        let leading = Leading::of(&scaled, None)?;
+        let leading = Leading::new(&scaled, None)?;
         let rest = scaled.without(&leading.basis());
         let variances = diagonal.variances();
         let corrected = |i: usize| variances[i] * rest.fisher_variance(i);
         let diagonal = Diagonal::renewed(variances.to_vec(), corrected);
 
         let scaled = sample.scaled(diagonal.sd());
-        let basis = Leading::of(&scaled, Some(&leading))?.basis();
+        let basis = Leading::new(&scaled, Some(&leading))?.basis();
         let transposed = basis.transpose();
         let n = sample.len() as f64;
         let covariance = |x: &DMatrix<f64>| {
             let inside = &transposed * x;
-            let full = &inside * inside.transpose() / sample.freedom();
+            let full = &inside * inside.transpose() / sample.degrees_of_freedom();
             (full * n + DMatrix::identity(basis.ncols(), basis.ncols()) * SHRINKAGE)
                 / (n + SHRINKAGE)
         };
@@ -180,7 +180,7 @@ struct Leading {
 impl Leading {
     /// Computes the directions from a random start, or from the nearby directions `near`. `None` if a number is not
     /// finite.
-    fn of(sample: &Centred, near: Option<&Self>) -> Option<Self> {
+    fn new(sample: &Centred, near: Option<&Self>) -> Option<Self> {
         let wide = leading_directions(&sample.draws, near.map(|near| &near.wide))?;
         let narrow = leading_directions(&sample.scores, near.map(|near| &near.narrow))?;
         Some(Self { wide, narrow })
@@ -222,7 +222,7 @@ fn orthonormal(x: DMatrix<f64>) -> DMatrix<f64> {
         let l = Cholesky::new(x.transpose() * x)?.unpack();
         let (least, most) = (l.diagonal().min(), l.diagonal().max());
         let inverse = l.solve_lower_triangular(&DMatrix::identity(l.nrows(), l.ncols()))?;
-        (least > most * FARTHEST).then(|| x * inverse.transpose())
+        (least > most * SMALLEST_PIVOT_RATIO).then(|| x * inverse.transpose())
     };
     once(&x).and_then(|x| once(&x)).unwrap_or_else(|| x.qr().q())
 }

@@ -110,7 +110,7 @@ impl Metric {
             Self::Dense(m) => m.residual(sample),
             Self::LowRank(m) => m.residual(sample),
         };
-        residual.norm_squared() / (sample.freedom() * sample.dim() as f64)
+        residual.norm_squared() / (sample.degrees_of_freedom() * sample.dim() as f64)
     }
 }
 

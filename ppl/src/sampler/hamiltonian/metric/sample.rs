@@ -74,14 +74,14 @@ impl Centred {
     }
 
     /// Degrees of freedom of the variance estimates: the number of draws minus 1.
-    pub(crate) fn freedom(&self) -> f64 {
+    pub(crate) fn degrees_of_freedom(&self) -> f64 {
         self.len() as f64 - 1.0
     }
 
     /// Variance of coordinate `i` over the n draws, shrunk towards 10⁻³ as in Stan: `n/(n+5) var + 10⁻³ · 5/(n+5)`.
     pub(crate) fn shrunk_variance(&self, i: usize) -> f64 {
         let n = self.len() as f64;
-        (n * self.draws.row(i).norm_squared() / self.freedom() + 5e-3) / (n + 5.0)
+        (n * self.draws.row(i).norm_squared() / self.degrees_of_freedom() + 5e-3) / (n + 5.0)
     }
 
     /// Variance `σ² = √(var xᵢ / var gᵢ)` of coordinate `i` in the diagonal matrix with the smallest Fisher

@@ -117,10 +117,14 @@ impl NoUTurn {
         let refuse = |setting, value, help| Err(RunError::Setting { setting, value, help });
         if !(self.target_accept > 0.0 && self.target_accept < 1.0) {
             let value = self.target_accept.to_string();
-            return refuse("target_accept", value, "give a number between 0 and 1, as 0.8");
+            return refuse(
+                "target_accept",
+                value,
+                "give a number between 0 and 1, for example 0.8",
+            );
         }
         if !DEPTHS.contains(&self.max_depth) {
-            return refuse("max_depth", self.max_depth.to_string(), "give 1 to 20, as 10");
+            return refuse("max_depth", self.max_depth.to_string(), "give 1 to 20, for example 10");
         }
         Ok(())
     }
@@ -175,6 +179,9 @@ fn as_tuned<'a>(
     };
     let metric = Metric::from_covariance(covariance, dim)
         .filter(|_| step.is_finite() && step > 0.0)
-        .ok_or_else(|| misfit("a mass matrix or step is not positive", "begin anew with `run`"))?;
+        .ok_or_else(|| {
+            let reason = "a mass matrix is not positive definite, or a step size is not positive";
+            misfit(reason, "start anew with `run`")
+        })?;
     Ok(NutsChain::new(density, max_depth, warmup, Some((metric, step))))
 }

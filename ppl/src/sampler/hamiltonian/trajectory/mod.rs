@@ -191,7 +191,7 @@ impl Trajectory {
         hamiltonian.refresh(forward, rng);
         backward.copy_from(forward);
         let energy = forward.energy();
-        self.whole.plant(forward, energy, Weight::of(0.0));
+        self.whole.plant(forward, energy, Weight::from_error(0.0));
 
         let mut growth = Growth {
             ends: &mut self.ends,
@@ -320,7 +320,7 @@ impl<R: Rng + ?Sized> Growth<'_, '_, R> {
         };
         let error = energy - self.start_energy;
         self.leapfrogs += 1;
-        let weight = Weight::of(error);
+        let weight = Weight::from_error(error);
         self.acceptance += weight.acceptance();
         if error > DIVERGENCE {
             self.divergence.0.copy_from_slice(&phase.before);

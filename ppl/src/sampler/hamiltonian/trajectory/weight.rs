@@ -19,7 +19,7 @@ impl Weight {
 
     /// Weight of a state with energy H₀ + `error`.
     #[inline]
-    pub(crate) fn of(error: f64) -> Self {
+    pub(crate) fn from_error(error: f64) -> Self {
         if error.abs() <= PLAIN {
             Self { sum: (-error).exp(), unit: 0.0 }
         } else {
