@@ -396,7 +396,7 @@ fn second_order_files_of_gmsh_keep_their_curved_edges() {
     let last = text.trim_end().trim_end_matches("$EndElements").trim_end();
     let (rest, _) = last.rsplit_once(' ').unwrap();
     let torn = format!("{rest} 900000\n$EndElements\n");
-    assert_contains(&fault(torn, &names()), &["different middle nodes", "conforming"]);
+    assert_contains(&fault(torn, &names()), &["different mid-edge nodes", "conforming"]);
 }
 
 #[test]

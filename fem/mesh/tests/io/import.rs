@@ -111,7 +111,7 @@ fn folded_elements_are_straightened_and_named() {
     assert_eq!(mesh.edge_points, [([3, 4], bent[&[3, 4]])], "the neighbour keeps its curved edge");
     let message = notes[0].to_string();
     assert!(
-        message.contains("1 of 2 curved tetrahedra") && message.contains("edges: 0;"),
+        message.contains("1 of 2 tetrahedra") && message.contains("straightened: 0;"),
         "{message}"
     );
 
@@ -137,7 +137,7 @@ fn folded_elements_are_straightened_and_named() {
     assert!(first.len() == 5 && count > 100);
     assert!(first.iter().all(|fault| matches!(fault, MeshError::Folded { .. })));
     let message = mesh.validate().unwrap_err().to_string();
-    assert!(message.starts_with(&format!("{count} faults")) && message.ends_with("; and so on"));
+    assert!(message.contains(&format!("{count} errors:")) && message.ends_with("; …"));
 }
 
 /// Returns a lattice mesh with four groups: matrix 1, and parts 10, 11 and 12 along the axis.

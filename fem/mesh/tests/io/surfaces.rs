@@ -65,7 +65,7 @@ fn files_of_one_and_of_several_grains_are_read() {
         stl::read(&path).unwrap_err().to_string()
     };
     for (bytes, part) in [
-        (&b"ply\nformat ascii 1.0\n"[..], "no STL"),
+        (&b"ply\nformat ascii 1.0\n"[..], "not an STL file"),
         (text.trim_end().trim_end_matches("endsolid grains").as_bytes(), "endsolid"),
         (text.replacen("vertex", "vertex x", 1).as_bytes(), "line 4: `x`"),
         (text.replacen("  endloop", "   vertex 1 2 3\n  endloop", 1).as_bytes(), "4 corners"),

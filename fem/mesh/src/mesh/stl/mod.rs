@@ -1,4 +1,4 @@
-//! Binary STL files of the surfaces of grains and specimens; reader of STL files of other programs.
+//! Writer of binary STL files of the surfaces of grains and specimens; reader of STL files of other programs.
 //!
 //! Surfaces consist of faces of tetrahedra, so the surfaces of a conforming mesh are closed. In a mesh with curved
 //! edges each face is divided into four triangles.
@@ -75,10 +75,13 @@ pub fn write(path: impl AsRef<Path>, title: &str, surface: &[Triangle]) -> Resul
     let count = u32::try_from(surface.len()).map_err(|_| MeshError::File {
         path: path.into(),
         place: "header".into(),
-        message: format!("{} triangles are more than the format holds", surface.len()),
+        message: format!(
+            "{} triangles exceed the limit of the format (2³² − 1); use a coarser mesh",
+            surface.len()
+        ),
     })?;
     let mut bytes = Vec::with_capacity(84 + 50 * surface.len());
-    // readers take a file that begins with `solid` for ASCII, so the header must not begin with it
+    // readers treat a file that begins with `solid` as ASCII, so the header must begin with another word
     let title = format!("binary STL: {title}");
     bytes.extend(title.bytes().chain(std::iter::repeat(b' ')).take(80));
     bytes.extend(count.to_le_bytes());
