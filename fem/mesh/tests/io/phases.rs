@@ -111,7 +111,7 @@ fn tetrahedra_of_several_phases_are_counted_and_told() {
         let mode = GrainMode::Fraction;
         build(specimen, Meshing { mode, ..Meshing::new(0.2) }).unwrap()
     };
-    let part = "several phases lie beside the matrix";
+    let part = "several phases besides the matrix";
     let apart = build(&labelled(|x| match x {
         x if in_ball(x, [0.0, 0.0, 0.4], 0.3) => 1,
         x if in_ball(x, [0.0, 0.0, 1.2], 0.3) => 2,
@@ -202,7 +202,7 @@ fn what_no_face_holds_is_taken_out_and_told() {
     });
     let error = build(&parted, Meshing::new(0.16)).unwrap_err();
     assert!(matches!(error, MeshingError::Parted), "{error}");
-    assert!(error.to_string().contains("the voids part the specimen"), "{error}");
+    assert!(error.to_string().contains("the voids divide the specimen"), "{error}");
 
     // pores finer than the mesh count as matrix, with a warning
     let fine = labelled(|x| {

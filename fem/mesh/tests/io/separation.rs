@@ -41,7 +41,7 @@ fn grains_in_one_another_are_named() {
     assert_eq!(least_gap_mm(&surfaces).unwrap(), (0.0, [2, 3]));
     let error = separated(surfaces, 0.01).unwrap_err();
     assert_eq!((error.first, error.second), (2, 3));
-    assert!(error.to_string().contains("one lies in the other"), "{error}");
+    assert!(error.to_string().contains("one grain lies inside the other grain"), "{error}");
     assert!(least_gap_mm(&balls(&[([0.0; 3], 1.0)], 1)).is_none());
 }
 

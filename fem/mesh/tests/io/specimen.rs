@@ -163,7 +163,7 @@ fn impossible_packings_say_what_to_do() {
     let refused = |packing: Packing| packing.fill(RADIUS, HEIGHT).unwrap_err();
     let full = refused(spheres(0.9, 1));
     assert!(matches!(full, PackingError::CannotPack { reached, .. } if reached < 0.75), "{full}");
-    assert!(full.to_string().contains("lower fraction or film_mm"));
+    assert!(full.to_string().contains("reduce fraction or film_mm"));
     assert!(matches!(refused(Packing::new(0.97, 1)), PackingError::CannotPack { .. }));
     for (field, packing) in [
         ("fraction", Packing::new(1.2, 1)),
