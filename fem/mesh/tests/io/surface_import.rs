@@ -20,10 +20,10 @@ fn write(dir: &Path, name: &str, triangles: &[Triangle]) {
     stl::write(dir.join(name), "grain", triangles).unwrap();
 }
 
-/// All steps: grains of a packing are written to files, smoothed, decimated, shrunk and meshed; checks the volume of
-/// each grain in the mesh.
+/// Grains of a packing are written to files, smoothed, decimated, shrunk and meshed; the volume of each grain in the mesh
+/// is checked.
 #[test]
-fn a_packing_comes_back_from_its_files() {
+fn a_packing_is_read_back_from_its_files() {
     let packing = Packing { film_mm: 0.1, ..Packing::new(0.2, 3) };
     let truth = fem_mesh::GrainList::new(packing.fill(2.5, 4.4).unwrap(), 2.5, 4.4);
     let dir = tempfile::tempdir().unwrap();
@@ -117,7 +117,7 @@ fn one_file_of_all_grains_and_other_axes_are_read() {
 type Files = Vec<(&'static str, Vec<Triangle>)>;
 
 #[test]
-fn what_is_no_grain_is_named_with_its_file() {
+fn errors_of_invalid_grains_name_the_file() {
     let ball = |c: [f64; 3], r: f64| sphere(c, r, 3);
     let turned = |mut all: Vec<Triangle>, from: usize, to: usize| {
         all[from..to].iter_mut().for_each(|triangle| triangle.swap(1, 2));
@@ -192,7 +192,11 @@ fn what_is_no_grain_is_named_with_its_file() {
     let found = import.read([None; 2]).unwrap();
     assert!(least_gap_mm(&found.surfaces).unwrap().0 >= 0.02 * (1.0 - 1e-9));
     assert!((found.factors[0] - 0.59).abs() < 0.01, "{:?}", found.factors);
-    assert!(found.warnings()[0].contains("the grain fraction is too small by"), "{:?}", found.warnings());
+    assert!(
+        found.warnings()[0].contains("the grain fraction is too small by"),
+        "{:?}",
+        found.warnings()
+    );
     write(dir.path(), "c.stl", &good);
     let error = import.read([None; 2]).unwrap_err();
     assert!(matches!(&error, SurfaceImportError::Inseparable { .. }), "{error}");
@@ -257,7 +261,7 @@ fn labels_have_surfaces_of_their_volume() {
         let count = labels.values.iter().filter(|&&own| own == label).count() as f64;
         assert!((surface.volume() / (count * 0.05_f64.powi(3)) - 1.0).abs() < 1e-6);
         assert!((count / (4.0 / 3.0 * PI * radius.powi(3)) - 1.0).abs() < 0.02);
-        // in the coordinates of the tilted specimen, which the mesh uses
+        // the surface is in the coordinates of the tilted specimen, which the mesh uses
         let middle = cylinder.to_specimen(centre.map(|x| (x + 0.5) * 0.05));
         for point in &surface.points {
             let out = (0..3).map(|k| (point[k] - middle[k]).powi(2)).sum::<f64>().sqrt();
