@@ -4,9 +4,9 @@
 //! cargo run --release -p fem-mesh --example segmentation [FOLDER] [SIDE] [VOLUME ...]
 //! ```
 //!
-//! VOLUME is `separate`, `touching`, `fines`, `scanned` or `rough` (SIDE³ voxels; default: SIDE = 256), `many` (thousands
-//! of grains), a synthetic specimen of 112³ voxels such as `r3-0.1` or `chip`, or a group: `volumes` (the first five
-//! volumes) or `specimens` (all specimens of 112³ voxels). Without a VOLUME, both groups are processed.
+//! VOLUME is `separate`, `touching`, `fines`, `scanned` or `rough` (SIDE³ voxels; default: SIDE = 256), `many`
+//! (thousands of grains), a synthetic specimen of 112³ voxels such as `r3-0.1` or `chip`, or a group: `volumes` (the
+//! first five volumes) or `specimens` (all specimens of 112³ voxels). Without a VOLUME, both groups are processed.
 //!
 //! Images, true labels and `scores.csv` are written to FOLDER, or to a temporary folder if FOLDER is `-` or missing;
 //! `tests/python/segmentation.py` runs scikit-image on the same files. If the environment variable STEPS is set, the
@@ -88,8 +88,8 @@ fn members(name: &str) -> Vec<String> {
     }
 }
 
-/// Returns a volume, its middle grey value (NaN if unknown) and the settings of its segmentations; `None` for an unknown
-/// name.
+/// Returns a volume, its middle grey value (NaN if unknown) and the settings of its segmentations; `None` for an
+/// unknown name.
 fn volume(name: &str, side: usize) -> Option<(Imaged, f64, Vec<Rule>)> {
     let auto = Segmentation::default();
     if let Some((_, specimen)) =

@@ -51,7 +51,8 @@ fn half(cubic: &Cubic, fixed: usize, moved: usize) -> Cubic {
 /// determinant is constant, six times the volume.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Jacobian {
-    /// Lower bound of the determinant. For a valid tetrahedron the bound is at most 0.001 of the mean below the minimum.
+    /// Lower bound of the determinant. For a valid tetrahedron the bound is at most 0.001 of the mean below the
+    /// minimum.
     pub(crate) lowest: f64,
     /// Mean of the determinant, six times the volume.
     pub(crate) mean: f64,

@@ -266,9 +266,9 @@ impl TetMesh {
         nodes as i64 - self.edges().len() as i64 + faces as i64 - self.tets.len() as i64
     }
 
-    /// Replaces the regions: `region_of` returns the index in `names` of the region that contains a point (mm), which is
-    /// the centroid of a tetrahedron. [`TetMesh::validate`] reports a region without a tetrahedron and an index without
-    /// a name.
+    /// Replaces the regions: `region_of` returns the index in `names` of the region that contains a point (mm), which
+    /// is the centroid of a tetrahedron. [`TetMesh::validate`] reports a region without a tetrahedron and an index
+    /// without a name.
     pub fn with_regions(mut self, names: &[&str], region_of: impl Fn([f64; 3]) -> u16) -> TetMesh {
         let centroid = |tet: usize| mean(self.corners(tet).into_iter());
         self.region_of = (0..self.tets.len()).map(|tet| region_of(centroid(tet))).collect();

@@ -114,8 +114,8 @@ fn dark_and_drifting_specimens_are_segmented_as_well() {
 fn grain_volume_is_assigned_as_counted_by_hand() {
     let truth = [1, 1, 1, 1, 2, 2, 2, 2, 3, 0];
     let found = [5, 5, 5, 0, 7, 7, 8, 8, 8, 0];
-    // segmented grain 5 matches true grain 1. The intersection over union of the other segmented grains with a true grain is
-    // at most one half: one half for grains 7 and 8 with true grain 2, a third for grain 8 with true grain 3
+    // segmented grain 5 matches true grain 1. The intersection over union of the other segmented grains with a true
+    // grain is at most one half: one half for grains 7 and 8 with true grain 2, a third for grain 8 with true grain 3
     let shares = assigned(&truth, &found, 2);
     assert_eq!(shares, Assigned { right: 3.0 / 9.0, missing: 1.0 / 9.0, small: 1.0 / 9.0 });
     assert!(median([]).is_nan());

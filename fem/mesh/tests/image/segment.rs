@@ -159,7 +159,8 @@ fn thresholds_can_be_given() {
     let grain_threshold = Some(found.grain_threshold);
     let by_grain = Segmentation { grain_threshold, ..Segmentation::default() };
     let by_both = Segmentation { void_threshold: found.void_threshold, ..by_grain.clone() };
-    // a given void threshold moves the wall of the specimen; by default the wall has the mean grey value of air and matrix
+    // a given void threshold moves the wall of the specimen; by default the wall has the mean grey value of air and
+    // matrix
     for (settings, error) in [(by_grain, 1e-3), (by_both.clone(), 0.02)] {
         let again = settings.run(&taken.image, &mut |_| {}).unwrap();
         let score = score(&found.labels, &again.labels).unwrap();
@@ -208,8 +209,8 @@ fn pebbles(radius: f64) -> (Volume<f32>, f64) {
 
 #[test]
 fn grains_without_interior_voxels_have_the_correct_volume() {
-    // the diameter is five voxels: no voxel is two voxels away from the surface. The mean grey value of grains cannot be
-    // measured in the interior; an earlier version then computed a fraction of 0
+    // the diameter is five voxels: no voxel is two voxels away from the surface. The mean grey value of grains cannot
+    // be measured in the interior; an earlier version then computed a fraction of 0
     let (image, fraction) = pebbles(2.7);
     let settings = Segmentation {
         specimen: SpecimenForm::Block,
@@ -227,8 +228,8 @@ fn grains_without_interior_voxels_have_the_correct_volume() {
     let ratio = statistics.grain_fraction / statistics.voxel_fraction;
     assert!((ratio - 1.0).abs() < 0.05, "{ratio}");
     assert!(statistics.d10_mm > 0.0 && found.regions.iter().all(|grain| grain.volume_mm3 > 0.0));
-    // with a threshold computed from the image, the fraction is computed from the grey values of all grain voxels, since
-    // no voxel is in the interior
+    // with a threshold computed from the image, the fraction is computed from the grey values of all grain voxels,
+    // since no voxel is in the interior
     let settings = Segmentation { grain_threshold: None, ..settings };
     let found = settings.run(&image, &mut |_| {}).unwrap();
     let ratio = found.statistics.grain_fraction / fraction;

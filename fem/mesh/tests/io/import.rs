@@ -74,8 +74,8 @@ fn read(text: &str) -> Result<Imported, MeshError> {
 
 #[test]
 fn a_curved_element_with_inverted_corners_is_read_unchanged() {
-    // node 4 is above the plane of face 123; the edges of the face bulge upwards above node 4, and the edges that end at
-    // node 4 bulge less
+    // node 4 is above the plane of face 123; the edges of the face bulge upwards above node 4, and the edges that end
+    // at node 4 bulge less
     let (nodes, tets) = pair(-0.02);
     let mut bent: BTreeMap<[u32; 2], Point> =
         [([1, 2], [0.5, 0.0, 0.3]), ([1, 3], [0.0, 0.5, 0.3]), ([2, 3], [0.5, 0.5, 0.3])].into();

@@ -20,8 +20,8 @@ fn write(dir: &Path, name: &str, triangles: &[Triangle]) {
     stl::write(dir.join(name), "grain", triangles).unwrap();
 }
 
-/// Grains of a packing are written to files, smoothed, decimated, shrunk and meshed; the volume of each grain in the mesh
-/// is checked.
+/// Grains of a packing are written to files, smoothed, decimated, shrunk and meshed; the volume of each grain in the
+/// mesh is checked.
 #[test]
 fn a_packing_is_read_back_from_its_files() {
     let packing = Packing { film_mm: 0.1, ..Packing::new(0.2, 3) };

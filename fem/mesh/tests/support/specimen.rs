@@ -1,7 +1,7 @@
 //! Synthetic specimens: equal spheres in a cylinder, with typical artefacts of laboratory images.
 //!
-//! Lengths are in voxels. The grain fraction of a voxel is the mean over 5³ points, so that the true volumes are the volumes
-//! of the spheres.
+//! Lengths are in voxels. The grain fraction of a voxel is the mean over 5³ points, so that the true volumes are the
+//! volumes of the spheres.
 
 use std::f64::consts::PI;
 
@@ -198,8 +198,8 @@ impl Specimen {
         centres.filter(|[_, _, z]| !self.only_below || *z < -self.grain_radius).collect()
     }
 
-    /// Returns the volume fraction closest to the requested fraction among the fractions of whole numbers of spheres with
-    /// exactly this radius.
+    /// Returns the volume fraction closest to the requested fraction among the fractions of whole numbers of spheres
+    /// with exactly this radius.
     fn whole_spheres(&self, radius: f64, height: f64) -> f64 {
         let cylinder = PI * radius * radius * height;
         let ball = 4.0 / 3.0 * PI * self.grain_radius.powi(3);

@@ -23,8 +23,9 @@ pub enum HexSplit {
 /// A box divided by planes into hexahedra; each hexahedron is divided into tetrahedra.
 ///
 /// The only region is `matrix`, and the surfaces are `left` and `right` (x), `front` and `back` (y), `bottom` and `top`
-/// (z); [`TetMesh::with_regions`] and [`TetMesh::with_surfaces`] replace regions and surfaces by a function, and [`TetMesh::mapped`]
-/// bends the box into another shape. Like every [`TetMesh`], the mesh serves linear and quadratic elements.
+/// (z); [`TetMesh::with_regions`] and [`TetMesh::with_surfaces`] replace regions and surfaces by a function, and
+/// [`TetMesh::mapped`] bends the box into another shape. Like every [`TetMesh`], the mesh serves linear and quadratic
+/// elements.
 ///
 /// # Example
 /// A plate whose cells grow away from x = 0, with an inclusion of 2 mm edge length:

@@ -19,8 +19,9 @@ pub(super) fn tags(mesh: &TetMesh) -> Result<Vec<i32>, usize> {
 }
 
 /// Decodes the grain number of each tetrahedron from its elementary tag and physical groups. Returns `None` if a tag
-/// does not follow the scheme of [`tags`], as in files of other programs, or if all grain numbers are equal.
-/// `volumes` yields the elementary tag and the physical groups of each tetrahedron; `announced` is the number of region names in the file.
+/// does not follow the scheme of [`tags`], as in files of other programs, or if all grain numbers are equal. `volumes`
+/// yields the elementary tag and the physical groups of each tetrahedron; `announced` is the number of region names in
+/// the file.
 pub(super) fn numbers<'a>(
     volumes: impl Iterator<Item = (i32, &'a [i32])> + Clone,
     announced: usize,

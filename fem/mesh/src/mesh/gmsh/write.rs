@@ -17,12 +17,12 @@ const FIRST_SURFACE: i32 = 11;
 /// Writes a mesh as MSH 4.1 ASCII and returns the numbers of its physical groups.
 ///
 /// Each region becomes one physical group of volumes (1, 2, … in their order), and each surface becomes one surface
-/// entity and group (from 11: bottom, top, side, then the other surfaces by name), with names and bounding boxes. Each grain g
-/// (0: no grain) in region r of R regions becomes one volume entity with elementary tag g R + r, from which
-/// [`read`](super::read) recovers the grain numbers. The elements of each volume entity are one block, numbered in
-/// the order of the tetrahedra of the mesh. A mesh with curved edges is written with second-order elements. Mixtures
-/// are written as element data of all elements, zero on triangles. Reading the file returns an identical mesh, to the
-/// last bit.
+/// entity and group (from 11: bottom, top, side, then the other surfaces by name), with names and bounding boxes. Each
+/// grain g (0: no grain) in region r of R regions becomes one volume entity with elementary tag g R + r, from which
+/// [`read`](super::read) recovers the grain numbers. The elements of each volume entity are one block, numbered in the
+/// order of the tetrahedra of the mesh. A mesh with curved edges is written with second-order elements. Mixtures are
+/// written as element data of all elements, zero on triangles. Reading the file returns an identical mesh, to the last
+/// bit.
 ///
 /// # Errors
 /// [`MeshError`] if the mesh is not valid ([`TetMesh::validate`]) or the file cannot be written.

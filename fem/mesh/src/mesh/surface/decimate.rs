@@ -323,7 +323,8 @@ fn double_area([a, b, c]: [Point; 3]) -> Point {
     cross(sub(b, a), sub(c, a))
 }
 
-/// Returns the shape measure of a triangle: its area divided by the sum of the squared edges, scaled to 1 for an equilateral triangle.
+/// Returns the shape measure of a triangle: its area divided by the sum of the squared edges, scaled to 1 for an
+/// equilateral triangle.
 fn shape(corners: [Point; 3]) -> f64 {
     let [a, b, c] = corners;
     let squares: f64 = [sub(b, a), sub(c, b), sub(a, c)].into_iter().map(|e| dot(e, e)).sum();

@@ -15,8 +15,9 @@ use super::Surface;
 /// Minimum distance of a surface point from both ends of its grid edge, relative to the length of the edge; it
 /// prevents degenerate triangles.
 const LEAST_SHARE: f64 = 0.05;
-/// The six tetrahedra of a cell. Each tetrahedron has the corners of a path along three edges, from the lowest corner of
-/// the cell to the highest corner: the order of the axes of the path, and whether the tetrahedron has a positive volume.
+/// The six tetrahedra of a cell. Each tetrahedron has the corners of a path along three edges, from the lowest corner
+/// of the cell to the highest corner: the order of the axes of the path, and whether the tetrahedron has a positive
+/// volume.
 const PATHS: [([usize; 3], bool); 6] = [
     ([0, 1, 2], true),
     ([1, 2, 0], true),

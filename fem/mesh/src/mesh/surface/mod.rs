@@ -40,8 +40,8 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// Creates a surface from triangles (mm): merges corners with identical coordinates and omits triangles with two equal
-    /// corners.
+    /// Creates a surface from triangles (mm): merges corners with identical coordinates and omits triangles with two
+    /// equal corners.
     pub fn new(triangles: &[[[f64; 3]; 3]]) -> Surface {
         let mut number: HashMap<[u64; 3], u32> = HashMap::new();
         let mut surface = Surface::default();

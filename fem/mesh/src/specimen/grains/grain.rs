@@ -62,7 +62,8 @@ impl Grain {
         }
     }
 
-    /// Returns whether the entire grain lies in a cylinder with its bottom at z = 0 and its axis on z (dimensions in mm).
+    /// Returns whether the entire grain lies in a cylinder with its bottom at z = 0 and its axis on z (dimensions in
+    /// mm).
     pub(crate) fn is_inside(&self, radius: f64, height: f64) -> bool {
         let tolerance = 1e-9 * radius;
         let holds = |[x, y, z]: [f64; 3], reach: f64| {

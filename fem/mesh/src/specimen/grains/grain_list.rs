@@ -46,9 +46,9 @@ impl GrainList {
         &self.grains
     }
 
-    /// Returns the closed surface of a grain (mm), extracted on a grid of 32 cells across the grain and scaled to the grain's
-    /// exact volume; sharp edges are chamfered by about one cell. The surface encloses the whole grain, including the
-    /// part outside the cylinder.
+    /// Returns the closed surface of a grain (mm), extracted on a grid of 32 cells across the grain and scaled to the
+    /// grain's exact volume; sharp edges are chamfered by about one cell. The surface encloses the whole grain,
+    /// including the part outside the cylinder.
     pub fn surface(&self, number: u32) -> Surface {
         let grain = self.grain(number);
         let reach = grain.bounding_radius_mm();

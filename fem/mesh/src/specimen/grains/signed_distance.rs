@@ -1,9 +1,9 @@
 //! Smooth signed distances, computed from the solid fractions of voxels.
 //!
 //! The surface is the set where the solid fraction, smoothed over neighbouring voxels, equals one half. Distances of
-//! voxels that are not adjacent to the surface are computed by fast sweeping. Smoothing and the blur of the image shrink a ball of radius R by σ²/R, where σ
-//! is the standard deviation of the blur; therefore all distances of a grain are finally shifted so that the region
-//! of negative distance has the grain's volume.
+//! voxels that are not adjacent to the surface are computed by fast sweeping. Smoothing and the blur of the image
+//! shrink a ball of radius R by σ²/R, where σ is the standard deviation of the blur; therefore all distances of a grain
+//! are finally shifted so that the region of negative distance has the grain's volume.
 //!
 //! # Reference
 //! H. Zhao, "A fast sweeping method for eikonal equations", Math. Comp. 74 (2005) 603–627,
@@ -106,8 +106,8 @@ impl Patch {
         is_initial
     }
 
-    /// Shifts all distances by one value of at most one voxel, so that the region of negative distance has a given volume
-    /// (voxels).
+    /// Shifts all distances by one value of at most one voxel, so that the region of negative distance has a given
+    /// volume (voxels).
     pub(super) fn enclose(&mut self, volume: f64) {
         // fraction of a voxel inside the surface, if the surface is flat in the voxel
         let within = |shift: f32| -> f64 {

@@ -14,8 +14,8 @@ const MARGIN: usize = 3;
 /// Grains of a segmented image: a [`GrainField`] with distances accurate to a fraction of a voxel.
 ///
 /// The volume of a grain is the sum of the solid fractions of its own voxels and of adjacent matrix voxels. The solid
-/// fraction of a matrix voxel is divided among the adjacent grains. Distances are stored in a box around each grain; their zero set is a
-/// surface that encloses the grain's volume.
+/// fraction of a matrix voxel is divided among the adjacent grains. Distances are stored in a box around each grain;
+/// their zero set is a surface that encloses the grain's volume.
 #[derive(Debug)]
 pub struct VoxelGrains<'a> {
     labels: &'a Volume<u32>,

@@ -70,9 +70,9 @@ impl<'a> Adjacency<'a> {
         (members.len() < smallest).then_some(members)
     }
 
-    /// Relabels connected components of a grain with fewer than `smallest` tetrahedra as matrix, and then components
-    /// of matrix with fewer than `smallest` tetrahedra as an adjacent grain. No small
-    /// component remains, since each component of matrix joins a grain that is large enough. Returns the number of changed labels.
+    /// Relabels connected components of a grain with fewer than `smallest` tetrahedra as matrix, and then components of
+    /// matrix with fewer than `smallest` tetrahedra as an adjacent grain. No small component remains, since each
+    /// component of matrix joins a grain that is large enough. Returns the number of changed labels.
     pub(super) fn drop_small_components(&self, labels: &mut [u32], smallest: usize) -> usize {
         let mut changed = 0;
         for of_grain in [true, false] {
@@ -97,8 +97,8 @@ impl<'a> Adjacency<'a> {
     }
 
     /// Separates pairs of grains that share nodes and for which `is_parted` returns `true`. At each node, grains are
-    /// visited in decreasing order of their number of tetrahedra. A grain is retained if it need not be separated from a
-    /// grain retained before; otherwise its tetrahedra at the node become matrix. Returns the number of changed
+    /// visited in decreasing order of their number of tetrahedra. A grain is retained if it need not be separated from
+    /// a grain retained before; otherwise its tetrahedra at the node become matrix. Returns the number of changed
     /// labels.
     pub(super) fn separate_grains(
         &self,

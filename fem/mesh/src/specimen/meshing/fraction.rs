@@ -188,8 +188,9 @@ impl Filling {
     }
 }
 
-/// Returns one factor per grain for the fractions. The factors preserve the volumes of grains, although each tetrahedron
-/// stores only one phase besides the matrix. The result is the round with the smallest error of the phase volumes.
+/// Returns one factor per grain for the fractions. The factors preserve the volumes of grains, although each
+/// tetrahedron stores only one phase besides the matrix. The result is the round with the smallest error of the phase
+/// volumes.
 fn corrected(
     field: &dyn GrainField,
     phases: &Phases,
@@ -258,8 +259,8 @@ fn shares_of(
     shares
 }
 
-/// Returns the mean unit normal of the grain surfaces near the samples, pointing towards the matrix; zero if the normals
-/// have no common direction. Only grains for which `counts` returns `true` contribute.
+/// Returns the mean unit normal of the grain surfaces near the samples, pointing towards the matrix; zero if the
+/// normals have no common direction. Only grains for which `counts` returns `true` contribute.
 fn normal(
     field: &dyn GrainField,
     sampled: &Sampled,

@@ -28,9 +28,9 @@ pub enum FractionTarget {
 /// component.
 ///
 /// On a coarse mesh the labelled fraction, and therefore the stiffness, would vary by several percent between
-/// microstructures. By default, all grain surfaces are shifted outwards by a common offset so that the labelled fraction
-/// meets the target; a bisection determines the offset. The offset is at most half the mean edge length, so that grains much smaller
-/// than the tetrahedra are not inflated to the size of a tetrahedron.
+/// microstructures. By default, all grain surfaces are shifted outwards by a common offset so that the labelled
+/// fraction meets the target; a bisection determines the offset. The offset is at most half the mean edge length, so
+/// that grains much smaller than the tetrahedra are not inflated to the size of a tetrahedron.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Labelling {
     /// Target of the labelled volume fraction.
@@ -176,7 +176,8 @@ impl Labelling {
                 } else {
                     high = tried.1;
                 }
-                // small components are relabelled, so the fraction is not exactly monotonic in the offset: use the best result
+                // small components are relabelled, so the fraction is not exactly monotonic in the offset: use the best
+                // result
                 if (tried.0 - asked_fraction).abs() < (best.0 - asked_fraction).abs() {
                     best = tried;
                 }

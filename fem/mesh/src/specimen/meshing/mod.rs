@@ -1,7 +1,8 @@
 //! Meshing of specimens: cylinders with grains.
 //!
 //! In layers, lowest first:
-//! 1. `adjacency`, `samples`, `mode`: neighbours of tetrahedra, sample points in tetrahedra, the choice of the representation
+//! 1. `adjacency`, `samples`, `mode`: neighbours of tetrahedra, sample points in tetrahedra, the choice of the
+//!    representation
 //! 2. `label`, `fraction`, `voids`: tetrahedra of grains, volume fractions, voids
 //! 3. `conforming`: nodes on the surfaces of grains
 //! 4. `report`: accuracy of the mesh

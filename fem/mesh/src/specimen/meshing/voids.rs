@@ -20,8 +20,8 @@ pub(super) struct Carved {
 /// faces remains: a part without a face in common with the body could rotate without resistance.
 ///
 /// Named surfaces keep the triangles that belong to the remaining body; the boundaries of voids belong to no named
-/// surface. If the remaining body has no triangle on one of the named surfaces, the mesh is not changed and the result is
-/// `None`.
+/// surface. If the remaining body has no triangle on one of the named surfaces, the mesh is not changed and the result
+/// is `None`.
 pub(super) fn carve(mesh: &mut TetMesh, is_void: &[bool]) -> Option<Carved> {
     let stays = largest_part(mesh, is_void);
     let remains = |tet: &usize| stays[*tet];

@@ -65,8 +65,8 @@ pub struct Packing {
     /// Size classes.
     #[serde(default = "default_sizes")]
     pub sizes: Vec<SizeClass>,
-    /// Minimum thickness of matrix between two grains (mm); between a grain and the surface of the cylinder, the minimum is
-    /// half this thickness.
+    /// Minimum thickness of matrix between two grains (mm); between a grain and the surface of the cylinder, the
+    /// minimum is half this thickness.
     #[serde(default = "default_film")]
     pub film_mm: f64,
 }

@@ -47,8 +47,8 @@ impl ScanGeometry {
         self.directions.len()
     }
 
-    /// Calls `each` for every pixel in the circle, with the index of the pixel and its projected position on the detector
-    /// (in detector pixels from the first detector pixel).
+    /// Calls `each` for every pixel in the circle, with the index of the pixel and its projected position on the
+    /// detector (in detector pixels from the first detector pixel).
     fn visit(&self, direction: [f32; 2], mut each: impl FnMut(usize, f32)) {
         let middle = 0.5 * (self.width as f32 - 1.0);
         let [cos, sin] = direction;

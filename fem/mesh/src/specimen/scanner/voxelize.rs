@@ -21,7 +21,8 @@ impl Grid {
         self.cylinder.to_specimen(at.map(|x| x * self.voxel_mm))
     }
 
-    /// Returns, for each voxel, the number of the grain at its centre (or 0) and the volume fractions of matrix and grain.
+    /// Returns, for each voxel, the number of the grain at its centre (or 0) and the volume fractions of matrix and
+    /// grain.
     pub(super) fn fill(
         &self,
         field: &dyn GrainField,
@@ -79,8 +80,8 @@ impl Grid {
         (if is_inside { label } else { 0 }, [(body - grain) as f32, grain as f32])
     }
 
-    /// Convolves the fractions with a Gaussian of standard deviation `sigma` (voxels); outside the grid the fractions are
-    /// zero (air).
+    /// Convolves the fractions with a Gaussian of standard deviation `sigma` (voxels); outside the grid the fractions
+    /// are zero (air).
     pub(super) fn blur(&self, values: &mut [[f32; 2]], sigma: f64) {
         if sigma <= 0.0 {
             return;

@@ -1,8 +1,8 @@
 //! Smallest distance between two closed surfaces; each surface may be scaled about a point.
 //!
 //! # Reference
-//! C. Ericson, "Real-time collision detection", Morgan Kaufmann (2005), sections 5.1.9 (segments) and 5.3.6 (segment and
-//! triangle).
+//! C. Ericson, "Real-time collision detection", Morgan Kaufmann (2005), sections 5.1.9 (segments) and 5.3.6 (segment
+//! and triangle).
 
 use super::triangle_tree::{TreePart, Triangle, TriangleTree};
 use crate::mesh::vector::{Point, add, cross, dot, norm, scale, sub};
@@ -61,8 +61,8 @@ pub(super) enum Search {
     Any,
 }
 
-/// Returns the smallest distance of two surfaces if it is below `limit`, else `None`; 0 if the surfaces intersect or one
-/// surface lies inside the other surface.
+/// Returns the smallest distance of two surfaces if it is below `limit`, else `None`; 0 if the surfaces intersect or
+/// one surface lies inside the other surface.
 pub(super) fn gap_below(
     a: &ScaledSurface<'_>,
     b: &ScaledSurface<'_>,

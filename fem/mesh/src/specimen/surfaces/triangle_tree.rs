@@ -189,8 +189,8 @@ impl Triangle {
         Triangle { corners, face: [0.0; 3], edges: none, at_corners: none }.nearest(x).0
     }
 
-    /// Returns the point of the triangle nearest to `x`, and the pseudonormal of the face, edge or corner that contains this
-    /// point.
+    /// Returns the point of the triangle nearest to `x`, and the pseudonormal of the face, edge or corner that contains
+    /// this point.
     fn nearest(&self, x: Point) -> (Point, Point) {
         let [a, b, c] = self.corners;
         let (ab, ac, ax) = (sub(b, a), sub(c, a), sub(x, a));

@@ -16,8 +16,8 @@ const HALVINGS: usize = 12;
 
 /// Gaps between grains: for each pair of grains that share nodes, whether matrix separates the two grains in reality.
 ///
-/// A film thinner than an element would disappear, and the grains would be rigidly joined. Grains are therefore separated
-/// by tetrahedra of matrix if their surfaces are farther apart than the resolution of the field.
+/// A film thinner than an element would disappear, and the grains would be rigidly joined. Grains are therefore
+/// separated by tetrahedra of matrix if their surfaces are farther apart than the resolution of the field.
 pub(super) struct Gaps(BTreeMap<[u32; 2], bool>);
 
 impl Gaps {

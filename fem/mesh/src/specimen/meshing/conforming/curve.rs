@@ -155,8 +155,8 @@ impl EdgePoints {
     }
 }
 
-/// Returns the displacement (mm) from the midpoint of a straight edge to the surface on which the edge should lie, limited
-/// to [`FARTHEST`].
+/// Returns the displacement (mm) from the midpoint of a straight edge to the surface on which the edge should lie,
+/// limited to [`FARTHEST`].
 fn bend(at: &Relocation, edge: &Edge) -> Point {
     let [a, b] = edge.nodes.map(|node| at.nodes[node as usize]);
     let middle = scale(add(a, b), 0.5);

@@ -11,8 +11,8 @@ const STEPS: [f64; 4] = [0.16, 0.08, 0.04, 0.02];
 const MAX_CHANGE: f64 = 0.005;
 
 impl Relocation<'_> {
-    /// Moves each node of a tetrahedron whose smallest dihedral angle is below the angle with cosine `wanted`, so that the
-    /// smallest angle around the node increases. Interface nodes move along the interface.
+    /// Moves each node of a tetrahedron whose smallest dihedral angle is below the angle with cosine `wanted`, so that
+    /// the smallest angle around the node increases. Interface nodes move along the interface.
     pub(super) fn improve(&mut self, wanted: f64) {
         self.move_all(|this, node| this.better_position(node, wanted));
     }

@@ -26,8 +26,8 @@ pub(super) struct Held {
 pub(super) struct Interface {
     /// Labels of the tetrahedra around each node, in increasing order; empty for a node with only one label.
     pub(super) labels: Groups,
-    /// Neighbours of each node on the interface: the other nodes of the interface triangles at the node, repeated for each
-    /// triangle.
+    /// Neighbours of each node on the interface: the other nodes of the interface triangles at the node, repeated for
+    /// each triangle.
     pub(super) neighbours: Groups,
     /// Constraints of each node.
     pub(super) held: Vec<Held>,

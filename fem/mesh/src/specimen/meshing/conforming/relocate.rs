@@ -1,5 +1,5 @@
-//! Movement of nodes: interface nodes move onto the zero set of the signed distances, and surrounding nodes move towards
-//! the mean of their neighbours.
+//! Movement of nodes: interface nodes move onto the zero set of the signed distances, and surrounding nodes move
+//! towards the mean of their neighbours.
 
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
@@ -51,8 +51,8 @@ impl<'a> Relocation<'a> {
         Relocation { how, mesh, around, interface, nodes, offsets, earlier }
     }
 
-    /// Moves every movable node once. No dihedral angle falls below the angle with cosine `limit`; an angle that was already
-    /// smaller does not decrease.
+    /// Moves every movable node once. No dihedral angle falls below the angle with cosine `limit`; an angle that was
+    /// already smaller does not decrease.
     pub(super) fn sweep(&mut self, limit: f64) {
         let free = cosine(FREE_DEG);
         self.move_all(|this, node| match this.interface.ring[node as usize] {
@@ -138,7 +138,8 @@ impl<'a> Relocation<'a> {
         })
     }
 
-    /// Returns the new position of a free node, closer to the mean of its neighbours, or `None` if the node does not move.
+    /// Returns the new position of a free node, closer to the mean of its neighbours, or `None` if the node does not
+    /// move.
     fn towards_mean(&self, node: u32, good: f64) -> Option<Point> {
         let here = self.nodes[node as usize];
         let held = self.interface.held[node as usize];
@@ -228,7 +229,8 @@ impl Pull {
         Pull { residuals, gradients, inverse }
     }
 
-    /// Subtracts target values from the residuals, so that [`Self::to_surface`] leads to points with these target values.
+    /// Subtracts target values from the residuals, so that [`Self::to_surface`] leads to points with these target
+    /// values.
     pub(super) fn towards(&mut self, values: &[f64]) {
         self.residuals.iter_mut().zip(values).for_each(|(residual, value)| *residual -= value);
     }

@@ -51,8 +51,8 @@ impl Relocation<'_> {
         areas
     }
 
-    /// Returns the root mean square distance of the interface from the exact interface (mm), weighted by area. The distance
-    /// is evaluated at the corners, edge midpoints and centres of the interface triangles.
+    /// Returns the root mean square distance of the interface from the exact interface (mm), weighted by area. The
+    /// distance is evaluated at the corners, edge midpoints and centres of the interface triangles.
     pub(super) fn interface_error(&self, edge_points: &[([u32; 2], Point)]) -> f64 {
         let squares_and_area = |&(triangle, labels): &([u32; 3], [u32; 2])| {
             let p = triangle.map(|node| self.nodes[node as usize]);
