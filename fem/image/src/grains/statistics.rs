@@ -13,12 +13,11 @@ pub struct SpecimenStatistics {
     pub grain_fraction: f64,
     /// Volume of the grains divided by the volume of the specimen, from whole voxels.
     pub voxel_fraction: f64,
-    /// Equivalent sphere diameter below which grains make up 10 % of the grains' volume (mm); `d50_mm` and `d90_mm` are
-    /// the values for 50 % and 90 %.
+    /// Equivalent sphere diameter (mm): smaller grains make up 10 % of the volume of all grains.
     pub d10_mm: f64,
-    /// See `d10_mm`.
+    /// Equivalent sphere diameter (mm): smaller grains make up 50 % of the volume of all grains.
     pub d50_mm: f64,
-    /// See `d10_mm`.
+    /// Equivalent sphere diameter (mm): smaller grains make up 90 % of the volume of all grains.
     pub d90_mm: f64,
     /// Median of the grains' equivalent sphere diameters (mm).
     pub median_diameter_mm: f64,

@@ -68,7 +68,7 @@ fn one_of_several_volumes_is_named() {
     }
     for (name, part) in [
         ("/entry/lzf", "the HDF5 file cannot be read: "),
-        ("/entry/half", "of another type than numbers"),
+        ("/entry/half", "not of a supported number type"),
     ] {
         let error = read(&path, &dataset(name)).unwrap_err().to_string();
         assert!(error.contains(part), "{error}");
@@ -82,7 +82,7 @@ fn files_without_a_volume_and_damaged_files_are_refused() {
     let error = read(&file("none.h5"), &dataset("/movie")).unwrap_err().to_string();
     assert!(error.contains("/movie is 2 × 4 × 3 × 5"), "{error}");
 
-    // a file that is cut short, or whose bytes have changed, is an error or another volume, never a panic
+    // a truncated file, or a file with changed bytes, results in an error or in another volume, never in a panic
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("scan.h5");
     for name in ["contiguous.h5", "chunked.h5", "several.h5"] {
@@ -118,5 +118,5 @@ fn a_dataset_belongs_to_an_hdf5_file() {
     std::fs::write(folder.path().join("v.raw"), [7]).unwrap();
     std::fs::write(folder.path().join("v.mhd"), header).unwrap();
     let error = read(&folder.path().join("v.mhd"), &dataset("/data")).unwrap_err().to_string();
-    assert!(error.contains("v.mhd: no HDF5 file"), "{error}");
+    assert!(error.contains("v.mhd: this is not an HDF5 file"), "{error}");
 }

@@ -225,7 +225,7 @@ fn what_is_no_stack_is_refused_with_file_and_page() {
     image.encoder().write_tag(Tag::ImageDescription, "ImageJ=1.5\nimages=3\n").unwrap();
     image.write_data(&[1, 2]).unwrap();
     drop(encoder);
-    assert!(refused().contains("has 1 page, but 3 are declared"), "{}", refused());
+    assert!(refused().contains("has 1 page, but declares 3"), "{}", refused());
 
     let value = |n: usize| if n == 27 { f32::NAN } else { 1.0 };
     pages::<Gray32Float, _, _>(

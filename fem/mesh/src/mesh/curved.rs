@@ -67,7 +67,7 @@ impl Jacobian {
         Jacobian { lowest: lower_bound(&cubic, TIGHT * size), mean }
     }
 
-    /// Whether the lower bound of the determinant is not positive, so that the tetrahedron counts as folded.
+    /// Returns whether the lower bound of the determinant is not positive, so that the tetrahedron counts as folded.
     pub(crate) fn is_folded(&self) -> bool {
         self.lowest.is_nan() || self.lowest <= 0.0
     }

@@ -27,7 +27,7 @@ pub struct Mixture {
 }
 
 impl Default for Mixture {
-    /// The value for a tetrahedron of one phase.
+    /// Returns the value for a tetrahedron of one phase.
     fn default() -> Self {
         Self { fraction: 0.0, normal: [0.0; 3], region: 1 }
     }

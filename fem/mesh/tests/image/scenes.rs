@@ -47,7 +47,7 @@ fn a_half_cylinder_is_refused_and_not_taken_as_a_block() {
             true => air(image, at),
             false => *image.at(at),
         });
-        refusal(&cut, &["no upright cylinder in air", "specimen = \"block\""]);
+        refusal(&cut, &["no cylinder in air fits", "specimen = \"block\""]);
     }
 }
 
@@ -75,7 +75,7 @@ fn platens_in_the_image_are_reported_with_their_slices() {
                     false => *image.at([x, y, z]),
                 }
             });
-            refusal(&with_platens, &["slices 1 to 5 and 92 to 96", "leave these slices out"]);
+            refusal(&with_platens, &["slices 1 to 5 and 92 to 96", "remove these slices"]);
         }
     }
 }

@@ -242,7 +242,7 @@ fn one_grain_that_fills_most_of_the_specimen_gives_a_warning() {
     let found = run(&taken.image);
     let told = |settings: Segmentation, image: &Volume<f32>| {
         let found = settings.run(image, &mut |_| {}).unwrap();
-        let about = |warning: &&String| warning.contains("hardly one grain");
+        let about = |warning: &&String| warning.contains("probably not a single grain");
         (found.regions.len(), found.warnings.iter().find(about).cloned())
     };
     assert_eq!(told(Segmentation::default(), &taken.image).1, None);
@@ -269,7 +269,9 @@ fn one_grain_that_fills_most_of_the_specimen_gives_a_warning() {
     let (grains, warning) = told(block.clone(), &balls);
     let warning = warning.expect("no warning, although the slab has most of the grain volume");
     assert!(grains > 100, "{grains}");
-    for part in ["% of all grains", "give grain_threshold in [specimen.image]; found was 32"] {
+    for part in
+        ["% of all grains", "give grain_threshold in [specimen.image]; the computed value is 32"]
+    {
         assert!(warning.contains(part), "{part:?} is not in {warning:?}");
     }
     // no warning for a single grain: a small image may show only one grain
@@ -300,7 +302,7 @@ fn an_image_of_nothing_is_refused() {
     let error = error.unwrap_err();
     assert_eq!(
         error.to_string(),
-        "voxel [1, 1, 1] has the grey value NaN; replace such voxels before"
+        "voxel [1, 1, 1] has the grey value NaN; replace such values in the image"
     );
     let cylinder = Segmentation { specimen: SpecimenForm::Cylinder, ..settings() };
     let error = run(cylinder, &volume(|n| (n % 7) as f32)).unwrap_err();

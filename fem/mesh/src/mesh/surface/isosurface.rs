@@ -136,7 +136,7 @@ mod tests {
     use super::*;
     use crate::mesh::vector::{dot, norm, sub};
 
-    /// Signed distance of a grid point from a sphere.
+    /// Returns the signed distance of a grid point from a sphere.
     fn ball(centre: [f64; 3], radius: f64) -> impl Fn([usize; 3]) -> f64 {
         move |at| norm(sub(at.map(|k| k as f64), centre)) - radius
     }

@@ -77,8 +77,8 @@ impl Cells {
         grains
     }
 
-    /// Appends, in increasing order, the grains listed by the cells that intersect a cube of half-width `reach`
-    /// (mm) around a point.
+    /// Appends, in increasing order, the grains listed by the cells that intersect a cube of half-width
+    /// `reach` (mm) around a point.
     pub(crate) fn within(&self, x: Point, reach: f64, found: &mut Vec<u32>) {
         self.in_box([x.map(|x| x - reach), x.map(|x| x + reach)], found);
     }

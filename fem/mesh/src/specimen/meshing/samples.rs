@@ -61,8 +61,8 @@ impl Sampled {
         Sampled { points, grains, centre, size }
     }
 
-    /// Returns, for each sample closer than `band` mm to a grain, the signed distance to the nearest grain and the
-    /// grain's number, sorted by distance.
+    /// Returns, for each sample closer than `band` mm to a grain, the signed distance to the nearest grain
+    /// and the grain's number, sorted by distance.
     pub(super) fn nearest(&self, field: &dyn GrainField, band: f64) -> Vec<(f64, u32)> {
         let reaches = |grain: &u32| field.reaches(*grain, self.centre, self.size + band);
         let grains: Vec<u32> = self.grains.iter().copied().filter(reaches).collect();

@@ -21,8 +21,8 @@ impl Grid {
         self.cylinder.to_specimen(at.map(|x| x * self.voxel_mm))
     }
 
-    /// Returns, for each voxel, the number of the grain at its centre (or 0) and the volume fractions of matrix and
-    /// grain.
+    /// Returns, for each voxel, the number of the grain at its centre (or 0) and the volume fractions of
+    /// matrix and grain.
     pub(super) fn fill(
         &self,
         field: &dyn GrainField,
