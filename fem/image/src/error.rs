@@ -182,7 +182,7 @@ pub enum ImageError {
         /// Advice to the user.
         help: &'static str,
     },
-    /// Labels that contradict the rules given for them.
+    /// Labels that contradict the label rules.
     #[error("{what}; {help}")]
     Labels {
         /// Description of the contradiction, with the values.

@@ -31,7 +31,7 @@ pub enum MeshError {
         /// Number of nodes in the mesh.
         nodes: usize,
     },
-    /// No tetrahedron uses this node, which would make the stiffness matrix singular.
+    /// A node belongs to no tetrahedron; such a node would make the stiffness matrix singular.
     #[error("node {node} belongs to no tetrahedron; remove the node from `nodes`")]
     UnusedNode {
         /// Number of the node.
@@ -101,7 +101,7 @@ pub enum MeshError {
         face: [u32; 3],
         /// Number of tetrahedra that share the face.
         count: usize,
-        /// The first of these tetrahedra.
+        /// Numbers of the first three tetrahedra that share the face.
         tets: Vec<u32>,
     },
     /// Two tetrahedra lie on the same side of their common face.
@@ -206,7 +206,7 @@ pub enum MeshError {
         /// Interface normal of the mixture.
         normal: [f32; 3],
     },
-    /// The mesh has no region of this name.
+    /// The mesh has no region of the requested name.
     #[error("there is no region `{name}`; the mesh has {regions:?}")]
     NoSuchRegion {
         /// The requested name.

@@ -25,7 +25,7 @@ pub(super) enum Kind {
     Hdf5,
     /// A format that is not supported: its name, and advice on how to convert it.
     Foreign(&'static str, String),
-    /// None of the known formats.
+    /// An unknown format.
     Unknown,
 }
 

@@ -68,9 +68,9 @@ const SMALL_SHARE: f64 = 0.05;
 impl Segmentation {
     /// Segments an image into grains. `progress` is called with the name of each step when the step begins.
     ///
-    /// The result is the same for any number of threads. An image that is rotated by 90° about z or mirrored (a block:
-    /// about any axis) gives the same grains with other numbers, except at voxels where two grains are equal by all
-    /// criteria (the rule [`SeedRule::Spacing`] depends on the orientation).
+    /// The result does not depend on the number of threads. An image that is mirrored, or rotated by 90° about z (a
+    /// block: about any axis), gives the same grains with other numbers. Exceptions are voxels at which two grains are
+    /// equal by all criteria, and the rule [`SeedRule::Spacing`], which depends on the orientation.
     ///
     /// # Errors
     /// [`ImageError`]: parameters out of range, values that are not finite, an image without contrast or without

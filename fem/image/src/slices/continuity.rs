@@ -26,7 +26,8 @@ const SAME_PICTURE: f64 = 0.8;
 const CHANGE: f64 = 0.05;
 /// Smallest change that is reported, as a multiple of the usual change.
 const UNUSUAL: f64 = 4.0;
-/// Maximum change at the neighbours of a jump, as a share of the jump.
+/// A change counts as a jump only if the changes at both neighbouring pairs of slices are below this share of the
+/// change.
 const ALONE: f64 = 0.4;
 /// Largest number of slices that a warning lists.
 const LISTED: usize = 5;

@@ -65,7 +65,7 @@ pub(crate) fn filled_frame(image: &Volume<f32>) -> Option<Volume<f32>> {
     if around.is_empty() {
         return None;
     }
-    // air is the darker half of these grey values, so its median is their first quartile
+    // the darker half of these grey values is air, so the median of air is the first quartile of all values
     around.sort_unstable_by(f32::total_cmp);
     let air = around[around.len() / 4];
     let fill = |&grey: &f32| if grey == value { air } else { grey };

@@ -1,4 +1,5 @@
-//! Formats other than TIFF: raw values with headers, pictures, and formats that are recognised but not supported.
+//! Tests of formats other than TIFF: raw values with headers, pictures, and formats that are recognised but not
+//! supported.
 
 use std::io::Write;
 use std::path::Path;
@@ -22,7 +23,8 @@ fn assert_values(volume: &Volume<f32>, shift: f64) {
     }
 }
 
-/// Values in all types: name of the type in MetaImage and in NRRD, the number added to the values, and their bytes.
+/// Returns the test values in all number types: name of the type in MetaImage and in NRRD, the number added to the
+/// values, and the bytes of the values.
 fn types(is_big: bool) -> Vec<(&'static str, &'static str, f64, Vec<u8>)> {
     let all = |shift: f64, bytes: &dyn Fn(f64) -> Vec<u8>| -> Vec<u8> {
         (0..60)
@@ -176,7 +178,7 @@ fn nrrd_is_read() {
 }
 
 #[test]
-fn headers_that_do_not_fit_are_refused_with_their_line() {
+fn errors_of_invalid_headers_state_the_line() {
     let folder = tempfile::tempdir().unwrap();
     let header = folder.path().join("scan.mhd");
     std::fs::write(folder.path().join("scan.raw"), [0; 60]).unwrap();
@@ -380,7 +382,7 @@ fn bitmaps_are_read() {
 }
 
 #[test]
-fn other_formats_are_recognised_with_their_conversion() {
+fn errors_of_unsupported_formats_describe_the_conversion() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("scan.dat");
     let at = |offset: usize, magic: &[u8]| {

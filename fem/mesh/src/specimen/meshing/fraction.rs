@@ -27,7 +27,7 @@ const FACTORS: [f64; 2] = [0.5, 2.0];
 
 /// Mixtures of a mesh that does not resolve the grains.
 pub(super) struct Mixed {
-    /// Mixture of each tetrahedron; `region` holds the index of a phase here.
+    /// Mixture of each tetrahedron; here, `region` is the index of a phase.
     pub(super) mixture: Vec<Mixture>,
     /// Volume of each grain in mixtures and in tetrahedra that became entirely grain (mm³).
     pub(super) volumes_mm3: Vec<f64>,
@@ -152,7 +152,7 @@ struct Filling {
     total: f64,
     /// Index of the phase.
     phase: usize,
-    /// Whether grains of other phases lie in the tetrahedron as well.
+    /// Whether the tetrahedron also contains grains of other phases.
     has_several: bool,
 }
 

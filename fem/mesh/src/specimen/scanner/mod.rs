@@ -64,7 +64,7 @@ pub struct Scanner {
     /// Expected photon count of a detector pixel without specimen.
     #[serde(default = "default_photons")]
     pub photons: f64,
-    /// Ratio of the attenuation of the grains to that of the matrix.
+    /// Ratio of the attenuation of the grains to the attenuation of the matrix.
     #[serde(default = "default_attenuation")]
     pub grain_attenuation: f64,
     /// Strength of beam hardening: 0 for a monochromatic beam, 1 for a broad spectrum.

@@ -90,7 +90,7 @@ impl EdgePoints {
     }
 
     /// Returns the bend of each edge (displacement of its midpoint, mm), limited so that no tetrahedron folds, and the
-    /// number of edges that had to stay straight for this reason.
+    /// number of edges that had to stay straight to avoid a folded tetrahedron.
     fn bends(&self, at: &Relocation) -> (Vec<Point>, usize) {
         let wanted: Vec<Point> = self.edges.par_iter().map(|edge| bend(at, edge)).collect();
         let mut part = vec![1.0; wanted.len()];
