@@ -10,7 +10,7 @@ use fem_file::open_regular;
 
 /// Number of bytes read from a file; sufficient to recognise all formats.
 const HEAD: usize = 4096;
-/// Beginning of the advice on arrays of Python.
+/// First words of the advice on how to convert an array to a TIFF stack.
 const ARRAY: &str = "write the array as a TIFF stack in Python: import tifffile;";
 const IMAGEJ: &str = "open it in Fiji/ImageJ and save it by File > Save As > Tiff";
 

@@ -80,8 +80,8 @@ pub enum BlockError {
 }
 
 impl Block {
-    /// Creates a box with one corner at the origin, divided into equal hexahedra; `size_mm` and `cells` along x, y and
-    /// z.
+    /// Creates a box with one corner at the origin, divided into equal hexahedra. `size_mm` and `cells` have one value
+    /// each for x, y and z.
     pub fn new(size_mm: [f64; 3], cells: [usize; 3]) -> Block {
         let planes = |k: usize| {
             let at = |plane: usize| size_mm[k] * plane as f64 / cells[k] as f64;

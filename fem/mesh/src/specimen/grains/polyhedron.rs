@@ -4,8 +4,8 @@ use crate::mesh::vector::{Point, add, cross, dot, mean, norm, scale, sub};
 
 /// Two points are identical if their distance is at most this factor times the size of the polyhedron.
 const SAME: f64 = 1e-10;
-/// Factor on the distance to the bounding box before a comparison: the product never exceeds the distance to the
-/// polyhedron, in spite of rounding.
+/// Factor on the distance to the bounding box before this distance is compared with a limit: in spite of rounding, the
+/// product does not exceed the distance to the polyhedron.
 const ROUNDING: f64 = 1.0 - 1e-12;
 
 /// A bounded convex polyhedron, stored as a list of faces.

@@ -47,7 +47,7 @@ impl Spheres {
             .fold(1.0, f64::min)
     }
 
-    /// Moves two spheres apart; returns whether they were too close.
+    /// Moves two spheres apart if the spheres are too close; returns whether the spheres were too close.
     fn move_apart(&mut self, i: usize, j: usize) -> bool {
         let apart = sub(self.centres[j], self.centres[i]);
         let distance = norm(apart);

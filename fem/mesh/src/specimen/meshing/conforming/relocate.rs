@@ -121,8 +121,8 @@ impl<'a> Relocation<'a> {
     }
 
     /// Returns the position after the first acceptable step of `steps` (step, factor). A step is acceptable if no
-    /// [`worst_cosine`] around the node exceeds `limit`, or the largest cosine before the step if this cosine already
-    /// exceeds `limit`.
+    /// [`worst_cosine`] around the node exceeds `limit` afterwards. If no step is acceptable and a cosine exceeds
+    /// `limit` before the step, a step that does not increase the largest cosine is also acceptable.
     fn first_within(&self, node: u32, limit: f64, steps: &[(Point, f64)]) -> Option<Point> {
         let here = self.nodes[node as usize];
         let held = self.interface.held[node as usize];
