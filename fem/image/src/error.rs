@@ -74,7 +74,7 @@ pub enum ImageError {
     },
     /// A file that declares far more voxels than its bytes can hold.
     #[error(
-        "{}: declares {declared_bytes} bytes of voxels in {file_bytes} bytes of file; it is damaged, write it again",
+        "{}: the file declares {declared_bytes} bytes of voxels, but has {file_bytes} bytes; the file is damaged: write it again",
         path.display()
     )]
     Implausible {

@@ -138,7 +138,9 @@ pub enum MeshError {
         nodes: [u32; 3],
     },
     /// The normal of a surface triangle points inwards.
-    #[error("triangle {triangle} of surface `{surface}` shows inward; swap two of its nodes")]
+    #[error(
+        "the normal of triangle {triangle} of surface `{surface}` points inwards; swap two nodes of the triangle"
+    )]
     Inward {
         /// Name of the surface.
         surface: String,

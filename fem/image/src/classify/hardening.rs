@@ -312,7 +312,8 @@ impl<'a> Columns<'a> {
 
     fn at(&self, z: usize) -> Places<'_> {
         let Fit { bottom, top, .. } = self.cylinder;
-        let height = |voxel| (self.cylinder.place(voxel)[1] - bottom) / (top - bottom);
+        let height =
+            |voxel| (self.cylinder.radius_squared_and_height(voxel)[1] - bottom) / (top - bottom);
         match &self.upright {
             Some(all) => {
                 Places { squares: Cow::Borrowed(all), heights: Heights::Equal(height([0, 0, z])) }
@@ -355,9 +356,10 @@ mod tests {
 
     fn check_removal_of_a_profile(cylinder: &Fit, shape: [usize; 3], rng: &mut impl Rng) {
         let set = cylinder.inside(shape, 2.0);
-        let relative = |x, y, z| cylinder.place([x, y, z])[0] / cylinder.radius.powi(2);
+        let relative =
+            |x, y, z| cylinder.radius_squared_and_height([x, y, z])[0] / cylinder.radius.powi(2);
         let truth = |s: f64| 0.88 + 0.2 * s + 0.05 * s * s;
-        let height = |x, y, z| cylinder.place([x, y, z])[1] / 24.0;
+        let height = |x, y, z| cylinder.radius_squared_and_height([x, y, z])[1] / 24.0;
         let drift = |t: f64| 0.9 + 0.2 * t.clamp(0.0, 1.0);
         let mut values = Vec::new();
         let mut clean = Vec::new();

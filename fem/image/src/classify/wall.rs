@@ -99,7 +99,7 @@ fn bare(shape: [usize; 3], ring: &[u8], grains: &[u8]) -> Vec<u8> {
 /// is nearer), moved outward by `CLEAR` voxels. A voxel that is already outside is only moved outward by `CLEAR`
 /// voxels. `None` if the result is outside the image.
 fn beyond(fit: &Fit, voxel: [usize; 3], shape: [usize; 3]) -> Option<[usize; 3]> {
-    let [square, height] = fit.place(voxel);
+    let [square, height] = fit.radius_squared_and_height(voxel);
     let off = square.sqrt();
     let (to_wall, to_top, to_bottom) = (fit.radius - off, fit.top - height, height - fit.bottom);
     let to_end = to_top.min(to_bottom);
@@ -113,7 +113,7 @@ fn beyond(fit: &Fit, voxel: [usize; 3], shape: [usize; 3]) -> Option<[usize; 3]>
 
 /// Returns the nearest voxel just inside the cylinder, or `None` if this voxel is outside the image.
 fn nearest(fit: &Fit, voxel: [usize; 3], shape: [usize; 3]) -> Option<[usize; 3]> {
-    let [square, height] = fit.place(voxel);
+    let [square, height] = fit.radius_squared_and_height(voxel);
     let (off, least) = (square.sqrt(), fit.radius - DEPTH);
     let stretch = if off > least { least / off } else { 1.0 };
     let within = height.clamp(fit.bottom + DEPTH, fit.top - DEPTH);

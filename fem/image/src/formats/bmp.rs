@@ -75,12 +75,13 @@ pub(super) fn header(path: &Path) -> Result<Picture, ImageError> {
     let failed = |source| ImageError::io("read", path, source);
     let mut file = open_regular(path).map_err(failed)?;
     let header = Header::read(path, &mut file)?;
-    let (found, declared) = (
+    let (file_bytes, declared) = (
         file.metadata().map_err(failed)?.len(),
         header.offset + header.row_bytes() as u64 * header.height as u64,
     );
-    if found < declared {
-        let message = format!("the file has {found} bytes, but its header declares {declared}");
+    if file_bytes < declared {
+        let message =
+            format!("the file has {file_bytes} bytes, but its header declares {declared}");
         return Err(refused(path, message, "the file is truncated: write or copy it again"));
     }
     let size = match header.per_metre {

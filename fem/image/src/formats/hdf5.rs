@@ -32,7 +32,7 @@ const LISTED: usize = 5;
 /// # Errors
 /// [`ImageError`]: a damaged file, no volume or several volumes without a name, a name that is not a volume.
 pub(super) fn scan(path: &Path, name: Option<&str>) -> Result<Stack, ImageError> {
-    let file = open(path)?;
+    let file = open_file(path)?;
     let (name, dataset) = match name {
         Some(name) => (rooted(name), named(path, &file, name)?),
         None => only_volume(path, &file)?,
@@ -76,7 +76,7 @@ pub(super) fn scan(path: &Path, name: Option<&str>) -> Result<Stack, ImageError>
 }
 
 /// Opens a file without mapping it into memory: if another program truncated a mapped file, this program would crash.
-fn open(path: &Path) -> Result<Hdf5File, ImageError> {
+fn open_file(path: &Path) -> Result<Hdf5File, ImageError> {
     let failed = |source| ImageError::io("read", path, source);
     let file = open_regular(path).map_err(failed)?;
     let storage = FileStorage::from_file(file).map_err(|error| damaged(path, &error))?;
@@ -160,19 +160,19 @@ fn in_words(dataset: &Dataset) -> String {
 /// Returns all datasets of a file that can be opened, in the order of their paths. A dataset with several paths is
 /// listed once, with its shortest path.
 fn datasets(file: &Hdf5File) -> Vec<(String, Dataset)> {
-    let mut found: Vec<(String, Dataset)> = Vec::new();
+    let mut opened: Vec<(String, Dataset)> = Vec::new();
     let mut waiting: Vec<(String, Group)> =
         file.root_group().map(|group| (String::new(), group)).into_iter().collect();
     let mut groups = BTreeSet::new();
     while let Some((path, group)) = waiting.pop() {
         // a link may lead back to a group that was visited before
-        if !groups.insert(group.address()) || groups.len() + found.len() > MOST_OBJECTS {
+        if !groups.insert(group.address()) || groups.len() + opened.len() > MOST_OBJECTS {
             continue;
         }
         let Ok((subgroups, dataset_names)) = group.member_names() else { continue };
         for name in dataset_names {
             if let Ok(dataset) = group.dataset(&name) {
-                found.push((format!("{path}/{name}"), dataset));
+                opened.push((format!("{path}/{name}"), dataset));
             }
         }
         for name in subgroups {
@@ -181,11 +181,11 @@ fn datasets(file: &Hdf5File) -> Vec<(String, Dataset)> {
             }
         }
     }
-    found.sort_by(|(a, _), (b, _)| (a.len(), a).cmp(&(b.len(), b)));
+    opened.sort_by(|(a, _), (b, _)| (a.len(), a).cmp(&(b.len(), b)));
     let mut addresses = BTreeSet::new();
-    found.retain(|(_, dataset)| addresses.insert(dataset.address()));
-    found.sort_by(|(a, _), (b, _)| a.cmp(b));
-    found
+    opened.retain(|(_, dataset)| addresses.insert(dataset.address()));
+    opened.sort_by(|(a, _), (b, _)| a.cmp(b));
+    opened
 }
 
 /// Storage layout of a volume in a dataset.
@@ -297,7 +297,7 @@ impl SliceSource for Hdf5Slices {
         }
     }
 
-    fn place(&self, slice: usize) -> (PathBuf, usize) {
+    fn file_and_page(&self, slice: usize) -> (PathBuf, usize) {
         (self.path.clone(), slice + 1)
     }
 }
@@ -319,7 +319,7 @@ impl<T: H5Type + Copy> Reader<'_, T> {
         let failed = |error| damaged(path, &error);
         let dataset = match &self.dataset {
             Some(dataset) => dataset,
-            None => self.dataset.insert(open(path)?.dataset(name).map_err(failed)?),
+            None => self.dataset.insert(open_file(path)?.dataset(name).map_err(failed)?),
         };
         self.first = slice - slice % slab;
         let last = (self.first + slab).min(*nz);

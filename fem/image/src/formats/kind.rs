@@ -132,7 +132,7 @@ fn of_bytes(head: &[u8], file: &str) -> Kind {
     }
     if text.trim_start().starts_with('{') && text.contains("Dim_1") {
         let help = format!(
-            "{ARRAY} import fabio; one slice a file: tifffile.imwrite(\"slice.tif\", fabio.open(\"{file}\").data)"
+            "{ARRAY} import fabio; one slice per file: tifffile.imwrite(\"slice.tif\", fabio.open(\"{file}\").data)"
         );
         return foreign("an EDF file (ESRF)", help);
     }

@@ -44,7 +44,7 @@ impl SliceSource for Pictures {
         Box::new(PictureReader(self))
     }
 
-    fn place(&self, slice: usize) -> (PathBuf, usize) {
+    fn file_and_page(&self, slice: usize) -> (PathBuf, usize) {
         (self.paths[slice].clone(), 1)
     }
 }

@@ -97,11 +97,11 @@ fn scan(path: &Path, options: &ReadOptions) -> Result<Stack, ImageError> {
     if !path.is_dir() {
         return file(path, kind_of(path)?, options);
     }
-    let (found, note) = contents(path)?;
-    if !matches!(found, Contents::Volume(..)) {
+    let (stack_contents, note) = contents(path)?;
+    if !matches!(stack_contents, Contents::Volume(..)) {
         check_no_dataset(path, options)?;
     }
-    let mut stack = match found {
+    let mut stack = match stack_contents {
         Contents::Tiff(paths) => {
             let ordered = order(path, paths)?;
             tiff::scan(path, ordered.paths.clone(), Some(&ordered))?

@@ -33,11 +33,11 @@ impl SpecimenStatistics {
         let solid_mm3: f64 = sizes.iter().map(|size| size.1).sum();
         let by_volume = |share: f64| {
             let mut below = 0.0;
-            let found = sizes.iter().find(|size| {
+            let grain = sizes.iter().find(|size| {
                 below += size.1;
                 below >= share * solid_mm3
             });
-            found.or(sizes.last()).map_or(f64::NAN, |size| size.0)
+            grain.or(sizes.last()).map_or(f64::NAN, |size| size.0)
         };
         let voxels: usize = regions.iter().map(|region| region.voxels).sum();
         let contacts: usize = regions.iter().map(|region| region.neighbours.len()).sum();

@@ -102,8 +102,8 @@ impl LabelRules {
         progress("specimen");
         let mut warnings = self.absent_phases(&of_number);
         let outside: Vec<bool> = of_number.iter().map(|(_, role)| *role == Role::Outside).collect();
-        let found = self.locate(image, &numbers, &outside, &mut warnings)?;
-        let inside = match &found {
+        let fitted = self.locate(image, &numbers, &outside, &mut warnings)?;
+        let inside = match &fitted {
             Some(fit) => fit.inside(image.shape, 0.0),
             None => vec![1; image.values.len()],
         };
@@ -126,7 +126,7 @@ impl LabelRules {
         if grains.is_empty() {
             return Err(ImageError::Labels {
                 what: "no voxel is of a grain".into(),
-                help: "check that the file holds labels, and which of them label_phases and background name",
+                help: "check that the file contains labels, and which labels label_phases and background list",
             });
         }
         let mut volumes = vec![0.0_f64; grains.len()];
@@ -143,7 +143,7 @@ impl LabelRules {
         warnings.extend(self.small_grains(&regions, &phase_of, &phases));
 
         let voxel_mm = image.voxel_mm;
-        let (cylinder, volume_mm3) = match &found {
+        let (cylinder, volume_mm3) = match &fitted {
             Some(fit) => (fit.in_mm(voxel_mm), fit.in_mm(voxel_mm).volume_mm3()),
             None => (Cylinder::within(image), image.size_mm().iter().product()),
         };
@@ -167,7 +167,7 @@ impl LabelRules {
             phase_of,
             regions,
             cylinder,
-            block: found.is_none(),
+            block: fitted.is_none(),
             shades,
             warnings,
         })
@@ -191,27 +191,27 @@ impl LabelRules {
             }
             warnings.push(format!("the image is treated as a block: {what}"));
         }
-        let found = match self.specimen {
+        let fitted = match self.specimen {
             SpecimenForm::Block => None,
             SpecimenForm::Auto if !has_background => None,
             SpecimenForm::Auto | SpecimenForm::Cylinder => {
                 let grey = |&number: &u32| if is_outside(number) { 0 } else { SPECIMEN };
                 let grey = image.with(numbers.par_iter().map(grey).collect());
-                let found = match self.region.fit() {
+                let fitted = match self.region.fit() {
                     Some(fit) => fit,
                     None => self.region.overriding(fit(&grey, EDGE, self.follow_lean)?),
                 };
-                if let Err(error) = checked_filling(filling(&grey, &found, EDGE)) {
+                if let Err(error) = checked_filling(filling(&grey, &fitted, EDGE)) {
                     match self.specimen {
                         SpecimenForm::Cylinder => warnings.push(error.to_string()),
                         _ => return Err(error),
                     }
                 }
-                Some(found)
+                Some(fitted)
             }
         };
         if has_background {
-            let within = match &found {
+            let within = match &fitted {
                 Some(fit) => fit.inside(image.shape, WALL),
                 None => vec![1; numbers.len()],
             };
@@ -227,7 +227,7 @@ impl LabelRules {
                 ));
             }
         }
-        Ok(found)
+        Ok(fitted)
     }
 
     /// Returns warnings about phases without voxels in the image.

@@ -31,7 +31,7 @@ pub(crate) fn gap(image: &Volume<u16>, fit: &Fit, edge: f64) -> Option<[f64; 2]>
     }) {
         let slice = &image.values[nx * ny * z..][..nx * ny];
         for (n, &value) in slice.iter().enumerate() {
-            let ring = fit.place([n % nx, n / nx, z])[0].sqrt() as usize;
+            let ring = fit.radius_squared_and_height([n % nx, n / nx, z])[0].sqrt() as usize;
             if ring < rings {
                 counts[ring][0] += 1;
                 counts[ring][1] += u64::from(f64::from(value) >= edge);

@@ -57,7 +57,7 @@ impl Fit {
 
     /// Returns the squared distance of a voxel from the axis (voxels²) and its height along the axis, as z of the
     /// upright cylinder (voxels). Both values are exact in floating point if the axis is upright.
-    pub(crate) fn place(&self, [x, y, z]: [usize; 3]) -> [f64; 2] {
+    pub(crate) fn radius_squared_and_height(&self, [x, y, z]: [usize; 3]) -> [f64; 2] {
         let middle = (self.bottom + self.top) / 2.0;
         let [p, q] = self.lean;
         let h = z as f64 + 0.5 - middle;
@@ -72,7 +72,9 @@ impl Fit {
     /// Returns the squared relative radii (r/R)² of the voxels of a slice.
     pub(crate) fn relative_squares(&self, [nx, ny]: [usize; 2], z: usize) -> Vec<f64> {
         let square = self.radius * self.radius;
-        (0..nx * ny).map(|n| self.place([n % nx, n / nx, z])[0] / square).collect()
+        (0..nx * ny)
+            .map(|n| self.radius_squared_and_height([n % nx, n / nx, z])[0] / square)
+            .collect()
     }
 
     /// Returns the set of voxels (1 inside, 0 outside) whose centres are at least `margin` voxels inside the cylinder.
@@ -84,17 +86,21 @@ impl Fit {
         if self.lean == [0.0; 2] {
             // all sections of an upright cylinder are equal
             let disc: Vec<u8> = (0..nx * ny)
-                .map(|n| u8::from(self.place([n % nx, n / nx, 0])[0] <= radius * radius))
+                .map(|n| {
+                    u8::from(
+                        self.radius_squared_and_height([n % nx, n / nx, 0])[0] <= radius * radius,
+                    )
+                })
                 .collect();
             let slices = set.par_chunks_exact_mut(nx * ny).enumerate();
             slices
-                .filter(|(z, _)| heights.contains(&self.place([0, 0, *z])[1]))
+                .filter(|(z, _)| heights.contains(&self.radius_squared_and_height([0, 0, *z])[1]))
                 .for_each(|(_, slice)| slice.copy_from_slice(&disc));
             return set;
         }
         set.par_chunks_exact_mut(nx * ny).enumerate().for_each(|(z, slice)| {
             for (n, voxel) in slice.iter_mut().enumerate() {
-                let [square, height] = self.place([n % nx, n / nx, z]);
+                let [square, height] = self.radius_squared_and_height([n % nx, n / nx, z]);
                 *voxel = u8::from(square <= radius * radius && heights.contains(&height));
             }
         });

@@ -81,33 +81,33 @@ impl Locating<'_> {
         }
         let mut restricted = self.region.restricted(image, air);
         let visible = restricted.as_ref().unwrap_or(image);
-        let mut found = fit(visible, edge, self.follow_lean)?;
-        if let Some([inner, outer]) = gap(visible, &found, edge) {
+        let mut fitted = fit(visible, edge, self.follow_lean)?;
+        if let Some([inner, outer]) = gap(visible, &fitted, edge) {
             let tube = SpecimenRegion {
-                centre_px: Some(found.centre),
+                centre_px: Some(fitted.centre),
                 radius_px: Some((inner + outer) / 2.0),
                 ..SpecimenRegion::default()
             };
-            let [x, y] = found.centre;
+            let [x, y] = fitted.centre;
             warnings.push(format!(
                 "a tube of {outer:.1} to {:.1} voxels in radius around ({x:.1}, {y:.1}) was removed, because there is air between the tube and the specimen: check the slices, or give centre_px, radius_px and slices in [specimen.image.region]",
-                found.radius
+                fitted.radius
             ));
             restricted = tube.restricted(visible, air);
-            found = fit(restricted.as_ref().unwrap_or(image), edge, self.follow_lean)?;
+            fitted = fit(restricted.as_ref().unwrap_or(image), edge, self.follow_lean)?;
         } else {
-            let cut = without_pedestal(visible, &mut found, edge);
+            let cut = without_pedestal(visible, &mut fitted, edge);
             warnings.extend(cut.iter().map(|part| {
                 format!(
                     "slices {} to {} show a section of {:.1} voxels in radius below or above a specimen of {:.1} voxels in radius and were removed as a pedestal: check the slices, or give slices in [specimen.image.region]",
-                    part.slices[0], part.slices[1], part.radius, found.radius
+                    part.slices[0], part.slices[1], part.radius, fitted.radius
                 )
             }));
         }
-        let found = self.region.overriding(found);
+        let fitted = self.region.overriding(fitted);
         let visible = restricted.as_ref().unwrap_or(image);
-        self.doubts(visible, &found, edge, warnings)?;
-        Ok(Specimen { fit: Some(found), air, void })
+        self.doubts(visible, &fitted, edge, warnings)?;
+        Ok(Specimen { fit: Some(fitted), air, void })
     }
 
     /// Locates the specimen of a mask by fitting a cylinder to the mask.
@@ -121,13 +121,13 @@ impl Locating<'_> {
         let [air, void] = levels.map_or([0.0, self.void.unwrap_or(0.0)], |l| [l.air, l.void]);
         let bright = 2 * EDGE;
         let values = mask.iter().map(|&voxel| u16::from(voxel) * bright).collect();
-        let found = match self.region.fit() {
+        let fitted = match self.region.fit() {
             Some(fit) => fit,
             None => {
                 self.region.overriding(fit(&image.with(values), f64::from(EDGE), self.follow_lean)?)
             }
         };
-        let filled = found.inside(image.shape, 0.0);
+        let filled = fitted.inside(image.shape, 0.0);
         let both = filled.iter().zip(mask).filter(|(a, b)| **a & **b != 0).count();
         let all = mask.iter().filter(|&&voxel| voxel != 0).count();
         let share =
@@ -136,11 +136,11 @@ impl Locating<'_> {
             warnings.push(format!(
                 "the part of the cylinder outside region.mask is meshed as matrix: the mask fills {:.1} % of the fitted cylinder (radius {:.1} voxels), and {:.1} % of the mask lies outside the cylinder",
                 100.0 * share,
-                found.radius,
+                fitted.radius,
                 100.0 * (1.0 - both as f64 / all as f64)
             ));
         }
-        Ok(Specimen { fit: Some(found), air, void })
+        Ok(Specimen { fit: Some(fitted), air, void })
     }
 
     /// Returns whether the surroundings of the specimen are brighter than every material of the specimen.

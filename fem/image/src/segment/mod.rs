@@ -112,8 +112,9 @@ impl Segmentation {
 
         progress("specimen");
         let mut warnings = Vec::new();
-        let found = self.located(&smooth, mask.as_deref(), (scale, is_inverted), &mut warnings)?;
-        let mut inside = found.inside(&grey);
+        let located =
+            self.located(&smooth, mask.as_deref(), (scale, is_inverted), &mut warnings)?;
+        let mut inside = located.inside(&grey);
         if let Some(mask) = &mask {
             inside.par_iter_mut().zip(mask).for_each(|(voxel, mask)| *voxel &= mask);
         }
@@ -122,13 +123,13 @@ impl Segmentation {
             false => self.contrast,
         };
         let correction = GreyCorrection {
-            specimen: &found,
+            specimen: &located,
             inside: &inside,
             contrast: found_contrast,
             median: self.median,
             brightness: self.beam_hardening,
         };
-        let void_threshold = (found.void > 0.0).then(|| scale.to_image(found.void));
+        let void_threshold = (located.void > 0.0).then(|| scale.to_image(located.void));
         let CorrectedImage {
             grey,
             smooth,
@@ -192,12 +193,12 @@ impl Segmentation {
         let labels = grey.with(labels);
         let regions = measure(&labels, &inside, &solid.volumes);
         // an upright cylinder around a tilted specimen contains air; another warning reports the tilt
-        let follows = found.fit.is_none_or(|fit| !fit.is_off_axis());
+        let follows = located.fit.is_none_or(|fit| !fit.is_off_axis());
         warnings.extend(void_in_words(void_fraction).filter(|_| follows));
         warnings.extend(small_in_words(&regions, grey.voxel_mm));
         warnings.extend(self.one_for_all(&regions, &inside, scale.to_image(level.by_hand)));
         let voxel_mm = grey.voxel_mm;
-        let (cylinder, volume_mm3) = match found.fit {
+        let (cylinder, volume_mm3) = match located.fit {
             Some(fit) => (fit.in_mm(voxel_mm), fit.in_mm(voxel_mm).volume_mm3()),
             None => (Cylinder::within(&grey), grey.size_mm().iter().product()),
         };
@@ -206,7 +207,7 @@ impl Segmentation {
             labels,
             solid: grey.with(solid.share),
             cylinder,
-            block: found.fit.is_none(),
+            block: located.fit.is_none(),
             regions,
             grain_threshold: scale.to_image(level.by_hand),
             void_threshold,

@@ -124,25 +124,25 @@ fn foreign(pairs: &[Pair]) -> Option<String> {
         let least = pairs[k - 1].next.min(pairs[*k].next);
         least > FOREIGN * usual.max(pairs[k - 1].after_next)
     };
-    let found: Vec<usize> = (1..pairs.len()).filter(is_foreign).filter(|_| usual > 0.0).collect();
-    (!found.is_empty()).then(|| {
+    let slices: Vec<usize> = (1..pairs.len()).filter(is_foreign).filter(|_| usual > 0.0).collect();
+    (!slices.is_empty()).then(|| {
         format!(
             "Grains are wrong near slices of another image: slice {} differs from both neighbours, which are similar.",
-            listed(&found)
+            listed(&slices)
         )
     })
 }
 
 fn repeated(pairs: &[Pair]) -> Option<String> {
     let is_same = |pair: &Pair| pair.next == 0.0 && pair.deviation > 0.0;
-    let found: Vec<usize> = (0..pairs.len()).filter(|&k| is_same(&pairs[k])).collect();
+    let slices: Vec<usize> = (0..pairs.len()).filter(|&k| is_same(&pairs[k])).collect();
     let usual = median(pairs.iter().map(|pair| pair.next));
     let is_noisy = |pair: &Pair| is_same(pair) || pair.next > NOISY * usual;
-    let is_rare = found.len() <= 1 + pairs.len() / 50;
-    (!found.is_empty() && is_rare && usual > 0.0 && pairs.iter().all(is_noisy)).then(|| {
+    let is_rare = slices.len() <= 1 + pairs.len() / 50;
+    (!slices.is_empty() && is_rare && usual > 0.0 && pairs.iter().all(is_noisy)).then(|| {
         format!(
             "Heights and grains are wrong if slices are copies: slice {} is identical to the next slice.",
-            listed(&found)
+            listed(&slices)
         )
     })
 }
@@ -174,13 +174,13 @@ fn rescaled(pairs: &[Pair]) -> Option<String> {
             || jumps(&|pair| pair.level.abs(), CHANGE * pair.deviation, usual_level);
         pair.correlation > SAME_PICTURE && is_explained && is_unusual
     };
-    let found: Vec<usize> = (0..pairs.len()).filter(is_rescaled).collect();
-    let &first = found.first()?;
+    let slices: Vec<usize> = (0..pairs.len()).filter(is_rescaled).collect();
+    let &first = slices.first()?;
     let pair = &pairs[first];
     Some(format!(
         "Thresholds are wrong on one side if the grey scale changes: after slice {} grey values are multiplied by {:.3} \
          and the mean moves by {:.4}.",
-        listed(&found),
+        listed(&slices),
         pair.gain / gain,
         pair.level
     ))
@@ -253,9 +253,9 @@ mod tests {
             (brighter, ["after slice 20 grey", "by 1.1"]),
             (shifted, ["after slice 13 grey", "moves by 3"]),
         ] {
-            let found = doubts(&volume);
-            assert_eq!(found.len(), 1, "{found:?}");
-            assert!(parts.iter().all(|part| found[0].contains(part)), "{found:?}");
+            let warnings = doubts(&volume);
+            assert_eq!(warnings.len(), 1, "{warnings:?}");
+            assert!(parts.iter().all(|part| warnings[0].contains(part)), "{warnings:?}");
         }
     }
 }

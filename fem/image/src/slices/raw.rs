@@ -54,15 +54,15 @@ impl RawSlices {
             Packing::Zlib => ZlibDecoder::new(file).take(needed as u64).read_to_end(&mut values),
             _ => MultiGzDecoder::new(file).take(needed as u64).read_to_end(&mut values),
         };
-        let short = |found: usize| ImageError::Page {
+        let short = |unpacked_bytes: usize| ImageError::Page {
             path: self.path.clone(),
-            page: found / (self.area * self.sample.bytes()).max(1) + 1,
-            message: format!("{found} bytes unpacked, but the header declares {needed}"),
+            page: unpacked_bytes / (self.area * self.sample.bytes()).max(1) + 1,
+            message: format!("{unpacked_bytes} bytes unpacked, but the header declares {needed}"),
             help: "the file is truncated or the header belongs to another file: write both files again",
         };
         match read {
-            Ok(found) if found == needed => Ok(values),
-            Ok(found) => Err(short(found)),
+            Ok(unpacked_bytes) if unpacked_bytes == needed => Ok(values),
+            Ok(unpacked_bytes) => Err(short(unpacked_bytes)),
             Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => Err(short(values.len())),
             Err(error) => Err(failed(error)),
         }
@@ -74,7 +74,7 @@ impl SliceSource for RawSlices {
         Box::new(Reader { slices: self, file: None, bytes: Vec::new() })
     }
 
-    fn place(&self, slice: usize) -> (PathBuf, usize) {
+    fn file_and_page(&self, slice: usize) -> (PathBuf, usize) {
         (self.path.clone(), slice + 1)
     }
 }

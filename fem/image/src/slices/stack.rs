@@ -32,7 +32,7 @@ pub(crate) trait SliceSource: Debug + Send + Sync {
     fn reader(&self) -> Box<dyn SliceReader + '_>;
 
     /// Returns the file of a slice and the page number (from 1) in this file, for messages.
-    fn place(&self, slice: usize) -> (PathBuf, usize);
+    fn file_and_page(&self, slice: usize) -> (PathBuf, usize);
 }
 
 /// Reader of slices; reading in ascending order is the fastest.

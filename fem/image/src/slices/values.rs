@@ -83,7 +83,7 @@ impl<'a, T> Slices<'a, T> {
         self.reader.read(slice, &mut self.numbers)?;
         for (at, (value, &number)) in into.iter_mut().zip(&self.numbers).enumerate() {
             *value = (self.convert)(number).ok_or_else(|| {
-                let (path, page) = self.stack.source.place(slice);
+                let (path, page) = self.stack.source.file_and_page(slice);
                 let message = format!("voxel {at} has the value {number}");
                 ImageError::Page { path, page, message, help: "replace such values in the file" }
             })?;

@@ -40,7 +40,7 @@ impl Declared {
 }
 
 /// Opens a file; decoding a page fails if it needs more than `most` bytes.
-pub(super) fn open(path: &Path, most: u64) -> Result<Reader, ImageError> {
+pub(super) fn open_decoder(path: &Path, most: u64) -> Result<Reader, ImageError> {
     let file = open_regular(path).map_err(|source| ImageError::io("read", path, source))?;
     let most = usize::try_from(most).unwrap_or(usize::MAX);
     let mut limits = Limits::default();

@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 use ::tiff::tags::{ByteOrder as FileOrder, Tag};
 
 use super::describe::Description;
-use super::page::{Declared, Reader, declared, open, refused, samples};
+use super::page::{Declared, Reader, declared, open_decoder, refused, samples};
 use crate::ImageError;
 use crate::slices::names::{Ordered, file_name};
 use crate::slices::raw::{Packing, RawSlices};
@@ -43,7 +43,7 @@ impl SliceSource for Pages {
         Box::new(PageReader { pages: self, open: None })
     }
 
-    fn place(&self, slice: usize) -> (PathBuf, usize) {
+    fn file_and_page(&self, slice: usize) -> (PathBuf, usize) {
         let (file, page) = self.slices[slice];
         (self.files[file].path.clone(), page + 1)
     }
@@ -63,7 +63,7 @@ impl SliceReader for PageReader<'_> {
         let (path, page) = (&source.path, number + 1);
         let decoder = match &mut self.open {
             Some((open, decoder)) if *open == file => decoder,
-            other => &mut other.insert((file, open(path, source.most_bytes())?)).1,
+            other => &mut other.insert((file, open_decoder(path, source.most_bytes())?)).1,
         };
         decoder.seek_to_image(number).map_err(|error| refused(path, page, &error))?;
         samples(path, page, decoder, into)
@@ -88,7 +88,7 @@ pub(crate) fn scan(
         let meta = std::fs::metadata(path).map_err(|error| ImageError::io("read", path, error))?;
         let file = SliceFile { path: path.clone(), bytes: meta.len() };
         file_bytes += file.bytes;
-        let mut decoder = open(path, file.most_bytes())?;
+        let mut decoder = open_decoder(path, file.most_bytes())?;
         let description = Description::of(&mut decoder);
         check_dimensions(path, &description)?;
         let before = pages.slices.len();
@@ -111,15 +111,15 @@ pub(crate) fn scan(
             pages.slices.push((pages.files.len(), number));
             last = Some(this);
         }
-        let found = pages.slices.len() - before;
+        let count = pages.slices.len() - before;
         let images = description.images.unwrap_or(0);
-        if let (Some(page), true, 1, 1) = (last, images > found, found, paths.len())
+        if let (Some(page), true, 1, 1) = (last, images > count, count, paths.len())
             && let Some(raw) = behind_one_page(path, page, &description, images, file.bytes)?
         {
             return Ok(one_file(path, page, description, images, Box::new(raw)));
         }
-        if images > found {
-            incomplete.get_or_insert((path.clone(), found, images));
+        if images > count {
+            incomplete.get_or_insert((path.clone(), count, images));
         }
         if declared_bytes > file_bytes.saturating_mul(DENSEST) {
             let path = path.clone();
@@ -133,11 +133,11 @@ pub(crate) fn scan(
     };
     let slices = pages.slices.len();
     // each file of a set declares the number of pages of the whole set
-    if let Some((file, found, images)) = incomplete.filter(|(.., images)| *images != slices) {
-        let page = if found == 1 { "page" } else { "pages" };
+    if let Some((file, count, images)) = incomplete.filter(|(.., images)| *images != slices) {
+        let page = if count == 1 { "page" } else { "pages" };
         return Err(ImageError::Series {
             path: file,
-            message: format!("has {found} {page}, but declares {images}"),
+            message: format!("has {count} {page}, but declares {images}"),
             help: "the file is truncated or belongs to a set: copy it again, or give the folder that contains the whole set",
         });
     }
@@ -222,7 +222,7 @@ fn behind_one_page(
     if !description.is_imagej || !page.is_uncompressed() {
         return Ok(None);
     }
-    let mut decoder = open(path, file_bytes.saturating_mul(DENSEST))?;
+    let mut decoder = open_decoder(path, file_bytes.saturating_mul(DENSEST))?;
     let offsets = decoder.find_tag_unsigned_vec::<u64>(Tag::StripOffsets).ok().flatten();
     let Some(offset) = offsets.and_then(|offsets| offsets.first().copied()) else {
         return Ok(None);

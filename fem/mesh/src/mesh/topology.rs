@@ -38,7 +38,7 @@ pub(crate) fn middle(points: &[Point], edge: [u32; 2]) -> Point {
 }
 
 /// Returns the index of an edge in the sorted list of all edges of the mesh.
-pub(crate) fn edge_place(edges: &[EdgePoint], ends: [u32; 2]) -> usize {
+pub(crate) fn edge_index(edges: &[EdgePoint], ends: [u32; 2]) -> usize {
     let index = edges.binary_search_by_key(&key(ends), |(edge, _)| *edge);
     index.expect("every edge of the mesh is listed")
 }

@@ -9,7 +9,7 @@ use std::fmt::{self, Write as _};
 use std::path::Path;
 
 use super::TetMesh;
-use super::topology::{EDGES, edge_place};
+use super::topology::{EDGES, edge_index};
 use crate::error::MeshError;
 
 /// VTK cell types of the linear and the quadratic tetrahedron.
@@ -95,9 +95,9 @@ pub fn write(
     let edges = mesh.all_edges();
     let mut points = mesh.nodes.clone();
     points.extend(edges.iter().map(|(_, point)| point));
-    let place = |ends: [u32; 2]| (mesh.nodes.len() + edge_place(&edges, ends)) as u32;
+    let mid_edge_node = |ends: [u32; 2]| (mesh.nodes.len() + edge_index(&edges, ends)) as u32;
     let ten = |tet: &[u32; 4]| -> [u32; 10] {
-        let middles = EDGES.map(|ends| place(ends.map(|end| tet[end])));
+        let middles = EDGES.map(|ends| mid_edge_node(ends.map(|end| tet[end])));
         std::array::from_fn(|k| if k < 4 { tet[k] } else { middles[k - 4] })
     };
     let tets: Vec<[u32; 10]> = mesh.tets.iter().map(ten).collect();

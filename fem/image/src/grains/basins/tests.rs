@@ -46,13 +46,13 @@ fn by_reconstruction(shape: [usize; 3], f: &[u16], h: u16) -> BTreeSet<BTreeSet<
     let mut maxima = BTreeSet::new();
     for start in (0..f.len()).filter(|&at| r[at] > 0) {
         let mut flat = BTreeSet::from([start]);
-        let mut open = vec![start];
+        let mut stack = vec![start];
         let mut highest = true;
-        while let Some(at) = open.pop() {
+        while let Some(at) = stack.pop() {
             for n in near(shape, at) {
                 highest &= r[n] <= r[at];
                 if r[n] == r[at] && flat.insert(n) {
-                    open.push(n);
+                    stack.push(n);
                 }
             }
         }
@@ -91,13 +91,13 @@ fn h_maxima_agree_with_the_reconstruction() {
 fn pass(shape: [usize; 3], f: &[u16], from: usize) -> Vec<u16> {
     let mut best = vec![0; f.len()];
     best[from] = f[from];
-    let mut open = BTreeSet::from([(f[from], from)]);
-    while let Some((level, at)) = open.pop_last() {
+    let mut stack = BTreeSet::from([(f[from], from)]);
+    while let Some((level, at)) = stack.pop_last() {
         for n in near(shape, at) {
             let through = level.min(f[n]);
             if through > best[n] {
                 best[n] = through;
-                open.insert((through, n));
+                stack.insert((through, n));
             }
         }
     }
@@ -136,9 +136,9 @@ fn every_voxel_belongs_to_a_seed_with_the_highest_pass() {
     // basins are connected
     for part in parts(&labels) {
         let mut seen = BTreeSet::from([*part.first().unwrap()]);
-        let mut open: Vec<usize> = seen.iter().copied().collect();
-        while let Some(at) = open.pop() {
-            open.extend(
+        let mut stack: Vec<usize> = seen.iter().copied().collect();
+        while let Some(at) = stack.pop() {
+            stack.extend(
                 near(shape, at).into_iter().filter(|n| part.contains(n) && seen.insert(*n)),
             );
         }

@@ -8,7 +8,7 @@ use super::names::GmshNames;
 use super::{data, grains, second_order};
 use crate::error::MeshError;
 use crate::mesh::TetMesh;
-use crate::mesh::topology::edge_place;
+use crate::mesh::topology::edge_index;
 use crate::mesh::vector::Point;
 
 /// Physical group number of the first surface; regions are numbered from 1.
@@ -124,7 +124,7 @@ fn text(
         nodes.iter().try_for_each(|node| write!(out, " {}", node + 1))?;
         if curved {
             for ends in sides.iter().map(|side| side.map(|end| nodes[end])) {
-                write!(out, " {}", corners + edge_place(&edges, ends) + 1)?;
+                write!(out, " {}", corners + edge_index(&edges, ends) + 1)?;
             }
         }
         out.push('\n');

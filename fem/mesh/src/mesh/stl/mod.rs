@@ -11,7 +11,7 @@ use std::path::Path;
 
 use crate::error::MeshError;
 use crate::mesh::TetMesh;
-use crate::mesh::topology::{EdgePoint, edge_place};
+use crate::mesh::topology::{EdgePoint, edge_index};
 use crate::mesh::vector::{Point, cross, dot, norm, scale, sub};
 use fem_file::write_atomically;
 
@@ -106,7 +106,7 @@ fn triangulated(mesh: &TetMesh, faces: Vec<[u32; 3]>) -> Vec<Triangle> {
         return faces.into_iter().map(|face| face.map(at)).collect();
     }
     let edges: Vec<EdgePoint> = mesh.all_edges();
-    let on = |a, b| edges[edge_place(&edges, [a, b])].1;
+    let on = |a, b| edges[edge_index(&edges, [a, b])].1;
     let four = |[a, b, c]: [u32; 3]| {
         let (ab, bc, ca) = (on(a, b), on(b, c), on(c, a));
         [[at(a), ab, ca], [ab, at(b), bc], [ca, bc, at(c)], [ab, bc, ca]]

@@ -189,8 +189,8 @@ impl Filling {
 }
 
 /// Returns one factor per grain for the fractions. The factors preserve the volumes of grains, although each
-/// tetrahedron stores only one phase besides the matrix. The result is the round with the smallest error of the phase
-/// volumes.
+/// tetrahedron stores only one phase besides the matrix. The result has the factors of the round with the
+/// smallest error of the phase volumes.
 fn corrected(
     field: &dyn GrainField,
     phases: &Phases,

@@ -70,8 +70,8 @@ pub(super) fn gap_below(
     search: Search,
 ) -> Option<f64> {
     let mut best = limit;
-    let mut open = vec![(0_usize, 0_usize)];
-    while let Some((first, second)) = open.pop() {
+    let mut stack = vec![(0_usize, 0_usize)];
+    while let Some((first, second)) = stack.pop() {
         let (Some((one, one_bounds)), Some((other, other_bounds))) =
             (a.part(first), b.part(second))
         else {
@@ -110,7 +110,7 @@ pub(super) fn gap_below(
         };
         // the closer pair is pushed last and visited first
         let is_sorted = distance(&pairs[0]) >= distance(&pairs[1]);
-        open.extend(if is_sorted { pairs } else { [pairs[1], pairs[0]] });
+        stack.extend(if is_sorted { pairs } else { [pairs[1], pairs[0]] });
     }
     let lies_within = |inner: &ScaledSurface<'_>, outer: &ScaledSurface<'_>| {
         inner.a_corner().is_some_and(|corner| outer.holds(corner))

@@ -114,16 +114,16 @@ fn groups(mesh: &TetMesh, around: &Adjacency, ring: &[u8]) -> Vec<Vec<u32>> {
     let mut colour = vec![u8::MAX; mesh.nodes.len()];
     let mut groups: Vec<Vec<u32>> = Vec::new();
     for node in (0..mesh.nodes.len()).filter(|&node| ring[node] != RESTS) {
-        let mut taken = 0_u128;
+        let mut used_colours = 0_u128;
         for &tet in around.tets_of(node) {
             for &other in &mesh.tets[tet as usize] {
                 let colour = colour[other as usize];
                 if colour != u8::MAX {
-                    taken |= 1 << colour;
+                    used_colours |= 1 << colour;
                 }
             }
         }
-        let free = taken.trailing_ones() as usize;
+        let free = used_colours.trailing_ones() as usize;
         colour[node] = free as u8;
         if groups.len() <= free {
             groups.push(Vec::new());
