@@ -71,7 +71,10 @@ fn unusable_mesh_files_are_refused_before_any_step() {
         &["1 tetrahedron belongs to no named region", "physical group"],
     );
     let foreign = msh(&sound, |k| 1 + u32::from(k == 9));
-    assert_refused(foreign.as_bytes(), &["1 tetrahedron belongs", "[2]", "name their group"]);
+    assert_refused(
+        foreign.as_bytes(),
+        &["1 tetrahedron belongs", "[2]", "list their physical group"],
+    );
 
     let mut thick = sound.clone();
     thick.tets.push(sound.tets[0]);

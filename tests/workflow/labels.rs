@@ -96,7 +96,7 @@ fn own_labels_become_a_mesh_of_phases_and_a_simulation() {
     }
     assert!(mesh["multiphase_tets"] > 0.0 && mesh["void_tets"] > 0.0, "{mesh:?}");
     let warnings = std::fs::read_to_string(out.join("warnings/mesh.txt")).unwrap();
-    assert!(warnings.contains("several phases lie beside the matrix"), "{warnings}");
+    assert!(warnings.contains("several phases besides the matrix"), "{warnings}");
     // stiffer than the matrix alone, softer than with stiff inclusions
     let force = || {
         let curve = table(&out.join("curve.csv"));

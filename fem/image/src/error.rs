@@ -63,7 +63,7 @@ pub enum ImageError {
         help: &'static str,
     },
     /// A file in a format that is recognised but not supported.
-    #[error("{}: {format} is not read; {help}", path.display())]
+    #[error("{}: {format} is not supported; {help}", path.display())]
     Format {
         /// The file or folder.
         path: PathBuf,
@@ -74,7 +74,7 @@ pub enum ImageError {
     },
     /// A file that declares far more voxels than its bytes can hold.
     #[error(
-        "{}: declares {declared_bytes} bytes of voxels in {file_bytes} bytes of file; it is damaged, write it again",
+        "{}: the file declares {declared_bytes} bytes of voxels, but has {file_bytes} bytes; the file is damaged: write it again",
         path.display()
     )]
     Implausible {
@@ -87,7 +87,7 @@ pub enum ImageError {
     },
     /// An image with more voxels than can be numbered.
     #[error(
-        "{} × {} × {} voxels are more than {limit}; crop the image, or average blocks of voxels while it is read: bin = {bin} in [specimen.image] is the least that fits",
+        "{} × {} × {} voxels are more than {limit}; crop the image, or average blocks of voxels while it is read: the smallest sufficient value is bin = {bin} in [specimen.image]",
         shape[0], shape[1], shape[2]
     )]
     TooManyVoxels {
@@ -98,7 +98,7 @@ pub enum ImageError {
         /// Smallest edge of a block, in voxels, for which the number of blocks does not exceed the limit.
         bin: usize,
     },
-    /// A file without a voxel size, when the user has not given one either.
+    /// A file without a voxel size if the user has not given a voxel size either.
     #[error("{}: {message}; give voxel_mm", path.display())]
     NoVoxelSize {
         /// The file.
@@ -108,7 +108,7 @@ pub enum ImageError {
     },
     /// Voxels that are not cubes.
     #[error(
-        "{}: voxels of {} × {} × {} mm are no cubes; resample the image to cubic voxels, or give voxel_mm if the tags are wrong",
+        "{}: voxels of {} × {} × {} mm are not cubes; resample the image to cubic voxels, or give voxel_mm if the tags are wrong",
         path.display(), size_mm[0], size_mm[1], size_mm[2]
     )]
     Anisotropic {
@@ -137,7 +137,7 @@ pub enum ImageError {
     },
     /// A specimen size given by the user that is larger than the specimen in the image.
     #[error(
-        "specimen.{key} = {given_mm} is larger than the {shown_mm:.4} mm that the image shows; what is outside would be meshed as matrix: leave the key out, correct voxel_mm, or give [specimen.image.region]"
+        "specimen.{key} = {given_mm} is larger than the specimen in the image ({shown_mm:.4} mm), and the volume outside the image would be meshed as matrix: remove the key, correct voxel_mm, or give [specimen.image.region]"
     )]
     Larger {
         /// `radius_mm` or `height_mm`.
@@ -159,14 +159,14 @@ pub enum ImageError {
         image: [usize; 3],
     },
     /// A grey value that is infinite or not a number.
-    #[error("voxel {voxel:?} has the grey value {value}; replace such voxels before")]
+    #[error("voxel {voxel:?} has the grey value {value}; replace such values in the image")]
     NotFinite {
         /// Position of the voxel along x, y, z, counted from 0.
         voxel: [usize; 3],
         /// Grey value of the voxel.
         value: f32,
     },
-    /// An image of one grey value, or of one phase.
+    /// An image with only one grey value or only one phase.
     #[error("{what}; {help}")]
     NoContrast {
         /// Description of the missing contrast, with the values.
@@ -182,7 +182,7 @@ pub enum ImageError {
         /// Advice to the user.
         help: &'static str,
     },
-    /// Labels that contradict the rules given for them.
+    /// Labels that contradict the label rules.
     #[error("{what}; {help}")]
     Labels {
         /// Description of the contradiction, with the values.
@@ -191,7 +191,7 @@ pub enum ImageError {
         help: &'static str,
     },
     /// An image to which no cylinder can be fitted.
-    #[error("the specimen is no upright cylinder in air: {message}; {help}")]
+    #[error("no cylinder in air fits the specimen: {message}; {help}")]
     NoCylinder {
         /// Result of the failed fit.
         message: String,

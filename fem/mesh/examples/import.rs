@@ -1,4 +1,4 @@
-//! Import of mesh files of other programs: prints notes, faults and the quality of the mesh.
+//! Import of mesh files of other programs: prints notes, errors and the quality of the mesh.
 //!
 //! `cargo run --release -p fem-mesh --example import -- mesh.msh... [out=folder]`
 //!
@@ -26,7 +26,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             Ok(imported) => {
                 let quality = Quality::of(&imported.mesh);
                 println!(
-                    "{}: {quality}, least scaled Jacobian {:.4}",
+                    "{}: {quality}, smallest scaled Jacobian {:.4}",
                     name.display(),
                     quality.min_scaled_jacobian
                 );

@@ -35,7 +35,7 @@ struct Spheres {
 fn main() -> Result<(), Box<dyn Error>> {
     let (radius_mm, height_mm) = (2.5, 4.4);
     let mut packing = Packing { film_mm: 0.05, ..Packing::new(0.2, 1) };
-    let (mut spacings, mut spheres, mut picture) = (Vec::new(), None, None);
+    let (mut spacings, mut spheres, mut vtu_path) = (Vec::new(), None, None);
     let (mut voxel_mm, mut volume, mut side) = (None, None, 256);
     let mut meshing = Meshing::new(1.0);
     for argument in std::env::args().skip(1) {
@@ -47,7 +47,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             Some(("fraction", fraction)) => packing.fraction = fraction.parse()?,
             Some(("film", film)) => packing.film_mm = film.parse()?,
             Some(("voxel", voxel)) => voxel_mm = Some(voxel.parse()?),
-            Some(("vtu", path)) => picture = Some(path.to_owned()),
+            Some(("vtu", path)) => vtu_path = Some(path.to_owned()),
             Some(("volume", name)) => volume = Some(name.to_owned()),
             Some(("side", voxels)) => side = voxels.parse()?,
             Some(("radius", radius)) => {
@@ -59,7 +59,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     if let Some(name) = volume {
         let spacings = if spacings.is_empty() { vec![4.0 * VOXEL_MM] } else { spacings };
-        return mesh_of_image(&name, side, &spacings, meshing, picture.as_deref());
+        return mesh_of_image(&name, side, &spacings, meshing, vtu_path.as_deref());
     }
     let clock = Instant::now();
     let grains = match spheres {
@@ -85,17 +85,17 @@ fn main() -> Result<(), Box<dyn Error>> {
     for spacing_mm in spacings {
         let clock = Instant::now();
         let meshed = Meshing { spacing_mm, ..meshing }.build(radius_mm, height_mm, field)?;
-        tell(spacing_mm, clock, &meshed, picture.as_deref())?;
+        report(spacing_mm, clock, &meshed, vtu_path.as_deref())?;
     }
     Ok(())
 }
 
 /// Prints the report of a mesh, and writes the mesh if a path is given.
-fn tell(
+fn report(
     spacing_mm: f64,
     clock: Instant,
     meshed: &Meshed,
-    picture: Option<&str>,
+    vtu_path: Option<&str>,
 ) -> Result<(), Box<dyn Error>> {
     let seconds = clock.elapsed().as_secs_f64();
     println!("spacing {spacing_mm} mm, {seconds:.1} s: {}", meshed.report);
@@ -103,13 +103,13 @@ fn tell(
     let median = meshed.report.median_volume_error(3.0).unwrap_or(0.0);
     println!(
         "  wall error {wall:.1e} mm, Euler characteristic {}, median volume error {:.2} %, \
-         {} edges kept straight",
+         {} edges stayed straight",
         meshed.report.euler_characteristic,
         100.0 * median,
         meshed.report.straightened_edges
     );
     meshed.report.warnings().iter().for_each(|warning| println!("  warning: {warning}"));
-    if let Some(path) = picture {
+    if let Some(path) = vtu_path {
         vtu::write(path, &meshed.mesh, &[], &[])?;
     }
     Ok(())
@@ -121,11 +121,11 @@ fn mesh_of_image(
     side: usize,
     spacings: &[f64],
     meshing: Meshing,
-    picture: Option<&str>,
+    vtu_path: Option<&str>,
 ) -> Result<(), Box<dyn Error>> {
     let clock = Instant::now();
     let taken = volumes::volume(name, side)
-        .ok_or_else(|| format!("there is no volume `{name}`: take {:?}", volumes::NAMES))?;
+        .ok_or_else(|| format!("there is no volume `{name}`; use one of {:?}", volumes::NAMES))?;
     println!(
         "{name}: {} grains after {:.1} s",
         taken.volumes_mm3.len(),
@@ -138,7 +138,7 @@ fn mesh_of_image(
     let off = |found: f64, truth: f64| (found - truth).abs() / VOXEL_MM;
     let [x, y] = [0, 1].map(|k| off(cylinder.centre_mm[k], taken.centre_mm[k]));
     println!(
-        "  axis {:.3}, radius {:.3}, bottom {:.3}, height {:.3} voxels off the truth",
+        "  axis {:.3}, radius {:.3}, bottom {:.3}, height {:.3} voxels from the truth",
         x.hypot(y),
         off(cylinder.radius_mm, taken.radius_mm),
         off(cylinder.bottom_mm, taken.bottom_mm),
@@ -152,7 +152,7 @@ fn mesh_of_image(
         let grains = VoxelGrains::new(labels, Some(solid), cylinder).with_volumes(volumes);
         let (radius_mm, height_mm) = (cylinder.radius_mm, cylinder.height_mm());
         let meshed = Meshing { spacing_mm, ..meshing }.build(radius_mm, height_mm, &grains)?;
-        tell(spacing_mm, clock, &meshed, picture)?;
+        report(spacing_mm, clock, &meshed, vtu_path)?;
         let mut errors = Vec::new();
         for (found, truth) in meshed.report.grains.iter().zip(&matches) {
             if let Some(truth) = truth.filter(|_| found.elements_across > 3.0) {
@@ -162,8 +162,8 @@ fn mesh_of_image(
         errors.sort_by(f64::total_cmp);
         let median = errors.get(errors.len() / 2).copied().unwrap_or(f64::NAN);
         println!(
-            "  interface error {:.3} voxels; fraction {:+.2} % off the labels and {:+.2} % off the truth; \
-             median volume {:.2} % off the truth for {} grains over three elements across",
+            "  interface error {:.3} voxels; relative error of the fraction {:+.2} % (labels) and {:+.2} % (truth); \
+             median error of the volume {:.2} % for {} grains with more than three elements across",
             meshed.report.interface_rms_mm / VOXEL_MM,
             100.0 * (meshed.report.achieved_fraction / meshed.report.asked_fraction - 1.0),
             100.0 * (meshed.report.achieved_fraction / taken.fraction() - 1.0),
@@ -174,7 +174,7 @@ fn mesh_of_image(
     Ok(())
 }
 
-/// Returns, for each segmented grain, the true grain (from 1) with an intersection over union above one half.
+/// Returns the matching true grain (from 1) of each segmented grain: their intersection over union exceeds one half.
 fn matches(taken: &Imaged, found: &Segmented) -> Vec<Option<usize>> {
     let mut shared: BTreeMap<(u32, u32), usize> = BTreeMap::new();
     let mut sizes: BTreeMap<u32, usize> = BTreeMap::new();

@@ -13,8 +13,9 @@ use std::path::{Path, PathBuf};
 
 use fem_image::{RgbSlice, Segmentation, outlined_slice, tiff};
 
-/// Width (columns) and colour of the gap between two slices of the picture.
+/// Width of the gap between two slices of the picture (pixels).
 const GAP: usize = 4;
+/// Grey value of the gap.
 const BETWEEN: u8 = 255;
 
 fn main() -> Result<(), Box<dyn Error>> {

@@ -4,13 +4,13 @@
 //! cargo run --release -p fem-mesh --example segmentation [FOLDER] [SIDE] [VOLUME ...]
 //! ```
 //!
-//! VOLUME is `separate`, `touching`, `fines`, `scanned` or `rough` (SIDE³ voxels, 256 by default), `many` (thousands of
-//! grains), a synthetic specimen of 112³ voxels such as `r3-0.1` or `chip`, or a group: `volumes` (the first five) and
-//! `specimens` (all of 112³). Without a VOLUME both groups are taken.
+//! VOLUME is `separate`, `touching`, `fines`, `scanned` or `rough` (SIDE³ voxels; default: SIDE = 256), `many`
+//! (thousands of grains), a synthetic specimen of 112³ voxels such as `r3-0.1` or `chip`, or a group: `volumes` (the
+//! first five volumes) or `specimens` (all specimens of 112³ voxels). Without a VOLUME, both groups are processed.
 //!
-//! Images, truths and `scores.csv` are written to FOLDER if it is given and not `-`; `tests/python/segmentation.py`
-//! runs scikit-image on the same files. With the variable STEPS set, the processor seconds of each
-//! step are printed too.
+//! Images, true labels and `scores.csv` are written to FOLDER, or to a temporary folder if FOLDER is `-` or missing;
+//! `tests/python/segmentation.py` runs scikit-image on the same files. If the environment variable STEPS is set, the
+//! processor seconds of each step are printed too.
 
 #[path = "../tests/support/agreement.rs"]
 mod agreement;
@@ -37,8 +37,8 @@ use phantom::Imaged;
 /// Header of `scores.csv`. Volumes and lengths are in voxels.
 const COLUMNS: &str = "volume,rule,middle_grey,true_grains,grains,matched,pq,dice,true_fraction,fraction,voxel_fraction,\
     true_median,median,true_d50,d50,right,missing,small,true_radius,radius,true_height,height,seconds,processor_seconds,megabytes,contrast";
-/// Limit of the size of true grains that count as small (voxels): 6 voxels in diameter, half of the size of the
-/// paper's grains.
+/// Maximum size of a small true grain (voxels): a sphere of 6 voxels in diameter, half the diameter of grains in the
+/// paper.
 const SMALL: u64 = 113;
 
 /// Settings for one segmentation of a volume.
@@ -79,7 +79,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Returns the names of the volumes of a group, or the single volume of this name.
+/// Returns the names of the volumes in a group; any other name is the name of a single volume.
 fn members(name: &str) -> Vec<String> {
     match name {
         "volumes" => volumes::NAMES.map(str::to_owned).to_vec(),
@@ -88,10 +88,13 @@ fn members(name: &str) -> Vec<String> {
     }
 }
 
-/// Returns the image, and the settings of its segmentations.
+/// Returns a volume, its middle grey value (NaN if unknown) and the settings of its segmentations; `None` for an
+/// unknown name.
 fn volume(name: &str, side: usize) -> Option<(Imaged, f64, Vec<Rule>)> {
     let auto = Segmentation::default();
-    if let Some((_, specimen)) = specimens::specimens().into_iter().find(|(own, _)| own == name) {
+    if let Some((_, specimen)) =
+        specimens::specimens().into_iter().find(|(candidate, _)| candidate == name)
+    {
         let middle = specimen.middle_grey();
         let auto = Segmentation { contrast: specimen.contrast(), ..auto };
         let by_hand = Segmentation { grain_threshold: Some(middle), ..auto.clone() };
@@ -118,11 +121,11 @@ fn score_volume(
     let (mut taken, middle, rules) = volume(name, side).ok_or_else(|| {
         let groups = ["volumes", "specimens"].map(members).concat().join(", ");
         format!(
-            "there is no volume `{name}`; take `volumes`, `specimens`, `many` or one of {groups}"
+            "there is no volume `{name}`; use `volumes`, `specimens`, `many` or one of {groups}"
         )
     })?;
     let file = folder.join(format!("{name}.tif"));
-    // read the image from its file again, so that its memory is counted once
+    // the image is moved from memory to a file, from which the segmentation reads it: the peak memory counts it once
     let grey = std::mem::take(&mut taken.image.values);
     let grey = grey.into_iter().map(|value| value.max(0.0) as u32).collect();
     tiff::write_labels(&file, &Volume::new(taken.image.shape, taken.image.voxel_mm, grey)?)?;
@@ -241,8 +244,8 @@ fn report(
     Ok(())
 }
 
-/// Returns the median diameter by volume: half of the grains' volume belongs to grains with a smaller equivalent
-/// sphere.
+/// Returns the median diameter by volume (mm): half of the total grain volume belongs to grains whose equivalent sphere
+/// has a smaller diameter.
 fn diameter_of_half(volumes_mm3: &[f64]) -> f64 {
     let mut volumes = volumes_mm3.to_vec();
     volumes.sort_by(f64::total_cmp);

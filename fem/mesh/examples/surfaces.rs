@@ -3,8 +3,8 @@
 //! `cargo run --release -p fem-mesh --example surfaces -- [spacing in mm]... [fraction=0.2] [radius=0.5] [film=0.05]
 //! [seed=1] [smoothing=0] [decimation=20] [least=0] [grow=1.0] [curved=true]`
 //!
-//! `grow` scales each grain before it is written, so that grains touch and overlap. The files go to a temporary folder.
-//! Without a spacing no mesh is made.
+//! `grow` scales each grain before its file is written, so that grains touch and overlap. The files are written to a
+//! temporary folder. Without a spacing, no mesh is generated.
 
 use std::error::Error;
 use std::time::Instant;
@@ -35,7 +35,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             Some(("least", value)) => import.least_distance_mm = value.parse()?,
             Some(("grow", value)) => grow = value.parse()?,
             Some(("curved", value)) => curved = value.parse()?,
-            Some((key, _)) => return Err(format!("{key} is no setting").into()),
+            Some((key, _)) => return Err(format!("there is no setting `{key}`").into()),
             None => spacings.push(argument.parse::<f64>()?),
         }
     }
@@ -62,7 +62,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let shrunk = found.factors.iter().filter(|&&factor| factor < 1.0).count();
     let least = found.factors.iter().copied().fold(1.0, f64::min);
     println!(
-        "{shrunk} grains shrunk, by {least:.4} at least; volume {:+.2} %",
+        "{shrunk} grains shrunk, smallest factor {least:.4}; volume {:+.2} %",
         100.0 * (found.volume_mm3() / volume - 1.0)
     );
     for spacing_mm in spacings {
@@ -70,8 +70,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         let meshing = Meshing { mode: GrainMode::Auto, curved, ..Meshing::new(spacing_mm) };
         let meshed = meshing.build(radius_mm, height_mm, &found.grains()?)?;
         let errors = meshed.report.grains.iter().zip(&found.surfaces);
-        let mut errors: Vec<f64> =
-            errors.map(|(grain, own)| (grain.achieved_mm3 / own.volume() - 1.0).abs()).collect();
+        let mut errors: Vec<f64> = errors
+            .map(|(grain, surface)| (grain.achieved_mm3 / surface.volume() - 1.0).abs())
+            .collect();
         errors.sort_by(f64::total_cmp);
         let at = |share: f64| 100.0 * errors[(share * (errors.len() - 1) as f64) as usize];
         println!(

@@ -31,8 +31,8 @@ pub enum MeshError {
         /// Number of nodes in the mesh.
         nodes: usize,
     },
-    /// No tetrahedron uses this node, which would make the stiffness matrix singular.
-    #[error("node {node} belongs to no tetrahedron; drop it from `nodes`")]
+    /// A node belongs to no tetrahedron; such a node would make the stiffness matrix singular.
+    #[error("node {node} belongs to no tetrahedron; remove the node from `nodes`")]
     UnusedNode {
         /// Number of the node.
         node: usize,
@@ -73,8 +73,10 @@ pub enum MeshError {
         /// Number of tetrahedra in the mesh.
         tets: usize,
     },
-    /// A tetrahedron has a region index without a region.
-    #[error("tetrahedron {tet} has region {region}, but only {regions:?} are named; add its name")]
+    /// The region index of a tetrahedron is not below the number of regions.
+    #[error(
+        "tetrahedron {tet} has region index {region}, but the regions are {regions:?}; add its name to `regions`"
+    )]
     UnknownRegion {
         /// Number of the tetrahedron.
         tet: usize,
@@ -84,22 +86,22 @@ pub enum MeshError {
         regions: Vec<String>,
     },
     /// A region has no tetrahedra.
-    #[error("region `{name}` has no tetrahedron; correct its name or tag, or leave it out")]
+    #[error("region `{name}` has no tetrahedron; correct its name or tag, or remove the region")]
     MissingRegion {
         /// Name of the region.
         name: String,
     },
     /// More than two tetrahedra share a face.
     #[error(
-        "the face of nodes {face:?} is shared by {count} tetrahedra ({tets:?}), at most two can \
-         meet there; remove the duplicates"
+        "the face of nodes {face:?} is shared by {count} tetrahedra ({tets:?}), but at most two may \
+         share a face; remove the duplicates"
     )]
     NonManifoldFace {
         /// Nodes of the face.
         face: [u32; 3],
         /// Number of tetrahedra that share the face.
         count: usize,
-        /// The first of these tetrahedra.
+        /// Numbers of the first three tetrahedra that share the face.
         tets: Vec<u32>,
     },
     /// Two tetrahedra lie on the same side of their common face.
@@ -115,7 +117,7 @@ pub enum MeshError {
     },
     /// The mesh consists of parts that share no node.
     #[error(
-        "the mesh falls into parts that share no node (tetrahedra 0 and {tet}); make the geometry \
+        "the mesh consists of several parts that share no node (tetrahedra 0 and {tet}); make the geometry \
          conforming before meshing (in Gmsh: Coherence or BooleanFragments)"
     )]
     Disconnected {
@@ -125,7 +127,7 @@ pub enum MeshError {
     /// A surface triangle is not a face of the boundary.
     #[error(
         "triangle {triangle} of surface `{surface}` (nodes {nodes:?}) is not a boundary face of the \
-         tetrahedra; take it out of the surface"
+         tetrahedra; remove the triangle from the surface"
     )]
     NotOnBoundary {
         /// Name of the surface.
@@ -136,7 +138,9 @@ pub enum MeshError {
         nodes: [u32; 3],
     },
     /// The normal of a surface triangle points inwards.
-    #[error("triangle {triangle} of surface `{surface}` shows inward; swap two of its nodes")]
+    #[error(
+        "the normal of triangle {triangle} of surface `{surface}` points inwards; swap two nodes of the triangle"
+    )]
     Inward {
         /// Name of the surface.
         surface: String,
@@ -157,25 +161,25 @@ pub enum MeshError {
         second: String,
     },
     /// A surface has no triangles.
-    #[error("surface `{name}` has no triangle; correct its name or tag, or leave it out")]
+    #[error("surface `{name}` has no triangle; correct its name or tag, or remove the surface")]
     EmptySurface {
         /// Name of the surface.
         name: String,
     },
-    /// The point of a curved edge is invalid.
-    #[error("the edge point {point_mm:?} of nodes {edge:?}: {fault}")]
+    /// The mid-edge point of a curved edge is invalid.
+    #[error("the mid-edge point {point_mm:?} of the edge with nodes {edge:?}: {fault}")]
     EdgePoint {
         /// Nodes of the edge.
         edge: [u32; 2],
-        /// Coordinates of the edge point (mm).
+        /// Coordinates of the mid-edge point (mm).
         point_mm: [f64; 3],
         /// Description of the fault.
         fault: &'static str,
     },
     /// A tetrahedron is folded by its curved edges.
     #[error(
-        "tetrahedron {tet} is folded by its curved edges (Jacobian down to {jacobian_mm3:e} mm³); move \
-         their points towards the middles of the edges (in Gmsh: Mesh.HighOrderOptimize = 1)"
+        "tetrahedron {tet} is folded by its curved edges (smallest Jacobian {jacobian_mm3:e} mm³); move \
+         the mid-edge points towards the midpoints of the edges (in Gmsh: Mesh.HighOrderOptimize = 1)"
     )]
     Folded {
         /// Number of the tetrahedron.
@@ -183,12 +187,12 @@ pub enum MeshError {
         /// Lower bound of the Jacobian determinant of the tetrahedron (mm³).
         jacobian_mm3: f64,
     },
-    /// Several faults of one check.
-    #[error("{count} faults of the mesh: {}{}", listed(first), if *count > first.len() { "; and so on" } else { "" })]
+    /// Several errors of one check.
+    #[error("the mesh has {count} errors: {}{}", listed(first), if *count > first.len() { "; …" } else { "" })]
     Several {
-        /// The first of the faults.
+        /// The first errors.
         first: Vec<MeshError>,
-        /// Total number of faults.
+        /// Total number of errors.
         count: usize,
     },
     /// A mixture has a fraction outside [0, 1] or a normal that is neither a unit vector nor zero.
@@ -204,7 +208,7 @@ pub enum MeshError {
         /// Interface normal of the mixture.
         normal: [f32; 3],
     },
-    /// The mesh has no region of this name.
+    /// The mesh has no region of the requested name.
     #[error("there is no region `{name}`; the mesh has {regions:?}")]
     NoSuchRegion {
         /// The requested name.

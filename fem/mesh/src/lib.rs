@@ -1,10 +1,10 @@
 //! Tetrahedral meshes of grains in a matrix, with packings and images of grains as input.
 //!
 //! A mesh is generated from a lattice whose tetrahedra are labelled with grains ([`Meshing`]), built as a [`Block`] or
-//! a cylinder ([`CylinderLattice`]), or read from a Gmsh file ([`gmsh::read`]). It can be written for Gmsh, ParaView ([`vtu`]) and as STL ([`stl`]). Grains come from a
-//! [`Packing`], a list ([`GrainList`]), a segmented image ([`VoxelGrains`]), or closed surfaces ([`SurfaceGrains`]).
-//! Lengths are in mm; the axis of a cylinder is z, and its bottom is at z = 0.
-//! The crate `fem` re-exports all items of this crate.
+//! a cylinder ([`CylinderLattice`]), or read from a Gmsh file ([`gmsh::read`]). A mesh can be written for Gmsh, ParaView
+//! ([`vtu`]) and as STL ([`stl`]). Grains come from a [`Packing`], a list ([`GrainList`]), a segmented image
+//! ([`VoxelGrains`]), or closed surfaces ([`SurfaceGrains`]). Lengths are in mm; the axis of a cylinder is z, and its
+//! bottom is at z = 0. The crate `fem` re-exports all items of this crate.
 //!
 //! ```
 //! use fem_mesh::{CylinderLattice, Packing, label};

@@ -25,13 +25,13 @@ const KERNELS: usize = 3;
 const PASSES: [usize; KERNELS] = [0, 1, 3];
 /// Fixed-point value of a voxel that is completely grain, in the blurred sets.
 pub(crate) const FULL: u16 = 16384;
-/// Maximum number of iterations that find the level.
+/// Maximum number of iterations in the search for the level.
 const ROUNDS: usize = 8;
 /// Convergence limit of the level: change per iteration, as a share of the contrast.
 const STILL: f64 = 0.004;
 /// Lower and upper limit of the level: the matrix's grey value plus these shares of the contrast.
-const WAY: [f64; 2] = [0.15, 0.85];
-/// Smallest number of voxels above the level from which a contrast is computed.
+const LEVEL_RANGE: [f64; 2] = [0.15, 0.85];
+/// Minimum number of voxels above the level for the computation of a contrast.
 const LEAST: u64 = 150;
 /// Share of each material's voxels from which the material's grey value is computed: the voxels that the blur of the
 /// other material affects least. If grains are large, the blur does not reach these voxels.
@@ -42,14 +42,15 @@ const CUT: [f64; 2] = [-0.5, 1.5];
 /// Result of the model: grey values of matrix and grains, and the set of grain voxels.
 #[derive(Clone, Debug)]
 pub(crate) struct Blurred {
-    /// Grey values of the two materials.
+    /// Grey value of the matrix.
     pub(crate) matrix: f64,
+    /// Grey value of the grains.
     pub(crate) grain: f64,
     /// Level of the filtered image above which the grain voxels have the grains' volume.
     pub(crate) level: f64,
-    /// Voxels of the filtered image from that level on.
+    /// Voxels whose value in the filtered image is at least the level.
     pub(crate) set: Vec<u8>,
-    /// Share of grain in each voxel of the unfiltered image by the model, in units of 1/[`FULL`].
+    /// Share of grain in each voxel of the unfiltered image according to the model, in units of 1/[`FULL`].
     pub(crate) share: Vec<i16>,
     /// Largest share of the purest matrix voxels, and smallest share of the purest grain voxels.
     pub(crate) purest: [i16; 2],
@@ -74,7 +75,7 @@ impl Blurred {
             let purest = purest(&share, &set, sample);
             let [matrix, contrast] = materials(&grey.values, &share, purest, sample)?;
             let volume = volume(&grey.values, &share, &set, sample, [matrix, contrast]);
-            let limits = WAY.map(|way| matrix + way * contrast);
+            let limits = LEVEL_RANGE.map(|way| matrix + way * contrast);
             let next = level_of(&counts, volume).clamp(limits[0], limits[1]);
             if (next - level).abs() <= STILL * contrast || round + 1 == ROUNDS {
                 return Some(Blurred {
@@ -96,25 +97,26 @@ impl Blurred {
         None
     }
 
-    /// Grey value half way between the materials.
+    /// Returns the grey value half way between the materials.
     pub(crate) fn middle(&self) -> f64 {
         (self.matrix + self.grain) / 2.0
     }
 }
 
-/// Voxels of a set whose value is at least `level`: 1, all others 0.
+/// Returns 1 for each voxel of a set whose value is at least `level`, and 0 for all other voxels.
 pub(crate) fn above(smooth: &Volume<u16>, inside: &[u8], level: f64) -> Vec<u8> {
     let values = smooth.values.par_iter().zip(inside);
     values.map(|(&value, &inside)| u8::from(f64::from(value) >= level) & inside).collect()
 }
 
-/// Shares of a blurred set, in units of 1/[`FULL`]; the blur is fitted to the image in the voxels of `sample`. `None`
-/// if the image is not brighter in the set than outside.
+/// Returns the shares of a blurred set, in units of 1/[`FULL`]; the blur is fitted to the image in the voxels of
+/// `sample`. `None` if the image is not brighter in the set than outside the set.
 pub(crate) fn share(grey: &Volume<u16>, set: &[u8], sample: &[u8]) -> Option<Vec<i16>> {
     mixed(&grey.values, set, sample, |_, blurred| binomial(grey.shape, blurred))
 }
 
-/// [`share`] at the voxels of `region`, which contains `sample`; the values at other voxels are unspecified.
+/// Computes the same shares as [`share`] at the voxels of `region`, which contains `sample`; the values at other voxels
+/// are unspecified.
 pub(crate) fn share_at(
     grey: &Volume<u16>,
     set: &[u8],
@@ -153,8 +155,8 @@ fn mixed(
     Some((0..set.len()).into_par_iter().map(|at| rounded(mixed(at)) as i16).collect())
 }
 
-/// Weights of the kernels by least squares over the voxels of a sample; the weights sum to 1. `None` if the grey value
-/// does not increase with the share.
+/// Returns the weights of the kernels by least squares over the voxels of a sample; the sum of the weights is 1. `None`
+/// if the grey value does not increase with the share.
 fn weights(grey: &[u16], kernels: &[Vec<u16>; KERNELS], sample: &[u8]) -> Option<[f64; KERNELS]> {
     // sums of all pairwise products of 1, the kernels and the grey value
     const TERMS: usize = KERNELS + 2;
@@ -200,7 +202,7 @@ fn weights(grey: &[u16], kernels: &[Vec<u16>; KERNELS], sample: &[u8]) -> Option
     (contrast > 0.0).then(|| parts.map(|part| part / contrast))
 }
 
-/// Grey value of the matrix, and the contrast, computed from the purest voxels.
+/// Returns the grey value of the matrix and the contrast, computed from the purest voxels.
 fn materials(
     grey: &[u16],
     share: &[i16],
@@ -237,7 +239,7 @@ fn materials(
     (contrast > 0.0).then_some([dark - contrast * dark_share, contrast])
 }
 
-/// Largest share of the purest matrix voxels, and smallest share of the purest grain voxels.
+/// Returns the largest share of the purest matrix voxels, and smallest share of the purest grain voxels.
 fn purest(share: &[i16], set: &[u8], sample: &[u8]) -> [i16; 2] {
     // 256 bins for a share of 1, starting at a share of −0.5
     const BINS: usize = 512;
@@ -262,7 +264,7 @@ fn purest(share: &[i16], set: &[u8], sample: &[u8]) -> [i16; 2] {
     [bound(bins_of(matrix)) - 1, bound(BINS - bins_of(&reversed))]
 }
 
-/// Number of bins, from the first bin on, that contain the share [`PUREST`] of all counts.
+/// Returns the number of bins, counted from the first bin, that contain the share [`PUREST`] of all counts.
 fn bins_of(counts: &[u64]) -> usize {
     let wanted = PUREST * counts.iter().sum::<u64>() as f64;
     let mut over = 0;
@@ -273,8 +275,8 @@ fn bins_of(counts: &[u64]) -> usize {
     last.map_or(counts.len(), |bin| bin + 1)
 }
 
-/// Volume of the grains in the sample (voxels): the volume of the set, corrected by the difference between the image
-/// and the model.
+/// Returns the volume of the grains in the sample (voxels): the volume of the set, corrected by the difference between
+/// the image and the model.
 fn volume(
     grey: &[u16],
     share: &[i16],

@@ -1,7 +1,7 @@
 //! Voids in an image whose grains are darker than the matrix.
 //!
 //! The blurred boundary between a void and the matrix contains grey values of grains, so that the rim of each void
-//! looks like a grain. Where there are no grains, the image is m − (m − a) (k ∗ V), with the voids V, the blur k and
+//! looks like a grain. In a region without grains, the image is m − (m − a) (k ∗ V), with the voids V, the blur k and
 //! the grey values m of the matrix and a of air. The correction adds (m − a) (k ∗ V).
 
 use rayon::prelude::*;
@@ -16,15 +16,15 @@ const REACH: usize = 3;
 
 /// Voids of a specimen.
 pub(crate) struct Voids {
-    /// Voxels that are nearer to air than to the matrix in grey value.
+    /// Voxels whose grey value is closer to air than to the matrix.
     pub(crate) voxels: Vec<u8>,
-    /// Mean grey value of the voxels of voids that are darker than the level of air.
+    /// Mean grey value of the void voxels that are darker than the level of air.
     air: f64,
 }
 
 impl Voids {
-    /// Finds the voids of a filtered image: the voxels darker than `void`, and those of their neighbours whose grey
-    /// value is nearer to air than to the matrix. `None` if there are no voids.
+    /// Finds the voids of a filtered image: the voxels darker than `void`, and the neighbours of these voxels whose
+    /// grey value is closer to air than to the matrix. Returns `None` for an image without voids.
     pub(crate) fn of(smooth: &Volume<u16>, inside: &[u8], void: f64, matrix: f64) -> Option<Voids> {
         // the erosion excludes the outermost voxels of the specimen: where wall and end meet, blur makes them as dark
         // as air

@@ -15,16 +15,17 @@ use crate::volume::filter::core;
 use crate::volume::grey::rounded;
 use crate::volume::threshold::{WIDTH, histogram, otsu};
 
-/// Number of rings of equal area; `LAYERS` is the number of layers of equal height.
+/// Number of rings of equal area.
 const RINGS: usize = 32;
+/// Number of layers of equal height.
 const LAYERS: usize = 16;
 /// Number of iterations of classification and fit.
 const ROUNDS: usize = 3;
 /// Convergence limit: largest change of a profile in an iteration.
 const STILL: f64 = 0.002;
-/// Number of steps that fit alternately the profiles and the brightness of the classes.
+/// Number of steps; each step fits first the brightness of the classes and then the profiles.
 const STEPS: usize = 20;
-/// Smallest number of voxels of a class in a ring of a layer for the ring's mean to be used.
+/// Minimum number of voxels of a class in a ring of a layer; the mean over fewer voxels is not used.
 const LEAST: u64 = 5;
 
 /// The factor of grey values above air at a position; [`correct`](Self::correct) divides by the factor.
@@ -35,7 +36,7 @@ pub(crate) struct Brightness {
     axial: Profile,
 }
 
-/// A factor as a quadratic polynomial of s or t between 0 and 1: its coefficients, scaled so that the mean is 1.
+/// Coefficients of a quadratic polynomial in s or t (from 0 to 1); the value of the polynomial is a factor with mean 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Profile([f64; 3]);
 
@@ -87,7 +88,8 @@ impl Brightness {
         self.radial.at(s.min(1.0)) * self.axial.at(t.clamp(0.0, 1.0))
     }
 
-    /// Factors of the voxels of a slice. `upright` contains the radial factors if they are the same in all slices.
+    /// Returns the factors of the voxels of a slice. `upright` contains the radial factors if they are equal in all
+    /// slices.
     fn factors<'a>(&self, places: &Places<'_>, upright: Option<&'a [f64]>) -> Factors<'a> {
         match (&places.heights, upright) {
             (Heights::Equal(t), Some(radial)) => {
@@ -95,7 +97,7 @@ impl Brightness {
             }
             _ => {
                 let all = (0..places.squares.len()).map(|n| {
-                    let [s, t] = places.of(n);
+                    let [s, t] = places.at(n);
                     self.at(s, t)
                 });
                 Factors { radial: Cow::Owned(all.collect()), axial: 1.0 }
@@ -103,14 +105,15 @@ impl Brightness {
         }
     }
 
-    /// Radial factors of a slice, which are the same for all slices of an upright cylinder; `None` for a tilted
+    /// Returns the radial factors of a slice, which are equal in all slices of an upright cylinder; `None` for a tilted
     /// cylinder.
     fn across(&self, columns: &Columns<'_>) -> Option<Vec<f64>> {
         let squares = columns.upright.as_ref()?;
         Some(squares.iter().map(|s| self.radial.at(s.min(1.0))).collect())
     }
 
-    /// Whether two brightness functions differ by less than [`STILL`], which does not affect the classification.
+    /// Returns whether two brightness functions differ by less than [`STILL`]; such a difference does not affect the
+    /// classification.
     fn is_near(&self, other: &Self) -> bool {
         let mut places = (0..=RINGS).map(|n| n as f64 / RINGS as f64);
         let off = |s: f64| {
@@ -121,12 +124,12 @@ impl Brightness {
         places.all(|s| off(s) < STILL)
     }
 
-    /// Ratio of the brightness at the wall to the brightness at the axis.
+    /// Returns the ratio of the brightness at the wall to the brightness at the axis.
     pub(crate) fn rim_over_centre(&self) -> f64 {
         self.radial.at(1.0) / self.radial.at(0.0)
     }
 
-    /// Ratio of the brightness at the top to the brightness at the bottom.
+    /// Returns the ratio of the brightness at the top to the brightness at the bottom.
     pub(crate) fn top_over_bottom(&self) -> f64 {
         self.axial.at(1.0) / self.axial.at(0.0)
     }
@@ -164,8 +167,8 @@ impl Brightness {
         brightness
     }
 
-    /// Sums of matrix and of grain in rings and layers, over voxels away from interfaces; voxels at interfaces contain
-    /// both.
+    /// Sums the grey values of matrix and of grain in rings and layers. Only voxels away from interfaces count: a voxel
+    /// at an interface contains both materials.
     fn classes(
         &self,
         values: &[u16],
@@ -195,7 +198,7 @@ impl Brightness {
             let add = |mut sums: Parts, (z, (values, core)): (usize, (&[u16], &[u8]))| {
                 let places = columns.at(z);
                 for n in (0..area).filter(|&n| core[n] != 0) {
-                    let [s, t] = places.of(n);
+                    let [s, t] = places.at(n);
                     let sum = &mut sums[bin(s, RINGS) + RINGS * bin(t, LAYERS)];
                     *sum = (sum.0 + 1, sum.1 + u64::from(values[n]));
                 }
@@ -208,8 +211,8 @@ impl Brightness {
         })
     }
 
-    /// Profiles that fit the means in rings and layers best, and the brightness of the classes above air (NaN for a
-    /// class that has no voxels away from interfaces).
+    /// Fits the profiles to the means in rings and layers. Returns the profiles and the brightness of the classes above
+    /// air (NaN for a class without voxels away from interfaces).
     fn improved(&self, classes: &[Parts; 2]) -> Option<(Brightness, [f64; 2])> {
         let means_of = |parts: &Parts| -> Vec<Mean> {
             let parts = parts.iter().enumerate().filter(|(_, part)| part.0 >= LEAST);
@@ -237,7 +240,9 @@ impl Brightness {
             }
             let points = || {
                 let both = classes.iter().zip(brightness);
-                both.flat_map(|(class, own)| class.iter().map(move |mean| (mean, mean.value / own)))
+                both.flat_map(|(class, level)| {
+                    class.iter().map(move |mean| (mean, mean.value / level))
+                })
             };
             let radial =
                 |(mean, value): (&Mean, f64)| [mean.s, mean.count, this.axial.at(mean.t), value];
@@ -266,11 +271,11 @@ impl Brightness {
     }
 }
 
-/// Values (r/R)² and heights of voxels, computed slice by slice. For an upright cylinder `upright` contains (r/R)²,
-/// which is the same in all slices.
+/// Values (r/R)² and heights of voxels, computed slice by slice.
 struct Columns<'a> {
     cylinder: &'a Fit,
     section: [usize; 2],
+    /// Values (r/R)² of a slice if the cylinder is upright; they are equal in all slices.
     upright: Option<Vec<f64>>,
 }
 
@@ -287,7 +292,8 @@ enum Heights {
 }
 
 impl Places<'_> {
-    fn of(&self, n: usize) -> [f64; 2] {
+    /// Returns (r/R)² and the relative height of a voxel of the slice.
+    fn at(&self, n: usize) -> [f64; 2] {
         let height = match &self.heights {
             Heights::Equal(height) => *height,
             Heights::Each(heights) => heights[n],
@@ -306,7 +312,8 @@ impl<'a> Columns<'a> {
 
     fn at(&self, z: usize) -> Places<'_> {
         let Fit { bottom, top, .. } = self.cylinder;
-        let height = |voxel| (self.cylinder.place(voxel)[1] - bottom) / (top - bottom);
+        let height =
+            |voxel| (self.cylinder.radius_squared_and_height(voxel)[1] - bottom) / (top - bottom);
         match &self.upright {
             Some(all) => {
                 Places { squares: Cow::Borrowed(all), heights: Heights::Equal(height([0, 0, z])) }
@@ -330,7 +337,7 @@ mod tests {
     use rand_xoshiro::Xoshiro256PlusPlus;
 
     #[test]
-    fn a_known_profile_is_found_and_taken_out() {
+    fn a_known_profile_is_fitted_and_removed() {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(7);
         let shape = [64, 64, 24];
         for lean in [[0.0, 0.0], [0.15, -0.1]] {
@@ -343,21 +350,23 @@ mod tests {
                 wander: 0.0,
                 scatter: 0.0,
             };
-            a_profile_is_taken_out_of(&cylinder, shape, &mut rng);
+            check_removal_of_a_profile(&cylinder, shape, &mut rng);
         }
     }
 
-    fn a_profile_is_taken_out_of(cylinder: &Fit, shape: [usize; 3], rng: &mut impl Rng) {
+    fn check_removal_of_a_profile(cylinder: &Fit, shape: [usize; 3], rng: &mut impl Rng) {
         let set = cylinder.inside(shape, 2.0);
-        let relative = |x, y, z| cylinder.place([x, y, z])[0] / cylinder.radius.powi(2);
+        let relative =
+            |x, y, z| cylinder.radius_squared_and_height([x, y, z])[0] / cylinder.radius.powi(2);
         let truth = |s: f64| 0.88 + 0.2 * s + 0.05 * s * s;
-        let height = |x, y, z| cylinder.place([x, y, z])[1] / 24.0;
+        let height = |x, y, z| cylinder.radius_squared_and_height([x, y, z])[1] / 24.0;
         let drift = |t: f64| 0.9 + 0.2 * t.clamp(0.0, 1.0);
         let mut values = Vec::new();
         let mut clean = Vec::new();
         for n in 0..set.len() {
             let (x, y, z) = (n % 64, n / 64 % 64, n / 4096);
-            // grains are more frequent at the rim and below; the fit must not attribute that to cupping or drift
+            // grains are more frequent at the rim and in the lower half; the fit must not attribute this to cupping or
+            // drift
             let (s, t) = (relative(x, y, z), height(x, y, z));
             let few = if s > 0.5 { 3 } else { 1 };
             let grain = (x / 9 + y / 9 + z / 12) % 5 < if t < 0.5 { few + 1 } else { few };

@@ -8,8 +8,8 @@ use crate::volume::contrast::Contrast;
 use crate::volume::filter::core;
 use crate::volume::threshold::{WIDTH, class_means, core_mean, histogram, level_of, middle, otsu};
 
-/// Separation of two classes, in standard deviations, below which the classes are taken to be the two halves of one
-/// normal distribution.
+/// Separation of two classes, in standard deviations, below which the classes count as the two halves of one normal
+/// distribution.
 const ONE_BELL: f64 = 3.0;
 /// Largest distance of a given level from the middle, as a share of the contrast, at which the model corrects the
 /// level.
@@ -18,7 +18,7 @@ const OFF: f64 = 0.3;
 /// middle.
 const DOUBT: f64 = 0.02;
 /// Lower and upper limit of the level: the matrix's grey value plus these shares of the contrast.
-const WAY: [f64; 2] = [0.3, 0.7];
+const LEVEL_RANGE: [f64; 2] = [0.3, 0.7];
 /// Limits to which shares of grain are clamped before they are summed: noise lies within the limits, pores do not.
 const CUT: [f64; 2] = [-0.5, 1.5];
 
@@ -27,9 +27,9 @@ const CUT: [f64; 2] = [-0.5, 1.5];
 pub(crate) struct Level {
     /// Lowest grey value of grain voxels in the filtered image.
     pub(crate) value: f64,
-    /// Grey value that represents the level for the user: given as the threshold, it results in the same level.
+    /// Grey value that the user can give as the threshold to obtain the same level.
     pub(crate) by_hand: f64,
-    /// Whether the grey values look like those of one phase.
+    /// Whether the grey values look like a single phase.
     pub(crate) one_bell: bool,
     /// The model of two materials and blur, if it could be fitted.
     pub(crate) model: Option<Blurred>,
@@ -39,9 +39,9 @@ impl Level {
     /// Finds the level for a filtered image (`smooth`): the number of voxels above the level equals the volume of the
     /// grains by the unfiltered grey values.
     ///
-    /// `inside` are the voxels that may be grain; `sample` are those of them that are away from walls and voids,
-    /// because a matrix voxel that contains some air must not form its own class. `None` if there is only one grey
-    /// value.
+    /// `inside` are the voxels that may be grain. `sample` is the subset of these voxels away from walls and voids:
+    /// matrix voxels that contain some air must not form a separate class. Returns `None` if the image has only one
+    /// grey value.
     ///
     /// The level is first Otsu's threshold, then the middle between the means of matrix and grains away from interfaces
     /// (if such voxels exist), and finally the level of the model of two materials and blur ([`Blurred`]), if the fit
@@ -69,17 +69,17 @@ impl Level {
             value = (matrix + grain) / 2.0;
             let volume = volume(smooth, grey, sample, value, [matrix, grain]);
             let limit = |share: f64| matrix + share * (grain - matrix);
-            value = level_of(&counts, volume).clamp(limit(WAY[0]), limit(WAY[1]));
+            value = level_of(&counts, volume).clamp(limit(LEVEL_RANGE[0]), limit(LEVEL_RANGE[1]));
         }
         let by_hand = model.as_ref().map_or(value, Blurred::middle);
         Some(Level { value, by_hand, one_bell, model })
     }
 
-    /// Level for a grey value given by the user, which separates matrix from grain at a plane surface.
+    /// Returns the level for a grey value given by the user, which separates matrix from grain at a plane surface.
     ///
-    /// At that grey value, blur and median filter would shrink small grains. The model of two materials and blur
-    /// therefore shifts the level, so that a value half way between the materials results in the grains' true volume.
-    /// Without a model, or if the value is far from half way, the level is the value itself.
+    /// At this grey value, blur and median filter would shrink small grains. The model of two materials and blur
+    /// therefore shifts the level: a value half way between the materials results in the true volume of the grains.
+    /// Without a model, or if the value is far from half way between the materials, the level is the value itself.
     pub(crate) fn given(
         value: f64,
         smooth: &Volume<u16>,
@@ -88,26 +88,29 @@ impl Level {
         sample: &[u8],
     ) -> Level {
         let by_hand = value;
-        let own = Level { value, by_hand, one_bell: false, model: None };
-        let Some(model) = Blurred::fit(smooth, grey, inside, sample, value) else { return own };
+        let unshifted = Level { value, by_hand, one_bell: false, model: None };
+        let Some(model) = Blurred::fit(smooth, grey, inside, sample, value) else {
+            return unshifted;
+        };
         let contrast = model.grain - model.matrix;
         let off = value - model.middle();
         if off.abs() > OFF * contrast {
-            return own;
+            return unshifted;
         }
         if off.abs() <= DOUBT * contrast {
-            // use the level that is found without a given value, so that both result in the same grains
+            // the level is computed as if no value were given, so that the computed and the given value result in the
+            // same grains
             let is_near = |model: &Blurred| (value - model.middle()).abs() <= DOUBT * contrast;
-            let found = Self::find(smooth, grey, inside, sample).and_then(|found| found.model);
-            let model = found.filter(is_near).unwrap_or(model);
-            return Level { value: model.level, model: Some(model), ..own };
+            let computed = Self::find(smooth, grey, inside, sample).and_then(|level| level.model);
+            let model = computed.filter(is_near).unwrap_or(model);
+            return Level { value: model.level, model: Some(model), ..unshifted };
         }
-        Level { value: model.level + off - DOUBT * contrast.copysign(off), ..own }
+        Level { value: model.level + off - DOUBT * contrast.copysign(off), ..unshifted }
     }
 }
 
-/// Mean grey value of the matrix in a filtered image (away from grains if such voxels exist), and the grey value
-/// between matrix and grains; `None` if there is only one grey value.
+/// Returns the mean grey value of the matrix in a filtered image (away from grains if such voxels exist) and the grey
+/// value between matrix and grains; `None` if the image has only one grey value.
 pub(crate) fn matrix_grey(
     smooth: &Volume<u16>,
     sample: &[u8],
@@ -128,7 +131,7 @@ fn middle_of([matrix, grain]: [f64; 2]) -> f64 {
     (matrix + grain) / 2.0
 }
 
-/// Volume of the grains (voxels): the sum of the voxels' shares of grain.
+/// Returns the volume of the grains (voxels): the sum of the shares of grain of all voxels.
 fn volume(
     smooth: &Volume<u16>,
     grey: &Volume<u16>,
@@ -159,7 +162,7 @@ fn volume(
     sum as f64 / unit
 }
 
-/// Difference of the means of two classes, divided by the mean of their standard deviations.
+/// Returns the difference of the means of two classes, divided by the mean of their standard deviations.
 fn separation(counts: &[u64], split: usize) -> f64 {
     let moments = |counts: &[u64], first: usize| {
         let all: u64 = counts.iter().sum();

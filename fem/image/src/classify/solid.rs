@@ -1,14 +1,14 @@
 //! Share of grain in each voxel, computed from the grey value.
 //!
-//! At an interface a voxel contains matrix and grain, and its grey value lies between the grey values of the two. The
-//! share of grain is assumed to be linear between the local grey values of matrix and grain, which follow from a model
-//! of their blur. The sum of the shares over a grain and its surroundings is the grain's volume with sub-voxel
-//! accuracy; noise and blur cancel.
+//! At an interface a voxel contains matrix and grain, and its grey value lies between the grey values of both
+//! materials. The share of grain is assumed to be linear between the local grey values of matrix and grain, which
+//! follow from a model of two materials and blur. The sum of the shares over a grain and its surroundings is the
+//! grain's volume with sub-voxel accuracy; noise and blur cancel.
 //!
-//! A threshold given by the user defines the surface of grains, whatever the means of the materials are. A voxel's
-//! share then follows from the distance of its centre from the surface on which the filtered grey value equals the
-//! threshold, and a grain's volume is the volume above the threshold. (In textures of low contrast, where no voxel of
-//! matrix or grain is away from interfaces, shares between the means would sum to twice that volume.)
+//! A threshold given by the user defines the surface of grains, independently of the mean grey values of the materials.
+//! A voxel's share then follows from the distance of its centre from the surface on which the filtered grey value
+//! equals the threshold, and a grain's volume is the volume above the threshold. (In textures of low contrast, where no
+//! voxel of matrix or grain is away from interfaces, shares computed from the means would sum to twice this volume.)
 
 use rayon::prelude::*;
 
@@ -17,7 +17,7 @@ use crate::volume::filter::{core, dilate};
 use crate::volume::grey::rounded;
 use crate::volume::{Volume, neighbour_steps};
 
-/// Width of the interface band (voxels): voxels further inside or outside a phase ([`core`]) are not at an interface.
+/// Width of the interface band (voxels): voxels farther inside or outside a phase ([`core`]) are not at an interface.
 const BAND: usize = 2;
 /// Edge of a block, in voxels, over which grey values are averaged.
 const BLOCK: usize = 24;
@@ -25,8 +25,9 @@ const BLOCK: usize = 24;
 const ENOUGH: f64 = 300.0;
 /// Fixed-point representation of a volume of one voxel; volumes are summed as integers.
 const UNIT: f64 = 65536.0;
-/// Largest shift of a surface (voxels); `HALVINGS` is the number of bisection steps that find the shift.
-const FURTHEST: f64 = 0.5;
+/// Maximum shift of a surface (voxels).
+const MAX_SHIFT: f64 = 0.5;
+/// Number of bisection steps in the search for the shift.
 const HALVINGS: usize = 16;
 /// Limits to which shares of grain are clamped before they are summed: noise lies within the limits, pores do not.
 const CUT: [f64; 2] = [-0.5, 1.5];
@@ -34,6 +35,7 @@ const CUT: [f64; 2] = [-0.5, 1.5];
 /// Shares of grain of voxels, and the volumes of grains computed from the shares.
 #[derive(Debug)]
 pub(crate) struct Solid {
+    /// Share of grain in each voxel, from 0 to 1.
     pub(crate) share: Vec<f32>,
     /// Volume of each grain (voxels); the first value belongs to grain number 1.
     pub(crate) volumes: Vec<f64>,
@@ -43,7 +45,7 @@ impl Solid {
     /// Computes the shares from grey values by the model of two materials and blur.
     ///
     /// A grain's volume is the volume of its voxels in the model's set, plus the difference between the image and the
-    /// model in and around these voxels. Blur beyond this region is in both the image and the model, so it cancels.
+    /// model in and around these voxels. Blur beyond this region affects both the image and the model, so it cancels.
     /// `matrix` contains the voxels that are neither grain nor void. `shown` contains all matrix and grain voxels, and
     /// the voxels beyond the wall that show blur of grains. `inside` is the specimen, and `sample` are its voxels away
     /// from walls and voids.
@@ -126,7 +128,7 @@ impl Solid {
         let near = spread(smooth.shape, labels, inside);
         let surface = Surface { smooth, threshold, labels, inside };
         let [nx, ny, _] = smooth.shape;
-        // `share` first contains depths
+        // until the shift is known, `share` contains depths
         let mut share = vec![f32::NEG_INFINITY; labels.len()];
         share.par_chunks_mut(nx * ny).enumerate().for_each(|(z, slice)| {
             for (n, depth) in slice.iter_mut().enumerate() {
@@ -172,8 +174,8 @@ struct Surface<'a> {
 }
 
 impl Surface<'_> {
-    /// Depth of a voxel's centre below the surface (voxels), negative outside, for a linear grey value in the voxel;
-    /// infinite for a voxel that is enclosed by labelled voxels.
+    /// Returns the depth of a voxel's centre below the surface (voxels), negative outside, from the gradient of the
+    /// grey value; infinite for a voxel enclosed by labelled voxels.
     fn depth(&self, voxel: [usize; 3]) -> f64 {
         let shape = self.smooth.shape;
         let at = voxel[0] + shape[0] * (voxel[1] + shape[1] * voxel[2]);
@@ -197,7 +199,8 @@ impl Surface<'_> {
     }
 }
 
-/// Share of grain in a voxel: at least 0.5 for a labelled voxel, and at most 0.5 for a voxel without a label.
+/// Returns the share of grain in a voxel: at least 0.5 for a labelled voxel, and at most 0.5 for a voxel without a
+/// label.
 fn part(depth: f32, shift: f64, label: u32) -> f64 {
     let part = 0.5 + f64::from(depth) + shift;
     match label {
@@ -206,8 +209,8 @@ fn part(depth: f32, shift: f64, label: u32) -> f64 {
     }
 }
 
-/// Outward shift of the surface of all grains (voxels) with which the sum of the shares equals the number of labelled
-/// voxels. The shift is needed because linear interpolation between voxel centres shrinks small grains.
+/// Returns the outward shift of all grain surfaces (voxels) for which the sum of the shares equals the number of
+/// labelled voxels. The shift is needed because linear interpolation between voxel centres shrinks small grains.
 fn shift(depths: &[f32], labels: &[u32]) -> f64 {
     let at_surface: Vec<(f32, u32)> = depths
         .par_iter()
@@ -222,7 +225,7 @@ fn shift(depths: &[f32], labels: &[u32]) -> f64 {
             parts.map(|&(depth, label)| rounded(part(depth, shift, label) * UNIT) as i64).sum();
         sum as f64 / UNIT - labelled
     };
-    let [mut low, mut high] = [-FURTHEST, FURTHEST];
+    let [mut low, mut high] = [-MAX_SHIFT, MAX_SHIFT];
     for _ in 0..HALVINGS {
         let middle = (low + high) / 2.0;
         if excess(middle) < 0.0 { low = middle } else { high = middle }
@@ -236,14 +239,14 @@ fn spread(shape: [usize; 3], labels: &[u32], inside: &[u8]) -> Vec<u32> {
     let [nx, ny, _] = shape;
     let steps: Vec<[isize; 3]> = neighbour_steps().collect();
     let grain: Vec<u8> = labels.par_iter().map(|&label| u8::from(label != 0)).collect();
-    // most voxels without a label are not near a grain
+    // only voxels near a grain can get a label
     let near = dilate(shape, &grain);
     let mut result = labels.to_vec();
     result.par_chunks_mut(nx * ny).enumerate().for_each(|(z, slice)| {
         let mut votes: Vec<(u32, u32)> = Vec::new();
-        for (n, own) in slice.iter_mut().enumerate() {
+        for (n, label_here) in slice.iter_mut().enumerate() {
             let at = n + nx * ny * z;
-            if *own != 0 || inside[at] == 0 || near[at] == 0 {
+            if *label_here != 0 || inside[at] == 0 || near[at] == 0 {
                 continue;
             }
             votes.clear();
@@ -258,13 +261,13 @@ fn spread(shape: [usize; 3], labels: &[u32], inside: &[u8]) -> Vec<u32> {
                 }
             }
             let most = votes.iter().max_by_key(|(label, count)| (*count, !*label));
-            *own = most.map_or(0, |vote| vote.0);
+            *label_here = most.map_or(0, |vote| vote.0);
         }
     });
     result
 }
 
-/// Index of a voxel's neighbour; `None` beyond the edge of the volume.
+/// Returns the index of a voxel's neighbour; `None` beyond the edge of the volume.
 fn stepped(shape: [usize; 3], voxel: [usize; 3], step: [isize; 3]) -> Option<usize> {
     let along = |k: usize| voxel[k].checked_add_signed(step[k]).filter(|&at| at < shape[k]);
     Some(along(0)? + shape[0] * (along(1)? + shape[1] * along(2)?))
@@ -278,8 +281,9 @@ struct LocalLevels {
 }
 
 impl LocalLevels {
-    /// Computes the local values: the material's grey value in the model plus the mean difference between image and
-    /// model over the block's purest voxels of this material. Blocks with few such voxels get nearly the global value.
+    /// Computes the local values: the grey value of a material (grain or matrix) in the model, plus the mean difference
+    /// between image and model over the purest voxels of this material in each block. Blocks with few such voxels get
+    /// nearly the global value.
     fn of(grey: &Volume<u16>, model: &Blurred, sample: &[u8], labels: &[u32], grain: bool) -> Self {
         let shape = grey.shape;
         let blocks = shape.map(|side| (side / BLOCK).max(1));
@@ -287,7 +291,7 @@ impl LocalLevels {
         let count = blocks.iter().product();
         let full = f64::from(FULL);
         let contrast = model.grain - model.matrix;
-        let is_of_it = |at: usize| {
+        let is_pure_material = |at: usize| {
             let [most, least] = model.purest;
             let is_pure = if grain { model.share[at] >= least } else { model.share[at] <= most };
             is_pure && sample[at] != 0 && grain == (labels[at] != 0)
@@ -300,7 +304,7 @@ impl LocalLevels {
                     let block = |n: usize, axis: usize| n * blocks[axis] / shape[axis];
                     for n in 0..nx * ny {
                         let at = n + nx * ny * z;
-                        if !is_of_it(at) {
+                        if !is_pure_material(at) {
                             continue;
                         }
                         let [i, j, k] = [block(n % nx, 0), block(n / nx, 1), block(z, 2)];
@@ -325,15 +329,17 @@ impl LocalLevels {
         LocalLevels { shape, blocks, levels: sums.iter().map(level).collect() }
     }
 
-    /// Indices of the two blocks between whose centres a voxel lies, and the interpolation weight of the second.
+    /// Returns the two blocks whose centres enclose voxel `n` along an axis, and the interpolation weight of the second
+    /// block.
     fn between(&self, n: usize, axis: usize) -> (usize, usize, f64) {
         let last = self.blocks[axis] - 1;
-        let place = (n as f64 + 0.5) * self.blocks[axis] as f64 / self.shape[axis] as f64 - 0.5;
-        let place = place.clamp(0.0, last as f64);
-        let first = place as usize;
-        (first, (first + 1).min(last), place - first as f64)
+        let position = (n as f64 + 0.5) * self.blocks[axis] as f64 / self.shape[axis] as f64 - 0.5;
+        let position = position.clamp(0.0, last as f64);
+        let first = position as usize;
+        (first, (first + 1).min(last), position - first as f64)
     }
 
+    /// Computes the local values of a row of voxels.
     fn row(&self, y: usize, z: usize, line: &mut [f64]) {
         let (j0, j1, q) = self.between(y, 1);
         let (k0, k1, r) = self.between(z, 2);

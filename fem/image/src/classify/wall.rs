@@ -1,10 +1,10 @@
-//! Correction of grey values at the wall of a cylinder, as if matrix instead of air were beyond the wall.
+//! Correction of grey values at the wall of a cylinder, as if matrix instead of air surrounded the cylinder.
 //!
-//! The blur of the image mixes air into the voxels at the wall, so that a grain there is as dark as matrix, and mixes
-//! grain into the voxels just outside. The image above air is m (k ∗ C) + c (k ∗ S), with the cylinder C, the grains S,
-//! the blur k, the grey value m of the matrix above air and the contrast c. The blur of the wall determines k ∗ C, and
-//! the correction adds m (1 − k ∗ C). The result is the image of grains in an unbounded matrix, in which each grain is
-//! complete.
+//! The blur of the image mixes air into the voxels at the wall, so that a grain at the wall is as dark as matrix. Blur
+//! also mixes grain into the voxels just outside the wall. The image above air is m (k ∗ C) + c (k ∗ S), with the
+//! cylinder C, the grains S, the blur k, the grey value m of the matrix above air and the contrast c. The blur of the
+//! wall determines k ∗ C, and the correction adds m (1 − k ∗ C). The result is the image of grains in an unbounded
+//! matrix, in which each grain is complete.
 
 use rayon::prelude::*;
 
@@ -14,29 +14,29 @@ use crate::locate::fit::Fit;
 use crate::volume::filter::dilate;
 use crate::volume::voxel_at;
 
-/// Distance that the blur of the wall reaches (voxels), up to which the specimen is continued.
+/// Range of the blur of the wall (voxels); the specimen is continued up to this distance.
 const REACH: f64 = 4.0;
-/// Distance beyond the mirror image of a voxel (voxels) at which air is not affected by blur.
+/// Distance (voxels) beyond the mirror image of a voxel at which blur does not affect the air.
 const CLEAR: f64 = 2.0;
 /// Depth below the wall (voxels) of the voxels whose values are copied to the outside.
 const DEPTH: f64 = 0.75;
-/// Distance that the blur of grains reaches (voxels).
+/// Range of the blur of grains (voxels).
 const BLUR: usize = 3;
-/// Smallest number of voxels from which the blur of the wall is fitted.
+/// Minimum number of voxels for the fit of the wall's blur.
 const FEW: usize = 2000;
 
 /// Sets of voxels that result from continuing the specimen's image beyond its wall.
 pub(crate) struct Continued {
-    /// The specimen, and the voxels beyond it that now contain matrix with blur of grains.
+    /// The specimen, and voxels outside the specimen that now contain matrix with blur of grains.
     pub(crate) shown: Vec<u8>,
-    /// The voxels that may be grain: the specimen, and voxels beyond it where there is no air.
+    /// The voxels that may be grain: the specimen, and voxels outside the specimen that are not in air.
     pub(crate) solid: Vec<u8>,
     /// The voxels whose grey values changed.
     pub(crate) changed: Vec<u8>,
 }
 
-/// Replaces the air beyond the specimen's wall and ends by matrix. Where there is no air, because the edge of the image
-/// or the specimen's region cuts the specimen, voxels just outside get the values of the nearest voxels inside.
+/// Replaces the air beyond the specimen's wall and ends by matrix. Where the edge of the image or the specimen's region
+/// cuts the specimen, there is no air: voxels just outside the cut get the values of the nearest voxels inside.
 /// `matrix` is the matrix's grey value; `grains` are the voxels classified as grain.
 pub(crate) fn continue_beyond(
     grey: &mut Volume<u16>,
@@ -85,8 +85,9 @@ pub(crate) fn continue_beyond(
     Continued { shown, solid, changed }
 }
 
-/// Voxels of a ring that the blur of grains does not reach; the whole ring if these are fewer than [`FEW`]. The wall of
-/// a packing is a layer of matrix; with the grains behind it, the fitted blur of the wall would be too large.
+/// Returns the voxels of a ring that the blur of grains does not reach, or the whole ring if there are fewer than
+/// [`FEW`] such voxels. The wall of a packing is a layer of matrix; if voxels with blur of grains were included, the
+/// fitted blur of the wall would be too large.
 fn bare(shape: [usize; 3], ring: &[u8], grains: &[u8]) -> Vec<u8> {
     let near = (1..BLUR).fold(dilate(shape, grains), |near, _| dilate(shape, &near));
     let bare: Vec<u8> = ring.par_iter().zip(&near).map(|(&ring, &near)| ring & !near).collect();
@@ -94,10 +95,11 @@ fn bare(shape: [usize; 3], ring: &[u8], grains: &[u8]) -> Vec<u8> {
     if count(&bare) < FEW { ring.to_vec() } else { bare }
 }
 
-/// Voxel in the air that belongs to a given voxel: its mirror image at the nearer of wall and end, moved outward by
-/// `CLEAR` voxels. A voxel that is already outside is only moved outward by `CLEAR` voxels. `None` outside the image.
+/// Returns the voxel in the air that corresponds to a given voxel: the mirror image at the wall or at an end (whichever
+/// is nearer), moved outward by `CLEAR` voxels. A voxel that is already outside is only moved outward by `CLEAR`
+/// voxels. `None` if the result is outside the image.
 fn beyond(fit: &Fit, voxel: [usize; 3], shape: [usize; 3]) -> Option<[usize; 3]> {
-    let [square, height] = fit.place(voxel);
+    let [square, height] = fit.radius_squared_and_height(voxel);
     let off = square.sqrt();
     let (to_wall, to_top, to_bottom) = (fit.radius - off, fit.top - height, height - fit.bottom);
     let to_end = to_top.min(to_bottom);
@@ -109,17 +111,17 @@ fn beyond(fit: &Fit, voxel: [usize; 3], shape: [usize; 3]) -> Option<[usize; 3]>
     }
 }
 
-/// Nearest voxel just inside the cylinder; `None` outside the image.
+/// Returns the nearest voxel just inside the cylinder, or `None` if this voxel is outside the image.
 fn nearest(fit: &Fit, voxel: [usize; 3], shape: [usize; 3]) -> Option<[usize; 3]> {
-    let [square, height] = fit.place(voxel);
+    let [square, height] = fit.radius_squared_and_height(voxel);
     let (off, least) = (square.sqrt(), fit.radius - DEPTH);
     let stretch = if off > least { least / off } else { 1.0 };
     let within = height.clamp(fit.bottom + DEPTH, fit.top - DEPTH);
     moved(fit, voxel, shape, stretch, within - height)
 }
 
-/// The voxel at the position of another voxel after its distance from the axis is multiplied by `stretch`, within the
-/// slice, and its z is increased by `rise` (voxels). `None` outside the image.
+/// Moves a voxel: multiplies its distance from the axis within the slice by `stretch`, and increases z by `rise`
+/// (voxels). Returns `None` if the result is outside the image.
 fn moved(
     fit: &Fit,
     voxel: [usize; 3],

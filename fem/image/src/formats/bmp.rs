@@ -1,4 +1,4 @@
-//! Slices in Windows bitmaps: 8 bits with a palette of greys, 24 and 32 bits with equal colours, not compressed.
+//! Slices in uncompressed Windows bitmaps: 8 bits with a palette of greys, or 24 or 32 bits with equal colours.
 //!
 //! Reference: Microsoft, Bitmap Storage and BITMAPINFOHEADER structure.
 
@@ -11,9 +11,10 @@ use crate::slices::sample::SampleType;
 use crate::slices::voxel_size::VoxelSize;
 use fem_file::open_regular;
 
-/// Bytes of both headers.
+/// Total length of both headers (bytes).
 const HEADER: usize = 54;
 
+/// Header data of a bitmap.
 struct Header {
     width: usize,
     height: usize,
@@ -38,8 +39,8 @@ impl Header {
         if !matches!(bits, 8 | 24 | 32) {
             return Err(refused(
                 path,
-                format!("{bits} bits a pixel"),
-                "save it with 8 bits in grey",
+                format!("{bits} bits per pixel"),
+                "save it as an 8-bit grey image",
             ));
         }
         if method != 0 {
@@ -63,29 +64,30 @@ impl Header {
         })
     }
 
-    /// Size of a stored row (bytes); rows are padded to a multiple of 4 bytes.
+    /// Returns the size of a stored row (bytes); rows are padded to a multiple of 4 bytes.
     fn row_bytes(&self) -> usize {
         (self.width * usize::from(self.bits / 8)).next_multiple_of(4)
     }
 }
 
-/// Reads the size of a slice.
+/// Reads the size and the resolution of a slice.
 pub(super) fn header(path: &Path) -> Result<Picture, ImageError> {
     let failed = |source| ImageError::io("read", path, source);
     let mut file = open_regular(path).map_err(failed)?;
     let header = Header::read(path, &mut file)?;
-    let (found, declared) = (
+    let (file_bytes, declared) = (
         file.metadata().map_err(failed)?.len(),
         header.offset + header.row_bytes() as u64 * header.height as u64,
     );
-    if found < declared {
-        let message = format!("{found} bytes, but {declared} are declared");
-        return Err(refused(path, message, "it is cut short: write or copy it again"));
+    if file_bytes < declared {
+        let message =
+            format!("the file has {file_bytes} bytes, but its header declares {declared}");
+        return Err(refused(path, message, "the file is truncated: write or copy it again"));
     }
     let size = match header.per_metre {
         [x, y] if x > 0 && y > 0 => {
             let per_inch = |per_metre: i32| f64::from(per_metre) * 0.0254;
-            let origin = "resolution of the BMP file, the spacing of slices taken to be equal";
+            let origin = "resolution of the BMP file; slice spacing assumed equal";
             VoxelSize::per_inch(per_inch(x), per_inch(y), origin)
         }
         _ => VoxelSize::Unknown(

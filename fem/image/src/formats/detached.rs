@@ -1,4 +1,4 @@
-//! Raw values with a header, in the same file or beside it.
+//! Raw values with a header; the values are in the same file as the header or in a separate file.
 
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -22,7 +22,7 @@ pub(super) enum Begin {
     FromEnd,
 }
 
-/// Description of the values by a header.
+/// Header of raw values: format, shape, number type and position of the values.
 #[derive(Clone, Debug)]
 pub(super) struct RawHeader {
     pub(super) format: &'static str,
@@ -46,7 +46,7 @@ impl RawHeader {
             std::fs::metadata(&data).map_err(|error| ImageError::io("read", &data, error))?;
         let file_bytes = meta.len();
         let voxels = shape.iter().try_fold(1_u64, |n, &side| n.checked_mul(side as u64));
-        // allows blocks of up to 64³ voxels for binning, which is more than needed in practice
+        // the limit allows binning of blocks of up to 64³ voxels, more than needed in practice
         let Some(voxels) = voxels.filter(|n| (1..MAX_VOXELS << 18).contains(n)) else {
             let help = "write the three numbers of voxels along x, y, z";
             return Err(ImageError::Series {
@@ -65,10 +65,10 @@ impl RawHeader {
         if plain && stored != needed {
             let help = match stored < needed {
                 true => {
-                    "it is cut short or its header is that of another file: compare sizes and type"
+                    "the file is truncated or the header belongs to another file: compare sizes and type"
                 }
                 false => {
-                    "correct sizes and type, or state the bytes before the values (HeaderSize, byte skip; -1: the values are the last bytes)"
+                    "correct sizes and type, or give the number of bytes before the values (HeaderSize, byte skip; -1: the values are the last bytes)"
                 }
             };
             let message = format!(
@@ -120,12 +120,13 @@ impl RawHeader {
     }
 }
 
-/// Path of a text header, with functions that parse its values and create errors with file and line.
+/// Parser of the values of a text header; errors contain file and line.
 pub(super) struct Lines<'a> {
     pub(super) path: &'a Path,
 }
 
 impl Lines<'_> {
+    /// Creates an error for a line of the header.
     pub(super) fn refuse(
         &self,
         line: usize,
@@ -146,13 +147,13 @@ impl Lines<'_> {
         numbers.map_err(|_| {
             self.refuse(
                 line,
-                format!("{key} = {text} is no list of numbers"),
+                format!("{key} = {text} is not a list of numbers"),
                 "separate numbers by spaces",
             )
         })
     }
 
-    /// Parses the numbers of voxels along x, y, z; additional dimensions of size 1 before or after them are ignored.
+    /// Parses the numbers of voxels along x, y, z; additional dimensions of size 1 before x or after z are ignored.
     pub(super) fn shape(
         &self,
         line: usize,
@@ -170,8 +171,8 @@ impl Lines<'_> {
             [x, y, z] => Ok([x, y, z]),
             _ => Err(self.refuse(
                 line,
-                format!("{key} = {text} is no volume of three dimensions"),
-                "write one channel and one time as a volume of its own",
+                format!("{key} = {text} is not a volume of three dimensions"),
+                "write a single channel and a single time as a separate volume",
             )),
         }
     }

@@ -1,4 +1,4 @@
-//! Selection of the files of a folder that form the stack.
+//! Selection of the files in a folder that form the stack.
 
 use std::path::{Path, PathBuf};
 
@@ -50,7 +50,7 @@ pub(super) fn contents(folder: &Path) -> Result<(Contents, Option<String>), Imag
             continue;
         }
         let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
-        // a damaged slice still counts as a slice; its reader reports the damage
+        // a damaged file still counts as a slice; the reader of the slice reports the damage
         match extension.as_str() {
             "tif" | "tiff" => tiff.push(path),
             "png" => png.push(path),
@@ -72,7 +72,7 @@ pub(super) fn contents(folder: &Path) -> Result<(Contents, Option<String>), Imag
         let all: Vec<String> = all.map(|(name, paths)| format!("{} {name}", paths.len())).collect();
         (!all.is_empty()).then(|| {
             format!(
-                "The wrong scan is read if it is among the other images of the folder, which are ignored: {}.",
+                "The wrong images are read if the scan is among the ignored images of the folder: {}.",
                 all.join(", ")
             )
         })
@@ -96,7 +96,7 @@ pub(super) fn contents(folder: &Path) -> Result<(Contents, Option<String>), Imag
         }
         (0, Some((path, format, help))) => Err(ImageError::Format { path, format, help }),
         (0, None) if !folders.is_empty() => {
-            let help = "name the folder that holds the slices";
+            let help = "give the folder that contains the slices";
             Err(ImageError::Series {
                 path,
                 message: format!("no slice, but the folders {}", folders.join(", ")),
@@ -104,12 +104,12 @@ pub(super) fn contents(folder: &Path) -> Result<(Contents, Option<String>), Imag
             })
         }
         (0, None) => {
-            let help = "a folder holds one .tif, .tiff, .png or .bmp file for each slice";
+            let help = "a folder must contain one .tif, .tiff, .png or .bmp file for each slice";
             Err(ImageError::Empty { path, what: "slice", help })
         }
         (many, _) => {
             let message = format!("{many} files of volumes");
-            Err(ImageError::Series { path, message, help: "name one of them" })
+            Err(ImageError::Series { path, message, help: "give the path of one file" })
         }
     }
 }

@@ -1,7 +1,7 @@
-//! HDF5 files (NeXus, ilastik, netCDF-4, MATLAB 7.3): one dataset of three dimensions.
+//! Reader of HDF5 files (NeXus, ilastik, netCDF-4, MATLAB 7.3): one dataset of three dimensions.
 //!
 //! The axes of a dataset are z, y, x, from the slowest to the fastest. Chunks of a dataset usually contain parts of
-//! many slices, so slices are read in slabs as thick as a chunk: each chunk is then unpacked once.
+//! many slices, so slices are read in slabs as thick as a chunk, and each chunk is unpacked only once.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -20,19 +20,19 @@ use crate::slices::sample::{NumberKind, SampleType};
 use crate::slices::stack::{SliceReader, SliceSource, Stack};
 use crate::slices::voxel_size::VoxelSize;
 
-/// Largest size of a slab (bytes); every thread holds one.
+/// Maximum size of a slab (bytes); each thread stores one slab.
 const SLAB_BYTES: usize = 128 << 20;
 /// Limit of the number of groups and datasets that are examined.
 const MOST_OBJECTS: usize = 10_000;
 /// Number of datasets that a message lists.
 const LISTED: usize = 5;
 
-/// Reads the header of a dataset and creates its stack. Without a name, the only volume of the file is taken.
+/// Reads the header of a dataset and creates its stack. Without a name, the only volume of the file is used.
 ///
 /// # Errors
 /// [`ImageError`]: a damaged file, no volume or several volumes without a name, a name that is not a volume.
 pub(super) fn scan(path: &Path, name: Option<&str>) -> Result<Stack, ImageError> {
-    let file = open(path)?;
+    let file = open_file(path)?;
     let (name, dataset) = match name {
         Some(name) => (rooted(name), named(path, &file, name)?),
         None => only_volume(path, &file)?,
@@ -75,12 +75,12 @@ pub(super) fn scan(path: &Path, name: Option<&str>) -> Result<Stack, ImageError>
     })
 }
 
-/// Opens a file. It is read, not mapped into memory: a mapped file that another program truncates would stop this one.
-fn open(path: &Path) -> Result<Hdf5File, ImageError> {
+/// Opens a file without mapping it into memory: if another program truncated a mapped file, this program would crash.
+fn open_file(path: &Path) -> Result<Hdf5File, ImageError> {
     let failed = |source| ImageError::io("read", path, source);
     let file = open_regular(path).map_err(failed)?;
     let storage = FileStorage::from_file(file).map_err(|error| damaged(path, &error))?;
-    // a chunk is unpacked once, so that chunks need not be kept
+    // each chunk is unpacked only once, so a cache of chunks is not needed
     let options = OpenOptions::default().with_chunk_cache_bytes(0);
     Hdf5File::from_storage_with_options(Arc::new(storage), options)
         .map_err(|error| damaged(path, &error))
@@ -90,26 +90,28 @@ fn damaged(path: &Path, error: &hdf5_reader::error::Error) -> ImageError {
     ImageError::Series {
         path: path.into(),
         message: format!("the HDF5 file cannot be read: {error}"),
-        help: "if it opens elsewhere, write the dataset again without filters other than gzip and shuffle, for example by h5repack or h5py",
+        help: "if another program can open the file, write the dataset again without filters other than gzip and shuffle, for example by h5repack or h5py",
     }
 }
 
-/// A name that begins at the root of the file.
+/// Returns the path of a dataset from the root of the file.
 fn rooted(name: &str) -> String {
     format!("/{}", name.trim_matches('/'))
 }
 
+/// Opens a dataset by name.
 fn named(path: &Path, file: &Hdf5File, name: &str) -> Result<Dataset, ImageError> {
     file.dataset(name).map_err(|_| {
         let all = datasets(file);
         ImageError::Series {
             path: path.into(),
-            message: format!("no dataset {name} that can be read; {}", listed(&all)),
+            message: format!("there is no readable dataset {name}; {}", listed(&all)),
             help: "correct dataset in [specimen.image]",
         }
     })
 }
 
+/// Returns the only volume of a file and its name.
 fn only_volume(path: &Path, file: &Hdf5File) -> Result<(String, Dataset), ImageError> {
     let all = datasets(file);
     let is_volume = |(_, dataset): &(String, Dataset)| Layout::of(dataset).is_some();
@@ -122,13 +124,13 @@ fn only_volume(path: &Path, file: &Hdf5File) -> Result<(String, Dataset), ImageE
         ),
         _ => (
             format!("several volumes; {}", listed(&volumes)),
-            "name one of them by dataset in [specimen.image]",
+            "choose one by dataset in [specimen.image]",
         ),
     };
     Err(ImageError::Series { path: path.into(), message, help })
 }
 
-/// Datasets and their sizes as a list, for messages.
+/// Returns a list of datasets with their sizes, for messages.
 fn listed(datasets: &[(String, Dataset)]) -> String {
     if datasets.is_empty() {
         return "the file has no datasets".into();
@@ -145,32 +147,32 @@ fn listed(datasets: &[(String, Dataset)]) -> String {
     format!("the file has {}{more}", first.join(", "))
 }
 
-/// Shape and type of a dataset, for messages.
+/// Returns shape and type of a dataset in words, for messages.
 fn in_words(dataset: &Dataset) -> String {
     let shape: Vec<String> = dataset.shape().iter().map(u64::to_string).collect();
     let shape = if shape.is_empty() { "one value".into() } else { shape.join(" × ") };
     match sample(dataset.dtype()) {
         Some(sample) => format!("{shape}, {sample}"),
-        None => format!("{shape}, of another type than numbers"),
+        None => format!("{shape}, not of a supported number type"),
     }
 }
 
-/// All datasets of a file that can be opened, in the order of their paths. A dataset with several paths is listed once,
-/// with the shortest path.
+/// Returns all datasets of a file that can be opened, in the order of their paths. A dataset with several paths is
+/// listed once, with its shortest path.
 fn datasets(file: &Hdf5File) -> Vec<(String, Dataset)> {
-    let mut found: Vec<(String, Dataset)> = Vec::new();
+    let mut opened: Vec<(String, Dataset)> = Vec::new();
     let mut waiting: Vec<(String, Group)> =
         file.root_group().map(|group| (String::new(), group)).into_iter().collect();
     let mut groups = BTreeSet::new();
     while let Some((path, group)) = waiting.pop() {
-        // links may lead back to a group
-        if !groups.insert(group.address()) || groups.len() + found.len() > MOST_OBJECTS {
+        // a link may lead back to a group that was visited before
+        if !groups.insert(group.address()) || groups.len() + opened.len() > MOST_OBJECTS {
             continue;
         }
-        let Ok((subgroups, own)) = group.member_names() else { continue };
-        for name in own {
+        let Ok((subgroups, dataset_names)) = group.member_names() else { continue };
+        for name in dataset_names {
             if let Ok(dataset) = group.dataset(&name) {
-                found.push((format!("{path}/{name}"), dataset));
+                opened.push((format!("{path}/{name}"), dataset));
             }
         }
         for name in subgroups {
@@ -179,14 +181,14 @@ fn datasets(file: &Hdf5File) -> Vec<(String, Dataset)> {
             }
         }
     }
-    found.sort_by(|(a, _), (b, _)| (a.len(), a).cmp(&(b.len(), b)));
+    opened.sort_by(|(a, _), (b, _)| (a.len(), a).cmp(&(b.len(), b)));
     let mut addresses = BTreeSet::new();
-    found.retain(|(_, dataset)| addresses.insert(dataset.address()));
-    found.sort_by(|(a, _), (b, _)| a.cmp(b));
-    found
+    opened.retain(|(_, dataset)| addresses.insert(dataset.address()));
+    opened.sort_by(|(a, _), (b, _)| a.cmp(b));
+    opened
 }
 
-/// How the voxels of a volume are stored in a dataset.
+/// Storage layout of a volume in a dataset.
 struct Layout {
     /// Voxels along x, y, z.
     shape: [usize; 3],
@@ -196,8 +198,8 @@ struct Layout {
 }
 
 impl Layout {
-    /// Layout of a dataset with three axes, and further axes of length 1 before or after them. `None` for other
-    /// datasets.
+    /// Returns the layout of a dataset with three axes, and possibly further axes of length 1 before or after these
+    /// axes; `None` for other datasets.
     fn of(dataset: &Dataset) -> Option<Self> {
         let (mut sides, mut before) = (dataset.shape(), 0);
         while sides.len() > 3 {
@@ -217,7 +219,8 @@ impl Layout {
     }
 }
 
-/// Number type of a dataset's values; `None` for types that are not supported, such as strings and half precision.
+/// Returns the number type of a dataset's values; `None` for types that are not supported, such as strings and half
+/// precision.
 fn sample(datatype: &Datatype) -> Option<SampleType> {
     let (kind, bytes) = match *datatype {
         Datatype::FixedPoint { size, signed: true, .. } => (NumberKind::Signed, size),
@@ -228,7 +231,7 @@ fn sample(datatype: &Datatype) -> Option<SampleType> {
     matches!(bytes, 1 | 2 | 4 | 8).then_some(SampleType { kind, bits: 8 * bytes })
 }
 
-/// Voxel size from the attribute `element_size_um` (z, y, x) that Fiji and ilastik write.
+/// Returns the voxel size from the attribute `element_size_um` (z, y, x), which Fiji and ilastik write.
 fn voxel_size(dataset: &Dataset) -> VoxelSize {
     const NAME: &str = "element_size_um";
     let unknown = || VoxelSize::Unknown(format!("the dataset has no attribute {NAME}"));
@@ -267,7 +270,7 @@ impl Hdf5Slices {
         Box::new(Reader { slices: self, dataset: None, first: 0, values: Vec::new(), number })
     }
 
-    /// Slices `first` to `last` (excluded) of the dataset.
+    /// Returns the selection of the slices `first` to `last` (excluded) of the dataset.
     fn selection(&self, first: usize, last: usize) -> SliceInfo {
         let all = SliceInfoElem::Slice { start: 0, end: u64::MAX, step: 1 };
         let mut selections = vec![all; self.dimensions];
@@ -294,12 +297,12 @@ impl SliceSource for Hdf5Slices {
         }
     }
 
-    fn place(&self, slice: usize) -> (PathBuf, usize) {
+    fn file_and_page(&self, slice: usize) -> (PathBuf, usize) {
         (self.path.clone(), slice + 1)
     }
 }
 
-/// Reader that keeps the slab of the last slice.
+/// Reader of slices that stores the slab of the last slice.
 struct Reader<'a, T> {
     slices: &'a Hdf5Slices,
     dataset: Option<Dataset>,
@@ -310,12 +313,13 @@ struct Reader<'a, T> {
 }
 
 impl<T: H5Type + Copy> Reader<'_, T> {
+    /// Loads the slab that contains a slice.
     fn load(&mut self, slice: usize) -> Result<(), ImageError> {
         let Hdf5Slices { path, name, shape: [nx, ny, nz], slab, .. } = self.slices;
         let failed = |error| damaged(path, &error);
         let dataset = match &self.dataset {
             Some(dataset) => dataset,
-            None => self.dataset.insert(open(path)?.dataset(name).map_err(failed)?),
+            None => self.dataset.insert(open_file(path)?.dataset(name).map_err(failed)?),
         };
         self.first = slice - slice % slab;
         let last = (self.first + slab).min(*nz);
@@ -325,8 +329,8 @@ impl<T: H5Type + Copy> Reader<'_, T> {
         if self.values.len() != nx * ny * (last - self.first) {
             return Err(ImageError::Series {
                 path: path.clone(),
-                message: format!("{name} has changed while it was read"),
-                help: "wait until the program that writes it has ended",
+                message: format!("{name} changed while it was read"),
+                help: "wait until the program that writes the file has ended",
             });
         }
         Ok(())
@@ -342,8 +346,8 @@ impl<T: H5Type + Copy> SliceReader for Reader<'_, T> {
             self.load(slice)?;
         }
         let from = (slice - self.first) * area;
-        let own = &self.values[from..from + area];
-        into.iter_mut().zip(own).for_each(|(into, &value)| *into = (self.number)(value));
+        let stored = &self.values[from..from + area];
+        into.iter_mut().zip(stored).for_each(|(into, &value)| *into = (self.number)(value));
         Ok(())
     }
 }

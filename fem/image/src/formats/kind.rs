@@ -8,8 +8,9 @@ use flate2::read::MultiGzDecoder;
 use crate::ImageError;
 use fem_file::open_regular;
 
-/// Number of bytes read from a file, which suffices to recognise all formats.
+/// Number of bytes read from a file; sufficient to recognise all formats.
 const HEAD: usize = 4096;
+/// First words of the advice on how to convert an array to a TIFF stack.
 const ARRAY: &str = "write the array as a TIFF stack in Python: import tifffile;";
 const IMAGEJ: &str = "open it in Fiji/ImageJ and save it by File > Save As > Tiff";
 
@@ -24,7 +25,7 @@ pub(super) enum Kind {
     Hdf5,
     /// A format that is not supported: its name, and advice on how to convert it.
     Foreign(&'static str, String),
-    /// None of the known formats.
+    /// An unknown format.
     Unknown,
 }
 
@@ -41,6 +42,7 @@ pub(super) fn kind_of(path: &Path) -> Result<Kind, ImageError> {
     Ok(of_bytes(&head, &file))
 }
 
+/// Recognises a format from the first bytes of a file; `file` is the name of the file for the advice.
 fn of_bytes(head: &[u8], file: &str) -> Kind {
     let starts = |magic: &[u8]| head.starts_with(magic);
     let at = |offset: usize, magic: &[u8]| {
@@ -81,11 +83,11 @@ fn of_bytes(head: &[u8], file: &str) -> Kind {
     }
     if starts(b"\xff\xd8\xff") || starts(b"\0\0\0\x0cjP  \r\n\x87\n") || starts(b"\xff\x4f\xff\x51")
     {
-        let help = "JPEG changes grey values near edges and noise, on which thresholds rest: export the scan again as TIFF or PNG";
+        let help = "JPEG changes grey values near edges and the noise, on which thresholds depend: export the scan again as TIFF or PNG";
         return foreign("a JPEG image", help.into());
     }
     if starts(b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1") {
-        let help = "export a Zeiss TXM as a TIFF stack in Scout-and-Scan or XMController, or in Python by dxchange.read_txrm; a TXRM has projections and must be reconstructed first";
+        let help = "export a Zeiss TXM as a TIFF stack in Scout-and-Scan or XMController, or in Python by dxchange.read_txrm; a TXRM contains projections and must be reconstructed first";
         return foreign("an OLE file (Zeiss TXM or TXRM)", help.into());
     }
     if starts(b"# AmiraMesh") || starts(b"# Avizo") || starts(b"# HyperSurface") {
@@ -94,7 +96,7 @@ fn of_bytes(head: &[u8], file: &str) -> Kind {
     }
     if is_vgi(&text) {
         let help = format!(
-            "write a header for the raw file (.vol) that it names, with size, type and voxel size from it: {}",
+            "write a header for its raw file (.vol), with the size, type and voxel size of the VGI header: {}",
             header_lines("scan.vol")
         );
         return foreign("a VGI header (VGStudio)", help);
@@ -130,14 +132,14 @@ fn of_bytes(head: &[u8], file: &str) -> Kind {
     }
     if text.trim_start().starts_with('{') && text.contains("Dim_1") {
         let help = format!(
-            "{ARRAY} import fabio; one slice a file: tifffile.imwrite(\"slice.tif\", fabio.open(\"{file}\").data)"
+            "{ARRAY} import fabio; one slice per file: tifffile.imwrite(\"slice.tif\", fabio.open(\"{file}\").data)"
         );
         return foreign("an EDF file (ESRF)", help);
     }
     Kind::Unknown
 }
 
-/// Advice on the header that raw values need, as one line.
+/// Returns advice on the header that raw values need, in one line.
 pub(super) fn header_lines(data: &str) -> String {
     format!(
         "a text file scan.mhd beside it with the lines `NDims = 3`, `DimSize = 1000 1000 800`, `ElementType = MET_USHORT`, \
@@ -145,7 +147,7 @@ pub(super) fn header_lines(data: &str) -> String {
     )
 }
 
-/// Whether a text is a MetaImage header: its first key is a MetaImage key, and it contains `DimSize`.
+/// Returns whether a text is a MetaImage header: its first key is a MetaImage key, and it contains `DimSize`.
 fn is_metaimage(text: &str) -> bool {
     let keys = ["ObjectType", "NDims", "DimSize", "Comment", "ElementType"];
     let first = text.trim_start().lines().next().and_then(|line| line.split_once('='));

@@ -1,4 +1,4 @@
-//! MetaImage: `.mhd` with the values beside it, `.mha` with the values in the same file.
+//! Reader of MetaImage files: `.mhd` with the values in a separate file, `.mha` with the values in the same file.
 //!
 //! Reference: MetaIO, <https://itk.org/Wiki/MetaIO/Documentation>. Lengths are in mm by the convention of ITK.
 
@@ -13,7 +13,7 @@ use crate::slices::stack::Stack;
 use crate::slices::voxel_size::VoxelSize;
 use fem_file::open_regular;
 
-/// Largest number of bytes that are read as a header.
+/// Maximum length of a header (bytes).
 const MOST_BYTES: u64 = 1 << 20;
 
 /// Reads a header and creates its stack.
@@ -46,7 +46,10 @@ pub(super) fn header(path: &Path) -> Result<RawHeader, ImageError> {
         let Some((key, value)) =
             line.split_once('=').map(|(key, value)| (key.trim(), value.trim()))
         else {
-            let message = format!("'{}' is no line `key = value`", line.trim().escape_default());
+            let message = format!(
+                "'{}' is not a line of the form `key = value`",
+                line.trim().escape_default()
+            );
             return Err(lines.refuse(number, message, "write the header again"));
         };
         let is_true = matches!(value.to_ascii_lowercase().as_str(), "true" | "1");
@@ -63,11 +66,11 @@ pub(super) fn header(path: &Path) -> Result<RawHeader, ImageError> {
             "CompressedData" if is_true => packing = Packing::Zlib,
             "BinaryData" if !is_true => {
                 let help = "write the values as binary numbers (BinaryData = True)";
-                return Err(lines.refuse(number, "values as text", help));
+                return Err(lines.refuse(number, "the values are text", help));
             }
             "ElementNumberOfChannels" if value != "1" => {
-                let message = format!("{value} channels a voxel");
-                return Err(lines.refuse(number, message, "write one channel in grey"));
+                let message = format!("{value} channels per voxel");
+                return Err(lines.refuse(number, message, "write a single grey channel"));
             }
             "HeaderSize" => {
                 begin = match value.parse::<i64>() {
@@ -83,7 +86,7 @@ pub(super) fn header(path: &Path) -> Result<RawHeader, ImageError> {
                     }
                 }
             }
-            // the last key of the header, which the values follow
+            // this is the last key of the header; the values follow
             "ElementDataFile" => data = Some((number, value.to_owned())),
             _ => {}
         }
@@ -91,8 +94,8 @@ pub(super) fn header(path: &Path) -> Result<RawHeader, ImageError> {
     let missing = |key: &str| {
         lines.refuse(
             number,
-            format!("{key} is missing in the lines before"),
-            "add it, see the table of formats in docs/images.md",
+            format!("{key} is missing before this line"),
+            "add the key, see the table of formats in docs/images.md",
         )
     };
     let (line, named) = data.ok_or_else(|| missing("ElementDataFile"))?;
@@ -105,7 +108,7 @@ pub(super) fn header(path: &Path) -> Result<RawHeader, ImageError> {
             let help = "write the values into one file, or name the folder of slices as the stack";
             return Err(lines.refuse(
                 line,
-                format!("ElementDataFile = {list} are several files"),
+                format!("ElementDataFile = {list} names several files"),
                 help,
             ));
         }

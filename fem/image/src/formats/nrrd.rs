@@ -1,4 +1,4 @@
-//! NRRD: `.nrrd` with the values in the same file, `.nhdr` with the values beside it.
+//! Reader of NRRD files: `.nrrd` with the values in the same file, `.nhdr` with the values in a separate file.
 //!
 //! Reference: Definition of NRRD file format, <https://teem.sourceforge.net/nrrd/format.html>.
 
@@ -13,7 +13,7 @@ use crate::slices::stack::Stack;
 use crate::slices::voxel_size::{VoxelSize, millimetres};
 use fem_file::open_regular;
 
-/// Largest number of bytes that are read as a header.
+/// Maximum length of a header (bytes).
 const MOST_BYTES: u64 = 1 << 20;
 
 /// Reads a header and creates its stack.
@@ -28,8 +28,9 @@ pub(super) fn scan(path: &Path) -> Result<Stack, ImageError> {
 #[derive(Default)]
 struct Fields {
     all: Vec<(usize, String, String)>,
-    /// Number of lines of the header; `end` is the byte after the empty line that ends the header, if there is one.
+    /// Number of lines of the header.
     lines: usize,
+    /// Position after the empty line that ends the header; `None` without an empty line.
     end: Option<usize>,
 }
 
@@ -88,8 +89,12 @@ pub(super) fn header(path: &Path) -> Result<RawHeader, ImageError> {
         "raw" => Packing::Plain,
         "gzip" | "gz" => Packing::Gzip,
         other => {
-            let message = format!("encoding {other}");
-            return Err(lines.refuse(line, message, "write it with the encoding raw or gzip"));
+            let message = format!("the encoding {other} is not supported");
+            return Err(lines.refuse(
+                line,
+                message,
+                "write the file with the encoding raw or gzip",
+            ));
         }
     };
     let order = match fields.get("endian") {
@@ -113,14 +118,14 @@ pub(super) fn header(path: &Path) -> Result<RawHeader, ImageError> {
     let (line_skip, byte_skip) = (skip("lineskip")?, skip("byteskip")?);
     if line_skip != 0 || byte_skip < -1 || (byte_skip != 0 && packing != Packing::Plain) {
         let help =
-            "write the values without lines before them; bytes are skipped in plain values only";
+            "remove the lines before the values; bytes can be skipped only in uncompressed values";
         let message = format!("line skip {line_skip}, byte skip {byte_skip}");
         return Err(lines.refuse(fields.lines, message, help));
     }
     let (data, start) = match fields.get("datafile") {
         Some((line, list)) if list.starts_with("LIST") || list.contains('%') => {
             let help = "write the values into one file, or name the folder of slices as the stack";
-            return Err(lines.refuse(line, format!("data file: {list} are several files"), help));
+            return Err(lines.refuse(line, format!("data file: {list} names several files"), help));
         }
         Some((_, file)) => (path.with_file_name(file), 0),
         None => match fields.end {
@@ -139,8 +144,8 @@ pub(super) fn header(path: &Path) -> Result<RawHeader, ImageError> {
     Ok(RawHeader { format: "NRRD", shape, sample, order, size, data, begin, packing })
 }
 
-/// Voxel size: the spacings, or the lengths of the space directions, times the unit of length. Anatomical spaces
-/// without a unit are in mm.
+/// Returns the voxel size: the spacings, or the lengths of the space directions, times the unit of length. Lengths in
+/// anatomical spaces without a unit are in mm.
 fn voxel_size(lines: &Lines<'_>, fields: &Fields) -> Result<VoxelSize, ImageError> {
     let (line, edges) = match (fields.get("spacings"), fields.get("spacedirections")) {
         (Some((line, text)), _) => {
@@ -168,7 +173,7 @@ fn voxel_size(lines: &Lines<'_>, fields: &Fields) -> Result<VoxelSize, ImageErro
         Some(unit) => match millimetres(&unit) {
             Some(mm) => (mm, format!("spacings of the header, in {unit}")),
             None => {
-                return Ok(VoxelSize::Unknown(format!("its unit of length '{unit}' is not known")));
+                return Ok(VoxelSize::Unknown(format!("its unit of length '{unit}' is unknown")));
             }
         },
         None if is_anatomical => {
@@ -182,7 +187,7 @@ fn voxel_size(lines: &Lines<'_>, fields: &Fields) -> Result<VoxelSize, ImageErro
     Ok(VoxelSize::stated([x, y, z].map(|edge| edge * unit_mm), origin))
 }
 
-/// Lengths of vectors such as `(0.01,0,0) (0,0.01,0) (0,0,0.01)`.
+/// Returns the lengths of vectors such as `(0.01,0,0) (0,0.01,0) (0,0,0.01)`.
 fn directions(lines: &Lines<'_>, line: usize, text: &str) -> Result<Vec<f64>, ImageError> {
     let vectors =
         text.split('(').skip(1).map(|vector| vector.split(')').next().unwrap_or_default());

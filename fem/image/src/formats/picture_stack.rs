@@ -31,6 +31,7 @@ impl PictureFormat {
     }
 }
 
+/// Slices of a stack of pictures.
 #[derive(Debug)]
 struct Pictures {
     format: PictureFormat,
@@ -43,7 +44,7 @@ impl SliceSource for Pictures {
         Box::new(PictureReader(self))
     }
 
-    fn place(&self, slice: usize) -> (PathBuf, usize) {
+    fn file_and_page(&self, slice: usize) -> (PathBuf, usize) {
         (self.paths[slice].clone(), 1)
     }
 }
@@ -80,11 +81,17 @@ pub(super) fn scan(
                 "{} × {} voxels, but the first slice has {} × {}",
                 this.width, this.height, first.width, first.height
             );
-            return fail(message, "crop all slices alike, and keep other files out of the folder");
+            return fail(
+                message,
+                "crop all slices to the same size, and remove other files from the folder",
+            );
         }
         if first.sample != this.sample {
             let message = format!("{}, but the first slice has {}", this.sample, first.sample);
-            return fail(message, "export all slices again with one type and one grey scale");
+            return fail(
+                message,
+                "export all slices again with the same type and the same grey scale",
+            );
         }
     }
     let Some(first) = first else {
@@ -96,7 +103,7 @@ pub(super) fn scan(
     let mut notes: Vec<String> = note.into_iter().collect();
     if step != 1 {
         notes.push(format!(
-            "Heights are wrong if slices were left out: the numbers in the names go in steps of {step}."
+            "Heights are wrong if slices are missing: the numbers in the names increase in steps of {step}."
         ));
     }
     let contents = match &paths[..] {

@@ -1,4 +1,4 @@
-//! Slices stored as files with one picture each.
+//! Pictures as slices of a stack: one file for each slice.
 
 use std::path::Path;
 
@@ -15,6 +15,7 @@ pub(super) struct Picture {
     pub(super) size: VoxelSize,
 }
 
+/// Creates an error for a picture.
 pub(super) fn refused(path: &Path, message: String, help: &'static str) -> ImageError {
     ImageError::Page { path: path.into(), page: 1, message, help }
 }

@@ -30,8 +30,8 @@ pub(super) fn header(path: &Path) -> Result<Picture, ImageError> {
         (BitDepth::Sixteen, ColorType::Grayscale | ColorType::Rgb) => 16,
         (BitDepth::Eight, ColorType::Grayscale | ColorType::Rgb | ColorType::Indexed) => 8,
         (depth, ColorType::Grayscale | ColorType::Indexed) => {
-            let message = format!("{} bits a voxel", depth as u8);
-            return Err(refused(path, message, "save it with 8 or 16 bits a voxel"));
+            let message = format!("{} bits per voxel", depth as u8);
+            return Err(refused(path, message, "save it with 8 or 16 bits per voxel"));
         }
         (_, other) => {
             let message = format!("its pixels have transparency ({other:?})");
@@ -43,7 +43,7 @@ pub(super) fn header(path: &Path) -> Result<Picture, ImageError> {
     let size = match reader.info().pixel_dims {
         Some(size) if size.unit == Unit::Meter && size.xppu > 0 && size.yppu > 0 => {
             let per_inch = |per_metre: u32| f64::from(per_metre) * 0.0254;
-            let origin = "resolution of the PNG file, the spacing of slices taken to be equal";
+            let origin = "resolution of the PNG file; slice spacing assumed equal";
             VoxelSize::per_inch(per_inch(size.xppu), per_inch(size.yppu), origin)
         }
         _ => VoxelSize::Unknown(
@@ -72,7 +72,7 @@ pub(super) fn values(path: &Path, picture: &Picture, into: &mut [f64]) -> Result
     }
     let channels = bytes.len() / (into.len() * picture.sample.bytes()).max(1);
     if channels != 3 {
-        let message = format!("{channels} values a pixel");
+        let message = format!("{channels} values per pixel");
         return Err(refused(path, message, "save it in grey, without transparency"));
     }
     let mut colours = vec![0.0; 3 * into.len()];

@@ -1,4 +1,4 @@
-//! Reading of volumes from files of all supported formats.
+//! Reader of volumes from files of all supported formats.
 
 use std::path::{Path, PathBuf};
 
@@ -65,21 +65,21 @@ pub fn read_label_values(path: &Path, options: &ReadOptions) -> Result<Reading<i
     values::label_values(&scan(path, options)?, options)
 }
 
-/// Files and folders on which the result of [`read`] depends: a folder of slices as a whole; a header and its file of
-/// values; otherwise the file itself.
+/// Returns the files and folders on which the result of [`read`] depends: the folder of a stack of slices; a header and
+/// its file of values; otherwise the file itself.
 pub fn files_of(path: &Path) -> Vec<PathBuf> {
-    let own = vec![path.to_owned()];
+    let only_path = vec![path.to_owned()];
     if path.is_dir() {
-        return own;
+        return only_path;
     }
     let data = match kind_of(path) {
         Ok(Kind::MetaImage) => metaimage::header(path).map(|header| header.data),
         Ok(Kind::Nrrd) => nrrd::header(path).map(|header| header.data),
-        _ => return own,
+        _ => return only_path,
     };
     match data {
         Ok(data) if data != path => vec![path.to_owned(), data],
-        _ => own,
+        _ => only_path,
     }
 }
 
@@ -97,11 +97,11 @@ fn scan(path: &Path, options: &ReadOptions) -> Result<Stack, ImageError> {
     if !path.is_dir() {
         return file(path, kind_of(path)?, options);
     }
-    let (found, note) = contents(path)?;
-    if !matches!(found, Contents::Volume(..)) {
+    let (stack_contents, note) = contents(path)?;
+    if !matches!(stack_contents, Contents::Volume(..)) {
         check_no_dataset(path, options)?;
     }
-    let mut stack = match found {
+    let mut stack = match stack_contents {
         Contents::Tiff(paths) => {
             let ordered = order(path, paths)?;
             tiff::scan(path, ordered.paths.clone(), Some(&ordered))?
@@ -119,7 +119,7 @@ fn check_no_dataset(path: &Path, options: &ReadOptions) -> Result<(), ImageError
     let Some(dataset) = &options.dataset else { return Ok(()) };
     Err(ImageError::Series {
         path: path.into(),
-        message: format!("no HDF5 file, but dataset = \"{dataset}\" is given"),
+        message: format!("this is not an HDF5 file, but dataset = \"{dataset}\" is given"),
         help: "remove dataset from [specimen.image], or name the HDF5 file",
     })
 }
@@ -138,7 +138,7 @@ fn file(path: &Path, kind: Kind, options: &ReadOptions) -> Result<Stack, ImageEr
         Kind::Nrrd => nrrd::scan(path),
         Kind::Hdf5 => hdf5::scan(path, options.dataset.as_deref()),
         Kind::Foreign(format, help) => Err(ImageError::Format { path: path.into(), format, help }),
-        // the decoder reports the fault
+        // the TIFF decoder reports the error
         Kind::Unknown if matches!(extension.as_str(), "tif" | "tiff") => {
             tiff::scan(path, vec![path.to_owned()], None)
         }

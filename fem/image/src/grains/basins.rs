@@ -1,8 +1,8 @@
 //! Seeds and their basins in a map of distances, interpreted as the heights of a landscape.
 //!
-//! No decision depends on the position of a voxel: voxels are processed by height, and voxels of equal rank are decided
-//! at the same time. A rotated or mirrored image therefore results in the same partition; only the numbers of the
-//! basins depend on the order of the voxels.
+//! No decision depends on the position of a voxel: voxels are processed in the order of their heights, and voxels of
+//! equal rank are assigned to basins simultaneously. A rotated or mirrored image therefore results in the same
+//! partition; only the numbers of the basins depend on the order of the voxels.
 
 use std::collections::HashMap;
 
@@ -22,13 +22,13 @@ pub(crate) struct Landscape {
     steps: [isize; 26],
 }
 
-/// Inverse distances of neighbours over a face, an edge and a corner, times 10 000.
+/// Inverse distances of neighbours over a face, an edge and a corner (1/voxel), times 10 000.
 const SLOPES: [i64; 3] = [10_000, 7_071, 5_774];
-/// Label of a voxel that is queued but not yet decided.
+/// Label of a voxel that is queued but not yet assigned to a basin.
 const QUEUED: u32 = u32::MAX;
 /// Placeholder for the summit of a voxel that is not land.
 const NO_LAND: u32 = u32::MAX;
-/// Size of a wave (the voxels that are decided at the same time) above which several threads process the wave.
+/// Size of a wave (voxels that are assigned simultaneously) above which several threads process the wave.
 const WIDE: usize = 1024;
 
 /// Heights of passes between pairs of summits.
@@ -60,7 +60,7 @@ impl Landscape {
         landscape
     }
 
-    /// Index in the padded values at which a row of voxels begins.
+    /// Returns the index in the padded values at which a row of voxels begins.
     fn row(&self, row: usize) -> usize {
         let [nx, ny, _] = self.shape;
         let (y, z) = (row % ny, row / ny);
@@ -71,7 +71,7 @@ impl Landscape {
         self.steps.iter().map(move |step| (at as isize + step) as usize)
     }
 
-    /// Indices (padded) of all voxels of land, the highest first.
+    /// Returns the padded indices of all voxels of land, the highest voxels first.
     fn descending(&self) -> Vec<u32> {
         let mut starts = vec![0_u32; 65537];
         for &height in &self.heights {
@@ -83,9 +83,9 @@ impl Landscape {
         let land = starts[65535] as usize;
         let mut order = vec![0; land];
         for (at, &height) in self.heights.iter().enumerate().filter(|&(_, &height)| height > 0) {
-            let place = &mut starts[65535 - height as usize];
-            order[*place as usize] = at as u32;
-            *place += 1;
+            let next = &mut starts[65535 - height as usize];
+            order[*next as usize] = at as u32;
+            *next += 1;
         }
         order
     }
@@ -111,13 +111,13 @@ impl Landscape {
             .collect();
         let passes = self.passes(&summit_of);
         drop(summit_of);
-        let height = |place: u32| self.heights[summits[place as usize] as usize];
+        let height = |hill: u32| self.heights[summits[hill as usize] as usize];
         let mut hills = DisjointSets::new(summits.len());
         let mut tops = Vec::new();
         for (level, ends) in passes {
             let [a, b] = ends
                 .map(|end| summits.partition_point(|&summit| summit < end) as u32)
-                .map(|place| hills.root(place));
+                .map(|hill| hills.root(hill));
             if a == b {
                 continue;
             }
@@ -133,8 +133,8 @@ impl Landscape {
         self.seeds_around(&tops, Some(h))
     }
 
-    /// Summit of each voxel of land: the end of the path that always goes to the highest neighbour. On level ground,
-    /// the path goes to the neighbour with the lowest index.
+    /// Returns the summit of each voxel of land: the end of the path that always goes to the highest neighbour. Among
+    /// equally high neighbours, the path goes to the neighbour with the lowest index.
     fn summits(&self) -> Vec<u32> {
         let rank = |at: usize| (self.heights[at], std::cmp::Reverse(at));
         let climb = |at: usize| match self.heights[at] {
@@ -153,7 +153,8 @@ impl Landscape {
         up.par_iter().map(follow).collect()
     }
 
-    /// Highest pass between each pair of adjacent hills, with the indices of their summits; the highest pass first.
+    /// Returns the highest pass between each pair of adjacent hills, with the indices of their summits, sorted from the
+    /// highest pass to the lowest.
     fn passes(&self, summit_of: &[u32]) -> Vec<(u16, [u32; 2])> {
         let area = (self.shape[0] + 2) * (self.shape[1] + 2);
         let forth: Vec<usize> =
@@ -161,14 +162,14 @@ impl Landscape {
         let add = |mut passes: Passes, (z, slice): (usize, &[u32])| {
             // consecutive voxels often border the same hill
             let mut last = ([NO_LAND; 2], 0);
-            for (n, &own) in slice.iter().enumerate().filter(|&(_, &own)| own != NO_LAND) {
+            for (n, &summit) in slice.iter().enumerate().filter(|&(_, &summit)| summit != NO_LAND) {
                 let at = area * z + n;
                 for near in forth.iter().map(|step| at + step) {
                     let other = summit_of[near];
-                    if other == own || other == NO_LAND {
+                    if other == summit || other == NO_LAND {
                         continue;
                     }
-                    let ends = [own.min(other), own.max(other)];
+                    let ends = [summit.min(other), summit.max(other)];
                     let level = self.heights[at].min(self.heights[near]);
                     if ends != last.0 || level > last.1 {
                         let highest = passes.entry(ends).or_insert(level);
@@ -194,7 +195,8 @@ impl Landscape {
         passes
     }
 
-    /// Seeds around tops: all connected land at most `depth` below the top, or the tops alone if `depth` is `None`.
+    /// Creates a seed around each top: all connected land at most `depth` below the top, or only the top if `depth` is
+    /// `None`.
     fn seeds_around(&self, tops: &[u32], depth: Option<u16>) -> Seeds {
         let mut labels = vec![0; self.heights.len()];
         let mut voxels = Vec::new();
@@ -217,9 +219,9 @@ impl Landscape {
         Seeds { labels, voxels }
     }
 
-    /// Finds the seeds of the paper: tops that are not exceeded by any voxel within `spacing` voxels along each axis,
-    /// and that are more than `spacing` apart along at least one axis. Of several equal tops, the first in the order of
-    /// the voxels is selected.
+    /// Finds seeds by a minimum distance, like `peak_local_max` of scikit-image: tops that are not exceeded by any
+    /// voxel within `spacing` voxels along each axis, and that are more than `spacing` voxels apart along at least one
+    /// axis. The first of several equal tops (in the order of the voxels) is selected.
     pub(crate) fn spaced_maxima(&self, spacing: usize) -> Seeds {
         let [nx, ny, nz] = self.shape;
         let side = spacing + 1;
@@ -229,7 +231,7 @@ impl Landscape {
             around = highest(padded, &around);
         }
         let cells = [nx, ny, nz].map(|n| n.div_ceil(side) + 2);
-        let mut taken: Vec<Vec<[usize; 3]>> = vec![Vec::new(); cells.iter().product()];
+        let mut selected: Vec<Vec<[usize; 3]>> = vec![Vec::new(); cells.iter().product()];
         let mut tops = Vec::new();
         for at in self.descending() {
             let n = at as usize;
@@ -244,10 +246,10 @@ impl Landscape {
                 index([cell[0] + i - 1, cell[1] + j - 1, cell[2] + k - 1])
             });
             let close = |other: &[usize; 3]| (0..3).all(|a| other[a].abs_diff(voxel[a]) <= spacing);
-            if near.into_iter().any(|cell| taken[cell].iter().any(close)) {
+            if near.into_iter().any(|cell| selected[cell].iter().any(close)) {
                 continue;
             }
-            taken[index(cell)].push(voxel);
+            selected[index(cell)].push(voxel);
             tops.push(at);
         }
         tops.sort_unstable();
@@ -257,7 +259,7 @@ impl Landscape {
     /// Floods the land from the seeds, the highest voxels first. Each voxel joins the basin of the labelled neighbour
     /// to which the slope is the steepest.
     ///
-    /// Voxels of one height that are reached at the same time are decided at the same time. If two basins are equally
+    /// Voxels of one height that are reached in the same step are assigned simultaneously. If two basins are equally
     /// steep, the following criteria decide, in this order: more neighbours over faces, the larger sum of slopes, the
     /// larger sum of the neighbours' grey values (`grey`, without rim), the lower number. Returns the labels without
     /// the rim.
@@ -311,10 +313,11 @@ impl Landscape {
         self.without_rim(&labels)
     }
 
+    /// Returns the label of the basin that a queued voxel joins.
     fn decide(&self, labels: &[u32], at: u32, grey: &[u16]) -> u32 {
-        let known =
+        let label_of =
             |near: usize| (labels[near] != 0 && labels[near] != QUEUED).then(|| labels[near]);
-        let mut near = self.neighbours(at).filter_map(known);
+        let mut near = self.neighbours(at).filter_map(label_of);
         let first = near.next().expect("a queued voxel has a neighbour with a label");
         if near.all(|label| label == first) {
             return first;
@@ -323,7 +326,7 @@ impl Landscape {
         let mut votes: Vec<(u32, i64, u32, i64, u64)> = Vec::new();
         let height = i64::from(self.heights[at as usize]);
         for (n, near) in self.neighbours(at).enumerate() {
-            let Some(label) = known(near) else { continue };
+            let Some(label) = label_of(near) else { continue };
             let kind = if n < 6 {
                 0
             } else if n < 18 {
@@ -346,12 +349,14 @@ impl Landscape {
         votes.iter().max_by_key(|vote| rank(vote)).map_or(first, |vote| vote.0)
     }
 
+    /// Converts a padded index to the index of a voxel.
     fn without_rim_at(&self, at: usize) -> usize {
         let [nx, ny, _] = self.shape;
         let [px, py] = [nx + 2, ny + 2];
         at % px - 1 + nx * (at / px % py - 1 + ny * (at / (px * py) - 1))
     }
 
+    /// Returns the labels without the rim.
     fn without_rim(&self, labels: &[u32]) -> Vec<u32> {
         let [nx, ny, nz] = self.shape;
         let mut result = Vec::with_capacity(nx * ny * nz);

@@ -12,7 +12,7 @@ use crate::volume::{Volume, neighbour_steps};
 pub struct Region {
     /// Number of the grain in the labels, counted from 1.
     pub id: u32,
-    /// Number of voxels with this number.
+    /// Number of voxels of the grain.
     pub voxels: usize,
     /// Volume from grey values, with sub-voxel accuracy (mm³).
     pub volume_mm3: f64,
@@ -29,13 +29,14 @@ pub struct Region {
 }
 
 impl Region {
-    /// Diameter of the sphere with the grain's volume (mm).
+    /// Returns the diameter of the sphere with the grain's volume (mm).
     pub fn diameter_mm(&self) -> f64 {
         (6.0 * self.volume_mm3 / std::f64::consts::PI).cbrt()
     }
 }
 
-/// Weights of the directions over faces, edges and corners: the solid angle of each direction as a share of the sphere.
+/// Weight of each direction over a face, an edge and a corner: the solid angle of the direction as a share of the
+/// sphere.
 ///
 /// Source: J. Ohser, K. Schladitz, 3D Images of Materials Structures, Wiley-VCH 2009, table 5.2
 /// (Voronoi cells of the 26 directions).
@@ -45,10 +46,11 @@ const WEIGHTS: [f64; 3] = [0.045_777_89, 0.036_980_63, 0.035_195_64];
 #[derive(Clone, Debug, Default)]
 struct Sums {
     voxels: u64,
+    /// Sums of the indices along x, y, z.
     first: [u64; 3],
     /// Sums of the products xx, yy, zz, xy, xz, yz.
     second: [u64; 6],
-    /// Number of steps over a face, an edge and a corner that leave the grain.
+    /// Numbers of steps over a face, an edge and a corner that leave the grain.
     crossings: [u64; 3],
     boundary: bool,
 }
@@ -92,6 +94,7 @@ pub(crate) fn measure(labels: &Volume<u32>, inside: &[u8], volumes: &[f64]) -> V
         .collect()
 }
 
+/// Adds the voxels of a slice to the sums of their grains.
 fn slice_sums(
     labels: &Volume<u32>,
     inside: &[u8],
@@ -111,16 +114,16 @@ fn slice_sums(
             if label == 0 {
                 continue;
             }
-            let own = &mut sums[label as usize];
+            let grain = &mut sums[label as usize];
             let at = [x as u64, y as u64, z as u64];
-            own.voxels += 1;
+            grain.voxels += 1;
             for axis in 0..3 {
-                own.first[axis] += at[axis];
-                own.second[axis] += at[axis] * at[axis];
+                grain.first[axis] += at[axis];
+                grain.second[axis] += at[axis] * at[axis];
             }
-            own.second[3] += at[0] * at[1];
-            own.second[4] += at[0] * at[2];
-            own.second[5] += at[1] * at[2];
+            grain.second[3] += at[0] * at[1];
+            grain.second[4] += at[0] * at[2];
+            grain.second[5] += at[1] * at[2];
             let framed = interior && y > 0 && y + 1 < ny && x > 0 && x + 1 < nx;
             for &([i, j, k], kind) in &steps {
                 let to = if framed {
@@ -135,9 +138,9 @@ fn slice_sums(
                 if other == label {
                     continue;
                 }
-                own.crossings[kind] += 1;
+                grain.crossings[kind] += 1;
                 if kind == 0 {
-                    own.boundary |= to.is_none_or(|to| inside[to] == 0);
+                    grain.boundary |= to.is_none_or(|to| inside[to] == 0);
                     if other != 0 {
                         contacts.insert((label, other));
                     }
@@ -147,6 +150,7 @@ fn slice_sums(
     }
 }
 
+/// Computes the measurements of a grain from its sums.
 fn region(voxel_mm: f64, id: usize, sums: &Sums, neighbours: Vec<u32>, volume: f64) -> Region {
     let count = sums.voxels as f64;
     let mean = sums.first.map(|sum| sum as f64 / count);
@@ -172,7 +176,8 @@ fn region(voxel_mm: f64, id: usize, sums: &Sums, neighbours: Vec<u32>, volume: f
     );
     let mut variances: Vec<f64> = SymmetricEigen::new(tensor).eigenvalues.iter().copied().collect();
     variances.sort_by(|a, b| b.total_cmp(a));
-    // 2 × the mean over directions of (crossings × area per line); a line enters a grain as often as it leaves it
+    // surface = 2 × mean over directions of (crossings × area per line); each line enters a grain as often as it leaves
+    // the grain
     let lengths = [1.0_f64, 2.0_f64.sqrt(), 3.0_f64.sqrt()];
     let area: f64 = (0..3).map(|n| sums.crossings[n] as f64 * WEIGHTS[n] / lengths[n]).sum();
     Region {
@@ -223,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn neighbours_and_the_edge_are_seen() {
+    fn neighbours_and_contact_with_the_edge_are_detected() {
         let (labels, mut inside) = labelled([12, 6, 6], |p| match p {
             [x, y, z] if (1.0..5.0).contains(&y) && (1.0..5.0).contains(&z) => match x {
                 1.0..4.0 => 1,

@@ -24,18 +24,18 @@ pub struct Score {
     pub matched: usize,
     /// Sum of overlap over union of the matching pairs, divided by the mean number of grains.
     pub panoptic_quality: f64,
-    /// Dice coefficient: twice the number of voxels that are grain in both, divided by the sum of the numbers of grain
-    /// voxels in each.
+    /// Dice coefficient: twice the number of voxels that are grain in both segmentations, divided by the sum of the
+    /// numbers of grain voxels of the two segmentations.
     pub dice: f64,
-    /// Rand index of the voxels that are grain in both: share of pairs of voxels that are in one grain in both
-    /// segmentations, or in different grains in both.
+    /// Rand index of the voxels that are grain in both segmentations: share of pairs of voxels that are in the same
+    /// grain in both segmentations, or in different grains in both segmentations.
     pub rand: f64,
-    /// Conditional entropy of the segmentation given the truth plus that of the truth given the segmentation, over
-    /// voxels that are grain in both (bits).
+    /// Conditional entropy of the segmentation given the truth plus conditional entropy of the truth given the
+    /// segmentation, over voxels that are grain in both segmentations (bits).
     pub variation_of_information: f64,
 }
 
-/// Compares labels with the labels of a truth; the label 0 is not a grain in either.
+/// Compares labels with the labels of a truth; the label 0 is not a grain.
 ///
 /// # Errors
 /// [`ImageError`] if the shapes differ.
@@ -89,7 +89,7 @@ pub fn score(truth: &Volume<u32>, found: &Volume<u32>) -> Result<Score, ImageErr
     })
 }
 
-/// Number of voxels with each pair of labels.
+/// Counts the voxels with each pair of labels.
 fn overlaps(truth: &[u32], found: &[u32]) -> BTreeMap<(u32, u32), u64> {
     let portion = 1 << 18;
     truth
@@ -98,7 +98,7 @@ fn overlaps(truth: &[u32], found: &[u32]) -> BTreeMap<(u32, u32), u64> {
         .fold(BTreeMap::new, |mut counts, (truth, found)| {
             let mut at = 0;
             while at < truth.len() {
-                // count a run of voxels with the same pair in one step
+                // a run of voxels with the same pair is counted in one step
                 let pair = (truth[at], found[at]);
                 let run = truth[at..].iter().zip(&found[at..]);
                 let length = run.take_while(|&(&a, &b)| (a, b) == pair).count();
@@ -136,8 +136,8 @@ impl Common {
         }
         let pairs = |n: f64| n * (n - 1.0) / 2.0;
         let together: f64 = both().map(|(_, &n)| pairs(n as f64)).sum();
-        let of = |side: usize| sums[side].values().map(|&n| pairs(n)).sum::<f64>();
-        let rand = 1.0 + (2.0 * together - of(0) - of(1)) / pairs(count);
+        let pairs_in = |side: usize| sums[side].values().map(|&n| pairs(n)).sum::<f64>();
+        let rand = 1.0 + (2.0 * together - pairs_in(0) - pairs_in(1)) / pairs(count);
         let information = both()
             .map(|(&(a, b), &n)| {
                 let n = n as f64;
@@ -157,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn scores_are_those_counted_by_hand() {
+    fn scores_agree_with_counts_by_hand() {
         let truth = row(&[1, 1, 1, 1, 2, 2, 2, 2, 0, 0]);
         let found = row(&[5, 5, 5, 0, 7, 7, 8, 8, 8, 0]);
         let score = score(&truth, &found).unwrap();
@@ -165,7 +165,7 @@ mod tests {
         // overlap 3 of 4 voxels; the overlap of grain 7 is exactly half of the union, so grain 7 does not match
         assert!((score.panoptic_quality - 0.75 / 2.5).abs() < 1e-15);
         assert!((score.dice - 14.0 / 16.0).abs() < 1e-15);
-        // 4 of 21 pairs disagree: the pairs of a voxel of 7 and a voxel of 8
+        // 4 of 21 pairs of voxels disagree: the pairs of one voxel of grain 7 and one voxel of grain 8
         assert!((score.rand - 17.0 / 21.0).abs() < 1e-15);
         assert!((score.variation_of_information - 4.0 / 7.0).abs() < 1e-15);
     }

@@ -13,12 +13,11 @@ pub struct SpecimenStatistics {
     pub grain_fraction: f64,
     /// Volume of the grains divided by the volume of the specimen, from whole voxels.
     pub voxel_fraction: f64,
-    /// Equivalent sphere diameter below which grains make up 10 % of the grains' volume (mm); `d50_mm` and `d90_mm` are
-    /// the values for 50 % and 90 %.
+    /// Equivalent sphere diameter (mm): smaller grains make up 10 % of the volume of all grains.
     pub d10_mm: f64,
-    /// See `d10_mm`.
+    /// Equivalent sphere diameter (mm): smaller grains make up 50 % of the volume of all grains.
     pub d50_mm: f64,
-    /// See `d10_mm`.
+    /// Equivalent sphere diameter (mm): smaller grains make up 90 % of the volume of all grains.
     pub d90_mm: f64,
     /// Median of the grains' equivalent sphere diameters (mm).
     pub median_diameter_mm: f64,
@@ -34,11 +33,11 @@ impl SpecimenStatistics {
         let solid_mm3: f64 = sizes.iter().map(|size| size.1).sum();
         let by_volume = |share: f64| {
             let mut below = 0.0;
-            let found = sizes.iter().find(|size| {
+            let grain = sizes.iter().find(|size| {
                 below += size.1;
                 below >= share * solid_mm3
             });
-            found.or(sizes.last()).map_or(f64::NAN, |size| size.0)
+            grain.or(sizes.last()).map_or(f64::NAN, |size| size.0)
         };
         let voxels: usize = regions.iter().map(|region| region.voxels).sum();
         let contacts: usize = regions.iter().map(|region| region.neighbours.len()).sum();

@@ -1,4 +1,4 @@
-//! Specimens that the user has labelled, in a program for segmentation or by hand.
+//! Specimens with labels given by the user: drawn by hand or computed by another program.
 
 pub(crate) mod parts;
 pub(crate) mod rules;

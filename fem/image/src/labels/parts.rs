@@ -2,17 +2,19 @@
 
 use crate::volume::disjoint_sets::DisjointSets;
 
-/// A run of voxels of one value along x: the value, the first index, and one past the last index.
+/// A run of voxels of one value along x.
 struct Run {
     value: u32,
+    /// First index.
     from: usize,
+    /// Last index + 1.
     to: usize,
 }
 
-/// Numbers the parts, connected over faces, of voxels of equal values other than 0, from 1 in the order of their first
-/// voxels. Returns the number of each voxel, 0 for the value 0, and the value of each part.
+/// Numbers the face-connected parts of voxels with equal values from 1, in the order of the first voxels of the parts.
+/// Voxels with the value 0 get the number 0. Returns the number of each voxel and the value of each part.
 ///
-/// All voxels with a value for which `is_one` is true form one part, even if they are not connected.
+/// All voxels with a value for which `is_one` returns `true` form one part, even if the voxels are not connected.
 pub(crate) fn numbered_parts(
     shape: [usize; 3],
     values: &[u32],
@@ -79,7 +81,7 @@ mod tests {
     use super::*;
     use crate::volume::voxel_at;
 
-    /// Reference for [`numbered_parts`]: a flood fill from each voxel that has no number yet.
+    /// Numbers parts like [`numbered_parts`], by a flood fill from each voxel without a number.
     fn by_flood(shape: [usize; 3], values: &[u32], one: u32) -> (Vec<u32>, Vec<u32>) {
         let (mut numbers, mut parts) = (vec![0; values.len()], Vec::new());
         let mut number_of_one = 0;
@@ -97,9 +99,9 @@ mod tests {
             if values[start] == one {
                 number_of_one = number;
             }
-            let mut open = vec![start];
+            let mut stack = vec![start];
             numbers[start] = number;
-            while let Some(at) = open.pop() {
+            while let Some(at) = stack.pop() {
                 let voxel = voxel_at(shape, at);
                 for (axis, step) in [(0, -1), (0, 1), (1, -1), (1, 1), (2, -1), (2, 1_isize)] {
                     let mut to = voxel;
@@ -109,7 +111,7 @@ mod tests {
                     let next = to[0] + shape[0] * (to[1] + shape[1] * to[2]);
                     if values[next] == values[start] && numbers[next] == 0 {
                         numbers[next] = number;
-                        open.push(next);
+                        stack.push(next);
                     }
                 }
             }
@@ -118,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn parts_are_those_of_a_flood() {
+    fn numbered_parts_agree_with_a_flood_fill() {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(8);
         for (shape, most) in [([9, 8, 7], 1), ([9, 8, 7], 3), ([14, 3, 9], 2), ([1, 1, 30], 2)] {
             let count = shape.iter().product();

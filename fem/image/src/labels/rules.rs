@@ -23,8 +23,8 @@ pub struct LabelPhase {
 }
 
 impl LabelPhase {
-    /// Whether each label of the phase is one grain, which is so if the phase has several labels. If the phase has one
-    /// label, each connected part is a grain.
+    /// Returns whether each label of the phase is one grain: `true` for a phase with several labels. In a phase with
+    /// one label, each connected part is a grain.
     pub fn has_instances(&self) -> bool {
         self.last > self.first
     }
@@ -58,7 +58,7 @@ pub struct LabelRules {
     pub follow_lean: bool,
     /// Position of the specimen as given by the user; voxels outside count as background. `mask` is not supported.
     pub region: SpecimenRegion,
-    /// Number of voxels below which a grain is counted in a warning.
+    /// Grains with fewer voxels than this number are reported in a warning.
     pub small_grain_voxels: usize,
 }
 
@@ -80,7 +80,7 @@ impl Default for LabelRules {
 pub(super) enum Role {
     Outside,
     Matrix,
-    /// A phase of grains, with its index in `grain_phases`; `is_one` is true if all voxels of the label form one grain.
+    /// Grains: index of the phase in `grain_phases`, and whether all voxels of the label form one grain.
     Grain {
         phase: usize,
         is_one: bool,
@@ -88,7 +88,7 @@ pub(super) enum Role {
 }
 
 impl LabelRules {
-    /// Names of the phases of grains, including voids, in the order in which the phases are given.
+    /// Returns the names of the phases of grains, voids included, in the order of `phases`.
     pub fn grain_phases(&self) -> Vec<String> {
         if self.phases.is_empty() {
             return vec![GRAIN.into()];
@@ -116,23 +116,26 @@ impl LabelRules {
         }
         if self.specimen == SpecimenForm::Block && !self.region.is_empty() {
             let help = "remove region, or set specimen = \"cylinder\"";
-            return refuse("region names a cylinder, and specimen is \"block\"".into(), help);
+            return refuse("region describes a cylinder, but specimen is \"block\"".into(), help);
         }
-        for (place, phase) in self.phases.iter().enumerate() {
+        for (index, phase) in self.phases.iter().enumerate() {
             let LabelPhase { first, last, name } = phase;
             if last < first {
-                let help = "write the smaller one first";
-                return refuse(format!("the labels {first} to {last} of {name} are none"), help);
+                let help = "write the smaller label first";
+                return refuse(
+                    format!("the range of labels {first} to {last} of {name} is empty"),
+                    help,
+                );
             }
             if self.background.is_some_and(|label| (*first..=*last).contains(&label)) {
-                let help = "give it one meaning: the background is what surrounds the specimen";
+                let help = "use different labels for the phase and the background (the surroundings of the specimen)";
                 return refuse(format!("the background is also a label of {name}"), help);
             }
-            let other = self.phases[..place].iter().find(|o| o.first <= *last && *first <= o.last);
+            let other = self.phases[..index].iter().find(|o| o.first <= *last && *first <= o.last);
             if let Some(other) = other {
                 let label = other.first.max(*first);
-                let what = format!("the label {label} is of {} and of {name}", other.name);
-                return refuse(what, "give each label one phase");
+                let what = format!("the label {label} belongs to {} and to {name}", other.name);
+                return refuse(what, "assign each label to one phase");
             }
         }
         if !self.phases.is_empty() && self.grain_phases().is_empty() {
@@ -142,14 +145,14 @@ impl LabelRules {
         let has_outside = self.background.is_some() || !self.region.is_empty();
         if self.specimen == SpecimenForm::Cylinder && !has_outside {
             return refuse(
-                "a cylinder is asked for, but no label is the background".into(),
-                "give background, the label of what surrounds the specimen, or region; or set specimen = \"block\"",
+                "a cylinder is required, but no label is the background".into(),
+                "give background (the label of the surroundings of the specimen) or region, or set specimen = \"block\"",
             );
         }
         Ok(())
     }
 
-    /// Meaning of each label of an image; `counts` are the numbers of voxels of the labels.
+    /// Returns the meaning of each label of an image; `counts` are the numbers of voxels of the labels.
     pub(super) fn roles(
         &self,
         counts: &BTreeMap<i64, usize>,
@@ -183,7 +186,7 @@ impl LabelRules {
         let more = if others > 0 { format!(" and {others} others") } else { String::new() };
         Err(ImageError::Labels {
             what: format!("the image has labels without a phase: {}{more}", unknown.join(", ")),
-            help: "name their phases in label_phases, or the label of what surrounds the specimen as background",
+            help: "list these labels in label_phases, or give the label of the surroundings of the specimen as background",
         })
     }
 }

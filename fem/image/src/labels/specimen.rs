@@ -42,18 +42,19 @@ pub struct LabelledSpecimen {
 
 /// Label of voxels outside the region if no label is the background.
 const OUTSIDE_REGION: i64 = i64::MIN;
-/// Grey value of the specimen in the image to which a cylinder is fitted; `EDGE` is the grey level of its wall.
+/// Grey value of the specimen in the image to which a cylinder is fitted.
 const SPECIMEN: u16 = 1000;
+/// Grey level of the wall in this image: half the grey value of the specimen.
 const EDGE: f64 = 500.0;
 /// Distance from the wall (voxels) within which background is not counted.
 const WALL: f64 = 1.5;
-/// Share of background in the specimen above which a warning is issued.
+/// Share of background in the specimen above which a warning is added.
 const MOST_BACKGROUND: f64 = 0.002;
 
 impl LabelledSpecimen {
-    /// Volume fraction of a phase in the specimen, from whole voxels.
+    /// Returns the volume fraction of a phase in the specimen, from whole voxels.
     pub fn fraction_of(&self, phase: usize) -> f64 {
-        let of_phase = self.regions.iter().zip(&self.phase_of).filter(|(_, of)| **of == phase);
+        let of_phase = self.regions.iter().zip(&self.phase_of).filter(|(_, p)| **p == phase);
         of_phase.map(|(region, _)| region.volume_mm3).sum::<f64>() / self.statistics.volume_mm3
     }
 }
@@ -83,7 +84,8 @@ impl LabelRules {
         self.run_cut(image, progress)
     }
 
-    /// Runs [`run`](Self::run) on an image whose voxels outside the region have the label of the background.
+    /// Finds specimen and grains like [`run`](Self::run), in an image whose voxels outside the region have the label of
+    /// the background.
     fn run_cut(
         &self,
         image: &Volume<i64>,
@@ -100,8 +102,8 @@ impl LabelRules {
         progress("specimen");
         let mut warnings = self.absent_phases(&of_number);
         let outside: Vec<bool> = of_number.iter().map(|(_, role)| *role == Role::Outside).collect();
-        let found = self.locate(image, &numbers, &outside, &mut warnings)?;
-        let inside = match &found {
+        let fitted = self.locate(image, &numbers, &outside, &mut warnings)?;
+        let inside = match &fitted {
             Some(fit) => fit.inside(image.shape, 0.0),
             None => vec![1; image.values.len()],
         };
@@ -124,7 +126,7 @@ impl LabelRules {
         if grains.is_empty() {
             return Err(ImageError::Labels {
                 what: "no voxel is of a grain".into(),
-                help: "check that the file holds labels, and which of them label_phases and background name",
+                help: "check that the file contains labels, and which labels label_phases and background list",
             });
         }
         let mut volumes = vec![0.0_f64; grains.len()];
@@ -141,7 +143,7 @@ impl LabelRules {
         warnings.extend(self.small_grains(&regions, &phase_of, &phases));
 
         let voxel_mm = image.voxel_mm;
-        let (cylinder, volume_mm3) = match &found {
+        let (cylinder, volume_mm3) = match &fitted {
             Some(fit) => (fit.in_mm(voxel_mm), fit.in_mm(voxel_mm).volume_mm3()),
             None => (Cylinder::within(image), image.size_mm().iter().product()),
         };
@@ -165,13 +167,13 @@ impl LabelRules {
             phase_of,
             regions,
             cylinder,
-            block: found.is_none(),
+            block: fitted.is_none(),
             shades,
             warnings,
         })
     }
 
-    /// Fits the cylinder of the specimen; `None` for a block.
+    /// Fits the cylinder of the specimen; returns `None` for a block.
     fn locate(
         &self,
         image: &Volume<i64>,
@@ -187,29 +189,29 @@ impl LabelRules {
                 let help = "correct background, or set specimen = \"block\"";
                 return Err(ImageError::Labels { what, help });
             }
-            warnings.push(format!("the image is taken for a block: {what}"));
+            warnings.push(format!("the image is treated as a block: {what}"));
         }
-        let found = match self.specimen {
+        let fitted = match self.specimen {
             SpecimenForm::Block => None,
             SpecimenForm::Auto if !has_background => None,
             SpecimenForm::Auto | SpecimenForm::Cylinder => {
                 let grey = |&number: &u32| if is_outside(number) { 0 } else { SPECIMEN };
                 let grey = image.with(numbers.par_iter().map(grey).collect());
-                let found = match self.region.fit() {
+                let fitted = match self.region.fit() {
                     Some(fit) => fit,
                     None => self.region.overriding(fit(&grey, EDGE, self.follow_lean)?),
                 };
-                if let Err(error) = checked_filling(filling(&grey, &found, EDGE)) {
+                if let Err(error) = checked_filling(filling(&grey, &fitted, EDGE)) {
                     match self.specimen {
                         SpecimenForm::Cylinder => warnings.push(error.to_string()),
                         _ => return Err(error),
                     }
                 }
-                Some(found)
+                Some(fitted)
             }
         };
         if has_background {
-            let within = match &found {
+            let within = match &fitted {
                 Some(fit) => fit.inside(image.shape, WALL),
                 None => vec![1; numbers.len()],
             };
@@ -220,17 +222,17 @@ impl LabelRules {
             if share > MOST_BACKGROUND {
                 warnings.push(format!(
                     "{:.1} % of the voxels in the specimen have the label of the background and count as matrix: give \
-                     pores a label of their own, of the phase \"void\"",
+                     pores a separate label with the phase \"void\"",
                     100.0 * share
                 ));
             }
         }
-        Ok(found)
+        Ok(fitted)
     }
 
-    /// Warnings about phases without voxels in the image.
+    /// Returns warnings about phases without voxels in the image.
     fn absent_phases(&self, roles: &[(i64, Role)]) -> Vec<String> {
-        let is_there = |name: &str| {
+        let is_present = |name: &str| {
             let names = self.grain_phases();
             roles.iter().any(|(_, role)| match role {
                 Role::Grain { phase, .. } => names[*phase] == name,
@@ -241,29 +243,29 @@ impl LabelRules {
         let mut names: Vec<&str> = self.phases.iter().map(|phase| phase.name.as_str()).collect();
         names.sort_unstable();
         names.dedup();
-        names.retain(|name| !is_there(name));
+        names.retain(|name| !is_present(name));
         let absent = |name| {
             format!("the image has no voxel of the phase {name}: check its labels in label_phases")
         };
         names.into_iter().map(absent).collect()
     }
 
-    /// Warning about grains that are so small that they may be errors of the labelling.
+    /// Returns a warning about grains that are so small that they may be errors of the labelling.
     fn small_grains(
         &self,
         regions: &[Region],
         phase_of: &[usize],
         phases: &[String],
     ) -> Option<String> {
-        let solid = || regions.iter().zip(phase_of).filter(|(_, of)| phases[**of] != VOID);
+        let solid = || regions.iter().zip(phase_of).filter(|(_, phase)| phases[**phase] != VOID);
         let small = solid().filter(|(region, _)| region.voxels < self.small_grain_voxels);
         let (count, all) = (small.clone().count(), solid().count());
         (count > 0).then(|| {
             let voxels = small.map(|(region, _)| region.voxels).sum::<usize>() as f64;
             let total = solid().map(|(region, _)| region.voxels).sum::<usize>() as f64;
             format!(
-                "statistics of grains count specks: {count} of {all} grains have fewer than {} voxels (min_grain_voxels; \
-                 {:.2} % of the grains' volume); they stay in the mesh, remove them in the image if they are noise",
+                "statistics of grains include specks: {count} of {all} grains have fewer than {} voxels (min_grain_voxels; \
+                 {:.2} % of the grains' volume) and stay in the mesh; if these grains are noise, remove them from the image",
                 self.small_grain_voxels,
                 100.0 * voxels / total
             )
@@ -271,7 +273,7 @@ impl LabelRules {
     }
 }
 
-/// Number of voxels of each label.
+/// Returns the number of voxels of each label.
 fn counts(values: &[i64]) -> BTreeMap<i64, usize> {
     let add = |mut counts: BTreeMap<i64, usize>, portion: &[i64]| {
         for run in portion.chunk_by(|a, b| a == b) {
@@ -294,6 +296,7 @@ struct Order {
     number_of: Vec<u32>,
 }
 
+/// Sorts parts by their values.
 fn by_value(part_values: &[u32]) -> Order {
     let mut parts: Vec<usize> = (0..part_values.len()).collect();
     parts.sort_by_key(|&part| part_values[part]);

@@ -1,24 +1,25 @@
-//! Objects beside a specimen in air: a tube around it, a pedestal below or above it.
+//! Objects near a specimen in air: a tube around the specimen, a pedestal below or above the specimen.
 
 use rayon::prelude::*;
 
 use crate::Volume;
 use crate::locate::fit::Fit;
 
-/// Share of solid voxels above which a disc counts as filled and a pedestal's slices count as round.
+/// Share of solid voxels above which a disc counts as filled, and share of round slices above which a run of slices
+/// counts as a pedestal.
 const MOST: f64 = 0.9;
-/// Largest share of solid voxels in a ring that belongs to a gap.
+/// Largest share of solid voxels in a ring of a gap.
 const GAP: f64 = 0.3;
 /// Relative difference of a section's area from the specimen's area above which the section does not belong to the
 /// specimen.
 const OTHER: f64 = 0.08;
-/// Smallest number of slices of a pedestal.
+/// Minimum number of slices of a pedestal.
 const SLICES: usize = 3;
-/// Blur about an edge (voxels).
+/// Half width of a blurred edge (voxels).
 const BLUR: f64 = 1.5;
 
-/// Inner and outer radius (voxels) of a ring of air inside the fitted cylinder, around a specimen; such a ring shows
-/// that the cylinder was fitted to a tube. `None` if there is no such ring.
+/// Returns the inner and the outer radius (voxels) of a ring of air around the specimen and inside the fitted cylinder,
+/// or `None` if there is no such ring. Such a ring shows that the cylinder was fitted to a tube.
 pub(crate) fn gap(image: &Volume<u16>, fit: &Fit, edge: f64) -> Option<[f64; 2]> {
     let rings = fit.radius.ceil() as usize + 1;
     let mut counts = vec![[0_u64; 2]; rings];
@@ -30,7 +31,7 @@ pub(crate) fn gap(image: &Volume<u16>, fit: &Fit, edge: f64) -> Option<[f64; 2]>
     }) {
         let slice = &image.values[nx * ny * z..][..nx * ny];
         for (n, &value) in slice.iter().enumerate() {
-            let ring = fit.place([n % nx, n / nx, z])[0].sqrt() as usize;
+            let ring = fit.radius_squared_and_height([n % nx, n / nx, z])[0].sqrt() as usize;
             if ring < rings {
                 counts[ring][0] += 1;
                 counts[ring][1] += u64::from(f64::from(value) >= edge);
@@ -48,15 +49,17 @@ pub(crate) fn gap(image: &Volume<u16>, fit: &Fit, edge: f64) -> Option<[f64; 2]>
     is_solid.then_some([inner as f64 + 1.0, outer as f64 + 1.0])
 }
 
-/// A pedestal that was removed: its first and last slice, counted from 1, and the radius of its sections (voxels).
+/// A removed pedestal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Pedestal {
+    /// First and last slice, counted from 1.
     pub(crate) slices: [usize; 2],
+    /// Radius of the sections (voxels).
     pub(crate) radius: f64,
 }
 
-/// Moves the ends of an upright cylinder past sections that are round and have another radius; returns the removed
-/// pedestals.
+/// Shortens an upright cylinder by the sections of pedestals: round sections at an end with another radius than the
+/// specimen. Returns the removed pedestals.
 pub(crate) fn without_pedestal(image: &Volume<u16>, fit: &mut Fit, edge: f64) -> Vec<Pedestal> {
     if fit.lean != [0.0; 2] {
         return Vec::new();
@@ -78,7 +81,7 @@ pub(crate) fn without_pedestal(image: &Volume<u16>, fit: &mut Fit, edge: f64) ->
     areas.sort_unstable_by(f64::total_cmp);
     let area = areas[areas.len() / 2];
     let is_other = |section: &f64| (section / area - 1.0).abs() > OTHER && *section > 0.1 * area;
-    let mut found = Vec::new();
+    let mut pedestals = Vec::new();
     // the first and the last slice contain some air
     let from_bottom: Vec<usize> =
         (first + 1..last).take_while(|&z| is_other(&sections[z])).collect();
@@ -101,16 +104,17 @@ pub(crate) fn without_pedestal(image: &Volume<u16>, fit: &mut Fit, edge: f64) ->
         let radius = (mean / std::f64::consts::PI).sqrt();
         if is_bottom {
             fit.bottom = z as f64 + 1.0 - part;
-            found.push(Pedestal { slices: [first + 1, z + 1], radius });
+            pedestals.push(Pedestal { slices: [first + 1, z + 1], radius });
         } else {
             fit.top = z as f64 + part;
-            found.push(Pedestal { slices: [z + 1, last], radius });
+            pedestals.push(Pedestal { slices: [z + 1, last], radius });
         }
     }
-    found
+    pedestals
 }
 
-/// Whether the solid voxels of a slice fill a disc about their centroid, and hardly any of them are outside it.
+/// Returns whether the solid voxels of a slice fill a disc about their centroid, with hardly any solid voxels outside
+/// the disc.
 fn is_round(slice: &[u16], nx: usize, edge: f64) -> bool {
     let solid = || {
         let voxels = slice.iter().enumerate().filter(|(_, value)| f64::from(**value) >= edge);

@@ -7,7 +7,7 @@ use crate::{Cylinder, ImageError, Volume};
 /// A cylinder fitted to an image (in voxels), and measures of the quality of the fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Fit {
-    /// Middle of the axis, in x and y.
+    /// Coordinates x and y of the middle of the axis.
     pub(crate) centre: [f64; 2],
     pub(crate) radius: f64,
     /// Lower end of the cylinder before its rotation about the middle of its axis.
@@ -21,7 +21,7 @@ pub(crate) struct Fit {
     pub(crate) scatter: f64,
 }
 
-/// Lengths are rounded to 1/`GRID` voxel, so that they do not depend on the order of summation.
+/// Lengths are rounded to 1/`GRID` voxel, so that results do not depend on the order of summation.
 const GRID: f64 = 1024.0;
 /// Slopes are rounded to 1/`SLOPES`.
 const SLOPES: f64 = 1048576.0;
@@ -31,7 +31,7 @@ const OFF_AXIS: f64 = 2.0;
 const UPRIGHT: f64 = 1.0;
 /// Number of iterations that refine a tilted axis; each iteration starts from the axis of the previous iteration.
 const ROUNDS: usize = 3;
-/// Slope of the axis from which the fit is rejected.
+/// Slope of the axis above which the fit is rejected.
 const STEEPEST: f64 = 0.5;
 /// Number of directions of rays in an eighth of a turn.
 const EIGHTH: usize = 24;
@@ -39,11 +39,12 @@ const EIGHTH: usize = 24;
 const STEPS: usize = 20;
 
 impl Fit {
-    /// Whether the fitted cylinder is upright although the axis of the specimen is tilted.
+    /// Returns whether the fitted cylinder is upright although the axis of the specimen is tilted.
     pub(crate) fn is_off_axis(&self) -> bool {
         self.lean == [0.0; 2] && self.wander > OFF_AXIS
     }
 
+    /// Converts the cylinder from voxels to mm.
     pub(crate) fn in_mm(&self, voxel_mm: f64) -> Cylinder {
         Cylinder {
             centre_mm: self.centre.map(|c| c * voxel_mm),
@@ -54,9 +55,9 @@ impl Fit {
         }
     }
 
-    /// Squared distance of a voxel from the axis (voxels²), and its height along the axis, as z of the upright cylinder
-    /// (voxels). Both are exact in floating point if the axis is upright.
-    pub(crate) fn place(&self, [x, y, z]: [usize; 3]) -> [f64; 2] {
+    /// Returns the squared distance of a voxel from the axis (voxels²) and its height along the axis, as z of the
+    /// upright cylinder (voxels). Both values are exact in floating point if the axis is upright.
+    pub(crate) fn radius_squared_and_height(&self, [x, y, z]: [usize; 3]) -> [f64; 2] {
         let middle = (self.bottom + self.top) / 2.0;
         let [p, q] = self.lean;
         let h = z as f64 + 0.5 - middle;
@@ -68,13 +69,15 @@ impl Fit {
         [dx * dx + dy * dy - along * along / square, middle + height]
     }
 
-    /// Squared relative radii (r/R)² of the voxels of a slice.
+    /// Returns the squared relative radii (r/R)² of the voxels of a slice.
     pub(crate) fn relative_squares(&self, [nx, ny]: [usize; 2], z: usize) -> Vec<f64> {
         let square = self.radius * self.radius;
-        (0..nx * ny).map(|n| self.place([n % nx, n / nx, z])[0] / square).collect()
+        (0..nx * ny)
+            .map(|n| self.radius_squared_and_height([n % nx, n / nx, z])[0] / square)
+            .collect()
     }
 
-    /// Set of the voxels whose centres are inside the cylinder by at least `margin` voxels: 1 inside, 0 outside.
+    /// Returns the set of voxels (1 inside, 0 outside) whose centres are at least `margin` voxels inside the cylinder.
     pub(crate) fn inside(&self, shape: [usize; 3], margin: f64) -> Vec<u8> {
         let [nx, ny, nz] = shape;
         let radius = (self.radius - margin).max(0.0);
@@ -83,17 +86,21 @@ impl Fit {
         if self.lean == [0.0; 2] {
             // all sections of an upright cylinder are equal
             let disc: Vec<u8> = (0..nx * ny)
-                .map(|n| u8::from(self.place([n % nx, n / nx, 0])[0] <= radius * radius))
+                .map(|n| {
+                    u8::from(
+                        self.radius_squared_and_height([n % nx, n / nx, 0])[0] <= radius * radius,
+                    )
+                })
                 .collect();
             let slices = set.par_chunks_exact_mut(nx * ny).enumerate();
             slices
-                .filter(|(z, _)| heights.contains(&self.place([0, 0, *z])[1]))
+                .filter(|(z, _)| heights.contains(&self.radius_squared_and_height([0, 0, *z])[1]))
                 .for_each(|(_, slice)| slice.copy_from_slice(&disc));
             return set;
         }
         set.par_chunks_exact_mut(nx * ny).enumerate().for_each(|(z, slice)| {
             for (n, voxel) in slice.iter_mut().enumerate() {
-                let [square, height] = self.place([n % nx, n / nx, z]);
+                let [square, height] = self.radius_squared_and_height([n % nx, n / nx, z]);
                 *voxel = u8::from(square <= radius * radius && heights.contains(&height));
             }
         });
@@ -109,29 +116,29 @@ struct Axis {
 }
 
 impl Axis {
-    /// Position of the line in x and y at the height z.
+    /// Returns the position of the line in x and y at the height z.
     fn through(&self, z: f64) -> [f64; 2] {
         [0, 1].map(|k| self.at[k] + self.lean[k] * (z - self.at[2]))
     }
 
-    /// Slope of the line against the vertical.
+    /// Returns the slope of the line against the vertical.
     fn slope(&self) -> f64 {
         self.lean[0].hypot(self.lean[1])
     }
 
-    /// Length along the line per voxel along z.
+    /// Returns the length along the line for one voxel along z.
     fn stretch(&self) -> f64 {
         (1.0 + (self.lean[0] * self.lean[0] + self.lean[1] * self.lean[1])).sqrt()
     }
 
-    /// Distance along the line from `at` to the foot of the perpendicular from a point.
+    /// Returns the distance along the line from `at` to the foot of the perpendicular from a point.
     fn along(&self, point: [f64; 3]) -> f64 {
         let [x, y, z] = [0, 1, 2].map(|k| point[k] - self.at[k]);
         (x * self.lean[0] + y * self.lean[1] + z) / self.stretch()
     }
 }
 
-/// Cylinder fitted to the points that rays find on the wall: axis, radius, and root mean square distance of the points.
+/// Cylinder fitted to the wall points found by rays: axis, radius, and root mean square distance of the points.
 struct Wall {
     axis: Axis,
     radius: f64,
@@ -140,18 +147,18 @@ struct Wall {
 
 /// Fits a cylinder to the voxels that are at least as bright as `edge`, the grey level half way between air and matrix.
 /// The ends are the medians over columns of the first and the last crossing of `edge`. Axis and radius follow from
-/// least squares over the outermost crossings along many rays, without outliers. Axis, radius and ends have sub-voxel
-/// accuracy.
+/// least squares over the outermost crossings of `edge` along many rays, without outliers. Axis, radius and ends have
+/// sub-voxel accuracy.
 ///
-/// Rays and ends first refer to an upright axis. If the fitted axis is tilted and `leans` is true, they are computed
-/// again with respect to the fitted axis.
+/// Rays and ends first refer to an upright axis. If the fitted axis is tilted and `leans` is true, rays and ends are
+/// computed again with respect to the fitted axis.
 ///
 /// # Errors
 /// [`ImageError::NoCylinder`].
 pub(crate) fn fit(image: &Volume<u16>, edge: f64, leans: bool) -> Result<Fit, ImageError> {
     let [nx, ny, _] = image.shape;
     let Some((centre, radius)) = about(image, edge) else {
-        return Err(refused("nothing is brighter than air".into()));
+        return Err(refused("no voxel is brighter than air".into()));
     };
     let upright = Axis { at: [centre[0], centre[1], 0.0], lean: [0.0; 2] };
     let (mut wall, mut ends) = sides(image, edge, &upright, radius)?;
@@ -182,13 +189,13 @@ pub(crate) fn fit(image: &Volume<u16>, edge: f64, leans: bool) -> Result<Fit, Im
         this.radius > 3.0 && this.radius < largest && this.scatter < 1.0 + 0.02 * this.radius;
     if !sound || !this.centre.iter().all(|c| c.is_finite()) {
         return Err(refused(format!(
-            "a radius of {:.1} voxels with a scatter of {:.1} was found",
+            "the fit has a radius of {:.1} voxels and a scatter of {:.1} voxels",
             this.radius, this.scatter
         )));
     }
     if wall.axis.slope() >= STEEPEST {
         let degrees = wall.axis.slope().atan().to_degrees();
-        return Err(refused(format!("its axis leans by {degrees:.0}° against z")));
+        return Err(refused(format!("its axis is tilted by {degrees:.0}° against z")));
     }
     Ok(this)
 }
@@ -196,11 +203,11 @@ pub(crate) fn fit(image: &Volume<u16>, edge: f64, leans: bool) -> Result<Fit, Im
 fn refused(message: String) -> ImageError {
     ImageError::NoCylinder {
         message,
-        help: "set specimen = \"block\" if the image was cut out of a specimen, or crop other objects away",
+        help: "set specimen = \"block\" if the image was cut out of a specimen, or remove other objects from the image",
     }
 }
 
-/// Wall and ends as seen from an approximate axis and radius.
+/// Determines wall and ends, starting from an approximate axis and radius.
 fn sides(
     image: &Volume<u16>,
     edge: f64,
@@ -209,18 +216,18 @@ fn sides(
 ) -> Result<(Wall, [f64; 2]), ImageError> {
     let nz = image.shape[2];
     let Some(ends @ [bottom, top]) = ends(image, edge, axis, 0.8 * radius) else {
-        return Err(refused("no column crosses it".into()));
+        return Err(refused("no column of voxels crosses the specimen".into()));
     };
     let points = wall(image, edge, axis, radius, ends);
     let rays = 8 * EIGHTH * nz;
     let levels = (bottom.ceil().max(0.0) as usize..(top.floor() as usize).min(nz)).len();
     if points.len() < 8 * EIGHTH * levels / 4 || levels < 4 {
-        return Err(refused(format!("only {} of {rays} rays meet its wall", points.len())));
+        return Err(refused(format!("only {} of {rays} rays cross its wall", points.len())));
     }
     Ok((least_squares(&points, axis, radius, (bottom + top) / 2.0), ends))
 }
 
-/// Centroid in x and y of the bright voxels, and the radius of a disc with the area of their mean section.
+/// Returns the centroid (x and y) of the bright voxels, and the radius of a disc with the mean area of their sections.
 fn about(image: &Volume<u16>, edge: f64) -> Option<([f64; 2], f64)> {
     let [nx, ny, nz] = image.shape;
     let (mut count, mut sum_x, mut sum_y, mut slices) = (0_u64, 0_u64, 0_u64, 0_u64);
@@ -243,8 +250,8 @@ fn about(image: &Volume<u16>, edge: f64) -> Option<([f64; 2], f64)> {
     Some(([mean(sum_x), mean(sum_y)], (area / std::f64::consts::PI).sqrt()))
 }
 
-/// Heights at which columns within a radius enter and leave the bright voxels: medians along the axis, as z of the
-/// cylinder before its rotation.
+/// Returns the heights of both ends: the medians of the heights at which columns within a radius enter and leave the
+/// bright voxels. Heights are measured along the axis, as z of the cylinder before its rotation.
 fn ends(image: &Volume<u16>, edge: f64, axis: &Axis, radius: f64) -> Option<[f64; 2]> {
     let [nx, ny, nz] = image.shape;
     let (mut low, mut high) = (Vec::new(), Vec::new());
@@ -272,15 +279,15 @@ fn ends(image: &Volume<u16>, edge: f64, axis: &Axis, radius: f64) -> Option<[f64
                 true => nz as f64,
                 false => last as f64 + 1.5 - part(last + 1, last),
             };
-            for (z, found) in [(entry, &mut low), (exit, &mut high)] {
+            for (z, heights) in [(entry, &mut low), (exit, &mut high)] {
                 if off(x, y, z) <= radius {
-                    found.push(axis.along([x as f64 + 0.5, y as f64 + 0.5, z]));
+                    heights.push(axis.along([x as f64 + 0.5, y as f64 + 0.5, z]));
                 }
             }
         }
     }
     let (low, high) = (median(&mut low)?, median(&mut high)?);
-    // the rotation to upright keeps the middle of the axis
+    // the rotation to an upright axis does not move the middle of the axis
     let middle = (low + high) / 2.0;
     let shift = axis.at[2] + middle / axis.stretch() - middle;
     Some([low + shift, high + shift])
@@ -299,8 +306,8 @@ fn median(values: &mut [f64]) -> Option<f64> {
     Some((lower + upper) / 2.0)
 }
 
-/// Points of the wall: rays start outside, in directions that are symmetric about x and y, and end where two samples
-/// one voxel apart are bright.
+/// Returns points of the wall. Rays start outside the specimen, in directions that are symmetric about x and y, and end
+/// where two samples one voxel apart are bright.
 fn wall(
     image: &Volume<u16>,
     edge: f64,
@@ -344,6 +351,7 @@ fn wall(
     points
 }
 
+/// Iterates over the directions (cosine, sine) of the rays.
 fn directions() -> impl Iterator<Item = [f64; 2]> {
     (0..EIGHTH).flat_map(|n| {
         let angle = (n as f64 + 0.5) / EIGHTH as f64 * std::f64::consts::FRAC_PI_4;
@@ -352,7 +360,7 @@ fn directions() -> impl Iterator<Item = [f64; 2]> {
     })
 }
 
-/// Grey value by bilinear interpolation between voxels; `None` outside the centres of the outermost voxels.
+/// Returns the grey value at a point by bilinear interpolation, or `None` outside the centres of the outermost voxels.
 fn sample(slice: &[u16], [nx, ny]: [usize; 2], [x, y]: [f64; 2]) -> Option<f64> {
     let (x, y) = (x - 0.5, y - 0.5);
     if !(x >= 0.0 && y >= 0.0 && x <= (nx - 1) as f64 && y <= (ny - 1) as f64) {
@@ -390,14 +398,14 @@ fn least_squares(points: &[[f64; 3]], about: &Axis, radius: f64, middle: f64) ->
         let limit = 3.0 * median(&mut off).unwrap_or(0.0).max(0.02);
         let mut normal = nalgebra::SMatrix::<f64, 5, 5>::zeros();
         let mut right = nalgebra::SVector::<f64, 5>::zeros();
-        let (mut squares, mut kept) = (0.0, 0.0);
+        let (mut squares, mut used) = (0.0, 0.0);
         for (residual, row) in rows.iter().filter(|(residual, _)| residual.abs() <= limit) {
             normal += row * row.transpose();
             right -= row * *residual;
             squares += residual * residual;
-            kept += 1.0;
+            used += 1.0;
         }
-        scatter = f64::sqrt(squares / kept);
+        scatter = f64::sqrt(squares / used);
         let Some(factor) = normal.cholesky() else { break };
         let step = factor.solve(&right);
         u += step;

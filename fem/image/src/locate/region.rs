@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::locate::fit::Fit;
 use crate::{ImageError, Volume};
 
-/// Position of the specimen, in voxels of the segmented image (after `bin`). Values that are not given are found from
+/// Position of the specimen, in voxels of the segmented image (after `bin`). Missing values are determined from
 /// the image.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -21,8 +21,8 @@ pub struct SpecimenRegion {
     /// First and last slice of the specimen, counted from 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub slices: Option<[usize; 2]>,
-    /// Path of an image with the same number of voxels, in which the specimen's voxels have at least half of the
-    /// largest value.
+    /// Path of an image with the same number of voxels; voxels with at least half of the largest value belong to the
+    /// specimen.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mask: Option<PathBuf>,
 }
@@ -40,7 +40,7 @@ impl SpecimenRegion {
         }
         let centre = self.centre_px.into_iter().flatten();
         if let Some(value) = centre.into_iter().find(|c| !(-1e6..=1e6).contains(c)) {
-            return refuse("region.centre_px", value, "two places in the image (voxels)");
+            return refuse("region.centre_px", value, "two positions in the image (voxels)");
         }
         if let Some([first, last]) = self.slices
             && !(first >= 1 && first + 3 < last)
@@ -83,24 +83,24 @@ impl SpecimenRegion {
         Ok(())
     }
 
-    /// Whether no value is given.
+    /// Returns whether no value is given.
     pub(crate) fn is_unset(&self) -> bool {
         *self == Self::default()
     }
 
-    /// Whether no value except the mask is given.
+    /// Returns whether no value except the mask is given.
     pub(crate) fn is_empty(&self) -> bool {
         self.centre_px.is_none() && self.radius_px.is_none() && self.slices.is_none()
     }
 
-    /// Cylinder of the region, if centre, radius and slices are all given.
+    /// Returns the cylinder of the region, or `None` unless centre, radius and slices are all given.
     pub(crate) fn fit(&self) -> Option<Fit> {
         let (centre, radius, [first, last]) = (self.centre_px?, self.radius_px?, self.slices?);
         let (bottom, top) = ((first - 1) as f64, last as f64);
         Some(Fit { centre, radius, bottom, top, lean: [0.0; 2], wander: 0.0, scatter: 0.0 })
     }
 
-    /// Replaces the values of a fitted cylinder by the values that are given.
+    /// Replaces the values of a fitted cylinder by the given values.
     pub(crate) fn overriding(&self, fit: Fit) -> Fit {
         if self.is_empty() {
             return fit;
@@ -115,13 +115,13 @@ impl SpecimenRegion {
         Fit { centre, radius, bottom, top, lean, ..fit }
     }
 
-    /// Copy of the image with air outside the given region; `None` if neither slices nor a disc are given.
+    /// Returns a copy of the image with air outside the given region, or `None` if neither slices nor a disc are given.
     pub(crate) fn restricted(&self, image: &Volume<u16>, air: f64) -> Option<Volume<u16>> {
         self.with_outside(image, air.round() as u16)
     }
 
-    /// Copy of the image with the value `outside` outside the given slices and disc; `None` if neither slices nor a
-    /// disc are given.
+    /// Returns a copy of the image with the value `outside` outside the given slices and disc, or `None` if neither
+    /// slices nor a disc are given.
     pub(crate) fn with_outside<T: Copy>(&self, image: &Volume<T>, outside: T) -> Option<Volume<T>> {
         let disc = self.centre_px.zip(self.radius_px);
         if disc.is_none() && self.slices.is_none() {
@@ -143,7 +143,7 @@ impl SpecimenRegion {
     }
 }
 
-/// Voxels of the specimen in a mask: the voxels with at least half of the mask's largest value.
+/// Returns the voxels of the specimen in a mask: the voxels with at least half of the mask's largest value.
 ///
 /// # Errors
 /// [`ImageError::Mask`] if the mask and the image differ in shape, [`ImageError::NoContrast`] for an empty mask.
@@ -154,7 +154,7 @@ pub(crate) fn masked<T>(mask: &Volume<f32>, image: &Volume<T>) -> Result<Vec<u8>
     let most = mask.values.iter().copied().fold(0.0, f32::max);
     if most <= 0.0 {
         return Err(ImageError::NoContrast {
-            what: "region.mask holds no voxel above 0".to_owned(),
+            what: "region.mask has no voxel above 0".to_owned(),
             help: "give the specimen's voxels a value above 0",
         });
     }

@@ -13,9 +13,10 @@ use crate::{ImageError, Volume};
 
 /// Distance from the wall (voxels) up to which grey values of the median-filtered image are mixed with air.
 const RIM: f64 = 3.0;
-/// Grey level of the wall of a mask: half of the value of the mask's voxels.
+/// Grey level of the wall in the image of a mask: half the grey value of the mask's voxels.
 const EDGE: u16 = 16384;
-/// Scatter of the wall's points above which the fit is doubtful: an absolute part (voxels) plus a share of the radius.
+/// Limit of the scatter of the wall's points, above which the fit is doubtful: an absolute part (voxels) and a share of
+/// the radius.
 const SCATTER: [f64; 2] = [0.6, 0.01];
 
 /// Form of the specimen in an image.
@@ -49,6 +50,7 @@ pub(crate) struct Locating<'a> {
 pub(crate) struct Specimen {
     /// The fitted cylinder; `None` for a block.
     pub(crate) fit: Option<Fit>,
+    /// Grey value of air; 0 for a block.
     pub(crate) air: f64,
     /// Lowest grey value that is not air; 0 if there is no air.
     pub(crate) void: f64,
@@ -78,37 +80,37 @@ impl Locating<'_> {
             return Ok(block);
         }
         let mut restricted = self.region.restricted(image, air);
-        let seen = restricted.as_ref().unwrap_or(image);
-        let mut found = fit(seen, edge, self.follow_lean)?;
-        if let Some([inner, outer]) = gap(seen, &found, edge) {
+        let visible = restricted.as_ref().unwrap_or(image);
+        let mut fitted = fit(visible, edge, self.follow_lean)?;
+        if let Some([inner, outer]) = gap(visible, &fitted, edge) {
             let tube = SpecimenRegion {
-                centre_px: Some(found.centre),
+                centre_px: Some(fitted.centre),
                 radius_px: Some((inner + outer) / 2.0),
                 ..SpecimenRegion::default()
             };
-            let [x, y] = found.centre;
+            let [x, y] = fitted.centre;
             warnings.push(format!(
-                "a tube of {outer:.1} to {:.1} voxels in radius around ({x:.1}, {y:.1}) was left out, as there is air between it and the specimen: look at the slices, or give centre_px, radius_px and slices in [specimen.image.region]",
-                found.radius
+                "a tube of {outer:.1} to {:.1} voxels in radius around ({x:.1}, {y:.1}) was removed, because there is air between the tube and the specimen: check the slices, or give centre_px, radius_px and slices in [specimen.image.region]",
+                fitted.radius
             ));
-            restricted = tube.restricted(seen, air);
-            found = fit(restricted.as_ref().unwrap_or(image), edge, self.follow_lean)?;
+            restricted = tube.restricted(visible, air);
+            fitted = fit(restricted.as_ref().unwrap_or(image), edge, self.follow_lean)?;
         } else {
-            let cut = without_pedestal(seen, &mut found, edge);
+            let cut = without_pedestal(visible, &mut fitted, edge);
             warnings.extend(cut.iter().map(|part| {
                 format!(
-                    "slices {} to {} show a section of {:.1} voxels in radius below or above a specimen of {:.1} and were left out as a pedestal: look at the slices, or give slices in [specimen.image.region]",
-                    part.slices[0], part.slices[1], part.radius, found.radius
+                    "slices {} to {} show a section of {:.1} voxels in radius below or above a specimen of {:.1} voxels in radius and were removed as a pedestal: check the slices, or give slices in [specimen.image.region]",
+                    part.slices[0], part.slices[1], part.radius, fitted.radius
                 )
             }));
         }
-        let found = self.region.overriding(found);
-        let seen = restricted.as_ref().unwrap_or(image);
-        self.doubts(seen, &found, edge, warnings)?;
-        Ok(Specimen { fit: Some(found), air, void })
+        let fitted = self.region.overriding(fitted);
+        let visible = restricted.as_ref().unwrap_or(image);
+        self.doubts(visible, &fitted, edge, warnings)?;
+        Ok(Specimen { fit: Some(fitted), air, void })
     }
 
-    /// Specimen of a mask: the cylinder is fitted to the mask.
+    /// Locates the specimen of a mask by fitting a cylinder to the mask.
     pub(crate) fn masked(
         &self,
         image: &Volume<u16>,
@@ -119,29 +121,29 @@ impl Locating<'_> {
         let [air, void] = levels.map_or([0.0, self.void.unwrap_or(0.0)], |l| [l.air, l.void]);
         let bright = 2 * EDGE;
         let values = mask.iter().map(|&voxel| u16::from(voxel) * bright).collect();
-        let found = match self.region.fit() {
+        let fitted = match self.region.fit() {
             Some(fit) => fit,
             None => {
                 self.region.overriding(fit(&image.with(values), f64::from(EDGE), self.follow_lean)?)
             }
         };
-        let filled = found.inside(image.shape, 0.0);
+        let filled = fitted.inside(image.shape, 0.0);
         let both = filled.iter().zip(mask).filter(|(a, b)| **a & **b != 0).count();
         let all = mask.iter().filter(|&&voxel| voxel != 0).count();
         let share =
             both as f64 / (filled.iter().filter(|&&voxel| voxel != 0).count() as f64).max(1.0);
         if share < 0.95 || (both as f64) < 0.95 * all as f64 {
             warnings.push(format!(
-                "region.mask fills {:.1} % of the cylinder of {:.1} voxels in radius that is fitted to it, and {:.1} % of it lies outside: what is outside the mask is meshed as matrix",
+                "the part of the cylinder outside region.mask is meshed as matrix: the mask fills {:.1} % of the fitted cylinder (radius {:.1} voxels), and {:.1} % of the mask lies outside the cylinder",
                 100.0 * share,
-                found.radius,
+                fitted.radius,
                 100.0 * (1.0 - both as f64 / all as f64)
             ));
         }
-        Ok(Specimen { fit: Some(found), air, void })
+        Ok(Specimen { fit: Some(fitted), air, void })
     }
 
-    /// Whether the surroundings of the specimen are brighter than all of the specimen.
+    /// Returns whether the surroundings of the specimen are brighter than every material of the specimen.
     pub(crate) fn is_in_bright(&self, image: &Volume<u16>) -> bool {
         let levels = match self.form {
             SpecimenForm::Block => None,
@@ -154,7 +156,7 @@ impl Locating<'_> {
         })
     }
 
-    /// Adds warnings if the fitted cylinder describes the specimen badly; [`SpecimenForm::Auto`] fails if the
+    /// Adds warnings if the fitted cylinder does not describe the specimen well; [`SpecimenForm::Auto`] fails if the
     /// cylinder's sections are not filled.
     fn doubts(
         &self,
@@ -177,7 +179,7 @@ impl Locating<'_> {
         }
         if fit.scatter > SCATTER[0] + SCATTER[1] * fit.radius {
             warnings.push(format!(
-                "the wall scatters by {:.1} voxels about a cylinder of {:.1} voxels in radius: look at the slices, or give [specimen.image.region]",
+                "the distance of the wall from the fitted cylinder is {:.1} voxels (root mean square; radius {:.1} voxels): check the slices, or give [specimen.image.region]",
                 fit.scatter, fit.radius
             ));
         }
@@ -197,9 +199,9 @@ struct Levels {
 }
 
 impl Levels {
-    /// Finds the levels from a histogram split into three classes. If the middle class has no interior voxels, it is
-    /// the blurred wall between air and specimen instead of the matrix, because there are few or no grains; two classes
-    /// are then used. With dark grains the brightest class is the matrix.
+    /// Finds the levels from a histogram split into three classes. In an image with few or no grains, the middle class
+    /// is the blurred wall between air and specimen instead of the matrix; this class has no interior voxels, and two
+    /// classes are used instead. With dark grains the brightest class is the matrix.
     fn of(image: &Volume<u16>, by_hand: Option<f64>, contrast: Contrast) -> Option<Self> {
         let all = vec![1; image.values.len()];
         let counts = histogram(&image.values, &all);
@@ -228,7 +230,7 @@ impl Levels {
 }
 
 impl Specimen {
-    /// Set of the voxels of the specimen: 1 inside, 0 outside.
+    /// Returns the set of the specimen's voxels: 1 inside, 0 outside.
     pub(crate) fn inside<T>(&self, image: &Volume<T>) -> Vec<u8> {
         match self.fit {
             Some(fit) => fit.inside(image.shape, 0.0),
@@ -236,7 +238,8 @@ impl Specimen {
         }
     }
 
-    /// The voxels of `inside` whose grey values are not mixed with air: voxels away from the wall and from voids.
+    /// Returns the voxels of `inside` whose grey values are not mixed with air: voxels away from the wall and from
+    /// voids.
     pub(crate) fn sample(&self, smooth: &Volume<u16>, inside: &[u8]) -> Vec<u8> {
         let mut sample = match self.fit {
             Some(fit) => fit.inside(smooth.shape, RIM),

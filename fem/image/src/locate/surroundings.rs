@@ -1,19 +1,19 @@
-//! Surroundings of a specimen in its image: air; nothing, if the image is a block cut out of a specimen; or objects
-//! that a segmentation must not count as part of the specimen.
+//! Surroundings of a specimen in its image: air, or objects that must not count as part of the specimen. The image of a
+//! block cut out of a specimen has no surroundings.
 
 use crate::locate::fit::Fit;
 use crate::{ImageError, Volume};
 
-/// Smallest share of voxels in a class for the corners of the image to count as air or as bright; `IN_MIDDLE` is the
-/// largest share for the middle to count as solid or as dark.
+/// Minimum share of air (bright) voxels in the corners of the image for the corners to count as air (bright).
 const IN_CORNERS: f64 = 0.9;
+/// Maximum share of air (bright) voxels in the middle of the image for the middle to count as solid (dark).
 const IN_MIDDLE: f64 = 0.5;
-/// In an image of a body in air, the share of solid voxels at the border is below this part of the share in the whole
-/// image. In a block the two shares are similar.
+/// Maximum ratio of the share of solid voxels at the border to the share of solid voxels in the whole image, for a body
+/// in air. In a block the two shares are similar.
 const AT_BORDER: f64 = 0.1;
 /// Number of solid voxels, relative to the median of the middle slices, above which a slice shows a platen.
 const WIDER: f64 = 1.15;
-/// Smallest and largest ratio of the area of a cylinder's sections to the area of its circle.
+/// Allowed range of the ratio of the area of the specimen's sections to the area of the fitted circle.
 const ROUND: [f64; 2] = [0.9, 1.1];
 
 /// Surroundings of a specimen in its image.
@@ -25,7 +25,7 @@ pub(crate) enum Surroundings {
     Block,
     /// The surroundings are brighter than the specimen.
     Bright,
-    /// Ranges of slices, counted from 1, that are wider than the specimen or filled to their corners, as platens are.
+    /// Platens: ranges of slices, counted from 1, that are wider than the specimen or filled to their corners.
     Platens(Vec<[usize; 2]>),
 }
 
@@ -67,10 +67,10 @@ impl Surroundings {
         match self {
             Self::Air | Self::Block => Ok(self),
             Self::Bright => Err(ImageError::Scene {
-                what: "what surrounds the specimen is brighter than the specimen, as in an image with inverted grey values"
+                what: "the surroundings of the specimen are brighter than the specimen, as in an image with inverted grey values"
                     .to_owned(),
-                help: "set contrast = \"dark\" in [specimen.image] if grains are darkest, else invert the image; or set \
-                       specimen = \"block\" if it was cut out of a specimen",
+                help: "set contrast = \"dark\" in [specimen.image] if grains are the darkest material, otherwise invert the image; or set \
+                       specimen = \"block\" if the image was cut out of a specimen",
             }),
             Self::Platens(runs) => {
                 let runs: Vec<String> = runs
@@ -82,10 +82,10 @@ impl Surroundings {
                     .collect();
                 Err(ImageError::Scene {
                     what: format!(
-                        "slices {} show something wider than the specimen, as platens are",
+                        "slices {} show an object wider than the specimen, such as a platen",
                         runs.join(" and ")
                     ),
-                    help: "leave these slices out of the stack; or set specimen = \"block\" in [specimen.image] if \
+                    help: "remove these slices from the stack; or set specimen = \"block\" in [specimen.image] if \
                            the image was cut out of a specimen",
                 })
             }
@@ -93,8 +93,8 @@ impl Surroundings {
     }
 }
 
-/// Ratio of the area of the specimen's sections to the area of the fitted circle; voids count as filled. 1 for a
-/// cylinder.
+/// Returns the ratio of the area of the specimen's sections to the area of the fitted circle (1 for a cylinder); voids
+/// count as filled.
 pub(crate) fn filling(image: &Volume<u16>, fit: &Fit, void: f64) -> f64 {
     let [nx, ny, nz] = image.shape;
     let height = fit.top - fit.bottom;
@@ -115,21 +115,21 @@ pub(crate) fn filling(image: &Volume<u16>, fit: &Fit, void: f64) -> f64 {
     voxels as f64 / count as f64 / (std::f64::consts::PI * fit.radius * fit.radius)
 }
 
-/// Returns an error if the sections of a fitted cylinder do not fill its circle.
+/// Returns an error if the sections of a fitted cylinder do not fill the fitted circle.
 pub(crate) fn checked_filling(filling: f64) -> Result<(), ImageError> {
     if (ROUND[0]..=ROUND[1]).contains(&filling) {
         return Ok(());
     }
     Err(ImageError::NoCylinder {
         message: format!(
-            "its sections fill {:.0} % of a circle of the radius that was found, as those of a cut or broken one",
+            "its sections fill {:.0} % of the fitted circle, as in a cut or broken cylinder",
             100.0 * filling
         ),
         help: "image a whole cylinder, or cut a block without air out of the image and set specimen = \"block\"",
     })
 }
 
-/// Numbers of voxels of one slice or several slices, by region and class.
+/// Numbers of voxels of one or several slices, by region of the slice (corner, middle, border) and class.
 #[derive(Clone, Copy, Debug, Default)]
 struct Counts {
     all: f64,
@@ -161,6 +161,7 @@ impl Counts {
     }
 }
 
+/// Counts the voxels of each slice by region and class.
 fn counted(image: &Volume<u16>, void: f64, bright: f64) -> Vec<Counts> {
     let [nx, ny, _] = image.shape;
     let from_axis = |at: usize, side: usize| ((2 * at + 1) as f64 - side as f64) / side as f64;
@@ -192,10 +193,10 @@ fn counted(image: &Volume<u16>, void: f64, bright: f64) -> Vec<Counts> {
     image.values.chunks_exact(nx * ny).map(slice).collect()
 }
 
-/// Ranges (first and last, counted from 1) of consecutive slices that satisfy `is_so`.
-fn runs(slices: &[Counts], is_so: impl Fn(&Counts) -> bool) -> Vec<[usize; 2]> {
+/// Returns the ranges (first and last, counted from 1) of consecutive slices for which `condition` holds.
+fn runs(slices: &[Counts], condition: impl Fn(&Counts) -> bool) -> Vec<[usize; 2]> {
     let mut runs: Vec<[usize; 2]> = Vec::new();
-    for (number, _) in (1..).zip(slices).filter(|(_, slice)| is_so(slice)) {
+    for (number, _) in (1..).zip(slices).filter(|(_, slice)| condition(slice)) {
         match runs.last_mut() {
             Some([_, last]) if *last + 1 == number => *last = number,
             _ => runs.push([number, number]),

@@ -1,5 +1,5 @@
-//! Corrected grey values, with one brightness for each material: without beam hardening and drift, without the air that
-//! blur mixes into the specimen, and with grains brighter than the matrix.
+//! Correction of grey values: removes beam hardening, drift and the air that blur mixes into the specimen, and makes
+//! grains brighter than the matrix. Each material then has one brightness.
 
 use rayon::prelude::*;
 
@@ -17,7 +17,7 @@ use crate::volume::grey::Scale;
 const WALL: f64 = 2.0;
 
 /// A corrected image in which grains are brighter than the matrix, and sets of its voxels.
-pub(super) struct Even {
+pub(super) struct CorrectedImage {
     pub(super) grey: Volume<u16>,
     /// The median-filtered image.
     pub(super) smooth: Volume<u16>,
@@ -26,19 +26,19 @@ pub(super) struct Even {
     pub(super) sample: Vec<u8>,
     /// Voxels that may be grain.
     pub(super) solid: Vec<u8>,
-    /// The specimen, and the voxels beyond it that show blur of grains.
+    /// The specimen, and voxels outside the specimen that show blur of grains.
     pub(super) shown: Vec<u8>,
     /// Voxels as dark as air.
     pub(super) voids: Vec<u8>,
-    /// Ratio of the brightness of one material at the wall to its brightness at the axis, before the correction.
+    /// Ratio of the brightness of a material at the wall to its brightness at the axis, before the correction.
     pub(super) rim_over_centre: f64,
-    /// Ratio of the brightness of one material at the top to its brightness at the bottom, before the correction.
+    /// Ratio of the brightness of a material at the top to its brightness at the bottom, before the correction.
     pub(super) top_over_bottom: f64,
 }
 
 /// Settings and inputs of the correction of grey values.
-pub(super) struct Evening<'a> {
-    pub(super) found: &'a Specimen,
+pub(super) struct GreyCorrection<'a> {
+    pub(super) specimen: &'a Specimen,
     /// Voxels of the specimen.
     pub(super) inside: &'a [u8],
     pub(super) contrast: Contrast,
@@ -46,28 +46,41 @@ pub(super) struct Evening<'a> {
     pub(super) brightness: bool,
 }
 
-impl Evening<'_> {
+impl GreyCorrection<'_> {
     /// Corrects an image and its filtered version.
-    pub(super) fn run(&self, mut grey: Volume<u16>, mut smooth: Volume<u16>, scale: Scale) -> Even {
-        let (found, inside) = (self.found, self.inside);
+    pub(super) fn run(
+        &self,
+        mut grey: Volume<u16>,
+        mut smooth: Volume<u16>,
+        scale: Scale,
+    ) -> CorrectedImage {
+        let (specimen, inside) = (self.specimen, self.inside);
         let [mut rim_over_centre, mut top_over_bottom] = [1.0; 2];
-        if let Some(fit) = found.fit.filter(|_| self.brightness) {
+        if let Some(fit) = specimen.fit.filter(|_| self.brightness) {
             let set = fit.inside(grey.shape, WALL);
-            let brightness =
-                Brightness::fit(&smooth.values, grey.shape, &set, &fit, found.air, found.void);
+            let brightness = Brightness::fit(
+                &smooth.values,
+                grey.shape,
+                &set,
+                &fit,
+                specimen.air,
+                specimen.void,
+            );
             rim_over_centre = brightness.rim_over_centre();
             top_over_bottom = brightness.top_over_bottom();
             brightness.correct(&mut grey.values, grey.shape, &fit);
             brightness.correct(&mut smooth.values, grey.shape, &fit);
         }
-        let sample = found.sample(&smooth, inside);
+        let sample = specimen.sample(&smooth, inside);
         let materials = matrix_grey(&smooth, &sample, self.contrast);
         let dark_voids = match (self.contrast, materials) {
-            (Contrast::Dark, Some([matrix, _])) => Voids::of(&smooth, inside, found.void, matrix),
+            (Contrast::Dark, Some([matrix, _])) => {
+                Voids::of(&smooth, inside, specimen.void, matrix)
+            }
             _ => None,
         };
         let (mut shown, mut solid) = (inside.to_vec(), inside.to_vec());
-        if let (Some(fit), Some([matrix, split])) = (&found.fit, materials) {
+        if let (Some(fit), Some([matrix, split])) = (&specimen.fit, materials) {
             // with dark grains, the blurred wall would be classified as grain
             let (from, is_dark) = match self.contrast {
                 Contrast::Bright => (inside, false),
@@ -79,7 +92,7 @@ impl Evening<'_> {
                 .zip(from)
                 .map(|(&value, &from)| u8::from((f64::from(value) < split) == is_dark) & from)
                 .collect();
-            let levels = [found.air, found.void, matrix];
+            let levels = [specimen.air, specimen.void, matrix];
             let beyond = continue_beyond(&mut grey, fit, [inside, &grains], levels);
             self.filter_again(&grey, &beyond.changed, &mut smooth);
             (shown, solid) = (beyond.shown, beyond.solid);
@@ -87,7 +100,7 @@ impl Evening<'_> {
         let mut voids: Vec<u8> = smooth
             .values
             .par_iter()
-            .map(|&value| u8::from(f64::from(value) < found.void))
+            .map(|&value| u8::from(f64::from(value) < specimen.void))
             .collect();
         if let (Some(dark), Some([matrix, _])) = (dark_voids, materials) {
             let changed = dark.fill(&mut grey, inside, matrix);
@@ -98,7 +111,17 @@ impl Evening<'_> {
             Contrast::Bright => (grey, smooth, scale),
             Contrast::Dark => (inverted(grey), inverted(smooth), scale.inverted()),
         };
-        Even { grey, smooth, scale, sample, solid, shown, voids, rim_over_centre, top_over_bottom }
+        CorrectedImage {
+            grey,
+            smooth,
+            scale,
+            sample,
+            solid,
+            shown,
+            voids,
+            rim_over_centre,
+            top_over_bottom,
+        }
     }
 
     /// Applies the median filter again near the voxels that changed.

@@ -14,7 +14,7 @@ use crate::grains::regions::measure;
 use crate::grains::statistics::SpecimenStatistics;
 use crate::locate::region::masked;
 use crate::locate::specimen::{Locating, Specimen};
-use crate::segment::even::{Even, Evening};
+use crate::segment::even::{CorrectedImage, GreyCorrection};
 use crate::segment::settings::{SeedRule, Segmentation};
 use crate::volume::components::fill_holes;
 use crate::volume::contrast::Contrast;
@@ -44,9 +44,9 @@ pub struct Segmented {
     pub grain_threshold: f64,
     /// Grey value below which voxels are air; `None` if the image contains no air.
     pub void_threshold: Option<f64>,
-    /// Ratio of the brightness of one material at the wall to its brightness at the axis, before the correction.
+    /// Ratio of the brightness of a material at the wall to its brightness at the axis, before the correction.
     pub rim_over_centre: f64,
-    /// Ratio of the brightness of one material at the top to its brightness at the bottom, before the correction.
+    /// Ratio of the brightness of a material at the top to its brightness at the bottom, before the correction.
     pub top_over_bottom: f64,
     /// Share of the specimen's voxels that are as dark as air, e.g. cracks, pores or a chipped edge.
     pub void_fraction: f64,
@@ -54,23 +54,23 @@ pub struct Segmented {
     pub warnings: Vec<String>,
 }
 
-/// Share of the specimen above which one grain causes a warning; if there are at least `MANY` grains, also the share of
-/// all grains.
+/// Share of the specimen above which a single grain causes a warning.
 const MOST: f64 = 0.5;
+/// Number of grains from which a single grain with more than the share [`MOST`] of all grains also causes a warning.
 const MANY: usize = 10;
 /// Share of the specimen above which voids cause a warning.
 const VOIDS: f64 = 0.02;
-/// Volume (voxels) below which the volume of a grain is uncertain; if the share `SMALL_SHARE` of all grains' volume is
-/// in such grains, a warning is issued.
+/// Volume (voxels) below which the volume of a grain is uncertain.
 const SMALL: f64 = 65.0;
+/// Share of the volume of all grains in grains smaller than [`SMALL`] above which a warning is added.
 const SMALL_SHARE: f64 = 0.05;
 
 impl Segmentation {
     /// Segments an image into grains. `progress` is called with the name of each step when the step begins.
     ///
-    /// The result is the same for any number of threads. An image that is rotated by 90° about z or mirrored (a block:
-    /// about any axis) gives the same grains with other numbers, except at voxels where two grains are equal by all
-    /// criteria (the rule [`SeedRule::Spacing`] depends on the orientation).
+    /// The result does not depend on the number of threads. An image that is mirrored, or rotated by 90° about z (a
+    /// block: about any axis), gives the same grains with other numbers. Exceptions are voxels at which two grains are
+    /// equal by all criteria, and the rule [`SeedRule::Spacing`], which depends on the orientation.
     ///
     /// # Errors
     /// [`ImageError`]: parameters out of range, values that are not finite, an image without contrast or without
@@ -83,8 +83,8 @@ impl Segmentation {
         self.run_masked(image, None, progress)
     }
 
-    /// Runs [`run`](Self::run) with the image of `region.mask`, in which the specimen's voxels have at least half of
-    /// the largest value.
+    /// Segments an image like [`run`](Self::run), with the image `mask` of `region.mask`: voxels with at least half of
+    /// the largest value belong to the specimen.
     ///
     /// # Errors
     /// The errors of `run`, and an error for a mask that is empty or differs in shape from the image.
@@ -112,8 +112,9 @@ impl Segmentation {
 
         progress("specimen");
         let mut warnings = Vec::new();
-        let found = self.located(&smooth, mask.as_deref(), (scale, is_inverted), &mut warnings)?;
-        let mut inside = found.inside(&grey);
+        let located =
+            self.located(&smooth, mask.as_deref(), (scale, is_inverted), &mut warnings)?;
+        let mut inside = located.inside(&grey);
         if let Some(mask) = &mask {
             inside.par_iter_mut().zip(mask).for_each(|(voxel, mask)| *voxel &= mask);
         }
@@ -121,15 +122,15 @@ impl Segmentation {
             true => Contrast::Bright,
             false => self.contrast,
         };
-        let evening = Evening {
-            found: &found,
+        let correction = GreyCorrection {
+            specimen: &located,
             inside: &inside,
             contrast: found_contrast,
             median: self.median,
             brightness: self.beam_hardening,
         };
-        let void_threshold = (found.void > 0.0).then(|| scale.to_image(found.void));
-        let Even {
+        let void_threshold = (located.void > 0.0).then(|| scale.to_image(located.void));
+        let CorrectedImage {
             grey,
             smooth,
             scale,
@@ -139,7 +140,7 @@ impl Segmentation {
             voids,
             rim_over_centre,
             top_over_bottom,
-        } = evening.run(grey, smooth, scale);
+        } = correction.run(grey, smooth, scale);
 
         progress("threshold");
         self.check_threshold(void_threshold, found_contrast)?;
@@ -157,7 +158,7 @@ impl Segmentation {
         let distance = fixed_point(&squared_distance(grey.shape, &grain));
         progress("watershed");
         let mut labels = self.label(grey.shape, distance, &grain, &smooth.values);
-        let grains = keep(&mut labels, self.min_grain_voxels);
+        let grains = drop_small_labels(&mut labels, self.min_grain_voxels);
         if grains == 0 {
             return Err(ImageError::NoContrast {
                 what: format!(
@@ -167,8 +168,8 @@ impl Segmentation {
                     scale.to_image(level.by_hand)
                 ),
                 help: match self.contrast {
-                    Contrast::Bright => "lower grain_threshold or min_grain_voxels",
-                    Contrast::Dark => "raise grain_threshold, or lower min_grain_voxels",
+                    Contrast::Bright => "reduce grain_threshold or min_grain_voxels",
+                    Contrast::Dark => "increase grain_threshold, or reduce min_grain_voxels",
                 },
             });
         }
@@ -191,13 +192,13 @@ impl Segmentation {
         };
         let labels = grey.with(labels);
         let regions = measure(&labels, &inside, &solid.volumes);
-        // an upright cylinder around a tilted specimen contains air; another warning reports that
-        let follows = found.fit.is_none_or(|fit| !fit.is_off_axis());
+        // an upright cylinder around a tilted specimen contains air; another warning reports the tilt
+        let follows = located.fit.is_none_or(|fit| !fit.is_off_axis());
         warnings.extend(void_in_words(void_fraction).filter(|_| follows));
         warnings.extend(small_in_words(&regions, grey.voxel_mm));
         warnings.extend(self.one_for_all(&regions, &inside, scale.to_image(level.by_hand)));
         let voxel_mm = grey.voxel_mm;
-        let (cylinder, volume_mm3) = match found.fit {
+        let (cylinder, volume_mm3) = match located.fit {
             Some(fit) => (fit.in_mm(voxel_mm), fit.in_mm(voxel_mm).volume_mm3()),
             None => (Cylinder::within(&grey), grey.size_mm().iter().product()),
         };
@@ -206,7 +207,7 @@ impl Segmentation {
             labels,
             solid: grey.with(solid.share),
             cylinder,
-            block: found.fit.is_none(),
+            block: located.fit.is_none(),
             regions,
             grain_threshold: scale.to_image(level.by_hand),
             void_threshold,
@@ -233,6 +234,7 @@ impl Segmentation {
         }
     }
 
+    /// Returns the settings for locating the specimen.
     fn locating(&self, scale: Scale) -> Locating<'_> {
         Locating {
             form: self.specimen,
@@ -246,7 +248,7 @@ impl Segmentation {
     /// Returns an error if the given threshold of grains is a grey value of air.
     fn check_threshold(&self, air: Option<f64>, contrast: Contrast) -> Result<(), ImageError> {
         let (Some(value), Some(air)) = (self.grain_threshold, air) else { return Ok(()) };
-        // an image with bright air was inverted, so that its grains are bright after the inversion
+        // an image with bright air was inverted before, so that its grains are bright now
         let is_inverted = contrast != self.contrast;
         let (is_in_air, side) = match is_inverted {
             true => (value >= air, "below"),
@@ -255,16 +257,16 @@ impl Segmentation {
         if !is_in_air {
             return Ok(());
         }
-        let from = match (is_inverted, contrast) {
-            (true, _) => "up to which there is matrix",
-            (false, Contrast::Bright) => "from which on there is matrix",
-            (false, Contrast::Dark) => "from which on there is grain",
+        let limit = match (is_inverted, contrast) {
+            (true, _) => "the highest grey value of matrix",
+            (false, Contrast::Bright) => "the lowest grey value of matrix",
+            (false, Contrast::Dark) => "the lowest grey value of grains",
         };
         Err(ImageError::NoContrast {
-            what: format!("grain_threshold = {value} is not {side} {air:.5}, {from}"),
+            what: format!("grain_threshold = {value} is not {side} {air:.5}, {limit}"),
             help: match is_inverted {
-                true => "lower it, or give a higher void_threshold",
-                false => "raise it, or give a lower void_threshold",
+                true => "reduce grain_threshold, or increase void_threshold",
+                false => "increase grain_threshold, or reduce void_threshold",
             },
         })
     }
@@ -289,14 +291,14 @@ impl Segmentation {
         };
         if level.one_bell {
             warnings.push(
-                "the grey values of the specimen do not part into matrix and grains: look at the slices, or give grain_threshold"
+                "the grey values of the specimen do not separate into matrix and grains: check the slices, or give grain_threshold"
                     .into(),
             );
         }
         Ok(level)
     }
 
-    /// Warning if one grain makes up most of the specimen, or most of the volume of many grains.
+    /// Returns a warning if one grain makes up most of the specimen, or most of the volume of many grains.
     fn one_for_all(&self, regions: &[Region], inside: &[u8], threshold: f64) -> Option<String> {
         let largest = regions.iter().max_by_key(|grain| grain.voxels)?;
         let all: usize = regions.iter().map(|grain| grain.voxels).sum();
@@ -309,17 +311,19 @@ impl Segmentation {
         } else {
             return None;
         };
-        let mend = match self.grain_threshold {
-            None => "give grain_threshold in [specimen.image]; found was",
-            Some(_) => "try another grain_threshold in [specimen.image]; given was",
+        let remedy = match self.grain_threshold {
+            None => "give grain_threshold in [specimen.image]; the computed value is",
+            Some(_) => "try another grain_threshold in [specimen.image]; the given value is",
         };
         Some(format!(
-            "grain {} is {:.0} % of {whole}, so that it is hardly one grain: look at the slices, and {mend} {threshold:.5}",
+            "grain {} is {:.0} % of {whole}, so it is probably not a single grain: check the slices, and {remedy} {threshold:.5}",
             largest.id,
             100.0 * part
         ))
     }
 
+    /// Divides the grain voxels into grains by seeds and basins of the distance; returns the grain number of each
+    /// voxel.
     fn label(
         &self,
         shape: [usize; 3],
@@ -349,17 +353,17 @@ impl Segmentation {
     }
 }
 
-/// Warning about voids in the specimen.
+/// Returns a warning about voids in the specimen.
 fn void_in_words(fraction: f64) -> Option<String> {
     (fraction > VOIDS).then(|| {
         format!(
-            "{:.1} % of the specimen is as dark as air (cracks, pores, a chip) and is meshed as matrix: the grain fraction is that of the cylinder with its voids, void_fraction in segment.csv is their share",
+            "{:.1} % of the specimen is as dark as air (cracks, pores, a chipped edge) and is meshed as matrix: the grain fraction refers to the cylinder including its voids (share of voids: void_fraction in segment.csv)",
             100.0 * fraction
         )
     })
 }
 
-/// Warning about grains that are too small for an accurate volume.
+/// Returns a warning about grains that are too small for an accurate volume.
 fn small_in_words(regions: &[Region], voxel_mm: f64) -> Option<String> {
     let volume = |region: &Region| region.volume_mm3 / voxel_mm.powi(3);
     let small: Vec<f64> = regions.iter().map(volume).filter(|&volume| volume < SMALL).collect();
@@ -367,7 +371,7 @@ fn small_in_words(regions: &[Region], voxel_mm: f64) -> Option<String> {
     let share = small.iter().sum::<f64>() / all;
     (share > SMALL_SHARE).then(|| {
         format!(
-            "{} of {} grains, {:.0} % of the grains' volume, are smaller than {SMALL} voxels (2.5 voxels in radius): their volumes and numbers are uncertain by more than a tenth",
+            "{} of {} grains, {:.0} % of the grains' volume, are smaller than {SMALL} voxels (2.5 voxels in radius): their volumes and numbers are uncertain by more than 10 %",
             small.len(),
             regions.len(),
             100.0 * share
@@ -375,9 +379,9 @@ fn small_in_words(regions: &[Region], voxel_mm: f64) -> Option<String> {
     })
 }
 
-/// Removes labels of fewer than `least` voxels and numbers the others consecutively from 1; returns the number of
-/// remaining labels.
-fn keep(labels: &mut [u32], least: usize) -> usize {
+/// Removes labels of fewer than `least` voxels and numbers the remaining labels consecutively from 1; returns the
+/// number of remaining labels.
+fn drop_small_labels(labels: &mut [u32], least: usize) -> usize {
     let most = labels.par_iter().copied().max().unwrap_or(0) as usize;
     let mut sizes = vec![0_usize; most + 1];
     for &label in labels.iter().filter(|label| **label != 0) {

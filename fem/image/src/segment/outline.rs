@@ -64,7 +64,8 @@ impl RgbSlice {
     }
 }
 
-/// Picture of the slice `index` across an axis (0, 1, 2 for x, y, z), in grey; the outline of each label has a colour.
+/// Returns a grey picture of the slice `index` across an axis (0, 1, 2 for x, y, z), with a coloured outline of each
+/// label.
 ///
 /// Slices across z have x to the right and y downwards; slices across x or y have z upwards.
 ///
@@ -138,7 +139,7 @@ mod tests {
         assert_eq!((slice.width, slice.height, slice.pixels.len()), (5, 4, 60));
         let pixel = |x: usize, y: usize| &slice.pixels[3 * (x + 5 * y)..][..3];
         assert_eq!(pixel(1, 1), COLOURS[3]);
-        // interior of the label, which is not coloured, and the corner of the image
+        // the interior of the label and the corner of the image are not coloured
         assert!(pixel(2, 2).iter().all(|&c| c == pixel(2, 2)[0]));
         assert_eq!(pixel(0, 0), [0; 3]);
         let upright = outlined_slice(&grey, &labels, 1, 2).unwrap();

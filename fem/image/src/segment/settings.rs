@@ -7,8 +7,8 @@ use crate::locate::region::SpecimenRegion;
 use crate::locate::specimen::SpecimenForm;
 use crate::volume::contrast::Contrast;
 
-/// Segmentation of an image of grey values into grains. Grains are brighter than the matrix and the matrix is brighter
-/// than air, or the order is as given by [`Contrast`].
+/// Settings of the segmentation of an image of grey values into grains. Grains are brighter than the matrix and the
+/// matrix is brighter than air, unless [`Contrast::Dark`] is given.
 ///
 /// Steps: grey values are rounded to 16 bits between two percentiles and filtered by a median of 3³ voxels. The
 /// specimen is located. Beam hardening, drift along the axis, and the air that blur mixes into the wall are corrected.
@@ -38,41 +38,41 @@ use crate::volume::contrast::Contrast;
 pub struct Segmentation {
     /// Form of the specimen in the image.
     pub specimen: SpecimenForm,
-    /// Position of the specimen as given by the user; values that are not given are found from the image.
+    /// Position of the specimen as given by the user; missing values are determined from the image.
     #[serde(skip_serializing_if = "SpecimenRegion::is_unset")]
     pub region: SpecimenRegion,
-    /// Whether grains are brighter or darker than the matrix.
+    /// Contrast of the image: whether grains are brighter or darker than the matrix.
     pub contrast: Contrast,
     /// Percentiles of the grey values; the values between them are rounded to 16 bits.
     pub percentiles: [f64; 2],
     /// Whether a median filter of 3³ voxels is applied before voxels are classified.
     pub median: bool,
-    /// Whether the segmentation uses a tilted cylinder if the axis is displaced by more than a voxel between its ends;
-    /// otherwise the cylinder is upright. The image is not rotated: labels refer to its voxels.
+    /// Whether the segmentation uses a tilted cylinder if the displacement of the axis between the ends exceeds one
+    /// voxel; otherwise the cylinder is upright. The image is not rotated: labels refer to its voxels.
     pub follow_lean: bool,
     /// Whether the variation of brightness with radius and height of a cylinder is corrected.
     pub beam_hardening: bool,
-    /// Grey value below which voxels are air or void; found from the image if absent. If grains are the darkest and air
-    /// is the brightest, it is the grey value above which voxels are air.
+    /// Grey value below which voxels are air or void; determined from the image if absent. If grains are the darkest
+    /// and air is the brightest material, voxels above this grey value are air.
     pub void_threshold: Option<f64>,
-    /// Lowest grey value of grain, or the highest if grains are dark; found from the image if absent.
+    /// Lowest grey value of grains, or the highest grey value if grains are dark; determined from the image if absent.
     ///
-    /// The value found from the image is half way between the grey values of matrix and grains in a model of two
-    /// materials and blur. A given value that differs from half way by at most 0.02 of the contrast results in the same
-    /// grains. A given value that differs by at most 0.3 of the contrast is corrected by the model, so that blur and
-    /// median filter do not shrink grains; the volumes are the numbers of voxels above the corrected level. Without a
-    /// model, the volume of a grain is the volume above the given value.
+    /// The value determined from the image is half way between the grey values of matrix and grains in a model of two
+    /// materials and blur. A given value that differs from this value by at most 0.02 of the contrast results in the
+    /// same grains. A given value that differs by at most 0.3 of the contrast is corrected by the model, so that blur
+    /// and median filter do not shrink grains; the volumes are the numbers of voxels above the corrected level. Without
+    /// a model, the volume of a grain is the volume above the given value.
     pub grain_threshold: Option<f64>,
     /// Largest size of a hole in a grain that is filled (voxels).
     pub fill_holes_voxels: usize,
     /// Rule that separates touching grains.
     pub seeds: SeedRule,
-    /// For `h-maxima`: smallest depth of the distance's minimum between two grains (voxels).
+    /// For `h-maxima`: minimum height of a maximum of the distance above the pass to a neighbouring maximum (voxels).
     pub h_voxels: f64,
     /// For `h-maxima`: number of smoothing passes of the distance, with weights 1–2–1 along each axis; n passes have a
     /// standard deviation of √(n/2) voxels.
     pub smoothing_passes: usize,
-    /// For `spacing`: smallest distance of two seeds along an axis (voxels).
+    /// For `spacing`: two seeds are more than this number of voxels apart along at least one axis.
     pub spacing_voxels: usize,
     /// Smallest number of voxels of a grain; smaller grains are omitted.
     pub min_grain_voxels: usize,
@@ -85,9 +85,9 @@ pub enum SeedRule {
     /// Each grain has a maximum of the smoothed distance with a height of at least `h_voxels` above its surroundings.
     #[default]
     HMaxima,
-    /// Each grain has a maximum of the distance in whole voxels, at least `spacing_voxels` from the others. This is the
-    /// rule of the paper. It splits too many grains, and its result depends on the orientation of the image; it is
-    /// provided for comparison.
+    /// Each grain has a maximum of the distance in whole voxels, more than `spacing_voxels` from all other maxima, as
+    /// with `peak_local_max` of scikit-image. This rule splits too many grains, and its result depends on the
+    /// orientation of the image; the rule is provided for comparison.
     Spacing,
 }
 
@@ -133,7 +133,7 @@ impl Segmentation {
                 return refuse(field, value, "a grey value");
             }
         }
-        // whether dark grains are above or below air can be seen only in the image
+        // only the image shows whether the grey values of dark grains are above or below the grey value of air
         if let (Some(void), Some(grain)) = (self.void_threshold, self.grain_threshold)
             && void >= grain
             && self.contrast == Contrast::Bright

@@ -1,21 +1,23 @@
-//! Jumps of grey values between neighbouring slices: foreign slices, repeated slices, changes of the grey scale.
+//! Detection of jumps of grey values between neighbouring slices: foreign slices, repeated slices, changes of the grey
+//! scale.
 //!
-//! The end of a specimen is also a jump, but a permanent one with different content beyond it. A foreign slice differs
-//! from both neighbours, which resemble each other. A change of the grey scale does not change the content.
+//! At the end of a specimen, grey values also jump, but the content of all following slices differs. A foreign slice
+//! differs from both of its neighbours, whereas the two neighbours are similar. A change of the grey scale does not
+//! change the content.
 
 use rayon::prelude::*;
 
 use crate::Volume;
 
-/// Smallest number of slices for which a typical difference is computed.
+/// Minimum number of slices for the computation of a usual difference.
 const LEAST_SLICES: usize = 8;
-/// Largest number of voxels of a slice that are compared.
+/// Maximum number of voxels of a slice that are compared.
 const SAMPLE: usize = 1 << 16;
 /// Factor by which the difference of a foreign slice from its neighbours exceeds both the neighbours' difference from
 /// each other and the usual difference of neighbouring slices.
 const FOREIGN: f64 = 3.0;
-/// Share of the usual difference that all neighbouring slices that are not identical must exceed for repeated slices to
-/// be reported.
+/// Repeated slices are reported only if the difference of all other neighbouring slices exceeds this share of the usual
+/// difference.
 const NOISY: f64 = 0.2;
 /// Correlation above which two neighbouring slices show the same content.
 const SAME_PICTURE: f64 = 0.8;
@@ -24,7 +26,8 @@ const SAME_PICTURE: f64 = 0.8;
 const CHANGE: f64 = 0.05;
 /// Smallest change that is reported, as a multiple of the usual change.
 const UNUSUAL: f64 = 4.0;
-/// Largest change at the neighbours of a jump, as a share of the jump.
+/// A change counts as a jump only if the changes at both neighbouring pairs of slices are below this share of the
+/// change.
 const ALONE: f64 = 0.4;
 /// Largest number of slices that a warning lists.
 const LISTED: usize = 5;
@@ -34,10 +37,11 @@ const LISTED: usize = 5;
 struct Pair {
     /// Mean absolute difference to the next slice.
     next: f64,
-    /// Mean absolute difference to the slice after the next; infinite if there is none.
+    /// Mean absolute difference to the slice after the next; infinite for the last pair.
     after_next: f64,
     /// Standard deviation of the grey values of the slice.
     deviation: f64,
+    /// Correlation of the grey values of both slices.
     correlation: f64,
     /// Slope of the regression of the next slice on this slice.
     gain: f64,
@@ -74,7 +78,7 @@ impl Pair {
     }
 }
 
-/// Doubts about the sequence of slices, one sentence each.
+/// Returns warnings about the sequence of slices, one sentence each.
 pub(crate) fn doubts(volume: &Volume<f32>) -> Vec<String> {
     let [width, height, depth] = volume.shape;
     if depth < LEAST_SLICES {
@@ -90,7 +94,8 @@ pub(crate) fn doubts(volume: &Volume<f32>) -> Vec<String> {
     [foreign(&pairs), repeated(&pairs), rescaled(&pairs)].into_iter().flatten().collect()
 }
 
-/// Smallest stride that selects at most [`SAMPLE`] voxels and is coprime to the width, so that all columns are sampled.
+/// Returns the smallest stride that selects at most [`SAMPLE`] voxels and is coprime to the width, so that voxels of
+/// all columns are selected.
 fn stride(area: usize, width: usize) -> usize {
     fn divisor(a: usize, b: usize) -> usize {
         if b == 0 { a } else { divisor(b, a % b) }
@@ -119,25 +124,25 @@ fn foreign(pairs: &[Pair]) -> Option<String> {
         let least = pairs[k - 1].next.min(pairs[*k].next);
         least > FOREIGN * usual.max(pairs[k - 1].after_next)
     };
-    let found: Vec<usize> = (1..pairs.len()).filter(is_foreign).filter(|_| usual > 0.0).collect();
-    (!found.is_empty()).then(|| {
+    let slices: Vec<usize> = (1..pairs.len()).filter(is_foreign).filter(|_| usual > 0.0).collect();
+    (!slices.is_empty()).then(|| {
         format!(
-            "Grains are wrong near slices that do not belong there: slice {} differs from both neighbours, which are alike.",
-            listed(&found)
+            "Grains are wrong near slices of another image: slice {} differs from both neighbours, which are similar.",
+            listed(&slices)
         )
     })
 }
 
 fn repeated(pairs: &[Pair]) -> Option<String> {
     let is_same = |pair: &Pair| pair.next == 0.0 && pair.deviation > 0.0;
-    let found: Vec<usize> = (0..pairs.len()).filter(|&k| is_same(&pairs[k])).collect();
+    let slices: Vec<usize> = (0..pairs.len()).filter(|&k| is_same(&pairs[k])).collect();
     let usual = median(pairs.iter().map(|pair| pair.next));
     let is_noisy = |pair: &Pair| is_same(pair) || pair.next > NOISY * usual;
-    let is_rare = found.len() <= 1 + pairs.len() / 50;
-    (!found.is_empty() && is_rare && usual > 0.0 && pairs.iter().all(is_noisy)).then(|| {
+    let is_rare = slices.len() <= 1 + pairs.len() / 50;
+    (!slices.is_empty() && is_rare && usual > 0.0 && pairs.iter().all(is_noisy)).then(|| {
         format!(
-            "Heights and grains are wrong if slices are copies: slice {} is identical with the next one.",
-            listed(&found)
+            "Heights and grains are wrong if slices are copies: slice {} is identical to the next slice.",
+            listed(&slices)
         )
     })
 }
@@ -156,26 +161,26 @@ fn rescaled(pairs: &[Pair]) -> Option<String> {
         let pair = &pairs[*k];
         let neighbours =
             || [k.checked_sub(1), Some(k + 1)].into_iter().flatten().filter_map(|k| pairs.get(k));
-        // where grains or the specimen begin, the regression does not explain the difference
+        // where grains or the specimen begin, the regression does not explain the difference of two slices
         let residual = neighbours().map(|other| other.residual).fold(usual_residual, f64::max);
         let is_explained = pair.residual <= 1.5 * residual * pair.gain.max(1.0);
-        // a jump has no similar change beside it; the beginning of a grain changes several neighbours
-        let jumps = |of: &dyn Fn(&Pair) -> f64, least: f64, usual: f64| {
-            let change = of(pair);
-            let is_alone = neighbours().all(|other| of(other) < ALONE * change);
+        // a jump has no similar change next to it, whereas the beginning of a grain changes several slices
+        let jumps = |change_of: &dyn Fn(&Pair) -> f64, least: f64, usual: f64| {
+            let change = change_of(pair);
+            let is_alone = neighbours().all(|other| change_of(other) < ALONE * change);
             is_alone && change > least && change > UNUSUAL * usual
         };
         let is_unusual = jumps(&|pair| (pair.gain - gain).abs(), CHANGE, usual_gain)
             || jumps(&|pair| pair.level.abs(), CHANGE * pair.deviation, usual_level);
         pair.correlation > SAME_PICTURE && is_explained && is_unusual
     };
-    let found: Vec<usize> = (0..pairs.len()).filter(is_rescaled).collect();
-    let &first = found.first()?;
+    let slices: Vec<usize> = (0..pairs.len()).filter(is_rescaled).collect();
+    let &first = slices.first()?;
     let pair = &pairs[first];
     Some(format!(
         "Thresholds are wrong on one side if the grey scale changes: after slice {} grey values are multiplied by {:.3} \
          and the mean moves by {:.4}.",
-        listed(&found),
+        listed(&slices),
         pair.gain / gain,
         pair.level
     ))
@@ -187,7 +192,8 @@ mod tests {
     use rand::{Rng, SeedableRng};
     use rand_xoshiro::Xoshiro256PlusPlus;
 
-    /// A cylinder with a ball in air, with noise; the cylinder extends over slices 5 to 33 (from 0) of 40.
+    /// Returns a noisy image of a cylinder with a ball, in air; the cylinder extends over slices 5 to 33 (from 0) of
+    /// 40.
     fn scan(seed: u64) -> Volume<f32> {
         let (side, depth) = (48, 40);
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
@@ -215,7 +221,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sound_scan_raises_no_doubt() {
+    fn a_valid_scan_causes_no_warning() {
         for seed in 0..5 {
             assert_eq!(doubts(&scan(seed)), Vec::<String>::new(), "{seed}");
         }
@@ -227,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn foreign_repeated_and_rescaled_slices_are_named() {
+    fn foreign_repeated_and_rescaled_slices_cause_warnings() {
         let mut blank = scan(1);
         slice(&mut blank, 16).fill(0.0);
         let mut other = scan(1);
@@ -243,13 +249,13 @@ mod tests {
         for (volume, parts) in [
             (blank, ["slice 17 differs", "both neighbours"]),
             (other, ["slice 25 differs", "both neighbours"]),
-            (copy, ["slice 7 is identical", "next one"]),
+            (copy, ["slice 7 is identical", "next slice"]),
             (brighter, ["after slice 20 grey", "by 1.1"]),
             (shifted, ["after slice 13 grey", "moves by 3"]),
         ] {
-            let found = doubts(&volume);
-            assert_eq!(found.len(), 1, "{found:?}");
-            assert!(parts.iter().all(|part| found[0].contains(part)), "{found:?}");
+            let warnings = doubts(&volume);
+            assert_eq!(warnings.len(), 1, "{warnings:?}");
+            assert!(parts.iter().all(|part| warnings[0].contains(part)), "{warnings:?}");
         }
     }
 }

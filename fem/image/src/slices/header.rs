@@ -1,4 +1,4 @@
-//! Header data of a stack, with the voxel size that is used.
+//! Header data of a stack: shape, files, and the voxel size that is used.
 
 use std::path::PathBuf;
 
@@ -32,7 +32,7 @@ pub struct StackHeader {
     pub shape: [usize; 3],
     /// Edge of a voxel after binning (mm).
     pub voxel_mm: f64,
-    /// Origin of the voxel size.
+    /// Origin of the voxel size, in words.
     pub voxel_origin: String,
     /// Format, files, pages, their order and the type of the grey values, in words.
     pub contents: String,
@@ -45,12 +45,12 @@ pub struct StackHeader {
 }
 
 impl StackHeader {
-    /// Edges of the image (mm).
+    /// Returns the edges of the image (mm).
     pub fn size_mm(&self) -> [f64; 3] {
         self.shape.map(|side| side as f64 * self.voxel_mm)
     }
 
-    /// Summary in one line: files, pages, order, type, shape, voxel size and its origin.
+    /// Returns a summary in one line: files, pages, order, type, shape, voxel size and its origin.
     pub fn in_words(&self) -> String {
         let ([nx, ny, nz], [x, y, z]) = (self.shape, self.size_mm());
         let binned = match self.bin {

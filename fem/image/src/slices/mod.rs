@@ -1,5 +1,5 @@
-//! Stacks of slices in any format: order of files, types of grey values, voxel sizes, continuity, and averaging over
-//! blocks of voxels during reading.
+//! Stacks of slices in any format: order of files, types of grey values, voxel sizes, continuity, and averages over
+//! blocks of voxels.
 
 pub(crate) mod continuity;
 pub(crate) mod header;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use crate::ImageError;
 
-/// Largest number of digits of a number; longer sequences of digits count as text.
+/// Maximum number of digits of a number; a longer sequence of digits counts as text.
 const MOST_DIGITS: usize = 30;
 
 /// Files in the order of their slices.
@@ -18,7 +18,7 @@ pub(crate) struct Ordered {
     pub(crate) note: Option<String>,
 }
 
-/// The name of a file without its folder.
+/// Returns the name of a file without its folder.
 pub(crate) fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
@@ -34,7 +34,10 @@ pub(crate) fn order(folder: &Path, paths: Vec<PathBuf>) -> Result<Ordered, Image
     }
     let refuse = |message: String, help| ImageError::Series { path: folder.into(), message, help };
     let names = one_pattern(paths.into_iter().map(Name::of).collect()).map_err(|message| {
-        refuse(message, "keep the slices of one scan in a folder, and no copies or other images")
+        refuse(
+            message,
+            "keep only the slices of one scan in the folder, without copies or other images",
+        )
     })?;
     let columns = columns(&names);
     if columns.is_empty() {
@@ -54,7 +57,7 @@ pub(crate) fn order(folder: &Path, paths: Vec<PathBuf>) -> Result<Ordered, Image
     let Some(&column) = regular.last() else {
         let column = counting[counting.len() - 1];
         let message = gap(&names, column);
-        let help = "copy or write the missing slices again; if they are all there, number them without gaps";
+        let help = "copy or write the missing slices again; if no slice is missing, number the slices without gaps";
         return Err(refuse(message, help));
     };
     if let Some(other) = regular.iter().find(|other| !same_order(other, column)) {
@@ -67,7 +70,7 @@ pub(crate) fn order(folder: &Path, paths: Vec<PathBuf>) -> Result<Ordered, Image
             at(other),
             at(column)
         );
-        return Err(refuse(message, "name the slices by one number"));
+        return Err(refuse(message, "use only one number in the names of the slices"));
     }
     let step = step(column).unwrap_or(1);
     let note = series_note(&columns, column);
@@ -76,11 +79,12 @@ pub(crate) fn order(folder: &Path, paths: Vec<PathBuf>) -> Result<Ordered, Image
     Ok(Ordered { paths: order.into_iter().map(|n| names[n].path.clone()).collect(), step, note })
 }
 
-/// A file name split into texts and the numbers between them.
+/// A file name split into numbers and the texts around the numbers.
 #[derive(Debug)]
 struct Name {
     path: PathBuf,
     texts: Vec<String>,
+    /// Sign and absolute value of each number.
     numbers: Vec<(Option<char>, i128)>,
 }
 
@@ -145,8 +149,8 @@ fn one_pattern(names: Vec<Name>) -> Result<Vec<Name>, String> {
     Err(format!("the names do not belong to one series: {}", all.join(", ")))
 }
 
-/// Values of each number in the names, over all files. A sign counts only if the names differ in it, where a missing
-/// sign counts as different; otherwise it is a dash.
+/// Returns the values of each number in the names, over all files. A sign belongs to the number only if the names
+/// differ in this sign (a missing sign is a difference); otherwise the sign is a dash.
 fn columns(names: &[Name]) -> Vec<Vec<i128>> {
     let count = names[0].numbers.len();
     (0..count)
@@ -162,7 +166,7 @@ fn columns(names: &[Name]) -> Vec<Vec<i128>> {
         .collect()
 }
 
-/// Constant difference of the sorted values; `None` if the differences vary.
+/// Returns the constant difference of the sorted values, or `None` if the differences vary.
 fn step(column: &[i128]) -> Option<i128> {
     let mut sorted = column.to_vec();
     sorted.sort_unstable();
@@ -170,6 +174,7 @@ fn step(column: &[i128]) -> Option<i128> {
     sorted.windows(2).all(|pair| pair[1] - pair[0] == step).then_some(step)
 }
 
+/// Returns whether two columns order the files equally or in reverse order.
 fn same_order(a: &[i128], b: &[i128]) -> bool {
     let sorted_by = |column: &[i128]| {
         let mut order: Vec<usize> = (0..column.len()).collect();
@@ -180,7 +185,7 @@ fn same_order(a: &[i128], b: &[i128]) -> bool {
     a == b || a.iter().rev().eq(&b)
 }
 
-/// Message and advice for names in which no number differs between all files.
+/// Returns message and advice for names in which no number differs between all files.
 fn repeated(names: &[Name], columns: &[Vec<i128>]) -> (String, &'static str) {
     let varied = |column: &&Vec<i128>| column.iter().collect::<BTreeSet<_>>().len() > 1;
     let varying: Vec<&Vec<i128>> = columns.iter().filter(varied).collect();
@@ -194,15 +199,15 @@ fn repeated(names: &[Name], columns: &[Vec<i128>]) -> (String, &'static str) {
     let [a, b] = pair;
     if varying.len() > 1 {
         let message = format!(
-            "several numbers vary in the names, and {a} and {b} are the same slice of two series"
+            "several numbers vary in the names, so {a} and {b} are probably the same slice of two series"
         );
-        (message, "keep the slices of one scan, one channel and one time in a folder")
+        (message, "keep only the slices of one scan, one channel and one time in the folder")
     } else {
         (format!("{a} and {b} have the same number"), "keep one file for each slice")
     }
 }
 
-/// Message about the first gap in the numbers.
+/// Returns a message about the first gap in the numbers.
 fn gap(names: &[Name], column: &[i128]) -> String {
     let mut order: Vec<usize> = (0..column.len()).collect();
     order.sort_by_key(|&n| column[n]);
@@ -228,7 +233,7 @@ fn gap(names: &[Name], column: &[i128]) -> String {
     }
 }
 
-/// Warning if another number divides the files into parts, for example two scans with consecutive numbers.
+/// Returns a warning if another number divides the files into parts, for example two scans with consecutive numbers.
 fn series_note(columns: &[Vec<i128>], counting: &[i128]) -> Option<String> {
     let values = |column: &Vec<i128>| column.iter().collect::<BTreeSet<_>>().len();
     let parts = columns
@@ -237,7 +242,7 @@ fn series_note(columns: &[Vec<i128>], counting: &[i128]) -> Option<String> {
         .map(values)
         .find(|&values| values > 1 && values * 2 <= counting.len())?;
     Some(format!(
-        "Grains are wrong if the folder has slices of several scans: another number in the names has {parts} values."
+        "Grains are wrong if the folder contains slices of several scans: another number in the names has {parts} values."
     ))
 }
 
@@ -252,7 +257,7 @@ mod tests {
     }
 
     #[test]
-    fn names_are_counted() {
+    fn slices_are_ordered_by_number() {
         for (names, expected) in [
             (vec!["s10.tif", "s9.tif", "s8.tif"], vec!["s8.tif", "s9.tif", "s10.tif"]),
             (vec!["a2_10.tif", "a2_9.tif"], vec!["a2_9.tif", "a2_10.tif"]),
@@ -263,7 +268,7 @@ mod tests {
             // a dash in all names is not a sign
             (vec!["z-3.tif", "z-1.tif", "z-2.tif"], vec!["z-1.tif", "z-2.tif", "z-3.tif"]),
             (vec!["a_64-127.tif", "a_0-63.tif"], vec!["a_0-63.tif", "a_64-127.tif"]),
-            // a counter beside a time of day with varying steps
+            // a counter, and a time of day with varying steps
             (
                 vec!["i2_101500.tif", "i1_101458.tif", "i3_101507.tif"],
                 vec!["i1_101458.tif", "i2_101500.tif", "i3_101507.tif"],
@@ -276,7 +281,7 @@ mod tests {
     }
 
     #[test]
-    fn names_of_no_single_series_are_refused() {
+    fn names_of_several_series_are_refused() {
         for (names, parts) in [
             (
                 vec!["s1.tif", "s2.tif", "s4.tif"],

@@ -1,4 +1,4 @@
-//! Values stored consecutively in a file, plain or compressed.
+//! Reader of values stored consecutively in a file, plain or compressed.
 
 use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
@@ -25,7 +25,7 @@ pub(crate) struct RawSlices {
     /// Number of slices.
     pub(crate) depth: usize,
     pub(crate) packing: Packing,
-    /// All values of a compressed file, which are unpacked when the first slice is read.
+    /// All values of a compressed file; the file is unpacked when the first slice is read.
     pub(crate) unpacked: OnceLock<Result<Vec<u8>, ImageError>>,
 }
 
@@ -38,12 +38,12 @@ pub(crate) enum Packing {
 }
 
 impl RawSlices {
-    /// Size of all values (bytes).
+    /// Returns the size of all values (bytes).
     pub(crate) fn bytes(&self) -> usize {
         self.area * self.depth * self.sample.bytes()
     }
 
-    /// Unpacks all values of a compressed file, in which single slices cannot be addressed.
+    /// Unpacks all values of a compressed file, because single slices cannot be addressed in such a file.
     fn unpack(&self) -> Result<Vec<u8>, ImageError> {
         let failed = |source| ImageError::io("read", &self.path, source);
         let mut file = BufReader::new(open_regular(&self.path).map_err(failed)?);
@@ -54,15 +54,15 @@ impl RawSlices {
             Packing::Zlib => ZlibDecoder::new(file).take(needed as u64).read_to_end(&mut values),
             _ => MultiGzDecoder::new(file).take(needed as u64).read_to_end(&mut values),
         };
-        let short = |found: usize| ImageError::Page {
+        let short = |unpacked_bytes: usize| ImageError::Page {
             path: self.path.clone(),
-            page: found / (self.area * self.sample.bytes()).max(1) + 1,
-            message: format!("{found} bytes unpacked, but the header declares {needed}"),
-            help: "it is cut short or its header is that of another file: write both again",
+            page: unpacked_bytes / (self.area * self.sample.bytes()).max(1) + 1,
+            message: format!("{unpacked_bytes} bytes unpacked, but the header declares {needed}"),
+            help: "the file is truncated or the header belongs to another file: write both files again",
         };
         match read {
-            Ok(found) if found == needed => Ok(values),
-            Ok(found) => Err(short(found)),
+            Ok(unpacked_bytes) if unpacked_bytes == needed => Ok(values),
+            Ok(unpacked_bytes) => Err(short(unpacked_bytes)),
             Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => Err(short(values.len())),
             Err(error) => Err(failed(error)),
         }
@@ -74,7 +74,7 @@ impl SliceSource for RawSlices {
         Box::new(Reader { slices: self, file: None, bytes: Vec::new() })
     }
 
-    fn place(&self, slice: usize) -> (PathBuf, usize) {
+    fn file_and_page(&self, slice: usize) -> (PathBuf, usize) {
         (self.path.clone(), slice + 1)
     }
 }

@@ -23,7 +23,7 @@ impl SampleType {
         Self { kind: NumberKind::Unsigned, bits }
     }
 
-    /// Size of one value (bytes).
+    /// Returns the size of one value (bytes).
     pub(crate) fn bytes(self) -> usize {
         usize::from(self.bits / 8)
     }
@@ -56,11 +56,11 @@ pub(crate) fn decode(bytes: &[u8], sample: SampleType, order: ByteOrder, into: &
         number: impl Fn([u8; N]) -> f64,
     ) {
         for (value, bytes) in into.iter_mut().zip(bytes.chunks_exact(N)) {
-            let mut own: [u8; N] = bytes.try_into().expect("chunks have N bytes");
+            let mut ordered: [u8; N] = bytes.try_into().expect("chunks have N bytes");
             if order == ByteOrder::Big {
-                own.reverse();
+                ordered.reverse();
             }
-            *value = number(own);
+            *value = number(ordered);
         }
     }
     use NumberKind::{Float, Signed, Unsigned};

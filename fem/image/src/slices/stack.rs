@@ -28,14 +28,14 @@ pub(crate) struct Stack {
 
 /// Source of the slices of a stack, shared by threads.
 pub(crate) trait SliceSource: Debug + Send + Sync {
-    /// A reader for one thread.
+    /// Creates a reader for one thread.
     fn reader(&self) -> Box<dyn SliceReader + '_>;
 
-    /// File of a slice and page number in this file, for messages.
-    fn place(&self, slice: usize) -> (PathBuf, usize);
+    /// Returns the file of a slice and the page number (from 1) in this file, for messages.
+    fn file_and_page(&self, slice: usize) -> (PathBuf, usize);
 }
 
-/// Reader of slices; ascending order is the fastest.
+/// Reader of slices; reading in ascending order is the fastest.
 pub(crate) trait SliceReader {
     /// Reads the values of a slice.
     ///

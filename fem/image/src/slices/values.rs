@@ -1,4 +1,4 @@
-//! Values of stacks, either unchanged or averaged over blocks of voxels during reading.
+//! Reader of the values of stacks, either unchanged or averaged over blocks of voxels.
 
 use rayon::prelude::*;
 
@@ -57,7 +57,7 @@ pub(crate) fn label_values(
     Ok(Reading { volume: whole(stack, &header, &label)?, header })
 }
 
-/// Header of a stack of labels, which have no mean: `bin` is ignored.
+/// Returns the header of a stack of labels; `bin` is ignored, because labels cannot be averaged.
 fn unaveraged(stack: &Stack, options: &ReadOptions) -> Result<StackHeader, ImageError> {
     StackHeader::of(stack, &ReadOptions { bin: 1, ..options.clone() })
 }
@@ -83,15 +83,16 @@ impl<'a, T> Slices<'a, T> {
         self.reader.read(slice, &mut self.numbers)?;
         for (at, (value, &number)) in into.iter_mut().zip(&self.numbers).enumerate() {
             *value = (self.convert)(number).ok_or_else(|| {
-                let (path, page) = self.stack.source.place(slice);
+                let (path, page) = self.stack.source.file_and_page(slice);
                 let message = format!("voxel {at} has the value {number}");
-                ImageError::Page { path, page, message, help: "replace such voxels before" }
+                ImageError::Page { path, page, message, help: "replace such values in the file" }
             })?;
         }
         Ok(())
     }
 }
 
+/// Reads all values of a stack.
 fn whole<T: Copy + Default + Send>(
     stack: &Stack,
     header: &StackHeader,
@@ -102,13 +103,14 @@ fn whole<T: Copy + Default + Send>(
     let mut values = vec![T::default(); area * depth];
     in_portions(&mut values, area, |first, portion| {
         let mut slices = Slices::new(stack, convert);
-        let mut own = (first..).zip(portion.chunks_exact_mut(area));
-        own.try_for_each(|(slice, into)| slices.read(slice, into))
+        let mut numbered = (first..).zip(portion.chunks_exact_mut(area));
+        numbered.try_for_each(|(slice, into)| slices.read(slice, into))
     })?;
     Ok(Volume { shape: stack.shape, voxel_mm: header.voxel_mm, values })
 }
 
-/// Averages over blocks. The stack is read in slabs of `bin` slices, and only their sums are stored.
+/// Reads a stack and averages over blocks of voxels. The stack is read in slabs of `bin` slices, and only the sums of a
+/// slab are stored.
 fn binned(
     stack: &Stack,
     header: &StackHeader,
@@ -125,7 +127,7 @@ fn binned(
             sums.fill(0.0);
             for slice in bin * slab..bin * (slab + 1) {
                 slices.read(slice, &mut page)?;
-                // `zip` ends with `sums`, so rows beyond the last complete block are ignored
+                // `zip` ends at the end of `sums`: rows beyond the last complete block are ignored
                 let bands = page.chunks_exact(width * bin).zip(sums.chunks_exact_mut(shape[0]));
                 for (band, sums) in bands {
                     for row in band.chunks_exact(width) {

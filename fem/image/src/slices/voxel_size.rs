@@ -1,21 +1,22 @@
-//! Voxel sizes stated in files: check of plausibility, and selection of the edge length that is used.
+//! Voxel sizes in files: checks of plausibility, and selection of the edge length that is used.
 
 use std::path::Path;
 
 use crate::ImageError;
 
-/// Resolutions (pixels per inch) that programs write by default, without any measurement.
+/// Default resolutions (pixels per inch) that programs write without any measurement.
 const SCREENS: [f64; 18] = [
     72.0, 75.0, 90.0, 96.0, 100.0, 120.0, 144.0, 150.0, 180.0, 200.0, 240.0, 300.0, 360.0, 400.0,
     600.0, 720.0, 1200.0, 2400.0,
 ];
 /// Relative tolerance of resolutions: some programs round pixels per centimetre or metre to whole numbers.
 const ROUNDING: f64 = 6e-4;
-/// Range of voxel sizes of tomograms (mm); a size outside is a default (1 pixel per unit) or has another unit.
+/// Range of voxel sizes of tomograms (mm); a size outside this range is a default value (1 pixel per unit) or has
+/// another unit.
 const PLAUSIBLE_MM: [f64; 2] = [1e-5, 1.0];
-/// Largest relative difference of edges that count as equal.
+/// Maximum relative difference of two edges that count as equal.
 const CUBIC: f64 = 1e-3;
-/// Largest relative difference between the given edge and the edge stated in the file that causes no warning.
+/// Relative difference between the given edge and the edge stated in the file above which a warning is added.
 const AGREES: f64 = 0.01;
 
 /// Voxel size as stated in the files of a stack.
@@ -32,7 +33,7 @@ pub(crate) enum VoxelSize {
 }
 
 impl VoxelSize {
-    /// Voxel size from a file; `Unknown` if it is implausible.
+    /// Creates a voxel size stated in a file, or `Unknown` if the size is implausible.
     pub(crate) fn stated(size_mm: [f64; 3], origin: impl Into<String>) -> Self {
         let (origin, [least, most]) = (origin.into(), PLAUSIBLE_MM);
         let is_plausible = |edge: &f64| (least..most).contains(edge);
@@ -41,25 +42,26 @@ impl VoxelSize {
         }
         let [x, y, z] = size_mm;
         VoxelSize::Unknown(format!(
-            "voxels of {x} × {y} × {z} mm ({origin}) are not plausible (allowed: {least} to {most} mm), \
+            "voxels of {x} × {y} × {z} mm ({origin}) are not plausible (allowed: {least} to {most} mm); \
              programs write such values by default"
         ))
     }
 
-    /// Voxel size from resolutions within a slice (pixels per inch); the edge along z is assumed to equal the edge
-    /// along x.
+    /// Creates a voxel size from resolutions within a slice (pixels per inch); the edge along z is assumed to equal the
+    /// edge along x.
     pub(crate) fn per_inch(x: f64, y: f64, origin: &str) -> Self {
         if is_screen(x) {
             let x = x.round();
-            let message =
-                format!("a resolution of {x} per inch ({origin}) is that of a screen or printer");
+            let message = format!(
+                "a resolution of {x} per inch ({origin}) is typical of a screen or printer"
+            );
             return VoxelSize::Unknown(message);
         }
         VoxelSize::stated([25.4 / x, 25.4 / y, 25.4 / x], origin)
     }
 }
 
-/// Whether a resolution is a default value of screens, printers or office scanners.
+/// Returns whether a resolution is a default value of screens, printers or office scanners.
 pub(crate) fn is_screen(per_inch: f64) -> bool {
     SCREENS.iter().any(|screen| (per_inch / screen - 1.0).abs() < ROUNDING)
 }
@@ -91,7 +93,7 @@ pub(super) fn resolve(
                 if [x, y, z].into_iter().any(|edge| (edge / value - 1.0).abs() > AGREES) =>
             {
                 Some(format!(
-                    "Volumes and lengths rest on voxel_mm = {value}, but {} states voxels of {x} × {y} × {z} mm ({origin}).",
+                    "Volumes and lengths are computed with voxel_mm = {value}, but {} states voxels of {x} × {y} × {z} mm ({origin}).",
                     path.display()
                 ))
             }
@@ -113,7 +115,7 @@ pub(super) fn resolve(
     }
 }
 
-/// Length in mm of a unit; `None` for an unknown unit.
+/// Returns the length of a unit (mm), or `None` for an unknown unit.
 pub(crate) fn millimetres(name: &str) -> Option<f64> {
     Some(match name.trim().trim_matches('"') {
         "m" | "meter" | "metre" | "meters" | "metres" => 1000.0,

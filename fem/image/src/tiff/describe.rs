@@ -24,7 +24,7 @@ pub(super) struct Description {
     pub(super) images: Option<usize>,
     /// Numbers of channels, slices and times (in this order).
     pub(super) dimensions: Option<[usize; 3]>,
-    /// Message if the file contains several images.
+    /// Error message if the file contains several images.
     pub(super) series: Option<String>,
     pub(super) is_imagej: bool,
 }
@@ -48,9 +48,10 @@ impl Description {
         let dimensions = is_imagej
             .then(|| ["channels", "slices", "frames"].map(|name| count(name).unwrap_or(1)));
         let shape = shape(text);
-        let series = shape.as_ref().filter(|shape| shape.len() > 3).map(|shape| {
-            format!("its array has the shape {shape:?}, which is more than one volume")
-        });
+        let series = shape
+            .as_ref()
+            .filter(|shape| shape.len() > 3)
+            .map(|shape| format!("its array has the shape {shape:?}: more than one volume"));
         Self {
             size: voxel_size(decoder, text),
             images: count("images").filter(|_| is_imagej),
@@ -61,7 +62,7 @@ impl Description {
     }
 }
 
-/// Shape of the array in tifffile's JSON, without dimensions of size 1.
+/// Returns the shape of the array in tifffile's JSON, without dimensions of size 1.
 fn shape(text: &str) -> Option<Vec<usize>> {
     let text = text.trim_start().strip_prefix('{')?;
     let (_, list) = text.split_once("\"shape\"")?;
@@ -86,13 +87,13 @@ fn is_positive(value: &f64) -> bool {
 
 fn voxel_size<R: Read + Seek>(decoder: &mut Decoder<R>, text: &str) -> VoxelSize {
     if let Some(exact) = number(text, "voxel_mm").filter(is_positive) {
-        // written by this crate, therefore not a program's default value
+        // this crate has written the value, so it is not the default value of another program
         let origin = "voxel_mm in its tags".to_owned();
         return VoxelSize::Stated { size_mm: [exact; 3], origin };
     }
     let per_unit = [Tag::XResolution, Tag::YResolution].map(|tag| ratio(decoder, tag));
     let [Some(x), Some(y)] = per_unit.map(|value| value.filter(is_positive)) else {
-        return VoxelSize::Unknown("its tags hold no resolution".into());
+        return VoxelSize::Unknown("its tags contain no resolution".into());
     };
     let unit_tag = decoder.find_tag_unsigned::<u16>(Tag::ResolutionUnit).ok().flatten();
     let Some(unit) = value(text, "unit") else {
@@ -101,13 +102,13 @@ fn voxel_size<R: Read + Seek>(decoder: &mut Decoder<R>, text: &str) -> VoxelSize
             3 if is_screen(2.54 * x) => VoxelSize::per_inch(2.54 * x, 2.54 * y, "TIFF tags"),
             3 => VoxelSize::stated(
                 [10.0 / x, 10.0 / y, 10.0 / x],
-                "resolution in its TIFF tags, the spacing of slices taken to be equal",
+                "resolution in its TIFF tags; slice spacing assumed equal",
             ),
             _ => VoxelSize::Unknown("its resolution has no unit of length".into()),
         };
     };
     let unknown = |name: &str| {
-        let message = format!("its unit of length '{name}' is not known");
+        let message = format!("its unit of length '{name}' is unknown");
         VoxelSize::Unknown(message)
     };
     let named = |name: &'static str| value(text, name).unwrap_or(unit);
@@ -127,7 +128,7 @@ fn voxel_size<R: Read + Seek>(decoder: &mut Decoder<R>, text: &str) -> VoxelSize
         }
         None => VoxelSize::stated(
             [x, y, x],
-            "ImageJ's description in its tags, which states no spacing of slices: taken to be equal",
+            "ImageJ's description in its tags, which states no slice spacing: assumed equal",
         ),
     }
 }
@@ -174,7 +175,7 @@ fn ome(text: &str) -> Result<Description, quick_xml::Error> {
         let unit_mm = millimetres(unit);
         unit_mm
             .map(|mm| Some(mm * length))
-            .ok_or_else(|| format!("its unit of length '{unit}' is not known"))
+            .ok_or_else(|| format!("its unit of length '{unit}' is unknown"))
     };
     let size = match (edge('X'), edge('Y'), edge('Z')) {
         (Err(message), ..) | (_, Err(message), _) | (.., Err(message)) => {
@@ -185,7 +186,7 @@ fn ome(text: &str) -> Result<Description, quick_xml::Error> {
         }
         (Ok(Some(x)), Ok(Some(y)), Ok(None)) => VoxelSize::stated(
             [x, y, x],
-            "PhysicalSize of its OME description, which states none along z: taken to be equal",
+            "PhysicalSize of its OME description, which states no size along z: assumed equal",
         ),
         _ => VoxelSize::Unknown("its OME description states no physical size".into()),
     };

@@ -1,4 +1,4 @@
-//! A single page: its declared size and type, and its samples.
+//! Reader of a single page: declared size and type, and samples.
 
 use std::fs::File;
 use std::io::BufReader;
@@ -40,7 +40,7 @@ impl Declared {
 }
 
 /// Opens a file; decoding a page fails if it needs more than `most` bytes.
-pub(super) fn open(path: &Path, most: u64) -> Result<Reader, ImageError> {
+pub(super) fn open_decoder(path: &Path, most: u64) -> Result<Reader, ImageError> {
     let file = open_regular(path).map_err(|source| ImageError::io("read", path, source))?;
     let most = usize::try_from(most).unwrap_or(usize::MAX);
     let mut limits = Limits::default();
@@ -64,12 +64,12 @@ pub(super) fn declared(
     let bits = match decoder.colortype().map_err(tiff)? {
         ColorType::Gray(bits @ (8 | 16 | 32 | 64)) => bits,
         ColorType::Gray(bits) => {
-            let help = "save it with 8, 16 or 32 bits a voxel";
-            return Err(fail(format!("{bits} bits a voxel"), help));
+            let help = "save it with 8, 16 or 32 bits per voxel";
+            return Err(fail(format!("{bits} bits per voxel"), help));
         }
         ColorType::Multiband { num_samples, .. } => {
-            let help = "save one channel in grey";
-            return Err(fail(format!("{num_samples} values a pixel (channels)"), help));
+            let help = "save a single grey channel";
+            return Err(fail(format!("{num_samples} values per pixel (channels)"), help));
         }
         other => {
             let help = "save it in grey";
@@ -85,8 +85,8 @@ pub(super) fn declared(
     let method = decoder.find_tag_unsigned::<u16>(Tag::Compression).ok().flatten();
     let compression = method.unwrap_or(CompressionMethod::None.to_u16());
     if LOSSY.contains(&compression) {
-        let help = "JPEG and its like change grey values: export the scan again with LZW, deflate, ZSTD or no compression";
-        return Err(fail(format!("it is compressed with loss (method {compression})"), help));
+        let help = "JPEG and similar methods change grey values: export the scan again with LZW, deflate, ZSTD or no compression";
+        return Err(fail(format!("its compression is lossy (method {compression})"), help));
     }
     let kind = decoder.find_tag_unsigned::<u32>(Tag::NewSubfileType).ok().flatten();
     let this = Declared {
@@ -109,7 +109,7 @@ pub(super) fn declared(
             this.height,
             stored.max(if uncompressed { this.bytes() } else { 0 })
         );
-        return Err(fail(message, "it is cut short: write or copy it again"));
+        return Err(fail(message, "the file is truncated: write or copy it again"));
     }
     Ok(this)
 }
@@ -138,7 +138,7 @@ pub(super) fn samples(
     Ok(())
 }
 
-/// Converts samples of any type; returns the number of samples.
+/// Converts samples of any type to numbers; returns the number of samples.
 fn numbers(samples: &DecodingResult, into: &mut [f64]) -> usize {
     fn copy<S: Copy>(from: &[S], to: &mut [f64], number: impl Fn(S) -> f64) -> usize {
         to.iter_mut().zip(from).for_each(|(to, &from)| *to = number(from));
@@ -159,10 +159,10 @@ fn numbers(samples: &DecodingResult, into: &mut [f64]) -> usize {
     }
 }
 
-/// Error for a page that the decoder rejects.
+/// Returns the error for a page that the decoder rejects.
 pub(super) fn refused(path: &Path, page: usize, error: &TiffError) -> ImageError {
     let help = match error {
-        TiffError::IoError(_) => "the file is cut short: write or copy it again",
+        TiffError::IoError(_) => "the file is truncated: write or copy it again",
         TiffError::UnsupportedError(_) => {
             "save it in grey, uncompressed or by LZW, deflate, PackBits or ZSTD"
         }

@@ -1,4 +1,4 @@
-//! Reading of volumes from TIFF stacks.
+//! Reader of volumes from TIFF stacks.
 
 use std::path::{Path, PathBuf};
 
@@ -27,15 +27,15 @@ pub fn read(path: &Path, voxel_mm: Option<f64>) -> Result<Volume<f32>, ImageErro
 }
 
 /// Reads a stack of grey values, see [`read`], and averages each block of `bin` × `bin` × `bin` voxels to one voxel,
-/// for stacks that exceed the memory or are finer than necessary.
+/// for stacks that exceed the memory or have a finer resolution than necessary.
 ///
 /// `voxel_mm` and the tags refer to the stored stack; the edge of the returned voxels is `bin` times as long. Along
 /// each axis the last voxels that do not fill a block (fewer than `bin`) are omitted. Every returned voxel is therefore
 /// a cube averaged from a complete block, and its distance from the corner of the image is exact.
 ///
-/// The stack is read in slabs of `bin` pages, and only their sums are stored. The memory does not depend on the number
-/// of pages: it holds the reduced volume (4 bytes a voxel) and, for each thread, one page as stored, the same page as
-/// numbers (12 bytes a voxel), and one reduced slice (8 bytes a voxel).
+/// The stack is read in slabs of `bin` pages, and only the sums of a slab are stored. The memory does not depend on the
+/// number of pages: it contains the reduced volume (4 bytes per voxel) and, for each thread, one page as stored, the
+/// same page as numbers (12 bytes per voxel), and one reduced slice (8 bytes per voxel).
 ///
 /// # Errors
 /// The errors of [`read`], where the limit on the number of voxels applies to the reduced volume; a `bin` of 0 or

@@ -1,4 +1,4 @@
-//! The files of a TIFF stack and their pages, and checks that the pages form one volume.
+//! Reader of the files and pages of a TIFF stack; checks that the pages form one volume.
 
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 use ::tiff::tags::{ByteOrder as FileOrder, Tag};
 
 use super::describe::Description;
-use super::page::{Declared, Reader, declared, open, refused, samples};
+use super::page::{Declared, Reader, declared, open_decoder, refused, samples};
 use crate::ImageError;
 use crate::slices::names::{Ordered, file_name};
 use crate::slices::raw::{Packing, RawSlices};
@@ -15,7 +15,7 @@ use crate::slices::stack::{SliceReader, SliceSource, Stack};
 
 /// Upper bound of the compression ratio of all supported compression methods.
 const DENSEST: u64 = 3000;
-const CHANNELS_HELP: &str = "save one channel of one time as a stack of its own (ImageJ: Image > Duplicate, then File > Save As > Tiff)";
+const CHANNELS_HELP: &str = "save one channel of one time as a separate stack (ImageJ: Image > Duplicate, then File > Save As > Tiff)";
 
 /// A file of a stack.
 #[derive(Debug)]
@@ -25,7 +25,7 @@ struct SliceFile {
 }
 
 impl SliceFile {
-    /// Upper bound of the memory for decoding the pages of the file (bytes).
+    /// Returns an upper bound of the memory for decoding the pages of the file (bytes).
     fn most_bytes(&self) -> u64 {
         self.bytes.saturating_mul(DENSEST)
     }
@@ -43,7 +43,7 @@ impl SliceSource for Pages {
         Box::new(PageReader { pages: self, open: None })
     }
 
-    fn place(&self, slice: usize) -> (PathBuf, usize) {
+    fn file_and_page(&self, slice: usize) -> (PathBuf, usize) {
         let (file, page) = self.slices[slice];
         (self.files[file].path.clone(), page + 1)
     }
@@ -63,7 +63,7 @@ impl SliceReader for PageReader<'_> {
         let (path, page) = (&source.path, number + 1);
         let decoder = match &mut self.open {
             Some((open, decoder)) if *open == file => decoder,
-            other => &mut other.insert((file, open(path, source.most_bytes())?)).1,
+            other => &mut other.insert((file, open_decoder(path, source.most_bytes())?)).1,
         };
         decoder.seek_to_image(number).map_err(|error| refused(path, page, &error))?;
         samples(path, page, decoder, into)
@@ -88,7 +88,7 @@ pub(crate) fn scan(
         let meta = std::fs::metadata(path).map_err(|error| ImageError::io("read", path, error))?;
         let file = SliceFile { path: path.clone(), bytes: meta.len() };
         file_bytes += file.bytes;
-        let mut decoder = open(path, file.most_bytes())?;
+        let mut decoder = open_decoder(path, file.most_bytes())?;
         let description = Description::of(&mut decoder);
         check_dimensions(path, &description)?;
         let before = pages.slices.len();
@@ -111,15 +111,15 @@ pub(crate) fn scan(
             pages.slices.push((pages.files.len(), number));
             last = Some(this);
         }
-        let found = pages.slices.len() - before;
+        let count = pages.slices.len() - before;
         let images = description.images.unwrap_or(0);
-        if let (Some(page), true, 1, 1) = (last, images > found, found, paths.len())
+        if let (Some(page), true, 1, 1) = (last, images > count, count, paths.len())
             && let Some(raw) = behind_one_page(path, page, &description, images, file.bytes)?
         {
             return Ok(one_file(path, page, description, images, Box::new(raw)));
         }
-        if images > found {
-            incomplete.get_or_insert((path.clone(), found, images));
+        if images > count {
+            incomplete.get_or_insert((path.clone(), count, images));
         }
         if declared_bytes > file_bytes.saturating_mul(DENSEST) {
             let path = path.clone();
@@ -133,12 +133,12 @@ pub(crate) fn scan(
     };
     let slices = pages.slices.len();
     // each file of a set declares the number of pages of the whole set
-    if let Some((file, found, images)) = incomplete.filter(|(.., images)| *images != slices) {
-        let page = if found == 1 { "page" } else { "pages" };
+    if let Some((file, count, images)) = incomplete.filter(|(.., images)| *images != slices) {
+        let page = if count == 1 { "page" } else { "pages" };
         return Err(ImageError::Series {
             path: file,
-            message: format!("has {found} {page}, but {images} are declared"),
-            help: "the file is cut short or belongs to a set: copy it again, or name the folder that holds the whole set",
+            message: format!("has {count} {page}, but declares {images}"),
+            help: "the file is truncated or belongs to a set: copy it again, or give the folder that contains the whole set",
         });
     }
     let mut stack = one_file(path, page, description, slices, Box::new(pages));
@@ -152,7 +152,7 @@ pub(crate) fn scan(
         stack.notes.extend(ordered.note.clone());
         if ordered.step != 1 && slices == paths.len() {
             stack.notes.push(format!(
-                "Heights are wrong if slices were left out: the numbers in the names go in steps of {}.",
+                "Heights are wrong if slices are missing: the numbers in the names increase in steps of {}.",
                 ordered.step
             ));
         }
@@ -199,19 +199,19 @@ fn check_dimensions(path: &Path, description: &Description) -> Result<(), ImageE
         return refuse(series.clone());
     }
     match description.dimensions {
-        // a single dimension is the stack, whatever its name
+        // if only one dimension is larger than 1, it is the stack, even if it is named channels or times
         Some(counts) if counts.iter().filter(|count| **count > 1).count() > 1 => {
             let [channels, slices, times] = counts;
             refuse(format!(
-                "declares {channels} channels × {slices} slices × {times} times, which is more than one volume"
+                "declares {channels} channels × {slices} slices × {times} times: more than one volume"
             ))
         }
         _ => Ok(()),
     }
 }
 
-/// Slices whose values follow the only page of a file written by ImageJ, which stores stacks above 4 GB in this way;
-/// `None` if the file is not of this kind.
+/// Returns the slices of a file in which the values of all slices follow the only page; ImageJ writes stacks above 4 GB
+/// in this way. `None` for other files.
 fn behind_one_page(
     path: &Path,
     page: Declared,
@@ -222,7 +222,7 @@ fn behind_one_page(
     if !description.is_imagej || !page.is_uncompressed() {
         return Ok(None);
     }
-    let mut decoder = open(path, file_bytes.saturating_mul(DENSEST))?;
+    let mut decoder = open_decoder(path, file_bytes.saturating_mul(DENSEST))?;
     let offsets = decoder.find_tag_unsigned_vec::<u64>(Tag::StripOffsets).ok().flatten();
     let Some(offset) = offsets.and_then(|offsets| offsets.first().copied()) else {
         return Ok(None);
@@ -248,6 +248,7 @@ fn behind_one_page(
     }))
 }
 
+/// Returns an error if a page differs from the first page in size or type.
 fn check_alike(
     path: &Path,
     number: usize,
@@ -262,16 +263,19 @@ fn check_alike(
             "{} × {} voxels, but the first page has {} × {}",
             this.width, this.height, first.width, first.height
         );
-        return fail(message, "crop all slices alike, and keep other files out of the folder");
+        return fail(
+            message,
+            "crop all slices to the same size, and remove other files from the folder",
+        );
     }
     if first.sample != this.sample {
         let message = format!("{}, but the first page has {}", this.sample, first.sample);
-        return fail(message, "export all slices again with one type and one grey scale");
+        return fail(message, "export all slices again with the same type and the same grey scale");
     }
     Ok(())
 }
 
-/// Paths of the `.tif` and `.tiff` files in a folder.
+/// Returns the paths of the `.tif` and `.tiff` files in a folder.
 pub(super) fn slices_of(folder: &Path) -> Result<Vec<PathBuf>, ImageError> {
     let failed = |source| ImageError::io("read", folder, source);
     let mut slices = Vec::new();
@@ -284,7 +288,7 @@ pub(super) fn slices_of(folder: &Path) -> Result<Vec<PathBuf>, ImageError> {
         }
     }
     if slices.is_empty() {
-        let help = "a folder holds one .tif or .tiff file for each slice";
+        let help = "a folder must contain one .tif or .tiff file for each slice";
         return Err(ImageError::Empty { path: folder.into(), what: "slice", help });
     }
     Ok(slices)

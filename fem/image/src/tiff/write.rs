@@ -1,4 +1,4 @@
-//! Writing of labels to a file.
+//! Writer of labels to TIFF files.
 
 use std::io::{Cursor, Seek, Write};
 use std::path::Path;
@@ -12,13 +12,13 @@ use rayon::prelude::*;
 use crate::{ImageError, Volume};
 use fem_file::write_atomically;
 
-/// Size of the voxels (bytes) from which files are written as BigTIFF.
+/// Total size of the values (bytes) from which a file is written as BigTIFF.
 const CLASSIC_BYTES: usize = 3 << 30;
 
 /// Writes labels as a TIFF with one page per slice, compressed by deflate, with the voxel size in its tags.
 ///
-/// Pages have 16 bits if the largest label fits, otherwise 32 bits. The file is written atomically: completely or not
-/// at all.
+/// Pages have 16 bits if the largest label fits, otherwise 32 bits. The file is written atomically: either completely
+/// or not at all.
 ///
 /// # Errors
 /// [`ImageError`] if the volume is invalid or the file cannot be written.
@@ -82,7 +82,7 @@ where
     let [nx, ny, nz] = labels.shape;
     let mut image = encoder.new_image::<C>(u32::try_from(nx)?, u32::try_from(ny)?)?;
     if number == 0 {
-        // the description in ImageJ's format, and additionally the voxel size with all digits
+        // the description has ImageJ's format, and additionally contains the voxel size with all digits
         let voxel_mm = labels.voxel_mm;
         let description = format!(
             "ImageJ=1.53\nimages={nz}\nslices={nz}\nunit=cm\nspacing={}\nvoxel_mm={voxel_mm}\n",
@@ -94,7 +94,7 @@ where
     image.write_data(slice)
 }
 
-/// A fraction close to a value, with the precision that 32-bit integers allow.
+/// Returns a fraction close to a value, with the precision that 32-bit integers allow.
 fn rational(value: f64) -> Rational {
     let largest = f64::from(u32::MAX);
     let d = (largest / value.max(1.0)).floor().clamp(1.0, 1e6);

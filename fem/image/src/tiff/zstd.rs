@@ -1,4 +1,4 @@
-//! Pages compressed by ZSTD, which the TIFF decoder can decompress only with a C library.
+//! Reader of pages compressed by ZSTD; the TIFF decoder can decompress such pages only with a C library.
 //!
 //! References: TIFF, revision 6.0, sections 14 and 15 (differencing, tiles); TIFF Technical Note 3 (floating-point
 //! predictor), Adobe 2005; compression number 50000, libtiff 4.0.10.
@@ -13,6 +13,7 @@ use crate::slices::sample::{ByteOrder, NumberKind, SampleType, decode};
 
 /// Strips or tiles of a page.
 struct Chunks {
+    /// Width and height of the page.
     page: [usize; 2],
     /// Width and height of a chunk.
     size: [usize; 2],
@@ -35,7 +36,7 @@ pub(super) fn samples<R: Read + Seek>(
     if chunks.offsets.len() != across * height.div_ceil(rows)
         || chunks.bytes.len() != chunks.offsets.len()
     {
-        return Err(format!("{} strips or tiles do not make the page", chunks.offsets.len()));
+        return Err(format!("{} strips or tiles do not cover the page", chunks.offsets.len()));
     }
     let mut numbers = vec![0.0; chunks.size[0] * rows];
     for (chunk, (&offset, &bytes)) in chunks.offsets.iter().zip(&chunks.bytes).enumerate() {
@@ -86,16 +87,18 @@ impl Chunks {
             _ => NumberKind::Unsigned,
         };
         if kind == NumberKind::Float && bits < 32 {
-            return Err("floating-point numbers of 16 bits with ZSTD are not read".to_owned());
+            return Err("floating-point numbers of 16 bits with ZSTD are not supported".to_owned());
         }
         if number(Tag::PhotometricInterpretation)? == Some(0) {
-            return Err("white is zero, which is not read with ZSTD: invert the page".to_owned());
+            return Err(
+                "white is zero, which is not supported with ZSTD: invert the page".to_owned()
+            );
         }
         let predictor = number(Tag::Predictor)?.unwrap_or(1) as u16;
         if !matches!(predictor, 1..=3)
             || (predictor == 3) != (kind == NumberKind::Float && predictor != 1)
         {
-            return Err(format!("predictor {predictor} does not fit its values"));
+            return Err(format!("predictor {predictor} does not suit its number type"));
         }
         let mut list = |tag: Tag| -> Result<Vec<u64>, String> {
             let list = decoder.find_tag_unsigned_vec(tag).map_err(|error| error.to_string())?;

@@ -1,8 +1,8 @@
-//! Connected components of voxels and the filling of holes.
+//! Filling of holes in a set of voxels, by connected components.
 
 use super::disjoint_sets::DisjointSets;
 
-/// A run of voxels along x: its first index and one past its last index.
+/// A run of voxels along x: first index, and last index + 1.
 type Run = (u32, u32);
 
 /// Adds to `set` every hole of at most `most` voxels: a face-connected component of voxels outside the set that does
@@ -55,9 +55,9 @@ pub(crate) fn fill_holes(shape: [usize; 3], set: &mut [u8], most: usize) {
         let edge = y == 0 || z == 0 || y + 1 == ny || z + 1 == nz;
         for run in of_row(row) {
             let (from, to) = (runs[run].0 as usize, runs[run].1 as usize);
-            let own = if edge || from == 0 || to == nx { usize::MAX } else { to - from };
+            let length = if edge || from == 0 || to == nx { usize::MAX } else { to - from };
             let root = sets.root(run as u32) as usize;
-            size[root] = size[root].saturating_add(own);
+            size[root] = size[root].saturating_add(length);
         }
     }
     for row in 0..rows {
@@ -77,14 +77,14 @@ mod tests {
     use rand::{Rng, SeedableRng};
     use rand_xoshiro::Xoshiro256PlusPlus;
 
-    /// Reference for [`fill_holes`]: a flood fill from every voxel.
+    /// Fills holes like [`fill_holes`], by a flood fill from every voxel.
     fn by_flood(shape: [usize; 3], set: &[u8], most: usize) -> Vec<u8> {
         let mut result = set.to_vec();
         for start in (0..set.len()).filter(|&n| set[n] == 0) {
-            let mut found = vec![start];
-            let mut open = vec![start];
+            let mut component = vec![start];
+            let mut stack = vec![start];
             let mut edge = false;
-            while let Some(at) = open.pop() {
+            while let Some(at) = stack.pop() {
                 let voxel = voxel_at(shape, at);
                 for (axis, step) in [(0, -1), (0, 1), (1, -1), (1, 1), (2, -1), (2, 1_isize)] {
                     let mut to = voxel;
@@ -96,21 +96,21 @@ mod tests {
                         }
                     }
                     let next = to[0] + shape[0] * (to[1] + shape[1] * to[2]);
-                    if set[next] == 0 && !found.contains(&next) {
-                        found.push(next);
-                        open.push(next);
+                    if set[next] == 0 && !component.contains(&next) {
+                        component.push(next);
+                        stack.push(next);
                     }
                 }
             }
-            if !edge && found.len() <= most {
-                found.into_iter().for_each(|n| result[n] = 1);
+            if !edge && component.len() <= most {
+                component.into_iter().for_each(|n| result[n] = 1);
             }
         }
         result
     }
 
     #[test]
-    fn holes_are_those_of_a_flood() {
+    fn filled_holes_agree_with_a_flood_fill() {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(5);
         for (shape, share, most) in
             [([9, 8, 7], 0.75, 3), ([9, 8, 7], 0.7, 100), ([12, 3, 9], 0.8, 1), ([5, 5, 5], 0.8, 0)]

@@ -6,30 +6,30 @@ use crate::Volume;
 /// axis has the slopes of `lean`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cylinder {
-    /// Middle of the axis, in x and y (mm).
+    /// Coordinates x and y of the middle of the axis (mm).
     pub centre_mm: [f64; 2],
     /// Radius (mm).
     pub radius_mm: f64,
-    /// Lower end of the cylinder before the rotation, in z (mm).
+    /// Coordinate z of the lower end before the rotation (mm).
     pub bottom_mm: f64,
-    /// Upper end of the cylinder before the rotation, in z (mm).
+    /// Coordinate z of the upper end before the rotation (mm).
     pub top_mm: f64,
     /// Slopes dx/dz and dy/dz of the axis; `[0.0; 2]` for an upright cylinder.
     pub lean: [f64; 2],
 }
 
 impl Cylinder {
-    /// Height (mm), along the axis.
+    /// Returns the height along the axis (mm).
     pub fn height_mm(&self) -> f64 {
         self.top_mm - self.bottom_mm
     }
 
-    /// Volume (mm³).
+    /// Returns the volume (mm³).
     pub fn volume_mm3(&self) -> f64 {
         std::f64::consts::PI * self.radius_mm.powi(2) * self.height_mm()
     }
 
-    /// The largest upright cylinder in a volume.
+    /// Returns the largest upright cylinder inside a volume.
     pub(crate) fn within<T>(volume: &Volume<T>) -> Cylinder {
         let [x, y, z] = volume.size_mm();
         let centre_mm = [x / 2.0, y / 2.0];
@@ -37,8 +37,8 @@ impl Cylinder {
         Cylinder { centre_mm, radius_mm, bottom_mm: 0.0, top_mm: z, lean: [0.0; 2] }
     }
 
-    /// Converts a point of the image (mm from its corner) to the coordinates of the specimen (mm), which has its lower
-    /// end at z = 0 and the axis z.
+    /// Converts a point of the image (mm from the corner of the image) to the coordinates of the specimen (mm): the
+    /// lower end is at z = 0, and the axis is z.
     pub fn to_specimen(&self, point: [f64; 3]) -> [f64; 3] {
         let [x, y] = [0, 1].map(|k| point[k] - self.centre_mm[k]);
         if self.lean == [0.0; 2] {
@@ -50,26 +50,29 @@ impl Cylinder {
         [x, y, z + 0.5 * self.height_mm()]
     }
 
-    /// Converts a point of the specimen to coordinates of the image; the inverse of [`to_specimen`](Self::to_specimen).
+    /// Converts a point of the specimen (mm) to coordinates of the image (mm), the inverse of
+    /// [`to_specimen`](Self::to_specimen).
     pub fn to_image(&self, point: [f64; 3]) -> [f64; 3] {
         let [cx, cy] = self.centre_mm;
         let [x, y, z] = point;
         if self.lean == [0.0; 2] {
             return [x + cx, y + cy, z + self.bottom_mm];
         }
-        let own = [x, y, z - 0.5 * self.height_mm()];
+        let from_middle = [x, y, z - 0.5 * self.height_mm()];
         let axes = self.axes();
         let middle = [cx, cy, self.middle_mm()];
-        std::array::from_fn(|k| middle[k] + (0..3).map(|n| axes[n][k] * own[n]).sum::<f64>())
+        std::array::from_fn(|k| {
+            middle[k] + (0..3).map(|n| axes[n][k] * from_middle[n]).sum::<f64>()
+        })
     }
 
-    /// The middle of the axis, in z (mm).
+    /// Returns the z coordinate of the middle of the axis (mm).
     fn middle_mm(&self) -> f64 {
         0.5 * (self.bottom_mm + self.top_mm)
     }
 
-    /// Axes of the specimen in the coordinates of the image: x, y and z after the smallest rotation that turns z onto
-    /// the cylinder's axis.
+    /// Returns the axes of the specimen in the coordinates of the image: x, y and z after the smallest rotation that
+    /// turns z onto the axis of the cylinder.
     fn axes(&self) -> [[f64; 3]; 3] {
         let [p, q] = self.lean;
         let z = (1.0 + p * p + q * q).sqrt().recip();
@@ -88,7 +91,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn points_of_a_leaning_cylinder_go_there_and_back() {
+    fn to_image_and_to_specimen_are_inverse() {
         let upright = Cylinder {
             centre_mm: [3.0, 2.0],
             radius_mm: 1.0,

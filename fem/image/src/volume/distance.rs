@@ -1,7 +1,8 @@
 //! Exact Euclidean distance to the nearest voxel outside a set.
 //!
-//! Squared distances between voxels are integers. Along x they follow from counting voxels; along y and z from the
-//! lower envelope of the parabolas (x − i)² + g(i), where g(i) is the squared distance of voxel i in the axes before.
+//! Squared distances between voxels are integers. Along x, the distances follow from counting voxels. Along y and z,
+//! they follow from the lower envelope of the parabolas (x − i)² + g(i), where g(i) is the squared distance of voxel i
+//! along the previous axes.
 //!
 //! Reference: A. Meijster, J. B. T. M. Roerdink, W. H. Hesselink, "A general algorithm for computing
 //! distance transforms in linear time", Mathematical Morphology (2000) 331–340,
@@ -9,13 +10,14 @@
 
 use rayon::prelude::*;
 
-/// Distance of a voxel for which no voxel outside the set has been found.
+/// Distance of a voxel as long as no voxel outside the set is known.
 const FAR: u32 = u32::MAX;
-/// Columns that are processed at a time, so that whole cache lines are used.
+/// Number of columns that are processed together, so that whole cache lines are used.
 const BLOCK: usize = 16;
 
-/// Squared distance of each voxel from the nearest voxel outside the set, in voxels²; 0 outside the set, and `u32::MAX`
-/// everywhere if the set contains all voxels. Positions beyond the edge of the volume do not count as outside the set.
+/// Returns the squared distance of each voxel from the nearest voxel outside the set, in voxels²; 0 outside the set,
+/// and `u32::MAX` everywhere if the set contains all voxels. Positions beyond the edge of the volume do not count as
+/// outside the set.
 pub(crate) fn squared_distance(shape: [usize; 3], set: &[u8]) -> Vec<u32> {
     let [nx, ny, nz] = shape;
     let mut flat = vec![0_u32; set.len()];
@@ -115,6 +117,7 @@ impl Columns {
     }
 }
 
+/// Computes the squared distances of a line from the lower envelope of its parabolas.
 fn envelope(line: &[u32], result: &mut [u32], parabolas: &mut Vec<(i64, i64)>) {
     if line.iter().all(|&g| g == 0) || line.iter().all(|&g| g == FAR) {
         result.copy_from_slice(line);
@@ -155,7 +158,8 @@ pub(crate) struct FixedDistance {
     pub(crate) per_voxel: u16,
 }
 
-/// Square roots of squared distances, rounded to 1/256 voxel, or to a coarser unit if distances exceed 255 voxels.
+/// Returns the square roots of squared distances, rounded to 1/256 voxel, or to a coarser unit if distances exceed 255
+/// voxels.
 pub(crate) fn fixed_point(squared: &[u32]) -> FixedDistance {
     let longest = f64::from(squared.par_iter().copied().max().unwrap_or(0)).sqrt();
     let mut per_voxel = 256_u16;
@@ -174,14 +178,14 @@ mod tests {
     use rand_xoshiro::Xoshiro256PlusPlus;
 
     #[test]
-    fn distances_are_those_of_a_search() {
+    fn distances_agree_with_an_exhaustive_search() {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(3);
         for (shape, share) in
             [([9, 7, 8], 0.9), ([20, 3, 5], 0.97), ([1, 19, 17], 0.99), ([6, 6, 6], 0.3)]
         {
             let count: usize = shape.iter().product();
             let set: Vec<u8> = (0..count).map(|_| u8::from(rng.random_bool(share))).collect();
-            let found = squared_distance(shape, &set);
+            let distances = squared_distance(shape, &set);
             let outside: Vec<[usize; 3]> =
                 (0..count).filter(|&n| set[n] == 0).map(|n| voxel_at(shape, n)).collect();
             for at in 0..count {
@@ -190,18 +194,18 @@ mod tests {
                     (0..3).map(|axis| here[axis].abs_diff(other[axis]).pow(2) as u32).sum()
                 };
                 let nearest = outside.iter().map(squared).min().unwrap_or(FAR);
-                assert_eq!(found[at], nearest, "{shape:?}, voxel {here:?}");
+                assert_eq!(distances[at], nearest, "{shape:?}, voxel {here:?}");
             }
         }
     }
 
     #[test]
-    fn a_full_volume_is_far_from_everything() {
+    fn distances_in_a_full_volume_are_infinite() {
         assert_eq!(squared_distance([3, 2, 2], &[1; 12]), vec![FAR; 12]);
     }
 
     #[test]
-    fn long_distances_take_coarser_steps() {
+    fn long_distances_have_a_coarser_unit() {
         let fixed = fixed_point(&[0, 1, 2, 300 * 300]);
         assert_eq!((fixed.per_voxel, &fixed.values[..]), (128, &[0, 128, 181, 38400][..]));
         assert_eq!(fixed_point(&[2]).values, [362]);

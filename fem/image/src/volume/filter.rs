@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-/// Median of the 27 voxels around each voxel.
+/// Computes the median of the 27 voxels around each voxel.
 ///
 /// Each column of nine voxels is sorted once and used by the three neighbourhoods along x that contain it. Only 13 of
 /// the 27 voxels can then be the median of the neighbourhood, and the median of these 13 is the median of the 27.
@@ -15,13 +15,13 @@ pub(crate) fn median(shape: [usize; 3], values: &[u16]) -> Vec<u16> {
     result
 }
 
-/// Computes the median of [`median`] at the voxels of a set only; `result` is not changed at other voxels.
+/// Computes the same median as [`median`], but only at the voxels of a set; `result` is not changed at other voxels.
 pub(crate) fn median_again(shape: [usize; 3], values: &[u16], set: &[u8], result: &mut [u16]) {
     let [nx, ny, _] = shape;
     medians(shape, values, result, |y, z| runs(&set[nx * (y + ny * z)..][..nx]));
 }
 
-/// Computes the medians for the parts of each row that `parts` returns for its y and z.
+/// Computes the medians in the parts of rows that `parts` returns for each y and z.
 fn medians<Parts: Iterator<Item = Range<usize>>>(
     [nx, ny, nz]: [usize; 3],
     values: &[u16],
@@ -46,7 +46,7 @@ fn medians<Parts: Iterator<Item = Range<usize>>>(
     );
 }
 
-/// Runs of voxels in a row that belong to a set.
+/// Iterates over the runs of voxels in a row that belong to a set.
 fn runs(row: &[u8]) -> impl Iterator<Item = Range<usize>> {
     let mut end = 0;
     std::iter::from_fn(move || {
@@ -67,7 +67,9 @@ fn pad(column: &mut [i16], row: &[u16], part: Range<usize>) {
     column[1..=n].iter_mut().zip(&row[part]).for_each(|(to, &from)| *to = signed(from));
 }
 
+/// Work space of the median filter for one part of a row.
 struct Rows {
+    /// The nine values with the same x, for each voxel of the part and one voxel before and after the part.
     columns: Vec<Vec<i16>>,
     /// Lowest, middle and highest of three neighbours along x, for each rank in the sorted columns.
     triples: [Vec<Vec<i16>>; 3],
@@ -164,7 +166,7 @@ pub(crate) fn binomial(shape: [usize; 3], values: &[u16]) -> Vec<u16> {
     result
 }
 
-/// [`binomial`] at the voxels of a set, and 0 at the others.
+/// Smooths like [`binomial`] at the voxels of a set; the result is 0 at all other voxels.
 pub(crate) fn binomial_at(shape: [usize; 3], values: &[u16], set: &[u8]) -> Vec<u16> {
     let [nx, ny, nz] = shape;
     let mut result = vec![0; values.len()];
@@ -213,12 +215,12 @@ pub(crate) fn dilate(shape: [usize; 3], set: &[u8]) -> Vec<u8> {
     combine::<1, _>(shape, set, u8::max)
 }
 
-/// Maximum of the 27 values around each voxel.
+/// Computes the maximum of the 27 values around each voxel.
 pub(crate) fn highest(shape: [usize; 3], values: &[u16]) -> Vec<u16> {
     combine::<1, _>(shape, values, u16::max)
 }
 
-/// Minimum or maximum (as `pick` selects) of the values up to `REACH` voxels away along each axis.
+/// Computes the minimum or the maximum (selected by `pick`) of all values up to `REACH` voxels away along each axis.
 fn combine<const REACH: usize, T: Copy + Default + Send + Sync>(
     shape: [usize; 3],
     values: &[T],
@@ -226,7 +228,7 @@ fn combine<const REACH: usize, T: Copy + Default + Send + Sync>(
 ) -> Vec<T> {
     let [nx, ny, nz] = shape;
     let mut result = vec![T::default(); values.len()];
-    // indices of the lines within `REACH` of line `at`, without `at`; there are `count` lines
+    // indices of the lines at most `REACH` lines away from line `at`, without `at` itself; `count`: number of lines
     let around = |at: usize, count: usize| {
         (at.saturating_sub(REACH)..(at + REACH + 1).min(count)).filter(move |&near| near != at)
     };
@@ -279,7 +281,7 @@ mod tests {
     }
 
     #[test]
-    fn filters_are_those_of_the_definition() {
+    fn filters_agree_with_their_definitions() {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(2);
         for shape in [[7, 5, 6], [1, 4, 3], [17, 1, 2], [33, 3, 3]] {
             let count = shape.iter().product();

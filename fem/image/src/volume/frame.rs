@@ -4,14 +4,15 @@ use rayon::prelude::*;
 
 use crate::Volume;
 
-/// Share of the circle's radius within which the frame's value must be rare; the circle touches the nearest sides of
-/// the image.
-const TOUCHES: f64 = 0.9;
+/// Share of the circle's radius within which the value of the frame must be rare. The circle touches the nearest sides
+/// of the image.
+const INNER_RADIUS: f64 = 0.9;
 /// Width (voxels) of the ring at the edge of the circle from which the grey value of air is taken.
 const AIR: usize = 2;
 
-/// Replaces the frame of an image by the grey value of air; `None` if the image has no frame. An image has a frame if
-/// all corners of its slices have one exact value, which is rare inside the circle and frequent outside it.
+/// Replaces the frame of an image by the grey value of air; returns `None` if the image has no frame. An image has a
+/// frame if all corners of its slices have one exact value, which is rare inside the circle and frequent outside the
+/// circle.
 ///
 /// Grey values of air vary from voxel to voxel. An exact value that fills the corners of all slices and hardly occurs
 /// within the circle was therefore written by the reconstruction.
@@ -29,8 +30,8 @@ pub(crate) fn filled_frame(image: &Volume<f32>) -> Option<Volume<f32>> {
         let [x, y] = [(n % nx) as f64 + 0.5, (n / nx) as f64 + 0.5];
         (x - 0.5 * nx as f64).hypot(y - 0.5 * ny as f64)
     };
-    // numbers of voxels and of voxels with the exact value, by the distance from the middle rounded down to whole
-    // voxels
+    // number of voxels and number of voxels with the exact value, for each distance from the middle (rounded down to
+    // whole voxels)
     let mut rings = vec![[0_u64; 2]; half as usize + 1];
     let mut beyond = 0_u64;
     for slice in image.values.chunks_exact(nx * ny) {
@@ -45,7 +46,7 @@ pub(crate) fn filled_frame(image: &Volume<f32>) -> Option<Volume<f32>> {
             }
         }
     }
-    let (inner, outer) = rings.split_at((TOUCHES * half) as usize);
+    let (inner, outer) = rings.split_at((INNER_RADIUS * half) as usize);
     let sum = |rings: &[[u64; 2]], k: usize| rings.iter().map(|ring| ring[k]).sum::<u64>();
     let (within, hit) = (sum(inner, 0), sum(inner, 1));
     beyond += sum(outer, 1);
@@ -64,7 +65,7 @@ pub(crate) fn filled_frame(image: &Volume<f32>) -> Option<Volume<f32>> {
     if around.is_empty() {
         return None;
     }
-    // air is the darker half of these grey values, so its median is their first quartile
+    // the darker half of these grey values is air, so the median of air is the first quartile of all values
     around.sort_unstable_by(f32::total_cmp);
     let air = around[around.len() / 4];
     let fill = |&grey: &f32| if grey == value { air } else { grey };

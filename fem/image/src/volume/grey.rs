@@ -5,13 +5,13 @@ use rayon::prelude::*;
 use crate::volume::voxel_at;
 use crate::{ImageError, Volume};
 
-/// 16-bit values of the lower and the upper percentile: an eighth of the range remains on either side for darker or
-/// brighter voxels.
+/// 16-bit values of the lower and the upper percentile. An eighth of the 16-bit range remains below and above for
+/// darker and brighter voxels.
 pub(crate) const LOW: u16 = 8192;
 pub(crate) const HIGH: u16 = 57344;
 
-/// Rounds to the nearest integer, ties to even; for values below 2⁵¹. It compiles to two additions, `f64::round` to a
-/// function call.
+/// Rounds to the nearest integer, ties to even, for absolute values below 2⁵¹. This function compiles to two additions,
+/// whereas `f64::round` is a function call.
 pub(crate) fn rounded(value: f64) -> f64 {
     // 1.5 · 2⁵²: floating-point numbers of this size are integers
     const WHOLE: f64 = 6_755_399_441_055_744.0;
@@ -32,7 +32,7 @@ impl Scale {
         f64::from(LOW) + share * f64::from(HIGH - LOW)
     }
 
-    /// Scale of the inverted image, whose 16-bit values are 65535 minus the values of this scale.
+    /// Returns the scale of the inverted image: its 16-bit values are 65535 minus the 16-bit values of this scale.
     pub(crate) fn inverted(self) -> Self {
         let [low, high] = [LOW, HIGH].map(|value| self.to_image(f64::from(u16::MAX - value)));
         Scale { low, high }
@@ -61,7 +61,7 @@ pub(crate) fn rescale(
     let ranks = percentiles.map(|percent| (percent / 100.0 * last).round() as u64);
     let [mut low, mut high] = ranked(&image.values, ranks).map(f64::from);
     if low >= high {
-        // the voxels outside the percentiles contain all the contrast: use the least and the greatest value
+        // only voxels outside the percentiles differ from the others: the scale uses the smallest and the largest value
         [low, high] = ranked(&image.values, [0, last as u64]).map(f64::from);
     }
     if low >= high {
@@ -76,18 +76,19 @@ pub(crate) fn rescale(
     Ok((image.with(image.values.par_iter().map(round).collect()), scale))
 }
 
-/// Values at two ranks of the sorted order, exact: a radix selection in two passes over 16-bit digits.
+/// Returns the exact values at two ranks of the sorted order, by a radix selection in two passes over 16-bit digits.
 fn ranked(values: &[f32], ranks: [u64; 2]) -> [f32; 2] {
     let first = counts(values, |key| Some((key >> 16) as usize));
     ranks.map(|rank| {
-        let (high, below) = place(&first, rank);
+        let (high, below) = bin_of_rank(&first, rank);
         let second =
             counts(values, |key| ((key >> 16) as usize == high).then_some((key & 0xffff) as usize));
-        let (low, _) = place(&second, rank - below);
+        let (low, _) = bin_of_rank(&second, rank - below);
         value_of((high as u32) << 16 | low as u32)
     })
 }
 
+/// Counts the values for each digit; `digit` returns `None` for values that are not counted.
 fn counts(values: &[f32], digit: impl Fn(u32) -> Option<usize> + Sync) -> Vec<u64> {
     let add = |mut counts: Vec<u64>, portion: &[f32]| {
         for &value in portion {
@@ -100,14 +101,14 @@ fn counts(values: &[f32], digit: impl Fn(u32) -> Option<usize> + Sync) -> Vec<u6
     values.par_chunks(1 << 20).fold(|| vec![0; 1 << 16], add).reduce(|| vec![0; 1 << 16], sum)
 }
 
-/// The sum of two histograms.
+/// Returns the sum of two histograms.
 pub(crate) fn sum(mut a: Vec<u64>, b: Vec<u64>) -> Vec<u64> {
     a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
     a
 }
 
-/// Bin that contains the voxel of a rank, and the number of voxels in the bins before it.
-fn place(counts: &[u64], rank: u64) -> (usize, u64) {
+/// Returns the bin that contains the voxel of a rank, and the number of voxels in the bins before it.
+fn bin_of_rank(counts: &[u64], rank: u64) -> (usize, u64) {
     let mut below = 0;
     for (bin, &count) in counts.iter().enumerate() {
         if rank < below + count {
@@ -118,12 +119,14 @@ fn place(counts: &[u64], rank: u64) -> (usize, u64) {
     (counts.len() - 1, below)
 }
 
-/// Bits of a number as an integer; the integers have the same order as the numbers, and −0 counts as 0.
+/// Converts a number to an integer that represents its bits; the integers have the same order as the numbers, and −0
+/// counts as 0.
 fn key(value: f32) -> u32 {
     let bits = (value + 0.0).to_bits();
     if bits >> 31 == 1 { !bits } else { bits | 1 << 31 }
 }
 
+/// Converts an integer of [`key`] back to the number.
 fn value_of(key: u32) -> f32 {
     f32::from_bits(if key >> 31 == 1 { key & !(1 << 31) } else { !key })
 }
@@ -135,7 +138,7 @@ mod tests {
     use rand_xoshiro::Xoshiro256PlusPlus;
 
     #[test]
-    fn ranks_are_those_of_the_sorted_values() {
+    fn ranked_values_agree_with_sorting() {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
         let mut values: Vec<f32> =
             (0..5000).map(|_| rng.random_range(-2.0_f32..3.0).powi(5)).collect();
@@ -148,14 +151,14 @@ mod tests {
     }
 
     #[test]
-    fn numbers_are_rounded_as_ever() {
+    fn rounding_agrees_with_the_standard_library() {
         for value in [0.0, 0.4, 0.6, 7.5, -0.6, -3.2, 65534.51, -1e9 + 0.3] {
             assert_eq!(rounded(value), f64::round_ties_even(value));
         }
     }
 
     #[test]
-    fn one_hot_voxel_does_not_take_the_range() {
+    fn one_bright_voxel_does_not_change_the_scale() {
         let mut values: Vec<f32> = (0..8000).map(|n| (n % 100) as f32).collect();
         values[17] = 1e9;
         let image = Volume::new([20, 20, 20], 1.0, values).unwrap();

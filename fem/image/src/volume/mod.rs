@@ -13,7 +13,7 @@ pub(crate) mod threshold;
 
 use crate::ImageError;
 
-/// Largest number of voxels of a volume, including a rim of one voxel around it: voxels are numbered by 32 bits.
+/// Maximum number of voxels of a volume, including a rim of one voxel on each side: voxel numbers have 32 bits.
 pub(crate) const MAX_VOXELS: u64 = u32::MAX as u64;
 
 /// Checks that the voxels of a shape can be numbered after blocks of `bin`³ voxels are merged into one.
@@ -47,7 +47,7 @@ pub struct Volume<T> {
 }
 
 impl<T> Volume<T> {
-    /// Creates a volume of the given values.
+    /// Creates a volume with given values.
     ///
     /// # Errors
     /// [`ImageError`] if the number of values is not the number of voxels, if there are no voxels, or if `voxel_mm` is
@@ -83,7 +83,7 @@ impl<T> Volume<T> {
         Ok(())
     }
 
-    /// The value of voxel (i, j, k).
+    /// Returns the value of voxel (i, j, k).
     ///
     /// # Panics
     /// If there is no such voxel.
@@ -91,30 +91,30 @@ impl<T> Volume<T> {
         &self.values[self.index(voxel)]
     }
 
-    /// Index of voxel (i, j, k) in `values`.
+    /// Returns the index of voxel (i, j, k) in `values`.
     pub fn index(&self, [i, j, k]: [usize; 3]) -> usize {
         let [nx, ny, nz] = self.shape;
         assert!(i < nx && j < ny && k < nz, "voxel {:?} of {:?}", [i, j, k], self.shape);
         i + nx * (j + ny * k)
     }
 
-    /// Edges of the whole volume (mm).
+    /// Returns the edges of the whole volume (mm).
     pub fn size_mm(&self) -> [f64; 3] {
         self.shape.map(|side| side as f64 * self.voxel_mm)
     }
 
-    /// A volume of the same grid with other values.
+    /// Returns a volume with the same grid and other values.
     pub(crate) fn with<U>(&self, values: Vec<U>) -> Volume<U> {
         Volume { shape: self.shape, voxel_mm: self.voxel_mm, values }
     }
 }
 
-/// Voxel (i, j, k) of an index in the values.
+/// Returns the voxel (i, j, k) at an index of the values.
 pub(crate) fn voxel_at([nx, ny, _]: [usize; 3], index: usize) -> [usize; 3] {
     [index % nx, index / nx % ny, index / (nx * ny)]
 }
 
-/// Steps along x, y, z to the 26 neighbours of a voxel.
+/// Iterates over the steps along x, y, z to the 26 neighbours of a voxel.
 pub(crate) fn neighbour_steps() -> impl Iterator<Item = [isize; 3]> {
     let all = (0..27).map(|n| [n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1]);
     all.filter(|step| *step != [0, 0, 0])
@@ -125,10 +125,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_least_block_that_fits_is_named() {
+    fn errors_name_the_smallest_sufficient_bin() {
         for (shape, bin, least) in [
             ([1600, 1600, 1600], 1, None),
-            // 4.29e9 voxels fit without the rim, but not with it
+            // 4.29e9 voxels are below the limit without the rim, but above the limit with the rim
             ([1625, 1625, 1626], 1, Some(2)),
             ([4000, 4000, 5000], 1, Some(3)),
             ([4000, 4000, 5000], 2, Some(3)),
@@ -139,8 +139,8 @@ mod tests {
                 (Err(error @ ImageError::TooManyVoxels { .. }), Some(least)) => {
                     assert_eq!(check_count(shape, least).map_err(|e| e.to_string()), Ok(()));
                     assert!(least == bin + 1 || check_count(shape, least - 1).is_err());
-                    let mend = format!("bin = {least} in [specimen.image]");
-                    assert!(error.to_string().contains(&mend), "{error}");
+                    let remedy = format!("bin = {least} in [specimen.image]");
+                    assert!(error.to_string().contains(&remedy), "{error}");
                 }
                 (other, _) => panic!("{shape:?}, {bin}: {other:?}"),
             }

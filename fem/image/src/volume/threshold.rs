@@ -1,4 +1,4 @@
-//! Histograms, and thresholds that separate their classes.
+//! Histograms of grey values, and thresholds that separate the classes of a histogram.
 
 use std::ops::Range;
 
@@ -8,20 +8,20 @@ use crate::Volume;
 use crate::volume::filter::core;
 use crate::volume::grey::sum;
 
-/// Bins of a histogram of 16-bit values.
+/// Number of bins of a histogram of 16-bit values.
 pub(crate) const BINS: usize = 1024;
 /// Number of grey values in a bin.
 pub(crate) const WIDTH: usize = 65536 / BINS;
 
-/// Smallest number of voxels away from interfaces from which a mean is computed.
+/// Minimum number of voxels away from interfaces for the mean grey value of a class.
 const CORE: u64 = 1000;
 
-/// Middle of a bin, as a grey value.
+/// Returns the grey value in the middle of a bin.
 pub(crate) fn middle(bin: usize) -> f64 {
     bin as f64 * WIDTH as f64 + (WIDTH as f64 - 1.0) / 2.0
 }
 
-/// Histogram of the values at the voxels of a set.
+/// Returns the histogram of the values at the voxels of a set.
 pub(crate) fn histogram(values: &[u16], set: &[u8]) -> Vec<u64> {
     let portion = 1 << 20;
     values
@@ -39,10 +39,10 @@ pub(crate) fn histogram(values: &[u16], set: &[u8]) -> Vec<u64> {
         .reduce(|| vec![0; BINS], sum)
 }
 
-/// Splits a histogram into classes so that the variance between them is the largest.
+/// Splits a histogram into classes with the largest variance between the classes (Otsu's method).
 ///
-/// Returns the first bin of each class except the lowest; `None` if fewer bins are occupied than there are classes. If
-/// empty bins lie between two classes, the threshold is in their middle.
+/// Returns the first bin of each class except the lowest; `None` if fewer bins than classes are occupied. If
+/// empty bins lie between two classes, the threshold is in the middle of the empty bins.
 ///
 /// # References
 /// N. Otsu, IEEE Trans. Syst. Man Cybern. 9 (1979) 62–66, doi:10.1109/TSMC.1979.4310076; several
@@ -62,7 +62,7 @@ pub(crate) fn otsu(counts: &[u64], classes: usize) -> Option<Vec<usize>> {
         let moment = (total[to].1 - total[from].1) as f64;
         if count == 0 { f64::NEG_INFINITY } else { moment * moment / count as f64 }
     };
-    // best[to]: largest gain of the bins before `to` in the present number of classes
+    // best[to]: largest gain of the bins before `to`, divided into the current number of classes
     let mut best: Vec<f64> = (0..=bins).map(|to| gain(0, to)).collect();
     let mut splits: Vec<Vec<usize>> = Vec::new();
     for _ in 1..classes {
@@ -87,21 +87,21 @@ pub(crate) fn otsu(counts: &[u64], classes: usize) -> Option<Vec<usize>> {
     }
     thresholds.reverse();
     for split in &mut thresholds {
-        // the loop selects the first of equal splits: the bins that follow may be empty
+        // the loop selects the first of equally good splits: the bins after this split may be empty
         let empty = counts[*split..].iter().take_while(|&&count| count == 0).count();
         *split += empty / 2;
     }
     Some(thresholds)
 }
 
-/// Mean grey value of each class; the mean of all bins if there are no thresholds.
+/// Returns the mean grey value of each class, or the mean of all bins if `thresholds` is empty.
 pub(crate) fn class_means(counts: &[u64], thresholds: &[usize]) -> Vec<f64> {
     let starts = std::iter::once(0).chain(thresholds.iter().copied());
     let ends = thresholds.iter().copied().chain([counts.len()]);
     starts.zip(ends).map(|(from, to)| mean(&counts[from..to], from)).collect()
 }
 
-/// Mean grey value of consecutive bins; `first` is the number of the first bin.
+/// Returns the mean grey value of consecutive bins; `first` is the number of the first bin.
 pub(crate) fn mean(counts: &[u64], first: usize) -> f64 {
     let (mut count, mut moment) = (0, 0);
     for (n, &c) in counts.iter().enumerate() {
@@ -112,7 +112,7 @@ pub(crate) fn mean(counts: &[u64], first: usize) -> f64 {
     bin * WIDTH as f64 + (WIDTH as f64 - 1.0) / 2.0
 }
 
-/// Grey level that `voxels` voxels reach or exceed.
+/// Returns the grey level that `voxels` voxels reach or exceed.
 pub(crate) fn level_of(counts: &[u64], voxels: f64) -> f64 {
     let mut above = 0.0;
     for (bin, &count) in counts.iter().enumerate().rev() {
@@ -126,8 +126,8 @@ pub(crate) fn level_of(counts: &[u64], voxels: f64) -> f64 {
     0.0
 }
 
-/// Mean grey value of the voxels of a class, a range of grey values: only voxels whose 5³ neighbourhood is in the class
-/// count. `None` if there are fewer than [`CORE`].
+/// Returns the mean grey value of a class (a range of grey values) over the voxels whose 5³ neighbourhood is in the
+/// class; `None` if there are fewer than [`CORE`] such voxels.
 pub(crate) fn core_mean(image: &Volume<u16>, inside: &[u8], range: Range<f64>) -> Option<f64> {
     let values = image.values.par_iter().zip(inside);
     let class: Vec<u8> = values
@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn thresholds_are_those_of_an_exhaustive_search() {
+    fn thresholds_agree_with_an_exhaustive_search() {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(4);
         for _ in 0..20 {
             let counts: Vec<u64> = (0..24).map(|_| rng.random_range(1..50)).collect();

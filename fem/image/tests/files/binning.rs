@@ -1,4 +1,4 @@
-//! Stacks that are averaged during reading, compared with the blocks of the whole volume in memory.
+//! Tests of averages over blocks during reading, compared with averages of the whole volume in memory.
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -8,10 +8,10 @@ use ::tiff::encoder::colortype::{ColorType, Gray8, Gray16, Gray32, Gray32Float};
 use ::tiff::encoder::{Compression, DeflateLevel, TiffEncoder, TiffValue};
 use fem_image::{ImageError, Volume, tiff};
 
-/// Shape in which no edge is a multiple of 2 or 3, so that incomplete blocks remain.
+/// Shape of the stack: no edge is a multiple of 2 or 3, so that incomplete blocks remain.
 const SHAPE: [usize; 3] = [23, 19, 11];
 
-/// Mean of each complete block of `bin`³ voxels, computed voxel by voxel.
+/// Returns the mean of each complete block of `bin`³ voxels, computed voxel by voxel.
 fn blocks(whole: &Volume<f32>, bin: usize) -> Volume<f32> {
     let shape = whole.shape.map(|side| side / bin);
     let mut values = Vec::new();
@@ -40,7 +40,7 @@ fn assert_binned(path: &Path, exact: bool) {
     }
 }
 
-/// Pseudo-random number below `limit`.
+/// Returns a pseudo-random number below `limit`.
 fn noise(n: usize, limit: usize) -> usize {
     n.wrapping_mul(0x9e37_79b9_7f4a_7c15) % limit
 }
@@ -70,7 +70,7 @@ fn pages<C: ColorType>(
 }
 
 #[test]
-fn pages_of_one_file_are_averaged_whatever_their_values_are() {
+fn pages_of_one_file_are_averaged_for_every_number_type() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("stack.tif");
     for rows in [1, 4, 19] {
@@ -96,7 +96,7 @@ fn a_folder_of_slices_is_averaged() {
         pages::<Gray16>(&path, z..z + 1, 7, Compression::Packbits, |n| noise(n, 4000) as u16);
     }
     assert_binned(folder.path(), true);
-    // a folder of files, one of them with several pages
+    // a folder of files; one file has several pages
     std::fs::remove_file(folder.path().join("slice10.tif")).unwrap();
     std::fs::remove_file(folder.path().join("slice9.tif")).unwrap();
     let path = folder.path().join("slice9.tif");
@@ -178,7 +178,7 @@ fn threads_do_not_show() {
 }
 
 #[test]
-fn blocks_without_voxels_are_refused_and_damage_is_placed() {
+fn invalid_bins_are_refused_and_errors_state_the_page() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("stack.tif");
     let value = |n| if n == 7 * SHAPE[0] * SHAPE[1] + 30 { f32::NAN } else { 1.0 };

@@ -1,4 +1,5 @@
-//! Formats other than TIFF: raw values with headers, pictures, and formats that are recognised but not supported.
+//! Tests of formats other than TIFF: raw values with headers, pictures, and formats that are recognised but not
+//! supported.
 
 use std::io::Write;
 use std::path::Path;
@@ -22,7 +23,8 @@ fn assert_values(volume: &Volume<f32>, shift: f64) {
     }
 }
 
-/// Values in all types: name of the type in MetaImage and in NRRD, the number added to the values, and their bytes.
+/// Returns the test values in all number types: name of the type in MetaImage and in NRRD, the number added to the
+/// values, and the bytes of the values.
 fn types(is_big: bool) -> Vec<(&'static str, &'static str, f64, Vec<u8>)> {
     let all = |shift: f64, bytes: &dyn Fn(f64) -> Vec<u8>| -> Vec<u8> {
         (0..60)
@@ -176,7 +178,7 @@ fn nrrd_is_read() {
 }
 
 #[test]
-fn headers_that_do_not_fit_are_refused_with_their_line() {
+fn errors_of_invalid_headers_state_the_line() {
     let folder = tempfile::tempdir().unwrap();
     let header = folder.path().join("scan.mhd");
     std::fs::write(folder.path().join("scan.raw"), [0; 60]).unwrap();
@@ -184,7 +186,7 @@ fn headers_that_do_not_fit_are_refused_with_their_line() {
     std::fs::write(&header, good).unwrap();
     assert_eq!(read(&header, &TAGS).unwrap().volume.shape, SHAPE);
     for (from, to, part) in [
-        ("5 4 3", "5 4", "scan.mhd:2: DimSize = 5 4 is no volume"),
+        ("5 4 3", "5 4", "scan.mhd:2: DimSize = 5 4 is not a volume"),
         ("5 4 3", "5 4 x", "scan.mhd:2: DimSize = 5 4 x is no list of numbers"),
         ("5 4 3", "5 4 4", "scan.raw: has 60 bytes of values, but scan.mhd declares 80"),
         ("5 4 3", "5 4 2", "scan.raw: has 60 bytes of values, but scan.mhd declares 40"),
@@ -194,13 +196,13 @@ fn headers_that_do_not_fit_are_refused_with_their_line() {
         ("MET_UCHAR", "MET_USHORT", "declares 120 (5 × 4 × 3 16-bit"),
         ("NDims = 3", "NDims = 2", "scan.mhd:1: NDims = 2"),
         ("NDims = 3", "NDims = 3\nElementNumberOfChannels = 3", "scan.mhd:2: 3 channels"),
-        ("NDims = 3", "NDims = 3\nBinaryData = False", "scan.mhd:2: values as text"),
+        ("NDims = 3", "NDims = 3\nBinaryData = False", "scan.mhd:2: the values are text"),
         ("NDims = 3", "NDims = 3\nHeaderSize = many", "scan.mhd:2: HeaderSize = many"),
-        ("NDims = 3", "NDims = 3\nsomething", "scan.mhd:2: 'something' is no line"),
+        ("NDims = 3", "NDims = 3\nsomething", "scan.mhd:2: 'something' is not a line"),
         (
             "scan.raw",
             "slice%03d.raw",
-            "scan.mhd:5: ElementDataFile = slice%03d.raw are several files",
+            "scan.mhd:5: ElementDataFile = slice%03d.raw names several files",
         ),
         ("scan.raw", "other.raw", "cannot read"),
         ("ElementDataFile = scan.raw", "", "ElementDataFile is missing"),
@@ -224,9 +226,9 @@ fn headers_that_do_not_fit_are_refused_with_their_line() {
     std::fs::write(&nrrd, good).unwrap();
     assert_eq!(read(&nrrd, &GIVEN).unwrap().volume.shape, [1, 1, 2]);
     for (from, to, part) in [
-        ("1 1 2", "2 1 1 2", "scan.nrrd:3: sizes = 2 1 1 2 is no volume"),
+        ("1 1 2", "2 1 1 2", "scan.nrrd:3: sizes = 2 1 1 2 is not a volume"),
         ("uint16", "block", "scan.nrrd:2: type: block"),
-        ("raw", "bzip2", "scan.nrrd:4: encoding bzip2"),
+        ("raw", "bzip2", "scan.nrrd:4: the encoding bzip2"),
         ("endian: little\n", "", "endian is missing"),
         ("endian: little", "endian: middle", "scan.nrrd:5: endian: middle"),
         ("abcd", "abc", "has 3 bytes of values"),
@@ -297,7 +299,7 @@ fn png_slices_are_read() {
             "s1.png, page 1: 16-bit",
         ),
         (ColorType::Rgba, BitDepth::Eight, Some(40_000), vec![0; 80], "transparency"),
-        (ColorType::Grayscale, BitDepth::Four, None, vec![0; 12], "4 bits a voxel"),
+        (ColorType::Grayscale, BitDepth::Four, None, vec![0; 12], "4 bits per voxel"),
     ] {
         png(&slice(1), colour, depth, per_metre, &data);
         assert!(refused(&TAGS).contains(part), "{}", refused(&TAGS));
@@ -369,7 +371,7 @@ fn bitmaps_are_read() {
     }
     let whole = std::fs::read(slice(1)).unwrap();
     for (at, value, part) in
-        [(28, 4, "4 bits a pixel"), (30, 1, "compressed"), (18, 9, "are declared")]
+        [(28, 4, "4 bits per pixel"), (30, 1, "compressed"), (18, 9, "its header declares")]
     {
         let mut bytes = whole.clone();
         bytes[at] = value;
@@ -380,7 +382,7 @@ fn bitmaps_are_read() {
 }
 
 #[test]
-fn other_formats_are_recognised_with_their_conversion() {
+fn errors_of_unsupported_formats_describe_the_conversion() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("scan.dat");
     let at = |offset: usize, magic: &[u8]| {

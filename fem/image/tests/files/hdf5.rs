@@ -1,4 +1,4 @@
-//! HDF5 volumes in files that h5py wrote (`hdf5/write.py`).
+//! Tests of HDF5 volumes in files written by h5py (`hdf5/write.py`).
 
 use std::path::{Path, PathBuf};
 
@@ -14,7 +14,7 @@ fn dataset(name: &str) -> ReadOptions {
     ReadOptions { voxel_mm: Some(0.02), bin: 1, dataset: Some(name.into()) }
 }
 
-/// The values of the test volumes, x + 10 y + 100 z, changed by `value`.
+/// Returns the values of the test volumes, x + 10 y + 100 z, transformed by `value`.
 fn expected(value: impl Fn(f32) -> f32) -> Vec<f32> {
     let [nx, ny, nz] = SHAPE;
     let at = |n: usize| n % nx + 10 * (n / nx % ny) + 100 * (n / (nx * ny));
@@ -50,7 +50,7 @@ fn the_only_volume_of_a_file_is_read_with_its_voxel_size() {
 }
 
 #[test]
-fn one_of_several_volumes_is_named() {
+fn one_of_several_volumes_is_selected_by_name() {
     let path = file("several.h5");
     let values = |name: &str| read(&path, &dataset(name)).unwrap().volume.values;
     assert_eq!(values("/entry/labels"), expected(|value| value));
@@ -68,7 +68,7 @@ fn one_of_several_volumes_is_named() {
     }
     for (name, part) in [
         ("/entry/lzf", "the HDF5 file cannot be read: "),
-        ("/entry/half", "of another type than numbers"),
+        ("/entry/half", "not of a supported number type"),
     ] {
         let error = read(&path, &dataset(name)).unwrap_err().to_string();
         assert!(error.contains(part), "{error}");
@@ -82,7 +82,7 @@ fn files_without_a_volume_and_damaged_files_are_refused() {
     let error = read(&file("none.h5"), &dataset("/movie")).unwrap_err().to_string();
     assert!(error.contains("/movie is 2 × 4 × 3 × 5"), "{error}");
 
-    // a file that is cut short, or whose bytes have changed, is an error or another volume, never a panic
+    // a truncated file, or a file with changed bytes, results in an error or in another volume, never in a panic
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("scan.h5");
     for name in ["contiguous.h5", "chunked.h5", "several.h5"] {
@@ -109,7 +109,7 @@ fn files_without_a_volume_and_damaged_files_are_refused() {
 }
 
 #[test]
-fn a_dataset_belongs_to_an_hdf5_file() {
+fn a_dataset_is_allowed_only_for_hdf5_files() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::copy(file("contiguous.h5"), folder.path().join("scan.h5")).unwrap();
     let reading = read(folder.path(), &dataset("/exchange/data")).unwrap();
@@ -118,5 +118,5 @@ fn a_dataset_belongs_to_an_hdf5_file() {
     std::fs::write(folder.path().join("v.raw"), [7]).unwrap();
     std::fs::write(folder.path().join("v.mhd"), header).unwrap();
     let error = read(&folder.path().join("v.mhd"), &dataset("/data")).unwrap_err().to_string();
-    assert!(error.contains("v.mhd: no HDF5 file"), "{error}");
+    assert!(error.contains("v.mhd: this is not an HDF5 file"), "{error}");
 }

@@ -1,4 +1,4 @@
-//! Labels given by the user: all integer types, phases, instances, background, and invalid input.
+//! Tests of labels given by the user: all integer types, phases, instances, background, and invalid input.
 
 use std::fs::File;
 use std::io::BufWriter;
@@ -63,8 +63,8 @@ fn run(rules: &LabelRules, image: &Volume<i64>) -> Result<LabelledSpecimen, Imag
     rules.run(image, &mut |_| ())
 }
 
-/// A cylinder of matrix (label 1) with radius 20 and height 30 in background (label 9), away from the middle of the
-/// image. It contains two separate balls of label 4, a ball of label 5, a box of label 7 and a pore of label 2.
+/// Returns a cylinder of matrix (label 1) with radius 20 and height 30 in background (label 9), away from the middle of
+/// the image. It contains two separate balls of label 4, a ball of label 5, a box of label 7 and a pore of label 2.
 fn scene() -> Volume<i64> {
     let shape = [56, 50, 40];
     let values = (0..shape.iter().product()).map(|n| {
@@ -101,7 +101,7 @@ fn parts_of_phases_become_grains_of_a_cylinder_in_background() {
     let rules = LabelRules { background: Some(9), phases, ..LabelRules::default() };
     let found = run(&rules, &image).unwrap();
     assert_eq!(found.phases, ["grain", "inclusion", "void", "crust"]);
-    // ordered by label, then by first voxel
+    // grains are ordered by label, then by first voxel
     assert_eq!(found.label_of, [2, 4, 4, 5, 7]);
     assert_eq!(found.phase_of, [2, 0, 0, 1, 1]);
     let voxels: Vec<usize> = found.regions.iter().map(|region| region.voxels).collect();
@@ -130,7 +130,7 @@ fn parts_of_phases_become_grains_of_a_cylinder_in_background() {
 }
 
 #[test]
-fn without_phases_each_label_is_a_grain_and_background_in_the_specimen_is_told() {
+fn without_phases_each_label_is_a_grain_and_background_in_the_specimen_gives_a_warning() {
     let mut image = scene();
     let mut change = |from: i64, to: i64| {
         image.values.iter_mut().filter(|label| **label == from).for_each(|label| *label = to);
@@ -153,9 +153,9 @@ fn without_phases_each_label_is_a_grain_and_background_in_the_specimen_is_told()
     assert!((found.statistics.volume_mm3 - 5.6 * 5.0 * 4.0).abs() < 1e-9);
 }
 
-/// A region excludes a tube with its own label, and the slices beyond the specimen.
+/// A region excludes a tube with a separate label, and the slices beyond the specimen.
 #[test]
-fn a_region_says_where_labels_are_those_of_the_specimen() {
+fn a_region_restricts_the_labels_of_the_specimen() {
     let mut image = scene();
     let [nx, ny, _] = image.shape;
     let off = |at: usize| ((at % nx) as f64 - 29.5).hypot((at / nx % ny) as f64 - 24.5);
@@ -206,7 +206,7 @@ fn a_region_says_where_labels_are_those_of_the_specimen() {
 }
 
 #[test]
-fn labels_that_do_not_fit_are_refused_with_what_helps() {
+fn errors_of_invalid_labels_state_the_remedy() {
     let image = scene();
     let refused = |rules: LabelRules| run(&rules, &image).unwrap_err().to_string();
     let phases = |phases: Vec<LabelPhase>| LabelRules { phases, ..LabelRules::default() };
@@ -231,7 +231,7 @@ fn labels_that_do_not_fit_are_refused_with_what_helps() {
 }
 
 #[test]
-fn voids_are_no_neighbours_in_the_statistics() {
+fn voids_do_not_count_as_neighbours_in_the_statistics() {
     let image = Volume::new([4, 1, 1], 0.1, vec![1, 2, 3, 2]).unwrap();
     let phases = vec![phase(1, 1, "grain"), phase(2, 2, "inclusion"), phase(3, 3, "void")];
     let found = run(&LabelRules { phases, ..LabelRules::default() }, &image).unwrap();

@@ -1,4 +1,4 @@
-//! Stacks of slices in files.
+//! Tests of stacks of slices in files.
 
 mod binning;
 mod formats;

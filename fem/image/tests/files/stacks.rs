@@ -1,4 +1,4 @@
-//! Stacks that do not form one volume, and the descriptions of stacks in words.
+//! Tests of stacks that do not form one volume, and of the descriptions of stacks in words.
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -11,8 +11,8 @@ use fem_image::{ImageError, ReadOptions, StackHeader, read, read_labels};
 
 const GIVEN: ReadOptions = ReadOptions { voxel_mm: Some(0.02), bin: 1, dataset: None };
 
-/// Writes pages of 3 × 2 voxels, whose value is the page number, with 400 pixels per centimetre and a description in
-/// the first page.
+/// Writes pages of 3 × 2 voxels with a resolution of 400 pixels per centimetre; the value of a voxel is the page
+/// number, and the first page has a description.
 fn pages(path: &Path, count: u16, description: &str) {
     let mut encoder = TiffEncoder::new(BufWriter::new(File::create(path).unwrap())).unwrap();
     for page in 0..count {
@@ -35,7 +35,7 @@ fn ome(sizes: [usize; 3], physical: &str) -> String {
 }
 
 #[test]
-fn one_volume_is_read_and_more_are_refused() {
+fn a_single_volume_is_read_and_several_volumes_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("stack.tif");
     let imagej = |images: usize, dimensions: &str| {
@@ -43,7 +43,7 @@ fn one_volume_is_read_and_more_are_refused() {
     };
     for (count, description, expected) in [
         (6, imagej(6, "slices=6"), Ok(0)),
-        // a single dimension that is called frames or channels is the stack
+        // a single dimension is the stack, even if it is named frames or channels
         (6, imagej(6, "frames=6"), Ok(1)),
         (6, imagej(6, "channels=6"), Ok(1)),
         (
@@ -52,11 +52,11 @@ fn one_volume_is_read_and_more_are_refused() {
             Err("2 channels × 3 slices × 1 times"),
         ),
         (6, imagej(6, "slices=3\nframes=2"), Err("1 channels × 3 slices × 2 times")),
-        (6, imagej(10, "slices=10"), Err("has 6 pages, but 10 are declared")),
+        (6, imagej(10, "slices=10"), Err("has 6 pages, but declares 10")),
         (6, ome([6, 1, 1], ""), Ok(0)),
         (6, ome([3, 2, 1], ""), Err("2 channels × 3 slices × 1 times")),
         (6, ome([3, 1, 2], ""), Err("1 channels × 3 slices × 2 times")),
-        (5, ome([6, 1, 1], ""), Err("has 5 pages, but 6 are declared")),
+        (5, ome([6, 1, 1], ""), Err("has 5 pages, but declares 6")),
         (6, ome([6, 1, 1], "").replace("</OME>", "<Image ID=\"Image:1\"/></OME>"), Err("2 images")),
         (6, "<OME <".to_owned(), Err("OME description cannot be read")),
         (6, "{\"shape\": [6, 2, 3]}".to_owned(), Ok(0)),
@@ -67,7 +67,7 @@ fn one_volume_is_read_and_more_are_refused() {
             (Ok(reading), Ok(warnings)) => {
                 assert_eq!(reading.volume.shape, [3, 2, 6], "{description}");
                 let found = &reading.header.warnings;
-                // counts only warnings about dimensions: a voxel size that differs from the resolution also causes a
+                // only warnings about dimensions count: a voxel size that differs from the resolution causes another
                 // warning
                 let found = found.iter().filter(|text| text.contains("declares them as"));
                 assert_eq!(found.count(), warnings, "{description}");
@@ -82,7 +82,7 @@ fn one_volume_is_read_and_more_are_refused() {
 }
 
 #[test]
-fn the_spacing_of_slices_counts() {
+fn the_spacing_of_slices_is_part_of_the_voxel_size() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("stack.ome.tif");
     let size = |physical: &str| {
@@ -117,8 +117,8 @@ fn a_stack_behind_one_page_is_read() {
     let one = std::fs::read(&path).unwrap();
     let mut decoder = ::tiff::decoder::Decoder::new(std::io::Cursor::new(&one)).unwrap();
     let offset = decoder.get_tag_u64_vec(Tag::StripOffsets).unwrap()[0];
-    // the encoder writes the directory after the values, where ImageJ's further values belong: move the values to the
-    // end
+    // the encoder writes the directory after the values, where ImageJ would write further values: the test moves the
+    // values to the end
     let mut bytes = one.clone();
     let moved = bytes.len() as u32;
     let entry =
@@ -135,7 +135,7 @@ fn a_stack_behind_one_page_is_read() {
     assert!(reading.volume.values.iter().enumerate().all(|(n, &v)| v == (10 * (n / 6)) as f32));
     std::fs::write(&path, &bytes[..bytes.len() - 1]).unwrap();
     let error = read(&path, &GIVEN).unwrap_err().to_string();
-    assert!(error.contains("has 1 page, but 4 are declared"), "{error}");
+    assert!(error.contains("has 1 page, but declares 4"), "{error}");
 }
 
 #[test]
@@ -188,24 +188,21 @@ fn folders_are_one_series_of_one_type() {
 }
 
 #[test]
-fn sets_of_files_declare_their_sum() {
+fn each_file_of_a_set_declares_the_pages_of_the_whole_set() {
     let folder = tempfile::tempdir().unwrap();
     for n in 0..3 {
         pages(&folder.path().join(format!("s{n}.ome.tif")), 1, &ome([3, 1, 1], ""));
     }
     assert_eq!(read(folder.path(), &GIVEN).unwrap().volume.shape, [3, 2, 3]);
     let error = read(&folder.path().join("s1.ome.tif"), &GIVEN).unwrap_err().to_string();
-    assert!(
-        error.contains("has 1 page, but 3 are declared") && error.contains("folder"),
-        "{error}"
-    );
+    assert!(error.contains("has 1 page, but declares 3") && error.contains("folder"), "{error}");
     std::fs::remove_file(folder.path().join("s2.ome.tif")).unwrap();
     let error = read(folder.path(), &GIVEN).unwrap_err().to_string();
-    assert!(error.contains("has 1 page, but 3 are declared"), "{error}");
+    assert!(error.contains("has 1 page, but declares 3"), "{error}");
 }
 
 #[test]
-fn doubts_are_warnings() {
+fn doubtful_stacks_cause_warnings() {
     let folder = tempfile::tempdir().unwrap();
     for n in 0..5 {
         pages(&folder.path().join(format!("s{:03}.tif", 2 * n)), 1, "");
@@ -215,8 +212,12 @@ fn doubts_are_warnings() {
     preview.write_all(b"\x89PNG\r\n\x1a\n").unwrap();
     let reading = read(folder.path(), &GIVEN).unwrap();
     let warnings = reading.header.warnings.join("\n");
-    for part in ["steps of 2", "ignored: 1 PNG", "voxel_mm = 0.02, but", "0.025 × 0.025 × 0.025 mm"]
-    {
+    for part in [
+        "steps of 2",
+        "ignored images of the folder: 1 PNG",
+        "voxel_mm = 0.02, but",
+        "0.025 × 0.025 × 0.025 mm",
+    ] {
         assert!(warnings.contains(part), "{warnings}");
     }
     let tags = ReadOptions::default();

@@ -1,4 +1,4 @@
-//! Stacks in TIFF files: kinds of pages, voxel sizes, and invalid files.
+//! Tests of stacks in TIFF files: kinds of pages, voxel sizes, and invalid files.
 
 use std::fs::File;
 use std::io::{BufWriter, Cursor, Seek, Write};
@@ -76,7 +76,7 @@ fn all_kinds_of_grey_values_are_read() {
 }
 
 #[test]
-fn predicted_differences_are_added_up() {
+fn the_predictor_of_differences_is_reversed() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("stack.tif");
     let encoder = TiffEncoder::new(file(&path)).unwrap().with_predictor(Predictor::Horizontal);
@@ -126,7 +126,7 @@ fn tagged(path: &Path, unit: ResolutionUnit, per_unit: [Rational; 2], descriptio
 }
 
 #[test]
-fn voxel_sizes_stand_in_tags() {
+fn voxel_sizes_are_read_from_tags() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("stack.tif");
     let ratio = |n, d| Rational { n, d };
@@ -176,7 +176,7 @@ fn voxel_sizes_stand_in_tags() {
 }
 
 #[test]
-fn labels_come_back() {
+fn labels_are_read_back_unchanged() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("labels.tif");
     for most in [7_u32, 65_535, 65_536, 4_000_000_000] {
@@ -186,7 +186,7 @@ fn labels_come_back() {
         assert_eq!(tiff::read_labels(&path, None).unwrap(), labels);
         assert_eq!(tiff::read(&path, None).unwrap().shape, SHAPE);
     }
-    // other programs can read the voxel size, too
+    // other programs can also read the voxel size
     let bytes = std::fs::read(&path).unwrap();
     let mut decoder = ::tiff::decoder::Decoder::new(Cursor::new(&bytes)).unwrap();
     assert_eq!(decoder.get_tag_u32(Tag::ResolutionUnit).unwrap(), 3);
@@ -203,7 +203,7 @@ fn labels_come_back() {
 }
 
 #[test]
-fn what_is_no_stack_is_refused_with_file_and_page() {
+fn errors_of_invalid_stacks_state_file_and_page() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("stack.tif");
     let refused = || tiff::read(&path, Some(1.0)).unwrap_err().to_string();
@@ -225,7 +225,7 @@ fn what_is_no_stack_is_refused_with_file_and_page() {
     image.encoder().write_tag(Tag::ImageDescription, "ImageJ=1.5\nimages=3\n").unwrap();
     image.write_data(&[1, 2]).unwrap();
     drop(encoder);
-    assert!(refused().contains("has 1 page, but 3 are declared"), "{}", refused());
+    assert!(refused().contains("has 1 page, but declares 3"), "{}", refused());
 
     let value = |n: usize| if n == 27 { f32::NAN } else { 1.0 };
     pages::<Gray32Float, _, _>(
@@ -244,10 +244,10 @@ fn what_is_no_stack_is_refused_with_file_and_page() {
     }
 }
 
-/// Damaged files are rejected or read without panic, and memory is bounded by the declared size, which is checked
-/// against the length of the file.
+/// Damaged files are rejected or read without a panic. Memory is bounded by the declared size, which is compared with
+/// the length of the file.
 #[test]
-fn damaged_files_do_no_harm() {
+fn damaged_files_are_read_or_refused_in_bounded_memory() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("stack.tif");
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(11);

@@ -1,4 +1,4 @@
-//! TIFF pages compressed by ZSTD: strips and tiles, both byte orders, all predictors.
+//! Tests of TIFF pages compressed by ZSTD: strips and tiles, both byte orders, all predictors.
 
 use std::path::Path;
 
@@ -27,7 +27,7 @@ impl Layout {
         }
     }
 
-    /// Bytes of a row of values in the byte order of the file, after the predictor.
+    /// Returns the bytes of a row of values in the byte order of the file, after the predictor.
     fn row(self, values: &[u64]) -> Vec<u8> {
         let masked = |value: u64| value & (u64::MAX >> (64 - 8 * self.bytes));
         match self.predictor {

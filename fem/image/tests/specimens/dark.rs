@@ -1,4 +1,4 @@
-//! Grains that are darker than the matrix.
+//! Tests of grains that are darker than the matrix.
 
 use fem_image::{Contrast, Segmentation, Segmented, SpecimenForm, Volume, score};
 
@@ -42,9 +42,10 @@ fn assert_found(found: &Segmented, scene: &Scene, cylinder: f64) {
     assert!(score.panoptic_quality > 0.93, "{score:?}");
 }
 
-/// Dark grains are found as accurately as bright grains, whether air is the darkest or the brightest phase.
+/// Dark grains are segmented as accurately as bright grains, both if air is the darkest and if air is the brightest
+/// material.
 #[test]
-fn dark_grains_are_found_in_dark_and_in_bright_air() {
+fn dark_grains_are_segmented_in_dark_and_in_bright_air() {
     let scene = scene();
     let image = scene.image();
     let middle = f64::from(MATRIX + GRAIN) / 2.0;
@@ -76,9 +77,9 @@ fn dark_grains_are_found_in_dark_and_in_bright_air() {
     assert!(error.contains("contrast = \"dark\""), "{error}");
 }
 
-/// The blurred rim of a void has the grey values of dark grains, but is not segmented as a grain.
+/// The blurred rim of a void has the grey values of dark grains, but the rim is not segmented as a grain.
 #[test]
-fn voids_have_no_rim_of_grains() {
+fn the_rims_of_voids_are_not_segmented_as_grains() {
     let mut scene = scene();
     let pores = [[40.0, 40.0, 20.0], [30.0, 52.0, 40.0], [50.0, 44.0, 58.0]];
     let away = |p: [f64; 3], middle: [f64; 3]| {
@@ -105,7 +106,7 @@ fn voids_have_no_rim_of_grains() {
 
 /// A block has no surroundings: its voids are the voxels darker than the given threshold.
 #[test]
-fn dark_grains_of_a_block() {
+fn dark_grains_of_a_block_are_segmented() {
     let scene = scene();
     let image = scene.image();
     let side = 40;

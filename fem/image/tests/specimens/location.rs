@@ -1,4 +1,4 @@
-//! Location of specimens that are off-centre, on or in other objects, or located by the user.
+//! Tests of the location of specimens that are off-centre, on or in other objects, or located by the user.
 
 use fem_image::{ImageError, Segmentation, Segmented, SpecimenRegion, Volume};
 
@@ -28,7 +28,7 @@ fn assert_found(found: &Segmented, truth: &Pillar) {
 }
 
 #[test]
-fn plain_cylinders_are_found_wherever_they_stand() {
+fn plain_cylinders_are_located_at_any_position() {
     let centre = [28.0, 52.0];
     for truth in [Pillar::amid(SHAPE, 13.0, 60.0), Pillar { centre, radius: 21.0, ..pillar() }] {
         for fraction in [0.02, 0.2] {
@@ -40,7 +40,7 @@ fn plain_cylinders_are_found_wherever_they_stand() {
 }
 
 #[test]
-fn a_tube_around_the_specimen_is_left_out_and_told() {
+fn a_tube_around_the_specimen_is_removed_with_a_warning() {
     let truth = Pillar { radius: 26.0, ..pillar() };
     let mut scene = Scene::specimen(SHAPE, truth, 5.0, 0.2);
     let [x0, y0] = truth.centre;
@@ -56,7 +56,7 @@ fn a_tube_around_the_specimen_is_left_out_and_told() {
 }
 
 #[test]
-fn a_pedestal_is_left_out_and_told() {
+fn a_pedestal_is_removed_with_a_warning() {
     let truth = pillar();
     let mut scene = Scene::specimen(SHAPE, truth, 5.0, 0.2);
     let [x0, y0] = truth.centre;
@@ -74,7 +74,7 @@ fn a_pedestal_is_left_out_and_told() {
 
 /// A reconstruction writes one exact value outside its circle, which must not be classified as air.
 #[test]
-fn the_circle_of_the_reconstruction_is_no_wall() {
+fn the_circle_of_the_reconstruction_is_not_the_wall() {
     let truth = pillar();
     let mut image = Scene::specimen(SHAPE, truth, 5.0, 0.2).image();
     for (n, value) in image.values.iter_mut().enumerate() {
@@ -87,7 +87,7 @@ fn the_circle_of_the_reconstruction_is_no_wall() {
 }
 
 #[test]
-fn a_region_by_hand_decides() {
+fn a_given_region_overrides_the_fitted_cylinder() {
     let truth = pillar();
     let image = Scene::specimen(SHAPE, truth, 5.0, 0.2).image();
     let region = SpecimenRegion {
@@ -100,7 +100,7 @@ fn a_region_by_hand_decides() {
     let found = with(region.clone()).run(&image, &mut |_| {}).unwrap();
     let given = Pillar { centre: [39.0, 41.0], radius: 25.0, ends: [15.0, 60.0] };
     assert_found(&found, &given);
-    // slices given by the user; the other values are found from the image
+    // the user gives only the slices; the other values are determined from the image
     let part = SpecimenRegion { slices: Some([16, 60]), ..SpecimenRegion::default() };
     let found = with(part).run(&image, &mut |_| {}).unwrap();
     assert_found(&found, &Pillar { ends: [15.0, 60.0], ..truth });
@@ -111,7 +111,7 @@ fn a_region_by_hand_decides() {
 }
 
 #[test]
-fn a_mask_decides() {
+fn a_mask_defines_the_specimen() {
     let truth = pillar();
     let image = Scene::specimen(SHAPE, truth, 5.0, 0.2).image();
     let inner = Pillar { radius: 22.0, ends: [20.0, 60.0], ..truth };

@@ -1,4 +1,4 @@
-//! Synthetic specimens with known location and known grains.
+//! Tests with synthetic specimens of known location and known grains.
 
 mod dark;
 mod location;

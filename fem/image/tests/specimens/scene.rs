@@ -13,7 +13,7 @@ pub(crate) const GRAIN: f32 = 44_000.0;
 /// Standard deviations of blur (voxels) and of noise (grey values), as in the virtual scanner.
 pub(crate) const BLUR: f64 = 0.7;
 pub(crate) const NOISE: f32 = 1_400.0;
-/// Sampling points along the edge of a voxel that a surface intersects.
+/// Number of sampling points along the edge of a voxel that a surface intersects.
 const SAMPLES: usize = 4;
 
 /// An upright cylinder (voxels).
@@ -25,13 +25,13 @@ pub(crate) struct Pillar {
 }
 
 impl Pillar {
-    /// A cylinder in the middle of an image of the given shape.
+    /// Returns a cylinder in the middle of an image of a given shape.
     pub(crate) fn amid(shape: [usize; 3], radius: f64, height: f64) -> Self {
         let [x, y, z] = shape.map(|side| side as f64 / 2.0);
         Pillar { centre: [x, y], radius, ends: [z - height / 2.0, z + height / 2.0] }
     }
 
-    /// Signed distance of a point from the surface; negative inside.
+    /// Returns the signed distance of a point from the surface; negative inside.
     pub(crate) fn distance(&self, [x, y, z]: [f64; 3]) -> f64 {
         let radial = (x - self.centre[0]).hypot(y - self.centre[1]) - self.radius;
         radial.max(self.ends[0] - z).max(z - self.ends[1])
@@ -55,7 +55,7 @@ pub(crate) struct Scene {
 }
 
 impl Scene {
-    /// An image of one grey value.
+    /// Returns a scene with one grey value.
     pub(crate) fn filled(shape: [usize; 3], grey: f32) -> Self {
         let count = shape.iter().product();
         Scene {
@@ -67,7 +67,7 @@ impl Scene {
         }
     }
 
-    /// A cylinder of matrix in air, with balls of one radius at a fraction of its volume.
+    /// Returns a cylinder of matrix in air, with balls of one radius at a given volume fraction.
     pub(crate) fn specimen(shape: [usize; 3], pillar: Pillar, radius: f64, fraction: f64) -> Self {
         let mut scene = Scene::filled(shape, AIR);
         scene.paint(|p| pillar.distance(p), MATRIX);
@@ -114,7 +114,7 @@ impl Scene {
         painted
     }
 
-    /// Adds balls at random positions, completely inside a cylinder and at least a voxel apart.
+    /// Adds balls at random positions, completely inside a cylinder and at least one voxel apart.
     pub(crate) fn add_balls(&mut self, pillar: &Pillar, radius: f64, fraction: f64, grey: f32) {
         let ball = 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
         let count = (fraction * pillar.volume() / ball).round() as usize;
@@ -161,12 +161,12 @@ impl Scene {
         }
     }
 
-    /// Image of the scene, with the blur and noise of the virtual scanner.
+    /// Returns an image of the scene, with the blur and noise of the virtual scanner.
     pub(crate) fn image(&self) -> Volume<f32> {
         self.image_with(BLUR, NOISE)
     }
 
-    /// Image of the scene with given standard deviations of blur (voxels) and of noise (grey values).
+    /// Returns an image of the scene with given standard deviations of blur (voxels) and of noise (grey values).
     pub(crate) fn image_with(&self, blur: f64, noise: f32) -> Volume<f32> {
         let mut values = self.grey.clone();
         blurred(&mut values, self.shape, blur);
@@ -186,13 +186,13 @@ impl Scene {
         Volume::new(self.shape, VOXEL_MM, self.truth.clone()).unwrap()
     }
 
-    /// Volume of the balls divided by the volume of a specimen.
+    /// Returns the volume of the balls divided by the volume of a specimen.
     pub(crate) fn fraction(&self, volume: f64) -> f64 {
         self.volumes.iter().sum::<f64>() / volume
     }
 }
 
-/// Gaussian filter along each axis; positions beyond the edge have the value of the outermost voxel.
+/// Applies a Gaussian filter along each axis; positions beyond the edge have the value of the outermost voxel.
 fn blurred(values: &mut [f32], shape: [usize; 3], deviation: f64) {
     let reach = (4.0 * deviation).ceil() as usize;
     let weight = |d: f64| (-0.5 * (d / deviation).powi(2)).exp();

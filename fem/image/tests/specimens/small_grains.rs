@@ -1,4 +1,4 @@
-//! Volumes of grains with a radius of a few voxels.
+//! Tests of the volumes of grains with a radius of a few voxels.
 
 use fem_image::{Segmentation, Segmented, Volume};
 
@@ -15,7 +15,7 @@ fn run(image: &Volume<f32>, grain_threshold: Option<f64>) -> Segmented {
     settings.run(image, &mut |_| {}).unwrap()
 }
 
-/// Grain fraction and median grain volume, each divided by the true value.
+/// Returns the grain fraction and the median grain volume, each divided by the true value.
 fn ratios(found: &Segmented, scene: &Scene) -> [f64; 2] {
     let median = |mut volumes: Vec<f64>| {
         volumes.sort_by(f64::total_cmp);
@@ -27,7 +27,7 @@ fn ratios(found: &Segmented, scene: &Scene) -> [f64; 2] {
 }
 
 #[test]
-fn small_grains_have_their_volume() {
+fn small_grains_have_the_correct_volume() {
     let middle = f64::from(MATRIX + GRAIN) / 2.0;
     for (radius, fraction) in [(3.0, 0.02), (3.0, 0.05), (3.0, 0.2), (4.0, 0.1), (6.0, 0.05)] {
         let scene = Scene::specimen(SHAPE, pillar(), radius, fraction);
@@ -46,10 +46,10 @@ fn small_grains_have_their_volume() {
     }
 }
 
-/// The reported threshold is the grey value half way between the materials; given as `grain_threshold`, it results in
-/// the same grains.
+/// The reported threshold is the grey value half way between the materials. If the user gives this value as
+/// `grain_threshold`, the grains are the same.
 #[test]
-fn the_threshold_that_is_told_gives_the_same_when_it_is_given() {
+fn the_reported_threshold_gives_the_same_grains_when_it_is_given() {
     let scene = Scene::specimen(SHAPE, pillar(), 4.0, 0.1);
     let image = scene.image();
     let found = run(&image, None);
@@ -62,7 +62,7 @@ fn the_threshold_that_is_told_gives_the_same_when_it_is_given() {
 
 /// Grains with hardly more contrast than the noise are separated from the matrix by their grey values alone.
 #[test]
-fn grains_of_low_contrast_are_no_single_grain() {
+fn grains_of_low_contrast_are_separated() {
     let shape = [96; 3];
     let pillar = Pillar::amid(shape, 38.0, 78.0);
     let mut scene = Scene::filled(shape, crate::scene::AIR);

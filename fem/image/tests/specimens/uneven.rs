@@ -1,4 +1,4 @@
-//! Brightness that varies along the axis, and an amount of grains that varies along the axis.
+//! Tests of images in which the brightness or the grain fraction varies along the axis.
 
 use fem_image::{Segmentation, Segmented, score};
 
@@ -10,7 +10,7 @@ fn pillar() -> Pillar {
     Pillar::amid(SHAPE, 32.0, 64.0)
 }
 
-/// A specimen with balls in its lower half only.
+/// Returns a specimen with balls only in its lower half.
 fn filled_below() -> Scene {
     let pillar = pillar();
     let mut scene = Scene::filled(SHAPE, AIR);
@@ -20,7 +20,7 @@ fn filled_below() -> Scene {
     scene
 }
 
-/// The scene with a brightness that rises by 20 % from the lowest slice to the highest.
+/// Returns the scene with a brightness that rises by 20 % from the lowest slice to the highest slice.
 fn drifting(scene: &Scene) -> Scene {
     let mut scene = scene.clone();
     let area = SHAPE[0] * SHAPE[1];
@@ -35,14 +35,14 @@ fn run(scene: &Scene) -> Segmented {
     Segmentation::default().run(&scene.image(), &mut |_| {}).unwrap()
 }
 
-/// Panoptic quality, and the grain fraction divided by the true fraction.
+/// Returns the panoptic quality, and the grain fraction divided by the true fraction.
 fn quality(found: &Segmented, scene: &Scene) -> [f64; 2] {
     let quality = score(&scene.labels(), &found.labels).unwrap().panoptic_quality;
     [quality, found.statistics.grain_fraction / scene.fraction(pillar().volume())]
 }
 
 #[test]
-fn drift_along_the_axis_costs_nothing() {
+fn drift_along_the_axis_does_not_reduce_the_quality() {
     for scene in [Scene::specimen(SHAPE, pillar(), 6.0, 0.2), filled_below()] {
         let even = run(&scene);
         assert!((even.top_over_bottom - 1.0).abs() < 0.005, "{}", even.top_over_bottom);
@@ -58,10 +58,10 @@ fn drift_along_the_axis_costs_nothing() {
     }
 }
 
-/// Grains in one part of the specimen only are not mistaken for a variation of brightness: the result equals the result
+/// Grains in only one part of the specimen are not mistaken for a variation of brightness: the result is the same as
 /// without correction of brightness.
 #[test]
-fn content_that_changes_along_the_axis_is_not_evened_out() {
+fn grains_in_one_half_only_are_not_mistaken_for_drift() {
     let scene = filled_below();
     let found = run(&scene);
     let as_it_is = Segmentation { beam_hardening: false, ..Segmentation::default() };

@@ -30,14 +30,14 @@ impl TetMesh {
             }
         }
         let mut shells: Vec<(f64, Point, usize)> = Vec::new();
-        let mut place: HashMap<u32, usize> = HashMap::new();
+        let mut shell_of_part: HashMap<u32, usize> = HashMap::new();
         for (number, face) in (0..).zip(&faces) {
             let corners = face.map(|node| self.nodes[node as usize]);
-            let place = *place.entry(parts.root(number)).or_insert_with(|| {
+            let shell = *shell_of_part.entry(parts.root(number)).or_insert_with(|| {
                 shells.push((0.0, [0.0; 3], 0));
                 shells.len() - 1
             });
-            let (volume, sum, count) = &mut shells[place];
+            let (volume, sum, count) = &mut shells[shell];
             *volume += dot(corners[0], cross(corners[1], corners[2])) / 6.0;
             *sum = add(*sum, mean(corners.into_iter()));
             *count += 1;

@@ -26,9 +26,9 @@ const BISECTED: [[usize; 2]; 6] = [[0, 1], [2, 3], [0, 2], [1, 3], [0, 3], [1, 2
 /// digit per corner, the exponent of that corner; most of the 256 entries are not used.
 type Cubic = [f64; 256];
 
-/// Returns the indices of the 20 entries of a [`Cubic`] that are used: those whose exponents add up to 3.
-fn places() -> impl Iterator<Item = usize> {
-    (0..256).filter(|place| (0..4).map(|corner| place >> (2 * corner) & 3).sum::<usize>() == 3)
+/// Returns the indices of the 20 used entries of a [`Cubic`]: the exponents in such an index add up to 3.
+fn used_indices() -> impl Iterator<Item = usize> {
+    (0..256).filter(|index| (0..4).map(|corner| index >> (2 * corner) & 3).sum::<usize>() == 3)
 }
 
 /// Restricts the cubic to the half of its tetrahedron in which corner `moved` is replaced by the midpoint between
@@ -37,12 +37,12 @@ fn half(cubic: &Cubic, fixed: usize, moved: usize) -> Cubic {
     const BINOMIAL: [[f64; 4]; 4] =
         [[1.0, 0.0, 0.0, 0.0], [1.0, 1.0, 0.0, 0.0], [1.0, 2.0, 1.0, 0.0], [1.0, 3.0, 3.0, 1.0]];
     let mut halved = [0.0; 256];
-    for place in places() {
-        let exponent = place >> (2 * moved) & 3;
+    for index in used_indices() {
+        let exponent = index >> (2 * moved) & 3;
         let terms = (0..=exponent).map(|k| {
-            BINOMIAL[exponent][k] * cubic[place + (k << (2 * fixed)) - (k << (2 * moved))]
+            BINOMIAL[exponent][k] * cubic[index + (k << (2 * fixed)) - (k << (2 * moved))]
         });
-        halved[place] = terms.sum::<f64>() / f64::from(1 << exponent);
+        halved[index] = terms.sum::<f64>() / f64::from(1 << exponent);
     }
     halved
 }
@@ -51,7 +51,8 @@ fn half(cubic: &Cubic, fixed: usize, moved: usize) -> Cubic {
 /// determinant is constant, six times the volume.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Jacobian {
-    /// Lower bound of the determinant; for a valid tetrahedron at most a thousandth of the mean below the minimum.
+    /// Lower bound of the determinant. For a valid tetrahedron the bound is at most 0.001 of the mean below the
+    /// minimum.
     pub(crate) lowest: f64,
     /// Mean of the determinant, six times the volume.
     pub(crate) mean: f64,
@@ -61,12 +62,12 @@ impl Jacobian {
     /// Computes the Jacobian determinant from the corners and the points on the edges 01, 12, 20, 03, 13, 23.
     pub(crate) fn of(corners: &[Point; 4], middles: &[Point; 6]) -> Jacobian {
         let cubic = determinant(corners, middles);
-        let mean = places().map(|place| cubic[place]).sum::<f64>() / 20.0;
-        let size = places().map(|place| cubic[place].abs()).sum::<f64>() / 20.0;
+        let mean = used_indices().map(|index| cubic[index]).sum::<f64>() / 20.0;
+        let size = used_indices().map(|index| cubic[index].abs()).sum::<f64>() / 20.0;
         Jacobian { lowest: lower_bound(&cubic, TIGHT * size), mean }
     }
 
-    /// Whether the lower bound of the determinant is not positive, so that the tetrahedron counts as folded.
+    /// Returns whether the lower bound of the determinant is not positive, so that the tetrahedron counts as folded.
     pub(crate) fn is_folded(&self) -> bool {
         self.lowest.is_nan() || self.lowest <= 0.0
     }
@@ -75,7 +76,8 @@ impl Jacobian {
 /// Returns a lower bound of a cubic, at most `tight` below its minimum (unless the maximum depth is reached); NaN if
 /// `tight` is not finite.
 fn lower_bound(cubic: &Cubic, tight: f64) -> f64 {
-    let low = |cubic: &Cubic| places().map(|place| cubic[place]).fold(f64::INFINITY, f64::min);
+    let low =
+        |cubic: &Cubic| used_indices().map(|index| cubic[index]).fold(f64::INFINITY, f64::min);
     // the value of the cubic at a corner is the coefficient with exponent 3 for that corner
     let at_corners =
         |cubic: &Cubic| (0..4).map(|corner| cubic[3 << (2 * corner)]).fold(f64::INFINITY, f64::min);
@@ -121,13 +123,13 @@ fn determinant(corners: &[Point; 4], middles: &[Point; 6]) -> Cubic {
         for j in 0..4 {
             let normal = cross(slopes[0][i], slopes[1][j]);
             for k in 0..4 {
-                let place = [i, j, k].iter().map(|&corner| 1 << (2 * corner)).sum::<usize>();
-                sums[place] += dot(normal, slopes[2][k]);
-                counts[place] += 1.0;
+                let index = [i, j, k].iter().map(|&corner| 1 << (2 * corner)).sum::<usize>();
+                sums[index] += dot(normal, slopes[2][k]);
+                counts[index] += 1.0;
             }
         }
     }
-    places().for_each(|place| sums[place] /= counts[place]);
+    used_indices().for_each(|index| sums[index] /= counts[index]);
     sums
 }
 
@@ -147,7 +149,7 @@ mod tests {
         })
     }
 
-    /// The determinant at one point, from differences of the quadratic map.
+    /// Returns the determinant at one point, from differences of the quadratic map.
     fn sampled(middles: &[Point; 6], at: [f64; 3]) -> f64 {
         let map = |[x, y, z]: [f64; 3]| -> Point {
             let l = [1.0 - x - y - z, x, y, z];
@@ -172,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn a_straight_one_has_six_times_its_volume_everywhere() {
+    fn a_straight_tetrahedron_has_six_times_its_volume_everywhere() {
         let jacobian = Jacobian::of(&CORNERS, &middles(|_| [0.0; 3]));
         let expected = 6.0 * tet_volume(CORNERS);
         assert!((jacobian.mean / expected - 1.0).abs() < 1e-13);
@@ -209,7 +211,7 @@ mod tests {
 
     #[test]
     fn an_element_with_a_negative_coefficient_and_a_positive_determinant_is_not_folded() {
-        // three edges bent by a fraction of these shifts
+        // edge number and shift of its midpoint; each test shape uses a fraction of the shifts
         const SHIFTS: [(usize, Point); 3] =
             [(2, [0.04, 0.09, -0.38]), (3, [0.54, 0.11, 0.07]), (4, [-0.01, 0.6, -0.01])];
         let bent = |share: f64| {
@@ -218,7 +220,7 @@ mod tests {
                 shift.map_or([0.0; 3], |(_, shift)| scale(*shift, share))
             })
         };
-        let negative = |cubic: &Cubic| places().any(|place| cubic[place] < 0.0);
+        let negative = |cubic: &Cubic| used_indices().any(|index| cubic[index] < 0.0);
         let mut checked = 0;
         for step in 0..=40 {
             let middles = bent(0.025 * f64::from(step));
@@ -235,6 +237,9 @@ mod tests {
             checked +=
                 i32::from(negative(&determinant(&CORNERS, &middles)) && !jacobian.is_folded());
         }
-        assert!(checked > 0, "one bound of all coefficients would refuse a sound element");
+        assert!(
+            checked > 0,
+            "no valid element had a negative coefficient, so the test checks nothing"
+        );
     }
 }

@@ -10,10 +10,10 @@ pub struct Groups {
 }
 
 impl Groups {
-    /// Sorts pairs of group and member by group; the members of a group keep the order of the pairs.
+    /// Groups the members of pairs (group, member) by group; the members of a group keep the order of the pairs.
     ///
     /// # Panics
-    /// If a group is not below `groups`.
+    /// If a group number is not below `groups`.
     pub fn new(groups: usize, pairs: impl Iterator<Item = (u32, u32)> + Clone) -> Groups {
         let mut start = vec![0; groups + 1];
         for (group, _) in pairs.clone() {
@@ -24,9 +24,9 @@ impl Groups {
         }
         let (mut next, mut members) = (start.clone(), vec![0; start[groups] as usize]);
         for (group, member) in pairs {
-            let place = &mut next[group as usize];
-            members[*place as usize] = member;
-            *place += 1;
+            let index = &mut next[group as usize];
+            members[*index as usize] = member;
+            *index += 1;
         }
         Groups { start, members }
     }

@@ -28,9 +28,9 @@ pub struct Quality {
     pub max_dihedral_deg: f64,
     /// Smallest scaled Jacobian of a tetrahedron: √2 times its minimum Jacobian determinant (curved edges included),
     /// divided by the largest product of the three edges (chords) that meet at a corner. It is 1 for a regular
-    /// tetrahedron and 0 for a flat tetrahedron; it is not positive for a folded one.
+    /// tetrahedron and 0 for a flat tetrahedron; it is not positive for a folded tetrahedron.
     pub min_scaled_jacobian: f64,
-    /// Smallest volume of a tetrahedron (mm³), negative if one is inverted.
+    /// Smallest volume of a tetrahedron (mm³), negative if a tetrahedron is inverted.
     pub min_volume_mm3: f64,
     /// Mean edge length (mm).
     pub mean_edge_mm: f64,
@@ -133,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn the_scaled_jacobian_is_that_of_the_closed_forms() {
+    fn the_scaled_jacobian_agrees_with_closed_forms() {
         let regular =
             tetrahedron([[1.0; 3], [-1.0, 1.0, -1.0], [1.0, -1.0, -1.0], [-1.0, -1.0, 1.0]]);
         let value = |mesh: &TetMesh| {
@@ -145,7 +145,7 @@ mod tests {
         let corner = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         let mut mesh = tetrahedron(corner);
         assert!((value(&mesh) - std::f64::consts::SQRT_2 / 2.0).abs() < 1e-12);
-        // the edge's point is shifted along the edge, so ∂x/∂ξ is linear: 1 + (2 - 4 ξ) s, with extremes at the ends
+        // the mid-edge point is shifted along the edge by s, so ∂x/∂ξ = 1 + (4 − 8 ξ) s, with extremes at the ends
         mesh.edge_points = vec![([0, 1], [0.6, 0.0, 0.0])];
         let bent = value(&mesh);
         assert!((bent - 0.6 * std::f64::consts::SQRT_2 / 2.0).abs() < 2e-3, "{bent}");

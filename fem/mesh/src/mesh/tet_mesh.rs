@@ -10,7 +10,8 @@ use super::vector::{Point, cross, mean, norm, scale, sub, tet_volume};
 use crate::error::MeshError;
 use fem_image::DisjointSets;
 
-/// An edge is straight if its mid-edge point is this close to its midpoint, relative to the extent of the mesh.
+/// An edge is straight if the distance of its mid-edge point from its midpoint is at most this factor times the extent
+/// of the mesh.
 const STRAIGHT: f64 = 1e-12;
 
 /// The second phase of a tetrahedron that contains two phases.
@@ -26,7 +27,7 @@ pub struct Mixture {
 }
 
 impl Default for Mixture {
-    /// The value for a tetrahedron of one phase.
+    /// Returns the value for a tetrahedron of one phase.
     fn default() -> Self {
         Self { fraction: 0.0, normal: [0.0; 3], region: 1 }
     }
@@ -64,10 +65,10 @@ pub struct TetMesh {
     pub tets: Vec<[u32; 4]>,
     /// Region of each tetrahedron, an index into `regions`.
     pub region_of: Vec<u16>,
-    /// Names of the regions, such as `matrix` and `grain`; in a specimen first the matrix, then the phases of the
-    /// grains.
+    /// Names of the regions, such as `matrix` and `grain`; in a specimen the matrix comes first, the phases of
+    /// the grains follow.
     pub regions: Vec<String>,
-    /// Grain number of each tetrahedron, from 1, or 0 in the matrix; `None` if grains are not known.
+    /// Grain number of each tetrahedron, from 1, or 0 in the matrix; `None` if the mesh has no grain numbers.
     pub grain_of: Option<Vec<u32>>,
     /// Named parts of the boundary, such as `bottom`, `top` and `side`: triangles, counter-clockwise seen from
     /// outside.
@@ -80,9 +81,11 @@ pub struct TetMesh {
     pub mixture: Option<Vec<Mixture>>,
 }
 
-/// A face of one tetrahedron; `key` holds its sorted nodes.
+/// A face of one tetrahedron.
 pub(super) struct Face {
+    /// Nodes of the face in increasing order.
     pub(super) key: [u32; 3],
+    /// Nodes of the face, counter-clockwise seen from outside.
     pub(super) outward: [u32; 3],
     pub(super) tet: u32,
 }
@@ -105,14 +108,14 @@ impl TetMesh {
         if self.edge_points.is_empty() {
             return None;
         }
-        let found = edges_of(&self.tets[tet])
+        let stored = edges_of(&self.tets[tet])
             .map(|key| self.edge_points.binary_search_by_key(&key, |&(edge, _)| edge).ok());
-        if found == [None; 6] {
+        if stored == [None; 6] {
             return None;
         }
         let corners = self.corners(tet);
-        Some(std::array::from_fn(|edge| match found[edge] {
-            Some(place) => self.edge_points[place].1,
+        Some(std::array::from_fn(|edge| match stored[edge] {
+            Some(index) => self.edge_points[index].1,
             None => mean(EDGES[edge].map(|corner| corners[corner]).into_iter()),
         }))
     }
@@ -146,8 +149,8 @@ impl TetMesh {
         let region = self.regions.iter().position(|r| r == name).ok_or_else(|| {
             MeshError::NoSuchRegion { name: name.into(), regions: self.regions.clone() }
         })?;
-        let of_region = self.volumes().into_iter().zip(&self.region_of);
-        Ok(of_region.filter(|&(_, &of)| of as usize == region).map(|(volume, _)| volume).sum())
+        let volumes = self.volumes().into_iter().zip(&self.region_of);
+        Ok(volumes.filter(|&(_, &r)| usize::from(r) == region).map(|(volume, _)| volume).sum())
     }
 
     /// Returns the volume of each region (mm³), in the order of [`TetMesh::regions`]. A mixture contributes to both
@@ -155,10 +158,10 @@ impl TetMesh {
     pub fn phase_volumes(&self) -> Vec<f64> {
         let mut sums = vec![0.0; self.regions.len()];
         for (tet, volume) in self.volumes().into_iter().enumerate() {
-            let own = usize::from(self.region_of[tet]);
+            let region = usize::from(self.region_of[tet]);
             let mixture = self.mixture.as_ref().map(|all| all[tet]).unwrap_or_default();
             let share = f64::from(mixture.fraction);
-            sums[own] += (1.0 - share) * volume;
+            sums[region] += (1.0 - share) * volume;
             if share > 0.0 {
                 sums[usize::from(mixture.region)] += share * volume;
             }
@@ -178,7 +181,7 @@ impl TetMesh {
         total / (6 * self.tets.len().max(1)) as f64
     }
 
-    /// Returns all edges once, each with its smaller node first, sorted.
+    /// Returns the sorted list of all edges, each listed once with its smaller node first.
     pub fn edges(&self) -> Vec<[u32; 2]> {
         let mut edges: Vec<[u32; 2]> = self.tets.iter().flat_map(edges_of).collect();
         edges.par_sort_unstable();
@@ -189,7 +192,7 @@ impl TetMesh {
     /// Returns all edges with their mid-edge points, curved or straight, sorted by node numbers.
     pub(crate) fn all_edges(&self) -> Vec<EdgePoint> {
         let mut curved = self.edge_points.iter().peekable();
-        let point = |edge: [u32; 2]| match curved.next_if(|(of, _)| *of == edge) {
+        let point = |edge: [u32; 2]| match curved.next_if(|(next, _)| *next == edge) {
             Some(&curved) => curved,
             None => (edge, middle(&self.nodes, edge)),
         };
@@ -263,9 +266,9 @@ impl TetMesh {
         nodes as i64 - self.edges().len() as i64 + faces as i64 - self.tets.len() as i64
     }
 
-    /// Replaces the regions: `region_of` returns the index in `names` of the region that contains a point (mm), which is
-    /// the centroid of a tetrahedron. [`TetMesh::validate`] reports a region without a tetrahedron and an index without
-    /// a name.
+    /// Replaces the regions: `region_of` returns the index in `names` of the region that contains a point (mm), which
+    /// is the centroid of a tetrahedron. [`TetMesh::validate`] reports a region without a tetrahedron and an index
+    /// without a name.
     pub fn with_regions(mut self, names: &[&str], region_of: impl Fn([f64; 3]) -> u16) -> TetMesh {
         let centroid = |tet: usize| mean(self.corners(tet).into_iter());
         self.region_of = (0..self.tets.len()).map(|tet| region_of(centroid(tet))).collect();
@@ -334,20 +337,20 @@ impl TetMesh {
         self
     }
 
-    /// Removes the nodes that no tetrahedron uses and renumbers the others in their original order.
+    /// Removes the nodes that no tetrahedron uses and renumbers the remaining nodes in their original order.
     pub(crate) fn without_unused_nodes(mut self) -> TetMesh {
         let mut number = vec![u32::MAX; self.nodes.len()];
         for &node in self.tets.iter().flatten() {
             number[node as usize] = 0;
         }
-        let mut kept: Vec<Point> = Vec::new();
+        let mut used_nodes: Vec<Point> = Vec::new();
         for (number, &point) in number.iter_mut().zip(&self.nodes) {
             if *number == 0 {
-                *number = kept.len() as u32;
-                kept.push(point);
+                *number = used_nodes.len() as u32;
+                used_nodes.push(point);
             }
         }
-        self.nodes = kept;
+        self.nodes = used_nodes;
         for node in self.tets.iter_mut().flatten() {
             *node = number[*node as usize];
         }

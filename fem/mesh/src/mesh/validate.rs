@@ -89,7 +89,7 @@ impl TetMesh {
         several((0..self.tets.len()).into_par_iter().filter_map(fault).collect())
     }
 
-    /// Returns the error of a tetrahedron that has no positive volume with straight edges, if any.
+    /// Returns an error if a tetrahedron with straight edges does not have a positive volume.
     fn straight_fault(&self, tet: usize) -> Option<MeshError> {
         let p = self.corners(tet);
         let volume_mm3 = tet_volume(p);
@@ -184,13 +184,15 @@ impl TetMesh {
     }
 
     fn validate_edge_points(&self) -> Result<(), MeshError> {
-        for (place, &(edge, point_mm)) in self.edge_points.iter().enumerate() {
+        for (index, &(edge, point_mm)) in self.edge_points.iter().enumerate() {
             let fault = |fault| Err(MeshError::EdgePoint { edge, point_mm, fault });
             if point_mm.iter().any(|x| !x.is_finite()) {
-                return fault("its point is not finite");
+                return fault("a coordinate is not finite; mesh the geometry again");
             }
-            if edge[0] >= edge[1] || place > 0 && self.edge_points[place - 1].0 >= edge {
-                return fault("edge points are sorted by their edges, the smaller node first");
+            if edge[0] >= edge[1] || index > 0 && self.edge_points[index - 1].0 >= edge {
+                return fault(
+                    "`edge_points` must be sorted by edge, each edge with its smaller node first",
+                );
             }
         }
         if self.edge_points.is_empty() {
@@ -199,14 +201,14 @@ impl TetMesh {
         let mut used = vec![false; self.edge_points.len()];
         for tet in &self.tets {
             for key in edges_of(tet) {
-                if let Ok(place) = self.edge_points.binary_search_by_key(&key, |&(edge, _)| edge) {
-                    used[place] = true;
+                if let Ok(index) = self.edge_points.binary_search_by_key(&key, |&(edge, _)| edge) {
+                    used[index] = true;
                 }
             }
         }
-        if let Some(place) = used.iter().position(|used| !used) {
-            let (edge, point_mm) = self.edge_points[place];
-            let fault = "no tetrahedron has this edge";
+        if let Some(unused) = used.iter().position(|used| !used) {
+            let (edge, point_mm) = self.edge_points[unused];
+            let fault = "no tetrahedron has this edge; remove the point";
             return Err(MeshError::EdgePoint { edge, point_mm, fault });
         }
         Ok(())
@@ -233,8 +235,8 @@ impl TetMesh {
     }
 }
 
-/// Combines errors into one: a single error is returned as it is; of several, the first five and their number are
-/// reported.
+/// Combines errors into one: returns a single error unchanged, and [`MeshError::Several`] with the first five errors
+/// otherwise.
 fn several(mut faults: Vec<MeshError>) -> Result<(), MeshError> {
     match faults.len() {
         0 => Ok(()),

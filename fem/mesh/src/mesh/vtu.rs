@@ -1,4 +1,4 @@
-//! ParaView files: VTK unstructured grids (`.vtu`) and time series of them (`.pvd`).
+//! ParaView files: VTK unstructured grids (`.vtu`) and time series of such grids (`.pvd`).
 //!
 //! Arrays are written inline as base64 of little-endian values, uncompressed.
 //!
@@ -9,14 +9,14 @@ use std::fmt::{self, Write as _};
 use std::path::Path;
 
 use super::TetMesh;
-use super::topology::{EDGES, edge_place};
+use super::topology::{EDGES, edge_index};
 use crate::error::MeshError;
 
 /// VTK cell types of the linear and the quadratic tetrahedron.
 const TETRA: u8 = 10;
 const QUADRATIC_TETRA: u8 = 24;
 
-/// A named field, one value per point or per cell.
+/// A named field with one value per point or per cell.
 #[derive(Clone, Copy, Debug)]
 pub struct Field<'a> {
     /// Name of the field; include the unit, as in `displacement_mm`.
@@ -95,15 +95,17 @@ pub fn write(
     let edges = mesh.all_edges();
     let mut points = mesh.nodes.clone();
     points.extend(edges.iter().map(|(_, point)| point));
-    let place = |ends: [u32; 2]| (mesh.nodes.len() + edge_place(&edges, ends)) as u32;
+    let mid_edge_node = |ends: [u32; 2]| (mesh.nodes.len() + edge_index(&edges, ends)) as u32;
     let ten = |tet: &[u32; 4]| -> [u32; 10] {
-        let middles = EDGES.map(|ends| place(ends.map(|end| tet[end])));
+        let middles = EDGES.map(|ends| mid_edge_node(ends.map(|end| tet[end])));
         std::array::from_fn(|k| if k < 4 { tet[k] } else { middles[k - 4] })
     };
     let tets: Vec<[u32; 10]> = mesh.tets.iter().map(ten).collect();
     let ends = || edges.iter().map(|(ends, _)| ends.map(|end| end as usize));
-    let owned: Vec<Owned> = point_fields.iter().map(|field| field.extended(ends())).collect();
-    let fields: Vec<Field> = owned.iter().zip(point_fields).map(|(o, f)| o.named(f.name)).collect();
+    let extended: Vec<ExtendedValues> =
+        point_fields.iter().map(|field| field.extended(ends())).collect();
+    let fields: Vec<Field> =
+        extended.iter().zip(point_fields).map(|(o, f)| o.named(f.name)).collect();
     write_grid(path, mesh, &points, QUADRATIC_TETRA, &tets, &fields, cell_fields)
 }
 
@@ -121,7 +123,7 @@ pub fn write_straight(
 }
 
 /// Values of a field at the nodes and at the mid-edge nodes.
-enum Owned {
+enum ExtendedValues {
     Scalar(Vec<f64>),
     Vector(Vec<[f64; 3]>),
     Tensor(Vec<[f64; 6]>),
@@ -129,17 +131,18 @@ enum Owned {
 }
 
 impl Field<'_> {
-    /// Extends the nodal values to the mid-edge nodes by the mean of both ends; a label is copied from the first end.
-    fn extended(&self, ends: impl Iterator<Item = [usize; 2]>) -> Owned {
+    /// Extends the nodal values to the mid-edge nodes: the value at a mid-edge node is the mean of the values at both
+    /// ends, or the label of the first end.
+    fn extended(&self, ends: impl Iterator<Item = [usize; 2]>) -> ExtendedValues {
         match self.values {
             Values::Scalar(v) => {
                 let middles = ends.map(|[a, b]| 0.5 * (v[a] + v[b]));
-                Owned::Scalar(v.iter().copied().chain(middles).collect())
+                ExtendedValues::Scalar(v.iter().copied().chain(middles).collect())
             }
-            Values::Vector(v) => Owned::Vector(with_middles(v, ends)),
-            Values::Tensor(v) => Owned::Tensor(with_middles(v, ends)),
+            Values::Vector(v) => ExtendedValues::Vector(with_middles(v, ends)),
+            Values::Tensor(v) => ExtendedValues::Tensor(with_middles(v, ends)),
             Values::Label(v) => {
-                Owned::Label(v.iter().copied().chain(ends.map(|[a, _]| v[a])).collect())
+                ExtendedValues::Label(v.iter().copied().chain(ends.map(|[a, _]| v[a])).collect())
             }
         }
     }
@@ -155,18 +158,18 @@ fn with_middles<const K: usize>(
     values.iter().copied().chain(ends.map(middle)).collect()
 }
 
-impl Owned {
+impl ExtendedValues {
     fn named<'a>(&'a self, name: &'a str) -> Field<'a> {
         match self {
-            Owned::Scalar(values) => Field::scalar(name, values),
-            Owned::Vector(values) => Field::vector(name, values),
-            Owned::Tensor(values) => Field::tensor(name, values),
-            Owned::Label(values) => Field::label(name, values),
+            ExtendedValues::Scalar(values) => Field::scalar(name, values),
+            ExtendedValues::Vector(values) => Field::vector(name, values),
+            ExtendedValues::Tensor(values) => Field::tensor(name, values),
+            ExtendedValues::Label(values) => Field::label(name, values),
         }
     }
 }
 
-/// Writes the mesh like [`write()`], with quadratic tetrahedra on given points.
+/// Writes the mesh like [`write()`], with given nodes of quadratic tetrahedra.
 ///
 /// `points` has one row per node of the quadratic space (mm). `tets` has, for every tetrahedron of the mesh, ten row
 /// indices into `points`: the four corners, then the middles of the edges 01, 12, 20, 03, 13, 23.
@@ -232,7 +235,10 @@ fn write_grid<const N: usize>(
     cells.extend_from_slice(cell_fields);
     check(path, "point", point_fields, points.len())?;
     check(path, "cell", &cells, tets.len())?;
-    save(path, grid(points, kind, tets, point_fields, &cells).expect("a string takes everything"))
+    save(
+        path,
+        grid(points, kind, tets, point_fields, &cells).expect("writing to a string cannot fail"),
+    )
 }
 
 fn grid<const N: usize>(
@@ -280,7 +286,9 @@ fn check(path: &Path, what: &str, fields: &[Field], expected: usize) -> Result<(
             return Err(MeshError::File {
                 path: path.into(),
                 place: format!("{what} field `{name}`"),
-                message: format!("{length} values for {expected} {what}s; give one for each"),
+                message: format!(
+                    "{length} values for {expected} {what}s; give one value per {what}"
+                ),
             });
         }
     }
@@ -312,12 +320,12 @@ fn array<const B: usize>(
     values: impl Iterator<Item = [u8; B]>,
 ) -> fmt::Result {
     let data: Vec<u8> = values.flatten().collect();
-    // the length of the data precedes the data in the same base64 stream
+    // the base64 stream begins with the number of bytes of the data
     let mut bytes = (data.len() as u64).to_le_bytes().to_vec();
     bytes.extend(data);
     let name = escape(name);
     write!(out, "<DataArray type=\"{kind}\" Name=\"{name}\"")?;
-    // 1 is the default; some readers turn the array into a column if it is written explicitly
+    // an explicit value of 1, which is the default, makes some readers return a matrix of one column
     if components > 1 {
         write!(out, " NumberOfComponents=\"{components}\"")?;
     }

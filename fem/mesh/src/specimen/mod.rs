@@ -1,10 +1,10 @@
-//! Grains in a cylinder: their geometry and sources, and meshes of them.
+//! Specimens: the geometry and the sources of grains in a cylinder, and meshes of these grains.
 //!
-//! - `grains`: the interface of a mesher to grains; analytic grains and labelled voxels
+//! - `grains`: the interface through which a mesher queries grains; analytic grains and labelled voxels
 //! - `packing`: random packings
 //! - `scanner`: synthetic images with known ground truth
-//! - `surfaces`: grains as closed surfaces, and their import from STL files
-//! - `meshing`: meshes of grains, by labels, volume fractions or conforming interfaces
+//! - `surfaces`: grains as closed surfaces, and the import of such grains from STL files
+//! - `meshing`: meshes of specimens with grains, by labels, volume fractions or conforming interfaces
 
 mod grains;
 mod meshing;

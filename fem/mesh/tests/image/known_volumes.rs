@@ -10,7 +10,8 @@ use crate::specimen::Specimen;
 use crate::specimens::specimens;
 
 fn taken(name: &str) -> (Specimen, Imaged) {
-    let (_, specimen) = specimens().into_iter().find(|(own, _)| own == name).expect("a specimen");
+    let (_, specimen) =
+        specimens().into_iter().find(|(candidate, _)| candidate == name).expect("a specimen");
     let image = specimen.take();
     (specimen, image)
 }
@@ -45,7 +46,7 @@ fn spheres_have_their_volumes_and_their_brightness() {
 }
 
 #[test]
-fn walls_chips_and_cracks_take_their_part() {
+fn walls_chips_and_cracks_reduce_the_volume() {
     let (plain, whole) = taken("r6-0.2");
     let (_, wall) = taken("wall");
     let ball = 4.0 / 3.0 * PI * plain.grain_radius.powi(3) * VOXEL_MM.powi(3);
@@ -58,7 +59,7 @@ fn walls_chips_and_cracks_take_their_part() {
     }
 }
 
-/// Grains are brighter or darker than the mean grey value of the specimen, as the specimen states.
+/// Grains are brighter or darker than the matrix, as the settings of the specimen state.
 #[test]
 fn the_contrast_is_as_stated() {
     for (name, contrast) in [
@@ -81,7 +82,7 @@ fn the_contrast_is_as_stated() {
     }
 }
 
-/// Panoptic quality, and the fraction over the true one.
+/// Returns the panoptic quality, and the grain fraction divided by the true grain fraction.
 fn quality(specimen: &Specimen) -> [f64; 2] {
     let taken = specimen.take();
     let settings = Segmentation { contrast: specimen.contrast(), ..Segmentation::default() };
@@ -91,9 +92,9 @@ fn quality(specimen: &Specimen) -> [f64; 2] {
     [quality, fraction / taken.fraction()]
 }
 
-/// Dark grains and drift are found nearly as well as bright grains without drift.
+/// Dark grains and grains in drifting images are segmented nearly as well as bright grains without drift.
 #[test]
-fn dark_and_drifting_specimens_are_no_harder() {
+fn dark_and_drifting_specimens_are_segmented_as_well() {
     let (drift, _) = taken("drift");
     let plain = quality(&Specimen { drift: 0.0, ..drift.clone() });
     for (name, loss, error) in [
@@ -110,11 +111,11 @@ fn dark_and_drifting_specimens_are_no_harder() {
 }
 
 #[test]
-fn grain_volume_is_shared_out_as_counted_by_hand() {
+fn grain_volume_is_assigned_as_counted_by_hand() {
     let truth = [1, 1, 1, 1, 2, 2, 2, 2, 3, 0];
     let found = [5, 5, 5, 0, 7, 7, 8, 8, 8, 0];
-    // found grain 5 matches true grain 1; the other found grains have at most half of their union in common with a
-    // true grain: 7 and 8 one half with 2, and 8 a third with 3
+    // segmented grain 5 matches true grain 1. The intersection over union of the other segmented grains with a true
+    // grain is at most one half: one half for grains 7 and 8 with true grain 2, a third for grain 8 with true grain 3
     let shares = assigned(&truth, &found, 2);
     assert_eq!(shares, Assigned { right: 3.0 / 9.0, missing: 1.0 / 9.0, small: 1.0 / 9.0 });
     assert!(median([]).is_nan());

@@ -10,7 +10,7 @@ const HEIGHT: f64 = 72.0 * VOXEL;
 /// Tilt of the axis along x and y: 6.8 voxels over the height, 5.4°.
 const LEAN: [f64; 2] = [0.08, -0.05];
 
-/// About forty grains with a diameter of 13 voxels.
+/// Returns about forty grains with a diameter of 13 voxels.
 fn grains() -> GrainList {
     let packing = Packing {
         sizes: vec![SizeClass { median_radius_mm: 6.5 * VOXEL, spread: 0.1, share: 1.0 }],
@@ -30,8 +30,8 @@ fn segment(scan: &Scan, follow_lean: bool) -> Segmented {
     settings.run(&scan.grey, &mut |_| {}).unwrap()
 }
 
-/// Dice coefficient of the true and the segmented grains: twice the number of grid points in both, divided by the sum
-/// of the numbers of points in each.
+/// Returns the Dice coefficient of true and segmented grains: twice the number of grid points in both a true and a
+/// segmented grain, divided by the number of points in true grains plus the number of points in segmented grains.
 fn dice(grains: &GrainList, found: &Segmented) -> f64 {
     let seen = VoxelGrains::new(&found.labels, Some(&found.solid), &found.cylinder);
     let (mut both, mut all) = (0, 0);
@@ -48,7 +48,7 @@ fn dice(grains: &GrainList, found: &Segmented) -> f64 {
 }
 
 #[test]
-fn a_leaning_specimen_is_found_as_the_upright_one() {
+fn a_tilted_specimen_is_segmented_like_the_upright_specimen() {
     let grains = grains();
     let (upright, leaning) = (scan(&grains, [0.0; 2]), scan(&grains, LEAN));
     assert_eq!(upright.cylinder.lean, [0.0; 2]);

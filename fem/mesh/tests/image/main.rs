@@ -1,4 +1,4 @@
-//! Segmentation of images with known grains.
+//! Tests of the segmentation of images with known grains.
 
 #[path = "../support/agreement.rs"]
 mod agreement;

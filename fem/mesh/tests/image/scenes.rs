@@ -1,4 +1,4 @@
-//! Recognition of images that are neither a cylinder in air nor a block, or that show more or less.
+//! Tests of images that show neither a complete cylinder in air nor a block, or that show other bodies as well.
 
 use fem_image::{ImageError, Segmentation, Segmented, SpecimenForm, Volume};
 
@@ -47,21 +47,21 @@ fn a_half_cylinder_is_refused_and_not_taken_as_a_block() {
             true => air(image, at),
             false => *image.at(at),
         });
-        refusal(&cut, &["no upright cylinder in air", "specimen = \"block\""]);
+        refusal(&cut, &["no cylinder in air fits", "specimen = \"block\""]);
     }
 }
 
 #[test]
-fn inverted_grey_values_are_refused_with_the_mend() {
+fn inverted_grey_values_are_refused_with_a_remedy() {
     let taken = phantom();
     let most = taken.image.values.iter().copied().fold(0.0, f32::max);
     let inverted = changed(&taken.image, taken.image.shape, |at| most - *taken.image.at(at));
     refusal(&inverted, &["brighter than the specimen", "invert the image"]);
 }
 
-/// Platens as bright as metal or as the matrix, which fill the slice or are discs.
+/// Platens as bright as metal or as the matrix; they fill the slice or are discs.
 #[test]
-fn platens_in_view_are_named_by_their_slices() {
+fn platens_in_the_image_are_reported_with_their_slices() {
     let taken = phantom();
     let image = &taken.image;
     let [nx, ny, nz] = image.shape;
@@ -75,13 +75,13 @@ fn platens_in_view_are_named_by_their_slices() {
                     false => *image.at([x, y, z]),
                 }
             });
-            refusal(&with_platens, &["slices 1 to 5 and 92 to 96", "leave these slices out"]);
+            refusal(&with_platens, &["slices 1 to 5 and 92 to 96", "remove these slices"]);
         }
     }
 }
 
 #[test]
-fn a_specimen_beside_the_middle_is_found_and_no_block() {
+fn a_specimen_off_centre_is_recognised_as_a_cylinder() {
     let taken = phantom();
     let image = &taken.image;
     let wide = changed(image, [230, 210, 96], |[x, y, z]| match x < 96 && y < 96 {
@@ -96,7 +96,7 @@ fn a_specimen_beside_the_middle_is_found_and_no_block() {
 
 /// Blocks with few or many grains are recognised as blocks; if the user requests a cylinder, there is a warning.
 #[test]
-fn blocks_remain_blocks_and_what_is_asked_for_is_warned_of() {
+fn blocks_are_recognised_and_a_requested_cylinder_gives_a_warning() {
     for (fraction, radius) in [(0.1, 9.0), (0.3, 9.0), (0.35, 5.0)] {
         let taken = Phantom::new(96, fraction, radius, 1.5).take();
         let block = changed(&taken.image, [56, 52, 60], |[x, y, z]| {

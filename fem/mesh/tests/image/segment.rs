@@ -159,7 +159,8 @@ fn thresholds_can_be_given() {
     let grain_threshold = Some(found.grain_threshold);
     let by_grain = Segmentation { grain_threshold, ..Segmentation::default() };
     let by_both = Segmentation { void_threshold: found.void_threshold, ..by_grain.clone() };
-    // the threshold of air moves the wall of the specimen; by default the wall is half way between air and matrix
+    // a given void threshold moves the wall of the specimen; by default the wall has the mean grey value of air and
+    // matrix
     for (settings, error) in [(by_grain, 1e-3), (by_both.clone(), 0.02)] {
         let again = settings.run(&taken.image, &mut |_| {}).unwrap();
         let score = score(&found.labels, &again.labels).unwrap();
@@ -180,8 +181,8 @@ fn thresholds_can_be_given() {
     assert!((shares * taken.image.voxel_mm.powi(3) / volume - 1.0).abs() < 1e-4);
 }
 
-/// Returns an image of balls of this radius (voxels) with grey values as in concrete (34000 in a matrix of 31000,
-/// hardly more than the texture of the matrix), and their volume fraction.
+/// Returns an image of balls of a given radius (voxels) and the volume fraction of the balls. As in concrete, the grey
+/// values of balls (34000) and matrix (31000) differ hardly more than the texture of the matrix.
 fn pebbles(radius: f64) -> (Volume<f32>, f64) {
     let side: usize = 54;
     // the balls form a lattice; their centres have different positions relative to the voxels
@@ -207,9 +208,9 @@ fn pebbles(radius: f64) -> (Volume<f32>, f64) {
 }
 
 #[test]
-fn grains_without_an_inside_have_their_volume() {
-    // the diameter is five voxels: no voxel is two voxels away from the surface, so the mean grey value of grains
-    // cannot be measured there, and the fraction used to be 0
+fn grains_without_interior_voxels_have_the_correct_volume() {
+    // the diameter is five voxels: no voxel is two voxels away from the surface. The mean grey value of grains cannot
+    // be measured in the interior; an earlier version then computed a fraction of 0
     let (image, fraction) = pebbles(2.7);
     let settings = Segmentation {
         specimen: SpecimenForm::Block,
@@ -227,8 +228,8 @@ fn grains_without_an_inside_have_their_volume() {
     let ratio = statistics.grain_fraction / statistics.voxel_fraction;
     assert!((ratio - 1.0).abs() < 0.05, "{ratio}");
     assert!(statistics.d10_mm > 0.0 && found.regions.iter().all(|grain| grain.volume_mm3 > 0.0));
-    // with a threshold found from the image, the fraction is computed from the grey values of all grain voxels, since
-    // no voxel is in the interior
+    // with a threshold computed from the image, the fraction is computed from the grey values of all grain voxels,
+    // since no voxel is in the interior
     let settings = Segmentation { grain_threshold: None, ..settings };
     let found = settings.run(&image, &mut |_| {}).unwrap();
     let ratio = found.statistics.grain_fraction / fraction;
@@ -236,12 +237,12 @@ fn grains_without_an_inside_have_their_volume() {
 }
 
 #[test]
-fn one_grain_that_is_most_of_the_specimen_is_told() {
+fn one_grain_that_fills_most_of_the_specimen_gives_a_warning() {
     let taken = phantom();
     let found = run(&taken.image);
     let told = |settings: Segmentation, image: &Volume<f32>| {
         let found = settings.run(image, &mut |_| {}).unwrap();
-        let about = |warning: &&String| warning.contains("hardly one grain");
+        let about = |warning: &&String| warning.contains("probably not a single grain");
         (found.regions.len(), found.warnings.iter().find(about).cloned())
     };
     assert_eq!(told(Segmentation::default(), &taken.image).1, None);
@@ -249,7 +250,7 @@ fn one_grain_that_is_most_of_the_specimen_is_told() {
     let low = 0.7 * found.void_threshold.unwrap() + 0.3 * found.grain_threshold;
     let low = Segmentation { grain_threshold: Some(low), ..Segmentation::default() };
     let (_, warning) = told(low, &taken.image);
-    let warning = warning.expect("matrix and grains are one");
+    let warning = warning.expect("no warning, although matrix and grains are one grain");
     let share: f64 = warning.split_whitespace().nth(3).unwrap().parse().unwrap();
     assert!((90.0..=100.0).contains(&share), "{warning}");
     for part in ["grain 1 is", "% of the specimen", "try another grain_threshold"] {
@@ -266,12 +267,14 @@ fn one_grain_that_is_most_of_the_specimen_is_told() {
         ..Segmentation::default()
     };
     let (grains, warning) = told(block.clone(), &balls);
-    let warning = warning.expect("the slab is most of the grains");
+    let warning = warning.expect("no warning, although the slab has most of the grain volume");
     assert!(grains > 100, "{grains}");
-    for part in ["% of all grains", "give grain_threshold in [specimen.image]; found was 32"] {
+    for part in
+        ["% of all grains", "give grain_threshold in [specimen.image]; the computed value is 32"]
+    {
         assert!(warning.contains(part), "{part:?} is not in {warning:?}");
     }
-    // no warning for a single grain: it may be the only one in a small image
+    // no warning for a single grain: a small image may show only one grain
     let few =
         Volume::new([20; 3], 0.01, (0..8000).map(|n| if n < 3000 { 2.0 } else { 1.0 }).collect());
     assert_eq!(told(block, &few.unwrap()), (1, None));
@@ -299,14 +302,14 @@ fn an_image_of_nothing_is_refused() {
     let error = error.unwrap_err();
     assert_eq!(
         error.to_string(),
-        "voxel [1, 1, 1] has the grey value NaN; replace such voxels before"
+        "voxel [1, 1, 1] has the grey value NaN; replace such values in the image"
     );
     let cylinder = Segmentation { specimen: SpecimenForm::Cylinder, ..settings() };
     let error = run(cylinder, &volume(|n| (n % 7) as f32)).unwrap_err();
     assert!(matches!(error, ImageError::NoCylinder { .. }), "{error}");
     let error = run(Segmentation { h_voxels: -1.0, ..settings() }, &volume(|n| n as f32));
     assert_eq!(error.unwrap_err().to_string(), "h_voxels = -1 must be from 0 to 100 voxels");
-    // pure noise also splits into two classes: there is a warning or an error
+    // thresholds also split pure noise into two classes; the result is a warning or an error
     let noise = volume(|n| ((n * 7919) % 1009) as f32);
     match run(settings(), &noise) {
         Ok(found) => assert!(!found.warnings.is_empty()),

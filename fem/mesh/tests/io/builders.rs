@@ -18,8 +18,8 @@ fn area(mesh: &TetMesh, name: &str) -> [f64; 3] {
     sum.into()
 }
 
-/// Returns the integral of x² + y² over a surface in a plane of constant z, with straight edges: exact by the midpoints
-/// of the edges.
+/// Returns the integral of x² + y² over a surface with straight edges in a plane of constant z. The quadrature at the
+/// midpoints of the edges is exact.
 fn polar_moment(mesh: &TetMesh, name: &str) -> f64 {
     let of_triangle = |triangle: &[u32; 3]| {
         let p = triangle.map(|node| mesh.nodes[node as usize]);
@@ -59,7 +59,7 @@ fn a_block_has_the_volume_and_the_faces_of_the_box() {
         }
     }
     let tets = SPLITS.map(|split| Block::new(size, [5, 3, 2]).with_split(split));
-    // at the boundary of the second division, each face of a hexahedron has four tetrahedra instead of two
+    // with `HexSplit::Twelve`, each boundary face of a hexahedron belongs to four tetrahedra instead of two
     let counts = tets.map(|block| block.build().unwrap().tets.len());
     assert_eq!(counts, [6 * 30, 12 * 30 + 2 * 2 * (15 + 10 + 6)]);
 }
@@ -100,7 +100,7 @@ fn regions_and_surfaces_follow_their_functions() {
                 _ => None,
             });
         mesh.validate().unwrap();
-        // tetrahedra of the second division reach across the planes
+        // with `HexSplit::Twelve`, tetrahedra extend across the planes between hexahedra
         let tolerance = if split == HexSplit::Six { 1e-13 } else { 0.3 };
         assert!((mesh.region_volume("grain").unwrap() - 1.5).abs() < tolerance);
         assert!((area(&mesh, "loaded")[2] - 2.0).abs() < 1e-13);
@@ -112,8 +112,8 @@ fn regions_and_surfaces_follow_their_functions() {
     assert!(empty.validate().is_err());
 }
 
-/// The volume of a ring with curved edges converges with the fourth power of the width of the cells, with straight
-/// edges with the second.
+/// The volume of a ring converges with the fourth power of the width of the cells if edges are curved, and with the
+/// second power if edges are straight.
 #[test]
 fn a_bent_block_is_a_ring() {
     let exact = 0.25 * PI * (4.0 - 1.0) * 0.5;
@@ -163,7 +163,7 @@ fn walls_have_the_stated_volumes_areas_and_qualities() {
     assert_eq!(inscribed, LATTICE.build().unwrap());
     assert_eq!(round, LATTICE.build_round().unwrap());
 
-    // twenty corners
+    // the cross-section has twenty corners
     let defect = 10.0 / PI * (PI / 10.0).sin() - 1.0;
     assert!(defect < -0.016);
     for mesh in [&inscribed, &round] {

@@ -52,22 +52,25 @@ fn a_ball_stays_a_ball() {
             let (normal, middle) = normal(&coarse, triangle);
             let out = sub(middle, centre);
             let cosine = dot(normal, out) / (dot(normal, normal) * dot(out, out)).sqrt();
-            assert!(cosine > 0.7, "{factor}: a triangle is turned, {cosine}");
+            assert!(cosine > 0.7, "{factor}: the normal of a triangle is rotated, cosine {cosine}");
         }
         let farthest = coarse.points.iter().map(|&p| {
             let out = sub(p, centre);
             (dot(out, out).sqrt() / radius - 1.0).abs()
         });
         let farthest = farthest.fold(0.0, f64::max);
-        assert!(farthest < tolerance, "{factor}: a point is {farthest} of the radius off");
-        assert_eq!(coarse, decimated(&fine, factor), "the same again");
+        assert!(
+            farthest < tolerance,
+            "{factor}: relative distance of a point from the sphere: {farthest}"
+        );
+        assert_eq!(coarse, decimated(&fine, factor), "a second call gives a different surface");
     }
     for factor in [f64::NAN, 0.0, -3.0, 1.0] {
         assert_eq!(decimated(&fine, factor), fine);
     }
 }
 
-/// Collapses in flat regions and along ridges have no error, so a box keeps its corners.
+/// Collapses in flat regions and along straight edges have no error, so a box keeps its corners.
 #[test]
 fn a_box_keeps_its_edges() {
     let n = 12;
@@ -107,7 +110,7 @@ fn a_box_keeps_its_edges() {
 /// A torus keeps its hole, two balls that share a point keep this point, and a surface with an open edge keeps the
 /// edge.
 #[test]
-fn topology_is_kept() {
+fn decimation_preserves_the_topology() {
     let (n, m) = (48, 24);
     let at = |i: usize, j: usize| {
         let (u, v) = (i % n, j % m);
@@ -126,13 +129,17 @@ fn topology_is_kept() {
     let coarse = decimated(&fine, 8.0);
     assert_eq!(coarse.open_edges(), 0);
     let edges = 3 * coarse.triangles.len() / 2;
-    assert_eq!(coarse.points.len() + coarse.triangles.len(), edges, "a ring");
+    assert_eq!(
+        coarse.points.len() + coarse.triangles.len(),
+        edges,
+        "Euler characteristic of a torus"
+    );
     assert!(coarse.triangles.len() < fine.triangles.len() / 7);
 
     let pair: Vec<_> =
         [-1.0, 1.0].into_iter().flat_map(|x| sphere([x, 0.0, 0.0], 1.0, 4)).collect();
     let fine = Surface::new(&pair);
-    assert_eq!(fine.parts().len(), 1, "they share a point");
+    assert_eq!(fine.parts().len(), 1, "the two balls do not share a point");
     let coarse = decimated(&fine, 10.0);
     assert_eq!(coarse.open_edges(), 0);
     assert!(coarse.triangles.len() < fine.triangles.len() / 9);

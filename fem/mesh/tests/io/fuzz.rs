@@ -1,6 +1,6 @@
 //! Fuzz test of the reader of MSH files: damaged files give an error or a mesh, with limited memory.
 //!
-//! The files are read in a separate process, so that its peak memory is that of the reader only.
+//! The files are read in a separate process, so that the peak memory of this process measures the reader only.
 
 use std::process::Command;
 
@@ -98,7 +98,7 @@ fn damage(bytes: &mut Vec<u8>, rng: &mut impl Rng) {
         b"\xff\xfe",
     ];
     for _ in 0..rng.random_range(1..=4) {
-        // half of the faults are in the first 600 bytes, where the counts are
+        // half of the faults are in the first 600 bytes, which contain the counts
         let head = bytes.len().min(600);
         let reach = if rng.random_bool(0.5) { head } else { bytes.len() };
         if reach == 0 {
@@ -176,5 +176,5 @@ fn damaged_mesh_files_are_refused_in_little_memory() {
     let said = String::from_utf8_lossy(&output.stdout).into_owned()
         + &String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{said}");
-    assert!(said.contains("of 2000 refused"), "the child ran: {said}");
+    assert!(said.contains("of 2000 refused"), "the separate process did not run: {said}");
 }

@@ -54,7 +54,7 @@ fn assert_same(read: &TetMesh, mesh: &TetMesh) {
 }
 
 #[test]
-fn what_is_written_comes_back_the_same() {
+fn a_written_mesh_is_read_back_unchanged() {
     let mesh = specimen();
     let (_dir, path) = file("a.msh", "");
     let numbers = gmsh::write(&path, &mesh).unwrap();
@@ -70,7 +70,7 @@ fn what_is_written_comes_back_the_same() {
 }
 
 #[test]
-fn grain_numbers_survive_as_elementary_tags() {
+fn grain_numbers_are_preserved_as_elementary_tags() {
     let mut mesh = specimen();
     let grain = |tet: usize| if mesh.region_of[tet] == 1 { 1 + (tet as u32) % 7 } else { 0 };
     mesh.grain_of = Some((0..mesh.tets.len()).map(grain).collect());
@@ -80,7 +80,10 @@ fn grain_numbers_survive_as_elementary_tags() {
     let names = gmsh::write(&path, &mesh).unwrap();
     let read = gmsh::read(&path, &names).unwrap();
     assert_same(&read, &mesh);
-    assert!(read.grain_of == mesh.grain_of && read.tets == mesh.tets, "tetrahedron by tetrahedron");
+    assert!(
+        read.grain_of == mesh.grain_of && read.tets == mesh.tets,
+        "grain numbers or tetrahedra differ"
+    );
     // regions with other names and in another order
     let turned = GmshNames::new([("a grain", "grain"), ("soft", "matrix")], [("base", "bottom")]);
     assert!(gmsh::read(&path, &turned).unwrap().grain_of == mesh.grain_of);
@@ -131,7 +134,7 @@ fn elements(mesh: &TetMesh, quadratic: bool) -> Vec<(i32, i32, i32, Vec<u64>)> {
     };
     let mut all = Vec::new();
     for (name, group) in [("bottom", 11), ("top", 12), ("side", 13)] {
-        // oriented inwards, so that the reader has to reverse them
+        // triangles are oriented inwards, so that the reader has to reverse them
         for &[a, b, c] in &mesh.surfaces[name] {
             all.push((if quadratic { 9 } else { 2 }, group, 30 + group, tags(&[b, a, c], 3)));
         }
@@ -143,7 +146,7 @@ fn elements(mesh: &TetMesh, quadratic: bool) -> Vec<(i32, i32, i32, Vec<u64>)> {
     all
 }
 
-/// Returns a node tag; tags have gaps, as they may have in Gmsh's files.
+/// Returns a node tag; the tags are not consecutive, as may occur in files of Gmsh.
 fn tag(node: u32) -> u64 {
     3 * node as u64 + 7
 }
@@ -333,7 +336,7 @@ fn curved_specimen() -> TetMesh {
 }
 
 #[test]
-fn curved_edges_and_mixtures_come_back_to_the_bit() {
+fn curved_edges_and_mixtures_are_read_back_bit_for_bit() {
     let mut mesh = curved_specimen();
     let (_dir, path) = file("a.msh", "");
     let names = gmsh::write(&path, &mesh).unwrap();
@@ -363,14 +366,14 @@ fn curved_edges_and_mixtures_come_back_to_the_bit() {
     mesh.mixture = Some((0..mesh.tets.len()).map(mixture).collect());
     assert_eq!(read_back(&mesh), mesh);
 
-    // no tetrahedron is entirely grain
+    // no tetrahedron belongs entirely to a grain
     mesh.region_of.fill(0);
     mesh.grain_of = Some(vec![0; mesh.tets.len()]);
     assert_eq!(read_back(&mesh), mesh);
     let renamed = GmshNames::new([("a grain", "grain"), ("soft", "matrix")], [("base", "bottom")]);
     let read = gmsh::read(&path, &renamed).unwrap();
     assert_eq!((read.regions.len(), read.region_of[0]), (2, 1));
-    // the second phase is identified by its group, whatever the order of the names
+    // the second phase is identified by its physical group, even if the order of the names differs
     let in_order = |mixture: &fem_mesh::Mixture| fem_mesh::Mixture { region: 0, ..*mixture };
     let expected = mesh.mixture.as_ref().map(|all| all.iter().map(in_order).collect::<Vec<_>>());
     assert_eq!(read.mixture, expected);
@@ -396,11 +399,11 @@ fn second_order_files_of_gmsh_keep_their_curved_edges() {
     let last = text.trim_end().trim_end_matches("$EndElements").trim_end();
     let (rest, _) = last.rsplit_once(' ').unwrap();
     let torn = format!("{rest} 900000\n$EndElements\n");
-    assert_contains(&fault(torn, &names()), &["different middle nodes", "conforming"]);
+    assert_contains(&fault(torn, &names()), &["different mid-edge nodes", "conforming"]);
 }
 
 #[test]
-fn a_byte_order_mark_is_passed_over() {
+fn a_byte_order_mark_is_skipped() {
     let mesh = specimen();
     let (_dir, path) = file("a.msh", [b"\xef\xbb\xbf", &v2(&mesh, false)[..]].concat());
     assert_same(&gmsh::read(&path, &names()).unwrap(), &mesh);
@@ -467,7 +470,10 @@ fn all_variants_give_the_same_mesh() {
         let (_dir, path) = file("a.msh", bytes);
         let read = gmsh::read(&path, &names()).unwrap_or_else(|error| panic!("{name}: {error}"));
         assert_same(&read, &mesh);
-        assert_eq!(read.grain_of, None, "tags of other programs are no grains");
+        assert_eq!(
+            read.grain_of, None,
+            "elementary tags of other programs were read as grain numbers"
+        );
     }
 }
 
@@ -485,7 +491,7 @@ fn assert_contains(message: &str, parts: &[&str]) {
 }
 
 #[test]
-fn faults_name_place_value_and_mend() {
+fn errors_state_position_value_and_remedy() {
     let mesh = specimen();
     let text = String::from_utf8(v2(&mesh, false)).unwrap();
     let names = names();
@@ -526,7 +532,7 @@ fn faults_name_place_value_and_mend() {
     let ungrouped = text.replace(" 4 2 2 52 ", " 4 2 0 52 ");
     assert_contains(&fault(&ungrouped, &only_matrix), &["30 of volume 52 (no physical volume)"]);
 
-    // Gmsh writes 2.2 with Mesh.SaveAll without any group
+    // in MSH 2.2 with Mesh.SaveAll, Gmsh writes elements without groups
     let lost = text.replace(" 4 2 2 52 ", " 4 2 0 52 ").replace(" 4 2 1 51 ", " 4 2 0 51 ");
     let named = "$PhysicalNames\n1\n3 1 \"matrix\"\n$EndPhysicalNames\n$Nodes\n";
     let lost =

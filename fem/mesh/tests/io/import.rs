@@ -73,9 +73,9 @@ fn read(text: &str) -> Result<Imported, MeshError> {
 }
 
 #[test]
-fn a_curved_element_whose_corners_are_inverted_is_read_as_it_is() {
-    // node 4 is above the plane of face 123; the edges of the face bulge upwards over it, and the edges that end at
-    // node 4 bulge less
+fn a_curved_element_with_inverted_corners_is_read_unchanged() {
+    // node 4 is above the plane of face 123; the edges of the face bulge upwards above node 4, and the edges that end
+    // at node 4 bulge less
     let (nodes, tets) = pair(-0.02);
     let mut bent: BTreeMap<[u32; 2], Point> =
         [([1, 2], [0.5, 0.0, 0.3]), ([1, 3], [0.0, 0.5, 0.3]), ([2, 3], [0.5, 0.5, 0.3])].into();
@@ -86,7 +86,7 @@ fn a_curved_element_whose_corners_are_inverted_is_read_as_it_is() {
     let text = second_order(&nodes, &tets, &bent);
     let Imported { mesh, notes } = read(&text).unwrap();
     assert_eq!((mesh.edge_points.len(), &notes), (6, &Vec::new()));
-    assert_eq!(mesh.tets, tets, "neither is turned");
+    assert_eq!(mesh.tets, tets, "a tetrahedron was reversed");
     let straight = mesh.validate_straight().unwrap_err();
     assert!(matches!(straight, MeshError::Inverted { tet: 1, .. }), "{straight}");
     assert!(Quality::of(&mesh).min_scaled_jacobian > 0.0);
@@ -101,7 +101,7 @@ fn a_curved_element_whose_corners_are_inverted_is_read_as_it_is() {
 }
 
 #[test]
-fn folded_elements_are_straightened_and_named() {
+fn folded_elements_are_straightened_and_reported() {
     let (nodes, tets) = pair(1.0);
     // an edge of tetrahedron 0 that passes through its interior, and a slightly bent edge of tetrahedron 1
     let folding = ([0, 1], [0.6, 0.6, 0.5]);
@@ -111,11 +111,11 @@ fn folded_elements_are_straightened_and_named() {
     assert_eq!(mesh.edge_points, [([3, 4], bent[&[3, 4]])], "the neighbour keeps its curved edge");
     let message = notes[0].to_string();
     assert!(
-        message.contains("1 of 2 curved tetrahedra") && message.contains("edges: 0;"),
+        message.contains("1 of 2 tetrahedra") && message.contains("straightened: 0;"),
         "{message}"
     );
 
-    // of many straightened tetrahedra, the message lists five
+    // the message lists five of many straightened tetrahedra
     let mut mesh =
         CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.5 }.build().unwrap();
     let all: BTreeMap<[u32; 2], Point> = (mesh.tets.iter())
@@ -129,7 +129,7 @@ fn folded_elements_are_straightened_and_named() {
     assert!(tets.len() > 100 && read_back.notes[0].to_string().contains(" and others;"));
     assert!((read_back.mesh.volume() / mesh.volume() - 1.0).abs() < 1e-12);
 
-    // without the repair, the validation reports all faults
+    // without the repair, the validation reports all folded tetrahedra
     mesh.edge_points = all.into_iter().collect();
     let MeshError::Several { first, count } = mesh.validate().unwrap_err() else {
         panic!("several")
@@ -137,7 +137,7 @@ fn folded_elements_are_straightened_and_named() {
     assert!(first.len() == 5 && count > 100);
     assert!(first.iter().all(|fault| matches!(fault, MeshError::Folded { .. })));
     let message = mesh.validate().unwrap_err().to_string();
-    assert!(message.starts_with(&format!("{count} faults")) && message.ends_with("; and so on"));
+    assert!(message.contains(&format!("{count} errors:")) && message.ends_with("; …"));
 }
 
 /// Returns a lattice mesh with four groups: matrix 1, and parts 10, 11 and 12 along the axis.
@@ -156,7 +156,7 @@ fn grouped() -> TetMesh {
 }
 
 #[test]
-fn several_groups_are_one_region_or_surface() {
+fn several_groups_form_one_region_or_surface() {
     let mesh = grouped();
     let (_dir, path) = file("");
     gmsh::write(&path, &mesh).unwrap();
@@ -181,7 +181,7 @@ fn several_groups_are_one_region_or_surface() {
 }
 
 #[test]
-fn a_forgotten_volume_is_noted() {
+fn a_volume_without_a_physical_group_is_reported() {
     let mesh = grouped();
     let (_dir, path) = file("");
     gmsh::write(&path, &mesh).unwrap();
@@ -222,7 +222,7 @@ fn a_forgotten_volume_is_noted() {
 }
 
 #[test]
-fn each_volume_is_one_block_and_the_order_survives() {
+fn each_volume_is_one_block_and_the_order_is_preserved() {
     let mut mesh = grouped();
     // consecutive tetrahedra belong to different regions
     for (tet, region) in mesh.region_of.iter_mut().enumerate() {

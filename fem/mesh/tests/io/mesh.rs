@@ -42,7 +42,7 @@ fn volume_is_that_of_the_prism() {
         assert!((volume / (4.4 * polygon) - 1.0).abs() < 1e-13, "{volume} against {polygon}");
         assert_eq!(mesh.region_volume("matrix").unwrap(), volume);
     }
-    // the volume converges to that of the cylinder with the square of the spacing
+    // the volume error with respect to the cylinder is proportional to the square of the spacing
     let defect = |spacing| 1.0 - lattice(spacing).volume() / (PI * 2.5 * 2.5 * 4.4);
     assert!(defect(0.25) < 0.005 && defect(0.25) > 0.0);
 }

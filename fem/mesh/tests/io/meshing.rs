@@ -25,7 +25,7 @@ fn mesh(meshing: Meshing, field: &dyn GrainField) -> Meshed {
     meshing.build(RADIUS, HEIGHT, field).unwrap()
 }
 
-/// Asserts the quality criteria of every conforming mesh.
+/// Asserts the quality criteria that every conforming mesh must satisfy.
 fn assert_bars(report: &MeshReport) {
     assert!(report.quality.min_dihedral_deg >= 12.0, "{report}");
     assert!(report.quality.p01_dihedral_deg >= 20.0, "{report}");
@@ -38,7 +38,7 @@ fn assert_bars(report: &MeshReport) {
 }
 
 #[test]
-fn followed_grains_keep_volume_and_quality() {
+fn conforming_grains_keep_volume_and_quality() {
     let spacing = 0.12;
     for form in [GrainForm::Sphere, GrainForm::Polyhedron] {
         for curved in [true, false] {
@@ -66,7 +66,7 @@ fn the_interface_error_is_proportional_to_the_spacing() {
 }
 
 #[test]
-fn curved_walls_have_the_cylinders_volume() {
+fn curved_walls_enclose_the_volume_of_the_cylinder() {
     let none = GrainList::new(Vec::new(), RADIUS, HEIGHT);
     let error = |curved| {
         let meshed = mesh(Meshing { curved, ..Meshing::new(0.3) }, &none);
@@ -83,7 +83,7 @@ fn nodes_of(mesh: &TetMesh, grain: u32) -> BTreeSet<u32> {
 }
 
 #[test]
-fn touching_grains_touch_and_parted_ones_do_not() {
+fn touching_grains_share_nodes_and_separated_grains_do_not() {
     let shared = |film_mm: f64| {
         let packing = Packing {
             film_mm,
@@ -103,9 +103,9 @@ fn touching_grains_touch_and_parted_ones_do_not() {
 }
 
 /// A film of matrix between a grain and an end is preserved even if it is thinner than the mesh size; a grain that
-/// the end cuts reaches the end.
+/// is cut by the end reaches the end.
 #[test]
-fn grains_reach_the_ends_that_they_touch_alone() {
+fn grains_reach_only_the_ends_that_they_touch() {
     let reached = |from_axis_mm: f64, height_mm: f64| -> Vec<String> {
         let grain = Grain::sphere([0.6 * from_axis_mm, 0.8 * from_axis_mm, height_mm], 0.4);
         let field = GrainList::new(vec![grain], RADIUS, HEIGHT);
@@ -142,7 +142,7 @@ fn grains_finer_than_the_mesh_become_mixtures_of_their_volume() {
     for grain in &report.grains {
         assert!(grain.volume_error().abs() < 0.02, "{grain:?}");
     }
-    // the mixtures give the same volumes
+    // the volumes computed from the mixtures agree
     let mixture = meshed.mesh.mixture.as_ref().unwrap();
     let volumes = meshed.mesh.volumes();
     let labels = meshed.mesh.grain_of.as_ref().unwrap();
@@ -154,14 +154,17 @@ fn grains_finer_than_the_mesh_become_mixtures_of_their_volume() {
         .sum();
     let total: f64 = volumes.iter().sum();
     assert!((grain / total / report.achieved_fraction - 1.0).abs() < 1e-4);
-    // with a conforming mesh these grains are lost, and the report contains a warning
+    // with a conforming mesh these grains are missing, and the report warns
     let mode = GrainMode::Conforming;
     let lost = mesh(Meshing { mode, ..Meshing::new(0.3) }, &field).report;
-    assert!(lost.lost_grains() > 0 && lost.warnings().iter().any(|w| w.contains("lost")), "{lost}");
+    assert!(
+        lost.lost_grains() > 0 && lost.warnings().iter().any(|w| w.contains("missing")),
+        "{lost}"
+    );
 }
 
 #[test]
-fn a_straight_wall_is_told_and_not_laid_to_the_grains() {
+fn a_straight_wall_gives_a_warning_about_the_wall_only() {
     let field = field(&packing(GrainForm::Polyhedron, 0.1, 0.08));
     let report = |curved| mesh(Meshing { curved, ..Meshing::new(0.3) }, &field).report;
     let straight = report(false);
@@ -178,7 +181,7 @@ fn a_straight_wall_is_told_and_not_laid_to_the_grains() {
 }
 
 #[test]
-fn mixtures_know_the_direction_of_the_interface() {
+fn mixtures_store_the_direction_of_the_interface() {
     let centre = [0.0, 0.0, 0.8];
     let field = GrainList::new(vec![Grain::sphere(centre, 0.6)], RADIUS, HEIGHT);
     let mode = GrainMode::Fraction;
@@ -200,7 +203,7 @@ fn mixtures_know_the_direction_of_the_interface() {
 }
 
 #[test]
-fn whole_tetrahedra_leave_the_lattice_as_it_is() {
+fn mode_whole_does_not_move_the_nodes_of_the_lattice() {
     let spacing_mm = 0.1;
     let field = field(&packing(GrainForm::Sphere, 0.2, 0.3));
     let meshed = mesh(Meshing { mode: GrainMode::Whole, ..Meshing::new(spacing_mm) }, &field);
@@ -240,7 +243,7 @@ fn whole_tetrahedra_leave_the_lattice_as_it_is() {
 }
 
 #[test]
-fn labelled_voxels_are_meshed_as_the_grains_they_show() {
+fn labelled_voxels_are_meshed_like_the_exact_grains() {
     let spheres = field(&packing(GrainForm::Sphere, 0.2, 0.35));
     let voxel = 0.03;
     let scanner = Scanner { photons: 1e9, rings: 0.0, texture: 0.0, ..Scanner::new(voxel, 1) };
@@ -281,7 +284,7 @@ fn the_mesh_does_not_depend_on_the_number_of_threads() {
 }
 
 #[test]
-fn impossible_settings_are_named() {
+fn errors_name_the_invalid_meshing_setting() {
     let none = GrainList::new(Vec::new(), RADIUS, HEIGHT);
     for (field, meshing) in [
         ("spacing_mm", Meshing::new(f64::NAN)),

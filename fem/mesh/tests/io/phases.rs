@@ -41,7 +41,7 @@ fn in_ball(x: [f64; 3], centre: [f64; 3], radius: f64) -> bool {
     (0..3).map(|k| (x[k] - centre[k]).powi(2)).sum::<f64>() < radius * radius
 }
 
-/// Label at a point: balls of two phases, two of which touch.
+/// Returns the label at a point (mm): balls of two phases; two balls touch.
 fn balls(x: [f64; 3]) -> i64 {
     let of = |label: i64, centre, radius| if in_ball(x, centre, radius) { label } else { 0 };
     let all = [
@@ -66,15 +66,15 @@ fn voxels(specimen: &LabelledSpecimen, name: &str) -> f64 {
     specimen.fraction_of(phase) * specimen.statistics.volume_mm3
 }
 
-fn tells(report: &MeshReport, part: &str) -> bool {
+fn warns_about(report: &MeshReport, part: &str) -> bool {
     report.warnings().iter().any(|warning| warning.contains(part))
 }
 
 #[test]
 fn each_phase_is_a_region_that_keeps_the_volume_of_its_voxels() {
     let specimen = labelled(balls);
-    // at 0.4 mm a tetrahedron has 1.4 % of the volume of a phase, and a tetrahedron with several phases keeps only
-    // one of them; in mode `Whole` one common offset preserves the total volume of all grains
+    // at 0.4 mm a tetrahedron has 1.4 % of the volume of a phase, and a tetrahedron with several phases stores only
+    // one phase; in mode `Whole` one common offset preserves the total volume of all grains
     for (mode, spacing, within) in [
         (GrainMode::Conforming, 0.12, 0.01),
         (GrainMode::Auto, 0.16, 0.01),
@@ -91,7 +91,7 @@ fn each_phase_is_a_region_that_keeps_the_volume_of_its_voxels() {
             println!("{mode:?} {spacing} {name} {off:+.4}");
             assert!(off.abs() < within, "{mode:?} at {spacing}, {name}: {found}, not {exact}");
             let phase = report.phases.iter().find(|phase| phase.name == name).unwrap();
-            // the difference is due to straight edges on the wall
+            // the remaining difference comes from straight edges on the wall
             assert!((phase.achieved_mm3 - found).abs() < 1e-3 * exact, "{phase:?}, not {found}");
             assert!((phase.asked_mm3 / exact - 1.0).abs() < 1e-3, "{phase:?}, not {exact}");
         }
@@ -106,18 +106,18 @@ fn each_phase_is_a_region_that_keeps_the_volume_of_its_voxels() {
 }
 
 #[test]
-fn tetrahedra_of_several_phases_are_counted_and_told() {
+fn tetrahedra_with_several_phases_are_counted_and_reported() {
     let build = |specimen: &LabelledSpecimen| {
         let mode = GrainMode::Fraction;
         build(specimen, Meshing { mode, ..Meshing::new(0.2) }).unwrap()
     };
-    let part = "several phases lie beside the matrix";
+    let part = "several phases besides the matrix";
     let apart = build(&labelled(|x| match x {
         x if in_ball(x, [0.0, 0.0, 0.4], 0.3) => 1,
         x if in_ball(x, [0.0, 0.0, 1.2], 0.3) => 2,
         _ => 0,
     }));
-    assert_eq!((apart.report.multiphase_tets, tells(&apart.report, part)), (0, false));
+    assert_eq!((apart.report.multiphase_tets, warns_about(&apart.report, part)), (0, false));
     // two half balls that meet in a plane that is not a plane of the lattice
     let (centre, plane) = ([0.0, 0.0, 0.8], 0.08);
     let halves = labelled(|x| match in_ball(x, centre, 0.6) {
@@ -126,7 +126,7 @@ fn tetrahedra_of_several_phases_are_counted_and_told() {
         false => 0,
     });
     let Meshed { mesh, report } = build(&halves);
-    // tetrahedra inside the ball that the plane cuts; some of these cuts are too small to be detected by a sample
+    // tetrahedra inside the ball that are cut by the plane; some cut-off parts contain no sample point
     let is_cut = |tet: &usize| {
         let corners = mesh.corners(*tet);
         let sides = corners.map(|x| x[0] < plane);
@@ -135,8 +135,8 @@ fn tetrahedra_of_several_phases_are_counted_and_told() {
     };
     let cut = (0..mesh.tets.len()).filter(is_cut).count();
     assert!(cut > 20 && report.multiphase_tets >= cut / 2, "{} of {cut}", report.multiphase_tets);
-    assert!(tells(&report, part), "{:?}", report.warnings());
-    // each of these tetrahedra keeps the larger phase, so both halves keep their volumes
+    assert!(warns_about(&report, part), "{:?}", report.warnings());
+    // each of these tetrahedra stores the larger phase, so both halves keep their volumes
     for name in ["grain", "inclusion"] {
         let (found, exact) = (volume(&mesh, name), voxels(&halves, name));
         assert!((found / exact - 1.0).abs() < 0.02, "{name}: {found}, not {exact}");
@@ -144,7 +144,7 @@ fn tetrahedra_of_several_phases_are_counted_and_told() {
 }
 
 #[test]
-fn voids_are_no_part_of_the_mesh() {
+fn voids_are_removed_from_the_mesh() {
     let specimen = labelled(|x| match x {
         x if in_ball(x, [0.1, 0.0, 0.5], 0.34) => 3,
         x if in_ball(x, [-0.3, 0.1, 1.2], 0.25) => 1,
@@ -164,7 +164,7 @@ fn voids_are_no_part_of_the_mesh() {
         assert!((mesh.volume() / left - 1.0).abs() < 1e-9, "{mode:?}: {} of {left}", mesh.volume());
         // the mesh has one cavity
         assert_eq!((mesh.euler_characteristic(), report.loose_tets), (2, 0), "{mode:?}");
-        assert!(!tells(&report, "Euler"), "{:?}", report.warnings());
+        assert!(!warns_about(&report, "Euler"), "{:?}", report.warnings());
         assert_eq!(mesh.surfaces.keys().collect::<Vec<_>>(), ["bottom", "side", "top"]);
         let grain = volume(&mesh, "grain") / voxels(&specimen, "grain") - 1.0;
         assert!(grain.abs() < 0.05, "{mode:?}: {grain}");
@@ -172,7 +172,7 @@ fn voids_are_no_part_of_the_mesh() {
 }
 
 #[test]
-fn what_no_face_holds_is_taken_out_and_told() {
+fn parts_without_a_common_face_are_removed_and_reported() {
     // a loose grain inside a void
     let loose = labelled(|x| match x {
         x if in_ball(x, [0.0, 0.0, 0.8], 0.3) => 1,
@@ -183,7 +183,7 @@ fn what_no_face_holds_is_taken_out_and_told() {
     let mode = GrainMode::Conforming;
     let Meshed { mesh, report } = build(&loose, Meshing { mode, ..Meshing::new(0.12) }).unwrap();
     assert!(report.loose_tets > 50, "{}", report.loose_tets);
-    assert!(tells(&report, "no face connects them"), "{:?}", report.warnings());
+    assert!(warns_about(&report, "no face connects them"), "{:?}", report.warnings());
     let left = PI * RADIUS * RADIUS * HEIGHT - 4.0 / 3.0 * PI * 0.6_f64.powi(3);
     assert!((mesh.volume() / left - 1.0).abs() < 0.02, "{} of {left}", mesh.volume());
     let centre = loose.regions.iter().position(|grain| grain.voxels > 1000);
@@ -202,7 +202,7 @@ fn what_no_face_holds_is_taken_out_and_told() {
     });
     let error = build(&parted, Meshing::new(0.16)).unwrap_err();
     assert!(matches!(error, MeshingError::Parted), "{error}");
-    assert!(error.to_string().contains("the voids part the specimen"), "{error}");
+    assert!(error.to_string().contains("the voids divide the specimen"), "{error}");
 
     // pores finer than the mesh count as matrix, with a warning
     let fine = labelled(|x| {
@@ -211,6 +211,6 @@ fn what_no_face_holds_is_taken_out_and_told() {
     });
     let Meshed { mesh, report } = build(&fine, Meshing::new(0.4)).unwrap();
     assert!(report.void_tets == 0 && report.unresolved_voids_mm3() > 0.1, "{report}");
-    assert!(tells(&report, "count as matrix"), "{:?}", report.warnings());
+    assert!(warns_about(&report, "count as matrix"), "{:?}", report.warnings());
     assert_eq!(mesh.regions, ["matrix"]);
 }

@@ -91,7 +91,7 @@ fn second_order_meshes_of_gmsh_are_read() {
     let mut straightened = 0;
     let mut read = 0;
     for line in said.lines() {
-        // name, number of tetrahedra, number of folded ones, volume of the spheres
+        // name, number of tetrahedra, number of folded tetrahedra, volume of the spheres (mm³)
         let [name, tets, folded, spheres] = line.split_whitespace().collect::<Vec<_>>()[..] else {
             panic!("{line}")
         };

@@ -50,7 +50,7 @@ fn labels_are_the_truth() {
 }
 
 #[test]
-fn a_clean_scan_shows_the_attenuations() {
+fn a_noise_free_scan_has_the_ratio_of_the_attenuations() {
     let scan = scan(clean());
     let deep = |[x, y, z]: [f64; 3]| x.hypot(y) < RADIUS - 0.1 && (0.1..HEIGHT - 0.1).contains(&z);
     let air = mean(&scan, |[x, y, _], _| (RADIUS + 0.06..RADIUS + 0.15).contains(&x.hypot(y)));
@@ -65,7 +65,7 @@ fn a_clean_scan_shows_the_attenuations() {
 }
 
 #[test]
-fn a_hard_beam_makes_the_middle_darker() {
+fn beam_hardening_makes_the_middle_darker() {
     let cupping = |hardening| {
         let none = GrainList::new(Vec::new(), RADIUS, HEIGHT);
         let scan = Scanner { hardening, ..clean() }.scan(RADIUS, HEIGHT, &none).unwrap();
@@ -79,7 +79,7 @@ fn a_hard_beam_makes_the_middle_darker() {
 }
 
 #[test]
-fn noise_follows_the_photons() {
+fn noise_decreases_with_the_square_root_of_the_photons() {
     let spread = |photons| {
         let scan = scan(Scanner { photons, ..clean() });
         let reference = scan_values(&clean());

@@ -12,7 +12,7 @@ fn balls(places: &[([f64; 3], f64)], divisions: usize) -> Vec<Surface> {
 
 /// Two balls made from octahedra touch at corners; after scaling by s their distance is 2 R (1 − s).
 #[test]
-fn two_touching_balls_shrink_as_computed_by_hand() {
+fn two_touching_balls_shrink_as_calculated_by_hand() {
     let surfaces = balls(&[([0.0; 3], 1.0), ([2.0, 0.0, 0.0], 1.0), ([0.0, 5.0, 0.0], 1.0)], 3);
     assert_eq!(least_gap_mm(&surfaces).unwrap(), (0.0, [1, 2]));
     for least_mm in [0.02, 0.1, 0.5] {
@@ -21,7 +21,7 @@ fn two_touching_balls_shrink_as_computed_by_hand() {
         for factor in &found.factors[..2] {
             assert!((factor - expected).abs() < 1e-6, "{factor}, not {expected}");
         }
-        // the third ball is far from both and does not change
+        // the third ball is far from the other two balls and does not change
         assert_eq!((found.factors[2], &found.surfaces[2]), (1.0, &surfaces[2]));
         let (gap, pair) = least_gap_mm(&found.surfaces).unwrap();
         assert!(gap >= least_mm * (1.0 - 1e-12) && gap < least_mm * (1.0 + 1e-6), "{gap}");
@@ -36,19 +36,19 @@ fn two_touching_balls_shrink_as_computed_by_hand() {
 }
 
 #[test]
-fn grains_in_one_another_are_named() {
+fn a_grain_inside_another_grain_is_an_error() {
     let surfaces = balls(&[([9.0, 0.0, 0.0], 1.0), ([0.0; 3], 1.0), ([0.0, 0.0, 0.01], 0.5)], 2);
     assert_eq!(least_gap_mm(&surfaces).unwrap(), (0.0, [2, 3]));
     let error = separated(surfaces, 0.01).unwrap_err();
     assert_eq!((error.first, error.second), (2, 3));
-    assert!(error.to_string().contains("one lies in the other"), "{error}");
+    assert!(error.to_string().contains("one grain lies inside the other grain"), "{error}");
     assert!(least_gap_mm(&balls(&[([0.0; 3], 1.0)], 1)).is_none());
 }
 
 /// The balls of a packing are enlarged until many overlap, and then separated. The distances are checked by brute
 /// force, from points of each ball to all other balls.
 #[test]
-fn a_packing_keeps_the_distance_by_another_search() {
+fn separated_grains_keep_the_distance_by_brute_force() {
     let packing =
         Packing { film_mm: 0.02, form: fem_mesh::GrainForm::Sphere, ..Packing::new(0.25, 4) };
     let grains = packing.fill(2.5, 4.4).unwrap();
@@ -78,7 +78,7 @@ fn a_packing_keeps_the_distance_by_another_search() {
         }
     }
     assert!(least >= least_mm * (1.0 - 1e-9), "{least} mm");
-    assert!(least < 1.1 * least_mm, "no more than needed: {least} mm");
+    assert!(least < 1.1 * least_mm, "grains were shrunk more than necessary: {least} mm");
     let gap = least_gap_mm(&found.surfaces).unwrap().0;
     assert!(gap <= least * (1.0 + 1e-9) && gap >= least_mm * (1.0 - 1e-9), "{gap} {least}");
     let after: f64 = found.surfaces.iter().map(Surface::volume).sum();
@@ -86,7 +86,7 @@ fn a_packing_keeps_the_distance_by_another_search() {
 }
 
 #[test]
-fn the_least_cylinder_is_that_of_closed_forms() {
+fn the_enclosing_cylinder_agrees_with_closed_forms() {
     // three equal balls: the enclosing circle is computed by hand from the circle through their centres
     let (r, h) = (0.4, 1.7);
     let angle = |k: f64| 2.0 * std::f64::consts::PI * k / 3.0;
@@ -104,7 +104,7 @@ fn the_least_cylinder_is_that_of_closed_forms() {
     let cylinder = enclosing_cylinder(&two, 0.0).unwrap();
     assert!((cylinder.radius_mm - 2.75).abs() < 1e-9, "{cylinder:?}");
     assert!((cylinder.centre_mm[0] - 1.75).abs() < 1e-9 && cylinder.centre_mm[1].abs() < 1e-9);
-    // an obtuse triangle of points: the longest edge is the diameter, and the circle does not pass through all three
+    // an obtuse triangle of points: the longest edge is the diameter; the circle does not pass through the third point
     let flat = Surface {
         points: vec![[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.1, 0.2, 1.0]],
         triangles: vec![[0, 1, 2]],

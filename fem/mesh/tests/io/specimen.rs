@@ -84,13 +84,13 @@ fn volumes_agree_with_the_signed_distance() {
         let fraction = inside as f64 / points as f64;
         let box_volume = (2.0 * reach).powi(3);
         let error = box_volume * (fraction * (1.0 - fraction) / points as f64).sqrt();
-        // five standard errors: fails by chance once in 200 000 such tests or less
+        // five standard errors: the probability of a failure by chance is below 1 / 200 000
         assert!((fraction * box_volume - grain.volume_mm3()).abs() < 5.0 * error);
     }
 }
 
 #[test]
-fn signed_distances_never_change_faster_than_their_point() {
+fn signed_distances_have_a_lipschitz_constant_of_one() {
     let grains = bimodal(0.25, 12).fill(RADIUS, HEIGHT).unwrap();
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(3);
     for grain in &grains {
@@ -104,7 +104,7 @@ fn signed_distances_never_change_faster_than_their_point() {
 }
 
 #[test]
-fn a_cut_cube_has_the_volume_area_and_distance_of_the_textbook() {
+fn volume_area_and_distance_of_a_cut_cube_agree_with_closed_forms() {
     let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-13, "{a} against {b}");
     let mut body = ConvexPolyhedron::cube([1.0, 2.0, 3.0], 1.0);
     close(body.volume(), 8.0);
@@ -117,7 +117,7 @@ fn a_cut_cube_has_the_volume_area_and_distance_of_the_textbook() {
     // cut off a corner at half the edges: a right tetrahedron with legs of length 1
     let n = 1.0 / 3.0_f64.sqrt();
     assert!(body.cut([n; 3], n * 8.0));
-    assert!(!body.cut([n; 3], n * 8.0), "the same cut takes nothing more");
+    assert!(!body.cut([n; 3], n * 8.0), "a repeated cut changes the polyhedron");
     assert_eq!(body.faces(), 7);
     close(body.volume(), 8.0 - 1.0 / 6.0);
     close(body.area(), 24.0 - 1.5 + 3.0_f64.sqrt() / 2.0);
@@ -153,7 +153,7 @@ fn two_classes_share_the_volume() {
         grains.iter().partition(|grain| grain.bounding_radius_mm() > 0.4);
     let volume = |grains: &[&Grain]| grains.iter().map(|g| g.volume_mm3()).sum::<f64>();
     let fraction = volume(&large) / (volume(&large) + volume(&small));
-    // one half, up to the last grain of each class
+    // one half, apart from the last grain of each class
     assert!((fraction - 0.5).abs() < 0.05, "{fraction}");
     assert!(small.len() > 8 * large.len());
 }
@@ -163,7 +163,7 @@ fn impossible_packings_say_what_to_do() {
     let refused = |packing: Packing| packing.fill(RADIUS, HEIGHT).unwrap_err();
     let full = refused(spheres(0.9, 1));
     assert!(matches!(full, PackingError::CannotPack { reached, .. } if reached < 0.75), "{full}");
-    assert!(full.to_string().contains("lower fraction or film_mm"));
+    assert!(full.to_string().contains("reduce fraction or film_mm"));
     assert!(matches!(refused(Packing::new(0.97, 1)), PackingError::CannotPack { .. }));
     for (field, packing) in [
         ("fraction", Packing::new(1.2, 1)),
@@ -236,7 +236,7 @@ fn parts(mesh: &TetMesh) -> Vec<usize> {
 }
 
 #[test]
-fn the_labelled_fraction_does_not_wander_from_seed_to_seed() {
+fn the_labelled_fraction_varies_by_less_than_one_percent_between_seeds() {
     let mut wandering = vec![];
     for seed in 0..20 {
         let grains = Packing::new(0.2, seed).fill(RADIUS, HEIGHT).unwrap();
@@ -250,7 +250,7 @@ fn the_labelled_fraction_does_not_wander_from_seed_to_seed() {
         assert!(parts(&mesh).into_iter().all(|size| size >= 3), "seed {seed} has stray tetrahedra");
         wandering.push(report.uncorrected_fraction / 0.2 - 1.0);
     }
-    // the correction is necessary: without it the error of some seed is much larger
+    // the correction is necessary: without the correction, the error of at least one seed is much larger
     let worst = wandering.iter().fold(0.0_f64, |worst, x| worst.max(x.abs()));
     assert!(worst > 0.03, "{wandering:?}");
 }
@@ -272,7 +272,7 @@ fn labels_converge_to_the_grains() {
 }
 
 #[test]
-fn every_tetrahedron_knows_its_grain() {
+fn every_tetrahedron_has_its_grain_number() {
     let grains = [Grain::sphere([0.0, 0.0, 1.2], 0.9), Grain::sphere([0.0, 0.0, 3.2], 0.9)];
     let mut mesh = lattice(0.3);
     let report = label(&mut mesh, &grains);
@@ -291,11 +291,11 @@ fn every_tetrahedron_knows_its_grain() {
 }
 
 #[test]
-fn grains_too_small_for_the_mesh_are_reported_lost() {
+fn grains_too_small_for_the_mesh_are_reported_as_missing() {
     let mut mesh = lattice(0.7);
     let report = label(&mut mesh, &[Grain::sphere([0.3, 0.3, 2.0], 0.02)]);
     assert_eq!((report.lost_grains(), mesh.regions.len()), (1, 1));
-    assert!(report.to_string().contains("1 too small"), "{report}");
+    assert!(report.to_string().contains("1 grains are too small"), "{report}");
     mesh.validate().unwrap();
     let empty = label(&mut mesh, &[]);
     assert_eq!(empty.achieved_fraction, 0.0);
@@ -303,7 +303,7 @@ fn grains_too_small_for_the_mesh_are_reported_lost() {
 
 /// Grains that share a node would be rigidly joined; separated grains keep the requested fraction.
 #[test]
-fn parted_grains_share_no_node() {
+fn separated_grains_share_no_node() {
     for seed in 1..=5 {
         let mut packing = Packing::new(0.2, seed);
         packing.film_mm = 0.2;

@@ -65,7 +65,7 @@ fn grain_volumes(mesh: &TetMesh) -> BTreeMap<u32, f64> {
 }
 
 #[test]
-fn grains_that_a_mesh_follows_are_closed_outward_and_as_large_as_in_the_mesh() {
+fn conforming_grains_are_closed_outward_and_as_large_as_in_the_mesh() {
     // grains in contact: some faces belong to two grains, with opposite orientations
     let sizes = vec![SizeClass { median_radius_mm: 0.3, spread: 0.1, share: 1.0 }];
     let packing = Packing { film_mm: 0.0, sizes, ..Packing::new(0.45, 5) };

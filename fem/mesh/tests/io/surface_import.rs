@@ -20,10 +20,10 @@ fn write(dir: &Path, name: &str, triangles: &[Triangle]) {
     stl::write(dir.join(name), "grain", triangles).unwrap();
 }
 
-/// All steps: grains of a packing are written to files, smoothed, decimated, shrunk and meshed; checks the volume of
-/// each grain in the mesh.
+/// Grains of a packing are written to files, smoothed, decimated, shrunk and meshed; the volume of each grain in the
+/// mesh is checked.
 #[test]
-fn a_packing_comes_back_from_its_files() {
+fn a_packing_is_read_back_from_its_files() {
     let packing = Packing { film_mm: 0.1, ..Packing::new(0.2, 3) };
     let truth = fem_mesh::GrainList::new(packing.fill(2.5, 4.4).unwrap(), 2.5, 4.4);
     let dir = tempfile::tempdir().unwrap();
@@ -103,7 +103,7 @@ fn one_file_of_all_grains_and_other_axes_are_read() {
         assert!(found.surfaces.iter().all(|surface| surface.volume() > 0.0));
         let low = found.surfaces.iter().flat_map(|surface| &surface.points).map(|p| p[2]);
         assert!(low.fold(f64::INFINITY, f64::min).abs() < 1e-9);
-        assert!(found.warnings()[0].contains("2 of 2 surfaces showed inward"));
+        assert!(found.warnings()[0].contains("normals of 2 of 2 surfaces pointed inwards"));
     }
     // the same folder, read as one grain of two parts
     let found = SurfaceImport::new(dir.path().to_owned()).read([None; 2]).unwrap();
@@ -117,7 +117,7 @@ fn one_file_of_all_grains_and_other_axes_are_read() {
 type Files = Vec<(&'static str, Vec<Triangle>)>;
 
 #[test]
-fn what_is_no_grain_is_named_with_its_file() {
+fn errors_of_invalid_grains_name_the_file() {
     let ball = |c: [f64; 3], r: f64| sphere(c, r, 3);
     let turned = |mut all: Vec<Triangle>, from: usize, to: usize| {
         all[from..to].iter_mut().for_each(|triangle| triangle.swap(1, 2));
@@ -134,7 +134,7 @@ fn what_is_no_grain_is_named_with_its_file() {
         (
             "normals",
             vec![("a.stl", turned(good.clone(), 0, 7))],
-            &["a.stl", "shows inward and its neighbour outward"],
+            &["a.stl", "points inwards and the normal of its neighbour outwards"],
         ),
         (
             "flat",
@@ -144,12 +144,12 @@ fn what_is_no_grain_is_named_with_its_file() {
         (
             "twice",
             vec![("a.stl", good.clone()), ("copy.stl", good.clone())],
-            &["1 pairs of grains overlap", "copy.stl", "share 9"],
+            &["1 pairs of grains overlap", "copy.stl", "largest overlap, 9"],
         ),
         (
             "overlap",
             vec![("a.stl", good.clone()), ("b.stl", ball([1.2, 0.0, 0.0], 1.0))],
-            &["by 10", "share 2", "least_distance_mm"],
+            &["by 10", "largest overlap, 2", "least_distance_mm"],
         ),
         ("far", vec![("a.stl", good.clone())], &[]),
     ];
@@ -163,9 +163,11 @@ fn what_is_no_grain_is_named_with_its_file() {
             Ok(found) => {
                 assert_eq!(what, "far");
                 found.check_unit(0.2, 1.0).unwrap();
-                for (spacing_mm, likely) in
-                    [(2e-4, "unit_mm = 0.001"), (150.0, "unit_mm = 1000"), (1e-30, "another one")]
-                {
+                for (spacing_mm, likely) in [
+                    (2e-4, "unit_mm = 0.001"),
+                    (150.0, "unit_mm = 1000"),
+                    (1e-30, "probably wrong"),
+                ] {
                     let error = found.check_unit(spacing_mm, 1.0).unwrap_err().to_string();
                     assert!(error.contains(likely), "{error}");
                 }
@@ -190,7 +192,11 @@ fn what_is_no_grain_is_named_with_its_file() {
     let found = import.read([None; 2]).unwrap();
     assert!(least_gap_mm(&found.surfaces).unwrap().0 >= 0.02 * (1.0 - 1e-9));
     assert!((found.factors[0] - 0.59).abs() < 0.01, "{:?}", found.factors);
-    assert!(found.warnings()[0].contains("of their volume"), "{:?}", found.warnings());
+    assert!(
+        found.warnings()[0].contains("the grain fraction is too small by"),
+        "{:?}",
+        found.warnings()
+    );
     write(dir.path(), "c.stl", &good);
     let error = import.read([None; 2]).unwrap_err();
     assert!(matches!(&error, SurfaceImportError::Inseparable { .. }), "{error}");
@@ -200,7 +206,7 @@ fn what_is_no_grain_is_named_with_its_file() {
     let file = dir.path().join("parts.stl");
     stl::write(&file, "parts", &parts).unwrap();
     let error = SurfaceImport::new(file).read([None; 2]).unwrap_err().to_string();
-    assert!(error.contains("1 of 2 parts show inward"), "{error}");
+    assert!(error.contains("normals of 1 of 2 parts point inwards"), "{error}");
     for import in [
         SurfaceImport { unit_mm: 0.0, ..import.clone() },
         SurfaceImport { decimation: 0.5, ..import.clone() },
@@ -255,7 +261,7 @@ fn labels_have_surfaces_of_their_volume() {
         let count = labels.values.iter().filter(|&&own| own == label).count() as f64;
         assert!((surface.volume() / (count * 0.05_f64.powi(3)) - 1.0).abs() < 1e-6);
         assert!((count / (4.0 / 3.0 * PI * radius.powi(3)) - 1.0).abs() < 0.02);
-        // in the coordinates of the tilted specimen, which the mesh uses
+        // the surface is in the coordinates of the tilted specimen, which the mesh uses
         let middle = cylinder.to_specimen(centre.map(|x| (x + 0.5) * 0.05));
         for point in &surface.points {
             let out = (0..3).map(|k| (point[k] - middle[k]).powi(2)).sum::<f64>().sqrt();

@@ -65,7 +65,7 @@ fn files_of_one_and_of_several_grains_are_read() {
         stl::read(&path).unwrap_err().to_string()
     };
     for (bytes, part) in [
-        (&b"ply\nformat ascii 1.0\n"[..], "no STL"),
+        (&b"ply\nformat ascii 1.0\n"[..], "not an STL file"),
         (text.trim_end().trim_end_matches("endsolid grains").as_bytes(), "endsolid"),
         (text.replacen("vertex", "vertex x", 1).as_bytes(), "line 4: `x`"),
         (text.replacen("  endloop", "   vertex 1 2 3\n  endloop", 1).as_bytes(), "4 corners"),
@@ -81,7 +81,7 @@ fn files_of_one_and_of_several_grains_are_read() {
 }
 
 #[test]
-fn distances_are_those_of_the_spheres_and_polyhedra() {
+fn distances_agree_with_exact_spheres_and_polyhedra() {
     let surfaces = |divisions| -> Vec<Surface> {
         SPHERES.iter().map(|&(c, r)| Surface::new(&sphere(c, r, divisions))).collect()
     };
@@ -129,7 +129,7 @@ fn distances_are_those_of_the_spheres_and_polyhedra() {
 }
 
 #[test]
-fn surfaces_that_are_no_grains_are_refused_by_number() {
+fn errors_of_invalid_surfaces_state_the_number_of_the_grain() {
     let good = sphere([0.0, 0.0, 2.0], 0.5, 1);
     let open = Surface::new(&good[1..]);
     let error = SurfaceGrains::new(vec![Surface::new(&good), open], 2.5, 4.4).unwrap_err();
@@ -161,7 +161,7 @@ fn a_mesh_of_surfaces_has_their_volumes() {
 }
 
 #[test]
-fn smoothing_takes_noise_away_and_keeps_the_volume() {
+fn smoothing_removes_noise_and_preserves_the_volume() {
     let clean = Surface::new(&sphere([0.2, 0.1, 0.3], 1.0, 4));
     let mut rough = clean.clone();
     for (k, point) in rough.points.iter_mut().enumerate() {

@@ -12,7 +12,7 @@ const VOXEL: f64 = 0.04;
 /// Width of the air around the cylinder (voxels).
 const AIR: usize = 4;
 
-/// Returns balls that are separated by at least 0.1 mm of matrix, except for two that touch.
+/// Returns balls that are separated by at least 0.1 mm of matrix, except for two touching balls.
 fn balls() -> Vec<Grain> {
     let at = [
         ([0.02, 0.41, 0.44], 0.37),
@@ -82,7 +82,7 @@ fn surface_error(field: &dyn GrainField, ball: &Grain, number: u32) -> f64 {
 }
 
 #[test]
-fn shares_give_the_volumes_and_surfaces_of_balls() {
+fn solid_fractions_give_the_volumes_and_surfaces_of_balls() {
     let balls = balls();
     let (labels, solid, cylinder) = voxels(&balls);
     let shared = VoxelGrains::new(&labels, Some(&solid), &cylinder);
@@ -99,7 +99,7 @@ fn shares_give_the_volumes_and_surfaces_of_balls() {
         worst[0] = worst[0].max(error(&whole));
         worst[1] = worst[1].max(surface_error(&shared, ball, number));
         if number < 4 {
-            // without solid fractions the surface is known only from changes of the label
+            // without solid fractions, only changes of the label locate the surface
             let without = surface_error(&whole, ball, number);
             assert!(surface_error(&shared, ball, number) < without, "ball {number}");
         }
@@ -107,7 +107,7 @@ fn shares_give_the_volumes_and_surfaces_of_balls() {
     let sum = |field: &VoxelGrains<'_>| (1..=5).map(|k| field.volume_mm3(k)).sum::<f64>();
     let exact: f64 = balls.iter().map(Grain::volume_mm3).sum();
     assert!((sum(&shared) / exact - 1.0).abs() < 3e-4, "{}", sum(&shared) / exact);
-    assert!(worst[0] > 0.01, "the test tells nothing: whole voxels are as good");
+    assert!(worst[0] > 0.01, "whole voxels are as accurate, so the test checks nothing");
     // the smoothing shrinks a ball of radius R by σ² / R with σ² = ½ voxel², 0.06 voxels, which the correction of the
     // volume compensates; the error of the linear interpolation remains
     println!("{} voxels", worst[1] / VOXEL);
@@ -115,7 +115,7 @@ fn shares_give_the_volumes_and_surfaces_of_balls() {
 }
 
 #[test]
-fn volumes_that_are_known_better_are_taken_as_far_as_the_cylinder_reaches() {
+fn given_volumes_count_only_inside_the_cylinder() {
     let balls = balls();
     let (labels, solid, cylinder) = voxels(&balls);
     // the end cuts the second ball between two layers of voxels, half a voxel below its centre
@@ -132,7 +132,7 @@ fn volumes_that_are_known_better_are_taken_as_far_as_the_cylinder_reaches() {
 }
 
 #[test]
-fn shares_are_meshed_as_the_balls_they_show() {
+fn voxels_with_solid_fractions_are_meshed_like_the_exact_balls() {
     let balls = balls();
     let (labels, solid, cylinder) = voxels(&balls);
     let field = VoxelGrains::new(&labels, Some(&solid), &cylinder);

@@ -1,9 +1,9 @@
-//! Quality measures of a segmentation besides panoptic quality: volumes, and the fraction of grain assigned to the
-//! correct grain.
+//! Quality measures of a segmentation besides panoptic quality: median volume, and the fraction of true grain voxels
+//! that are assigned to the correct grain.
 
 use std::collections::HashMap;
 
-/// Returns the median of the volumes; NaN if there are none.
+/// Returns the median of the volumes; NaN without volumes.
 pub(crate) fn median(volumes: impl IntoIterator<Item = f64>) -> f64 {
     let mut sorted: Vec<f64> = volumes.into_iter().collect();
     sorted.sort_by(f64::total_cmp);
@@ -11,12 +11,12 @@ pub(crate) fn median(volumes: impl IntoIterator<Item = f64>) -> f64 {
     if n == 0 { f64::NAN } else { 0.5 * (sorted[(n - 1) / 2] + sorted[n / 2]) }
 }
 
-/// Fractions of the true grain voxels by the result of the segmentation.
+/// Fractions of the true grain voxels, classified by the result of the segmentation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Assigned {
-    /// Fraction in the segmented grain that matches the true grain (intersection over union above one half).
+    /// Fraction assigned to the segmented grain that matches the true grain (intersection over union above one half).
     pub(crate) right: f64,
-    /// Fraction in no segmented grain.
+    /// Fraction assigned to no segmented grain.
     pub(crate) missing: f64,
     /// Fraction in true grains below the minimum size.
     pub(crate) small: f64,

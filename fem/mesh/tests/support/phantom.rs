@@ -44,7 +44,7 @@ pub(crate) struct Imaged {
     pub(crate) image: Volume<f32>,
     pub(crate) truth: Volume<u32>,
     pub(crate) volumes_mm3: Vec<f64>,
-    /// Volume of the specimen without its voids.
+    /// Volume of the specimen, voids excluded.
     pub(crate) specimen_mm3: f64,
     pub(crate) radius_mm: f64,
     pub(crate) bottom_mm: f64,

@@ -1,7 +1,7 @@
 //! Synthetic specimens: equal spheres in a cylinder, with typical artefacts of laboratory images.
 //!
-//! Lengths are in voxels. The grain fraction of a voxel is the mean over 5³ points, so that true volumes are those of
-//! spheres.
+//! Lengths are in voxels. The grain fraction of a voxel is the mean over 5³ points, so that the true volumes are the
+//! volumes of the spheres.
 
 use std::f64::consts::PI;
 
@@ -60,9 +60,9 @@ pub(crate) struct Specimen {
     pub(crate) grain_radius: f64,
     /// Volume fraction of the spheres in the cylinder.
     pub(crate) fraction: f64,
-    /// Whether spheres may extend beyond the wall, where they are cut.
+    /// Whether spheres may extend beyond the wall and are cut by the wall.
     pub(crate) cut_by_wall: bool,
-    /// Whether only spheres in the lower half are kept.
+    /// Whether only the lower half of the specimen contains spheres.
     pub(crate) only_below: bool,
     /// Difference of the grey values of matrix and air.
     pub(crate) matrix: f32,
@@ -109,7 +109,7 @@ impl Specimen {
         f64::from(if self.inverted { WHITE - middle } else { middle })
     }
 
-    /// Returns the contrast (bright or dark grains) as it is set in a case.
+    /// Returns the contrast (bright or dark grains) for the settings of a case.
     pub(crate) fn contrast(&self) -> Contrast {
         let is_dark = (self.grain < self.matrix) != self.inverted;
         if is_dark { Contrast::Dark } else { Contrast::Bright }
@@ -198,15 +198,15 @@ impl Specimen {
         centres.filter(|[_, _, z]| !self.only_below || *z < -self.grain_radius).collect()
     }
 
-    /// Returns the volume fraction of a whole number of spheres of exactly this radius that is closest to the
-    /// requested one.
+    /// Returns the volume fraction closest to the requested fraction among the fractions of whole numbers of spheres
+    /// with exactly this radius.
     fn whole_spheres(&self, radius: f64, height: f64) -> f64 {
         let cylinder = PI * radius * radius * height;
         let ball = 4.0 / 3.0 * PI * self.grain_radius.powi(3);
         (self.fraction * cylinder / ball).round().max(1.0) * ball / cylinder
     }
 
-    /// Returns the brightness of the surroundings at a point, relative to that of the matrix.
+    /// Returns the brightness of the surroundings at a point, relative to the brightness of the matrix.
     fn around(&self, point: [f64; 3], frame: &Frame) -> f64 {
         let [x, y, z] = frame.to_specimen(point);
         let r = x.hypot(y);

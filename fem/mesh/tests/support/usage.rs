@@ -1,9 +1,9 @@
 //! Processor time and memory of this process on Linux; NaN on other systems.
 
-/// Clock ticks per second, as Linux reports them on all common processors.
+/// Clock ticks per second in `/proc` (100 on all common processors).
 const TICKS: f64 = 100.0;
 
-/// Returns the processor time of all threads so far (seconds).
+/// Returns the processor time that all threads have used until now (s).
 pub(crate) fn processor_seconds() -> f64 {
     let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
     // the program name, in parentheses, may contain spaces
@@ -14,7 +14,7 @@ pub(crate) fn processor_seconds() -> f64 {
 
 /// Resets the peak memory of the process and returns the memory in use (bytes).
 pub(crate) fn restart_peak() -> f64 {
-    // if the system does not allow the reset, the peak is that of the whole process
+    // if the system does not allow the reset, `peak` returns the peak since the start of the process
     let _ = std::fs::write("/proc/self/clear_refs", "5");
     of_status("VmRSS:")
 }

@@ -31,7 +31,7 @@ pub(crate) fn volume(name: &str, side: usize) -> Option<Imaged> {
             let rough = Scanner { hardening: 1.0, rings: 0.004, photons: 2e4, ..good };
             scanned(side, &of_one_size(side), rough)
         }
-        // the size of grains in voxels does not scale with `side`: 5 400 grains at the usual 256
+        // the size of grains in voxels does not depend on `side`: 5 400 grains at the default of 256
         "many" => scanned(side * 5 / 4, &of_the_paper(), Scanner::new(VOXEL_MM, 1)),
         _ => return None,
     };

@@ -1,4 +1,4 @@
-//! Comparison of seeds and basins with their definitions.
+//! Tests that compare seeds and basins with their definitions.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -20,7 +20,7 @@ fn near(shape: [usize; 3], at: usize) -> Vec<usize> {
     neighbour_steps().filter_map(step).collect()
 }
 
-/// Random heights on random land, smoothed to form hills.
+/// Returns random heights, smoothed to form hills, and random land.
 fn hills(shape: [usize; 3], most: u16, seed: u64) -> (Vec<u16>, Vec<u8>) {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
     let count = shape.iter().product();
@@ -29,7 +29,7 @@ fn hills(shape: [usize; 3], most: u16, seed: u64) -> (Vec<u16>, Vec<u8>) {
     (binomial(shape, &heights), set)
 }
 
-/// Regional maxima of the reconstruction of (f − h) under f, by repeated dilation.
+/// Returns the regional maxima of the reconstruction of (f − h) under f, by repeated dilation.
 fn by_reconstruction(shape: [usize; 3], f: &[u16], h: u16) -> BTreeSet<BTreeSet<usize>> {
     let mut r: Vec<u16> = f.iter().map(|f| f.saturating_sub(h)).collect();
     loop {
@@ -46,13 +46,13 @@ fn by_reconstruction(shape: [usize; 3], f: &[u16], h: u16) -> BTreeSet<BTreeSet<
     let mut maxima = BTreeSet::new();
     for start in (0..f.len()).filter(|&at| r[at] > 0) {
         let mut flat = BTreeSet::from([start]);
-        let mut open = vec![start];
+        let mut stack = vec![start];
         let mut highest = true;
-        while let Some(at) = open.pop() {
+        while let Some(at) = stack.pop() {
             for n in near(shape, at) {
                 highest &= r[n] <= r[at];
                 if r[n] == r[at] && flat.insert(n) {
-                    open.push(n);
+                    stack.push(n);
                 }
             }
         }
@@ -72,7 +72,7 @@ fn parts(labels: &[u32]) -> BTreeSet<BTreeSet<usize>> {
 }
 
 #[test]
-fn h_maxima_are_those_of_the_reconstruction() {
+fn h_maxima_agree_with_the_reconstruction() {
     for (shape, most, seed) in
         [([9, 8, 7], 40, 1), ([9, 8, 7], 400, 2), ([14, 5, 6], 12, 3), ([1, 20, 15], 200, 4)]
     {
@@ -87,17 +87,17 @@ fn h_maxima_are_those_of_the_reconstruction() {
     }
 }
 
-/// Highest level at which each voxel is connected to `from`.
+/// Returns the highest level at which each voxel is connected to `from`.
 fn pass(shape: [usize; 3], f: &[u16], from: usize) -> Vec<u16> {
     let mut best = vec![0; f.len()];
     best[from] = f[from];
-    let mut open = BTreeSet::from([(f[from], from)]);
-    while let Some((level, at)) = open.pop_last() {
+    let mut stack = BTreeSet::from([(f[from], from)]);
+    while let Some((level, at)) = stack.pop_last() {
         for n in near(shape, at) {
             let through = level.min(f[n]);
             if through > best[n] {
                 best[n] = through;
-                open.insert((through, n));
+                stack.insert((through, n));
             }
         }
     }
@@ -136,9 +136,9 @@ fn every_voxel_belongs_to_a_seed_with_the_highest_pass() {
     // basins are connected
     for part in parts(&labels) {
         let mut seen = BTreeSet::from([*part.first().unwrap()]);
-        let mut open: Vec<usize> = seen.iter().copied().collect();
-        while let Some(at) = open.pop() {
-            open.extend(
+        let mut stack: Vec<usize> = seen.iter().copied().collect();
+        while let Some(at) = stack.pop() {
+            stack.extend(
                 near(shape, at).into_iter().filter(|n| part.contains(n) && seen.insert(*n)),
             );
         }
@@ -147,7 +147,7 @@ fn every_voxel_belongs_to_a_seed_with_the_highest_pass() {
 }
 
 #[test]
-fn a_turned_landscape_has_the_same_basins() {
+fn a_rotated_landscape_has_the_same_basins() {
     let shape = [13, 11, 12];
     let (heights, set) = hills(shape, 60, 6);
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(7);
@@ -179,13 +179,13 @@ fn spaced_seeds_keep_their_distance() {
     let seeds = Landscape::new(shape, &heights, &set).spaced_maxima(4);
     assert_eq!(seeds.labels.iter().max(), Some(&(seeds.voxels.len() as u32)));
     assert!(seeds.voxels.len() > 5);
-    let place = |at: u32| {
+    let voxel = |at: u32| {
         let at = at as usize;
         [at % 32, at / 32 % 14, at / (32 * 14)]
     };
     for (n, &a) in seeds.voxels.iter().enumerate() {
         for &b in &seeds.voxels[..n] {
-            let (a, b) = (place(a), place(b));
+            let (a, b) = (voxel(a), voxel(b));
             assert!((0..3).any(|axis| a[axis].abs_diff(b[axis]) > 4), "{a:?} {b:?}");
         }
     }

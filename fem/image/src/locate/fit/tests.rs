@@ -1,10 +1,10 @@
-//! Fits to cylinders of known position, with ends between voxels and tilted axes.
+//! Tests of fits to cylinders of known position, with ends between voxels and with tilted axes.
 
 use super::*;
 use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// A cylinder with soft edges, noise, bright specks in the air and notches in the wall.
+/// Returns an image of a cylinder with soft edges, noise, bright specks in the air and notches in the wall.
 fn image(truth: &Fit, shape: [usize; 3]) -> Volume<u16> {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(6);
     let mut image = Volume::new(shape, 1.0, vec![0; shape.iter().product()]).unwrap();

@@ -1,4 +1,4 @@
-//! A box divided into hexahedra by planes, and these into tetrahedra.
+//! A box divided by planes into hexahedra; each hexahedron is divided into tetrahedra.
 
 use super::hexahedra;
 use crate::mesh::TetMesh;
@@ -14,17 +14,18 @@ pub enum HexSplit {
     /// of all hexahedra have the same direction.
     #[default]
     Six,
-    /// Twelve tetrahedra around the centre (scaled Jacobian 0.943 between cubes, 0.577 at the boundary). The mesh prefers
-    /// no diagonal, which matters for the direction of cracks. Tetrahedra reach across the planes between hexahedra, so
-    /// regions bounded by these planes are followed exactly by [`HexSplit::Six`] only.
+    /// Twelve tetrahedra around the centre (scaled Jacobian 0.943 between cubes, 0.577 at the boundary). The mesh has
+    /// no preferred diagonal, so it does not bias the direction of cracks. Tetrahedra extend across the planes between
+    /// hexahedra: only [`HexSplit::Six`] represents regions bounded by these planes exactly.
     Twelve,
 }
 
-/// A box divided by planes into hexahedra, and these into tetrahedra.
+/// A box divided by planes into hexahedra; each hexahedron is divided into tetrahedra.
 ///
 /// The only region is `matrix`, and the surfaces are `left` and `right` (x), `front` and `back` (y), `bottom` and `top`
-/// (z); [`TetMesh::with_regions`] and [`TetMesh::with_surfaces`] assign others by a function, and [`TetMesh::mapped`]
-/// bends the box into another shape. Like every [`TetMesh`], the mesh serves linear and quadratic elements.
+/// (z); [`TetMesh::with_regions`] and [`TetMesh::with_surfaces`] replace regions and surfaces by a function, and
+/// [`TetMesh::mapped`] bends the box into another shape. Like every [`TetMesh`], the mesh serves linear and quadratic
+/// elements.
 ///
 /// # Example
 /// A plate whose cells grow away from x = 0, with an inclusion of 2 mm edge length:
@@ -42,9 +43,9 @@ pub enum HexSplit {
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Block {
-    /// Coordinates of the planes along x, y and z, increasing (mm); one more than there are hexahedra.
+    /// Coordinates of the planes along x, y and z, increasing (mm): n + 1 planes for n hexahedra along an axis.
     pub planes_mm: [Vec<f64>; 3],
-    /// Division of the hexahedra.
+    /// Division of the hexahedra into tetrahedra.
     pub split: HexSplit,
 }
 
@@ -60,7 +61,7 @@ pub enum BlockError {
         /// Number of planes.
         planes: usize,
     },
-    /// A plane that is not finite or not above the one before it.
+    /// A plane coordinate that is not finite or not above the previous coordinate.
     #[error("plane {plane} along {axis} is at {value_mm} mm; give finite, increasing coordinates")]
     NotIncreasing {
         /// Name of the axis.
@@ -71,7 +72,7 @@ pub enum BlockError {
         value_mm: f64,
     },
     /// More hexahedra than supported.
-    #[error("the planes make {cells:.1e} hexahedra, more than 2e6; use fewer")]
+    #[error("the planes create {cells:.1e} hexahedra, more than 2e6; use fewer planes")]
     TooMany {
         /// Number of hexahedra.
         cells: f64,
@@ -79,8 +80,8 @@ pub enum BlockError {
 }
 
 impl Block {
-    /// Creates a box with one corner at the origin, divided into equal hexahedra; `size_mm` and `cells` along x, y and
-    /// z.
+    /// Creates a box with one corner at the origin, divided into equal hexahedra. `size_mm` and `cells` have one value
+    /// each for x, y and z.
     pub fn new(size_mm: [f64; 3], cells: [usize; 3]) -> Block {
         let planes = |k: usize| {
             let at = |plane: usize| size_mm[k] * plane as f64 / cells[k] as f64;
@@ -90,7 +91,7 @@ impl Block {
     }
 
     /// Moves the inner planes along an axis (0, 1, 2 for x, y, z) so that the widths of the cells are a geometric
-    /// sequence; `ratio` is the width of the last cell divided by that of the first.
+    /// sequence; `ratio` is the width of the last cell divided by the width of the first cell.
     ///
     /// # Panics
     /// If `axis` is above 2.
@@ -111,7 +112,7 @@ impl Block {
         self
     }
 
-    /// Chooses the division of the hexahedra.
+    /// Sets the division of the hexahedra into tetrahedra.
     pub fn with_split(self, split: HexSplit) -> Block {
         Block { split, ..self }
     }

@@ -7,17 +7,18 @@ use crate::mesh::TetMesh;
 use crate::mesh::topology::{key, middle};
 use crate::mesh::vector::Point;
 
-/// Number of cells across the central block and number of rings around it, each per radius over spacing. With these
-/// factors the cells of block and rings have about the same size, and the number of cells equals the number of
-/// squares of edge `spacing` with the area of the disc: `1.2² + 4 · 1.2 · 0.354 ≈ π`.
+/// Number of cells across the central block (`BLOCK`) and number of rings around the block (`RINGS`), both divided by
+/// radius / spacing. With these factors the cells of block and rings have about the same size, and the number of cells
+/// equals the area of the disc divided by `spacing²`: `1.2² + 4 · 1.2 · 0.354 ≈ π`.
 const BLOCK: f64 = 1.2;
 const RINGS: f64 = 0.354;
-/// Width of the central block, relative to the width for which its cells are as wide as the rings.
+/// Width of the central block, relative to the width at which the cells of the block are as wide as the rings.
 const WIDTH: f64 = 0.95;
 /// Bulge of the block's sides: 0 for a square, 1 for a circle. Together with [`WIDTH`] it keeps the smallest dihedral
 /// angle above 30°, or 29° at the coarsest spacings (cubes would have 45°).
 const BULGE: f64 = 0.6;
-/// Largest allowed ratio of spacing to radius; above it the minimum block of three cells is finer than the spacing.
+/// Largest allowed ratio of spacing to radius. Above this ratio the smallest central block (3 × 3 cells) has cells
+/// smaller than the spacing.
 const COARSEST: f64 = 0.6;
 /// Limit of the number of cells; a larger number is reported as a likely error in the units.
 const MAX_CELLS: f64 = 2.0e6;
@@ -26,7 +27,8 @@ const MAX_CELLS: f64 = 2.0e6;
 ///
 /// A wall of straight edges between nodes on a circle encloses less than the cylinder. At a spacing of 0.6 mm and a
 /// radius of 2.5 mm the end faces of [`Wall::Inscribed`] and [`Wall::Round`] are 1.6 % too small, and forces, stiffness
-/// and energies with them. The smallest scaled Jacobian of this lattice is 0.324, with [`Wall::EqualArea`] 0.322.
+/// and energies are too small by the same factor. The smallest scaled Jacobian of this lattice is 0.324, or 0.322 with
+/// [`Wall::EqualArea`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Wall {
     /// A prism with the corners of its cross-section on the circle.
@@ -34,12 +36,12 @@ pub enum Wall {
     Inscribed,
     /// The prism of [`Wall::Inscribed`], enlarged so that the area of its cross-section is πR²: volume and end areas
     /// are exact, the second moments of area are too large by 0.089 (π / corners)⁴ of their values, and wall nodes lie
-    /// outside the circle by up to R (π / corners)² / 3. The choice for linear elements.
+    /// outside the circle by up to R (π / corners)² / 3. Recommended for linear elements.
     EqualArea,
     /// All nodes of the wall on the circle, including the centres of the faces. The body is not a prism.
     Round,
-    /// The nodes of [`Wall::Round`], and curved edges on the wall whose mid-edge points lie on the circle as well. The
-    /// choice for quadratic elements; linear elements ignore the curvature.
+    /// The nodes of [`Wall::Round`], and curved edges on the wall whose mid-edge points lie on the circle as well.
+    /// Recommended for quadratic elements; linear elements ignore the curvature.
     Curved,
 }
 
@@ -103,7 +105,7 @@ pub enum LatticeError {
         most_mm: f64,
     },
     /// A spacing that would create more cells than supported.
-    #[error("spacing_mm = {spacing_mm} would make {cells:.1e} hexahedra; use a coarser one")]
+    #[error("spacing_mm = {spacing_mm} would create {cells:.1e} hexahedra; use a larger spacing")]
     TooFine {
         /// The spacing (mm).
         spacing_mm: f64,
@@ -148,7 +150,7 @@ impl CylinderLattice {
         self.build_with(Wall::Round)
     }
 
-    /// Builds the mesh with a choice of its wall.
+    /// Builds the mesh with a given type of wall.
     ///
     /// # Errors
     /// Same as [`CylinderLattice::build`].
@@ -185,7 +187,7 @@ impl CylinderLattice {
         Ok(mesh)
     }
 
-    /// Moves the nodes of the wall onto the circle.
+    /// Moves the nodes of the wall radially onto the circle.
     fn round(&self, mesh: &mut TetMesh) {
         for &node in mesh.surfaces["side"].as_flattened() {
             self.project(&mut mesh.nodes[node as usize]);
@@ -215,7 +217,7 @@ impl CylinderLattice {
     }
 }
 
-/// Nodes and cells of the cross-section.
+/// Nodes (mm) and cells of the cross-section.
 struct Section {
     points: Vec<[f64; 2]>,
     /// Corners of each cell, counter-clockwise.
@@ -233,7 +235,7 @@ impl Section {
         let block = |i: usize, j: usize| (i + (n + 1) * j) as u32;
         for j in 0..=n {
             for i in 0..=n {
-                // this form makes mirrored points exactly symmetric
+                // with this formula, mirrored points are symmetric to the last bit
                 let u = (2.0 * i as f64 - n as f64) / n as f64;
                 let v = (2.0 * j as f64 - n as f64) / n as f64;
                 points.push([
@@ -248,7 +250,7 @@ impl Section {
             }
         }
 
-        // nodes around the block, starting at its corner at -135 degrees
+        // boundary nodes of the central block, counter-clockwise from the corner at −135°
         let around: Vec<u32> = (0..n)
             .map(|k| block(k, 0))
             .chain((0..n).map(|k| block(n, k)))

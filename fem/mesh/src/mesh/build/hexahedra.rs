@@ -10,8 +10,8 @@ use crate::mesh::vector::{Point, mean};
 /// The faces of a hexahedron, counter-clockwise seen from outside: bottom, top, front, right, back, left.
 const FACES: [[usize; 4]; 6] =
     [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
-/// The path from corner 0 to corner 6 along three edges has six variants, each a tetrahedron; these are the inner
-/// corners of the paths.
+/// Inner corners of the six paths along three edges from corner 0 to corner 6. The four corners of each path form a
+/// tetrahedron.
 const PATHS: [[usize; 2]; 6] = [[1, 2], [2, 3], [3, 7], [7, 4], [4, 5], [5, 1]];
 
 /// Divides each hexahedron into six tetrahedra around its diagonal from corner 0 to corner 6. Neighbours in a grid
@@ -24,9 +24,9 @@ pub(super) fn six(nodes: Vec<Point>, hexahedra: &[[u32; 8]]) -> TetMesh {
     mesh(nodes, tets)
 }
 
-/// Divides each hexahedron into twelve tetrahedra: each inner face and the centres of its two hexahedra form four. At
-/// the boundary, the centre of the face replaces the centre of the missing neighbour. `sides` has the names of the
-/// surfaces for boundary faces on the bottom, top, front, right, back and left of a hexahedron.
+/// Divides each hexahedron into twelve tetrahedra: each inner face and the centres of its two hexahedra form four
+/// tetrahedra. At the boundary, the centre of the face replaces the centre of the missing neighbour. `sides` has the
+/// names of the surfaces for boundary faces on the bottom, top, front, right, back and left of a hexahedron.
 pub(super) fn twelve(mut nodes: Vec<Point>, hexahedra: &[[u32; 8]], sides: [&str; 6]) -> TetMesh {
     let mut faces: Vec<HexFace> = Vec::with_capacity(6 * hexahedra.len());
     for hex in hexahedra {
@@ -70,11 +70,15 @@ fn mesh(nodes: Vec<Point>, tets: Vec<[u32; 4]>) -> TetMesh {
     }
 }
 
-/// A face of one hexahedron; `key` holds its sorted nodes, `side` its index in [`FACES`].
+/// A face of one hexahedron.
 struct HexFace {
+    /// Nodes of the face in increasing order.
     key: [u32; 4],
+    /// Nodes of the face, counter-clockwise seen from outside.
     outward: [u32; 4],
+    /// Node at the centre of the hexahedron.
     centre: u32,
+    /// Index of the face in [`FACES`].
     side: usize,
 }
 

@@ -6,8 +6,8 @@ use std::fmt::{self, Write as _};
 use super::source::{Fault, Source};
 use crate::mesh::{Mixture, TetMesh};
 
-/// Names of the data sections that are read and written: grain numbers, if elementary tags cannot encode them, and
-/// the fields of [`Mixture`].
+/// Names of the supported data sections: grain numbers, if elementary tags cannot encode these numbers, and the fields
+/// of [`Mixture`].
 const GRAIN: &str = "grain";
 const FRACTION: &str = "grain_fraction";
 const NORMAL: &str = "interface_normal";
@@ -58,7 +58,7 @@ pub(super) fn read(source: &mut Source, data: &mut ElementData) -> Result<bool, 
     }
     if components != expected {
         return Err(source.fault(format!(
-            "`{name}` has {components} components, not {expected}; save the mesh again"
+            "data section `{name}` has {components} components instead of {expected}; save the mesh again"
         )));
     }
     if source.binary {
@@ -70,14 +70,16 @@ pub(super) fn read(source: &mut Source, data: &mut ElementData) -> Result<bool, 
         for value in &mut entry[..expected as usize] {
             *value = source.real("a number")?;
         }
-        let tag = u64::try_from(tag).map_err(|_| source.fault(format!("element {tag}")))?;
+        let tag = u64::try_from(tag).map_err(|_| {
+            source.fault(format!("element number {tag} is negative; save the mesh again"))
+        })?;
         values.insert(tag, entry);
     }
     Ok(true)
 }
 
 impl ElementData {
-    /// Whether the file contains mixture data.
+    /// Returns whether the file contains mixture data.
     pub(super) fn has_mixture(&self) -> bool {
         !self.fraction.is_empty()
     }
@@ -95,22 +97,22 @@ impl ElementData {
         tags: impl Iterator<Item = u64>,
         region: impl Fn(i32) -> Option<u16>,
     ) -> Option<Vec<Mixture>> {
-        let usual = Mixture::default().region;
+        let default_region = Mixture::default().region;
         let group = |tag| match self.second.get(&tag) {
             Some(&[group, ..]) => group as i32,
-            None => i32::from(usual) + 1,
+            None => i32::from(default_region) + 1,
         };
         let mixture = |tag| Mixture {
             fraction: self.fraction.get(&tag).map_or(0.0, |&[fraction, ..]| fraction as f32),
             normal: self.normal.get(&tag).map_or([0.0; 3], |normal| normal.map(|x| x as f32)),
-            region: region(group(tag)).unwrap_or(usual),
+            region: region(group(tag)).unwrap_or(default_region),
         };
         self.has_mixture().then(|| tags.map(mixture).collect())
     }
 }
 
-/// Writes the element data of all elements in the order of the file, as meshio expects: first `triangles` triangles,
-/// with zeros, then the tetrahedra in the order `by_volume`.
+/// Writes the element data of all elements in the order of the file, as meshio expects: first zeros for `triangles`
+/// triangles, then the data of the tetrahedra in the order `by_volume`.
 pub(super) fn write(
     out: &mut String,
     mesh: &TetMesh,
@@ -118,7 +120,7 @@ pub(super) fn write(
     by_volume: &[usize],
 ) -> fmt::Result {
     let order = Order { triangles, by_volume };
-    // if all grain numbers are equal, elementary tags cannot be distinguished from those of a mesh without grains
+    // if all grain numbers are equal, the elementary tags could also belong to a mesh without grains
     if let Some(grains) = mesh.grain_of.as_ref().filter(|all| all.iter().all(|&g| g == all[0])) {
         section(out, GRAIN, &order, |tet| [f64::from(grains[tet])])?;
     }
@@ -126,15 +128,15 @@ pub(super) fn write(
         section(out, FRACTION, &order, |tet| [f64::from(mixture[tet].fraction)])?;
         section(out, NORMAL, &order, |tet| mixture[tet].normal.map(f64::from))?;
         // a mesh with only matrix and grain does not need this section
-        let usual = Mixture::default().region;
-        if mixture.iter().any(|m| m.region != usual) {
+        let default_region = Mixture::default().region;
+        if mixture.iter().any(|m| m.region != default_region) {
             section(out, SECOND, &order, |tet| [f64::from(mixture[tet].region) + 1.0])?;
         }
     }
     Ok(())
 }
 
-/// Order of the elements in the file.
+/// Order of the elements in the file: number of triangles, then the tetrahedra.
 struct Order<'a> {
     triangles: usize,
     by_volume: &'a [usize],

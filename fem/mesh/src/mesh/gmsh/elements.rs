@@ -1,4 +1,4 @@
-//! Common contents of both format versions, and their conversion to a mesh.
+//! Contents that both versions of the format share, and the conversion of these contents to a mesh.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
@@ -19,6 +19,7 @@ pub(super) struct Contents {
     /// Physical groups of each entity by (dimension, entity); used in version 4 only.
     pub(super) groups: HashMap<(i32, i32), GroupSet>,
     sets: GroupSets,
+    /// Coordinates of all nodes (mm), mid-edge nodes included.
     pub(super) points: Vec<Point>,
     /// Index into `points` of each node tag.
     pub(super) position: HashMap<u64, u32>,
@@ -29,7 +30,7 @@ pub(super) struct Contents {
     pub(super) data: ElementData,
 }
 
-/// Header of an element: its type, tags and physical groups.
+/// Header of an element: its type, tag, entity and physical groups.
 #[derive(Clone, Copy)]
 pub(super) struct Header {
     pub(super) kind: i32,
@@ -44,7 +45,7 @@ pub(super) struct Simplex<const N: usize> {
     header: Header,
 }
 
-/// Index of a set of physical groups; each distinct set is stored once, whatever the number of its elements.
+/// Index of a set of physical groups. Elements with equal sets share one stored set.
 #[derive(Clone, Copy, Default)]
 pub(super) struct GroupSet(u32);
 
@@ -129,7 +130,7 @@ impl Contents {
         let kind = header.kind;
         let Some((dimension, count)) = shape(kind) else {
             return Err(source.fault(format!(
-                "element type {kind} is not read; mesh with tetrahedra of order 1 or 2"
+                "element type {kind} is not supported; mesh with tetrahedra of order 1 or 2"
             )));
         };
         let is_simplex = matches!(kind, 2 | 9 | 4 | 11);
@@ -138,7 +139,7 @@ impl Contents {
             let tag = tag(source)?;
             if is_simplex {
                 nodes[k] = *self.position.get(&tag).ok_or_else(|| {
-                    source.fault(format!("an element refers to node {tag}, which is not there"))
+                    source.fault(format!("an element refers to node {tag}, which is not in the file; save the mesh again"))
                 })?;
             }
         }
@@ -153,7 +154,7 @@ impl Contents {
             }
             (3, false) => {
                 return Err(source.fault(format!(
-                    "element type {kind} is no tetrahedron; mesh with tetrahedra only"
+                    "element type {kind} is not a tetrahedron; mesh with tetrahedra only"
                 )));
             }
             _ => {}
@@ -166,8 +167,8 @@ impl Contents {
         self.tets.iter().map(|tet| tet.header.entity)
     }
 
-    /// Returns the grain number of each tetrahedron, if the file encodes grain numbers as [`write`](super::write())
-    /// does.
+    /// Returns the grain number of each tetrahedron, or `None` if the file does not encode grain numbers in the way of
+    /// [`write`](super::write()).
     pub(super) fn grains(&self) -> Option<Vec<u32>> {
         let tags = self.tets.iter().map(|tet| tet.header.tag);
         let volumes = self.tets.iter().map(|tet| (tet.header.entity, self.groups_of(tet)));
@@ -182,9 +183,9 @@ impl Contents {
         }
         let mut order: Vec<u32> = (0..self.tets.len() as u32).collect();
         order.sort_by_key(|&tet| self.tets[tet as usize].header.tag);
-        let mut place = vec![0; order.len()];
-        (0..).zip(&order).for_each(|(new, &old)| place[old as usize] = new);
-        self.middles.iter_mut().for_each(|(tet, _)| *tet = place[*tet as usize]);
+        let mut new_index = vec![0; order.len()];
+        (0..).zip(&order).for_each(|(new, &old)| new_index[old as usize] = new);
+        self.middles.iter_mut().for_each(|(tet, _)| *tet = new_index[*tet as usize]);
         self.tets.sort_by_key(|tet| tet.header.tag);
     }
 
@@ -200,7 +201,8 @@ impl Contents {
         volumes
     }
 
-    /// Builds the mesh of the named groups and lists the tetrahedra that were straightened; the error is a message.
+    /// Builds the mesh from the physical groups in `names`. Returns the mesh and the numbers of the straightened
+    /// tetrahedra, or an error message.
     pub(super) fn into_mesh(
         self,
         names: &GmshNames,
@@ -212,26 +214,29 @@ impl Contents {
         let mut number_of: HashMap<i32, Vec<u16>> = HashMap::new();
         for (number, (_, groups)) in regions.iter().enumerate() {
             let number = u16::try_from(number).map_err(|_| {
-                format!("{} physical volumes are more than 65536; merge some", regions.len())
+                format!(
+                    "the file has {} physical volumes, more than 65536; merge some volumes",
+                    regions.len()
+                )
             })?;
             groups.iter().for_each(|group| number_of.entry(*group).or_default().push(number));
         }
         let mut region_of = Vec::with_capacity(self.tets.len());
-        // number of tetrahedra without a region, by volume and groups
+        // number of tetrahedra without a region, by volume and physical groups
         let mut unnamed: BTreeMap<(i32, &[i32]), usize> = BTreeMap::new();
         for (number, tet) in self.tets.iter().enumerate() {
             let groups = self.groups_of(tet);
-            let mut found: Vec<u16> =
+            let mut matches: Vec<u16> =
                 groups.iter().filter_map(|group| number_of.get(group)).flatten().copied().collect();
-            found.dedup();
-            match found[..] {
+            matches.dedup();
+            match matches[..] {
                 [] => *unnamed.entry((tet.header.entity, groups)).or_default() += 1,
                 [region] => region_of.push(region),
                 [..] => {
                     let [x, y, z] = self.points[tet.nodes[0] as usize];
                     return Err(format!(
                         "tetrahedron {number}, with a corner at ({x}, {y}, {z}) mm, is in several named \
-                         regions (physical volumes {groups:?}); name one"
+                         regions (physical volumes {groups:?}); list only one of them"
                     ));
                 }
             }
@@ -283,13 +288,14 @@ impl Contents {
         second_order::curved_edges(&self.points, tets).map_err(|edge| {
             let [p, q] = edge.map(|node| self.points[node as usize]);
             format!(
-                "the edge from {p:?} to {q:?} mm has different middle nodes in two tetrahedra; make the \
+                "the edge from {p:?} to {q:?} mm has different mid-edge nodes in two tetrahedra; make the \
                  geometry conforming before meshing (in Gmsh: Coherence or BooleanFragments)"
             )
         })
     }
 
-    /// Returns each name with the numbers of its groups, each of which must have elements.
+    /// Returns each name in `wanted` with the numbers of its physical groups. Every group must have elements; the error
+    /// is a message. If `wanted` is empty, returns all groups of the dimension.
     fn resolve<const N: usize>(
         &self,
         dimension: i32,
@@ -301,7 +307,7 @@ impl Contents {
             elements.iter().flat_map(|element| self.groups_of(element)).copied().collect();
         if self.data.has_mixture() {
             // a phase may occur in mixtures only
-            let announced = self.names.keys().filter(|(of, _)| *of == dimension);
+            let announced = self.names.keys().filter(|(d, _)| *d == dimension);
             present.extend(announced.map(|(_, number)| number));
         }
         let label = |number: i32| self.names.get(&(dimension, number));
@@ -320,21 +326,22 @@ impl Contents {
             let mut numbers = Vec::new();
             for group in groups.groups() {
                 let Some(number) = number_of(group) else {
-                    let there: Vec<String> = present
+                    let available: Vec<String> = present
                         .iter()
                         .map(|&number| match label(number) {
                             Some(name) => format!("{number} (\"{name}\")"),
                             None => number.to_string(),
                         })
                         .collect();
-                    let there = if there.is_empty() { "none".into() } else { there.join(", ") };
-                    let mend = match self.announces_lost_groups(dimension, elements) {
+                    let available =
+                        if available.is_empty() { "none".into() } else { available.join(", ") };
+                    let remedy = match self.announces_lost_groups(dimension, elements) {
                         true => LOST_GROUPS,
                         false => "correct the number or name",
                     };
                     return Err(format!(
                         "{what} `{name}` should be physical group {group} of dimension {dimension}, \
-                         but the file has {there}; {mend}"
+                         but the file has {available}; {remedy}"
                     ));
                 };
                 numbers.push(number);
@@ -344,22 +351,22 @@ impl Contents {
         Ok(resolved)
     }
 
-    /// Whether the file names physical groups of this dimension, but no element belongs to one.
+    /// Returns whether the file names physical groups of this dimension, but no element belongs to such a group.
     fn announces_lost_groups<const N: usize>(
         &self,
         dimension: i32,
         elements: &[Simplex<N>],
     ) -> bool {
-        let is_named = self.names.keys().any(|(of, _)| *of == dimension);
+        let is_named = self.names.keys().any(|(d, _)| *d == dimension);
         is_named && !elements.is_empty() && elements.iter().all(|e| self.groups_of(e).is_empty())
     }
 }
 
-/// Remedy if MSH 2.2 has dropped the groups.
+/// Remedy if MSH 2.2 has dropped the physical groups of the elements.
 const LOST_GROUPS: &str = "MSH 2.2 with Mesh.SaveAll drops the groups of all elements: save without \
                            Mesh.SaveAll, or as MSH 4.1 (gmsh -format msh41)";
 
-/// Formats the message on tetrahedra without a region; it lists the first five volumes.
+/// Returns the error message for tetrahedra without a region, with the first five volumes.
 fn without_region(unnamed: &BTreeMap<(i32, &[i32]), usize>) -> String {
     let count: usize = unnamed.values().sum();
     let volume = |((entity, groups), count): (&(i32, &[i32]), &usize)| match groups {
@@ -368,14 +375,14 @@ fn without_region(unnamed: &BTreeMap<(i32, &[i32]), usize>) -> String {
     };
     let mut listed: Vec<String> = unnamed.iter().take(5).map(volume).collect();
     if unnamed.len() > listed.len() {
-        listed.push(format!("and those of {} more volumes", unnamed.len() - listed.len()));
+        listed.push(format!("and tetrahedra of {} more volumes", unnamed.len() - listed.len()));
     }
     let who = match count {
         1 => "1 tetrahedron belongs".to_owned(),
         _ => format!("{count} tetrahedra belong"),
     };
     format!(
-        "{who} to no named region: {}; name their group among the regions, or give their \
+        "{who} to no named region: {}; list their physical group among the regions, or give their \
          volume a physical group",
         listed.join(", ")
     )

@@ -1,4 +1,4 @@
-//! Meshing with Gmsh as an external program, through files.
+//! Meshing with Gmsh as an external program; models and meshes are exchanged as files.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -60,7 +60,8 @@ impl SphereModel {
         );
         for (number, ([x, y, z], radius)) in (FIRST_SPHERE..).zip(spheres) {
             let sphere = format!("{x:?}, {y:?}, {z:?}, {radius:?}");
-            writeln!(out, "Sphere({number}) = {{{sphere}}};").expect("a string takes everything");
+            writeln!(out, "Sphere({number}) = {{{sphere}}};")
+                .expect("writing to a string cannot fail");
         }
         if spheres.is_empty() {
             out.push_str("v() = {1};\nmatrix() = {1};\n");
@@ -111,10 +112,10 @@ impl SphereModel {
             .output()
             .map_err(|error| failed(error.to_string()))?;
         if !output.status.success() || !mesh.exists() {
-            let said = [output.stdout, output.stderr].concat();
-            let said = String::from_utf8_lossy(&said);
+            let printed = [output.stdout, output.stderr].concat();
+            let printed = String::from_utf8_lossy(&printed);
             let first =
-                said.lines().find(|line| line.contains("Error")).unwrap_or("no reason given");
+                printed.lines().find(|line| line.contains("Error")).unwrap_or("no error message");
             return Err(failed(format!("{} ({first})", output.status)));
         }
         let names = GmshNames::new(

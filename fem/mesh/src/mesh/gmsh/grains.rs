@@ -7,8 +7,8 @@ use std::collections::BTreeSet;
 
 use crate::mesh::TetMesh;
 
-/// Returns the elementary tag of each tetrahedron. The error is the first tetrahedron whose tag exceeds the range of
-/// the format.
+/// Returns the elementary tag of each tetrahedron. The error is the number of the first tetrahedron whose tag exceeds
+/// the range of the format.
 pub(super) fn tags(mesh: &TetMesh) -> Result<Vec<i32>, usize> {
     let regions = mesh.regions.len() as u64;
     let tag = |(tet, &region): (usize, &u16)| {
@@ -19,8 +19,9 @@ pub(super) fn tags(mesh: &TetMesh) -> Result<Vec<i32>, usize> {
 }
 
 /// Decodes the grain number of each tetrahedron from its elementary tag and physical groups. Returns `None` if a tag
-/// does not follow the scheme of [`tags`], as in files of other programs, or if all grain numbers are equal.
-/// `announced` is the number of region names in the file.
+/// does not follow the scheme of [`tags`], as in files of other programs, or if all grain numbers are equal. `volumes`
+/// yields the elementary tag and the physical groups of each tetrahedron; `announced` is the number of region names in
+/// the file.
 pub(super) fn numbers<'a>(
     volumes: impl Iterator<Item = (i32, &'a [i32])> + Clone,
     announced: usize,

@@ -1,4 +1,4 @@
-//! Notes on the import of a mesh file, for its author.
+//! Notes on an imported mesh file, for the author of the file.
 
 use std::fmt;
 
@@ -17,18 +17,18 @@ pub struct Imported {
     pub notes: Vec<ImportNote>,
 }
 
-/// A property of a mesh file that changes results and that its author may not expect.
+/// A property of a mesh file that changes the results and that the author of the file may not expect.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum ImportNote {
-    /// Curved tetrahedra were folded and have been given straight edges.
+    /// Folded curved tetrahedra have been straightened.
     Straightened {
         /// Numbers of the straightened tetrahedra, from 0.
         tets: Vec<u32>,
         /// Total number of tetrahedra in the mesh.
         of: usize,
     },
-    /// Some parts of the body have no elements.
+    /// Volumes without elements, or cavities inside the mesh.
     Missing {
         /// Elementary tags of the volumes of the geometry that have neither a physical group nor elements.
         volumes: Vec<i32>,
@@ -56,32 +56,32 @@ impl fmt::Display for ImportNote {
         match self {
             ImportNote::Straightened { tets, of } => write!(
                 f,
-                "{} of {of} curved tetrahedra of the file are folded and were given straight edges: {}; a finer \
-                 mesh, or Mesh.HighOrderOptimize = 1 in Gmsh, keeps them curved",
+                "{} of {of} tetrahedra of the file are folded by their curved edges and were straightened: {}; use a finer \
+                 mesh, or Mesh.HighOrderOptimize = 1 in Gmsh, to preserve the curved edges",
                 tets.len(),
                 listed(tets.iter().map(u32::to_string)),
             ),
             ImportNote::Missing { volumes, cavities } => {
-                let place = |cavity: &Cavity| {
+                let volume_and_centre = |cavity: &Cavity| {
                     let [x, y, z] = cavity.centre_mm;
                     format!("{:.3} mm³ at ({x:.3}, {y:.3}, {z:.3}) mm", cavity.volume_mm3)
                 };
-                let places = listed(cavities.iter().map(place));
+                let cavity_list = listed(cavities.iter().map(volume_and_centre));
                 match cavities.len() {
                     0 => {}
-                    1 => write!(f, "the mesh has a cavity inside: {places}; ")?,
-                    count => write!(f, "the mesh has {count} cavities inside: {places}; ")?,
+                    1 => write!(f, "the mesh has a cavity inside: {cavity_list}; ")?,
+                    count => write!(f, "the mesh has {count} cavities inside: {cavity_list}; ")?,
                 }
                 match volumes.len() {
                     0 => write!(
                         f,
-                        "what should be filled there needs a physical group in Gmsh that is named among the \
+                        "to fill a cavity, give its volume a physical group in Gmsh and list the group among the \
                          regions"
                     ),
                     count => write!(
                         f,
-                        "{} of the geometry {} no physical group, so Gmsh saved no element of {}; give {} one \
-                         and name it among the regions",
+                        "{} of the geometry {} no physical group, so Gmsh saved no element of {}; give {} a \
+                         physical group and list the group among the regions",
                         listed(volumes.iter().map(|volume| format!("volume {volume}"))),
                         if count == 1 { "has" } else { "have" },
                         if count == 1 { "it" } else { "them" },

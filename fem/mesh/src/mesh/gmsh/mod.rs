@@ -1,7 +1,7 @@
 //! Reader and writer of Gmsh's MSH files: reads versions 2.2 and 4.1, ASCII and binary, and writes 4.1 ASCII.
 //!
-//! Gmsh is an external program; none of its code is linked. From second-order meshes only the corners and the edges
-//! that are not straight are read, since a simulation raises the order itself.
+//! Gmsh is an external program; none of its code is linked. Of a second-order mesh, only the corners and the mid-edge
+//! nodes of curved edges are read: a simulation adds the other mid-edge nodes itself.
 //!
 //! # Reference
 //! C. Geuzaine and J.-F. Remacle, Gmsh reference manual, "MSH file format" and "MSH file format
@@ -54,7 +54,7 @@ pub fn read(path: impl AsRef<Path>, names: &GmshNames) -> Result<TetMesh, MeshEr
 ///
 /// Reads tetrahedra of order 1 and 2 (types 4 and 11) in the physical volumes listed in `names`, and triangles (types
 /// 2 and 9) in the physical surfaces listed in `names`; `regions` are sorted by name. Nodes keep the order of the
-/// file; nodes that no tetrahedron uses are dropped. Tetrahedra are sorted by their tags. Orientations are corrected
+/// file; nodes without a tetrahedron are removed. Tetrahedra are sorted by their tags. Orientations are corrected
 /// to positive volumes and outward triangles. Edges of second-order tetrahedra that are not straight become
 /// [`TetMesh::edge_points`]; tetrahedra folded by these edges are straightened ([`ImportNote::Straightened`]). Grain
 /// numbers are read from elementary tags if these follow the scheme of [`write()`], and mixtures from element data.
@@ -66,8 +66,8 @@ pub fn import(path: impl AsRef<Path>, names: &GmshNames) -> Result<Imported, Mes
     import_with(path.as_ref(), names, Contents::grains)
 }
 
-/// Imports a file like [`import`], with grain numbers that the function `grains` derives from the contents of the
-/// file.
+/// Imports a file like [`import`]; `grains` returns the grain number of each tetrahedron, derived from the contents of
+/// the file.
 fn import_with(
     path: &Path,
     names: &GmshNames,
@@ -108,7 +108,7 @@ fn read_contents(source: &mut Source) -> Result<Contents, source::Fault> {
             }
             ("PartitionedEntities", _) => {
                 return Err(source.fault(
-                    "the mesh is partitioned, which is not read; save it unpartitioned".into(),
+                    "partitioned meshes are not supported; save the mesh without partitions".into(),
                 ));
             }
             _ => {

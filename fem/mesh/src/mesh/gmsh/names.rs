@@ -36,7 +36,7 @@ impl fmt::Display for PhysicalGroup {
     }
 }
 
-/// One or several physical groups that together form one region or surface, such as `10` or `[10, "stones"]`.
+/// One or several physical groups that form one region or surface, such as `10` or `[10, "stones"]`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(from = "OneOrSeveral", into = "OneOrSeveral")]
 pub struct PhysicalGroups(Vec<PhysicalGroup>);
@@ -111,7 +111,7 @@ pub struct GmshNames {
 
 impl GmshNames {
     /// Creates a mapping from names to groups; each group is given by number (`1`), by name (`"binder"`) or as an
-    /// array of these.
+    /// array of numbers and names.
     pub fn new<N: Into<String>, G: Into<PhysicalGroups>>(
         regions: impl IntoIterator<Item = (N, G)>,
         surfaces: impl IntoIterator<Item = (N, G)>,

@@ -3,14 +3,14 @@
 use crate::mesh::topology::{EdgePoint, key, middle};
 use crate::mesh::vector::{Point, norm, sub};
 
-/// The edges of a tetrahedron in Gmsh's order, which differs from VTK's in the last two.
+/// The edges of a tetrahedron in the order of Gmsh. VTK swaps the last two edges.
 pub(super) const EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [2, 3], [1, 3]];
-/// An edge is straight if its mid-edge node is this close to the midpoint, relative to the length of the edge.
-/// Programs write 16 digits.
+/// An edge is straight if the distance of its mid-edge node from its midpoint is at most this factor times the length
+/// of the edge. The factor exceeds the rounding error of coordinates written with 16 digits.
 const STRAIGHT: f64 = 1e-12;
 
-/// Returns the curved edges, sorted by nodes; `tets` yields the corners and mid-edge nodes of each tetrahedron. The
-/// error is an edge that has different mid-edge nodes in two tetrahedra.
+/// Returns the curved edges with their mid-edge points (mm), sorted by nodes; `tets` yields the corners and mid-edge
+/// nodes of each tetrahedron. The error is an edge that has different mid-edge nodes in two tetrahedra.
 pub(super) fn curved_edges<'a>(
     points: &[Point],
     tets: impl Iterator<Item = (&'a [u32; 4], &'a [u32; 6])>,

@@ -2,6 +2,7 @@
 
 /// An error at a position in the file.
 pub(super) struct Fault {
+    /// Position: line (ASCII), or section and byte (binary).
     pub(super) place: String,
     pub(super) message: String,
 }
@@ -13,9 +14,12 @@ pub(super) enum Version {
     V4,
 }
 
+/// A cursor over the bytes of a MSH file.
 pub(super) struct Source<'a> {
     bytes: &'a [u8],
+    /// Index of the next byte.
     at: usize,
+    /// Name of the current section, without `$`; empty outside of sections.
     section: String,
     pub(super) binary: bool,
     big_endian: bool,
@@ -23,7 +27,7 @@ pub(super) struct Source<'a> {
 
 impl<'a> Source<'a> {
     pub(super) fn new(bytes: &'a [u8]) -> Source<'a> {
-        // some editors begin a text file with a byte-order mark
+        // some editors write a byte-order mark at the start of a text file
         let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
         Source { bytes, at: 0, section: String::new(), binary: false, big_endian: false }
     }
@@ -45,7 +49,9 @@ impl<'a> Source<'a> {
     /// Reads the `$MeshFormat` section, which must come first.
     pub(super) fn format(&mut self) -> Result<Version, Fault> {
         if self.section()?.as_deref() != Some("MeshFormat") {
-            return Err(self.fault("this is no MSH file: it must begin with $MeshFormat".into()));
+            return Err(
+                self.fault("this is not a MSH file: the first line must be $MeshFormat".into())
+            );
         }
         let version_text = self.word()?.to_string();
         let version = match version_text.as_str() {
@@ -53,7 +59,7 @@ impl<'a> Source<'a> {
             "4.1" => Version::V4,
             other => {
                 return Err(self.fault(format!(
-                    "MSH version {other} is not read; save as 2.2 or 4.1 (gmsh -format msh41)"
+                    "MSH version {other} is not supported; save as version 2.2 or 4.1 (gmsh -format msh41)"
                 )));
             }
         };
@@ -62,12 +68,16 @@ impl<'a> Source<'a> {
             "1" => true,
             other => {
                 let other = other.to_string();
-                return Err(self.fault(format!("file type {other} is neither 0 (ASCII) nor 1")));
+                return Err(self.fault(format!(
+                    "file type {other} is neither 0 (ASCII) nor 1 (binary); save the mesh again"
+                )));
             }
         };
         let size = self.word()?.to_string();
         if size != "8" {
-            return Err(self.fault(format!("data size {size} is not read; save with 8 bytes")));
+            return Err(
+                self.fault(format!("data size {size} is not supported; save numbers with 8 bytes"))
+            );
         }
         if binary {
             self.line_end()?;
@@ -77,7 +87,7 @@ impl<'a> Source<'a> {
                 (1, _) => false,
                 (_, 1) => true,
                 (other, _) => {
-                    return Err(self.fault(format!("the byte-order mark is {other}, not 1")));
+                    return Err(self.fault(format!("the integer that marks the byte order is {other} instead of 1; save the mesh again")));
                 }
             };
         }
@@ -101,7 +111,7 @@ impl<'a> Source<'a> {
                     self.at = start;
                     let text = String::from_utf8_lossy(&other[..other.len().min(40)]).into_owned();
                     return Err(self.fault(format!(
-                        "`{text}` stands where a $Section should begin; save the mesh again as MSH \
+                        "expected the first line of a $Section, but the line is `{text}`; save the mesh again as MSH \
                              2.2 or 4.1"
                     )));
                 }
@@ -115,7 +125,7 @@ impl<'a> Source<'a> {
         let expected = format!("$End{}", self.section);
         if !self.bytes[self.at..].starts_with(expected.as_bytes()) {
             return Err(self.fault(format!(
-                "more follows where {expected} should stand; a count of the section is too small"
+                "expected {expected}, but the section has more data than it announces; save the mesh again"
             )));
         }
         self.at += expected.len();
@@ -123,7 +133,7 @@ impl<'a> Source<'a> {
         Ok(())
     }
 
-    /// Skips a section that is not needed.
+    /// Skips the rest of the current section.
     pub(super) fn skip_section(&mut self) -> Result<(), Fault> {
         let end = format!("$End{}", self.section);
         let rest = &self.bytes[self.at..];
@@ -133,7 +143,10 @@ impl<'a> Source<'a> {
                 self.line();
                 Ok(())
             }
-            None => Err(self.fault(format!("{end} is missing; the file is cut short"))),
+            None => {
+                Err(self
+                    .fault(format!("{end} is missing: the file is truncated; save the mesh again")))
+            }
         }
     }
 
@@ -156,11 +169,11 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// Skips the line break after which binary data begin.
+    /// Skips the line break before binary data.
     pub(super) fn line_end(&mut self) -> Result<(), Fault> {
         match self.line() {
             Some(rest) if rest.trim_ascii().is_empty() => Ok(()),
-            _ => Err(self.fault("a line should end here".into())),
+            _ => Err(self.fault("expected the end of the line; save the mesh again".into())),
         }
     }
 
@@ -182,8 +195,11 @@ impl<'a> Source<'a> {
         if length == 0 {
             return Err(self.cut_short());
         }
-        let word = std::str::from_utf8(&rest[..length])
-            .map_err(|_| self.fault("bytes that are no text; is the file binary?".into()))?;
+        let word = std::str::from_utf8(&rest[..length]).map_err(|_| {
+            self.fault(
+                "expected ASCII text, but the bytes are not text; save the mesh again".into(),
+            )
+        })?;
         self.at += length;
         Ok(word)
     }
@@ -199,8 +215,8 @@ impl<'a> Source<'a> {
     pub(super) fn text<T: std::str::FromStr>(&mut self, what: &str) -> Result<T, Fault> {
         let word = self.word()?;
         word.parse().map_err(|_| {
-            // the cursor is right after the word, still on the line to be reported
-            self.fault(format!("`{word}` is not {what}"))
+            // the cursor is directly after the word, so the error reports the correct line
+            self.fault(format!("`{word}` is not a valid value for {what}"))
         })
     }
 

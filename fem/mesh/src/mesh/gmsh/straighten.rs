@@ -1,4 +1,4 @@
-//! Repair of imported curved tetrahedra: orientation, and straight edges for tetrahedra that are folded.
+//! Repair of imported curved tetrahedra: correct orientation, and straight edges for folded tetrahedra.
 
 use rayon::prelude::*;
 
@@ -15,8 +15,8 @@ pub(super) fn orient(mesh: &mut TetMesh) {
     }
 }
 
-/// Orients the tetrahedra and straightens all edges of folded ones. Repeats this, since straightening can fold
-/// neighbours, until no tetrahedron is folded. Returns the sorted numbers of the straightened tetrahedra.
+/// Orients the tetrahedra and straightens all edges of folded tetrahedra. Straightening can fold neighbours, so both
+/// steps are repeated until no tetrahedron is folded. Returns the sorted numbers of the straightened tetrahedra.
 pub(super) fn straighten(mesh: &mut TetMesh) -> Vec<u32> {
     orient(mesh);
     let mut straightened = Vec::new();

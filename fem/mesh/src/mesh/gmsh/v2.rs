@@ -1,4 +1,4 @@
-//! Sections of MSH 2.2, in which every element lists its own physical group.
+//! Reader of the sections of MSH 2.2, in which every element lists its physical group.
 
 use super::elements::{Contents, Header, shape};
 use super::source::{Fault, Source};
@@ -8,12 +8,12 @@ pub(super) fn nodes(source: &mut Source, contents: &mut Contents) -> Result<(), 
     read_nodes(source, contents, |_| Ok(()))
 }
 
-/// Reads `$ParametricNodes`: nodes with the geometric entity on which they lie and their parameters there.
+/// Reads `$ParametricNodes`: nodes with their geometric entity and their parametric coordinates on this entity.
 pub(super) fn parametric_nodes(source: &mut Source, contents: &mut Contents) -> Result<(), Fault> {
     read_nodes(source, contents, |source| {
         let dimension = source.int("an entity's dimension")?;
         source.int("an entity's tag")?;
-        // a node on a curve has one parameter, a node on a surface two, any other node none
+        // a node on a curve has one parameter, a node on a surface has two, any other node has none
         for _ in 0..if dimension < 3 { dimension } else { 0 } {
             source.real("a parametric coordinate")?;
         }
@@ -46,7 +46,7 @@ pub(super) fn elements(source: &mut Source, contents: &mut Contents) -> Result<(
     }
     let mut read = 0;
     while read < count {
-        // a binary file gives element type and number of tags once per block of elements
+        // in a binary file, each block of elements begins with the element type and the number of tags
         let header = if source.binary { Some(block_header(source)?) } else { None };
         let block = header.map_or(1, |(_, block, _)| block);
         for _ in 0..block {
@@ -74,7 +74,9 @@ pub(super) fn elements(source: &mut Source, contents: &mut Contents) -> Result<(
         read += block as u64;
     }
     if read > count {
-        return Err(source.fault(format!("{read} elements follow where {count} were announced")));
+        return Err(source.fault(format!(
+            "the section has {read} elements instead of the announced {count}; save the mesh again"
+        )));
     }
     Ok(())
 }
@@ -85,7 +87,7 @@ fn block_header(source: &mut Source) -> Result<(i32, i32, i32), Fault> {
     let tags = source.int("a block's number of tags")?;
     if shape(kind).is_none() || block < 1 || tags < 0 {
         return Err(source.fault(format!(
-            "a block of {block} elements of type {kind} with {tags} tags cannot be; save again"
+            "a block of {block} elements of type {kind} with {tags} tags is invalid; save the mesh again"
         )));
     }
     Ok((kind, block, tags))
@@ -93,5 +95,6 @@ fn block_header(source: &mut Source) -> Result<(i32, i32, i32), Fault> {
 
 fn tag(source: &mut Source, what: &str) -> Result<u64, Fault> {
     let value = source.int(what)?;
-    u64::try_from(value).map_err(|_| source.fault(format!("{what} is negative: {value}")))
+    u64::try_from(value)
+        .map_err(|_| source.fault(format!("{what} is negative: {value}; save the mesh again")))
 }

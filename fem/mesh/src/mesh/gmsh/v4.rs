@@ -1,4 +1,5 @@
-//! Sections of MSH 4.1, in which physical groups belong to entities and elements to blocks of one entity.
+//! Reader of the sections of MSH 4.1. Physical groups belong to entities, and each block of elements belongs to one
+//! entity.
 
 use super::elements::{Contents, Header, shape};
 use super::source::{Fault, Source};
@@ -18,7 +19,7 @@ pub(super) fn entities(source: &mut Source, contents: &mut Contents) -> Result<(
             }
             let groups = source.size("an entity's number of physical groups")?;
             let groups = (0..groups)
-                // the sign is the orientation of the entity in its group
+                // the sign of a group number is the orientation of the entity
                 .map(|_| Ok(source.int("a physical group")?.saturating_abs()))
                 .collect::<Result<Vec<i32>, Fault>>()?;
             let groups = contents.group_set(groups);
@@ -41,7 +42,7 @@ pub(super) fn nodes(source: &mut Source, contents: &mut Contents) -> Result<(), 
     for _ in 0..blocks {
         let dimension = source.int("an entity's dimension")?;
         source.int("an entity's tag")?;
-        let parametric = source.int("the parametric mark (0 or 1)")?;
+        let parametric = source.int("the parametric flag (0 or 1)")?;
         let count = source.size("a block's number of nodes")?;
         let tags =
             (0..count).map(|_| source.size("a node's tag")).collect::<Result<Vec<u64>, Fault>>()?;

@@ -8,7 +8,7 @@ use super::names::GmshNames;
 use super::{data, grains, second_order};
 use crate::error::MeshError;
 use crate::mesh::TetMesh;
-use crate::mesh::topology::edge_place;
+use crate::mesh::topology::edge_index;
 use crate::mesh::vector::Point;
 
 /// Physical group number of the first surface; regions are numbered from 1.
@@ -17,12 +17,12 @@ const FIRST_SURFACE: i32 = 11;
 /// Writes a mesh as MSH 4.1 ASCII and returns the numbers of its physical groups.
 ///
 /// Each region becomes one physical group of volumes (1, 2, … in their order), and each surface becomes one surface
-/// entity and group (from 11: bottom, top, side, then others by name), with names and bounding boxes. Each grain g
-/// (0: no grain) in region r of R regions becomes one volume entity with elementary tag g R + r, from which
-/// [`read`](super::read) recovers the grain numbers. The elements of each volume entity are one block, numbered in
-/// the order of the tetrahedra of the mesh. A mesh with curved edges is written with second-order elements. Mixtures
-/// are written as element data of all elements, zero on triangles. Reading the file returns an identical mesh, to the
-/// last bit.
+/// entity and group (from 11: bottom, top, side, then the other surfaces by name), with names and bounding boxes. Each
+/// grain g (0: no grain) in region r of R regions becomes one volume entity with elementary tag g R + r, from which
+/// [`read`](super::read) recovers the grain numbers. The elements of each volume entity are one block, numbered in the
+/// order of the tetrahedra of the mesh. A mesh with curved edges is written with second-order elements. Mixtures are
+/// written as element data of all elements, zero on triangles. Reading the file returns an identical mesh, to the last
+/// bit.
 ///
 /// # Errors
 /// [`MeshError`] if the mesh is not valid ([`TetMesh::validate`]) or the file cannot be written.
@@ -87,12 +87,12 @@ fn text(
     // bounding box and region of each volume
     let mut volumes: BTreeMap<i32, (BoundingBox, u16)> = BTreeMap::new();
     for ((tet, &tag), &region) in mesh.tets.iter().zip(tags).zip(&mesh.region_of) {
-        let (bounds, _) = volumes.entry(tag).or_insert((NOWHERE, region));
+        let (bounds, _) = volumes.entry(tag).or_insert((EMPTY_BOX, region));
         extend(bounds, mesh, tet);
     }
     writeln!(out, "$Entities\n0 0 {faces} {}", volumes.len())?;
     for (number, (_, triangles)) in (FIRST_SURFACE..).zip(surfaces) {
-        let mut bounds = NOWHERE;
+        let mut bounds = EMPTY_BOX;
         extend(&mut bounds, mesh, triangles.as_flattened());
         entity(&mut out, number, bounds, number)?;
     }
@@ -101,7 +101,7 @@ fn text(
     }
     out.push_str("$EndEntities\n");
 
-    // all nodes are one block: Gmsh does not require that a node lies on the entity that lists it
+    // all nodes are written as one block: Gmsh does not require that a node lies on the entity of its block
     let curved = !mesh.edge_points.is_empty();
     let edges = if curved { mesh.all_edges() } else { Vec::new() };
     let corners = mesh.nodes.len();
@@ -124,7 +124,7 @@ fn text(
         nodes.iter().try_for_each(|node| write!(out, " {}", node + 1))?;
         if curved {
             for ends in sides.iter().map(|side| side.map(|end| nodes[end])) {
-                write!(out, " {}", corners + edge_place(&edges, ends) + 1)?;
+                write!(out, " {}", corners + edge_index(&edges, ends) + 1)?;
             }
         }
         out.push('\n');
@@ -153,10 +153,10 @@ fn text(
     Ok(out)
 }
 
-/// Minimum and maximum coordinates.
+/// Minimum and maximum coordinates (mm).
 type BoundingBox = [Point; 2];
 
-const NOWHERE: BoundingBox = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+const EMPTY_BOX: BoundingBox = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
 
 fn entity(out: &mut String, tag: i32, bounds: BoundingBox, group: i32) -> std::fmt::Result {
     let [[a, b, c], [d, e, f]] = bounds;

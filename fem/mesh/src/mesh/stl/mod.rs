@@ -1,4 +1,4 @@
-//! Binary STL files of the surfaces of grains and specimens; reader of STL files of other programs.
+//! Writer of binary STL files of the surfaces of grains and specimens; reader of STL files of other programs.
 //!
 //! Surfaces consist of faces of tetrahedra, so the surfaces of a conforming mesh are closed. In a mesh with curved
 //! edges each face is divided into four triangles.
@@ -11,7 +11,7 @@ use std::path::Path;
 
 use crate::error::MeshError;
 use crate::mesh::TetMesh;
-use crate::mesh::topology::{EdgePoint, edge_place};
+use crate::mesh::topology::{EdgePoint, edge_index};
 use crate::mesh::vector::{Point, cross, dot, norm, scale, sub};
 use fem_file::write_atomically;
 
@@ -75,10 +75,13 @@ pub fn write(path: impl AsRef<Path>, title: &str, surface: &[Triangle]) -> Resul
     let count = u32::try_from(surface.len()).map_err(|_| MeshError::File {
         path: path.into(),
         place: "header".into(),
-        message: format!("{} triangles are more than the format holds", surface.len()),
+        message: format!(
+            "{} triangles exceed the limit of the format (2³² − 1); use a coarser mesh",
+            surface.len()
+        ),
     })?;
     let mut bytes = Vec::with_capacity(84 + 50 * surface.len());
-    // readers take a file that begins with `solid` for ASCII, so the header must not begin with it
+    // readers treat a file that begins with `solid` as ASCII, so the header must begin with another word
     let title = format!("binary STL: {title}");
     bytes.extend(title.bytes().chain(std::iter::repeat(b' ')).take(80));
     bytes.extend(count.to_le_bytes());
@@ -103,7 +106,7 @@ fn triangulated(mesh: &TetMesh, faces: Vec<[u32; 3]>) -> Vec<Triangle> {
         return faces.into_iter().map(|face| face.map(at)).collect();
     }
     let edges: Vec<EdgePoint> = mesh.all_edges();
-    let on = |a, b| edges[edge_place(&edges, [a, b])].1;
+    let on = |a, b| edges[edge_index(&edges, [a, b])].1;
     let four = |[a, b, c]: [u32; 3]| {
         let (ab, bc, ca) = (on(a, b), on(b, c), on(c, a));
         [[at(a), ab, ca], [ab, at(b), bc], [ca, bc, at(c)], [ab, bc, ca]]

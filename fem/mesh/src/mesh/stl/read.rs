@@ -6,13 +6,13 @@ use crate::error::MeshError;
 use crate::mesh::vector::Point;
 use fem_file::read_regular;
 
-/// Size of the header of a binary file, and of one triangle (bytes).
+/// Size (bytes) of the header of a binary file and of the record of one triangle.
 const HEAD: usize = 84;
 const TRIANGLE: usize = 50;
 
 /// Reads the triangles of an STL file, binary or ASCII, in the unit of the file; several solids are read as one.
 ///
-/// A file is binary if its length matches its number of triangles, whatever its title.
+/// A file is binary if its length matches its number of triangles, even if its title begins with `solid`.
 ///
 /// # Errors
 /// [`MeshError::Io`] if the file cannot be read; [`MeshError::File`], with line or triangle, if it is not an STL
@@ -76,8 +76,8 @@ fn binary(bytes: &[u8]) -> Option<Vec<[Point; 3]>> {
 
 /// Parses the triangles of an ASCII file; the error is a line number and a message.
 fn ascii(bytes: &[u8]) -> Result<Vec<[Point; 3]>, (usize, String)> {
-    let not_stl = "this is no STL file: it is neither as long as its number of triangles says (binary) nor \
-                   begins with `solid` (ASCII); it may be cut short, export it again";
+    let not_stl = "this is not an STL file: neither does its length match its number of triangles (binary), nor \
+                   does it begin with `solid` (ASCII); the file may be truncated, export it again";
     let text =
         std::str::from_utf8(bytes).ok().filter(|text| text.trim_start().starts_with("solid"));
     let Some(text) = text else { return Err((1, not_stl.into())) };
@@ -92,16 +92,16 @@ fn ascii(bytes: &[u8]) -> Result<Vec<[Point; 3]>, (usize, String)> {
                 let mut point = [0.0; 3];
                 for x in &mut point {
                     let word = words.next().unwrap_or("");
-                    *x = word
-                        .parse()
-                        .map_err(|_| (line, format!("`{word}` is not a coordinate")))?;
+                    *x = word.parse().map_err(|_| {
+                        (line, format!("`{word}` is not a coordinate; export the surface again"))
+                    })?;
                 }
                 corners.push(point);
             }
             Some("endfacet") => {
                 let triangle = <[Point; 3]>::try_from(std::mem::take(&mut corners));
                 let triangle = triangle.map_err(|corners| {
-                    (line, format!("a facet of {} corners; only triangles are read", corners.len()))
+                    (line, format!("a facet has {} corners, but only triangles are supported; export triangles", corners.len()))
                 })?;
                 triangles.push(triangle);
             }

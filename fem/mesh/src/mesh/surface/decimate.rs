@@ -14,8 +14,8 @@ use crate::mesh::vector::{Point, add, cross, dot, norm, scale, sub};
 
 /// Minimum number of triangles of a decimated surface: the number of faces of an icosahedron.
 const LEAST_TRIANGLES: usize = 20;
-/// Weight of the squared distance from the midpoint of the edge, relative to the trace of the quadric. This term
-/// determines the new point along flat regions and ridges, where the quadric is singular.
+/// Weight of the squared distance from the midpoint of the edge, relative to the trace of the quadric. In flat regions
+/// and along ridges the quadric is singular, so this term determines the new point.
 const MIDDLE: f64 = 1e-3;
 /// A collapse is skipped if the cosine of the rotation of a triangle's normal is below this value.
 const LEAST_COSINE: f64 = 0.2;
@@ -26,7 +26,7 @@ const LEAST_SHAPE: f64 = 0.15;
 /// Reduces the number of triangles of a surface by `factor`, but not below 20 triangles.
 ///
 /// Edges collapse in the order of their quadric error. A collapse that would change the topology, flip a triangle or
-/// create a sliver is skipped, so a closed surface stays closed, and `factor` may not be reached. Finally the surface
+/// create a sliver is skipped: a closed surface stays closed, but `factor` may not be reached. Finally the surface
 /// is scaled about its centroid to its original volume. A factor of at most 1 returns the surface unchanged.
 ///
 /// # Example
@@ -57,7 +57,8 @@ pub fn decimated(surface: &Surface, factor: f64) -> Surface {
     }
 }
 
-/// Sum of squared distances from the planes of triangles, weighted by the triangles' areas: xᵀ A x + 2 b·x + c.
+/// Sum of squared distances (mm²) from the planes of triangles, weighted by the areas of the triangles (mm²):
+/// xᵀ A x + 2 b·x + c.
 #[derive(Clone, Copy, Debug)]
 struct Quadric {
     a: Matrix3<f64>,
@@ -91,7 +92,7 @@ impl Quadric {
         Quadric { a: self.a + other.a, b: self.b + other.b, c: self.c + other.c }
     }
 
-    /// Returns the point that replaces an edge, which minimises the quadric, and the quadric error at this point.
+    /// Returns the point that replaces an edge and the error of this point. The point minimises the quadric.
     fn minimum(&self, ends: [Point; 2]) -> (Point, f64) {
         let middle = Vector3::from(scale(add(ends[0], ends[1]), 0.5));
         let weight = MIDDLE * self.a.trace();
@@ -99,7 +100,7 @@ impl Quadric {
         let solved = matrix.cholesky().map(|factor| factor.solve(&(weight * middle - self.b)));
         let x = solved.unwrap_or(middle);
         let error = x.dot(&(self.a * x)) + 2.0 * self.b.dot(&x) + self.c;
-        // in flat regions, where no collapse has an error, the shortest edges collapse first
+        // in flat regions the quadric error is zero; the added term makes the shortest edges collapse first
         let edge = sub(ends[1], ends[0]);
         (x.into(), error.max(0.0) + 1e-9 * self.a.trace() * dot(edge, edge))
     }
@@ -138,7 +139,8 @@ struct Collapse {
     origin: Point,
     /// Triangles; `None` for a triangle that has collapsed.
     triangles: Vec<Option<[u32; 3]>>,
-    left: usize,
+    /// Number of remaining triangles.
+    remaining: usize,
     /// Indices of the triangles at each point.
     around: Vec<Vec<u32>>,
     quadrics: Vec<Quadric>,
@@ -152,11 +154,11 @@ impl Collapse {
     fn new(surface: &Surface) -> Collapse {
         let origin = surface.points.first().copied().unwrap_or_default();
         let count = surface.points.len();
-        let mut own = Collapse {
+        let mut collapse = Collapse {
             points: surface.points.iter().map(|&p| sub(p, origin)).collect(),
             origin,
             triangles: surface.triangles.iter().copied().map(Some).collect(),
-            left: surface.triangles.len(),
+            remaining: surface.triangles.len(),
             around: vec![Vec::new(); count],
             quadrics: vec![Quadric::ZERO; count],
             versions: vec![0; count],
@@ -165,17 +167,17 @@ impl Collapse {
         };
         let mut edges = BTreeSet::new();
         for (number, &triangle) in (0..).zip(&surface.triangles) {
-            let quadric = Quadric::of_triangle(own.corners(triangle));
+            let quadric = Quadric::of_triangle(collapse.corners(triangle));
             for k in 0..3 {
                 let (p, q) = (triangle[k], triangle[(k + 1) % 3]);
-                own.around[p as usize].push(number);
-                own.quadrics[p as usize] = own.quadrics[p as usize].plus(&quadric);
+                collapse.around[p as usize].push(number);
+                collapse.quadrics[p as usize] = collapse.quadrics[p as usize].plus(&quadric);
                 edges.insert([p.min(q), p.max(q)]);
             }
         }
-        own.is_locked = (0..count as u32).map(|point| !own.is_disc(point)).collect();
-        edges.into_iter().for_each(|edge| own.enqueue(edge));
-        own
+        collapse.is_locked = (0..count as u32).map(|point| !collapse.is_disc(point)).collect();
+        edges.into_iter().for_each(|edge| collapse.enqueue(edge));
+        collapse
     }
 
     fn corners(&self, triangle: [u32; 3]) -> [Point; 3] {
@@ -191,7 +193,7 @@ impl Collapse {
         self.triangles_at(point).flat_map(|(_, t)| t).filter(|&other| other != point).collect()
     }
 
-    /// Whether the triangles at a point form one closed fan.
+    /// Returns whether the triangles at a point form one closed fan.
     fn is_disc(&self, point: u32) -> bool {
         let next: Vec<[u32; 2]> =
             self.triangles_at(point).map(|(_, t)| opposite(t, point)).collect();
@@ -218,7 +220,7 @@ impl Collapse {
     }
 
     fn run(&mut self, target: usize) {
-        while self.left > target {
+        while self.remaining > target {
             let Some(Reverse(Candidate { edge, versions, .. })) = self.queue.pop() else { return };
             let [a, b] = edge;
             if edge.map(|end| self.versions[end as usize]) != versions {
@@ -226,9 +228,9 @@ impl Collapse {
             }
             let quadric = self.quadrics[a as usize].plus(&self.quadrics[b as usize]);
             let ends = edge.map(|end| self.points[end as usize]);
-            let (place, _) = quadric.minimum(ends);
-            if self.keeps_topology(edge) && self.keeps_shape(edge, place) {
-                self.collapse(edge, place, quadric);
+            let (merged, _) = quadric.minimum(ends);
+            if self.keeps_topology(edge) && self.keeps_shape(edge, merged) {
+                self.collapse(edge, merged, quadric);
                 for other in self.neighbours(a) {
                     self.enqueue([a.min(other), a.max(other)]);
                 }
@@ -237,8 +239,8 @@ impl Collapse {
         }
     }
 
-    /// The link condition: the ends have exactly two common neighbours, and these two are not joined by triangles at
-    /// both ends.
+    /// Checks the link condition: the ends have exactly two common neighbours, and these two neighbours are not joined
+    /// by triangles at both ends.
     fn keeps_topology(&self, [a, b]: [u32; 2]) -> bool {
         let opposite_corners: BTreeSet<u32> = self
             .triangles_at(a)
@@ -256,12 +258,12 @@ impl Collapse {
         !(joins(a) && joins(b))
     }
 
-    /// Whether moving both ends to `place` neither flips a triangle nor creates a sliver.
-    fn keeps_shape(&self, [a, b]: [u32; 2], place: Point) -> bool {
+    /// Returns whether moving both ends to `target` neither flips a triangle nor creates a sliver.
+    fn keeps_shape(&self, [a, b]: [u32; 2], target: Point) -> bool {
         let keeps = |end: u32, other: u32| {
             self.triangles_at(end).filter(|(_, t)| !t.contains(&other)).all(|(_, t)| {
                 let before = self.corners(t);
-                let after = std::array::from_fn(|k| if t[k] == end { place } else { before[k] });
+                let after = std::array::from_fn(|k| if t[k] == end { target } else { before[k] });
                 let (old, new) = (double_area(before), double_area(after));
                 let turns = dot(old, new) < LEAST_COSINE * norm(old) * norm(new);
                 norm(new) > 0.0 && !turns && shape(after) >= LEAST_SHAPE.min(shape(before))
@@ -270,13 +272,13 @@ impl Collapse {
         keeps(a, b) && keeps(b, a)
     }
 
-    /// Merges both ends of an edge into its first end, which moves to `place`.
-    fn collapse(&mut self, [a, b]: [u32; 2], place: Point, quadric: Quadric) {
+    /// Merges both ends of an edge into its first end, which moves to `target`.
+    fn collapse(&mut self, [a, b]: [u32; 2], target: Point, quadric: Quadric) {
         let moved: Vec<(u32, [u32; 3])> = self.triangles_at(b).collect();
         for (number, triangle) in moved {
             if triangle.contains(&a) {
                 self.triangles[number as usize] = None;
-                self.left -= 1;
+                self.remaining -= 1;
                 continue;
             }
             let renamed = triangle.map(|corner| if corner == b { a } else { corner });
@@ -286,7 +288,7 @@ impl Collapse {
         self.around[b as usize].clear();
         let triangles = &self.triangles;
         self.around[a as usize].retain(|&number| triangles[number as usize].is_some());
-        self.points[a as usize] = place;
+        self.points[a as usize] = target;
         self.quadrics[a as usize] = quadric;
         self.versions[a as usize] += 1;
         self.versions[b as usize] += 1;
@@ -321,7 +323,8 @@ fn double_area([a, b, c]: [Point; 3]) -> Point {
     cross(sub(b, a), sub(c, a))
 }
 
-/// Shape measure of a triangle: its area over the sum of the squared edges, scaled to 1 for an equilateral triangle.
+/// Returns the shape measure of a triangle: its area divided by the sum of the squared edges, scaled to 1 for an
+/// equilateral triangle.
 fn shape(corners: [Point; 3]) -> f64 {
     let [a, b, c] = corners;
     let squares: f64 = [sub(b, a), sub(c, b), sub(a, c)].into_iter().map(|e| dot(e, e)).sum();

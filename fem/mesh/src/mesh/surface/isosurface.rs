@@ -15,8 +15,9 @@ use super::Surface;
 /// Minimum distance of a surface point from both ends of its grid edge, relative to the length of the edge; it
 /// prevents degenerate triangles.
 const LEAST_SHARE: f64 = 0.05;
-/// The six tetrahedra of a cell: the order of the axes along which a path leads from one corner of the cell to the
-/// opposite one, and whether the tetrahedron has a positive volume.
+/// The six tetrahedra of a cell. Each tetrahedron has the corners of a path along three edges, from the lowest corner
+/// of the cell to the highest corner: the order of the axes of the path, and whether the tetrahedron has a positive
+/// volume.
 const PATHS: [([usize; 3], bool); 6] = [
     ([0, 1, 2], true),
     ([1, 2, 0], true),
@@ -25,23 +26,23 @@ const PATHS: [([usize; 3], bool); 6] = [
     ([2, 1, 0], false),
     ([1, 0, 2], false),
 ];
-/// Even permutations of four corners; entry k has corner k first.
+/// Even permutations of four corners; entry k begins with corner k.
 const FIRST: [[usize; 4]; 4] = [[0, 1, 2, 3], [1, 0, 3, 2], [2, 3, 0, 1], [3, 2, 1, 0]];
-/// Even permutations of four corners; each has a different pair of corners first.
+/// Even permutations of four corners; each entry begins with a different pair of corners.
 const PAIRS: [[usize; 4]; 6] =
     [[0, 1, 2, 3], [0, 2, 3, 1], [0, 3, 1, 2], [1, 2, 0, 3], [1, 3, 2, 0], [2, 3, 0, 1]];
 
 /// Returns the surface that encloses all negative values of a grid, in units of grid cells, relative to the first
-/// grid point. Outside the grid values are positive: where the values on the boundary of the grid are negative, the
-/// surface is half a cell outside.
+/// grid point. Values outside the grid count as positive: where a value on the boundary of the grid is negative, the
+/// surface lies half a cell outside the grid.
 pub(crate) fn isosurface(size: [usize; 3], value: &dyn Fn([usize; 3]) -> f64) -> Surface {
-    // pad the grid by one layer on each side; an empty grid has no value to copy into the padding
+    // the grid is padded by one layer on each side; an empty grid has no value to copy into the padding
     if size.contains(&0) {
         return Surface::default();
     }
     let padded = size.map(|n| n + 2);
-    let place = |[x, y, z]: [usize; 3]| x + padded[0] * (y + padded[1] * z);
-    let mut points = Points { found: HashMap::new(), surface: Surface::default(), padded };
+    let index = |[x, y, z]: [usize; 3]| x + padded[0] * (y + padded[1] * z);
+    let mut points = Points { on_edges: HashMap::new(), surface: Surface::default(), padded };
     let mut values = Vec::with_capacity(padded.iter().product());
     for z in 0..padded[2] {
         for y in 0..padded[1] {
@@ -49,8 +50,8 @@ pub(crate) fn isosurface(size: [usize; 3], value: &dyn Fn([usize; 3]) -> f64) ->
                 let at = [x, y, z];
                 let nearest = std::array::from_fn(|k| at[k].clamp(1, size[k]) - 1);
                 let is_outside = (0..3).any(|k| nearest[k] + 1 != at[k]);
-                let own = value(nearest);
-                values.push(if is_outside { own.abs() } else { own });
+                let nearest_value = value(nearest);
+                values.push(if is_outside { nearest_value.abs() } else { nearest_value });
             }
         }
     }
@@ -58,7 +59,7 @@ pub(crate) fn isosurface(size: [usize; 3], value: &dyn Fn([usize; 3]) -> f64) ->
         for y in 0..padded[1] - 1 {
             for x in 0..padded[0] - 1 {
                 let corner = |bits: usize| {
-                    let at = place([x + (bits & 1), y + (bits >> 1 & 1), z + (bits >> 2)]);
+                    let at = index([x + (bits & 1), y + (bits >> 1 & 1), z + (bits >> 2)]);
                     (at, values[at])
                 };
                 let inside = (0..8).filter(|&bits| corner(bits).1 < 0.0).count();
@@ -75,22 +76,25 @@ pub(crate) fn isosurface(size: [usize; 3], value: &dyn Fn([usize; 3]) -> f64) ->
     points.surface
 }
 
-/// The surface and its points, indexed by the grid edges on which they lie.
+/// The surface under construction and the grid edges on which its points lie.
 struct Points {
-    found: HashMap<[usize; 2], u32>,
+    /// Index into the points of the surface of each grid edge, given by its two grid indices in the padded grid.
+    on_edges: HashMap<[usize; 2], u32>,
     surface: Surface,
+    /// Size of the padded grid.
     padded: [usize; 3],
 }
 
 impl Points {
+    /// Returns the index of the surface point on a grid edge; the ends are given by grid index and value.
     fn on_edge(&mut self, a: (usize, f64), b: (usize, f64)) -> u32 {
         let [low, high] = if a.0 < b.0 { [a, b] } else { [b, a] };
         let share = (low.1 / (low.1 - high.1)).clamp(LEAST_SHARE, 1.0 - LEAST_SHARE);
         let [nx, ny, _] = self.padded;
         let at =
-            |place: usize| [place % nx, place / nx % ny, place / nx / ny].map(|k| k as f64 - 1.0);
+            |index: usize| [index % nx, index / nx % ny, index / nx / ny].map(|k| k as f64 - 1.0);
         let surface = &mut self.surface;
-        *self.found.entry([low.0, high.0]).or_insert_with(|| {
+        *self.on_edges.entry([low.0, high.0]).or_insert_with(|| {
             let (from, to) = (at(low.0), at(high.0));
             surface.points.push(std::array::from_fn(|k| from[k] + share * (to[k] - from[k])));
             surface.points.len() as u32 - 1
@@ -101,8 +105,8 @@ impl Points {
     fn tetrahedron(&mut self, corners: [(usize, f64); 4], is_positive: bool) {
         let is_inside = corners.map(|(_, value)| value < 0.0);
         let inside = is_inside.iter().filter(|&&is| is).count();
-        let add = |own: &mut Points, [a, b, c]: [u32; 3], is_outward: bool| {
-            own.surface.triangles.push(if is_outward { [a, b, c] } else { [a, c, b] });
+        let add = |points: &mut Points, [a, b, c]: [u32; 3], is_outward: bool| {
+            points.surface.triangles.push(if is_outward { [a, b, c] } else { [a, c, b] });
         };
         match inside {
             1 | 3 => {
@@ -132,13 +136,13 @@ mod tests {
     use super::*;
     use crate::mesh::vector::{dot, norm, sub};
 
-    /// Signed distance of a grid point from a sphere.
+    /// Returns the signed distance of a grid point from a sphere.
     fn ball(centre: [f64; 3], radius: f64) -> impl Fn([usize; 3]) -> f64 {
         move |at| norm(sub(at.map(|k| k as f64), centre)) - radius
     }
 
     #[test]
-    fn a_ball_is_closed_and_outward_and_of_second_order() {
+    fn the_surface_of_a_ball_is_closed_and_oriented_and_second_order_accurate() {
         let mut errors = Vec::new();
         for n in [24_usize, 48] {
             let (centre, radius) =
@@ -160,9 +164,9 @@ mod tests {
     }
 
     #[test]
-    fn what_the_frame_cuts_and_what_touches_at_an_edge_is_closed() {
-        // a ball centred at a corner of the grid: the surface is half a cell outside on three sides, with chamfered
-        // edges
+    fn surfaces_cut_by_the_frame_or_touching_at_edges_are_closed() {
+        // a ball centred at a corner of the grid: on three sides, the surface is half a cell outside the grid and has
+        // chamfered edges
         let surface = isosurface([12; 3], &ball([0.0; 3], 8.0));
         assert_eq!(surface.open_edges(), 0);
         let expected = PI / 6.0 * 512.0 + 1.5 * PI / 4.0 * 64.0 + 0.75 * 8.0 + 0.125;
@@ -178,6 +182,6 @@ mod tests {
                 *passes.entry([p.min(q), p.max(q)]).or_default() += 1;
             }
         }
-        assert!(passes.values().all(|&count| count == 2), "each edge has two triangles");
+        assert!(passes.values().all(|&count| count == 2), "an edge does not have two triangles");
     }
 }

@@ -1,4 +1,4 @@
-//! Closed triangle surfaces, as other programs provide for grains.
+//! Closed triangle surfaces, for example of grains segmented by another program.
 //!
 //! # References
 //! G. Taubin, "A signal processing approach to fair surface design", SIGGRAPH 95, 351–358,
@@ -15,7 +15,7 @@ use fem_image::DisjointSets;
 pub use decimate::decimated;
 pub(crate) use isosurface::isosurface;
 
-/// Factors of the two steps of a pass of Taubin's smoothing, a shrinking step and an expanding step.
+/// Factors of the two steps of each pass of Taubin's smoothing: a shrinking step and an expanding step.
 const SHRINK: f64 = 0.5;
 const GROW: f64 = -0.53;
 
@@ -40,7 +40,8 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// Merges corners with identical coordinates and drops triangles with two equal corners.
+    /// Creates a surface from triangles (mm): merges corners with identical coordinates and omits triangles with two
+    /// equal corners.
     pub fn new(triangles: &[[[f64; 3]; 3]]) -> Surface {
         let mut number: HashMap<[u64; 3], u32> = HashMap::new();
         let mut surface = Surface::default();
@@ -87,22 +88,22 @@ impl Surface {
         (0..self.triangles.len()).map(cone).sum()
     }
 
-    /// Splits the surface into its connected parts (which share no corner), ordered by their first triangles. In a
-    /// file with several grains each part is a grain.
+    /// Splits the surface into its connected parts, ordered by their first triangles; different parts share no corner.
+    /// In a file with several grains each part is a grain.
     pub fn parts(&self) -> Vec<Surface> {
         let mut parts = DisjointSets::new(self.points.len());
         for &[a, b, c] in &self.triangles {
             parts.join(a, b);
             parts.join(b, c);
         }
-        let mut place: HashMap<u32, usize> = HashMap::new();
+        let mut part_number: HashMap<u32, usize> = HashMap::new();
         let mut corners: Vec<Vec<[[f64; 3]; 3]>> = Vec::new();
         for (triangle, nodes) in self.triangles.iter().enumerate() {
-            let place = *place.entry(parts.root(nodes[0])).or_insert_with(|| {
+            let part = *part_number.entry(parts.root(nodes[0])).or_insert_with(|| {
                 corners.push(Vec::new());
                 corners.len() - 1
             });
-            corners[place].push(self.corners(triangle));
+            corners[part].push(self.corners(triangle));
         }
         corners.iter().map(|corners| Surface::new(corners)).collect()
     }

@@ -1,4 +1,4 @@
-//! A grid of cells as spatial index of grains.
+//! Spatial index of grains: a grid of cells.
 
 use crate::mesh::groups::Groups;
 use crate::mesh::vector::Point;
@@ -9,15 +9,18 @@ const CELLS: f64 = 4.0;
 /// A grid of cells; each cell lists the grains whose bounding boxes intersect it.
 #[derive(Clone, Debug)]
 pub(crate) struct Cells {
+    /// Minimum coordinates of the grid (mm).
     low: Point,
+    /// Edge length of a cell (mm).
     width: f64,
+    /// Number of cells along each axis.
     count: [usize; 3],
     /// Grains of each cell, in increasing order.
     grains: Groups,
 }
 
 impl Cells {
-    /// Builds the grid from the bounding boxes of the grains (minimum and maximum coordinates); grains are numbered
+    /// Builds the grid from the bounding box of each grain (minimum and maximum coordinates, mm); grains are numbered
     /// from 1.
     pub(crate) fn new(boxes: &[[Point; 2]]) -> Cells {
         let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
@@ -32,8 +35,8 @@ impl Cells {
         }
         let extent: Point = std::array::from_fn(|k| (high[k] - low[k]).max(f64::MIN_POSITIVE));
         let volume: f64 = extent.iter().product();
-        // limit the number of cells along the longest side to about 256, so that a flat arrangement of grains does
-        // not need too many cells
+        // at most about 256 cells along the longest side, so that a flat arrangement of grains does not need too
+        // many cells
         let longest = extent.iter().copied().fold(0.0, f64::max);
         let width = (volume / (CELLS * boxes.len() as f64)).cbrt().max(longest / 256.0);
         let count = extent.map(|x| ((x / width).ceil() as usize).clamp(1, 257));
@@ -69,13 +72,13 @@ impl Cells {
     /// Returns the grains listed by the cell that contains a point, or by the nearest cell if the point is outside
     /// the grid.
     pub(crate) fn at(&self, x: Point) -> &[u32] {
-        let mut found: &[u32] = &[];
-        self.visit([x, x], |cell| found = self.grains.of(cell));
-        found
+        let mut grains: &[u32] = &[];
+        self.visit([x, x], |cell| grains = self.grains.of(cell));
+        grains
     }
 
-    /// Appends, in increasing order, the grains listed by the cells that intersect a cube of half-width `reach`
-    /// around a point.
+    /// Appends, in increasing order, the grains listed by the cells that intersect a cube of half-width
+    /// `reach` (mm) around a point.
     pub(crate) fn within(&self, x: Point, reach: f64, found: &mut Vec<u32>) {
         self.in_box([x.map(|x| x - reach), x.map(|x| x + reach)], found);
     }
@@ -85,13 +88,13 @@ impl Cells {
         let first = found.len();
         self.visit(bounds, |cell| found.extend_from_slice(self.grains.of(cell)));
         found[first..].sort_unstable();
-        let mut kept = first;
+        let mut end = first;
         for k in first..found.len() {
-            if kept == first || found[kept - 1] != found[k] {
-                found[kept] = found[k];
-                kept += 1;
+            if end == first || found[end - 1] != found[k] {
+                found[end] = found[k];
+                end += 1;
             }
         }
-        found.truncate(kept);
+        found.truncate(end);
     }
 }

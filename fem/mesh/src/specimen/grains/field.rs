@@ -1,4 +1,4 @@
-//! Interface through which a mesher queries grains, whatever their source.
+//! Interface through which a mesher queries grains from any source.
 
 /// Grains in a cylinder, numbered from 1; number 0 is the matrix.
 ///
@@ -18,7 +18,7 @@ pub trait GrainField: Sync {
         0
     }
 
-    /// Returns the grain that contains a point, or 0.
+    /// Returns the number of the grain that contains a point, or 0.
     fn grain_at(&self, x: [f64; 3]) -> u32;
 
     /// Returns the signed distance to a grain's surface (mm), negative inside. The distance is exact, or smooth near
@@ -31,22 +31,23 @@ pub trait GrainField: Sync {
     /// Appends, in increasing order, all grains that may be closer than `reach` mm to a point.
     fn near(&self, x: [f64; 3], reach: f64, found: &mut Vec<u32>);
 
-    /// Whether a grain may come closer than `reach` mm to a point. A field with exact distances can thus exclude a grain
-    /// for all points of a ball at once.
+    /// Returns whether a grain may be closer than `reach` mm to a point. A field with exact distances can thereby
+    /// exclude a grain for all points of a ball at once.
     fn reaches(&self, _grain: u32, _x: [f64; 3], _reach: f64) -> bool {
         true
     }
 
-    /// Returns the resolution of the geometry (mm). Surfaces closer to each other than this count as touching.
+    /// Returns the resolution of the geometry (mm). Surfaces count as touching if their distance is smaller than the
+    /// resolution.
     fn resolution_mm(&self) -> f64;
 
-    /// Returns the signed distance if it is less than `limit`, else `None`; may be cheaper than
+    /// Returns the signed distance (mm) if it is less than `limit`, else `None`; may be faster than
     /// [`distance`](Self::distance).
     fn distance_below(&self, grain: u32, x: [f64; 3], limit: f64) -> Option<f64> {
         Some(self.distance(grain, x)).filter(|&distance| distance < limit)
     }
 
-    /// Returns the signed distance and its gradient. The default implementation computes the gradient by central
+    /// Returns the signed distance (mm) and its gradient. The default implementation computes the gradient by central
     /// differences over `step` mm to both sides.
     fn distance_and_gradient(&self, grain: u32, x: [f64; 3], step: f64) -> (f64, [f64; 3]) {
         let gradient = std::array::from_fn(|k| {

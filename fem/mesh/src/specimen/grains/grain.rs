@@ -62,11 +62,14 @@ impl Grain {
         }
     }
 
-    /// Whether the entire grain lies in a cylinder with its bottom at z = 0 and its axis on z (dimensions in mm).
+    /// Returns whether the entire grain lies in a cylinder with its bottom at z = 0 and its axis on z (dimensions in
+    /// mm).
     pub(crate) fn is_inside(&self, radius: f64, height: f64) -> bool {
-        let same = 1e-9 * radius;
+        let tolerance = 1e-9 * radius;
         let holds = |[x, y, z]: [f64; 3], reach: f64| {
-            x.hypot(y) + reach <= radius + same && z >= reach - same && z + reach <= height + same
+            x.hypot(y) + reach <= radius + tolerance
+                && z >= reach - tolerance
+                && z + reach <= height + tolerance
         };
         match &self.shape {
             GrainShape::Sphere { radius_mm } => holds(self.centre, *radius_mm),
@@ -79,8 +82,8 @@ impl Grain {
         self.nearest_below_mm(point, f64::INFINITY).map_or(f64::INFINITY, |(distance, _)| distance)
     }
 
-    /// Returns the signed distance (mm) and its gradient. May return `None` if the distance is not less than `limit`,
-    /// which is cheaper.
+    /// Returns the signed distance (mm) and its gradient. To save time, may return `None` if the distance is not less
+    /// than `limit`.
     pub(crate) fn nearest_below_mm(&self, point: [f64; 3], limit: f64) -> Option<(f64, [f64; 3])> {
         match &self.shape {
             GrainShape::Sphere { radius_mm } => {

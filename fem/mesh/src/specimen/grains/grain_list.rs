@@ -9,7 +9,8 @@ use crate::mesh::vector::Point;
 
 /// Number of grid cells across a grain for the extraction of its surface.
 const SURFACE_CELLS: usize = 32;
-/// Number of samples along each axis of a grain's bounding box, for the volume of a grain that the cylinder cuts.
+/// Number of samples along each axis of a grain's bounding box. The samples estimate the volume of a grain that extends
+/// beyond the cylinder.
 const CUT_SAMPLES: usize = 64;
 
 /// A list of spheres and polyhedra in a cylinder: a [`GrainField`] with exact distances.
@@ -40,21 +41,21 @@ impl GrainList {
         GrainList { grains, volumes_mm3, cells }
     }
 
-    /// Returns the grains; the first has number 1.
+    /// Returns the grains; the first grain has number 1.
     pub fn list(&self) -> &[Grain] {
         &self.grains
     }
 
-    /// Returns the closed surface of a grain (mm), extracted on a grid of 32 cells across and scaled to the grain's
-    /// exact volume; sharp edges are chamfered by about one cell. The surface encloses the whole grain, including the
-    /// part outside the cylinder.
+    /// Returns the closed surface of a grain (mm), extracted on a grid of 32 cells across the grain and scaled to the
+    /// grain's exact volume; sharp edges are chamfered by about one cell. The surface encloses the whole grain,
+    /// including the part outside the cylinder.
     pub fn surface(&self, number: u32) -> Surface {
         let grain = self.grain(number);
         let reach = grain.bounding_radius_mm();
         let cell = 2.0 * reach / SURFACE_CELLS as f64;
         let at = |k: usize, x: f64| grain.centre[k] - reach + (x - 1.0) * cell;
-        let mut surface = isosurface([SURFACE_CELLS + 3; 3], &|place| {
-            grain.signed_distance_mm(std::array::from_fn(|k| at(k, place[k] as f64)))
+        let mut surface = isosurface([SURFACE_CELLS + 3; 3], &|node| {
+            grain.signed_distance_mm(std::array::from_fn(|k| at(k, node[k] as f64)))
         });
         for point in &mut surface.points {
             *point = std::array::from_fn(|k| at(k, point[k]));
@@ -116,6 +117,7 @@ fn bounds(grain: &Grain) -> [Point; 2] {
     [grain.centre.map(|x| x - reach), grain.centre.map(|x| x + reach)]
 }
 
+/// Returns the volume of a grain inside the cylinder (mm³).
 fn volume_inside(grain: &Grain, radius: f64, height: f64) -> f64 {
     if radius.is_infinite() || grain.is_inside(radius, height) {
         return grain.volume_mm3();

@@ -1,4 +1,4 @@
-//! Grains: the interface through which a mesher queries them, analytic grains, and grains of labelled voxels.
+//! Grains: the interface through which a mesher queries grains, analytic grains, and grains of labelled voxels.
 
 mod cells;
 mod field;

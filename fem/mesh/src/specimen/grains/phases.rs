@@ -16,12 +16,12 @@ impl Phases {
         Phases { names: field.phases(), of_grain }
     }
 
-    /// Returns the phase of a grain.
+    /// Returns the phase of a grain, an index into `names`.
     pub(crate) fn of_grain(&self, grain: u32) -> usize {
         self.of_grain[grain as usize - 1]
     }
 
-    /// Whether a grain is a void.
+    /// Returns whether a grain is a void.
     pub(crate) fn is_void(&self, grain: u32) -> bool {
         self.names[self.of_grain(grain)] == VOID
     }
@@ -32,29 +32,29 @@ impl Phases {
         (0..self.names.len()).filter(is_solid).count()
     }
 
-    /// Returns the regions of a mesh with these labels (0: matrix). If the mesh has mixtures (`mixed`), phases
-    /// without a tetrahedron of their own also become regions.
+    /// Returns the regions of a mesh whose tetrahedra have the given labels (grain numbers; 0: matrix). If the mesh
+    /// has mixtures (`mixed`), phases without a labelled tetrahedron also become regions.
     pub(crate) fn regions(&self, labels: &[u32], mixed: bool) -> Regions {
-        let mut is_there = vec![false; self.names.len()];
+        let mut is_present = vec![false; self.names.len()];
         for &label in labels.iter().filter(|label| **label > 0) {
-            is_there[self.of_grain(label)] = true;
+            is_present[self.of_grain(label)] = true;
         }
         if mixed {
             for &phase in self.of_grain.iter().filter(|phase| self.names[**phase] != VOID) {
-                is_there[phase] = true;
+                is_present[phase] = true;
             }
         }
         let mut regions = Regions { names: vec!["matrix".into()], of_phase: Vec::new() };
-        for (name, is_there) in self.names.iter().zip(is_there) {
+        for (name, is_present) in self.names.iter().zip(is_present) {
             regions.of_phase.push(regions.names.len() as u16);
-            if is_there {
+            if is_present {
                 regions.names.push(name.clone());
             }
         }
         regions
     }
 
-    /// Returns the region of a label.
+    /// Returns the region of a label (grain number; 0: matrix).
     pub(crate) fn region_of(&self, label: u32, regions: &Regions) -> u16 {
         if label == 0 { 0 } else { regions.of_phase[self.of_grain(label)] }
     }

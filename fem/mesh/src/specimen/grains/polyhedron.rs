@@ -2,10 +2,10 @@
 
 use crate::mesh::vector::{Point, add, cross, dot, mean, norm, scale, sub};
 
-/// Points closer than this, relative to the size of the polyhedron, count as identical.
+/// Two points are identical if their distance is at most this factor times the size of the polyhedron.
 const SAME: f64 = 1e-10;
-/// A distance to the bounding box is reduced by this factor before it is compared, so that rounding cannot make it
-/// exceed the distance to the polyhedron.
+/// Factor on the distance to the bounding box before this distance is compared with a limit: in spite of rounding, the
+/// product does not exceed the distance to the polyhedron.
 const ROUNDING: f64 = 1.0 - 1e-12;
 
 /// A bounded convex polyhedron, stored as a list of faces.
@@ -25,14 +25,16 @@ const ROUNDING: f64 = 1.0 - 1e-12;
 #[derive(Clone, Debug, PartialEq)]
 pub struct ConvexPolyhedron {
     faces: Vec<Facet>,
-    /// Smallest and largest coordinates of the corners.
+    /// Minimum and maximum coordinates of the corners.
     bounds: [Point; 2],
 }
 
+/// A face of a polyhedron.
 #[derive(Clone, Debug, PartialEq)]
 struct Facet {
-    /// Outward unit normal n and offset d of the face: the body satisfies n · x ≤ d.
+    /// Outward unit normal n of the face.
     normal: Point,
+    /// Offset d of the plane of the face: all points x of the body satisfy n · x ≤ d.
     offset: f64,
     /// Corners of the face, counter-clockwise seen from outside.
     corners: Vec<Point>,
@@ -66,7 +68,7 @@ impl ConvexPolyhedron {
         ConvexPolyhedron { faces, bounds }
     }
 
-    /// Intersects the polyhedron with the half-space `normal · x ≤ offset` (unit normal); returns whether anything
+    /// Intersects the polyhedron with the half-space `normal · x ≤ offset` (unit normal); returns whether a part
     /// was cut off.
     pub fn cut(&mut self, normal: [f64; 3], offset: f64) -> bool {
         let [low, high] = self.bounds;
@@ -125,10 +127,10 @@ impl ConvexPolyhedron {
         self.corners().map(|p| norm(sub(p, from))).fold(0.0, f64::max)
     }
 
-    /// Returns the volume; 0 if everything was cut off.
+    /// Returns the volume; 0 for an empty polyhedron.
     pub fn volume(&self) -> f64 {
         let Some(apex) = self.faces.first().map(|face| face.corners[0]) else { return 0.0 };
-        // sum of the pyramids from one apex to each face
+        // sum of the pyramids with a common apex and one face as base each
         self.faces
             .iter()
             .map(|face| (face.offset - dot(face.normal, apex)) * face.area() / 3.0)
@@ -166,16 +168,16 @@ impl ConvexPolyhedron {
         if highest <= 0.0 {
             return Some((highest, top.normal));
         }
-        // the nearest point lies on a face with the point on its outer side; most often on the face whose plane is
+        // the nearest point lies on a face whose outer side shows to the point, mostly on the face whose plane is
         // farthest from the point
         let (mut distance, mut foot) = top.nearest(point);
         if distance > highest {
             for face in &self.faces {
                 let height = face.height(point);
                 if height > 0.0 && height < distance {
-                    let (other, there) = face.nearest(point);
-                    if other < distance {
-                        (distance, foot) = (other, there);
+                    let (other_distance, other_foot) = face.nearest(point);
+                    if other_distance < distance {
+                        (distance, foot) = (other_distance, other_foot);
                     }
                 }
             }

@@ -1,22 +1,23 @@
 //! Smooth signed distances, computed from the solid fractions of voxels.
 //!
-//! The surface is the set where the solid fraction, smoothed over its neighbours, equals one half. Distances farther
-//! away are computed by fast sweeping. Smoothing and the blur of the image shrink a ball of radius R by σ²/R, where σ
-//! is the standard deviation of the blur; therefore all distances of a grain are finally shifted so that the region
-//! of negative distance has the grain's volume.
+//! The surface is the set where the solid fraction, smoothed over neighbouring voxels, equals one half. Distances of
+//! voxels that are not adjacent to the surface are computed by fast sweeping. Smoothing and the blur of the image
+//! shrink a ball of radius R by σ²/R, where σ is the standard deviation of the blur; therefore all distances of a grain
+//! are finally shifted so that the region of negative distance has the grain's volume.
 //!
 //! # Reference
 //! H. Zhao, "A fast sweeping method for eikonal equations", Math. Comp. 74 (2005) 603–627,
 //! doi:10.1090/S0025-5718-04-01678-3.
 
-/// Ratio of the central difference of a smoothed fraction (over two voxels) to its slope at the surface: 0.75 along
-/// the axes, 0.9 along the diagonals.
+/// Ratio of the central difference of the smoothed fraction (over two voxels) to the slope of the smoothed fraction at
+/// the surface. The ratio is 0.75 for surfaces normal to an axis and 0.9 for surfaces normal to a diagonal.
 const SLOPE: f32 = 0.85;
 /// Number of rounds of eight sweeps; one round is enough for convex bodies.
 const ROUNDS: usize = 2;
-/// Number of Newton steps to reach a volume, and maximum shift of the surface (voxels).
+/// Number of Newton steps to reach a volume.
 const STEPS: usize = 6;
-const FARTHEST: f32 = 1.0;
+/// Maximum shift of the surface (voxels).
+const MAX_SHIFT: f32 = 1.0;
 
 /// Values on a box of voxels; x varies fastest.
 #[derive(Clone, Debug)]
@@ -48,11 +49,11 @@ impl Patch {
         for axis in 0..3 {
             self.smooth(axis);
         }
-        let known = self.crossings();
-        self.sweep(&known);
+        let is_initial = self.crossings();
+        self.sweep(&is_initial);
     }
 
-    /// Smooths along an axis with the weights ¼, ½, ¼; outside the box the outermost value is repeated.
+    /// Smooths the values along an axis with the weights ¼, ½, ¼; outside the box the outermost value is repeated.
     fn smooth(&mut self, axis: usize) {
         let (stride, count) = (self.strides()[axis], self.size[axis]);
         if count < 2 {
@@ -74,12 +75,13 @@ impl Patch {
     }
 
     /// Initialises the distances: the distance to the surface at each voxel with a neighbour on the other side of the
-    /// surface, and a large value with the correct sign elsewhere. Returns which distances are known.
+    /// surface, and a large value with the correct sign elsewhere. Returns,
+    /// for each voxel, whether its distance was computed here.
     fn crossings(&mut self) -> Vec<bool> {
         let far = self.size.iter().sum::<usize>() as f32;
         let strides = self.strides();
         let fraction = std::mem::take(&mut self.values);
-        let mut known = vec![false; fraction.len()];
+        let mut is_initial = vec![false; fraction.len()];
         self.values = vec![far; fraction.len()];
         for (at, voxel) in self.voxels().enumerate() {
             let here = 0.5 - fraction[at];
@@ -87,24 +89,25 @@ impl Patch {
             for axis in 0..3 {
                 let mut look = |inside: bool, other: usize| {
                     let other = if inside { other } else { at };
-                    known[at] |= (here < 0.0) != (fraction[other] > 0.5);
+                    is_initial[at] |= (here < 0.0) != (fraction[other] > 0.5);
                     fraction[other]
                 };
                 let before = look(voxel[axis] > 0, at.wrapping_sub(strides[axis]));
                 let after = look(voxel[axis] + 1 < self.size[axis], at + strides[axis]);
                 slope += (0.5 * (after - before)).powi(2);
             }
-            let distance = if known[at] {
+            let distance = if is_initial[at] {
                 (SLOPE * here.abs() / slope.sqrt().max(1e-6)).min(1.0)
             } else {
                 far
             };
             self.values[at] = distance.copysign(here);
         }
-        known
+        is_initial
     }
 
-    /// Shifts all distances by at most one voxel so that the region of negative distance has a given volume (voxels).
+    /// Shifts all distances by one value of at most one voxel, so that the region of negative distance has a given
+    /// volume (voxels).
     pub(super) fn enclose(&mut self, volume: f64) {
         // fraction of a voxel inside the surface, if the surface is flat in the voxel
         let within = |shift: f32| -> f64 {
@@ -118,12 +121,13 @@ impl Patch {
                 return;
             }
             let step = (volume - within(shift)) / area;
-            shift = (shift + step as f32).clamp(-FARTHEST, FARTHEST);
+            shift = (shift + step as f32).clamp(-MAX_SHIFT, MAX_SHIFT);
         }
         self.values.iter_mut().for_each(|value| *value -= shift);
     }
 
-    fn sweep(&mut self, known: &[bool]) {
+    /// Computes the distances of all other voxels by fast sweeping.
+    fn sweep(&mut self, is_initial: &[bool]) {
         let ([nx, ny, nz], strides) = (self.size, self.strides());
         let order = |count: usize, reverse: bool, k: usize| if reverse { count - 1 - k } else { k };
         for turn in 0..8 * ROUNDS {
@@ -135,7 +139,7 @@ impl Patch {
                     for a in 0..nx {
                         let x = order(nx, reverse[0], a);
                         let at = x + nx * (y + ny * z);
-                        if !known[at] {
+                        if !is_initial[at] {
                             self.update(at, [x, y, z], strides);
                         }
                     }
@@ -144,7 +148,7 @@ impl Patch {
         }
     }
 
-    /// Godunov's upwind update of |∇d| = 1.
+    /// Updates the distance of a voxel by Godunov's upwind scheme for |∇d| = 1.
     fn update(&mut self, at: usize, voxel: [usize; 3], strides: [usize; 3]) {
         let mut smallest = [f32::INFINITY; 3];
         for axis in 0..3 {
@@ -172,8 +176,8 @@ impl Patch {
     }
 
     /// Interpolates the value at `x` (in voxels from the centre of the first voxel), linearly along each axis. For a
-    /// point outside the box, returns the value at the nearest point of the box, and the distance to it as second
-    /// result.
+    /// point outside the box, the first result is the value at the nearest point of the box. The second result is the
+    /// distance from the box (voxels).
     pub(super) fn interpolate(&self, x: [f64; 3]) -> (f64, f64) {
         let strides = self.strides();
         let (mut first, mut step, mut t) = (0, [0; 3], [0.0; 3]);
@@ -219,7 +223,7 @@ mod tests {
     }
 
     #[test]
-    fn the_surface_of_a_ball_is_where_it_is_to_a_fraction_of_a_voxel() {
+    fn the_surface_of_a_ball_is_located_to_a_fraction_of_a_voxel() {
         let (centre, radius) = ([11.3, 11.8, 12.1], 6.5);
         let mut patch = Patch::new([0; 3], [24; 3]);
         let voxels: Vec<[usize; 3]> = patch.voxels().collect();

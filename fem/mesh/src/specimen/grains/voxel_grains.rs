@@ -13,15 +13,17 @@ const MARGIN: usize = 3;
 
 /// Grains of a segmented image: a [`GrainField`] with distances accurate to a fraction of a voxel.
 ///
-/// The volume of a grain is the solid fraction of its own voxels plus that of adjacent matrix voxels, which is
-/// divided among the grains that they touch. Distances are stored in a box around each grain; their zero set is a
-/// surface that encloses the grain's volume.
+/// The volume of a grain is the sum of the solid fractions of its own voxels and of adjacent matrix voxels. The solid
+/// fraction of a matrix voxel is divided among the adjacent grains. Distances are stored in a box around each grain;
+/// their zero set is a surface that encloses the grain's volume.
 #[derive(Debug)]
 pub struct VoxelGrains<'a> {
     labels: &'a Volume<u32>,
     /// Position of the specimen in the image.
     cylinder: Cylinder,
+    /// Signed distances (voxels) in a box around each grain.
     distances: Vec<Patch>,
+    /// Volume of each grain inside the cylinder (mm³).
     volumes_mm3: Vec<f64>,
     /// Volume of each grain (mm³), including parts outside the cylinder.
     whole_mm3: Vec<f64>,
@@ -35,7 +37,7 @@ pub struct VoxelGrains<'a> {
 impl<'a> VoxelGrains<'a> {
     /// Creates grains from labels (0: matrix; grains from 1) and the solid fraction of each voxel, in [0, 1]. Without
     /// solid fractions, labelled voxels count as entirely solid. `cylinder` is the position of the specimen in the
-    /// image: the centre of its bottom becomes the origin, and only the part of each grain inside it counts.
+    /// image: the centre of its bottom becomes the origin, and only the part of each grain inside the cylinder counts.
     ///
     /// # Panics
     /// If the two volumes have different shapes or do not have one value per voxel.
@@ -45,10 +47,21 @@ impl<'a> VoxelGrains<'a> {
         cylinder: &Cylinder,
     ) -> VoxelGrains<'a> {
         let count: usize = labels.shape.iter().product();
-        assert_eq!(labels.values.len(), count, "one label per voxel");
+        assert_eq!(
+            labels.values.len(),
+            count,
+            "the number of labels differs from the number of voxels"
+        );
         if let Some(solid) = solid {
-            assert_eq!(solid.shape, labels.shape, "labels and solid fractions of the same voxels");
-            assert_eq!(solid.values.len(), count, "one solid fraction per voxel");
+            assert_eq!(
+                solid.shape, labels.shape,
+                "labels and solid fractions have different shapes"
+            );
+            assert_eq!(
+                solid.values.len(),
+                count,
+                "the number of solid fractions differs from the number of voxels"
+            );
         }
         let voxel = labels.voxel_mm;
         let is_inside = |at: [usize; 3]| {
@@ -66,9 +79,9 @@ impl<'a> VoxelGrains<'a> {
                 std::array::from_fn(|k| (high[k] + MARGIN + 1).min(labels.shape[k]) - low[k]);
             let mut patch = Patch::new(low, size);
             let (mut voxels, mut all) = (0.0, 0.0);
-            let places = patch.voxels();
-            for (value, place) in patch.values.iter_mut().zip(places) {
-                let at = std::array::from_fn(|k| place[k] + low[k]);
+            let voxels_of_box = patch.voxels();
+            for (value, in_box) in patch.values.iter_mut().zip(voxels_of_box) {
+                let at = std::array::from_fn(|k| in_box[k] + low[k]);
                 *value = share(labels, solid, number, at);
                 if *value > 0.0 {
                     all += f64::from(*value);
@@ -107,46 +120,49 @@ impl<'a> VoxelGrains<'a> {
         names: Vec<String>,
         phase_of: impl IntoIterator<Item = (u32, usize)>,
     ) -> Self {
-        assert!(!names.is_empty(), "grains are of a phase");
+        assert!(!names.is_empty(), "the list of phases is empty");
         for (grain, phase) in phase_of {
-            assert!(phase < names.len(), "grain {grain} is of phase {phase} of {}", names.len());
-            if let Some(own) = self.phase_of.get_mut((grain as usize).wrapping_sub(1)) {
-                *own = phase;
+            assert!(
+                phase < names.len(),
+                "phase {phase} of grain {grain} is not below the number of phases, {}",
+                names.len()
+            );
+            if let Some(entry) = self.phase_of.get_mut((grain as usize).wrapping_sub(1)) {
+                *entry = phase;
             }
         }
         self.phases = names;
         self
     }
 
-    /// Replaces the volumes of grains (mm³) by more accurate ones, such as the volumes of
+    /// Replaces the volumes of grains (mm³) by more accurate volumes, such as the volumes of
     /// [`Region`](fem_image::Region). Sums of solid fractions in [0, 1] are less accurate, because blur spreads part
     /// of a grain beyond the adjacent voxels, and noise clipped at 0 and 1 does not average out. The fraction of a
     /// grain inside the cylinder does not change, and a grain that is not listed keeps its volume. Distances are
     /// shifted so that the surface of each grain encloses the new volume.
     pub fn with_volumes(mut self, volumes_mm3: impl IntoIterator<Item = (u32, f64)>) -> Self {
         for (grain, volume) in volumes_mm3 {
-            let place = (grain as usize).wrapping_sub(1);
-            if let Some(own) = self.volumes_mm3.get_mut(place) {
-                *own = volume.max(0.0) * self.inside[place];
-                self.whole_mm3[place] = volume.max(0.0);
-                self.distances[place].enclose(volume / self.labels.voxel_mm.powi(3));
+            let index = (grain as usize).wrapping_sub(1);
+            if let Some(inside_mm3) = self.volumes_mm3.get_mut(index) {
+                *inside_mm3 = volume.max(0.0) * self.inside[index];
+                self.whole_mm3[index] = volume.max(0.0);
+                self.distances[index].enclose(volume / self.labels.voxel_mm.powi(3));
             }
         }
         self
     }
 
     /// Returns the closed surface of a grain (mm) in the coordinates of the specimen. The surface encloses the whole
-    /// grain, including the part outside the cylinder, and has the grain's known volume. Returns `None` for a number
+    /// grain, including the part outside the cylinder, and has the volume of the grain. Returns `None` for a grain
     /// without voxels.
     pub fn surface(&self, grain: u32) -> Option<Surface> {
-        let place = (grain as usize).checked_sub(1)?;
-        let patch = self.distances.get(place)?;
+        let number = (grain as usize).checked_sub(1)?;
+        let patch = self.distances.get(number)?;
         let size = patch.size;
         let index = |at: [usize; 3]| at[0] + size[0] * (at[1] + size[1] * at[2]);
         let mut surface = isosurface(size, &|at| f64::from(patch.values[index(at)]));
         if surface.triangles.is_empty() {
-            // the smoothing of distances has removed a grain of very few voxels: extract the surface of its labels
-            // instead
+            // the smoothing of distances has removed a grain of few voxels: extract the surface of its labels instead
             surface = isosurface(size, &|at| {
                 let voxel: [usize; 3] = std::array::from_fn(|k| at[k] + patch.low[k]);
                 let [nx, ny, _] = self.labels.shape;
@@ -159,7 +175,7 @@ impl<'a> VoxelGrains<'a> {
             let at = std::array::from_fn(|k| (point[k] + patch.low[k] as f64 + 0.5) * voxel_mm);
             *point = self.cylinder.to_specimen(at);
         }
-        let ratio = self.whole_mm3[place] / surface.volume();
+        let ratio = self.whole_mm3[number] / surface.volume();
         match ratio.is_finite() && ratio > 0.0 {
             true => Some(surface.scaled(ratio.cbrt())),
             false => (!surface.triangles.is_empty()).then_some(surface),
@@ -243,7 +259,7 @@ impl GrainField for VoxelGrains<'_> {
     }
 }
 
-/// Returns the bounding box (first and last voxel) of each label, from 1.
+/// Returns the bounding box (first and last voxel) of each label from 1; `None` for a label without voxels.
 fn boxes(labels: &Volume<u32>) -> Vec<Option<[[usize; 3]; 2]>> {
     let grains = labels.values.par_iter().copied().max().unwrap_or(0) as usize;
     let mut boxes: Vec<Option<[[usize; 3]; 2]>> = vec![None; grains];
@@ -262,29 +278,29 @@ fn boxes(labels: &Volume<u32>) -> Vec<Option<[[usize; 3]; 2]>> {
     boxes
 }
 
-/// Returns the solid fraction of a voxel that belongs to a grain.
+/// Returns the part of a voxel's solid fraction that belongs to a grain.
 fn share(labels: &Volume<u32>, solid: Option<&Volume<f32>>, grain: u32, at: [usize; 3]) -> f32 {
     let [nx, ny, _] = labels.shape;
-    let place = at[0] + nx * (at[1] + ny * at[2]);
-    let label = labels.values[place];
+    let index = at[0] + nx * (at[1] + ny * at[2]);
+    let label = labels.values[index];
     let Some(solid) = solid else { return f32::from(u8::from(label == grain)) };
-    let fraction = solid.values[place].clamp(0.0, 1.0);
+    let fraction = solid.values[index].clamp(0.0, 1.0);
     if label == grain {
         return fraction;
     }
     if label != 0 || fraction == 0.0 {
         return 0.0;
     }
-    let (mut own, mut all) = (0, 0);
+    let (mut of_grain, mut all) = (0, 0);
     let range = |k: usize| at[k].saturating_sub(1)..(at[k] + 2).min(labels.shape[k]);
     for z in range(2) {
         for y in range(1) {
             let row = nx * (y + ny * z);
             for &other in &labels.values[row..][range(0)] {
-                own += u32::from(other == grain);
+                of_grain += u32::from(other == grain);
                 all += u32::from(other > 0);
             }
         }
     }
-    if own == 0 { 0.0 } else { fraction * own as f32 / all as f32 }
+    if of_grain == 0 { 0.0 } else { fraction * of_grain as f32 / all as f32 }
 }

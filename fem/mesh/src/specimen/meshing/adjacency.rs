@@ -1,4 +1,4 @@
-//! Adjacency of tetrahedra, and correction of labels by those of adjacent tetrahedra.
+//! Adjacency of tetrahedra, and correction of labels by the labels of adjacent tetrahedra.
 
 use rayon::prelude::*;
 
@@ -27,9 +27,9 @@ impl<'a> Adjacency<'a> {
         let mut faces_of = vec![[NONE; 4]; mesh.tets.len()];
         for (face, tets) in faces.iter().enumerate() {
             for &tet in tets {
-                let places = &mut faces_of[tet as usize];
-                let place = places.iter().position(|&f| f == NONE).expect("four faces at most");
-                places[place] = face as u32;
+                let slots = &mut faces_of[tet as usize];
+                let free = slots.iter().position(|&f| f == NONE).expect("four faces at most");
+                slots[free] = face as u32;
             }
         }
         let corners = mesh.tets.as_flattened().iter().zip(0..);
@@ -70,21 +70,21 @@ impl<'a> Adjacency<'a> {
         (members.len() < smallest).then_some(members)
     }
 
-    /// Relabels connected components of a grain with fewer than `smallest` tetrahedra as matrix, and then components
-    /// of matrix with fewer than `smallest` tetrahedra as an adjacent grain. In this order no small component
-    /// remains, since a component of matrix joins a grain that is large enough. Returns the number of changed labels.
+    /// Relabels connected components of a grain with fewer than `smallest` tetrahedra as matrix, and then components of
+    /// matrix with fewer than `smallest` tetrahedra as an adjacent grain. No small component remains, since each
+    /// component of matrix joins a grain that is large enough. Returns the number of changed labels.
     pub(super) fn drop_small_components(&self, labels: &mut [u32], smallest: usize) -> usize {
         let mut changed = 0;
         for of_grain in [true, false] {
             let change = |tet: u32| {
-                let own = labels[tet as usize];
-                if (own > 0) != of_grain {
+                let label = labels[tet as usize];
+                if (label > 0) != of_grain {
                     return None;
                 }
                 let members = self.component(labels, tet, smallest)?;
                 let faces = members.iter().flat_map(|&member| self.around(member));
-                let outside = faces.filter(|&(_, other)| labels[other as usize] != own);
-                // of several adjacent grains, choose the one behind the face with the largest index
+                let outside = faces.filter(|&(_, other)| labels[other as usize] != label);
+                // of several adjacent grains, the grain behind the face with the largest index is chosen
                 let (_, beside) = outside.max()?;
                 Some((tet, if of_grain { 0 } else { labels[beside as usize] }))
             };
@@ -96,9 +96,9 @@ impl<'a> Adjacency<'a> {
         changed
     }
 
-    /// Separates grains that share nodes, where `is_parted` requires it. At each node the grain with most tetrahedra
-    /// is kept, then, in order of their number of tetrahedra, each grain that need not be separated from a grain
-    /// already kept. The tetrahedra of the other grains at the node become matrix. Returns the number of changed
+    /// Separates pairs of grains that share nodes and for which `is_parted` returns `true`. At each node, grains are
+    /// visited in decreasing order of their number of tetrahedra. A grain is retained if it need not be separated from
+    /// a grain retained before; otherwise its tetrahedra at the node become matrix. Returns the number of changed
     /// labels.
     pub(super) fn separate_grains(
         &self,
@@ -150,19 +150,19 @@ impl<'a> Adjacency<'a> {
         claims
     }
 
-    /// Relabels each tetrahedron of which at least three faces border on one other label, since it would become flat
-    /// on the interface. Repeats this until nothing changes, at most [`SPIKE_PASSES`] times. Returns the number of
-    /// changed labels.
+    /// Relabels each tetrahedron that has at least three faces in common with tetrahedra of one other label: on the
+    /// interface, such a tetrahedron would become flat. Repeats until no label changes, at most [`SPIKE_PASSES`] times.
+    /// Returns the number of changed labels.
     pub(super) fn drop_spikes(&self, labels: &mut [u32]) -> usize {
         let mut changed = 0;
         for _ in 0..SPIKE_PASSES {
             let spike = |tet: u32| {
-                let own = labels[tet as usize];
+                let label = labels[tet as usize];
                 let beside = |(_, other): (u32, u32)| labels[other as usize];
                 let mut others: Vec<u32> = self.around(tet).map(beside).collect();
                 others.sort_unstable();
                 let run = others.chunk_by(|a, b| a == b).find(|run| run.len() >= 3)?;
-                (run[0] != own).then_some((tet, run[0]))
+                (run[0] != label).then_some((tet, run[0]))
             };
             let tets = 0..labels.len() as u32;
             let spikes: Vec<(u32, u32)> = tets.into_par_iter().filter_map(spike).collect();
@@ -187,7 +187,7 @@ mod tests {
     use crate::mesh::CylinderLattice;
     use fem_image::DisjointSets;
 
-    /// Reference implementation of [`Adjacency::drop_small_components`] that finds all components at once by
+    /// Relabels small components like [`Adjacency::drop_small_components`], but computes all components at once by
     /// union–find.
     fn drop_small_components(labels: &mut [u32], faces: &[[u32; 2]], smallest: usize) -> usize {
         let mut changed = 0;
@@ -222,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn components_are_those_of_the_connected_classes() {
+    fn relabelling_agrees_with_union_find() {
         let lattice = CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 0.7 };
         let mesh = lattice.build().expect("a sound lattice");
         let faces = mesh.neighbours();

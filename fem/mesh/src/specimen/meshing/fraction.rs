@@ -1,5 +1,5 @@
-//! Grains that the mesh does not resolve: their volume fraction in each tetrahedron, and the normal of their surface
-//! in it.
+//! Grains that the mesh does not resolve: the volume fraction of grains in each tetrahedron and the normal of the grain
+//! surface inside the tetrahedron.
 
 use rayon::prelude::*;
 
@@ -12,24 +12,27 @@ use crate::specimen::grains::{GrainField, Phases};
 const CORRECTIONS: usize = 3;
 /// Maximum offset, relative to the width of a sample.
 const LARGEST_OFFSET: f64 = 0.5;
-/// A tetrahedron with a grain fraction above this value becomes grain; with a fraction below 1 − this value it
-/// becomes matrix.
+/// A tetrahedron with a grain fraction above this value becomes grain. A tetrahedron with a grain fraction below one
+/// minus this value becomes matrix.
 const WHOLE: f64 = 0.999;
 /// Step of the finite differences of distances, relative to the width of a sample.
 const STEP: f64 = 0.05;
-/// Minimum length of the mean of the unit normals in a tetrahedron; below it the interface has no direction.
+/// Minimum length of the mean of the unit normals in a tetrahedron; if the mean is shorter, the interface has no
+/// direction.
 const DIRECTED: f64 = 0.3;
-/// Number of rounds that correct the factors of several phases, and the bounds of one correction.
+/// Number of rounds that correct the factors of grains in a mesh with several phases.
 const ROUNDS: usize = 6;
+/// Bounds of the correction of a factor in one round.
 const FACTORS: [f64; 2] = [0.5, 2.0];
 
 /// Mixtures of a mesh that does not resolve the grains.
 pub(super) struct Mixed {
-    /// Mixture of each tetrahedron; `region` holds the index of a phase here.
+    /// Mixture of each tetrahedron; here, `region` is the index of a phase.
     pub(super) mixture: Vec<Mixture>,
     /// Volume of each grain in mixtures and in tetrahedra that became entirely grain (mm³).
     pub(super) volumes_mm3: Vec<f64>,
-    /// Number of tetrahedra that contain grains of several phases; only the largest of these phases is kept.
+    /// Number of tetrahedra that contain grains of several phases; each of these tetrahedra stores only its largest
+    /// phase.
     pub(super) multiphase_tets: usize,
 }
 
@@ -45,8 +48,8 @@ struct Share {
 /// inside a grain gets the grain's label. A tetrahedron that contains several phases besides the matrix gets the
 /// largest of these phases.
 ///
-/// Each sample contributes the fraction of its own width that lies inside the grain. One offset per grain, and
-/// finally one factor per grain, preserve the grain's volume.
+/// Each sample contributes the fraction of its width that lies inside the grain. One offset per grain, and finally
+/// one factor per grain, preserve the grain's volume.
 pub(super) fn mix(
     mesh: &TetMesh,
     field: &dyn GrainField,
@@ -70,18 +73,18 @@ pub(super) fn mix(
     let mut offsets = vec![0.0; grains];
     let mut spread = vec![1.0; grains];
     let mut shares = Vec::new();
-    let mut taken = Vec::new();
+    let mut collected = Vec::new();
     for round in 0..=CORRECTIONS {
         let of_tet = |(tet, sampled): &(usize, Sampled)| {
             shares_of(field, sampled, width(*tet), &offsets, &spread)
         };
         shares = sampled.par_iter().map(of_tet).collect::<Vec<_>>();
-        taken = vec![0.0; grains];
+        collected = vec![0.0; grains];
         let (mut slopes, mut widest) = (vec![0.0; grains], vec![0.0_f64; grains]);
         for ((tet, _), shares) in sampled.iter().zip(&shares) {
             for share in shares {
                 let grain = share.grain as usize - 1;
-                taken[grain] += share.fraction * volumes[*tet];
+                collected[grain] += share.fraction * volumes[*tet];
                 slopes[grain] += share.slope * volumes[*tet];
                 widest[grain] = widest[grain].max(width(*tet));
             }
@@ -90,11 +93,11 @@ pub(super) fn mix(
             break;
         }
         for grain in (0..grains).filter(|&grain| mixes[grain]) {
-            if taken[grain] == 0.0 {
-                // the grain lies between the samples: widen the samples
+            if collected[grain] == 0.0 {
+                // no sample is inside the grain: widen the samples
                 spread[grain] = 4.0;
             } else if slopes[grain] > 0.0 {
-                let missing = field.volume_mm3(grain as u32 + 1) - taken[grain];
+                let missing = field.volume_mm3(grain as u32 + 1) - collected[grain];
                 let most = LARGEST_OFFSET * widest[grain];
                 offsets[grain] = (offsets[grain] + missing / slopes[grain]).clamp(-most, most);
             }
@@ -102,8 +105,8 @@ pub(super) fn mix(
     }
 
     let factor = |grain: usize| {
-        let taken: f64 = taken[grain];
-        if taken > 0.0 { field.volume_mm3(grain as u32 + 1) / taken } else { 0.0 }
+        let collected: f64 = collected[grain];
+        if collected > 0.0 { field.volume_mm3(grain as u32 + 1) / collected } else { 0.0 }
     };
     let mut factors: Vec<f64> = (0..grains).map(factor).collect();
     if phases.solid() > 1 {
@@ -122,19 +125,19 @@ pub(super) fn mix(
         multiphase_tets: 0,
     };
     for ((tet, _), (filling, normal)) in sampled.iter().zip(filled) {
-        let Filling { own, total, phase, has_several } = filling;
+        let Filling { grains, total, phase, has_several } = filling;
         if total < 1.0 - WHOLE {
             continue;
         }
         if total > WHOLE {
-            let largest = own.iter().max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
+            let largest = grains.iter().max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
             labels[*tet] = largest.map_or(0, |&(grain, _)| grain);
         } else {
             let normal = normal.map(|x| x as f32);
             mixed.mixture[*tet] = Mixture { fraction: total as f32, normal, region: phase as u16 };
         }
         mixed.multiphase_tets += usize::from(has_several);
-        for (grain, fraction) in own {
+        for (grain, fraction) in grains {
             mixed.volumes_mm3[grain as usize - 1] += fraction * volumes[*tet];
         }
     }
@@ -144,49 +147,50 @@ pub(super) fn mix(
 /// Content of a tetrahedron: matrix and one other phase.
 struct Filling {
     /// Grains of the phase and their volume fractions.
-    own: Vec<(u32, f64)>,
+    grains: Vec<(u32, f64)>,
     /// Sum of the volume fractions.
     total: f64,
+    /// Index of the phase.
     phase: usize,
-    /// Whether grains of other phases lie in the tetrahedron as well.
+    /// Whether the tetrahedron also contains grains of other phases.
     has_several: bool,
 }
 
 impl Filling {
     /// Assigns the fractions of all phases to the largest phase, so that the fraction of the matrix is correct.
     fn new(shares: &[Share], factors: &[f64], phases: &Phases) -> Filling {
-        let mut own: Vec<(u32, f64)> = shares
+        let mut grains: Vec<(u32, f64)> = shares
             .iter()
             .map(|share| (share.grain, share.fraction * factors[share.grain as usize - 1]))
             .collect();
-        let total: f64 = own.iter().map(|(_, fraction)| fraction).sum();
+        let total: f64 = grains.iter().map(|(_, fraction)| fraction).sum();
         if total > 1.0 {
-            own.iter_mut().for_each(|(_, fraction)| *fraction /= total);
+            grains.iter_mut().for_each(|(_, fraction)| *fraction /= total);
         }
         let total = total.min(1.0);
         let mut of_phase = vec![0.0; phases.names.len()];
-        for &(grain, fraction) in &own {
+        for &(grain, fraction) in &grains {
             of_phase[phases.of_grain(grain)] += fraction;
         }
-        // of phases with equal fractions, choose the first
+        // the first of several phases with equal fractions is chosen
         let phases_by_share = (0..of_phase.len()).rev();
         let phase =
             phases_by_share.max_by(|&a, &b| of_phase[a].total_cmp(&of_phase[b])).unwrap_or(0);
         let has_several = of_phase.iter().filter(|share| **share > 1.0 - WHOLE).count() > 1;
         if of_phase[phase] < total {
             let stretch = total / of_phase[phase];
-            own.retain(|&(grain, _)| phases.of_grain(grain) == phase);
-            if own.len() < shares.len() {
-                own.iter_mut().for_each(|(_, fraction)| *fraction *= stretch);
+            grains.retain(|&(grain, _)| phases.of_grain(grain) == phase);
+            if grains.len() < shares.len() {
+                grains.iter_mut().for_each(|(_, fraction)| *fraction *= stretch);
             }
         }
-        Filling { own, total, phase, has_several }
+        Filling { grains, total, phase, has_several }
     }
 }
 
-/// Returns one factor per grain for the fractions, so that grains keep their volumes although each tetrahedron has
-/// only one phase besides the matrix. Of all rounds, the factors with the smallest error of the phase volumes are
-/// returned.
+/// Returns one factor per grain for the fractions. The factors preserve the volumes of grains, although each
+/// tetrahedron stores only one phase besides the matrix. The result has the factors of the round with the
+/// smallest error of the phase volumes.
 fn corrected(
     field: &dyn GrainField,
     phases: &Phases,
@@ -200,7 +204,7 @@ fn corrected(
             shares.par_iter().map(|shares| Filling::new(shares, &factors, phases)).collect();
         let mut achieved = vec![0.0; factors.len()];
         for (n, filling) in fillings.iter().enumerate() {
-            for &(grain, fraction) in &filling.own {
+            for &(grain, fraction) in &filling.grains {
                 achieved[grain as usize - 1] += fraction * volume_of(n);
             }
         }
@@ -215,7 +219,7 @@ fn corrected(
         }
         for (k, factor) in factors.iter_mut().enumerate().filter(|(_, factor)| **factor > 0.0) {
             let [least, most] = FACTORS;
-            // a grain without a tetrahedron grows in each round until it has one
+            // the factor of a grain without a tetrahedron increases in each round until the grain has a tetrahedron
             *factor *= (field.volume_mm3(k as u32 + 1) / achieved[k]).clamp(least, most);
         }
     }
@@ -255,8 +259,8 @@ fn shares_of(
     shares
 }
 
-/// Returns the mean unit normal, towards the matrix, of the surfaces near the samples, for the grains selected by
-/// `counts`; zero if the normals have no common direction.
+/// Returns the mean unit normal of the grain surfaces near the samples, pointing towards the matrix; zero if the
+/// normals have no common direction. Only grains for which `counts` returns `true` contribute.
 fn normal(
     field: &dyn GrainField,
     sampled: &Sampled,

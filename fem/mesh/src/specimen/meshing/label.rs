@@ -17,29 +17,29 @@ pub enum FractionTarget {
     GrainVolume,
     /// A given volume fraction of the mesh.
     Fraction(f64),
-    /// No target: the fraction is the result of the samples.
+    /// No target: the fraction that results from the sample points.
     Uncorrected,
 }
 
 /// Settings of the labelling of tetrahedra.
 ///
 /// A tetrahedron becomes grain if at least 8 of its 15 sample points lie in grains; it gets the label of the grain
-/// that contains most of these points. Connected components of one or two tetrahedra are relabelled like their
-/// neighbours.
+/// that contains most of these points. A connected component of one or two tetrahedra gets the label of an adjacent
+/// component.
 ///
-/// On a coarse mesh the labelled fraction would vary by several percent between microstructures, and the stiffness
-/// with it. By default, one common offset, found by bisection, is therefore added to all grain surfaces so that the
-/// labelled fraction meets the target. The offset is at most half the mean edge length, so that grains much smaller
-/// than the tetrahedra are not inflated to the size of a tetrahedron.
+/// On a coarse mesh the labelled fraction, and therefore the stiffness, would vary by several percent between
+/// microstructures. By default, all grain surfaces are shifted outwards by a common offset so that the labelled
+/// fraction meets the target; a bisection determines the offset. The offset is at most half the mean edge length, so
+/// that grains much smaller than the tetrahedra are not inflated to the size of a tetrahedron.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Labelling {
     /// Target of the labelled volume fraction.
     pub target: FractionTarget,
-    /// Connected components with fewer tetrahedra than this are dropped.
+    /// Minimum number of tetrahedra of a connected component; smaller components are relabelled.
     pub smallest_component: usize,
-    /// Whether grains that touch on the mesh are separated, so that no node belongs to two grains.
+    /// Whether grains that share nodes are separated, so that no node belongs to two grains.
     ///
-    /// Without separation, a film of matrix thinner than a tetrahedron is lost, and grains that share nodes are
+    /// Without separation, a film of matrix thinner than a tetrahedron disappears, and grains that share nodes are
     /// rigidly joined. On a coarse mesh these grains form a skeleton that carries the load.
     pub separate: bool,
 }
@@ -59,7 +59,7 @@ pub struct LabelReport {
     pub uncorrected_fraction: f64,
     /// Labelled volume fraction.
     pub achieved_fraction: f64,
-    /// Common offset by which all grains were grown (mm).
+    /// Common offset by which all grain surfaces were shifted outwards (mm).
     pub offset_mm: f64,
     /// Exact and labelled volume of each grain.
     pub grains: Vec<GrainVolume>,
@@ -91,7 +91,7 @@ impl fmt::Display for LabelReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "{} grains, volume fraction {:.4} (asked {:.4}, before correction {:.4}), offset \
+            "{} grains, volume fraction {:.4} (target {:.4}, before correction {:.4}), offset \
              {:+.4} mm",
             self.grains.len(),
             self.achieved_fraction,
@@ -101,7 +101,7 @@ impl fmt::Display for LabelReport {
         )?;
         match self.lost_grains() {
             0 => Ok(()),
-            lost => write!(f, "; {lost} too small for the mesh and lost"),
+            lost => write!(f, "; {lost} grains are too small for the mesh and missing"),
         }
     }
 }
@@ -109,7 +109,7 @@ impl fmt::Display for LabelReport {
 /// Labels the tetrahedra with the default [`Labelling`].
 ///
 /// Sets `region_of`, `grain_of` and `regions`: `matrix`, then the phases of the grains, here `grain` (only `matrix`
-/// if no tetrahedron is grain).
+/// if no tetrahedron belongs to a grain).
 ///
 /// # Example
 /// ```
@@ -128,7 +128,7 @@ pub fn label(mesh: &mut TetMesh, grains: &[Grain]) -> LabelReport {
 impl Labelling {
     /// Labels the tetrahedra; see [`label`].
     pub fn apply(&self, mesh: &mut TetMesh, grains: &[Grain]) -> LabelReport {
-        // an infinite cylinder, so that the whole volume of each grain counts
+        // with an infinite cylinder, the whole volume of each grain counts
         self.apply_field(mesh, &GrainList::new(grains.to_vec(), f64::INFINITY, f64::INFINITY))
     }
 
@@ -176,7 +176,8 @@ impl Labelling {
                 } else {
                     high = tried.1;
                 }
-                // because small components are dropped, the fraction is not exactly monotonic: keep the best result
+                // small components are relabelled, so the fraction is not exactly monotonic in the offset: use the best
+                // result
                 if (tried.0 - asked_fraction).abs() < (best.0 - asked_fraction).abs() {
                     best = tried;
                 }

@@ -1,10 +1,11 @@
-//! Meshing of specimens: a cylinder with its grains.
+//! Meshing of specimens: cylinders with grains.
 //!
 //! In layers, lowest first:
-//! 1. `adjacency`, `samples`, `mode`: neighbours of tetrahedra, sample points in tetrahedra, the choice of the representation
+//! 1. `adjacency`, `samples`, `mode`: neighbours of tetrahedra, sample points in tetrahedra, the choice of the
+//!    representation
 //! 2. `label`, `fraction`, `voids`: tetrahedra of grains, volume fractions, voids
 //! 3. `conforming`: nodes on the surfaces of grains
-//! 4. `report`: what was meshed
+//! 4. `report`: accuracy of the mesh
 
 mod adjacency;
 mod conforming;
@@ -32,13 +33,13 @@ pub use report::{MeshReport, MeshedGrain, MeshedPhase};
 
 /// Settings for meshing a cylinder with grains.
 ///
-/// The lattice of [`CylinderLattice`] is labelled, and its nodes are moved onto the interfaces of the conforming
-/// grains, whose contacts and volumes are preserved. Grains too small for a conforming mesh become volume fractions
-/// of tetrahedra.
+/// The lattice of [`CylinderLattice`] is labelled, and its nodes are moved onto the interfaces of the grains that are
+/// meshed conformingly. The contacts and the volumes of these grains are preserved. Grains too small for a conforming
+/// mesh become volume fractions of tetrahedra.
 ///
 /// Grains of the phase [`VOID`](fem_image::VOID) are meshed conformingly in every mode except [`GrainMode::Whole`].
-/// Their tetrahedra are removed from the mesh, together with parts that no face connects with the body. Voids too
-/// small to have a tetrahedron count as matrix.
+/// The tetrahedra of voids are removed from the mesh, together with parts that no face connects with the body. A void
+/// too small to have a tetrahedron counts as matrix.
 ///
 /// # Example
 /// ```
@@ -58,10 +59,11 @@ pub struct Meshing {
     /// Representation of grains in the mesh.
     #[serde(default)]
     pub mode: GrainMode,
-    /// With [`GrainMode::Auto`], grains with more elements across than this are meshed conformingly.
+    /// Smallest diameter of a grain in multiples of the spacing at which [`GrainMode::Auto`] meshes the grain
+    /// conformingly.
     #[serde(default = "default_elements_across")]
     pub elements_across: f64,
-    /// Lower limit of the dihedral angles when nodes are moved, in [1, 25] (degrees).
+    /// Minimum dihedral angle when nodes are moved (degrees), from 1 to 25.
     #[serde(default = "default_min_dihedral")]
     pub min_dihedral_deg: f64,
     /// Whether edges on interfaces and wall are curved, for quadratic elements. Grain volumes are preserved by the
@@ -82,7 +84,7 @@ fn default_curved() -> bool {
     true
 }
 
-/// A mesh and the report on it.
+/// A mesh and the report on its accuracy.
 #[derive(Clone, Debug)]
 pub struct Meshed {
     /// The mesh: regions `matrix` and the phases of the grains, surfaces `bottom`, `top` and `side`.
@@ -110,12 +112,12 @@ pub enum MeshingError {
     Lattice(#[from] LatticeError),
     /// Voids separate the specimen into parts.
     #[error(
-        "the voids part the specimen: no connected body reaches from its bottom to its top and its side; label less as \
-         \"void\", or cut the specimen out of the image where it is whole (radius_mm, height_mm)"
+        "the voids divide the specimen: no connected body reaches its bottom, its top and its side; label fewer voxels as \
+         \"void\", or cut a part without such voids out of the image (radius_mm, height_mm)"
     )]
     Parted,
     /// The generated mesh is not valid.
-    #[error("the mesh made is not sound: {0}")]
+    #[error("the generated mesh is not valid: {0}")]
     Unsound(#[from] MeshError),
 }
 
@@ -190,10 +192,10 @@ impl Meshing {
         };
         let mut labels = conforming.labels(&mesh);
         if self.mode == GrainMode::Auto {
-            // a grain without any tetrahedron is not resolved after all and becomes a volume fraction
-            let mut found = vec![false; modes.len()];
-            labels.iter().filter(|&&l| l > 0).for_each(|&l| found[l as usize - 1] = true);
-            let lost = numbers().zip(&mut modes).zip(found).filter(|(_, found)| !found);
+            // a grain without a tetrahedron is too small for a conforming mesh and becomes a volume fraction
+            let mut is_meshed = vec![false; modes.len()];
+            labels.iter().filter(|&&l| l > 0).for_each(|&l| is_meshed[l as usize - 1] = true);
+            let lost = numbers().zip(&mut modes).zip(is_meshed).filter(|(_, is_meshed)| !is_meshed);
             lost.filter(|((grain, _), _)| !phases.is_void(*grain))
                 .for_each(|((_, mode), _)| *mode = GrainMode::Fraction);
         }
@@ -270,8 +272,8 @@ impl Meshing {
         Ok(Meshed { mesh, report })
     }
 
-    /// Returns the mode of one grain. Voids are meshed conformingly wherever possible, since their surface is part of
-    /// the surface of the body.
+    /// Returns the mode of one grain. Voids are meshed conformingly wherever possible, since the surface of a void is
+    /// part of the surface of the body.
     fn mode_of(&self, grains: &dyn GrainField, phases: &Phases, grain: u32) -> GrainMode {
         match self.mode {
             GrainMode::Auto | GrainMode::Fraction if phases.is_void(grain) => GrainMode::Conforming,

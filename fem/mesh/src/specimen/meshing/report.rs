@@ -6,9 +6,9 @@ use super::mode::GrainMode;
 use crate::mesh::{Quality, TetMesh};
 use fem_image::VOID;
 
-/// Relative error of the volume of the grains or of the mesh above which a warning is given.
+/// Relative error of the volume of the grains or of the mesh above which the report warns.
 const LARGEST_ERROR: f64 = 0.005;
-/// Relative error of the volume of voids above which a warning is given; the smallest voids are never resolved.
+/// Relative error of the volume of voids above which the report warns; the smallest voids are never resolved.
 const LARGEST_VOID_ERROR: f64 = 0.05;
 
 /// Accuracy of the mesh of a specimen.
@@ -29,20 +29,20 @@ pub struct MeshReport {
     pub grains: Vec<MeshedGrain>,
     /// Results per phase.
     pub phases: Vec<MeshedPhase>,
-    /// Root mean square distance of conforming interfaces from the exact ones (mm); 0 without interfaces.
+    /// Root mean square distance of conforming interfaces from the exact interfaces (mm); 0 without interfaces.
     pub interface_rms_mm: f64,
     /// Maximum distance of a wall node from the cylinder (mm).
     pub wall_error_mm: f64,
-    /// Number of edges that stayed straight because a curved one would have folded a tetrahedron.
+    /// Number of edges that stayed straight because a curved edge would have folded a tetrahedron.
     pub straightened_edges: usize,
     /// Number of tetrahedra that are mixtures of matrix and another phase.
     pub mixed_tets: usize,
-    /// Number of tetrahedra that contain several phases besides the matrix; each keeps only the largest of these
-    /// phases.
+    /// Number of tetrahedra that contain several phases besides the matrix; each of these
+    /// tetrahedra stores only its largest phase.
     pub multiphase_tets: usize,
-    /// Number of tetrahedra in voids, which were removed.
+    /// Number of removed tetrahedra in voids.
     pub void_tets: usize,
-    /// Number of tetrahedra outside voids that were removed because no face connects them with the body.
+    /// Number of removed tetrahedra outside voids: no face connects these tetrahedra with the body.
     pub loose_tets: usize,
 }
 
@@ -60,12 +60,12 @@ pub struct MeshedPhase {
 }
 
 impl MeshedPhase {
-    /// Whether the grains of the phase are voids.
+    /// Returns whether the grains of the phase are voids.
     pub fn is_void(&self) -> bool {
         self.name == VOID
     }
 
-    /// Sums up the grains of each phase.
+    /// Sums up number and volumes of the grains of each phase.
     pub(super) fn sums(names: Vec<String>, grains: &[MeshedGrain]) -> Vec<MeshedPhase> {
         let empty = |name| MeshedPhase { name, grains: 0, asked_mm3: 0.0, achieved_mm3: 0.0 };
         let mut phases: Vec<MeshedPhase> = names.into_iter().map(empty).collect();
@@ -126,7 +126,7 @@ impl MeshReport {
     }
 
     /// Returns the median absolute relative error of the volumes of grains with more than `elements_across` elements
-    /// across, or `None` if there are none.
+    /// across, or `None` without such grains.
     pub fn median_volume_error(&self, elements_across: f64) -> Option<f64> {
         let resolved = self.grains.iter().filter(|grain| grain.elements_across > elements_across);
         let mut errors: Vec<f64> = resolved.map(|grain| grain.volume_error().abs()).collect();
@@ -134,17 +134,20 @@ impl MeshReport {
         errors.get(errors.len() / 2).copied()
     }
 
-    /// Returns warnings about the mesh; empty if there are none.
+    /// Returns warnings about the mesh, possibly none.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
         let Quality { min_dihedral_deg, p01_dihedral_deg, .. } = self.quality;
         if min_dihedral_deg < 12.0 - 1e-6 {
-            warnings.push(format!("a dihedral angle of {min_dihedral_deg:.1}° is below 12°"));
+            warnings.push(format!(
+                "stresses in flat tetrahedra are inaccurate: the smallest dihedral angle is {min_dihedral_deg:.1}°, below 12°; \
+                 a finer spacing_mm resolves the films between grains better"
+            ));
         }
         if p01_dihedral_deg < 20.0 {
             warnings.push(format!(
-                "one tetrahedron in a hundred has a dihedral angle below {p01_dihedral_deg:.1}° (20° \
-                 is usual); a finer spacing_mm resolves the films between grains better"
+                "stresses in flat tetrahedra are inaccurate: 1 % of the tetrahedra have a dihedral angle below \
+                 {p01_dihedral_deg:.1}° (usual: 20°); a finer spacing_mm resolves the films between grains better"
             ));
         }
         if self.euler_characteristic != 1 && self.void_tets == 0 {
@@ -152,8 +155,8 @@ impl MeshReport {
             warnings
                 .push(format!("the Euler characteristic is {euler}, not 1: the body has holes"));
         }
-        // compare volumes, not fractions: in a mesh that lacks part of the cylinder the same grains have a larger
-        // fraction
+        // volumes are compared instead of fractions: the mesh may lack part of the cylinder, and the same grains then
+        // have a larger fraction
         for phase in self.phases.iter().filter(|phase| !phase.is_void()) {
             let (asked, achieved) = (phase.asked_mm3, phase.achieved_mm3);
             if (achieved - asked).abs() > LARGEST_ERROR * asked {
@@ -162,23 +165,24 @@ impl MeshReport {
                     _ => format!(" of the phase {}", phase.name),
                 };
                 warnings.push(format!(
-                    "the grains{name} take {achieved:.4} mm³ of the mesh, {asked:.4} were asked; a finer \
-                     spacing_mm, or mode auto with more elements_across, keeps their volume"
+                    "the grains{name} have a volume of {achieved:.4} mm³ in the mesh instead of {asked:.4} mm³; a finer \
+                     spacing_mm, or mode auto with a larger elements_across, preserves their volume"
                 ));
             }
         }
         warnings.extend(self.of_several_phases());
         if self.volume_error.abs() > LARGEST_ERROR {
             warnings.push(format!(
-                "the volume of the mesh is {:+.1} % off the cylinder's, and the force about as much; \
-                 curved edges (order 2) or a finer spacing_mm follow the wall",
+                "the volume of the mesh differs by {:+.1} % from the volume of the cylinder, and forces differ by about as \
+                 much; curved edges (order 2) or a finer spacing_mm represent the wall better",
                 100.0 * self.volume_error
             ));
         }
         let lost = self.lost_grains();
         if lost > 0 {
             warnings.push(format!(
-                "{lost} of {} grains are too small for the mesh and lost; mode auto keeps them",
+                "{lost} of {} grains are too small for the mesh and missing; mode auto represents them as volume \
+                 fractions",
                 self.solid_grains().count()
             ));
         }
@@ -190,16 +194,16 @@ impl MeshReport {
         let tets = self.quality.tets;
         let multiphase = (self.multiphase_tets > 0).then(|| {
             format!(
-                "moduli where phases of grains meet are approximate: in {} of {tets} tetrahedra several phases lie beside \
-                 the matrix, and each of these tetrahedra is a mixture of the matrix and the largest other phase; a finer \
-                 spacing_mm, or grain_mode = \"conforming\", makes them fewer",
+                "moduli where phases of grains meet are approximate: {} of {tets} tetrahedra contain several phases besides \
+                 the matrix, and each of these tetrahedra is a mixture of the matrix and its largest other phase; a finer \
+                 spacing_mm, or grain_mode = \"conforming\", reduces the number of these tetrahedra",
                 self.multiphase_tets
             )
         });
         let loose = (self.loose_tets > 0).then(|| {
             format!(
-                "{} tetrahedra are left out beside the voids: no face connects them with the body, as grains that lie \
-                 loose in a void",
+                "{} tetrahedra next to voids were removed: no face connects them with the body (for example a grain that \
+                 lies loose in a void)",
                 self.loose_tets
             )
         });
@@ -208,8 +212,8 @@ impl MeshReport {
             self.phases.iter().filter(|p| p.is_void()).map(|phase| phase.asked_mm3).sum();
         let unresolved = (unresolved.abs() > LARGEST_VOID_ERROR * voids).then(|| {
             format!(
-                "{:.4} mm³ of {voids:.4} mm³ of voids are too small for the mesh and count as matrix, whose constants \
-                 then include them; a finer spacing_mm resolves more",
+                "calibrated constants of the matrix include voids: voids of {:.4} mm³ (of {voids:.4} mm³ in total) are too \
+                 small for the mesh and count as matrix; a finer spacing_mm resolves more voids",
                 unresolved
             )
         });
@@ -231,8 +235,8 @@ impl fmt::Display for MeshReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "{}, first percentile {:.1}°; {} grains ({} followed, {} mixed, {} whole), volume \
-             fraction {:.4} (asked {:.4}), interface error {:.4} mm",
+            "{}, first percentile {:.1}°; {} grains ({} conforming, {} as fractions, {} whole), volume \
+             fraction {:.4} (exact {:.4}), interface error {:.4} mm",
             self.quality,
             self.quality.p01_dihedral_deg,
             self.solid_grains().count(),

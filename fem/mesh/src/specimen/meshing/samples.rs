@@ -5,18 +5,19 @@ use crate::specimen::grains::GrainField;
 
 /// Number of samples per tetrahedron.
 pub(super) const SAMPLES: usize = 15;
-/// Barycentric coordinates of a sample near a corner: the coordinate of this corner, and that of each other corner.
+/// Barycentric coordinates of a sample near a corner: the coordinate for this corner and the coordinate for each of the
+/// other corners.
 const CORNER: [f64; 2] = [0.747_719_8, 0.084_093_4];
-/// Barycentric coordinates of a sample near the centre of a face: the coordinate of the opposite corner, and that of
-/// each corner of the face.
+/// Barycentric coordinates of a sample near the centre of a face: the coordinate for the opposite corner and the
+/// coordinate for each corner of the face.
 const FACE: [f64; 2] = [0.04, 0.32];
-/// Barycentric coordinates of a sample near the middle of an edge: the coordinate of each end of the edge, and that
-/// of each other corner.
+/// Barycentric coordinates of a sample near the midpoint of an edge: the coordinate for each end of the edge and the
+/// coordinate for each of the other corners.
 const EDGE: [f64; 2] = [0.42, 0.08];
 
 /// Returns fifteen interior points of equal weight in barycentric coordinates: the centroid, four near the corners,
-/// four near the faces, six near the edges. Their first and second moments are equal to those of the tetrahedron, so
-/// that a plane cuts off the correct fraction of the samples on average.
+/// four near the faces, six near the edges. The points and the tetrahedron have equal first and second moments, so that
+/// a plane cuts off the correct fraction of the samples on average.
 pub(super) fn samples() -> [[f64; 4]; SAMPLES] {
     let mut points = [[0.25; 4]; SAMPLES];
     let mut next = 1;
@@ -38,12 +39,13 @@ pub(super) fn samples() -> [[f64; 4]; SAMPLES] {
     points
 }
 
-/// The samples of a tetrahedron, and the grains that may come closer to it than `band` mm.
+/// The samples of a tetrahedron, and the grains that may be closer than `band` mm to the tetrahedron.
 pub(super) struct Sampled {
     pub(super) points: [Point; SAMPLES],
     pub(super) grains: Vec<u32>,
-    /// Centroid of the tetrahedron, and the largest distance of a corner from it.
+    /// Centroid of the tetrahedron (mm).
     centre: Point,
+    /// Largest distance of a corner from the centroid (mm).
     size: f64,
 }
 
@@ -59,8 +61,8 @@ impl Sampled {
         Sampled { points, grains, centre, size }
     }
 
-    /// Returns, for each sample closer than `band` mm to a grain, the signed distance to the nearest grain and the
-    /// grain's number, sorted by distance.
+    /// Returns, for each sample closer than `band` mm to a grain, the signed distance to the nearest grain
+    /// and the grain's number, sorted by distance.
     pub(super) fn nearest(&self, field: &dyn GrainField, band: f64) -> Vec<(f64, u32)> {
         let reaches = |grain: &u32| field.reaches(*grain, self.centre, self.size + band);
         let grains: Vec<u32> = self.grains.iter().copied().filter(reaches).collect();
@@ -93,7 +95,7 @@ pub(super) fn majority(near: &[(f64, u32)], offset: f64) -> u32 {
     let mut grains: Vec<u32> = near[..inside].iter().map(|&(_, grain)| grain).collect();
     grains.sort_unstable();
     let runs = grains.chunk_by(|a, b| a == b);
-    // the longest run; of equally long runs the first
+    // the longest run; the first of several equally long runs
     runs.rev().max_by_key(|run| run.len()).map_or(0, |run| run[0])
 }
 

@@ -12,43 +12,43 @@ pub(super) struct Carved {
     pub(super) stays: Vec<bool>,
     /// Number of tetrahedra in voids.
     pub(super) void_tets: usize,
-    /// Number of tetrahedra outside voids that no face connects with the body.
+    /// Number of removed tetrahedra outside voids: no face connects these tetrahedra with the body.
     pub(super) loose_tets: usize,
 }
 
 /// Removes the void tetrahedra from a mesh that has no regions yet. Only the largest part that is connected through
-/// faces remains: a part that is connected with the body only through a node or an edge, or not at all, could rotate
-/// without resistance.
+/// faces remains: a part without a face in common with the body could rotate without resistance.
 ///
-/// Each surface keeps its triangles on the remaining body; the surfaces of voids belong to no named surface. Returns
-/// `None`, and does not change the mesh, if the remaining body does not reach every surface.
+/// Named surfaces keep the triangles that belong to the remaining body; the boundaries of voids belong to no named
+/// surface. If the remaining body has no triangle on one of the named surfaces, the mesh is not changed and the result
+/// is `None`.
 pub(super) fn carve(mesh: &mut TetMesh, is_void: &[bool]) -> Option<Carved> {
     let stays = largest_part(mesh, is_void);
-    let kept = |tet: &usize| stays[*tet];
+    let remains = |tet: &usize| stays[*tet];
     let mut carved = TetMesh {
         nodes: mesh.nodes.clone(),
-        tets: (0..mesh.tets.len()).filter(kept).map(|tet| mesh.tets[tet]).collect(),
+        tets: (0..mesh.tets.len()).filter(remains).map(|tet| mesh.tets[tet]).collect(),
         mixture: mesh
             .mixture
             .as_ref()
-            .map(|all| (0..all.len()).filter(kept).map(|tet| all[tet]).collect()),
+            .map(|all| (0..all.len()).filter(remains).map(|tet| all[tet]).collect()),
         ..TetMesh::default()
     };
     let faces: BTreeSet<[u32; 3]> = carved.boundary_faces().into_iter().map(sorted).collect();
     for (name, triangles) in &mesh.surfaces {
-        let left: Vec<[u32; 3]> = triangles
+        let remaining: Vec<[u32; 3]> = triangles
             .iter()
             .copied()
             .filter(|&triangle| faces.contains(&sorted(triangle)))
             .collect();
-        if left.is_empty() {
+        if remaining.is_empty() {
             return None;
         }
-        carved.surfaces.insert(name.clone(), left);
+        carved.surfaces.insert(name.clone(), remaining);
     }
     let edges = carved.edges();
-    let remains = |(edge, _): &EdgePoint| edges.binary_search(edge).is_ok();
-    carved.edge_points = mesh.edge_points.iter().copied().filter(remains).collect();
+    let exists = |(edge, _): &EdgePoint| edges.binary_search(edge).is_ok();
+    carved.edge_points = mesh.edge_points.iter().copied().filter(exists).collect();
     let loose = (0..stays.len()).filter(|&tet| !stays[tet] && !is_void[tet]).count();
     let void_tets = is_void.iter().filter(|void| **void).count();
     *mesh = carved.without_unused_nodes();

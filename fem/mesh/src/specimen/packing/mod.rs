@@ -14,16 +14,16 @@ use crate::specimen::grains::Grain;
 use relax::Spheres;
 use shape::{draw_facets, grow};
 
-/// Radii are drawn within this number of standard deviations of the logarithm around the median.
+/// Maximum deviation of a drawn radius from the median, in standard deviations of the logarithm.
 const TAIL: f64 = 2.5;
 /// Maximum number of relaxation sweeps before a packing fails.
 const SWEEPS: usize = 5000;
-/// Maximum volume fraction for the relaxation of spheres of a polyhedron packing; the polyhedra then grow to the
+/// Maximum volume fraction in the relaxation of spheres that polyhedra will replace; the polyhedra then grow to the
 /// requested fraction.
 const RELAXED: f64 = 0.45;
 /// Limit of the number of grains; a larger number is reported as a likely error in the units.
 const MAX_GRAINS: f64 = 1e5;
-/// Maximum number of facets; with more, a polyhedron hardly differs from a sphere.
+/// Maximum number of facets; a polyhedron with more facets hardly differs from a sphere.
 const MAX_FACETS: usize = 200;
 
 /// Settings of a random microstructure: volume fraction, sizes, shape, and seed.
@@ -65,7 +65,8 @@ pub struct Packing {
     /// Size classes.
     #[serde(default = "default_sizes")]
     pub sizes: Vec<SizeClass>,
-    /// Minimum thickness of matrix between two grains; half of it between grain and cylinder surface (mm).
+    /// Minimum thickness of matrix between two grains (mm); between a grain and the surface of the cylinder, the
+    /// minimum is half this thickness.
     #[serde(default = "default_film")]
     pub film_mm: f64,
 }
@@ -122,7 +123,7 @@ pub enum PackingError {
     /// A grain does not fit into the cylinder.
     #[error(
         "a grain of radius {radius_mm:.4} mm does not fit into a cylinder of radius {cylinder_mm} mm \
-         and height {height_mm} mm; lower median_radius_mm or spread"
+         and height {height_mm} mm; reduce median_radius_mm or spread"
     )]
     TooLarge {
         /// Radius of the grain (mm).
@@ -133,15 +134,15 @@ pub enum PackingError {
         height_mm: f64,
     },
     /// The sizes require too many grains.
-    #[error("sizes would take about {count:.1e} grains; raise median_radius_mm")]
+    #[error("the sizes require about {count:.1e} grains, more than 1e5; increase median_radius_mm")]
     TooMany {
         /// Approximate number of grains.
         count: f64,
     },
     /// The volume fraction cannot be reached with these grains.
     #[error(
-        "a grain fraction of {fraction} cannot be packed, only {reached:.3} was reached; lower \
-         fraction or film_mm, or take smaller or more varied grains"
+        "a grain fraction of {fraction} cannot be packed: without overlap, only {reached:.3} was reached; reduce \
+         fraction or film_mm, or use smaller or more varied grains"
     )]
     CannotPack {
         /// The requested volume fraction.
@@ -180,8 +181,8 @@ impl Packing {
         };
         let radii = self.draw_radii(relaxed * cylinder, &mut rng)?;
         let largest = radii.iter().copied().fold(0.0, f64::max);
-        let room = radius_mm.min(0.5 * height_mm) - 0.5 * self.film_mm;
-        if largest >= room {
+        let largest_allowed = radius_mm.min(0.5 * height_mm) - 0.5 * self.film_mm;
+        if largest >= largest_allowed {
             let (cylinder_mm, radius_mm) = (radius_mm, largest);
             return Err(PackingError::TooLarge { radius_mm, cylinder_mm, height_mm });
         }
@@ -220,7 +221,7 @@ impl Packing {
         }
     }
 
-    /// Checks the settings for a cylinder before anything is drawn.
+    /// Checks the settings for a cylinder (mm) without drawing grains.
     ///
     /// # Errors
     /// [`PackingError`] if a field is out of range or the sizes require too many grains.
@@ -263,7 +264,7 @@ impl Packing {
         if count > MAX_GRAINS { Err(PackingError::TooMany { count }) } else { Ok(()) }
     }
 
-    /// Returns the volume of each class, given the total volume.
+    /// Divides a total volume among the size classes.
     fn volumes(&self, all: f64) -> impl Iterator<Item = f64> {
         let shares: f64 = self.sizes.iter().map(|class| class.share).sum();
         self.sizes.iter().map(move |class| all * (class.share / shares))
@@ -286,7 +287,7 @@ impl Packing {
                 if (radius.ln() - logarithm).abs() > TAIL * class.spread + 1e-12 {
                     continue;
                 }
-                // the last grain is kept only if it reduces the error of the volume
+                // the last grain is used only if it reduces the error of the volume
                 if !radii.is_empty() && drawn + 0.5 * ball(radius) > wanted {
                     break;
                 }

@@ -4,11 +4,11 @@ use std::collections::HashMap;
 
 use crate::mesh::vector::{Point, add, norm, scale, sub};
 
-/// Excess of the distance to which a pair is pushed apart, relative to the required distance, so that the relaxation
-/// ends after finitely many sweeps.
+/// Excess of the distance to which an overlapping pair is moved apart, relative to the required distance. The excess
+/// makes the relaxation end after finitely many sweeps.
 const CUSHION: f64 = 1e-4;
 
-/// Spheres with a minimum gap to each other and half of this gap to the cylinder's surface.
+/// Spheres in a cylinder (mm), with a minimum gap between each other and half this gap to the surface of the cylinder.
 pub(super) struct Spheres {
     pub(super) centres: Vec<Point>,
     pub(super) radii: Vec<f64>,
@@ -18,12 +18,12 @@ pub(super) struct Spheres {
 }
 
 impl Spheres {
-    /// Pushes overlapping pairs apart until no pair overlaps; returns whether this succeeded within `sweeps` sweeps.
+    /// Moves overlapping pairs apart until no pair overlaps; returns whether `sweeps` sweeps were sufficient.
     pub(super) fn relax(&mut self, sweeps: usize) -> bool {
         for _ in 0..sweeps {
             let mut overlapping = false;
             for (i, j) in self.close_pairs() {
-                overlapping |= self.part(i, j);
+                overlapping |= self.move_apart(i, j);
             }
             for i in 0..self.centres.len() {
                 self.hold_inside(i);
@@ -36,7 +36,7 @@ impl Spheres {
         false
     }
 
-    /// Returns the factor by which all radii have to be scaled so that no spheres overlap.
+    /// Returns the factor on all radii with which no spheres overlap.
     pub(super) fn shrinkage(&self) -> f64 {
         self.close_pairs()
             .into_iter()
@@ -47,7 +47,8 @@ impl Spheres {
             .fold(1.0, f64::min)
     }
 
-    fn part(&mut self, i: usize, j: usize) -> bool {
+    /// Moves two spheres apart if the spheres are too close; returns whether the spheres were too close.
+    fn move_apart(&mut self, i: usize, j: usize) -> bool {
         let apart = sub(self.centres[j], self.centres[i]);
         let distance = norm(apart);
         let needed = self.radii[i] + self.radii[j] + self.gap;
@@ -66,6 +67,7 @@ impl Spheres {
         true
     }
 
+    /// Moves a sphere into the cylinder.
     fn hold_inside(&mut self, i: usize) {
         let margin = self.radii[i] + 0.5 * self.gap;
         let [x, y, z] = &mut self.centres[i];

@@ -1,4 +1,4 @@
-//! Grains as convex polyhedra, bounded by random facets and the radical planes to their neighbours.
+//! Grains as convex polyhedra, bounded by random facets and by radical planes between neighbouring grains.
 
 use std::collections::HashMap;
 use std::f64::consts::PI;
@@ -13,15 +13,15 @@ use crate::specimen::grains::{ConvexPolyhedron, Grain, GrainShape};
 
 /// Number of random directions drawn per facet; the direction farthest from the previous facets is chosen.
 const CANDIDATES: usize = 8;
-/// Range of the facets' distances from the centre, relative to the sphere's radius.
+/// Range of the distances of facets from the centre, relative to the radius of the sphere.
 const FACET: std::ops::Range<f64> = 0.8..1.0;
-/// Number of sides of the prism inscribed in the cylinder, to which polyhedra are confined.
+/// Number of sides of the prism, inscribed in the cylinder, that contains all polyhedra.
 const WALL: usize = 64;
-/// Width of the interval in which the search for this factor ends.
+/// Final width of the interval in the search for the growth factor of the facets.
 const TOLERANCE: f64 = 1e-9;
-/// Maximum number of steps of the method that narrows the interval before the bisection.
+/// Maximum number of steps of the Illinois method, which narrows the interval before the bisection.
 const MOST_STEPS: usize = 20;
-/// Maximum factor by which facets are moved outwards to reach the requested volume.
+/// Maximum growth factor of the facets' distances, to reach the requested volume.
 const MOST_GROWTH: f64 = 4.0;
 
 /// Facets of one grain: unit normal, and distance from the centre.
@@ -51,8 +51,8 @@ pub(super) fn draw_facets<R: Rng>(radii: &[f64], facets: usize, rng: &mut R) -> 
 
 /// Scales the distances of all facets by one factor so that the polyhedra have the requested total volume.
 ///
-/// Neighbours stay on their sides of their radical plane, each half a gap away from it, so they cannot overlap. The
-/// error is the largest volume that can be reached.
+/// Two neighbours stay on different sides of their radical plane, each at half a gap from the plane, so they cannot
+/// overlap. The error is the largest possible volume (mm³).
 pub(super) fn grow(spheres: &Spheres, facets: &[Facets], volume: f64) -> Result<Vec<Grain>, f64> {
     let missing = |growth: f64| {
         volume - polyhedra(spheres, facets, growth).iter().map(Grain::volume_mm3).sum::<f64>()
@@ -62,7 +62,8 @@ pub(super) fn grow(spheres: &Spheres, facets: &[Facets], volume: f64) -> Result<
         return Err(most);
     }
     let [too_small, large_enough] = bracket(missing, [0.0, MOST_GROWTH], [volume, volume - most]);
-    // bisection of the whole interval, which builds polyhedra only within the bracket
+    // the bisection starts from the whole interval, so that the result does not depend on the bracket; outside the
+    // bracket the sign is known without building polyhedra
     let (mut low, mut high) = (0.0, MOST_GROWTH);
     let mut middle = 0.5 * (low + high);
     while high - low > TOLERANCE {
@@ -76,8 +77,9 @@ pub(super) fn grow(spheres: &Spheres, facets: &[Facets], volume: f64) -> Result<
     Ok(polyhedra(spheres, facets, middle))
 }
 
-/// Narrows an interval around the root of a decreasing function to about [`TOLERANCE`], by the Illinois method and two
-/// probes beside its result. `ends` are the interval, `values` the function at both.
+/// Narrows an interval around the root of a decreasing function to about [`TOLERANCE`], by the Illinois method and one
+/// evaluation at a distance of [`TOLERANCE`] from each end. `ends` are the ends of the interval, `values` the values of
+/// the function at the ends.
 ///
 /// # Reference
 /// M. Dowell, P. Jarratt, "A modified regula falsi method for computing the root of an equation", BIT 11 (1971)
@@ -90,10 +92,10 @@ fn bracket(value: impl Fn(f64) -> f64, mut ends: [f64; 2], mut values: [f64; 2])
         if !(root > a && root < b) {
             break;
         }
-        let found = value(root);
-        let side = usize::from(found <= 0.0);
+        let root_value = value(root);
+        let side = usize::from(root_value <= 0.0);
         let step = (root - ends[side]).abs();
-        (ends[side], values[side]) = (root, found);
+        (ends[side], values[side]) = (root, root_value);
         if last == Some(side) {
             values[1 - side] *= 0.5;
         }
@@ -110,6 +112,7 @@ fn bracket(value: impl Fn(f64) -> f64, mut ends: [f64; 2], mut values: [f64; 2])
     ends
 }
 
+/// Returns the polyhedra of all spheres, with facet distances multiplied by `growth`.
 fn polyhedra(spheres: &Spheres, facets: &[Facets], growth: f64) -> Vec<Grain> {
     let half = 0.5 * spheres.gap;
     let near = Near::new(spheres);
@@ -144,7 +147,9 @@ fn cut_wall(body: &mut ConvexPolyhedron, centre: Point, radius: f64) {
 
 /// Spatial index of the spheres: a grid of cells.
 struct Near {
+    /// Edge length of a cell (mm).
     width: f64,
+    /// Radius of the largest sphere (mm).
     largest: f64,
     cells: HashMap<[i64; 3], Vec<usize>>,
 }
@@ -165,12 +170,12 @@ impl Near {
         point.map(|x| (x / self.width).floor() as i64)
     }
 
-    /// Cuts the polyhedron of sphere `i` with the radical planes to its neighbours (the planes of equal power with
-    /// respect to both spheres), moved back by half the gap.
+    /// Cuts the polyhedron of sphere `i` with the radical planes between the sphere and its neighbours (planes of equal
+    /// power with respect to both spheres). Each plane is moved towards the sphere by half the gap.
     fn cut(&self, body: &mut ConvexPolyhedron, spheres: &Spheres, i: usize) {
         let (centre, radius) = (spheres.centres[i], spheres.radii[i]);
         let mut reach = body.reach(centre);
-        // the radical plane to a sphere farther away than this does not intersect the body
+        // the radical plane of a sphere at a distance above `far` does not intersect the body
         let edge = reach + 0.5 * spheres.gap;
         let far = edge + (edge * edge + self.largest * self.largest).sqrt();
         let (low, high) = (self.cell(centre.map(|x| x - far)), self.cell(centre.map(|x| x + far)));

@@ -14,18 +14,19 @@ use fem_image::{Cylinder, Volume};
 use tomography::ScanGeometry;
 use voxelize::{Grid, mixed};
 
-/// Spectrum of the beam: for each energy its fraction of the photons and its attenuation relative to the middle
-/// energy.
+/// Spectrum of the beam. Each entry is one photon energy: fraction of the photons, and attenuation relative to the
+/// attenuation of the middle energy.
 const BEAM: [(f64, f64); 3] = [(0.3, 1.6), (0.4, 1.0), (0.3, 0.7)];
-/// Attenuation (line integral) of the matrix along the specimen's diameter.
+/// Line integral of the attenuation of the matrix along the specimen's diameter (dimensionless).
 const MATRIX: f64 = 1.0;
-/// Grey value of air, and the difference of the grey values of matrix and air.
+/// Grey value of air.
 const AIR: f32 = 8000.0;
+/// Difference of the grey values of matrix and air.
 const CONTRAST: f32 = 20000.0;
 /// Cell size of the texture (voxels).
 const TEXTURE_CELL: f64 = 4.0;
-/// Expected count from which the normal approximation of the Poisson distribution is used.
-const MANY: f64 = 1000.0;
+/// Expected photon count above which the normal distribution replaces the Poisson distribution.
+const NORMAL_COUNT: f64 = 1000.0;
 /// Limit of the number of voxels; a larger number is reported as a likely error in the units.
 const MAX_VOXELS: f64 = 1.0e9;
 
@@ -57,13 +58,13 @@ pub struct Scanner {
     /// Inclination of the specimen's axis: displacement along x and y per mm along z.
     #[serde(default)]
     pub lean: [f64; 2],
-    /// Number of projection directions over 180°; 0 sets it to the width of a slice in voxels.
+    /// Number of projection directions over 180°; with 0, the number is the width of a slice in voxels.
     #[serde(default)]
     pub projections: usize,
     /// Expected photon count of a detector pixel without specimen.
     #[serde(default = "default_photons")]
     pub photons: f64,
-    /// Ratio of the attenuation of the grains to that of the matrix.
+    /// Ratio of the attenuation of the grains to the attenuation of the matrix.
     #[serde(default = "default_attenuation")]
     pub grain_attenuation: f64,
     /// Strength of beam hardening: 0 for a monochromatic beam, 1 for a broad spectrum.
@@ -113,7 +114,7 @@ fn default_texture() -> f64 {
 pub struct Scan {
     /// Grey values, integers from 0 to 65535.
     pub grey: Volume<f32>,
-    /// Grain that contains the centre of each voxel, or 0.
+    /// Number of the grain that contains the centre of each voxel, or 0.
     pub labels: Volume<u32>,
     /// Position of the specimen in the volume.
     pub cylinder: Cylinder,
@@ -132,7 +133,7 @@ pub struct ScanError {
 }
 
 impl Scanner {
-    /// Creates the default settings of a scanner of good quality.
+    /// Creates default settings: a scanner of good quality.
     pub fn new(voxel_mm: f64, seed: u64) -> Scanner {
         Scanner {
             voxel_mm,
@@ -213,14 +214,14 @@ impl Scanner {
         }
         let across =
             |length: f64| (length / self.voxel_mm - 1e-9).ceil() + 2.0 * self.margin as f64;
-        // an inclined specimen needs a wider volume, in both directions of a slice, since the detector has one width
+        // an inclined specimen needs a wider volume; both directions of a slice are widened, since slices are square
         let slope = self.lean[0].hypot(self.lean[1]);
         let (sin, cos) = slope.atan().sin_cos();
         let width = across(2.0 * radius_mm + height_mm * sin);
         let slices = across(height_mm * cos + 2.0 * radius_mm * sin);
         let voxels = width * width * slices;
         if voxels > MAX_VOXELS {
-            let requirement = "a size that makes at most 1e9 voxels";
+            let requirement = "a larger voxel: at most 1e9 voxels are supported";
             return Err(ScanError { field: "voxel_mm", value: self.voxel_mm, requirement });
         }
         let (width, slices) = (width as usize, slices as usize);
@@ -258,13 +259,14 @@ impl Scanner {
         })
     }
 
-    /// Simulates the detector: returns the measured line integrals of the attenuation, logarithms of photon counts.
+    /// Simulates the detector: returns the measured line integrals of the attenuation (negative logarithms of relative
+    /// photon counts). `lengths` are the path lengths in matrix and grain (voxels).
     fn count(&self, lengths: &[[f32; 2]], width: usize, per_voxel: f64, seed: u64) -> Vec<f32> {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
         let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
         let gains: Vec<f64> = (0..width).map(|_| (1.0 + self.rings * normal()).max(0.1)).collect();
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(mixed(seed));
-        let seen = |(k, &[matrix, grain]): (usize, &[f32; 2])| {
+        let measured = |(k, &[matrix, grain]): (usize, &[f32; 2])| {
             let length = f64::from(matrix) + self.grain_attenuation * f64::from(grain);
             let passes: f64 = BEAM
                 .iter()
@@ -276,11 +278,11 @@ impl Scanner {
             let mean = self.photons * gains[k % width] * passes;
             let noise: f64 = StandardNormal.sample(&mut rng);
             let counted = match Poisson::new(mean) {
-                Ok(poisson) if mean < MANY => poisson.sample(&mut rng),
+                Ok(poisson) if mean < NORMAL_COUNT => poisson.sample(&mut rng),
                 _ => mean + mean.sqrt() * noise,
             };
             -(counted.max(0.5) / self.photons).ln() as f32
         };
-        lengths.iter().enumerate().map(seen).collect()
+        lengths.iter().enumerate().map(measured).collect()
     }
 }

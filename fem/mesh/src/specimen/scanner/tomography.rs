@@ -11,7 +11,7 @@ pub(super) struct ScanGeometry {
     width: usize,
     /// Cosine and sine of each direction.
     directions: Vec<[f32; 2]>,
-    /// For each row, the first pixel within the circle covered by the scanner, and one past the last.
+    /// For each row of pixels, the range within the circle that the scanner covers: first pixel, and last pixel + 1.
     rows: Vec<[usize; 2]>,
     /// Coefficients of the ramp filter at distances of 0, 1, 2, … detector pixels.
     ramp: Vec<f32>,
@@ -42,12 +42,13 @@ impl ScanGeometry {
         }
     }
 
+    /// Returns the number of projection directions.
     pub(super) fn projections(&self) -> usize {
         self.directions.len()
     }
 
-    /// Calls `each` for every pixel in the circle, with the pixel's index and its projected position on the detector,
-    /// in detector pixels from the first.
+    /// Calls `each` for every pixel in the circle, with the index of the pixel and its projected position on the
+    /// detector (in detector pixels from the first detector pixel).
     fn visit(&self, direction: [f32; 2], mut each: impl FnMut(usize, f32)) {
         let middle = 0.5 * (self.width as f32 - 1.0);
         let [cos, sin] = direction;
@@ -77,7 +78,8 @@ impl ScanGeometry {
         all
     }
 
-    /// Reconstructs a map (per pixel) from its line integrals by filtered back-projection; zero outside the circle.
+    /// Reconstructs a map (one value per pixel) from its line integrals by filtered back-projection; values outside the
+    /// circle are zero.
     pub(super) fn reconstruct(&self, integrals: &[f32]) -> Vec<f32> {
         let mut map = vec![0.0; self.width * self.width];
         let mut filtered = vec![0.0; self.width];
@@ -93,6 +95,7 @@ impl ScanGeometry {
         map
     }
 
+    /// Convolves one detector row with the ramp filter.
     fn filter(&self, row: &[f32], out: &mut [f32]) {
         let width = self.width;
         for (i, out) in out.iter_mut().enumerate() {
@@ -107,7 +110,7 @@ impl ScanGeometry {
 mod tests {
     use super::*;
 
-    /// An off-centre disc of value 1 with a soft edge.
+    /// Returns a map of a disc with value 1 and an edge one pixel wide.
     fn disc(width: usize, centre: [f64; 2], radius: f64) -> Vec<f32> {
         let pixel = |c: usize| {
             let [x, y] = [c % width, c / width].map(|k| k as f64 + 0.5 - 0.5 * width as f64);
@@ -122,9 +125,9 @@ mod tests {
         let (centre, radius) = ([8.0, -5.0], 25.0);
         let maps: Vec<[f32; 2]> =
             disc(96, centre, radius).into_iter().map(|x| [x, 2.0 * x]).collect();
-        let seen = geometry.project(&maps);
+        let integrals = geometry.project(&maps);
         let mut squares = 0.0;
-        for (row, &[cos, sin]) in seen.chunks(96).zip(&geometry.directions) {
+        for (row, &[cos, sin]) in integrals.chunks(96).zip(&geometry.directions) {
             let middle = centre[0] * f64::from(cos) + centre[1] * f64::from(sin) + 47.5;
             for (i, &[one, two]) in row.iter().enumerate() {
                 let off = i as f64 - middle;
@@ -135,17 +138,17 @@ mod tests {
             let area: f64 = row.iter().map(|&[one, _]| f64::from(one)).sum();
             assert!((area / (PI * radius * radius) - 1.0).abs() < 0.002, "{area}");
         }
-        let rms = (squares / seen.len() as f64).sqrt();
+        let rms = (squares / integrals.len() as f64).sqrt();
         assert!(rms < 0.7, "{rms} of 50");
     }
 
     #[test]
-    fn a_disc_comes_back() {
+    fn the_reconstruction_of_a_disc_is_the_disc() {
         let geometry = ScanGeometry::new(96, 150);
         let map = disc(96, [8.0, -5.0], 25.0);
         let maps: Vec<[f32; 2]> = map.iter().map(|&x| [x, 0.0]).collect();
         let integrals: Vec<f32> = geometry.project(&maps).into_iter().map(|[one, _]| one).collect();
-        let found = geometry.reconstruct(&integrals);
+        let reconstructed = geometry.reconstruct(&integrals);
         let mut squares = 0.0;
         let inner: Vec<usize> = (0..96 * 96)
             .filter(|c| {
@@ -154,11 +157,11 @@ mod tests {
             })
             .collect();
         for &pixel in &inner {
-            squares += f64::from(found[pixel] - map[pixel]).powi(2);
+            squares += f64::from(reconstructed[pixel] - map[pixel]).powi(2);
         }
         let rms = (squares / inner.len() as f64).sqrt();
         assert!(rms < 0.05, "{rms}");
-        let sum: f32 = found.iter().sum();
+        let sum: f32 = reconstructed.iter().sum();
         assert!((sum / map.iter().sum::<f32>() - 1.0).abs() < 0.02);
     }
 }

@@ -1,4 +1,4 @@
-//! Grains on a voxel grid: labels, phase fractions, blur, texture.
+//! Grains on a voxel grid: labels, volume fractions of the phases, blur, texture.
 
 use rayon::prelude::*;
 
@@ -8,7 +8,7 @@ use fem_image::Cylinder;
 /// Number of voxels along x that share one search for nearby grains.
 const RUN: usize = 8;
 
-/// A grid around a cylinder: voxel (i, j, k) has its centre at `(i + ½, j + ½, k + ½) · voxel` in the image.
+/// A voxel grid around a cylinder: the centre of voxel (i, j, k) is `(i + ½, j + ½, k + ½) · voxel_mm` in the image.
 pub(super) struct Grid {
     pub(super) shape: [usize; 3],
     pub(super) voxel_mm: f64,
@@ -21,7 +21,8 @@ impl Grid {
         self.cylinder.to_specimen(at.map(|x| x * self.voxel_mm))
     }
 
-    /// Returns, for each voxel, the grain at its centre (or 0) and the fractions of matrix and grain.
+    /// Returns, for each voxel, the number of the grain at its centre (or 0) and the volume fractions of
+    /// matrix and grain.
     pub(super) fn fill(
         &self,
         field: &dyn GrainField,
@@ -49,6 +50,8 @@ impl Grid {
         (0..ny * nz).into_par_iter().flat_map_iter(row).unzip()
     }
 
+    /// Returns the number of the grain at the centre `x` (mm) of a voxel (or 0) and the volume fractions of matrix and
+    /// grain. `near` lists the grains near the voxel.
     fn voxel(
         &self,
         field: &dyn GrainField,
@@ -77,7 +80,8 @@ impl Grid {
         (if is_inside { label } else { 0 }, [(body - grain) as f32, grain as f32])
     }
 
-    /// Convolves with a Gaussian of standard deviation `sigma` (voxels); outside the grid is air.
+    /// Convolves the fractions with a Gaussian of standard deviation `sigma` (voxels); outside the grid the fractions
+    /// are zero (air).
     pub(super) fn blur(&self, values: &mut [[f32; 2]], sigma: f64) {
         if sigma <= 0.0 {
             return;
@@ -92,12 +96,12 @@ impl Grid {
             let count = self.shape[axis];
             let before = values.to_vec();
             values.par_iter_mut().enumerate().for_each(|(at, value)| {
-                let place = at / stride % count;
+                let along = at / stride % count;
                 let mut sum = before[at].map(|x| x * taps[0]);
                 for (n, &tap) in taps.iter().enumerate().skip(1) {
                     for other in [
-                        (place >= n).then(|| at - n * stride),
-                        (place + n < count).then(|| at + n * stride),
+                        (along >= n).then(|| at - n * stride),
+                        (along + n < count).then(|| at + n * stride),
                     ] {
                         let [a, b] = other.map_or([0.0; 2], |other| before[other]);
                         sum = [sum[0] + tap * a, sum[1] + tap * b];
@@ -125,7 +129,7 @@ impl Grid {
     }
 }
 
-/// Returns a random noise in [−1, 1]: random at integer coordinates, linearly interpolated in between.
+/// Returns the value of a noise field in [−1, 1]: random at integer coordinates, linearly interpolated between them.
 fn noise(x: [f64; 3], seed: u64) -> f64 {
     let cell = x.map(|x| x.floor());
     let t: [f64; 3] = std::array::from_fn(|k| x[k] - cell[k]);
@@ -142,7 +146,7 @@ fn noise(x: [f64; 3], seed: u64) -> f64 {
     (0..8).map(|c| weight(c) * corner(c)).sum()
 }
 
-/// Hashes a number so that each bit of the result depends on all bits of `x` (splitmix64).
+/// Returns a hash of `x` (splitmix64): each bit of the hash depends on all bits of `x`.
 pub(super) fn mixed(x: u64) -> u64 {
     let x = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let x = (x ^ x >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);

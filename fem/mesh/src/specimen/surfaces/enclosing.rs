@@ -12,11 +12,11 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 use crate::mesh::Surface;
 
-/// Relative tolerance on the radius in the test whether a point lies in a circle.
+/// Relative tolerance of the radius when a circle is tested for a point.
 const ROUNDING: f64 = 1e-12;
 
 /// Returns the smallest cylinder with axis along z that contains all points of the surfaces, enlarged by `margin_mm`
-/// on each side; `None` if the surfaces have no points.
+/// on each side, or `None` if the surfaces have no points.
 ///
 /// # Example
 /// ```
@@ -31,7 +31,7 @@ const ROUNDING: f64 = 1e-12;
 pub fn enclosing_cylinder(surfaces: &[Surface], margin_mm: f64) -> Option<Cylinder> {
     let points = || surfaces.iter().flat_map(|surface| &surface.points);
     let mut plan: Vec<[f64; 2]> = points().map(|&[x, y, _]| [x, y]).collect();
-    // the nested loops take linear time on average for points in random order
+    // for points in random order, the nested loops take linear time on average
     plan.shuffle(&mut Xoshiro256PlusPlus::seed_from_u64(1));
     let Circle { centre, radius } = least_circle(&plan)?;
     let bottom = points().map(|p| p[2]).fold(f64::INFINITY, f64::min);
@@ -45,6 +45,7 @@ pub fn enclosing_cylinder(surfaces: &[Surface], margin_mm: f64) -> Option<Cylind
     })
 }
 
+/// A circle (mm).
 #[derive(Clone, Copy, Debug)]
 struct Circle {
     centre: [f64; 2],
@@ -57,7 +58,8 @@ impl Circle {
         Circle { centre, radius: distance(centre, p).max(distance(centre, q)) }
     }
 
-    /// Returns the circle through three points; for collinear points the circle whose diameter is the longest pair.
+    /// Returns the circle through three points. For collinear points, the longest distance between two points is the
+    /// diameter of the circle.
     fn through(p: [f64; 2], q: [f64; 2], r: [f64; 2]) -> Circle {
         let ([ax, ay], [bx, by]) = ([q[0] - p[0], q[1] - p[1]], [r[0] - p[0], r[1] - p[1]]);
         let double = 2.0 * (ax * by - ay * bx);
@@ -71,7 +73,7 @@ impl Circle {
             [Circle::through_two(p, q), Circle::through_two(q, r), Circle::through_two(r, p)];
         pairs
             .into_iter()
-            .fold(pairs[0], |most, own| if own.radius > most.radius { own } else { most })
+            .fold(pairs[0], |most, next| if next.radius > most.radius { next } else { most })
     }
 
     fn holds(&self, x: [f64; 2]) -> bool {

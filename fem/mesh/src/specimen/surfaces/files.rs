@@ -10,11 +10,11 @@ use crate::mesh::{Surface, stl};
 
 /// A grain read from a file.
 pub(super) struct NamedSurface {
-    /// Name of the file, with the number of the part if the file has several.
+    /// Name of the file; for a file with several parts, also the number of the part.
     pub(super) name: String,
     /// Surface of the grain, with normals pointing outwards.
     pub(super) surface: Surface,
-    /// Whether the normals pointed inwards in the file.
+    /// Whether the normals in the file pointed inwards, so that all triangles were reversed.
     pub(super) is_turned: bool,
 }
 
@@ -33,7 +33,7 @@ pub enum SurfaceImportError {
         requirement: &'static str,
     },
     /// A folder contains no STL file.
-    #[error("{}: there is no STL file (*.stl); name the folder of the grains, a file each, or one file with all", path.display())]
+    #[error("{}: there is no STL file (*.stl); give a folder with one file per grain, or one file with all grains", path.display())]
     NoFile {
         /// Path of the folder.
         path: PathBuf,
@@ -56,8 +56,8 @@ pub enum SurfaceImportError {
     },
     /// Triangles of one surface have inconsistent orientations.
     #[error(
-        "{name}: at {edges} edges one triangle shows inward and its neighbour outward; orient all triangles alike (MeshLab: \
-         Re-Orient all faces coherently; PyVista: compute_normals(consistent_normals=True)) and export it again"
+        "{name}: at {edges} edges the normal of one triangle points inwards and the normal of its neighbour outwards; orient \
+         all triangles consistently (MeshLab: Re-Orient all faces coherently; PyVista: compute_normals(consistent_normals=True)) and export it again"
     )]
     Normals {
         /// Name of the file.
@@ -67,8 +67,8 @@ pub enum SurfaceImportError {
     },
     /// Some parts of a file have normals pointing inwards, others outwards.
     #[error(
-        "{name}: {inward} of {parts} parts show inward and the others outward; turn them, or write each grain to a file of \
-         its own where they are cavities"
+        "{name}: the normals of {inward} of {parts} parts point inwards, the normals of the other parts outwards; reverse \
+         the normals of these parts, or, if the parts are cavities, write each grain to a separate file"
     )]
     InvertedParts {
         /// Name of the file.
@@ -88,9 +88,9 @@ pub enum SurfaceImportError {
     },
     /// Grains overlap too much.
     #[error(
-        "{pairs} pairs of grains overlap, by {:.1} % of the volume of all grains; the worst are {first} and {second}, which \
-         share {:.0} % of the smaller one: remove grains that are there twice, or set least_distance_mm, to which \
-         overlapping grains are shrunk",
+        "{pairs} pairs of grains overlap, by {:.1} % of the volume of all grains; the largest overlap, {:.0} % of the smaller \
+         grain, is between {first} and {second}: remove duplicate grains, or set least_distance_mm, which shrinks \
+         overlapping grains",
         100.0 * share,
         100.0 * share_of_smaller
     )]
@@ -101,15 +101,15 @@ pub enum SurfaceImportError {
         share: f64,
         /// Name of one grain of the pair with the largest overlap.
         first: String,
-        /// Name of the other grain of this pair.
+        /// Name of the other grain of the pair with the largest overlap.
         second: String,
-        /// Overlap volume of this pair divided by the volume of its smaller grain.
+        /// Overlap volume of the pair with the largest overlap, divided by the volume of the smaller grain.
         share_of_smaller: f64,
     },
     /// Shrinking does not separate two grains.
     #[error(
-        "shrinking to a fifth of their size does not bring {first} and {second} {least_mm} mm apart: remove one of the two \
-         if it lies in the other, or take a smaller least_distance_mm"
+        "shrinking to a fifth of their size does not bring {first} and {second} {least_mm} mm apart: if one grain lies inside \
+         the other grain, remove one of them; otherwise use a smaller least_distance_mm"
     )]
     Inseparable {
         /// Name of one grain.
@@ -121,16 +121,16 @@ pub enum SurfaceImportError {
     },
     /// The specimen is far too large or too small for the spacing of its mesh.
     #[error(
-        "the grains extend over {size_mm:.4e} mm at unit_mm = {unit_mm}, where spacing_mm = {spacing_mm}: the unit of the \
-         files is probably another one{}",
-        likely_mm.map(|unit| format!("; unit_mm = {unit} fits")).unwrap_or_default()
+        "with unit_mm = {unit_mm} the specimen has a size of {size_mm:.4e} mm, which does not suit spacing_mm = {spacing_mm}: \
+         unit_mm is probably wrong{}",
+        likely_mm.map(|unit| format!("; unit_mm = {unit} would suit")).unwrap_or_default()
     )]
     Unit {
         /// Extent of the specimen (mm).
         size_mm: f64,
         /// Spacing of the mesh (mm).
         spacing_mm: f64,
-        /// The given length of one unit of the files (mm).
+        /// The given length of one unit of the files, `unit_mm` (mm).
         unit_mm: f64,
         /// A unit length that would be plausible (mm).
         likely_mm: Option<f64>,
@@ -167,25 +167,25 @@ pub(super) fn files(path: &Path) -> Result<Vec<PathBuf>, SurfaceImportError> {
     Ok(files)
 }
 
-/// Returns the last number in a file name without extension; 0 if there is none.
+/// Returns the last number in a file name without its extension; 0 for a name without a number.
 fn last_number(name: &str) -> u64 {
     let stem = name.rsplit_once('.').map_or(name, |(stem, _)| stem);
     let digits = stem.split(|c: char| !c.is_ascii_digit()).rfind(|word| !word.is_empty());
     digits.and_then(|word| word.parse().ok()).unwrap_or(0)
 }
 
-/// Reads grains and transforms each point by `place`. In a folder each file is a grain; in a single file each
+/// Reads grains and transforms each point by `transform`. In a folder each file is a grain; in a single file each
 /// connected part is a grain.
 ///
 /// # Errors
 /// [`SurfaceImportError`] for the first file that is not a valid grain.
 pub(super) fn read_surfaces(
     path: &Path,
-    place: &(dyn Fn([f64; 3]) -> [f64; 3] + Sync),
+    transform: &(dyn Fn([f64; 3]) -> [f64; 3] + Sync),
 ) -> Result<Vec<NamedSurface>, SurfaceImportError> {
     let read = |file: &PathBuf| -> Result<Surface, SurfaceImportError> {
         let mut surface = Surface::new(&stl::read(file)?);
-        surface.points.iter_mut().for_each(|point| *point = place(*point));
+        surface.points.iter_mut().for_each(|point| *point = transform(*point));
         check_edges(&surface, file)?;
         Ok(surface)
     };
@@ -216,7 +216,7 @@ pub(super) fn read_surfaces(
     Ok(grains)
 }
 
-/// Whether the volume of a surface is at most 10⁻⁹ times the cube of its largest extent.
+/// Returns whether the volume of a surface is at most 10⁻⁹ times the cube of its largest extent.
 fn is_flat(surface: &Surface) -> bool {
     let extent = |k: usize| {
         let along = surface.points.iter().map(|point| point[k]);

@@ -1,8 +1,8 @@
-//! Smallest distance between two closed surfaces, each of which may be scaled about a point.
+//! Smallest distance between two closed surfaces; each surface may be scaled about a point.
 //!
 //! # Reference
-//! C. Ericson, "Real-time collision detection", Morgan Kaufmann (2005), sections 5.1.9 (segments) and 5.3.6 (segment and
-//! triangle).
+//! C. Ericson, "Real-time collision detection", Morgan Kaufmann (2005), sections 5.1.9 (segments) and 5.3.6 (segment
+//! and triangle).
 
 use super::triangle_tree::{TreePart, Triangle, TriangleTree};
 use crate::mesh::vector::{Point, add, cross, dot, norm, scale, sub};
@@ -24,7 +24,7 @@ impl ScaledSurface<'_> {
         self.tree.bounds().map(|x| self.scaled(x))
     }
 
-    /// Whether a point lies inside the scaled surface.
+    /// Returns whether a point lies inside the scaled surface.
     fn holds(&self, x: Point) -> bool {
         let [low, high] = self.bounds();
         let in_box = (0..3).all(|k| x[k] >= low[k] && x[k] <= high[k]);
@@ -32,19 +32,21 @@ impl ScaledSurface<'_> {
         in_box && self.tree.below(before, 0.0).is_some()
     }
 
+    /// Returns a corner of a triangle of the scaled surface, or `None` for an empty surface.
     fn a_corner(&self) -> Option<Point> {
-        let mut place = 0;
+        let mut index = 0;
         loop {
-            let part = self.tree.part(place)?;
+            let part = self.tree.part(index)?;
             match part.children {
-                Some([first, _]) => place = first,
+                Some([first, _]) => index = first,
                 None => return Some(self.scaled(part.triangles.first()?.corners[0])),
             }
         }
     }
 
-    fn part(&self, place: usize) -> Option<(TreePart<'_>, [Point; 2])> {
-        let part = self.tree.part(place)?;
+    /// Returns a box of the tree (0: the root) and its scaled bounds.
+    fn part(&self, index: usize) -> Option<(TreePart<'_>, [Point; 2])> {
+        let part = self.tree.part(index)?;
         let bounds = part.bounds.map(|x| self.scaled(x));
         Some((part, bounds))
     }
@@ -53,14 +55,14 @@ impl ScaledSurface<'_> {
 /// Accuracy of the search for the smallest distance.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Search {
-    /// Find the exact smallest distance.
+    /// Compute the smallest distance.
     Least,
-    /// Find out whether the distance is below the limit; the returned distance may not be the smallest.
+    /// Only decide whether the distance is below the limit; the returned distance may not be the smallest.
     Any,
 }
 
-/// Returns the smallest distance of two surfaces if it is below `limit`; 0 if they intersect or one lies inside the
-/// other.
+/// Returns the smallest distance of two surfaces if it is below `limit`, else `None`; 0 if the surfaces intersect or
+/// one surface lies inside the other surface.
 pub(super) fn gap_below(
     a: &ScaledSurface<'_>,
     b: &ScaledSurface<'_>,
@@ -68,17 +70,21 @@ pub(super) fn gap_below(
     search: Search,
 ) -> Option<f64> {
     let mut best = limit;
-    let mut open = vec![(0_usize, 0_usize)];
-    while let Some((first, second)) = open.pop() {
-        let (Some((one, own)), Some((other, others))) = (a.part(first), b.part(second)) else {
+    let mut stack = vec![(0_usize, 0_usize)];
+    while let Some((first, second)) = stack.pop() {
+        let (Some((one, one_bounds)), Some((other, other_bounds))) =
+            (a.part(first), b.part(second))
+        else {
             continue;
         };
-        if box_gap(own, others) >= best {
+        if box_gap(one_bounds, other_bounds) >= best {
             continue;
         }
         let size = |[low, high]: [Point; 2]| norm(sub(high, low));
         let pairs = match (one.children, other.children) {
-            (Some([p, q]), Some(_)) if size(own) >= size(others) => [(p, second), (q, second)],
+            (Some([p, q]), Some(_)) if size(one_bounds) >= size(other_bounds) => {
+                [(p, second), (q, second)]
+            }
             (_, Some([p, q])) => [(first, p), (first, q)],
             (Some([p, q]), None) => [(p, second), (q, second)],
             (None, None) => {
@@ -99,12 +105,12 @@ pub(super) fn gap_below(
             }
         };
         let distance = |&(p, q): &(usize, usize)| match (a.part(p), b.part(q)) {
-            (Some((_, own)), Some((_, others))) => box_gap(own, others),
+            (Some((_, p_bounds)), Some((_, q_bounds))) => box_gap(p_bounds, q_bounds),
             _ => f64::INFINITY,
         };
         // the closer pair is pushed last and visited first
         let is_sorted = distance(&pairs[0]) >= distance(&pairs[1]);
-        open.extend(if is_sorted { pairs } else { [pairs[1], pairs[0]] });
+        stack.extend(if is_sorted { pairs } else { [pairs[1], pairs[0]] });
     }
     let lies_within = |inner: &ScaledSurface<'_>, outer: &ScaledSurface<'_>| {
         inner.a_corner().is_some_and(|corner| outer.holds(corner))
@@ -115,7 +121,7 @@ pub(super) fn gap_below(
     (best < limit).then_some(best)
 }
 
-/// Returns the distance between two boxes.
+/// Returns the distance between two boxes, given by minimum and maximum coordinates.
 pub(super) fn box_gap([low, high]: [Point; 2], [other_low, other_high]: [Point; 2]) -> f64 {
     norm(std::array::from_fn(|k| (low[k] - other_high[k]).max(other_low[k] - high[k]).max(0.0)))
 }
@@ -149,7 +155,7 @@ fn triangle_gap(one: [Point; 3], other: [Point; 3], limit: f64) -> f64 {
     least
 }
 
-/// Whether a segment intersects the interior of a triangle.
+/// Returns whether a segment intersects the interior of a triangle.
 fn pierces(p: Point, q: Point, [a, b, c]: [Point; 3]) -> bool {
     let normal = cross(sub(b, a), sub(c, a));
     let (before, behind) = (dot(normal, sub(p, a)), dot(normal, sub(q, a)));
@@ -187,9 +193,9 @@ mod tests {
 
     use super::*;
 
-    /// Comparison with the smallest distance between sample points on both triangles and their edges.
+    /// Compares `triangle_gap` with the smallest distance between sample points of both triangles.
     #[test]
-    fn triangles_are_as_far_apart_as_their_points() {
+    fn the_gap_of_triangles_agrees_with_the_gap_of_sample_points() {
         let mut random = Xoshiro256PlusPlus::seed_from_u64(7);
         let mut touching = 0;
         for _ in 0..200 {
@@ -199,7 +205,7 @@ mod tests {
                 })
             };
             let (one, other) = (triangle(0.0), triangle(0.6));
-            let found = triangle_gap(one, other, f64::INFINITY);
+            let gap = triangle_gap(one, other, f64::INFINITY);
             let n = 40;
             let points = |[a, b, c]: [Point; 3]| -> Vec<Point> {
                 (0..=n)
@@ -210,15 +216,16 @@ mod tests {
                     })
                     .collect()
             };
-            let (own, facing) = (points(one), points(other));
-            let sampled = own.iter().flat_map(|p| facing.iter().map(move |q| norm(sub(*p, *q))));
+            let (own_points, facing) = (points(one), points(other));
+            let sampled =
+                own_points.iter().flat_map(|p| facing.iter().map(move |q| norm(sub(*p, *q))));
             let sampled = sampled.fold(f64::INFINITY, f64::min);
             assert!(
-                found <= sampled + 1e-12 && sampled - found < 0.04,
-                "{found}, {sampled} of points"
+                gap <= sampled + 1e-12 && sampled - gap < 0.04,
+                "{gap}, between sample points {sampled}"
             );
-            touching += usize::from(found == 0.0);
-            assert_eq!(triangle_gap(one, other, 0.5 * found), 0.5 * found);
+            touching += usize::from(gap == 0.0);
+            assert_eq!(triangle_gap(one, other, 0.5 * gap), 0.5 * gap);
         }
         assert!(touching > 5 && touching < 150, "{touching}");
     }

@@ -20,11 +20,11 @@ use crate::mesh::{Surface, decimated};
 /// Maximum total overlap, relative to the volume of all grains; smoothing and decimation cause small overlaps of
 /// touching grains.
 const MOST_OVERLAP: f64 = 0.01;
-/// Maximum overlap of one pair, relative to the volume of its smaller grain.
+/// Maximum overlap of one pair of grains, relative to the volume of the smaller grain.
 const MOST_OVERLAP_OF_ONE: f64 = 0.5;
-/// Relative loss of total volume by shrinking above which a warning is given.
+/// Relative loss of total volume by shrinking above which the import warns.
 const MOST_LOSS: f64 = 0.01;
-/// Plausible range of the specimen's size in spacings; outside it the unit is probably wrong.
+/// Plausible range of the specimen's size, in multiples of the spacing; outside this range the unit is probably wrong.
 const SPACINGS: [f64; 2] = [1.0, 2000.0];
 
 /// Axis of the files' coordinates that becomes the z axis of the specimen.
@@ -35,7 +35,7 @@ pub enum SurfaceAxis {
     X,
     /// The y axis becomes z; z becomes x, and x becomes y.
     Y,
-    /// The z axis; coordinates keep their order.
+    /// The z axis stays the z axis; coordinates keep their order.
     #[default]
     Z,
 }
@@ -72,7 +72,7 @@ impl SurfaceAxis {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SurfaceImport {
-    /// Path of a folder of STL files, each of which is a grain, or of one file, in which each connected part is a
+    /// Path of a folder or of a file. In a folder, each STL file is a grain; in a single file, each connected part is a
     /// grain.
     pub surfaces: PathBuf,
     /// Length of one unit of the files (mm).
@@ -127,7 +127,7 @@ impl SurfaceImport {
                 1000.0,
                 "a number from 0 to 1000",
             ),
-            ("decimation", self.decimation, 1.0, 1e6, "a factor of at least 1: the paper takes 20"),
+            ("decimation", self.decimation, 1.0, 1e6, "a factor of at least 1 (recommended: 20)"),
             ("least_distance_mm", self.least_distance_mm, 0.0, 1e3, "a length (mm), or 0"),
             ("margin_mm", self.margin_mm, 0.0, 1e3, "a length (mm), or 0"),
         ];
@@ -139,24 +139,24 @@ impl SurfaceImport {
         }
     }
 
-    /// Reads the files and performs all processing steps. `size_mm` overrides radius and height of the cylinder (mm),
-    /// which stays centred at the smallest enclosing cylinder.
+    /// Reads the files and performs all processing steps. `size_mm` overrides radius and height (mm) of the enclosing
+    /// cylinder; the centre of the cylinder does not change.
     ///
     /// # Errors
     /// [`SurfaceImportError`] if a setting is out of range, a file cannot be read, a surface is not a valid grain, or
     /// grains overlap too much or cannot be separated.
     pub fn read(&self, size_mm: [Option<f64>; 2]) -> Result<ImportedSurfaces, SurfaceImportError> {
         self.validate()?;
-        let place = |p: [f64; 3]| self.axis.turned(p.map(|x| x * self.unit_mm));
-        let grains: Vec<NamedSurface> = read_surfaces(&self.surfaces, &place)?;
+        let transform = |p: [f64; 3]| self.axis.turned(p.map(|x| x * self.unit_mm));
+        let grains: Vec<NamedSurface> = read_surfaces(&self.surfaces, &transform)?;
         let triangles_read = grains.iter().map(|grain| grain.surface.triangles.len()).sum();
         let turned = grains.iter().filter(|grain| grain.is_turned).count();
         let volume_read_mm3 = grains.iter().map(|grain| grain.surface.volume()).sum();
-        let worked = |grain: &NamedSurface| match self.smoothing_passes {
+        let processed = |grain: &NamedSurface| match self.smoothing_passes {
             0 => decimated(&grain.surface, self.decimation),
             passes => decimated(&grain.surface.smoothed(passes), self.decimation),
         };
-        let surfaces: Vec<Surface> = grains.par_iter().map(worked).collect();
+        let surfaces: Vec<Surface> = grains.par_iter().map(processed).collect();
         let names: Vec<String> = grains.into_iter().map(|grain| grain.name).collect();
         let Separated { surfaces, factors } = self.separated(surfaces, &names)?;
         let overlap_mm3 = match self.least_distance_mm > 0.0 {
@@ -212,17 +212,17 @@ impl SurfaceImport {
 /// Returns the total overlap volume of the grains (mm³).
 ///
 /// # Errors
-/// If the total overlap exceeds 1 % of the volume of all grains, or the overlap of one pair exceeds half of its
-/// smaller grain.
+/// [`SurfaceImportError::Overlap`] if the total overlap exceeds 1 % of the volume of all grains, or the overlap of one
+/// pair exceeds half the volume of the smaller grain.
 fn checked_overlap(surfaces: &[Surface], names: &[String]) -> Result<f64, SurfaceImportError> {
-    let found = overlaps(surfaces);
+    let pairs = overlaps(surfaces);
     let all: f64 = surfaces.iter().map(Surface::volume).sum();
-    let overlap_mm3: f64 = found.iter().map(|overlap| overlap.volume_mm3).sum();
+    let overlap_mm3: f64 = pairs.iter().map(|overlap| overlap.volume_mm3).sum();
     let share = |overlap: &&Overlap| {
         let smaller = overlap.grains.map(|grain| surfaces[grain].volume());
         overlap.volume_mm3 / smaller[0].min(smaller[1])
     };
-    let Some(worst) = found.iter().max_by(|a, b| share(a).total_cmp(&share(b))) else {
+    let Some(worst) = pairs.iter().max_by(|a, b| share(a).total_cmp(&share(b))) else {
         return Ok(0.0);
     };
     if overlap_mm3 <= MOST_OVERLAP * all && share(&worst) <= MOST_OVERLAP_OF_ONE {
@@ -230,7 +230,7 @@ fn checked_overlap(surfaces: &[Surface], names: &[String]) -> Result<f64, Surfac
     }
     let [first, second] = worst.grains.map(|grain| names[grain].clone());
     Err(SurfaceImportError::Overlap {
-        pairs: found.len(),
+        pairs: pairs.len(),
         share: overlap_mm3 / all,
         first,
         second,
@@ -241,7 +241,7 @@ fn checked_overlap(surfaces: &[Surface], names: &[String]) -> Result<f64, Surfac
 /// Grains from STL files, in a cylinder with its bottom at z = 0 and its axis on z.
 #[derive(Clone, Debug)]
 pub struct ImportedSurfaces {
-    /// Name of each grain: its file, with the number of the part if the file has several grains.
+    /// Name of each grain: its file; for a file with several grains, also the number of the part.
     pub names: Vec<String>,
     /// Surfaces of the grains (mm), in the coordinates of the specimen.
     pub surfaces: Vec<Surface>,
@@ -253,11 +253,11 @@ pub struct ImportedSurfaces {
     pub volume_read_mm3: f64,
     /// Number of surfaces whose normals pointed inwards and were reversed.
     pub turned: usize,
-    /// Scaling factor of each grain by shrinking.
+    /// Factor by which shrinking has scaled each grain; 1 for a grain that was not shrunk.
     pub factors: Vec<f64>,
     /// Total overlap volume of the grains (mm³), estimated by samples.
     pub overlap_mm3: f64,
-    /// Smallest distance between two grains (mm), 0 if two intersect; `None` for a single grain.
+    /// Smallest distance between two grains (mm), 0 if two grains intersect; `None` for a single grain.
     pub least_gap_mm: Option<f64>,
 }
 
@@ -287,7 +287,7 @@ impl ImportedSurfaces {
         SurfaceGrains::new(self.surfaces.clone(), radius_mm, height_mm)
     }
 
-    /// Compares the size of the specimen with the spacing of its mesh.
+    /// Checks that the size of the specimen suits the spacing of its mesh (mm).
     ///
     /// # Errors
     /// [`SurfaceImportError::Unit`] if the specimen is smaller than one spacing or larger than 2000 spacings.
@@ -327,20 +327,20 @@ impl ImportedSurfaces {
         )
     }
 
-    /// Returns warnings about the import for the user.
+    /// Returns warnings about the import, possibly none.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
         if self.turned > 0 {
             warnings.push(format!(
-                "{} of {} surfaces showed inward and were turned",
+                "the normals of {} of {} surfaces pointed inwards and were reversed",
                 self.turned,
                 self.surfaces.len()
             ));
         }
         if self.overlap_mm3 > 0.0 {
             warnings.push(format!(
-                "grains overlap by {:.2} % of their volume, which counts once in the mesh: least_distance_mm shrinks them \
-                 apart",
+                "the grain fraction of the mesh is too small by the overlap of grains, {:.2} % of their volume; set \
+                 least_distance_mm to separate the grains",
                 100.0 * self.overlap_mm3 / self.volume_mm3()
             ));
         }
@@ -348,10 +348,9 @@ impl ImportedSurfaces {
         let loss = 1.0 - self.volume_mm3() / self.volume_read_mm3;
         if shrunk > 0 && loss > MOST_LOSS {
             warnings.push(format!(
-                "shrinking {shrunk} of {} grains to the least distance took {:.1} % of their volume: the grain fraction is \
-                 too small by as much",
-                self.surfaces.len(),
-                100.0 * loss
+                "the grain fraction is too small by {:.1} %: {shrunk} of {} grains were shrunk to reach least_distance_mm",
+                100.0 * loss,
+                self.surfaces.len()
             ));
         }
         warnings

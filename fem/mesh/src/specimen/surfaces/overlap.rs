@@ -10,7 +10,7 @@ use crate::mesh::vector::Point;
 
 /// Number of samples along each axis of the intersection of two grains' bounding boxes.
 const SAMPLES: usize = 10;
-/// Two surfaces intersect if their distance is below this value, relative to the size of a grain.
+/// Two surfaces intersect if their distance is below this value times the size of the first grain.
 const TOUCHING: f64 = 1e-9;
 
 /// Two grains that overlap.

@@ -8,12 +8,12 @@ use crate::mesh::Surface;
 use crate::mesh::vector::Point;
 use crate::specimen::grains::Cells;
 
-/// Minimum scaling factor; if it does not separate two grains, one lies in the other.
+/// Minimum scaling factor; if this factor does not separate two grains, one grain lies inside the other grain.
 const LEAST_FACTOR: f64 = 0.2;
 /// Number of bisection steps for a scaling factor.
 const HALVINGS: usize = 30;
-/// Minimum shrinking of a pair that is too close, per round. Convex grains need two rounds; the minimum makes the
-/// iteration end for other grains too.
+/// Minimum shrinking per round of two grains that are too close. Convex grains need two rounds; with this minimum, the
+/// iteration also ends for other grains.
 const LEAST_STEP: f64 = 1e-6;
 
 /// Surfaces with a minimum distance.
@@ -28,13 +28,13 @@ pub struct Separated {
 /// Error of two surfaces that cannot be separated.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
-    "shrinking to a fifth of their size does not bring grains {first} and {second} {least_mm} mm apart: one lies in the \
-     other, or the distance is too large"
+    "shrinking to a fifth of their size does not bring grains {first} and {second} {least_mm} mm apart: one grain lies \
+     inside the other grain, or the distance is too large; remove one grain or reduce the distance"
 )]
 pub struct SeparateError {
     /// Number of one surface, from 1.
     pub first: usize,
-    /// Number of the other surface.
+    /// Number of the other surface, from 1.
     pub second: usize,
     /// The required minimum distance (mm).
     pub least_mm: f64,
@@ -55,7 +55,7 @@ pub struct SeparateError {
 /// let mut other = one.clone();
 /// other.points.iter_mut().for_each(|point| point[2] += 2.0);
 /// let apart = separated(vec![one, other], 0.1)?;
-/// // two ends that touch move by 1 mm times 1 − s each
+/// // with a factor s, each of the two touching ends moves by (1 − s) · 1 mm
 /// assert!((apart.factors[0] - 0.95).abs() < 1e-6);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -92,16 +92,16 @@ pub fn separated(surfaces: Vec<Surface>, least_mm: f64) -> Result<Separated, Sep
             }
             Ok(Some(low.min(1.0 - LEAST_STEP)))
         };
-        let found: Vec<Result<Option<f64>, SeparateError>> =
+        let results: Vec<Result<Option<f64>, SeparateError>> =
             pairs.par_iter().map(factor_of).collect();
-        let found = found.into_iter().collect::<Result<Vec<_>, _>>()?;
+        let new_factors = results.into_iter().collect::<Result<Vec<_>, _>>()?;
         let mut next = vec![1.0_f64; factors.len()];
-        for (&(a, b), factor) in pairs.iter().zip(&found) {
+        for (&(a, b), factor) in pairs.iter().zip(&new_factors) {
             for grain in [a, b] {
                 next[grain] = next[grain].min(factor.unwrap_or(1.0));
             }
         }
-        if found.iter().all(Option::is_none) {
+        if new_factors.iter().all(Option::is_none) {
             break;
         }
         factors.iter_mut().zip(&next).for_each(|(factor, next)| *factor *= next);
@@ -114,8 +114,8 @@ pub fn separated(surfaces: Vec<Surface>, least_mm: f64) -> Result<Separated, Sep
     Ok(Separated { surfaces, factors })
 }
 
-/// Returns the smallest distance between any two closed surfaces (mm), 0 if two intersect, and the numbers of these
-/// two surfaces, from 1. Returns `None` for fewer than two surfaces.
+/// Returns the smallest distance between any two closed surfaces (mm; 0 if two surfaces intersect) and the numbers of
+/// the two surfaces with this distance, from 1. Returns `None` for fewer than two surfaces.
 pub fn least_gap_mm(surfaces: &[Surface]) -> Option<(f64, [usize; 2])> {
     let trees: Vec<TriangleTree> = surfaces.par_iter().map(TriangleTree::new).collect();
     if trees.len() < 2 {
@@ -133,9 +133,9 @@ pub fn least_gap_mm(surfaces: &[Surface]) -> Option<(f64, [usize; 2])> {
             let gap = gap_below(&as_given(a), &as_given(b), reach, Search::Least)?;
             Some((gap, [a + 1, b + 1]))
         };
-        let found: Vec<(f64, [usize; 2])> =
+        let gaps: Vec<(f64, [usize; 2])> =
             near_pairs(&trees, reach).par_iter().filter_map(gap).collect();
-        let least = found.into_iter().min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let least = gaps.into_iter().min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         if least.is_some() || !reach.is_finite() || reach <= 0.0 {
             return least;
         }
@@ -143,7 +143,7 @@ pub fn least_gap_mm(surfaces: &[Surface]) -> Option<(f64, [usize; 2])> {
     }
 }
 
-/// Returns the pairs (by index, in increasing order) of surfaces whose bounding boxes are at most `reach` apart.
+/// Returns the pairs of surfaces whose bounding boxes are at most `reach` (mm) apart, as pairs of increasing indices.
 pub(super) fn near_pairs(trees: &[TriangleTree], reach: f64) -> Vec<(usize, usize)> {
     let boxes: Vec<[Point; 2]> = trees.iter().map(TriangleTree::bounds).collect();
     let cells = Cells::new(&boxes);

@@ -7,7 +7,8 @@ use crate::mesh::Surface;
 use crate::mesh::vector::Point;
 use crate::specimen::grains::{Cells, GrainField};
 
-/// Number of samples along each axis of a grain's bounding box, for the volume of a grain that the cylinder cuts.
+/// Number of samples along each axis of a grain's bounding box. The samples estimate the volume of a grain that extends
+/// beyond the cylinder.
 const CUT_SAMPLES: usize = 48;
 
 /// Closed surfaces in a cylinder: a [`GrainField`] with exact distances to their triangles.
@@ -37,7 +38,7 @@ pub enum SurfaceError {
     /// A surface has open edges.
     #[error(
         "grain {grain}: the surface of {triangles} triangles has {open} open edges; close its holes and export \
-         it again"
+         the surface again"
     )]
     Open {
         /// Number of the grain, from 1.
@@ -48,7 +49,9 @@ pub enum SurfaceError {
         open: usize,
     },
     /// A surface encloses no volume.
-    #[error("grain {grain}: the surface of {triangles} triangles encloses no volume; leave it out")]
+    #[error(
+        "grain {grain}: the surface of {triangles} triangles encloses no volume; remove the surface"
+    )]
     Flat {
         /// Number of the grain, from 1.
         grain: usize,
@@ -108,9 +111,9 @@ fn share_inside(tree: &TriangleTree, radius: f64, height: f64) -> f64 {
     let [low, high] = tree.bounds();
     let n = CUT_SAMPLES;
     let (mut inside, mut all) = (0_usize, 0_usize);
-    for place in (0..n * n * n).map(|c| [c % n, c / n % n, c / n / n]) {
+    for sample in (0..n * n * n).map(|c| [c % n, c / n % n, c / n / n]) {
         let point = std::array::from_fn(|k| {
-            low[k] + (high[k] - low[k]) * (place[k] as f64 + 0.5) / n as f64
+            low[k] + (high[k] - low[k]) * (sample[k] as f64 + 0.5) / n as f64
         });
         if tree.below(point, 0.0).is_some() {
             all += 1;
@@ -120,7 +123,7 @@ fn share_inside(tree: &TriangleTree, radius: f64, height: f64) -> f64 {
     if all == 0 { 0.0 } else { inside as f64 / all as f64 }
 }
 
-/// Whether a point lies in a grain's bounding box enlarged by `reach`.
+/// Returns whether a point lies in a grain's bounding box enlarged by `reach`.
 fn is_near([low, high]: [Point; 2], x: Point, reach: f64) -> bool {
     (0..3).all(|k| x[k] > low[k] - reach && x[k] < high[k] + reach)
 }

@@ -22,20 +22,24 @@ pub(super) struct TriangleTree {
     nodes: Vec<Node>,
 }
 
+/// A triangle with the pseudonormals of its face, edges and corners.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Triangle {
     pub(super) corners: [Point; 3],
-    /// Pseudonormals of the face, of the edges 01, 12, 20, and of the corners.
+    /// Normal of the face.
     face: Point,
+    /// Pseudonormals of the edges 01, 12, 20.
     edges: [Point; 3],
+    /// Pseudonormals of the corners.
     at_corners: [Point; 3],
 }
 
-/// A box of a tree with its contents.
+/// A bounding box of a tree with its children or triangles.
 pub(super) struct TreePart<'a> {
     pub(super) bounds: [Point; 2],
     /// Indices of the two child boxes; `None` for a leaf.
     pub(super) children: Option<[usize; 2]>,
+    /// Triangles of a leaf; empty for a box with children.
     pub(super) triangles: &'a [Triangle],
 }
 
@@ -95,18 +99,19 @@ impl TriangleTree {
         self.nodes.first().map_or([[0.0; 3]; 2], |root| [root.low, root.high])
     }
 
-    /// Returns the box with index `place` (0: the root), or `None` if there is no such box.
-    pub(super) fn part(&self, place: usize) -> Option<TreePart<'_>> {
-        let node = self.nodes.get(place)?;
+    /// Returns the box with an index (0: the root), or `None` if there is no such box.
+    pub(super) fn part(&self, index: usize) -> Option<TreePart<'_>> {
+        let node = self.nodes.get(index)?;
         let (first, count) = (node.first as usize, node.count as usize);
         let is_leaf = count > 0 || self.triangles.is_empty();
         Some(TreePart {
             bounds: [node.low, node.high],
-            children: (!is_leaf).then_some([place + 1, first]),
+            children: (!is_leaf).then_some([index + 1, first]),
             triangles: if is_leaf { &self.triangles[first..first + count] } else { &[] },
         })
     }
 
+    /// Appends the tree of a range of triangles in depth-first order.
     fn divide(&mut self, from: usize, to: usize) {
         let part = &mut self.triangles[from..to];
         let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
@@ -114,7 +119,7 @@ impl TriangleTree {
             low = std::array::from_fn(|k| low[k].min(point[k]));
             high = std::array::from_fn(|k| high[k].max(point[k]));
         }
-        let own = self.nodes.len();
+        let node = self.nodes.len();
         let count = if part.len() <= LEAF { part.len() as u32 } else { 0 };
         self.nodes.push(Node { low, high, first: from as u32, count });
         if part.len() <= LEAF {
@@ -126,7 +131,7 @@ impl TriangleTree {
         let half = part.len() / 2;
         part.select_nth_unstable_by(half, |a, b| centre(a).total_cmp(&centre(b)));
         self.divide(from, from + half);
-        self.nodes[own].first = self.nodes.len() as u32;
+        self.nodes[node].first = self.nodes.len() as u32;
         self.divide(from + half, to);
     }
 
@@ -134,9 +139,9 @@ impl TriangleTree {
     /// below `limit`.
     pub(super) fn below(&self, x: Point, limit: f64) -> Option<(f64, Point)> {
         let mut best = (f64::INFINITY, x, [0.0; 3]);
-        let mut open = vec![0_usize];
-        while let Some(place) = open.pop() {
-            let Some(node) = self.nodes.get(place) else { break };
+        let mut stack = vec![0_usize];
+        while let Some(index) = stack.pop() {
+            let Some(node) = self.nodes.get(index) else { break };
             if node.distance(x) >= best.0 {
                 continue;
             }
@@ -151,11 +156,11 @@ impl TriangleTree {
                 }
                 continue;
             }
-            let mut children = [place + 1, node.first as usize];
+            let mut children = [index + 1, node.first as usize];
             if self.nodes[children[0]].distance(x) < self.nodes[children[1]].distance(x) {
                 children.swap(0, 1);
             }
-            open.extend(children);
+            stack.extend(children);
         }
         let (distance, point, normal) = best;
         let away = sub(x, point);
@@ -184,7 +189,8 @@ impl Triangle {
         Triangle { corners, face: [0.0; 3], edges: none, at_corners: none }.nearest(x).0
     }
 
-    /// Returns the nearest point of the triangle, and the pseudonormal of the face, edge or corner on which it lies.
+    /// Returns the point of the triangle nearest to `x`, and the pseudonormal of the face, edge or corner that contains
+    /// this point.
     fn nearest(&self, x: Point) -> (Point, Point) {
         let [a, b, c] = self.corners;
         let (ab, ac, ax) = (sub(b, a), sub(c, a), sub(x, a));

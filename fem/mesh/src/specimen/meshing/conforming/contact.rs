@@ -1,4 +1,5 @@
-//! Contacts: whether grains that meet on the mesh, or reach its ends, really touch or are separated by a thin film.
+//! Contacts: decides whether grains that share nodes of the mesh, or have nodes on an end of the cylinder, really touch
+//! or are separated by a thin film.
 
 use std::collections::BTreeMap;
 
@@ -13,10 +14,10 @@ use crate::specimen::meshing::adjacency::Adjacency;
 /// Number of step halvings in the search for the narrowest point of a gap.
 const HALVINGS: usize = 12;
 
-/// For each pair of grains that share nodes, whether matrix separates them in reality.
+/// Gaps between grains: for each pair of grains that share nodes, whether matrix separates the two grains in reality.
 ///
-/// A film thinner than the mesh would be lost, and the grains would be rigidly joined. Grains are therefore separated
-/// by tetrahedra of matrix if their surfaces are farther apart than the resolution of the field.
+/// A film thinner than an element would disappear, and the grains would be rigidly joined. Grains are therefore
+/// separated by tetrahedra of matrix if their surfaces are farther apart than the resolution of the field.
 pub(super) struct Gaps(BTreeMap<[u32; 2], bool>);
 
 impl Gaps {
@@ -40,7 +41,7 @@ impl Gaps {
         };
         let nodes = 0..mesh.nodes.len();
         let mut pairs: Vec<_> = nodes.into_par_iter().flat_map_iter(of_node).collect();
-        // sort the node with the smallest gap of each pair first
+        // for each pair, the node with the smallest gap comes first and is retained
         pairs.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));
         pairs.dedup_by_key(|&mut (pair, ..)| pair);
         let touching = touching_mm(how);
@@ -52,14 +53,14 @@ impl Gaps {
         Gaps(pairs.par_iter().map(decide).collect::<Vec<_>>().into_iter().collect())
     }
 
-    /// Whether matrix separates two grains; grains that share no node count as separated.
-    pub(super) fn is_open(&self, a: u32, b: u32) -> bool {
+    /// Returns whether matrix separates two grains; grains that share no node count as separated.
+    pub(super) fn is_separated(&self, a: u32, b: u32) -> bool {
         self.0.get(&[a.min(b), a.max(b)]).copied().unwrap_or(true)
     }
 }
 
-/// Relabels tetrahedra as matrix where a grain reaches an end of the cylinder on the mesh although matrix separates
-/// them in reality: without the film the grain would be supported directly by a platen. The wall is not loaded, so a
+/// Relabels tetrahedra as matrix where a grain has nodes on an end of the cylinder although matrix separates the grain
+/// from this end in reality: without the film, a platen would support the grain directly. The wall is not loaded, so a
 /// grain that reaches the wall carries no additional load and keeps its tetrahedra.
 pub(super) fn part_from_ends(
     how: &Conforming,
@@ -80,8 +81,8 @@ pub(super) fn part_from_ends(
         }
         for (grain, nodes) in reached {
             let distance = |x: Point| how.field.distance(grain, x);
-            let places = nodes.iter().map(|&node| mesh.nodes[node as usize]);
-            let nearest = places.min_by(|&a, &b| distance(a).total_cmp(&distance(b)));
+            let points = nodes.iter().map(|&node| mesh.nodes[node as usize]);
+            let nearest = points.min_by(|&a, &b| distance(a).total_cmp(&distance(b)));
             let Some(x) = nearest else { continue };
             let on_end = |[a, b, _]: Point| [a, b, x[2]];
             if narrowest(distance, on_end, x, 0.5 * how.spacing_mm, touching) <= touching {
@@ -100,14 +101,14 @@ fn touching_mm(how: &Conforming) -> f64 {
     how.field.resolution_mm().max(1e-6 * how.spacing_mm)
 }
 
-/// Returns the sum of the distances of a point to two grains: the length of a path from one to the other via this
-/// point.
+/// Returns the sum of the distances of a point to two grains (mm): the length of a path from one grain to the other
+/// grain via this point.
 fn gap(field: &dyn GrainField, [a, b]: [u32; 2], x: Point) -> f64 {
     field.distance(a, x) + field.distance(b, x)
 }
 
-/// Searches for the minimum of `value` near `x` by steps along the axes, with each tried point projected by `hold`;
-/// stops as soon as the value is at most `enough`.
+/// Searches for the minimum of `value` near `x` by steps along the axes; `hold` projects each trial point onto
+/// the allowed set. The search stops as soon as the value is at most `enough`.
 fn narrowest(
     value: impl Fn(Point) -> f64,
     hold: impl Fn(Point) -> Point,
@@ -117,7 +118,7 @@ fn narrowest(
 ) -> f64 {
     let (mut x, mut least, mut step) = (x, value(x), step);
     for _ in 0..HALVINGS {
-        // up to four steps of this length, while the value decreases
+        // at most four steps of this length, as long as the value decreases
         for _ in 0..4 {
             let mut best = (least, x);
             for axis in 0..3 {
@@ -125,9 +126,9 @@ fn narrowest(
                     let mut tried = x;
                     tried[axis] += sign * step;
                     let tried = hold(tried);
-                    let found = value(tried);
-                    if found < best.0 {
-                        best = (found, tried);
+                    let tried_value = value(tried);
+                    if tried_value < best.0 {
+                        best = (tried_value, tried);
                     }
                 }
             }

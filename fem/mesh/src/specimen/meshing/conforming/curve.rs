@@ -12,9 +12,9 @@ use crate::mesh::curved::Jacobian;
 use crate::mesh::topology::EDGES;
 use crate::mesh::vector::{Point, add, mean, norm, scale, sub, tet_volume};
 
-/// Minimum Jacobian determinant of a curved tetrahedron, relative to that of the straight one.
+/// Minimum Jacobian determinant of a curved tetrahedron, relative to the determinant of the straight tetrahedron.
 const LEAST: f64 = 0.3;
-/// Number of times that the bend of an edge is halved because a tetrahedron would fold, before the edge becomes
+/// Maximum number of halvings of the bend of an edge that would fold a tetrahedron; after that the edge becomes
 /// straight.
 const HALVINGS: usize = 4;
 /// Maximum bend of an edge, relative to its length.
@@ -27,14 +27,15 @@ struct Edge {
     nodes: [u32; 2],
     /// Labels that meet along the edge; empty for an edge on the wall without an interface.
     labels: Vec<u32>,
+    /// Constraints of the mid-edge point.
     held: Held,
 }
 
 /// The edges that may be curved, and the tetrahedra to which they belong.
 pub(super) struct EdgePoints {
     edges: Vec<Edge>,
-    /// Tetrahedra with edges that may be curved, each with the indices of its six edges in `edges` ([`STAYS`] for an
-    /// edge that stays straight).
+    /// Tetrahedra with edges that may be curved: number of the tetrahedron, and the indices of its six edges in `edges`
+    /// ([`STAYS`] for an edge that stays straight).
     tets: Vec<(u32, [u32; 6])>,
 }
 
@@ -46,12 +47,12 @@ impl EdgePoints {
         if !how.curved {
             return EdgePoints { edges: Vec::new(), tets: Vec::new() };
         }
-        let mut found: BTreeMap<[u32; 2], Edge> = BTreeMap::new();
+        let mut edge_map: BTreeMap<[u32; 2], Edge> = BTreeMap::new();
         let key = |a: u32, b: u32| [a.min(b), a.max(b)];
         let sides = |[a, b, c]: [u32; 3]| [key(a, b), key(b, c), key(c, a)];
         for (name, triangles) in &mesh.surfaces {
             for nodes in triangles.iter().flat_map(|&triangle| sides(triangle)) {
-                let edge = found.entry(nodes).or_insert(Edge {
+                let edge = edge_map.entry(nodes).or_insert(Edge {
                     nodes,
                     labels: vec![],
                     held: Held::default(),
@@ -64,7 +65,7 @@ impl EdgePoints {
         }
         for &(triangle, pair) in &interface.triangles {
             for nodes in sides(triangle) {
-                let edge = found.entry(nodes).or_insert(Edge {
+                let edge = edge_map.entry(nodes).or_insert(Edge {
                     nodes,
                     labels: vec![],
                     held: Held::default(),
@@ -74,9 +75,9 @@ impl EdgePoints {
                 edge.labels.dedup();
             }
         }
-        // edges in an end plane without an interface stay straight
-        found.retain(|_, edge| edge.held.wall || !edge.labels.is_empty());
-        let number: BTreeMap<[u32; 2], u32> = found.keys().copied().zip(0..).collect();
+        // edges that lie only in an end plane stay straight
+        edge_map.retain(|_, edge| edge.held.wall || !edge.labels.is_empty());
+        let number: BTreeMap<[u32; 2], u32> = edge_map.keys().copied().zip(0..).collect();
         let of_tet = |(tet, nodes): (usize, &[u32; 4])| {
             let edges = EDGES.map(|edge| {
                 let [a, b] = edge.map(|corner| nodes[corner]);
@@ -85,11 +86,11 @@ impl EdgePoints {
             (edges != [STAYS; 6]).then_some((tet as u32, edges))
         };
         let tets = mesh.tets.par_iter().enumerate().filter_map(of_tet).collect();
-        EdgePoints { edges: found.into_values().collect(), tets }
+        EdgePoints { edges: edge_map.into_values().collect(), tets }
     }
 
-    /// Returns the bend of each edge (displacement of its midpoint), limited so that no tetrahedron folds, and the
-    /// number of edges that had to stay straight for this reason.
+    /// Returns the bend of each edge (displacement of its midpoint, mm), limited so that no tetrahedron folds, and the
+    /// number of edges that had to stay straight to avoid a folded tetrahedron.
     fn bends(&self, at: &Relocation) -> (Vec<Point>, usize) {
         let wanted: Vec<Point> = self.edges.par_iter().map(|edge| bend(at, edge)).collect();
         let mut part = vec![1.0; wanted.len()];
@@ -141,9 +142,9 @@ impl EdgePoints {
         volumes
     }
 
-    /// Returns the edge points of the mesh, and the number of edges that stayed straight to avoid a folded
+    /// Returns the mid-edge points of the mesh, and the number of edges that stayed straight to avoid a folded
     /// tetrahedron.
-    pub(super) fn place(&self, at: &Relocation) -> (Vec<([u32; 2], Point)>, usize) {
+    pub(super) fn points(&self, at: &Relocation) -> (Vec<([u32; 2], Point)>, usize) {
         let (bends, straightened) = self.bends(at);
         let points = self.edges.iter().zip(bends).filter_map(|(edge, bend)| {
             let [a, b] = edge.nodes.map(|node| at.nodes[node as usize]);
@@ -154,8 +155,8 @@ impl EdgePoints {
     }
 }
 
-/// Returns the displacement from the midpoint of an edge to the surface on which it should lie, limited to
-/// [`FARTHEST`].
+/// Returns the displacement (mm) from the midpoint of a straight edge to the surface on which the edge should lie,
+/// limited to [`FARTHEST`].
 fn bend(at: &Relocation, edge: &Edge) -> Point {
     let [a, b] = edge.nodes.map(|node| at.nodes[node as usize]);
     let middle = scale(add(a, b), 0.5);
@@ -172,6 +173,7 @@ fn bend(at: &Relocation, edge: &Edge) -> Point {
     if length > most { scale(bend, most / length) } else { bend }
 }
 
+/// Returns the mid-edge points of a tetrahedron, displaced by `bend` on curved edges.
 fn middles(corners: &[Point; 4], edges: &[u32; 6], bend: impl Fn(usize) -> Point) -> [Point; 6] {
     std::array::from_fn(|k| {
         let middle = mean(EDGES[k].map(|corner| corners[corner]).into_iter());

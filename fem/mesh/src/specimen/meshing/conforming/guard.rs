@@ -1,4 +1,4 @@
-//! Quality measure that limits every node movement: the smallest dihedral angle, represented by its cosine.
+//! Quality measure that limits each movement of a node: the cosine of the smallest dihedral angle.
 
 use crate::mesh::vector::{Point, cross, dot, sub};
 
@@ -32,7 +32,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn angles_of_the_textbook() {
+    fn dihedral_angles_of_known_tetrahedra() {
         let corner = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         // the corner tetrahedron has three right angles and three angles of arctan √2 = 54.74°
         assert!((worst_cosine(corner) - 1.0 / 3.0_f64.sqrt()).abs() < 1e-15);

@@ -8,16 +8,17 @@ use crate::mesh::vector::{Point, add, scale};
 const STEPS: [f64; 4] = [0.16, 0.08, 0.04, 0.02];
 /// Maximum change of the distance of an interface node from the interface, relative to the spacing; a larger change
 /// would alter the volumes of grains.
-const OFF: f64 = 0.005;
+const MAX_CHANGE: f64 = 0.005;
 
 impl Relocation<'_> {
-    /// Moves each node that has a tetrahedron with an angle below the one of cosine `wanted`, so that the worst angle
-    /// around the node increases. Interface nodes move along the interface.
+    /// Moves each node of a tetrahedron whose smallest dihedral angle is below the angle with cosine `wanted`, so that
+    /// the smallest angle around the node increases. Interface nodes move along the interface.
     pub(super) fn improve(&mut self, wanted: f64) {
-        self.move_all(|this, node| this.better_place(node, wanted));
+        self.move_all(|this, node| this.better_position(node, wanted));
     }
 
-    fn better_place(&self, node: u32, wanted: f64) -> Option<Point> {
+    /// Returns a better position of a node, or `None` if the angles around the node are good or cannot be improved.
+    fn better_position(&self, node: u32, wanted: f64) -> Option<Point> {
         let from = self.nodes[node as usize];
         let mut worst = self.worst_around(node, from, f64::INFINITY);
         if worst <= wanted {
@@ -29,7 +30,7 @@ impl Relocation<'_> {
         let stays = |there: Point| {
             let now = self.residuals(labels, held, there);
             let moved = off.iter().zip(now).map(|(before, now)| (now - before).abs());
-            moved.fold(0.0, f64::max) <= OFF * self.how.spacing_mm
+            moved.fold(0.0, f64::max) <= MAX_CHANGE * self.how.spacing_mm
         };
         let mut here = from;
         for step in STEPS {

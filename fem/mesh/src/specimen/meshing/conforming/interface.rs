@@ -1,4 +1,4 @@
-//! Nodes on interfaces, nodes that may move, and their constraints.
+//! Interfaces of a labelled mesh: nodes on interfaces, nodes that may move, and the constraints of nodes.
 
 use rayon::prelude::*;
 
@@ -8,7 +8,7 @@ use crate::mesh::groups::Groups;
 use crate::mesh::topology::FACES;
 use crate::specimen::meshing::adjacency::Adjacency;
 
-/// Number of rings of free nodes around interfaces that are moved as well.
+/// Number of rings of nodes around an interface that move together with the interface.
 const RINGS: u8 = 2;
 /// Ring number of a node that is neither on nor near an interface and does not move.
 const RESTS: u8 = u8::MAX;
@@ -16,24 +16,26 @@ const RESTS: u8 = u8::MAX;
 /// Constraints of a node.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Held {
-    /// The node stays on the wall, at the cylinder's radius.
+    /// Whether the node stays on the wall, at the radius of the cylinder.
     pub(super) wall: bool,
-    /// The node stays in the plane of an end.
+    /// Whether the node stays in the plane of an end.
     pub(super) end: bool,
 }
 
 /// The interfaces of a labelled mesh, and the nodes that move.
 pub(super) struct Interface {
-    /// Labels of the tetrahedra around each node, increasing; empty if there is only one label.
+    /// Labels of the tetrahedra around each node, in increasing order; empty for a node with only one label.
     pub(super) labels: Groups,
-    /// For each node, the other nodes of the interface triangles at the node, repeated for each triangle.
+    /// Neighbours of each node on the interface: the other nodes of the interface triangles at the node, repeated for
+    /// each triangle.
     pub(super) neighbours: Groups,
+    /// Constraints of each node.
     pub(super) held: Vec<Held>,
     /// Distance of each node from an interface, in edges; 0 on an interface.
     pub(super) ring: Vec<u8>,
     /// Triangles between two labels, with both labels (the smaller first).
     pub(super) triangles: Vec<([u32; 3], [u32; 2])>,
-    /// Nodes that move, in groups; two nodes of the same group share no tetrahedron.
+    /// Groups of nodes that move; two nodes of the same group share no tetrahedron.
     pub(super) groups: Vec<Vec<u32>>,
 }
 
@@ -49,10 +51,10 @@ impl Interface {
         let nodes = mesh.nodes.len();
         let labels_of = |node: usize| {
             let tets = around.tets_of(node).iter();
-            let mut found: Vec<u32> = tets.map(|&tet| labels[tet as usize]).collect();
-            found.sort_unstable();
-            found.dedup();
-            if found.len() > 1 { found } else { Vec::new() }
+            let mut distinct: Vec<u32> = tets.map(|&tet| labels[tet as usize]).collect();
+            distinct.sort_unstable();
+            distinct.dedup();
+            if distinct.len() > 1 { distinct } else { Vec::new() }
         };
         let labels =
             Groups::from_lists(&(0..nodes).into_par_iter().map(labels_of).collect::<Vec<_>>());
@@ -70,6 +72,7 @@ impl Interface {
     }
 }
 
+/// Returns the triangles between tetrahedra with different labels, each with both labels (the smaller first).
 fn triangles(mesh: &TetMesh, faces: &[[u32; 2]], labels: &[u32]) -> Vec<([u32; 3], [u32; 2])> {
     let between = |&[a, b]: &[u32; 2]| {
         let [one, other] = [a, b].map(|tet| labels[tet as usize]);
@@ -105,21 +108,22 @@ fn rings(mesh: &TetMesh, labels: &Groups) -> Vec<u8> {
     ring
 }
 
-/// Greedy graph colouring of the nodes that move: each node gets the first colour that no node around it has.
+/// Divides the nodes that move into groups by greedy graph colouring: each node gets the first colour that no
+/// neighbouring node has.
 fn groups(mesh: &TetMesh, around: &Adjacency, ring: &[u8]) -> Vec<Vec<u32>> {
     let mut colour = vec![u8::MAX; mesh.nodes.len()];
     let mut groups: Vec<Vec<u32>> = Vec::new();
     for node in (0..mesh.nodes.len()).filter(|&node| ring[node] != RESTS) {
-        let mut taken = 0_u128;
+        let mut used_colours = 0_u128;
         for &tet in around.tets_of(node) {
             for &other in &mesh.tets[tet as usize] {
                 let colour = colour[other as usize];
                 if colour != u8::MAX {
-                    taken |= 1 << colour;
+                    used_colours |= 1 << colour;
                 }
             }
         }
-        let free = taken.trailing_ones() as usize;
+        let free = used_colours.trailing_ones() as usize;
         colour[node] = free as u8;
         if groups.len() <= free {
             groups.push(Vec::new());
@@ -129,6 +133,7 @@ fn groups(mesh: &TetMesh, around: &Adjacency, ring: &[u8]) -> Vec<Vec<u32>> {
     groups
 }
 
+/// Returns the constraints of each node.
 fn held(how: &Conforming, mesh: &TetMesh) -> Vec<Held> {
     let mut held = vec![Held::default(); mesh.nodes.len()];
     for (name, triangles) in &mesh.surfaces {

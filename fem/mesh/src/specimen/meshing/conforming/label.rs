@@ -8,11 +8,11 @@ use crate::mesh::TetMesh;
 use crate::specimen::meshing::adjacency::Adjacency;
 use crate::specimen::meshing::samples::{Sampled, majority};
 
-/// Connected components with fewer tetrahedra than this are dropped.
+/// Minimum number of tetrahedra of a connected component; smaller components are relabelled.
 const SMALLEST_COMPONENT: usize = 3;
 
-/// Returns the grain that contains most samples of each tetrahedron, or 0. Small components are dropped; grains that
-/// do not really touch are separated from each other and from the ends.
+/// Returns the label of each tetrahedron: the grain that contains most of its samples, or 0. Small components are
+/// relabelled. Grains that do not really touch each other or an end are separated by matrix.
 pub(super) fn labels(how: &Conforming, mesh: &TetMesh, around: &Adjacency) -> Vec<u32> {
     let mut labels: Vec<u32> = (0..mesh.tets.len())
         .into_par_iter()
@@ -25,7 +25,7 @@ pub(super) fn labels(how: &Conforming, mesh: &TetMesh, around: &Adjacency) -> Ve
     around.drop_small_components(&mut labels, SMALLEST_COMPONENT);
     around.drop_spikes(&mut labels);
     let gaps = Gaps::new(how, mesh, around, &labels);
-    around.separate_grains(&mut labels, |a, b| gaps.is_open(a, b));
+    around.separate_grains(&mut labels, |a, b| gaps.is_separated(a, b));
     part_from_ends(how, mesh, around, &mut labels);
     around.drop_small_components(&mut labels, SMALLEST_COMPONENT);
     around.drop_spikes(&mut labels);

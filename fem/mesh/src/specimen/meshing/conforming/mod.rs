@@ -1,4 +1,4 @@
-//! Conforming meshes of grains: the tetrahedra of a lattice are labelled, and its nodes are then moved.
+//! Conforming meshes of grains: the tetrahedra of a lattice are labelled, then the nodes are moved onto interfaces.
 //!
 //! The connectivity of the lattice never changes, and the labels do not change after the labelling. Nodes of
 //! interfaces move onto the zero set of the signed distances. Each step is limited so that every adjacent tetrahedron
@@ -26,31 +26,31 @@ pub(super) use settings::Conforming;
 const FIRST_SWEEPS: usize = 8;
 /// Number of corrections of the volumes, each followed by two sweeps.
 const CORRECTIONS: usize = 8;
-/// Index of the correction from which flatter tetrahedra are allowed.
+/// Index of the first correction after which flatter tetrahedra are allowed.
 const LATE: usize = 3;
 /// Minimum dihedral angle in the first sweeps (degrees).
 const GENTLE_DEG: f64 = 24.0;
-/// Minimum dihedral angle in the last sweeps (degrees), unless the floor is larger.
+/// Minimum dihedral angle in the last sweeps (degrees), unless the user requires a larger angle.
 const LATE_DEG: f64 = 20.2;
 /// Target angle of the improvement pass after late sweeps (degrees).
 const WANTED_DEG: f64 = 27.0;
 
-/// Result of a conforming mesh, besides its nodes and edge points.
+/// Accuracy of a conforming mesh.
 pub(super) struct Conformed {
-    /// Root mean square distance of the meshed interfaces from the exact ones (mm).
+    /// Root mean square distance of the meshed interfaces from the exact interfaces (mm).
     pub(super) interface_rms_mm: f64,
     /// Number of curved edges that were straightened because they would have folded a tetrahedron.
     pub(super) straightened_edges: usize,
 }
 
 impl Conforming<'_> {
-    /// Returns the grain of each tetrahedron of a lattice, or 0.
+    /// Returns the label of each tetrahedron of a lattice: its grain number, or 0 for matrix.
     pub(super) fn labels(&self, mesh: &TetMesh) -> Vec<u32> {
         let faces = mesh.neighbours();
         label::labels(self, mesh, &Adjacency::new(mesh, &faces))
     }
 
-    /// Moves the nodes of a labelled lattice onto the interfaces, and computes its edge points.
+    /// Moves the nodes of a labelled lattice onto the interfaces, and computes the mid-edge points.
     pub(super) fn apply(&self, mesh: &mut TetMesh, labels: &[u32]) -> Conformed {
         let faces = mesh.neighbours();
         let around = Adjacency::new(mesh, &faces);
@@ -69,13 +69,13 @@ impl Conforming<'_> {
                 let limit = if round < LATE { gentle } else { floor };
                 relocation.sweep(limit);
                 relocation.sweep(limit);
-                // within the loop, so that the next correction compensates the change of volume
+                // this step belongs to the loop: the next correction compensates the change of volume
                 if round >= LATE {
                     relocation.improve(cosine(WANTED_DEG));
                 }
             }
         }
-        let (edge_points, straightened_edges) = edges.place(&relocation);
+        let (edge_points, straightened_edges) = edges.points(&relocation);
         let interface_rms_mm = relocation.interface_error(&edge_points);
         let nodes = relocation.nodes;
         mesh.nodes = nodes;

@@ -1,5 +1,5 @@
-//! Movement of nodes: interface nodes move onto the zero set of the signed distances, and the surrounding nodes
-//! follow.
+//! Movement of nodes: interface nodes move onto the zero set of the signed distances, and surrounding nodes move
+//! towards the mean of their neighbours.
 
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
@@ -11,9 +11,9 @@ use crate::mesh::TetMesh;
 use crate::mesh::vector::{Point, add, dot, norm, scale, sub};
 use crate::specimen::meshing::adjacency::Adjacency;
 
-/// Fraction of the distance to the mean of its neighbours that an interface node moves along the interface.
+/// Step of an interface node along the interface, relative to the distance of the node from the mean of its neighbours.
 const SLIDE: f64 = 0.4;
-/// Tikhonov damping of the normal equations; it treats nearly parallel gradients as one direction.
+/// Tikhonov damping of the normal equations, so that nearly parallel gradients count as one direction.
 const DAMPING: f64 = 0.02;
 /// Maximum step length, relative to the spacing.
 const FARTHEST: f64 = 0.35;
@@ -31,7 +31,8 @@ pub(super) struct Relocation<'a> {
     pub(super) around: &'a Adjacency<'a>,
     pub(super) interface: &'a Interface,
     pub(super) nodes: Vec<Point>,
-    /// Offsets of the grains' surfaces (mm): the surface of grain k is the set of distance `offsets[k - 1]`.
+    /// Offset of each grain's surface (mm): the mesh represents grain k by the points of signed distance
+    /// `offsets[k - 1]`.
     pub(super) offsets: Vec<f64>,
     /// Offset (mm) and volume (mm³) of each grain in the previous correction.
     pub(super) earlier: Vec<Option<(f64, f64)>>,
@@ -50,8 +51,8 @@ impl<'a> Relocation<'a> {
         Relocation { how, mesh, around, interface, nodes, offsets, earlier }
     }
 
-    /// Moves every movable node once; no dihedral angle falls below the angle of cosine `limit`, except where it was
-    /// smaller before.
+    /// Moves every movable node once. No dihedral angle falls below the angle with cosine `limit`; an angle that was
+    /// already smaller does not decrease.
     pub(super) fn sweep(&mut self, limit: f64) {
         let free = cosine(FREE_DEG);
         self.move_all(|this, node| match this.interface.ring[node as usize] {
@@ -60,7 +61,7 @@ impl<'a> Relocation<'a> {
         });
     }
 
-    /// Moves the nodes group by group, and in parallel within a group, since nodes of one group share no tetrahedron.
+    /// Moves the nodes group by group, and in parallel within a group: nodes of one group share no tetrahedron.
     pub(super) fn move_all(&mut self, to: impl Fn(&Self, u32) -> Option<Point> + Sync) {
         for group in &self.interface.groups {
             let moved: Vec<Option<Point>> =
@@ -73,8 +74,8 @@ impl<'a> Relocation<'a> {
         }
     }
 
-    /// Returns the worst cosine of the tetrahedra around a node if the node is moved to `at`; stops as soon as it
-    /// exceeds `limit`.
+    /// Returns the largest [`worst_cosine`] of the tetrahedra around a node that is moved to `at`; stops as soon as the
+    /// value exceeds `limit`.
     pub(super) fn worst_around(&self, node: u32, at: Point, limit: f64) -> f64 {
         let mut worst = -1.0_f64;
         for &tet in self.around.tets_of(node as usize) {
@@ -88,6 +89,7 @@ impl<'a> Relocation<'a> {
         worst
     }
 
+    /// Returns the new position of an interface node, or `None` if the node does not move.
     fn towards_interface(&self, node: u32, limit: f64) -> Option<Point> {
         let here = self.nodes[node as usize];
         let held = self.interface.held[node as usize];
@@ -118,8 +120,9 @@ impl<'a> Relocation<'a> {
         self.first_within(node, limit, &steps)
     }
 
-    /// Returns the position after the first step, scaled by its factor, for which no tetrahedron becomes worse than
-    /// `limit`, or than the worst one before if that exceeds `limit`.
+    /// Returns the position after the first acceptable step of `steps` (step, factor). A step is acceptable if no
+    /// [`worst_cosine`] around the node exceeds `limit` afterwards. If no step is acceptable and a cosine exceeds
+    /// `limit` before the step, a step that does not increase the largest cosine is also acceptable.
     fn first_within(&self, node: u32, limit: f64, steps: &[(Point, f64)]) -> Option<Point> {
         let here = self.nodes[node as usize];
         let held = self.interface.held[node as usize];
@@ -135,6 +138,8 @@ impl<'a> Relocation<'a> {
         })
     }
 
+    /// Returns the new position of a free node, closer to the mean of its neighbours, or `None` if the node does not
+    /// move.
     fn towards_mean(&self, node: u32, good: f64) -> Option<Point> {
         let here = self.nodes[node as usize];
         let held = self.interface.held[node as usize];
@@ -152,7 +157,7 @@ impl<'a> Relocation<'a> {
         self.first_within(node, good, &[(step, 1.0), (step, 0.5), (step, 0.2)])
     }
 
-    /// Projects a point onto the wall or the end plane on which its node is constrained.
+    /// Projects a point onto the wall or the end plane to which the constraints confine the node.
     pub(super) fn hold(&self, held: Held, from: Point, point: Point) -> Point {
         let [mut x, mut y, mut z] = point;
         if held.wall {
@@ -165,14 +170,14 @@ impl<'a> Relocation<'a> {
         [x, y, z]
     }
 
-    /// Returns the residuals of a point: its distances from the surface on which the labels meet; empty without
+    /// Returns the residuals of a point (mm): its distances from the surfaces on which the labels meet; empty without
     /// labels.
     pub(super) fn residuals(&self, labels: &[u32], held: Held, point: Point) -> Vec<f64> {
         Pull::new(self, labels, held, point).residuals
     }
 }
 
-/// Projects a step onto the directions that the constraints of the node allow.
+/// Projects a step onto the directions that the constraints of a node allow.
 pub(super) fn on_tangent(held: Held, at: Point, mut step: Point) -> Point {
     if held.wall {
         let radial = scale([at[0], at[1], 0.0], 1.0 / at[0].hypot(at[1]));
@@ -186,8 +191,8 @@ pub(super) fn on_tangent(held: Held, at: Point, mut step: Point) -> Point {
 
 /// Linearised conditions (distances and gradients) for moving a point to the surface on which its labels meet.
 ///
-/// At an interface between matrix and grains, the distances to all grains should vanish; at an interface between
-/// grains only, the distances should be equal.
+/// At an interface between matrix and grains, the residuals are the distances to the grains. At an interface between
+/// grains only, the residuals are the deviations of these distances from their mean.
 pub(super) struct Pull {
     residuals: Vec<f64>,
     gradients: Vec<Point>,
@@ -224,12 +229,13 @@ impl Pull {
         Pull { residuals, gradients, inverse }
     }
 
-    /// Subtracts target values from the residuals, so that [`Self::to_surface`] leads to points with these residuals.
+    /// Subtracts target values from the residuals, so that [`Self::to_surface`] leads to points with these target
+    /// values.
     pub(super) fn towards(&mut self, values: &[f64]) {
         self.residuals.iter_mut().zip(values).for_each(|(residual, value)| *residual -= value);
     }
 
-    /// Returns the shortest step to the point where the linearised residuals vanish, limited to length `most`.
+    /// Returns the shortest step to the point where the linearised residuals vanish, limited to the length `most`.
     pub(super) fn to_surface(&self, most: f64) -> Point {
         let mut rhs = Vector3::zeros();
         for (&residual, &gradient) in self.residuals.iter().zip(&self.gradients) {

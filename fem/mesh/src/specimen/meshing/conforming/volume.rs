@@ -1,4 +1,4 @@
-//! Preservation of the grains' volumes by offsets of their surfaces.
+//! Preservation of grain volumes by offsets of the grain surfaces.
 
 use rayon::prelude::*;
 
@@ -7,16 +7,16 @@ use crate::mesh::vector::{Point, add, cross, norm, scale, sub};
 
 /// Maximum offset, relative to the spacing.
 const LARGEST: f64 = 0.3;
-/// Bounds of the derivative of a grain's volume with respect to its offset, relative to the area of its surface.
+/// Bounds of the derivative of a grain's volume with respect to the grain's offset, relative to the area of the grain.
 const SLOPES: [f64; 2] = [0.3, 1.3];
-/// Quadrature weights of a triangle's corners, edge midpoints and centre: exact for cubic polynomials.
+/// Quadrature weights for each corner, each edge midpoint and the centre of a triangle; exact for cubic polynomials.
 const CORNER: f64 = 0.05;
 const MIDDLE: f64 = 2.0 / 15.0;
 const CENTRE: f64 = 0.45;
 
 impl Relocation<'_> {
     /// Updates the offset of each grain by a secant step towards its exact volume; `volumes` are the current volumes
-    /// of its tetrahedra (mm³).
+    /// of the grains' tetrahedra (mm³).
     pub(super) fn correct(&mut self, volumes: &[f64]) {
         let areas = self.areas();
         let largest = LARGEST * self.how.spacing_mm;
@@ -51,15 +51,15 @@ impl Relocation<'_> {
         areas
     }
 
-    /// Returns the root mean square distance of the interface from the exact one (mm), weighted by area; evaluated at
-    /// the corners, edge midpoints and centres of the interface triangles.
+    /// Returns the root mean square distance of the interface from the exact interface (mm), weighted by area. The
+    /// distance is evaluated at the corners, edge midpoints and centres of the interface triangles.
     pub(super) fn interface_error(&self, edge_points: &[([u32; 2], Point)]) -> f64 {
         let squares_and_area = |&(triangle, labels): &([u32; 3], [u32; 2])| {
             let p = triangle.map(|node| self.nodes[node as usize]);
             let m: [Point; 3] = std::array::from_fn(|k| {
                 let (a, b) = (triangle[k], triangle[(k + 1) % 3]);
                 match edge_points.binary_search_by_key(&[a.min(b), a.max(b)], |&(edge, _)| edge) {
-                    Ok(place) => edge_points[place].1,
+                    Ok(index) => edge_points[index].1,
                     Err(_) => scale(add(p[k], p[(k + 1) % 3]), 0.5),
                 }
             });
