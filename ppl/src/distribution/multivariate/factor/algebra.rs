@@ -184,8 +184,8 @@ impl<R: Scalar> DynCholeskyFactor<R> {
     /// use ppl::prelude::*;
     ///
     /// ppl::model! {
-    ///     /// A line whose discrepancy is a smooth function of x, seen with noise.
-    /// A line plus a smooth discrepancy, observed with noise.
+    ///     /// A line plus a smooth discrepancy, observed with noise.
+    ///     fn discrepancy(x: &[f64], y: &[f64]) {
     ///         let slope ~ Normal(0.0, 2.0);
     ///         let amplitude ~ HalfNormal(1.0);
     ///         let length ~ LogNormal(0.0, 0.5);
@@ -274,8 +274,8 @@ fn require_zeros<R: Scalar>(
     for (i, row) in rows.iter().enumerate() {
         for (j, entry) in row.as_ref().iter().enumerate().skip(i + 1) {
             let v = entry.value();
-            let name = format_args!("entry ({i}, {j}) above the diagonal");
-            DomainError::require(v == 0.0, name, name, "zero", v)?;
+            let position = format_args!("entry ({i}, {j}) above the diagonal");
+            DomainError::require(v == 0.0, name, position, "zero", v)?;
         }
     }
     Ok(())
