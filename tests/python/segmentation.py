@@ -11,7 +11,7 @@ removed. The specimen is the largest component above the lower threshold of mult
 Where grains are dark, `multi-otsu` takes its middle class and `inside` the lower class; where air is the brightest then, the
 image is inverted before.
 
-The rows are those of docs/volumes.md. Volumes are in voxels; "ours" is the rule `auto` or that of the same seeds.
+The rows are those of docs/explanation/volumes.md. Volumes are in voxels; "ours" is the rule `auto` or that of the same seeds.
 """
 import csv
 import resource

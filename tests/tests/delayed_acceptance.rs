@@ -61,7 +61,7 @@ fn the_simulation_decides_though_the_surrogate_is_wrong() {
     let reference = nuts.sample(&exact).unwrap().summary();
     let screened = nuts.sample(&cheap).unwrap().summary();
     // chains stick where the surrogate falls off faster than the exact density: a wider surrogate and steps that do
-    // not ask it release them, of 8 seeds in all 8 (docs/delayed-acceptance.md)
+    // not ask it release them, of 8 seeds in all 8 (docs/how-to/delayed-acceptance.md)
     let sampler = DelayedAcceptance::default().screening_steps(50).screening_power(0.6);
     let sampler = sampler.plain_share(0.7).warmup(2200).screened_warmup(2000).draws(20_000);
     let mut worst: f64 = 0.0;

@@ -49,9 +49,12 @@ impl CaseFile {
         };
         match rules.check() {
             Ok(()) => Ok(rules),
-            Err(error) => {
-                Err(self.error("specimen.image", "", error.to_string(), "See docs/labels.md."))
-            }
+            Err(error) => Err(self.error(
+                "specimen.image",
+                "",
+                error.to_string(),
+                "See docs/how-to/labels.md.",
+            )),
         }
     }
 }

@@ -101,7 +101,7 @@ impl StudyFile {
             (_, Some(mistake)) => Err(mistake.into_error()),
             // a text that is not a study has at least one mistake
             (None, None) => {
-                Err(InputError::new(path, "", "", "is no study", "See docs/studies.md."))
+                Err(InputError::new(path, "", "", "is no study", "See docs/how-to/studies.md."))
             }
         }
     }

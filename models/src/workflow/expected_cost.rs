@@ -4,7 +4,7 @@ use fem::Order;
 
 use crate::case::{Case, SpecimenGeometry};
 
-/// Measured cost of one simulation in the example `resolution` (docs/convergence.md): number of tetrahedra of the
+/// Measured cost of one simulation in the example `resolution` (docs/explanation/convergence.md): number of tetrahedra of the
 /// lattice and processor seconds, for quadratic and for linear elements, with the number of load steps.
 const QUADRATIC: Measured = Measured { tets: 3022.0, seconds: 5.4 };
 const LINEAR: Measured = Measured { tets: 3022.0, seconds: 0.4 };
@@ -204,7 +204,7 @@ mod tests {
     use super::*;
     use crate::case::CaseFile;
 
-    /// Reproduces the rows of docs/convergence.md: 5.4, 20 and 83 s for spacings of 0.7, 0.5 and 0.35 mm.
+    /// Reproduces the rows of docs/explanation/convergence.md: 5.4, 20 and 83 s for spacings of 0.7, 0.5 and 0.35 mm.
     #[test]
     fn times_of_the_measured_meshes_are_reproduced() {
         let volume = std::f64::consts::PI * 2.5 * 2.5 * 4.4;

@@ -153,6 +153,29 @@ fn every_example_bench_and_package_that_a_document_names_is_there() {
     assert!(wrong.is_empty(), "not there:\n{}", wrong.join("\n"));
 }
 
+/// Each page below `docs/` is listed in the index and in the table of contents of the book.
+#[test]
+fn every_page_is_in_the_index_and_in_the_book() {
+    let docs = workspace().join("docs");
+    let lists = ["README.md", "SUMMARY.md"].map(|name| {
+        let text = std::fs::read_to_string(docs.join(name)).expect("a list of pages");
+        (name, text)
+    });
+    let mut pages = 0;
+    for (path, _) in documents() {
+        let Ok(page) = path.strip_prefix(&docs) else { continue };
+        let page = page.to_string_lossy();
+        if lists.iter().any(|(name, _)| page == *name) {
+            continue;
+        }
+        pages += 1;
+        for (name, text) in &lists {
+            assert!(text.contains(&format!("({page})")), "docs/{name} does not list docs/{page}");
+        }
+    }
+    assert!(pages > 20, "{pages} pages");
+}
+
 #[test]
 fn paths_with_patterns_are_expanded() {
     let root = workspace();

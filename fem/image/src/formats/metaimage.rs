@@ -95,7 +95,7 @@ pub(super) fn header(path: &Path) -> Result<RawHeader, ImageError> {
         lines.refuse(
             number,
             format!("{key} is missing before this line"),
-            "add the key, see the table of formats in docs/images.md",
+            "add the key, see the table of formats in docs/how-to/images.md",
         )
     };
     let (line, named) = data.ok_or_else(|| missing("ElementDataFile"))?;

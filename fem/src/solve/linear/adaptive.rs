@@ -1,7 +1,7 @@
 //! Multigrid that is replaced by a sparse factor if multigrid converges slowly.
 //!
 //! On some curved meshes of other programs, a linear solve with multigrid takes hundreds of iterations or does not
-//! converge, and load steps must be reduced. The cause is not known (docs/own-meshes.md), so the criterion is the number
+//! converge, and load steps must be reduced. The cause is not known (docs/how-to/own-meshes.md), so the criterion is the number
 //! of iterations.
 
 use std::sync::Arc;
