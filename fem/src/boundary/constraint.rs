@@ -22,7 +22,8 @@ pub(super) enum Value {
 }
 
 impl ConstrainedDof {
-    /// Returns the prescribed value at a reference position (mm) and time: mm, or the damage.
+    /// Returns the prescribed value at a reference position (mm) and a time: a displacement component (mm) or the
+    /// damage.
     pub(super) fn at(&self, position: [f64; 3], time_s: f64) -> f64 {
         match &self.value {
             Value::Zero => 0.0,

@@ -30,8 +30,8 @@ impl RigidMotions {
         Vector6::new(d[0], d[1], d[2], turn[0], turn[1], turn[2])
     }
 
-    /// Returns the norm of the free motions at `x` along `direction`: the amount that a support at `x` along
-    /// `direction` would constrain.
+    /// Returns the fraction of the free motions that a support at `x` along `direction` would constrain: the norm of
+    /// the displacements at `x` along `direction` in the free motions.
     fn stopped(&self, x: [f64; 3], direction: [f64; 3]) -> f64 {
         (self.free * self.row(x, direction)).norm()
     }

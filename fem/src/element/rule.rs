@@ -41,7 +41,7 @@ pub struct Rule {
 pub struct ElasticPoint {
     /// Barycentric coordinates λ.
     pub at: [f64; 4],
-    /// Weight as a fraction of the volume.
+    /// Weight as a fraction of the element's volume.
     pub weight: f64,
     /// ∂N_a/∂λ_k − ∂N_a/∂λ₀ for k = 1 … 3, by node.
     pub slopes: Vec<[f64; 3]>,
@@ -52,7 +52,7 @@ pub struct ElasticPoint {
 pub struct DamagePoint {
     /// Values N_a of the shape functions at the point.
     pub shape: Vec<f64>,
-    /// Weight as a fraction of the volume.
+    /// Weight as a fraction of the element's volume.
     pub weight: f64,
 }
 

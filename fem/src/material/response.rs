@@ -41,7 +41,7 @@ pub struct ElasticResponse<T> {
 }
 
 impl<T: Scalar> ElasticResponse<T> {
-    /// Returns the response of zero energy, for the number type of `number`.
+    /// Returns the response of zero energy. `number` only selects the number type.
     #[inline(always)]
     pub fn zero(number: T) -> Self {
         let zero = number.constant(0.0);

@@ -55,7 +55,7 @@ impl<T: Stored, S: Simd> PerKind for Elements<'_, T, S> {
 
 impl<T: Stored> ChunkProduct<'_, T> {
     /// Computes the product for elements with `N` nodes, `C` fields per node (three displacements, and damage if
-    /// there is any), `D` damage points and `L` entries of the local part of the φ block.
+    /// there is any), `D` damage points and `L` stored entries of the damage terms without gradients.
     #[inline(always)]
     fn elements<
         S: Simd,

@@ -9,8 +9,8 @@ use crate::material::Number;
 use crate::operator::kernel::{Contraction, DataLayout, Load, first_or_add};
 use crate::operator::layout::{Layout, MIDDLE};
 
-/// Product for one register of elements with `C` fields per node, `D` damage points and `L` entries of the local part
-/// of the φ block. `PLAIN` elements are straight and not mixtures.
+/// Product for one register of elements with `C` fields per node, `D` damage points and `L` stored entries of the
+/// damage terms without gradients. `PLAIN` elements are straight and not mixtures.
 #[derive(Debug)]
 pub(crate) struct ElementProduct<
     'a,

@@ -26,7 +26,7 @@ pub struct Buffers<T> {
     straight: [Geometry<T>; 1],
     /// Geometry by elastic point, if at least one element is curved.
     curved: Vec<Geometry<T>>,
-    /// State of the law at the start of the increment, point after point.
+    /// State of the law at the start of the increment, by elastic point.
     state: Vec<T>,
 }
 

@@ -6,8 +6,8 @@ use crate::element::Rule;
 pub(crate) trait PerKind {
     type Output;
 
-    /// Runs the computation for elements with `N` nodes, `C` fields per node, `D` damage points and `L` entries of
-    /// the local part of the φ block. `PLAIN` elements are straight and not mixtures.
+    /// Runs the computation for elements with `N` nodes, `C` fields per node, `D` damage points and `L` stored
+    /// entries of the damage terms without gradients. `PLAIN` elements are straight and not mixtures.
     fn for_kind<const PLAIN: bool, const N: usize, const C: usize, const D: usize, const L: usize>(
         self,
     ) -> Self::Output;

@@ -40,7 +40,7 @@ pub(crate) trait Evaluate<const N: usize> {
     /// Creates the storage.
     fn scratch<S: Simd>(&self, simd: S) -> Self::Scratch<S>;
 
-    /// Evaluates the elements of a register. `state` is storage for the state at the end of the increment, point after
+    /// Evaluates the elements of a register. `state` is storage for the state at the end of the increment, by elastic
     /// point.
     fn evaluate<S: Simd>(
         &mut self,

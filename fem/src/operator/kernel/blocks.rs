@@ -222,8 +222,8 @@ fn add_gradient<T: Scalar, const N: usize>(
     }
 }
 
-/// Computes the blocks of node 0 from the other blocks, for the terms that contain gradients only: the gradients of
-/// all shape functions sum to zero.
+/// Computes the blocks of node 0 from the other blocks. This applies only to terms with gradients, because the
+/// gradients of all shape functions sum to zero.
 #[inline(always)]
 fn complete_first<T: Scalar, const N: usize>(blocks: &mut Blocks<T, N>) {
     for i in 0..4 {

@@ -5,9 +5,9 @@
 //! point are stored: 25 numbers, 3 more with damage, and 7 more in elements that are not plain.
 //!
 //! The data are stored in the order in which a product reads them. With damage, first g′ of the damage points and, in
-//! plain elements, one gradient term; then the data of the elastic points; last the local part of the φ block, which
-//! contains the terms without gradients. Curved elements and mixtures store a gradient term per elastic point
-//! instead. The assembly appends the principal axes of each point.
+//! plain elements, one gradient term; then the data of the elastic points; last the local part of the φ block: the
+//! damage terms without gradients. Curved elements and mixtures store a gradient term per elastic point instead. The
+//! assembly appends the principal axes of each point.
 
 use crate::element::Rule;
 use crate::material::{Number, Scalar};
@@ -98,7 +98,8 @@ pub struct DataLayout {
     points: usize,
     /// Number of damage points.
     damage: usize,
-    /// Number of entries of the local part of the φ block: one if the local part is the same at all damage points.
+    /// Number of entries of the local part of the φ block (damage terms without gradients): one if the local part is
+    /// the same at all damage points.
     locals: usize,
     plain: bool,
 }

@@ -24,7 +24,7 @@ pub struct ElementState<'a, T, L, const N: usize> {
     pub geometry: &'a [Geometry<T>],
     /// Whether the elements of all lanes are straight and none is a mixture.
     pub plain: bool,
-    /// State of the law at the start of the increment, point after point.
+    /// State of the law at the start of the increment, by elastic point.
     pub state: &'a [T],
     /// Duration of the increment, s.
     pub duration: T,
@@ -246,7 +246,7 @@ impl<T: Scalar, L: PointLaw<T>, const N: usize> ElementState<'_, T, L, N> {
         }
     }
 
-    /// Writes the state of the laws at the end of the increment, point after point. Returns 1, or 0 if the element is
+    /// Writes the state of the laws at the end of the increment, by elastic point. Returns 1, or 0 if the element is
     /// inverted.
     #[inline(always)]
     pub fn update(&self, state: &mut [T]) -> T {
