@@ -199,8 +199,8 @@ fn intervals_on_logarithmic_scales_hold_the_index() {
     let (indices, intervals) = (fit.pce.sobol(), fit.coefficients.sobol_intervals(0.9, 1).unwrap());
     for i in 0..2 {
         let [low, high] = intervals.first[0][i];
-        assert!(low <= indices.first[0][i] && indices.first[0][i] <= high, "{found:?}");
-        assert!(high - low < 0.05 && high > low, "{found:?}");
+        assert!(low <= indices.first[0][i] && indices.first[0][i] <= high, "{intervals:?}");
+        assert!(high - low < 0.05 && high > low, "{intervals:?}");
     }
     assert!(intervals.total[0][2][1] < 0.01, "{intervals:?}");
     assert!(fit.coefficients.sobol_intervals(1.0, 1).is_err());

@@ -40,14 +40,14 @@ pub(crate) fn function(model: &Model, analysis: &Analysis) -> TokenStream {
     let given: Vec<_> = given.map(|name| quote_spanned!(name.span()=> { #name })).collect();
     let names: Vec<_> = arguments.iter().map(|argument| &argument.name).collect();
     let types = arguments.iter().map(|argument| &argument.ty);
-    let parameters: Vec<_> = (0..names.len()).map(|i| format_ident!("__T{i}")).collect();
+    let type_parameters: Vec<_> = (0..names.len()).map(|i| format_ident!("__T{i}")).collect();
     let inferred = names.iter().map(|_| quote!(_));
     // errors about the data, such as a type that threads cannot share, are reported at the model's name
     let at_name = span.located_at(name.span());
     let data = quote_spanned!(at_name=> __Data<#(#given,)* #(#types),*>);
     let declaration = quote_spanned! {at_name=>
-        struct __Data<#(#constants,)* #(#parameters),*> {
-            #(#names: #parameters,)*
+        struct __Data<#(#constants,)* #(#type_parameters),*> {
+            #(#names: #type_parameters,)*
         }
     };
     let made = quote_spanned!(at_name=> __Data::<#(#given,)* #(#inferred),*> { #(#fields),* });

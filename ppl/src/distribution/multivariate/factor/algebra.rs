@@ -274,8 +274,8 @@ fn require_zeros<R: Scalar>(
     for (i, row) in rows.iter().enumerate() {
         for (j, entry) in row.as_ref().iter().enumerate().skip(i + 1) {
             let v = entry.value();
-            let name = format_args!("entry ({i}, {j}) above the diagonal");
-            DomainError::require(v == 0.0, name, name, "zero", v)?;
+            let parameter = format_args!("entry ({i}, {j}) above the diagonal");
+            DomainError::require(v == 0.0, name, parameter, "zero", v)?;
         }
     }
     Ok(())
