@@ -41,7 +41,7 @@ pub fn model(input: proc_macro::TokenStream) -> proc_macro::TokenStream {
 fn expand(input: TokenStream) -> TokenStream {
     let models = parse::models(input).into_iter().map(|model| match model {
         Ok(model) => {
-            let analysis = Analysis::of(&model);
+            let analysis = Analysis::new(&model);
             emit::function(&model, &analysis)
         }
         Err(error) => error.to_compile_error(),

@@ -92,8 +92,8 @@ fn parse(text: &str) -> Located<Dataset> {
     for name in dataset.columns() {
         let mut positions = header.iter().enumerate().filter(|(_, h)| *h == name).map(|(i, _)| i);
         let position = positions.next().ok_or_else(|| {
-            let found = header.iter().collect::<Vec<_>>().join(", ");
-            (header_line, SurrogateError::MissingColumn { column: name.clone(), found })
+            let names = header.iter().collect::<Vec<_>>().join(", ");
+            (header_line, SurrogateError::MissingColumn { column: name.clone(), found: names })
         })?;
         if positions.next().is_some() {
             return Err((header_line, SurrogateError::DuplicateName { name }));

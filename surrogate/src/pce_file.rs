@@ -92,10 +92,10 @@ impl DynPce {
 
     /// Puts the named inputs and outputs on a logarithmic scale and all others on a linear scale.
     fn with_logarithmic(self, names: &[String]) -> Result<Self, SurrogateError> {
-        let known: Vec<&String> =
+        let columns: Vec<&String> =
             self.inputs().iter().map(|i| &i.name).chain(self.outputs()).collect();
-        if let Some(name) = names.iter().find(|name| !known.contains(name)) {
-            let known = known.into_iter().map(String::as_str).collect::<Vec<_>>().join(", ");
+        if let Some(name) = names.iter().find(|name| !columns.contains(name)) {
+            let known = columns.into_iter().map(String::as_str).collect::<Vec<_>>().join(", ");
             return Err(SurrogateError::UnknownName { name: name.clone(), known });
         }
         let scale = |name| if names.contains(name) { Scale::Log } else { Scale::Linear };

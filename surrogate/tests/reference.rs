@@ -26,7 +26,7 @@ fn dataset(points: impl IntoIterator<Item = Vec<f64>>) -> Dataset {
     data
 }
 
-/// Design of the definitions: additive recurrence with the root g of g⁴ = g + 1.
+/// Design of points in part 2.6 of the definitions: an additive recurrence with the root g of g⁴ = g + 1.
 fn fixture() -> Dataset {
     let g = 1.2207440846057596f64;
     dataset((1..=200).map(|i| {

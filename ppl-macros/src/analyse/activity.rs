@@ -26,7 +26,7 @@ pub(crate) struct Activity {
 
 impl Activity {
     /// Analyses a body. `given` are the names of the arguments that may be unknowns.
-    pub(crate) fn of(body: &Block, given: impl IntoIterator<Item = Ident>) -> Self {
+    pub(crate) fn new(body: &Block, given: impl IntoIterator<Item = Ident>) -> Self {
         let mut activity = Self { active: given.into_iter().collect(), ..Self::default() };
         activity.read(&body.statements);
         activity
@@ -93,7 +93,7 @@ impl Activity {
     /// `for x in xs.iter_mut() { *x = … }` changes `xs`.
     fn changes_elements(&mut self, pat: &Pat, iter: &Expr) {
         if bound_names(pat).iter().any(|name| self.is_changed(name)) {
-            self.changes(Changes::of(iter));
+            self.changes(Changes::identified(iter));
         }
     }
 }
@@ -137,7 +137,7 @@ impl<'a> Visit<'a> for Activity {
     fn visit_expr(&mut self, expr: &'a Expr) {
         visit::visit_expr(self, expr);
         match expr {
-            Expr::Call(_) if self.holds(expr) => self.changes(Changes::of(expr)),
+            Expr::Call(_) if self.holds(expr) => self.changes(Changes::identified(expr)),
             Expr::ForLoop(each) => {
                 self.bind(&each.pat, Some(&each.expr));
                 self.changes_elements(&each.pat, &each.expr);

@@ -23,7 +23,7 @@ pub(super) struct Changes {
 
 impl Changes {
     /// Returns the identifiable variables that an expression may change.
-    pub(super) fn of(expr: &Expr) -> impl Iterator<Item = Ident> + use<> {
+    pub(super) fn identified(expr: &Expr) -> impl Iterator<Item = Ident> + use<> {
         let mut changes = Self::default();
         changes.visit_expr(expr);
         changes.changed.into_iter().flatten()

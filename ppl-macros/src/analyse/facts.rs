@@ -15,7 +15,7 @@ use super::uses::stays_symbolic;
 use crate::ast::{Block, Flow, Id, Init, Kind, Left, Mark, Statement};
 use crate::errors::{self, about, at};
 use crate::syntax::patterns::{bound_by_condition, bound_names, is_constant, only_name};
-use crate::syntax::places::{Place, place, plain_name, root};
+use crate::syntax::places::{Place, parse_place, plain_name, root};
 
 /// Results of the analysis. Each table has the number of the statement as its key.
 #[derive(Default)]
@@ -104,7 +104,7 @@ impl Reader<'_> {
             }
             Kind::Factor { name: factor, .. } => name = factor.to_string(),
             Kind::For(plate) => {
-                self.facts.plates.insert(*id, Plate::of(statement, plate, self.activity));
+                self.facts.plates.insert(*id, Plate::new(statement, plate, self.activity));
                 let dimension = dims.first().map(|dim| dim.name.unraw().to_string());
                 self.plates.push((*id, dimension));
                 self.within(bound_names(&plate.pat), |reader| reader.block(&plate.body));
@@ -180,7 +180,7 @@ impl Reader<'_> {
     /// Parses an observed place. Returns an error if the variable of the place is not in scope or already has a
     /// distribution.
     fn in_scope(&self, left: &Expr) -> Result<Place> {
-        let place = place(left)?;
+        let place = parse_place(left)?;
         match self.scope.get(&place.root) {
             Some(true) => Err(about(place.name, left, errors::OBSERVED_UNKNOWN)),
             None if !is_constant(&place.root) => {

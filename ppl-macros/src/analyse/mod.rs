@@ -29,12 +29,12 @@ pub(crate) struct Analysis {
 }
 
 impl Analysis {
-    pub(crate) fn of(model: &Model) -> Self {
+    pub(crate) fn new(model: &Model) -> Self {
         // arguments of type `Real` of a submodel may be unknowns
         let is_number =
             |data: &&Argument| model.value.is_some() && says(data.ty.to_token_stream(), "Real");
         let numbers = model.arguments.iter().filter(is_number).map(|data| data.name.clone());
-        let activity = Activity::of(&model.body, numbers);
+        let activity = Activity::new(&model.body, numbers);
         let names = model.arguments.iter().map(|data| data.name.clone());
         let scope: Scope = names.map(|name| (name, false)).collect();
         Self {

@@ -25,7 +25,7 @@ pub(crate) struct Plate {
 }
 
 impl Plate {
-    pub(super) fn of(statement: &Statement, plate: &For, activity: &Activity) -> Self {
+    pub(super) fn new(statement: &Statement, plate: &For, activity: &Activity) -> Self {
         let mut inside = Changes::default();
         inside.statement(statement);
         let Changes { bound, changed } = inside;

@@ -148,7 +148,7 @@ impl Emitter<'_> {
                 }
             }
             Left::Place(place) | Left::Missing(place) => {
-                let place = self.plan.written(place, Plan::place);
+                let place = self.plan.written(place, Plan::rewrite_place);
                 let right = self.plan.written(right, Plan::distribution);
                 let datum = quote_spanned!(place.span()=> &#place);
                 if let Left::Missing(_) = left {

@@ -40,10 +40,10 @@ pub(crate) fn shared_name(name: &Ident) -> Ident {
 }
 
 /// Emits the access to an element of an array that all iterations of a plate (a `for` loop of the model) use. With
-/// `all`, every iteration uses the same element; otherwise each iteration uses a different element.
-pub(crate) fn element(shared: &Expr, index: &ExprIndex, all: bool) -> Expr {
+/// `is_same_element`, every iteration uses the same element; otherwise each iteration uses a different element.
+pub(crate) fn element(shared: &Expr, index: &ExprIndex, is_same_element: bool) -> Expr {
     let at = &index.index;
-    let element = Ident::new(if all { "__element" } else { "__own" }, here(index));
+    let element = Ident::new(if is_same_element { "__element" } else { "__own" }, here(index));
     Expr::Verbatim(quote_spanned!(index.span()=> #shared.#element(#at)))
 }
 

@@ -16,7 +16,7 @@ use crate::syntax::expressions::{
     without_assignment,
 };
 use crate::syntax::patterns::bound_names;
-use crate::syntax::places::place;
+use crate::syntax::places::parse_place;
 use crate::syntax::tokens::mentions;
 
 /// Largest number of operations in one formula. The type of a longer formula, such as a sum of a hundred terms, would
@@ -171,7 +171,7 @@ impl Plan<'_> {
 fn reads_what_it_changes(binary: &ExprBinary) -> bool {
     let ExprBinary { left, op, right, .. } = binary;
     let reads = |name: &Ident| mentions(right.to_token_stream(), &|variable| variable == name);
-    is_assignment(op) && place(left).is_ok_and(|place| place.is_entry && reads(&place.root))
+    is_assignment(op) && parse_place(left).is_ok_and(|place| place.is_entry && reads(&place.root))
 }
 
 impl VisitMut for Plan<'_> {

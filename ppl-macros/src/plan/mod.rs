@@ -131,7 +131,7 @@ impl<'a> Plan<'a> {
     }
 
     /// Rewrites an observed or assigned place. Arithmetic in the index of the place does not become a formula.
-    pub(crate) fn place(&mut self, place: &mut Expr) {
+    pub(crate) fn rewrite_place(&mut self, place: &mut Expr) {
         let formulas = std::mem::replace(&mut self.formulas, false);
         let shared = std::mem::take(&mut self.shared);
         self.visit_expr_mut(place);

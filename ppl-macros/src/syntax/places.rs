@@ -15,7 +15,7 @@ pub(crate) struct Place {
     pub(crate) is_entry: bool,
 }
 
-pub(crate) fn place(expr: &Expr) -> Result<Place> {
+pub(crate) fn parse_place(expr: &Expr) -> Result<Place> {
     match expr {
         Expr::Path(path) if path.qself.is_none() => {
             let root = path.path.segments.last().map(|segment| &segment.ident);
@@ -23,7 +23,7 @@ pub(crate) fn place(expr: &Expr) -> Result<Place> {
             Ok(Place { root: root.clone(), name: root.unraw().to_string(), is_entry: false })
         }
         Expr::Field(field) => {
-            let mut place = place(&field.base)?;
+            let mut place = parse_place(&field.base)?;
             place.name.push('.');
             match &field.member {
                 Member::Named(name) => place.name.push_str(&name.unraw().to_string()),
@@ -31,17 +31,17 @@ pub(crate) fn place(expr: &Expr) -> Result<Place> {
             }
             Ok(place)
         }
-        Expr::Index(index) => Ok(Place { is_entry: true, ..place(&index.expr)? }),
-        Expr::Unary(unary) if matches!(unary.op, UnOp::Deref(_)) => place(&unary.expr),
-        Expr::Paren(paren) => place(&paren.expr),
-        Expr::Group(group) => place(&group.expr),
+        Expr::Index(index) => Ok(Place { is_entry: true, ..parse_place(&index.expr)? }),
+        Expr::Unary(unary) if matches!(unary.op, UnOp::Deref(_)) => parse_place(&unary.expr),
+        Expr::Paren(paren) => parse_place(&paren.expr),
+        Expr::Group(group) => parse_place(&group.expr),
         _ => Err(at(expr, errors::NOT_A_PLACE)),
     }
 }
 
 /// Returns the variable to which a place belongs.
 pub(crate) fn root(expr: &Expr) -> Option<Ident> {
-    place(expr).ok().map(|place| place.root)
+    parse_place(expr).ok().map(|place| place.root)
 }
 
 /// Returns the variable if the place is only a variable, without fields and indices; None otherwise.

@@ -11,10 +11,10 @@ use crate::special::normal_upper_quantile;
 pub(crate) const MOST_COMBINED: usize = 200;
 /// Posterior variance, relative to the prior variance, above which the data do not inform a direction in parameter
 /// space. The limit is below 1 by the sampling error of a few hundred effective draws.
-const UNSEEN: f64 = 0.8;
-/// Posterior variance, relative to the prior variance, below which the data inform a direction well. Between [`SEEN`]
-/// and [`UNSEEN`], the data inform a direction weakly.
-const SEEN: f64 = 0.1;
+const UNINFORMED: f64 = 0.8;
+/// Posterior variance, relative to the prior variance, below which the data inform a direction well. Between
+/// [`INFORMED`] and [`UNINFORMED`], the data inform a direction weakly.
+const INFORMED: f64 = 0.1;
 /// Smallest absolute value of an off-diagonal entry of the projection matrix onto the uninformed directions at which
 /// two parameters belong to one group. The limit is three times the sampling error of a thousand effective draws. If
 /// the data determine only the sum of up to ten parameters, the entries are larger.
@@ -56,19 +56,19 @@ pub(crate) fn combinations(columns: &[BeforeAndAfter]) -> Vec<Combination> {
     let posterior = moments(&scaled.iter().map(|s| s[1].as_slice()).collect::<Vec<_>>());
 
     let candidates: Vec<usize> =
-        (0..columns.len()).filter(|&k| posterior[(k, k)] < UNSEEN).collect();
+        (0..columns.len()).filter(|&k| posterior[(k, k)] < UNINFORMED).collect();
     if candidates.len() < 2 {
         return Vec::new();
     }
     let covariance = posterior.select_rows(&candidates).select_columns(&candidates);
     let eigen = SymmetricEigen::new(covariance);
-    let mut unseen = DMatrix::<f64>::zeros(candidates.len(), candidates.len());
+    let mut projection = DMatrix::<f64>::zeros(candidates.len(), candidates.len());
     for (value, direction) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
-        if *value >= UNSEEN {
-            unseen += direction * direction.transpose();
+        if *value >= UNINFORMED {
+            projection += direction * direction.transpose();
         }
     }
-    let groups = connected(&unseen);
+    let groups = connected(&projection);
     let groups = groups.into_iter().map(|group| group.iter().map(|&k| candidates[k]).collect());
     groups.filter_map(|members| judge(members, &prior, &posterior)).collect()
 }
@@ -83,26 +83,27 @@ fn judge(
     let part = |matrix: &DMatrix<f64>| matrix.select_rows(&members).select_columns(&members);
     let (before, after) = (part(prior), part(posterior));
     let eigen = SymmetricEigen::new(after.clone());
-    let (mut seen, mut unseen) = (false, false);
+    let (mut informed, mut uninformed) = (false, false);
     for (&value, direction) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
-        if value <= SEEN {
-            seen = true;
+        if value <= INFORMED {
+            informed = true;
             continue;
         }
         let direction: DVector<f64> = direction.into_owned();
         let at_first = direction.dot(&(&before * &direction));
-        if value < UNSEEN * at_first.max(1.0) || is_taken_up(&members, &direction, value, posterior)
+        if value < UNINFORMED * at_first.max(1.0)
+            || is_taken_up(&members, &direction, value, posterior)
         {
             return None;
         }
-        unseen = true;
+        uninformed = true;
     }
     let correlation = |i: usize, j: usize| after[(i, j)] / (after[(i, i)] * after[(j, j)]).sqrt();
     let pairs = (0..members.len()).flat_map(|i| (0..i).map(move |j| (i, j)));
     let largest = pairs
         .map(|(i, j)| correlation(i, j))
         .max_by(|a, b| a.abs().total_cmp(&b.abs()))
-        .filter(|_| seen && unseen)?;
+        .filter(|_| informed && uninformed)?;
     Some(Combination { members, correlation: largest })
 }
 

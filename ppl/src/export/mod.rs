@@ -168,12 +168,12 @@ impl Posterior {
         let names = group.variables.iter().flat_map(Values::elements);
         writer.write_record(["chain".into(), "draw".into()].into_iter().chain(names))?;
         for row in 0..group.chains * group.draws {
-            let place = [row / group.draws, row % group.draws].map(|i| i.to_string());
+            let indices = [row / group.draws, row % group.draws].map(|i| i.to_string());
             let values = group.variables.iter().flat_map(|v| {
                 let size = v.size();
                 v.data[row * size..(row + 1) * size].iter().map(f64::to_string)
             });
-            writer.write_record(place.into_iter().chain(values))?;
+            writer.write_record(indices.into_iter().chain(values))?;
         }
         writer.flush()
     }

@@ -136,10 +136,10 @@ impl Posterior {
             .iter()
             .map(|&name| {
                 self.log_prior.get(name).ok_or_else(|| {
-                    let known = self.log_prior.variables.iter().map(|v| v.name.as_str());
+                    let names = self.log_prior.variables.iter().map(|v| v.name.as_str());
                     PowerScalingError::UnknownParameter {
                         name: name.to_owned(),
-                        known: known.collect::<Vec<_>>().join(", "),
+                        known: names.collect::<Vec<_>>().join(", "),
                     }
                 })
             })

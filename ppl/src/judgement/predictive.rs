@@ -200,10 +200,10 @@ impl Posterior {
                 Ok(PredictiveCheck::new(name, statistic, &data.data, &replicates.data, compute))
             }
             _ => {
-                let known = self.observed.variables.iter().map(|v| v.name.as_str());
+                let names = self.observed.variables.iter().map(|v| v.name.as_str());
                 Err(PredictiveError::NotObserved {
                     name: name.to_owned(),
-                    known: known.collect::<Vec<_>>().join(", "),
+                    known: names.collect::<Vec<_>>().join(", "),
                 })
             }
         }

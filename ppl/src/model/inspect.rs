@@ -108,7 +108,7 @@ pub(crate) fn draw(model: &dyn Statements, rng: &mut dyn RngCore) -> Result<Reco
     draw_counting(model, rng, &mut |_| ())
 }
 
-/// Draws one record from the prior. `rejected` is called for each unsuccessful draw, which a statement rejected.
+/// Draws one record from the prior. Calls `rejected` with the rejection of every draw that a statement rejects.
 pub(crate) fn draw_counting(
     model: &dyn Statements,
     rng: &mut dyn RngCore,

@@ -83,8 +83,8 @@ impl Posterior {
     fn draws_of(&self, name: &str) -> Result<Vec<f64>, EstimateError> {
         let trace = self.trace(name).ok_or_else(|| {
             let groups = [&self.posterior, &self.predictive].into_iter();
-            let known = groups.flat_map(|group| &group.variables).flat_map(|v| v.elements());
-            EstimateError::NoNumber { name: name.to_owned(), known: known.collect() }
+            let elements = groups.flat_map(|group| &group.variables).flat_map(|v| v.elements());
+            EstimateError::NoNumber { name: name.to_owned(), known: elements.collect() }
         })?;
         Ok(trace.concat())
     }

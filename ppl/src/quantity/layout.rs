@@ -85,10 +85,10 @@ impl Layout {
     }
 
     fn named(&self, name: &str) -> Result<&Variable, LabelError> {
-        let known =
+        let names =
             || self.variables.iter().map(|v| v.name.as_str()).collect::<Vec<_>>().join(", ");
         let matching = self.variables.iter().find(|v| v.name == name);
-        matching.ok_or_else(|| LabelError::NoQuantity { name: name.to_owned(), known: known() })
+        matching.ok_or_else(|| LabelError::NoQuantity { name: name.to_owned(), known: names() })
     }
 }
 

@@ -10,26 +10,26 @@ use crate::number::scalar::Scalar;
 )]
 pub trait Literal {
     /// Converts the value of the literal to this type.
-    fn of(value: f64) -> Self;
+    fn from_literal(value: f64) -> Self;
 }
 
 impl Literal for f64 {
     #[inline(always)]
-    fn of(value: f64) -> Self {
+    fn from_literal(value: f64) -> Self {
         value
     }
 }
 
 impl Literal for f32 {
     #[inline(always)]
-    fn of(value: f64) -> Self {
+    fn from_literal(value: f64) -> Self {
         value as Self
     }
 }
 
 impl<S: Scalar> Literal for Real<S> {
     #[inline(always)]
-    fn of(value: f64) -> Self {
+    fn from_literal(value: f64) -> Self {
         Self::from(value)
     }
 }
@@ -37,5 +37,5 @@ impl<S: Scalar> Literal for Real<S> {
 /// Converts a literal to the inferred type.
 #[inline(always)]
 pub fn literal<T: Literal>(value: f64) -> T {
-    T::of(value)
+    T::from_literal(value)
 }

@@ -185,18 +185,18 @@ impl Equations {
     pub(crate) fn weighted(&self, chosen: &[usize], weights: &[f64]) -> (Mat<f64>, Mat<f64>) {
         let (all, n) = (self.runs(), chosen.len());
         let count = n * (1 + self.slopes);
-        let place = |row: usize| match row.checked_sub(n) {
+        let source = |row: usize| match row.checked_sub(n) {
             None => (chosen[row], 1.0),
             Some(row) => {
                 let (run, input) = (chosen[row / self.slopes], row % self.slopes);
                 (all + run * self.slopes + input, weights[input])
             }
         };
-        let places: Vec<(usize, f64)> = (0..count).map(place).collect();
+        let sources: Vec<(usize, f64)> = (0..count).map(source).collect();
         let terms = self.rows[0].len();
-        let psi = Mat::from_fn(count, terms, |i, j| places[i].1 * self.rows[places[i].0][j]);
+        let psi = Mat::from_fn(count, terms, |i, j| sources[i].1 * self.rows[sources[i].0][j]);
         let targets = Mat::from_fn(count, self.targets.ncols(), |i, m| {
-            places[i].1 * self.targets[(places[i].0, m)]
+            sources[i].1 * self.targets[(sources[i].0, m)]
         });
         (psi, targets)
     }

@@ -75,9 +75,9 @@ fn by_logit(n: u64, x: f64) -> Trials {
 }
 
 impl Trials {
-    /// Log probability ln P(k). If `lean` is true, the constant ln C(n, k) is omitted.
+    /// Log probability ln P(k). The constant ln C(n, k) is omitted if `omits_constant` is true.
     #[inline]
-    fn ln_pmf(self, k: u64, lean: bool) -> f64 {
+    fn ln_pmf(self, k: u64, omits_constant: bool) -> f64 {
         let Self { n, p, q, underflow } = self;
         if !(p >= 0.0 && q >= 0.0) {
             return f64::NAN;
@@ -89,12 +89,14 @@ impl Trials {
         if n == 0.0 {
             0.0
         } else if let Some([ln_p, ln_q]) = underflow {
-            success * ln_p + failure * ln_q + if lean { 0.0 } else { ln_choose(n, success) }
+            success * ln_p
+                + failure * ln_q
+                + if omits_constant { 0.0 } else { ln_choose(n, success) }
         } else if success == 0.0 {
             n * if p < 0.5 { (-p).ln_1p() } else { q.ln() }
         } else if failure == 0.0 {
             n * if q < 0.5 { (-q).ln_1p() } else { p.ln() }
-        } else if lean {
+        } else if omits_constant {
             success * p.ln() + failure * q.ln()
         } else {
             let stirling = stirling_error(n) - stirling_error(success) - stirling_error(failure);

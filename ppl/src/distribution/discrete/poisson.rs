@@ -52,15 +52,15 @@ pub struct PoissonLog<E>(pub E);
 impl<L: Parameter> Family for Poisson<L> {}
 impl<E: Parameter> Family for PoissonLog<E> {}
 
-/// Returns the log probability ln P(k), given the rate and its logarithm; NaN for a negative rate. If `lean` is true,
-/// the constant ln k! is omitted.
+/// Returns the log probability ln P(k), given the rate and its logarithm; NaN for a negative rate. The constant ln k! is
+/// omitted if `omits_constant` is true.
 #[inline]
-fn ln_pmf(k: f64, rate: f64, ln_rate: impl Fn() -> f64, lean: bool) -> f64 {
+fn ln_pmf(k: f64, rate: f64, ln_rate: impl Fn() -> f64, omits_constant: bool) -> f64 {
     if rate.is_nan() || rate < 0.0 {
         f64::NAN
     } else if k == 0.0 || rate == f64::INFINITY {
         -rate
-    } else if lean {
+    } else if omits_constant {
         k * ln_rate() - rate
     } else if rate.is_normal() {
         -stirling_error(k) - deviance(k, rate) - 0.5 * k.ln() - HALF_LN_2PI

@@ -30,17 +30,17 @@ pub(super) fn find(posterior: &Posterior, names: &ShownNames, warnings: &mut War
     let rejected = errors.filter(|error| !error.is_finite()).count();
     let counted: u64 = posterior.rejections().values().map(|counts| counts.1).sum();
     if divergences > 0 && rejected == divergences && counted >= rejected as u64 {
-        let place = where_divergences_are(posterior, names);
+        let location = where_divergences_are(posterior, names);
         warnings.add(
             WarningKind::Divergences,
             &format!("{divergences} of {total} trajectories "),
-            &format!("ended at a point that a statement rejects{place}"),
+            &format!("ended at a point that a statement rejects{location}"),
             "A smaller step size does not help, and draws near these points are missing: choose \
              priors (`truncate`) or a parametrisation (a logarithm) that keep the unknowns where \
              the density of the statement is positive",
         );
     } else if divergences > 0 {
-        let place = where_divergences_are(posterior, names);
+        let location = where_divergences_are(posterior, names);
         let of_these = match rejected {
             0 => String::new(),
             n => format!(" ({n} of them at a point with zero or undefined density)"),
@@ -48,7 +48,7 @@ pub(super) fn find(posterior: &Posterior, names: &ShownNames, warnings: &mut War
         warnings.add(
             WarningKind::Divergences,
             &format!("{divergences} of {total} trajectories "),
-            &format!("diverged{of_these}{place}"),
+            &format!("diverged{of_these}{location}"),
             too_curved(runs),
         );
     }

@@ -157,7 +157,7 @@ impl WindowSchedule {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Advice {
     /// Continue with the current step size.
-    GoOn,
+    Continue,
     /// Search a new step size, because the mass matrix has changed.
     SearchStep,
 }
@@ -227,16 +227,16 @@ impl Warmup {
             self.raise_target(moment);
         }
         match moment {
-            Moment::Before => Advice::GoOn,
+            Moment::Before => Advice::Continue,
             Moment::Inside => {
                 self.sample.add(&point.y, &point.gradient);
-                Advice::GoOn
+                Advice::Continue
             }
             Moment::Last { restart } => {
                 self.sample.add(&point.y, &point.gradient);
                 self.switch(metric, restart)
             }
-            Moment::After => Advice::GoOn,
+            Moment::After => Advice::Continue,
         }
     }
 
@@ -291,7 +291,7 @@ impl Warmup {
         self.switches.push(MapSwitch { draw, map, kept, restarted, divergences });
         let next = self.schedule.next_start().unwrap_or(draw + 1);
         self.sample.keep_last((draw + 1).saturating_sub(next));
-        if restarted { Advice::SearchStep } else { Advice::GoOn }
+        if restarted { Advice::SearchStep } else { Advice::Continue }
     }
 
     /// Whether the adaptation has `dim` coordinates and has completed `transitions` transitions.

@@ -69,7 +69,7 @@ pub enum RunError {
     /// The chains to resume do not fit this run.
     #[error("cannot resume the earlier chains: {reason}; {help}")]
     Resume {
-        /// The property that does not fit.
+        /// Property of the chains that does not fit the sampler or the density.
         reason: String,
         /// Suggested fix.
         help: &'static str,

@@ -97,8 +97,8 @@ impl Settings<'_> {
         if self.draws.checked_mul(self.thin).is_none() {
             return refuse("thin", self.thin.to_string(), "draws × thin must be below 2^64");
         }
-        let kept = self.draws.saturating_mul(dim.saturating_add(STATISTICS));
-        if kept > MOST_NUMBERS {
+        let stored = self.draws.saturating_mul(dim.saturating_add(STATISTICS));
+        if stored > MOST_NUMBERS {
             return refuse(
                 "draws",
                 self.draws.to_string(),

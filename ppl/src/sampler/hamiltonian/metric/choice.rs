@@ -22,9 +22,9 @@ const EXACT: f64 = 1e-9;
 const SHORTEST_COMPARED: usize = 9;
 
 /// Fits candidate matrices to the first two thirds of `sample`, compares their Fisher divergences on the last third,
-/// and refits the best kind of matrix to the whole sample. If `unseen` is true, `current` was not fitted to this
+/// and refits the best kind of matrix to the whole sample. If `is_new_sample` is true, `current` was not fitted to this
 /// sample and is compared too.
-pub(crate) fn choose(sample: &Sample, current: &Metric, unseen: bool) -> Choice {
+pub(crate) fn choose(sample: &Sample, current: &Metric, is_new_sample: bool) -> Choice {
     let diagonal = |stretch: &super::Centred| {
         Diagonal::renewed(current.variances(), |i| stretch.fisher_variance(i))
     };
@@ -48,7 +48,7 @@ pub(crate) fn choose(sample: &Sample, current: &Metric, unseen: bool) -> Choice 
     let rival = correlated(&first, &plain);
     let tried = [Some(Metric::Diagonal(plain)), rival];
     let scores = tried.map(|m| m.map(|m| (m.kind(), m.divergence(&last))));
-    let current_score = unseen.then(|| current.divergence(&last));
+    let current_score = is_new_sample.then(|| current.divergence(&last));
     let score = |entry: &Option<(MapKind, f64)>| entry.map_or(f64::INFINITY, |(_, score)| score);
     let (plain, rival) = (score(&scores[0]), score(&scores[1]));
 

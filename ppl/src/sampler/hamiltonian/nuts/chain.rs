@@ -93,7 +93,7 @@ impl MarkovChain for NutsChain<'_> {
     fn adapt(&mut self, stats: &DrawStats, rng: &mut Stream) -> Result<(), StopReason> {
         match self.warmup.learn(stats, &self.current, &mut self.hamiltonian.metric) {
             Advice::SearchStep => self.search_step(rng),
-            Advice::GoOn => {
+            Advice::Continue => {
                 self.step = self.warmup.step.current();
                 Ok(())
             }

@@ -123,15 +123,15 @@ impl Subtree {
         !checks.iter().all(|&c| c > 0.0)
     }
 
-    /// Appends the subtree `next` to this subtree. `weight` is the total weight of both subtrees. If `take` is true,
-    /// the proposal of `next` becomes the proposal of the joined subtree.
-    fn append(&mut self, next: &mut Self, weight: Weight, take: bool) {
+    /// Appends the subtree `next` to this subtree. `weight` is the total weight of both subtrees. If `takes_proposal` is
+    /// true, the proposal of `next` becomes the proposal of the joined subtree.
+    fn append(&mut self, next: &mut Self, weight: Weight, takes_proposal: bool) {
         mem::swap(&mut self.last, &mut next.last);
         for (rho, other) in self.rho.iter_mut().zip(&next.rho) {
             *rho += other;
         }
         self.weight = weight;
-        if take {
+        if takes_proposal {
             mem::swap(&mut self.proposal, &mut next.proposal);
             self.energy = next.energy;
         }
@@ -226,8 +226,8 @@ impl Trajectory {
             let (weight, fraction) = self.whole.weight.join(new.weight);
             // biased progressive sampling: accepting the new subtree with probability w_new / w_old favours draws far
             // from the start
-            let take = growth.rng.random::<f64>() * (1.0 - fraction) < fraction;
-            self.whole.append(new, weight, take);
+            let takes_proposal = growth.rng.random::<f64>() * (1.0 - fraction) < fraction;
+            self.whole.append(new, weight, takes_proposal);
             if !growth.forward {
                 self.whole.reverse();
             }
