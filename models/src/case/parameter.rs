@@ -10,6 +10,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::MaterialCase;
 use crate::parameter::{MaterialParameter, Property};
+use crate::prior::{Prior, PriorBounds};
 
 impl MaterialCase {
     /// Sets the value of a property.
@@ -30,7 +31,7 @@ impl MaterialCase {
 #[derive(Clone, Debug, PartialEq)]
 pub struct ByParameter<T>(BTreeMap<MaterialParameter, T>);
 
-/// `[prior]`: the bounds of the uniform priors. They are also the bounds of the surrogate's inputs.
+/// `[prior]`: the priors. Their ranges are the bounds of the surrogate's inputs.
 ///
 /// # Example
 /// ```
@@ -38,12 +39,10 @@ pub struct ByParameter<T>(BTreeMap<MaterialParameter, T>);
 /// let names: Vec<String> = prior.names().collect();
 /// assert_eq!(names, ["matrix.young_mpa", "matrix.toughness_n_per_mm", "matrix.viscosity_mpa_s"]);
 /// ```
-pub type PriorCase = ByParameter<PriorBounds>;
+pub type PriorCase = ByParameter<Prior>;
 
-/// Lower and upper bound of a parameter.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(transparent)]
-pub struct PriorBounds(#[serde(deserialize_with = "two_numbers")] pub [f64; 2]);
+/// `[extend]`: bounds of parameters.
+pub type BoundsCase = ByParameter<PriorBounds>;
 
 impl<T> ByParameter<T> {
     /// Iterates over the parameters in order.
@@ -73,14 +72,34 @@ impl<T> ByParameter<T> {
 }
 
 impl PriorCase {
-    /// Converts the bounds to the inputs of a surrogate, named by the paths of the parameters.
+    /// Converts the ranges to the inputs of a surrogate, named by the paths of the parameters.
     ///
     /// # Errors
-    /// If bounds are not finite, or the lower bound is not below the upper bound.
+    /// If a range is not finite, or the lower bound is not below the upper bound.
     pub fn inputs(&self) -> Result<Vec<Input>, SurrogateError> {
+        self.iter().map(|(parameter, prior)| prior.input(parameter.to_string())).collect()
+    }
+
+    /// The priors of the parameters in order.
+    pub(crate) fn priors(&self) -> Vec<Prior> {
+        self.0.values().copied().collect()
+    }
+
+    /// The ranges of the priors.
+    pub(crate) fn bounds(&self) -> BoundsCase {
         self.iter()
-            .map(|(p, &PriorBounds([lower, upper]))| Input::new(p.to_string(), lower, upper))
+            .map(|(parameter, prior)| (parameter.clone(), PriorBounds(prior.range())))
             .collect()
+    }
+
+    /// The priors with the ranges of some parameters replaced.
+    pub(crate) fn within(&self, bounds: &BoundsCase) -> Self {
+        let of = |(parameter, prior): (&MaterialParameter, &Prior)| {
+            let PriorBounds([lower, upper]) =
+                bounds.get(parameter).copied().unwrap_or(PriorBounds(prior.range()));
+            (parameter.clone(), prior.within(lower, upper))
+        };
+        self.iter().map(of).collect()
     }
 }
 
@@ -155,15 +174,6 @@ impl<'de, T: Deserialize<'de>> Visitor<'de> for RegionVisitor<T> {
             "is no region; expected a parameter with its region, such as matrix.young_mpa",
         ))
     }
-}
-
-/// Reads exactly two numbers. Deserialising an array `[f64; 2]` would ignore further numbers.
-fn two_numbers<'de, D: Deserializer<'de>>(source: D) -> Result<[f64; 2], D::Error> {
-    let numbers = Vec::<f64>::deserialize(source)?;
-    let count = numbers.len();
-    numbers.try_into().map_err(|_| {
-        serde::de::Error::custom(format!("{count} numbers, expected two: [lower, upper]"))
-    })
 }
 
 #[cfg(test)]

@@ -156,6 +156,64 @@ fn every_bad_value_is_named_with_its_key_and_what_to_do() {
             &["prior.region = \"matrix\"", "with its region"],
         ),
         (
+            "matrix.young_mpa = [250.0, 300.0]",
+            "matrix.young_mpa = { distribution = \"lognorml\", median = 280.0, factor = 1.1 }",
+            &["prior.matrix.young_mpa = ", "unknown name \"lognorml\"", "mean \"lognormal\"?"],
+        ),
+        (
+            "matrix.young_mpa = [250.0, 300.0]",
+            "matrix.young_mpa = { distribution = \"lognormal\", medan = 280.0, factor = 1.1 }",
+            &["prior.matrix.young_mpa = ", "\"medan\"", "mean \"median\"?"],
+        ),
+        (
+            "matrix.young_mpa = [250.0, 300.0]",
+            "matrix.young_mpa = { distribution = \"lognormal\", median = 280.0, sd = 1.1 }",
+            &[
+                "prior.matrix.young_mpa = ",
+                "the distribution lognormal has no key sd",
+                "help: Write { distribution = \"lognormal\", median = …, factor = …, range = [lower, upper] }",
+            ],
+        ),
+        (
+            "matrix.young_mpa = [250.0, 300.0]",
+            "matrix.young_mpa = { distribution = \"normal\", mean = 280.0 }",
+            &[
+                "prior.matrix.young_mpa = ",
+                "the distribution normal needs the key sd",
+                "case.toml:171",
+            ],
+        ),
+        (
+            "matrix.young_mpa = [250.0, 300.0]",
+            "matrix.young_mpa = { mean = 280.0, sd = 3.0 }",
+            &["prior.matrix.young_mpa = ", "names no distribution", "^^^^^^"],
+        ),
+        (
+            "matrix.young_mpa = [250.0, 300.0]",
+            "matrix.young_mpa = { distribution = \"uniform\" }",
+            &["prior.matrix.young_mpa = ", "needs a range"],
+        ),
+        (
+            "matrix.young_mpa = [250.0, 300.0]",
+            "matrix.young_mpa = { distribution = \"normal\", mean = 280.0, sd = \"3\" }",
+            &["prior.matrix.young_mpa = ", "expected a number"],
+        ),
+        (
+            "matrix.young_mpa = [250.0, 300.0]",
+            "matrix.young_mpa = { distribution = \"lognormal\", median = 280.0, factor = 0.9 }",
+            &["prior.matrix.young_mpa: ", "factor must be above 1", "^^^^^^"],
+        ),
+        (
+            "matrix.young_mpa = [250.0, 300.0]",
+            "matrix.young_mpa = { distribution = \"normal\", mean = 280.0, sd = 9.0, range = [400.0, 200.0] }",
+            &["prior.matrix.young_mpa = [400.0, 200.0]", "not below the upper"],
+        ),
+        (
+            "matrix.young_mpa = [250.0, 300.0]",
+            "matrix.young_mpa = { distribution = \"normal\", mean = 280.0, sd = 9.0, range = [-20.0, 400.0] }",
+            &["prior.matrix.young_mpa", "unit"],
+        ),
+        (
             "matrix.young_mpa = 280.0,",
             "",
             &["experiments.virtual.truth.matrix.young_mpa", "is missing"],

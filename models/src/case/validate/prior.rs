@@ -1,9 +1,11 @@
 //! Checks of the prior and its extensions.
 
 use fem::FemError;
+use ppl::Univariate;
 
-use super::super::{CaseFile, MaterialParameter, Mistakes, PriorBounds, PriorCase};
+use super::super::{CaseFile, MaterialParameter, Mistakes, PriorCase};
 use crate::error::InputError;
+use crate::prior::{Prior, PriorBounds};
 
 impl CaseFile {
     /// Checks that each extension continues the bounds of one parameter where the bounds so far end.
@@ -15,7 +17,10 @@ impl CaseFile {
             let help = "As many as the first batch fill a box of the same width alike.";
             self.within(&format!("{key}.runs"), extension.runs as f64, 1.0, 1e6, "runs", help)?;
             let mut mistakes = Mistakes::default();
-            self.check_prior(&format!("{key}.prior"), &extension.prior, &mut mistakes);
+            for (parameter, bounds) in extension.prior.iter() {
+                let place = format!("{key}.prior.{parameter}");
+                mistakes.note(self.check_bounds(&place, parameter, bounds));
+            }
             mistakes.into_vec().into_iter().next().map_or(Ok(()), Err)?;
             let refuse =
                 |key: &str, problem: &str, help: &str| Err(self.error(key, "", problem, help));
@@ -23,12 +28,12 @@ impl CaseFile {
             let (Some((parameter, &PriorBounds([lower, upper]))), None) = (all.next(), all.next())
             else {
                 let help = "Write a table [[extend]] for each parameter.";
-                return refuse(&format!("{key}.prior"), "extends several parameters at once", help);
+                return refuse(&format!("{key}.prior"), "must extend one parameter", help);
             };
             let place = format!("{key}.prior.{parameter}");
             let whole = case.whole_prior();
             let before = whole.as_ref().and_then(|prior| prior.get(parameter));
-            let Some(&PriorBounds([low, high])) = before else {
+            let Some([low, high]) = before.map(Prior::range) else {
                 return refuse(&place, "is not calibrated", "Extend a parameter of [prior].");
             };
             if lower > high || upper < low || (lower >= low && upper <= high) {
@@ -41,18 +46,35 @@ impl CaseFile {
         Ok(())
     }
 
-    pub(super) fn check_prior(&self, table: &str, prior: &PriorCase, mistakes: &mut Mistakes) {
+    pub(super) fn check_prior(&self, prior: &PriorCase, mistakes: &mut Mistakes) {
         if prior.parameters().len() == 0 {
             mistakes.note(Err(self.error(
-                table,
+                "prior",
                 "",
                 "names no parameter",
-                "Name what is calibrated with its bounds: matrix.young_mpa = [250.0, 300.0].",
+                "Name what is calibrated with its prior: matrix.young_mpa = [250.0, 300.0].",
             )));
         }
-        for (parameter, bounds) in prior.iter() {
-            mistakes.note(self.check_bounds(&format!("{table}.{parameter}"), parameter, bounds));
+        for (parameter, prior) in prior.iter() {
+            let key = format!("prior.{parameter}");
+            let checked = self
+                .check_distribution(&key, prior)
+                .and_then(|()| self.check_bounds(&key, parameter, &PriorBounds(prior.range())));
+            mistakes.note(checked);
         }
+    }
+
+    /// Checks the parameters of a distribution that is not uniform, and its range.
+    fn check_distribution(&self, key: &str, prior: &Prior) -> Result<(), InputError> {
+        let [lower, upper] = prior.range();
+        // `check_bounds` reports reversed bounds
+        if prior.is_uniform() || lower >= upper {
+            return Ok(());
+        }
+        prior.validate().map_err(|error| {
+            let help = "The comments at [prior] in the case of breccia init explain the keys.";
+            self.error(key, "", error.to_string(), help)
+        })
     }
 
     fn check_bounds(

@@ -30,13 +30,13 @@ pub(crate) fn parameters(
     let map = CsvTable::read(&map, &["parameter", "map"])?;
     let out_of_range = is_out_of_range(inputs)?;
     let mut parameters = Vec::new();
-    for (i, input) in data.inputs().iter().enumerate() {
+    for (i, (input, prior)) in data.inputs().iter().zip(inputs.priors()?).enumerate() {
         let name = &input.name;
         let chains = chains(&draws, name)?;
         let [mean, sd, q05, _, q95] = moments(&summary, name, &chains)?;
         parameters.push(CalibratedParameter {
             label: label(name),
-            prior: (input.lower, input.upper),
+            prior,
             design: data.rows().map(|(x, _)| x[i]).collect(),
             chains,
             mean,
