@@ -21,8 +21,8 @@
 //!
 //! 1. `error`, `table`, `record`, `table_format`: errors in files, small tables, records of testing machines, tables
 //!    saved from spreadsheets
-//! 2. `parameter`, `prior`, `experiment`, `specimen_files`, `qoi`: material parameters and their priors, specimens with
-//!    their curves and files, quantities of interest
+//! 2. `prior`, `experiment`, `specimen_files`, `qoi`: priors of parameters, specimens with their curves and files,
+//!    quantities of interest
 //! 3. `curve_check`: findings on a measured curve
 //! 4. `fracture`, `hyperelastic`, `tension`: calibration models, each the pattern that a user copies
 //! 5. `budget`, `predicted_curve`: sources of the uncertainty, and the curves that a posterior predicts
@@ -42,8 +42,6 @@ pub mod fracture;
 #[doc(hidden)]
 pub mod further_test;
 pub mod hyperelastic;
-#[doc(hidden)]
-pub mod parameter;
 #[doc(hidden)]
 pub mod predicted_curve;
 #[doc(hidden)]
@@ -68,7 +66,6 @@ pub use fracture::{
     calibration_over_groups,
 };
 pub use further_test::{Belief, Expected, FurtherTest, FurtherTestError, Goal, Needed, TestAtDraw};
-pub use parameter::{MaterialParameter, Property};
 pub use prior::{Prior, PriorBounds, PriorFamily, PriorKey};
 pub use qoi::{
     CurveRates, DisplacementAtPeak, EnergyToPeak, Extent, ForceAt, HomogeneousCylinder, PeakForce,

@@ -1,16 +1,22 @@
 //! Priors of calibrated parameters.
 
-mod written;
+mod family;
 
+use std::collections::BTreeMap;
 use std::fmt;
 
 use ppl::prelude::*;
 use ppl::transform::Support;
 use ppl::{Accumulator, DomainError, Univariate, UnivariateDensity};
 use rand::Rng;
+use serde::de::value::SeqAccessDeserializer;
+use serde::de::{Error, MapAccess, SeqAccess, Visitor};
+use serde::ser::SerializeMap;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use surrogate::{DesignMethod, Input, SurrogateError};
 
-pub use written::{PriorBounds, PriorFamily, PriorKey};
+use family::two_numbers;
+pub use family::{PriorBounds, PriorFamily, PriorKey};
 
 /// Prior of a calibrated parameter: a univariate distribution, truncated to the range that the surrogate covers.
 ///
@@ -239,6 +245,83 @@ impl<R: Scalar> UnivariateDensity<R> for Prior {
     /// Delegates, because the density of `Uniform` and the Jacobian cancel.
     fn at_coordinate(&self, y: R, terms: &mut impl Accumulator<R>) -> R {
         with_distribution!(self, d => d.at_coordinate(y, terms))
+    }
+}
+
+/// Error of a key, with the help for the user.
+fn error<E: Error>(problem: impl fmt::Display, help: impl fmt::Display) -> E {
+    E::custom(format!("{problem}; help: {help}"))
+}
+
+impl Serialize for Prior {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        if self.is_uniform() {
+            return self.range.serialize(serializer);
+        }
+        let mut map = serializer.serialize_map(None)?;
+        map.serialize_entry(&PriorKey::Distribution, &self.family)?;
+        for (key, value) in self.family.keys().iter().zip(self.values) {
+            map.serialize_entry(key, &value)?;
+        }
+        map.serialize_entry(&PriorKey::Range, &self.range)?;
+        map.end()
+    }
+}
+
+impl<'de> Deserialize<'de> for Prior {
+    fn deserialize<D: Deserializer<'de>>(source: D) -> Result<Self, D::Error> {
+        source.deserialize_any(PriorVisitor)
+    }
+}
+
+/// Visitor that reads a range or a table.
+struct PriorVisitor;
+
+impl<'de> Visitor<'de> for PriorVisitor {
+    type Value = Prior;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("[lower, upper] or a table with a distribution")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, numbers: A) -> Result<Prior, A::Error> {
+        let [lower, upper] = two_numbers(SeqAccessDeserializer::new(numbers))?;
+        Ok(Prior::uniform(lower, upper))
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Prior, A::Error> {
+        let (mut family, mut range, mut values) = (None, None, BTreeMap::new());
+        while let Some(key) = map.next_key::<PriorKey>()? {
+            match key {
+                PriorKey::Distribution => family = Some(map.next_value::<PriorFamily>()?),
+                PriorKey::Range => range = Some(map.next_value::<PriorBounds>()?.0),
+                key => drop(values.insert(key, map.next_value::<f64>()?)),
+            }
+        }
+        let family = family.ok_or_else(|| {
+            let help = "Name it: distribution = \"lognormal\", or write [lower, upper].";
+            error("the prior names no distribution", help)
+        })?;
+        let keys = family.keys();
+        let names: Vec<String> = keys.iter().map(|key| format!("{key} = …")).collect();
+        let write = || {
+            let names: String = names.iter().map(|name| format!("{name}, ")).collect();
+            format!("Write {{ distribution = \"{family}\", {names}range = [lower, upper] }}.")
+        };
+        if let Some(key) = values.keys().find(|key| !keys.contains(key)) {
+            return Err(error(format!("the distribution {family} has no key {key}"), write()));
+        }
+        let is_missing = |key: &&PriorKey| !values.contains_key(key);
+        if let Some(key) = keys.iter().find(is_missing) {
+            return Err(error(format!("the distribution {family} needs the key {key}"), write()));
+        }
+        let values: Vec<f64> = keys.iter().map(|key| values[key]).collect();
+        let prior = Prior::new(family, &values);
+        match range {
+            Some([lower, upper]) => Ok(prior.within(lower, upper)),
+            None if prior.is_uniform() => Err(error("a uniform prior needs a range", write())),
+            None => Ok(prior),
+        }
     }
 }
 

@@ -20,6 +20,7 @@ mod own_data;
 mod parameter;
 mod read;
 mod simulation;
+mod target;
 #[cfg(test)]
 mod tests;
 mod validate;
@@ -34,7 +35,6 @@ use fem::{
 };
 use serde::{Deserialize, Serialize};
 
-pub(crate) use crate::parameter::{MaterialParameter, Property};
 use crate::prior::PriorBounds;
 use crate::qoi::Quantity;
 pub use calibration::{
@@ -54,6 +54,8 @@ pub(crate) use overlay::{merge, remove};
 pub use parameter::{BoundsCase, ByParameter, PriorCase};
 pub use read::CaseFile;
 pub use simulation::{AdaptiveCase, ArcLengthCase, OutputCase, TestCase};
+pub use target::{Parameter, SimulationParts, Target, TargetError};
+pub(crate) use target::{Property, TargetRegistry};
 
 /// A case: the simulations, the calibrated parameters, and the experiments.
 ///
@@ -179,6 +181,12 @@ impl Case {
             Likelihood::Quantities => self.qoi.quantities.clone(),
             Likelihood::Curve => Quantity::of_curve(&self.qoi.curve_percent),
         }
+    }
+
+    /// The parts that a calibrated parameter can change.
+    pub(crate) fn parts(&self) -> SimulationParts {
+        let Self { material, phase_field, test, .. } = self.clone();
+        SimulationParts { material, phase_field, test }
     }
 
     /// The prior with the ranges of all extensions: its ranges are the box of the surrogate.

@@ -1,5 +1,6 @@
 //! Stage `calibrate`: posterior and mode, computed with the surrogate.
 
+use std::borrow::Cow;
 use std::sync::Mutex;
 
 use ppl::diagnostics::e_bfmi;
@@ -62,7 +63,10 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     }
     let ids = specimen_ids(inputs)?;
     let names: Vec<&str> = ids.iter().map(String::as_str).collect();
-    let posterior = result.in_units(pce.outputs(), &names, &evidence.qois);
+    let parameters = inputs.parameters()?;
+    let units: Vec<Cow<'_, str>> = parameters.iter().map(|parameter| parameter.unit()).collect();
+    let units: Vec<&str> = units.iter().map(|unit| &**unit).collect();
+    let posterior = result.in_units(pce.outputs(), &names, &evidence.qois, &units);
     let posterior = &posterior.map_err(CalibrationError::Label)?;
     let named = |name: &str, e| WorkflowError::io(&task.path(name), e);
     task.product("posterior.zarr", |path| {

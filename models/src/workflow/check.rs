@@ -336,7 +336,7 @@ impl CaseCheck {
             self.say("compared", names.join(", "));
         }
         for (parameter, prior) in file.case.whole_prior().iter().flat_map(|prior| prior.iter()) {
-            let unit = parameter.property.unit();
+            let unit = parameter.unit();
             let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
             self.say("prior", format!("{parameter}: {prior}{unit}"));
         }

@@ -8,7 +8,7 @@ use super::inputs::Inputs;
 use super::mesh_scale::MeshSize;
 use super::simulator::Setup;
 use super::specimen_quantities::{SpecimenNames, compared};
-use crate::case::{BoundsCase, MaterialCase, MaterialParameter, Property};
+use crate::case::{BoundsCase, MaterialCase, Parameter, Property};
 use crate::error::InputError;
 use crate::experiment::{Specimen, SpecimenTable};
 use crate::prior::PriorBounds;
@@ -87,10 +87,11 @@ impl ClosedForm {
         let displacement_mm = setup.test.displacement_mm?;
         let phase = |(region, material): (&String, &MaterialCase)| {
             let own = material.in_fem().ok()?.elasticity.young_mpa();
-            let bounds = |property, own: f64| {
-                let parameter = MaterialParameter { region: region.clone(), property };
+            let bounds = |property: Property, own: f64| {
+                let parameter = format!("{region}.{}", property.key()).parse::<Parameter>().ok();
+                let bounds = parameter.and_then(|parameter| bounds.get(&parameter));
                 // reversed bounds of a prior are reported elsewhere
-                bounds.get(&parameter).map_or([own; 2], |&PriorBounds([a, b])| [a.min(b), a.max(b)])
+                bounds.map_or([own; 2], |&PriorBounds([a, b])| [a.min(b), a.max(b)])
             };
             let damage =
                 setup.phase_field.zip(material.toughness_n_per_mm).map(|(field, own)| Damage {

@@ -16,8 +16,8 @@ use super::specimen::{Scanned, Source};
 use crate::case::{
     ByParameter, CalibrationCase, CandidateCase, Case, CaseFile, ConditionsCase, ConfirmCase,
     DesignCase, ExtendCase, FidelityCase, FurtherTestsCase, ImageCase, MaterialCase,
-    MaterialParameter, Microstructure, NoiseCase, PriorCase, QoiCase, SequentialCase,
-    SpecimenGeometry, SurrogateCase, TestCase, Toe, VirtualCase,
+    Microstructure, NoiseCase, Parameter, PriorCase, QoiCase, SequentialCase, SpecimenGeometry,
+    SurrogateCase, TestCase, Toe, VirtualCase,
 };
 use crate::experiment::SpecimenTable;
 use crate::prior::Prior;
@@ -307,7 +307,7 @@ impl Inputs<'_> {
     }
 
     /// The calibrated parameters.
-    pub(super) fn parameters(&self) -> Result<Vec<MaterialParameter>, WorkflowError> {
+    pub(super) fn parameters(&self) -> Result<Vec<Parameter>, WorkflowError> {
         Ok(self.first_prior()?.parameters().cloned().collect())
     }
 

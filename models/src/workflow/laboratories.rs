@@ -18,7 +18,7 @@ use super::specimen_stiffness::with_stiffness_ratio;
 use super::stage::Stage;
 use super::stiffness::STIFFNESS_RATIO;
 use super::task::Task;
-use crate::case::{ByParameter, CaseFile, MaterialParameter};
+use crate::case::{ByParameter, CaseFile, Parameter};
 use crate::coverage::Laboratory;
 use crate::fracture::column_means;
 use crate::prior::Prior;
@@ -57,7 +57,7 @@ pub fn simulate_laboratories(
 ) -> Result<SimulatedLaboratories, WorkflowError> {
     let inputs = Inputs::new(file, dir, Stage::that_writes);
     let task = Task::new("coverage", inputs, dir, threads, interrupt);
-    let not_uniform = |(_, prior): &(&MaterialParameter, &Prior)| !prior.is_uniform();
+    let not_uniform = |(_, prior): &(&Parameter, &Prior)| !prior.is_uniform();
     if let Some((parameter, prior)) = task.inputs.first_prior()?.iter().find(not_uniform) {
         let problem = "has not the distribution of the true parameters, which are uniform";
         let help = "Write a range [lower, upper]: coverage is counted for uniform priors.";
