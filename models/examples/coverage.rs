@@ -53,6 +53,9 @@ fn main() -> Result<(), Error> {
     let file = CaseFile::read(&arguments.results.join("case.toml"))?;
     let case = &file.case;
     let specimens = case.experiments.as_ref().and_then(|e| e.virtual_specimens.clone());
+    if case.prior.iter().any(|prior| prior.iter().any(|(_, prior)| !prior.is_uniform())) {
+        return Err("the true parameters are drawn uniformly: [prior] must have ranges only".into());
+    }
     let specimens =
         specimens.ok_or("the case has no virtual specimens: there is no scatter to draw from")?;
     let fit = FitOptions {

@@ -15,7 +15,7 @@ use std::sync::Mutex;
 use fem::{CompressionTest, CylinderLattice, Fracture, Material, Packing, PhaseField, Problem};
 use fem::{Schedule, label};
 use models::report::{Chart, Ink};
-use models::{Qois, TestCurve, calibration};
+use models::{Prior, Qois, TestCurve, calibration};
 use ppl::prelude::*;
 use ppl::{DomainError, Posterior};
 use surrogate::{Dataset, DesignMethod, DynPce, FitOptions, Input, Pce};
@@ -113,8 +113,9 @@ fn main() -> Result<(), Error> {
     let fit = DynPce::fit(&runs, &FitOptions::default())?;
     let pce: Pce<3, 3> = fit.pce.try_into()?;
     // the same statistical model with the surrogate and with the simulation
-    let cheap = calibration(&pce, &qois, &PRIOR);
-    let exact = calibration(&simulation, &qois, &PRIOR);
+    let priors = PRIOR.map(|[low, high]| Prior::uniform(low, high));
+    let cheap = calibration(&pce, &qois, &priors);
+    let exact = calibration(&simulation, &qois, &priors);
     let screened = Nuts::default().draws(4000).target_accept(0.95).seed(1).sample(&cheap)?;
     // each of four chains: warm-up of 2000 transitions on the surrogate alone and ten with the simulation, then 150
     // stored draws

@@ -9,7 +9,9 @@
 //! Prints and draws E and ξ at each temperature from both calibrations, with the true values.
 
 use models::report::{Chart, Ink};
-use models::{CalibrationError, Evidence, Pooling, TestGroup, Trend, calibrate, calibrate_groups};
+use models::{
+    CalibrationError, Evidence, Pooling, Prior, TestGroup, Trend, calibrate, calibrate_groups,
+};
 use ppl::diagnostics::quantile;
 use ppl::prelude::*;
 use ppl::rand::{Rng, SeedableRng};
@@ -30,14 +32,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     let trends = vec![Trend::LogLinear, Trend::Constant, Trend::LogLinear];
     let pooling = Pooling { trends, deviation: 0.03 };
-    let all = calibrate_groups(&groups, &pooling, &sampler)?;
+    let priors = Prior::uniform_on(microstructures[0].inputs());
+    let all = calibrate_groups(&groups, &priors, &pooling, &sampler)?;
     println!("{}", all.summary());
     let together = |level: usize, parameter: usize| {
         all.trace(&format!("theta[{level},{parameter}]")).unwrap_or_default().concat()
     };
     let alone: Vec<_> = groups
         .iter()
-        .map(|group| calibrate(&group.forward, &group.evidence, &sampler, 1))
+        .map(|group| calibrate(&group.forward, &priors, &group.evidence, &sampler, 1))
         .collect::<Result<_, CalibrationError>>()?;
     let mut charts = Vec::new();
     for (parameter, label, range) in [(0, "E (MPa)", (200.0, 450.0)), (2, "ξ (MPa s)", (0.05, 0.6))]

@@ -44,23 +44,24 @@ mod workflow;
 pub use breccia_calibration::{
     Belief, Calibration, CalibrationError, Compression, CurveRates, Decimal, DisplacementAtPeak,
     Encoding, EnergyToPeak, Evidence, Expected, Extent, ForceAt, FurtherTest, FurtherTestError,
-    Goal, Groups, HomogeneousCylinder, InputError, MaterialParameter, Needed, PeakForce,
-    PeakedCurve, Pooling, Population, PostPeakSlope, Property, Qoi, QoiError, QoiRegistry, Qois,
-    Quantity, ReadOptions, RelativeForce, Separator, Slope, Specimen, SpecimenTable, Specimens,
-    TestAtDraw, TestCurve, TestGroup, Trend, Unit, calibrate, calibrate_after, calibrate_groups,
-    calibration, calibration_on, calibration_over_groups, hyperelastic, tension,
+    Goal, Groups, HomogeneousCylinder, InputError, Needed, PeakForce, PeakedCurve, Pooling,
+    Population, PostPeakSlope, Prior, PriorBounds, PriorFamily, PriorKey, Qoi, QoiError,
+    QoiRegistry, Qois, Quantity, ReadOptions, RelativeForce, Separator, Slope, Specimen,
+    SpecimenTable, Specimens, TestAtDraw, TestCurve, TestGroup, Trend, Unit, calibrate,
+    calibrate_after, calibrate_groups, calibration, calibration_on, calibration_over_groups,
+    hyperelastic, tension,
 };
 use breccia_calibration::{
-    budget, curve_check, error, experiment, fracture, further_test, parameter, predicted_curve,
-    qoi, record, specimen_files, table, table_format,
+    budget, curve_check, error, experiment, fracture, further_test, predicted_curve, prior, qoi,
+    record, specimen_files, table, table_format,
 };
 pub use case::{
-    AdaptiveCase, ArcLengthCase, ByParameter, CalibrationCase, CandidateCase, Case, CaseFile,
-    ConditionsCase, ConfirmCase, DesignCase, DiscrepancyCase, ExperimentsCase, ExtendCase,
-    FidelityCase, FurtherTestsCase, ImageCase, LevelCase, Likelihood, MaterialCase, MeasureCase,
-    Microstructure, NoiseCase, OutputCase, PrescribeCase, PriorBounds, PriorCase, QoiCase,
-    SequentialCase, SpecimenCase, SpecimenGeometry, SurrogateCase, TestCase, Toe, TractionCase,
-    VirtualCase,
+    AdaptiveCase, ArcLengthCase, BoundsCase, ByParameter, CalibrationCase, CandidateCase, Case,
+    CaseFile, ConditionsCase, ConfirmCase, DesignCase, DesignSample, DiscrepancyCase,
+    ExperimentsCase, ExtendCase, FidelityCase, FurtherTestsCase, ImageCase, LevelCase, Likelihood,
+    MaterialCase, MeasureCase, Microstructure, NoiseCase, OutputCase, Parameter, PrescribeCase,
+    PriorCase, QoiCase, SequentialCase, SimulationParts, SpecimenCase, SpecimenGeometry,
+    SurrogateCase, Target, TargetError, TestCase, Toe, TractionCase, VirtualCase,
 };
 pub use cli::program;
 pub use coverage::{CoverageRow, CoverageStudy, Emulated, KnownStiffness, Laboratory, Setting};

@@ -2,6 +2,8 @@
 
 use breccia_calibration::{Qoi, QoiRegistry};
 
+use crate::case::{Target, TargetRegistry};
+
 /// Everything that a case can name and that a user's own program can extend.
 ///
 /// # Example
@@ -32,22 +34,28 @@ use breccia_calibration::{Qoi, QoiRegistry};
 #[derive(Debug)]
 pub struct Registry {
     qois: QoiRegistry,
+    targets: TargetRegistry,
 }
 
 impl Registry {
     /// Everything that is built in.
     pub fn standard() -> Self {
-        Self { qois: QoiRegistry::standard() }
+        Self { qois: QoiRegistry::standard(), targets: TargetRegistry::standard() }
     }
 
     /// Adds a quantity of interest. If its name is taken, the earlier quantity keeps the name.
     pub fn with_qoi(self, qoi: impl Qoi) -> Self {
-        Self { qois: self.qois.with_qoi(qoi) }
+        Self { qois: self.qois.with_qoi(qoi), ..self }
+    }
+
+    /// Adds a parameter that `[prior]` can name. If its path is taken, the earlier target keeps the path.
+    pub fn with_target(self, target: impl Target) -> Self {
+        Self { targets: self.targets.with_target(target), ..self }
     }
 
     /// Makes this the registry of the process, before the first case is read. Returns `false` if the process has one
     /// already. [`program`](crate::program) calls it.
     pub fn install(self) -> bool {
-        self.qois.install()
+        self.qois.install() && self.targets.install()
     }
 }

@@ -70,7 +70,7 @@ impl VirtualSpecimen {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::case::{CaseFile, Property, VirtualCase};
+    use crate::case::{CaseFile, VirtualCase};
 
     fn case() -> VirtualCase {
         CaseFile::default_case().case.experiments.unwrap().virtual_specimens.unwrap()
@@ -86,7 +86,7 @@ mod tests {
         let n = 4000;
         let VirtualCase { truth, mut scatter, .. } = case();
         for parameter in truth.parameters() {
-            let sd = if parameter.property == Property::Young { 0.03 } else { 0.2 };
+            let sd = if parameter.to_string() == "matrix.young_mpa" { 0.03 } else { 0.2 };
             scatter.insert(parameter.clone(), sd);
         }
         let specimens = VirtualSpecimen::draw(n, 5, &truth, &scatter, Some(1));

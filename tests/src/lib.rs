@@ -3,6 +3,7 @@
 pub mod eight_schools;
 pub mod posteriors;
 
+use models::Prior;
 use ppl::Posterior;
 use ppl::check::Estimate;
 use serde_json::Value;
@@ -64,9 +65,9 @@ impl Instance {
         Self { json, pce, qois }
     }
 
-    /// The prior box of the instance.
-    pub fn prior() -> [[f64; 2]; 3] {
-        [[-1.0, 1.0]; 3]
+    /// The priors of the instance.
+    pub fn prior() -> [Prior; 3] {
+        [Prior::uniform(-1.0, 1.0); 3]
     }
 }
 

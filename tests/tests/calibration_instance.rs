@@ -81,7 +81,7 @@ fn sizes_from_the_data_change_nothing() {
     let fixed = calibration(&instance.pce, &instance.qois, &prior);
     let qois: Vec<Vec<f64>> = instance.qois.iter().map(|y| y.to_vec()).collect();
     let specimens = Specimens::new(&qois).unwrap();
-    let by_data = calibration_on(&instance.pce, &specimens);
+    let by_data = calibration_on(&instance.pce, &prior, &specimens);
     let golden = &instance.json["golden_gradient_stan_coordinates"];
     let y = numbers::<9>(&golden["u"]);
     approx::assert_relative_eq!(density(&by_data, &y), density(&fixed, &y), max_relative = 1e-12);

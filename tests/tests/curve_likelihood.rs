@@ -3,7 +3,7 @@
 //! F(u) = s u exp(−(u/a)ᵖ/p) has its peak s a e^(−1/p) at a, and the shape x e^((1 − xᵖ)/p) there. Peak and
 //! displacement at peak leave a curve of parameters open; the shape closes it.
 
-use models::{Evidence, Qois, Quantity, TestCurve, calibrate};
+use models::{Evidence, Prior, Qois, Quantity, TestCurve, calibrate};
 use nalgebra::{DMatrix, DVector};
 use ppl::Nuts;
 use rand::{Rng, SeedableRng};
@@ -75,7 +75,8 @@ fn posterior(specimens: &[TestCurve], quantities: &[Quantity]) -> Vec<[f64; 2]> 
     let qois = specimens.iter().map(|curve| Qois::values_of(curve, 0.3, quantities).unwrap());
     let evidence = Evidence { qois: qois.collect(), ..Evidence::default() };
     let sampler = Nuts::default().chains(2).warmup(400).draws(1000).seed(5);
-    let result = calibrate(&fit.pce, &evidence, &sampler, 5).unwrap();
+    let result =
+        calibrate(&fit.pce, &Prior::uniform_on(fit.pce.inputs()), &evidence, &sampler, 5).unwrap();
     let theta = result.posterior.posterior.get("theta").unwrap();
     let of = |i: usize| {
         let draws: Vec<f64> = theta.data.iter().skip(i).step_by(3).copied().collect();

@@ -1,6 +1,6 @@
 //! A calibration whose likelihood is a simulation, screened by a surrogate that is wrong.
 
-use models::calibration;
+use models::{Prior, calibration};
 use ppl::prelude::*;
 use ppl::{DomainError, Posterior};
 use surrogate::{Dataset, DesignMethod, DynPce, FitOptions, Input, Pce};
@@ -55,8 +55,9 @@ fn specimens() -> Vec<[f64; 3]> {
 #[test]
 fn the_simulation_decides_though_the_surrogate_is_wrong() {
     let (surrogate, qois) = (biased(), specimens());
+    let priors = PRIOR.map(|[low, high]| Prior::uniform(low, high));
     let (cheap, exact) =
-        (calibration(&surrogate, &qois, &PRIOR), calibration(&ViscousLimit, &qois, &PRIOR));
+        (calibration(&surrogate, &qois, &priors), calibration(&ViscousLimit, &qois, &priors));
     let nuts = Nuts::default().draws(4000).target_accept(0.95).seed(1);
     let reference = nuts.sample(&exact).unwrap().summary();
     let screened = nuts.sample(&cheap).unwrap().summary();

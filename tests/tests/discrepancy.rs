@@ -1,6 +1,6 @@
 //! What the model itself may be off by, against the closed form of a linear model.
 
-use models::{Evidence, calibrate};
+use models::{Evidence, Prior, calibrate};
 use nalgebra::{DMatrix, DVector, dvector};
 use ppl::Nuts;
 use rand::{Rng, SeedableRng};
@@ -30,7 +30,9 @@ fn posterior(more: f64, sd: [f64; 2]) -> [f64; 2] {
     let shared = vec![vec![sd[0] * sd[0], 0.0], vec![0.0, sd[1] * sd[1]]];
     let evidence = Evidence { qois: specimens(more), shared, ..Evidence::default() };
     let sampler = Nuts::default().chains(2).warmup(400).draws(1500).seed(2);
-    let result = calibrate(&forward(), &evidence, &sampler, 2).unwrap();
+    let result =
+        calibrate(&forward(), &Prior::uniform_on(forward().inputs()), &evidence, &sampler, 2)
+            .unwrap();
     let draws = &result.posterior.posterior.get("theta").unwrap().data;
     let n = draws.len() as f64;
     let mean = draws.iter().sum::<f64>() / n;

@@ -1,9 +1,14 @@
-//! A user's own program: `breccia` with one more quantity of interest, which is defined outside the workspace's crates.
+//! A user's own program: `breccia` with one more quantity of interest and one more parameter, which are defined outside
+//! the workspace's crates.
 
 use std::borrow::Cow;
+use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use models::{CaseFile, PeakedCurve, Qoi, QoiError, Registry, Unit, Workflow};
+use models::{
+    CaseFile, PeakedCurve, Qoi, QoiError, Registry, SimulationParts, Target, TargetError, Unit,
+    Workflow,
+};
 use surrogate::Dataset;
 
 /// Peak force divided by the displacement at peak.
@@ -32,6 +37,38 @@ impl Qoi for SecantStiffness {
     }
 }
 
+/// Factor on Young's modulus of all regions.
+#[derive(Debug)]
+struct StiffnessFactor;
+
+impl Target for StiffnessFactor {
+    fn path(&self) -> Cow<'_, str> {
+        "sample.stiffness_factor".into()
+    }
+
+    fn label(&self) -> Cow<'_, str> {
+        "stiffness factor".into()
+    }
+
+    fn unit(&self) -> Cow<'_, str> {
+        "1".into()
+    }
+
+    fn range(&self) -> [f64; 2] {
+        [0.0, f64::INFINITY]
+    }
+
+    fn set(&self, parts: &mut SimulationParts, value: f64) -> Result<(), TargetError> {
+        let moduli = parts.material.values_mut().filter_map(|m| m.young_mpa.as_mut());
+        moduli.for_each(|young_mpa| *young_mpa *= value);
+        Ok(())
+    }
+
+    fn usual_scatter(&self) -> f64 {
+        0.03
+    }
+}
+
 /// Linear elements, 12 runs with derivatives, three virtual specimens.
 const CASE: &str = r#"
 [specimen]
@@ -53,9 +90,10 @@ stop_below_peak = 0.1
 [qoi]
 quantities = ["secant-stiffness", "displacement-at-peak"]
 [prior]
-matrix.young_mpa = [250.0, 300.0]
+sample.stiffness_factor = { distribution = "lognormal", median = 1.0, factor = 1.05, range = [0.9, 1.1] }
 matrix.viscosity_mpa_s = [0.05, 0.55]
 [design]
+sample = "prior"
 runs = 8
 derivatives = true
 [surrogate]
@@ -63,7 +101,7 @@ max_order = 2
 [experiments.virtual]
 specimens = 3
 seed = 11
-truth = { matrix.young_mpa = 275.0, matrix.viscosity_mpa_s = 0.3 }
+truth = { sample.stiffness_factor = 1.0, matrix.viscosity_mpa_s = 0.3 }
 [calibration]
 chains = 2
 warmup = 150
@@ -72,12 +110,31 @@ draws = 150
 draws = 1
 "#;
 
-/// Every stage uses the quantity: it is a column of the tables and a row of the report. The derivatives of the runs are
-/// those of viscous damage, for which the secant stiffness is proportional to Young's modulus and does not depend on the
-/// viscosity; the toughness makes a difference of a few per cent.
+/// Variance of exp(−½ (ln x/ln 1.05)²)/x on 0.9 < x < 1.1, by sums over a grid.
+fn prior_variance() -> f64 {
+    let (mut mass, mut first, mut second) = (0.0, 0.0, 0.0);
+    for i in 0..2000 {
+        let x = 0.9 + 1e-4 * (f64::from(i) + 0.5);
+        let p = (-0.5 * (x.ln() / 1.05f64.ln()).powi(2)).exp() / x;
+        (mass, first, second) = (mass + p, first + p * x, second + p * x * x);
+    }
+    second / mass - (first / mass).powi(2)
+}
+
+/// Every stage uses the quantity and the parameter: they are columns of the tables and rows of the report. The derivatives
+/// of the runs are those of viscous damage, for which the secant stiffness is proportional to Young's modulus and does not
+/// depend on the viscosity; the toughness makes a difference of a few per cent.
 #[test]
-fn a_quantity_from_outside_is_calibrated() {
-    assert!(Registry::standard().with_qoi(SecantStiffness).install());
+fn a_quantity_and_a_parameter_from_outside_are_calibrated() {
+    assert!(Registry::standard().with_qoi(SecantStiffness).with_target(StiffnessFactor).install());
+    for (from, to, parts) in [
+        ("stiffness_factor = {", "stifness_factor = {", ["stifness_factor", "stiffness_factor"]),
+        ("range = [0.9", "range = [-0.9", ["sample.stiffness_factor", "0 or more"]),
+    ] {
+        let wrong = CaseFile::parse(&CASE.replacen(from, to, 1), Path::new("case.toml"));
+        let message = wrong.unwrap_err().to_string();
+        assert!(parts.iter().all(|part| message.contains(part)), "{message}");
+    }
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("case.toml");
     std::fs::write(&path, CASE).unwrap();
@@ -88,13 +145,26 @@ fn a_quantity_from_outside_is_calibrated() {
     for file in ["experiments.csv", "summary.csv", "confirm.csv"] {
         assert!(text(file).contains("secant_stiffness_N_per_mm"), "{file}");
     }
-    assert!(text("report.html").contains("secant stiffness (N/mm)"));
+    let report = text("report.html");
+    for part in ["secant stiffness (N/mm)", "stiffness factor", "lognormal, 0.9 … 1.1"] {
+        assert!(report.contains(part), "{part}");
+    }
+    let summary = text("summary.csv");
+    let header: Vec<&str> = summary.lines().next().unwrap().split(',').collect();
+    let row = summary.lines().find(|line| line.starts_with("sample.stiffness_factor,")).unwrap();
+    let row: Vec<&str> = row.split(',').collect();
+    let number = |name: &str| -> f64 {
+        row[header.iter().position(|own| *own == name).unwrap()].parse().unwrap()
+    };
+    // relative to the variance of the lognormal prior; that of the uniform one on this range is 1.7 times as large
+    let contraction = 1.0 - number("sd").powi(2) / prior_variance();
+    assert!((number("contraction") - contraction).abs() < 0.05, "{row:?}, not {contraction}");
     let runs = Dataset::read_csv(out.join("runs.csv")).unwrap();
     for (i, (inputs, outputs)) in runs.rows().enumerate() {
-        let [young, viscosity] = inputs[..] else { panic!("{inputs:?}") };
-        let [by_young, by_viscosity] = runs.derivatives(i).unwrap()[..2] else { unreachable!() };
+        let [viscosity, factor] = inputs[..] else { panic!("{inputs:?}") };
+        let [by_viscosity, by_factor] = runs.derivatives(i).unwrap()[..2] else { unreachable!() };
         let stiffness = outputs[0];
-        assert!((by_young * young / stiffness - 1.0).abs() < 0.05, "{by_young}");
+        assert!((by_factor * factor / stiffness - 1.0).abs() < 0.05, "{by_factor}");
         assert!((by_viscosity * viscosity / stiffness).abs() < 0.05, "{by_viscosity}");
     }
 }

@@ -6,13 +6,14 @@
 //!
 //! I(n) = Jᵀ (Σ/n + S)⁻¹ J,
 //!
-//! With the covariance P of the present posterior, which includes the bounds of the prior, the expected posterior
+//! With the covariance P of the present posterior, which includes the prior, the expected posterior
 //! covariance is V = (P⁻¹ + I(n))⁻¹, averaged over the draws. No linear estimator of the parameters has smaller
 //! variances. If all distributions are Gaussian, no estimator has smaller variances.
 
 use nalgebra::{Cholesky, DMatrix, Dyn};
 
 use crate::budget::matrix;
+use crate::prior::Prior;
 
 /// Number of specimens that represents infinitely many.
 const MANY: usize = 1_000_000;
@@ -45,7 +46,7 @@ pub enum FurtherTestError {
 /// Present posterior of the parameters, in units of the prior standard deviations.
 #[derive(Clone, Debug)]
 pub struct Belief {
-    /// Standard deviations of the uniform priors.
+    /// Standard deviations of the priors.
     prior_sd: Vec<f64>,
     /// Cholesky factor L of the covariance P = L Lᵀ of the draws, in units of `prior_sd`.
     factor: DMatrix<f64>,
@@ -54,13 +55,13 @@ pub struct Belief {
 }
 
 impl Belief {
-    /// Computes covariance and intervals from draws of a posterior, one row per draw. `prior` contains the bounds of
-    /// the uniform prior of each parameter.
+    /// Computes covariance and intervals from draws of a posterior, one row per draw. `priors` are the priors of the
+    /// parameters.
     ///
     /// # Errors
     /// If a row does not have one value per parameter, or the covariance of the draws is not positive definite.
-    pub fn of_draws(prior: &[[f64; 2]], draws: &[Vec<f64>]) -> Result<Self, FurtherTestError> {
-        let (size, count) = (prior.len(), draws.len());
+    pub fn of_draws(priors: &[Prior], draws: &[Vec<f64>]) -> Result<Self, FurtherTestError> {
+        let (size, count) = (priors.len(), draws.len());
         if let Some(row) = draws.iter().find(|row| row.len() != size) {
             return Err(FurtherTestError::Size {
                 what: "a draw",
@@ -68,8 +69,7 @@ impl Belief {
                 found: row.len(),
             });
         }
-        let prior_sd: Vec<f64> =
-            prior.iter().map(|[low, high]| (high - low) / 12f64.sqrt()).collect();
+        let prior_sd: Vec<f64> = priors.iter().map(Prior::sd).collect();
         let mean = |i: usize| draws.iter().map(|row| row[i]).sum::<f64>() / count as f64;
         let means: Vec<f64> = (0..size).map(mean).collect();
         let scaled = DMatrix::from_fn(count, size, |k, i| (draws[k][i] - means[i]) / prior_sd[i]);
@@ -117,12 +117,12 @@ pub struct TestAtDraw {
 ///
 /// # Example
 /// ```
-/// use breccia_calibration::{Belief, FurtherTest, Goal, TestAtDraw};
+/// use breccia_calibration::{Belief, FurtherTest, Goal, Prior, TestAtDraw};
 ///
 /// // a parameter known no better than its prior, which a quantity measures with an error of 1
-/// let prior = [[0.0, 12.0_f64.sqrt()]];
-/// let draws: Vec<Vec<f64>> = (0..10_001).map(|i| vec![prior[0][1] * f64::from(i) / 1e4]).collect();
-/// let belief = Belief::of_draws(&prior, &draws)?;
+/// let width = 12.0_f64.sqrt();
+/// let draws: Vec<Vec<f64>> = (0..10_001).map(|i| vec![width * f64::from(i) / 1e4]).collect();
+/// let belief = Belief::of_draws(&[Prior::uniform(0.0, width)], &draws)?;
 /// let draw = TestAtDraw { jacobian: vec![vec![1.0]], scatter: vec![vec![1.0]] };
 /// let test = FurtherTest { draws: vec![draw], shared: vec![vec![0.0]], seen: 0 };
 ///

@@ -21,7 +21,7 @@
 //!
 //! 1. `error`, `table`, `record`, `table_format`: errors in files, small tables, records of testing machines, tables
 //!    saved from spreadsheets
-//! 2. `parameter`, `experiment`, `specimen_files`, `qoi`: material parameters, specimens with their curves and files,
+//! 2. `prior`, `experiment`, `specimen_files`, `qoi`: priors of parameters, specimens with their curves and files,
 //!    quantities of interest
 //! 3. `curve_check`: findings on a measured curve
 //! 4. `fracture`, `hyperelastic`, `tension`: calibration models, each the pattern that a user copies
@@ -43,9 +43,9 @@ pub mod fracture;
 pub mod further_test;
 pub mod hyperelastic;
 #[doc(hidden)]
-pub mod parameter;
-#[doc(hidden)]
 pub mod predicted_curve;
+#[doc(hidden)]
+pub mod prior;
 #[doc(hidden)]
 pub mod qoi;
 #[doc(hidden)]
@@ -66,7 +66,7 @@ pub use fracture::{
     calibration_over_groups,
 };
 pub use further_test::{Belief, Expected, FurtherTest, FurtherTestError, Goal, Needed, TestAtDraw};
-pub use parameter::{MaterialParameter, Property};
+pub use prior::{Prior, PriorBounds, PriorFamily, PriorKey};
 pub use qoi::{
     CurveRates, DisplacementAtPeak, EnergyToPeak, Extent, ForceAt, HomogeneousCylinder, PeakForce,
     PeakedCurve, PostPeakSlope, Qoi, QoiError, QoiRegistry, Qois, Quantity, RelativeForce, Slope,

@@ -2,10 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use ::surrogate::{DesignMethod, OrderRule, Terms};
+use ::surrogate::{DesignMethod, OrderRule, SurrogateError, Terms};
 use serde::{Deserialize, Serialize};
 
-use super::PriorCase;
+use super::{BoundsCase, PriorCase};
+use crate::prior::Prior;
 use crate::qoi::Quantity;
 
 /// `[qoi]`: quantities of interest, which are compared between specimens and simulations.
@@ -29,8 +30,11 @@ pub struct DesignCase {
     pub runs: usize,
     /// Seed of the design.
     pub seed: u64,
-    /// Sampling method that fills the prior box.
+    /// Sampling method that fills the ranges of the priors.
     pub method: DesignMethod,
+    /// Distribution of the runs.
+    #[serde(skip_serializing_if = "DesignSample::is_default")]
+    pub sample: DesignSample,
     /// Assignment of specimens to the runs.
     pub microstructure: Microstructure,
     /// Number of packings that the runs share. Without `packings`, each run has its own packing.
@@ -42,6 +46,41 @@ pub struct DesignCase {
     pub derivatives: bool,
 }
 
+/// `design.sample`: the distribution of the runs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum DesignSample {
+    /// The runs fill the range of each parameter evenly.
+    #[default]
+    Range,
+    /// The runs have the distribution of the priors.
+    Prior,
+}
+
+impl DesignSample {
+    fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+impl DesignCase {
+    /// Draws `n` points of the design, whose coordinates are the parameters of a prior.
+    ///
+    /// # Errors
+    /// As [`DesignMethod::sample`].
+    pub(crate) fn points(
+        &self,
+        prior: &PriorCase,
+        n: usize,
+        seed: u64,
+    ) -> Result<Vec<Vec<f64>>, SurrogateError> {
+        match self.sample {
+            DesignSample::Range => self.method.sample(&prior.inputs()?, n, seed),
+            DesignSample::Prior => Prior::sample_design(&prior.priors(), self.method, n, seed),
+        }
+    }
+}
+
 /// `[[extend]]`: a second batch of runs, in addition to the earlier runs, for a posterior that was truncated by the
 /// prior.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -50,7 +89,7 @@ pub struct ExtendCase {
     /// Number of simulations.
     pub runs: usize,
     /// The extended parameter with its new bounds. All other parameters keep the bounds of `[prior]`.
-    pub prior: PriorCase,
+    pub prior: BoundsCase,
 }
 
 /// `[sequential]`: batches of runs that are added in the region of high posterior density, until the error of the
@@ -261,6 +300,7 @@ impl Default for DesignCase {
             runs: 100,
             seed: 1,
             method: DesignMethod::LatinHypercube,
+            sample: DesignSample::default(),
             microstructure: Microstructure::default(),
             packings: None,
             derivatives: false,

@@ -82,7 +82,7 @@ impl VirtualCase {
     pub(super) fn complete(&mut self) {
         for parameter in self.truth.parameters() {
             if self.scatter.get(parameter).is_none() {
-                let usual = parameter.property.usual_scatter();
+                let usual = parameter.usual_scatter();
                 self.scatter.insert(parameter.clone(), usual);
             }
         }

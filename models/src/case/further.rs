@@ -169,11 +169,12 @@ impl CaseFile {
         }
         for (parameter, &width) in further.width90.iter() {
             let key = format!("further_tests.width90.{parameter}");
-            let Some(bounds) = prior.get(parameter) else {
+            let Some(prior) = prior.get(parameter) else {
                 let help = "Name a parameter of [prior].";
                 return Err(self.error(&key, width.to_string(), "is not calibrated", help));
             };
-            let most = bounds.0[1] - bounds.0[0];
+            let [lower, upper] = prior.range();
+            let most = upper - lower;
             let help = "It is the width of a 90 % interval, in the parameter's unit.";
             self.within(&key, width, 1e-9 * most, most, "(the prior's width)", help)?;
         }

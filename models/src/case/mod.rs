@@ -20,6 +20,7 @@ mod own_data;
 mod parameter;
 mod read;
 mod simulation;
+mod target;
 #[cfg(test)]
 mod tests;
 mod validate;
@@ -34,11 +35,11 @@ use fem::{
 };
 use serde::{Deserialize, Serialize};
 
-pub(crate) use crate::parameter::{MaterialParameter, Property};
+use crate::prior::PriorBounds;
 use crate::qoi::Quantity;
 pub use calibration::{
-    CalibrationCase, ConfirmCase, DesignCase, DiscrepancyCase, ExtendCase, Likelihood,
-    Microstructure, QoiCase, SequentialCase, SurrogateCase,
+    CalibrationCase, ConfirmCase, DesignCase, DesignSample, DiscrepancyCase, ExtendCase,
+    Likelihood, Microstructure, QoiCase, SequentialCase, SurrogateCase,
 };
 pub use conditions::{ConditionsCase, MeasureCase, PrescribeCase, TractionCase};
 pub use experiments::{ExperimentsCase, NoiseCase, Toe, VirtualCase};
@@ -50,9 +51,11 @@ pub use image::ImageCase;
 pub use material::MaterialCase;
 pub(crate) use mistakes::Mistakes;
 pub(crate) use overlay::{merge, remove};
-pub use parameter::{ByParameter, PriorBounds, PriorCase};
+pub use parameter::{BoundsCase, ByParameter, PriorCase};
 pub use read::CaseFile;
 pub use simulation::{AdaptiveCase, ArcLengthCase, OutputCase, TestCase};
+pub use target::{Parameter, SimulationParts, Target, TargetError};
+pub(crate) use target::{Property, TargetRegistry};
 
 /// A case: the simulations, the calibrated parameters, and the experiments.
 ///
@@ -86,7 +89,7 @@ pub struct Case {
     /// Definitions of the quantities of interest of a curve.
     #[serde(default)]
     pub qoi: QoiCase,
-    /// Calibrated parameters with their bounds; not needed for a single simulation.
+    /// Calibrated parameters with their priors; not needed for a single simulation.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub prior: Option<PriorCase>,
     /// Extensions of the prior, each with runs in addition to those of `[design]`.
@@ -180,17 +183,24 @@ impl Case {
         }
     }
 
-    /// The prior including all extensions: the box of the surrogate and of the calibration.
+    /// The parts that a calibrated parameter can change.
+    pub(crate) fn parts(&self) -> SimulationParts {
+        let Self { material, phase_field, test, .. } = self.clone();
+        SimulationParts { material, phase_field, test }
+    }
+
+    /// The prior with the ranges of all extensions: its ranges are the box of the surrogate.
     pub fn whole_prior(&self) -> Option<PriorCase> {
-        let mut prior = self.prior.clone()?;
+        let prior = self.prior.as_ref()?;
+        let mut bounds = prior.bounds();
         for (parameter, &PriorBounds([lower, upper])) in
             self.extend.iter().flat_map(|e| e.prior.iter())
         {
-            let before = prior.get(parameter).map_or([lower, upper], |bounds| bounds.0);
+            let before = bounds.get(parameter).map_or([lower, upper], |bounds| bounds.0);
             let whole = PriorBounds([before[0].min(lower), before[1].max(upper)]);
-            prior.insert(parameter.clone(), whole);
+            bounds.insert(parameter.clone(), whole);
         }
-        Some(prior)
+        Some(prior.within(&bounds))
     }
 
     /// The default case that is supplied with the program, with every key explained.

@@ -1,36 +1,23 @@
-//! Parameters named by paths such as `matrix.young_mpa`, as used by `[prior]` and the virtual specimens.
+//! Values of parameters that are named by paths such as `matrix.young_mpa`: `[prior]` and the virtual specimens.
 
 use std::collections::BTreeMap;
 use std::fmt;
 use std::marker::PhantomData;
 
 use ::surrogate::{Input, SurrogateError};
-use serde::de::{Error, MapAccess, Visitor, value::MapAccessDeserializer};
+use serde::de::{DeserializeSeed, Error, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::MaterialCase;
-use crate::parameter::{MaterialParameter, Property};
+use super::target::{Parameter, TargetRegistry};
+use crate::prior::{Prior, PriorBounds};
 
-impl MaterialCase {
-    /// Sets the value of a property.
-    pub(crate) fn set(&mut self, property: Property, value: f64) {
-        match property {
-            Property::Young => self.young_mpa = Some(value),
-            Property::Poisson => self.poisson = Some(value),
-            Property::Toughness => self.toughness_n_per_mm = Some(value),
-            Property::Viscosity => self.viscosity_mpa_s = value,
-            Property::ResidualStiffness => self.residual_stiffness = value,
-        }
-    }
-}
-
-/// A value for each of several parameters, ordered by region and [`Property`].
+/// A value for each of several parameters, in the order of the parameters.
 ///
 /// Written in TOML as `matrix.young_mpa = 280.0`, or as nested tables.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ByParameter<T>(BTreeMap<MaterialParameter, T>);
+pub struct ByParameter<T>(BTreeMap<Parameter, T>);
 
-/// `[prior]`: the bounds of the uniform priors. They are also the bounds of the surrogate's inputs.
+/// `[prior]`: the priors. Their ranges are the bounds of the surrogate's inputs.
 ///
 /// # Example
 /// ```
@@ -38,49 +25,67 @@ pub struct ByParameter<T>(BTreeMap<MaterialParameter, T>);
 /// let names: Vec<String> = prior.names().collect();
 /// assert_eq!(names, ["matrix.young_mpa", "matrix.toughness_n_per_mm", "matrix.viscosity_mpa_s"]);
 /// ```
-pub type PriorCase = ByParameter<PriorBounds>;
+pub type PriorCase = ByParameter<Prior>;
 
-/// Lower and upper bound of a parameter.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(transparent)]
-pub struct PriorBounds(#[serde(deserialize_with = "two_numbers")] pub [f64; 2]);
+/// `[[extend]]`: bounds of parameters.
+pub type BoundsCase = ByParameter<PriorBounds>;
 
 impl<T> ByParameter<T> {
     /// Iterates over the parameters in order.
-    pub fn parameters(&self) -> impl ExactSizeIterator<Item = &MaterialParameter> {
+    pub fn parameters(&self) -> impl ExactSizeIterator<Item = &Parameter> {
         self.0.keys()
     }
 
     /// Iterates over the paths of the parameters in order.
     pub fn names(&self) -> impl ExactSizeIterator<Item = String> {
-        self.0.keys().map(MaterialParameter::to_string)
+        self.0.keys().map(Parameter::to_string)
     }
 
     /// Iterates over the parameters with their values.
-    pub fn iter(&self) -> impl ExactSizeIterator<Item = (&MaterialParameter, &T)> {
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = (&Parameter, &T)> {
         self.0.iter()
     }
 
     /// Returns the value of a parameter, if there is one.
-    pub fn get(&self, parameter: &MaterialParameter) -> Option<&T> {
+    pub fn get(&self, parameter: &Parameter) -> Option<&T> {
         self.0.get(parameter)
     }
 
     /// Sets the value of a parameter.
-    pub fn insert(&mut self, parameter: MaterialParameter, value: T) {
+    pub fn insert(&mut self, parameter: Parameter, value: T) {
         self.0.insert(parameter, value);
     }
 }
 
 impl PriorCase {
-    /// Converts the bounds to the inputs of a surrogate, named by the paths of the parameters.
+    /// Converts the ranges to the inputs of a surrogate, named by the paths of the parameters.
     ///
     /// # Errors
-    /// If bounds are not finite, or the lower bound is not below the upper bound.
+    /// If a range is not finite, or the lower bound is not below the upper bound.
     pub fn inputs(&self) -> Result<Vec<Input>, SurrogateError> {
+        self.iter().map(|(parameter, prior)| prior.input(parameter.to_string())).collect()
+    }
+
+    /// The priors of the parameters in order.
+    pub(crate) fn priors(&self) -> Vec<Prior> {
+        self.0.values().copied().collect()
+    }
+
+    /// The ranges of the priors.
+    pub(crate) fn bounds(&self) -> BoundsCase {
         self.iter()
-            .map(|(p, &PriorBounds([lower, upper]))| Input::new(p.to_string(), lower, upper))
+            .map(|(parameter, prior)| (parameter.clone(), PriorBounds(prior.range())))
             .collect()
+    }
+
+    /// The priors with the ranges of some parameters replaced.
+    pub(crate) fn within(&self, bounds: &BoundsCase) -> Self {
+        let of = |(parameter, prior): (&Parameter, &Prior)| {
+            let PriorBounds([lower, upper]) =
+                bounds.get(parameter).copied().unwrap_or(PriorBounds(prior.range()));
+            (parameter.clone(), prior.within(lower, upper))
+        };
+        self.iter().map(of).collect()
     }
 }
 
@@ -90,58 +95,84 @@ impl<T> Default for ByParameter<T> {
     }
 }
 
-impl<T> FromIterator<(MaterialParameter, T)> for ByParameter<T> {
-    fn from_iter<I: IntoIterator<Item = (MaterialParameter, T)>>(entries: I) -> Self {
+impl<T> FromIterator<(Parameter, T)> for ByParameter<T> {
+    fn from_iter<I: IntoIterator<Item = (Parameter, T)>>(entries: I) -> Self {
         Self(entries.into_iter().collect())
     }
 }
 
 impl<T: Serialize> Serialize for ByParameter<T> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut regions = BTreeMap::<&str, BTreeMap<Property, &T>>::new();
-        for (MaterialParameter { region, property }, value) in &self.0 {
-            regions.entry(region).or_default().insert(*property, value);
+        let mut tables = BTreeMap::<&str, Entries<'_, T>>::new();
+        for (parameter, value) in &self.0 {
+            let (table, key) = parameter.table_and_key();
+            tables.entry(table).or_insert(Entries(Vec::new())).0.push((key, value));
         }
-        regions.serialize(serializer)
+        tables.serialize(serializer)
+    }
+}
+
+/// Entries of one table in the order of the parameters.
+struct Entries<'a, T>(Vec<(&'a str, &'a T)>);
+
+impl<T: Serialize> Serialize for Entries<'_, T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(self.0.iter().copied())
     }
 }
 
 impl<'de, T: Deserialize<'de>> Deserialize<'de> for ByParameter<T> {
     fn deserialize<D: Deserializer<'de>>(source: D) -> Result<Self, D::Error> {
-        let regions = BTreeMap::<String, Region<T>>::deserialize(source)?;
-        let entries = regions.into_iter().flat_map(|(region, Region(values))| {
-            values.into_iter().map(move |(property, value)| {
-                (MaterialParameter { region: region.clone(), property }, value)
-            })
-        });
-        Ok(entries.collect())
+        source.deserialize_map(Tables(PhantomData))
     }
 }
 
-/// The values of the parameters of one region.
-struct Region<T>(BTreeMap<Property, T>);
+/// Visitor that reads all tables.
+struct Tables<T>(PhantomData<T>);
 
-impl<'de, T: Deserialize<'de>> Deserialize<'de> for Region<T> {
-    fn deserialize<D: Deserializer<'de>>(source: D) -> Result<Self, D::Error> {
-        source.deserialize_any(RegionVisitor(PhantomData))
+impl<'de, T: Deserialize<'de>> Visitor<'de> for Tables<T> {
+    type Value = ByParameter<T>;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("tables of parameters")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<ByParameter<T>, A::Error> {
+        let mut all = BTreeMap::new();
+        while let Some(table) = map.next_key::<String>()? {
+            all.extend(map.next_value_seed(Table(&table, PhantomData))?);
+        }
+        Ok(ByParameter(all))
     }
 }
 
-/// Visitor that reads a table; for other types of value it reports the expected syntax.
-struct RegionVisitor<T>(PhantomData<T>);
+/// Reads the parameters of one table; for other types of value it reports the expected syntax.
+struct Table<'a, T>(&'a str, PhantomData<T>);
 
-impl<'de, T: Deserialize<'de>> Visitor<'de> for RegionVisitor<T> {
-    type Value = Region<T>;
+impl<'de, T: Deserialize<'de>> DeserializeSeed<'de> for Table<'_, T> {
+    type Value = Vec<(Parameter, T)>;
+
+    fn deserialize<D: Deserializer<'de>>(self, source: D) -> Result<Self::Value, D::Error> {
+        source.deserialize_any(self)
+    }
+}
+
+impl<'de, T: Deserialize<'de>> Visitor<'de> for Table<'_, T> {
+    type Value = Vec<(Parameter, T)>;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("a parameter with its region, such as matrix.young_mpa")
     }
 
-    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Region<T>, A::Error> {
-        BTreeMap::deserialize(MapAccessDeserializer::new(map)).map(Region)
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
+        let mut entries = Vec::new();
+        while let Some(parameter) = map.next_key_seed(Key(self.0))? {
+            entries.push((parameter, map.next_value()?));
+        }
+        Ok(entries)
     }
 
-    fn visit_seq<A>(self, _: A) -> Result<Region<T>, A::Error>
+    fn visit_seq<A>(self, _: A) -> Result<Self::Value, A::Error>
     where
         A: serde::de::SeqAccess<'de>,
     {
@@ -150,20 +181,27 @@ impl<'de, T: Deserialize<'de>> Visitor<'de> for RegionVisitor<T> {
         ))
     }
 
-    fn visit_str<E: Error>(self, _: &str) -> Result<Region<T>, E> {
+    fn visit_str<E: Error>(self, _: &str) -> Result<Self::Value, E> {
         Err(E::custom(
             "is no region; expected a parameter with its region, such as matrix.young_mpa",
         ))
     }
 }
 
-/// Reads exactly two numbers. Deserialising an array `[f64; 2]` would ignore further numbers.
-fn two_numbers<'de, D: Deserializer<'de>>(source: D) -> Result<[f64; 2], D::Error> {
-    let numbers = Vec::<f64>::deserialize(source)?;
-    let count = numbers.len();
-    numbers.try_into().map_err(|_| {
-        serde::de::Error::custom(format!("{count} numbers, expected two: [lower, upper]"))
-    })
+/// Reads a key of a table and finds its parameter.
+struct Key<'a>(&'a str);
+
+impl<'de> DeserializeSeed<'de> for Key<'_> {
+    type Value = Parameter;
+
+    fn deserialize<D: Deserializer<'de>>(self, source: D) -> Result<Parameter, D::Error> {
+        let key = String::deserialize(source)?;
+        let registry = TargetRegistry::current();
+        registry.find(&format!("{}.{key}", self.0)).ok_or_else(|| {
+            let known = registry.keys_of(self.0).join("`, `");
+            D::Error::custom(format!("unknown variant `{key}`, expected one of `{known}`"))
+        })
+    }
 }
 
 #[cfg(test)]
@@ -172,21 +210,28 @@ mod tests {
 
     #[test]
     fn paths_are_read_as_they_are_written() {
-        for property in Property::ALL {
-            let parameter = MaterialParameter { region: "grain".into(), property };
-            assert_eq!(parameter.to_string().parse(), Ok(parameter));
-            let key = toml::Value::try_from(property).unwrap();
-            assert_eq!(key.as_str(), Some(property.key()));
+        for path in [
+            "grain.young_mpa",
+            "grain.residual_stiffness",
+            "phase_field.length_mm",
+            "test.friction",
+        ] {
+            assert_eq!(path.parse::<Parameter>().unwrap().to_string(), path);
         }
-        assert!("matrix.young".parse::<MaterialParameter>().is_err());
+        for path in ["matrix.young", "young_mpa", "phase_field.length"] {
+            assert!(path.parse::<Parameter>().is_err(), "{path}");
+        }
     }
 
     #[test]
-    fn parameters_are_ordered_by_region_and_property_however_they_are_written() {
-        let text = "matrix.viscosity_mpa_s = 0.3\nmatrix.young_mpa = 275.0\ngrain.poisson = 0.2\n";
+    fn parameters_are_ordered_by_table_and_property_however_they_are_written() {
+        let text = "test.friction = 0.1\nmatrix.viscosity_mpa_s = 0.3\nmatrix.young_mpa = 275.0\n\
+                    grain.poisson = 0.2\n";
         let values: ByParameter<f64> = toml::from_str(text).unwrap();
         let names: Vec<String> = values.names().collect();
-        assert_eq!(names, ["grain.poisson", "matrix.young_mpa", "matrix.viscosity_mpa_s"]);
+        let ordered =
+            ["grain.poisson", "matrix.young_mpa", "matrix.viscosity_mpa_s", "test.friction"];
+        assert_eq!(names, ordered);
         let again = toml::to_string(&values).unwrap();
         assert_eq!(toml::from_str::<ByParameter<f64>>(&again).unwrap(), values);
     }

@@ -158,6 +158,9 @@ fn explain_at(error: &toml::de::Error, place: String, value: String, path: &Path
         let help = format!("Write {} in place of it.", with_value(&place, &value));
         return InputError::new(path, place, value, problem, help);
     }
+    if let Some((problem, help)) = message.split_once("; help: ") {
+        return InputError::new(path, place, value, problem, help);
+    }
     let names: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
     let (problem, help) = match names.split_first() {
         Some((key, known)) if message.starts_with("unknown field") => {

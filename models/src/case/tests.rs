@@ -156,6 +156,64 @@ fn every_bad_value_is_named_with_its_key_and_what_to_do() {
             &["prior.region = \"matrix\"", "with its region"],
         ),
         (
+            "matrix.young_mpa = [250.0, 300.0]",
+            "matrix.young_mpa = { distribution = \"lognorml\", median = 280.0, factor = 1.1 }",
+            &["prior.matrix.young_mpa = ", "unknown name \"lognorml\"", "mean \"lognormal\"?"],
+        ),
+        (
+            "matrix.young_mpa = [250.0, 300.0]",
+            "matrix.young_mpa = { distribution = \"lognormal\", mediam = 280.0, factor = 1.1 }",
+            &["prior.matrix.young_mpa = ", "\"mediam\"", "mean \"median\"?"],
+        ),
+        (
+            "matrix.young_mpa = [250.0, 300.0]",
+            "matrix.young_mpa = { distribution = \"lognormal\", median = 280.0, sd = 1.1 }",
+            &[
+                "prior.matrix.young_mpa = ",
+                "the distribution lognormal has no key sd",
+                "help: Write { distribution = \"lognormal\", median = …, factor = …, range = [lower, upper] }",
+            ],
+        ),
+        (
+            "matrix.young_mpa = [250.0, 300.0]",
+            "matrix.young_mpa = { distribution = \"normal\", mean = 280.0 }",
+            &[
+                "prior.matrix.young_mpa = ",
+                "the distribution normal needs the key sd",
+                "case.toml:171",
+            ],
+        ),
+        (
+            "matrix.young_mpa = [250.0, 300.0]",
+            "matrix.young_mpa = { mean = 280.0, sd = 3.0 }",
+            &["prior.matrix.young_mpa = ", "names no distribution", "^^^^^^"],
+        ),
+        (
+            "matrix.young_mpa = [250.0, 300.0]",
+            "matrix.young_mpa = { distribution = \"uniform\" }",
+            &["prior.matrix.young_mpa = ", "needs a range"],
+        ),
+        (
+            "matrix.young_mpa = [250.0, 300.0]",
+            "matrix.young_mpa = { distribution = \"normal\", mean = 280.0, sd = \"3\" }",
+            &["prior.matrix.young_mpa = ", "expected a number"],
+        ),
+        (
+            "matrix.young_mpa = [250.0, 300.0]",
+            "matrix.young_mpa = { distribution = \"lognormal\", median = 280.0, factor = 0.9 }",
+            &["prior.matrix.young_mpa: ", "factor must be above 1", "^^^^^^"],
+        ),
+        (
+            "matrix.young_mpa = [250.0, 300.0]",
+            "matrix.young_mpa = { distribution = \"normal\", mean = 280.0, sd = 9.0, range = [400.0, 200.0] }",
+            &["prior.matrix.young_mpa = [400.0, 200.0]", "not below the upper"],
+        ),
+        (
+            "matrix.young_mpa = [250.0, 300.0]",
+            "matrix.young_mpa = { distribution = \"normal\", mean = 280.0, sd = 9.0, range = [-20.0, 400.0] }",
+            &["prior.matrix.young_mpa", "unit"],
+        ),
+        (
             "matrix.young_mpa = 280.0,",
             "",
             &["experiments.virtual.truth.matrix.young_mpa", "is missing"],
@@ -510,6 +568,25 @@ fn conditions_replace_the_platens() {
     let nothing = format!("{specimen}[test]\nsteps = 2\n");
     let message = CaseFile::parse(&nothing, Path::new("case.toml")).unwrap_err().to_string();
     for part in ["test.displacement_mm", "is missing", "[conditions]"] {
+        assert!(message.contains(part), "{part:?} is not in {message:?}");
+    }
+}
+
+#[test]
+fn an_extension_beyond_the_end_of_the_distribution_is_refused() {
+    let prior = "matrix.young_mpa = { distribution = \"triangular\", lower = 250.0, mode = 270.0, \
+                 upper = 300.0 }";
+    let text = Case::TEMPLATE.replacen("matrix.young_mpa = [250.0, 300.0]", prior, 1);
+    let extended = |upper: &str| {
+        let batch = format!("[[extend]]\nruns = 9\nprior.matrix.young_mpa = [280.0, {upper}]\n");
+        let text = text.replacen("[design]  ", &format!("{batch}[design]  "), 1);
+        CaseFile::parse(&text, Path::new("case.toml")).map_err(|error| error.to_string())
+    };
+    let whole = extended("300.0").unwrap().case.whole_prior().unwrap();
+    let prior = whole.get(&"matrix.young_mpa".parse().unwrap()).unwrap();
+    assert_eq!(prior.range()[1], 300.0);
+    let message = extended("350.0").unwrap_err();
+    for part in ["extend[0].prior.matrix.young_mpa = [280.0, 350.0]", "300 or less"] {
         assert!(message.contains(part), "{part:?} is not in {message:?}");
     }
 }

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use surrogate::{CoefficientPosterior, DynPce, PceFit};
 
 use crate::fracture::{CalibrationError, Evidence, Population, sample};
+use crate::prior::Prior;
 
 /// Probabilities of the central intervals that are counted.
 const NOMINAL: [f64; 3] = [0.5, 0.9, 0.95];
@@ -177,7 +178,9 @@ impl CoverageStudy {
         let open = setting.error.iter().cloned().collect();
         let evidence = Evidence { qois, known, population, open, ..Evidence::default() };
         let sampler = self.sampler.clone().seed(seed).threads(1);
-        let posterior = sample(&setting.forward, &evidence, &sampler, seed)?;
+        // true parameters are drawn without a prior
+        let priors = Prior::uniform_on(&setting.forward.inputs()[..size]);
+        let posterior = sample(&setting.forward, &priors, &evidence, &sampler, seed)?;
         let group = &posterior.posterior;
         let theta = group.variables.iter().find(|variable| variable.name == "theta");
         let theta = theta.map_or(&[][..], |variable| &variable.data[..]);

@@ -5,6 +5,9 @@ use std::fmt;
 
 use ppl::diagnostics::Identification;
 
+use super::digits::plain;
+use crate::prior::Prior;
+
 /// A curve of displacement in mm and force in N.
 pub(crate) type Points = Vec<(f64, f64)>;
 
@@ -241,8 +244,8 @@ pub(crate) struct OrderErrors {
 pub(crate) struct CalibratedParameter {
     /// Label with unit.
     pub(crate) label: String,
-    /// Bounds of the prior.
-    pub(crate) prior: (f64, f64),
+    /// The prior.
+    pub(crate) prior: Prior,
     /// Values of the parameter in the runs of the ensemble.
     pub(crate) design: Vec<f64>,
     /// Draws of each chain.
@@ -343,6 +346,20 @@ impl CalibratedParameter {
         self.chains.iter().flatten().copied()
     }
 
+    /// Ends of the prior's range.
+    pub(crate) fn range(&self) -> (f64, f64) {
+        self.prior.range().into()
+    }
+
+    /// Range of the prior, after the name of its distribution unless it is uniform.
+    pub(crate) fn prior_words(&self) -> String {
+        let [lower, upper] = self.prior.range().map(plain);
+        match self.prior.is_uniform() {
+            true => format!("{lower} … {upper}"),
+            false => format!("{}, {lower} … {upper}", self.prior.family()),
+        }
+    }
+
     /// Returns the conclusion from the data about this parameter.
     pub(crate) fn verdict(&self) -> Verdict {
         match Identification::of(self.contraction) {
@@ -357,7 +374,7 @@ impl CalibratedParameter {
 
     /// Whether the mode or too many draws are at a bound of the prior.
     fn is_at_bound(&self) -> bool {
-        let (lower, upper) = self.prior;
+        let [lower, upper] = self.prior.range();
         let margin = MARGIN * (upper - lower);
         let near = |x: f64| x < lower + margin || x > upper - margin;
         let (all, at_bound) = (self.draws().count(), self.draws().filter(|&x| near(x)).count());
@@ -377,7 +394,7 @@ mod tests {
     fn parameter(map: f64, draws: Vec<f64>) -> CalibratedParameter {
         let chains = vec![draws];
         CalibratedParameter {
-            prior: (0.0, 100.0),
+            prior: Prior::uniform(0.0, 100.0),
             map,
             chains,
             contraction: 0.9,

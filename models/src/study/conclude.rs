@@ -221,6 +221,7 @@ fn at_most(hits: usize, n: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::prior::Prior;
     use crate::report::Qoi;
 
     #[test]
@@ -246,7 +247,7 @@ mod tests {
             specimen: specimen.into(),
             parameters: vec![CalibratedParameter {
                 label: "E (MPa)".into(),
-                prior: (200.0, 500.0),
+                prior: Prior::uniform(200.0, 500.0),
                 map: mean,
                 q05: (mean - sd, 0.0),
                 q95: (mean + sd, 0.0),

@@ -63,6 +63,7 @@ fn are_comparable(cases: &[ComparedCase], pair: &Pair) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::prior::Prior;
     use crate::report::{CalibratedParameter, Qualifier};
 
     fn case(name: &str, specimens: Option<&str>, contraction: f64) -> ComparedCase {
@@ -72,7 +73,7 @@ mod tests {
             specimens_from: specimens.map(str::to_owned),
             parameters: vec![CalibratedParameter {
                 label: "E (MPa)".into(),
-                prior: (200.0, 500.0),
+                prior: Prior::uniform(200.0, 500.0),
                 map: 290.0,
                 chains: vec![draws],
                 contraction,

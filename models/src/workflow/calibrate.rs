@@ -1,5 +1,6 @@
 //! Stage `calibrate`: posterior and mode, computed with the surrogate.
 
+use std::borrow::Cow;
 use std::sync::Mutex;
 
 use ppl::diagnostics::e_bfmi;
@@ -24,7 +25,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let inputs = &task.inputs;
     let fitted = Fitted::read(inputs)?;
     let pce = &fitted.pce;
-    let prior = inputs.prior()?;
+    let (prior, priors) = (inputs.prior()?, inputs.priors()?);
     if !pce.inputs().starts_with(&prior) {
         let path = task.path("surrogate.json");
         return Err(WorkflowError::OtherCase { path, stage: "surrogate" });
@@ -48,7 +49,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let evidence = shared.evidence(specimens, &fitted.known);
     let result = task.on_threads(settings.chains, |threads| {
         let shown = sampler.clone().threads(threads).progress(&bar);
-        calibrate_after(pce, &evidence, &shown, burn_in, settings.seed)
+        calibrate_after(pce, &priors, &evidence, &shown, burn_in, settings.seed)
     });
     drop(bar);
     task.check_interrupt()?;
@@ -62,7 +63,10 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     }
     let ids = specimen_ids(inputs)?;
     let names: Vec<&str> = ids.iter().map(String::as_str).collect();
-    let posterior = result.in_units(pce.outputs(), &names, &evidence.qois);
+    let parameters = inputs.parameters()?;
+    let units: Vec<Cow<'_, str>> = parameters.iter().map(|parameter| parameter.unit()).collect();
+    let units: Vec<&str> = units.iter().map(|unit| &**unit).collect();
+    let posterior = result.in_units(pce.outputs(), &names, &evidence.qois, &units);
     let posterior = &posterior.map_err(CalibrationError::Label)?;
     let named = |name: &str, e| WorkflowError::io(&task.path(name), e);
     task.product("posterior.zarr", |path| {
@@ -102,7 +106,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         write_influence(task, &result, &sampler.threads(threads), burn_in, &ids, &prior)
     })?;
     write_fit(task, &fitted, posterior, &evidence, &shared, &result.map)?;
-    let budget = budget(&fitted, posterior, &evidence, &shared)?;
+    let budget = budget(&fitted, &priors, posterior, &evidence, &shared)?;
     if let Some(budget) = &budget {
         budget.write(task)?;
         warnings.extend(budget.warning(&summary, pce.outputs(), evidence.qois.len()));
@@ -110,7 +114,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     }
     let draws =
         |name: &str| posterior.trace(&format!("theta[{name}]")).unwrap_or_default().concat();
-    warnings.extend(offers(&prior, &draws, fitted.report.rows));
+    warnings.extend(offers(&prior, &priors, &draws, fitted.report.rows));
     warnings.iter().for_each(|warning| task.warn(warning));
     write_sampling(task, posterior)?;
     write_map(task, &prior, &result.map)?;

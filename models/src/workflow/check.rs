@@ -14,7 +14,7 @@ use super::specimen::{import_notes, imported_grains, imported_mesh};
 use super::specimen_checks::{InspectedSpecimens, inspect};
 use super::specimen_quantities::{SpecimenNames, compared};
 use super::stage::Stage;
-use crate::case::{CaseFile, PriorBounds, SpecimenGeometry};
+use crate::case::{CaseFile, SpecimenGeometry};
 use crate::experiment::{Specimen, SpecimenTable};
 use crate::specimen_files::{SpecimenFiles, recorded_file};
 
@@ -335,12 +335,10 @@ impl CaseCheck {
         if file.case.prior.is_some() {
             self.say("compared", names.join(", "));
         }
-        for (parameter, PriorBounds([lower, upper])) in
-            file.case.whole_prior().iter().flat_map(|prior| prior.iter())
-        {
-            let unit = parameter.property.unit();
+        for (parameter, prior) in file.case.whole_prior().iter().flat_map(|prior| prior.iter()) {
+            let unit = parameter.unit();
             let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
-            self.say("prior", format!("{parameter}: uniform between {lower} and {upper}{unit}"));
+            self.say("prior", format!("{parameter}: {prior}{unit}"));
         }
     }
 }

@@ -8,9 +8,10 @@ use super::inputs::Inputs;
 use super::mesh_scale::MeshSize;
 use super::simulator::Setup;
 use super::specimen_quantities::{SpecimenNames, compared};
-use crate::case::{MaterialCase, MaterialParameter, PriorBounds, PriorCase, Property};
+use crate::case::{BoundsCase, MaterialCase, Parameter, Property};
 use crate::error::InputError;
 use crate::experiment::{Specimen, SpecimenTable};
+use crate::prior::PriorBounds;
 use crate::qoi::{HomogeneousCylinder, Qoi};
 
 /// Tolerance factor between a composite and its softest phase alone. It covers stiff grains, friction and other forms
@@ -27,7 +28,8 @@ pub(super) fn far_from_closed_form(
     names: &SpecimenNames<'_>,
 ) -> Option<(String, InputError)> {
     let (setup, qoi) = (inputs.setup(), inputs.qoi());
-    let form = ClosedForm::of(&setup, inputs.whole_prior().as_ref())?;
+    let bounds = inputs.whole_prior().map(|prior| prior.bounds()).unwrap_or_default();
+    let form = ClosedForm::of(&setup, &bounds)?;
     let mut quantities = qoi.quantities.clone();
     quantities.sort_by_key(|quantity| unit_rank(quantity.unit()));
     let distance = |specimen: &Specimen| {
@@ -80,16 +82,16 @@ struct Damage {
 }
 
 impl ClosedForm {
-    /// The softest phase of a case; none if the test has no platens.
-    pub(super) fn of(setup: &Setup<'_>, prior: Option<&PriorCase>) -> Option<Self> {
+    /// The softest phase of a case, with the bounds of the calibrated parameters; none if the test has no platens.
+    pub(super) fn of(setup: &Setup<'_>, bounds: &BoundsCase) -> Option<Self> {
         let displacement_mm = setup.test.displacement_mm?;
         let phase = |(region, material): (&String, &MaterialCase)| {
             let own = material.in_fem().ok()?.elasticity.young_mpa();
-            let bounds = |property, own: f64| {
-                let parameter = MaterialParameter { region: region.clone(), property };
-                let calibrated = prior.and_then(|prior| prior.get(&parameter));
+            let bounds = |property: Property, own: f64| {
+                let parameter = format!("{region}.{}", property.key()).parse::<Parameter>().ok();
+                let bounds = parameter.and_then(|parameter| bounds.get(&parameter));
                 // reversed bounds of a prior are reported elsewhere
-                calibrated.map_or([own; 2], |&PriorBounds([a, b])| [a.min(b), a.max(b)])
+                bounds.map_or([own; 2], |&PriorBounds([a, b])| [a.min(b), a.max(b)])
             };
             let damage =
                 setup.phase_field.zip(material.toughness_n_per_mm).map(|(field, own)| Damage {

@@ -12,7 +12,7 @@ use super::mesh_error::mesh_errors;
 use super::runs::run_ensemble;
 use super::simulator::{Simulator, quantities};
 use super::task::Task;
-use crate::case::MaterialParameter;
+use crate::case::Parameter;
 use crate::error::InputError;
 use crate::fracture::column_means;
 use crate::table::CsvTable;
@@ -94,7 +94,7 @@ fn baseline(task: &Task<'_>) -> Result<(), WorkflowError> {
 }
 
 /// Parameters with these paths.
-fn parameters(names: &[String]) -> Result<Vec<MaterialParameter>, WorkflowError> {
+fn parameters(names: &[String]) -> Result<Vec<Parameter>, WorkflowError> {
     names.iter().map(|name| name.parse().map_err(WorkflowError::Unusable)).collect()
 }
 

@@ -46,7 +46,7 @@ impl<'a> Plan<'a> {
         inputs.check_steps()?;
         let first = inputs.first_prior()?;
         let design = inputs.design();
-        let mut points = design.method.sample(&first, design.runs, design.seed)?;
+        let mut points = design.points(first, design.runs, design.seed)?;
         let mut specimens = Microstructures::of(inputs, filled.min(points.len()))?;
         let meshes = specimens.as_ref().map_or(1, Microstructures::meshes);
         let levels = Level::all(inputs, meshes)?;
@@ -54,15 +54,8 @@ impl<'a> Plan<'a> {
         // the names of runs that exist
         let prior = inputs.prior()?;
         for (extension, k) in inputs.extend().iter().zip(1..) {
-            let mut within = first.clone();
-            for input in extension.prior.inputs()? {
-                within
-                    .iter_mut()
-                    .filter(|own| own.name == input.name)
-                    .for_each(|own| *own = input.clone());
-            }
-            let seed = design.seed.wrapping_add(k);
-            points.extend(design.method.sample(&within, extension.runs, seed)?);
+            let within = first.within(&extension.prior);
+            points.extend(design.points(&within, extension.runs, design.seed.wrapping_add(k))?);
         }
         if !inputs.extend().is_empty() {
             specimens = Microstructures::of(inputs, filled.min(points.len()))?;

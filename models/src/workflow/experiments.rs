@@ -16,7 +16,7 @@ use super::specimen_images::{scan, stiffness_ratios};
 use super::specimen_quantities::compared;
 use super::stiffness::STIFFNESS_RATIO;
 use super::task::Task;
-use crate::case::{ByParameter, MaterialParameter, QoiCase, SpecimenGeometry};
+use crate::case::{ByParameter, Parameter, QoiCase, SpecimenGeometry};
 use crate::error::InputError;
 use crate::experiment::{Specimen, SpecimenTable};
 use crate::qoi::Qois;
@@ -99,7 +99,7 @@ fn test_virtual_specimens(task: &Task<'_>) -> Result<SpecimenTable, WorkflowErro
         inputs.scatter()?,
         grains.as_ref().map(|g| g.seed),
     );
-    let parameters: Vec<MaterialParameter> = truth.parameters().cloned().collect();
+    let parameters: Vec<Parameter> = truth.parameters().cloned().collect();
     let simulator = |seed: Option<u64>, spacing: f64| {
         let grains = grains.as_ref().map(|g| Packing { seed: seed.unwrap_or(g.seed), ..g.clone() });
         let meshing = Meshing { spacing_mm: spacing, ..*meshing };

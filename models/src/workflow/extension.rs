@@ -1,21 +1,25 @@
 //! Proposals for an extended prior, if the prior truncates the posterior.
 
+use ppl::Univariate;
 use ppl::diagnostics::Identifiability;
 use surrogate::Input;
 
-/// Number of quantiles that represent a uniform prior.
+use crate::prior::Prior;
+
+/// Number of quantiles that represent a prior.
 const QUANTILES: u32 = 1000;
 
 /// Returns a warning for each parameter whose posterior is truncated at a bound of the prior. The warning states the
 /// entry of the case that adds `runs` runs beyond the bound to the existing runs. `draws` returns the posterior draws
 /// of a parameter.
 pub(super) fn offers(
-    prior: &[Input],
+    inputs: &[Input],
+    priors: &[Prior],
     draws: &dyn Fn(&str) -> Vec<f64>,
     runs: usize,
 ) -> Vec<String> {
-    let offer = |Input { name, lower, upper }: &Input| {
-        let at = |i| lower + (upper - lower) * (f64::from(i) + 0.5) / f64::from(QUANTILES);
+    let offer = |(Input { name, lower, upper }, prior): (&Input, &Prior)| {
+        let at = |i| prior.quantile((f64::from(i) + 0.5) / f64::from(QUANTILES));
         let before: Vec<f64> = (0..QUANTILES).map(at).collect();
         let bounds = Some((*lower, *upper));
         let row = Identifiability::of_draws(name.as_str(), &before, &draws(name), bounds);
@@ -38,7 +42,7 @@ pub(super) fn offers(
              runs, those made being kept, write at the top of the case: {written}"
         ))
     };
-    prior.iter().filter_map(offer).collect()
+    inputs.iter().zip(priors).filter_map(offer).collect()
 }
 
 /// Formats a bound as TOML, rounded so that the rounding error of a sum is not shown.
@@ -67,7 +71,7 @@ mod tests {
             "matrix.viscosity_mpa_s" => draws(0.2, 0.3, 1.0),
             _ => draws(0.001, 0.005, 1.0),
         };
-        let offers = offers(&prior, &after, 100);
+        let offers = offers(&prior, &Prior::uniform_on(&prior), &after, 100);
         assert_eq!(offers.len(), 1, "{offers:?}");
         let written = "extend = [{ runs = 100, prior = { matrix.young_mpa = [300.0, 350.0] } }]";
         assert!(

@@ -11,9 +11,10 @@ use super::files::SPECIMENS;
 use super::gate::unit_rank;
 use super::simulator::{Setup, quantities};
 use super::task::Task;
-use crate::case::{PriorBounds, PriorCase, QoiCase};
+use crate::case::{BoundsCase, QoiCase};
 use crate::error::InputError;
 use crate::fracture::column_means;
+use crate::prior::PriorBounds;
 use crate::progress::say;
 use crate::qoi::{Quantity, Unit};
 use crate::table::{CsvTable, TableRow};
@@ -51,7 +52,7 @@ pub(super) fn check_first_runs(
     let Some(means) = means_of(&task.path("experiments.csv"), qoi) else { return Ok(()) };
     let usable = records.iter().find_map(|run| Some((run, quantities(run, qoi).ok()?)));
     let Some((run, simulated)) = usable else { return Ok(()) };
-    let expected = Expected { setup, prior: &prior, size, run_inputs: &run.inputs };
+    let expected = Expected { setup, bounds: &prior.bounds(), size, run_inputs: &run.inputs };
     let mut compared: Vec<(&Quantity, f64, f64)> = qoi
         .quantities
         .iter()
@@ -100,7 +101,7 @@ fn means_of(file: &Path, qoi: &QoiCase) -> Option<Vec<f64>> {
 /// forms.
 struct Expected<'a> {
     setup: &'a Setup<'a>,
-    prior: &'a PriorCase,
+    bounds: &'a BoundsCase,
     size: SpecimenSize,
     run_inputs: &'a [f64],
 }
@@ -108,16 +109,16 @@ struct Expected<'a> {
 impl Expected<'_> {
     fn range(&self, quantity: &Quantity, simulated: f64) -> Option<[f64; 2]> {
         let SpecimenSize { height_mm, radius_mm } = self.size;
-        let at_run: PriorCase = self
-            .prior
+        let at_run: BoundsCase = self
+            .bounds
             .parameters()
             .cloned()
             .zip(self.run_inputs.iter().map(|&value| PriorBounds([value; 2])))
             .collect();
-        let range = |prior: &PriorCase| {
-            ClosedForm::of(self.setup, Some(prior))?.range(&**quantity, height_mm, radius_mm)
+        let range = |bounds: &BoundsCase| {
+            ClosedForm::of(self.setup, bounds)?.range(&**quantity, height_mm, radius_mm)
         };
-        let ([low, high], [at_run, _]) = (range(self.prior)?, range(&at_run)?);
+        let ([low, high], [at_run, _]) = (range(self.bounds)?, range(&at_run)?);
         let scaled = [low, high].map(|end| simulated * end / at_run);
         scaled.iter().all(|end| end.is_finite() && *end > 0.0).then_some(scaled)
     }

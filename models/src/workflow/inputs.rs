@@ -16,10 +16,11 @@ use super::specimen::{Scanned, Source};
 use crate::case::{
     ByParameter, CalibrationCase, CandidateCase, Case, CaseFile, ConditionsCase, ConfirmCase,
     DesignCase, ExtendCase, FidelityCase, FurtherTestsCase, ImageCase, MaterialCase,
-    MaterialParameter, Microstructure, NoiseCase, PriorCase, QoiCase, SequentialCase,
-    SpecimenGeometry, SurrogateCase, TestCase, Toe, VirtualCase,
+    Microstructure, NoiseCase, Parameter, PriorCase, QoiCase, SequentialCase, SpecimenGeometry,
+    SurrogateCase, TestCase, Toe, VirtualCase,
 };
 use crate::experiment::SpecimenTable;
+use crate::prior::Prior;
 
 /// Check that returns an error for a file that the stage must not use, given the name of the file.
 type Guard<'a> = &'a dyn Fn(&str) -> Result<(), WorkflowError>;
@@ -288,28 +289,26 @@ impl Inputs<'_> {
         self.file.case.whole_prior()
     }
 
-    /// The calibrated parameters and their bounds, extensions included, as inputs of the surrogate.
+    /// The calibrated parameters and their ranges, extensions included, as inputs of the surrogate.
     pub(super) fn prior(&self) -> Result<Vec<Input>, WorkflowError> {
-        match self.whole_prior() {
-            Some(prior) => Ok(prior.inputs()?),
-            None => Err(self.missing("prior", "what is calibrated")),
-        }
+        let prior = self.whole_prior().ok_or_else(|| self.missing_prior())?;
+        Ok(prior.inputs()?)
     }
 
-    /// The calibrated parameters and their bounds without extensions: the box of the first runs.
-    pub(super) fn first_prior(&self) -> Result<Vec<Input>, WorkflowError> {
-        match self.prior_table() {
-            Some(prior) => Ok(prior.inputs()?),
-            None => Err(self.missing("prior", "what is calibrated")),
-        }
+    /// The priors of the calibrated parameters, with the ranges of extensions.
+    pub(super) fn priors(&self) -> Result<Vec<Prior>, WorkflowError> {
+        let prior = self.whole_prior().ok_or_else(|| self.missing_prior())?;
+        Ok(prior.priors())
+    }
+
+    /// The priors without extensions: their ranges are the box of the first runs.
+    pub(super) fn first_prior(&self) -> Result<&PriorCase, WorkflowError> {
+        self.prior_table().as_ref().ok_or_else(|| self.missing_prior())
     }
 
     /// The calibrated parameters.
-    pub(super) fn parameters(&self) -> Result<Vec<MaterialParameter>, WorkflowError> {
-        match self.prior_table() {
-            Some(prior) => Ok(prior.parameters().cloned().collect()),
-            None => Err(self.missing("prior", "what is calibrated")),
-        }
+    pub(super) fn parameters(&self) -> Result<Vec<Parameter>, WorkflowError> {
+        Ok(self.first_prior()?.parameters().cloned().collect())
     }
 
     /// Number of runs per batch, if runs are added in batches. The name of a run depends on this number. The other keys
@@ -415,6 +414,10 @@ impl Inputs<'_> {
     /// Path of an optional file, if the file exists.
     pub(super) fn file_if_there(&self, name: &str) -> Option<PathBuf> {
         Some(self.reads_file(name)).filter(|path| path.is_file())
+    }
+
+    fn missing_prior(&self) -> WorkflowError {
+        self.missing("prior", "what is calibrated")
     }
 
     fn missing(&self, table: &str, what: &str) -> WorkflowError {

@@ -18,9 +18,10 @@ use super::specimen_stiffness::with_stiffness_ratio;
 use super::stage::Stage;
 use super::stiffness::STIFFNESS_RATIO;
 use super::task::Task;
-use crate::case::{ByParameter, CaseFile};
+use crate::case::{ByParameter, CaseFile, Parameter};
 use crate::coverage::Laboratory;
 use crate::fracture::column_means;
+use crate::prior::Prior;
 use crate::qoi::Qois;
 use crate::virtual_specimen::VirtualSpecimen;
 
@@ -45,7 +46,7 @@ pub struct SimulatedLaboratories {
 /// two runs. Runs are stored in `dir/coverage`, so that an interrupted study is resumed.
 ///
 /// # Errors
-/// Fails for a case without virtual specimens or without a packing, or if the simulation of a specimen fails.
+/// Fails for a case with a prior that is not uniform, without virtual specimens or without a packing, or if the simulation of a specimen fails.
 pub fn simulate_laboratories(
     file: &CaseFile,
     dir: &Path,
@@ -56,6 +57,13 @@ pub fn simulate_laboratories(
 ) -> Result<SimulatedLaboratories, WorkflowError> {
     let inputs = Inputs::new(file, dir, Stage::that_writes);
     let task = Task::new("coverage", inputs, dir, threads, interrupt);
+    let not_uniform = |(_, prior): &(&Parameter, &Prior)| !prior.is_uniform();
+    if let Some((parameter, prior)) = task.inputs.first_prior()?.iter().find(not_uniform) {
+        let problem = "has not the distribution of the true parameters, which are uniform";
+        let help = "Write a range [lower, upper]: coverage is counted for uniform priors.";
+        let key = format!("prior.{parameter}");
+        return Err(file.error(&key, prior.to_string(), problem, help).into());
+    }
     let study = Study { task: &task, prior: task.inputs.prior()? };
     let design = task.inputs.design();
     let of_design = design.method.sample(&study.prior, design.runs, design.seed)?;

@@ -10,7 +10,7 @@ use super::mesh::mesh_with;
 use super::runs::run_ensemble;
 use super::simulator::{Simulator, quantities};
 use super::task::Task;
-use crate::case::{MaterialParameter, SpecimenGeometry};
+use crate::case::{Parameter, SpecimenGeometry};
 
 /// Error of each quantity due to the mesh, %: 100 (q_h/q − 1). q is extrapolated from the simulation at the mode and
 /// from a second one on a mesh with the spacing `confirm.second_spacing_mm`, by default half of the specimen's spacing.
@@ -24,7 +24,7 @@ use crate::case::{MaterialParameter, SpecimenGeometry};
 pub(super) fn mesh_errors(
     task: &Task<'_>,
     names: &[String],
-    parameters: Vec<MaterialParameter>,
+    parameters: Vec<Parameter>,
     mode: &RunRecord,
     own: &[f64],
 ) -> Result<Option<Vec<f64>>, WorkflowError> {

@@ -7,7 +7,7 @@ use super::inputs::Inputs;
 use super::levels::Level;
 use super::simulator::Simulator;
 use super::specimen::packed_mesh;
-use crate::case::{MaterialParameter, SpecimenGeometry};
+use crate::case::{Parameter, SpecimenGeometry};
 
 /// Packings that are meshed when their run starts, so that a thousand meshes need not be stored.
 pub(super) struct Packings {
@@ -64,7 +64,7 @@ impl Packings {
     pub(super) fn check(
         &self,
         level: &Level<'_>,
-        parameters: Vec<MaterialParameter>,
+        parameters: Vec<Parameter>,
         values: &[f64],
     ) -> Result<(), WorkflowError> {
         let meshing = level.meshing(&self.meshing);
@@ -93,7 +93,7 @@ impl Packings {
         &self,
         packing: usize,
         level: &Level<'_>,
-        parameters: &[MaterialParameter],
+        parameters: &[Parameter],
     ) -> Result<Simulator, FemError> {
         let mesh = self.mesh(packing, level)?;
         Simulator::new(&level.setup, mesh, parameters.to_vec()).map_err(|error| match error {

@@ -205,6 +205,7 @@ impl<'a> Batches<'a> {
         let fitted = Fitted::of(runs, &of_specimens(inputs)?, inputs.surrogate(), corrections)?;
         let shared = SharedError::of(&fitted, &settings.discrepancy, &means)?;
         let evidence = shared.evidence(specimens, &fitted.known);
+        let priors = inputs.priors()?;
         let sampler = Nuts::default()
             .chains(settings.chains)
             .warmup(settings.warmup.min(MOST_DRAWS))
@@ -213,11 +214,11 @@ impl<'a> Batches<'a> {
             .seed(settings.seed)
             .interrupt(task.interrupt);
         let posterior = task.on_threads(settings.chains, |threads| {
-            sample(&fitted.pce, &evidence, &sampler.threads(threads), settings.seed)
+            sample(&fitted.pce, &priors, &evidence, &sampler.threads(threads), settings.seed)
         });
         task.check_interrupt()?;
         let posterior = posterior?;
-        let Some(budget) = budget(&fitted, &posterior, &evidence, &shared)? else {
+        let Some(budget) = budget(&fitted, &priors, &posterior, &evidence, &shared)? else {
             let message =
                 "the covariance of what specimens share and differ by is not positive definite";
             return Err(WorkflowError::Unusable(message.to_owned()));

@@ -7,11 +7,14 @@ use std::sync::Arc;
 
 use fem::{
     CompressionTest, ComputeDevice, CurvePoint, End, FemError, FixedSteps, Homogenisation, Order,
-    Outcome, PhaseField, Problem, Ranks, RunRecord, RunStatus, SolverOptions, TetMesh,
+    Outcome, PhaseField, Problem, Ranks, RunRecord, RunStatus, SolverOptions, TetMesh, Unsupported,
 };
 
 use super::WorkflowError;
-use crate::case::{CaseFile, ConditionsCase, MaterialCase, MaterialParameter, QoiCase, TestCase};
+use crate::case::{
+    CaseFile, ConditionsCase, MaterialCase, Parameter, QoiCase, SimulationParts, TargetError,
+    TestCase,
+};
 use crate::experiment::TestCurve;
 use crate::qoi::Qois;
 
@@ -76,11 +79,23 @@ pub(super) fn radius_mm(mesh: &TetMesh) -> f64 {
 #[derive(Clone, Debug)]
 pub(super) struct Simulator {
     problem: Problem,
-    materials: Vec<MaterialCase>,
-    /// Region of the mesh and property of each parameter.
-    parameters: Vec<(usize, MaterialParameter)>,
-    duration_s: f64,
+    /// The case's own parts, in which the parameters are set.
+    parts: SimulationParts,
+    parameters: Vec<Parameter>,
+    rest: Rest,
     derivatives: bool,
+}
+
+/// Parts of a simulation that no parameter changes.
+#[derive(Clone, Debug)]
+struct Rest {
+    order: Order,
+    homogenisation: Homogenisation,
+    steps: Option<u32>,
+    conditions: Option<ConditionsCase>,
+    solver: SolverOptions,
+    device: Option<ComputeDevice>,
+    ranks: Option<Ranks>,
 }
 
 impl Simulator {
@@ -88,57 +103,81 @@ impl Simulator {
     pub(super) fn new(
         setup: &Setup<'_>,
         mesh: TetMesh,
-        parameters: Vec<MaterialParameter>,
+        parameters: Vec<Parameter>,
     ) -> Result<Self, WorkflowError> {
-        let materials: Vec<MaterialCase> = mesh
-            .regions
-            .iter()
-            .map(|region| {
-                setup.material.get(region).cloned().ok_or_else(|| {
-                    let message = format!(
-                        "the mesh's region {region:?} has no [material.{region}] in the case"
-                    );
-                    WorkflowError::Unusable(message)
-                })
-            })
-            .collect::<Result<_, _>>()?;
-        let parameters = parameters
-            .into_iter()
-            .map(|p| {
-                let region = mesh.regions.iter().position(|region| *region == p.region);
-                region.map(|region| (region, p.clone())).ok_or_else(|| {
-                    let known = mesh.regions.join(", ");
-                    let message = format!("{p} is calibrated, but the mesh's regions are: {known}");
-                    WorkflowError::Unusable(message)
-                })
-            })
-            .collect::<Result<_, _>>()?;
-        let problem = in_fem(&materials)
-            .and_then(|materials| problem(setup, mesh, materials))
+        let is_missing = |region: &&String| !setup.material.contains_key(*region);
+        if let Some(region) = mesh.regions.iter().find(is_missing) {
+            let message =
+                format!("the mesh's region {region:?} has no [material.{region}] in the case");
+            return Err(WorkflowError::Unusable(message));
+        }
+        let is_outside = |p: &&Parameter| {
+            p.region().is_some_and(|own| mesh.regions.iter().all(|region| region != own))
+        };
+        if let Some(p) = parameters.iter().find(is_outside) {
+            let known = mesh.regions.join(", ");
+            let message = format!("{p} is calibrated, but the mesh's regions are: {known}");
+            return Err(WorkflowError::Unusable(message));
+        }
+        let parts = SimulationParts {
+            material: setup.material.clone(),
+            phase_field: setup.phase_field.copied(),
+            test: setup.test.clone(),
+        };
+        let rest = Rest {
+            order: setup.order,
+            homogenisation: setup.homogenisation,
+            steps: setup.steps,
+            conditions: setup.conditions.cloned(),
+            solver: setup.solver,
+            device: setup.device.cloned(),
+            ranks: setup.ranks.cloned(),
+        };
+        let problem = problem(&rest, &parts, mesh)
             .map_err(|source| WorkflowError::Test { file: setup.path.to_owned(), source })?;
-        let duration_s = setup.test.duration_s;
-        Ok(Self { problem, materials, parameters, duration_s, derivatives: setup.derivatives })
+        Ok(Self { problem, parts, parameters, rest, derivatives: setup.derivatives })
     }
 
     /// The test with these values of the parameters.
     pub(super) fn at(&self, values: &[f64]) -> Result<Problem, FemError> {
-        let mut materials = self.materials.clone();
-        for ((region, parameter), &value) in self.parameters.iter().zip(values) {
-            materials[*region].set(parameter.property, value);
-        }
-        let problem = self.problem.with_materials(in_fem(&materials)?)?;
+        let parts = self.parts_at(values)?;
+        let regions = &self.problem.mesh().regions;
+        let is_material = |parts: &SimulationParts| {
+            (&parts.phase_field, &parts.test) == (&self.parts.phase_field, &self.parts.test)
+        };
+        let problem = match is_material(&parts) {
+            true => self.problem.with_materials(in_fem(&parts, regions)?)?,
+            false => problem(&self.rest, &parts, self.problem.mesh().clone())?,
+        };
         if !self.derivatives {
             return Ok(problem);
         }
-        let by = |((region, parameter), &value): (&(usize, MaterialParameter), &f64)| {
-            fem::MaterialParameter::try_new(parameter.to_string(), value, |value| {
-                let mut materials = materials.clone();
-                materials[*region].set(parameter.property, value);
-                in_fem(&materials)
+        let by = |(i, parameter): (usize, &Parameter)| {
+            fem::MaterialParameter::try_new(parameter.to_string(), values[i], |value| {
+                let mut values = values.to_vec();
+                values[i] = value;
+                let shifted = self.parts_at(&values)?;
+                match (&shifted.phase_field, &shifted.test) == (&parts.phase_field, &parts.test) {
+                    true => in_fem(&shifted, regions),
+                    false => {
+                        Err(unsupported(parameter, "is no constant of a material", NO_DERIVATIVE))
+                    }
+                }
             })
         };
-        let parameters = self.parameters.iter().zip(values).map(by).collect::<Result<_, _>>()?;
+        let parameters = self.parameters.iter().enumerate().map(by).collect::<Result<_, _>>()?;
         problem.with_sensitivities(parameters)
+    }
+
+    /// The case's parts with these values of the parameters.
+    fn parts_at(&self, values: &[f64]) -> Result<SimulationParts, FemError> {
+        let mut parts = self.parts.clone();
+        for (parameter, &value) in self.parameters.iter().zip(values) {
+            parameter.set(&mut parts, value).map_err(|TargetError { problem, .. }| {
+                unsupported(parameter, &problem, "leave the parameter out")
+            })?;
+        }
+        Ok(parts)
     }
 
     /// Checks that the materials and derivatives are valid at these values of the parameters. Errors name the case file
@@ -168,39 +207,43 @@ impl Simulator {
 
     /// The fraction of the test that is done.
     pub(super) fn fraction_done(&self, point: &CurvePoint) -> f64 {
-        point.time_s / self.duration_s
+        point.time_s / self.parts.test.duration_s
     }
 }
 
-fn problem(
-    setup: &Setup<'_>,
-    mesh: TetMesh,
-    materials: Vec<fem::Material>,
-) -> Result<Problem, FemError> {
-    let mut schedule = setup.test.schedule();
-    if let Some(steps) = setup.steps {
+/// Help for derivatives with respect to a number outside the materials.
+const NO_DERIVATIVE: &str = "leave out design.derivatives";
+
+fn unsupported(parameter: &Parameter, problem: &str, help: &'static str) -> FemError {
+    let reason = Unsupported::ByCaller { message: problem.to_owned(), help };
+    FemError::Unsupported { entity: parameter.to_string(), reason }
+}
+
+fn problem(rest: &Rest, parts: &SimulationParts, mesh: TetMesh) -> Result<Problem, FemError> {
+    let materials = in_fem(parts, &mesh.regions)?;
+    let SimulationParts { test, phase_field, .. } = parts;
+    let mut schedule = test.schedule();
+    if let Some(steps) = rest.steps {
         schedule.steps = Arc::new(FixedSteps(steps));
     }
-    let parts = match setup.conditions {
+    let builder = match &rest.conditions {
         Some(conditions) => Problem::builder(mesh)
             .conditions(conditions.in_fem(schedule.duration_s))
             .schedule(schedule),
         None => {
             // the validation of the case requires this key for tests with platens
-            let displacement_mm = setup.test.displacement_mm.unwrap_or(f64::NAN);
-            CompressionTest::new(displacement_mm, schedule)
-                .platens(setup.test.platens())
-                .builder(mesh)?
+            let displacement_mm = test.displacement_mm.unwrap_or(f64::NAN);
+            CompressionTest::new(displacement_mm, schedule).platens(test.platens()).builder(mesh)?
         }
     };
-    parts
-        .order(setup.order)
-        .homogenisation(setup.homogenisation)
+    builder
+        .order(rest.order)
+        .homogenisation(rest.homogenisation)
         .materials(materials)
-        .phase_field(setup.phase_field.copied())
-        .options(setup.solver)
-        .device(setup.device.cloned())
-        .ranks(setup.ranks.cloned().unwrap_or_default())
+        .phase_field(*phase_field)
+        .options(rest.solver)
+        .device(rest.device.clone())
+        .ranks(rest.ranks.clone().unwrap_or_default())
         .build()
 }
 
@@ -222,8 +265,9 @@ pub(super) fn failure(end: &End) -> Option<FemError> {
     }
 }
 
-fn in_fem(materials: &[MaterialCase]) -> Result<Vec<fem::Material>, FemError> {
-    materials.iter().map(MaterialCase::in_fem).collect()
+/// Materials of the regions of a mesh.
+fn in_fem(parts: &SimulationParts, regions: &[String]) -> Result<Vec<fem::Material>, FemError> {
+    regions.iter().map(|region| parts.material[region].in_fem()).collect()
 }
 
 /// Quantities of interest of a run, or the reason why the run has none.
@@ -258,4 +302,44 @@ pub(super) fn jacobian(record: &RunRecord, qoi: &QoiCase) -> Result<Vec<Vec<f64>
     let columns = (0..found.names.len()).map(column).collect::<Result<Vec<_>, _>>()?;
     let row = |quantity: usize| columns.iter().map(|column| column[quantity]).collect();
     Ok((0..qoi.quantities.len()).map(row).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use fem::CylinderLattice;
+
+    use super::*;
+    use crate::case::Case;
+
+    /// A number outside the materials that is a parameter gives the forces of a case with this number, and others than
+    /// the case's own number.
+    #[test]
+    fn parameters_outside_the_materials_are_set_in_the_simulation() {
+        let lattice = CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.5 };
+        let mut mesh = lattice.build().unwrap();
+        mesh.regions = vec!["matrix".into()];
+        let text = Case::TEMPLATE.replacen("platens = \"sliding\"", "platens = \"unilateral\"", 1);
+        let case = |text: &str| CaseFile::parse(text, Path::new("case.toml")).unwrap();
+        let forces = |file: &CaseFile, parameter: Option<(&str, f64)>, derivatives: bool| {
+            let setup = Setup { order: Order::Linear, derivatives, ..Setup::from(file) };
+            let setup = Setup { steps: Some(8), ..setup };
+            let paths = parameter.iter().map(|(path, _)| path.parse().unwrap()).collect();
+            let simulator = Simulator::new(&setup, mesh.clone(), paths).unwrap();
+            let values: Vec<f64> = parameter.iter().map(|(_, value)| *value).collect();
+            let outcome = simulator.run(&values, &mut ())?;
+            Ok::<_, FemError>(outcome.curve.iter().map(|p| p.force_n).collect::<Vec<f64>>())
+        };
+        let own = case(&text);
+        for (path, written, key, value) in [
+            ("phase_field.length_mm", "length_mm = 0.06", "length_mm", 0.12),
+            ("test.friction", "friction = 0.0", "friction", 0.4),
+        ] {
+            let other = case(&text.replacen(written, &format!("{key} = {value}"), 1));
+            let found = forces(&own, Some((path, value)), false).unwrap();
+            assert_eq!(found, forces(&other, None, false).unwrap(), "{path}");
+            assert_ne!(found, forces(&own, None, false).unwrap(), "{path}");
+            let refused = forces(&own, Some((path, value)), true).unwrap_err().to_string();
+            assert!(refused.contains(path), "{refused}");
+        }
+    }
 }

@@ -1,7 +1,7 @@
 //! Contributions to the width of the posterior, and the errors that all specimens share.
 
 use nalgebra::DMatrix;
-use ppl::{Posterior, Summary};
+use ppl::{Posterior, Summary, Univariate};
 use surrogate::CoefficientPosterior;
 
 use super::WorkflowError;
@@ -14,6 +14,7 @@ use super::task::Task;
 use crate::budget::{largest_part, matrix, shares};
 use crate::case::DiscrepancyCase;
 use crate::fracture::{Evidence, Population, column_means, relative_covariance, short_name};
+use crate::prior::Prior;
 
 /// Covariances of the errors that all specimens share (quantities × quantities, relative to the specimens' means).
 pub(super) struct SharedError {
@@ -182,6 +183,7 @@ pub(super) const OF_SURROGATE: &str = "surrogate";
 /// Returns `None` if the covariance of all sources together is not positive definite.
 pub(super) fn budget(
     fitted: &Fitted,
+    priors: &[Prior],
     posterior: &Posterior,
     evidence: &Evidence,
     shared: &SharedError,
@@ -257,8 +259,7 @@ pub(super) fn budget(
     sources.extend(geometry.map(|geometry| ("geometry", geometry)));
     sources.push(("specimens", of_each(&own)));
 
-    let prior: Vec<f64> =
-        unknown.iter().map(|input| (input.upper - input.lower).powi(2) / 12.0).collect();
+    let prior: Vec<f64> = priors.iter().map(Univariate::variance).collect();
     let contractions =
         variances.iter().zip(&prior).map(|(after, prior)| 1.0 - after / prior).collect();
     let parameters = unknown.iter().map(|input| input.name.clone()).collect();

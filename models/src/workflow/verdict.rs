@@ -63,13 +63,14 @@ fn summary(parameters: &[CalibratedParameter], table: &str, warnings: &[Warning]
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::prior::Prior;
 
     #[test]
     fn nothing_is_called_right_once_something_has_warned() {
         let draws = (0..100).map(|i| 40.0 + 0.2 * f64::from(i)).collect();
         let parameter = CalibratedParameter {
             label: "matrix.young_mpa".into(),
-            prior: (0.0, 100.0),
+            prior: Prior::uniform(0.0, 100.0),
             map: 50.0,
             chains: vec![draws],
             contraction: 0.9,

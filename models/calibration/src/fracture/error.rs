@@ -37,6 +37,11 @@ pub enum CalibrationError {
         /// Number of values of the specimen.
         found: usize,
     },
+    /// The ranges of the priors are not the box of the surrogate.
+    #[error(
+        "the ranges of the priors are not the box of the surrogate's inputs: fit it on these ranges"
+    )]
+    Priors,
     /// The groups of specimens are inconsistent.
     #[error("{group} {problem}")]
     Group {

@@ -12,7 +12,8 @@ use ppl::prelude::*;
 use surrogate::{DynPce, Input};
 
 use super::likelihood::of_specimens;
-use super::{CalibrationError, Evidence, Specimens, relative_to_means, short_name};
+use super::{CalibrationError, Evidence, Specimens, relative_to_means, short_name, unknown_inputs};
+use crate::prior::Prior;
 
 /// Specimens of one microstructure, tested at one temperature.
 #[derive(Clone, Debug)]
@@ -21,7 +22,7 @@ pub struct TestGroup {
     pub name: String,
     /// Temperature of the tests in °C.
     pub temperature_c: f64,
-    /// Surrogate of the microstructure. Its box is the prior and must be the same in all groups.
+    /// Surrogate of the microstructure. Its box must be the same in all groups.
     pub forward: DynPce,
     /// Experimental data of the specimens. One specimen is enough if other groups have more.
     pub evidence: Evidence,
@@ -50,6 +51,7 @@ pub struct Pooling {
 #[derive(Clone, Debug)]
 pub struct Groups {
     inputs: Vec<Input>,
+    priors: Vec<Prior>,
     trends: Vec<Trend>,
     deviation: f64,
     quantities: usize,
@@ -67,20 +69,26 @@ struct Group {
 }
 
 impl Groups {
-    /// Checks that the groups are consistent, and prepares them for the likelihood.
+    /// Checks that the groups are consistent, and prepares them for the likelihood. `priors` are the priors of the
+    /// parameters, in the order of the surrogates' inputs.
     ///
     /// # Errors
-    /// If there are fewer than two specimens in total; if groups have different parameters or quantities; if a
+    /// If there are fewer than two specimens in total; if the ranges of the priors are not the surrogates' box; if groups have different parameters or quantities; if a
     /// temperature or the deviation is not finite, or the deviation is negative; if the number of trends differs from
     /// the number of parameters; or if a parameter follows the temperature although there is only one temperature or
     /// its lower bound is not above 0.
-    pub fn new(groups: &[TestGroup], pooling: &Pooling) -> Result<Self, CalibrationError> {
+    pub fn new(
+        groups: &[TestGroup],
+        priors: &[Prior],
+        pooling: &Pooling,
+    ) -> Result<Self, CalibrationError> {
         let specimens = groups.iter().map(|group| group.evidence.qois.len()).sum();
         let [first, ..] = groups else { return Err(CalibrationError::TooFew(0)) };
         if specimens < 2 {
             return Err(CalibrationError::TooFew(specimens));
         }
         let inputs = unknown(first).to_vec();
+        unknown_inputs(&first.forward, priors, first.evidence.known_inputs())?;
         let mut temperatures: Vec<f64> = groups.iter().map(|group| group.temperature_c).collect();
         temperatures.sort_by(f64::total_cmp);
         temperatures.dedup();
@@ -126,6 +134,7 @@ impl Groups {
             Ok(Group { level, forward, specimens })
         });
         Ok(Self {
+            priors: priors.to_vec(),
             trends: trends.clone(),
             deviation: *deviation,
             quantities: first.forward.outputs().len(),
@@ -133,6 +142,12 @@ impl Groups {
             groups: prepared.collect::<Result<_, CalibrationError>>()?,
             inputs,
         })
+    }
+
+    /// Priors of the parameters that follow the temperature.
+    fn priors_of_following(&self) -> impl Iterator<Item = &Prior> {
+        let with_trends = self.priors.iter().zip(&self.trends);
+        with_trends.filter(|(_, trend)| **trend == Trend::LogLinear).map(|(prior, _)| prior)
     }
 
     /// Parameters that follow the temperature.
@@ -175,21 +190,21 @@ fn unknown(group: &TestGroup) -> &[Input] {
 ppl::model! {
     /// The paper's likelihood for groups of specimens with one relative covariance.
     ///
-    /// The prior of each parameter at the lowest temperature is uniform on the box. A parameter that follows the
-    /// temperature has the same prior at the highest temperature. Its logarithm is linear in the temperature; if
+    /// The prior of each parameter holds at the lowest temperature. A parameter that follows the temperature has the same
+    /// prior at the highest temperature. Its logarithm is linear in the temperature; if
     /// deviations are allowed, it deviates from this line at each temperature by a normal error with standard deviation
     /// `deviation`. `theta` contains the parameters at each temperature.
     pub fn calibration_over_groups(groups: &Groups) {
         let mut lowest: Vec<Real> = Vec::new();
         #[dims(parameter)]
-        for input in &groups.inputs {
-            let at_lowest ~ Uniform(input.lower, input.upper);
+        for prior in &groups.priors {
+            let at_lowest ~ *prior;
             lowest.push(at_lowest);
         }
         let mut highest: Vec<Real> = Vec::new();
         #[dims(following)]
-        for input in groups.following() {
-            let at_highest ~ Uniform(input.lower, input.upper);
+        for prior in groups.priors_of_following() {
+            let at_highest ~ *prior;
             highest.push(at_highest);
         }
         let mut spread: Vec<Real> = Vec::new();
@@ -226,23 +241,25 @@ ppl::model! {
 ///
 /// # Example
 /// ```no_run
-/// use breccia_calibration::{Pooling, TestGroup, Trend, calibrate_groups};
+/// use breccia_calibration::{Pooling, Prior, TestGroup, Trend, calibrate_groups};
 /// use ppl::Nuts;
 ///
 /// # fn all(groups: Vec<TestGroup>) -> Result<(), breccia_calibration::CalibrationError> {
 /// // E and ξ follow the temperature, Gc does not
 /// let trends = vec![Trend::LogLinear, Trend::Constant, Trend::LogLinear];
 /// let pooling = Pooling { trends, deviation: 0.02 };
-/// let posterior = calibrate_groups(&groups, &pooling, &Nuts::default().seed(7))?;
+/// let priors = Prior::uniform_on(groups[0].forward.inputs());
+/// let posterior = calibrate_groups(&groups, &priors, &pooling, &Nuts::default().seed(7))?;
 /// println!("{}", posterior.summary());
 /// # Ok(()) }
 /// ```
 pub fn calibrate_groups(
     groups: &[TestGroup],
+    priors: &[Prior],
     pooling: &Pooling,
     sampler: &Nuts<'_>,
 ) -> Result<Posterior, CalibrationError> {
-    let prepared = Groups::new(groups, pooling)?;
+    let prepared = Groups::new(groups, priors, pooling)?;
     let mut posterior = sampler.sample(&calibration_over_groups(&prepared))?;
     let names = |inputs: &mut dyn Iterator<Item = &Input>| -> Vec<String> {
         inputs.map(|input| input.name.clone()).collect()

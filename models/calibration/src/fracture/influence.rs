@@ -71,7 +71,7 @@ impl Calibration {
         seed: u64,
     ) -> Result<(Vec<[f64; 2]>, f64), CalibrationError> {
         let others = self.specimens.without(k)?;
-        let model = calibration_on(&self.forward, &others);
+        let model = calibration_on(&self.forward, &self.priors, &others);
         let mut chains = sampler.run(&model).map_err(SampleError::from)?;
         leave_out(&mut chains, burn_in);
         let posterior = Posterior::from_chains(&model, chains, seed)?;

@@ -61,7 +61,7 @@ mod tests {
     use ppl::Nuts;
 
     use super::*;
-    use crate::fracture::six_specimens::{CALIBRATED, QOIS, WITHOUT_EACH, forward, shared};
+    use crate::fracture::six_specimens::{CALIBRATED, QOIS, WITHOUT_EACH, forward, priors, shared};
     use crate::fracture::{Calibration, Evidence, calibrate, calibrate_after};
 
     /// Compares with the logarithm of the mean of p(y_k | y_−k, θ) over posteriors that were sampled without specimen
@@ -92,8 +92,8 @@ mod tests {
     fn a_burn_in_leaves_out_the_first_draws() {
         let evidence = Evidence { qois: QOIS.map(Vec::from).to_vec(), ..Evidence::default() };
         let sampler = Nuts::default().chains(2).draws(120).seed(5);
-        let whole = calibrate(&forward(), &evidence, &sampler, 5).unwrap();
-        let late = calibrate_after(&forward(), &evidence, &sampler, 50, 5).unwrap();
+        let whole = calibrate(&forward(), &priors(), &evidence, &sampler, 5).unwrap();
+        let late = calibrate_after(&forward(), &priors(), &evidence, &sampler, 50, 5).unwrap();
         let traces =
             |result: &Calibration| result.posterior.trace("theta[matrix.young_mpa]").unwrap();
         for (whole, late) in traces(&whole).iter().zip(traces(&late)) {

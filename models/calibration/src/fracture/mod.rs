@@ -19,8 +19,9 @@ use ppl::prelude::*;
 use ppl::{Chains, Map, Mode, Nuts, Posterior, SampleError};
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
-use surrogate::{CoefficientPosterior, DynPce};
+use surrogate::{CoefficientPosterior, DynPce, Input};
 
+use crate::prior::Prior;
 use crate::qoi::Quantity;
 pub use error::CalibrationError;
 pub use groups::{Groups, Pooling, TestGroup, Trend, calibrate_groups, calibration_over_groups};
@@ -34,7 +35,7 @@ ppl::model! {
     /// Matrix parameters of a bonded granular material from specimen QoIs: the paper's three, with all
     /// sizes known at compile time.
     ///
-    /// θ = (E, Gc, ξ) uniform on the prior box; every specimen's QoIs are normal around
+    /// θ = (E, Gc, ξ) has independent priors; every specimen's QoIs are normal around
     /// `forward(θ)` with one covariance diag(sd) R diag(sd): R ~ LKJ(3), sd ~ Normal(0.15, 0.25)
     /// above zero. QoIs are relative to their experimental means, so 0.15 is 15 % scatter.
     ///
@@ -43,11 +44,11 @@ ppl::model! {
     pub fn calibration<F: Differentiable<3, 3>>(
         forward: &F,
         qois: &[[f64; 3]],
-        prior: &[[f64; 2]; 3],
+        priors: &[Prior; 3],
     ) {
-        let young_mpa          ~ Uniform(prior[0][0], prior[0][1]);
-        let toughness_n_per_mm ~ Uniform(prior[1][0], prior[1][1]);
-        let viscosity_mpa_s    ~ Uniform(prior[2][0], prior[2][1]);
+        let young_mpa          ~ priors[0];
+        let toughness_n_per_mm ~ priors[1];
+        let viscosity_mpa_s    ~ priors[2];
 
         let sd   ~ Normal(0.15, 0.25).truncate(0.0..).array::<3>();
         let corr ~ LkjCholesky::<3>(3.0);
@@ -60,19 +61,18 @@ ppl::model! {
         #[predict] let new_specimen ~ MvNormalCholesky(mean, chol);
     }
 
-    /// Generalisation of `calibration`: one parameter per input of the surrogate, uniform on its box, and one quantity
-    /// per output. Specimens may share an error of the forward model. The last inputs of the surrogate may be known for
-    /// each specimen, so that they are not parameters. If some specimens have unknown inputs, these belong to a
-    /// population.
+    /// Generalisation of `calibration`: one parameter per prior, which are the first inputs of the surrogate, and one
+    /// quantity per output. Specimens may share an error of the forward model. The other inputs of the surrogate are
+    /// known for each specimen. If some specimens have unknown inputs, these belong to a population.
     ///
     /// # Reference
     /// Kennedy & O'Hagan (2001), *Bayesian Calibration of Computer Models*, doi:10.1111/1467-9868.00294, for an error
     /// of the model in addition to the error of the data.
-    pub fn calibration_on(forward: &DynPce, specimens: &Specimens) {
+    pub fn calibration_on(forward: &DynPce, priors: &[Prior], specimens: &Specimens) {
         let mut point: Vec<Real> = Vec::new();
         #[dims(parameter)]
-        for input in &forward.inputs()[..forward.inputs().len() - specimens.known_inputs()] {
-            let theta ~ Uniform(input.lower, input.upper);
+        for prior in priors {
+            let theta ~ *prior;
             point.push(theta);
         }
 
@@ -104,6 +104,8 @@ pub struct Calibration {
     specimens: Specimens,
     /// Surrogate of the calibration, with outputs relative to the means of the specimens.
     forward: DynPce,
+    /// Priors of the parameters.
+    priors: Vec<Prior>,
 }
 
 /// Experimental data of the specimens, and errors of the forward model.
@@ -143,34 +145,36 @@ impl Evidence {
     }
 }
 
-/// Calibrates the inputs of a surrogate against specimens. The prior is uniform on the surrogate's box. `sampler`
-/// determines chains, draws and their seed. `seed` is the seed of the predictions and of the starting points for the
-/// search for the mode.
+/// Calibrates the inputs of a surrogate against specimens. `priors` are the priors of the inputs, without those that are
+/// known for each specimen. `sampler` determines chains, draws and their seed. `seed` is the seed of the predictions and
+/// of the starting points for the search for the mode.
 ///
 /// # Errors
-/// If there are fewer than two specimens, a row or a covariance has the wrong size, or the surrogate rejects every
-/// starting point.
+/// If there are fewer than two specimens, a row or a covariance has the wrong size, the ranges of the priors are not the
+/// box of the surrogate, or the surrogate rejects every starting point.
 ///
 /// # Example
 /// ```no_run
-/// use breccia_calibration::{CalibrationError, Evidence, calibrate};
+/// use breccia_calibration::{CalibrationError, Evidence, Prior, calibrate};
 /// use ppl::Nuts;
 /// use surrogate::DynPce;
 ///
 /// fn first(pce: &DynPce, qois: Vec<Vec<f64>>) -> Result<f64, CalibrationError> {
 ///     let evidence = Evidence { qois, ..Evidence::default() };
-///     let result = calibrate(pce, &evidence, &Nuts::default().seed(7), 7)?;
+///     let priors = Prior::uniform_on(pce.inputs());
+///     let result = calibrate(pce, &priors, &evidence, &Nuts::default().seed(7), 7)?;
 ///     println!("{}", result.posterior.summary());
 ///     Ok(result.map[0])
 /// }
 /// ```
 pub fn calibrate(
     pce: &DynPce,
+    priors: &[Prior],
     evidence: &Evidence,
     sampler: &Nuts<'_>,
     seed: u64,
 ) -> Result<Calibration, CalibrationError> {
-    calibrate_after(pce, evidence, sampler, 0, seed)
+    calibrate_after(pce, priors, evidence, sampler, 0, seed)
 }
 
 /// As [`calibrate`], but omits the first `burn_in` draws of each chain, which `sampler` must draw in addition.
@@ -179,6 +183,7 @@ pub fn calibrate(
 /// As [`calibrate`].
 pub fn calibrate_after(
     pce: &DynPce,
+    priors: &[Prior],
     evidence: &Evidence,
     sampler: &Nuts<'_>,
     burn_in: usize,
@@ -188,11 +193,11 @@ pub fn calibrate_after(
         return Err(CalibrationError::TooFew(evidence.qois.len()));
     }
     let (forward, specimens) = relative_to_means(pce, evidence)?;
-    let model = calibration_on(&forward, &specimens);
+    let unknown = unknown_inputs(pce, priors, specimens.known_inputs())?;
+    let model = calibration_on(&forward, priors, &specimens);
     let mut chains = sampler.run(&model).map_err(SampleError::from)?;
     leave_out(&mut chains, burn_in);
     let mut posterior = Posterior::from_chains(&model, chains, seed)?;
-    let unknown = &pce.inputs()[..pce.inputs().len() - specimens.known_inputs()];
     let names: Vec<&str> = unknown.iter().map(|input| input.name.as_str()).collect();
     posterior.label("theta", 0, &names)?;
     let short: Vec<String> = pce.outputs().iter().map(|name| short_name(name)).collect();
@@ -206,7 +211,24 @@ pub fn calibrate_after(
     let record = model.constrain(&mode.point, &mut Xoshiro256PlusPlus::seed_from_u64(seed))?;
     let map = record.values("theta").map_or_else(Vec::new, <[f64]>::to_vec);
     drop(model);
-    Ok(Calibration { posterior, map, mode, specimens, forward })
+    Ok(Calibration { posterior, map, mode, specimens, forward, priors: priors.to_vec() })
+}
+
+/// Returns the inputs of a surrogate that are parameters.
+///
+/// # Errors
+/// If the ranges of the priors are not the box of these inputs.
+fn unknown_inputs<'a>(
+    pce: &'a DynPce,
+    priors: &[Prior],
+    known: usize,
+) -> Result<&'a [Input], CalibrationError> {
+    let unknown = &pce.inputs()[..pce.inputs().len().saturating_sub(known)];
+    let boxes = unknown.iter().map(|input| [input.lower, input.upper]);
+    match boxes.eq(priors.iter().map(Prior::range)) {
+        true => Ok(unknown),
+        false => Err(CalibrationError::Priors),
+    }
 }
 
 /// Removes the first draws of each chain.
@@ -227,6 +249,7 @@ fn leave_out(chains: &mut Chains, first: usize) {
 /// As [`calibrate`], but returns only the posterior, without labels.
 pub fn sample(
     pce: &DynPce,
+    priors: &[Prior],
     evidence: &Evidence,
     sampler: &Nuts<'_>,
     seed: u64,
@@ -235,7 +258,8 @@ pub fn sample(
         return Err(CalibrationError::TooFew(evidence.qois.len()));
     }
     let (forward, specimens) = relative_to_means(pce, evidence)?;
-    let model = calibration_on(&forward, &specimens);
+    unknown_inputs(pce, priors, specimens.known_inputs())?;
+    let model = calibration_on(&forward, priors, &specimens);
     let chains = sampler.run(&model).map_err(SampleError::from)?;
     Ok(Posterior::from_chains(&model, chains, seed)?)
 }

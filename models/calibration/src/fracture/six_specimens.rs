@@ -6,6 +6,7 @@ use ppl::{Nuts, Posterior};
 use surrogate::{DynPce, Input};
 
 use super::{Calibration, Evidence, Specimens, calibrate, calibration_on};
+use crate::prior::Prior;
 
 /// Two quantities of six specimens, with means of 1. The last specimen is far from the others.
 pub(super) const QOIS: [[f64; 2]; 6] =
@@ -17,6 +18,10 @@ pub(super) fn forward() -> DynPce {
     let slopes = [0.2, 0.1].map(|s| s / 3f64.sqrt()).to_vec();
     let outputs = ["slope_N_per_mm", "peak_force_N"].map(str::to_owned).to_vec();
     DynPce::from_terms(vec![x], outputs, [(vec![0], vec![1.0; 2]), (vec![1], slopes)]).unwrap()
+}
+
+pub(super) fn priors() -> Vec<Prior> {
+    Prior::uniform_on(forward().inputs())
 }
 
 /// Covariance of the errors that all specimens share.
@@ -33,7 +38,7 @@ pub(super) fn sampler() -> Nuts<'static> {
 pub(super) static CALIBRATED: LazyLock<Calibration> = LazyLock::new(|| {
     let qois = QOIS.map(Vec::from).to_vec();
     let evidence = Evidence { qois, shared: shared(), ..Evidence::default() };
-    calibrate(&forward(), &evidence, &sampler(), 3).unwrap()
+    calibrate(&forward(), &priors(), &evidence, &sampler(), 3).unwrap()
 });
 
 /// Posteriors without the first specimen, without the second, and so on. They are sampled with other random numbers
@@ -43,8 +48,8 @@ pub(super) static WITHOUT_EACH: LazyLock<Vec<Posterior>> = LazyLock::new(|| {
         let mut others = QOIS.map(Vec::from).to_vec();
         others.remove(k);
         let others = Specimens::new(&others).unwrap().sharing(shared()).unwrap();
-        let pce = forward();
-        let model = calibration_on(&pce, &others);
+        let (pce, priors) = (forward(), priors());
+        let model = calibration_on(&pce, &priors, &others);
         let chains = sampler().seed(11).run(&model).unwrap();
         Posterior::from_chains(&model, chains, 3).unwrap()
     };

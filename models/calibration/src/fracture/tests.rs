@@ -7,6 +7,7 @@ use surrogate::{DynPce, Input};
 use super::population::Population;
 use super::specimens::Specimens;
 use super::{Evidence, calibrate, relative_to_means};
+use crate::prior::Prior;
 
 const QOIS: [[f64; 2]; 4] = [[1.02, 0.97], [0.98, 1.05], [1.05, 1.01], [0.95, 0.96]];
 const FACTOR: [[f64; 2]; 2] = [[0.05, 0.0], [0.02, 0.04]];
@@ -300,7 +301,9 @@ fn inputs_that_are_integrated_out_do_what_sampled_ones_do() {
         ..Evidence::default()
     };
     let sampler = Nuts::default().chains(4).draws(1500).seed(5).target_accept(0.95);
-    let marginal = calibrate(&pce, &evidence, &sampler, 5).unwrap().posterior;
+    let marginal = calibrate(&pce, &Prior::uniform_on(&pce.inputs()[..1]), &evidence, &sampler, 5)
+        .unwrap()
+        .posterior;
     let (relative, _) = relative_to_means(&pce, &evidence).unwrap();
     let shared = DynCholeskyFactor::of_covariance(&shared).unwrap();
     let latent = with_latent_inputs(&relative, &qois, &known, &population, &shared);

@@ -1,27 +1,26 @@
 //! Posteriors for users: quantities in their units, specimens with their names.
 
 use ppl::{Group, Posterior, Role, Values, Variable};
-use surrogate::{DynPce, Input};
 
 use super::Calibration;
 use super::specimens::column_means;
-use crate::parameter::MaterialParameter;
 use crate::qoi::Quantity;
 
 impl Calibration {
     /// Returns the posterior for users. `mean` and `new_specimen` are in the units of the surrogate's outputs, with the
     /// names of the outputs as labels. The observed data are the quantities `qois` of the specimens with the names
     /// `ids`, in place of the contrasts and totals of the likelihood. `log_likelihood` still has one term per contrast
-    /// and total. `sd` remains relative to the specimens' means.
+    /// and total. `sd` remains relative to the specimens' means. `units` are the units of the parameters.
     ///
     /// # Errors
-    /// If `outputs` do not match the outputs of the calibration, or the number of names differs from the number of
+    /// If `units` do not match the parameters, `outputs` do not match the outputs of the calibration, or the number of names differs from the number of
     /// specimens.
     pub fn in_units(
         &self,
         outputs: &[String],
         ids: &[&str],
         qois: &[Vec<f64>],
+        units: &[&str],
     ) -> Result<Posterior, ppl::LabelError> {
         let means = &column_means(qois)[..];
         let mut whole = self.posterior.clone();
@@ -41,7 +40,7 @@ impl Calibration {
         });
         whole.observed.variables = vec![Values { name, shape, data: qois.concat() }];
         whole.label("qois", 0, ids)?;
-        set_units(&mut whole, &self.forward, &columns)?;
+        set_units(&mut whole, units, &columns)?;
         let Posterior { posterior, predictive, prior, prior_predictive, .. } = &mut whole;
         let groups = [Some(posterior), Some(predictive), prior.as_mut(), prior_predictive.as_mut()];
         for values in groups.into_iter().flatten().flat_map(|group| &mut group.variables) {
@@ -55,10 +54,10 @@ impl Calibration {
     }
 }
 
-/// Sets the units of quantities and parameters according to their names. Relative quantities have the unit 1.
+/// Sets the units of quantities and parameters. Relative quantities have the unit 1.
 fn set_units(
     posterior: &mut Posterior,
-    forward: &DynPce,
+    units: &[&str],
     columns: &[&str],
 ) -> Result<(), ppl::LabelError> {
     let quantity =
@@ -68,16 +67,7 @@ fn set_units(
             posterior.set_units(name, &units.iter().map(String::as_str).collect::<Vec<_>>())?;
         }
     }
-    let parameter = |input: &Input| {
-        let parameter: Option<MaterialParameter> = input.name.parse().ok();
-        parameter.map(|parameter| parameter.property.unit())
-    };
-    // the last inputs may be known for each specimen; they are not parameters
-    let units: Vec<&str> = forward.inputs().iter().map_while(parameter).collect();
-    let theta = posterior.layout.variables.iter().find(|v| v.name == "theta");
-    if theta.is_some_and(|theta| theta.shape == [units.len()]) {
-        posterior.set_units("theta", &units)?;
-    }
+    posterior.set_units("theta", units)?;
     for name in ["sd", "correlation", "corr"] {
         posterior.set_units(name, &["1"])?;
     }

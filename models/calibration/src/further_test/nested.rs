@@ -63,7 +63,7 @@ fn a_normal_belief_is_contracted_as_emulated_data_do_it() {
             vec![277.0 + 8.0 * a, 0.3 + 0.03 * a - 0.05 * b]
         })
         .collect();
-    let belief = Belief::of_draws(&prior, &draws).unwrap();
+    let belief = Belief::of_draws(&prior.map(|[a, b]| Prior::uniform(a, b)), &draws).unwrap();
     let jacobian = vec![vec![0.0024, 1.1], vec![-0.0012, 1.2]];
     let scatter = vec![vec![64e-4, 20e-4], vec![20e-4, 49e-4]];
     let shared = vec![vec![1e-4, 0.0], vec![0.0, 2e-4]];
@@ -103,7 +103,7 @@ fn a_belief_that_fills_its_box_is_contracted_a_little_more_than_is_promised() {
             vec![young, Uniform(prior[1][0], prior[1][1]).draw(&mut rng)]
         })
         .collect();
-    let belief = Belief::of_draws(&prior, &draws).unwrap();
+    let belief = Belief::of_draws(&prior.map(|[a, b]| Prior::uniform(a, b)), &draws).unwrap();
     let ln_peak = |x: &[f64]| vec![0.5 * (x[0] * x[1]).ln()];
     for (scatter, specimens) in [(0.3, 1), (0.3, 4), (0.1, 1), (0.1, 4)] {
         let at = |x: &Vec<f64>| TestAtDraw {

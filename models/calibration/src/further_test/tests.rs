@@ -12,7 +12,8 @@ fn prior_alone(prior: &[[f64; 2]]) -> Belief {
     let draw = |k: usize| {
         prior.iter().enumerate().map(|(i, [low, high])| low + (high - low) * place(k, i)).collect()
     };
-    Belief::of_draws(prior, &(0..20_000).map(draw).collect::<Vec<_>>()).unwrap()
+    let priors: Vec<Prior> = prior.iter().map(|&[a, b]| Prior::uniform(a, b)).collect();
+    Belief::of_draws(&priors, &(0..20_000).map(draw).collect::<Vec<_>>()).unwrap()
 }
 
 /// Compares with the inverse of the normal equations, (P⁻¹ + n Jᵀ Σ⁻¹ J)⁻¹, where P contains the prior variances.
@@ -53,7 +54,7 @@ fn a_rate_independent_peak_tells_the_toughness_and_a_viscous_one_does_not() {
     let draws: Vec<Vec<f64>> = (0..4000)
         .map(|k| vec![young + 1e-3 * f64::from(k % 7), 0.001 + 0.003 * f64::from(k) / 3999.0])
         .collect();
-    let belief = Belief::of_draws(&prior, &draws).unwrap();
+    let belief = Belief::of_draws(&prior.map(|[a, b]| Prior::uniform(a, b)), &draws).unwrap();
     let peak = |x: &[f64]| 3.0 / 16.0 * (3.0 * x[0] * x[1] / 0.06).sqrt();
     let at = |x: &[f64], slow: bool| {
         let slope = |i: usize| {
@@ -131,7 +132,7 @@ fn specimens_seen_before_share_their_error_with_further_ones() {
     let half_width = (1.0 - half).sqrt() / 2.0;
     let draws: Vec<Vec<f64>> =
         (0..20_001).map(|k| vec![0.5 + half_width * (f64::from(k) / 1e4 - 1.0)]).collect();
-    let belief = Belief::of_draws(&prior, &draws).unwrap();
+    let belief = Belief::of_draws(&prior.map(|[a, b]| Prior::uniform(a, b)), &draws).unwrap();
     assert!((belief.now()[0].contraction - half).abs() < 1e-3);
     let after = test(4).expected(&belief, 4).unwrap()[0].contraction;
     assert!((after - whole).abs() < 1e-3, "{after} {whole}");
@@ -147,7 +148,7 @@ fn what_does_not_fit_together_is_said() {
     let error = test.expected(&belief, 1).unwrap_err().to_string();
     assert_eq!(error, "the jacobian has 1 entries, expected 2");
     let draws = vec![vec![0.3, 0.4]; 5];
-    let error = Belief::of_draws(&[[0.0, 1.0], [0.0, 1.0]], &draws).unwrap_err();
+    let error = Belief::of_draws(&[Prior::uniform(0.0, 1.0); 2], &draws).unwrap_err();
     assert_eq!(error, FurtherTestError::Draws(5));
     let draw = TestAtDraw { jacobian: vec![vec![1.0, 1.0]], scatter: vec![vec![-1.0]] };
     let test = FurtherTest { draws: vec![draw], shared: vec![vec![0.0]], seen: 0 };

@@ -20,7 +20,7 @@ impl CaseFile {
         mistakes.note(self.check_curve_percent(&case.qoi.curve_percent));
         mistakes.note(self.check_reach());
         if let Some(prior) = &case.prior {
-            self.check_prior("prior", prior, mistakes);
+            self.check_prior(prior, mistakes);
         }
         mistakes.note(self.check_extensions());
         let help = "The paper uses 100; order 3 in three parameters needs more than 20.";

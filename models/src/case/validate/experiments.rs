@@ -1,6 +1,6 @@
 //! Checks of the specimens, measured or virtual.
 
-use super::super::{CaseFile, MaterialParameter, Mistakes, SpecimenGeometry, VirtualCase};
+use super::super::{CaseFile, Mistakes, Parameter, SpecimenGeometry, VirtualCase};
 use crate::error::InputError;
 
 impl CaseFile {
@@ -100,7 +100,7 @@ impl CaseFile {
                 "Give the true value of every parameter that [prior] calibrates.",
             ));
         }
-        let given = |table: &str, parameter: &MaterialParameter| {
+        let given = |table: &str, parameter: &Parameter| {
             let key = format!("experiments.virtual.{table}.{parameter}");
             match prior.get(parameter) {
                 Some(_) => Ok(key),

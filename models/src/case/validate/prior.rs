@@ -1,9 +1,11 @@
 //! Checks of the prior and its extensions.
 
 use fem::FemError;
+use ppl::Univariate;
 
-use super::super::{CaseFile, MaterialParameter, Mistakes, PriorBounds, PriorCase};
+use super::super::{Case, CaseFile, Mistakes, Parameter, PriorCase, TargetError};
 use crate::error::InputError;
+use crate::prior::{Prior, PriorBounds};
 
 impl CaseFile {
     /// Checks that each extension continues the bounds of one parameter where the bounds so far end.
@@ -15,7 +17,10 @@ impl CaseFile {
             let help = "As many as the first batch fill a box of the same width alike.";
             self.within(&format!("{key}.runs"), extension.runs as f64, 1.0, 1e6, "runs", help)?;
             let mut mistakes = Mistakes::default();
-            self.check_prior(&format!("{key}.prior"), &extension.prior, &mut mistakes);
+            for (parameter, bounds) in extension.prior.iter() {
+                let place = format!("{key}.prior.{parameter}");
+                mistakes.note(self.check_bounds(&place, parameter, bounds));
+            }
             mistakes.into_vec().into_iter().next().map_or(Ok(()), Err)?;
             let refuse =
                 |key: &str, problem: &str, help: &str| Err(self.error(key, "", problem, help));
@@ -23,42 +28,64 @@ impl CaseFile {
             let (Some((parameter, &PriorBounds([lower, upper]))), None) = (all.next(), all.next())
             else {
                 let help = "Write a table [[extend]] for each parameter.";
-                return refuse(&format!("{key}.prior"), "extends several parameters at once", help);
+                return refuse(&format!("{key}.prior"), "must extend one parameter", help);
             };
             let place = format!("{key}.prior.{parameter}");
             let whole = case.whole_prior();
             let before = whole.as_ref().and_then(|prior| prior.get(parameter));
-            let Some(&PriorBounds([low, high])) = before else {
+            let Some(before) = before else {
                 return refuse(&place, "is not calibrated", "Extend a parameter of [prior].");
             };
+            let ([low, high], value) = (before.range(), format!("[{lower:?}, {upper:?}]"));
             if lower > high || upper < low || (lower >= low && upper <= high) {
                 let help = format!("It is [{low:?}, {high:?}] until here: begin where that ends.");
                 let problem = "does not go on where the prior ends";
-                return Err(self.error(&place, format!("[{lower:?}, {upper:?}]"), problem, help));
+                return Err(self.error(&place, value, problem, help));
+            }
+            if let Err(error) = before.within(low.min(lower), high.max(upper)).validate() {
+                let help = "Extend the range only as far as the distribution has a density.";
+                return Err(self.error(&place, value, error.to_string(), help));
             }
             case.extend.push(extension.clone());
         }
         Ok(())
     }
 
-    pub(super) fn check_prior(&self, table: &str, prior: &PriorCase, mistakes: &mut Mistakes) {
+    pub(super) fn check_prior(&self, prior: &PriorCase, mistakes: &mut Mistakes) {
         if prior.parameters().len() == 0 {
             mistakes.note(Err(self.error(
-                table,
+                "prior",
                 "",
                 "names no parameter",
-                "Name what is calibrated with its bounds: matrix.young_mpa = [250.0, 300.0].",
+                "Name what is calibrated with its prior: matrix.young_mpa = [250.0, 300.0].",
             )));
         }
-        for (parameter, bounds) in prior.iter() {
-            mistakes.note(self.check_bounds(&format!("{table}.{parameter}"), parameter, bounds));
+        for (parameter, prior) in prior.iter() {
+            let key = format!("prior.{parameter}");
+            let checked = self
+                .check_distribution(&key, prior)
+                .and_then(|()| self.check_bounds(&key, parameter, &PriorBounds(prior.range())));
+            mistakes.note(checked);
         }
+    }
+
+    /// Checks the parameters of a distribution that is not uniform, and its range.
+    fn check_distribution(&self, key: &str, prior: &Prior) -> Result<(), InputError> {
+        let [lower, upper] = prior.range();
+        // `check_bounds` reports reversed bounds
+        if prior.is_uniform() || lower >= upper {
+            return Ok(());
+        }
+        prior.validate().map_err(|error| {
+            let help = "The comments at [prior] in the case of breccia init explain the keys.";
+            self.error(key, "", error.to_string(), help)
+        })
     }
 
     fn check_bounds(
         &self,
         key: &str,
-        parameter: &MaterialParameter,
+        parameter: &Parameter,
         &PriorBounds([lower, upper]): &PriorBounds,
     ) -> Result<(), InputError> {
         self.check_parameter(key, parameter)?;
@@ -73,59 +100,52 @@ impl CaseFile {
         Err(self.error(key, value, problem, "Write [lower, upper]."))
     }
 
-    /// Checks that the material of the parameter's region accepts this value of the parameter.
+    /// Checks that the case accepts this value of a parameter that it has.
     pub(super) fn check_value(
         &self,
         key: &str,
         shown: &str,
-        parameter: &MaterialParameter,
+        parameter: &Parameter,
         value: f64,
     ) -> Result<(), InputError> {
-        let Some(mut material) = self.case.material.get(&parameter.region).cloned() else {
+        let refuse = |problem: String, help: &str| Err(self.error(key, shown, problem, help));
+        let [least, most] = parameter.range();
+        if !(least < value && value < most) {
+            return refuse(format!("must lie between {least} and {most}"), "Check its unit.");
+        }
+        let mut parts = self.case.parts();
+        if parameter.set(&mut parts, value).is_err() {
+            // reported by `check_parameter`
             return Ok(());
-        };
-        material.set(parameter.property, value);
-        match self.in_fem(&parameter.region, &material) {
-            Ok(_) => Ok(()),
-            Err(FemError::OutOfRange { requirement, .. }) => Err(self.error(
-                key,
-                shown,
-                format!("must be {requirement}"),
-                "Check the unit in the key's name.",
-            )),
-            Err(other) => Err(self.error(key, shown, other.to_string(), "Choose another value.")),
+        }
+        let changed =
+            |(region, _): &(&String, &_)| parts.material[*region] != self.case.material[*region];
+        for (region, _) in self.case.material.iter().filter(changed) {
+            match self.in_fem(region, &parts.material[region]) {
+                Ok(()) => {}
+                Err(FemError::OutOfRange { requirement, .. }) => {
+                    let help = "Check the unit in the key's name.";
+                    return refuse(format!("must be {requirement}"), help);
+                }
+                Err(other) => return refuse(other.to_string(), "Choose another value."),
+            }
+        }
+        let Case { phase_field, test, .. } = &self.case;
+        if (&parts.phase_field, &parts.test) == (phase_field, test) {
+            return Ok(());
+        }
+        let case = Case { phase_field: parts.phase_field, test: parts.test, ..self.case.clone() };
+        let mut mistakes = Mistakes::default();
+        Self { path: self.path.clone(), case }.check_test(&mut mistakes);
+        match mistakes.into_vec().into_iter().next() {
+            Some(InputError { problem, help, .. }) => refuse(problem, &help),
+            None => Ok(()),
         }
     }
 
-    /// Checks that the region of a parameter exists and has this parameter.
-    fn check_parameter(&self, key: &str, parameter: &MaterialParameter) -> Result<(), InputError> {
-        let MaterialParameter { region, property } = parameter;
-        let Some(material) = self.case.material.get(region) else {
-            let known: Vec<&str> = self.case.material.keys().map(String::as_str).collect();
-            return Err(self.error(
-                key,
-                "",
-                format!("there is no material {region:?}"),
-                format!("Choose one of: {}.", known.join(", ")),
-            ));
-        };
-        let has_damage = self.case.phase_field.is_some() && material.toughness_n_per_mm.is_some();
-        if property.is_of_damage() && !has_damage {
-            return Err(self.error(
-                key,
-                "",
-                "there is no damage to calibrate",
-                format!("Add [phase_field] and material.{region}.toughness_n_per_mm."),
-            ));
-        }
-        if !property.is_of_damage() && material.law.has_constants() {
-            return Err(self.error(
-                key,
-                "",
-                "the region's law has no Young's modulus and no Poisson's ratio to calibrate",
-                "Give the region a law with young_mpa, such as law = \"hencky\".",
-            ));
-        }
-        Ok(())
+    /// Checks that the case has this parameter.
+    fn check_parameter(&self, key: &str, parameter: &Parameter) -> Result<(), InputError> {
+        let set = parameter.set(&mut self.case.parts(), 1.0);
+        set.map_err(|TargetError { problem, help }| self.error(key, "", problem, help))
     }
 }

@@ -10,18 +10,18 @@ use crate::report::style::{MEASURED, SERIES, framed, panel, single};
 /// Posterior densities of a parameter, one per case, with priors and true values.
 pub(in crate::report) fn overlaid(label: &str, cases: &[(String, CalibratedParameter)]) -> String {
     let (lower, upper) = cases.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), (_, p)| {
-        (a.min(p.prior.0), b.max(p.prior.1))
+        (a.min(p.range().0), b.max(p.range().1))
     });
     let mut plots: Vec<Plot> = Vec::new();
     let mut top: f64 = 0.0;
     let colours = SERIES.iter().cycle();
     for ((name, p), &colour) in cases.iter().zip(colours) {
         let draws: Vec<f64> = p.draws().collect();
-        let flat = 1.0 / (p.prior.1 - p.prior.0);
-        let points = if draws.is_empty() { Vec::new() } else { density(&draws, p.prior) };
-        top = points.iter().map(|point| point.1).fold(top.max(flat), f64::max);
+        let prior = p.prior.curve();
+        let points = if draws.is_empty() { Vec::new() } else { density(&draws, p.range()) };
+        top = points.iter().chain(&prior).map(|point| point.1).fold(top, f64::max);
         plots.push(line(points, colour, 2.0).with_legend(name.as_str()).into());
-        plots.push(line([(p.prior.0, flat), (p.prior.1, flat)], colour, 1.2).with_dashed().into());
+        plots.push(line(prior, colour, 1.2).with_dashed().into());
     }
     let top = 1.15 * top;
     let mut truths: Vec<f64> = cases.iter().filter_map(|(_, p)| p.truth).collect();

@@ -75,8 +75,8 @@ fn matrix(
                     let (plots, range) = marginal(x, &samples[column], look, marks);
                     (plots, range, "density")
                 }
-                Place::Above => (scattered(pairs(), look), y.prior, y.label.as_str()),
-                Place::Below => (contours(pairs(), x, y, look), y.prior, y.label.as_str()),
+                Place::Above => (scattered(pairs(), look), y.range(), y.label.as_str()),
+                Place::Below => (contours(pairs(), x, y, look), y.range(), y.label.as_str()),
             };
             let mut plots = plots;
             if let (true, true, Some(a), Some(b)) =
@@ -86,7 +86,8 @@ fn matrix(
                 plots.push(truth.with_size(5.0).into());
             }
             let range = if place == Place::Diagonal { range } else { axis(range) };
-            let layout = framed(panel(&plots, &x.label, label), axis(x.prior), range).with_ticks(3);
+            let layout =
+                framed(panel(&plots, &x.label, label), axis(x.range()), range).with_ticks(3);
             panels.push((place, single(plots, layout, 300.0, 260.0)));
         }
     }
@@ -105,18 +106,19 @@ fn marginal(
     marks: bool,
 ) -> (Vec<Plot>, (f64, f64)) {
     let bins = look.bins as f64;
-    let edges: Vec<f64> = (0..=look.bins).map(|i| lerp(axis(p.prior), i as f64 / bins)).collect();
+    let edges: Vec<f64> = (0..=look.bins).map(|i| lerp(axis(p.range()), i as f64 / bins)).collect();
     let width = edges[1] - edges[0];
     let scale = 1.0 / (values.len().max(1) as f64 * width);
-    let flat = 1.0 / (p.prior.1 - p.prior.0);
+    let prior = p.prior.curve();
     let counts: Vec<f64> = count(&edges, values).into_iter().map(|c| c * scale).collect();
-    let top = counts.iter().copied().fold(flat, f64::max) * 1.15;
+    let highest = prior.iter().map(|point| point.1).fold(0.0, f64::max);
+    let top = counts.iter().copied().fold(highest, f64::max) * 1.15;
     let histogram = Histogram::new().with_precomputed(edges, counts).with_color(look.bars);
     let mut plots: Vec<Plot> = vec![histogram.into()];
     if !values.is_empty() {
-        plots.push(line(density(values, p.prior), look.line, 2.0).into());
+        plots.push(line(density(values, p.range()), look.line, 2.0).into());
     }
-    plots.push(line([(p.prior.0, flat), (p.prior.1, flat)], PRIOR, 1.6).with_dashed().into());
+    plots.push(line(prior, PRIOR, 1.6).with_dashed().into());
     if marks {
         plots.push(line([(p.map, 0.0), (p.map, top)], POSTERIOR, 1.2).with_dotted().into());
         plots.extend(
@@ -136,7 +138,7 @@ fn contours(
     if pairs.is_empty() {
         return Vec::new();
     }
-    let (grid, xs, ys) = density_2d(&pairs, x.prior, y.prior);
+    let (grid, xs, ys) = density_2d(&pairs, x.range(), y.range());
     let levels = highest_density_levels(&grid, &[0.9, 0.5, 0.1]);
     let contours = ContourPlot::new().with_grid(grid, xs, ys).with_levels(&levels);
     vec![contours.with_line_color(look.line).with_line_width(1.4).into()]
@@ -151,11 +153,12 @@ fn scattered(pairs: impl ExactSizeIterator<Item = (f64, f64)>, look: &Look) -> V
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::prior::Prior;
 
     fn parameter(label: &str) -> CalibratedParameter {
         CalibratedParameter {
             label: label.into(),
-            prior: (0.0, 1.0),
+            prior: Prior::uniform(0.0, 1.0),
             chains: vec![(0..50).map(|i| f64::from(i) / 50.0).collect()],
             design: vec![0.1, 0.7, 0.4],
             map: 0.5,

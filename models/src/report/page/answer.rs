@@ -19,7 +19,7 @@ pub(super) fn parameters(results: &Results) -> Markup {
                 td data-is="MAP" { (within((p.map, p.mean.1))) }
                 td data-is="mean ± sd" { (within(p.mean)) " ± " (within(p.sd)) }
                 td data-is="90 % interval" { (within(p.q05)) " … " (within(p.q95)) }
-                td data-is="prior" { (plain(p.prior.0)) " … " (plain(p.prior.1)) }
+                td data-is="prior" { (p.prior_words()) }
                 td data-is="contraction" { (format!("{:.2}", p.contraction)) }
                 td.wrapped data-is="from the data" { (verdict(p)) }
                 @if with_truth {
@@ -165,6 +165,7 @@ fn bar(parts: &[(String, f64)]) -> Markup {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::prior::Prior;
     use crate::report::results::Qualifier;
 
     fn results() -> Results {
@@ -200,7 +201,7 @@ mod tests {
         let draws: Vec<f64> = (0..100).map(|i| 40.0 + 0.2 * f64::from(i)).collect();
         let of = |qualifiers: &[Qualifier]| {
             let parameter = CalibratedParameter {
-                prior: (0.0, 100.0),
+                prior: Prior::uniform(0.0, 100.0),
                 map: 50.0,
                 chains: vec![draws.clone()],
                 contraction: 0.9,
@@ -235,7 +236,7 @@ mod tests {
     fn parameters_have_the_digits_of_their_errors() {
         let parameter = CalibratedParameter {
             label: "E (MPa)".into(),
-            prior: (250.0, 300.0),
+            prior: Prior::uniform(250.0, 300.0),
             mean: (283.4567, 0.08),
             sd: (4.5123, 0.06),
             q05: (276.312, 0.2),

@@ -89,7 +89,7 @@ fn parameters(cases: &[ComparedCase]) -> Markup {
                                 @if inside(p) == Some(false) { ", outside" }
                             } }
                         }
-                        td data-is="prior" { (plain(p.prior.0)) " … " (plain(p.prior.1)) }
+                        td data-is="prior" { (p.prior_words()) }
                         td.wrapped data-is="from the data" {
                             @let verdict = p.verdict();
                             span class=(if verdict.is_good() { "verdict good" } else { "verdict weak" }) {
@@ -211,6 +211,7 @@ fn cautions(cases: &[ComparedCase]) -> Markup {
 mod tests {
     use super::super::results::Qoi;
     use super::*;
+    use crate::prior::Prior;
 
     fn case(name: &str, map: f64, error: f64) -> ComparedCase {
         let draws: Vec<f64> = (0..200).map(|i| map - 5.0 + 0.05 * f64::from(i)).collect();
@@ -219,7 +220,7 @@ mod tests {
             names: vec!["matrix.young_mpa".into()],
             parameters: vec![CalibratedParameter {
                 label: "E (MPa)".into(),
-                prior: (250.0, 350.0),
+                prior: Prior::uniform(250.0, 350.0),
                 mean: (map, 0.05),
                 sd: (2.9, 0.05),
                 q05: (map - 4.5, 0.1),

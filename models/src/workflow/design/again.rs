@@ -3,7 +3,7 @@
 
 use fem::RunRecord;
 use ppl::{Nuts, Posterior};
-use surrogate::{DynPce, Input};
+use surrogate::DynPce;
 
 use super::super::WorkflowError;
 use super::super::ensemble::Plan;
@@ -62,12 +62,12 @@ pub(super) fn test(
         .seed(settings.seed)
         .threads(task.threads)
         .interrupt(task.interrupt);
-    let posterior = sample(&fit.pce, &evidence, &sampler, settings.seed);
+    let priors = inputs.priors()?;
+    let posterior = sample(&fit.pce, &priors, &evidence, &sampler, settings.seed);
     task.check_interrupt()?;
     let draws = draws(&posterior?, &fit.pce);
-    let prior: Vec<Input> = inputs.prior()?;
     let belief =
-        belief(&prior, &draws).map_err(|error| WorkflowError::Unusable(error.to_string()))?;
+        belief(&priors, &draws).map_err(|error| WorkflowError::Unusable(error.to_string()))?;
     let draws = at_draws(&fit.pce, &middle, &draws, &|draw| draw.scatter.clone())?;
     Ok((belief, FurtherTest { draws, shared, seen }))
 }

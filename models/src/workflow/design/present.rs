@@ -9,6 +9,7 @@ use super::super::uncertainty::SharedError;
 use crate::error::InputError;
 use crate::fracture::{column_means, short_name};
 use crate::further_test::{Belief, FurtherTest, FurtherTestError, TestAtDraw};
+use crate::prior::Prior;
 use crate::table::CsvTable;
 
 /// Number of posterior draws in averages: the standard error of a mean is about 5 % of the standard deviation of the
@@ -25,8 +26,9 @@ pub(super) struct Draw {
 
 /// The posterior of the calibration.
 pub(super) struct Present {
-    /// The parameters with their bounds.
+    /// The parameters with their ranges.
     pub(super) prior: Vec<Input>,
+    priors: Vec<Prior>,
     pub(super) draws: Vec<Draw>,
     /// Names of the quantities' columns.
     pub(super) outputs: Vec<String>,
@@ -49,11 +51,12 @@ impl Present {
         let (pce, shared) = (fitted.pce, shared.total());
         let draws = draws(task, &prior, &outputs)?;
         let (known, specimens) = (evidence.middle(), evidence.qois.len());
-        Ok(Self { prior, draws, outputs, pce, known, specimens, shared })
+        let priors = inputs.priors()?;
+        Ok(Self { prior, priors, draws, outputs, pce, known, specimens, shared })
     }
 
     pub(super) fn belief(&self) -> Result<Belief, FurtherTestError> {
-        belief(&self.prior, &self.draws)
+        belief(&self.priors, &self.draws)
     }
 
     /// Test of more specimens of the same kind as the present ones.
@@ -73,10 +76,9 @@ impl Present {
 }
 
 /// Knowledge of the parameters, from posterior draws.
-pub(super) fn belief(prior: &[Input], draws: &[Draw]) -> Result<Belief, FurtherTestError> {
-    let bounds: Vec<[f64; 2]> = prior.iter().map(|input| [input.lower, input.upper]).collect();
+pub(super) fn belief(priors: &[Prior], draws: &[Draw]) -> Result<Belief, FurtherTestError> {
     let theta: Vec<Vec<f64>> = draws.iter().map(|draw| draw.theta.clone()).collect();
-    Belief::of_draws(&bounds, &theta)
+    Belief::of_draws(priors, &theta)
 }
 
 /// A test whose quantities are given by an expansion, at a subset of the draws. Derivatives are relative to the

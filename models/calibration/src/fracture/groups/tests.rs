@@ -23,6 +23,10 @@ fn group(temperature_c: f64, factor: f64, forces: &[f64], shared: f64) -> TestGr
     TestGroup { name: "group".into(), temperature_c, forward: proportional(factor), evidence }
 }
 
+fn priors_of(groups: &[TestGroup]) -> Vec<Prior> {
+    Prior::uniform_on(groups[0].forward.inputs())
+}
+
 /// Three temperatures, two microstructures, a group with a single specimen, and an error that the specimens of a group
 /// share: compares the posterior of E at all temperatures and of the scatter with sums over a grid.
 #[test]
@@ -34,7 +38,7 @@ fn the_posterior_is_that_of_quadrature() {
     ];
     let pooling = Pooling { trends: vec![Trend::LogLinear], deviation: 0.0 };
     let sampler = Nuts::default().chains(4).draws(2000).seed(4);
-    let posterior = calibrate_groups(&groups, &pooling, &sampler).unwrap();
+    let posterior = calibrate_groups(&groups, &priors_of(&groups), &pooling, &sampler).unwrap();
 
     // all specimens of a group as one normal vector, whose covariance sd² I + S 1 1ᵀ has a known inverse
     let ln_density = |young: f64, sd: f64, group: &TestGroup| {
@@ -142,7 +146,8 @@ fn intervals_cover_over_laboratories() {
             // with 200 draws, an end of an interval has an error of about a tenth of its length, which is small
             // compared with the standard error of 0.05 of the share
             let sampler = Nuts::default().chains(1).warmup(200).draws(200).seed(seed).threads(1);
-            let posterior = calibrate_groups(&groups, &pooling, &sampler).unwrap();
+            let posterior =
+                calibrate_groups(&groups, &priors_of(&groups), &pooling, &sampler).unwrap();
             [0, 2].map(|parameter| {
                 let inside = |(level, truth): (usize, &[f64; 2])| {
                     let draws = posterior.trace(&format!("theta[{level},{parameter}]")).unwrap();
@@ -168,7 +173,7 @@ fn gradients_are_derivatives() {
     let trends = vec![Trend::LogLinear, Trend::Constant, Trend::LogLinear];
     for deviation in [0.0, 0.05] {
         let pooling = Pooling { trends: trends.clone(), deviation };
-        let groups = Groups::new(&groups, &pooling).unwrap();
+        let groups = Groups::new(&groups, &priors_of(&groups), &pooling).unwrap();
         check::gradient(&calibration_over_groups(&groups), 1);
     }
 }
@@ -179,7 +184,7 @@ fn gradients_are_derivatives() {
 fn parameters_stay_in_the_box() {
     let groups = [group(50.0, 0.5, &[142.0, 135.0], 0.0), group(90.0, 0.5, &[150.0], 0.0)];
     let pooling = Pooling { trends: vec![Trend::LogLinear], deviation: 0.1 };
-    let groups = Groups::new(&groups, &pooling).unwrap();
+    let groups = Groups::new(&groups, &priors_of(&groups), &pooling).unwrap();
     let at = |place: f64, low: f64, high: f64, off: f64| {
         groups.parameters(place, &[low], &[high], &[off])[0]
     };
@@ -204,9 +209,9 @@ fn groups_that_do_not_belong_together_are_refused() {
     let good = || vec![group(50.0, 0.5, &[142.0, 135.0], 0.0), group(90.0, 0.5, &[150.0], 0.0)];
     let follows = Pooling { trends: vec![Trend::LogLinear], deviation: 0.0 };
     let message = |groups: &[TestGroup], pooling: &Pooling| {
-        Groups::new(groups, pooling).unwrap_err().to_string()
+        Groups::new(groups, &priors_of(groups), pooling).unwrap_err().to_string()
     };
-    assert!(Groups::new(&good(), &follows).is_ok());
+    assert!(Groups::new(&good(), &priors_of(&good()), &follows).is_ok());
     assert!(message(&good()[1..], &follows).contains("at least two"));
     let at_one: Vec<TestGroup> =
         good().into_iter().map(|group| TestGroup { temperature_c: 50.0, ..group }).collect();

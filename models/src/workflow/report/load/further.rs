@@ -3,7 +3,7 @@
 use super::super::super::WorkflowError;
 use super::super::super::inputs::Inputs;
 use super::posterior::label;
-use crate::case::{Case, MaterialParameter};
+use crate::case::{Case, Parameter};
 use crate::report::{FurtherExpected, FurtherNeeded, FurtherParameter, FurtherTestResult};
 use crate::table::{CsvTable, TableRow};
 
@@ -49,7 +49,7 @@ fn test_of<'a>(
 ) -> &'a mut FurtherTestResult {
     let (path, name) = (row.text("parameter"), row.text("candidate"));
     let at = found.iter().position(|(own, _)| own == path).unwrap_or_else(|| {
-        let known: Result<MaterialParameter, _> = path.parse();
+        let known: Result<Parameter, _> = path.parse();
         let label = known.map_or_else(|_| path.to_owned(), |parameter| label(case, &parameter));
         found.push((path.to_owned(), FurtherParameter { label, ..FurtherParameter::default() }));
         found.len() - 1

@@ -124,10 +124,11 @@ fn warned(
 }
 
 fn title(case: &Case) -> String {
-    let mut regions: Vec<&str> =
-        case.prior.iter().flat_map(|prior| prior.parameters()).map(|p| p.region.as_str()).collect();
+    let parameters = case.prior.iter().flat_map(|prior| prior.parameters());
+    let mut regions: Vec<&str> = parameters.filter_map(|p| p.region()).collect();
     regions.dedup();
-    let regions = regions.join(" and the ");
+    let regions =
+        if regions.is_empty() { "specimen".to_owned() } else { regions.join(" and the ") };
     let experiments = case.experiments.as_ref();
     match experiments.and_then(|e| e.virtual_specimens.as_ref()) {
         Some(v) => {

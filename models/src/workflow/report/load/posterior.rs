@@ -5,7 +5,7 @@ use surrogate::Dataset;
 
 use super::super::super::WorkflowError;
 use super::super::super::inputs::Inputs;
-use crate::case::{Case, MaterialParameter};
+use crate::case::{Case, Parameter};
 use crate::error::InputError;
 use crate::report::{CalibratedParameter, LeftOut, Summarised};
 use crate::table::CsvTable;
@@ -30,13 +30,13 @@ pub(crate) fn parameters(
     let map = CsvTable::read(&map, &["parameter", "map"])?;
     let out_of_range = is_out_of_range(inputs)?;
     let mut parameters = Vec::new();
-    for (i, input) in data.inputs().iter().enumerate() {
+    for (i, (input, prior)) in data.inputs().iter().zip(inputs.priors()?).enumerate() {
         let name = &input.name;
         let chains = chains(&draws, name)?;
         let [mean, sd, q05, _, q95] = moments(&summary, name, &chains)?;
         parameters.push(CalibratedParameter {
             label: label(name),
-            prior: (input.lower, input.upper),
+            prior,
             design: data.rows().map(|(x, _)| x[i]).collect(),
             chains,
             mean,
@@ -55,14 +55,14 @@ pub(crate) fn parameters(
 
 /// Label of a parameter, from its path.
 pub(super) fn label_of(case: &Case, name: &str) -> String {
-    let known: Result<MaterialParameter, _> = name.parse();
+    let known: Result<Parameter, _> = name.parse();
     known.map_or_else(|_| name.to_owned(), |parameter| label(case, &parameter))
 }
 
 /// Name and unit of a parameter, with its region if parameters of several regions are calibrated.
-pub(super) fn label(case: &Case, parameter: &MaterialParameter) -> String {
+pub(super) fn label(case: &Case, parameter: &Parameter) -> String {
     let all = || case.prior.iter().flat_map(|prior| prior.parameters());
-    parameter.label(all().all(|other| other.region == parameter.region))
+    parameter.label_and_unit(all().any(|other| other.region() != parameter.region()))
 }
 
 /// Draws of one column, for each chain.

@@ -1,0 +1,69 @@
+//! Numbers of the tables `[phase_field]` and `[test]`. A line in [`NUMBERS`] makes a number a target.
+
+use std::borrow::Cow;
+
+use super::definition::{SimulationParts, Target, TargetError};
+
+/// A number of a case outside `[material]`.
+#[derive(Debug)]
+pub(super) struct CaseNumber {
+    path: &'static str,
+    label: &'static str,
+    unit: &'static str,
+    /// Place of the number; `None` if the case has no such table.
+    place: fn(&mut SimulationParts) -> Option<&mut f64>,
+}
+
+/// All numbers.
+pub(super) const NUMBERS: [CaseNumber; 4] = [
+    CaseNumber {
+        path: "phase_field.length_mm",
+        label: "l₀",
+        unit: "mm",
+        place: |parts| Some(&mut parts.phase_field.as_mut()?.length_mm),
+    },
+    CaseNumber {
+        path: "test.friction",
+        label: "μ",
+        unit: "1",
+        place: |parts| Some(&mut parts.test.friction),
+    },
+    CaseNumber {
+        path: "test.drag_mpa_s_per_mm",
+        label: "drag",
+        unit: "MPa s/mm",
+        place: |parts| Some(&mut parts.test.drag_mpa_s_per_mm),
+    },
+    CaseNumber {
+        path: "test.slip_velocity_mm_per_s",
+        label: "slip velocity",
+        unit: "mm/s",
+        place: |parts| Some(&mut parts.test.slip_velocity_mm_per_s),
+    },
+];
+
+impl Target for CaseNumber {
+    fn path(&self) -> Cow<'_, str> {
+        self.path.into()
+    }
+
+    fn label(&self) -> Cow<'_, str> {
+        self.label.into()
+    }
+
+    fn unit(&self) -> Cow<'_, str> {
+        self.unit.into()
+    }
+
+    fn set(&self, parts: &mut SimulationParts, value: f64) -> Result<(), TargetError> {
+        let place = (self.place)(parts).ok_or_else(|| {
+            let table = self.path.split('.').next().unwrap_or_default();
+            TargetError {
+                problem: format!("the case has no table [{table}]"),
+                help: format!("Add [{table}], or leave the parameter out."),
+            }
+        })?;
+        *place = value;
+        Ok(())
+    }
+}

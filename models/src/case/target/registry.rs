@@ -1,0 +1,146 @@
+//! A target with its path, and the registry that finds it.
+
+use std::cmp::Ordering;
+use std::fmt;
+use std::ops::Deref;
+use std::str::FromStr;
+use std::sync::{Arc, OnceLock};
+
+use super::definition::Target;
+use super::material::{MaterialConstant, Property};
+use super::number::NUMBERS;
+
+/// A parameter that a case calibrates. Clones share the target; two parameters are equal if their paths are equal.
+///
+/// Parameters are ordered by table. Constants of one material have the order of their keys in the default case.
+#[derive(Clone)]
+pub struct Parameter {
+    path: Arc<str>,
+    target: Arc<dyn Target>,
+}
+
+impl Parameter {
+    /// Parameter of a target. Its path must have a table and a key.
+    pub fn new(target: impl Target) -> Self {
+        Self { path: target.path().into(), target: Arc::new(target) }
+    }
+
+    /// Table and key of the path.
+    pub(crate) fn table_and_key(&self) -> (&str, &str) {
+        self.path.rsplit_once('.').unwrap_or(("", &self.path))
+    }
+
+    /// Label and unit, after the region if `with_region`.
+    pub(crate) fn label_and_unit(&self, with_region: bool) -> String {
+        let region = self.region().filter(|_| with_region);
+        let region = region.map(|region| format!("{region} ")).unwrap_or_default();
+        match &*self.unit() {
+            "1" => format!("{region}{}", self.label()),
+            unit => format!("{region}{} ({unit})", self.label()),
+        }
+    }
+
+    fn order(&self) -> (&str, Option<usize>, &str) {
+        let (table, key) = self.table_and_key();
+        (table, Property::ALL.iter().position(|property| property.key() == key), key)
+    }
+}
+
+impl Deref for Parameter {
+    type Target = dyn Target;
+
+    fn deref(&self) -> &Self::Target {
+        self.target.as_ref()
+    }
+}
+
+impl PartialEq for Parameter {
+    fn eq(&self, other: &Self) -> bool {
+        self.path == other.path
+    }
+}
+
+impl Eq for Parameter {}
+
+impl PartialOrd for Parameter {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Parameter {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.order().cmp(&other.order())
+    }
+}
+
+impl fmt::Debug for Parameter {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.path)
+    }
+}
+
+impl fmt::Display for Parameter {
+    /// Writes the path.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.path)
+    }
+}
+
+impl FromStr for Parameter {
+    type Err = String;
+
+    fn from_str(path: &str) -> Result<Self, String> {
+        TargetRegistry::current()
+            .find(path)
+            .ok_or_else(|| format!("{path:?} is no parameter, such as matrix.young_mpa"))
+    }
+}
+
+/// The parameters that a case can name, besides the constants of its materials.
+///
+/// The registry of the process is the standard one unless a program installs its own before it reads the first case.
+#[derive(Debug)]
+pub(crate) struct TargetRegistry {
+    targets: Vec<Parameter>,
+}
+
+static REGISTRY: OnceLock<TargetRegistry> = OnceLock::new();
+
+impl TargetRegistry {
+    /// The targets of this crate.
+    pub(crate) fn standard() -> Self {
+        Self { targets: NUMBERS.into_iter().map(Parameter::new).collect() }
+    }
+
+    /// Adds a target. If its path is taken, the earlier target keeps the path.
+    pub(crate) fn with_target(mut self, target: impl Target) -> Self {
+        self.targets.push(Parameter::new(target));
+        self
+    }
+
+    /// Makes this the registry of the process. Returns `false` if the process has one already.
+    pub(crate) fn install(self) -> bool {
+        REGISTRY.set(self).is_ok()
+    }
+
+    pub(crate) fn current() -> &'static Self {
+        REGISTRY.get_or_init(Self::standard)
+    }
+
+    /// Returns the target with this path.
+    pub(crate) fn find(&self, path: &str) -> Option<Parameter> {
+        let target = self.targets.iter().find(|target| *target.path == *path).cloned();
+        target.or_else(|| MaterialConstant::of_path(path).map(Parameter::new))
+    }
+
+    /// Keys of a table that are targets.
+    pub(crate) fn keys_of(&self, table: &str) -> Vec<&str> {
+        let own = self.targets.iter().map(Parameter::table_and_key);
+        let own: Vec<&str> = own.filter(|own| own.0 == table).map(|own| own.1).collect();
+        match own.is_empty() {
+            true => Property::ALL.into_iter().map(Property::key).collect(),
+            false => own,
+        }
+    }
+}
