@@ -67,11 +67,6 @@ pub enum Unsupported {
     /// More ranks than elements.
     #[error("the mesh has fewer elements than ranks")]
     FewElements,
-    /// Sensitivities of damage that has no energy.
-    #[error(
-        "with a history or a hybrid split the tangent is not the derivative of the residual, which sensitivities need"
-    )]
-    NotVariational,
     /// Sensitivities with arc-length steps.
     #[error("with arc-length steps the displacement of a point depends on the parameters")]
     SensitivitiesOfArcLength,
@@ -212,9 +207,6 @@ impl Unsupported {
             Self::DeviceOnRanks => "take no device, or one process",
             Self::SensitivitiesOnRanks => "take one process",
             Self::FewElements => "take fewer processes",
-            Self::NotVariational => {
-                "take irreversibility = \"active-set\" or \"none\" and no hybrid split, or differences of runs"
-            }
             Self::SensitivitiesOfArcLength => "take fixed or adaptive steps",
             Self::SensitivitiesOfFriction => "take platens without them, or differences of runs",
             Self::NameTwice(_) => "give each parameter its own name",

@@ -186,16 +186,15 @@ impl Problem {
     /// to material parameters, along the whole curve. All other data is shared.
     ///
     /// Every accepted increment solves one additional linear system per parameter, with the tangent of the
-    /// equilibrium. The dependence of damage on earlier increments is included, and a damage value at an active bound
-    /// has the rate of its bound. The derivatives are those at fixed steps: the dependence of adaptive step sizes on
-    /// the parameters is not included. At a kink of the equations (tr ε = 0 of a split, a node about to leave its
+    /// equilibrium. The dependence of damage and of the state of the laws on earlier increments is included, and a
+    /// damage value at an active bound has the rate of its bound. The derivatives are those at fixed steps: the
+    /// dependence of adaptive step sizes on the parameters is not included. At a kink of the equations (tr ε = 0 of a split, a node about to leave its
     /// bound) they are one-sided; if the tangent is singular they end, see [`Sensitivities`](crate::Sensitivities).
     ///
     /// # Errors
-    /// [`FemError::Unsupported`] for damage that has no energy (a history, a hybrid split), arc-length steps, and
-    /// platens with friction or drag; [`FemError::OutOfRange`] and others as
-    /// [`ProblemBuilder::build`](crate::ProblemBuilder::build) for parameters whose two sides do not enclose the
-    /// materials of the problem.
+    /// [`FemError::Unsupported`] for arc-length steps, platens with friction or drag, and several ranks;
+    /// [`FemError::OutOfRange`] and others as [`ProblemBuilder::build`](crate::ProblemBuilder::build) for parameters
+    /// whose two sides do not enclose the materials of the problem.
     ///
     /// # Example
     /// The force of an elastic body is proportional to its stiffness:
@@ -291,7 +290,7 @@ impl Problem {
     /// Returns the stresses, energies and forces of fields, such as those of an [`Outcome`].
     ///
     /// # Errors
-    /// [`FemError::OtherFields`] if the fields belong to another problem.
+    /// [`FemError::OtherFields`] or [`FemError::OtherState`] if the fields belong to another problem.
     pub fn evaluate<'a>(&'a self, fields: &'a Fields) -> Result<Evaluation<'a>, FemError> {
         Evaluation::new(&self.setup, self.whole(), fields)
     }

@@ -16,13 +16,19 @@
 //! The effect of the residuals ρ on the measured force f = c·(K x + ∂R/∂θ) is y·ρ, where the adjoint y solves K y = K
 //! c on the free values. The adjoint is one additional system, but a rough y is sufficient, because its error is
 //! multiplied by ρ; and ρ need only be small enough for the rates themselves.
+//!
+//! If no energy is minimised (a history of the driving energy, a hybrid split, a law with a state), the tangent is not
+//! the Jacobian K, which is not symmetric. The tangent is then only the preconditioner, products with K are differences
+//! of residuals, and there is no adjoint.
 
 use super::directions::{Directions, System};
 use super::linear::{Nodal, add_scaled, mask};
 use super::newton::Newton;
 use crate::error::StepFailure;
 use crate::fields::Fields;
-use crate::operator::{Coupling, Increment, Shift, StepContext, residual_rate};
+use crate::operator::{
+    Coupling, Increment, NodeBlock, Shift, StepContext, jacobian_product, residual_rate,
+};
 
 /// Allowed residual of the linear systems, relative to the residual without a change of the free values: `TOLERANCE`
 /// if the force is computed from the rates alone, `CORRECTED` if the adjoint corrects the force, `ADJOINT` for the
@@ -30,9 +36,11 @@ use crate::operator::{Coupling, Increment, Shift, StepContext, residual_rate};
 const TOLERANCE: f64 = 1e-7;
 const CORRECTED: f64 = 3e-6;
 const ADJOINT: f64 = 1e-3;
-/// Limits: `ROUNDS` corrections per system with the current factor or hierarchy, `CORRECTIONS` solutions per system
-/// by the linear solver, which renews the factor, and `PASSES` passes over the contact pressures.
+/// Limits: `ROUNDS` corrections per system with the current factor or hierarchy (`WITHOUT_ENERGY` if the tangent is not
+/// the Jacobian), `CORRECTIONS` solutions per system by the linear solver, which renews the factor, and `PASSES` passes
+/// over the contact pressures.
 const ROUNDS: usize = 12;
+const WITHOUT_ENERGY: usize = 120;
 const CORRECTIONS: usize = 4;
 const PASSES: usize = 60;
 /// Assumed reduction of the residual by the first correction, and the limits of the reduction that is assumed for
@@ -75,42 +83,71 @@ pub(crate) struct Known<'a> {
     pub(crate) earlier: &'a [Vec<Nodal>],
 }
 
+/// The equilibrium that is differentiated.
+#[derive(Clone, Copy)]
+pub(crate) struct Equilibrium<'a> {
+    /// The most recent equilibrium of Newton's method.
+    pub(crate) fields: &'a Fields,
+    /// The increment that led to the equilibrium.
+    pub(crate) context: StepContext<'a>,
+    /// Whether the lower bounds of damage are the damage at the start of the increment.
+    pub(crate) bound_follows_damage: bool,
+    /// Whether displacement and damage minimise a common energy.
+    pub(crate) is_variational: bool,
+}
+
+impl Equilibrium<'_> {
+    /// Whether the tangent is the Jacobian of the residual.
+    fn tangent_is_jacobian(&self) -> bool {
+        self.is_variational && self.context.state.is_empty()
+    }
+}
+
 fn negate(x: &mut [Nodal]) {
     x.as_flattened_mut().iter_mut().for_each(|x| *x = -*x);
 }
 
-/// Returns the rates of `fields`, the most recent equilibrium of `newton`, with respect to every parameter.
-/// `follows`: whether the lower bounds of damage are the damage at the start of the increment.
+/// Returns the rates of an equilibrium of `newton` with respect to every parameter.
 ///
-/// The tangent at `fields` is kept for the next increment.
+/// The tangent at the equilibrium is kept for the next increment. `measured.of_residual` is not used if the tangent is
+/// not the Jacobian.
 pub(crate) fn differentiate(
     newton: &mut Newton,
-    fields: &Fields,
-    context: StepContext,
+    at: Equilibrium,
     known: &[Known],
-    measured: Measured,
-    follows: bool,
+    mut measured: Measured,
 ) -> Result<Vec<Rates>, StepFailure> {
-    Systems { newton }.differentiate(fields, context, known, measured, follows)
+    let coupling = if at.is_variational { Coupling::Full } else { Coupling::Separate };
+    newton.linearise_as(coupling, at.fields, at.context)?;
+    let mut contact = Vec::new();
+    if !at.tangent_is_jacobian() {
+        measured.of_residual = None;
+        contact = newton.external.tangent(at.fields);
+    }
+    Systems { newton, at, contact }.differentiate(known, measured)
 }
 
-/// Linear systems with the tangent of Newton's method.
+/// Linear systems with the Jacobian of an equilibrium.
 struct Systems<'s, 'a> {
     newton: &'s mut Newton<'a>,
+    at: Equilibrium<'s>,
+    /// Contributions of contact to a Jacobian that is not the tangent.
+    contact: Vec<NodeBlock>,
 }
 
-impl Systems<'_, '_> {
+impl<'s> Systems<'s, '_> {
+    fn increment(&self) -> Increment<'s> {
+        let Equilibrium { fields, context, .. } = self.at;
+        Increment { materials: self.newton.materials, fields, context }
+    }
+
     fn differentiate(
         &mut self,
-        fields: &Fields,
-        context: StepContext,
         known: &[Known],
         measured: Measured,
-        follows: bool,
     ) -> Result<Vec<Rates>, StepFailure> {
-        self.newton.linearise_as(Coupling::Full, fields, context)?;
         let shifts: Vec<Shift> = known.iter().map(|known| known.shift).collect();
-        let increment = Increment { materials: self.newton.materials, fields, context };
+        let increment = self.increment();
         let rate = |shift| residual_rate(self.newton.operator, &increment, shift);
         let residuals = shifts.iter().map(rate).collect::<Result<Vec<_>, _>>()?;
         let mut directions = Directions::new(self.newton.linear.weight().to_vec());
@@ -118,15 +155,14 @@ impl Systems<'_, '_> {
         let mut systems = Vec::with_capacity(known.len() + 1);
         for (shift, mut right) in shifts.iter().zip(residuals) {
             negate(&mut right);
-            let held = self.held(fields, context, follows, shift.before);
-            systems.push(self.system(held, right, tolerance, &directions));
+            let held = self.held(shift.before);
+            systems.push(self.system(held, right, tolerance, &directions)?);
         }
         if let Some(functional) = measured.of_residual {
-            let mut right = vec![[0.0; 4]; functional.len()];
-            self.newton.linear.multiply(functional, &mut right);
+            let mut right = self.multiply(functional)?;
             mask(&self.newton.free, &mut right);
             let none = vec![[0.0; 4]; right.len()];
-            systems.push(self.system(none, right, ADJOINT, &directions));
+            systems.push(self.system(none, right, ADJOINT, &directions)?);
         }
         let before = known.iter().flat_map(|known| {
             std::iter::once(known.shift.before).chain(known.earlier.iter().map(Vec::as_slice))
@@ -138,19 +174,36 @@ impl Systems<'_, '_> {
             mask(&self.newton.free, &mut direction);
             direction
         });
-        self.take_up(guesses.collect(), &mut directions);
+        self.take_up(guesses.collect(), &mut directions)?;
         let mut contacts = vec![Vec::new(); known.len()];
         for _ in 0..PASSES {
             self.correct(&mut systems, &mut directions)?;
             for (system, contact) in systems.iter_mut().zip(&mut contacts) {
-                self.press(fields, system, contact);
+                self.press(system, contact);
             }
             if systems.iter().all(|system| directions.solved(system)) {
-                return Ok(self.rates(fields, systems, contacts, measured));
+                return Ok(self.rates(systems, contacts, measured));
             }
         }
         let largest = systems.iter().map(|system| directions.excess(system)).fold(0.0, f64::max);
         Err(StepFailure::Contact { passes: PASSES as u32, change: tolerance * largest })
+    }
+
+    /// Multiplies values by the Jacobian.
+    fn multiply(&mut self, x: &[Nodal]) -> Result<Vec<Nodal>, StepFailure> {
+        if self.at.tangent_is_jacobian() {
+            let mut product = vec![[0.0; 4]; x.len()];
+            self.newton.linear.multiply(x, &mut product);
+            return Ok(product);
+        }
+        let mut product = jacobian_product(self.newton.operator, &self.increment(), x)?;
+        for (node, block) in &self.contact {
+            let (x, product) = (&x[*node as usize], &mut product[*node as usize]);
+            for i in 0..3 {
+                product[i] += (0..3).map(|j| block[i][j] * x[j]).sum::<f64>();
+            }
+        }
+        Ok(product)
     }
 
     /// Creates a system whose constrained values are those of `x`. `right` is the right-hand side without the
@@ -161,32 +214,32 @@ impl Systems<'_, '_> {
         mut right: Vec<Nodal>,
         tolerance: f64,
         directions: &Directions,
-    ) -> System {
+    ) -> Result<System, StepFailure> {
         if x.iter().any(|x| x[3] != 0.0) {
-            let mut product = vec![[0.0; 4]; x.len()];
-            self.newton.linear.multiply(&x, &mut product);
+            let product = self.multiply(&x)?;
             add_scaled(&mut right, -1.0, &product);
         }
-        directions.system(x, right, tolerance)
+        Ok(directions.system(x, right, tolerance))
     }
 
-    /// Multiplies directions by the tangent and adds them with their products.
-    fn take_up(&mut self, of: Vec<Vec<Nodal>>, directions: &mut Directions) {
-        let product = |direction: &Vec<Nodal>| {
-            let mut product = vec![[0.0; 4]; direction.len()];
-            self.newton.linear.multiply(direction, &mut product);
-            product
-        };
-        let products = of.iter().map(product).collect();
+    /// Multiplies directions by the Jacobian and adds them with their products.
+    fn take_up(
+        &mut self,
+        of: Vec<Vec<Nodal>>,
+        directions: &mut Directions,
+    ) -> Result<(), StepFailure> {
+        let product = |direction: &Vec<Nodal>| self.multiply(direction);
+        let products = of.iter().map(product).collect::<Result<_, _>>()?;
         directions.add(of, products);
+        Ok(())
     }
 
     /// Adds the rates of the contact pressures that close the gaps for the displacement rates of a system.
-    fn press(&self, fields: &Fields, system: &mut System, contact: &mut Vec<(u32, [f64; 3])>) {
+    fn press(&self, system: &mut System, contact: &mut Vec<(u32, [f64; 3])>) {
         if system.vanishes() {
             return;
         }
-        let lacking = self.newton.external.follow(fields, &system.x);
+        let lacking = self.newton.external.follow(self.at.fields, &system.x);
         if contact.is_empty() {
             *contact = lacking.iter().map(|(node, _)| (*node, [0.0; 3])).collect();
         }
@@ -201,7 +254,6 @@ impl Systems<'_, '_> {
     /// Collects the rates from the solved systems.
     fn rates(
         &self,
-        fields: &Fields,
         mut systems: Vec<System>,
         contacts: Vec<Vec<(u32, [f64; 3])>>,
         measured: Measured,
@@ -212,7 +264,7 @@ impl Systems<'_, '_> {
         };
         let of_system = |(system, mut contact): (System, Vec<_>)| {
             let System { x: values, mut residual, .. } = system;
-            self.turn(fields, &values, &mut contact);
+            self.turn(&values, &mut contact);
             // the adjoint is zero in constrained values
             let adjoint = measured.adjoint.as_flattened().iter();
             let correction = adjoint.zip(residual.as_flattened()).map(|(y, r)| y * r).sum();
@@ -223,15 +275,10 @@ impl Systems<'_, '_> {
     }
 
     /// Returns the rates of the values at an active lower bound, and zero for all other values.
-    fn held(
-        &self,
-        fields: &Fields,
-        context: StepContext,
-        follows: bool,
-        before: &[Nodal],
-    ) -> Vec<Nodal> {
+    fn held(&self, before: &[Nodal]) -> Vec<Nodal> {
         let mut held = vec![[0.0; 4]; before.len()];
-        let Some(bounds) = context.bounds.filter(|_| follows) else { return held };
+        let Equilibrium { fields, context, bound_follows_damage, .. } = self.at;
+        let Some(bounds) = context.bounds.filter(|_| bound_follows_damage) else { return held };
         for (n, held) in held.iter_mut().enumerate() {
             let constrained = self.newton.unknown[n][3] && !self.newton.free[n][3];
             if constrained && fields.damage[n] <= bounds.lower[n][3] {
@@ -248,8 +295,9 @@ impl Systems<'_, '_> {
         directions: &mut Directions,
     ) -> Result<(), StepFailure> {
         directions.reduce(0, systems);
+        let rounds = if self.at.tangent_is_jacobian() { ROUNDS } else { WITHOUT_ENERGY };
         let (mut spent, mut before, mut leaves) = (0, 0.0, LEAVES);
-        while spent < ROUNDS * systems.len() {
+        while spent < rounds * systems.len() {
             // components smaller than the expected residual of the largest component after its correction wait for a
             // later round
             let (largest, parts) = directions.principal(systems, leaves);
@@ -262,7 +310,7 @@ impl Systems<'_, '_> {
             (before, spent) = (largest, spent + parts.len());
             let known = directions.count();
             let corrections = self.precondition(parts);
-            self.take_up(corrections, directions);
+            self.take_up(corrections, directions)?;
             directions.reduce(known, systems);
             if directions.count() == known {
                 break;
@@ -277,7 +325,7 @@ impl Systems<'_, '_> {
                 let tolerance = 1.0 / directions.excess(&systems[k]);
                 let correction = self.newton.solve_nodal(&systems[k].residual, tolerance)?;
                 let known = directions.count();
-                self.take_up(vec![correction], directions);
+                self.take_up(vec![correction], directions)?;
                 directions.reduce(known, systems);
             }
             if !directions.solved(&systems[k]) {
@@ -301,9 +349,9 @@ impl Systems<'_, '_> {
     }
 
     /// Adds to the rates of contact forces the contribution of the rotating normal of a curved platen.
-    fn turn(&self, fields: &Fields, x: &[Nodal], contact: &mut [(u32, [f64; 3])]) {
+    fn turn(&self, x: &[Nodal], contact: &mut [(u32, [f64; 3])]) {
         for ((_, force), (node, block)) in
-            contact.iter_mut().zip(self.newton.external.tangent(fields))
+            contact.iter_mut().zip(self.newton.external.tangent(self.at.fields))
         {
             let x = &x[node as usize];
             for i in 0..3 {

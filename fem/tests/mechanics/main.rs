@@ -27,6 +27,7 @@ mod reference_cylinder;
 mod refusals;
 mod sensitivity;
 mod solution;
+mod state_sensitivity;
 mod supports;
 mod unloading;
 mod warnings;

@@ -31,7 +31,8 @@ fn random_fields<const N: usize>(space: &Space<N>, size: f64, rng: &mut impl Rng
         std::array::from_fn(|k| pull * size * x[k] + random(0.015 * size))
     });
     let displacement = displacement.collect();
-    Fields { displacement, damage: (0..space.nodes.len()).map(|_| 0.5 + random(0.4)).collect() }
+    let damage = (0..space.nodes.len()).map(|_| 0.5 + random(0.4)).collect();
+    Fields { displacement, damage, ..Fields::default() }
 }
 
 /// The materials for a rule: without one, nothing can be damaged.

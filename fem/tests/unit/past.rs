@@ -3,7 +3,8 @@ use super::*;
 /// The fields at a time, of two nodes.
 fn fields(at: impl Fn(f64) -> f64, time: f64) -> Fields {
     let damage = vec![at(time), 2.0 - at(time)];
-    Fields { displacement: damage.iter().map(|d| [*d, -*d, 3.0 * d]).collect(), damage }
+    let displacement = damage.iter().map(|d| [*d, -*d, 3.0 * d]).collect();
+    Fields { displacement, damage, ..Fields::default() }
 }
 
 /// Where the past of a function at these times leads.

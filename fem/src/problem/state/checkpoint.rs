@@ -1,6 +1,6 @@
 //! Checkpoint of a run, from which the run resumes with bitwise the same result as an uninterrupted run.
 //!
-//! A file contains the line `breccia-state 10`, the fingerprint of the problem and the state in postcard's format, and
+//! A file contains the line `breccia-state 11`, the fingerprint of the problem and the state in postcard's format, and
 //! a checksum of everything before it (FNV-1a, u64, little endian). Data that the linear solver reuses from step to
 //! step is not included: a run with a checkpoint discards this data whenever it saves.
 
@@ -34,7 +34,7 @@ pub struct Checkpoint {
 
 /// Beginning of a file of any version of the format, and of this version.
 const MAGIC: &[u8] = b"breccia-state ";
-const VERSION: &[u8] = b"breccia-state 10\n";
+const VERSION: &[u8] = b"breccia-state 11\n";
 
 impl Checkpoint {
     /// Writes a state to the file.

@@ -6,3 +6,4 @@ mod hexahedra;
 
 pub use block::{Block, BlockError, HexSplit};
 pub use cylinder::{CylinderLattice, LatticeError, Wall};
+pub(crate) use cylinder::WallSection;

@@ -43,7 +43,7 @@ const STAYS: u32 = u32::MAX;
 
 impl EdgePoints {
     pub(super) fn new(how: &Conforming, mesh: &TetMesh, interface: &Interface) -> EdgePoints {
-        if !how.curved {
+        if !(how.curved || how.curved_wall) {
             return EdgePoints { edges: Vec::new(), tets: Vec::new() };
         }
         let mut found: BTreeMap<[u32; 2], Edge> = BTreeMap::new();
@@ -75,7 +75,13 @@ impl EdgePoints {
             }
         }
         // edges in an end plane without an interface stay straight
-        found.retain(|_, edge| edge.held.wall || !edge.labels.is_empty());
+        found.retain(|_, edge| {
+            (how.curved_wall && edge.held.wall) || (how.curved && !edge.labels.is_empty())
+        });
+        for edge in found.values_mut().filter(|edge| edge.held.wall) {
+            let [a, b] = edge.nodes.map(|node| mesh.nodes[node as usize]);
+            edge.held.corner = how.wall.is_corner(0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1]));
+        }
         let number: BTreeMap<[u32; 2], u32> = found.keys().copied().zip(0..).collect();
         let of_tet = |(tet, nodes): (usize, &[u32; 4])| {
             let edges = EDGES.map(|edge| {
