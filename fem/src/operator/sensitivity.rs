@@ -102,7 +102,8 @@ pub fn jacobian_product(
 
 /// Returns the multiple of the direction by which the fields change; zero for a direction that is zero.
 fn step(fields: &Fields, direction: &[[f64; 4]]) -> f64 {
-    let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0f64, |m, x| m.max(x.abs()));
+    let largest =
+        |values: &mut dyn Iterator<Item = f64>| values.fold(0.0f64, |m, x| m.max(x.abs()));
     let mut displacement_mm = largest(&mut fields.displacement.as_flattened().iter().copied());
     if displacement_mm == 0.0 {
         displacement_mm = 1.0;

@@ -140,7 +140,8 @@ impl ConstitutiveLaw for Lagging {
         let trace = trial.strains.trace();
         new[0] = trace;
         let pressure = trace * K + old[0] * H;
-        let mut out = ElasticResponse::volumetric([trace * trace * (0.5 * K), pressure, g.constant(K)]);
+        let mut out =
+            ElasticResponse::volumetric([trace * trace * (0.5 * K), pressure, g.constant(K)]);
         for i in 0..3 {
             let deviator = trial.strains.log[i] - trace / 3.0;
             out.energy += deviator * deviator * MU;

@@ -3,10 +3,11 @@
 use super::sensitivity::{
     Case, Named, all, assert_differences, case, differentiated, forces, named,
 };
-use crate::support::{grain, loading, matrix, phase_field};
+use crate::support::creeping::{CREEPING, Creeping, creeping};
+use crate::support::{loading, phase_field};
 use fem::{
-    Axis, Conditions, ConstitutiveLaw, CrackDensity, ElasticResponse, Irreversibility, Material,
-    Mixture, Order, PhaseField, Principal, Problem, Response, Scalar, Split,
+    Axis, Conditions, CrackDensity, Irreversibility, Material, Mixture, Order, PhaseField, Problem,
+    Split,
 };
 
 const HISTORY: Irreversibility = Irreversibility::History;
@@ -84,64 +85,6 @@ fn a_hybrid_split_is_differentiated() {
     let field = PhaseField { hybrid: true, split: Split::Spectral, ..PhaseField::new(0.06) };
     let problem = accurate(Order::Linear, field).of_grains();
     assert_differences(&problem, &some(&["young", "toughness"]), "hybrid");
-}
-
-/// One-term Maxwell body for the volume: p = K (t − f α) with the viscous dilatation α, dα/dt = (t − α)/t₀, and
-/// t = tr ε; elastic shear. Its energy is not the potential of its stress.
-#[derive(Clone, Copy, Debug)]
-struct Creeping {
-    bulk_mpa: f64,
-    fraction: f64,
-    time_s: f64,
-}
-
-const SHEAR_MPA: f64 = 110.0;
-const CREEPING: Creeping = Creeping { bulk_mpa: 180.0, fraction: 0.6, time_s: 0.2 };
-
-impl ConstitutiveLaw for Creeping {
-    fn young_and_poisson(&self) -> [f64; 2] {
-        let (k, g) = (self.bulk_mpa, SHEAR_MPA);
-        [9.0 * k * g / (3.0 * k + g), (3.0 * k - 2.0 * g) / (6.0 * k + 2.0 * g)]
-    }
-
-    fn state_len(&self) -> usize {
-        1
-    }
-
-    #[inline(always)]
-    fn respond<T: Scalar>(
-        &self,
-        trial: &Principal<T>,
-        g: T,
-        dt: T,
-        old: &[T],
-        new: &mut [T],
-    ) -> Response<T> {
-        let trace = trial.strains.trace();
-        let remaining = (-dt / self.time_s).exp();
-        let spring = (trace - old[0]) * remaining;
-        new[0] = trace - spring;
-        let (elastic, creeps) = (self.bulk_mpa * (1.0 - self.fraction), self.bulk_mpa * self.fraction);
-        let energy = (trace * trace * elastic + spring * spring * creeps) * 0.5;
-        let pressure = trace * elastic + spring * creeps;
-        let mut out =
-            ElasticResponse::volumetric([energy, pressure, remaining * creeps + elastic]);
-        for i in 0..3 {
-            let deviator = trial.strains.log[i] - trace / 3.0;
-            out.energy += deviator * deviator * SHEAR_MPA;
-            out.stress[i] += deviator * (2.0 * SHEAR_MPA);
-            out.shear[i] += trial.strains.coth[i] * SHEAR_MPA;
-        }
-        for (entry, i, j) in [(0, 0, 0), (1, 1, 0), (2, 1, 1), (3, 2, 0), (4, 2, 1), (5, 2, 2)] {
-            out.normal[entry] += SHEAR_MPA * if i == j { 4.0 / 3.0 } else { -2.0 / 3.0 };
-        }
-        out.degraded(g)
-    }
-}
-
-fn creeping(law: Creeping) -> Vec<Material> {
-    let fracture = matrix().fracture;
-    vec![Material { fracture, ..Material::with_law(law).expect("a law") }, grain()]
 }
 
 /// The matrix creeps and breaks, the grains are elastic: elements with and without state lie in the same lanes.

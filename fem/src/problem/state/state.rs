@@ -117,10 +117,7 @@ impl RunState {
         let fields = |fields: &Fields| Fields {
             displacement: part.pick_nodes(&fields.displacement),
             damage: part.pick_nodes(&fields.damage),
-            state: LawState {
-                values: part.pick_tets(&fields.state.values, width),
-                ..fields.state
-            },
+            state: LawState { values: part.pick_tets(&fields.state.values, width), ..fields.state },
         };
         let pressures = self.pressures.iter().zip(&domain.boundary.contacts);
         let pick = |(all, contact): (&Vec<f64>, &Contact)| {

@@ -144,7 +144,10 @@ fn held(how: &Conforming, mesh: &TetMesh) -> Vec<Held> {
     }
     for (held, &[x, y, _]) in held.iter_mut().zip(&mesh.nodes).filter(|(held, _)| held.wall) {
         let (radius, wall) = (x.hypot(y), how.wall.radius_at(x, y));
-        debug_assert!((radius - wall).abs() < 1e-9 * wall, "a node at {radius}, the wall at {wall}");
+        debug_assert!(
+            (radius - wall).abs() < 1e-9 * wall,
+            "a node at {radius}, the wall at {wall}"
+        );
         held.corner = how.wall.is_corner(x, y);
     }
     held
