@@ -6,9 +6,9 @@ use crate::support::{
     HEIGHT, RADIUS, grain, loading, matrix, peak, phase_field, prism, test, with_options,
 };
 use fem::{
-    CompressionTest, CurvePoint, CylinderLattice, End, FemError, Fields, Irreversibility,
-    LinearScheme, Material, Order, Outcome, PhaseField, Progress, Schedule, Scheme, SolverOptions,
-    Split, Step, StepController, StepFailure,
+    CompressionTest, CurvePoint, CylinderLattice, End, FemError, Fields, LinearScheme, Material,
+    Order, Outcome, Progress, Schedule, Scheme, SolverOptions, Split, Step, StepController,
+    StepFailure,
 };
 
 #[test]
@@ -66,42 +66,6 @@ fn steps_that_fail_are_cut_and_land_on_the_points_asked_for() {
     assert!(outcome.effort.cuts > 0, "{:?}", outcome.effort);
     let displacements: Vec<f64> = outcome.curve.iter().map(|p| p.displacement_mm).collect();
     assert_eq!(displacements, [0.06, 0.12], "{:?}", outcome.end);
-}
-
-/// Tries a step of half the duration before each step that it takes.
-#[derive(Debug)]
-struct Hasty {
-    tries: bool,
-}
-
-impl StepController for Hasty {
-    fn next(&self, run: &Progress) -> Option<Step> {
-        let tries = self.tries && run.failed.is_none() && run.passed < 0.5;
-        Some(Step::Advance(if tries { 0.5 } else { 0.05 }))
-    }
-}
-
-/// The failed increments reach larger driving energies than the increments that are taken.
-#[test]
-fn an_increment_that_is_cut_leaves_no_state() {
-    let field =
-        PhaseField { irreversibility: Irreversibility::History, ..phase_field(Split::None) };
-    let options = SolverOptions { alternations: 12, ..SolverOptions::default() };
-    let [plain, hasty] = [false, true].map(|tries| {
-        let loading = CompressionTest::new(0.3, Schedule::new(1.0, Hasty { tries }));
-        let materials = vec![matrix(), grain()];
-        let problem =
-            with_options(prism(2, true), Order::Linear, materials, Some(field), loading, options);
-        let outcome = problem.expect("valid input").run(&mut ());
-        assert!(matches!(outcome.end, End::Displacement), "{:?}", outcome.end);
-        outcome
-    });
-    assert_eq!(plain.effort.cuts, 0);
-    assert!(hasty.effort.cuts > 4, "{:?}", hasty.effort);
-    assert_eq!(plain.curve.len(), hasty.curve.len());
-    for (a, b) in plain.curve.iter().zip(&hasty.curve) {
-        assert!((a.force_n - b.force_n).abs() < 1e-5 * a.force_n, "{a:?}\n{b:?}");
-    }
 }
 
 #[test]
