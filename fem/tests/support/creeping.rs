@@ -50,7 +50,8 @@ impl ConstitutiveLaw for Creeping {
             out.shear[i] += trial.strains.coth[i] * SHEAR_MPA;
         }
         for (entry, i, j) in [(0, 0, 0), (1, 1, 0), (2, 1, 1), (3, 2, 0), (4, 2, 1), (5, 2, 2)] {
-            out.normal[entry] += SHEAR_MPA * if i == j { 4.0 / 3.0 } else { -2.0 / 3.0 };
+            let share = if i == j { 4.0 / 3.0 } else { -2.0 / 3.0 };
+            out.normal[entry] += g.constant(SHEAR_MPA * share);
         }
         out.degraded(g)
     }
