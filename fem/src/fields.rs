@@ -10,11 +10,35 @@ pub struct Fields {
     pub displacement: Vec<[f64; 3]>,
     /// Damage φ; zero at a node that belongs to elastic regions only.
     pub damage: Vec<f64>,
+    /// State with which laws with a state compute the stress. The fields of a run have it; [`LawState::default`] is
+    /// the state before the first increment.
+    #[serde(default)]
+    pub state: LawState,
+}
+
+/// State of the laws at the start of the increment that led to the fields, and its duration.
+///
+/// Stress and energy of a law with a state depend on the state at the start of the increment. Empty for laws without
+/// state.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct LawState {
+    /// Element after element, point after point; empty: zero.
+    pub(crate) values: Vec<f64>,
+    /// Duration of the increment, s.
+    pub(crate) duration_s: f64,
 }
 
 impl Fields {
     pub(crate) fn zero(nodes: usize) -> Self {
-        Self { displacement: vec![[0.0; 3]; nodes], damage: vec![0.0; nodes] }
+        let (displacement, damage) = (vec![[0.0; 3]; nodes], vec![0.0; nodes]);
+        Self { displacement, damage, state: LawState::default() }
+    }
+
+    /// Clones displacement and damage, without the state of the laws.
+    pub(crate) fn without_state(&self) -> Self {
+        let Self { displacement, damage, .. } = self;
+        let (displacement, damage) = (displacement.clone(), damage.clone());
+        Self { displacement, damage, state: LawState::default() }
     }
 
     pub(crate) fn copy_from(&mut self, other: &Fields) {

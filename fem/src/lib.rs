@@ -125,7 +125,7 @@ pub use fem_mesh::{
     SurfaceGrains, SurfaceImport, SurfaceImportError, TetMesh, VoxelGrains, Wall, decimated,
     enclosing_cylinder, gmsh, label, least_gap_mm, separated, stl, vtu,
 };
-pub use fields::Fields;
+pub use fields::{Fields, LawState};
 pub use material::{
     ConstitutiveLaw, CrackDensity, DamageQuadrature, DegradationFunction, ElasticLaw, ElasticPoint,
     ElasticResponse, Elasticity, EnergySplit, Fracture, Homogenisation, HyperelasticLaw,

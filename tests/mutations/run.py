@@ -1,14 +1,16 @@
 #!/usr/bin/env python3
-"""Seeds defects into ppl, one at a time, and sees whether a test catches each.
+"""Seeds defects into the crates, one at a time, and checks that a test catches each.
 
-    tests/mutations/run.py            all defects of defects.toml
-    tests/mutations/run.py NAME …     these
-    tests/mutations/run.py --check    only whether every defect still fits its source
+    tests/mutations/run.py            all defects
+    tests/mutations/run.py fem        the defects of one crate, in fem.toml
+    tests/mutations/run.py NAME …     these defects
+    tests/mutations/run.py --check    checks only that every defect still fits its source
 
-A defect is a wrong expression in place of a right one. All of them are compiled at once, into a
-copy of the workspace, each behind a switch that an environment variable turns on: one build, then
-one short run of the named test a defect. Without a defect every named test has to pass. It needs
-Python 3.11 and takes some minutes; it is no part of CI.
+A defect is a wrong expression in place of a right one. All defects of the chosen crates are compiled
+at once, into a copy of the workspace. Each defect is behind a switch that an environment variable
+turns on, so that there is one build, and then one short run of the named tests per defect. Without a
+defect, every named test has to pass. The script needs Python 3.11 and takes some minutes; it is not
+part of CI.
 """
 
 import json
@@ -21,10 +23,8 @@ import tomllib
 
 HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
-SWITCH = "PPL_SEEDED_DEFECT"
-# the test program with the unit tests in ppl/src, which defects.toml calls "lib"
-UNIT_TESTS = "ppl-unit"
-# the switch as it is added to the copy of ppl/src/lib.rs
+SWITCH = "SEEDED_DEFECT"
+# the switch as it is added to the copy of a crate's src/lib.rs
 CODE = """
 /// Whether the seeded defect with this number is on.
 #[doc(hidden)]
@@ -35,19 +35,54 @@ pub fn seeded_defect(number: u32) -> bool {
     *ON == number
 }
 """ % SWITCH
+# packages that compile the tests
+PACKAGES = ["crate-tests", "unoptimised-tests"]
+# the seeded crates are compiled in several units: their speed does not matter here
+SETTINGS = ["codegen-units=16", "opt-level=2"]
+# seconds that the tests of one defect may take
+PATIENCE = 300
 
 
-def seed(text, number, defect):
-    """The source with the defect behind its switch; None if it does not fit any more."""
+def test_program(defect):
+    """The name of the test program; "lib" stands for the unit tests of the crate."""
+    return f"{defect['crate']}-unit" if defect["test"] == "lib" else defect["test"]
+
+
+def read_defects():
+    """The defects of all crates, each with its crate and its number."""
+    defects = []
+    for section in sorted(HERE.glob("*.toml")):
+        for defect in tomllib.loads(section.read_text())["defect"]:
+            defects.append(dict(defect, crate=section.stem, number=len(defects)))
+    return defects
+
+
+def seed(text, defect):
+    """The source with the defect behind its switch; None if the defect no longer fits."""
     within = defect.get("within", defect["right"])
     if text.count(within) != 1 or within.count(defect["right"]) != 1:
         return None
     switched = "(if crate::seeded_defect(%d) { %s } else { %s })" % (
-        number,
+        defect["number"],
         defect["wrong"],
         defect["right"],
     )
     return text.replace(within, within.replace(defect["right"], switched))
+
+
+def seed_all(defects):
+    """The seeded sources by path, and the defects that no longer fit."""
+    sources, stale = {}, []
+    for defect in defects:
+        path = defect["file"]
+        source = ROOT / path
+        text = sources.get(path) or (source.read_text() if source.is_file() else "")
+        seeded = seed(text, defect)
+        if seeded is None:
+            stale.append(defect)
+        if text:
+            sources[path] = seeded or text
+    return sources, stale
 
 
 def copy_workspace(target):
@@ -61,12 +96,16 @@ def copy_workspace(target):
             shutil.copy2(source, target / name)
 
 
-def build(workspace, tests):
-    """Compiles the test programs; their paths by name."""
-    arguments = ["cargo", "test", "-p", "ppl", "-p", "crate-tests", "--no-run"]
-    arguments += ["--message-format=json-render-diagnostics"]
+def build(workspace, crates, tests):
+    """Compiles the test programs; returns path and working directory by name."""
+    arguments = ["cargo", "test", "--release", "--no-run", "--message-format=json-render-diagnostics"]
+    for package in PACKAGES:
+        arguments += ["-p", package]
+    for crate in crates:
+        for setting in SETTINGS:
+            arguments += ["--config", f"profile.release.package.{crate}.{setting}"]
     for name in sorted(tests):
-        arguments += ["--test", UNIT_TESTS if name == "lib" else name]
+        arguments += ["--test", name]
     result = subprocess.run(arguments, cwd=workspace, stdout=subprocess.PIPE, text=True)
     if result.returncode != 0:
         sys.exit("the seeded copy does not compile: is every `wrong` of the type of its `right`?")
@@ -74,22 +113,19 @@ def build(workspace, tests):
     for line in result.stdout.splitlines():
         message = json.loads(line)
         if message.get("reason") == "compiler-artifact" and message.get("executable"):
-            name = message["target"]["name"]
-            programs["lib" if name == UNIT_TESTS else name] = message["executable"]
+            folder = pathlib.Path(message["manifest_path"]).parent
+            programs[message["target"]["name"]] = (message["executable"], folder)
     return programs
 
 
-# seconds that the tests of one defect may take
-PATIENCE = 300
-
-
-def outcome(program, filters, number, workspace):
-    """How the tests end: "pass", "fail", "no test" if the filters name none, or "timeout"."""
+def outcome(program, filters, number):
+    """How the tests end: "pass", "fail", "no test" if the filters match none, or "timeout"."""
+    path, folder = program
     environment = dict(os.environ, **({} if number is None else {SWITCH: str(number)}))
     try:
         result = subprocess.run(
-            [program, *filters],
-            cwd=workspace / "ppl",
+            [path, *filters],
+            cwd=folder,
             env=environment,
             capture_output=True,
             text=True,
@@ -102,35 +138,29 @@ def outcome(program, filters, number, workspace):
     return "pass" if result.returncode == 0 else "fail"
 
 
+def choose(defects, asked):
+    """The defects of the crates and with the names that are asked for; all if none is."""
+    unknown = set(asked) - {d["name"] for d in defects} - {d["crate"] for d in defects}
+    if unknown:
+        sys.exit(f"no such defect or crate: {', '.join(sorted(unknown))}")
+    return [d for d in defects if not asked or d["name"] in asked or d["crate"] in asked]
+
+
 def main():
     asked = [a for a in sys.argv[1:] if not a.startswith("--")]
-    defects = tomllib.loads((HERE / "defects.toml").read_text())["defect"]
-    unknown = set(asked) - {d["name"] for d in defects}
-    if unknown:
-        sys.exit(f"no such defect: {', '.join(sorted(unknown))}")
-
-    sources, stale = {}, []
-    for number, defect in enumerate(defects):
-        path = defect["file"]
-        source = ROOT / path
-        text = sources.get(path) or (source.read_text() if source.is_file() else "")
-        seeded = seed(text, number, defect)
-        if seeded is None:
-            stale.append(defect["name"])
-        if text:
-            sources[path] = seeded or text
-    for name in stale:
-        print(f"{name}: no longer fits its source; write it anew")
+    defects = read_defects()
+    chosen = choose(defects, asked)
+    crates = sorted({d["crate"] for d in chosen})
+    sources, stale = seed_all([d for d in defects if d["crate"] in crates])
+    for defect in stale:
+        print(f"{defect['name']}: no longer fits its source; write it anew")
     if "--check" in sys.argv:
-        print(f"{len(defects) - len(stale)} of {len(defects)} defects fit")
+        count = sum(d["crate"] in crates for d in defects)
+        print(f"{count - len(stale)} of {count} defects fit")
         sys.exit(bool(stale))
 
-    chosen = [
-        (number, d)
-        for number, d in enumerate(defects)
-        if d["name"] not in stale and (not asked or d["name"] in asked)
-    ]
-    # beside the other build outputs, so that compiled dependencies serve again
+    chosen = [d for d in chosen if d not in stale]
+    # beside the other build outputs, so that compiled dependencies are reused
     cache = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")).resolve()
     os.environ["CARGO_TARGET_DIR"] = str(cache)
     workspace = cache / "mutations"
@@ -138,26 +168,27 @@ def main():
     copy_workspace(workspace)
     for path, text in sources.items():
         (workspace / path).write_text(text)
-    with (workspace / "ppl/src/lib.rs").open("a") as lib:
-        lib.write(CODE)
-    programs = build(workspace, {d["test"] for _, d in chosen})
+    for crate in crates:
+        with (workspace / crate / "src/lib.rs").open("a") as lib:
+            lib.write(CODE)
+    programs = build(workspace, crates, {test_program(d) for d in chosen})
 
     clean, missed = {}, []
-    for number, defect in chosen:
-        program, filters = programs[defect["test"]], defect["filter"]
+    for defect in chosen:
+        program, filters = programs[test_program(defect)], defect["filter"]
         key = (program, *filters)
         if key not in clean:
-            clean[key] = outcome(program, filters, None, workspace)
+            clean[key] = outcome(program, filters, None)
         if clean[key] != "pass":
             verdict = f"its test ends with \"{clean[key]}\" without any defect: {defect['test']} {filters}"
         else:
-            # a run without end is no assertion that failed: it is not caught, and told by itself
+            # a run without end is not a failed assertion: it does not count as caught
             verdict = {
                 "fail": "caught",
                 "pass": "MISSED",
                 "timeout": f"TIMED OUT after {PATIENCE} s: no test failed",
                 "no test": "MISSED",
-            }[outcome(program, filters, number, workspace)]
+            }[outcome(program, filters, defect["number"])]
         print(f"{defect['name']}: {verdict}", flush=True)
         if verdict != "caught":
             missed.append(defect["name"])
@@ -165,4 +196,5 @@ def main():
     sys.exit(bool(missed or stale))
 
 
-main()
+if __name__ == "__main__":
+    main()

@@ -76,6 +76,16 @@ pub enum FemError {
         /// Number of nodes of the problem.
         expected: usize,
     },
+    /// Fields with the state of the laws of another problem.
+    #[error(
+        "the fields have {values} state values of laws and the problem has {expected}: use fields of this problem"
+    )]
+    OtherState {
+        /// Number of state values of the fields.
+        values: usize,
+        /// Number of state values of the problem.
+        expected: usize,
+    },
     /// The given fields invert an element, for which stress and energy do not exist.
     #[error(
         "the fields turn an element inside out, so that its stress is not defined: use the fields of an equilibrium"

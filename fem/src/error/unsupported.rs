@@ -69,11 +69,6 @@ pub enum Unsupported {
     /// More ranks than elements.
     #[error("the mesh has fewer elements than ranks")]
     FewElements,
-    /// Sensitivities of a damage model that does not minimise an energy.
-    #[error(
-        "sensitivities need a tangent that is the derivative of the residual, and with a history or a hybrid split it is not"
-    )]
-    NotVariational,
     /// Sensitivities with arc-length steps.
     #[error(
         "sensitivities are derivatives at a fixed displacement, and with arc-length steps the displacement depends on the parameters"
@@ -226,9 +221,6 @@ impl Unsupported {
             Self::DeviceOnRanks => "use no device, or one process",
             Self::SensitivitiesOnRanks => "use one process",
             Self::FewElements => "use fewer processes, or a finer mesh",
-            Self::NotVariational => {
-                "use irreversibility = \"active-set\" or \"none\" and no hybrid split, or compute finite differences of runs"
-            }
             Self::SensitivitiesOfArcLength => "use fixed or adaptive steps",
             Self::SensitivitiesOfFriction => {
                 "use platens without friction and drag, or compute finite differences of runs"

@@ -41,5 +41,5 @@ pub use kernel::{
 };
 pub use layout::{LANES, Layout};
 pub use pattern::{Pattern, Tangent};
-pub use sensitivity::{Shift, residual_rate, state_rate};
+pub use sensitivity::{Shift, jacobian_product, residual_rate, state_rate};
 pub use unknowns::{NONE, Unknowns};

@@ -7,8 +7,8 @@ use nalgebra::Vector3;
 use super::definition::Setup;
 use crate::element::{Domain, PointValues};
 use crate::error::FemError;
-use crate::fields::Fields;
-use crate::operator::{CellStress, Increment, Operator, Residual, StepContext};
+use crate::fields::{Fields, LawState};
+use crate::operator::{CellStress, Increment, Operator, Residual, StepContext, state_len};
 use fem_mesh::vtu;
 
 /// Fields of a problem, from which stresses, energies and forces are computed; created by
@@ -54,7 +54,7 @@ pub struct Evaluation<'a> {
 }
 
 impl<'a> Evaluation<'a> {
-    /// Checks that the fields belong to the problem.
+    /// Checks that the fields and the state of their laws belong to the problem.
     pub(super) fn new(
         setup: &'a Setup,
         operator: &'a dyn Operator,
@@ -66,15 +66,25 @@ impl<'a> Evaluation<'a> {
                 return Err(FemError::OtherFields { nodes, expected });
             }
         }
+        let values = fields.state.values.len();
+        let expected = operator.domain().points() * state_len(&setup.points);
+        if values != 0 && values != expected {
+            return Err(FemError::OtherState { values, expected });
+        }
         Ok(Self { setup, operator, fields })
     }
 
     fn increment(&self) -> Increment<'a> {
-        let context = StepContext::new(&self.fields.damage, 1.0);
+        let LawState { values, duration_s } = &self.fields.state;
+        // any duration if there is no state
+        let duration = if values.is_empty() { 1.0 } else { *duration_s };
+        let start = StepContext::new(&self.fields.damage, duration);
+        let context = StepContext { state: values, ..start };
         Increment { materials: &self.setup.points, fields: self.fields, context }
     }
 
-    /// Returns stress and energy density of every element, in the order of the mesh.
+    /// Returns stress and energy density of every element, in the order of the mesh. Laws with a state are evaluated
+    /// with the state of the fields, [`Fields::state`].
     ///
     /// # Errors
     /// [`FemError::InvertedFields`] if an element is inverted.

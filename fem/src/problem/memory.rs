@@ -4,7 +4,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::error::StepFailure;
-use crate::fields::Fields;
+use crate::fields::{Fields, LawState};
 use crate::material::{CrackDensity, Irreversibility, PhaseField, PointMaterial};
 use crate::operator::{Bounds, Increment, Operator, StepContext, state_len};
 use crate::parallel::Part;
@@ -68,29 +68,40 @@ impl Memory {
         self.points.len()
     }
 
+    /// Number of state values per point.
+    pub(crate) fn per_point(&self) -> usize {
+        self.per_point
+    }
+
     /// Whether the lower bound of damage in an increment is the damage at the start of the increment.
     pub(crate) fn bound_follows_damage(&self) -> bool {
         self.bound_follows_damage
     }
 
-    /// Updates the state with the equilibrium `fields` of an increment that lasted `duration` seconds.
+    /// Updates the state with the equilibrium `fields` of an increment that lasted `duration` seconds. Returns the state
+    /// with which laws with a state compute the stress at `fields`.
     pub(crate) fn record(
         &mut self,
         operator: &dyn Operator,
         materials: &[PointMaterial],
         fields: &Fields,
         duration: f64,
-    ) -> Result<(), StepFailure> {
+    ) -> Result<LawState, StepFailure> {
+        let mut before = LawState::default();
         if !self.points.is_empty() {
             let context = self.context(&fields.damage, duration);
             let mut points = vec![0.0; self.points.len()];
             operator.state(&Increment { materials, fields, context }, &mut points)?;
-            self.points = points;
+            let start = std::mem::replace(&mut self.points, points);
+            // the stress does not depend on the history of the driving energy
+            if materials.iter().any(|m| m.law().state_len() > 0) {
+                before = LawState { values: start, duration_s: duration };
+            }
         }
         if let (true, Some(bounds)) = (self.bound_follows_damage, &mut self.bounds) {
             bounds.lower.iter_mut().zip(&fields.damage).for_each(|(b, &phi)| b[3] = phi);
         }
-        Ok(())
+        Ok(before)
     }
 }
 

@@ -188,16 +188,15 @@ impl Problem {
     /// material parameters, along the whole curve. All other data is shared.
     ///
     /// Every accepted increment solves one additional linear system per parameter, with the tangent of the
-    /// equilibrium. The dependence of damage on earlier increments is included, and a damage value at an active bound
-    /// has the rate of its bound. The step sizes count as fixed: the dependence of adaptive step sizes on
-    /// the parameters is not included. At a kink of the equations (tr ε = 0 of a split, a node about to leave its
-    /// bound) the derivatives are one-sided. If the tangent is singular, there are no derivatives from this point of
-    /// the curve on, see [`Sensitivities`](crate::Sensitivities).
+    /// equilibrium. The dependence of damage and of the state of the laws on earlier increments is included, and a
+    /// damage value at an active bound has the rate of its bound. The step sizes count as fixed: the dependence of
+    /// adaptive step sizes on the parameters is not included. At a kink of the equations (tr ε = 0 of a split, a node
+    /// about to leave its bound) the derivatives are one-sided. If the tangent is singular, there are no derivatives from
+    /// this point of the curve on, see [`Sensitivities`](crate::Sensitivities).
     ///
     /// # Errors
-    /// [`FemError::Unsupported`] for damage models that do not follow from an energy (a history, a hybrid split),
-    /// arc-length steps, platens with friction or drag, and parameters whose materials below and above do not enclose
-    /// the materials of the problem; [`FemError::OutOfRange`] and others as
+    /// [`FemError::Unsupported`] for arc-length steps, platens with friction or drag, several ranks, and parameters whose
+    /// materials below and above do not enclose the materials of the problem; [`FemError::OutOfRange`] and others as
     /// [`ProblemBuilder::build`](crate::ProblemBuilder::build) for an invalid width or invalid materials of a parameter.
     ///
     /// # Example
@@ -296,7 +295,7 @@ impl Problem {
     /// Returns the stresses, energies and forces of fields, such as [`Outcome::fields`].
     ///
     /// # Errors
-    /// [`FemError::OtherFields`] if the fields belong to another problem.
+    /// [`FemError::OtherFields`] or [`FemError::OtherState`] if the fields belong to another problem.
     pub fn evaluate<'a>(&'a self, fields: &'a Fields) -> Result<Evaluation<'a>, FemError> {
         Evaluation::new(&self.setup, self.whole(), fields)
     }

@@ -3,8 +3,9 @@
 use super::definition::Setup;
 use super::state::{Derivatives, RunState};
 use crate::fields::Fields;
+use crate::material::PhaseField;
 use crate::operator::{Increment, Shift, state_rate};
-use crate::solve::{Known, Measured, Rates, Solver, differentiate};
+use crate::solve::{Equilibrium, Known, Measured, Rates, Solver, differentiate};
 
 /// Number of earlier equilibria whose rates are stored. Together with the last equilibrium, their rates can be
 /// extrapolated by a parabola in time.
@@ -42,8 +43,13 @@ pub(super) fn carry_rates(
     let boundary = &setup.discretisation.boundary;
     let functional = boundary.measured(fields.damage.len());
     let measured = Measured { of_residual: functional.as_deref(), adjoint: &mut adjoint };
-    let follows = state.memory.bound_follows_damage();
-    let rates = differentiate(&mut solver.newton, fields, context, &known, measured, follows);
+    let at = Equilibrium {
+        fields,
+        context,
+        bound_follows_damage: state.memory.bound_follows_damage(),
+        is_variational: setup.parts.phase_field.as_ref().is_none_or(PhaseField::is_variational),
+    };
+    let rates = differentiate(&mut solver.newton, at, &known, measured);
     let operator = setup.discretisation.operator.as_ref();
     let increment = Increment { materials: &setup.points, fields, context };
     let rates = rates.and_then(|rates| {

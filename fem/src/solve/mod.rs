@@ -33,4 +33,4 @@ pub(crate) use linear::LinearPlan;
 pub(crate) use linear::{LinearSolver, Nodal};
 pub(crate) use norms::{Rounding, Scales};
 pub(crate) use scheme::Solver;
-pub(crate) use sensitivity::{Known, Measured, Rates, differentiate};
+pub(crate) use sensitivity::{Equilibrium, Known, Measured, Rates, differentiate};

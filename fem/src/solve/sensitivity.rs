@@ -16,13 +16,19 @@
 //! The residual ρ of a linear system changes the measured force f = c·(K x + ∂R/∂θ) by y·ρ, where the adjoint y solves
 //! K y = K c on the free values. The adjoint is one additional system. An approximate y is sufficient, because the error
 //! of y is multiplied by ρ. With this correction, ρ must be small enough only for the rates themselves.
+//!
+//! If no energy is minimised (a history of the driving energy, a hybrid split, a law with a state), the tangent is not
+//! the Jacobian K, which is not symmetric. The tangent is then only the preconditioner, products with K are differences
+//! of residuals, and there is no adjoint.
 
 use super::directions::{Directions, System};
 use super::linear::{Nodal, add_scaled, mask};
 use super::newton::Newton;
 use crate::error::StepFailure;
 use crate::fields::Fields;
-use crate::operator::{Coupling, Increment, Shift, StepContext, residual_rate};
+use crate::operator::{
+    Coupling, Increment, NodeBlock, Shift, StepContext, jacobian_product, residual_rate,
+};
 
 /// Allowed residual of a linear system, relative to the residual with zero free values, if the adjoint does not correct
 /// the force.
@@ -33,6 +39,8 @@ const CORRECTED: f64 = 3e-6;
 const ADJOINT: f64 = 1e-3;
 /// Limit of corrections per system with the current factor or multigrid hierarchy.
 const ROUNDS: usize = 12;
+/// Limit of these corrections if the tangent is not the Jacobian.
+const ROUNDS_WITHOUT_ENERGY: usize = 120;
 /// Limit of solutions per system by the linear solver, which renews the factor or the hierarchy.
 const CORRECTIONS: usize = 4;
 /// Limit of passes over the contact pressures.
@@ -79,42 +87,71 @@ pub(crate) struct Known<'a> {
     pub(crate) earlier: &'a [Vec<Nodal>],
 }
 
+/// The equilibrium that is differentiated.
+#[derive(Clone, Copy)]
+pub(crate) struct Equilibrium<'a> {
+    /// The most recent equilibrium of Newton's method.
+    pub(crate) fields: &'a Fields,
+    /// The increment that led to the equilibrium.
+    pub(crate) context: StepContext<'a>,
+    /// Whether the lower bounds of damage are the damage at the start of the increment.
+    pub(crate) bound_follows_damage: bool,
+    /// Whether displacement and damage minimise a common energy.
+    pub(crate) is_variational: bool,
+}
+
+impl Equilibrium<'_> {
+    /// Whether the tangent is the Jacobian of the residual.
+    fn tangent_is_jacobian(&self) -> bool {
+        self.is_variational && self.context.state.is_empty()
+    }
+}
+
 fn negate(x: &mut [Nodal]) {
     x.as_flattened_mut().iter_mut().for_each(|x| *x = -*x);
 }
 
-/// Returns the rates of `fields`, the most recent equilibrium of `newton`, with respect to every parameter.
+/// Returns the rates of an equilibrium of `newton` with respect to every parameter.
 ///
-/// `follows` is true if the lower bounds of damage are the damage at the start of the increment. The tangent at `fields`
-/// remains stored for the next increment.
+/// The tangent at the equilibrium is kept for the next increment. `measured.of_residual` is not used if the tangent is
+/// not the Jacobian.
 pub(crate) fn differentiate(
     newton: &mut Newton,
-    fields: &Fields,
-    context: StepContext,
+    at: Equilibrium,
     parameters: &[Known],
-    measured: Measured,
-    follows: bool,
+    mut measured: Measured,
 ) -> Result<Vec<Rates>, StepFailure> {
-    Systems { newton }.differentiate(fields, context, parameters, measured, follows)
+    let coupling = if at.is_variational { Coupling::Full } else { Coupling::Separate };
+    newton.linearise_as(coupling, at.fields, at.context)?;
+    let mut contact = Vec::new();
+    if !at.tangent_is_jacobian() {
+        measured.of_residual = None;
+        contact = newton.external.tangent(at.fields);
+    }
+    Systems { newton, at, contact }.differentiate(parameters, measured)
 }
 
-/// Linear systems with the tangent of Newton's method.
+/// Linear systems with the Jacobian of an equilibrium.
 struct Systems<'s, 'a> {
     newton: &'s mut Newton<'a>,
+    at: Equilibrium<'s>,
+    /// Contributions of contact to a Jacobian that is not the tangent.
+    contact: Vec<NodeBlock>,
 }
 
-impl Systems<'_, '_> {
+impl<'s> Systems<'s, '_> {
+    fn increment(&self) -> Increment<'s> {
+        let Equilibrium { fields, context, .. } = self.at;
+        Increment { materials: self.newton.materials, fields, context }
+    }
+
     fn differentiate(
         &mut self,
-        fields: &Fields,
-        context: StepContext,
         parameters: &[Known],
         measured: Measured,
-        follows: bool,
     ) -> Result<Vec<Rates>, StepFailure> {
-        self.newton.linearise_as(Coupling::Full, fields, context)?;
         let shifts: Vec<Shift> = parameters.iter().map(|parameter| parameter.shift).collect();
-        let increment = Increment { materials: self.newton.materials, fields, context };
+        let increment = self.increment();
         let rate = |shift| residual_rate(self.newton.operator, &increment, shift);
         let residuals = shifts.iter().map(rate).collect::<Result<Vec<_>, _>>()?;
         let mut directions = Directions::new(self.newton.linear.weight().to_vec());
@@ -122,15 +159,14 @@ impl Systems<'_, '_> {
         let mut systems = Vec::with_capacity(parameters.len() + 1);
         for (shift, mut right) in shifts.iter().zip(residuals) {
             negate(&mut right);
-            let held = self.held(fields, context, follows, shift.before);
-            systems.push(self.system(held, right, tolerance, &directions));
+            let held = self.held(shift.before);
+            systems.push(self.system(held, right, tolerance, &directions)?);
         }
         if let Some(functional) = measured.of_residual {
-            let mut right = vec![[0.0; 4]; functional.len()];
-            self.newton.linear.multiply(functional, &mut right);
+            let mut right = self.multiply(functional)?;
             mask(&self.newton.free, &mut right);
             let none = vec![[0.0; 4]; right.len()];
-            systems.push(self.system(none, right, ADJOINT, &directions));
+            systems.push(self.system(none, right, ADJOINT, &directions)?);
         }
         let before = parameters.iter().flat_map(|parameter| {
             let earlier = parameter.earlier.iter().map(Vec::as_slice);
@@ -143,19 +179,36 @@ impl Systems<'_, '_> {
             mask(&self.newton.free, &mut direction);
             direction
         });
-        self.add_directions(guesses.collect(), &mut directions);
+        self.add_directions(guesses.collect(), &mut directions)?;
         let mut contacts = vec![Vec::new(); parameters.len()];
         for _ in 0..PASSES {
             self.correct(&mut systems, &mut directions)?;
             for (system, contact) in systems.iter_mut().zip(&mut contacts) {
-                self.press(fields, system, contact);
+                self.press(system, contact);
             }
             if systems.iter().all(|system| directions.solved(system)) {
-                return Ok(self.rates(fields, systems, contacts, measured));
+                return Ok(self.rates(systems, contacts, measured));
             }
         }
         let largest = systems.iter().map(|system| directions.excess(system)).fold(0.0, f64::max);
         Err(StepFailure::Contact { passes: PASSES as u32, change: tolerance * largest })
+    }
+
+    /// Multiplies values by the Jacobian.
+    fn multiply(&mut self, x: &[Nodal]) -> Result<Vec<Nodal>, StepFailure> {
+        if self.at.tangent_is_jacobian() {
+            let mut product = vec![[0.0; 4]; x.len()];
+            self.newton.linear.multiply(x, &mut product);
+            return Ok(product);
+        }
+        let mut product = jacobian_product(self.newton.operator, &self.increment(), x)?;
+        for (node, block) in &self.contact {
+            let (x, product) = (&x[*node as usize], &mut product[*node as usize]);
+            for i in 0..3 {
+                product[i] += (0..3).map(|j| block[i][j] * x[j]).sum::<f64>();
+            }
+        }
+        Ok(product)
     }
 
     /// Creates a system with the constrained values of `x`. `right` is the right-hand side without the contribution of
@@ -166,33 +219,33 @@ impl Systems<'_, '_> {
         mut right: Vec<Nodal>,
         tolerance: f64,
         directions: &Directions,
-    ) -> System {
+    ) -> Result<System, StepFailure> {
         if x.iter().any(|x| x[3] != 0.0) {
-            let mut product = vec![[0.0; 4]; x.len()];
-            self.newton.linear.multiply(&x, &mut product);
+            let product = self.multiply(&x)?;
             add_scaled(&mut right, -1.0, &product);
         }
-        directions.system(x, right, tolerance)
+        Ok(directions.system(x, right, tolerance))
     }
 
-    /// Adds search directions to `directions`, with their products with the tangent.
-    fn add_directions(&mut self, added: Vec<Vec<Nodal>>, directions: &mut Directions) {
-        let product = |direction: &Vec<Nodal>| {
-            let mut product = vec![[0.0; 4]; direction.len()];
-            self.newton.linear.multiply(direction, &mut product);
-            product
-        };
-        let products = added.iter().map(product).collect();
+    /// Adds search directions to `directions`, with their products with the Jacobian.
+    fn add_directions(
+        &mut self,
+        added: Vec<Vec<Nodal>>,
+        directions: &mut Directions,
+    ) -> Result<(), StepFailure> {
+        let product = |direction: &Vec<Nodal>| self.multiply(direction);
+        let products = added.iter().map(product).collect::<Result<_, _>>()?;
         directions.add(added, products);
+        Ok(())
     }
 
     /// Updates the rates of the contact forces in `contact` and the residual of a system, so that the gaps stay closed
     /// under the displacement rates of the system.
-    fn press(&self, fields: &Fields, system: &mut System, contact: &mut Vec<(u32, [f64; 3])>) {
+    fn press(&self, system: &mut System, contact: &mut Vec<(u32, [f64; 3])>) {
         if system.vanishes() {
             return;
         }
-        let corrections = self.newton.external.follow(fields, &system.x);
+        let corrections = self.newton.external.follow(self.at.fields, &system.x);
         if contact.is_empty() {
             *contact = corrections.iter().map(|(node, _)| (*node, [0.0; 3])).collect();
         }
@@ -207,7 +260,6 @@ impl Systems<'_, '_> {
     /// Collects the rates from the solved systems.
     fn rates(
         &self,
-        fields: &Fields,
         mut systems: Vec<System>,
         contacts: Vec<Vec<(u32, [f64; 3])>>,
         measured: Measured,
@@ -218,7 +270,7 @@ impl Systems<'_, '_> {
         };
         let of_system = |(system, mut contact): (System, Vec<_>)| {
             let System { x: values, mut residual, .. } = system;
-            self.add_normal_rotation(fields, &values, &mut contact);
+            self.add_normal_rotation(&values, &mut contact);
             // constrained values do not contribute: the adjoint is zero there
             let adjoint = measured.adjoint.as_flattened().iter();
             let correction = adjoint.zip(residual.as_flattened()).map(|(y, r)| y * r).sum();
@@ -229,15 +281,10 @@ impl Systems<'_, '_> {
     }
 
     /// Returns the rates of the damage values at an active lower bound, and zero for all other values.
-    fn held(
-        &self,
-        fields: &Fields,
-        context: StepContext,
-        follows: bool,
-        before: &[Nodal],
-    ) -> Vec<Nodal> {
+    fn held(&self, before: &[Nodal]) -> Vec<Nodal> {
         let mut held = vec![[0.0; 4]; before.len()];
-        let Some(bounds) = context.bounds.filter(|_| follows) else { return held };
+        let Equilibrium { fields, context, bound_follows_damage, .. } = self.at;
+        let Some(bounds) = context.bounds.filter(|_| bound_follows_damage) else { return held };
         for (n, held) in held.iter_mut().enumerate() {
             let constrained = self.newton.unknown[n][3] && !self.newton.free[n][3];
             if constrained && fields.damage[n] <= bounds.lower[n][3] {
@@ -254,8 +301,9 @@ impl Systems<'_, '_> {
         directions: &mut Directions,
     ) -> Result<(), StepFailure> {
         directions.reduce(0, systems);
+        let rounds = if self.at.tangent_is_jacobian() { ROUNDS } else { ROUNDS_WITHOUT_ENERGY };
         let (mut spent, mut before, mut reduction) = (0, 0.0, FIRST_REDUCTION);
-        while spent < ROUNDS * systems.len() {
+        while spent < rounds * systems.len() {
             // a component that is smaller than the expected rest of the largest component after its correction is
             // corrected in a later round
             let (largest, parts) = directions.principal(systems, reduction);
@@ -268,7 +316,7 @@ impl Systems<'_, '_> {
             (before, spent) = (largest, spent + parts.len());
             let count_before = directions.count();
             let corrections = self.precondition(parts);
-            self.add_directions(corrections, directions);
+            self.add_directions(corrections, directions)?;
             directions.reduce(count_before, systems);
             if directions.count() == count_before {
                 break;
@@ -283,7 +331,7 @@ impl Systems<'_, '_> {
                 let tolerance = 1.0 / directions.excess(&systems[k]);
                 let correction = self.newton.solve_nodal(&systems[k].residual, tolerance)?;
                 let count_before = directions.count();
-                self.add_directions(vec![correction], directions);
+                self.add_directions(vec![correction], directions)?;
                 directions.reduce(count_before, systems);
             }
             if !directions.solved(&systems[k]) {
@@ -307,9 +355,9 @@ impl Systems<'_, '_> {
     }
 
     /// Adds the contribution of the rotating normal of a curved platen to the rates of the contact forces.
-    fn add_normal_rotation(&self, fields: &Fields, x: &[Nodal], contact: &mut [(u32, [f64; 3])]) {
+    fn add_normal_rotation(&self, x: &[Nodal], contact: &mut [(u32, [f64; 3])]) {
         for ((_, force), (node, block)) in
-            contact.iter_mut().zip(self.newton.external.tangent(fields))
+            contact.iter_mut().zip(self.newton.external.tangent(self.at.fields))
         {
             let x = &x[node as usize];
             for i in 0..3 {

@@ -2,8 +2,9 @@
 
 use fem::material::{LaneLaw, PointLaw};
 use fem::{
-    Axis, Block, Conditions, ConstitutiveLaw, ElasticResponse, Material, Order, Principal, Problem,
-    Response, Scalar, Schedule, SolverOptions, assert_material,
+    Axis, Block, CompressionTest, Conditions, ConstitutiveLaw, ElasticResponse, FemError, Material,
+    MaterialParameter, Order, Principal, Problem, Response, Scalar, Schedule, SolverOptions,
+    assert_material,
 };
 
 /// τ = K tr ε I + 2 μ (e − f α) with the viscous strain α, dα/dt = (e − α)/t₀, for e = dev ε.
@@ -132,38 +133,142 @@ fn the_stress_at_a_constant_strain_rate_converges_with_first_order() {
     assert!(errors[1] < 2e-3 && (0.9..1.1).contains(&order), "{errors:?}, order {order}");
 }
 
-/// A block without lateral strain is compressed in the first increment; then the displacement is constant. Each increment
-/// starts from the state of the previous increment. The nominal stress is τ/λ.
-#[test]
-fn a_held_block_relaxes_exponentially() {
-    let (strain, duration, steps) = (-0.02f64, 1.0, 10);
-    let travel = strain.exp_m1();
+/// A block without lateral strain whose height changes by `travel` as a function of time, in ten increments of 0.1 s.
+fn confined(
+    order: Order,
+    law: Maxwell,
+    travel: impl Fn(f64) -> f64 + Send + Sync + 'static,
+) -> Problem {
     let conditions = Conditions::new()
         .fix("left", [Axis::X])
         .fix("right", [Axis::X])
         .fix("front", [Axis::Y])
         .fix("back", [Axis::Y])
         .fix("bottom", [Axis::Z])
-        .prescribe("top", [Axis::Z], move |_, time_s| {
-            [0.0, 0.0, if time_s > 0.0 { travel } else { 0.0 }]
-        })
+        .prescribe("top", [Axis::Z], move |_, time_s| [0.0, 0.0, travel(time_s)])
         .measure("top", [0.0, 0.0, 1.0]);
+    Problem::builder(Block::new([1.0; 3], [2; 3]).build().expect("a mesh"))
+        .order(order)
+        .materials([Material::with_law(law).expect("a law")])
+        .conditions(conditions)
+        .options(SolverOptions { tolerance: 1e-10, ..SolverOptions::default() })
+        .schedule(Schedule::fixed(1.0, STEPS as u32))
+        .build()
+        .expect("valid input")
+}
+
+const STEPS: usize = 10;
+/// Logarithmic strain of the block that is held.
+const HELD: f64 = -0.02;
+
+/// The block is compressed in the first increment and held.
+fn held(order: Order) -> Problem {
+    confined(order, BODY, |time_s| if time_s > 0.0 { HELD.exp_m1() } else { 0.0 })
+}
+
+/// Axial Kirchhoff stress of the held block, MPa.
+fn relaxed_stress(time_s: f64) -> f64 {
+    let relaxed = 1.0 - BODY.fraction * (1.0 - (-time_s / BODY.time_s).exp());
+    (BODY.bulk_mpa + 4.0 / 3.0 * BODY.shear_mpa * relaxed) * HELD
+}
+
+/// Each increment starts from the state of the one before it. The nominal stress is τ/λ, the Cauchy stress τ/J.
+#[test]
+fn a_held_block_relaxes_exponentially() {
     for order in [Order::Linear, Order::Quadratic] {
-        let problem = Problem::builder(Block::new([1.0; 3], [2; 3]).build().expect("a mesh"))
-            .order(order)
-            .materials([Material::with_law(BODY).expect("a law")])
-            .conditions(conditions.clone())
-            .options(SolverOptions { tolerance: 1e-10, ..SolverOptions::default() })
-            .schedule(Schedule::fixed(duration, steps))
-            .build()
-            .expect("valid input");
+        let problem = held(order);
         let outcome = problem.run(&mut ());
-        assert_eq!(outcome.curve.len(), steps as usize, "{:?}", outcome.end);
+        assert_eq!(outcome.curve.len(), STEPS, "{:?}", outcome.end);
         for point in &outcome.curve {
-            let relaxed = 1.0 - BODY.fraction * (1.0 - (-point.time_s / BODY.time_s).exp());
-            let tau = BODY.bulk_mpa * strain + 4.0 / 3.0 * BODY.shear_mpa * relaxed * strain;
-            let exact = tau / strain.exp();
+            let exact = relaxed_stress(point.time_s) / HELD.exp();
             assert!((point.force_n / exact - 1.0).abs() < 1e-8, "{point:?} instead of {exact} N");
+        }
+        let exact = relaxed_stress(1.0) / HELD.exp();
+        let state = problem.evaluate(&outcome.fields).expect("the fields of the problem");
+        for element in state.elements().expect("no element is inverted") {
+            let stress = element.stress_mpa[2];
+            assert!((stress / exact - 1.0).abs() < 1e-8, "{stress} instead of {exact} MPa");
+        }
+        let force = state.force_n("top").expect("a surface")[2];
+        assert!((force / exact - 1.0).abs() < 1e-8, "{force} instead of {exact} N");
+    }
+}
+
+#[test]
+fn fields_with_the_state_of_another_problem_are_refused() {
+    let fields = held(Order::Linear).run(&mut ()).fields;
+    let block = Block::new([1.0; 3], [2; 3]).build().expect("a mesh");
+    let elastic = CompressionTest::new(0.01, Schedule::fixed(1.0, 1))
+        .builder(block)
+        .and_then(|test| test.materials([Material::hencky(100.0, 0.3)]).build())
+        .expect("valid input");
+    let error = elastic.evaluate(&fields).expect_err("refused");
+    assert!(matches!(error, FemError::OtherState { expected: 0, .. }), "{error}");
+}
+
+/// Name and value of a parameter, and the law as a function of it.
+type Parameter = (&'static str, f64, fn(f64) -> Maxwell);
+
+const PARAMETERS: [Parameter; 4] = [
+    ("bulk", BODY.bulk_mpa, |bulk_mpa| Maxwell { bulk_mpa, ..BODY }),
+    ("shear", BODY.shear_mpa, |shear_mpa| Maxwell { shear_mpa, ..BODY }),
+    ("fraction", BODY.fraction, |fraction| Maxwell { fraction, ..BODY }),
+    ("time", BODY.time_s, |time_s| Maxwell { time_s, ..BODY }),
+];
+
+/// Times and derivatives of the force with respect to the parameters.
+fn derivatives(problem: &Problem) -> Vec<(f64, Vec<f64>)> {
+    let parameters = PARAMETERS.map(|(name, value, law)| {
+        let materials = |x| vec![Material::with_law(law(x)).expect("a law")];
+        MaterialParameter::new(name, value, materials)
+    });
+    let outcome = problem.with_sensitivities(parameters.into()).expect("valid").run(&mut ());
+    let rows = outcome.sensitivities.force_n;
+    assert_eq!(rows.len(), STEPS, "{:?}, {:?}", outcome.end, outcome.sensitivities.lost);
+    outcome.curve.iter().map(|point| point.time_s).zip(rows).collect()
+}
+
+/// F = (K + 4/3 μ r) ε e^(−ε) with r = 1 − f (1 − e^(−t/t₀)).
+#[test]
+fn the_force_of_a_held_block_has_the_derivatives_of_the_closed_form() {
+    for order in [Order::Linear, Order::Quadratic] {
+        for (time_s, row) in derivatives(&held(order)) {
+            let decay = (-time_s / BODY.time_s).exp();
+            let of_relaxed = 4.0 / 3.0 * BODY.shear_mpa;
+            let exact = [
+                1.0,
+                4.0 / 3.0 * (1.0 - BODY.fraction * (1.0 - decay)),
+                -of_relaxed * (1.0 - decay),
+                of_relaxed * BODY.fraction * decay * time_s / BODY.time_s.powi(2),
+            ];
+            for ((found, exact), (name, value, _)) in row.iter().zip(exact).zip(PARAMETERS) {
+                let exact = exact * HELD / HELD.exp();
+                let error = (found - exact).abs() * value;
+                assert!(error < 1e-6 * relaxed_stress(0.0).abs(), "{name}: {found} and {exact}");
+            }
+        }
+    }
+}
+
+/// Compression, the way back and compression again.
+#[test]
+fn derivatives_with_a_state_agree_with_differences_of_runs() {
+    let travel = |time_s: f64| -0.05 * (4.0 * time_s).sin() - 0.02 * time_s;
+    for order in [Order::Linear, Order::Quadratic] {
+        let rows = derivatives(&confined(order, BODY, travel));
+        for (k, (name, value, law)) in PARAMETERS.into_iter().enumerate() {
+            let reach = 1e-4 * value;
+            let [above, below] = [value + reach, value - reach]
+                .map(|x| confined(order, law(x), travel).run(&mut ()).curve);
+            let exact = above.iter().zip(&below);
+            let exact: Vec<f64> =
+                exact.map(|(a, b)| (a.force_n - b.force_n) / (2.0 * reach)).collect();
+            let size = exact.iter().fold(0.0f64, |most, x| most.max(x.abs()));
+            assert!(size > 0.0, "{name}");
+            for ((_, row), exact) in rows.iter().zip(&exact) {
+                let error = (row[k] - exact).abs();
+                assert!(error < 1e-5 * size, "{order:?}, {name}: {} and {exact}", row[k]);
+            }
         }
     }
 }

@@ -3,7 +3,10 @@
 use std::process::Command;
 
 use fem::vtu::{self, Field};
-use fem::{CompressionTest, CylinderLattice, Material, MeshError, Order, Schedule, TetMesh};
+use fem::{
+    Axis, Block, CompressionTest, Conditions, ConstitutiveLaw, CylinderLattice, ElasticResponse,
+    Material, MeshError, Order, Principal, Problem, Response, Scalar, Schedule, TetMesh,
+};
 
 fn mesh() -> TetMesh {
     let mut mesh =
@@ -109,6 +112,84 @@ fn the_written_stress_and_energy_agree_with_the_closed_form() {
     }
 }
 
+/// τ = (K t + H t_n) I + 2 μ dev ε with t = tr ε; the state t_n is t at the start of the increment.
+#[derive(Debug)]
+struct Lagging;
+
+const K: f64 = 180.0;
+const H: f64 = 40.0;
+const MU: f64 = 110.0;
+
+impl ConstitutiveLaw for Lagging {
+    fn young_and_poisson(&self) -> [f64; 2] {
+        [9.0 * K * MU / (3.0 * K + MU), (3.0 * K - 2.0 * MU) / (6.0 * K + 2.0 * MU)]
+    }
+
+    fn state_len(&self) -> usize {
+        1
+    }
+
+    fn respond<T: Scalar>(
+        &self,
+        trial: &Principal<T>,
+        g: T,
+        _: T,
+        old: &[T],
+        new: &mut [T],
+    ) -> Response<T> {
+        let trace = trial.strains.trace();
+        new[0] = trace;
+        let pressure = trace * K + old[0] * H;
+        let mut out =
+            ElasticResponse::volumetric([trace * trace * (0.5 * K), pressure, g.constant(K)]);
+        for i in 0..3 {
+            let deviator = trial.strains.log[i] - trace / 3.0;
+            out.energy += deviator * deviator * MU;
+            out.stress[i] += deviator * (2.0 * MU);
+            out.shear[i] = trial.strains.coth[i] * MU;
+        }
+        for (entry, i, j) in [(0, 0, 0), (1, 1, 0), (2, 1, 1), (3, 2, 0), (4, 2, 1), (5, 2, 2)] {
+            let share = if i == j { 4.0 / 3.0 } else { -2.0 / 3.0 };
+            out.normal[entry] += g.constant(MU * share);
+        }
+        out.degraded(g)
+    }
+}
+
+/// A block without lateral strain, compressed in two increments: the stress in the file is that at the end of the run.
+#[test]
+fn the_stress_of_a_law_with_a_state_is_written_with_its_state() {
+    let conditions = Conditions::new()
+        .fix("left", [Axis::X])
+        .fix("right", [Axis::X])
+        .fix("front", [Axis::Y])
+        .fix("back", [Axis::Y])
+        .fix("bottom", [Axis::Z])
+        .prescribe("top", [Axis::Z], |_, time_s| [0.0, 0.0, -0.04 * time_s]);
+    let problem = Problem::builder(Block::new([1.0; 3], [1; 3]).build().unwrap())
+        .materials([Material::with_law(Lagging).unwrap()])
+        .conditions(conditions)
+        .schedule(Schedule::fixed(1.0, 2))
+        .build()
+        .unwrap();
+    let fields = problem.run(&mut ()).fields;
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("fields.vtu");
+    problem.write_vtu(&path, &fields).unwrap();
+    let numbers = array(&std::fs::read_to_string(&path).unwrap(), "stress_mpa");
+    let numbers: Vec<f64> =
+        numbers.chunks(8).map(|b| f64::from_le_bytes(b.try_into().unwrap())).collect();
+    let [start, end] = [0.98_f64, 0.96].map(f64::ln);
+    let pressure = K * end + H * start;
+    for six in numbers.chunks(6) {
+        let [x, z] = [pressure - 2.0 / 3.0 * MU * end, pressure + 4.0 / 3.0 * MU * end];
+        for (stress, exact) in [(six[0], x), (six[1], x), (six[2], z)] {
+            let exact = exact / 0.96;
+            assert!((stress - exact).abs() < 1e-6 * exact.abs(), "{stress} and {exact} MPa");
+        }
+    }
+}
+
 #[test]
 fn the_shear_stress_of_a_sheared_bar_is_in_the_right_component() {
     // simple shear u_x = γ z: σ_xz = μ γ to first order; the other components are of second order
@@ -123,7 +204,8 @@ fn the_shear_stress_of_a_sheared_bar_is_in_the_right_component() {
     let damage = vec![0.0; problem.nodes().len()];
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("fields.vtu");
-    problem.write_vtu(&path, &fem::Fields { displacement, damage }).unwrap();
+    let fields = fem::Fields { displacement, damage, ..fem::Fields::default() };
+    problem.write_vtu(&path, &fields).unwrap();
     let text = std::fs::read_to_string(&path).unwrap();
     let numbers = array(&text, "stress_mpa");
     let numbers: Vec<f64> =

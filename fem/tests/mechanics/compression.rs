@@ -156,7 +156,8 @@ fn fields_of_both_orders_are_written_for_paraview() {
         let text = std::fs::read_to_string(&path).expect("a file");
         assert!(text.contains(&format!("NumberOfPoints=\"{}\"", test.nodes().len())), "{order:?}");
         assert!(text.contains(cells));
-        let alien = Fields { displacement: vec![[0.0; 3]], damage: vec![0.0] };
+        let (displacement, damage) = (vec![[0.0; 3]], vec![0.0]);
+        let alien = Fields { displacement, damage, ..Fields::default() };
         assert!(test.write_vtu(&path, &alien).is_err());
     }
 }

@@ -86,7 +86,8 @@ fn the_volume_of_a_round_cylinder_converges_at_fourth_order() {
             .build()
             .expect("valid");
         let nodes = problem.nodes().len();
-        let fields = Fields { displacement: vec![[0.0; 3]; nodes], damage: vec![0.0; nodes] };
+        let (displacement, damage) = (vec![[0.0; 3]; nodes], vec![0.0; nodes]);
+        let fields = Fields { displacement, damage, ..Fields::default() };
         let integrated = problem.integrate(&fields, |_| 1.0).expect("the fields of the problem");
         assert!((integrated - stated).abs() < 1e-12 * exact, "{integrated} and {stated}");
         (integrated - exact).abs()

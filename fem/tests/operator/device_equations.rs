@@ -33,6 +33,7 @@ fn compare<const N: usize, T: Element<N>>(
     let fields = Fields {
         displacement: (0..nodes).map(|_| std::array::from_fn(|_| random(0.01))).collect(),
         damage: (0..nodes).map(|_| 0.5 + random(0.4)).collect(),
+        ..Fields::default()
     };
     let before: Vec<f64> = fields.damage.iter().map(|phi| phi - 0.1).collect();
     // at about half of the points, the largest earlier driving energy exceeds the current driving energy

@@ -23,6 +23,7 @@ fn compare<const N: usize, T: Element<N>>(
     let fields = Fields {
         displacement: (0..nodes).map(|_| std::array::from_fn(|_| random(0.01))).collect(),
         damage: (0..nodes).map(|_| 0.5 + random(0.4)).collect(),
+        ..Fields::default()
     };
     let x: Vec<[f64; 4]> = (0..nodes).map(|_| std::array::from_fn(|_| random(1.0))).collect();
     let context = StepContext::new(&fields.damage, 0.1);

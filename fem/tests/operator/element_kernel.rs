@@ -32,7 +32,8 @@ fn random_fields<const N: usize>(space: &Space<N>, size: f64, rng: &mut impl Rng
         std::array::from_fn(|k| pull * size * x[k] + random(0.015 * size))
     });
     let displacement = displacement.collect();
-    Fields { displacement, damage: (0..space.nodes.len()).map(|_| 0.5 + random(0.4)).collect() }
+    let damage = (0..space.nodes.len()).map(|_| 0.5 + random(0.4)).collect();
+    Fields { displacement, damage, ..Fields::default() }
 }
 
 /// Returns the materials for a damage rule; without a damage rule, no material can be damaged.

@@ -124,6 +124,7 @@ fn assert_taylor<const N: usize, T: Element<N>>(
             })
             .collect(),
         damage: (0..nodes).map(|_| rng.random_range(damage.clone())).collect(),
+        ..Fields::default()
     };
     let fields = random_fields(1.0, 0.2..0.8);
     let direction = random_fields(1.0, -1.0..1.0);
@@ -251,6 +252,7 @@ fn assert_threads_change_nothing<const N: usize, T: Element<N>>(n: usize) {
     let fields = Fields {
         displacement: (0..nodes).map(|_| std::array::from_fn(|_| size * random())).collect(),
         damage: (0..nodes).map(|_| 0.5 + 0.4 * random()).collect(),
+        ..Fields::default()
     };
     let context = StepContext::new(&fields.damage, 0.1);
     let increment = Increment { materials: &materials, fields: &fields, context };

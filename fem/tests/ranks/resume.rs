@@ -3,10 +3,11 @@
 use std::ops::ControlFlow;
 
 use crate::curve::{assert_same, multigrid, on_ranks, problem};
+use crate::support::creeping::{CREEPING, creeping};
 use crate::support::{grain, loading, matrix, phase_field, prism};
 use fem::{
-    Checkpoint, CurvePoint, End, FemError, Fields, Friction, Irreversibility, LinearScheme,
-    Material, MaterialParameter, Order, Outcome, PhaseField, Platens, Problem, Ranks,
+    Checkpoint, CurvePoint, End, FemError, Fields, Friction, Irreversibility, LawState,
+    LinearScheme, Material, MaterialParameter, Order, Outcome, PhaseField, Platens, Problem, Ranks,
     SolverOptions, Split,
 };
 
@@ -58,6 +59,43 @@ fn a_run_of_two_ranks_resumes_on_three_ranks_and_on_one_rank() {
         for shared in &gone_on {
             assert_same(&alone, shared);
             assert_same_contact(&alone, shared);
+        }
+    }
+}
+
+/// The stress of a law with a state needs the state at the start of the last increment, of all ranks.
+#[test]
+fn the_stress_of_a_law_with_a_state_does_not_depend_on_the_ranks() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let checkpoint = |name: &str| Checkpoint { path: folder.path().join(name), every: 1 };
+    let problem = |ranks: Ranks| {
+        let materials = creeping(CREEPING).into_iter().map(|m| Material { fracture: None, ..m });
+        loading(0.1, 1.0, 4)
+            .builder(prism(2, true))
+            .expect("a specimen")
+            .materials(materials.collect::<Vec<_>>())
+            .options(multigrid())
+            .ranks(ranks)
+            .build()
+            .expect("valid input")
+    };
+    let run = |ranks: Ranks, name: &str, steps: usize| {
+        let resumed = problem(ranks).run_resumable(&checkpoint(name), &mut until(steps));
+        resumed.expect("a state").fields
+    };
+    let whole = problem(Ranks::default());
+    let stresses = |fields: &Fields| whole.evaluate(fields).and_then(|state| state.elements());
+    let alone = stresses(&run(Ranks::default(), "alone", 100)).expect("the fields of the problem");
+    let elastic = Fields { state: LawState::default(), ..whole.run(&mut ()).fields };
+    let elastic = stresses(&elastic).expect("the fields of the problem");
+    assert!((alone[0].stress_mpa[2] / elastic[0].stress_mpa[2] - 1.0).abs() > 0.01);
+    on_ranks(2, |ranks| run(ranks, "shared", 2));
+    for fields in on_ranks(3, |ranks| run(ranks, "shared", 100)) {
+        let shared = stresses(&fields).expect("the fields of the problem");
+        assert_eq!(alone.len(), shared.len());
+        for (a, b) in alone.iter().zip(&shared) {
+            let (a, b) = (a.stress_mpa[2], b.stress_mpa[2]);
+            assert!((a - b).abs() < 1e-5 * a.abs(), "{a} {b}");
         }
     }
 }

@@ -2,6 +2,7 @@
 
 pub(crate) mod block;
 pub(crate) mod column;
+pub(crate) mod creeping;
 pub(crate) mod hertz;
 pub(crate) mod manufactured;
 pub(crate) mod notched_plate;

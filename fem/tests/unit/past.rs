@@ -3,7 +3,8 @@ use super::*;
 /// Returns fields of two nodes at a time.
 fn fields(at: impl Fn(f64) -> f64, time: f64) -> Fields {
     let damage = vec![at(time), 2.0 - at(time)];
-    Fields { displacement: damage.iter().map(|d| [*d, -*d, 3.0 * d]).collect(), damage }
+    let displacement = damage.iter().map(|d| [*d, -*d, 3.0 * d]).collect();
+    Fields { displacement, damage, ..Fields::default() }
 }
 
 /// Returns the extrapolation to `target` of a function that is known at `times`.

@@ -14,6 +14,7 @@ mod validate;
 pub(crate) mod vector;
 pub mod vtu;
 
+pub(crate) use build::WallSection;
 pub use build::{Block, BlockError, CylinderLattice, HexSplit, LatticeError, Wall};
 pub use cavities::Cavity;
 pub use groups::Groups;

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use fem_mesh::{
     CylinderLattice, Grain, GrainField, GrainForm, GrainList, GrainMode, MeshReport, Meshed,
-    Meshing, MeshingError, Packing, Scanner, SizeClass, TetMesh, VoxelGrains,
+    Meshing, MeshingError, Packing, Scanner, SizeClass, TetMesh, VoxelGrains, Wall,
 };
 
 const RADIUS: f64 = 1.0;
@@ -74,6 +74,51 @@ fn curved_walls_enclose_the_volume_of_the_cylinder() {
     };
     let (straight, curved) = (error(false), error(true));
     assert!(curved < 2e-3 && curved < 0.1 * straight, "{straight} {curved}");
+}
+
+/// Area of the triangles of an end, projected on the end plane.
+fn end_area(mesh: &TetMesh, name: &str) -> f64 {
+    let area = |triangle: &[u32; 3]| {
+        let [a, b, c] = triangle.map(|node| mesh.nodes[node as usize]);
+        0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1])).abs()
+    };
+    mesh.surfaces[name].iter().map(area).sum()
+}
+
+/// A grain that the wall cuts moves nodes of the wall, which must not leave it.
+#[test]
+fn walls_of_equal_area_and_curved_walls_have_the_cylinders_volume() {
+    let none = GrainList::new(Vec::new(), RADIUS, HEIGHT);
+    let cut = GrainList::new(vec![Grain::sphere([0.8, 0.1, 0.75], 0.45)], RADIUS, HEIGHT);
+    for (field, curved) in [(&none, false), (&cut, false), (&cut, true)] {
+        let meshed = |wall| {
+            let mode = GrainMode::Conforming;
+            let settings = Meshing { curved, mode, wall, ..Meshing::new(0.24) };
+            let Meshed { mesh, report } = mesh(settings, field);
+            assert!(report.quality.min_dihedral_deg >= 12.0, "{wall:?}: {report}");
+            assert!((report.volume_error - (mesh.volume() / CYLINDER - 1.0)).abs() < 1e-12);
+            if let Some(grain) = report.grains.first() {
+                assert!(grain.volume_error().abs() < 0.01, "{wall:?}: {report}");
+            }
+            mesh
+        };
+        let error = |mesh: &TetMesh| (mesh.volume() / CYLINDER - 1.0).abs();
+        let equal = meshed(Wall::EqualArea);
+        // curved edges of the interface lie within the flat faces of the wall, up to their two iterations
+        let most = if curved { 2e-4 } else { 1e-12 };
+        assert!(error(&equal) < most, "curved {curved}: {}", error(&equal));
+        for end in ["bottom", "top"] {
+            let area = end_area(&equal, end) / (PI * RADIUS * RADIUS) - 1.0;
+            assert!(area.abs() < 1e-12, "{end}: {area}");
+        }
+        let round = meshed(Wall::Curved);
+        assert!(error(&round) < 1e-3, "curved {curved}: {}", error(&round));
+        let inscribed = meshed(Wall::Inscribed);
+        assert!(inscribed.volume() < 0.99 * CYLINDER, "{}", error(&inscribed));
+        let edges = |mesh: &TetMesh| mesh.edge_points.len();
+        assert!(edges(&round) > 100, "{}", edges(&round));
+        assert_eq!(edges(&equal) > 0, curved, "straight walls have no curved edges");
+    }
 }
 
 fn nodes_of(mesh: &TetMesh, grain: u32) -> BTreeSet<u32> {

@@ -43,30 +43,17 @@ pub struct Degradation<'a, T> {
 }
 
 impl<T: Scalar> Degradation<'_, T> {
-    /// Returns g(φ).
+    /// Returns g, g′ and g″ at φ.
     #[inline(always)]
-    pub fn value(&self, phi: T) -> T {
-        let [value, ..] = self.derivatives(phi);
-        self.soft.mul_add(value, phi.constant(1.0) - self.soft)
-    }
-
-    /// Returns the first derivative g′(φ).
-    #[inline(always)]
-    pub fn slope(&self, phi: T) -> T {
-        let [_, slope, _] = self.derivatives(phi);
-        self.soft * slope
-    }
-
-    /// Returns the second derivative g″(φ).
-    #[inline(always)]
-    pub fn curvature(&self, phi: T) -> T {
-        let [.., curvature] = self.derivatives(phi);
-        self.soft * curvature
+    pub fn derivatives(&self, phi: T) -> [T; 3] {
+        let [value, slope, curvature] = self.without_residual(phi);
+        let value = self.soft.mul_add(value, phi.constant(1.0) - self.soft);
+        [value, self.soft * slope, self.soft * curvature]
     }
 
     /// Returns ĝ, ĝ′ and ĝ″ of the selected law, by lane.
     #[inline(always)]
-    fn derivatives(&self, phi: T) -> [T; 3] {
+    fn without_residual(&self, phi: T) -> [T; 3] {
         let mut out = [phi.constant(0.0); 3];
         for (k, law) in self.laws.iter().enumerate() {
             let of_law = law.derivatives(phi);

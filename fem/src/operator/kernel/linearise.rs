@@ -17,11 +17,12 @@ pub fn linearise<T: Scalar, L: PointLaw<T>, const AXES: bool, const N: usize>(
     let zero = element.constant(0.0);
     let layout = DataLayout::new(element.rule, element.plain);
     let phi = element.damage_at_points();
+    let degradation = element.degradation_at_points(&phi);
     let has_damage = !element.rule.damage.is_empty();
     let mut sound = element.constant(1.0);
     let mut driving = [zero; MOST_POINTS];
     for q in 0..element.rule.points.len() {
-        let at = element.at::<true>(q, &phi, scratch);
+        let at = element.at::<true>(q, &degradation, scratch);
         let barycentric = &element.geometry(q).barycentric;
         sound = sound.min(at.principal.sound);
         let tangent = PointTangent::new(&at.principal, &at.response, at.weight);
@@ -67,13 +68,13 @@ pub fn linearise<T: Scalar, L: PointLaw<T>, const AXES: bool, const N: usize>(
         }
     }
     for p in 0..element.rule.damage.len() {
-        layout.degradation_slopes_mut(data)[p] = element.constants.degradation.slope(phi[p]);
+        let [_, slope, degradation_curvature] = degradation[p];
+        layout.degradation_slopes_mut(data)[p] = slope;
         // local part: g″ Σ w ψ⁺ + w (Gc/(c₀ ℓ₀) α″ + ξ/Δt)
         let [.., curvature] = element.density.local(phi[p]);
         let stiffness = element.constants.local.mul_add(curvature, element.constants.viscous);
-        let curvature = element.constants.degradation.curvature(phi[p]);
         let weight = element.damage_weight(p);
-        *layout.local_mut(p, data) = curvature.mul_add(driving[p], weight * stiffness);
+        *layout.local_mut(p, data) = degradation_curvature.mul_add(driving[p], weight * stiffness);
     }
     sound
 }

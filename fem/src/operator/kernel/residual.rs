@@ -28,13 +28,14 @@ pub fn residual<T: Scalar, L: PointLaw<T>, const N: usize>(
     let [mut elastic, mut fracture, mut viscous] = [zero; 3];
     let mut sound = element.constant(1.0);
     let phi = element.damage_at_points();
+    let degradation = element.degradation_at_points(&phi);
     let mut driving = [zero; MOST_POINTS];
     let mut damage = [[zero]; N];
     for a in 0..N {
         damage[a] = [element.damage[a]];
     }
     for q in 0..element.rule.points.len() {
-        let at = element.at::<false>(q, &phi, scratch);
+        let at = element.at::<false>(q, &degradation, scratch);
         let barycentric = &element.geometry(q).barycentric;
         sound = sound.min(at.principal.sound);
         elastic = at.weight.mul_add(at.response.energy, elastic);
@@ -71,7 +72,8 @@ pub fn residual<T: Scalar, L: PointLaw<T>, const N: usize>(
         let rate = element.constants.viscous * growth;
         fracture = (weight * element.constants.local).mul_add(alpha, fracture);
         viscous = (weight * rate).mul_add(growth, viscous);
-        let force = element.constants.degradation.slope(phi[p]) * driving[p];
+        let [_, degradation_slope, _] = degradation[p];
+        let force = degradation_slope * driving[p];
         let local = weight.mul_add(element.constants.local.mul_add(slope, rate), force);
         for a in 0..N {
             if shape[a] != 0.0 {

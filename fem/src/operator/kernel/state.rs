@@ -119,18 +119,18 @@ impl<T: Scalar, L: PointLaw<T>, const N: usize> ElementState<'_, T, L, N> {
         self.rule.damage[p].shape.first_chunk().expect("a value of each node")
     }
 
-    /// Computes strains and stresses at elastic point q, for the values `phi` of φ at the damage points. Writes the
-    /// state of the point at the end of the increment to the beginning of `state`.
+    /// Computes strains and stresses at elastic point q, for g and its derivatives at the damage points. Writes the state
+    /// of the point at the end of the increment to the beginning of `state`.
     #[inline(always)]
     pub(super) fn at<const TANGENT: bool>(
         &self,
         q: usize,
-        phi: &[T; MOST_POINTS],
+        degradation: &[[T; 3]; MOST_POINTS],
         state: &mut [T],
     ) -> PointState<T> {
         let h = self.displacement_gradient(q);
-        let Constants { law, degradation, .. } = &self.constants;
-        let g = self.degradation_at(q, phi, degradation);
+        let law = &self.constants.law;
+        let g = self.degradation_at(q, degradation);
         let len = law.state_len();
         let (old, new) = (&self.state[q * len..][..len], &mut state[..len]);
         let at = AtPoint::<_, _, TANGENT> { law, h: &h, g, dt: self.duration, old, new };
@@ -218,21 +218,26 @@ impl<T: Scalar, L: PointLaw<T>, const N: usize> ElementState<'_, T, L, N> {
         phi
     }
 
+    /// Returns g, g′ and g″ at the damage points, for the values `phi` of φ.
+    #[inline(always)]
+    pub(super) fn degradation_at_points(&self, phi: &[T; MOST_POINTS]) -> [[T; 3]; MOST_POINTS] {
+        let mut degradation = [[self.constant(0.0); 3]; MOST_POINTS];
+        for p in 0..self.rule.damage.len() {
+            degradation[p] = self.constants.degradation.derivatives(phi[p]);
+        }
+        degradation
+    }
+
     /// Returns the degradation g_q = Σ_p C_qp g(φ_p) of elastic point q; 1 if no region can be damaged.
     #[inline(always)]
-    pub(super) fn degradation_at(
-        &self,
-        q: usize,
-        phi: &[T; MOST_POINTS],
-        degradation: &Degradation<'_, T>,
-    ) -> T {
+    pub(super) fn degradation_at(&self, q: usize, degradation: &[[T; 3]; MOST_POINTS]) -> T {
         let row = &self.rule.mixing[q];
         if row.is_empty() {
             return self.constant(1.0);
         }
         let mut sum = self.constant(0.0);
-        for (&c, &phi) in row.iter().zip(phi) {
-            sum = self.constant(c).mul_add(degradation.value(phi), sum);
+        for (&c, &[value, ..]) in row.iter().zip(degradation) {
+            sum = self.constant(c).mul_add(value, sum);
         }
         sum
     }
@@ -250,11 +255,11 @@ impl<T: Scalar, L: PointLaw<T>, const N: usize> ElementState<'_, T, L, N> {
     /// inverted.
     #[inline(always)]
     pub fn update(&self, state: &mut [T]) -> T {
-        let phi = self.damage_at_points();
+        let degradation = self.degradation_at_points(&self.damage_at_points());
         let mut sound = self.constant(1.0);
         let len = self.constants.law.state_len();
         for q in 0..self.rule.points.len() {
-            let at = self.at::<false>(q, &phi, &mut state[q * len..][..len]);
+            let at = self.at::<false>(q, &degradation, &mut state[q * len..][..len]);
             sound = sound.min(at.principal.sound);
         }
         sound

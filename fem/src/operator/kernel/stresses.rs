@@ -1,6 +1,6 @@
 //! Integrals of stress and energy over an element.
 
-use super::state::{ElementState, MOST_POINTS};
+use super::state::ElementState;
 use crate::material::{PointLaw, Scalar};
 
 /// Number of values that [`stress_sums`] returns.
@@ -17,9 +17,9 @@ pub(crate) fn stress_sums<T: Scalar, L: PointLaw<T>, const N: usize>(
 ) -> ([T; STRESS_SUMS], T) {
     let one = element.constant(1.0);
     let (mut sums, mut sound) = ([element.constant(0.0); STRESS_SUMS], one);
-    let phi: [T; MOST_POINTS] = element.damage_at_points();
+    let degradation = element.degradation_at_points(&element.damage_at_points());
     for q in 0..element.rule.points.len() {
-        let at = element.at::<false>(q, &phi, scratch);
+        let at = element.at::<false>(q, &degradation, scratch);
         sound = sound.min(at.principal.sound);
         let [a, b, c] = at.principal.strains.excess;
         let change = ((one + a) * (one + b) * (one + c)).sqrt();

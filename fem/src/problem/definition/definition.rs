@@ -86,9 +86,6 @@ impl Definition {
     /// Checks that the requested derivatives exist and are implemented.
     fn validate_parameters(&self) -> Result<(), FemError> {
         let refused = |reason| Err(FemError::unsupported("sensitivities", reason));
-        if self.phase_field.as_ref().is_some_and(|field| !field.is_variational()) {
-            return refused(Unsupported::NotVariational);
-        }
         if self.schedule.steps.controls_crack_energy() {
             return refused(Unsupported::SensitivitiesOfArcLength);
         }

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::past::Past;
 use crate::boundary::Contact;
-use crate::fields::Fields;
+use crate::fields::{Fields, LawState};
 use crate::material::{PhaseField, PointMaterial};
 use crate::parallel::Part;
 use crate::problem::control::Step;
@@ -117,16 +117,18 @@ impl RunState {
     /// Returns this rank's part of the state of the whole body.
     pub(crate) fn of_part(self, domain: &Discretisation) -> Self {
         let part = domain.operator.part();
+        let points = domain.operator.domain().rule().points.len();
+        let width = points * self.memory.per_point();
         let fields = |fields: &Fields| Fields {
             displacement: part.pick_nodes(&fields.displacement),
             damage: part.pick_nodes(&fields.damage),
+            state: LawState { values: part.pick_tets(&fields.state.values, width), ..fields.state },
         };
         let pressures = self.pressures.iter().zip(&domain.boundary.contacts);
         let pick = |(all, contact): (&Vec<f64>, &Contact)| {
             contact.places.iter().map(|&place| all[place as usize]).collect()
         };
         let pressures = pressures.map(pick).collect();
-        let points = domain.operator.domain().rule().points.len();
         Self {
             fields: fields(&self.fields),
             past: self.past.map(fields),
@@ -143,5 +145,6 @@ pub(crate) fn gather_fields(part: &Part, fields: &Fields) -> Fields {
     Fields {
         displacement: part.gather_nodes(&fields.displacement),
         damage: part.gather_nodes(&fields.damage),
+        state: LawState { values: part.gather_tets(&fields.state.values), ..fields.state },
     }
 }

@@ -146,7 +146,7 @@ impl<'a> Increments<'a> {
         }
         let duration = step * setup.parts.schedule.duration_s;
         let operator = domain.operator.as_ref();
-        state.memory.record(operator, &setup.points, &fields, duration)?;
+        let law_state = state.memory.record(operator, &setup.points, &fields, duration)?;
         let mut change = fields.clone();
         change.add_scaled(-1.0, &state.fields);
         // work of the external forces, which balance the stress forces at each node; the work that friction dissipates
@@ -186,7 +186,7 @@ impl<'a> Increments<'a> {
         state.pressures = external.pressures();
         state.forces = forces;
         state.past.add(change, step);
-        state.fields = fields;
+        state.fields = Fields { state: law_state, ..fields };
         state.clock = target;
         self.state.scales = self.solver.newton.keep_scales();
         Ok(())
@@ -197,7 +197,7 @@ impl<'a> Increments<'a> {
     fn guess(&self, target: f64) -> (Fields, bool) {
         let (setup, state) = (self.setup, &self.state);
         let boundary = &setup.discretisation.boundary;
-        let mut fields = state.fields.clone();
+        let mut fields = state.fields.without_state();
         if state.past.step().is_some() {
             let part = setup.discretisation.operator.part();
             let size = |term: &Fields| {

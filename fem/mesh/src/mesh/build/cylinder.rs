@@ -2,6 +2,8 @@
 
 use std::f64::consts::PI;
 
+use serde::{Deserialize, Serialize};
+
 use super::hexahedra;
 use crate::mesh::TetMesh;
 use crate::mesh::topology::{key, middle};
@@ -29,7 +31,8 @@ const MAX_CELLS: f64 = 2.0e6;
 /// radius of 2.5 mm the end faces of [`Wall::Inscribed`] and [`Wall::Round`] are 1.6 % too small, and forces, stiffness
 /// and energies are too small by the same factor. The smallest scaled Jacobian of this lattice is 0.324, or 0.322 with
 /// [`Wall::EqualArea`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Wall {
     /// A prism with the corners of its cross-section on the circle.
     #[default]
@@ -43,6 +46,37 @@ pub enum Wall {
     /// The nodes of [`Wall::Round`], and curved edges on the wall whose mid-edge points lie on the circle as well.
     /// Recommended for quadratic elements; linear elements ignore the curvature.
     Curved,
+}
+
+/// Cross-section of a wall: a circle, or a regular polygon about the axis.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct WallSection {
+    /// Radius of the circle, or of the circle through the corners (mm).
+    radius_mm: f64,
+    /// Angle between two corners of a polygon; `None` for a circle.
+    sector: Option<f64>,
+}
+
+/// Angle of the first corner of the cross-section.
+const FIRST_CORNER: f64 = -0.75 * PI;
+/// Largest distance of a node at a corner from the corner, in sectors.
+const AT_CORNER: f64 = 1e-6;
+
+impl WallSection {
+    /// Returns the distance of the wall from the axis in the direction of a point (mm).
+    pub(crate) fn radius_at(&self, x: f64, y: f64) -> f64 {
+        let Some(sector) = self.sector else { return self.radius_mm };
+        let from_middle = (y.atan2(x) - FIRST_CORNER).rem_euclid(sector) - 0.5 * sector;
+        self.radius_mm * (0.5 * sector).cos() / from_middle.cos()
+    }
+
+    /// Whether a point lies in the direction of a corner.
+    pub(crate) fn is_corner(&self, x: f64, y: f64) -> bool {
+        self.sector.is_some_and(|sector| {
+            let sectors = (y.atan2(x) - FIRST_CORNER) / sector;
+            (sectors - sectors.round()).abs() < AT_CORNER
+        })
+    }
 }
 
 /// A right circular cylinder with its bottom at z = 0 and its axis on z, meshed with a single parameter, the spacing.
@@ -172,8 +206,7 @@ impl CylinderLattice {
         match wall {
             Wall::Inscribed => {}
             Wall::EqualArea => {
-                let share = mesh.volume() / (PI * self.radius_mm.powi(2) * self.height_mm);
-                let stretch = share.sqrt().recip();
+                let stretch = self.section(wall).radius_mm / self.radius_mm;
                 for [x, y, _] in &mut mesh.nodes {
                     (*x, *y) = (*x * stretch, *y * stretch);
                 }
@@ -185,6 +218,18 @@ impl CylinderLattice {
             }
         }
         Ok(mesh)
+    }
+
+    /// Returns the cross-section of a wall.
+    pub(crate) fn section(&self, wall: Wall) -> WallSection {
+        let corners = 4 * cells(self.radius_mm, self.spacing_mm);
+        let sector = 2.0 * PI / corners as f64;
+        let radius_mm = match wall {
+            Wall::EqualArea => self.radius_mm * (sector / sector.sin()).sqrt(),
+            Wall::Inscribed | Wall::Round | Wall::Curved => self.radius_mm,
+        };
+        let is_prism = matches!(wall, Wall::Inscribed | Wall::EqualArea);
+        WallSection { radius_mm, sector: is_prism.then_some(sector) }
     }
 
     /// Moves the nodes of the wall radially onto the circle.
@@ -217,6 +262,11 @@ impl CylinderLattice {
     }
 }
 
+/// Returns the number of cells along a side of the central block.
+fn cells(radius: f64, spacing: f64) -> usize {
+    ((BLOCK * radius / spacing).round() as usize).max(3)
+}
+
 /// Nodes (mm) and cells of the cross-section.
 struct Section {
     points: Vec<[f64; 2]>,
@@ -226,7 +276,7 @@ struct Section {
 
 impl Section {
     fn new(radius: f64, spacing: f64) -> Section {
-        let n = ((BLOCK * radius / spacing).round() as usize).max(3);
+        let n = cells(radius, spacing);
         let rings = ((RINGS * radius / spacing).round() as usize).max(1);
         let half_width = radius * WIDTH / (1.0 + 2.0 * rings as f64 / n as f64);
 

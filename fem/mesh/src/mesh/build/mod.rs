@@ -5,4 +5,5 @@ mod cylinder;
 mod hexahedra;
 
 pub use block::{Block, BlockError, HexSplit};
+pub(crate) use cylinder::WallSection;
 pub use cylinder::{CylinderLattice, LatticeError, Wall};

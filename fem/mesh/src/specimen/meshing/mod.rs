@@ -21,7 +21,7 @@ use std::f64::consts::PI;
 use serde::{Deserialize, Serialize};
 
 use crate::error::MeshError;
-use crate::mesh::{CylinderLattice, LatticeError, Quality, TetMesh};
+use crate::mesh::{CylinderLattice, LatticeError, Quality, TetMesh, Wall};
 use crate::specimen::grains::{GrainField, Phases};
 use conforming::Conforming;
 use fraction::mix;
@@ -66,10 +66,15 @@ pub struct Meshing {
     /// Minimum dihedral angle when nodes are moved (degrees), from 1 to 25.
     #[serde(default = "default_min_dihedral")]
     pub min_dihedral_deg: f64,
-    /// Whether edges on interfaces and wall are curved, for quadratic elements. Grain volumes are preserved by the
-    /// curved mesh if `true`, else by the straight mesh.
+    /// Whether edges on interfaces and on a round wall are curved, for quadratic elements. Grain volumes are preserved by
+    /// the curved mesh if `true`, else by the straight mesh.
     #[serde(default = "default_curved")]
     pub curved: bool,
+    /// Position of the wall. Edges on the wall of [`Wall::Round`] are curved if `curved` is `true`, those of
+    /// [`Wall::Curved`] always; the prisms [`Wall::Inscribed`] and [`Wall::EqualArea`] have straight walls. The volume
+    /// and the end areas of [`Wall::EqualArea`] are those of the cylinder, so that it suits linear elements.
+    #[serde(default = "default_wall")]
+    pub wall: Wall,
 }
 
 fn default_elements_across() -> f64 {
@@ -82,6 +87,10 @@ fn default_min_dihedral() -> f64 {
 
 fn default_curved() -> bool {
     true
+}
+
+fn default_wall() -> Wall {
+    Wall::Round
 }
 
 /// A mesh and the report on its accuracy.
@@ -130,6 +139,7 @@ impl Meshing {
             elements_across: default_elements_across(),
             min_dihedral_deg: default_min_dihedral(),
             curved: default_curved(),
+            wall: default_wall(),
         }
     }
 
@@ -174,7 +184,8 @@ impl Meshing {
     ) -> Result<Meshed, MeshingError> {
         self.validate()?;
         let lattice = CylinderLattice { radius_mm, height_mm, spacing_mm: self.spacing_mm };
-        let mut mesh = lattice.build_round()?;
+        let nodes = if self.wall == Wall::Curved { Wall::Round } else { self.wall };
+        let mut mesh = lattice.build_with(nodes)?;
         let phases = Phases::of(grains);
         let numbers = || 1..=grains.grains() as u32;
         let mut modes: Vec<GrainMode> =
@@ -185,10 +196,15 @@ impl Meshing {
         let conforming = Conforming {
             field: grains,
             follows: &follows,
-            radius_mm,
+            wall: lattice.section(self.wall),
             spacing_mm: self.spacing_mm,
             floor_deg: self.min_dihedral_deg,
             curved: self.curved,
+            curved_wall: match self.wall {
+                Wall::Inscribed | Wall::EqualArea => false,
+                Wall::Round => self.curved,
+                Wall::Curved => true,
+            },
         };
         let mut labels = conforming.labels(&mesh);
         if self.mode == GrainMode::Auto {

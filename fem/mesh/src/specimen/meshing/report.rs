@@ -31,7 +31,7 @@ pub struct MeshReport {
     pub phases: Vec<MeshedPhase>,
     /// Root mean square distance of conforming interfaces from the exact interfaces (mm); 0 without interfaces.
     pub interface_rms_mm: f64,
-    /// Maximum distance of a wall node from the cylinder (mm).
+    /// Maximum distance of a wall node from the cylinder (mm); a prism has such a distance.
     pub wall_error_mm: f64,
     /// Number of edges that stayed straight because a curved edge would have folded a tetrahedron.
     pub straightened_edges: usize,

@@ -44,7 +44,7 @@ const STAYS: u32 = u32::MAX;
 
 impl EdgePoints {
     pub(super) fn new(how: &Conforming, mesh: &TetMesh, interface: &Interface) -> EdgePoints {
-        if !how.curved {
+        if !(how.curved || how.curved_wall) {
             return EdgePoints { edges: Vec::new(), tets: Vec::new() };
         }
         let mut edge_map: BTreeMap<[u32; 2], Edge> = BTreeMap::new();
@@ -75,8 +75,14 @@ impl EdgePoints {
                 edge.labels.dedup();
             }
         }
-        // edges that lie only in an end plane stay straight
-        edge_map.retain(|_, edge| edge.held.wall || !edge.labels.is_empty());
+        // edges in an end plane without an interface stay straight
+        edge_map.retain(|_, edge| {
+            (how.curved_wall && edge.held.wall) || (how.curved && !edge.labels.is_empty())
+        });
+        for edge in edge_map.values_mut().filter(|edge| edge.held.wall) {
+            let [a, b] = edge.nodes.map(|node| mesh.nodes[node as usize]);
+            edge.held.corner = how.wall.is_corner(0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1]));
+        }
         let number: BTreeMap<[u32; 2], u32> = edge_map.keys().copied().zip(0..).collect();
         let of_tet = |(tet, nodes): (usize, &[u32; 4])| {
             let edges = EDGES.map(|edge| {

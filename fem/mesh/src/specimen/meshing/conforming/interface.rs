@@ -16,8 +16,10 @@ const RESTS: u8 = u8::MAX;
 /// Constraints of a node.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Held {
-    /// Whether the node stays on the wall, at the radius of the cylinder.
+    /// Whether the node stays on the wall.
     pub(super) wall: bool,
+    /// Whether the node stays on an edge of the wall of a prism.
+    pub(super) corner: bool,
     /// Whether the node stays in the plane of an end.
     pub(super) end: bool,
 }
@@ -145,10 +147,13 @@ fn held(how: &Conforming, mesh: &TetMesh) -> Vec<Held> {
             }
         }
     }
-    // all wall nodes of the lattice must lie on the circle
-    for (held, point) in held.iter_mut().zip(&mesh.nodes) {
-        let off = point[0].hypot(point[1]) - how.radius_mm;
-        debug_assert!(!held.wall || off.abs() < 1e-9 * how.radius_mm, "a node off the wall: {off}");
+    for (held, &[x, y, _]) in held.iter_mut().zip(&mesh.nodes).filter(|(held, _)| held.wall) {
+        let (radius, wall) = (x.hypot(y), how.wall.radius_at(x, y));
+        debug_assert!(
+            (radius - wall).abs() < 1e-9 * wall,
+            "a node at {radius}, the wall at {wall}"
+        );
+        held.corner = how.wall.is_corner(x, y);
     }
     held
 }

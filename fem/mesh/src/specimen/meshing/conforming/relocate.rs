@@ -161,8 +161,11 @@ impl<'a> Relocation<'a> {
     pub(super) fn hold(&self, held: Held, from: Point, point: Point) -> Point {
         let [mut x, mut y, mut z] = point;
         if held.wall {
-            let stretch = self.how.radius_mm / x.hypot(y);
+            let stretch = self.how.wall.radius_at(x, y) / x.hypot(y);
             (x, y) = (x * stretch, y * stretch);
+        }
+        if held.corner {
+            (x, y) = (from[0], from[1]);
         }
         if held.end {
             z = from[2];
@@ -182,6 +185,9 @@ pub(super) fn on_tangent(held: Held, at: Point, mut step: Point) -> Point {
     if held.wall {
         let radial = scale([at[0], at[1], 0.0], 1.0 / at[0].hypot(at[1]));
         step = sub(step, scale(radial, dot(step, radial)));
+    }
+    if held.corner {
+        (step[0], step[1]) = (0.0, 0.0);
     }
     if held.end {
         step[2] = 0.0;
