@@ -215,7 +215,7 @@ fn errors_of_invalid_labels_state_the_remedy() {
     let outside = LabelRules { background: Some(4), ..phases(vec![phase(1, 5, "grain")]) };
     for (rules, part) in [
         (phases(vec![phase(4, 4, "grain")]), "labels without a phase: 1 ("),
-        (phases(twice), "the label 4 is of grain and of crust"),
+        (phases(twice), "the label 4 belongs to grain and to crust"),
         (phases(vec![phase(5, 4, "grain")]), "5 to 4"),
         (phases(vec![phase(1, 9, "matrix")]), "all labels are matrix"),
         (outside, "the background is also a label of grain"),
