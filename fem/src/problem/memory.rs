@@ -73,24 +73,28 @@ impl Memory {
         self.bound_follows_damage
     }
 
-    /// Updates the state with the equilibrium `fields` of an increment that lasted `duration` seconds.
-    pub(crate) fn record(
-        &mut self,
+    /// Returns the state of the laws at the equilibrium `fields` of an increment that lasted `duration` seconds.
+    pub(crate) fn points_at(
+        &self,
         operator: &dyn Operator,
         materials: &[PointMaterial],
         fields: &Fields,
         duration: f64,
-    ) -> Result<(), StepFailure> {
-        if !self.points.is_empty() {
+    ) -> Result<Vec<f64>, StepFailure> {
+        let mut points = vec![0.0; self.points.len()];
+        if !points.is_empty() {
             let context = self.context(&fields.damage, duration);
-            let mut points = vec![0.0; self.points.len()];
             operator.state(&Increment { materials, fields, context }, &mut points)?;
-            self.points = points;
         }
+        Ok(points)
+    }
+
+    /// Stores the state at the equilibrium `fields`; `points` is the result of [`points_at`](Self::points_at).
+    pub(crate) fn record(&mut self, points: Vec<f64>, fields: &Fields) {
+        self.points = points;
         if let (true, Some(bounds)) = (self.bound_follows_damage, &mut self.bounds) {
             bounds.lower.iter_mut().zip(&fields.damage).for_each(|(b, &phi)| b[3] = phi);
         }
-        Ok(())
     }
 }
 
